@@ -1,0 +1,59 @@
+"""The errors that a person can cause or mend; each carries the exit status of its command.
+
+Our own misuse raises ordinary Python errors. What comes from outside and cannot be used (a bad file, a missing
+device) raises one of these; a command prints its text, which names the place and the remedy, and no traceback.
+"""
+
+EX_OK = 0
+EX_FAILURE = 1
+EX_USER = 2
+"""What `hvcpctl` returns for bad input."""
+
+# sysexits.h, for the daemon.
+EX_USAGE = 64
+EX_DATAERR = 65
+EX_NOINPUT = 66
+EX_UNAVAILABLE = 69
+EX_SOFTWARE = 70
+EX_OSERR = 71
+EX_CANTCREAT = 73
+EX_IOERR = 74
+EX_NOPERM = 77
+EX_CONFIG = 78
+
+
+class HvcpdError(Exception):
+    """Something outside is wrong, and the text says what and how to mend it."""
+
+    exit_status = EX_SOFTWARE
+    """The daemon's exit status (sysexits.h); `hvcpctl` returns `EX_USER` for all of them."""
+
+
+class ConfigError(HvcpdError):
+    """The configuration, a task file or a lexicon is wrong; all its faults are in one text."""
+
+    exit_status = EX_CONFIG
+
+
+class PhraseError(HvcpdError):
+    """A sentence is outside the phrasebook."""
+
+    exit_status = EX_DATAERR
+
+
+class AudioFileError(HvcpdError):
+    """A sound file is missing, broken or of a kind that we cannot read."""
+
+    exit_status = EX_NOINPUT
+
+
+class DeviceError(HvcpdError):
+    """A sound card, a serial port or a motor is missing or refuses."""
+
+    exit_status = EX_UNAVAILABLE
+
+
+class StoreError(HvcpdError):
+    """The robot's memory cannot be opened or written."""
+
+    exit_status = EX_CANTCREAT
