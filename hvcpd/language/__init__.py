@@ -1,0 +1,1 @@
+"""The phrasebook: the one source of what can be said, heard, understood and printed."""

@@ -1,0 +1,143 @@
+"""What happened in a mission, as a stream of frozen events; one JSON object a line for machines.
+
+Times are seconds of the mission's sample clock. `utterance` numbers the utterances of a mission from 0.
+"""
+
+from __future__ import annotations
+
+from dataclasses import asdict, dataclass, field
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hvcpd.ports import Pose, Samples
+
+
+@dataclass(frozen=True)
+class Plant:
+    """A task's place on the map."""
+
+    task: int
+    name: str
+    x_m: float
+    y_m: float
+
+
+@dataclass(frozen=True)
+class Started:
+    at_s: float
+    robots: tuple[str, ...]
+    starts: tuple[Pose, ...]
+    plants: tuple[Plant, ...]
+    mode: str
+    seed: int
+    noise_db_spl: float
+
+
+@dataclass(frozen=True)
+class Said:
+    """A robot began to speak at `at_s` (the event is issued when its speech ends)."""
+
+    at_s: float
+    end_s: float
+    utterance: int
+    speaker: str
+    text: str
+    collided: bool
+
+
+@dataclass(frozen=True)
+class Heard:
+    """A robot recognised a sentence; `utterance` is the spoken one that it overlaps, if any."""
+
+    at_s: float
+    utterance: int | None
+    listener: str
+    speaker: str
+    text: str
+    confidence: float
+    snr_db: float
+
+
+@dataclass(frozen=True)
+class Garbled:
+    """A robot noticed speech that it could not understand."""
+
+    at_s: float
+    listener: str
+
+
+@dataclass(frozen=True)
+class TaskChanged:
+    """A robot's own view of a task changed: open, claimed, done or failed, by `owner`."""
+
+    at_s: float
+    robot: str
+    task: int
+    state: str
+    owner: str | None
+
+
+@dataclass(frozen=True)
+class Watered:
+    """The physical act: in the simulated room a robot finished a task's actions, at this true place."""
+
+    at_s: float
+    robot: str
+    task: int
+    x_m: float
+    y_m: float
+
+
+@dataclass(frozen=True)
+class Moved:
+    """Where the robots truly are, now and then (for the live view)."""
+
+    at_s: float
+    poses: tuple[Pose, ...]
+
+
+@dataclass(frozen=True)
+class Summary:
+    tasks: int
+    done: dict[str, str]
+    duplicates: int
+    lost: int
+    utterances_sent: int
+    utterances_understood: int
+    collisions: int
+    virtual_s: float
+    wall_s: float
+    realtime_factor: float
+    seed: int
+    mode: str
+
+
+Event = Started | Said | Heard | Garbled | TaskChanged | Watered | Moved | Summary
+
+
+def as_json(event: Event) -> dict[str, Any]:
+    """The event as a JSON object, its kind under "event"."""
+    return {"event": type(event).__name__.lower(), **asdict(event)}
+
+
+@dataclass(frozen=True)
+class Trail:
+    """A robot's true path: `t_s`, `x_m`, `y_m` of equal shape (n,), float64."""
+
+    robot: str
+    t_s: NDArray[np.float64]
+    x_m: NDArray[np.float64]
+    y_m: NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class MissionRecord:
+    """A whole mission for the report: its events in order, trails, and the room's sound at the listener."""
+
+    events: tuple[Event, ...]
+    trails: tuple[Trail, ...]
+    sound: Samples
+    title: str = "Two robots share out the watering"
+    extra: dict[str, str] = field(default_factory=dict)
