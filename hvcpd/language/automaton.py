@@ -1,0 +1,125 @@
+"""From patterns to the word network: Thompson's construction, then subsets, then merging of equal tails.
+
+Both are textbook (Hopcroft & Ullman 1979, §2); the language is finite, so equal tails are found from the ends.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+from hvcpd.language.graph import Arc, WordGraph
+from hvcpd.language.pattern import Choice, Node, Pause, Series, Slot, SlotValues, Word
+
+
+@dataclass
+class _Nfa:
+    """`steps[state]` are (word, state) pairs, `free[state]` are (state, is_pause) moves without a word."""
+
+    steps: list[list[tuple[str, int]]] = field(default_factory=list)
+    free: list[list[tuple[int, bool]]] = field(default_factory=list)
+
+    def state(self) -> int:
+        self.steps.append([])
+        self.free.append([])
+        return len(self.steps) - 1
+
+    def add(self, node: Node, source: int, slots: SlotValues) -> int:
+        """Append a pattern after state `source`; returns the state after it."""
+        match node:
+            case Word(text):
+                return self._words((text,), source)
+            case Pause():
+                target = self.state()
+                self.free[source].append((target, True))
+                return target
+            case Series(parts):
+                for part in parts:
+                    source = self.add(part, source, slots)
+                return source
+            case Slot(name):
+                ends = [self._words(words, source) for words in slots.get(name, {}).values()]
+            case Choice(options):
+                ends = [self.add(option, source, slots) for option in options]
+        join = self.state()
+        for end in ends:
+            self.free[end].append((join, False))
+        return join
+
+    def _words(self, words: Sequence[str], source: int) -> int:
+        for word in words:
+            target = self.state()
+            self.steps[source].append((word, target))
+            source = target
+        return source
+
+    def closure(self, states: frozenset[int]) -> tuple[frozenset[int], bool]:
+        """All states reachable without a word, and whether a pause lies on the way to one of them."""
+        seen, todo, pause = set(states), list(states), False
+        while todo:
+            for target, is_pause in self.free[todo.pop()]:
+                pause = pause or is_pause
+                if target not in seen:
+                    seen.add(target)
+                    todo.append(target)
+        return frozenset(seen), pause
+
+
+def build_graph(patterns: Sequence[Node], slots: SlotValues) -> WordGraph:
+    """The minimal deterministic network of all sentences of the patterns."""
+    nfa = _Nfa()
+    start = nfa.state()
+    ends = {nfa.add(pattern, start, slots) for pattern in patterns}
+    subsets: dict[frozenset[int], int] = {}
+    merged: dict[tuple[object, ...], int] = {}
+    arcs: list[Arc] = []
+    finals: set[int] = set()
+    pauses: set[int] = set()
+
+    def visit(states: frozenset[int]) -> int | None:
+        """The network's node for a set of states; None where no sentence can end from here."""
+        if states in subsets:
+            return subsets[states]
+        closed, pause = nfa.closure(states)
+        following: dict[str, set[int]] = {}
+        for state in closed:
+            for word, target in nfa.steps[state]:
+                following.setdefault(word, set()).add(target)
+        out = [(word, visit(frozenset(targets))) for word, targets in sorted(following.items())]
+        live = tuple((word, target) for word, target in out if target is not None)
+        final = bool(closed & ends)
+        if not live and not final:
+            return None
+        signature = (live, final, pause and bool(live))
+        if signature not in merged:
+            node = merged[signature] = len(merged)
+            arcs.extend(Arc(node, target, word) for word, target in live)
+            if final:
+                finals.add(node)
+            if pause and live:
+                pauses.add(node)
+        subsets[states] = merged[signature]
+        return subsets[states]
+
+    root = visit(frozenset({start}))
+    if root is None:
+        raise ValueError("the patterns make no sentence")
+    return WordGraph(len(merged), tuple(arcs), root, frozenset(finals), frozenset(pauses))
+
+
+def expected_after(graph: WordGraph, words: Sequence[str]) -> tuple[int, frozenset[str]]:
+    """How many of the words the network can follow, and the words that it has next."""
+    node = graph.start
+    following = _following(graph)
+    for count, word in enumerate(words):
+        if word not in following.get(node, {}):
+            return count, frozenset(following.get(node, {}))
+        node = following[node][word]
+    return len(words), frozenset(following.get(node, {}))
+
+
+def _following(graph: WordGraph) -> dict[int, dict[str, int]]:
+    following: dict[int, dict[str, int]] = {}
+    for arc in graph.arcs:
+        following.setdefault(arc.source, {})[arc.word] = arc.target
+    return following

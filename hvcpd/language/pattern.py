@@ -1,0 +1,155 @@
+"""Patterns of the forms: parsed into a small tree, matched against words, rendered from bindings."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+
+Words = tuple[str, ...]
+Bindings = dict[str, object]
+
+COMMA = ","
+"""The token of a pause in rendered words."""
+
+
+@dataclass(frozen=True)
+class Word:
+    text: str
+
+
+@dataclass(frozen=True)
+class Pause:
+    pass
+
+
+@dataclass(frozen=True)
+class Slot:
+    name: str
+
+
+@dataclass(frozen=True)
+class Series:
+    parts: tuple[Node, ...]
+
+
+@dataclass(frozen=True)
+class Choice:
+    """Alternatives, the preferred first; an optional part is a choice between nothing and the part."""
+
+    options: tuple[Node, ...]
+
+
+Node = Word | Pause | Slot | Series | Choice
+
+SlotValues = Mapping[str, Mapping[object, Words]]
+"""For each slot, its possible values and the words of each."""
+
+_TOKEN = re.compile(r"<[a-z]+>|[a-z]+|[\[\](),|]")
+
+
+def parse_pattern(text: str) -> Node:
+    """The tree of a pattern. Raises ValueError when it is malformed: patterns are ours, so that is a defect."""
+    tokens = _TOKEN.findall(text)
+    if "".join(tokens) != text.replace(" ", ""):
+        raise ValueError(f"a pattern has a character that means nothing: {text!r}")
+    node, rest = _parse_choice(tokens, 0)
+    if rest != len(tokens):
+        raise ValueError(f"a pattern does not end where it should: {text!r}")
+    return node
+
+
+def _parse_choice(tokens: Sequence[str], i: int) -> tuple[Node, int]:
+    options = []
+    while True:
+        option, i = _parse_sequence(tokens, i)
+        options.append(option)
+        if i >= len(tokens) or tokens[i] != "|":
+            return (options[0] if len(options) == 1 else Choice(tuple(options))), i
+        i += 1
+
+
+def _parse_sequence(tokens: Sequence[str], i: int) -> tuple[Node, int]:
+    parts: list[Node] = []
+    while i < len(tokens) and tokens[i] not in "])|":
+        token = tokens[i]
+        i += 1
+        if token in "([":
+            inner, i = _parse_choice(tokens, i)
+            if i >= len(tokens) or tokens[i] != {"(": ")", "[": "]"}[token]:
+                raise ValueError(f"a bracket is not closed: {' '.join(tokens)!r}")
+            i += 1
+            parts.append(inner if token == "(" else Choice((Series(()), inner)))
+        elif token == COMMA:
+            parts.append(Pause())
+        elif token.startswith("<"):
+            parts.append(Slot(token[1:-1]))
+        else:
+            parts.append(Word(token))
+    return Series(tuple(parts)), i
+
+
+def slots_of(node: Node) -> frozenset[str]:
+    """The names of all slots below a node."""
+    match node:
+        case Slot(name):
+            return frozenset({name})
+        case Series(children) | Choice(children):
+            return frozenset().union(*(slots_of(child) for child in children))
+        case _:
+            return frozenset()
+
+
+def render(node: Node, values: Mapping[str, Words]) -> list[str] | None:
+    """The words of a pattern with commas, for the words bound to its slots; None if a needed slot is unbound.
+
+    Of a choice, the option that uses the most bound slots is rendered, the earlier one of equals.
+    """
+    match node:
+        case Word(text):
+            return [text]
+        case Pause():
+            return [COMMA]
+        case Slot(name):
+            return list(values[name]) if name in values else None
+        case Series(parts):
+            words: list[str] = []
+            for part in parts:
+                rendered = render(part, values)
+                if rendered is None:
+                    return None
+                words += rendered
+            return words
+        case Choice(options):
+            possible = [(len(slots_of(o) & values.keys()), r) for o in options if (r := render(o, values)) is not None]
+            return max(possible, key=lambda pair: pair[0])[1] if possible else None
+
+
+def match(node: Node, words: Words, i: int, slots: SlotValues) -> Iterator[tuple[int, Bindings]]:
+    """Every way to match `words` from index `i` on: the index after the match, and what the slots bind."""
+    match node:
+        case Word(text):
+            if i < len(words) and words[i] == text:
+                yield i + 1, {}
+        case Pause():
+            yield i, {}
+        case Slot(name):
+            for value, spoken in slots.get(name, {}).items():
+                if words[i : i + len(spoken)] == spoken:
+                    yield i + len(spoken), {name: value}
+        case Series(parts):
+            yield from _match_sequence(parts, words, i, slots)
+        case Choice(options):
+            for option in options:
+                yield from match(option, words, i, slots)
+
+
+def _match_sequence(
+    parts: tuple[Node, ...], words: Words, i: int, slots: SlotValues
+) -> Iterator[tuple[int, Bindings]]:
+    if not parts:
+        yield i, {}
+        return
+    for after, bound in match(parts[0], words, i, slots):
+        for end, more in _match_sequence(parts[1:], words, after, slots):
+            yield end, bound | more

@@ -1,0 +1,244 @@
+"""The phrasebook of one team: the forms, filled with its names, teams and tasks."""
+
+from __future__ import annotations
+
+import difflib
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, fields
+from functools import cached_property
+from typing import Any, Protocol, TypeVar
+
+from hvcpd.errors import PhraseError
+from hvcpd.language import messages as m
+from hvcpd.language.automaton import build_graph, expected_after
+from hvcpd.language.forms import FORMS, SLOT_FIELDS, Form
+from hvcpd.language.graph import WordGraph
+from hvcpd.language.pattern import COMMA, Bindings, Node, SlotValues, Words, match, parse_pattern, render, slots_of
+from hvcpd.language.words import number_words, spoken_words
+
+_T = TypeVar("_T")
+
+HIGHEST_NUMBER_ALWAYS_KNOWN = 10
+"""Task numbers up to here can be spoken of even when no such task exists, so that an order for one is refused aloud."""
+
+_KEEP_CASE = {"i": "I"}
+_UTTERANCE_FIELDS = frozenset(f.name for f in fields(m.Utterance)) - {"statement"}
+
+
+class Chooser(Protocol):
+    """What `sample` needs of a random generator; `random.Random` has it."""
+
+    def choice(self, seq: Sequence[_T], /) -> _T: ...
+
+
+@dataclass(frozen=True)
+class Vocabulary:
+    """The words that differ from team to team. Task names and remarks are written; names keep their capitals."""
+
+    names: tuple[str, ...] = ()
+    teams: tuple[str, ...] = ()
+    tasks: tuple[str, ...] = ()
+    numbers: tuple[int, ...] = ()
+    remarks: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
+class _CompiledForm:
+    form: Form
+    node: Node
+    slots: frozenset[str]
+
+
+_COMPILED = tuple(_CompiledForm(f, node := parse_pattern(f.pattern), slots_of(node)) for f in FORMS)
+
+
+class Phrasebook:
+    """Everything that can be said with a vocabulary: `parse(render(u)) == u` for every utterance of its forms.
+
+    Raises PhraseError when two entries of the vocabulary would be spoken the same way or when an entry reads as
+    another sentence of the forms.
+    """
+
+    def __init__(self, vocabulary: Vocabulary) -> None:
+        self.vocabulary = vocabulary
+        self.slots = _slot_values(vocabulary)
+        self._refuse_ambiguity()
+
+    def phrases(self, utterance: m.Utterance) -> tuple[Words, ...]:
+        """The spoken words of an utterance, one tuple for each part between commas.
+
+        Raises PhraseError when no form makes it, or when it names somebody or something not in the vocabulary.
+        """
+        tokens = self._tokens(utterance)
+        parts: list[list[str]] = [[]]
+        for token in tokens:
+            if token == COMMA:
+                parts.append([])
+            else:
+                parts[-1].append(token)
+        return tuple(tuple(part) for part in parts if part)
+
+    def render(self, utterance: m.Utterance) -> Words:
+        """The spoken words of an utterance, without pauses. Raises as `phrases` does."""
+        return tuple(token for token in self._tokens(utterance) if token != COMMA)
+
+    def write(self, utterance: m.Utterance) -> str:
+        """The utterance as a person writes it: "Hi Rob, I am Bot, water the yellow rose". Raises as `phrases`."""
+        names = {name.lower(): name for name in self.vocabulary.names}
+        parts = [
+            " ".join(_KEEP_CASE.get(word) or names.get(word) or word for word in part)
+            for part in self.phrases(utterance)
+        ]
+        text = ", ".join(parts)
+        return text[:1].upper() + text[1:]
+
+    def parse(self, words: Sequence[str]) -> m.Utterance:
+        """The meaning of spoken words. Raises PhraseError naming the first word that no form has there."""
+        given = tuple(words)
+        found = self._readings(given)
+        first = next(found, None)
+        if first is None:
+            raise PhraseError(self._why_not(given))
+        return first
+
+    def parse_text(self, text: str) -> m.Utterance:
+        """The meaning of a written sentence; capitals and punctuation do not matter. Raises PhraseError."""
+        return self.parse(spoken_words(text))
+
+    @cached_property
+    def graph(self) -> WordGraph:
+        """The network of all sentences, for the recogniser."""
+        return build_graph([compiled.node for compiled in self._usable_forms()], self.slots)
+
+    def sample(self, chooser: Chooser) -> m.Utterance:
+        """A random utterance: a form is drawn, then each of its parts."""
+        compiled = chooser.choice(list(self._usable_forms()))
+        bindings: Bindings = {}
+        for slot in sorted(compiled.slots):
+            optional = slot in ("addressee", "team")
+            if not optional or chooser.choice((True, False)):
+                bindings[slot] = chooser.choice(list(self.slots[slot]))
+        return _build(compiled.form, bindings)
+
+    def _usable_forms(self) -> Iterator[_CompiledForm]:
+        for compiled in _COMPILED:
+            needed = compiled.slots - {"addressee", "team"}
+            if all(self.slots[slot] for slot in needed):
+                yield compiled
+
+    def _tokens(self, utterance: m.Utterance) -> list[str]:
+        for compiled in _COMPILED:
+            bindings = _unbuild(compiled, utterance)
+            if bindings is None:
+                continue
+            spoken = {slot: self.slots[slot].get(value) for slot, value in bindings.items()}
+            known = {slot: words for slot, words in spoken.items() if words is not None}
+            tokens = render(compiled.node, known) if len(known) == len(spoken) else None
+            if tokens is not None:
+                return tokens
+        raise PhraseError(f"the phrasebook has no words for {utterance}")
+
+    def _readings(self, words: Words) -> Iterator[m.Utterance]:
+        for compiled in _COMPILED:
+            for end, bindings in match(compiled.node, words, 0, self.slots):
+                if end == len(words):
+                    yield _build(compiled.form, bindings)
+
+    def _refuse_ambiguity(self) -> None:
+        for slot, values in self.slots.items():
+            spoken: dict[Words, object] = {}
+            for value, words in values.items():
+                if not words:
+                    raise PhraseError(f"{_describe(slot, value)} has no word that can be spoken")
+                if words in spoken:
+                    raise PhraseError(
+                        f"{_describe(slot, value)} and {_describe(slot, spoken[words])} are spoken the same way: "
+                        "rename one"
+                    )
+                spoken[words] = value
+        for compiled in self._usable_forms():
+            for slot in compiled.slots:
+                for value in self.slots[slot]:
+                    self._refuse_second_reading(compiled, slot, value)
+
+    def _refuse_second_reading(self, compiled: _CompiledForm, slot: str, value: object) -> None:
+        bindings = {s: next(iter(self.slots[s])) for s in compiled.slots if self.slots[s]} | {slot: value}
+        utterance = _build(compiled.form, bindings)
+        readings = set(self._readings(self.render(utterance)))
+        if readings != {utterance}:
+            raise PhraseError(
+                f"{_describe(slot, value)} can be mistaken for another sentence of the phrasebook: rename it"
+            )
+
+    def _why_not(self, words: Words) -> str:
+        if not words:
+            return "there is no word to say; for what can be said see: hvcpctl phrases"
+        known, expected = expected_after(self.graph, words)
+        written = " ".join(words[:known])
+        choices = ", ".join(sorted(expected)[:8]) + (", …" if len(expected) > 8 else "")
+        if known == len(words):
+            return f"the sentence breaks off after '{written}'; it could go on with: {choices}"
+        where = f"after '{written}'" if written else "at the beginning"
+        close = difflib.get_close_matches(words[known], expected, n=1)
+        hint = f"did you mean '{close[0]}'?" if close else f"possible there: {choices or 'nothing, it ends there'}"
+        return f"'{words[known]}' is not in the phrasebook {where}; {hint} (all forms: hvcpctl phrases)"
+
+
+def _slot_values(vocabulary: Vocabulary) -> SlotValues:
+    numbers = sorted({*range(1, HIGHEST_NUMBER_ALWAYS_KNOWN + 1), *vocabulary.numbers})
+    addressees: dict[object, Words] = {m.ToAll(): ("all",)}
+    addressees |= {m.ToTeam(team): ("team", *spoken_words(team)) for team in vocabulary.teams}
+    addressees |= {m.ToRobot(name): (name.lower(),) for name in vocabulary.names}
+    return {
+        "addressee": addressees,
+        "speaker": {name: (name.lower(),) for name in vocabulary.names},
+        "team": {team: spoken_words(team) for team in vocabulary.teams},
+        "number": {m.TaskByNumber(n): number_words(n) for n in numbers},
+        "task": {m.TaskByName(name): spoken_words(name) for name in vocabulary.tasks},
+        "remark": {text: spoken_words(text) for text in vocabulary.remarks},
+    }
+
+
+def _build(form: Form, bindings: Bindings) -> m.Utterance:
+    bound: dict[str, Any] = {SLOT_FIELDS[slot]: value for slot, value in bindings.items()}
+    outer = {key: bound.pop(key) for key in list(bound) if key in _UTTERANCE_FIELDS}
+    statement = form.statement(**bound) if form.statement is not None else None
+    return m.Utterance(speaker=outer.pop("speaker", None), statement=statement, **outer)
+
+
+def _unbuild(compiled: _CompiledForm, utterance: m.Utterance) -> Bindings | None:
+    """What the slots of a form must bind to make the utterance; None if the form cannot make it."""
+    statement = utterance.statement
+    if (type(statement) if statement is not None else None) is not compiled.form.statement:
+        return None
+    inner = {f.name: getattr(statement, f.name) for f in fields(statement)} if statement is not None else {}
+    wanted: dict[str, object] = {"speaker": utterance.speaker, "addressee": utterance.addressee}
+    wanted = {k: v for k, v in (wanted | {"team": utterance.team} | inner).items() if v is not None}
+    bindings: Bindings = {}
+    for slot in compiled.slots:
+        value = wanted.get(SLOT_FIELDS[slot])
+        if value is not None and _fits(slot, value):
+            bindings[slot] = wanted.pop(SLOT_FIELDS[slot])
+    return None if wanted else bindings
+
+
+def _fits(slot: str, value: object) -> bool:
+    if slot == "number":
+        return isinstance(value, m.TaskByNumber)
+    if slot == "task":
+        return isinstance(value, m.TaskByName)
+    return True
+
+
+def _describe(slot: str, value: object) -> str:
+    match value:
+        case m.TaskByName(name):
+            return f"the task '{name}'"
+        case m.TaskByNumber(number):
+            return f"task number {number}"
+        case m.ToRobot(name):
+            return f"the name '{name}'"
+        case m.ToTeam(name):
+            return f"the team '{name}'"
+        case _:
+            return f"the {slot} '{value}'"
