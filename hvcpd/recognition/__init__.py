@@ -1,0 +1,1 @@
+"""Hearing: front end, noise tracking, templates and the streaming grammar-constrained decoder."""

@@ -1,0 +1,83 @@
+"""Is somebody speaking right now? Sound well above the tracked noise, in any part of the spectrum.
+
+The logarithm of each band's energy over the noise is averaged over a short window and over groups of bands; the
+loudest group decides. Averaging logarithms makes the same thresholds hold in any noise at any level.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hvcpd.recognition.frontend import N_BANDS, Energies
+from hvcpd.recognition.noise import steady_noise
+
+FAST_FRAMES = 8
+"""80 ms: short enough to hear an onset in time for listen-before-talk."""
+SLOW_FRAMES = 16
+"""160 ms, about a syllable: for speech too weak for the fast window."""
+RATIO_RANGE = (-1.0, 3.0)
+"""Natural log of a band's energy over the noise, clipped (-4 to 13 dB): one loud band does not decide alone."""
+N_GROUPS = 3
+"""Low, middle and high bands are looked at separately, and all together."""
+
+
+@dataclass(frozen=True)
+class ActivitySettings:
+    """Thresholds in natural-log units of power (1 = 4.3 dB) above what steady noise gives."""
+
+    onset: float = 0.8
+    """Busy from here: 5 standard deviations of the fast window in steady noise."""
+    release: float = 0.45
+    """No longer busy below this..."""
+    release_frames: int = 16
+    """...for 160 ms, which bridges the closures of stop consonants and the commas' pauses."""
+    alert: float = 0.42
+    """The slow window's threshold that wakes the network: about 4 standard deviations in steady noise."""
+
+
+def _group_matrix() -> NDArray[np.float32]:
+    groups = np.zeros((N_BANDS, N_GROUPS + 1), np.float32)
+    width = N_BANDS // N_GROUPS
+    for g in range(N_GROUPS):
+        groups[g * width : (g + 1) * width, g] = 1.0 / width
+    groups[:, N_GROUPS] = 1.0 / N_BANDS
+    return groups
+
+
+class ActivityDetector:
+    """Follows energies and noise, chunk by chunk; `busy` and `alert` tell what it heard last."""
+
+    def __init__(self, settings: ActivitySettings) -> None:
+        self._settings = settings
+        self._groups = _group_matrix()
+        self._history = np.zeros((SLOW_FRAMES, N_GROUPS + 1), np.float32)
+        self._quiet_frames = 0
+        self.busy = False
+        """Somebody else is speaking."""
+        self.alert = False
+        """Something may be speech; more easily true than `busy`."""
+
+    def push(self, energies: Energies, noise: NDArray[np.float32]) -> None:
+        """Take the next frames, shape (n, N_BANDS), n at most FAST_FRAMES, and the noise estimate (N_BANDS,)."""
+        n = len(energies)
+        ratio = np.log(energies / noise) - steady_noise().mean_log
+        np.clip(ratio, *RATIO_RANGE, out=ratio)
+        self._history[:-n] = self._history[n:].copy()
+        self._history[-n:] = ratio @ self._groups
+        fast = float(self._history[-FAST_FRAMES:].mean(axis=0).max())
+        slow = float(self._history.mean(axis=0).max())
+        self.alert = slow > self._settings.alert or fast > self._settings.onset
+        if fast > self._settings.onset:
+            self.busy = True
+        self._quiet_frames = 0 if fast > self._settings.release else self._quiet_frames + n
+        if self._quiet_frames >= self._settings.release_frames:
+            self.busy = False
+
+    def reset(self) -> None:
+        """Start again in silence, as after the robot's own words."""
+        self._history.fill(0.0)
+        self.busy = False
+        self.alert = False

@@ -1,0 +1,42 @@
+"""What the recogniser reports. All positions are sample numbers since it was constructed."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True)
+class WordSpan:
+    """One word of a recognised sentence and where it was heard."""
+
+    word: str
+    start_sample: int
+    end_sample: int
+
+
+@dataclass(frozen=True)
+class Recognised:
+    """A whole sentence of the word network.
+
+    `voice` is the name of the template voice that fitted best, `confidence` the probability that every word is
+    right (0 to 1), `snr_db` the mean power of the sentence over that of the tracked noise.
+    """
+
+    words: tuple[str, ...]
+    voice: str
+    start_sample: int
+    end_sample: int
+    confidence: float
+    snr_db: float
+    spans: tuple[WordSpan, ...]
+
+
+@dataclass(frozen=True)
+class Garbled:
+    """Somebody spoke, but no sentence of the network fits: begun late, cut off, two at once, or other speech."""
+
+    start_sample: int
+    end_sample: int
+
+
+Event = Recognised | Garbled

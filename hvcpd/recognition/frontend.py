@@ -1,0 +1,106 @@
+"""The front end: sound to mel filterbank energies to cepstra (MFCC) with deltas.
+
+Davis & Mermelstein, "Comparison of parametric representations for monosyllabic word recognition", IEEE Trans. ASSP
+28(4), 1980. The energies stay linear until the last step, so that noise can be added to a template (`templates`).
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hvcpd.ports import SAMPLE_RATE_HZ, Samples
+
+Energies = NDArray[np.float32]
+"""Mel filterbank energies, shape (frames, N_BANDS), float32, linear power."""
+Features = NDArray[np.float32]
+"""Weighted cepstra and deltas, shape (frames, N_FEATURES), float32; the Euclidean distance between two rows counts."""
+
+HOP_SAMPLES = 160
+"""10 ms between frames: the usual step of MFCC front ends."""
+WINDOW_SAMPLES = 400
+"""25 ms a frame: two to three pitch periods of a low voice (the usual choice)."""
+FFT_SIZE = 512
+"""The next power of two above the window."""
+N_BANDS = 24
+"""Triangular filters from LOW_HZ to HIGH_HZ, about one critical band each."""
+LOW_HZ = 150.0
+"""Below it are mains hum and rumble, and no small loudspeaker."""
+HIGH_HZ = 7000.0
+"""Above it an anti-aliasing filter may already fall."""
+N_CEPSTRA = 13
+"""c0 to c12: the spectral envelope without the pitch's ripples."""
+N_FEATURES = 2 * N_CEPSTRA
+DELTA_REACH = 2
+"""Frames to either side in the regression for deltas; also the front end's look-ahead."""
+ENERGY_FLOOR = np.float32(1e-7)
+"""Added to each energy: about the power of 16-bit rounding noise (-101 dBFS) in a band, window and FFT included."""
+
+C0_WEIGHT = 0.3
+"""Loudness counts less than the shape of the spectrum: the level of a word varies with distance and stress."""
+LIFTER = 22
+"""Length of the sine lifter that balances low and high cepstra (HTK's customary value)."""
+DELTA_WEIGHT = 3.0
+"""Deltas per frame are about a third of the cepstra's spread."""
+
+
+def mel_filterbank() -> NDArray[np.float32]:
+    """Triangular filters of unit height on the mel scale, shape (FFT_SIZE // 2 + 1, N_BANDS)."""
+    low_mel, high_mel = (2595.0 * np.log10(1.0 + hz / 700.0) for hz in (LOW_HZ, HIGH_HZ))
+    edges_hz = 700.0 * (10.0 ** (np.linspace(low_mel, high_mel, N_BANDS + 2) / 2595.0) - 1.0)
+    bins_hz = np.fft.rfftfreq(FFT_SIZE, 1.0 / SAMPLE_RATE_HZ)[:, None]
+    rising = (bins_hz - edges_hz[:-2]) / (edges_hz[1:-1] - edges_hz[:-2])
+    falling = (edges_hz[2:] - bins_hz) / (edges_hz[2:] - edges_hz[1:-1])
+    return np.asarray(np.clip(np.minimum(rising, falling), 0.0, None), np.float32)
+
+
+def cepstral_transform() -> NDArray[np.float32]:
+    """The orthonormal DCT-II of the log energies with the lifter's weights, shape (N_BANDS, N_CEPSTRA)."""
+    order = np.arange(N_CEPSTRA)
+    basis = np.cos(np.pi * order * (np.arange(N_BANDS)[:, None] + 0.5) / N_BANDS) * np.sqrt(2.0 / N_BANDS)
+    basis[:, 0] /= np.sqrt(2.0)
+    weight = 1.0 + LIFTER / 2.0 * np.sin(np.pi * order / LIFTER)
+    weight /= weight[1:].mean()
+    weight[0] = C0_WEIGHT
+    return np.asarray(basis * weight, np.float32)
+
+
+_WINDOW = np.hamming(WINDOW_SAMPLES).astype(np.float32)
+_FILTERS = mel_filterbank()
+_TRANSFORM = cepstral_transform()
+
+
+def energies_of(samples: Samples) -> Energies:
+    """Mel energies of every whole frame in `samples`, shape (frames, N_BANDS); zero rows when it is too short."""
+    if samples.size < WINDOW_SAMPLES:
+        return np.zeros((0, N_BANDS), np.float32)
+    frames = np.lib.stride_tricks.sliding_window_view(samples, WINDOW_SAMPLES)[::HOP_SAMPLES]
+    frames = frames - frames.mean(axis=1, keepdims=True)  # a DC offset would leak into the low bands
+    spectra = np.fft.rfft(frames * _WINDOW, FFT_SIZE)
+    power = (spectra.real**2 + spectra.imag**2).astype(np.float32)
+    return (power @ _FILTERS) + ENERGY_FLOOR
+
+
+def cepstra_of(energies: Energies) -> NDArray[np.float32]:
+    """Weighted cepstra of linear energies (any leading shape), last axis N_CEPSTRA."""
+    return np.asarray(np.log(energies) @ _TRANSFORM, np.float32)
+
+
+def deltas_of(before2: Features, before1: Features, after1: Features, after2: Features) -> Features:
+    """Slope by regression over two frames to either side (Furui 1986), weighted for the distance."""
+    slope: Features = np.float32(DELTA_WEIGHT / 10.0) * (2.0 * (after2 - before2) + (after1 - before1))
+    return slope
+
+
+def features_of(energies: Energies) -> Features:
+    """Features of the frames that have `DELTA_REACH` neighbours on both sides.
+
+    `energies` has shape (n + 2 * DELTA_REACH, N_BANDS); returns shape (n, N_FEATURES).
+    """
+    c = cepstra_of(energies)
+    n = len(c) - 2 * DELTA_REACH
+    out = np.empty((max(n, 0), N_FEATURES), np.float32)
+    if n > 0:
+        out[:, :N_CEPSTRA] = c[2:-2]
+        out[:, N_CEPSTRA:] = deltas_of(c[:-4], c[1:-3], c[3:-1], c[4:])
+    return out

@@ -1,0 +1,201 @@
+"""The streaming recogniser: samples in, sentences out.
+
+While only noise is heard, a cheap stage follows it (noise tracker, activity detector) and the network sleeps. It wakes
+with the last frames replayed into it, so that no word is lost. Everything is decided at chunks of four frames counted
+from the first sample, so the size of the blocks pushed never changes a result.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from hvcpd.language.graph import WordGraph
+from hvcpd.ports import Samples
+from hvcpd.recognition.activity import ActivityDetector, ActivitySettings
+from hvcpd.recognition.events import Event, Garbled, Recognised, WordSpan
+from hvcpd.recognition.frontend import HOP_SAMPLES, N_BANDS
+from hvcpd.recognition.network import Network
+from hvcpd.recognition.noise import NoiseTracker, steady_noise
+from hvcpd.recognition.segments import Segment, SegmentSettings, SegmentTracker
+from hvcpd.recognition.spotter import Sentence, Spotter, SpotterSettings
+from hvcpd.recognition.stream import CHUNK_FRAMES, Chunk, FrameStream
+from hvcpd.recognition.templates import TemplateBank
+
+RECENT_FRAMES = 80
+"""0.8 s of frames are kept to be replayed into the network when it wakes."""
+POWER_FRAMES = 2048
+"""20 s of frame powers are kept for the signal-to-noise ratio of a sentence."""
+
+
+@dataclass(frozen=True)
+class RecogniserSettings:
+    """Thresholds of the recogniser; the defaults are measured with `benchmarks/hearing.py`."""
+
+    activity: ActivitySettings = field(default_factory=ActivitySettings)
+    spotter: SpotterSettings = field(default_factory=SpotterSettings)
+    segments: SegmentSettings = field(default_factory=SegmentSettings)
+    wake_frames: int = 24
+    """The network wakes 240 ms after the first sign of speech: long enough to have heard how loud a vowel is."""
+    wake_share: float = 0.4
+    """The share of those frames that must look like speech; clicks are shorter."""
+    sleep_frames: int = 60
+    """The network sleeps after 0.6 s without a sign of speech."""
+    min_confidence: float = 0.5
+    """Below it a sentence counts as garbled."""
+    max_lead_in: float = 0.5
+    """A sentence must follow silence: half-way between noise and speech in the 250 ms before it."""
+    deficit_centre: float = 0.75
+    """Deficit of the worst word at which right and wrong are equally likely."""
+    deficit_slope: float = 12.0
+    """Steepness of the logistic curve from deficit to confidence."""
+
+
+class Recogniser:
+    """Listens to one microphone for the sentences of one word graph in several voices."""
+
+    def __init__(
+        self,
+        graph: WordGraph,
+        templates: Mapping[str, Mapping[str, Sequence[Samples]]],
+        settings: RecogniserSettings | None = None,
+    ) -> None:
+        """`templates[voice][word]`: one or a few recordings of the word, 16 kHz, float32.
+
+        Raises ValueError if a voice lacks a template of a word of `graph`.
+        """
+        self._settings = settings or RecogniserSettings()
+        bank = TemplateBank(templates)
+        self._spotter = Spotter(Network(graph, bank), bank, self._settings.spotter)
+        self._stream = FrameStream()
+        self._noise = NoiseTracker()
+        self._activity = ActivityDetector(self._settings.activity)
+        self._segments = SegmentTracker(self._settings.segments)
+        self._recent = np.zeros((0, N_BANDS), np.float32)
+        self._alert_age = 0
+        self._alert_count = 0
+        self._calm_frames = 0
+        self._speech_power = np.zeros(POWER_FRAMES)
+        self._noise_power = np.zeros(POWER_FRAMES)
+
+    @property
+    def busy(self) -> bool:
+        """Whether somebody else is speaking right now."""
+        return self._activity.busy
+
+    def push(self, samples: Samples, masked: bool = False) -> list[Event]:
+        """Hear the next samples, shape (n,), any n; `masked` while the robot itself speaks. Never raises on content."""
+        events: list[Event] = []
+        for chunk in self._stream.push(np.asarray(samples).reshape(-1), masked):
+            events += self._take(chunk)
+        return events
+
+    def flush(self) -> list[Event]:
+        """Report what the end of a file completes; to be called once, after the last `push`."""
+        rest = self._stream.rest()
+        events = self._take(rest) if len(rest.energies) else []
+        frame = rest.first_frame + len(rest.energies)
+        silence = np.tile(self._noise.estimate * np.exp(steady_noise().mean_log), (CHUNK_FRAMES, 1))
+        for _ in range(self._settings.segments.wait_frames // CHUNK_FRAMES + 8):
+            events += self._hear(Chunk(frame, silence, masked=False))
+            frame += CHUNK_FRAMES
+        return events
+
+    def _take(self, chunk: Chunk) -> list[Event]:
+        if chunk.masked:
+            return self._interrupt(chunk.first_frame)
+        self._noise.push(chunk.energies)
+        return self._hear(chunk)
+
+    def _interrupt(self, frame: int) -> list[Event]:
+        """Our own voice covers everything: whoever was speaking is cut off."""
+        segment = self._segments.close(frame)
+        self._spotter.sleep()
+        self._activity.reset()
+        self._recent = self._recent[:0]
+        self._alert_age = 0
+        return [_garbled(segment)] if segment else []
+
+    def _hear(self, chunk: Chunk) -> list[Event]:
+        energies, noise = chunk.energies, self._noise.estimate
+        self._recent = np.concatenate([self._recent, energies])[-RECENT_FRAMES:]
+        if not self._noise.ready:
+            return []
+        self._activity.push(energies, noise)
+        slots = np.arange(chunk.first_frame, chunk.first_frame + len(energies)) % POWER_FRAMES
+        self._speech_power[slots] = energies.sum(axis=1)
+        self._noise_power[slots] = noise.sum()
+        end_frame = chunk.first_frame + len(energies)
+        if self._spotter.awake:
+            self._spotter.feed(energies, self._recent, noise)
+        elif self._should_wake(len(energies)):
+            self._spotter.wake(self._recent, end_frame - len(self._recent), noise)
+        self._segments.push(chunk.first_frame, energies, self._activity.busy)
+        events = self._conclude(end_frame)
+        self._doze(len(energies))
+        return events
+
+    def _should_wake(self, n_frames: int) -> bool:
+        """Count the signs of speech from the first one on."""
+        if self._alert_age == 0 and not self._activity.alert:
+            return False
+        self._alert_age += n_frames
+        self._alert_count += n_frames * self._activity.alert
+        if self._alert_age < self._settings.wake_frames:
+            return False
+        enough = self._alert_count >= self._settings.wake_share * self._alert_age
+        self._alert_age = self._alert_count = 0
+        return enough
+
+    def _doze(self, n_frames: int) -> None:
+        self._calm_frames = 0 if self._activity.alert else self._calm_frames + n_frames
+        if self._spotter.awake and self._calm_frames >= self._settings.sleep_frames and not self._spotter.under_way:
+            self._spotter.sleep()
+
+    def _conclude(self, end_frame: int) -> list[Event]:
+        """Report a sentence that has ended, or speech that has ended without one."""
+        sentence = self._spotter.ended()
+        if sentence is not None:
+            self._spotter.restart()
+            recognised = self._judge(sentence)
+            if recognised is not None:
+                self._segments.close(end_frame)
+                return [recognised]
+        segment = self._segments.ended(end_frame)
+        if segment is None or (self._spotter.under_way and self._spotter.best.node >= 0):
+            return []
+        self._segments.close(end_frame)
+        self._spotter.restart()
+        return [_garbled(segment)]
+
+    def _judge(self, sentence: Sentence) -> Recognised | None:
+        s = self._settings
+        worst = max(sentence.deficits)
+        confidence = float(1.0 / (1.0 + np.exp(s.deficit_slope * (worst - s.deficit_centre))))
+        if confidence < s.min_confidence or sentence.lead_in > s.max_lead_in:
+            return None
+        spans = tuple(
+            WordSpan(self._spotter.word_of(step), step.start_frame * HOP_SAMPLES, step.end_frame * HOP_SAMPLES)
+            for step in sentence.steps
+        )
+        return Recognised(
+            tuple(span.word for span in spans),
+            sentence.voice,
+            spans[0].start_sample,
+            spans[-1].end_sample,
+            confidence,
+            self._snr_db(sentence.steps[0].start_frame, sentence.steps[-1].end_frame),
+            spans,
+        )
+
+    def _snr_db(self, start_frame: int, end_frame: int) -> float:
+        slots = np.arange(start_frame, end_frame) % POWER_FRAMES
+        noise = float(self._noise_power[slots].sum())
+        speech = float(self._speech_power[slots].sum()) - noise
+        return float(10.0 * np.log10(max(speech / max(noise, 1e-12), 1e-3)))
+
+
+def _garbled(segment: Segment) -> Garbled:
+    return Garbled(segment.start_frame * HOP_SAMPLES, segment.end_frame * HOP_SAMPLES)

@@ -1,0 +1,148 @@
+"""The network awake: scores frames, advances the decoder and says when a sentence has ended."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hvcpd.recognition.decoder import HISTORY_FRAMES, Best, Decoder, Step, StepCosts
+from hvcpd.recognition.frontend import DELTA_REACH, N_BANDS, Energies, features_of
+from hvcpd.recognition.network import Network
+from hvcpd.recognition.scorer import Scorer
+from hvcpd.recognition.templates import TemplateBank
+
+
+@dataclass(frozen=True)
+class SpotterSettings:
+    """How sentences are told from anything else. Costs are in units of the features' distance."""
+
+    filler_cost: float = 1.2
+    """What the filler pays over the frame's best template: half-way between right and wrong words (measured)."""
+    ladder_db: tuple[float, ...] = (-6.0, 0.0, 6.0)
+    """Template gains decoded side by side around the level heard at the onset, dB."""
+    retune_db: float = 4.5
+    """The ladder moves when the level heard has left its inner half and no sentence is under way."""
+    end_frames: int = 25
+    """250 ms of rest end a sentence: longer than the pause at a comma (150 ms)."""
+    under_way: float = 15.0
+    """A path this much better than the filler may be a sentence in progress."""
+    steps: StepCosts = field(default_factory=StepCosts)
+
+
+@dataclass(frozen=True)
+class Sentence:
+    """A path that ended: its words in order, and how it fared.
+
+    `deficits` holds, for each word, its mean distance per frame beyond the frame's best template, in units of
+    `filler_cost`: near 0 for the very word, 1 and above for anything else. `lead_in` is the mean cost, in the same
+    unit, of taking the 250 ms before the sentence for noise: 0 when it was noise, 1 and more for speech.
+    """
+
+    steps: tuple[Step, ...]
+    voice: str
+    deficits: tuple[float, ...]
+    lead_in: float
+    cost: float
+
+
+class Spotter:
+    """Feeds frames to scorer and decoder from `wake` until `sleep`."""
+
+    def __init__(self, network: Network, bank: TemplateBank, settings: SpotterSettings) -> None:
+        self._settings = settings
+        self._net = network
+        self._scorer = Scorer(bank, network, settings.ladder_db)
+        self._decoder = Decoder(network, len(settings.ladder_db), settings.steps)
+        self._distances = np.zeros((len(settings.ladder_db), network.n_states), np.float32)
+        self._tail = np.zeros((0, N_BANDS), np.float32)
+        self._next = 0
+        self._first = 0
+        self._gain = 0.0
+        self._filler_excess = np.zeros(HISTORY_FRAMES)
+        self._noise_cost = np.zeros(HISTORY_FRAMES)
+        self.awake = False
+        self.best = Best(0, 0.0)
+        """The best path after the last frame."""
+
+    @property
+    def under_way(self) -> bool:
+        """Whether some path looks like a sentence in progress."""
+        return self.awake and self.best.cost < -self._settings.under_way
+
+    def wake(self, energies: Energies, first_frame: int, noise: NDArray[np.float32]) -> None:
+        """Begin at `first_frame` with the frames heard since, shape (n, N_BANDS)."""
+        self.awake = True
+        self._next = self._first = first_frame
+        self._tail = np.repeat(energies[:1], DELTA_REACH, axis=0)
+        self._decoder.reset(first_frame)
+        self._gain = self._scorer.level_of(energies, noise)
+        self.feed(energies, energies, noise)
+
+    def sleep(self) -> None:
+        """Stop decoding; forget all paths."""
+        self.awake = False
+        self.best = Best(0, 0.0)
+
+    def restart(self) -> None:
+        """Forget all paths, as after a sentence was reported; go on listening."""
+        self._decoder.reset(self._next)
+        self._first = self._next
+        self.best = Best(0, 0.0)
+
+    def feed(self, energies: Energies, recent: Energies, noise: NDArray[np.float32]) -> None:
+        """Decode the next frames; `recent` are those of the last half second or so, for the level."""
+        settings = self._settings
+        if not self.under_way:
+            level = self._scorer.level_of(recent, noise)
+            if level > 0.0 and abs(10.0 * np.log10(level / max(self._gain, 1e-12))) > settings.retune_db:
+                self._gain = level
+        mask = self._scorer.mask(self._gain)
+        self._scorer.compose(noise + mask, self._gain)
+        block = np.concatenate([self._tail, energies])
+        self._tail = block[-2 * DELTA_REACH :]
+        features = features_of(block + mask)
+        if not len(features):
+            return
+        scores = self._scorer.score(features)
+        filler = np.minimum(scores.noise, scores.cohort + settings.filler_cost)
+        slots = np.arange(self._next, self._next + len(features)) % HISTORY_FRAMES
+        self._filler_excess[slots] = filler - scores.cohort
+        self._noise_cost[slots] = scores.noise - filler
+        for i in range(len(features)):
+            self._scorer.gather(scores, i, float(filler[i]), self._distances)
+            self._decoder.column(self._distances, float(scores.noise[i] - filler[i]))
+        self._next += len(features)
+        if self._next // 256 != (self._next - len(features)) // 256:
+            self._decoder.forget_older_than(self._next - HISTORY_FRAMES + 512)
+        self.best = self._decoder.best()
+
+    def ended(self) -> Sentence | None:
+        """The sentence that has just ended, if one has."""
+        best = self.best
+        if best.node < 0 or best.cost >= 0.0 or best.rested_frames < self._settings.end_frames:
+            return None
+        steps = tuple(self._decoder.trace(best.rung, best.node))
+        return Sentence(
+            steps,
+            self._net.voice_of_node(best.node),
+            tuple(self._deficit(step) for step in steps),
+            self._lead_in(steps[0].start_frame),
+            best.cost,
+        )
+
+    def word_of(self, step: Step) -> str:
+        """The word of a step."""
+        return self._net.word[step.chain]
+
+    def _deficit(self, step: Step) -> float:
+        frames = np.arange(step.start_frame, step.end_frame)
+        excess = float(self._filler_excess[frames % HISTORY_FRAMES].sum())
+        return (step.cost + excess) / (max(len(frames), 1) * self._settings.filler_cost)
+
+    def _lead_in(self, start_frame: int) -> float:
+        frames = np.arange(max(start_frame - 28, self._first), start_frame - 3)
+        if not len(frames):
+            return 0.0
+        return float(self._noise_cost[frames % HISTORY_FRAMES].mean()) / self._settings.filler_cost

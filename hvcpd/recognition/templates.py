@@ -1,0 +1,110 @@
+"""Templates of words as linear mel energies, composed with the noise of the moment.
+
+Parallel model combination (Gales & Young, "Robust continuous speech recognition using parallel model combination",
+IEEE Trans. SAP 4(5), 1996), here for templates: sound powers add, so the noise's energies are added to the word's
+before the logarithm and the DCT. A word is then compared with what it would have been in this noise.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hvcpd.ports import Samples
+from hvcpd.recognition.frontend import (
+    DELTA_REACH,
+    ENERGY_FLOOR,
+    HOP_SAMPLES,
+    N_BANDS,
+    N_CEPSTRA,
+    N_FEATURES,
+    WINDOW_SAMPLES,
+    Energies,
+    Features,
+    cepstra_of,
+    deltas_of,
+    energies_of,
+)
+
+TRIM_DB = 40.0
+"""Edges this far below a template's loudest frame are silence, not part of the word."""
+LOUD_FRACTION = 0.5
+"""The louder half of a voice's frames gives its typical spectrum: vowels and voiced consonants."""
+
+
+@dataclass(frozen=True)
+class Template:
+    """Frames `first` to `first + length` of the bank: one rendering of `word` by `voice`."""
+
+    voice: str
+    word: str
+    first: int
+    length: int
+
+
+def trimmed_energies(samples: Samples) -> Energies:
+    """Mel energies of one word without the silence around it, shape (frames, N_BANDS); at least one frame.
+
+    The samples are padded by half a window, so that the first and the last sound keep their frames.
+    """
+    pad = (WINDOW_SAMPLES - HOP_SAMPLES) // 2
+    energies = energies_of(np.pad(np.asarray(samples, np.float32), (pad, pad + HOP_SAMPLES)))
+    power = energies.sum(axis=1)
+    loud = np.flatnonzero(power >= power.max() * 10.0 ** (-TRIM_DB / 10.0))
+    return energies[loud[0] : loud[-1] + 1]
+
+
+class TemplateBank:
+    """All templates of all voices, one below the other.
+
+    Each voice is scaled to the same mean power, so one gain describes how loud a speaker is heard.
+    """
+
+    def __init__(self, waveforms: Mapping[str, Mapping[str, Sequence[Samples]]]) -> None:
+        """`waveforms[voice][word]`: one or more recordings; raises ValueError if there are none at all."""
+        templates: list[Template] = []
+        blocks: list[Energies] = []
+        first = 0
+        for voice, words in waveforms.items():
+            rows = [(word, trimmed_energies(w)) for word, takes in words.items() for w in takes]
+            if not rows:
+                raise ValueError(f"voice {voice!r} has no templates")
+            scale = np.float32(1.0) / np.concatenate([energies for _, energies in rows]).sum(axis=1).mean()
+            for word, energies in rows:
+                templates.append(Template(voice, word, first, len(energies)))
+                blocks.append(np.maximum(energies - ENERGY_FLOOR, 0.0) * scale)
+                first += len(energies)
+        if not blocks:
+            raise ValueError("no templates")
+        self.templates = tuple(templates)
+        self.energies: Energies = np.concatenate(blocks)
+        """Noise-free energies of every frame, shape (n_frames, N_BANDS), a voice's mean total being 1."""
+        self.n_frames = len(self.energies)
+        power = self.energies.sum(axis=1)
+        self.loud_spectrum = self.energies[power >= np.quantile(power, LOUD_FRACTION)].mean(axis=0)
+        """Mean energies of the louder frames, shape (N_BANDS,)."""
+        self._neighbours = self._neighbour_rows()
+
+    def _neighbour_rows(self) -> list[NDArray[np.intp]]:
+        """For offsets -2, -1, 1, 2: the row of that neighbour, held at the ends of each template."""
+        low = np.concatenate([np.full(t.length, t.first) for t in self.templates])
+        high = np.concatenate([np.full(t.length, t.first + t.length - 1) for t in self.templates])
+        here = np.arange(self.n_frames)
+        offsets = (-DELTA_REACH, -1, 1, DELTA_REACH)
+        return [np.clip(here + offset, low, high) for offset in offsets]
+
+    def compose(self, noise: NDArray[np.float32], gain: float, out: Features) -> None:
+        """Write to `out` (n_frames, N_FEATURES) the features of all frames at power `gain` in `noise` (N_BANDS,)."""
+        c = cepstra_of(self.energies * np.float32(gain) + noise)
+        out[:, :N_CEPSTRA] = c
+        out[:, N_CEPSTRA:] = deltas_of(*(c[rows] for rows in self._neighbours))
+
+
+def noise_features(noise: NDArray[np.float32]) -> NDArray[np.float32]:
+    """Features of the noise alone, shape (N_FEATURES,): its cepstrum, and no change over time."""
+    out = np.zeros(N_FEATURES, np.float32)
+    out[:N_CEPSTRA] = cepstra_of(noise.reshape(1, N_BANDS))[0]
+    return out
