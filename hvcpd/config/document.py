@@ -1,0 +1,240 @@
+"""YAML text as plain values, each with its place in the file.
+
+The loader follows YAML 1.1 as PyYAML's SafeLoader does, with four differences that serve a file written by hand:
+every key and value remembers its line, a key given twice is a fault, keys are text, and the size, the nesting and
+the number of values (after aliases) are bounded, so that no file can exhaust a small robot's memory.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import yaml
+
+from hvcpd.errors import ConfigError
+
+KeyPath = tuple[str | int, ...]
+"""The way to a value from the top of a document: keys and list indices (from 0)."""
+
+MAX_FILE_BYTES = 1 << 20
+"""1 MiB: a hundred tasks with a hundred actions each take some 200 kB."""
+
+MAX_DEPTH = 24
+"""Nested lists and groups; a task file needs six."""
+
+MAX_VALUES = 50_000
+"""Values after aliases are written out; 99 tasks of 100 actions are about 40,000 keys and values at most."""
+
+
+@dataclass(frozen=True, order=True)
+class Place:
+    """Where something was written: a file with line and column (from 1), or a command's option (line 0)."""
+
+    source: str
+    line: int = 0
+    column: int = 0
+
+    def __str__(self) -> str:
+        return f"{self.source}:{self.line}" if self.line else self.source
+
+
+class Document:
+    """The values of a document, where each of them stands, and the faults found so far."""
+
+    def __init__(self, top: Place) -> None:
+        self.source = top.source
+        self.value: Any = None
+        self.places: dict[KeyPath, Place] = {(): top}
+        self.key_places: dict[KeyPath, Place] = {}
+        self._faults: dict[tuple[Place, str], KeyPath] = {}
+
+    def place(self, path: KeyPath) -> Place:
+        """The place of the key at `path`, of its value, or of the nearest thing around it."""
+        while path not in self.key_places and path not in self.places:
+            path = path[:-1]
+        return self.key_places.get(path) or self.places[path]
+
+    def has(self, path: KeyPath) -> bool:
+        """Whether something is written at `path`, right or wrong."""
+        return path in self.key_places or path in self.places
+
+    def fault(self, path: KeyPath, text: str, place: Place | None = None) -> None:
+        """Note what is wrong at `path` and what to do; said once, however often it is noted."""
+        self._faults.setdefault((place or self.place(path), text), path)
+
+    def is_faulty(self, path: KeyPath) -> bool:
+        """Whether the value at `path` itself, or anything around it below the top, has a fault already."""
+        found = set(self._faults.values())
+        return any(path[:length] in found for length in range(min(1, len(path)), len(path) + 1))
+
+    def faults(self) -> Iterator[str]:
+        """One line a fault, in the order of the file."""
+        for place, text in sorted(self._faults):
+            yield f"{place}: {text}"
+
+    def overlay(self, path: KeyPath, value: object, source: str) -> None:
+        """Put a value from elsewhere (a command's option) over what the file says; the way to it is made."""
+        if not isinstance(self.value, dict):
+            self.value = {}
+        group = self.value
+        for key in path[:-1]:
+            if not isinstance(group.get(key), dict):
+                group[key] = {}
+            group = group[key]
+        group[path[-1]] = value
+        for places in (self.places, self.key_places):
+            for inside in [known for known in places if known[: len(path)] == path]:
+                del places[inside]
+        self.places[path] = self.key_places[path] = Place(source)
+
+
+def read_bytes(path: Path) -> bytes:
+    """The bytes of a configuration file. Raises ConfigError when it cannot be read or is too large."""
+    try:
+        with path.open("rb") as file:
+            data = file.read(MAX_FILE_BYTES + 1)
+    except (OSError, ValueError) as error:  # ValueError: a NUL in the name
+        raise ConfigError(f"{path}: {unreadable(error)}") from error
+    if len(data) > MAX_FILE_BYTES:
+        raise ConfigError(f"{path}: the file is larger than {MAX_FILE_BYTES >> 20} MiB; is it the right file?")
+    return data
+
+
+def unreadable(error: Exception) -> str:
+    """What is wrong with a file that cannot be opened, and what to do."""
+    match error:
+        case FileNotFoundError():
+            return "there is no such file; check the name, or create it"
+        case IsADirectoryError():
+            return "this is a directory; name a file in it"
+        case PermissionError():
+            return "no permission to read it; run `chmod a+r` on it, or run as its owner"
+        case OSError():
+            return f"cannot be read ({error.strerror}); check the name and the disk"
+        case _:
+            return "this is no file name; check it"
+
+
+def parse(data: bytes, source: str) -> Document:
+    """The document in `data`. Raises ConfigError when it is not YAML at all; lesser faults are kept in the result."""
+    text = _decode(data, source)
+    document = Document(Place(source, 1, 1))
+    loader = _Loader(text)
+    try:
+        node = loader.get_single_node()
+        if node is not None:
+            _Reader(document, loader).read_top(node)
+    except yaml.MarkedYAMLError as error:
+        mark = error.problem_mark or error.context_mark
+        place = Place(source, mark.line + 1, mark.column + 1) if mark else Place(source, 1)
+        what = ", ".join(part for part in (error.context, error.problem) if part)
+        raise ConfigError(f"{place}: not valid YAML ({what}); correct the line, or the one before it") from error
+    except yaml.reader.ReaderError as error:
+        line = text.count("\n", 0, error.position) + 1
+        raise ConfigError(f"{source}:{line}: a character that YAML does not allow; delete it") from error
+    finally:
+        loader.dispose()
+    return document
+
+
+def _decode(data: bytes, source: str) -> str:
+    try:
+        return data.decode("utf-8-sig")
+    except UnicodeDecodeError as error:
+        line = data.count(b"\n", 0, error.start) + 1
+        raise ConfigError(f"{source}:{line}: not UTF-8 text; save the file as UTF-8") from error
+
+
+class _Loader(yaml.SafeLoader):
+    """PyYAML's safe loader that gives up on deep nesting before Python's own stack does."""
+
+    def __init__(self, stream: str) -> None:
+        super().__init__(stream)
+        self._depth = 0
+
+    def compose_node(self, parent: yaml.Node | None, index: Any) -> yaml.Node | None:
+        if self._depth > MAX_DEPTH:
+            mark = self.peek_event().start_mark  # type: ignore[no-untyped-call]
+            raise yaml.MarkedYAMLError(problem=f"nested deeper than {MAX_DEPTH} levels", problem_mark=mark)
+        self._depth += 1
+        node = super().compose_node(parent, index)
+        self._depth -= 1
+        return node
+
+
+class _Reader:
+    """Turns composed nodes into values, noting places and faults in a document."""
+
+    def __init__(self, document: Document, loader: _Loader) -> None:
+        self._document = document
+        self._loader = loader
+        self._values = 0
+        self._open: list[yaml.Node] = []
+
+    def read_top(self, node: yaml.Node) -> None:
+        self._document.value = self._read(node, ())
+
+    def _place(self, node: yaml.Node) -> Place:
+        return Place(self._document.source, node.start_mark.line + 1, node.start_mark.column + 1)
+
+    def _fault(self, path: KeyPath, node: yaml.Node, text: str) -> None:
+        self._document.fault(path, text, self._place(node))
+
+    def _read(self, node: yaml.Node, path: KeyPath) -> Any:
+        self._values += 1
+        if self._values > MAX_VALUES:
+            raise yaml.MarkedYAMLError(
+                problem=f"more than {MAX_VALUES} values, aliases included", problem_mark=node.start_mark
+            )
+        self._document.places[path] = self._place(node)
+        if isinstance(node, yaml.ScalarNode):
+            return self._scalar(node, path)
+        if any(node is outer for outer in self._open):
+            self._fault(path, node, "an alias that contains itself; write the value out")
+            return None
+        self._open.append(node)
+        try:
+            if isinstance(node, yaml.SequenceNode) and node.tag == "tag:yaml.org,2002:seq":
+                return [self._read(child, (*path, index)) for index, child in enumerate(node.value)]
+            if isinstance(node, yaml.MappingNode) and node.tag == "tag:yaml.org,2002:map":
+                return self._mapping(node, path)
+        finally:
+            self._open.pop()
+        self._fault(path, node, f"the tag {node.tag} is not supported; delete it")
+        return None
+
+    def _scalar(self, node: yaml.ScalarNode, path: KeyPath) -> Any:
+        try:
+            return self._loader.construct_object(node)
+        except yaml.constructor.ConstructorError:
+            self._fault(path, node, f"the tag {node.tag} is not supported; delete it")
+        except (ValueError, OverflowError, KeyError, IndexError, AttributeError):
+            # PyYAML's constructors let these through for text such as "2001-99-99", "0b" or "!!int x".
+            self._fault(path, node, f"{_shortened(node.value)} cannot be read; put it in quotes if it is text")
+        return None
+
+    def _mapping(self, node: yaml.MappingNode, path: KeyPath) -> dict[str, Any]:
+        result: dict[str, Any] = {}
+        for key_node, value_node in node.value:
+            if isinstance(key_node, yaml.ScalarNode) and key_node.tag == "tag:yaml.org,2002:merge":
+                self._fault(path, key_node, "merge keys (<<) are not supported; write the keys out")
+                continue
+            if not isinstance(key_node, yaml.ScalarNode) or key_node.tag != "tag:yaml.org,2002:str":
+                self._fault(path, key_node, "a key must be text; put it in quotes")
+                continue
+            key = key_node.value
+            child = (*path, key)
+            if key in result:
+                first = self._document.key_places[child].line
+                self._fault(child, key_node, f"the key {key!r} is given twice, first in line {first}; keep one")
+                continue
+            self._document.key_places[child] = self._place(key_node)
+            result[key] = self._read(value_node, child)
+        return result
+
+
+def _shortened(text: str, length: int = 40) -> str:
+    return repr(text if len(text) <= length else text[: length - 1] + "…")

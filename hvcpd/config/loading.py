@@ -1,0 +1,298 @@
+"""From a document's values to frozen dataclasses, strictly, with every fault told at its line.
+
+Nothing is converted that a person may not have meant: "5" is no number, 5.7 no whole number, yes no 1. A field may
+carry a check in its metadata (`between`, `checked`); what concerns several fields is checked by a function that is
+given a `Parts` and can name the place of each.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import difflib
+import math
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from pathlib import Path
+from typing import Any, Literal, TypeVar, cast, get_args, get_origin
+
+from cattrs import Converter
+from cattrs.errors import (
+    AttributeValidationNote,
+    BaseValidationError,
+    ForbiddenExtraKeysError,
+    IterableValidationNote,
+)
+from cattrs.gen import make_dict_structure_fn, override
+
+from hvcpd.config.document import Document, KeyPath, parse, read_bytes
+from hvcpd.errors import ConfigError
+
+T = TypeVar("T")
+
+Check = Callable[[Any], str | None]
+"""Says what is wrong with a value and what to do, or None."""
+
+Hook = Callable[[Any, Converter], Any]
+"""Turns a plain value into one of our types; raises FaultError, or what the converter raises."""
+
+MAX_FAULTS_TOLD = 100
+"""Lines of one ConfigError; nobody reads more at a time."""
+
+_CHECK = "check"
+
+
+class FaultError(ValueError):
+    """What is wrong with a value and what to do; `path` leads from that value to the part that is meant."""
+
+    def __init__(self, text: str, *path: str | int) -> None:
+        super().__init__(text)
+        self.path: KeyPath = path
+
+
+class Parts:
+    """A document's values for a check across fields: those parts that are well-formed, and a way to fault any."""
+
+    def __init__(self, document: Document, converter: Converter) -> None:
+        self._document = document
+        self._converter = converter
+
+    def get(self, path: KeyPath, type_: type[T]) -> T | None:
+        """The value at `path`, or None if it is absent or has been faulted."""
+        value = self._document.value
+        for key in path:
+            try:
+                value = value[key]
+            except (KeyError, IndexError, TypeError):
+                return None
+        if self._document.is_faulty(path):
+            return None
+        try:
+            return self._converter.structure(value, type_)
+        except (FaultError, BaseValidationError):
+            return None
+
+    def has(self, path: KeyPath) -> bool:
+        """Whether something is written at `path`, right or wrong."""
+        return self._document.has(path)
+
+    def length(self, path: KeyPath) -> int:
+        """How many elements the list at `path` has; 0 if there is no list."""
+        value = self.get(path, cast(type[Any], Any))
+        return len(value) if isinstance(value, list) else 0
+
+    def line(self, path: KeyPath) -> int:
+        """The line (from 1) in which the key or value at `path` stands."""
+        return self._document.place(path).line
+
+    def fault(self, path: KeyPath, text: str) -> None:
+        """Note what is wrong at `path` and what to do."""
+        self._document.fault(path, text)
+
+
+def load(
+    path: Path,
+    type_: type[T],
+    check: Callable[[Parts], None] | None = None,
+    hooks: Mapping[Any, Hook] | None = None,
+) -> T:
+    """Read the YAML file `path` as a `type_`, a dataclass.
+
+    `check` looks at what concerns several fields; `hooks` read types that are not plain dataclasses. Raises
+    ConfigError with every fault of the file, a line each: `FILE:LINE: what is wrong; what to do`.
+    """
+    return structure(parse(read_bytes(path), str(path)), type_, check, hooks)
+
+
+def structure(
+    document: Document,
+    type_: type[T],
+    check: Callable[[Parts], None] | None = None,
+    hooks: Mapping[Any, Hook] | None = None,
+) -> T:
+    """As `load`, from a document that has been read already."""
+    converter = _make_converter(hooks or {})
+    if document.value is None and not document.is_faulty(()):
+        document.value = {}
+    result: T | None = None
+    try:
+        result = converter.structure(document.value, type_)
+    except (FaultError, BaseValidationError) as error:
+        for path, text in _flatten(error, ()):
+            if not document.is_faulty(path):
+                document.fault(path, text)
+    if check is not None:
+        check(Parts(document, converter))
+    faults = list(document.faults())
+    if faults or result is None:
+        more = len(faults) - MAX_FAULTS_TOLD
+        told = faults[:MAX_FAULTS_TOLD] + ([f"{document.source}: and {more} more"] if more > 0 else [])
+        raise ConfigError("\n".join(told))
+    return result
+
+
+def between(least: float, most: float) -> dict[str, Check]:
+    """Field metadata: the number lies from `least` to `most`, both included."""
+
+    def check(value: float | None) -> str | None:
+        if value is None or least <= value <= most:
+            return None
+        return f"{describe(value)} is out of range; give a number from {least} to {most}"
+
+    return {_CHECK: check}
+
+
+def checked(check: Check) -> dict[str, Check]:
+    """Field metadata: `check` says what is wrong with the value and what to do."""
+    return {_CHECK: check}
+
+
+def did_you_mean(wrong: str, known: Iterable[str]) -> str:
+    """The end of a message on an unknown word: the nearest that is known, or all of them."""
+    names = list(known)
+    folded = {name.casefold().replace("-", "_"): name for name in names}
+    near = difflib.get_close_matches(wrong.casefold().replace("-", "_"), folded, n=1)
+    return f"did you mean {folded[near[0]]!r}?" if near else f"known are: {', '.join(names)}"
+
+
+def describe(value: object) -> str:
+    """A value in a person's words."""
+    match value:
+        case None:
+            return "nothing"
+        case bool():
+            return f"yes/no ({str(value).lower()})"
+        case int() if abs(value) >= 10**18:
+            return "a huge number"
+        case int() | float():
+            return f"the number {value}"
+        case str():
+            return f"the text {value[:40]!r}"
+        case list():
+            return "a list"
+        case dict():
+            return "a group of keys"
+        case _:
+            return f"a {type(value).__name__}"
+
+
+def _make_converter(hooks: Mapping[Any, Hook]) -> Converter:
+    converter = Converter(forbid_extra_keys=True, detailed_validation=True)
+
+    def dataclass_hook(cls: Any) -> Callable[[Any, Any], Any]:
+        checks: dict[str, Any] = {
+            field.name: override(struct_hook=_checked_hook(converter, field.metadata[_CHECK]))
+            for field in dataclasses.fields(cls)
+            if _CHECK in field.metadata
+        }
+        inner = make_dict_structure_fn(cls, converter, **checks)
+
+        def hook(value: Any, _: Any) -> Any:
+            if not isinstance(value, dict):
+                known = ", ".join(field.name for field in dataclasses.fields(cls))
+                raise FaultError(f"expected a group of keys ({known}), found {describe(value)}; write `key: value`")
+            return inner(value, cls)
+
+        return hook
+
+    def tuple_hook(value: Any, type_: Any) -> Any:
+        if not isinstance(value, list):
+            raise FaultError(f"expected a list, found {describe(value)}; write it as [a, b]")
+        list_type: Any = list[get_args(type_)[0]]  # type: ignore[misc]
+        return tuple(converter.structure(value, list_type))
+
+    converter.register_structure_hook_factory(dataclasses.is_dataclass, dataclass_hook)
+    converter.register_structure_hook_func(_has_origin(tuple), tuple_hook)
+    converter.register_structure_hook_func(_has_origin(Literal), _literal)
+    for primitive, read in ((int, _int), (float, _float), (bool, _bool), (str, _str), (Path, _path)):
+        converter.register_structure_hook(primitive, read)
+    for special, read_special in hooks.items():
+        converter.register_structure_hook(special, _special_hook(converter, read_special))
+    return converter
+
+
+def _has_origin(origin: Any) -> Callable[[Any], bool]:
+    return lambda type_: bool(get_origin(type_) is origin)
+
+
+def _special_hook(converter: Converter, read: Hook) -> Callable[[Any, Any], Any]:
+    return lambda value, _: read(value, converter)
+
+
+def _checked_hook(converter: Converter, check: Check) -> Callable[[Any, Any], Any]:
+    def hook(value: Any, type_: Any) -> Any:
+        result = converter.structure(value, type_)
+        text = check(result)
+        if text is not None:
+            raise FaultError(text)
+        return result
+
+    return hook
+
+
+def _int(value: Any, _: Any) -> int:
+    if isinstance(value, bool) or not isinstance(value, int):
+        raise FaultError(f"expected a whole number, found {describe(value)}; write digits without quotes or point")
+    return value
+
+
+def _float(value: Any, _: Any) -> float:
+    if isinstance(value, bool) or not isinstance(value, int | float):
+        raise FaultError(f"expected a number, found {describe(value)}; write it without quotes, for example 1.5")
+    try:
+        number = float(value)
+    except OverflowError:
+        number = math.inf
+    if not math.isfinite(number):
+        raise FaultError(f"expected a finite number, found {describe(value)}; write a number such as 1.5")
+    return number
+
+
+def _bool(value: Any, _: Any) -> bool:
+    if not isinstance(value, bool):
+        raise FaultError(f"expected true or false, found {describe(value)}; write true or false")
+    return value
+
+
+def _str(value: Any, _: Any) -> str:
+    if not isinstance(value, str):
+        raise FaultError(f"expected text, found {describe(value)}; put it in quotes")
+    return value
+
+
+def _path(value: Any, _: Any) -> Path:
+    if not isinstance(value, str | Path) or not str(value) or "\0" in str(value):
+        raise FaultError(f"expected a file name, found {describe(value)}; write the path")
+    return Path(value)
+
+
+def _literal(value: Any, type_: Any) -> Any:
+    choices = get_args(type_)
+    for choice in choices:
+        if value == choice and type(value) is type(choice):
+            return choice
+    hint = did_you_mean(str(value)[:40], [str(choice) for choice in choices])
+    raise FaultError(f"{describe(value)} is none of the choices; {hint}")
+
+
+def _flatten(error: BaseException, path: KeyPath) -> Iterator[tuple[KeyPath, str]]:
+    """Every fault in a tree of cattrs' exceptions with the way to its value; an error of our own is raised on."""
+    for note in reversed(getattr(error, "__notes__", [])):
+        if isinstance(note, AttributeValidationNote):
+            path = (*path, note.name)
+        elif isinstance(note, IterableValidationNote):
+            path = (*path, note.index)
+    match error:
+        case BaseValidationError():
+            for child in error.exceptions:
+                yield from _flatten(child, path)
+        case FaultError():
+            at = (*path, *error.path)
+            key = next((key for key in reversed(at) if isinstance(key, str)), None)
+            yield at, f"{key}: {error}" if key is not None else str(error)
+        case ForbiddenExtraKeysError():
+            known = [field.name for field in dataclasses.fields(error.cl)]
+            for key in error.extra_fields:
+                yield (*path, key), f"unknown key {key[:40]!r}; {did_you_mean(key[:40], known)}"
+        case KeyError():  # cattrs' way to say that a key is absent
+            yield path, f"the key {path[-1]!r} is missing; add it"
+        case _:
+            raise error

@@ -1,0 +1,72 @@
+"""Names that can be spoken: of robots, teams and tasks. Each check says what is wrong and what to do, or None."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable
+
+NameCheck = Callable[[str], str | None]
+"""A further check of a name, such as the phrasebook's: its text for a name that cannot be used, else None."""
+
+MAX_NAME_LENGTH = 16
+"""Letters and digits of a robot's or a team's name; longer ones take longer to say than the rest of a greeting."""
+
+MIN_TASK_WORDS = 2
+MAX_TASK_WORDS = 8
+"""Words of a task's name: one word is too easily misheard, and eight take some three seconds to say."""
+
+MAX_WORD_LENGTH = 20
+"""Letters of a word; ordinary English words are shorter."""
+
+_ROBOT_NAME = re.compile(r"[A-Za-z][A-Za-z0-9]*")
+_WORD = re.compile(r"[a-z]+")
+
+
+def valid_robot_name(name: str, reserved: NameCheck | None = None) -> str | None:
+    """What is wrong with a robot's name, or None. Names are shown as written and compared without regard to case.
+
+    `reserved` is the phrasebook's own check: a name must not equal, nor sound like, a word of its sentences.
+    """
+    if not name or len(name) > MAX_NAME_LENGTH:
+        return f"a robot's name has 1 to {MAX_NAME_LENGTH} letters, {name[:40]!r} has {len(name)}; choose another"
+    if not _ROBOT_NAME.fullmatch(name):
+        return f"the robot's name {name!r} is not a letter followed by letters and digits; choose another"
+    return reserved(name) if reserved is not None else None
+
+
+def valid_team_name(name: str) -> str | None:
+    """What is wrong with a team's name, or None: it is one word that can be spoken, in lower case."""
+    if not _WORD.fullmatch(name) or len(name) > MAX_NAME_LENGTH:
+        return f"the team's name {name[:40]!r} is not one word of 1 to {MAX_NAME_LENGTH} letters a-z; choose another"
+    return None
+
+
+def valid_task_name(name: str) -> str | None:
+    """What is wrong with a task's name, or None: a few English words in lower case, digits written as words."""
+    words = name.split(" ")
+    if any(character.isdigit() for character in name):
+        return f"the task name {name[:40]!r} has digits; write numbers as words (two, not 2)"
+    wrong = next((word for word in words if not _WORD.fullmatch(word) or len(word) > MAX_WORD_LENGTH), None)
+    if wrong is not None:
+        tidy = " ".join(re.findall(r"[a-z]+", name.lower()))[:80]
+        hint = f"write for example {tidy!r}" if valid_task_name_length(tidy) is None else "use lower-case words"
+        return f"the task name {name[:40]!r} is not words of the letters a-z with one space between; {hint}"
+    return valid_task_name_length(name)
+
+
+def valid_task_name_length(name: str) -> str | None:
+    """What is wrong with the number of words in a task's name, or None."""
+    count = len(name.split())
+    if MIN_TASK_WORDS <= count <= MAX_TASK_WORDS:
+        return None
+    return f"a task name has {MIN_TASK_WORDS} to {MAX_TASK_WORDS} words, {name[:40]!r} has {count}; reword it"
+
+
+def repeated_names(names: tuple[str, ...]) -> str | None:
+    """What is wrong with a list of robots' names as a whole, or None: each is said once, whatever its case."""
+    seen: dict[str, str] = {}
+    for name in names:
+        before = seen.setdefault(name.casefold(), name)
+        if before is not name:
+            return f"the names {before!r} and {name!r} are the same aloud; keep one"
+    return None

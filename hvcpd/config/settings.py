@@ -1,0 +1,158 @@
+"""The settings of one robot: from defaults, a YAML file and a command's options, the later over the earlier.
+
+`etc/hvcpd.yaml` documents every key in place.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Literal
+
+from hvcpd.config.document import Document, KeyPath, Place, parse, read_bytes
+from hvcpd.config.loading import Parts, between, checked, structure
+from hvcpd.config.names import NameCheck, repeated_names, valid_robot_name, valid_team_name
+from hvcpd.config.tasks import default_tasks_path
+from hvcpd.ports import Pose
+
+SYSTEM_SETTINGS_PATH = Path("/etc/hvcpd/hvcpd.yaml")
+"""Read if no other file is named; it need not be there."""
+
+STATE_DIR = Path("/var/lib/hvcpd")
+"""Where a service keeps its state, by the Filesystem Hierarchy Standard."""
+
+MAX_KNOWN_NAMES = 12
+"""Robots known beforehand; each name makes the recognizer's network larger, and a class room has no more."""
+
+STAND_IN_NAME = "Rob"
+"""The name in the settings of a command that is no robot; the first of the paper's two."""
+
+MAX_COORDINATE_M = 50
+"""Bound of a start pose; the same as for the places of tasks."""
+
+
+@dataclass(frozen=True)
+class StartSettings:
+    """Where the robot stands when the daemon starts, in the room's frame (REP-103)."""
+
+    x_m: float = field(default=-5.0, metadata=between(-MAX_COORDINATE_M, MAX_COORDINATE_M))
+    y_m: float = field(default=-5.0, metadata=between(-MAX_COORDINATE_M, MAX_COORDINATE_M))
+    heading_deg: float = field(default=0.0, metadata=between(-360, 360))
+
+    @property
+    def pose(self) -> Pose:
+        """The same with the heading in radians."""
+        return Pose(self.x_m, self.y_m, math.radians(self.heading_deg))
+
+
+@dataclass(frozen=True)
+class AudioSettings:
+    """Microphone and loudspeaker; a device is chosen by a part of its name, None is the system's default."""
+
+    input_device: str | None = None
+    output_device: str | None = None
+    block_ms: int = field(default=10, metadata=between(5, 100))
+    queue_s: float = field(default=2.0, metadata=between(0.1, 30))
+    watchdog_s: float = field(default=1.0, metadata=between(0.1, 10))
+
+
+@dataclass(frozen=True)
+class WheelSettings:
+    """The wheels' motors; their identifiers are those of a TurtleBot3 (ROBOTIS e-Manual: left 1, right 2)."""
+
+    driver: Literal["xl430", "none"] = "xl430"
+    port: str = "/dev/ttyUSB0"
+    baud_rate: Literal[9600, 57600, 115200, 1000000, 2000000, 3000000, 4000000, 4500000] = 1_000_000
+    left_id: int = field(default=1, metadata=between(0, 252))
+    right_id: int = field(default=2, metadata=between(0, 252))
+
+    @property
+    def ids(self) -> tuple[int, int]:
+        """The left and the right motor's identifier on the bus."""
+        return self.left_id, self.right_id
+
+
+def _valid_name(name: str) -> str | None:
+    return valid_robot_name(name)
+
+
+def _valid_names(names: tuple[str, ...]) -> str | None:
+    if len(names) > MAX_KNOWN_NAMES:
+        return f"at most {MAX_KNOWN_NAMES} names can be known beforehand, found {len(names)}; remove some"
+    return next((text for name in names if (text := valid_robot_name(name))), None) or repeated_names(names)
+
+
+@dataclass(frozen=True)
+class Settings:
+    """All that one robot's daemon, or a command, needs to know beforehand."""
+
+    name: str = field(metadata=checked(_valid_name))
+    team: str = field(default="plant", metadata=checked(valid_team_name))
+    voice: str | None = None
+    tasks: Path = field(default_factory=default_tasks_path)
+    names: tuple[str, ...] = field(default=("Rob", "Bot"), metadata=checked(_valid_names))
+    state_dir: Path = STATE_DIR
+    mode: Literal["volunteer", "coordinate"] = "volunteer"
+    pick: Literal["random", "nearest"] = "random"
+    start: StartSettings = StartSettings()
+    audio: AudioSettings = AudioSettings()
+    wheels: WheelSettings = WheelSettings()
+    seed: int | None = field(default=None, metadata=between(0, 2**32 - 1))
+    log_level: Literal["debug", "info", "warning", "error"] = "info"
+
+
+def load_settings(
+    path: Path | None = None,
+    overrides: Mapping[str, object] | None = None,
+    *,
+    name_needed: bool = True,
+    reserved: NameCheck | None = None,
+    system_path: Path = SYSTEM_SETTINGS_PATH,
+) -> Settings:
+    """The settings in the file `path`, with a command's options over them.
+
+    Without `path` the file `system_path` is read if there is one. `overrides` maps a key such as `name` or
+    `audio.input_device` to an option's value; None means that the option was not given. With `name_needed` false
+    (commands that are no robot) STAND_IN_NAME takes the place of a missing name. `reserved` is the phrasebook's
+    check of names. File names in the file are relative to its directory. Raises ConfigError with every fault.
+    """
+    if path is None and system_path.exists():
+        path = system_path
+    document = parse(read_bytes(path), str(path)) if path is not None else Document(Place("settings"))
+    for key, value in (overrides or {}).items():
+        if value is not None:
+            plain = list(value) if isinstance(value, tuple) else value
+            document.overlay(tuple(key.split(".")), plain, f"--{key.replace('.', '-').replace('_', '-')}")
+    if not document.has(("name",)):
+        if name_needed:
+            document.fault(("name",), "the robot has no name; give --name NAME, or write `name: NAME` in the file")
+        else:
+            document.overlay(("name",), STAND_IN_NAME, "settings")
+    settings = structure(document, Settings, lambda parts: _check_reserved(parts, reserved))
+    return dataclasses.replace(
+        settings,
+        tasks=_absolute(settings.tasks, document, ("tasks",), path),
+        state_dir=_absolute(settings.state_dir, document, ("state_dir",), path),
+    )
+
+
+def _check_reserved(parts: Parts, reserved: NameCheck | None) -> None:
+    if reserved is None:
+        return
+    paths: list[KeyPath] = [("name",), *(("names", index) for index in range(parts.length(("names",))))]
+    for path in paths:
+        name = parts.get(path, str)
+        text = reserved(name) if name is not None else None
+        if text is not None:
+            parts.fault(path, text)
+
+
+def _absolute(name: Path, document: Document, key: KeyPath, path: Path | None) -> Path:
+    """A file name from the configuration file is relative to that file's directory; ~ is the home directory."""
+    if name.parts[:1] == ("~",):
+        name = Path.home().joinpath(*name.parts[1:])
+    from_file = path is not None and document.has(key) and document.place(key).source == str(path)
+    return path.parent / name if path is not None and from_file else name

@@ -1,0 +1,223 @@
+"""Reads a task repository from YAML; `etc/tasks.yaml` shows and explains the form."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from cattrs import Converter
+from cattrs.errors import AttributeValidationNote, BaseValidationError
+
+from hvcpd.config.document import KeyPath
+from hvcpd.config.loading import FaultError, Parts, between, checked, describe, did_you_mean, load
+from hvcpd.config.names import valid_task_name
+from hvcpd.config.tasks import (
+    Action,
+    Forward,
+    GoTo,
+    Place,
+    SayAction,
+    TaskDefinition,
+    TaskRepository,
+    Turn,
+    Wait,
+    Water,
+)
+
+SoundsAlike = Callable[[str, str], bool]
+"""Whether two names are too near in sound to be told apart by ear."""
+
+MAX_TASKS = 99
+"""Tasks of a repository, and the highest number: numbers are spoken, and the phrasebook counts to ninety-nine."""
+
+MAX_ACTIONS = 100
+"""Actions of a task; bounds a mission."""
+
+MAX_DISTANCE_M = 50
+"""Coordinates and distances; beyond, robots are out of each other's hearing (some 10 m) by far."""
+
+MAX_ANGLE_DEG = 360
+"""A turn; once around is enough."""
+
+MAX_WAIT_S = 600
+"""A wait; ten minutes, after which the others must think that the robot has failed."""
+
+MAX_SENTENCE_LENGTH = 200
+"""Characters of a sentence to say; the phrasebook's longest are half of this."""
+
+TO_PLACE = "go to place"
+
+_DISTANCE = between(-MAX_DISTANCE_M, MAX_DISTANCE_M)
+
+
+@dataclass(frozen=True)
+class _PlaceEntry:
+    x_m: float = field(metadata=_DISTANCE)
+    y_m: float = field(metadata=_DISTANCE)
+
+    def place(self) -> Place:
+        return Place(self.x_m, self.y_m)
+
+
+@dataclass(frozen=True)
+class _ActionEntry:
+    """An action; None stands for the way to the task's own place, which only the whole task can tell."""
+
+    action: Action | None
+
+
+def _valid_actions(actions: tuple[_ActionEntry, ...]) -> str | None:
+    if 1 <= len(actions) <= MAX_ACTIONS:
+        return None
+    return f"a task has 1 to {MAX_ACTIONS} actions, found {len(actions)}; write for example [{TO_PLACE}, {{water: 5}}]"
+
+
+@dataclass(frozen=True)
+class _TaskEntry:
+    number: int = field(metadata=between(1, MAX_TASKS))
+    name: str = field(metadata=checked(valid_task_name))
+    actions: tuple[_ActionEntry, ...] = field(metadata=checked(_valid_actions))
+    place: _PlaceEntry | None = None
+
+    def definition(self) -> TaskDefinition:
+        place = self.place.place() if self.place else None
+        there = (GoTo(place),) if place else ()
+        actions: list[Action] = []
+        for entry in self.actions:
+            actions += (entry.action,) if entry.action is not None else there
+        return TaskDefinition(self.number, self.name, place, tuple(actions))
+
+
+def _valid_count(tasks: tuple[Any, ...]) -> str | None:
+    if 1 <= len(tasks) <= MAX_TASKS:
+        return None
+    return f"a repository has 1 to {MAX_TASKS} tasks, found {len(tasks)}; {'remove some' if tasks else 'add one'}"
+
+
+def _valid_others(names: tuple[str, ...]) -> str | None:
+    if len(names) > MAX_TASKS:
+        return f"at most {MAX_TASKS} other tasks may be named, found {len(names)}; remove some"
+    return None
+
+
+@dataclass(frozen=True)
+class _TaskFile:
+    tasks: tuple[_TaskEntry, ...] = field(metadata=checked(_valid_count))
+    other_tasks: tuple[str, ...] = field(default=(), metadata=checked(_valid_others))
+
+
+@dataclass(frozen=True)
+class _Distance:
+    value: float = field(metadata=_DISTANCE)
+
+
+@dataclass(frozen=True)
+class _Angle:
+    value: float = field(metadata=between(-MAX_ANGLE_DEG, MAX_ANGLE_DEG))
+
+
+@dataclass(frozen=True)
+class _Duration:
+    value: float = field(metadata=between(0, MAX_WAIT_S))
+
+
+def _valid_sentence(text: str) -> str | None:
+    if len(text.strip()) >= 1 and len(text) <= MAX_SENTENCE_LENGTH:
+        return None
+    return f"a sentence has 1 to {MAX_SENTENCE_LENGTH} characters, found {len(text)}; reword it"
+
+
+@dataclass(frozen=True)
+class _Sentence:
+    value: str = field(metadata=checked(_valid_sentence))
+
+
+_ACTIONS: dict[str, tuple[type[Any], Callable[[Any], Action]]] = {
+    "go to": (_PlaceEntry, lambda entry: GoTo(entry.place())),
+    "forward": (_Distance, lambda entry: Forward(entry.value)),
+    "turn": (_Angle, lambda entry: Turn(entry.value)),
+    "wait": (_Duration, lambda entry: Wait(entry.value)),
+    "water": (_Duration, lambda entry: Water(entry.value)),
+    "say": (_Sentence, lambda entry: SayAction(entry.value)),
+}
+"""The key of each action, the type of what follows it, and what becomes of that."""
+
+
+def _read_action(value: Any, converter: Converter) -> _ActionEntry:
+    if value == TO_PLACE:
+        return _ActionEntry(None)
+    forms = [TO_PLACE, *_ACTIONS]
+    if isinstance(value, str):
+        hint = f"write {{{value}: …}}" if value in _ACTIONS else did_you_mean(value[:40], forms)
+        raise FaultError(f"{value[:40]!r} is no action by itself; {hint}")
+    if not isinstance(value, dict) or len(value) != 1:
+        raise FaultError(
+            f"expected one action, found {describe(value)}; write {TO_PLACE!r} or one of {', '.join(_ACTIONS)}"
+        )
+    ((key, argument),) = value.items()
+    if key not in _ACTIONS:
+        raise FaultError(f"unknown action {key[:40]!r}; {did_you_mean(key[:40], forms)}", key)
+    type_, make = _ACTIONS[key]
+    whole = argument if type_ is _PlaceEntry else {"value": argument}
+    try:
+        return _ActionEntry(make(converter.structure(whole, type_)))
+    except FaultError as error:
+        raise FaultError(str(error), key, *error.path) from error
+    except BaseValidationError as error:
+        error.add_note(AttributeValidationNote(f"in action {key}", key, type_))
+        raise
+
+
+def load_tasks(path: Path, sounds_alike: SoundsAlike | None = None) -> TaskRepository:
+    """Read the task repository in the file `path`.
+
+    Checked are: numbers from 1 to 99 and names, each given once; distances, angles and waits within bounds; that a
+    task with "go to place" has a place; and, if `sounds_alike` is given, that no two names are mistaken by ear.
+    Raises ConfigError with every fault of the file.
+    """
+    file = load(path, _TaskFile, lambda parts: _check(parts, sounds_alike), {_ActionEntry: _read_action})
+    return TaskRepository(tuple(entry.definition() for entry in file.tasks), file.other_tasks)
+
+
+def _check(parts: Parts, sounds_alike: SoundsAlike | None) -> None:
+    numbers: dict[int, KeyPath] = {}
+    names: list[tuple[str, KeyPath]] = []
+    for index in range(parts.length(("tasks",))):
+        at: KeyPath = ("tasks", index)
+        number = parts.get((*at, "number"), int)
+        if number is not None and number in numbers:
+            line = parts.line(numbers[number])
+            parts.fault((*at, "number"), f"task number {number} is taken in line {line} already; choose another")
+        elif number is not None:
+            numbers[number] = (*at, "number")
+        names.append((parts.get((*at, "name"), str) or "", (*at, "name")))
+        _check_place(parts, at)
+    for index in range(parts.length(("other_tasks",))):
+        path: KeyPath = ("other_tasks", index)
+        name = parts.get(path, str)
+        if name is not None and (text := valid_task_name(name)) is not None:
+            parts.fault(path, text)
+        names.append((name or "", path))
+    _check_names(parts, [(name, path) for name, path in names if name], sounds_alike)
+
+
+def _check_place(parts: Parts, at: KeyPath) -> None:
+    if parts.get((*at, "place"), _PlaceEntry) is not None or parts.has((*at, "place")):
+        return
+    for index in range(parts.length((*at, "actions"))):
+        if parts.get((*at, "actions", index), str) == TO_PLACE:
+            parts.fault((*at, "actions", index), "this task has no place; add `place: {x_m: …, y_m: …}` to it")
+
+
+def _check_names(parts: Parts, names: list[tuple[str, KeyPath]], sounds_alike: SoundsAlike | None) -> None:
+    for later, (name, path) in enumerate(names):
+        for other, other_path in names[:later]:
+            line = parts.line(other_path)
+            if name == other:
+                parts.fault(path, f"the task name {name!r} is taken in line {line} already; choose another")
+                break
+            if sounds_alike is not None and sounds_alike(other, name):
+                parts.fault(path, f"the task name {name!r} sounds like {other!r} in line {line}; reword one of them")
+                break

@@ -1,0 +1,89 @@
+"""The task repository: what there is to do, where, and by which actions."""
+
+from __future__ import annotations
+
+import importlib.resources
+from dataclasses import dataclass
+from pathlib import Path
+
+
+@dataclass(frozen=True)
+class Place:
+    """A point on the floor of the room, in metres, in the frame in which the robots' start poses are given."""
+
+    x_m: float
+    y_m: float
+
+
+@dataclass(frozen=True)
+class GoTo:
+    """Drive to a place, by the straight line."""
+
+    place: Place
+
+
+@dataclass(frozen=True)
+class Forward:
+    """Drive straight on; a negative distance is backward."""
+
+    distance_m: float
+
+
+@dataclass(frozen=True)
+class Turn:
+    """Turn on the spot; counter-clockwise positive, as REP-103 has it."""
+
+    angle_deg: float
+
+
+@dataclass(frozen=True)
+class Wait:
+    """Stand still for a while."""
+
+    duration_s: float
+
+
+@dataclass(frozen=True)
+class Water(Wait):
+    """Stand still and water: a Wait for which reports have a word of their own."""
+
+
+@dataclass(frozen=True)
+class SayAction:
+    """Say a sentence of the phrasebook."""
+
+    text: str
+
+
+Action = GoTo | Forward | Turn | Wait | SayAction
+
+
+@dataclass(frozen=True)
+class TaskDefinition:
+    """One task: its number and name, as they are spoken, its place if it has one, and what to do in order."""
+
+    number: int
+    name: str
+    place: Place | None
+    actions: tuple[Action, ...]
+
+
+@dataclass(frozen=True)
+class TaskRepository:
+    """All tasks, in the order of the file, and the names of those that are spoken of but that nobody here can do."""
+
+    tasks: tuple[TaskDefinition, ...]
+    other_tasks: tuple[str, ...] = ()
+
+    def by_number(self, number: int) -> TaskDefinition | None:
+        """The task of that number, or None."""
+        return next((task for task in self.tasks if task.number == number), None)
+
+    def by_name(self, name: str) -> TaskDefinition | None:
+        """The task of that name, or None."""
+        return next((task for task in self.tasks if task.name == name), None)
+
+
+def default_tasks_path() -> Path:
+    """The task repository that comes with the package: the paper's five plants."""
+    return Path(str(importlib.resources.files("hvcpd.config") / "default_tasks.yaml"))
