@@ -1,0 +1,132 @@
+"""Motors behind a pseudo-terminal: to the software under test a serial port like any other.
+
+One thread answers requests as soon as they come. Motor time passes only in `FakeBus.advance`, so a simulation in
+virtual time is deterministic: between two advances the motors answer the same, however often they are asked.
+
+    with FakeBus(turtlebot3_pair(), seed=1) as bus:
+        software_under_test(port=bus.path)
+        bus.advance(0.02)
+        assert bus.motors[1].true_angle_rad > 0.0
+"""
+
+from __future__ import annotations
+
+import os
+import select
+import tempfile
+import termios
+import threading
+import tty
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from types import TracebackType
+
+from hil_fakes.dynamixel.dispatch import respond
+from hil_fakes.dynamixel.faults import ReplyFaults
+from hil_fakes.dynamixel.motor import FakeXL430
+from hil_fakes.dynamixel.protocol import PacketReader
+
+READ_SIZE = 4096
+"""Bytes taken from the pseudo-terminal at once: the size of its buffer on Linux."""
+
+_SPEEDS_HZ = {
+    getattr(termios, name): int(name[1:]) for name in dir(termios) if name.startswith("B") and name[1:].isdigit()
+}
+
+
+class FakeBus:
+    """Several motors on one line. `path` is the port to open; it stays the same when the adapter is replugged."""
+
+    def __init__(self, motors: Sequence[FakeXL430], seed: int = 0) -> None:
+        if len({motor.motor_id for motor in motors}) < len(motors):
+            raise ValueError("two motors on one bus share an identifier")
+        self._motors = tuple(motors)
+        for motor in self._motors:
+            motor.seed(seed)
+        self.faults = ReplyFaults()
+        self.reader = PacketReader()
+        self._lock = threading.Lock()
+        self._directory = tempfile.TemporaryDirectory(prefix="fake-dynamixel-")
+        self.path = str(Path(self._directory.name) / "tty")
+        self._master = self._slave = -1
+        self._wake_read, self._wake_write = os.pipe()
+        self._thread: threading.Thread | None = None
+        self.replug()
+
+    def __enter__(self) -> FakeBus:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self.close()
+
+    @property
+    def motors(self) -> Mapping[int, FakeXL430]:
+        """The motors by identifier, powered or not."""
+        return {motor.motor_id: motor for motor in self._motors}
+
+    def advance(self, dt_s: float) -> None:
+        """Let motor time pass; may be called from any thread."""
+        with self._lock:
+            for motor in self._motors:
+                motor.advance(dt_s)
+
+    def unplug(self) -> None:
+        """Pull the adapter out of its socket: the port vanishes, the motors keep their power."""
+        if self._thread is None:
+            return
+        os.write(self._wake_write, b"x")
+        self._thread.join()
+        self._thread = None
+        os.close(self._slave)
+        os.close(self._master)
+        Path(self.path).unlink()
+
+    def replug(self) -> None:
+        """Plug the adapter in again; the port comes back under the same name."""
+        if self._thread is not None:
+            return
+        self._master, self._slave = os.openpty()
+        tty.setraw(self._slave)
+        os.set_blocking(self._master, False)
+        Path(self.path).symlink_to(os.ttyname(self._slave))
+        self._thread = threading.Thread(target=self._serve, name="fake-dynamixel", daemon=True)
+        self._thread.start()
+
+    def close(self) -> None:
+        """End the thread and remove the port; safe to call twice."""
+        if self._wake_write < 0:
+            return
+        self.unplug()
+        os.close(self._wake_read)
+        os.close(self._wake_write)
+        self._wake_read = self._wake_write = -1
+        self._directory.cleanup()
+
+    def _serve(self) -> None:
+        poller = select.poll()
+        poller.register(self._master, select.POLLIN)
+        poller.register(self._wake_read, select.POLLIN)
+        while True:
+            ready = dict(poller.poll())
+            if self._wake_read in ready:
+                os.read(self._wake_read, 1)
+                return
+            try:
+                self._answer(os.read(self._master, READ_SIZE))
+            except BlockingIOError:
+                continue  # the software flushed its output, or does not read its input: bytes are lost as on a wire
+
+    def _answer(self, data: bytes) -> None:
+        with self._lock:
+            for packet in self.reader.feed(data):
+                replies = respond(self._listeners(), packet)
+                wire = b"".join(self.faults.apply(reply) for reply in replies)
+                if wire:
+                    os.write(self._master, wire)
+
+    def _listeners(self) -> dict[int, FakeXL430]:
+        """The motors that have power and understand the line's speed."""
+        speed_hz = _SPEEDS_HZ.get(termios.tcgetattr(self._master)[5])
+        return {motor.motor_id: motor for motor in self._motors if motor.powered and motor.baud_rate_hz == speed_hz}

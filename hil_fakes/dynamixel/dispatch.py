@@ -1,0 +1,129 @@
+"""What the motors on one bus answer to one instruction; no wire, no time."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+
+from hil_fakes.dynamixel.motor import FakeXL430
+from hil_fakes.dynamixel.protocol import (
+    BROADCAST_ID,
+    Instruction,
+    Packet,
+    StatusError,
+    encode_fast_status,
+    encode_status,
+)
+
+CLEAR_TURNS = b"\x01DXL\x22"
+"""Parameters of the clear instruction for the turn count (e-Manual, Protocol 2.0, "Clear")."""
+
+
+def respond(motors: Mapping[int, FakeXL430], packet: Packet) -> list[bytes]:
+    """Carry out `packet` on those it is for; return their status packets in order of sending."""
+    for motor in motors.values():
+        motor.notice_traffic()
+    match packet.instruction:
+        case Instruction.SYNC_READ:
+            return [_status(motor, *motor.memory.read(a, n)) for motor, a, n in _sync_reads(motors, packet.parameters)]
+        case Instruction.FAST_SYNC_READ:
+            return _fast_sync_read(motors, packet.parameters)
+        case Instruction.BULK_READ:
+            return [_status(motor, *motor.memory.read(a, n)) for motor, a, n in _bulk_reads(motors, packet.parameters)]
+        case Instruction.SYNC_WRITE:
+            _sync_write(motors, packet.parameters)
+            return []
+        case Instruction.BULK_WRITE:
+            _bulk_write(motors, packet.parameters)
+            return []
+    replies = [_single(motor, packet) for motor in _addressees(motors, packet.motor_id)]
+    silent = packet.motor_id == BROADCAST_ID and packet.instruction != Instruction.PING
+    return [] if silent else [reply for reply in replies if reply]
+
+
+def _addressees(motors: Mapping[int, FakeXL430], motor_id: int) -> list[FakeXL430]:
+    if motor_id == BROADCAST_ID:
+        return [motors[key] for key in sorted(motors)]
+    return [motors[motor_id]] if motor_id in motors else []
+
+
+def _status(motor: FakeXL430, error: StatusError, data: bytes = b"") -> bytes:
+    return encode_status(motor.motor_id, motor.error_field(error), data)
+
+
+def _single(motor: FakeXL430, packet: Packet) -> bytes:
+    """One motor's reply to an instruction for it; empty if its status return level keeps it silent."""
+    motor_id = motor.motor_id  # a write may change it, and the reply still carries the old one
+    level = motor.memory.get("status_return_level")
+    error, data = _carry_out(motor, packet.instruction, packet.parameters)
+    needed = {Instruction.PING: 0, Instruction.READ: 1}.get(Instruction(packet.instruction), 2) if _known(packet) else 2
+    return encode_status(motor_id, motor.error_field(error), data) if level >= needed else b""
+
+
+def _known(packet: Packet) -> bool:
+    return packet.instruction in Instruction._value2member_map_
+
+
+def _carry_out(motor: FakeXL430, instruction: int, parameters: bytes) -> tuple[StatusError, bytes]:
+    address = int.from_bytes(parameters[:2], "little")
+    match instruction:
+        case Instruction.PING:
+            return StatusError.NONE, motor.memory.read(0, 2)[1] + motor.memory.read(6, 1)[1]
+        case Instruction.READ if len(parameters) == 4:
+            return motor.memory.read(address, int.from_bytes(parameters[2:4], "little"))
+        case Instruction.WRITE if len(parameters) > 2:
+            return motor.write(address, parameters[2:]), b""
+        case Instruction.REG_WRITE if len(parameters) > 2:
+            return motor.register(address, parameters[2:]), b""
+        case Instruction.ACTION:
+            return motor.act(), b""
+        case Instruction.REBOOT:
+            motor.reboot()
+            return StatusError.NONE, b""
+        case Instruction.CLEAR if parameters == CLEAR_TURNS:
+            return motor.clear_turns(), b""
+        case Instruction.READ | Instruction.WRITE | Instruction.REG_WRITE | Instruction.CLEAR:
+            return StatusError.DATA_LENGTH, b""
+    return StatusError.INSTRUCTION, b""
+
+
+def _sync_reads(motors: Mapping[int, FakeXL430], parameters: bytes) -> Iterator[tuple[FakeXL430, int, int]]:
+    address, size = int.from_bytes(parameters[:2], "little"), int.from_bytes(parameters[2:4], "little")
+    for motor_id in parameters[4:]:
+        if motor_id in motors:
+            yield motors[motor_id], address, size
+
+
+def _fast_sync_read(motors: Mapping[int, FakeXL430], parameters: bytes) -> list[bytes]:
+    wanted = list(_sync_reads(motors, parameters))
+    if not wanted or len(wanted) < len(parameters) - 4:
+        return []  # each motor waits for its predecessor's part, so a missing one silences the rest
+    replies = []
+    for motor, address, size in wanted:
+        error, data = motor.memory.read(address, size)
+        replies.append((motor.motor_id, motor.error_field(error), data or bytes(size)))
+    return [encode_fast_status(replies)]
+
+
+def _bulk_reads(motors: Mapping[int, FakeXL430], parameters: bytes) -> Iterator[tuple[FakeXL430, int, int]]:
+    for at in range(0, len(parameters) - 4, 5):
+        motor_id = parameters[at]
+        if motor_id in motors:
+            address = int.from_bytes(parameters[at + 1 : at + 3], "little")
+            yield motors[motor_id], address, int.from_bytes(parameters[at + 3 : at + 5], "little")
+
+
+def _sync_write(motors: Mapping[int, FakeXL430], parameters: bytes) -> None:
+    address, size = int.from_bytes(parameters[:2], "little"), int.from_bytes(parameters[2:4], "little")
+    for at in range(4, len(parameters) - size, size + 1):
+        if parameters[at] in motors:
+            motors[parameters[at]].write(address, parameters[at + 1 : at + 1 + size])
+
+
+def _bulk_write(motors: Mapping[int, FakeXL430], parameters: bytes) -> None:
+    at = 0
+    while at + 5 <= len(parameters):
+        address = int.from_bytes(parameters[at + 1 : at + 3], "little")
+        size = int.from_bytes(parameters[at + 3 : at + 5], "little")
+        if parameters[at] in motors:
+            motors[parameters[at]].write(address, parameters[at + 5 : at + 5 + size])
+        at += 5 + size

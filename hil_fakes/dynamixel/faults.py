@@ -1,0 +1,63 @@
+"""What can go wrong with a reply on the wire, in the order in which a test wants it to."""
+
+from __future__ import annotations
+
+from collections import deque
+from enum import Enum
+
+
+class ReplyFault(Enum):
+    """What becomes of one status packet."""
+
+    NONE = "none"
+    """It arrives as it was sent."""
+    DROP = "drop"
+    """It never arrives."""
+    CORRUPT = "corrupt"
+    """One bit is flipped, so that its CRC is wrong."""
+    LATE = "late"
+    """It arrives only together with the next reply, before it."""
+    NOISE = "noise"
+    """Bytes that belong to no packet come before it."""
+
+
+NOISE_BYTES = bytes((0x00, 0xFF, 0xFF, 0x5A, 0xFD, 0xFF))
+"""Line noise with pieces of a header in it."""
+
+
+class ReplyFaults:
+    """A queue of faults: each status packet takes the next one; without any, all is well."""
+
+    def __init__(self) -> None:
+        self._queue: deque[ReplyFault] = deque()
+        self._late = b""
+
+    def schedule(self, *faults: ReplyFault) -> None:
+        """Let these befall the next status packets, one each."""
+        self._queue.extend(faults)
+
+    def clear(self) -> None:
+        """From now on all is well."""
+        self._queue.clear()
+        self._late = b""
+
+    @property
+    def pending(self) -> int:
+        """Faults that no status packet has met yet."""
+        return len(self._queue)
+
+    def apply(self, reply: bytes) -> bytes:
+        """The bytes that reach the wire instead of `reply`."""
+        late, self._late = self._late, b""
+        match self._queue.popleft() if self._queue else ReplyFault.NONE:
+            case ReplyFault.DROP:
+                return late
+            case ReplyFault.CORRUPT:
+                return late + reply[:-3] + bytes((reply[-3] ^ 0x10,)) + reply[-2:]
+            case ReplyFault.LATE:
+                self._late = reply
+                return late
+            case ReplyFault.NOISE:
+                return late + NOISE_BYTES + reply
+            case _:
+                return late + reply

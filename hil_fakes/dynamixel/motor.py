@@ -1,0 +1,263 @@
+"""A stateful XL430-W250: control table, bus watchdog, velocity mode. Time passes only in `advance`.
+
+Source of the behaviour: ROBOTIS e-Manual, page xl430-w250. Where the manual is silent, the fake takes the answer that
+punishes a careless driver: a goal velocity survives torque off and a tripped watchdog, and acts again afterwards.
+Modes other than velocity control hold the shaft still.
+"""
+
+from __future__ import annotations
+
+import math
+import random
+
+from hil_fakes.dynamixel import control_table as ct
+from hil_fakes.dynamixel.memory import ControlMemory
+from hil_fakes.dynamixel.physics import (
+    ACCELERATION_UNIT_RAD_S2,
+    NO_LOAD_RAD_S_PER_V,
+    TICKS_PER_TURN,
+    VELOCITY_UNIT_RAD_S,
+    Shaft,
+    ShaftSettings,
+)
+from hil_fakes.dynamixel.protocol import ALERT, StatusError
+
+WATCHDOG_UNIT_S = 0.020
+REVERSE = 0x01
+"""Bit 0 of the drive mode: positive is clockwise."""
+FRICTION_LOAD = 50
+"""Load of a wheel that rolls freely, in units of 0.1 %; assumption."""
+SHUTDOWN_OVERLOAD = 1 << 5
+"""Hardware error status, bit 5 (e-Manual)."""
+
+
+class FakeXL430:
+    """One motor.
+
+    `mounting` is +1 if a counter-clockwise turn of the shaft, seen at the horn, drives the robot forward (a left
+    wheel), and -1 if it drives it backward (a right wheel). `drive_mode` 1 makes the motor count the other way.
+    """
+
+    def __init__(
+        self,
+        motor_id: int = 1,
+        *,
+        baud_rate_hz: int = 1_000_000,
+        drive_mode: int = 0,
+        mounting: int = 1,
+        voltage_v: float = 12.0,
+        start_ticks: int = 0,
+        shaft: ShaftSettings | None = None,
+    ) -> None:
+        self.mounting = mounting
+        self.powered = True
+        """False: the motor is silent and without torque."""
+        self.memory = ControlMemory()
+        self.memory.set("id", motor_id)
+        self.memory.set("baud_rate", ct.BAUD_RATES_HZ.index(baud_rate_hz))
+        self.memory.set("drive_mode", drive_mode)
+        self._shaft = Shaft(shaft or ShaftSettings())
+        self._random = random.Random(motor_id)
+        self._base_ticks = start_ticks
+        self._noise_ticks = 0.0
+        self._silence_s = 0.0
+        self._clock_s = 0.0
+        self._registered: tuple[int, bytes] | None = None
+        self._voltage_v = voltage_v
+        self._refresh()
+
+    @property
+    def motor_id(self) -> int:
+        """The identifier that the motor answers to."""
+        return self.memory.get("id")
+
+    @property
+    def baud_rate_hz(self) -> int:
+        """The only line speed at which the motor understands anything."""
+        return ct.BAUD_RATES_HZ[self.memory.get("baud_rate")]
+
+    @property
+    def true_angle_rad(self) -> float:
+        """How far the wheel has really turned, forward positive, without noise. For the bench, never the robot."""
+        return self.mounting * self._shaft.angle_rad
+
+    @property
+    def true_speed_rad_s(self) -> float:
+        """How fast the wheel really turns, forward positive."""
+        return self.mounting * self._shaft.speed_rad_s
+
+    @property
+    def voltage_v(self) -> float:
+        """Supply voltage; set it to let the battery sag."""
+        return self._voltage_v
+
+    @voltage_v.setter
+    def voltage_v(self, value: float) -> None:
+        self._voltage_v = value
+        self._refresh()
+
+    @property
+    def blocked(self) -> bool:
+        """True while something holds the wheel."""
+        return self._shaft.blocked
+
+    @blocked.setter
+    def blocked(self, value: bool) -> None:
+        self._shaft.blocked = value
+
+    def seed(self, seed: int) -> None:
+        """Start the motor's own chance (encoder noise) anew."""
+        self._random = random.Random(seed * 1000 + self.motor_id)
+
+    def turn_by_hand(self, angle_rad: float) -> None:
+        """Someone turns the wheel, forward positive."""
+        self._shaft.angle_rad += self.mounting * angle_rad
+        self._refresh()
+
+    def raise_hardware_error(self, bits: int) -> None:
+        """A hardware fault: the status shows it, replies carry the alert, and the shutdown cell's bits end torque."""
+        self.memory.set("hardware_error_status", self.memory.get("hardware_error_status") | bits)
+        if self._shut_down:
+            self.memory.set("torque_enable", 0)
+
+    def reboot(self) -> None:
+        """Reboot instruction or brown-out: RAM is lost, and the position is again within one turn."""
+        self.memory.reset_ram()
+        self._registered = None
+        self._silence_s = 0.0
+        self._base_ticks -= math.floor(self._exact_ticks / TICKS_PER_TURN) * TICKS_PER_TURN
+        self._refresh()
+
+    def clear_turns(self) -> StatusError:
+        """Clear instruction: bring the position within one turn; refused in motion."""
+        if self.memory.get("moving"):
+            return StatusError.RESULT_FAIL
+        self._base_ticks -= math.floor(self._exact_ticks / TICKS_PER_TURN) * TICKS_PER_TURN
+        self._refresh()
+        return StatusError.NONE
+
+    def error_field(self, error: StatusError) -> int:
+        """The error field of a reply: the number, and the alert bit if the hardware reports a fault."""
+        return int(error) | (ALERT if self.memory.get("hardware_error_status") else 0)
+
+    def notice_traffic(self) -> None:
+        """Any instruction on the bus counts as communication for the watchdog."""
+        self._silence_s = 0.0
+
+    def write(self, address: int, data: bytes) -> StatusError:
+        """Carry out a write instruction."""
+        error, changes = self.memory.check(address, data)
+        if error is not StatusError.NONE:
+            return error
+        if self._shut_down and any(c.cell.name == "torque_enable" and c.value for c in changes):
+            return StatusError.RESULT_FAIL
+        for change in changes:
+            self.memory.set(change.cell.name, change.value)
+        self._refresh()
+        return StatusError.NONE
+
+    def register(self, address: int, data: bytes) -> StatusError:
+        """Carry out a reg write instruction: keep the write until the action instruction."""
+        error, _ = self.memory.check(address, data)
+        if error is StatusError.NONE:
+            self._registered = (address, data)
+            self.memory.set("registered_instruction", 1)
+        return error
+
+    def act(self) -> StatusError:
+        """Carry out the registered write."""
+        if self._registered is None:
+            return StatusError.INSTRUCTION
+        address, data = self._registered
+        self._registered = None
+        self.memory.set("registered_instruction", 0)
+        return self.write(address, data)
+
+    def advance(self, dt_s: float) -> None:
+        """Let `dt_s` seconds pass: the watchdog counts, the shaft turns, the sensors are read once."""
+        before_s = min(dt_s, self._watchdog_left_s())
+        self._move(before_s)
+        if before_s < dt_s:
+            self.memory.set("bus_watchdog", -1)
+            self._move(dt_s - before_s)
+        self._silence_s += dt_s
+        self._clock_s += dt_s
+        self._noise_ticks = self._random.gauss(0.0, self._shaft.settings.encoder_noise_ticks)
+        self._refresh()
+
+    @property
+    def _shut_down(self) -> bool:
+        return bool(self.memory.get("hardware_error_status") & self.memory.get("shutdown"))
+
+    @property
+    def _direction(self) -> int:
+        return -1 if self.memory.get("drive_mode") & REVERSE else 1
+
+    @property
+    def _exact_ticks(self) -> float:
+        return self._base_ticks + self._direction * self._shaft.angle_rad * TICKS_PER_TURN / (2.0 * math.pi)
+
+    @property
+    def _no_load_rad_s(self) -> float:
+        return NO_LOAD_RAD_S_PER_V * max(self._voltage_v, 0.0)
+
+    def _watchdog_left_s(self) -> float:
+        setting = self.memory.get("bus_watchdog")
+        if setting <= 0 or not self.memory.get("torque_enable"):
+            return math.inf
+        return max(setting * WATCHDOG_UNIT_S - self._silence_s, 0.0)
+
+    def _move(self, dt_s: float) -> None:
+        if dt_s <= 0.0:
+            return
+        if not (self.powered and self.memory.get("torque_enable")):
+            self._shaft.coast(dt_s)
+            return
+        tripped = self.memory.get("bus_watchdog") == -1
+        velocity_mode = self.memory.get("operating_mode") == ct.VELOCITY_CONTROL
+        goal = self.memory.get("goal_velocity") if velocity_mode and not tripped else 0
+        wanted_rad_s = self._direction * goal * VELOCITY_UNIT_RAD_S
+        wanted_rad_s = max(-self._no_load_rad_s, min(self._no_load_rad_s, wanted_rad_s))
+        profile = 0 if tripped else self.memory.get("profile_acceleration")
+        self._shaft.drive(wanted_rad_s, profile * ACCELERATION_UNIT_RAD_S2, dt_s)
+
+    def _refresh(self) -> None:
+        """Read the sensors into the table."""
+        memory, shaft = self.memory, self._shaft
+        speed = round(self._direction * shaft.speed_rad_s / VELOCITY_UNIT_RAD_S)
+        position = round(self._exact_ticks + self._noise_ticks) + memory.get("homing_offset")
+        memory.set("present_velocity", speed)
+        memory.set("present_position", position)
+        memory.set("velocity_trajectory", round(self._direction * shaft.setpoint_rad_s / VELOCITY_UNIT_RAD_S))
+        memory.set("position_trajectory", position)
+        memory.set("present_load", self._load())
+        memory.set("present_pwm", round(885 * self._load() / 1000))
+        memory.set("present_input_voltage", round(self._voltage_v * 10.0))
+        memory.set("moving", int(abs(speed) > memory.get("moving_threshold")))
+        memory.set("realtime_tick", int(self._clock_s * 1000.0) % 32_768)
+
+    def _load(self) -> int:
+        """Effort in units of 0.1 %: friction, and what is missing to the wanted speed."""
+        shaft = self._shaft
+        if not self.memory.get("torque_enable") or self._no_load_rad_s == 0.0:
+            return 0
+        if shaft.blocked:
+            effort = math.copysign(1000.0, shaft.setpoint_rad_s) if shaft.setpoint_rad_s else 0.0
+        else:
+            friction = math.copysign(FRICTION_LOAD, shaft.speed_rad_s) if abs(shaft.speed_rad_s) > 1e-3 else 0.0
+            effort = friction + 1000.0 * (shaft.setpoint_rad_s - shaft.speed_rad_s) / self._no_load_rad_s
+        return self._direction * round(max(-1000.0, min(1000.0, effort)))
+
+
+def turtlebot3_pair(
+    left_id: int = 1, right_id: int = 2, *, voltage_v: float = 12.0, shaft: ShaftSettings | None = None
+) -> tuple[FakeXL430, FakeXL430]:
+    """The wheel motors of a TurtleBot3: the right one is mounted the other way round and counts in reverse.
+
+    So a positive goal velocity drives either wheel forward, as ROBOTIS's own firmware (OpenCR,
+    `turtlebot3_motor_driver.cpp`: one sign for both wheels) expects of motors from its kit.
+    """
+    return (
+        FakeXL430(left_id, voltage_v=voltage_v, shaft=shaft),
+        FakeXL430(right_id, voltage_v=voltage_v, shaft=shaft, drive_mode=REVERSE, mounting=-1),
+    )

@@ -1,0 +1,96 @@
+"""Two driven wheels: from wheel angles to a place in the room, and from wanted motion to wheel speeds. Pure.
+
+Source of the formulas: odometry of the differential drive by the mid-point rule, e.g. Siegwart, Nourbakhsh and
+Scaramuzza, "Introduction to Autonomous Mobile Robots", section 5.2.4; units as REP-103.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+from hvcpd.ports import Pose, WheelCommand, WheelReading
+
+
+@dataclass(frozen=True)
+class Drive:
+    """Dimensions and limits of a robot with two driven wheels."""
+
+    wheel_radius_m: float = 0.033
+    separation_m: float = 0.160
+    """Between the wheels' middles."""
+    max_wheel_rad_s: float = 61.0 * 2.0 * math.pi / 60.0
+    """6.39 rad/s, 0.211 m/s at the rim."""
+
+
+BURGER = Drive()
+"""TurtleBot3 Burger: ROBOTIS e-Manual, TurtleBot3, "Features"; the firmware limits its wheels to 61 rev/min."""
+
+
+@dataclass(frozen=True)
+class Twist:
+    """Wanted motion of the robot: forward speed and turning rate, counter-clockwise positive."""
+
+    linear_m_s: float = 0.0
+    angular_rad_s: float = 0.0
+
+
+def wrap_angle(angle_rad: float) -> float:
+    """The same direction within (-pi, pi]."""
+    return math.pi - (math.pi - angle_rad) % (2.0 * math.pi)
+
+
+def advance_pose(pose: Pose, left_rad: float, right_rad: float, drive: Drive = BURGER) -> Pose:
+    """The pose after the wheels turned by these angles (rad, forward positive); heading within (-pi, pi]."""
+    distance_m = drive.wheel_radius_m * (right_rad + left_rad) / 2.0
+    turn_rad = drive.wheel_radius_m * (right_rad - left_rad) / drive.separation_m
+    middle_rad = pose.heading_rad + turn_rad / 2.0
+    return Pose(
+        pose.x_m + distance_m * math.cos(middle_rad),
+        pose.y_m + distance_m * math.sin(middle_rad),
+        wrap_angle(pose.heading_rad + turn_rad),
+    )
+
+
+def wheel_command(twist: Twist, drive: Drive = BURGER) -> WheelCommand:
+    """Wheel speeds for a motion. Beyond the wheels' limit forward speed gives way first, so that the turn is kept."""
+    limit_m_s = drive.max_wheel_rad_s * drive.wheel_radius_m
+    half_m = drive.separation_m / 2.0
+    angular_rad_s = min(max(twist.angular_rad_s, -limit_m_s / half_m), limit_m_s / half_m)
+    room_m_s = limit_m_s - abs(angular_rad_s) * half_m
+    linear_m_s = min(max(twist.linear_m_s, -room_m_s), room_m_s)
+    return WheelCommand(
+        (linear_m_s - angular_rad_s * half_m) / drive.wheel_radius_m,
+        (linear_m_s + angular_rad_s * half_m) / drive.wheel_radius_m,
+    )
+
+
+def twist_of(command: WheelCommand, drive: Drive = BURGER) -> Twist:
+    """The motion that these wheel speeds make."""
+    return Twist(
+        drive.wheel_radius_m * (command.right_rad_s + command.left_rad_s) / 2.0,
+        drive.wheel_radius_m * (command.right_rad_s - command.left_rad_s) / drive.separation_m,
+    )
+
+
+class Odometry:
+    """Adds up encoder readings to a pose. The first reading only sets the baseline."""
+
+    def __init__(self, start: Pose, drive: Drive = BURGER) -> None:
+        self._pose = start
+        self._drive = drive
+        self._last: WheelReading | None = None
+
+    @property
+    def pose(self) -> Pose:
+        """Where the robot believes that it is."""
+        return self._pose
+
+    def update(self, reading: WheelReading) -> Pose:
+        """Take in a reading; return the new pose."""
+        if self._last is not None:
+            left_rad = reading.left_rad - self._last.left_rad
+            right_rad = reading.right_rad - self._last.right_rad
+            self._pose = advance_pose(self._pose, left_rad, right_rad, self._drive)
+        self._last = reading
+        return self._pose

@@ -1,0 +1,120 @@
+"""The first words with the motors: look at everything, tell every fault at once, then make them ready to drive."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from hvcpd.hardware import xl430
+from hvcpd.hardware.wheels_bus import BusError, DynamixelBus, PortLostError
+
+LOWEST_VOLTAGE_V = 11.0
+"""Below this OpenCR cuts the motors' power in the end (ROBOTIS e-Manual, TurtleBot3: 11.1 V nominal, warning at 11)."""
+
+
+@dataclass(frozen=True)
+class MotorHealth:
+    """What a motor says about itself."""
+
+    motor_id: int
+    torque_on: bool
+    watchdog_tripped: bool
+    hardware_error: int
+    """Hardware error status, 0 if all is well; `xl430.hardware_error_text` puts it into words."""
+    voltage_v: float
+    temperature_c: int
+    load: float
+    """Effort, -1 to 1 of what the motor can do."""
+
+
+def read_health(bus: DynamixelBus, ids: Sequence[int]) -> tuple[MotorHealth, ...]:
+    """Read the state of several motors with two requests. Raises BusError."""
+    low = xl430.TORQUE_ENABLE.address
+    high = xl430.PRESENT_LOAD.address
+    states = bus.sync_read(low, xl430.BUS_WATCHDOG.address + xl430.BUS_WATCHDOG.size - low, ids)
+    sensors = bus.sync_read(high, xl430.PRESENT_TEMPERATURE.address + xl430.PRESENT_TEMPERATURE.size - high, ids)
+    return tuple(
+        MotorHealth(
+            motor_id=motor_id,
+            torque_on=bool(xl430.TORQUE_ENABLE.decode(states[motor_id], low)),
+            watchdog_tripped=xl430.BUS_WATCHDOG.decode(states[motor_id], low) == xl430.WATCHDOG_TRIPPED,
+            hardware_error=xl430.HARDWARE_ERROR_STATUS.decode(states[motor_id], low),
+            voltage_v=xl430.PRESENT_INPUT_VOLTAGE.decode(sensors[motor_id], high) * xl430.VOLTAGE_UNIT_V,
+            temperature_c=xl430.PRESENT_TEMPERATURE.decode(sensors[motor_id], high),
+            load=xl430.PRESENT_LOAD.decode(sensors[motor_id], high) * xl430.LOAD_UNIT,
+        )
+        for motor_id in ids
+    )
+
+
+def inspect(bus: DynamixelBus, left_id: int, right_id: int, lowest_voltage_v: float = LOWEST_VOLTAGE_V) -> list[str]:
+    """Everything that is missing or wrong with the two motors, each with its remedy; empty if all is well.
+
+    Changes nothing. Raises PortLostError if the adapter goes away meanwhile.
+    """
+    if left_id == right_id:
+        return [f"left and right motor have the same ID {left_id}: give them different IDs (TurtleBot3: 1 and 2)"]
+    problems = []
+    missing = []
+    for side, motor_id in (("left", left_id), ("right", right_id)):
+        try:
+            problems += [f"{side} motor (ID {motor_id}): {text}" for text in _faults(bus, motor_id, lowest_voltage_v)]
+        except PortLostError:
+            raise
+        except BusError:
+            bus.drain()
+            missing.append((side, motor_id))
+    return [*_missing(bus, missing), *problems]
+
+
+def _missing(bus: DynamixelBus, missing: Sequence[tuple[str, int]]) -> list[str]:
+    if not missing:
+        return []
+    others = {motor_id: model for motor_id, model in bus.find().items() if motor_id not in dict(missing).values()}
+    seen = ", ".join(f"ID {motor_id} (model {model})" for motor_id, model in sorted(others.items()))
+    if not seen:
+        remedy = f"is the motors' power on, the cable plugged in, and their speed {bus.baud_rate} baud?"
+    else:
+        remedy = f"on the line there are only {seen}; set the motor's ID, or name the right one in the configuration"
+    return [f"{side} motor (ID {motor_id}): no answer; {remedy}" for side, motor_id in missing]
+
+
+def _faults(bus: DynamixelBus, motor_id: int, lowest_voltage_v: float) -> list[str]:
+    model = bus.ping(motor_id)
+    if model != xl430.MODEL_NUMBER:
+        return [f"model number {model} is not an XL430-W250 ({xl430.MODEL_NUMBER}); fit one, or check the ID"]
+    faults = []
+    firmware = bus.read(motor_id, xl430.FIRMWARE_VERSION)
+    if firmware < xl430.OLDEST_FIRMWARE:
+        faults.append(
+            f"firmware {firmware} has no bus watchdog, so it would not stop by itself; "
+            f"update it to {xl430.OLDEST_FIRMWARE} or newer with Dynamixel Wizard 2.0"
+        )
+    health = read_health(bus, [motor_id])[0]
+    if health.hardware_error:
+        faults.append(
+            f"hardware error: {xl430.hardware_error_text(health.hardware_error)}; "
+            "remove the cause, then switch the motor's power off and on"
+        )
+    if health.voltage_v < lowest_voltage_v:
+        faults.append(f"only {health.voltage_v:.1f} V, {lowest_voltage_v:.1f} V are needed; charge the battery")
+    return faults
+
+
+def prepare(bus: DynamixelBus, motor_id: int, acceleration_units: int) -> None:
+    """Velocity mode at standstill with torque off, an earlier watchdog trip cleared. Raises BusError.
+
+    The goal is set to zero after the trip is cleared (before, it is read-only) and before torque comes on.
+    """
+    bus.write(motor_id, xl430.TORQUE_ENABLE, 0)
+    bus.write(motor_id, xl430.BUS_WATCHDOG, 0)
+    if bus.read(motor_id, xl430.OPERATING_MODE) != xl430.VELOCITY_CONTROL:
+        bus.write(motor_id, xl430.OPERATING_MODE, xl430.VELOCITY_CONTROL)
+    bus.write(motor_id, xl430.GOAL_VELOCITY, 0)
+    bus.write(motor_id, xl430.PROFILE_ACCELERATION, acceleration_units)
+
+
+def arm(bus: DynamixelBus, motor_id: int, watchdog_units: int) -> None:
+    """Watchdog and torque on. Raises BusError."""
+    bus.write(motor_id, xl430.BUS_WATCHDOG, watchdog_units)
+    bus.write(motor_id, xl430.TORQUE_ENABLE, 1)

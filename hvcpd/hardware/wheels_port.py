@@ -1,0 +1,74 @@
+"""The serial port under `dynamixel-sdk`: the SDK's own port handler, but waiting instead of busy polling.
+
+The SDK asks a port without pause whether bytes have come, which costs a whole core while a reply is under way, and it
+times replies by the wall clock, which may jump. `WaitingPort` sleeps in `select` and uses the monotonic clock.
+"""
+
+from __future__ import annotations
+
+import select
+import termios
+import time
+
+import serial
+from dynamixel_sdk import PortHandler
+
+DRAIN_QUIET_S = 0.02
+"""A line that is silent for this long holds no late reply: a USB adapter hands on its bytes every 16 ms by default
+(FTDI latency timer), and the motors' own return delay is at most 0.5 ms."""
+
+DRAIN_LIMIT_S = 0.5
+"""Draining ends here even if the line babbles on."""
+
+
+class WaitingPort(PortHandler):  # type: ignore[misc]  # the SDK carries no types
+    """A port of `dynamixel-sdk` with a reply time-out in seconds.
+
+    Its methods raise `serial.SerialException` or `OSError` when the adapter is gone.
+    """
+
+    def __init__(self, path: str, baud_rate: int, timeout_s: float) -> None:
+        super().__init__(path)
+        self.baudrate = baud_rate
+        self._timeout_ms = timeout_s * 1000.0
+
+    def openPort(self) -> bool:  # noqa: N802 – the SDK's name
+        """Open the port and lock it against a second program. Raises serial.SerialException, OSError."""
+        opened = bool(super().openPort())
+        if opened:
+            self.ser.exclusive = True
+        return opened
+
+    def closePort(self) -> None:  # noqa: N802
+        """Let go of the port; safe to call when it is not open."""
+        if self.ser is not None:
+            self.ser.close()
+        self.is_open = False
+        self.is_using = False
+
+    def getCurrentTime(self) -> float:  # noqa: N802
+        """Milliseconds on a clock that never jumps."""
+        return time.monotonic() * 1000.0
+
+    def setPacketTimeout(self, packet_length: int) -> None:  # noqa: N802
+        """Start waiting for a reply of `packet_length` bytes: its time on the wire and our time-out."""
+        self.setPacketTimeoutMillis(self.tx_time_per_byte * packet_length + self._timeout_ms)
+
+    def readPort(self, length: int) -> bytes:  # noqa: N802
+        """Up to `length` bytes; waits for the first of them until the reply's time is over."""
+        left_s = (self.packet_timeout - self.getTimeSinceStart()) / 1000.0
+        if length <= 0 or not select.select([self.ser.fileno()], [], [], max(left_s, 0.0))[0]:
+            return b""
+        return bytes(self.ser.read(length))
+
+    def drain(self) -> int:
+        """Throw away what still comes in until the line is quiet; the number of bytes thrown away."""
+        thrown = 0
+        end_s = time.monotonic() + DRAIN_LIMIT_S
+        while time.monotonic() < end_s and select.select([self.ser.fileno()], [], [], DRAIN_QUIET_S)[0]:
+            thrown += len(self.ser.read(max(self.ser.in_waiting, 1)))
+        return thrown
+
+
+PORT_ERRORS = (serial.SerialException, OSError, termios.error)
+"""What a vanished adapter raises."""

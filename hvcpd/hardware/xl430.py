@@ -1,0 +1,88 @@
+"""The registers of the XL430-W250 that we use, as data. Source: ROBOTIS e-Manual, page xl430-w250, "Control Table"."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True)
+class Register:
+    """Where a value lies in the motor: address, size in bytes, and whether it has a sign (two's complement)."""
+
+    name: str
+    address: int
+    size: int
+    signed: bool = False
+
+    def encode(self, value: int) -> bytes:
+        """`value` as the motor wants it. Raises OverflowError if it does not fit."""
+        return value.to_bytes(self.size, "little", signed=self.signed)
+
+    def decode(self, window: bytes, start: int) -> int:
+        """This register's value from `window`, the bytes read from address `start` on."""
+        at = self.address - start
+        if at < 0 or at + self.size > len(window):
+            raise ValueError(f"{self.name} is not in the {len(window)} bytes from {start}")
+        return int.from_bytes(window[at : at + self.size], "little", signed=self.signed)
+
+
+MODEL_NUMBER = 1060
+"""What an XL430-W250 answers to a ping."""
+
+OLDEST_FIRMWARE = 38
+"""The bus watchdog exists since this version (e-Manual, "Bus Watchdog", note)."""
+
+FIRMWARE_VERSION = Register("firmware version", 6, 1)
+OPERATING_MODE = Register("operating mode", 11, 1)
+VELOCITY_LIMIT = Register("velocity limit", 44, 4)
+TORQUE_ENABLE = Register("torque enable", 64, 1)
+STATUS_RETURN_LEVEL = Register("status return level", 68, 1)
+HARDWARE_ERROR_STATUS = Register("hardware error status", 70, 1)
+BUS_WATCHDOG = Register("bus watchdog", 98, 1, signed=True)
+GOAL_VELOCITY = Register("goal velocity", 104, 4, signed=True)
+PROFILE_ACCELERATION = Register("profile acceleration", 108, 4)
+PRESENT_LOAD = Register("present load", 126, 2, signed=True)
+PRESENT_VELOCITY = Register("present velocity", 128, 4, signed=True)
+PRESENT_POSITION = Register("present position", 132, 4, signed=True)
+PRESENT_INPUT_VOLTAGE = Register("present input voltage", 144, 2)
+PRESENT_TEMPERATURE = Register("present temperature", 146, 1)
+
+VELOCITY_CONTROL = 1
+"""Operating mode: goal velocity, without end stops."""
+
+WATCHDOG_TRIPPED = -1
+"""What the bus watchdog reads after a trip; goals are then read-only until 0 is written."""
+
+VELOCITY_UNIT_RAD_S = 0.229 * 2.0 * math.pi / 60.0
+"""One unit of velocity: 0.229 rev/min."""
+
+TICKS_PER_TURN = 4096
+"""Encoder steps in one turn of the shaft."""
+
+RAD_PER_TICK = 2.0 * math.pi / TICKS_PER_TURN
+
+WATCHDOG_UNIT_S = 0.020
+"""One unit of the bus watchdog; 1 to 127 are allowed."""
+
+VOLTAGE_UNIT_V = 0.1
+LOAD_UNIT = 0.001
+"""Present load counts 0.1 % of the motor's full effort."""
+
+FACTORY_VELOCITY_LIMIT = 265
+"""Default of the velocity limit: 60.7 rev/min, 6.35 rad/s."""
+
+HARDWARE_ERRORS = {
+    0: "input voltage out of its limits",
+    2: "overheated",
+    3: "encoder fault",
+    4: "electrical shock or too little power",
+    5: "overload",
+}
+"""Bits of the hardware error status."""
+
+
+def hardware_error_text(status: int) -> str:
+    """The set bits of a hardware error status in words, comma separated."""
+    known = [text for bit, text in HARDWARE_ERRORS.items() if status & (1 << bit)]
+    return ", ".join(known) or f"unknown hardware error {status:#04x}"
