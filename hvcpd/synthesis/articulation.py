@@ -1,0 +1,311 @@
+"""From phones to the synthesizer's controls: when each sound starts, where the formants go, which source sounds.
+
+Every phone owns a stretch of time. Formants hold the phone's target and glide to the value that the two phones agree
+on at their boundary (locus theory: Delattre, Liberman and Cooper 1955; Klatt 1987): an obstruent draws the vowel to
+its locus, a glide half-way, two vowels meet in the middle.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+from hvcpd.synthesis.durations import durations_s, stress_of
+from hvcpd.synthesis.klatt import Band, Controls, Frication, Track
+from hvcpd.synthesis.phones import PHONES, Kind, Phone, Triple
+from hvcpd.synthesis.voices import Voice
+
+LEAD_S = 0.012
+"""Quiet before a word's first sound, so that its onset is not cut."""
+
+TAIL_S = 0.03
+"""Time for the last sound to ring out."""
+
+BURST_S = 0.012
+"""Length of a plosive's burst (Klatt 1980: 5 to 15 ms)."""
+
+OFF_DB = -99.0
+
+UPPER_HZ = ((3500.0, 220.0), (4500.0, 300.0), (5500.0, 400.0), (6500.0, 500.0), (7450.0, 600.0))
+"""Formants four to eight of a 17.5 cm tube, one a kilohertz, with bandwidths that grow; (Hz, Hz)."""
+
+NASAL_HZ = 270.0
+"""The nose's lowest pole (Klatt 1980)."""
+
+NASAL_ZERO_HZ = 450.0
+"""The zero of a nasal murmur (Klatt 1980)."""
+
+
+@dataclass(frozen=True)
+class Placed:
+    """A phone in time: formants are its own from `start_s` to `end_s`; a stop's closure ends at `release_s`."""
+
+    name: str
+    phone: Phone
+    stress: int
+    start_s: float
+    release_s: float
+    end_s: float
+
+
+@dataclass
+class _Breakpoints:
+    """A track under construction; times only grow."""
+
+    times_s: list[float]
+    values: list[float]
+
+    def add(self, time_s: float, value: float) -> None:
+        if self.times_s and time_s < self.times_s[-1]:
+            time_s = self.times_s[-1]
+        self.times_s.append(time_s)
+        self.values.append(value)
+
+    def track(self) -> Track:
+        return Track(tuple(self.times_s), tuple(self.values))
+
+
+def place(phones: Sequence[str], rate: float, final: bool) -> list[Placed]:
+    """The phones of a word one after another from `LEAD_S` on; `rate` above 1 is faster."""
+    placed = []
+    now = LEAD_S
+    for number, (name, length_s) in enumerate(zip(phones, durations_s(phones, final), strict=True)):
+        phone = _allophone(phones, number)
+        if phone.kind is Kind.STOP:
+            release = now + length_s / rate
+            end = release + BURST_S
+        elif phone.kind is Kind.AFFRICATE:
+            release = now + length_s / rate
+            end = release + phone.aspiration_s / rate
+        else:
+            release = end = now + length_s / rate
+        placed.append(Placed(name.rstrip("012"), phone, stress_of(name), now, release, end))
+        now = end
+        if phone.kind is Kind.STOP and number == len(phones) - 1:
+            now += phone.aspiration_s
+    return _give_aspiration(placed)
+
+
+def _give_aspiration(placed: list[Placed]) -> list[Placed]:
+    """Lengthen what follows an aspirated stop by half of the breath that it begins with."""
+    shift = 0.0
+    out: list[Placed] = []
+    for number, item in enumerate(placed):
+        extra = 0.5 * placed[number - 1].phone.aspiration_s if number and placed[number - 1].phone.kind is Kind.STOP else 0.0
+        out.append(
+            replace(
+                item,
+                start_s=item.start_s + shift,
+                release_s=item.release_s + shift + extra,
+                end_s=item.end_s + shift + extra,
+            )
+        )
+        shift += extra
+    return out
+
+
+def _allophone(phones: Sequence[str], number: int) -> Phone:
+    """The phone as its neighbours make it: reduced vowels, unaspirated and fronted stops."""
+    name = phones[number]
+    base = name.rstrip("012")
+    if name == "AH0":
+        return PHONES["AX"]
+    phone = PHONES[base]
+    before = phones[number - 1].rstrip("012") if number else ""
+    after = phones[number + 1] if number + 1 < len(phones) else ""
+    if phone.kind is Kind.STOP:
+        if before == "S" and not phone.voiced:
+            phone = replace(phone, aspiration_s=0.012)
+        elif after and stress_of(after) == 0 and PHONES[after.rstrip("012")].kind is Kind.VOWEL:
+            phone = replace(phone, aspiration_s=0.6 * phone.aspiration_s)
+        elif not after:
+            phone = replace(phone, aspiration_s=0.035 if not phone.voiced else 0.0, noise_db=phone.noise_db - 4.0)
+        elif after and PHONES[after.rstrip("012")].kind in (Kind.STOP, Kind.FRICATIVE, Kind.NASAL):
+            phone = replace(phone, aspiration_s=0.0, noise_db=phone.noise_db - 6.0)
+    if base in ("K", "G"):
+        phone = _velar(phone, after or (phones[number - 1] if number else "AX"))
+    if base == "HH" and after:
+        vowel = PHONES[after.rstrip("012")]
+        phone = replace(phone, target_hz=vowel.target_hz)
+    return phone
+
+
+def _velar(phone: Phone, neighbour: str) -> Phone:
+    """Velars close farther forward beside front vowels; the burst is the front cavity's resonance."""
+    vowel = PHONES["AX" if neighbour == "AX" else neighbour.rstrip("012")]
+    f2, f3 = vowel.target_hz[1], vowel.target_hz[2]
+    locus = min(2350.0, max(1150.0, 1.1 * f2 + 80.0))
+    burst = locus if f2 < 1500.0 else 0.5 * (locus + f3)
+    bands = (Band(burst, 300, 0), *phone.bands[1:])
+    return replace(phone, target_hz=(phone.target_hz[0], locus, max(locus + 250.0, 0.9 * f3)), bands=bands)
+
+
+def _boundary(left: Placed, right: Placed, formant: int) -> float:
+    """The value of a formant where two phones meet, Hz."""
+    ending = left.phone.end_hz or left.phone.target_hz
+    a, b = ending[formant], right.phone.target_hz[formant]
+    if left.phone.kind is Kind.BREATH or right.phone.kind is Kind.BREATH:
+        return b if left.phone.kind is Kind.BREATH else a
+    left_open, right_open = left.phone.kind is Kind.VOWEL, right.phone.kind is Kind.VOWEL
+    if left_open and not right_open:
+        return b + right.phone.pull[formant] * (a - b)
+    if right_open and not left_open:
+        return a + left.phone.pull[formant] * (b - a)
+    return 0.5 * (a + b)
+
+
+def _formant_track(placed: Sequence[Placed], formant: int, scale: float) -> Track:
+    points = _Breakpoints([], [])
+    for number, item in enumerate(placed):
+        first = item.phone.target_hz[formant]
+        last = (item.phone.end_hz or item.phone.target_hz)[formant]
+        length = item.end_s - item.start_s
+        entry = _boundary(placed[number - 1], item, formant) if number else first
+        leave = _boundary(item, placed[number + 1], formant) if number + 1 < len(placed) else last
+        rise = _transition_s(placed[number - 1] if number else None, item)
+        fall = _transition_s(placed[number + 1] if number + 1 < len(placed) else None, item)
+        points.add(item.start_s, entry * scale)
+        if item.phone.kind in (Kind.VOWEL, Kind.GLIDE, Kind.NASAL, Kind.FRICATIVE):
+            squeeze = min(1.0, 0.9 * length / max(1e-6, rise + fall))
+            onset, offset = item.start_s + rise * squeeze, item.end_s - fall * squeeze
+            if item.phone.end_hz is not None and number + 1 == len(placed):
+                offset = item.end_s - 0.2 * length
+            points.add(onset, first * scale)
+            points.add(max(onset, offset), last * scale)
+        points.add(item.end_s, leave * scale)
+    return points.track()
+
+
+def _transition_s(neighbour: Placed | None, item: Placed) -> float:
+    """How long this phone's formants move at the side of that neighbour."""
+    if neighbour is None:
+        return 0.0
+    if item.phone.kind is Kind.VOWEL:
+        return neighbour.phone.transition_s
+    return min(0.03, item.phone.transition_s)
+
+
+def _width_track(placed: Sequence[Placed], formant: int) -> Track:
+    points = _Breakpoints([], [])
+    for item in placed:
+        edge = min(0.01, 0.3 * (item.end_s - item.start_s))
+        points.add(item.start_s + edge, item.phone.width_hz[formant])
+        points.add(item.end_s - edge, item.phone.width_hz[formant])
+    return points.track()
+
+
+def _steps(placed: Sequence[Placed], levels: Sequence[tuple[float, float, float]], ramp_s: float) -> Track:
+    """A track of (start, end, dB) stretches with ramps between them, off outside."""
+    points = _Breakpoints([0.0], [OFF_DB])
+    before = OFF_DB
+    for start, end, level in levels:
+        points.add(start - ramp_s / 2, before)
+        points.add(start + ramp_s / 2, level)
+        before = level
+    points.add(placed[-1].end_s - 0.02, before)
+    points.add(placed[-1].end_s + 0.015, max(OFF_DB, before - 30.0))
+    points.add(placed[-1].end_s + 0.02, OFF_DB)
+    return points.track()
+
+
+def _voicing(placed: Sequence[Placed]) -> list[tuple[float, float, float]]:
+    stretches: list[tuple[float, float, float]] = []
+    for number, item in enumerate(placed):
+        level = {0: -2.5, 1: 0.0, 2: -1.0}[item.stress] if item.phone.kind is Kind.VOWEL else item.phone.voicing_db
+        start = item.start_s
+        if number:
+            start += placed[number - 1].phone.aspiration_s if placed[number - 1].phone.kind is Kind.STOP else 0.0
+        if start > item.start_s:
+            stretches.append((item.start_s, start, OFF_DB))
+        stretches.append((min(start, item.end_s), item.end_s, level))
+    return stretches
+
+
+def _aspiration(placed: Sequence[Placed], breath_db: float) -> list[tuple[float, float, float]]:
+    stretches: list[tuple[float, float, float]] = []
+    for number, item in enumerate(placed):
+        before = placed[number - 1].phone if number else None
+        start = item.start_s
+        if before is not None and before.kind is Kind.STOP and before.aspiration_s > 0.0:
+            start = min(item.end_s, start + before.aspiration_s)
+            stretches.append((item.start_s, start, -17.0))
+        if item.phone.kind is Kind.BREATH:
+            level = item.phone.noise_db
+        elif item.phone.kind in (Kind.VOWEL, Kind.GLIDE, Kind.NASAL):
+            level = breath_db
+        else:
+            level = OFF_DB
+        stretches.append((start, item.end_s, level))
+    return stretches
+
+
+def _frications(placed: Sequence[Placed], scale: float) -> tuple[Frication, ...]:
+    events = []
+    for item in placed:
+        phone = item.phone
+        if phone.noise_db < -60.0 or not phone.bands:
+            continue
+        bands = tuple(
+            Band(min(7600.0, band.centre_hz * (1.0 + 0.5 * (scale - 1.0))), band.width_hz, band.gain_db)
+            for band in phone.bands
+        )
+        level = phone.noise_db
+        if phone.kind is Kind.FRICATIVE:
+            a, b = item.start_s - 0.01, item.end_s + 0.01
+            times = (a, a + 0.03, b - 0.025, b)
+            events.append(Frication(times, (level - 30, level, level, level - 30), bands))
+        elif phone.kind is Kind.AFFRICATE:
+            a, b = item.release_s, item.end_s + 0.01
+            events.append(Frication((a, a + 0.003, b - 0.02, b), (level - 20, level + 2, level, level - 30), bands))
+        else:
+            a = item.release_s
+            b = a + BURST_S + 0.4 * phone.aspiration_s
+            events.append(Frication((a, a + 0.001, a + BURST_S, b + 0.01), (level - 20, level + 4, level, level - 25), bands))
+    return tuple(events)
+
+
+def _pitch(placed: Sequence[Placed], voice: Voice, final: bool, declination: float) -> Track:
+    """An accent on each stressed vowel above a line that falls; before a pause it falls to the speaker's floor."""
+    base = voice.f0_hz * declination
+    end_s = placed[-1].end_s
+    points = _Breakpoints([0.0], [base])
+    for item in placed:
+        if item.phone.kind is Kind.VOWEL and item.stress:
+            peak = 1.0 + voice.pitch_range * (0.12 if item.stress == 1 else 0.05)
+            points.add(item.start_s + 0.35 * (item.end_s - item.start_s), base * peak)
+            points.add(item.end_s, base * (1.0 - 0.02 * voice.pitch_range))
+    points.add(end_s, base * (1.0 - (0.18 if final else 0.04) * voice.pitch_range))
+    return points.track()
+
+
+def controls_for(phones: Sequence[str], voice: Voice, final: bool, declination: float = 1.0) -> Controls:
+    """The synthesizer's controls for one word.
+
+    `phones` is ARPAbet with stress digits, at least one; `final` when a pause follows; `declination` multiplies the
+    pitch. KeyError for an unknown phone.
+    """
+    placed = place(phones, voice.rate, final)
+    scale = voice.formant_scale
+    nasal_points = _Breakpoints([], [])
+    tilt_points = _Breakpoints([], [])
+    for item in placed:
+        zero = NASAL_ZERO_HZ if item.phone.kind is Kind.NASAL else NASAL_HZ
+        closed = item.phone.kind in (Kind.STOP, Kind.AFFRICATE)
+        tilt = 350.0 if closed else voice.tilt_hz * (0.6 if item.phone.kind is Kind.FRICATIVE else 1.0)
+        for time in (item.start_s + 0.008, item.end_s - 0.008):
+            nasal_points.add(time, zero * scale)
+            tilt_points.add(time, tilt)
+    return Controls(
+        duration_s=placed[-1].end_s + placed[-1].phone.aspiration_s * (placed[-1].phone.kind is Kind.STOP) + TAIL_S,
+        f0_hz=_pitch(placed, voice, final, declination),
+        voicing_db=_steps(placed, _voicing(placed), 0.012),
+        aspiration_db=_steps(placed, _aspiration(placed, voice.breathiness_db), 0.012),
+        tilt_hz=tilt_points.track(),
+        formants_hz=tuple(_formant_track(placed, k, scale) for k in range(3)),
+        bandwidths_hz=tuple(_width_track(placed, k) for k in range(3)),
+        nasal_zero_hz=nasal_points.track(),
+        nasal_pole_hz=NASAL_HZ * scale,
+        fixed=tuple((hz * scale, width) for hz, width in UPPER_HZ if hz * scale < 7900.0),
+        frications=_frications(placed, scale),
+        open_quotient=voice.open_quotient,
+    )

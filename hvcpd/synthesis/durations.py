@@ -1,0 +1,76 @@
+"""How long each phone of a word lasts: Klatt's rules.
+
+D. H. Klatt, "Synthesis by rule of segmental durations in English sentences" (1979): a phone lasts
+least + (inherent - least) · percent / 100, and each rule multiplies the percentage.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from hvcpd.synthesis.phones import PHONES, Kind, is_vowel
+
+FINAL_STRETCH = 1.35
+"""Lengthening of the last vowel and what follows it before a pause (Klatt's rule 2)."""
+
+NOT_LAST_SYLLABLE = 0.85
+"""A vowel before the word's last syllable (rule 3 and 4)."""
+
+LONG_WORD = 0.85
+"""Each vowel of a word of more than one syllable (rule 5)."""
+
+UNSTRESSED_VOWEL = 0.6
+"""A vowel without stress (rule 7)."""
+
+SECONDARY_VOWEL = 0.85
+"""A vowel with secondary stress; between the two others."""
+
+BEFORE_VOICELESS = 0.75
+"""A vowel closed by a voiceless obstruent (rule 9)."""
+
+BEFORE_VOICED = {Kind.FRICATIVE: 1.3, Kind.STOP: 1.15, Kind.AFFRICATE: 1.1, Kind.NASAL: 0.9}
+"""A vowel closed by a voiced consonant (rule 9)."""
+
+IN_CLUSTER = 0.75
+"""A consonant beside another consonant (rule 10)."""
+
+
+def stress_of(phone: str) -> int:
+    """0, 1 or 2 for a vowel; 0 for a consonant."""
+    return int(phone[-1]) if phone[-1].isdigit() else 0
+
+
+def durations_s(phones: Sequence[str], final: bool) -> list[float]:
+    """Seconds for each phone (of a stop: its closure) of a word; `final` when a pause follows."""
+    vowels = [number for number, phone in enumerate(phones) if is_vowel(phone)]
+    last = vowels[-1] if vowels else -1
+    lengths = []
+    for number, name in enumerate(phones):
+        phone = PHONES[name.rstrip("012")]
+        if phone.kind is Kind.VOWEL:
+            percent = _vowel_factor(phones, number, number == last, len(vowels))
+        else:
+            percent = _consonant_factor(phones, number)
+        if final and number >= last:
+            percent *= FINAL_STRETCH
+        lengths.append(phone.least_s + max(0.0, phone.inherent_s - phone.least_s) * percent)
+    return lengths
+
+
+def _vowel_factor(phones: Sequence[str], number: int, is_last: bool, syllables: int) -> float:
+    factor = {0: UNSTRESSED_VOWEL, 1: 1.0, 2: SECONDARY_VOWEL}[stress_of(phones[number])]
+    if not is_last:
+        factor *= NOT_LAST_SYLLABLE
+    if syllables > 1:
+        factor *= LONG_WORD
+    follower = PHONES[phones[number + 1].rstrip("012")] if number + 1 < len(phones) else None
+    if follower is None:
+        return factor * 1.1
+    if follower.voiced:
+        return factor * BEFORE_VOICED.get(follower.kind, 1.0)
+    return factor * BEFORE_VOICELESS
+
+
+def _consonant_factor(phones: Sequence[str], number: int) -> float:
+    beside = [phones[k] for k in (number - 1, number + 1) if 0 <= k < len(phones)]
+    return IN_CLUSTER if any(not is_vowel(phone) for phone in beside) else 1.0

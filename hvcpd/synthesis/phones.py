@@ -1,0 +1,155 @@
+"""The phones of American English as the synthesizer needs them: targets, durations, noise spectra.
+
+Formants and bandwidths of an adult male after Klatt (1980), tables II and III; inherent and least durations after
+Klatt ("Synthesis by rule of segmental durations in English sentences", 1979); loci after Klatt (1987). Noise spectra
+are set for 16 kHz, where Klatt's stop at 5 kHz, by comparing spectrograms with published averages.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import Enum
+
+from hvcpd.synthesis.klatt import Band
+
+Triple = tuple[float, float, float]
+
+
+class Kind(Enum):
+    """How a phone is made, which decides how its sources are timed."""
+
+    VOWEL = "vowel"
+    GLIDE = "glide"
+    NASAL = "nasal"
+    FRICATIVE = "fricative"
+    STOP = "stop"
+    AFFRICATE = "affricate"
+    BREATH = "breath"
+
+
+@dataclass(frozen=True)
+class Phone:
+    """One phone. Frequencies in Hz for a male voice, durations in s, levels in dB relative to a vowel.
+
+    `target_hz` is where the formants go (the locus of an obstruent), `end_hz` where a diphthong ends, `pull` how far a
+    neighbouring vowel draws each formant away from that at the boundary (0 = not at all).
+    """
+
+    kind: Kind
+    target_hz: Triple
+    width_hz: Triple
+    inherent_s: float
+    least_s: float
+    end_hz: Triple | None = None
+    voiced: bool = True
+    pull: Triple = (0.0, 0.4, 0.4)
+    transition_s: float = 0.05
+    voicing_db: float = 0.0
+    noise_db: float = -99.0
+    bands: tuple[Band, ...] = ()
+    aspiration_s: float = 0.0
+
+
+def _vowel(start: Triple, width: Triple, inherent_ms: float, least_ms: float, end: Triple | None = None) -> Phone:
+    return Phone(Kind.VOWEL, start, width, inherent_ms / 1000, least_ms / 1000, end_hz=end, transition_s=0.06)
+
+
+def _glide(target: Triple, width: Triple, inherent_ms: float, least_ms: float, transition_ms: float) -> Phone:
+    return Phone(
+        Kind.GLIDE, target, width, inherent_ms / 1000, least_ms / 1000,
+        pull=(0.4, 0.35, 0.35), transition_s=transition_ms / 1000, voicing_db=-4.0,
+    )  # fmt: skip
+
+
+def _nasal(target: Triple, inherent_ms: float, least_ms: float) -> Phone:
+    return Phone(
+        Kind.NASAL, target, (60.0, 200.0, 250.0), inherent_ms / 1000, least_ms / 1000,
+        pull=(0.5, 0.4, 0.4), transition_s=0.045, voicing_db=-4.0,
+    )  # fmt: skip
+
+
+def _fricative(
+    target: Triple, voiced: bool, inherent_ms: float, least_ms: float, noise_db: float, bands: tuple[Band, ...]
+) -> Phone:
+    return Phone(
+        Kind.FRICATIVE, target, (80.0, 120.0, 200.0), inherent_ms / 1000, least_ms / 1000, voiced=voiced,
+        pull=(0.3, 0.45, 0.45), transition_s=0.045, voicing_db=-11.0 if voiced else -99.0, noise_db=noise_db, bands=bands,
+    )  # fmt: skip
+
+
+def _stop(
+    target: Triple, voiced: bool, inherent_ms: float, least_ms: float, noise_db: float, bands: tuple[Band, ...],
+    pull: Triple, aspiration_ms: float,
+) -> Phone:  # fmt: skip
+    return Phone(
+        Kind.STOP, target, (80.0, 130.0, 220.0), inherent_ms / 1000, least_ms / 1000, voiced=voiced,
+        pull=pull, transition_s=0.045, voicing_db=-20.0 if voiced else -99.0,
+        noise_db=noise_db, bands=bands, aspiration_s=aspiration_ms / 1000,
+    )  # fmt: skip
+
+
+_S = (Band(4900, 900, -1), Band(6200, 1200, 0), Band(7300, 1200, -3))
+_SH = (Band(2600, 400, -3), Band(3300, 600, 0), Band(4600, 900, -5), Band(6200, 1500, -12))
+_F = (Band(1500, 1500, -14), Band(4000, 2500, -6), Band(7200, 2500, 0))
+_TH = (Band(1500, 1200, -18), Band(5200, 2500, -4), Band(7300, 1800, 0))
+_P = (Band(700, 700, 0), Band(2000, 2000, -8), Band(5000, 3000, -14))
+_T = (Band(3800, 900, -3), Band(5000, 1500, 0), Band(6800, 1800, -4))
+_K = (Band(1900, 350, 0), Band(3600, 900, -10), Band(5200, 1500, -18))
+
+PHONES: dict[str, Phone] = {
+    "AA": _vowel((700, 1220, 2600), (130, 70, 160), 220, 100),
+    "AE": _vowel((620, 1700, 2430), (70, 150, 250), 220, 80, end=(660, 1530, 2470)),
+    "AH": _vowel((620, 1220, 2550), (80, 50, 140), 140, 60),
+    "AO": _vowel((600, 960, 2570), (90, 100, 80), 220, 100, end=(630, 1020, 2600)),
+    "AW": _vowel((680, 1280, 2550), (80, 70, 140), 260, 100, end=(420, 900, 2350)),
+    "AX": _vowel((520, 1380, 2500), (80, 80, 140), 100, 50),
+    "AY": _vowel((680, 1180, 2550), (100, 70, 200), 250, 120, end=(380, 1960, 2550)),
+    "EH": _vowel((540, 1720, 2500), (60, 90, 200), 150, 70, end=(600, 1600, 2530)),
+    "ER": _vowel((470, 1270, 1560), (100, 60, 110), 180, 80, end=(430, 1310, 1560)),
+    "EY": _vowel((480, 1800, 2520), (70, 100, 200), 190, 100, end=(320, 2120, 2640)),
+    "IH": _vowel((410, 1850, 2570), (50, 100, 140), 135, 50, end=(450, 1720, 2600)),
+    "IY": _vowel((310, 2080, 2960), (50, 150, 300), 160, 60, end=(285, 2200, 3000)),
+    "OW": _vowel((540, 1080, 2350), (80, 70, 70), 220, 90, end=(400, 830, 2300)),
+    "OY": _vowel((550, 900, 2400), (80, 50, 130), 270, 140, end=(360, 1900, 2480)),
+    "UH": _vowel((450, 1100, 2350), (80, 100, 80), 150, 60, end=(490, 1180, 2390)),
+    "UW": _vowel((350, 1200, 2200), (65, 110, 140), 200, 70, end=(315, 880, 2200)),
+    "W": _glide((290, 610, 2150), (50, 80, 60), 75, 50, 75),
+    "Y": _glide((260, 2150, 3020), (40, 200, 400), 75, 40, 70),
+    "R": _glide((320, 1100, 1420), (70, 100, 120), 80, 40, 70),
+    "L": _glide((330, 1050, 2880), (50, 100, 250), 80, 40, 45),
+    "M": _nasal((480, 1100, 2130), 75, 60),
+    "N": _nasal((480, 1500, 2500), 70, 50),
+    "NG": _nasal((480, 1900, 2350), 95, 60),
+    "HH": Phone(Kind.BREATH, (500, 1500, 2500), (200, 150, 200), 0.07, 0.04, voiced=False, noise_db=-12.0),
+    "F": _fricative((320, 1050, 2150), False, 105, 80, -17.0, _F),
+    "V": _fricative((240, 1050, 2150), True, 65, 45, -26.0, _F),
+    "TH": _fricative((320, 1320, 2540), False, 95, 70, -19.0, _TH),
+    "DH": _fricative((270, 1320, 2540), True, 50, 35, -29.0, _TH),
+    "S": _fricative((320, 1600, 2560), False, 110, 70, -7.0, _S),
+    "Z": _fricative((240, 1600, 2560), True, 80, 50, -14.0, _S),
+    "SH": _fricative((300, 1850, 2650), False, 110, 80, -6.0, _SH),
+    "ZH": _fricative((260, 1850, 2650), True, 75, 50, -13.0, _SH),
+    "P": _stop((250, 900, 2150), False, 85, 55, -12.0, _P, (0.1, 0.5, 0.4), 45),
+    "B": _stop((200, 900, 2150), True, 80, 55, -16.0, _P, (0.1, 0.5, 0.4), 0),
+    "T": _stop((250, 1750, 2650), False, 70, 50, -6.0, _T, (0.1, 0.4, 0.3), 45),
+    "D": _stop((200, 1750, 2650), True, 65, 45, -11.0, _T, (0.1, 0.4, 0.3), 0),
+    "K": _stop((250, 1900, 2350), False, 75, 55, -7.0, _K, (0.1, 0.75, 0.5), 50),
+    "G": _stop((200, 1900, 2350), True, 70, 50, -11.0, _K, (0.1, 0.75, 0.5), 10),
+    "CH": Phone(
+        Kind.AFFRICATE, (280, 1850, 2650), (80, 130, 250), 0.055, 0.04, voiced=False, pull=(0.1, 0.4, 0.3),
+        voicing_db=-99.0, noise_db=-6.0, bands=_SH, aspiration_s=0.075,
+    ),
+    "JH": Phone(
+        Kind.AFFRICATE, (220, 1850, 2650), (80, 130, 250), 0.05, 0.04, pull=(0.1, 0.4, 0.3),
+        voicing_db=-20.0, noise_db=-10.0, bands=_SH, aspiration_s=0.05,
+    ),
+}  # fmt: skip
+"""Every phone by its ARPAbet name, and AX, the reduced vowel that CMUdict writes AH0."""
+
+ARPABET = frozenset(PHONES) - {"AX"}
+"""The 39 phones that a lexicon may use."""
+
+
+def is_vowel(phone: str) -> bool:
+    """Whether a phone, with or without its stress digit, is a vowel."""
+    return PHONES[phone.rstrip("012")].kind is Kind.VOWEL

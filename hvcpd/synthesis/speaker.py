@@ -1,0 +1,114 @@
+"""One robot's voice: words to sound, put together from rendered word units."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from enum import Enum
+
+import numpy as np
+
+from hvcpd.ports import SAMPLE_RATE_HZ, Samples
+from hvcpd.synthesis.articulation import controls_for
+from hvcpd.synthesis.klatt import synthesize
+from hvcpd.synthesis.leveling import fade, leveled
+from hvcpd.synthesis.lexicon import Lexicon
+from hvcpd.synthesis.unit_cache import UnitCache
+from hvcpd.synthesis.voices import Voice
+
+PAUSE_S = 0.14
+"""Silence at a comma: long enough to be heard as one, short of the recogniser's end of sentence."""
+
+OVERLAP_S = 0.02
+"""How far the units of neighbouring words overlap, cross-faded: they ring out and begin within this time."""
+
+PITCH_STEPS = (1.06, 1.0, 0.95)
+"""The declination of a sentence in steps, relative to the voice's pitch: first, middle and last third. Few, so that
+units can be cached; people's pitch falls by about 10 to 20 % over a sentence."""
+
+
+class UnitPosition(Enum):
+    """Where in a phrase a word stands: followed by another word, or by a pause."""
+
+    MEDIAL = "medial"
+    FINAL = "final"
+
+
+@dataclass(frozen=True)
+class WordMark:
+    """Where in the sound a word is: samples from `start` up to but not including `end`."""
+
+    word: str
+    start: int
+    end: int
+
+
+@dataclass(frozen=True)
+class Rendered:
+    """A sentence as sound, and where its words are."""
+
+    samples: Samples
+    marks: tuple[WordMark, ...]
+
+
+class Speaker:
+    """Speaks with one voice. Units are kept in memory, and in `cache` if one is given."""
+
+    def __init__(self, voice: Voice, lexicon: Lexicon, cache: UnitCache | None = None) -> None:
+        self.voice = voice
+        self._lexicon = lexicon
+        self._cache = cache
+        self._units: dict[tuple[str, UnitPosition, float], Samples] = {}
+
+    def unit(self, word: str, position: UnitPosition, pitch: float = 1.0) -> Samples:
+        """One word as sound, shape (n,), read-only; `pitch` multiplies the voice's pitch.
+
+        A word without letters or digits gives an empty unit.
+        """
+        key = (word.lower(), position, pitch)
+        if key not in self._units:
+            unit = self._make(key)
+            unit.flags.writeable = False
+            self._units[key] = unit
+        return self._units[key]
+
+    def _make(self, key: tuple[str, UnitPosition, float]) -> Samples:
+        word, position, pitch = key
+        phones = self._lexicon.pronounce(word)
+        if not phones:
+            return np.zeros(0, dtype=np.float32)
+
+        def fresh() -> Samples:
+            controls = controls_for(phones, self.voice, position is UnitPosition.FINAL, pitch)
+            return fade(leveled(synthesize(controls)), OVERLAP_S)
+
+        if self._cache is None:
+            return fresh()
+        return self._cache.get((phones, self.voice, position.value, pitch), fresh)
+
+    def templates(self, word: str) -> list[Samples]:
+        """The renderings of a word that `render` uses, medial and final, at the voice's own pitch."""
+        return [self.unit(word, position) for position in UnitPosition]
+
+    def render(self, phrases: Sequence[Sequence[str]]) -> Samples:
+        """A sentence as sound, float32 at 16 kHz: groups of words, between which the speaker pauses."""
+        return self.render_marked(phrases).samples
+
+    def render_marked(self, phrases: Sequence[Sequence[str]]) -> Rendered:
+        """The same, with the place of every word."""
+        spoken = [(word, place == len(phrase)) for phrase in phrases for place, word in enumerate(phrase, start=1)]
+        pieces: list[tuple[str, int, Samples]] = []
+        cursor = 0
+        for number, (word, final) in enumerate(spoken):
+            pitch = PITCH_STEPS[min(len(PITCH_STEPS) - 1, len(PITCH_STEPS) * number // len(spoken))]
+            unit = self.unit(word, UnitPosition.FINAL if final else UnitPosition.MEDIAL, pitch)
+            if not len(unit):
+                continue
+            pieces.append((word, cursor, unit))
+            gap_s = PAUSE_S if final else -OVERLAP_S
+            cursor += len(unit) + round(gap_s * SAMPLE_RATE_HZ)
+        length = max((start + len(unit) for _, start, unit in pieces), default=0)
+        out = np.zeros(length, dtype=np.float32)
+        for _, start, unit in pieces:
+            out[start : start + len(unit)] += unit
+        return Rendered(out, tuple(WordMark(word, start, start + len(unit)) for word, start, unit in pieces))

@@ -1,0 +1,55 @@
+"""The eight voices, and which robot speaks with which: it follows from the name, so that every peer knows it."""
+
+from __future__ import annotations
+
+import hashlib
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True)
+class Voice:
+    """A way of speaking.
+
+    `f0_hz` is the mean pitch, `pitch_range` scales accents and the final fall, `formant_scale` multiplies the formants
+    (1 = adult male tract of 17.5 cm), `rate` divides durations, `breathiness_db` is the breath noise in voiced sounds
+    relative to a vowel, `open_quotient` the share of the glottal cycle that is open, `tilt_hz` the corner of the
+    source's low-pass (low = dark).
+    """
+
+    name: str
+    f0_hz: float
+    formant_scale: float
+    rate: float
+    breathiness_db: float
+    open_quotient: float
+    tilt_hz: float
+    pitch_range: float = 1.0
+
+
+VOICES: tuple[Voice, ...] = (
+    Voice("oak", 112.0, 1.00, 1.00, -38.0, 0.55, 2600.0),
+    Voice("rose", 205.0, 1.16, 1.00, -32.0, 0.62, 2200.0),
+    Voice("granite", 86.0, 0.94, 0.95, -42.0, 0.50, 2000.0, 0.9),
+    Voice("wren", 258.0, 1.27, 1.04, -34.0, 0.60, 2800.0),
+    Voice("brook", 138.0, 1.05, 1.05, -30.0, 0.66, 1700.0, 1.2),
+    Voice("lark", 228.0, 1.20, 1.06, -38.0, 0.54, 3400.0, 1.2),
+    Voice("cedar", 98.0, 1.07, 1.02, -40.0, 0.46, 3600.0),
+    Voice("willow", 172.0, 1.12, 0.96, -27.0, 0.70, 1500.0, 0.8),
+)
+"""A male and a female of medium, low and high pitch, bright and dark, and a child; each differs from every other by at
+least a tenth in pitch or formants. Adult male pitch is 85 to 155 Hz, female 165 to 255 Hz; female formants lie about
+17 % above male (Peterson and Barney 1952)."""
+
+
+def voice_for(robot_name: str) -> Voice:
+    """The voice of the robot of that name, the same everywhere and for ever; upper and lower case are one.
+
+    The first byte of the name's SHA-256 picks a row of `VOICES`.
+    """
+    digest = hashlib.sha256(robot_name.strip().casefold().encode()).digest()
+    return VOICES[digest[0] % len(VOICES)]
+
+
+def voice_named(name: str) -> Voice:
+    """The voice called `name`; KeyError when there is none."""
+    return {voice.name: voice for voice in VOICES}[name]
