@@ -85,6 +85,8 @@ class Timing:
     """Step of the random back-off: longer than the onset detection, so that two different draws don't collide."""
     reply_slots: int = 3
     turn_slots: int = 12
+    settle_s: float = 0.5
+    """After a voice falls silent: by then its sentence has been recognised."""
     objection_s: float = 1.6
     """After a claim: time for an objection to be heard to begin (recognition, reply gap, slots, onset)."""
     answer_s: float = 4.0

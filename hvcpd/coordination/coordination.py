@@ -110,8 +110,9 @@ class Coordination:
     def tick(self, now: float) -> None:
         """Do what is due."""
         if self._timer_s is not None and now >= self._timer_s:
-            if self.floor.busy or self.floor.speaking is not None:
-                self._timer_s = now + self.timing.answer_s / 4  # what was waited for may just be being said
+            unsettled_s = self.floor.unsettled_until(now)
+            if now < unsettled_s:
+                self._timer_s = unsettled_s  # what is waited for may be being said, or recognised, right now
             else:
                 self._timer_s = None
                 self._time_is_over(now)

@@ -5,6 +5,7 @@ Answers wait less than everything else, so that nobody cuts in between a questio
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from enum import IntEnum
@@ -42,12 +43,19 @@ class Floor:
         self._chance = chance
         self._intents: list[Intent] = []
         self._busy = False
+        self._released_s = -math.inf
         self.speaking: Intent | None = None
 
     @property
     def busy(self) -> bool:
         """Somebody else is speaking."""
         return self._busy
+
+    def unsettled_until(self, now: float) -> float:
+        """Until when something that somebody says may still come to be understood."""
+        if self._busy or self.speaking is not None:
+            return now + self._timing.settle_s
+        return self._released_s + self._timing.settle_s
 
     def want(self, intent: Intent, now: float) -> None:
         self.withdraw(intent.topic)
@@ -63,6 +71,7 @@ class Floor:
     def channel(self, busy: bool, now: float) -> None:
         """Somebody began or ended to speak; after an end everybody backs off anew."""
         if self._busy and not busy:
+            self._released_s = now
             self._back_off(now)
         self._busy = busy
 

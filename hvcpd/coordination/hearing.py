@@ -115,6 +115,8 @@ def _order(c: Coordination, u: m.Utterance, s: m.Order, now: float) -> None:
     if same and c.state in AT_WORK:  # it did not hear the read-back
         c.answer("at work", lambda: c.utterance(m.ToRobot(name), m.Claim(s.task)), now)
         return
+    if same and c.state is State.READING_BACK:
+        return
     free = c.state in (State.READY, State.MEETING, State.CLAIMING, State.READ_BACK, State.REPORTED)
     if entry is None or not free or c.role.coordinator or c.role.name in entry.failed_by:
         c.answer(f"unable {name}", lambda: c.utterance(m.ToRobot(name), m.Unable(s.task)), now)
