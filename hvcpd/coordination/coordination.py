@@ -122,6 +122,11 @@ class Coordination:
             self._begin(intent, now)
         self._save_changes()
 
+    @property
+    def at_place(self) -> bool:
+        """Whether what is being performed is the task itself, not the way there."""
+        return self.state is State.ACTING
+
     def next_deadline(self) -> float:
         """When `tick` must be called at the latest; infinity if nothing is due."""
         floor_s = self.floor.next_deadline()

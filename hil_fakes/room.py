@@ -1,0 +1,177 @@
+"""A room full of air at the level of samples: what every microphone hears of every loudspeaker.
+
+Free field: each source reaches each microphone with the inverse distance as gain and the flight time as delay
+(Kinsler et al., *Fundamentals of Acoustics*, ch. 5), both following the positions sample by sample, over ambient
+noise. Levels are in dB SPL re 20 µPa; reverberation is not modelled.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.signal import lfilter
+
+from hvcpd.ports import SAMPLE_RATE_HZ, Samples
+
+Point = tuple[float, float]
+
+
+@dataclass(frozen=True)
+class Air:
+    """The medium and the equipment, the same for all robots."""
+
+    sound_speed_m_s: float = 343.0
+    """Dry air at 20 °C (Kinsler et al., appendix A10)."""
+    speech_db_spl: float = 65.0
+    """Level of a robot's speech at 1 m: raised conversation (ISO 9921:2003, table A.1: normal 60, raised 66 dB)."""
+    speech_dbfs: float = -20.0
+    """RMS of the samples that stand for that level."""
+    microphone_full_scale_db_spl: float = 106.0
+    """A tone of this level (RMS) has amplitude √2 in the microphone's samples: a MEMS microphone of −26 dBFS at
+    94 dB SPL (InvenSense ICS-43434) with 14 dB of gain."""
+    own_distance_m: float = 0.1
+    """From a robot's loudspeaker to its own microphone."""
+    noise_db_spl: float = 40.0
+    """Ambient noise over 0 to 8 kHz: a quiet living room."""
+    muted: bool = False
+    """No loudspeaker reaches another's microphone: for the proof that nothing else passes."""
+
+    @property
+    def source_gain(self) -> float:
+        """From a loudspeaker's samples to a microphone's samples at 1 m."""
+        return _amplitude(self.speech_db_spl - self.microphone_full_scale_db_spl - self.speech_dbfs)
+
+    @property
+    def noise_rms(self) -> float:
+        return _amplitude(self.noise_db_spl - self.microphone_full_scale_db_spl)
+
+
+def _amplitude(level_db: float) -> float:
+    return float(10.0 ** (level_db / 20.0))
+
+
+# Paul Kellet's filter: white to pink noise within ±0.05 dB above 9.2 Hz at 44.1 kHz, as a sum of one-pole filters
+# (musicdsp.org, "Pink noise filter"); at 16 kHz its corners lie lower by the ratio of the rates.
+_PINK_POLES = (0.99765, 0.96300, 0.57000)
+_PINK_GAINS = (0.0990460, 0.2965164, 1.0526913)
+_PINK_DIRECT = 0.1848
+_PINK_RMS = 2.086
+"""RMS of the filtered noise for white noise of RMS 1, from Σ over the poles' joint impulse response."""
+
+
+class PinkNoise:
+    """Endless pink noise of a given RMS, made in blocks from its own seed."""
+
+    def __init__(self, rms: float, seed: int) -> None:
+        self._scale = rms / _PINK_RMS
+        self._generator = np.random.default_rng(seed)
+        self._states = [np.zeros(1) for _ in _PINK_POLES]
+        self._ready: Samples = np.zeros(0, np.float32)
+
+    def take(self, n: int) -> Samples:
+        """The next `n` samples, float32."""
+        while len(self._ready) < n:
+            self._ready = np.concatenate([self._ready, self._block()])
+        taken, self._ready = self._ready[:n], self._ready[n:]
+        return taken
+
+    def _block(self) -> Samples:
+        white = self._generator.standard_normal(SAMPLE_RATE_HZ // 4)
+        total = _PINK_DIRECT * white
+        for k, (pole, gain) in enumerate(zip(_PINK_POLES, _PINK_GAINS, strict=True)):
+            part, self._states[k] = lfilter([gain], [1.0, -pole], white, zi=self._states[k])
+            total += part
+        return (self._scale * total).astype(np.float32)
+
+
+MAX_DISTANCE_M = 60.0
+"""Longest way that the delay lines hold: at it speech is at 29 dB SPL, below any room's noise."""
+_LINE = 1 << 12
+"""Samples in a delay line: more than the longest way and a block."""
+
+
+class _DelayLine:
+    """The last samples of one loudspeaker, read at fractional delays by cubic interpolation (Lagrange)."""
+
+    def __init__(self) -> None:
+        self._ring = np.zeros(_LINE)
+        self._written = 0
+        self._loud_until = -1
+
+    def write(self, block: Samples) -> None:
+        n = len(block)
+        at = (self._written + np.arange(n)) % _LINE
+        self._ring[at] = block
+        self._written += n
+        if np.any(block):
+            self._loud_until = self._written
+
+    def is_silent(self, n: int, delay: float) -> bool:
+        """Whether the last `n` samples as heard after `delay` samples are all zero."""
+        return self._loud_until < self._written - n - delay - 4
+
+    def read(self, n: int, delays: NDArray[np.float64]) -> NDArray[np.float64]:
+        """The last `n` samples, each `delays[i]` samples earlier; delays are 2 or more."""
+        time = self._written - n + np.arange(n) - delays
+        base = np.floor(time).astype(np.int64)
+        x = time - base
+        y = [self._ring[(base + k) % _LINE] for k in (-1, 0, 1, 2)]
+        interpolated: NDArray[np.float64] = (
+            y[0] * (-x * (x - 1) * (x - 2) / 6)
+            + y[1] * ((x + 1) * (x - 1) * (x - 2) / 2)
+            + y[2] * (-(x + 1) * x * (x - 2) / 2)
+            + y[3] * ((x + 1) * x * (x - 1) / 6)
+        )
+        return interpolated
+
+
+class Room:
+    """Loudspeakers and microphones of `n_robots`, and one more microphone for a listener at `listener`."""
+
+    def __init__(self, n_robots: int, air: Air, seed: int, listener: Point = (0.0, 0.0)) -> None:
+        self.air = air
+        self._lines = [_DelayLine() for _ in range(n_robots)]
+        self._noises = [PinkNoise(air.noise_rms, seed=seed * 1000 + k) for k in range(n_robots + 1)]
+        self._listener = listener
+        self._before: dict[tuple[int, int], float] = {}
+
+    def advance(self, played: Sequence[Samples], places: Sequence[Point]) -> list[Samples]:
+        """Let one block pass: `played` by each loudspeaker while the robots moved to `places` (m).
+
+        Returns what each microphone took, the listener's last: float32 of the same length, in steps of a 16-bit
+        converter and clipped at its full scale.
+        """
+        for line, block in zip(self._lines, played, strict=True):
+            line.write(block)
+        n = len(played[0])
+        taken = []
+        for ear, place in enumerate([*places, self._listener]):
+            heard = self._noises[ear].take(n).astype(np.float64)
+            for source, line in enumerate(self._lines):
+                distance_m = self._distance_m(source, ear, places[source], place)
+                before_m = self._before.get((source, ear), distance_m)
+                self._before[source, ear] = distance_m
+                if self.air.muted and source != ear:
+                    continue
+                delay = distance_m / self.air.sound_speed_m_s * SAMPLE_RATE_HZ
+                if line.is_silent(n, delay):
+                    continue
+                ways_m = np.linspace(before_m, distance_m, n)
+                delays = np.maximum(ways_m / self.air.sound_speed_m_s * SAMPLE_RATE_HZ, 2.0)
+                heard += self.air.source_gain / ways_m * line.read(n, delays)
+            taken.append(_digitize(heard))
+        return taken
+
+    def _distance_m(self, source: int, ear: int, a: Point, b: Point) -> float:
+        if source == ear:
+            return self.air.own_distance_m
+        return min(max(math.dist(a, b), self.air.own_distance_m), MAX_DISTANCE_M)
+
+
+def _digitize(sound: NDArray[np.float64]) -> Samples:
+    """As a 16-bit converter gives it."""
+    return (np.clip(np.rint(sound * 32768.0), -32768, 32767) / 32768.0).astype(np.float32)

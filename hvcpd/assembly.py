@@ -1,0 +1,89 @@
+"""Puts one robot together from its settings: the only place that knows all rooms of the house."""
+
+from __future__ import annotations
+
+import random
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+
+from hvcpd.config.tasks import SayAction, TaskRepository
+from hvcpd.coordination.actions import Role
+from hvcpd.coordination.coordination import Coordination
+from hvcpd.hardware.kinematics import Odometry
+from hvcpd.hardware.motion import MotionController
+from hvcpd.language.phrasebook import Phrasebook, Vocabulary
+from hvcpd.performer import Performer
+from hvcpd.ports import Pose, Samples
+from hvcpd.recognition.recogniser import Recogniser
+from hvcpd.robot import Acoustics, Robot
+from hvcpd.synthesis.lexicon import Lexicon
+from hvcpd.synthesis.speaker import Speaker
+from hvcpd.synthesis.unit_cache import UnitCache
+from hvcpd.synthesis.voices import Voice, voice_for
+
+DEFAULT_TEAMS = ("plant", "a", "b")
+"""The teams that are known without being told: the paper's."""
+
+
+@dataclass(frozen=True)
+class Sound:
+    """Where pronunciations come from and where rendered units are kept."""
+
+    lexicon: Lexicon
+    cache: UnitCache | None = None
+
+
+@dataclass(frozen=True)
+class RobotPlan:
+    """Everything that tells one robot from another. `names` are all names known beforehand, its own among them."""
+
+    role: Role
+    names: tuple[str, ...]
+    tasks: TaskRepository
+    start: Pose
+    seed: int
+    teams: tuple[str, ...] = DEFAULT_TEAMS
+    remembered: Mapping[int, tuple[str, str | None]] | None = None
+    acoustics: Acoustics | None = None
+
+
+def make_phrasebook(names: Sequence[str], teams: Iterable[str], tasks: TaskRepository) -> Phrasebook:
+    """The phrasebook of a team. Raises PhraseError when its words clash."""
+    remarks = {a.text: None for task in tasks.tasks for a in task.actions if isinstance(a, SayAction)}
+    return Phrasebook(
+        Vocabulary(
+            names=tuple(dict.fromkeys(names)),
+            teams=tuple(dict.fromkeys(team.lower() for team in teams)),
+            tasks=(*(task.name for task in tasks.tasks), *tasks.other_tasks),
+            numbers=tuple(task.number for task in tasks.tasks),
+            remarks=tuple(remarks),
+        )
+    )
+
+
+def make_recogniser(phrasebook: Phrasebook, names: Iterable[str], sound: Sound) -> Recogniser:
+    """A recogniser for the voices of these robots: templates are the very signals that their synthesizers make."""
+    voices = {voice_for(name).name: voice_for(name) for name in names}
+    return Recogniser(phrasebook.graph, {name: templates(phrasebook, v, sound) for name, v in voices.items()})
+
+
+def templates(phrasebook: Phrasebook, voice: Voice, sound: Sound) -> dict[str, list[Samples]]:
+    """Every word of the phrasebook in one voice."""
+    speaker = Speaker(voice, sound.lexicon, sound.cache)
+    return {word: speaker.templates(word) for word in phrasebook.graph.words}
+
+
+def make_robot(plan: RobotPlan, sound: Sound) -> Robot:
+    """A whole robot. It listens for the voices of all names but its own."""
+    phrasebook = make_phrasebook(plan.names, (*plan.teams, *([plan.role.team] if plan.role.team else [])), plan.tasks)
+    others = [name for name in plan.names if name.lower() != plan.role.name.lower()]
+    coordination = Coordination(plan.role, plan.tasks.tasks, random.Random(plan.seed), remembered=plan.remembered)
+    return Robot(
+        coordination,
+        phrasebook,
+        make_recogniser(phrasebook, others or plan.names, sound),
+        Speaker(voice_for(plan.role.name), sound.lexicon, sound.cache),
+        Odometry(plan.start),
+        Performer(MotionController()),
+        plan.acoustics,
+    )

@@ -1,0 +1,256 @@
+"""One robot, whole, without I/O: blocks of sound and encoder readings in; sound, wheel speeds and records out.
+
+It never asks a clock: time is the number of samples that it has heard. So the daemon on a robot and twelve robots
+in a test run the same code.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+
+from hvcpd.config.tasks import Place
+from hvcpd.coordination.actions import Halt, Perform, SavePeer, SaveTask, Say
+from hvcpd.coordination.coordination import Coordination
+from hvcpd.errors import PhraseError
+from hvcpd.hardware.kinematics import Odometry
+from hvcpd.language.messages import Utterance
+from hvcpd.language.phrasebook import Phrasebook
+from hvcpd.performer import Outcome, Performer
+from hvcpd.ports import SAMPLE_RATE_HZ, STANDSTILL, Samples, WheelCommand, WheelReading
+from hvcpd.recognition.events import Event as HearingEvent
+from hvcpd.recognition.events import Recognised
+
+
+class Ears(Protocol):
+    """The recogniser, as the robot needs it."""
+
+    @property
+    def busy(self) -> bool: ...
+
+    def push(self, samples: Samples, masked: bool = False) -> list[HearingEvent]: ...
+
+
+class Mouth(Protocol):
+    """The synthesizer, as the robot needs it."""
+
+    def render(self, phrases: Sequence[Sequence[str]]) -> Samples: ...
+
+
+@dataclass(frozen=True)
+class SaidRecord:
+    """The robot begins to say this at `at_s`; it takes `duration_s`."""
+
+    at_s: float
+    utterance: Utterance
+    text: str
+    duration_s: float
+
+
+@dataclass(frozen=True)
+class HeardRecord:
+    """The robot understood this sentence."""
+
+    at_s: float
+    utterance: Utterance
+    text: str
+    start_s: float
+    end_s: float
+    confidence: float
+    snr_db: float
+    voice: str
+
+
+@dataclass(frozen=True)
+class GarbledRecord:
+    """The robot noticed speech that it could not understand."""
+
+    at_s: float
+    start_s: float
+    end_s: float
+
+
+@dataclass(frozen=True)
+class PerformedRecord:
+    """The robot carried out what there is to do at a task's place."""
+
+    at_s: float
+    task: int
+
+
+Record = SaidRecord | HeardRecord | GarbledRecord | PerformedRecord | SaveTask | SavePeer
+
+
+@dataclass(frozen=True)
+class RobotOutput:
+    """What one step gives: sound to be played next (as long as what was heard), wheel speeds, and what happened."""
+
+    sound: Samples
+    wheels: WheelCommand
+    records: tuple[Record, ...]
+
+
+@dataclass(frozen=True)
+class Acoustics:
+    """Delays of the robot's own sound, s."""
+
+    latency_s: float = 0.0
+    """From handing a block out until it is heard in the own microphone; the bench has none beyond the block."""
+    tail_s: float = 0.12
+    """The own voice rings on in the room for so long."""
+    collision_s: float = 0.4
+    """Speech that was garbled and began no later than this after the own speech ended overlapped it."""
+
+
+class Robot:
+    """See the module. `here` and the parts passed in are this robot's own; nothing is shared with another robot."""
+
+    def __init__(
+        self,
+        coordination: Coordination,
+        phrasebook: Phrasebook,
+        ears: Ears,
+        mouth: Mouth,
+        odometry: Odometry,
+        performer: Performer,
+        acoustics: Acoustics | None = None,
+    ) -> None:
+        self.coordination = coordination
+        self.phrasebook = phrasebook
+        self.odometry = odometry
+        self._ears = ears
+        self._mouth = mouth
+        self._performer = performer
+        self._acoustics = acoustics or Acoustics()
+        self._n_heard = 0
+        self._speech: Samples = np.zeros(0, np.float32)
+        self._position = 0
+        self._speaking = False
+        self._spoke_until_s = -np.inf
+        self._masked_until_s = -np.inf
+        self._busy = False
+        self._task = 0
+        self._records: list[Record] = []
+
+    @property
+    def now(self) -> float:
+        """The sample clock, s."""
+        return self._n_heard / SAMPLE_RATE_HZ
+
+    @property
+    def speaking(self) -> bool:
+        return self._speaking
+
+    def step(self, heard: Samples, reading: WheelReading | None) -> RobotOutput:
+        """Live for one block.
+
+        `heard`: shape (n,), float32, what the microphone gave; `reading`: of the wheels, None if they were not
+        read. The sound that comes back has the same shape and is to be played over the next block.
+        """
+        self._finish_speaking()
+        masked = self._speaking or self.now < self._masked_until_s
+        events = self._ears.push(heard, masked=masked)
+        self._n_heard += len(heard)
+        now = self.now
+        if reading is not None:
+            pose = self.odometry.update(reading)
+            self.coordination.here = Place(pose.x_m, pose.y_m)
+        self._notice_channel(now)
+        for event in events:
+            self._understand(event, now)
+        wheels = self._perform(now)
+        if now >= self.coordination.next_deadline():
+            self.coordination.tick(now)
+        halted = self._act(now)
+        records, self._records = tuple(self._records), []
+        return RobotOutput(self._next_sound(len(heard)), STANDSTILL if halted else wheels, records)
+
+    def _finish_speaking(self) -> None:
+        if self._speaking and self._position >= len(self._speech) and self.now >= self._spoke_until_s:
+            self._speaking = False
+            self._masked_until_s = self.now + self._acoustics.tail_s
+            self.coordination.spoken(self.now)
+
+    def _notice_channel(self, now: float) -> None:
+        if self._ears.busy != self._busy:
+            self._busy = self._ears.busy
+            self.coordination.channel(self._busy, now)
+
+    def _understand(self, event: HearingEvent, now: float) -> None:
+        start_s, end_s = event.start_sample / SAMPLE_RATE_HZ, event.end_sample / SAMPLE_RATE_HZ
+        utterance = self._parse(event)
+        if not isinstance(event, Recognised) or utterance is None:
+            self._records.append(GarbledRecord(now, start_s, end_s))
+            self.coordination.garbled(start_s <= self._spoke_until_s + self._acoustics.collision_s <= end_s, now)
+            return
+        text = self.phrasebook.write(utterance)
+        self._records.append(
+            HeardRecord(now, utterance, text, start_s, end_s, event.confidence, event.snr_db, event.voice)
+        )
+        self.coordination.heard(utterance, now)
+
+    def _parse(self, event: HearingEvent) -> Utterance | None:
+        if not isinstance(event, Recognised):
+            return None
+        try:
+            return self.phrasebook.parse(event.words)
+        except PhraseError:  # the network holds only sentences of the phrasebook; a foreign recogniser may not
+            return None
+
+    def _perform(self, now: float) -> WheelCommand:
+        if not self._performer.busy:
+            return STANDSTILL
+        progress = self._performer.step(self.odometry.pose, now)
+        if progress.remark is not None:
+            self.coordination.remark(progress.remark, now)
+        if progress.outcome is Outcome.DONE:
+            self._done(now)
+        elif progress.outcome is Outcome.FAILED:
+            self.coordination.perform_failed(now)
+        return progress.wheels
+
+    def _done(self, now: float) -> None:
+        if self.coordination.at_place:
+            self._records.append(PerformedRecord(now, self._task))
+        self.coordination.performed(now)
+
+    def _act(self, now: float) -> bool:
+        """Do what coordination asks for; whether it asked for a halt."""
+        halted = False
+        pending = list(self.coordination.actions())
+        while pending:
+            action = pending.pop(0)
+            match action:
+                case Say(utterance):
+                    self._say(utterance, now)
+                case Perform(task, actions):
+                    self._task = task
+                    self._performer.begin(actions)
+                    if not actions:
+                        self._done(now)
+                        pending += self.coordination.actions()
+                case Halt():
+                    self._performer.cancel()
+                    halted = True
+                case SaveTask() | SavePeer():
+                    self._records.append(action)
+        return halted
+
+    def _say(self, utterance: Utterance, now: float) -> None:
+        self._speech = self._mouth.render(self.phrasebook.phrases(utterance))
+        self._position = 0
+        self._speaking = True
+        duration_s = len(self._speech) / SAMPLE_RATE_HZ
+        self._spoke_until_s = now + duration_s + self._acoustics.latency_s
+        self._records.append(SaidRecord(now, utterance, self.phrasebook.write(utterance), duration_s))
+
+    def _next_sound(self, n: int) -> Samples:
+        out = np.zeros(n, np.float32)
+        if self._speaking:
+            piece = self._speech[self._position : self._position + n]
+            out[: len(piece)] = piece
+            self._position += len(piece)
+        return out
