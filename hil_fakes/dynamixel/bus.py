@@ -1,7 +1,8 @@
 """Motors behind a pseudo-terminal: to the software under test a serial port like any other.
 
 One thread answers requests as soon as they come. Motor time passes only in `FakeBus.advance`, so a simulation in
-virtual time is deterministic: between two advances the motors answer the same, however often they are asked.
+virtual time is deterministic: between two advances the motors answer the same, however often they are asked. An
+instruction that nobody answers (a sync write) is sure to have arrived once a later one was answered.
 
     with FakeBus(turtlebot3_pair(), seed=1) as bus:
         software_under_test(port=bus.path)

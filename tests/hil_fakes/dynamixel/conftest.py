@@ -1,0 +1,24 @@
+"""A fake bus and the unmodified SDK on it."""
+
+from collections.abc import Iterator
+
+import pytest
+from dynamixel_sdk import PacketHandler, PortHandler
+
+from hil_fakes.dynamixel.bus import FakeBus
+from hil_fakes.dynamixel.contract import Rig
+from hil_fakes.dynamixel.motor import turtlebot3_pair
+
+
+@pytest.fixture
+def bus() -> Iterator[FakeBus]:
+    with FakeBus(turtlebot3_pair(), seed=1) as fake:
+        yield fake
+
+
+@pytest.fixture
+def rig(bus: FakeBus) -> Iterator[Rig]:
+    port = PortHandler(bus.path)
+    assert port.setBaudRate(1_000_000)
+    yield Rig(port, PacketHandler(2.0), (1, 2), bus.advance)
+    port.closePort()
