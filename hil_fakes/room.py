@@ -59,8 +59,16 @@ def _amplitude(level_db: float) -> float:
 _PINK_POLES = (0.99765, 0.96300, 0.57000)
 _PINK_GAINS = (0.0990460, 0.2965164, 1.0526913)
 _PINK_DIRECT = 0.1848
-_PINK_RMS = 2.086
-"""RMS of the filtered noise for white noise of RMS 1, from Σ over the poles' joint impulse response."""
+_PINK_RMS = math.sqrt(
+    _PINK_DIRECT**2
+    + 2 * _PINK_DIRECT * sum(_PINK_GAINS)
+    + sum(
+        a * b / (1 - p * q)
+        for a, p in zip(_PINK_GAINS, _PINK_POLES, strict=True)
+        for b, q in zip(_PINK_GAINS, _PINK_POLES, strict=True)
+    )
+)
+"""RMS of the filtered noise for white noise of RMS 1: the root of the energy of the joint impulse response."""
 
 
 class PinkNoise:

@@ -1,0 +1,218 @@
+"""The bench: whole robots in one simulated room, in virtual time, as fast as the processor can.
+
+Each robot has its own store, its own random generator, its own sample clock that starts when it is switched on, its
+own motors on its own pty. Between the robots there is nothing but the room's sound.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import time
+from collections.abc import Callable, Iterator
+from contextlib import ExitStack
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from hil_fakes.body import Body
+from hil_fakes.room import Air, Point, Room
+from hil_fakes.scorekeeper import Scorekeeper
+from hvcpd.assembly import RobotPlan, Sound, make_robot
+from hvcpd.config.tasks import TaskRepository
+from hvcpd.coordination.actions import Role
+from hvcpd.journal import Journal
+from hvcpd.ports import SAMPLE_RATE_HZ, STANDSTILL, Pose, Samples, WheelCommand, WheelReading
+from hvcpd.reporting.events import Event, MissionRecord, Moved, Plant, Started, Summary, Trail
+from hvcpd.robot import Robot
+from hvcpd.store import IN_MEMORY, Store
+
+BLOCK = 400
+"""Samples a step, 25 ms: a robot reacts one block after what it hears."""
+BLOCK_S = BLOCK / SAMPLE_RATE_HZ
+MOVING_BLOCKS = 2
+"""A moving robot's wheels are served every 50 ms, as ROBOTIS's own node does."""
+STANDING_BLOCKS = 8
+"""A standing robot's every 200 ms: well within the motors' bus watchdog of 0.5 s."""
+MAP_BLOCKS = 40
+"""The live view learns the robots' places once a second."""
+SWITCH_ON_SPREAD_S = 1.5
+"""Robots are switched on by hand, one after the other."""
+SETTLE_S = 2.0
+"""Sound goes on for so long after the last task is known to be done."""
+START_SPACING_M = 1.0
+START_CORNER = (-5.0, -5.0)
+"""The paper's robots start at (−5, −5)."""
+ROW = 4
+
+
+@dataclass(frozen=True)
+class BenchPlan:
+    """One mission. In coordinate mode `coordinator` gives the orders; in volunteer mode it is None."""
+
+    names: tuple[str, ...]
+    tasks: TaskRepository
+    seed: int = 0
+    coordinator: str | None = None
+    team: str = "plant"
+    nearest_first: bool = False
+    air: Air = field(default_factory=Air)
+    limit_s: float = 1800.0
+    """The mission is given up after this."""
+
+
+def own_seed(seed: int, name: str) -> int:
+    """A robot's own seed: unrelated to any other's, the same on every machine."""
+    return int.from_bytes(hashlib.sha256(f"{seed}/{name.lower()}".encode()).digest()[:6], "big")
+
+
+def start_poses(n: int) -> tuple[Pose, ...]:
+    """Rows of robots a metre apart, from the paper's corner of the room."""
+    x_m, y_m = START_CORNER
+    return tuple(Pose(x_m + START_SPACING_M * (k % ROW), y_m + START_SPACING_M * (k // ROW)) for k in range(n))
+
+
+@dataclass
+class _Place:
+    """One robot on the bench, and what of it the others cannot see."""
+
+    name: str
+    robot: Robot
+    body: Body
+    journal: Journal
+    off_blocks: int
+    playing: Samples = field(default_factory=lambda: np.zeros(BLOCK, np.float32))
+    wheels: WheelCommand = STANDSTILL
+    served_block: int = -(10**6)
+    recording: list[Samples] = field(default_factory=list)
+
+    def serve_wheels(self, block: int) -> WheelReading | None:
+        """Exchange with the motors when it is time; None in between."""
+        every = STANDING_BLOCKS if self.wheels == STANDSTILL else MOVING_BLOCKS
+        if block - self.served_block < every:
+            return None
+        self.served_block = block
+        return self.body.exchange(self.wheels)
+
+    def live(self, block: int, heard: Samples) -> None:
+        """One block of this robot's life."""
+        self.recording.append(heard)
+        if block < self.off_blocks:
+            return
+        output = self.robot.step(heard, self.serve_wheels(block))
+        self.playing = output.sound
+        if output.wheels == STANDSTILL and self.wheels != STANDSTILL:
+            self.served_block = -(10**6)  # a halt goes out with the next block
+        self.wheels = output.wheels
+        self.records = output.records
+        self.journal.write(output.records, self.robot.now)
+
+    records: tuple[object, ...] = ()
+
+    @property
+    def on_s(self) -> float:
+        """When it was switched on, by the bench's clock."""
+        return self.off_blocks * BLOCK_S
+
+
+class Bench:
+    """Runs one mission. `sink` gets every event as it happens; `pace` is called after every block with the time
+    and the listener's sound (to play it, or to slow down to real time)."""
+
+    def __init__(
+        self,
+        plan: BenchPlan,
+        sound: Sound,
+        sink: Callable[[Event], None] = lambda _event: None,
+        pace: Callable[[float, Samples], None] = lambda _now, _sound: None,
+    ) -> None:
+        self.plan = plan
+        self._sound = sound
+        self._sink = sink
+        self._pace = pace
+        self.recordings: dict[str, Samples] = {}
+        """What each robot's microphone took from the mission's beginning, by name."""
+        self.robots: dict[str, Robot] = {}
+
+    def run(self) -> MissionRecord:
+        """Run the mission to its end. Raises what a robot raises: there is no fault from outside on this bench."""
+        began_s = time.perf_counter()
+        starts = start_poses(len(self.plan.names))
+        plants = tuple(
+            Plant(t.number, t.name, t.place.x_m, t.place.y_m) for t in self.plan.tasks.tasks if t.place is not None
+        )
+        mode = "volunteer" if self.plan.coordinator is None else "coordinate"
+        score = Scorekeeper(self.plan.names, self.plan.tasks, self._sink)
+        score.emit(
+            Started(0.0, self.plan.names, starts, plants, mode, self.plan.seed, self.plan.air.noise_db_spl)
+        )
+        with ExitStack() as stack:
+            places = [self._make_place(k, start, stack) for k, start in enumerate(starts)]
+            self.robots = {place.name: place.robot for place in places}
+            listener, trails, virtual_s = self._live(places, score)
+        self.recordings = {place.name: np.concatenate(place.recording) for place in places}
+        wall_s = time.perf_counter() - began_s
+        summary = score.summary(virtual_s, wall_s, self.plan.seed, mode)
+        score.emit(summary)
+        return MissionRecord(tuple(score.events), trails, listener, title=_title(self.plan, summary))
+
+    def _make_place(self, k: int, start: Pose, stack: ExitStack) -> _Place:
+        plan, name = self.plan, self.plan.names[k]
+        chance = np.random.default_rng(own_seed(plan.seed, f"switch {name}"))
+        role = Role(
+            name,
+            plan.team,
+            coordinator=name == plan.coordinator,
+            volunteer=plan.coordinator is None,
+            nearest_first=plan.nearest_first,
+        )
+        robot_plan = RobotPlan(role, plan.names, plan.tasks, start, own_seed(plan.seed, name))
+        store = Store(IN_MEMORY)
+        stack.callback(store.close)
+        body = stack.enter_context(Body(start, own_seed(plan.seed, f"body {name}")))
+        off_blocks = round(chance.random() * SWITCH_ON_SPREAD_S / BLOCK_S)
+        return _Place(name, make_robot(robot_plan, self._sound), body, Journal(store, plan.tasks, name), off_blocks)
+
+    def _live(self, places: list[_Place], score: Scorekeeper) -> tuple[Samples, tuple[Trail, ...], float]:
+        room = Room(len(places), self.plan.air, self.plan.seed, _middle(self.plan.tasks))
+        heard_by_listener: list[Samples] = []
+        path: list[list[Pose]] = []
+        block = 0
+        for block in self._blocks(places):
+            now = (block + 1) * BLOCK_S
+            taken = room.advance([p.playing for p in places], [(p.body.pose.x_m, p.body.pose.y_m) for p in places])
+            heard_by_listener.append(taken[-1])
+            for place, heard in zip(places, taken, strict=False):
+                place.records = ()
+                place.live(block, heard)
+                place.body.advance(BLOCK_S)
+                score.note(place.name, place.on_s, place.records, place.body.pose, now)
+            path.append([place.body.pose for place in places])
+            if block % MAP_BLOCKS == 0:
+                score.emit(Moved(now, tuple(path[-1])))
+            self._pace(now, taken[-1])
+        times_s = (np.arange(len(path)) + 1) * BLOCK_S
+        trails = tuple(
+            Trail(p.name, times_s, np.array([row[k].x_m for row in path]), np.array([row[k].y_m for row in path]))
+            for k, p in enumerate(places)
+        )
+        return np.concatenate(heard_by_listener), trails, (block + 1) * BLOCK_S
+
+    def _blocks(self, places: list[_Place]) -> Iterator[int]:
+        """Block numbers until every robot knows that all is done and silence has settled, or the limit."""
+        block, settled = 0, 0
+        while block * BLOCK_S < self.plan.limit_s and settled * BLOCK_S < SETTLE_S:
+            yield block
+            block += 1
+            quiet = all(p.robot.coordination.board.all_done and not p.robot.speaking for p in places)
+            settled = settled + 1 if quiet else 0
+
+
+def _middle(tasks: TaskRepository) -> Point:
+    """The listener's place: amid the plants and the robots' start."""
+    points = [START_CORNER, *((t.place.x_m, t.place.y_m) for t in tasks.tasks if t.place is not None)]
+    return sum(p[0] for p in points) / len(points), sum(p[1] for p in points) / len(points)
+
+
+def _title(plan: BenchPlan, summary: Summary) -> str:
+    n = len(plan.names)
+    return f"{n} robot{'s' * (n != 1)} share out {summary.tasks} task{'s' * (summary.tasks != 1)}"

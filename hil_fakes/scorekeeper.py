@@ -1,0 +1,135 @@
+"""Keeps the score of a mission from outside: who said what, who understood it, which plant was truly watered."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass, replace
+
+from hvcpd.config.tasks import TaskRepository
+from hvcpd.coordination.actions import SaveTask
+from hvcpd.language.messages import ToRobot
+from hvcpd.ports import Pose
+from hvcpd.reporting.events import Event, Garbled, Heard, Said, Summary, TaskChanged, Watered
+from hvcpd.robot import GarbledRecord, HeardRecord, PerformedRecord, SaidRecord
+
+WATERING_REACH_M = 0.3
+"""A plant is watered only by a robot that truly stands this near: a burger's half length and a short arm."""
+
+
+@dataclass
+class _Sentence:
+    said: Said
+    to: str | None
+    heard: dict[str, str]
+
+
+class Scorekeeper:
+    """Turns the robots' records into the mission's events. All times are the bench's."""
+
+    def __init__(self, names: tuple[str, ...], tasks: TaskRepository, sink: Callable[[Event], None]) -> None:
+        self.events: list[Event] = []
+        self._names = names
+        self._tasks = tasks
+        self._sink = sink
+        self._sentences: list[_Sentence] = []
+        self._pending: list[int] = []
+        self._watered: dict[int, list[str]] = {}
+
+    def emit(self, event: Event) -> None:
+        self.events.append(event)
+        self._sink(event)
+
+    def note(self, robot: str, on_s: float, records: Iterable[object], pose: Pose, now: float) -> None:
+        """Take in what one robot reports in one block; it was switched on at `on_s` and truly is at `pose`."""
+        for record in records:
+            match record:
+                case SaidRecord():
+                    self._said(robot, on_s, record)
+                case HeardRecord():
+                    self._heard(robot, on_s, record)
+                case GarbledRecord():
+                    self.emit(Garbled(on_s + record.start_s, robot))
+                case SaveTask(number, state, owner):
+                    self.emit(TaskChanged(now, robot, number, state, owner))
+                case PerformedRecord():
+                    self._performed(robot, record.task, pose, now)
+        while self._pending and now >= self._sentences[self._pending[0]].said.end_s:
+            self._announce(self._pending.pop(0))
+
+    def _said(self, robot: str, on_s: float, record: SaidRecord) -> None:
+        start_s = on_s + record.at_s
+        said = Said(start_s, start_s + record.duration_s, len(self._sentences), robot, record.text, False)
+        for other in self._sentences[-len(self._names) :]:
+            if other.said.end_s > start_s:
+                other.said = replace(other.said, collided=True)
+                said = replace(said, collided=True)
+        to = record.utterance.addressee
+        self._sentences.append(_Sentence(said, to.name if isinstance(to, ToRobot) else None, {}))
+        self._pending.append(said.utterance)
+
+    def _announce(self, index: int) -> None:
+        self.emit(self._sentences[index].said)
+
+    def _heard(self, robot: str, on_s: float, record: HeardRecord) -> None:
+        start_s, end_s = on_s + record.start_s, on_s + record.end_s
+        best, overlap_s = None, 0.0
+        for sentence in reversed(self._sentences[-2 * len(self._names) :]):
+            shared_s = min(end_s, sentence.said.end_s) - max(start_s, sentence.said.at_s)
+            if sentence.said.speaker != robot and shared_s > overlap_s:
+                best, overlap_s = sentence, shared_s
+        if best is not None:
+            best.heard[robot] = record.text
+        utterance = best.said.utterance if best else None
+        speaker = record.utterance.speaker or "somebody"
+        self.emit(
+            Heard(start_s, utterance, robot, speaker, record.text, record.confidence, record.snr_db)
+        )
+
+    def _performed(self, robot: str, number: int, pose: Pose, now: float) -> None:
+        task = self._tasks.by_number(number)
+        place = task.place if task else None
+        if place is None or math.hypot(pose.x_m - place.x_m, pose.y_m - place.y_m) <= WATERING_REACH_M:
+            self._watered.setdefault(number, []).append(robot)
+            self.emit(Watered(now, robot, number, pose.x_m, pose.y_m))
+
+    def _understood(self, sentence: _Sentence) -> bool:
+        """By whom it was meant for: one robot, or everybody else."""
+        names = [n for n in self._names if n != sentence.said.speaker]
+        meant = [n for n in names if n == sentence.to] or names
+        return all(sentence.heard.get(name) == sentence.said.text for name in meant)
+
+    def summary(self, virtual_s: float, wall_s: float, seed: int, mode: str) -> Summary:
+        """The mission's result; to be asked for once, at its end."""
+        for index in self._pending:
+            self._announce(index)
+        self._pending.clear()
+        counts = {task.number: self._watered.get(task.number, []) for task in self._tasks.tasks}
+        said = [s.said for s in self._sentences]
+        return Summary(
+            tasks=len(counts),
+            done={self._name(n): by[0] for n, by in counts.items() if by},
+            duplicates=sum(max(len(by) - 1, 0) for by in counts.values()),
+            lost=sum(not by for by in counts.values()),
+            utterances_sent=len(said),
+            utterances_understood=sum(self._understood(s) for s in self._sentences),
+            collisions=_collisions(said),
+            virtual_s=virtual_s,
+            wall_s=wall_s,
+            realtime_factor=virtual_s / max(wall_s, 1e-9),
+            seed=seed,
+            mode=mode,
+        )
+
+    def _name(self, number: int) -> str:
+        task = self._tasks.by_number(number)
+        return task.name if task else str(number)
+
+
+def _collisions(said: list[Said]) -> int:
+    """How many times somebody began to speak while somebody else spoke."""
+    count, loud_until_s = 0, -math.inf
+    for sentence in sorted(said, key=lambda s: s.at_s):
+        count += sentence.at_s < loud_until_s
+        loud_until_s = max(loud_until_s, sentence.end_s)
+    return count

@@ -1,0 +1,44 @@
+"""Writes what a robot reports into its own store; with this and the store's `tasks` a robot survives a restart."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from typing import cast
+
+from hvcpd.config.tasks import TaskRepository
+from hvcpd.coordination.actions import SavePeer, SaveTask
+from hvcpd.robot import GarbledRecord, HeardRecord, Record, SaidRecord
+from hvcpd.store import PeerRecord, Store, TaskRecord, TaskState, TranscriptRecord
+
+
+class Journal:
+    """One robot's store, fed with its records."""
+
+    def __init__(self, store: Store, tasks: TaskRepository, own_name: str) -> None:
+        self._store = store
+        self._names = {task.number: task.name for task in tasks.tasks}
+        self._own_name = own_name
+
+    def remembered(self) -> dict[int, tuple[str, str | None]]:
+        """The tasks' states as the robot last knew them: number → (state, owner)."""
+        return {task.number: (task.state, task.owner) for task in self._store.tasks() if task.number in self._names}
+
+    def write(self, records: Iterable[Record], now: float) -> None:
+        """Keep the records of one step. Raises StoreError."""
+        for record in records:
+            match record:
+                case SaveTask(number, state, owner):
+                    self._store.save_task(TaskRecord(number, self._names[number], cast(TaskState, state), owner, now))
+                case SavePeer(name, team, heard_at_s):
+                    self._store.save_peer(PeerRecord(name, team, heard_at_s))
+                case SaidRecord():
+                    self._store.append_transcript(
+                        TranscriptRecord(record.at_s, "said", self._own_name, record.text, None)
+                    )
+                case HeardRecord():
+                    speaker = record.utterance.speaker
+                    self._store.append_transcript(
+                        TranscriptRecord(record.start_s, "heard", speaker, record.text, record.confidence)
+                    )
+                case GarbledRecord():
+                    self._store.append_transcript(TranscriptRecord(record.start_s, "garbled", None, "", None))
