@@ -18,7 +18,7 @@ import tempfile
 import termios
 import threading
 import tty
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from types import TracebackType
 
@@ -46,7 +46,7 @@ class FakeBus:
             motor.seed(seed)
         self.faults = ReplyFaults()
         self.reader = PacketReader()
-        self._lock = threading.Lock()
+        self._lock = threading.Condition()
         self._directory = tempfile.TemporaryDirectory(prefix="fake-dynamixel-")
         self.path = str(Path(self._directory.name) / "tty")
         self._master = self._slave = -1
@@ -72,6 +72,14 @@ class FakeBus:
         with self._lock:
             for motor in self._motors:
                 motor.advance(dt_s)
+
+    def wait_until(self, condition: Callable[[], bool], timeout_s: float = 5.0) -> bool:
+        """Wait until what the motors hear makes `condition` true, at most `timeout_s` of real time; whether it is.
+
+        For instructions that nobody answers: their bytes pass through the kernel and the bus's own thread.
+        """
+        with self._lock:
+            return self._lock.wait_for(condition, timeout_s)
 
     def unplug(self) -> None:
         """Pull the adapter out of its socket: the port vanishes, the motors keep their power."""
@@ -126,6 +134,7 @@ class FakeBus:
                 wire = b"".join(self.faults.apply(reply) for reply in replies)
                 if wire:
                     os.write(self._master, wire)
+            self._lock.notify_all()
 
     def _listeners(self) -> dict[int, FakeXL430]:
         """The motors that have power and understand the line's speed."""

@@ -14,7 +14,15 @@ from dataclasses import dataclass
 from hvcpd.errors import DeviceError
 from hvcpd.hardware import xl430
 from hvcpd.hardware.wheels_bus import BusError, DynamixelBus, PortLostError
-from hvcpd.hardware.wheels_handshake import LOWEST_VOLTAGE_V, MotorHealth, arm, inspect, prepare, read_health
+from hvcpd.hardware.wheels_handshake import (
+    LOWEST_VOLTAGE_V,
+    SEARCH_S,
+    MotorHealth,
+    arm,
+    inspect,
+    prepare,
+    read_health,
+)
 from hvcpd.ports import STANDSTILL, WheelCommand, WheelReading
 
 
@@ -36,6 +44,8 @@ class DynamixelSettings:
     profile_acceleration: int = 0
     """Motor's own ramp, 214.577 rev/min² a unit; 0 leaves the ramps to the motion controller."""
     lowest_voltage_v: float = LOWEST_VOLTAGE_V
+    search_s: float = SEARCH_S
+    """How long to listen for motors with other IDs when one does not answer at `open`."""
     health_every: int = 25
     """Exchanges between two looks at torque, watchdog and hardware errors: twice a second at 50 Hz."""
 
@@ -157,7 +167,7 @@ class DynamixelWheels:
         if not self._bus.is_open:
             self._bus.open()
         try:
-            problems = inspect(self._bus, *self._ids, self._settings.lowest_voltage_v)
+            problems = inspect(self._bus, *self._ids, self._settings.lowest_voltage_v, self._settings.search_s)
             if not problems:
                 limits = [self._bus.read(motor_id, xl430.VELOCITY_LIMIT) for motor_id in self._ids]
                 self._limit_units = min(xl430.FACTORY_VELOCITY_LIMIT, *limits)

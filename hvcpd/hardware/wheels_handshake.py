@@ -11,6 +11,9 @@ from hvcpd.hardware.wheels_bus import BusError, DynamixelBus, PortLostError
 LOWEST_VOLTAGE_V = 11.0
 """Below this OpenCR cuts the motors' power in the end (ROBOTIS e-Manual, TurtleBot3: 11.1 V nominal, warning at 11)."""
 
+SEARCH_S = 0.8
+"""Listening for other motors when one is missing: 3 ms for each of 253 identifiers, and a reply's time-out."""
+
 
 @dataclass(frozen=True)
 class MotorHealth:
@@ -47,7 +50,13 @@ def read_health(bus: DynamixelBus, ids: Sequence[int]) -> tuple[MotorHealth, ...
     )
 
 
-def inspect(bus: DynamixelBus, left_id: int, right_id: int, lowest_voltage_v: float = LOWEST_VOLTAGE_V) -> list[str]:
+def inspect(
+    bus: DynamixelBus,
+    left_id: int,
+    right_id: int,
+    lowest_voltage_v: float = LOWEST_VOLTAGE_V,
+    search_s: float = SEARCH_S,
+) -> list[str]:
     """Everything that is missing or wrong with the two motors, each with its remedy; empty if all is well.
 
     Changes nothing. Raises PortLostError if the adapter goes away meanwhile.
@@ -64,13 +73,15 @@ def inspect(bus: DynamixelBus, left_id: int, right_id: int, lowest_voltage_v: fl
         except BusError:
             bus.drain()
             missing.append((side, motor_id))
-    return [*_missing(bus, missing), *problems]
+    return [*_missing(bus, missing, search_s), *problems]
 
 
-def _missing(bus: DynamixelBus, missing: Sequence[tuple[str, int]]) -> list[str]:
+def _missing(bus: DynamixelBus, missing: Sequence[tuple[str, int]], search_s: float) -> list[str]:
     if not missing:
         return []
-    others = {motor_id: model for motor_id, model in bus.find().items() if motor_id not in dict(missing).values()}
+    others = {
+        motor_id: model for motor_id, model in bus.find(search_s).items() if motor_id not in dict(missing).values()
+    }
     seen = ", ".join(f"ID {motor_id} (model {model})" for motor_id, model in sorted(others.items()))
     if not seen:
         remedy = f"is the motors' power on, the cable plugged in, and their speed {bus.baud_rate} baud?"

@@ -1,0 +1,69 @@
+"""Odometry and wheel speeds: arithmetic on paper, and properties."""
+
+import math
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from hvcpd.hardware.kinematics import BURGER, Odometry, Twist, advance_pose, twist_of, wheel_command, wrap_angle
+from hvcpd.ports import Pose, WheelReading
+
+angles = st.floats(-50.0, 50.0)
+LIMIT_M_S = BURGER.max_wheel_rad_s * BURGER.wheel_radius_m
+
+
+def test_straight_on_one_turn_of_the_wheels() -> None:
+    pose = advance_pose(Pose(1.0, 2.0, math.pi / 2), 2 * math.pi, 2 * math.pi)
+    assert (pose.x_m, pose.y_m) == pytest.approx((1.0, 2.0 + 2 * math.pi * 0.033))
+
+
+def test_a_quarter_turn_on_the_spot() -> None:
+    wheel_rad = math.pi / 2 * 0.080 / 0.033  # each wheel runs a quarter of a circle of 8 cm
+    pose = advance_pose(Pose(0.0, 0.0), -wheel_rad, wheel_rad)
+    assert (pose.x_m, pose.y_m, pose.heading_rad) == pytest.approx((0.0, 0.0, math.pi / 2))
+
+
+def test_a_circle_in_small_steps_closes() -> None:
+    odometry = Odometry(Pose(0.0, 0.0))
+    radius_m, steps = 0.5, 400
+    left = 2 * math.pi * (radius_m - 0.08) / 0.033
+    right = 2 * math.pi * (radius_m + 0.08) / 0.033
+    for k in range(steps + 1):
+        pose = odometry.update(WheelReading(left * k / steps, right * k / steps))
+    assert (pose.x_m, pose.y_m) == pytest.approx((0.0, 0.0), abs=1e-4)
+
+
+@given(angles, angles)
+def test_the_first_reading_moves_nothing(left: float, right: float) -> None:
+    start = Pose(1.0, -2.0, 0.5)
+    assert Odometry(start).update(WheelReading(left, right)) == start
+
+
+@given(angles, angles, st.floats(-3.0, 3.0))
+def test_going_back_the_same_way_returns(left: float, right: float, heading: float) -> None:
+    there = advance_pose(Pose(0.0, 0.0, heading), left, right)
+    back = advance_pose(there, -left, -right)
+    assert (back.x_m, back.y_m) == pytest.approx((0.0, 0.0), abs=1e-9)
+    assert wrap_angle(back.heading_rad - heading) == pytest.approx(0.0, abs=1e-9)
+
+
+@given(st.floats(-1000.0, 1000.0))
+def test_wrapping_keeps_the_direction(angle: float) -> None:
+    wrapped = wrap_angle(angle)
+    assert -math.pi < wrapped <= math.pi
+    assert math.cos(wrapped - angle) == pytest.approx(1.0)
+
+
+@given(st.floats(-0.1, 0.1), st.floats(-1.0, 1.0))
+def test_wheel_speeds_within_the_limit_make_the_wanted_motion(linear: float, angular: float) -> None:
+    twist = twist_of(wheel_command(Twist(linear, angular)))
+    assert (twist.linear_m_s, twist.angular_rad_s) == pytest.approx((linear, angular), abs=1e-12)
+
+
+@given(st.floats(-5.0, 5.0), st.floats(-50.0, 50.0))
+def test_no_wheel_exceeds_its_limit_and_the_turn_is_kept(linear: float, angular: float) -> None:
+    command = wheel_command(Twist(linear, angular))
+    assert max(abs(command.left_rad_s), abs(command.right_rad_s)) <= BURGER.max_wheel_rad_s + 1e-9
+    possible = min(max(angular, -LIMIT_M_S / 0.08), LIMIT_M_S / 0.08)
+    assert twist_of(command).angular_rad_s == pytest.approx(possible)

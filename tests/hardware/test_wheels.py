@@ -1,0 +1,123 @@
+"""The wheels' driver over the SDK, the pty and the fake motors, while nothing fails."""
+
+import math
+
+import pytest
+
+from hil_fakes.dynamixel.bus import FakeBus
+from hil_fakes.dynamixel.motor import FakeXL430
+from hvcpd.errors import DeviceError
+from hvcpd.hardware.wheels import DynamixelSettings, DynamixelWheels
+from hvcpd.hardware.xl430 import VELOCITY_UNIT_RAD_S
+from hvcpd.ports import STANDSTILL, WheelCommand, Wheels
+from tests.hardware.conftest import Clock, Robot
+
+LIMIT_RAD_S = 265 * VELOCITY_UNIT_RAD_S
+
+
+def cell(bus: FakeBus, motor_id: int, name: str) -> int:
+    return bus.motors[motor_id].memory.get(name)
+
+
+def test_open_makes_the_motors_ready(robot: Robot) -> None:
+    wheels: Wheels = robot.wheels
+    assert wheels is robot.wheels
+    for motor_id in (1, 2):
+        state = [cell(robot.bus, motor_id, name) for name in ("operating_mode", "torque_enable", "bus_watchdog")]
+        assert state == [1, 1, 25]
+        assert cell(robot.bus, motor_id, "goal_velocity") == 0
+
+
+def test_an_old_goal_does_not_move_the_robot_at_open(bus: FakeBus) -> None:
+    for motor in bus.motors.values():
+        motor.memory.set("operating_mode", 1)
+        motor.memory.set("goal_velocity", 200)
+        motor.memory.set("bus_watchdog", -1)
+    wheels = DynamixelWheels(bus.path)
+    wheels.open()
+    bus.advance(0.4)
+    assert [motor.true_angle_rad for motor in bus.motors.values()] == [0.0, 0.0]
+    wheels.close()
+
+
+def test_wheels_turn_as_told_and_forward_is_positive(robot: Robot) -> None:
+    reading = robot.run(WheelCommand(3.0, -1.5), 3.0)
+    assert (reading.left_rad_s, reading.right_rad_s) == pytest.approx((3.0, -1.5), abs=VELOCITY_UNIT_RAD_S)
+    truth = [robot.bus.motors[motor_id].true_angle_rad for motor_id in (1, 2)]
+    reading = robot.cycle(STANDSTILL)
+    assert (reading.left_rad, reading.right_rad) == pytest.approx(truth, abs=0.005)
+
+
+def test_a_motor_with_normal_drive_mode_on_the_right_needs_its_sign() -> None:
+    with FakeBus([FakeXL430(1), FakeXL430(2, mounting=-1)]) as bus:
+        clock = Clock()
+        robot = Robot(bus, clock, DynamixelWheels(bus.path, settings=DynamixelSettings(right_sign=-1), clock=clock))
+        robot.wheels.open()
+        reading = robot.run(WheelCommand(2.0, 2.0), 1.0)
+        assert bus.motors[2].true_angle_rad > 1.0
+        assert reading.right_rad > 1.0
+        robot.wheels.close()
+
+
+@pytest.mark.parametrize(
+    ("wanted", "limit_units", "expected"),
+    [
+        (WheelCommand(20.0, 10.0), 265, (265, 132)),
+        (WheelCommand(-20.0, 20.0), 265, (-265, 265)),
+        (WheelCommand(3.0, 6.0), 100, (50, 100)),
+        (WheelCommand(LIMIT_RAD_S, 0.0), 1023, (265, 0)),
+    ],
+)
+def test_speeds_beyond_the_limit_keep_their_ratio(
+    bus: FakeBus, wanted: WheelCommand, limit_units: int, expected: tuple[int, int]
+) -> None:
+    for motor in bus.motors.values():
+        motor.memory.set("velocity_limit", limit_units)
+    wheels = DynamixelWheels(bus.path)
+    wheels.open()
+    wheels.exchange(wanted)
+    assert tuple(cell(bus, motor_id, "goal_velocity") for motor_id in (1, 2)) == expected
+    wheels.close()
+
+
+def test_a_speed_that_is_no_number_is_our_own_mistake(robot: Robot) -> None:
+    with pytest.raises(ValueError, match="finite"):
+        robot.wheels.exchange(WheelCommand(math.nan, 0.0))
+
+
+@pytest.mark.parametrize("speed", [5.0, -5.0])
+def test_the_angle_runs_on_over_the_end_of_32_bits(speed: float) -> None:
+    start = math.copysign(2**31 - 1000, speed)
+    with FakeBus([FakeXL430(1, start_ticks=int(start)), FakeXL430(2, start_ticks=int(start))]) as bus:
+        clock = Clock()
+        robot = Robot(bus, clock, DynamixelWheels(bus.path, clock=clock))
+        robot.wheels.open()
+        reading = robot.run(WheelCommand(speed, speed), 4.0)
+        assert reading.left_rad == pytest.approx(speed * 4.0, rel=0.05)
+        robot.wheels.close()
+
+
+def test_close_stops_and_lets_go(robot: Robot) -> None:
+    robot.run(WheelCommand(3.0, 3.0), 0.5)
+    robot.wheels.close()
+    for motor_id in (1, 2):
+        assert (cell(robot.bus, motor_id, "torque_enable"), cell(robot.bus, motor_id, "goal_velocity")) == (0, 0)
+    robot.wheels.close()
+    with pytest.raises(DeviceError, match="not open"):
+        robot.wheels.exchange(STANDSTILL)
+
+
+def test_a_closed_driver_opens_again(robot: Robot) -> None:
+    robot.wheels.close()
+    robot.wheels.open()
+    assert robot.run(WheelCommand(2.0, 2.0), 1.0).left_rad == pytest.approx(2.0 * 0.88, rel=0.05)
+
+
+def test_health_tells_voltage_and_load(robot: Robot) -> None:
+    robot.bus.motors[2].voltage_v = 11.3
+    robot.run(WheelCommand(3.0, 3.0), 0.5)
+    left, right = robot.wheels.health()
+    assert (left.voltage_v, right.voltage_v) == pytest.approx((12.0, 11.3))
+    assert left.torque_on
+    assert 0.0 < left.load < 0.2
+    assert left.temperature_c == 30

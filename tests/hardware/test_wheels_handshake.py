@@ -1,0 +1,87 @@
+"""What `open` says when something is missing or wrong: all of it, with the remedy."""
+
+from pathlib import Path
+
+import pytest
+
+from hil_fakes.dynamixel.bus import FakeBus
+from hil_fakes.dynamixel.motor import SHUTDOWN_OVERLOAD, FakeXL430
+from hvcpd.errors import DeviceError
+from hvcpd.hardware.wheels import DynamixelWheels
+from hvcpd.hardware.wheels_bus import DynamixelBus, port_remedy
+from tests.hardware.conftest import HASTY
+
+
+def refusal(path: str, baud_rate: int = 1_000_000, ids: tuple[int, int] = (1, 2)) -> str:
+    wheels = DynamixelWheels(path, baud_rate, ids, HASTY)
+    with pytest.raises(DeviceError) as caught:
+        wheels.open()
+    return str(caught.value)
+
+
+def test_no_such_port(tmp_path: Path) -> None:
+    text = refusal(str(tmp_path / "ttyUSB9"))
+    assert "ttyUSB9: no such port" in text
+    assert "U2D2" in text
+
+
+def test_a_file_is_no_port(tmp_path: Path) -> None:
+    (tmp_path / "tty").write_text("")
+    assert "does not open" in refusal(str(tmp_path / "tty"))
+
+
+@pytest.mark.parametrize(
+    ("error", "remedy"),
+    [
+        (PermissionError(13, "Permission denied"), "dialout"),
+        (OSError(16, "Device or resource busy"), "ModemManager"),
+        (BlockingIOError(11, "Resource temporarily unavailable"), "another hvcpd"),
+    ],
+)
+def test_each_cause_has_its_remedy(error: OSError, remedy: str) -> None:
+    assert remedy in port_remedy("/dev/ttyACM0", error)
+
+
+def test_a_second_program_is_kept_out(bus: FakeBus) -> None:
+    first = DynamixelBus(bus.path, 1_000_000, 0.03)
+    first.open()
+    assert "in use" in refusal(bus.path)
+    first.close()
+
+
+def test_one_id_for_both_wheels(bus: FakeBus) -> None:
+    assert "same ID 1" in refusal(bus.path, ids=(1, 1))
+
+
+def test_everything_wrong_is_told_at_once() -> None:
+    with FakeBus([FakeXL430(1, voltage_v=9.5), FakeXL430(5)]) as bus:
+        bus.motors[1].memory.set("firmware_version", 37)
+        bus.motors[1].raise_hardware_error(SHUTDOWN_OVERLOAD)
+        text = refusal(bus.path)
+    for part in ("right motor (ID 2): no answer", "ID 5 (model 1060)", "firmware 37", "overload", "only 9.5 V"):
+        assert part in text
+    assert text.startswith(bus.path)
+
+
+def test_another_model_is_named(bus: FakeBus) -> None:
+    bus.motors[2].memory.set("model_number", 1020)
+    text = refusal(bus.path)
+    assert "right motor (ID 2): model number 1020 is not an XL430-W250 (1060)" in text
+    assert "left" not in text
+
+
+def test_a_wrong_speed_or_no_power(bus: FakeBus) -> None:
+    text = refusal(bus.path, baud_rate=57_600)
+    assert text.count("no answer") == 2
+    assert "57600 baud" in text
+    assert "power" in text
+
+
+def test_a_speed_that_no_motor_knows(bus: FakeBus) -> None:
+    assert "12345 baud" in refusal(bus.path, baud_rate=12_345)
+
+
+def test_a_failed_open_leaves_the_motors_without_torque(bus: FakeBus) -> None:
+    bus.motors[2].raise_hardware_error(SHUTDOWN_OVERLOAD)
+    refusal(bus.path)
+    assert [motor.memory.get("torque_enable") for motor in bus.motors.values()] == [0, 0]
