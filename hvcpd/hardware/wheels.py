@@ -9,11 +9,12 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Callable
+from contextlib import suppress
 from dataclasses import dataclass
 
 from hvcpd.errors import DeviceError
 from hvcpd.hardware import xl430
-from hvcpd.hardware.wheels_bus import BusError, DynamixelBus, PortLostError
+from hvcpd.hardware.wheels_bus import BusError, DynamixelBus
 from hvcpd.hardware.wheels_handshake import (
     LOWEST_VOLTAGE_V,
     SEARCH_S,
@@ -135,7 +136,6 @@ class DynamixelWheels:
                 self.faults += 1
                 self._doubtful = True
                 fault = error
-                self._settle()
             else:
                 return reading
         self._stop_blindly()
@@ -155,10 +155,8 @@ class DynamixelWheels:
         if self._bus.is_open:
             self._stop_blindly()
             for motor_id in self._ids:
-                try:
+                with suppress(BusError):  # a motor that does not answer stops by its watchdog
                     self._bus.write(motor_id, xl430.TORQUE_ENABLE, 0)
-                except BusError:
-                    self._settle()
         self._bus.close()
         self._opened = False
 
@@ -238,17 +236,7 @@ class DynamixelWheels:
         scale = min(1.0, self._limit_units / max(abs(units[0]), abs(units[1]), 1e-9))
         return {m: self._signs[m] * round(u * scale) for m, u in zip(self._ids, units, strict=True)}
 
-    def _settle(self) -> None:
-        """After a fault: throw away late replies, so that none is taken for the next one."""
-        try:
-            if self._bus.is_open:
-                self._bus.drain()
-        except PortLostError:
-            return  # the bus has closed the port; the next exchange opens it anew
-
     def _stop_blindly(self) -> None:
         """Send zero to both wheels without waiting for anyone; the watchdog stops them if this does not arrive."""
-        try:
+        with suppress(BusError):
             self._bus.sync_write(xl430.GOAL_VELOCITY, self._goals(STANDSTILL))
-        except PortLostError:
-            return

@@ -12,7 +12,6 @@ from typing import Any
 from dynamixel_sdk import (
     BROADCAST_ID,
     COMM_RX_CORRUPT,
-    COMM_RX_TIMEOUT,
     COMM_SUCCESS,
     INST_PING,
     Protocol2PacketHandler,
@@ -25,8 +24,11 @@ from hvcpd.hardware.xl430 import Register
 ALERT = 0x80
 """Bit 7 of a reply's error field: the device reports a hardware error (e-Manual, Protocol 2.0)."""
 
-PING_REPLY_SIZE = 14
-"""Bytes of the answer to a ping: identifier at 4, model number at 9 and 10, firmware at 11 (e-Manual, "Ping")."""
+STATUS_SIZE = 11
+"""Bytes of a status packet without parameters: error at 8, parameters from 9 on (e-Manual, "Status Packet")."""
+
+PING_PARAMETERS = 3
+"""The answer to a ping: model number (2) and firmware (1). No register that we read has three bytes."""
 
 
 class BusError(Exception):
@@ -49,6 +51,7 @@ class DynamixelBus:
         self.baud_rate = baud_rate
         self._port = WaitingPort(path, baud_rate, timeout_s)
         self._protocol = Protocol2PacketHandler()
+        self._unsettled: set[int] = set()
         self.alert = False
         """True if a device reported a hardware error since this was last set to False."""
 
@@ -73,51 +76,35 @@ class DynamixelBus:
 
     def ping(self, device_id: int) -> int:
         """The model number that device `device_id` answers. Raises BusError."""
-        model, result, error = self._call("ping", device_id)
-        self._check(device_id, result, 0)
-        self._note(error)
-        return int(model)
+        self._settle(device_id)
+        return int.from_bytes(self._ping(device_id)[:2], "little")
 
     def read(self, device_id: int, register: Register) -> int:
         """The value of a register. Raises BusError."""
-        return register.decode(self.read_window(device_id, register.address, register.size), register.address)
-
-    def read_window(self, device_id: int, address: int, size: int) -> bytes:
-        """`size` bytes from `address` on. Raises BusError."""
-        data, result, error = self._call("readTxRx", device_id, address, size)
-        self._check(device_id, result, error)
-        return self._whole(device_id, data, size)
+        self._settle(device_id)
+        self._sent(self._call("readTx", device_id, register.address, register.size))
+        return register.decode(self._receive(device_id, register.size, register.name), register.address)
 
     def write(self, device_id: int, register: Register, value: int) -> None:
         """Write a register and wait for the device's word that it did. Raises BusError."""
+        self._settle(device_id)
         payload = list(register.encode(value))
-        result, error = self._call("writeTxRx", device_id, register.address, register.size, payload)
-        self._check(device_id, result, error, register.name)
+        self._sent(self._call("writeTxOnly", device_id, register.address, register.size, payload))
+        self._port.setPacketTimeout(STATUS_SIZE)
+        self._receive(device_id, 0, register.name)
 
     def sync_write(self, register: Register, values: Mapping[int, int]) -> None:
         """Write a register of several devices at once, by identifier. Nobody answers. Raises BusError."""
         parameters: list[int] = []
         for device_id, value in values.items():
             parameters += (device_id, *register.encode(value))
-        result = self._call("syncWriteTxOnly", register.address, register.size, parameters, len(parameters))
-        self._check(None, result, 0)
+        self._sent(self._call("syncWriteTxOnly", register.address, register.size, parameters, len(parameters)))
 
     def sync_read(self, address: int, size: int, device_ids: Sequence[int]) -> dict[int, bytes]:
         """`size` bytes from `address` on of several devices, by identifier. Raises BusError."""
-        self._check(None, self._call("syncReadTx", address, size, list(device_ids), len(device_ids), False), 0)
-        windows = {}
-        for device_id in device_ids:
-            data, result, error = self._call("readRx", device_id, size)
-            self._check(device_id, result, error)
-            windows[device_id] = self._whole(device_id, data, size)
-        return windows
-
-    def drain(self) -> int:
-        """Throw away late replies, so that none is taken for the next one; number of bytes. Raises PortLostError."""
-        try:
-            return self._port.drain()
-        except PORT_ERRORS as error:
-            raise self._lost(error) from error
+        self._settle(*device_ids)
+        self._sent(self._call("syncReadTx", address, size, list(device_ids), len(device_ids), False))
+        return {device_id: self._receive(device_id, size, f"a read from {address}") for device_id in device_ids}
 
     def find(self, search_s: float) -> dict[int, int]:
         """Every device that answers within `search_s`, identifier to model number. Raises BusError.
@@ -125,18 +112,34 @@ class DynamixelBus:
         Each device waits for its turn, by its identifier (3 ms each in the SDK's reckoning), so a whole search takes
         0.8 s.
         """
-        broadcast_ping = [0, 0, 0, 0, BROADCAST_ID, 3, 0, INST_PING, 0, 0]  # the SDK fills in header and CRC
-        self._check(None, self._call("txPacket", broadcast_ping), 0)
+        self._send_ping(BROADCAST_ID)
         self._port.setPacketTimeoutMillis(search_s * 1000.0)
         found: dict[int, int] = {}
         result = COMM_SUCCESS
         while result in (COMM_SUCCESS, COMM_RX_CORRUPT):
-            reply, result = self._call("rxPacket", False)
-            if result == COMM_SUCCESS and len(reply) >= PING_REPLY_SIZE:
-                found[reply[4]] = reply[9] | reply[10] << 8
+            packet, result = self._call("rxPacket", False)
+            if result == COMM_SUCCESS and _n_parameters(packet) == PING_PARAMETERS:
+                found[packet[4]] = packet[9] | packet[10] << 8
         return found
 
+    def _settle(self, *device_ids: int) -> None:
+        """After a failure: ask for a ping's answer, which no read has the size of; all late replies come before it."""
+        for device_id in device_ids:
+            if device_id in self._unsettled:
+                self._ping(device_id)
+                self._unsettled.discard(device_id)
+
+    def _ping(self, device_id: int) -> bytes:
+        self._send_ping(device_id)
+        self._port.setPacketTimeout(STATUS_SIZE + PING_PARAMETERS)
+        return self._receive(device_id, PING_PARAMETERS, "a ping")
+
+    def _send_ping(self, device_id: int) -> None:
+        packet = [0, 0, 0, 0, device_id, 3, 0, INST_PING, 0, 0]  # the SDK fills in header and CRC
+        self._sent(self._call("txPacket", packet))
+
     def _call(self, method: str, *arguments: object) -> Any:
+        """Call the SDK. A vanished port becomes PortLostError."""
         if not self._port.is_open:
             raise PortLostError(f"{self.path} is not open")
         try:
@@ -144,30 +147,47 @@ class DynamixelBus:
         except PORT_ERRORS as error:
             raise self._lost(error) from error
 
+    def _sent(self, result: int) -> None:
+        if result != COMM_SUCCESS:
+            self._port.is_using = False
+            raise BusError(f"{self.path}: {self._protocol.getTxRxResult(result)}")
+
+    def _receive(self, device_id: int, size: int, what: str) -> bytes:
+        """The `size` parameters of the device's reply. Replies of others, or of another size, are late ones: skip them.
+
+        (The SDK's own read functions take any reply of the device and cut it, or fill it up with its CRC.)
+        """
+        while True:
+            packet, result = self._call("rxPacket", False)
+            if result != COMM_SUCCESS:
+                raise self._failure(device_id, result)
+            error, count = packet[8], _n_parameters(packet)
+            if packet[4] == device_id and (count == size or (count == 0 and error & ~ALERT)):
+                break
+        self.alert = self.alert or bool(error & ALERT)
+        if error & ~ALERT:
+            text = self._protocol.getRxPacketError(error & ~ALERT)
+            raise RefusedError(f"motor {device_id} on {self.path} refuses {what}: {text}")
+        return bytes(packet[9 : 9 + size])
+
+    def _failure(self, device_id: int, result: int) -> BusError:
+        """Throw away what still comes in, and remember that more may come later."""
+        self._unsettled.add(device_id)
+        try:
+            self._port.drain()
+        except PORT_ERRORS as error:
+            return self._lost(error)
+        text = "garbled answer" if result == COMM_RX_CORRUPT else "no answer"
+        return BusError(f"{text} from motor {device_id} on {self.path}")
+
     def _lost(self, error: Exception) -> PortLostError:
         self._port.closePort()
         return PortLostError(f"{self.path} is gone ({error}): is the adapter still plugged in?")
 
-    def _whole(self, device_id: int, data: Sequence[int], size: int) -> bytes:
-        if len(data) != size:  # a late reply to another request: it has another length
-            raise BusError(f"motor {device_id} sent {len(data)} bytes where {size} were asked for")
-        return bytes(data)
 
-    def _note(self, error: int) -> None:
-        self.alert = self.alert or bool(error & ALERT)
-
-    def _check(self, device_id: int | None, result: int, error: int, what: str = "") -> None:
-        who = self.path if device_id is None else f"motor {device_id} on {self.path}"
-        if result == COMM_RX_TIMEOUT:
-            raise BusError(f"no answer from {who}")
-        if result == COMM_RX_CORRUPT:
-            raise BusError(f"garbled answer from {who}")
-        if result != COMM_SUCCESS:
-            raise BusError(f"{who}: {self._protocol.getTxRxResult(result)}")
-        self._note(error)
-        if error & ~ALERT:
-            text = self._protocol.getRxPacketError(error & ~ALERT)
-            raise RefusedError(f"{who} refuses {what or 'the request'}: {text}")
+def _n_parameters(packet: Sequence[int]) -> int:
+    """How many parameters a status packet has: its length without instruction, error and CRC."""
+    return (packet[5] | packet[6] << 8) - 4
 
 
 def port_remedy(path: str, error: Exception) -> str:

@@ -71,7 +71,6 @@ def inspect(
         except PortLostError:
             raise
         except BusError:
-            bus.drain()
             missing.append((side, motor_id))
     return [*_missing(bus, missing, search_s), *problems]
 

@@ -1,0 +1,80 @@
+"""Registers over the SDK: no late reply is ever taken for another register's."""
+
+from collections.abc import Iterator
+
+import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+
+from hil_fakes.dynamixel.bus import FakeBus
+from hil_fakes.dynamixel.faults import ReplyFault
+from hil_fakes.dynamixel.motor import turtlebot3_pair
+from hvcpd.hardware import xl430
+from hvcpd.hardware.wheels_bus import BusError, DynamixelBus, RefusedError
+
+READABLE = {
+    xl430.FIRMWARE_VERSION: 45,
+    xl430.OPERATING_MODE: 3,
+    xl430.TORQUE_ENABLE: 0,
+    xl430.PRESENT_TEMPERATURE: 30,
+    xl430.PRESENT_INPUT_VOLTAGE: 120,
+    xl430.PRESENT_LOAD: 0,
+    xl430.VELOCITY_LIMIT: 265,
+    xl430.PRESENT_VELOCITY: 0,
+}
+
+
+@pytest.fixture
+def line(bus: FakeBus) -> Iterator[DynamixelBus]:
+    opened = DynamixelBus(bus.path, 1_000_000, 0.01)
+    opened.open()
+    yield opened
+    opened.close()
+
+
+def test_reads_and_writes(line: DynamixelBus) -> None:
+    assert [line.ping(motor_id) for motor_id in (1, 2)] == [1060, 1060]
+    assert {register: line.read(1, register) for register in READABLE} == READABLE
+    line.write(2, xl430.OPERATING_MODE, 1)
+    assert line.read(2, xl430.OPERATING_MODE) == 1
+    assert line.find(0.05) == {1: 1060, 2: 1060}
+
+
+def test_a_refusal_names_the_register(line: DynamixelBus) -> None:
+    with pytest.raises(RefusedError, match=r"motor 1 .* refuses operating mode: .* range"):
+        line.write(1, xl430.OPERATING_MODE, 2)
+
+
+def test_a_late_reply_is_not_taken_for_a_register_of_the_same_size(bus: FakeBus, line: DynamixelBus) -> None:
+    bus.faults.schedule(ReplyFault.LATE)
+    with pytest.raises(BusError, match="no answer"):
+        line.read(1, xl430.FIRMWARE_VERSION)
+    assert line.read(1, xl430.PRESENT_TEMPERATURE) == 30  # and not 45
+
+
+def test_an_acknowledgement_that_comes_late_is_not_taken_for_the_next(bus: FakeBus, line: DynamixelBus) -> None:
+    bus.faults.schedule(ReplyFault.LATE)
+    with pytest.raises(BusError):
+        line.write(1, xl430.OPERATING_MODE, 1)
+    with pytest.raises(RefusedError):
+        line.write(1, xl430.OPERATING_MODE, 2)
+
+
+@settings(max_examples=25, deadline=None, suppress_health_check=[HealthCheck.too_slow])
+@given(
+    st.lists(st.sampled_from(list(ReplyFault)), max_size=12),
+    st.lists(st.tuples(st.sampled_from([1, 2]), st.sampled_from(list(READABLE))), min_size=1, max_size=8),
+)
+def test_under_any_faults_a_read_is_right_or_fails(
+    faults: list[ReplyFault], reads: list[tuple[int, xl430.Register]]
+) -> None:
+    with FakeBus(turtlebot3_pair()) as bus:
+        line = DynamixelBus(bus.path, 1_000_000, 0.002)
+        line.open()
+        bus.faults.schedule(*faults)
+        for motor_id, register in reads:
+            try:
+                assert line.read(motor_id, register) == READABLE[register]
+            except BusError:
+                continue
+        line.close()
