@@ -84,6 +84,7 @@ class _Place:
     wheels: WheelCommand = STANDSTILL
     served_block: int = -(10**6)
     recording: list[Samples] = field(default_factory=list)
+    records: tuple[object, ...] = ()
 
     def serve_wheels(self, block: int) -> WheelReading | None:
         """Exchange with the motors when it is time; None in between."""
@@ -105,8 +106,6 @@ class _Place:
         self.wheels = output.wheels
         self.records = output.records
         self.journal.write(output.records, self.robot.now)
-
-    records: tuple[object, ...] = ()
 
     @property
     def on_s(self) -> float:
@@ -190,7 +189,7 @@ class Bench:
             if block % MAP_BLOCKS == 0:
                 score.emit(Moved(now, tuple(path[-1])))
             self._pace(now, taken[-1])
-        times_s = (np.arange(len(path)) + 1) * BLOCK_S
+        times_s = np.arange(1, len(path) + 1, dtype=np.float64) * BLOCK_S
         trails = tuple(
             Trail(p.name, times_s, np.array([row[k].x_m for row in path]), np.array([row[k].y_m for row in path]))
             for k, p in enumerate(places)

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import os
 import random
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from pathlib import Path
 
 from hvcpd.config.tasks import SayAction, TaskRepository
 from hvcpd.coordination.actions import Role
@@ -31,6 +33,23 @@ class Sound:
 
     lexicon: Lexicon
     cache: UnitCache | None = None
+
+
+def make_sound(lexicon: Path | None = None, cache_folder: Path | None = None) -> Sound:
+    """Pronunciations (with a lexicon file of the user's own, if any) and a cache of rendered units on disk.
+
+    Raises ConfigError with every fault of the lexicon file.
+    """
+    return Sound(Lexicon.load(lexicon), UnitCache(cache_folder) if cache_folder is not None else None)
+
+
+def user_cache_folder() -> Path | None:
+    """Where a person's commands keep rendered units, by the XDG base directories; None without a home."""
+    base = os.environ.get("XDG_CACHE_HOME")
+    try:
+        return (Path(base) if base else Path.home() / ".cache") / "hvcpd" / "units"
+    except RuntimeError:
+        return None
 
 
 @dataclass(frozen=True)

@@ -100,6 +100,17 @@ def slots_of(node: Node) -> frozenset[str]:
             return frozenset()
 
 
+def words_of(node: Node) -> frozenset[str]:
+    """All literal words below a node."""
+    match node:
+        case Word(text):
+            return frozenset({text})
+        case Series(children) | Choice(children):
+            return frozenset().union(*(words_of(child) for child in children))
+        case _:
+            return frozenset()
+
+
 def render(node: Node, values: Mapping[str, Words]) -> list[str] | None:
     """The words of a pattern with commas, for the words bound to its slots; None if a needed slot is unbound.
 

@@ -13,7 +13,18 @@ from hvcpd.language import messages as m
 from hvcpd.language.automaton import build_graph, expected_after
 from hvcpd.language.forms import FORMS, SLOT_FIELDS, Form
 from hvcpd.language.graph import WordGraph
-from hvcpd.language.pattern import COMMA, Bindings, Node, SlotValues, Words, match, parse_pattern, render, slots_of
+from hvcpd.language.pattern import (
+    COMMA,
+    Bindings,
+    Node,
+    SlotValues,
+    Words,
+    match,
+    parse_pattern,
+    render,
+    slots_of,
+    words_of,
+)
 from hvcpd.language.words import number_words, spoken_words
 
 _T = TypeVar("_T")
@@ -50,6 +61,10 @@ class _CompiledForm:
 
 
 _COMPILED = tuple(_CompiledForm(f, node := parse_pattern(f.pattern), slots_of(node)) for f in FORMS)
+
+
+RESERVED_WORDS = frozenset({"all", "team"}).union(*(words_of(compiled.node) for compiled in _COMPILED))
+"""The words of the forms themselves; no robot may be called so."""
 
 
 class Phrasebook:
@@ -145,6 +160,9 @@ class Phrasebook:
                     yield _build(compiled.form, bindings)
 
     def _refuse_ambiguity(self) -> None:
+        for name in self.vocabulary.names:
+            if name.lower() in RESERVED_WORDS:
+                raise PhraseError(f"'{name}' is a word of the phrasebook and cannot be a robot's name: choose another")
         for slot, values in self.slots.items():
             spoken: dict[Words, object] = {}
             for value, words in values.items():

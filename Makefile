@@ -1,0 +1,48 @@
+# `make demo` and `make test` each do all their set-up in .venv.
+PYTHON ?= python3
+VENV := .venv
+OUT ?= out/demo
+SEED ?= 1
+
+.PHONY: demo test check setup setup-dev lock clean
+
+demo: setup  ## two robots share out the watering, out loud
+	$(VENV)/bin/hvcpctl simulate --seed $(SEED) --report $(OUT)
+
+test: setup-dev lint  ## everything: under 10 minutes on 2 cores
+	$(VENV)/bin/python -m pytest -n 2 --dist worksteal
+
+check: setup-dev lint  ## the fast part, under 30 s
+	$(VENV)/bin/python -m pytest -m "not slow" -n 2 -x
+
+.PHONY: lint
+lint: setup-dev
+	$(VENV)/bin/ruff check .
+	$(VENV)/bin/mypy
+	$(VENV)/bin/lint-imports --cache-dir .import_linter_cache
+
+setup: $(VENV)/.run-is-set-up
+setup-dev: $(VENV)/.dev-is-set-up
+
+# One environment serves both; the stamps say how far it has got.
+$(VENV)/bin/pip:
+	@sh .ci/make-venv "$(PYTHON)" "$(VENV)"
+
+$(VENV)/.run-is-set-up: requirements/run.txt pyproject.toml | $(VENV)/bin/pip
+	$(VENV)/bin/pip install --quiet --disable-pip-version-check --require-hashes --only-binary :all: -r requirements/run.txt
+	$(VENV)/bin/pip install --quiet --disable-pip-version-check --no-deps --no-build-isolation --editable .
+	@touch $@
+
+$(VENV)/.dev-is-set-up: requirements/dev.txt pyproject.toml | $(VENV)/bin/pip
+	$(VENV)/bin/pip install --quiet --disable-pip-version-check --require-hashes --only-binary :all: -r requirements/dev.txt
+	$(VENV)/bin/pip install --quiet --disable-pip-version-check --no-deps --no-build-isolation --editable .
+	@touch $@ $(VENV)/.run-is-set-up
+
+lock: setup-dev  ## renew the hash-locked requirements (needs uv)
+	uv pip compile --universal --python-version 3.11 --generate-hashes --no-header --no-annotate --upgrade \
+		pyproject.toml requirements/run.in --output-file requirements/run.txt
+	uv pip compile --universal --python-version 3.11 --generate-hashes --no-header --no-annotate --upgrade \
+		--extra dev pyproject.toml requirements/run.in --output-file requirements/dev.txt
+
+clean:
+	rm -rf $(VENV) out build dist *.egg-info .pytest_cache .mypy_cache .ruff_cache .hypothesis .import_linter_cache

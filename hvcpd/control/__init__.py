@@ -1,0 +1,1 @@
+"""`hvcpctl`: what a person types to try, watch and control robots."""

@@ -1,0 +1,143 @@
+"""The `hvcpctl` command: parses the command line, runs a command, turns errors into one message and a status."""
+
+from __future__ import annotations
+
+import argparse
+import os
+import sys
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import TypeAlias
+
+from hvcpd import __version__
+from hvcpd.errors import EX_USER, HvcpdError
+
+Command = Callable[[argparse.Namespace], int]
+_Commands: TypeAlias = "argparse._SubParsersAction[argparse.ArgumentParser]"
+
+
+def _names(text: str) -> tuple[str, ...]:
+    from hvcpd.config.names import repeated_names, valid_robot_name
+
+    names = tuple(part.strip() for part in text.split(",") if part.strip())
+    wrong = next((w for name in names if (w := valid_robot_name(name))), None) or repeated_names(names)
+    if not names or wrong:
+        raise argparse.ArgumentTypeError(wrong or "give at least one name, as in: Rob,Bot")
+    return names
+
+
+def _positive(text: str) -> float:
+    try:
+        value = float(text)
+    except ValueError:
+        raise argparse.ArgumentTypeError(f"{text!r} is not a number") from None
+    if not -200.0 <= value <= 200.0:
+        raise argparse.ArgumentTypeError(f"{text} dB is out of the range -200 to 200")
+    return value
+
+
+def _seed(text: str) -> int:
+    if not text.isdecimal() or not text.isascii() or int(text[:12]) >= 2**32:
+        raise argparse.ArgumentTypeError(f"{text!r} is not a whole number from 0 to {2**32 - 1}")
+    return int(text)
+
+
+def _lazy(module: str) -> Command:
+    """The `run` of a command's module, imported when it is wanted, so that every command starts in a blink."""
+
+    def run(options: argparse.Namespace) -> int:
+        from importlib import import_module
+
+        command: Command = import_module(f"hvcpd.control.{module}").run
+        return command(options)
+
+    return run
+
+
+def make_parser() -> argparse.ArgumentParser:
+    """The parser of all commands."""
+    parser = argparse.ArgumentParser(
+        prog="hvcpctl",
+        description="Try, watch and control robots that coordinate by speaking English.",
+        epilog="Exit status: 0 success, 1 a mission that did not end well, 2 bad input.",
+    )
+    parser.add_argument("--version", action="version", version=f"hvcpctl {__version__}")
+    commands = parser.add_subparsers(title="commands", metavar="COMMAND", required=True)
+    _add_simulate(commands)
+    _add_say(commands)
+    _add_hear(commands)
+    _add_phrases(commands)
+    return parser
+
+
+def _add_shared(command: argparse.ArgumentParser, names: bool = True) -> None:
+    command.add_argument("--config", type=Path, metavar="FILE", help="settings file (default: /etc/hvcpd/hvcpd.yaml)")
+    command.add_argument("--tasks", type=Path, metavar="FILE", help="task repository (default: five plants)")
+    if names:
+        command.add_argument("--names", type=_names, metavar="Rob,Bot", help="the names known beforehand")
+
+
+def _add_simulate(commands: _Commands) -> None:
+    c = commands.add_parser("simulate", help="run a mission of whole robots in a simulated room, out loud")
+    _add_shared(c, names=False)
+    c.add_argument("--robots", type=_names, default=("Rob", "Bot"), metavar="Rob,Bot", help="who takes part (up to 12)")
+    c.add_argument("--seed", type=_seed, default=1, metavar="N", help="same seed, same mission (default 1)")
+    c.add_argument("--mode", choices=("volunteer", "coordinate"), default="volunteer",
+                   help="every robot picks tasks, or one gives orders")
+    c.add_argument("--coordinator", metavar="NAME", help="who gives the orders in coordinate mode (default: the last)")
+    c.add_argument("--pick", choices=("random", "nearest"), default="random", help="how a volunteer picks a task")
+    c.add_argument("--speed", choices=("max", "real"), default="max", help="as fast as the processor can, or real time")
+    c.add_argument("--play", action="store_true", help="play what a listener in the room hears (implies --speed real)")
+    c.add_argument("--noise-db", type=_positive, default=40.0, metavar="DB",
+                   help="ambient noise in dB SPL (default 40, a quiet room)")
+    c.add_argument("--mute", action="store_true", help="let no sound pass, to see that nothing else does")
+    c.add_argument("--report", type=Path, metavar="DIR", help="write report.html, mission.wav, transcript.jsonl")
+    c.add_argument("--json", action="store_true", help="print one JSON object a line, the summary last")
+    c.set_defaults(run=_lazy("simulate"))
+
+
+def _add_say(commands: _Commands) -> None:
+    c = commands.add_parser("say", help="speak one sentence of the phrasebook")
+    _add_shared(c)
+    c.add_argument("text", metavar="TEXT", help='for example "Hi Rob, I am Bot, water the yellow rose"')
+    c.add_argument("--as", dest="voice_of", metavar="NAME", help="in this robot's voice (default: who says 'I am …')")
+    c.add_argument("-o", "--output", type=Path, metavar="FILE.wav", help="write a WAV instead of using the loudspeaker")
+    c.set_defaults(run=_lazy("say"))
+
+
+def _add_hear(commands: _Commands) -> None:
+    c = commands.add_parser("hear", help="list every sentence in a recording")
+    _add_shared(c)
+    c.add_argument("file", type=Path, metavar="FILE.wav", help="any WAV, 8 to 48 kHz")
+    c.add_argument("--json", action="store_true", help="print one JSON object a line")
+    c.set_defaults(run=_lazy("hear"))
+
+
+def _add_phrases(commands: _Commands) -> None:
+    c = commands.add_parser("phrases", help="print the card of all that can be said")
+    _add_shared(c)
+    c.add_argument("--format", choices=("text", "markdown", "html"), default="text")
+    c.set_defaults(run=_lazy("phrases"))
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run `hvcpctl`; returns the exit status."""
+    options = make_parser().parse_args(arguments)
+    command: Command = options.run
+    try:
+        status = command(options)
+        sys.stdout.flush()
+    except HvcpdError as error:
+        sys.stderr.write(f"hvcpctl: {error}\n")
+        return EX_USER
+    except BrokenPipeError:  # the reader of our output has gone, as in `hvcpctl hear x.wav | head -1`
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return 0
+    except KeyboardInterrupt:
+        sys.stderr.write("\n")
+        return 130
+    return status
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,168 @@
+"""`hvcpctl simulate`: a mission of whole robots in a simulated room."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+import time
+from collections.abc import Callable
+from contextlib import AbstractContextManager, nullcontext
+from pathlib import Path
+
+import numpy as np
+
+from hil_fakes.bench import Bench, BenchPlan
+from hil_fakes.room import Air
+from hvcpd.control.soundfile import write_wav
+from hvcpd.control.team import load_team
+from hvcpd.errors import EX_FAILURE, EX_OK, AudioFileError, ConfigError
+from hvcpd.ports import Samples
+from hvcpd.reporting.events import Event, MissionRecord, Started, Summary
+
+MAX_ROBOTS = 12
+"""More do not fit into the start corner, nor into the air: each task takes some 13 s of talk."""
+
+Sink = Callable[[Event], None]
+Pace = Callable[[float, Samples], None]
+
+
+def run(options: argparse.Namespace) -> int:
+    """Run the mission, show it, write the report; 0 only if every task was done exactly once."""
+    robots: tuple[str, ...] = options.robots
+    if len(robots) > MAX_ROBOTS:
+        raise ConfigError(f"--robots: {len(robots)} are too many; at most {MAX_ROBOTS}")
+    team = load_team(options, robots)
+    plan = BenchPlan(
+        names=robots,
+        tasks=team.tasks,
+        seed=options.seed,
+        coordinator=_coordinator(options, robots),
+        team=team.settings.team,
+        nearest_first=options.pick == "nearest",
+        air=Air(noise_db_spl=options.noise_db, muted=options.mute),
+    )
+    if options.report is not None:
+        _make_directory(options.report)  # before a long mission, not after it
+    with _Show(options.json) as show, _pacing(options) as pace:
+        bench = Bench(plan, team.sound, show.handle, pace)
+        record = bench.run()
+    if options.report is not None:
+        _write_report(options.report, record, bench, quiet=options.json)
+    summary = next(e for e in record.events if isinstance(e, Summary))
+    return EX_OK if summary.lost == 0 and summary.duplicates == 0 else EX_FAILURE
+
+
+def _coordinator(options: argparse.Namespace, robots: tuple[str, ...]) -> str | None:
+    named: str | None = options.coordinator
+    if options.mode == "volunteer":
+        if named:
+            raise ConfigError("--coordinator: in volunteer mode nobody gives orders; add --mode coordinate")
+        return None
+    if len(robots) < 2:
+        raise ConfigError("--mode coordinate: one robot alone has nobody to order; name at least two with --robots")
+    chosen = next((robot for robot in robots if named and robot.lower() == named.lower()), None)
+    if named and chosen is None:
+        raise ConfigError(f"--coordinator: {named} does not take part; choose one of {', '.join(robots)}")
+    return chosen or robots[-1]
+
+
+class _Show:
+    """Events to the terminal or, as JSON, to standard output."""
+
+    def __init__(self, json_lines: bool) -> None:
+        self._json = json_lines
+        self._view: AbstractContextManager[object] = nullcontext()
+        self._sink: Sink | None = None
+
+    def __enter__(self) -> _Show:
+        if self._json:
+            from hvcpd.reporting.jsonlines import JsonLines
+
+            self._sink = JsonLines(sys.stdout).handle
+        return self
+
+    def __exit__(self, *exception: object) -> None:
+        self._view.__exit__(*exception)  # type: ignore[arg-type]
+
+    def handle(self, event: Event) -> None:
+        if self._sink is None and isinstance(event, Started):
+            from rich.console import Console
+
+            from hvcpd.reporting.live import LiveView
+
+            view = LiveView(Console(), event)
+            view.__enter__()
+            self._view, self._sink = view, view.handle
+            return
+        if self._sink is not None:
+            self._sink(event)
+
+
+def _pacing(options: argparse.Namespace) -> AbstractContextManager[Pace]:
+    if options.play:
+        from hvcpd.hardware.audio_play import Playback
+
+        return _Louder(Playback())
+    pace: Pace = _RealTime() if options.speed == "real" else lambda _now, _sound: None
+    return nullcontext(pace)
+
+
+class _Louder:
+    """The listener's sound, brought to a level for people, through the loudspeaker."""
+
+    def __init__(self, player: AbstractContextManager[Pace]) -> None:
+        self._player = player
+
+    def __enter__(self) -> Pace:
+        play = self._player.__enter__()
+        return lambda now, sound: play(now, np.clip(sound * LISTENER_GAIN, -1.0, 1.0).astype(np.float32))
+
+    def __exit__(self, *exception: object) -> None:
+        self._player.__exit__(*exception)  # type: ignore[arg-type]
+
+
+class _RealTime:
+    """Holds the mission back to the pace of a clock on the wall."""
+
+    def __init__(self) -> None:
+        self._began_s = time.monotonic()
+
+    def __call__(self, now: float, _sound: Samples) -> None:
+        ahead_s = now - (time.monotonic() - self._began_s)
+        if ahead_s > 0:
+            time.sleep(ahead_s)
+
+
+def _make_directory(path: Path) -> None:
+    try:
+        path.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise AudioFileError(f"--report: {path} cannot be made: {error.strerror}; name another directory") from None
+
+
+def _write_report(directory: Path, record: MissionRecord, bench: Bench, quiet: bool) -> None:
+    from hvcpd.reporting.html import write_report
+    from hvcpd.reporting.transcript import write_transcript
+
+    try:
+        write_report(record, directory / "report.html")
+        write_transcript(record.events, directory / "transcript.jsonl")
+    except OSError as error:
+        raise AudioFileError(f"--report: {directory} cannot be written: {error.strerror}; name another") from None
+    write_wav(directory / "mission.wav", _audible(record.sound))
+    for name, recording in bench.recordings.items():
+        write_wav(directory / f"heard-by-{name}.wav", recording)
+    if not quiet:
+        sys.stdout.write(f"\nReport: {directory / 'report.html'} (open it in a browser), and beside it mission.wav, "
+                         "transcript.jsonl and what each robot heard.\n")
+
+
+LISTENER_GAIN = np.float32(30.0)
+"""A robot 5 m from the listener's microphone has −55 dBFS there; this brings it to −25 dBFS."""
+PEAK = 0.7
+"""Of full scale, about −3 dBFS: the microphone's own level is too low for a person's loudspeaker."""
+
+
+def _audible(sound: Samples) -> Samples:
+    peak = float(np.max(np.abs(sound), initial=1e-6))
+    return (sound * np.float32(PEAK / peak)).astype(np.float32)

@@ -1,0 +1,38 @@
+"""What the commands need to know of a team: its names, tasks and pronunciations."""
+
+from __future__ import annotations
+
+import argparse
+from dataclasses import dataclass
+
+from hvcpd.assembly import Sound, make_phrasebook, make_sound, user_cache_folder
+from hvcpd.config.settings import Settings, load_settings
+from hvcpd.config.task_file import load_tasks
+from hvcpd.config.tasks import TaskRepository
+from hvcpd.language.phrasebook import Phrasebook
+from hvcpd.synthesis.likeness import sounds_alike
+
+
+@dataclass(frozen=True)
+class Team:
+    """A team's settings and tasks, the names in use, its phrasebook and its pronunciations."""
+
+    settings: Settings
+    tasks: TaskRepository
+    names: tuple[str, ...]
+    phrasebook: Phrasebook
+    sound: Sound
+
+
+def load_team(options: argparse.Namespace, names: tuple[str, ...] = (), more: tuple[str, ...] = ()) -> Team:
+    """The team that a command line and the settings describe; `names` replace, `more` join the settings' names.
+
+    Raises ConfigError and PhraseError.
+    """
+    settings = load_settings(options.config, {"tasks": options.tasks and str(options.tasks)}, name_needed=False)
+    sound = make_sound(settings.lexicon, user_cache_folder())
+    tasks = load_tasks(settings.tasks, lambda a, b: sounds_alike(a, b, sound.lexicon))
+    known = {name.lower(): name for name in (*(names or settings.names), *more)}
+    used = tuple(known.values())
+    phrasebook = make_phrasebook(used, settings.teams, tasks)
+    return Team(settings, tasks, used, phrasebook, sound)

@@ -1,0 +1,66 @@
+"""Which words are too much alike to be told apart, judged by their phones alone.
+
+A weighted edit distance over ARPAbet phones; the weights follow the confusions of Miller & Nicely (1955) for
+consonants (place of articulation is lost first, then voicing) and neighbourhood in the vowel quadrilateral.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from itertools import product
+
+from hvcpd.synthesis.lexicon import Lexicon
+
+_SIMILAR_CONSONANTS = ("P T K", "B D G", "F TH S", "V DH Z", "M N NG", "S SH", "Z ZH", "CH JH", "P B", "T D", "K G",
+                       "F V", "S Z", "L W", "R W")
+_SIMILAR_VOWELS = ("IY IH EY", "EH AE AH", "AA AO AH", "UW UH", "OW AO", "ER AH", "AY AA", "AW AA", "OY AO", "IH EH")
+SIMILAR_COST = 0.4
+"""Of one phone in place of a similar one; another phone, a missing or an additional one costs 1."""
+ALIKE_BELOW = 1.0
+"""Phrases nearer than one whole phone are alike: robots and people would mix them up in noise."""
+
+
+def _pairs() -> frozenset[frozenset[str]]:
+    groups = [group.split() for group in (*_SIMILAR_CONSONANTS, *_SIMILAR_VOWELS)]
+    return frozenset(frozenset(pair) for group in groups for pair in product(group, group) if pair[0] != pair[1])
+
+
+_SIMILAR = _pairs()
+
+
+def _cost(a: str, b: str) -> float:
+    if a == b:
+        return 0.0
+    return SIMILAR_COST if frozenset((a, b)) in _SIMILAR else 1.0
+
+
+def phone_distance(a: Sequence[str], b: Sequence[str]) -> float:
+    """The least cost to turn one phone sequence into the other; stress digits are ignored (Wagner & Fischer 1974)."""
+    left = [phone.rstrip("012") for phone in a]
+    right = [phone.rstrip("012") for phone in b]
+    row = [float(j) for j in range(len(right) + 1)]
+    for i, phone in enumerate(left, start=1):
+        previous, row = row, [float(i)]
+        for j, other in enumerate(right, start=1):
+            row.append(min(previous[j] + 1.0, row[j - 1] + 1.0, previous[j - 1] + _cost(phone, other)))
+    return row[-1]
+
+
+def sounds_alike(a: str, b: str, lexicon: Lexicon) -> bool:
+    """Whether two written phrases would be mixed up, in any of their words' pronunciations."""
+    return any(
+        phone_distance(left, right) < ALIKE_BELOW
+        for left, right in product(_spoken(a, lexicon), _spoken(b, lexicon))
+    )
+
+
+MAX_VARIANTS = 8
+"""Pronunciations of a phrase that are tried; words with two are rare, phrases with four such words hardly exist."""
+
+
+def _spoken(phrase: str, lexicon: Lexicon) -> list[tuple[str, ...]]:
+    variants: list[tuple[str, ...]] = [()]
+    for word in phrase.split():
+        known = lexicon.pronunciations(word) or (lexicon.pronounce(word),)
+        variants = [before + phones for before in variants for phones in known][:MAX_VARIANTS]
+    return variants

@@ -1,0 +1,181 @@
+"""The phrasebook: one source for saying, hearing, understanding and printing."""
+
+import random
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from hvcpd.errors import PhraseError
+from hvcpd.language import messages as m
+from hvcpd.language.card import as_html, as_markdown, as_text, make_card
+from hvcpd.language.phrasebook import Phrasebook, Vocabulary
+from hvcpd.language.words import number_words, spoken_words
+
+ROSES = tuple(f"water the {colour} rose" for colour in ("green", "violet", "indigo", "orange", "yellow", "red"))
+BOOK = Phrasebook(
+    Vocabulary(("Rob", "Bot", "R2D2"), ("plant", "a"), ROSES, (1, 2, 3, 4, 5, 21), ("the roses look thirsty",))
+)
+YELLOW = m.TaskByName("water the yellow rose")
+
+
+@pytest.mark.parametrize(
+    ("text", "meaning"),
+    [
+        ("Hi, I am Rob", m.Utterance("Rob")),
+        ("Hi all, I am Rob, member of team plant", m.Utterance("Rob", m.ToAll(), "plant")),
+        ("hello all i am rob member of team a", m.Utterance("Rob", m.ToAll(), "a")),
+        (
+            "Hi all, I am Rob, completing task: water the red rose",
+            m.Utterance("Rob", m.ToAll(), None, m.Working(m.TaskByName("water the red rose"))),
+        ),
+        (
+            "Hi all, I am Rob, member of team plant, completing task, water the red rose",
+            m.Utterance("Rob", m.ToAll(), "plant", m.Working(m.TaskByName("water the red rose"))),
+        ),
+        (
+            "Hi, [team plant], I am Rob, I will complete task: 1",
+            m.Utterance("Rob", m.ToTeam("plant"), None, m.Claim(m.TaskByNumber(1))),
+        ),
+        ("Hi, Rob, I am Bot, water the yellow rose!", m.Utterance("Bot", m.ToRobot("Rob"), None, m.Order(YELLOW))),
+        ("Hi Bot, I am Rob, I will water the yellow rose", m.Utterance("Rob", m.ToRobot("Bot"), None, m.Claim(YELLOW))),
+        ("Hi all, I am Bot, task one complete", m.Utterance("Bot", m.ToAll(), None, m.Completed(m.TaskByNumber(1)))),
+        ("Hi all, I am Bot, task 21 failed", m.Utterance("Bot", m.ToAll(), None, m.Failed(m.TaskByNumber(21)))),
+        ("Stop", m.Utterance(None, None, None, m.Stop())),
+        ("R2D2 stop", m.Utterance(None, m.ToRobot("R2D2"), None, m.Stop())),
+    ],
+)
+def test_the_papers_forms_are_understood(text: str, meaning: m.Utterance) -> None:
+    assert BOOK.parse_text(text) == meaning
+
+
+def test_an_utterance_is_written_as_a_person_would() -> None:
+    assert BOOK.write(m.Utterance("Bot", m.ToRobot("Rob"), None, m.Order(YELLOW))) == (
+        "Hi Rob, I am Bot, water the yellow rose"
+    )
+    assert BOOK.write(m.Utterance("R2D2", m.ToAll(), "plant")) == "Hi all, I am R2D2, member of team plant"
+    assert BOOK.write(m.Utterance(None, m.ToRobot("Bot"), None, m.Stop())) == "Bot stop"
+
+
+def test_commas_group_the_words_into_phrases() -> None:
+    order = m.Utterance("Bot", m.ToRobot("Rob"), None, m.Order(YELLOW))
+    assert BOOK.phrases(order) == (("hi", "rob"), ("i", "am", "bot"), ("water", "the", "yellow", "rose"))
+
+
+@given(st.integers(0, 2**32))
+def test_what_is_said_is_what_is_understood(seed: int) -> None:
+    utterance = BOOK.sample(random.Random(seed))
+    assert BOOK.parse(BOOK.render(utterance)) == utterance
+    assert BOOK.parse_text(BOOK.write(utterance)) == utterance
+
+
+def _accepts(words: tuple[str, ...]) -> bool:
+    node = BOOK.graph.start
+    arcs = {(arc.source, arc.word): arc.target for arc in BOOK.graph.arcs}
+    for word in words:
+        if (node, word) not in arcs:
+            return False
+        node = arcs[node, word]
+    return node in BOOK.graph.finals
+
+
+@given(st.integers(0, 2**32))
+def test_the_network_accepts_every_sentence_and_each_of_its_paths_is_one(seed: int) -> None:
+    chance = random.Random(seed)
+    assert _accepts(BOOK.render(BOOK.sample(chance)))
+    node, words = BOOK.graph.start, []
+    following: dict[int, list[tuple[str, int]]] = {}
+    for arc in BOOK.graph.arcs:
+        following.setdefault(arc.source, []).append((arc.word, arc.target))
+    while node in following and not (node in BOOK.graph.finals and chance.random() < 0.3):
+        word, node = chance.choice(following[node])
+        words.append(word)
+    assert BOOK.render(BOOK.parse(words))[0] in ("hi", "stop", "all", "rob", "bot", "r2d2", "team", "resume")
+
+
+def test_the_network_is_deterministic_and_merges_equal_tails() -> None:
+    keys = [(arc.source, arc.word) for arc in BOOK.graph.arcs]
+    assert len(keys) == len(set(keys))
+    assert len(BOOK.graph.arcs) < 150
+
+
+def test_pauses_stand_where_the_commas_are() -> None:
+    arcs = {(arc.source, arc.word): arc.target for arc in BOOK.graph.arcs}
+    node, paused = BOOK.graph.start, []
+    for word in BOOK.render(m.Utterance("Bot", m.ToRobot("Rob"), None, m.Order(YELLOW))):
+        if node in BOOK.graph.pauses:
+            paused.append(word)
+        node = arcs[node, word]
+    assert paused == ["rob", "i", "water"]  # before "rob", because "Hi, I am Bot" begins alike
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        ("Hi Rob, I am Bot, water the yelow rose", "did you mean 'yellow'"),
+        ("Hi Rob, I am", "breaks off after 'hi rob i am'"),
+        ("Hi Zorg", "'zorg' is not in the phrasebook after 'hi'"),
+        ("", "no word to say"),
+        ("\x00\u2620", "no word to say"),
+        ("Rob stop now", "'now' is not in the phrasebook after 'rob stop'"),
+        ("dance " * 10_000, "'dance' is not in the phrasebook at the beginning"),
+    ],
+)
+def test_other_sentences_are_refused_with_the_place_and_a_hint(text: str, said: str) -> None:
+    with pytest.raises(PhraseError) as caught:
+        BOOK.parse_text(text)
+    assert said in str(caught.value)
+    assert len(str(caught.value)) < 500
+
+
+@given(st.text(max_size=60))
+def test_any_text_is_a_sentence_or_a_phrase_error(text: str) -> None:
+    try:
+        utterance = BOOK.parse_text(text)
+    except PhraseError:
+        return
+    assert BOOK.parse(BOOK.render(utterance)) == utterance
+
+
+@pytest.mark.parametrize(
+    "vocabulary",
+    [
+        Vocabulary(names=("Rob", "rob")),
+        Vocabulary(names=("Rob",), tasks=("complete task one",)),
+        Vocabulary(names=("Rob",), tasks=("say again",)),
+        Vocabulary(names=("Rob",), tasks=("water the rose", "Water  the rose")),
+        Vocabulary(names=("Team",)),
+        Vocabulary(names=("all",)),
+        Vocabulary(names=("Stop",)),
+        Vocabulary(names=("Rob",), teams=("plant", "Plant")),
+        Vocabulary(names=("Rob",), tasks=("!!!",)),
+    ],
+)
+def test_a_vocabulary_that_is_ambiguous_is_refused(vocabulary: Vocabulary) -> None:
+    with pytest.raises(PhraseError):
+        Phrasebook(vocabulary)
+
+
+def test_an_unknown_name_or_task_cannot_be_rendered() -> None:
+    with pytest.raises(PhraseError):
+        BOOK.render(m.Utterance("Zorg"))
+    with pytest.raises(PhraseError):
+        BOOK.render(m.Utterance("Rob", None, None, m.Order(m.TaskByName("water the blue rose"))))
+
+
+@given(st.integers(0, 99))
+def test_numbers_are_read_in_words(number: int) -> None:
+    assert spoken_words(f"task {number}") == ("task", *number_words(number))
+
+
+def test_words_are_taken_from_any_writing() -> None:
+    assert spoken_words("Hi,\tRob’s… N°21 café-7!") == ("hi", "rob's", "n", "twenty", "one", "cafe", "seven")
+    assert spoken_words("100 R2D2") == ("100", "r2d2")
+
+
+def test_the_card_has_every_form_and_word() -> None:
+    card = make_card(BOOK)
+    for page in (as_text(card), as_markdown(card), as_html(card)):
+        for word in ("R2D2", "water the violet rose", "twenty one", "the roses look thirsty", "resume"):
+            assert word in page
+    assert "<script" not in as_html(make_card(Phrasebook(Vocabulary(("A",), tasks=("go <script> now",)))))
