@@ -11,7 +11,7 @@ import random
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from functools import partial
-from typing import Any, Protocol
+from typing import Protocol
 
 from hvcpd.language.messages import Utterance
 
@@ -51,7 +51,7 @@ class WordChannel:
     the listener's own, is garbled. `after_each` runs after every event (to collect the talkers' actions).
     """
 
-    talkers: dict[str, Any]
+    talkers: dict[str, Talker]
     n_words: Callable[[Utterance], int]
     loss: float = 0.0
     seed: int = 0
@@ -86,7 +86,8 @@ class WordChannel:
 
     def _ended(self, sound: _Sound) -> None:
         self.collisions += bool(self._overlapping(sound))
-        self.talkers[sound.speaker].spoken(self.now)
+        if sound.speaker in self.talkers:  # people who only speak are no talkers
+            self.talkers[sound.speaker].spoken(self.now)
 
     def _tell_busy(self, listener: str) -> None:
         others = [s for s in self._sounds if s.speaker != listener]
