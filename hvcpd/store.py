@@ -56,6 +56,8 @@ CREATE TABLE counters (
 ) STRICT;
 """
 
+_TABLES = {"tasks", "transcript", "peers", "counters"}
+
 _log = structlog.get_logger(__name__)
 
 
@@ -180,6 +182,8 @@ def _remedy(error: sqlite3.DatabaseError) -> str | None:
 
 
 def _open(path: Path) -> sqlite3.Connection:
+    if path != IN_MEMORY:
+        _make_directory(path.parent)
     with _failures(path):
         try:
             return _connect(path)
@@ -189,6 +193,16 @@ def _open(path: Path) -> sqlite3.Connection:
                 raise
             _set_aside(path, str(error))
         return _connect(path)
+
+
+def _make_directory(directory: Path) -> None:
+    try:
+        directory.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise StoreError(
+            f"{directory}: the directory of the robot's memory cannot be made ({error.strerror}); "
+            "make it, writable for the daemon's user, or set `state_dir` to another"
+        ) from error
 
 
 def _connect(path: Path) -> sqlite3.Connection:
@@ -207,8 +221,9 @@ def _connect(path: Path) -> sqlite3.Connection:
         (verdict,) = db.execute("PRAGMA quick_check(1)").fetchone()
         if verdict != "ok":
             raise _damage(verdict)
-        for table in ("tasks", "transcript", "peers", "counters"):
-            db.execute(f"SELECT * FROM {table} LIMIT 1").fetchall()
+        found = {name for (name,) in db.execute("SELECT name FROM sqlite_master WHERE type = 'table'")}
+        if not found >= _TABLES:
+            raise _damage(f"tables are missing: {', '.join(sorted(_TABLES - found))}")
     except BaseException:
         db.close()
         raise

@@ -105,6 +105,7 @@ class DynamixelWheels:
         self._signs = dict(zip(ids, (self._settings.left_sign, self._settings.right_sign), strict=True))
         self._encoders = {motor_id: _Encoder() for motor_id in ids}
         self._limit_units = xl430.FACTORY_VELOCITY_LIMIT
+        self._look: tuple[MotorHealth, ...] = ()
         self._opened = False
         self._doubtful = False
         self._exchanges = 0
@@ -141,14 +142,19 @@ class DynamixelWheels:
         self._stop_blindly()
         raise DeviceError(f"the wheels do not answer: {fault}") from fault
 
-    def health(self) -> tuple[MotorHealth, MotorHealth]:
-        """Voltage, temperature, load and errors of the left and the right motor. Raises DeviceError."""
+    def health(self) -> tuple[MotorHealth, ...]:
+        """Voltage, temperature, load and errors of the left and the right motor, read now. Raises DeviceError."""
         try:
-            left, right = read_health(self._bus, self._ids)
+            self._look = read_health(self._bus, self._ids)
         except BusError as error:
             self._doubtful = True
             raise DeviceError(f"the wheels do not answer: {error}") from error
-        return left, right
+        return self._look
+
+    @property
+    def last_health(self) -> tuple[MotorHealth, ...]:
+        """What the last look found, without asking again; `exchange` looks every `health_every` times."""
+        return self._look
 
     def close(self) -> None:
         """Stop the wheels, switch torque off, let go of the port. Never raises; may be called twice."""
@@ -169,11 +175,8 @@ class DynamixelWheels:
             if not problems:
                 limits = [self._bus.read(motor_id, xl430.VELOCITY_LIMIT) for motor_id in self._ids]
                 self._limit_units = min(xl430.FACTORY_VELOCITY_LIMIT, *limits)
-                for motor_id in self._ids:
-                    prepare(self._bus, motor_id, self._settings.profile_acceleration)
-                for motor_id in self._ids:
-                    self._encoders[motor_id].rejoin(self._bus.read(motor_id, xl430.PRESENT_POSITION))
-                    arm(self._bus, motor_id, self._settings.watchdog_units)
+                for health in read_health(self._bus, self._ids):
+                    self._restore(health)
         except BusError as error:
             problems = [str(error)]
         if problems:
@@ -191,7 +194,8 @@ class DynamixelWheels:
         due = self._exchanges % self._settings.health_every == 0
         if not (self._doubtful or late or due):
             return
-        for health in read_health(self._bus, self._ids):
+        self._look = read_health(self._bus, self._ids)
+        for health in self._look:
             if health.hardware_error:
                 self._doubtful = True
                 self._stop_blindly()
@@ -204,11 +208,15 @@ class DynamixelWheels:
         self._doubtful = False
 
     def _restore(self, health: MotorHealth) -> None:
-        """A motor tripped its watchdog, or lost its memory with its power: bring it back at standstill."""
-        prepare(self._bus, health.motor_id, self._settings.profile_acceleration)
-        if not health.watchdog_tripped:
-            self._encoders[health.motor_id].rejoin(self._bus.read(health.motor_id, xl430.PRESENT_POSITION))
-        arm(self._bus, health.motor_id, self._settings.watchdog_units)
+        """Bring a motor from any state to standstill under torque, without a jump of its angle. Raises BusError."""
+        motor_id = health.motor_id
+        prepare(self._bus, motor_id, self._settings.profile_acceleration)
+        position = self._bus.read(motor_id, xl430.PRESENT_POSITION)
+        if health.torque_on:  # it kept its power, and so the count of its turns
+            self._encoders[motor_id].follow(position)
+        else:
+            self._encoders[motor_id].rejoin(position)
+        arm(self._bus, motor_id, self._settings.watchdog_units)
 
     def _cycle(self, goals: dict[int, int]) -> WheelReading:
         start = xl430.PRESENT_VELOCITY.address

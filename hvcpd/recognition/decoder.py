@@ -73,6 +73,7 @@ class Best:
     cost: float
     node: int = -1
     rested_frames: int = 0
+    behind: float = 0.0
 
 
 class Decoder:
@@ -182,7 +183,7 @@ class Decoder:
             slots, nodes = np.divmod(token, self._net.n_nodes)
             cost[self._record_start[slots, self._rung_numbers, nodes] < frame] = UNREACHABLE
 
-    def best(self) -> Best:
+    def best(self, margin: float = 0.0) -> Best:
         """The cheapest path of all; a fresh start (the filler, cost 0) counts as one."""
         flat = int(self._cost.argmin())
         rung, state = divmod(flat, self._net.n_states)
@@ -190,11 +191,17 @@ class Decoder:
         rests = self._rest[:, self._final_nodes]
         rest_rung, column = divmod(int(rests.argmin()), len(self._final_nodes))
         rest_cost = float(rests[rest_rung, column])
-        if rest_cost > cost:
+        if rest_cost > cost + margin:
             return Best(rung, cost)
         node = int(self._final_nodes[column])
         since = self._frame_of(int(self._rest_token[rest_rung, node]) // self._net.n_nodes)
-        return Best(rest_rung, rest_cost, node, self._frame - 1 - since)
+        return Best(rest_rung, rest_cost, node, self._frame - 1 - since, rest_cost - cost)
+
+    def forget_rests(self, longest_frames: int) -> None:
+        """Drop the paths that have paused for longer than `longest_frames`."""
+        last = self._frame - 1
+        age = (last - self._rest_token // self._net.n_nodes) % HISTORY_FRAMES
+        self._rest[age > longest_frames] = UNREACHABLE
 
     def _frame_of(self, slot: int) -> int:
         """The latest frame before the next one that used history `slot`."""

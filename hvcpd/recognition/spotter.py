@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hvcpd.recognition.decoder import HISTORY_FRAMES, Best, Decoder, Step, StepCosts
-from hvcpd.recognition.frontend import DELTA_REACH, N_BANDS, Energies, features_of
+from hvcpd.recognition.frontend import CONTEXT_FRAMES, N_BANDS, Energies, features_of
 from hvcpd.recognition.network import Network
 from hvcpd.recognition.scorer import Scorer
 from hvcpd.recognition.templates import TemplateBank
@@ -20,12 +20,21 @@ class SpotterSettings:
 
     filler_cost: float = 1.2
     """What the filler pays over the frame's best template: half-way between right and wrong words (measured)."""
+    noise_bonus: float = 0.0
+    """Taken off the distance to the noise: the nearest of thousands of template frames is that much closer by chance."""
+    rest_bonus: float = 0.0
+    """Per frame of pause..."""
     ladder_db: tuple[float, ...] = (-6.0, 0.0, 6.0)
     """Template gains decoded side by side around the level heard at the onset, dB."""
     retune_db: float = 4.5
     """The ladder moves when the level heard has left its inner half and no sentence is under way."""
     end_frames: int = 25
     """250 ms of rest end a sentence: longer than the pause at a comma (150 ms)."""
+    late_end_frames: int = 40
+    """..."""
+    end_margin: float = 5.0
+    """A resting path counts as the best although another, inside a word, is this much cheaper: in noise alone paths
+    through the next words gain a little by chance."""
     under_way: float = 15.0
     """A path this much better than the filler may be a sentence in progress."""
     steps: StepCosts = field(default_factory=StepCosts)
@@ -75,7 +84,7 @@ class Spotter:
         """Begin at `first_frame` with the frames heard since, shape (n, N_BANDS)."""
         self.awake = True
         self._next = self._first = first_frame
-        self._tail = np.repeat(energies[:1], DELTA_REACH, axis=0)
+        self._tail = np.repeat(energies[:1], CONTEXT_FRAMES, axis=0)
         self._decoder.reset(first_frame)
         self._gain = self._scorer.level_of(energies, noise)
         self.feed(energies, energies, noise)
@@ -101,27 +110,31 @@ class Spotter:
         mask = self._scorer.mask(self._gain)
         self._scorer.compose(noise + mask, self._gain)
         block = np.concatenate([self._tail, energies])
-        self._tail = block[-2 * DELTA_REACH :]
+        self._tail = block[-2 * CONTEXT_FRAMES :]
         features = features_of(block + mask)
         if not len(features):
             return
         scores = self._scorer.score(features)
-        filler = np.minimum(scores.noise, scores.cohort + settings.filler_cost)
+        as_noise = np.maximum(scores.noise - settings.noise_bonus, 0.0)
+        filler = np.minimum(as_noise, scores.cohort + settings.filler_cost)
         slots = np.arange(self._next, self._next + len(features)) % HISTORY_FRAMES
         self._filler_excess[slots] = filler - scores.cohort
-        self._noise_cost[slots] = scores.noise - filler
+        self._noise_cost[slots] = as_noise - filler
         for i in range(len(features)):
             self._scorer.gather(scores, i, float(filler[i]), self._distances)
-            self._decoder.column(self._distances, float(scores.noise[i] - filler[i]))
+            self._decoder.column(self._distances, float(as_noise[i] - filler[i] - settings.rest_bonus))
         self._next += len(features)
         if self._next // 256 != (self._next - len(features)) // 256:
             self._decoder.forget_older_than(self._next - HISTORY_FRAMES + 512)
-        self.best = self._decoder.best()
+        self._decoder.forget_rests(60)
+        self.best = self._decoder.best(settings.end_margin)
 
     def ended(self) -> Sentence | None:
         """The sentence that has just ended, if one has."""
         best = self.best
         if best.node < 0 or best.cost >= 0.0 or best.rested_frames < self._settings.end_frames:
+            return None
+        if best.behind > 0.0 and best.rested_frames < self._settings.late_end_frames:
             return None
         steps = tuple(self._decoder.trace(best.rung, best.node))
         return Sentence(

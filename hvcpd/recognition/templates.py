@@ -27,6 +27,7 @@ from hvcpd.recognition.frontend import (
     cepstra_of,
     deltas_of,
     energies_of,
+    smoothed,
 )
 
 TRIM_DB = 40.0
@@ -54,7 +55,7 @@ def trimmed_energies(samples: Samples) -> Energies:
     energies = energies_of(np.pad(np.asarray(samples, np.float32), (pad, pad + HOP_SAMPLES)))
     power = energies.sum(axis=1)
     loud = np.flatnonzero(power >= power.max() * 10.0 ** (-TRIM_DB / 10.0))
-    return energies[loud[0] : loud[-1] + 1]
+    return smoothed(np.pad(energies[loud[0] : loud[-1] + 1], ((1, 1), (0, 0)), mode="edge"))
 
 
 class TemplateBank:

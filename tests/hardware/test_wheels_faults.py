@@ -116,6 +116,24 @@ def test_unplugging_is_an_error_and_replugging_heals_without_a_jump(hasty: Robot
     assert hasty.run(AHEAD, 1.0).left_rad_s == pytest.approx(3.0, abs=0.05)
 
 
+def test_what_the_wheels_turned_while_unplugged_is_counted(hasty: Robot) -> None:
+    hasty.run(WheelCommand(6.0, 6.0), 1.0)
+    hasty.bus.unplug()
+    hasty.wait(0.8)  # three quarters of a turn more until the watchdog trips and the wheels stand
+    hasty.bus.replug()
+    with pytest.raises(DeviceError):  # the old port is gone
+        while True:
+            hasty.wheels.exchange(STANDSTILL)
+    reading = hasty.wheels.exchange(STANDSTILL)
+    assert reading.left_rad == pytest.approx(hasty.bus.motors[1].true_angle_rad, abs=0.01)
+
+
+def test_the_battery_can_be_watched_without_further_requests(robot: Robot) -> None:
+    robot.bus.motors[1].voltage_v = 10.4
+    robot.run(AHEAD, 0.6)
+    assert [health.voltage_v for health in robot.wheels.last_health] == pytest.approx([10.4, 12.0])
+
+
 def test_close_never_raises_on_a_vanished_port(hasty: Robot) -> None:
     hasty.bus.unplug()
     hasty.wheels.close()

@@ -1,0 +1,119 @@
+"""Sound cards: finding them by name, and one full-duplex stream for the daemon.
+
+PortAudio, through the package sounddevice, is loaded inside functions: without it, or with an ALSA configuration
+that lacks `pcm.default` (which aborts the process at that moment), every other command still works. Functions take
+the module as an argument, so that a fake card can stand in for it.
+"""
+
+from __future__ import annotations
+
+import difflib
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any, Literal
+
+from hvcpd.config.settings import AudioSettings
+from hvcpd.errors import DeviceError
+
+Direction = Literal["input", "output"]
+
+_KIND = {"input": "microphone", "output": "loudspeaker"}
+
+
+@dataclass(frozen=True)
+class SoundDevice:
+    """A sound device as PortAudio lists it; a card that both hears and speaks is one device."""
+
+    index: int
+    name: str
+    inputs: int
+    outputs: int
+    rate_hz: float
+
+    def can(self, direction: Direction) -> bool:
+        """Whether it has a channel of that direction."""
+        return (self.inputs if direction == "input" else self.outputs) > 0
+
+
+def load_backend() -> Any:
+    """The module sounddevice. Raises DeviceError, with the remedy, if it or PortAudio is missing."""
+    try:
+        import sounddevice
+    except ImportError as error:
+        raise DeviceError(f"the Python package sounddevice is missing ({error}); `pip install sounddevice`") from error
+    except OSError as error:  # sounddevice's way to say that the PortAudio library cannot be loaded
+        raise DeviceError(f"the PortAudio library is missing ({error}); `apt install libportaudio2`") from error
+    return sounddevice
+
+
+def list_devices(backend: Any) -> tuple[SoundDevice, ...]:
+    """All sound devices. Raises DeviceError if PortAudio cannot tell."""
+    try:
+        found = backend.query_devices()
+    except backend.PortAudioError as error:
+        raise DeviceError(f"the sound cards cannot be listed ({error}); is ALSA set up? see `aplay -l`") from error
+    return tuple(
+        SoundDevice(
+            index, item["name"], item["max_input_channels"], item["max_output_channels"], item["default_samplerate"]
+        )
+        for index, item in enumerate(found)
+    )
+
+
+def find_device(backend: Any, direction: Direction, wanted: str | None) -> SoundDevice:
+    """The device whose name is, or else contains, `wanted` without regard to case; None is the system's default.
+
+    Raises DeviceError that names the nearest device, or all there are.
+    """
+    able = [device for device in list_devices(backend) if device.can(direction)]
+    kind = _KIND[direction]
+    if not able:
+        raise DeviceError(f"there is no {kind} on this machine; connect one, then look with `python3 -m sounddevice`")
+    if wanted is None:
+        return _default_device(backend, direction, able)
+    key = f"audio.{direction}_device"
+    matches = [device for device in able if wanted.casefold() == device.name.casefold()]
+    matches = matches or [device for device in able if wanted.casefold() in device.name.casefold()]
+    if len(matches) > 1:
+        raise DeviceError(f"{key}: {wanted!r} is part of several names; write more of one of {_listed(matches)}")
+    if not matches:
+        near = difflib.get_close_matches(wanted, [device.name for device in able], n=1, cutoff=0.5)
+        hint = f"did you mean {near[0]!r}?" if near else f"choose one of {_listed(able)}"
+        raise DeviceError(f"{key}: there is no {kind} {wanted!r}; {hint}")
+    return matches[0]
+
+
+def check_audio(settings: AudioSettings, backend: Any | None = None) -> list[str]:
+    """What is wrong with the sound devices, a line each, found by their names without opening any of them."""
+    try:
+        backend = backend if backend is not None else load_backend()
+    except DeviceError as error:
+        return [str(error)]
+    problems = []
+    for direction, wanted in _directions(settings):
+        try:
+            find_device(backend, direction, wanted)
+        except DeviceError as error:
+            problems.append(str(error))
+    return problems
+
+
+def _directions(settings: AudioSettings) -> tuple[tuple[Direction, str | None], ...]:
+    return ("input", settings.input_device), ("output", settings.output_device)
+
+
+def _default_device(backend: Any, direction: Direction, able: Sequence[SoundDevice]) -> SoundDevice:
+    try:
+        index = backend.query_devices(kind=direction)["index"]
+    except (backend.PortAudioError, ValueError):
+        # No default is set, or it lacks this direction: the only device there can still be meant.
+        index = able[0].index if len(able) == 1 else None
+    chosen = next((device for device in able if device.index == index), None)
+    if chosen is None:
+        key = f"audio.{direction}_device"
+        raise DeviceError(f"{key}: the system has no default {_KIND[direction]}; set it to one of {_listed(able)}")
+    return chosen
+
+
+def _listed(devices: Sequence[SoundDevice]) -> str:
+    return ", ".join(repr(device.name) for device in devices)
