@@ -46,3 +46,19 @@ def fade(sound: Samples, fade_s: float) -> Samples:
     out[:count] *= ramp
     out[len(out) - count :] *= ramp[::-1]
     return out
+
+
+AUDIBLE_DB = 30.0
+"""Sound this far below a unit's loudest 10 ms is no longer heard beside it: forward masking after a vowel is about that
+deep (Zwicker and Fastl, *Psychoacoustics*, ch. 4)."""
+_FRAME = SAMPLE_RATE_HZ // 100
+
+
+def audible(samples: Samples) -> tuple[int, int]:
+    """Where the audible part of a unit begins and ends, in samples; (0, 0) for an empty one."""
+    n = len(samples) // _FRAME
+    if n == 0:
+        return 0, len(samples)
+    power = np.square(samples[: n * _FRAME].reshape(n, _FRAME)).sum(axis=1)
+    heard = np.flatnonzero(power >= power.max() * 10.0 ** (-AUDIBLE_DB / 10.0))
+    return int(heard[0]) * _FRAME, min(int(heard[-1] + 1) * _FRAME, len(samples))

@@ -11,13 +11,14 @@ import numpy as np
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 from hvcpd.synthesis.articulation import controls_for
 from hvcpd.synthesis.klatt import synthesize
-from hvcpd.synthesis.leveling import fade, leveled
+from hvcpd.synthesis.leveling import audible, fade, leveled
 from hvcpd.synthesis.lexicon import Lexicon
 from hvcpd.synthesis.unit_cache import UnitCache
 from hvcpd.synthesis.voices import Voice
 
 PAUSE_S = 0.14
-"""Silence at a comma: long enough to be heard as one, short of the recogniser's end of sentence."""
+"""Silence at a comma, from the last audible sound to the next (a closure of a stop or the ring of a vowel counts as
+silence): long enough to be heard as a pause, short of the recogniser's end of sentence."""
 
 OVERLAP_S = 0.02
 """How far the units of neighbouring words overlap, cross-faded: they ring out and begin within this time."""
@@ -98,15 +99,20 @@ class Speaker:
         """The same, with the place of every word."""
         spoken = [(word, place == len(phrase)) for phrase in phrases for place, word in enumerate(phrase, start=1)]
         pieces: list[tuple[str, int, Samples]] = []
-        cursor = 0
+        cursor, after_pause = 0, True
         for number, (word, final) in enumerate(spoken):
             pitch = PITCH_STEPS[min(len(PITCH_STEPS) - 1, len(PITCH_STEPS) * number // len(spoken))]
             unit = self.unit(word, UnitPosition.FINAL if final else UnitPosition.MEDIAL, pitch)
             if not len(unit):
                 continue
+            if after_pause:
+                cursor = max(cursor - audible(unit)[0], 0)
+            after_pause = final
             pieces.append((word, cursor, unit))
-            gap_s = PAUSE_S if final else -OVERLAP_S
-            cursor += len(unit) + round(gap_s * SAMPLE_RATE_HZ)
+            if final:
+                cursor += audible(unit)[1] + round(PAUSE_S * SAMPLE_RATE_HZ)
+            else:
+                cursor += len(unit) - round(OVERLAP_S * SAMPLE_RATE_HZ)
         length = max((start + len(unit) for _, start, unit in pieces), default=0)
         out = np.zeros(length, dtype=np.float32)
         for _, start, unit in pieces:
