@@ -88,7 +88,8 @@ def program(command: Sequence[str]) -> Callable[[Phrases], Samples]:
         with tempfile.TemporaryDirectory() as folder:
             raw, wav = f"{folder}/raw.wav", f"{folder}/16k.wav"
             subprocess.run([part.format(text=text, wav=raw) for part in command], check=True, capture_output=True)
-            subprocess.run(["sox", raw, "-r", str(SAMPLE_RATE_HZ), "-c", "1", "-b", "16", wav, "norm", "-3"], check=True)
+            form = ["-r", str(SAMPLE_RATE_HZ), "-c", "1", "-b", "16"]
+            subprocess.run(["sox", raw, *form, wav, "norm", "-3"], check=True)
             with wave.open(wav) as file:
                 data = np.frombuffer(file.readframes(file.getnframes()), dtype="<i2")
         return (data / 32768.0).astype(np.float32)
@@ -98,9 +99,7 @@ def program(command: Sequence[str]) -> Callable[[Phrases], Samples]:
 
 def talkers(lexicon: Lexicon) -> dict[str, Callable[[Phrases], Samples]]:
     """Our eight voices and the programs that are installed."""
-    found: dict[str, Callable[[Phrases], Samples]] = {
-        voice.name: Speaker(voice, lexicon).render for voice in VOICES
-    }
+    found: dict[str, Callable[[Phrases], Samples]] = {voice.name: Speaker(voice, lexicon).render for voice in VOICES}
     if shutil.which("espeak-ng"):
         found["espeak-ng"] = program(["espeak-ng", "-v", "en-us", "-w", "{wav}", "{text}"])
     if shutil.which("flite"):

@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 
 from hvcpd.synthesis.durations import durations_s, stress_of
 from hvcpd.synthesis.klatt import Band, Controls, Frication, Track
-from hvcpd.synthesis.phones import PHONES, Kind, Phone, Triple
+from hvcpd.synthesis.phones import PHONES, Kind, Phone
 from hvcpd.synthesis.voices import Voice
 
 LEAD_S = 0.012
@@ -91,7 +91,8 @@ def _give_aspiration(placed: list[Placed]) -> list[Placed]:
     shift = 0.0
     out: list[Placed] = []
     for number, item in enumerate(placed):
-        extra = 0.5 * placed[number - 1].phone.aspiration_s if number and placed[number - 1].phone.kind is Kind.STOP else 0.0
+        after_stop = number > 0 and placed[number - 1].phone.kind is Kind.STOP
+        extra = 0.5 * placed[number - 1].phone.aspiration_s if after_stop else 0.0
         out.append(
             replace(
                 item,
@@ -198,7 +199,7 @@ def _steps(placed: Sequence[Placed], levels: Sequence[tuple[float, float, float]
     """A track of (start, end, dB) stretches with ramps between them, off outside."""
     points = _Breakpoints([0.0], [OFF_DB])
     before = OFF_DB
-    for start, end, level in levels:
+    for start, _end, level in levels:
         points.add(start - ramp_s / 2, before)
         points.add(start + ramp_s / 2, level)
         before = level
@@ -260,7 +261,8 @@ def _frications(placed: Sequence[Placed], scale: float) -> tuple[Frication, ...]
         else:
             a = item.release_s
             b = a + BURST_S + 0.4 * phone.aspiration_s
-            events.append(Frication((a, a + 0.001, a + BURST_S, b + 0.01), (level - 20, level + 4, level, level - 25), bands))
+            times = (a, a + 0.001, a + BURST_S, b + 0.01)
+            events.append(Frication(times, (level - 20, level + 4, level, level - 25), bands))
     return tuple(events)
 
 

@@ -154,7 +154,8 @@ def pulse_times(f0_hz: Track, duration_s: float) -> Array:
     # Klatt's flutter (1990): three slow incommensurate sines keep a long vowel from sounding mechanical.
     f0 = f0 * (1.0 + 0.005 * (np.sin(2 * np.pi * 12.7 * grid) + np.sin(2 * np.pi * 7.1 * grid)) / 2.0)
     cycles = np.concatenate(([0.0], np.cumsum(0.5e-3 * (f0[1:] + f0[:-1]))))
-    return np.interp(np.arange(0.5, cycles[-1]), cycles, grid)
+    closures: Array = np.interp(np.arange(0.5, cycles[-1]), cycles, grid)
+    return closures
 
 
 def _voiced(controls: Controls, out: Array) -> None:

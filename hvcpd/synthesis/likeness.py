@@ -11,8 +11,23 @@ from itertools import product
 
 from hvcpd.synthesis.lexicon import Lexicon
 
-_SIMILAR_CONSONANTS = ("P T K", "B D G", "F TH S", "V DH Z", "M N NG", "S SH", "Z ZH", "CH JH", "P B", "T D", "K G",
-                       "F V", "S Z", "L W", "R W")
+_SIMILAR_CONSONANTS = (
+    "P T K",
+    "B D G",
+    "F TH S",
+    "V DH Z",
+    "M N NG",
+    "S SH",
+    "Z ZH",
+    "CH JH",
+    "P B",
+    "T D",
+    "K G",
+    "F V",
+    "S Z",
+    "L W",
+    "R W",
+)
 _SIMILAR_VOWELS = ("IY IH EY", "EH AE AH", "AA AO AH", "UW UH", "OW AO", "ER AH", "AY AA", "AW AA", "OY AO", "IH EH")
 SIMILAR_COST = 0.4
 """Of one phone in place of a similar one; another phone, a missing or an additional one costs 1."""
@@ -49,8 +64,7 @@ def phone_distance(a: Sequence[str], b: Sequence[str]) -> float:
 def sounds_alike(a: str, b: str, lexicon: Lexicon) -> bool:
     """Whether two written phrases would be mixed up, in any of their words' pronunciations."""
     return any(
-        phone_distance(left, right) < ALIKE_BELOW
-        for left, right in product(_spoken(a, lexicon), _spoken(b, lexicon))
+        phone_distance(left, right) < ALIKE_BELOW for left, right in product(_spoken(a, lexicon), _spoken(b, lexicon))
     )
 
 

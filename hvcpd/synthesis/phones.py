@@ -73,7 +73,8 @@ def _fricative(
 ) -> Phone:
     return Phone(
         Kind.FRICATIVE, target, (80.0, 120.0, 200.0), inherent_ms / 1000, least_ms / 1000, voiced=voiced,
-        pull=(0.3, 0.45, 0.45), transition_s=0.045, voicing_db=-11.0 if voiced else -99.0, noise_db=noise_db, bands=bands,
+        pull=(0.3, 0.45, 0.45), transition_s=0.045, voicing_db=-11.0 if voiced else -99.0, noise_db=noise_db,
+        bands=bands,
     )  # fmt: skip
 
 

@@ -1,0 +1,196 @@
+"""Pronunciations: the lexicon, the user's own on top, the rules for all other words, and which words are alike."""
+
+from __future__ import annotations
+
+import random
+import re
+from pathlib import Path
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from hvcpd.config.task_file import load_tasks
+from hvcpd.config.tasks import default_tasks_path
+from hvcpd.errors import ConfigError
+from hvcpd.language.forms import FORMS
+from hvcpd.language.words import number_words
+from hvcpd.synthesis.letter_to_sound import letter_to_sound
+from hvcpd.synthesis.lexicon import Lexicon
+from hvcpd.synthesis.likeness import phone_distance, sounds_alike
+from hvcpd.synthesis.phones import ARPABET, is_vowel
+
+LEXICON = Lexicon.load()
+
+PAPER_TABLE = {
+    "read": {"R IY1 D", "R EH1 D"},
+    "bass": {"B EY1 S", "B AE1 S"},
+    "row": {"R OW1", "R AW1"},
+    "bow": {"B OW1", "B AW1"},
+    "tear": {"T IH1 R", "T EH1 R"},
+    "live": {"L IH1 V", "L AY1 V"},
+    "wind": {"W IH1 N D", "W AY1 N D"},
+    "wound": {"W UW1 N D", "W AW1 N D"},
+    "close": {"K L OW1 Z", "K L OW1 S"},
+    "excuse": {"IH0 K S K Y UW1 Z", "IH0 K S K Y UW1 S"},
+    "polish": {"P AA1 L IH0 SH", "P OW1 L IH0 SH"},
+    "lead": {"L IY1 D", "L EH1 D"},
+    "dove": {"D AH1 V", "D OW1 V"},
+    "graduate": {"G R AE1 JH AH0 W AH0 T", "G R AE1 JH AH0 W EY2 T"},
+}
+
+
+def peer_dictionary() -> dict[str, list[tuple[str, ...]]]:
+    """PocketSphinx's dictionary: words and their pronunciations without stress."""
+    pocketsphinx = pytest.importorskip("pocketsphinx")
+    found: dict[str, list[tuple[str, ...]]] = {}
+    for line in Path(pocketsphinx.get_model_path("en-us/cmudict-en-us.dict")).read_text().splitlines():
+        word, *phones = line.split()
+        found.setdefault(re.sub(r"\(\d\)$", "", word), []).append(tuple(phones))
+    return found
+
+
+def edits(a: tuple[str, ...], b: tuple[str, ...]) -> int:
+    row = list(range(len(b) + 1))
+    for i, x in enumerate(a, 1):
+        previous, row = row, [i]
+        for j, y in enumerate(b, 1):
+            row.append(min(previous[j] + 1, row[-1] + 1, previous[j - 1] + (x != y)))
+    return row[-1]
+
+
+def test_every_word_of_the_phrasebook_and_of_the_default_tasks_is_in_the_lexicon() -> None:
+    words = {w for form in FORMS for w in re.findall(r"[a-z]+", re.sub(r"<[^>]*>", " ", form.pattern))}
+    words |= {word for number in range(100) for word in number_words(number)}
+    repository = load_tasks(default_tasks_path())
+    words |= {word for task in repository.tasks for word in task.name.split()}
+    words |= {word for name in repository.other_tasks for word in name.split()}
+    words |= {"rob", "bot", "plant"}
+    assert len(words) > 60
+    assert sorted(word for word in words if word not in LEXICON.entries) == []
+
+
+def test_the_lexicon_agrees_with_cmudict_but_for_what_we_chose() -> None:
+    """Our first pronunciation is one of CMUdict's for all but a few dozen words."""
+    peer = peer_dictionary()
+    differ = []
+    for word, ours in LEXICON.entries.items():
+        plain = tuple(phone.rstrip("012") for phone in ours[0])
+        if word in peer and plain not in peer[word]:
+            differ.append(word)
+    assert len(LEXICON.entries) > 1500
+    assert len(differ) <= 45, differ
+
+
+def test_every_entry_has_one_main_stress_unless_it_is_an_article() -> None:
+    bad = [
+        word
+        for word, all_of in LEXICON.entries.items()
+        for phones in all_of
+        if word not in ("a", "the") and sum(phone.endswith("1") for phone in phones) != 1
+    ]
+    assert bad == []
+
+
+@pytest.mark.parametrize("word", PAPER_TABLE)
+def test_words_with_two_readings_have_both(word: str) -> None:
+    assert {" ".join(phones) for phones in LEXICON.pronunciations(word)} == PAPER_TABLE[word]
+
+
+def test_the_rules_get_most_phones_of_unknown_words_right() -> None:
+    peer = peer_dictionary()
+    words = sorted(word for word in peer if word.isascii() and word.isalpha() and 3 <= len(word) <= 12)
+    wrong = total = 0
+    for word in random.Random(1).sample(words, 2000):
+        said = tuple(phone.rstrip("012") for phone in letter_to_sound(word))
+        distance, length = min((edits(said, listed), len(listed)) for listed in peer[word])
+        wrong += distance
+        total += length
+    assert wrong / total < 0.185
+
+
+@pytest.mark.parametrize(
+    ("word", "phones"),
+    [
+        ("zorg", "Z AO1 R G"),
+        ("R2D2", "AA1 R T UW1 D IY1 T UW1"),
+        ("xkcd", "EH1 K S K EY1 S IY1 D IY1"),
+        ("gizmo", "G IH1 Z M OW0"),
+        ("nova7", "N OW1 V AH0 S EH1 V AH0 N"),
+        ("knight", "N AY1 T"),
+        ("?!", ""),
+    ],
+)
+def test_names_that_no_lexicon_has_are_read(word: str, phones: str) -> None:
+    assert " ".join(letter_to_sound(word)) == phones
+
+
+@given(st.text(max_size=40))
+def test_any_text_has_a_pronunciation_of_known_phones(text: str) -> None:
+    phones = LEXICON.pronounce(text)
+    assert all(phone.rstrip("012") in ARPABET for phone in phones)
+    assert all(phone[-1] in "012" for phone in phones if is_vowel(phone))
+    if re.search("[a-z0-9]", text.lower()) and text.lower().isascii():
+        assert phones
+
+
+def test_a_word_of_ten_thousand_letters_is_read_in_proportion() -> None:
+    once = letter_to_sound("banana" * 15)
+    assert len(letter_to_sound("banana" * 15 * 111)) == 111 * len(once)
+
+
+def test_an_own_lexicon_goes_first(tmp_path: Path) -> None:
+    own = tmp_path / "own.txt"
+    own.write_text("# ours\nSiobhan SH AH0 V AO1 N\nrob r ow1 b   # lower case\nrob R AA1 B\n")
+    lexicon = Lexicon.load(own)
+    assert lexicon.pronounce("siobhan") == ("SH", "AH0", "V", "AO1", "N")
+    assert lexicon.pronunciations("Rob") == (("R", "OW1", "B"), ("R", "AA1", "B"))
+    assert lexicon.pronounce("bot") == LEXICON.pronounce("bot")
+
+
+def test_all_faults_of_an_own_lexicon_are_named_with_their_lines(tmp_path: Path) -> None:
+    own = tmp_path / "own.txt"
+    own.write_text("rob R AA1 B\nbot B QQ T\nmax\nzoe Z OW IY0\nz*e Z IY1\nted T1 EH1 D\n")
+    with pytest.raises(ConfigError) as caught:
+        Lexicon.load(own)
+    text = str(caught.value)
+    for line in (2, 3, 4, 5, 6):
+        assert f"{own}:{line}: " in text
+    assert f"{own}:1: " not in text
+    assert "QQ" in text
+
+
+@pytest.mark.parametrize("content", [None, b"\xff\xfe\x00rob"])
+def test_an_unreadable_lexicon_is_named(tmp_path: Path, content: bytes | None) -> None:
+    own = tmp_path / "own.txt"
+    if content is not None:
+        own.write_bytes(content)
+    with pytest.raises(ConfigError, match=r"own\.txt"):
+        Lexicon.load(own)
+
+
+@pytest.mark.parametrize(
+    ("a", "b", "alike"),
+    [
+        ("bot", "bott", True),
+        ("bob", "bop", True),
+        ("pam", "bam", True),
+        ("water the red rose", "water the read rose", True),
+        ("rob", "bot", False),
+        ("water the red rose", "water the green rose", False),
+        ("max", "zoe", False),
+    ],
+)
+def test_alike_is_what_sounds_alike(a: str, b: str, alike: bool) -> None:
+    assert sounds_alike(a, b, LEXICON) is alike
+    assert sounds_alike(b, a, LEXICON) is alike
+
+
+PHONES = st.lists(st.sampled_from(sorted(ARPABET)), max_size=8)
+
+
+@given(PHONES, PHONES)
+def test_the_distance_of_phones_is_a_distance(a: list[str], b: list[str]) -> None:
+    assert phone_distance(a, b) == pytest.approx(phone_distance(b, a))
+    assert (phone_distance(a, b) == 0.0) == (a == b)
+    assert phone_distance(a, b) <= max(len(a), len(b))

@@ -1,0 +1,181 @@
+"""What a speaker says: level, ends, joints, pitch, length, and that every word whatever gives sound fit to play."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from hvcpd.ports import SAMPLE_RATE_HZ, Samples
+from hvcpd.synthesis.durations import durations_s
+from hvcpd.synthesis.leveling import active_rms, audible, fade, leveled
+from hvcpd.synthesis.lexicon import Lexicon
+from hvcpd.synthesis.speaker import PAUSE_S, Speaker, UnitPosition
+from hvcpd.synthesis.voices import VOICES, voice_named
+from tests.synthesis.sounds import pitch_hz, rms_db
+
+LEXICON = Lexicon.load()
+SENTENCE = (("hi", "bot"), ("i", "am", "rob"), ("i", "will", "water", "the", "yellow", "rose"))
+WORDS = ("hi", "stop", "task", "six", "water", "yellow", "violet", "complete", "confirmed", "indigo")
+
+
+@pytest.fixture(scope="module")
+def brook() -> Speaker:
+    return Speaker(voice_named("brook"), LEXICON)
+
+
+def check_playable(sound: Samples) -> None:
+    assert sound.dtype == np.float32
+    assert sound.ndim == 1
+    assert np.isfinite(sound).all()
+    assert not len(sound) or float(np.max(np.abs(sound))) <= 10.0 ** (-1.0 / 20.0)
+
+
+@settings(max_examples=60, deadline=None)
+@given(word=st.text("abcdefghijklmnopqrstuvwxyz0123456789'", max_size=24), voice=st.sampled_from(VOICES))
+def test_any_word_gives_finite_sound_within_full_scale(word: str, voice: object) -> None:
+    speaker = Speaker(voice, LEXICON)  # type: ignore[arg-type]
+    for position in UnitPosition:
+        unit = speaker.unit(word, position)
+        check_playable(unit)
+        assert (len(unit) > 0) == bool(LEXICON.pronounce(word))
+
+
+@settings(max_examples=30, deadline=None)
+@given(text=st.text(max_size=12))
+def test_arbitrary_characters_never_break_the_voice(text: str) -> None:
+    check_playable(Speaker(VOICES[0], LEXICON).render([(text, "stop"), (text,)]))
+
+
+@pytest.mark.parametrize("voice", VOICES, ids=lambda voice: voice.name)
+def test_a_sentence_is_playable_and_quiet_at_both_ends(voice: object) -> None:
+    sound = Speaker(voice, LEXICON).render(SENTENCE)  # type: ignore[arg-type]
+    check_playable(sound)
+    edge = SAMPLE_RATE_HZ // 500
+    assert rms_db(sound[:edge]) < rms_db(sound) - 30.0
+    assert rms_db(sound[-edge:]) < rms_db(sound) - 30.0
+    assert abs(float(sound.mean())) < 1e-3
+
+
+@pytest.mark.parametrize("voice", VOICES, ids=lambda voice: voice.name)
+def test_words_are_of_equal_level(voice: object) -> None:
+    speaker = Speaker(voice, LEXICON)  # type: ignore[arg-type]
+    levels = [20.0 * np.log10(active_rms(speaker.unit(word, UnitPosition.MEDIAL))) for word in WORDS]
+    assert max(levels) - min(levels) < 3.0
+    assert float(np.mean(levels)) == pytest.approx(-20.0, abs=1.5)
+
+
+@pytest.mark.parametrize("voice", VOICES, ids=lambda voice: voice.name)
+def test_a_voice_speaks_at_its_pitch(voice: object) -> None:
+    speaker = Speaker(voice, LEXICON)  # type: ignore[arg-type]
+    for word in ("all", "am", "rose"):
+        assert pitch_hz(speaker.unit(word, UnitPosition.MEDIAL)) == pytest.approx(voice.f0_hz, rel=0.2)  # type: ignore[attr-defined]
+
+
+def test_the_end_of_a_statement_falls(brook: Speaker) -> None:
+    """The last voiced part of a final word is lower than that of the same word inside a phrase."""
+
+    def closing(position: UnitPosition) -> float:
+        unit = brook.unit("yellow", position)
+        end = audible(unit)[1]
+        return pitch_hz(unit[end - round(0.12 * SAMPLE_RATE_HZ) : end])
+
+    assert closing(UnitPosition.FINAL) < 0.95 * closing(UnitPosition.MEDIAL)
+
+
+def test_the_same_words_give_the_same_sound(brook: Speaker) -> None:
+    again = Speaker(voice_named("brook"), Lexicon.load()).render(SENTENCE)
+    assert np.array_equal(brook.render(SENTENCE), again)
+
+
+def test_upper_and_lower_case_sound_the_same(brook: Speaker) -> None:
+    assert np.array_equal(brook.render([("Rob", "STOP")]), brook.render([("rob", "stop")]))
+
+
+def test_a_unit_cannot_be_changed_by_its_user(brook: Speaker) -> None:
+    with pytest.raises(ValueError, match="read-only"):
+        brook.unit("rob", UnitPosition.FINAL)[0] = 1.0
+
+
+def test_templates_are_the_medial_and_the_final_unit(brook: Speaker) -> None:
+    found = brook.templates("rose")
+    assert len(found) >= 2
+    for position in UnitPosition:
+        assert any(np.array_equal(brook.unit("rose", position), template) for template in found)
+
+
+def test_words_stand_where_the_marks_say(brook: Speaker) -> None:
+    rendered = brook.render_marked(SENTENCE)
+    assert [mark.word for mark in rendered.marks] == [word for phrase in SENTENCE for word in phrase]
+    assert [mark.start for mark in rendered.marks] == sorted(mark.start for mark in rendered.marks)
+    assert rendered.marks[-1].end == len(rendered.samples)
+    last = rendered.marks[-1]
+    part = rendered.samples[last.start : last.end]
+    assert rms_db(part) > -30.0
+
+
+def test_a_comma_is_a_pause(brook: Speaker) -> None:
+    together = brook.render([("rob", "stop")])
+    apart = brook.render([("rob",), ("stop",)])
+    frame = SAMPLE_RATE_HZ // 100
+    levels = np.array([rms_db(apart[k : k + frame]) for k in range(0, len(apart) - frame, frame)])
+    loud = np.flatnonzero(levels > levels.max() - 30.0)
+    longest = int(np.max(np.diff(loud))) * 0.01
+    assert longest == pytest.approx(PAUSE_S, abs=0.06)
+    assert len(apart) > len(together) + 0.5 * PAUSE_S * SAMPLE_RATE_HZ
+
+
+@pytest.mark.parametrize("voice", VOICES, ids=lambda voice: voice.name)
+def test_joints_do_not_click(voice: object) -> None:
+    """A click is a jump; around no joint is there a larger one than inside the units themselves."""
+    speaker = Speaker(voice, LEXICON)  # type: ignore[arg-type]
+    rendered = speaker.render_marked(SENTENCE)
+    jumps = np.abs(np.diff(rendered.samples.astype(float), n=2))
+    inside = max(
+        float(np.max(np.abs(np.diff(speaker.unit(word, position).astype(float), n=2))))
+        for phrase in SENTENCE
+        for word in phrase
+        for position in UnitPosition
+    )
+    for mark in rendered.marks:
+        near = jumps[max(0, mark.start - 200) : mark.start + 200]
+        assert float(np.max(near)) <= 1.1 * inside
+
+
+def test_durations_follow_klatts_rules() -> None:
+    def length(word: str, final: bool) -> dict[str, float]:
+        phones = LEXICON.pronounce(word)
+        return dict(zip(phones, durations_s(phones, final), strict=True))
+
+    assert length("seed", True)["IY1"] > length("seed", False)["IY1"]
+    assert length("meat", False)["IY1"] < length("seed", False)["IY1"]
+    assert length("task", False)["S"] < length("sam", False)["S"]
+    assert length("yellow", False)["EH1"] < length("bed", False)["EH1"]
+    assert all(0.02 < seconds < 0.5 for seconds in length("confirmed", True).values())
+
+
+def test_a_faster_voice_is_shorter() -> None:
+    slow, fast = min(VOICES, key=lambda v: v.rate), max(VOICES, key=lambda v: v.rate)
+    lengths = [len(Speaker(voice, LEXICON).unit("indigo", UnitPosition.FINAL)) for voice in (slow, fast)]
+    assert lengths[0] > 1.04 * lengths[1]
+
+
+def test_leveling_takes_out_dc_and_bounds_the_peak() -> None:
+    rng = np.random.default_rng(3)
+    loud = (0.9 * rng.standard_normal(16000) + 0.3).astype(np.float32)
+    out = leveled(loud)
+    assert abs(float(out.mean())) < 1e-4
+    assert active_rms(out) == pytest.approx(0.1, rel=0.02)
+    click = np.zeros(16000, np.float32)
+    click[8000] = 0.5
+    assert float(np.max(np.abs(leveled(click)))) <= 10.0 ** (-1.5 / 20.0) + 1e-3
+    assert not leveled(np.zeros(100, np.float32)).any()
+
+
+def test_two_fades_overlapped_add_up_to_one() -> None:
+    ones = np.ones(4000, np.float32)
+    ramp = fade(ones, 0.02)
+    count = round(0.02 * SAMPLE_RATE_HZ)
+    assert ramp[-count:] + ramp[:count] == pytest.approx(np.ones(count), abs=1e-5)
+    assert ramp[count:-count] == pytest.approx(np.ones(4000 - 2 * count))
