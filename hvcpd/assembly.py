@@ -8,6 +8,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
+from hvcpd.config.settings import DEFAULT_TEAMS as DEFAULT_TEAMS
 from hvcpd.config.tasks import SayAction, TaskRepository
 from hvcpd.coordination.actions import Role
 from hvcpd.coordination.coordination import Coordination
@@ -22,9 +23,6 @@ from hvcpd.synthesis.lexicon import Lexicon
 from hvcpd.synthesis.speaker import Speaker
 from hvcpd.synthesis.unit_cache import UnitCache
 from hvcpd.synthesis.voices import Voice, voice_for
-
-DEFAULT_TEAMS = ("plant", "a", "b")
-"""The teams that are known without being told: the paper's."""
 
 
 @dataclass(frozen=True)

@@ -27,6 +27,12 @@ STATE_DIR = Path("/var/lib/hvcpd")
 MAX_KNOWN_NAMES = 12
 """Robots known beforehand; each name makes the recognizer's network larger, and a class room has no more."""
 
+MAX_TEAMS = 12
+"""Teams whose names are known; each one makes the recognizer's network larger."""
+
+DEFAULT_TEAMS = ("plant", "a", "b")
+"""The teams that are known without being told: the paper's."""
+
 STAND_IN_NAME = "Rob"
 """The name in the settings of a command that is no robot; the first of the paper's two."""
 
@@ -54,7 +60,7 @@ class AudioSettings:
 
     input_device: str | None = None
     output_device: str | None = None
-    block_ms: int = field(default=10, metadata=between(5, 100))
+    block_ms: int = field(default=25, metadata=between(5, 100))
     queue_s: float = field(default=2.0, metadata=between(0.1, 30))
     watchdog_s: float = field(default=1.0, metadata=between(0.1, 10))
 
@@ -85,17 +91,29 @@ def _valid_names(names: tuple[str, ...]) -> str | None:
     return next((text for name in names if (text := valid_robot_name(name))), None) or repeated_names(names)
 
 
+def _valid_teams(teams: tuple[str, ...]) -> str | None:
+    if len(teams) > MAX_TEAMS:
+        return f"at most {MAX_TEAMS} teams can be known, found {len(teams)}; remove some"
+    wrong = next((text for team in teams if (text := valid_team_name(team))), None)
+    twice = next((team for index, team in enumerate(teams) if team in teams[:index]), None)
+    return wrong or (f"the team {twice!r} is given twice; keep one" if twice is not None else None)
+
+
 @dataclass(frozen=True)
 class Settings:
-    """All that one robot's daemon, or a command, needs to know beforehand."""
+    """All that one robot's daemon, or a command, needs to know beforehand.
+
+    Of a robot that is loaded by `load_settings`, `teams` has its own `team` in it.
+    """
 
     name: str = field(metadata=checked(_valid_name))
     team: str = field(default="plant", metadata=checked(valid_team_name))
-    voice: str | None = None
+    teams: tuple[str, ...] = field(default=DEFAULT_TEAMS, metadata=checked(_valid_teams))
+    lexicon: Path | None = None
     tasks: Path = field(default_factory=default_tasks_path)
     names: tuple[str, ...] = field(default=("Rob", "Bot"), metadata=checked(_valid_names))
     state_dir: Path = STATE_DIR
-    mode: Literal["volunteer", "coordinate"] = "volunteer"
+    mode: Literal["volunteer", "coordinate", "follow"] = "volunteer"
     pick: Literal["random", "nearest"] = "random"
     start: StartSettings = StartSettings()
     audio: AudioSettings = AudioSettings()
@@ -134,7 +152,9 @@ def load_settings(
     settings = structure(document, Settings, lambda parts: _check_reserved(parts, reserved))
     return dataclasses.replace(
         settings,
+        teams=settings.teams if settings.team in settings.teams else (*settings.teams, settings.team),
         tasks=_absolute(settings.tasks, document, ("tasks",), path),
+        lexicon=settings.lexicon and _absolute(settings.lexicon, document, ("lexicon",), path),
         state_dir=_absolute(settings.state_dir, document, ("state_dir",), path),
     )
 

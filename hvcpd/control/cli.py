@@ -82,14 +82,23 @@ def _add_simulate(commands: _Commands) -> None:
     _add_shared(c, names=False)
     c.add_argument("--robots", type=_names, default=("Rob", "Bot"), metavar="Rob,Bot", help="who takes part (up to 12)")
     c.add_argument("--seed", type=_seed, default=1, metavar="N", help="same seed, same mission (default 1)")
-    c.add_argument("--mode", choices=("volunteer", "coordinate"), default="volunteer",
-                   help="every robot picks tasks, or one gives orders")
+    c.add_argument(
+        "--mode",
+        choices=("volunteer", "coordinate"),
+        default="volunteer",
+        help="every robot picks tasks, or one gives orders",
+    )
     c.add_argument("--coordinator", metavar="NAME", help="who gives the orders in coordinate mode (default: the last)")
     c.add_argument("--pick", choices=("random", "nearest"), default="random", help="how a volunteer picks a task")
     c.add_argument("--speed", choices=("max", "real"), default="max", help="as fast as the processor can, or real time")
     c.add_argument("--play", action="store_true", help="play what a listener in the room hears (implies --speed real)")
-    c.add_argument("--noise-db", type=_positive, default=40.0, metavar="DB",
-                   help="ambient noise in dB SPL (default 40, a quiet room)")
+    c.add_argument(
+        "--noise-db",
+        type=_positive,
+        default=40.0,
+        metavar="DB",
+        help="ambient noise in dB SPL (default 40, a quiet room)",
+    )
     c.add_argument("--mute", action="store_true", help="let no sound pass, to see that nothing else does")
     c.add_argument("--report", type=Path, metavar="DIR", help="write report.html, mission.wav, transcript.jsonl")
     c.add_argument("--json", action="store_true", help="print one JSON object a line, the summary last")

@@ -41,8 +41,10 @@ def run(options: argparse.Namespace) -> int:
         sys.stdout.write((_as_json(sentence) if options.json else _as_text(sentence)) + "\n")
         sys.stdout.flush()
     if count == 0 and not options.json:
-        sys.stderr.write(f"hvcpctl: no sentence of the phrasebook in {options.file} "
-                         f"({len(samples) / SAMPLE_RATE_HZ:.1f} s; names known: {', '.join(team.names)})\n")
+        sys.stderr.write(
+            f"hvcpctl: no sentence of the phrasebook in {options.file} "
+            f"({len(samples) / SAMPLE_RATE_HZ:.1f} s; names known: {', '.join(team.names)})\n"
+        )
     return 0
 
 

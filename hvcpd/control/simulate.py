@@ -5,9 +5,10 @@ from __future__ import annotations
 import argparse
 import sys
 import time
-from collections.abc import Callable
-from contextlib import AbstractContextManager, nullcontext
+from collections.abc import Callable, Iterator
+from contextlib import AbstractContextManager, ExitStack, contextmanager, nullcontext
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -15,7 +16,7 @@ from hil_fakes.bench import Bench, BenchPlan
 from hil_fakes.room import Air
 from hvcpd.control.soundfile import write_wav
 from hvcpd.control.team import load_team
-from hvcpd.errors import EX_FAILURE, EX_OK, AudioFileError, ConfigError
+from hvcpd.errors import EX_FAILURE, EX_OK, AudioFileError, ConfigError, DeviceError
 from hvcpd.ports import Samples
 from hvcpd.reporting.events import Event, MissionRecord, Started, Summary
 
@@ -98,13 +99,19 @@ class _Show:
             self._sink(event)
 
 
-def _pacing(options: argparse.Namespace) -> AbstractContextManager[Pace]:
-    if options.play:
-        from hvcpd.hardware.audio_play import Playback
+@contextmanager
+def _pacing(options: argparse.Namespace, backend: Any | None = None) -> Iterator[Pace]:
+    """How fast the mission goes: as the loudspeaker plays, by the clock on the wall, or at once."""
+    with ExitStack() as stack:
+        pace: Pace = _RealTime() if options.play or options.speed == "real" else lambda _now, _sound: None
+        if options.play:
+            from hvcpd.hardware.audio_play import Playback
 
-        return _Louder(Playback())
-    pace: Pace = _RealTime() if options.speed == "real" else lambda _now, _sound: None
-    return nullcontext(pace)
+            try:
+                pace = stack.enter_context(_Louder(Playback(backend=backend)))
+            except DeviceError as error:
+                sys.stderr.write(f"hvcpctl: note: nothing is played: {error}\n")
+        yield pace
 
 
 class _Louder:
@@ -153,8 +160,10 @@ def _write_report(directory: Path, record: MissionRecord, bench: Bench, quiet: b
     for name, recording in bench.recordings.items():
         write_wav(directory / f"heard-by-{name}.wav", recording)
     if not quiet:
-        sys.stdout.write(f"\nReport: {directory / 'report.html'} (open it in a browser), and beside it mission.wav, "
-                         "transcript.jsonl and what each robot heard.\n")
+        sys.stdout.write(
+            f"\nReport: {directory / 'report.html'} (open it in a browser), and beside it mission.wav, "
+            "transcript.jsonl and what each robot heard.\n"
+        )
 
 
 LISTENER_GAIN = np.float32(30.0)

@@ -8,50 +8,60 @@ from typing import Any
 import numpy as np
 
 from hvcpd.errors import DeviceError
+from hvcpd.hardware.audio import find_device, load_backend
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 
-REMEDY = "write a file instead (see --help), or see which devices there are: python -m sounddevice"
 
-
-def load_sounddevice() -> Any:
-    """The sounddevice module. Raises DeviceError when it or PortAudio is missing."""
-    try:
-        import sounddevice
-    except (ImportError, OSError) as error:
-        raise DeviceError(f"no sound: {error}; install it: sudo apt install libportaudio2") from None
-    return sounddevice
-
-
-def play(samples: Samples, device: str | None = None) -> None:
+def play(samples: Samples, device: str | None = None, backend: Any | None = None) -> None:
     """Play to the end. Raises DeviceError when there is no loudspeaker."""
-    with Playback(device) as player:
+    with Playback(device, backend) as player:
         player(0.0, samples)
 
 
 class Playback:
-    """A loudspeaker that blocks until what it is given is nearly played, and so keeps its own pace."""
+    """A loudspeaker that blocks until what it is given is nearly played, and so keeps its own pace.
 
-    def __init__(self, device: str | None = None) -> None:
+    `device` is a part of its name, None the system's default; `backend` stands in for the module sounddevice.
+    """
+
+    def __init__(self, device: str | None = None, backend: Any | None = None) -> None:
         self._device = device
+        self._backend = backend
         self._stream: Any = None
 
     def __enter__(self) -> Playback:
-        sounddevice = load_sounddevice()
+        """Open and start. Raises DeviceError."""
+        backend = self._backend = self._backend if self._backend is not None else load_backend()
+        loudspeaker = find_device(backend, "output", self._device)
         try:
-            self._stream = sounddevice.OutputStream(
-                samplerate=SAMPLE_RATE_HZ, channels=1, dtype="float32", device=self._device
+            self._stream = backend.OutputStream(
+                samplerate=SAMPLE_RATE_HZ, channels=1, dtype="float32", device=loudspeaker.index
             )
             self._stream.start()
-        except (sounddevice.PortAudioError, ValueError) as error:
-            raise DeviceError(f"no loudspeaker: {error}; {REMEDY}") from None
+        except (backend.PortAudioError, ValueError) as error:
+            raise DeviceError(
+                f"{loudspeaker.name!r} cannot play {SAMPLE_RATE_HZ} Hz mono ({error}); is another program using it? "
+                "`python3 -m sounddevice` lists what there is"
+            ) from error
         return self
 
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
-        if self._stream is not None:
-            self._stream.stop()
-            self._stream.close()
+        """Play what waits, unless there was an error, and let go of the device."""
+        stream, self._stream = self._stream, None
+        if stream is not None:
+            if kind is None:
+                self._try(stream.stop)
+            self._try(lambda: stream.close(True))
 
     def __call__(self, _now: float, samples: Samples) -> None:
-        self._stream.write(np.ascontiguousarray(samples, dtype=np.float32).reshape(-1, 1))
+        """Play samples of shape (n,), float32. Raises DeviceError when the loudspeaker is gone."""
+        self._try(lambda: self._stream.write(np.ascontiguousarray(samples, dtype=np.float32).reshape(-1, 1)))
+
+    def _try(self, action: Any) -> None:
+        backend: Any = self._backend
+        try:
+            action()
+        except backend.PortAudioError as error:
+            raise DeviceError(f"the loudspeaker stopped ({error}); is it still connected?") from error

@@ -62,4 +62,5 @@ def _filters(up: int, down: int) -> NDArray[np.float32]:
     window = np.i0(KAISER_BETA * np.sqrt(inside)) / np.i0(KAISER_BETA)
     taps = scale * np.sinc(scale * offsets) * window
     # Each phase passes a constant unchanged.
-    return (taps / taps.sum(axis=1, keepdims=True)).astype(np.float32)
+    normalized: NDArray[np.float32] = (taps / taps.sum(axis=1, keepdims=True)).astype(np.float32)
+    return normalized

@@ -3,6 +3,10 @@
 PortAudio calls back on a thread of its own. That thread touches nothing but two bounded queues under a lock, and
 wakes the event loop at most once for all blocks that wait; so neither side can hold up the other, and what is lost
 when one is late is counted.
+
+The two directions stay aligned: what is written after the block that began at microphone sample n is played a fixed
+time after it was recorded. So sound that comes too late is left out, not played later, and the robot knows when it
+hears itself.
 """
 
 from __future__ import annotations
@@ -20,6 +24,10 @@ from hvcpd.errors import DeviceError
 from hvcpd.hardware.audio import SoundDevice, find_device, load_backend
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 
+LEAD_BLOCKS = 2
+"""Blocks of silence that are played before the first that is written: so late may the robot be without a gap. One is
+the block that it is thinking about, one is for the delays of a busy processor."""
+
 
 @dataclass(frozen=True)
 class StreamCounters:
@@ -27,7 +35,7 @@ class StreamCounters:
 
     input_dropped: int = 0
     output_dropped: int = 0
-    output_starved: int = 0
+    output_late: int = 0
     card_overflows: int = 0
     card_underflows: int = 0
 
@@ -69,18 +77,21 @@ class SampleQueue:
 class AudioStream:
     """Microphone and loudspeaker at 16 kHz, mono, in blocks of `settings.block_ms`.
 
-    Use: `await open()`, then `await read()` and `write(samples)` in turn, at last `await close()`. The microphone's
-    samples are the robot's clock; every one is delivered in order or counted in `counters.input_dropped`.
+    Use: `await open()`, `await start()`, then `await read()` and `write(samples)` in turn, at last `await close()`.
+    The microphone's samples are the robot's clock; every one is delivered in order or counted in
+    `counters.input_dropped`. `write` gives as many samples as were read.
     """
 
     def __init__(self, settings: AudioSettings, backend: Any | None = None) -> None:
         self._settings = settings
         self._backend = backend
         self._block = SAMPLE_RATE_HZ * settings.block_ms // 1000
-        capacity = max(self._block, round(settings.queue_s * SAMPLE_RATE_HZ))
+        capacity = max((LEAD_BLOCKS + 2) * self._block, round(settings.queue_s * SAMPLE_RATE_HZ))
         self._lock = threading.Lock()
         self._heard = SampleQueue(capacity)
         self._to_say = SampleQueue(capacity)
+        self._to_say.put(np.zeros(LEAD_BLOCKS * self._block, np.float32))
+        self._late = 0
         self._counters: dict[str, int] = {}
         self._loop: asyncio.AbstractEventLoop | None = None
         self._ready = asyncio.Event()
@@ -90,9 +101,22 @@ class AudioStream:
         self._name = ""
 
     async def open(self) -> None:
-        """Find the devices, open them and start. Raises DeviceError if there is none, or none with 16 kHz."""
+        """Find and open the devices, still silent. Raises DeviceError if there is none, or none with 16 kHz."""
         self._loop = asyncio.get_running_loop()
-        self._stream = await asyncio.to_thread(self._start)
+        self._stream = await asyncio.to_thread(self._open)
+
+    async def start(self) -> None:
+        """Begin to hear and to play. Raises DeviceError."""
+        await asyncio.to_thread(self._start)
+
+    @property
+    def latency_s(self) -> float:
+        """From the end of a block that was read until what is then written is heard in the microphone, s.
+
+        The lead and what the card tells of its own buffers; known once the stream is open.
+        """
+        card_s = sum(float(part) for part in self._stream.latency)
+        return LEAD_BLOCKS * self._block / SAMPLE_RATE_HZ + card_s
 
     async def read(self) -> Samples:
         """The next block heard, shape (n,), float32. Raises DeviceError if none comes for `settings.watchdog_s`."""
@@ -116,9 +140,15 @@ class AudioStream:
                 ) from error
 
     def write(self, samples: Samples) -> None:
-        """Have sound of shape (n,) played after what waits already; what does not fit is dropped and counted."""
+        """Have sound of shape (n,) played after what waits already.
+
+        What should have been played by now is left out and counted as late, what does not fit as dropped.
+        """
         with self._lock:
-            self._count("output_dropped", self._to_say.put(np.asarray(samples, np.float32)))
+            late = min(self._late, samples.size)
+            self._late -= late
+            self._count("output_late", late)
+            self._count("output_dropped", self._to_say.put(np.asarray(samples[late:], np.float32)))
 
     @property
     def counters(self) -> StreamCounters:
@@ -132,7 +162,7 @@ class AudioStream:
         if stream is not None:
             await asyncio.to_thread(stream.close, True)
 
-    def _start(self) -> Any:
+    def _open(self) -> Any:
         backend = self._backend if self._backend is not None else load_backend()
         microphone = find_device(backend, "input", self._settings.input_device)
         loudspeaker = find_device(backend, "output", self._settings.output_device)
@@ -140,7 +170,7 @@ class AudioStream:
         self._check_rate(backend, microphone, backend.check_input_settings)
         self._check_rate(backend, loudspeaker, backend.check_output_settings)
         try:
-            stream = backend.Stream(
+            return backend.Stream(
                 samplerate=SAMPLE_RATE_HZ,
                 blocksize=self._block,
                 device=(microphone.index, loudspeaker.index),
@@ -149,13 +179,18 @@ class AudioStream:
                 callback=self._exchange,
                 finished_callback=self._finished,
             )
-            stream.start()
         except (backend.PortAudioError, ValueError) as error:
             raise DeviceError(
                 f"{microphone.name!r} and {loudspeaker.name!r} cannot be opened together ({error}); "
                 "is another program using them?"
             ) from error
-        return stream
+
+    def _start(self) -> None:
+        backend = self._backend if self._backend is not None else load_backend()
+        try:
+            self._stream.start()
+        except backend.PortAudioError as error:
+            raise DeviceError(f"{self._name!r} does not start ({error}); is another program using it?") from error
 
     def _check_rate(self, backend: Any, device: SoundDevice, check: Any) -> None:
         try:
@@ -170,12 +205,13 @@ class AudioStream:
         """PortAudio's callback, on its thread: arrays of shape (frames, 1), float32."""
         block = np.array(heard[:, 0], np.float32)
         with self._lock:
-            self._count("input_dropped", self._heard.put(block))
+            lost = self._heard.put(block)
+            self._count("input_dropped", lost)
             out = self._to_say.take(frames)
             to_say[: out.size, 0] = out
             to_say[out.size :, 0] = 0.0
-            if 0 < out.size < frames:
-                self._count("output_starved", frames - out.size)
+            # Nothing will ever be written for samples that the robot cannot read.
+            self._late = max(0, self._late + frames - out.size - lost)
             if status:
                 self._count("card_overflows", int(bool(status.input_overflow)))
                 self._count("card_underflows", int(bool(status.output_underflow)))
