@@ -1,0 +1,131 @@
+"""The `hvcpd` command: one robot, until it is told to stop."""
+
+from __future__ import annotations
+
+import argparse
+import asyncio
+import signal
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, NoReturn
+
+from hvcpd import __version__
+from hvcpd.errors import EX_OK, EX_SOFTWARE, EX_USAGE, HvcpdError
+
+if TYPE_CHECKING:
+    from hvcpd.daemon.devices import Devices
+    from hvcpd.daemon.life import Daemon
+    from hvcpd.daemon.preflight import Preflight
+
+_EPILOG = (
+    "Exit status, as in sysexits.h: 0 stopped by a signal, 64 wrong usage, 69 a device is missing or failed, 70 a "
+    "fault of hvcpd, 73 the memory cannot be written, 78 a fault in the settings or tasks."
+)
+
+
+class _Parser(argparse.ArgumentParser):
+    def error(self, message: str) -> NoReturn:
+        self.print_usage(sys.stderr)
+        self.exit(EX_USAGE, f"{self.prog}: {message}; see {self.prog} --help\n")
+
+
+def make_parser() -> argparse.ArgumentParser:
+    """The parser of the command line; wrong usage ends the process with EX_USAGE."""
+    parser = _Parser(
+        prog="hvcpd", description="A robot that coordinates with others by speaking English.", epilog=_EPILOG
+    )
+    parser.add_argument("--version", action="version", version=f"hvcpd {__version__}")
+    parser.add_argument("--name", metavar="NAME", help="the robot's name, for example Rob")
+    parser.add_argument("--config", type=Path, metavar="FILE", help="settings (default: /etc/hvcpd/hvcpd.yaml)")
+    parser.add_argument("--team", metavar="NAME", help="the robot's team (default: plant)")
+    parser.add_argument("--tasks", metavar="FILE", help="task repository (default: five plants)")
+    parser.add_argument(
+        "--mode",
+        choices=("volunteer", "coordinate", "follow"),
+        help="pick tasks (default), give orders, or wait for orders",
+    )
+    parser.add_argument("--log-level", choices=("debug", "info", "warning", "error"), help="default: info")
+    parser.add_argument(
+        "--check", action="store_true", help="only look for everything that is needed, and open nothing"
+    )
+    return parser
+
+
+def main(arguments: Sequence[str] | None = None, devices: Devices | None = None) -> int:
+    """Run `hvcpd`; returns the exit status. `devices` are the real ones by default."""
+    options = make_parser().parse_args(arguments)
+    from hvcpd.config.settings import load_settings
+    from hvcpd.daemon.devices import Devices
+    from hvcpd.daemon.outfit import name_fault
+    from hvcpd.daemon.preflight import examine
+    from hvcpd.daemon.telling import set_up_logging
+
+    devices = devices or Devices()
+    overrides = {key: getattr(options, key) for key in ("name", "team", "tasks", "mode", "log_level")}
+    try:
+        settings = load_settings(options.config, overrides, reserved=name_fault)
+    except HvcpdError as error:
+        _complain(str(error))
+        return error.exit_status
+    preflight = examine(settings, devices)
+    _show(preflight, options.check)
+    if options.check or preflight.outfit is None or preflight.exit_status != EX_OK:
+        return preflight.exit_status
+    set_up_logging(settings.log_level)
+    from hvcpd.daemon.life import Daemon
+
+    return _run(Daemon(preflight.outfit, devices))
+
+
+def _show(preflight: Preflight, ok_too: bool) -> None:
+    for finding in preflight.findings:
+        if not finding.ok:
+            _complain(finding.text)
+        elif ok_too:
+            sys.stdout.write(f"ok  {finding.subject}: {finding.text}\n")
+    sys.stdout.flush()
+
+
+def _complain(text: str) -> None:
+    sys.stderr.writelines(f"hvcpd: {line}\n" for line in text.splitlines())
+
+
+def _run(daemon: Daemon) -> int:
+    import structlog
+
+    log = structlog.get_logger(__name__)
+    try:
+        asyncio.run(_serve(daemon))
+    except HvcpdError as error:
+        log.error("failed", reason=str(error), exit_status=error.exit_status)
+        return error.exit_status
+    except Exception:  # the outermost: whatever it is, the log has it, and the wheels are stopped already
+        log.exception("crashed", exit_status=EX_SOFTWARE)
+        return EX_SOFTWARE
+    log.info("stopped")
+    return EX_OK
+
+
+async def _serve(daemon: Daemon) -> None:
+    """Let the daemon run until a signal; the wheels are stopped when this returns."""
+    life = asyncio.ensure_future(daemon.run())
+    loop = asyncio.get_running_loop()
+    asked: list[signal.Signals] = []
+
+    def stop(number: signal.Signals) -> None:
+        asked.append(number)
+        if len(asked) == 1:  # a second signal must not cut the orderly end short
+            life.cancel()
+
+    for number in (signal.SIGTERM, signal.SIGINT):
+        loop.add_signal_handler(number, stop, number)
+    try:
+        await life
+    except asyncio.CancelledError:
+        if not asked:
+            raise
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,50 @@
+"""The devices that a daemon lives on, and how to come by them; a test hands in others."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any, Protocol
+
+from hvcpd.config.settings import AudioSettings, WheelSettings
+from hvcpd.hardware.audio import load_backend
+from hvcpd.hardware.audio_stream import AudioStream, StreamCounters
+from hvcpd.ports import Samples, Wheels
+
+
+class SoundStream(Protocol):
+    """Microphone and loudspeaker, as `AudioStream` has them; every method may raise DeviceError but `close`."""
+
+    @property
+    def latency_s(self) -> float: ...
+
+    @property
+    def counters(self) -> StreamCounters: ...
+
+    async def open(self) -> None: ...
+
+    async def start(self) -> None: ...
+
+    async def read(self) -> Samples: ...
+
+    def write(self, samples: Samples) -> None: ...
+
+    async def close(self) -> None: ...
+
+
+def make_wheels(settings: WheelSettings) -> Wheels | None:
+    """The wheels that the settings ask for, not yet open; None for a robot that stands."""
+    if settings.driver == "none":
+        return None
+    from hvcpd.hardware.wheels import DynamixelWheels
+
+    return DynamixelWheels(settings.port, settings.baud_rate, settings.ids)
+
+
+@dataclass(frozen=True)
+class Devices:
+    """Where the sound cards are listed, and how stream and wheels are made."""
+
+    sound_backend: Callable[[], Any] = load_backend
+    make_stream: Callable[[AudioSettings], SoundStream] = AudioStream
+    make_wheels: Callable[[WheelSettings], Wheels | None] = make_wheels

@@ -1,0 +1,111 @@
+"""A robot's life: the start order, one loop, and the same order backward at the end."""
+
+from __future__ import annotations
+
+import asyncio
+from contextlib import AsyncExitStack
+from dataclasses import asdict
+
+import structlog
+
+from hvcpd.assembly import make_robot
+from hvcpd.daemon.devices import Devices, SoundStream
+from hvcpd.daemon.journal_service import JournalService, Remembered
+from hvcpd.daemon.outfit import Outfit
+from hvcpd.daemon.telling import tell
+from hvcpd.daemon.wheel_service import WheelService
+from hvcpd.hardware.audio_stream import StreamCounters
+from hvcpd.robot import Acoustics, Robot
+
+LOSSES_EVERY_S = 60.0
+"""Sound that was lost is told so often at most (sample clock)."""
+
+_log = structlog.get_logger(__name__)
+
+
+class Daemon:
+    """One robot on its devices. `run` ends only by cancellation or an error; the wheels then stand still."""
+
+    def __init__(self, outfit: Outfit, devices: Devices) -> None:
+        self._outfit = outfit
+        self._devices = devices
+        self._journal = JournalService(outfit)
+        self._wheels: WheelService | None = None
+        self._losses = StreamCounters()
+        self.robot: Robot | None = None
+
+    async def run(self) -> None:
+        """Start everything in order, live, and take it down in reverse order.
+
+        Raises StoreError, DeviceError and ConfigError.
+        """
+        settings = self._outfit.settings
+        async with AsyncExitStack() as stack:
+            stack.push_async_callback(self._journal.close)
+            remembered = await self._journal.open()
+            self._tell_start(remembered)
+
+            stream = self._devices.make_stream(settings.audio)
+            stack.push_async_callback(stream.close)
+            await stream.open()
+
+            plan = self._outfit.plan(remembered, Acoustics(latency_s=stream.latency_s))
+            robot = self.robot = await asyncio.to_thread(make_robot, plan, self._outfit.sound)
+
+            wheels = self._devices.make_wheels(settings.wheels)
+            if wheels is not None:
+                self._wheels = WheelService(wheels)
+                stack.push_async_callback(self._wheels.close)
+                await self._wheels.open()
+
+            await stream.start()
+            _log.info("listening", names=", ".join(self._outfit.names), latency_s=round(stream.latency_s, 3))
+            stack.callback(lambda: self._tell_losses(stream.counters))
+            await self._live(robot, stream)
+
+    async def settled(self) -> None:
+        """Wait until wheels and memory have nothing under way; for those who make time pass themselves."""
+        if self._wheels is not None:
+            await self._wheels.settled()
+        await self._journal.settled()
+
+    async def _live(self, robot: Robot, stream: SoundStream) -> None:
+        told_s = 0.0
+        while True:
+            heard = await stream.read()
+            output = robot.step(heard, self._wheels.take_reading() if self._wheels is not None else None)
+            if self._wheels is not None:
+                self._wheels.serve(output.wheels, robot.now)  # first of all: a halt is not to wait
+            stream.write(output.sound)
+            self._journal.write(output.records, robot.now)
+            for record in output.records:
+                tell(record, self._outfit.tasks)
+            if robot.now - told_s >= LOSSES_EVERY_S:
+                told_s = robot.now
+                self._tell_losses(stream.counters)
+            await asyncio.sleep(0)  # signals and finished work get their turn even while sound waits
+
+    def _tell_start(self, remembered: Remembered) -> None:
+        settings = self._outfit.settings
+        states = [state for state, _ in remembered.values()]
+        _log.info(
+            "starting",
+            name=settings.name,
+            team=settings.team,
+            mode=settings.mode,
+            tasks=len(self._outfit.tasks.tasks),
+            done_before=states.count("done"),
+        )
+        if states.count("done") == len(self._outfit.tasks.tasks):
+            _log.warning(
+                "nothing left to do", reason=f"every task was done before; to begin anew delete {self._memory_path}"
+            )
+
+    @property
+    def _memory_path(self) -> str:
+        return str(self._outfit.memory_path)
+
+    def _tell_losses(self, counters: StreamCounters) -> None:
+        if counters != self._losses:
+            self._losses = counters
+            _log.warning("sound lost", **{name: count for name, count in asdict(counters).items() if count})

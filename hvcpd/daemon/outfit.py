@@ -1,0 +1,89 @@
+"""Everything that a robot needs besides its devices, from its settings."""
+
+from __future__ import annotations
+
+import secrets
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+from hvcpd.assembly import RobotPlan, Sound, make_phrasebook, make_sound
+from hvcpd.config.settings import Settings
+from hvcpd.config.task_file import load_tasks
+from hvcpd.config.tasks import TaskRepository
+from hvcpd.coordination.actions import Role
+from hvcpd.errors import ConfigError, HvcpdError
+from hvcpd.language.phrasebook import RESERVED_WORDS
+from hvcpd.robot import Acoustics
+from hvcpd.synthesis.lexicon import Lexicon
+from hvcpd.synthesis.likeness import sounds_alike
+
+SEED_BITS = 32
+"""Of a fresh seed; as many as the settings' `seed` may have."""
+
+
+@dataclass(frozen=True)
+class Outfit:
+    """What `equip` found good."""
+
+    settings: Settings
+    tasks: TaskRepository
+    sound: Sound
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """All robots known beforehand, this one first."""
+        own = self.settings.name
+        return own, *(name for name in self.settings.names if name.casefold() != own.casefold())
+
+    @property
+    def memory_path(self) -> Path:
+        """The robot's store: one file a robot, so that two on one computer share nothing."""
+        return self.settings.state_dir / f"{self.settings.name.lower()}.sqlite3"
+
+    def plan(self, remembered: Mapping[int, tuple[str, str | None]], acoustics: Acoustics) -> RobotPlan:
+        """What makes this robot, with what it remembers of the tasks; without a seed in the settings a fresh one."""
+        settings = self.settings
+        role = Role(
+            settings.name,
+            settings.team,
+            coordinator=settings.mode == "coordinate",
+            volunteer=settings.mode == "volunteer",
+            nearest_first=settings.pick == "nearest",
+        )
+        seed = settings.seed if settings.seed is not None else secrets.randbits(SEED_BITS)
+        return RobotPlan(
+            role, self.names, self.tasks, settings.start.pose, seed, settings.teams, dict(remembered), acoustics
+        )
+
+
+def name_fault(name: str) -> str | None:
+    """What is wrong with a robot's name beside the phrasebook's own words, or None."""
+    lexicon = Lexicon.load()
+    for word in sorted(RESERVED_WORDS):
+        if name.lower() == word or sounds_alike(name, word, lexicon):
+            return f"the name {name!r} sounds like the phrasebook's word {word!r}; choose another"
+    return None
+
+
+def equip(settings: Settings) -> Outfit:
+    """Read the lexicon and the tasks and try the phrasebook. Raises ConfigError with the faults of all three."""
+    faults: list[str] = []
+    sound = tasks = None
+    try:
+        sound = make_sound(settings.lexicon, settings.state_dir / "units")
+    except HvcpdError as error:
+        faults.append(str(error))
+    lexicon = sound.lexicon if sound is not None else Lexicon.load()
+    try:
+        tasks = load_tasks(settings.tasks, lambda a, b: sounds_alike(a, b, lexicon))
+    except HvcpdError as error:
+        faults.append(str(error))
+    if sound is None or tasks is None:
+        raise ConfigError("\n".join(faults))
+    outfit = Outfit(settings, tasks, sound)
+    try:
+        make_phrasebook(outfit.names, settings.teams, tasks)
+    except HvcpdError as error:
+        raise ConfigError(f"{settings.tasks}: {error}") from error
+    return outfit

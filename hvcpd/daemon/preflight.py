@@ -1,0 +1,133 @@
+"""Looks for everything that the daemon needs, without opening any of it, and tells all that is missing at once."""
+
+from __future__ import annotations
+
+import grp
+import os
+import stat
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+from hvcpd.config.settings import AudioSettings, Settings, WheelSettings
+from hvcpd.daemon.devices import Devices
+from hvcpd.daemon.outfit import Outfit, equip
+from hvcpd.errors import EX_CANTCREAT, EX_OK, EX_UNAVAILABLE, ConfigError, DeviceError
+from hvcpd.hardware.audio import Direction, find_device
+
+SERIAL_PORTS = ("serial/by-id/*", "ttyUSB*", "ttyACM*")
+"""Under the devices' directory: what adapters for motors are called on Linux (U2D2: ttyUSB, OpenCR: ttyACM)."""
+
+Access = Callable[[Path, int], bool]
+"""Whether this process may use a file so; `os.access` has the form."""
+
+
+@dataclass(frozen=True)
+class Finding:
+    """One thing that was looked for: what is there, or what is wrong and the remedy (then with an exit status)."""
+
+    subject: str
+    text: str
+    exit_status: int = EX_OK
+
+    @property
+    def ok(self) -> bool:
+        return self.exit_status == EX_OK
+
+
+@dataclass(frozen=True)
+class Preflight:
+    """All findings; `outfit` is there if tasks, lexicon and phrasebook are good."""
+
+    findings: tuple[Finding, ...]
+    outfit: Outfit | None
+
+    @property
+    def exit_status(self) -> int:
+        """Of the first kind of thing that is wrong; EX_OK if nothing is."""
+        return next((finding.exit_status for finding in self.findings if not finding.ok), EX_OK)
+
+
+def examine(settings: Settings, devices: Devices, device_directory: Path = Path("/dev")) -> Preflight:
+    """Look for tasks, memory, microphone, loudspeaker and motor port, in this order; nothing is opened or made."""
+    findings: list[Finding] = []
+    outfit: Outfit | None = None
+    try:
+        outfit = equip(settings)
+        numbers = len(outfit.tasks.tasks)
+        findings.append(Finding("tasks", f"{numbers} task{'s' * (numbers != 1)} in {settings.tasks}"))
+    except ConfigError as error:
+        findings.append(Finding("tasks", str(error), error.exit_status))
+    findings.append(find_memory(settings.state_dir))
+    findings.extend(find_sound(settings.audio, devices))
+    findings.append(find_port(settings.wheels, device_directory))
+    return Preflight(tuple(findings), outfit)
+
+
+def find_memory(directory: Path, access: Access = os.access) -> Finding:
+    """Whether the robot's memory can be kept in `directory`, or the directory be made."""
+    remedy = "make it, writable for the daemon's user, or set `state_dir` to another"
+    nearest = next(path for path in (directory, *directory.absolute().parents) if path.exists())
+    if not nearest.is_dir():
+        return Finding("memory", f"state_dir: {nearest} is no directory; set `state_dir` to another", EX_CANTCREAT)
+    if not access(nearest, os.W_OK | os.X_OK):
+        what = "cannot be written" if nearest == directory else f"cannot be made in {nearest}"
+        return Finding("memory", f"state_dir: {directory} {what}; {remedy}", EX_CANTCREAT)
+    return Finding("memory", f"{directory} {'is' if nearest == directory else 'can be made and'} writable")
+
+
+def find_sound(settings: AudioSettings, devices: Devices) -> Iterator[Finding]:
+    """The microphone and the loudspeaker, or one finding if no sound card can be listed at all."""
+    try:
+        backend = devices.sound_backend()
+    except DeviceError as error:
+        yield Finding("sound", str(error), error.exit_status)
+        return
+    wanted: tuple[tuple[str, Direction, str | None], ...] = (
+        ("microphone", "input", settings.input_device),
+        ("loudspeaker", "output", settings.output_device),
+    )
+    for subject, direction, name in wanted:
+        try:
+            device = find_device(backend, direction, name)
+            yield Finding(subject, f"{device.name!r}, {device.rate_hz:g} Hz by itself")
+        except DeviceError as error:
+            yield Finding(subject, str(error), error.exit_status)
+
+
+def find_port(settings: WheelSettings, device_directory: Path, access: Access = os.access) -> Finding:
+    """The wheels' serial port: there, a device, and accessible."""
+    if settings.driver == "none":
+        return Finding("wheels", "none, as wheels.driver says; the robot stands")
+    port = Path(settings.port)
+    try:
+        status = port.stat()
+    except OSError as error:
+        return _port_fault(f"wheels.port: no {port} ({error.strerror}); {_other_ports(device_directory)}")
+    if not stat.S_ISCHR(status.st_mode):
+        return _port_fault(f"wheels.port: {port} is no serial port; {_other_ports(device_directory)}")
+    if not access(port, os.R_OK | os.W_OK):
+        group = _group(status.st_gid)
+        return _port_fault(
+            f"wheels.port: no permission to use {port}; `sudo usermod -aG {group} USER` for the daemon's user, "
+            "then log in again"
+        )
+    return Finding("wheels", f"{port}, {settings.baud_rate} baud, motors {settings.left_id} and {settings.right_id}")
+
+
+def _port_fault(text: str) -> Finding:
+    return Finding("wheels", text, EX_UNAVAILABLE)
+
+
+def _other_ports(directory: Path) -> str:
+    there = [str(path) for pattern in SERIAL_PORTS for path in sorted(directory.glob(pattern))]
+    if there:
+        return f"set wheels.port to one of {', '.join(there)}"
+    return "plug in the motors' adapter (there is no serial port at all), or set wheels.driver to none"
+
+
+def _group(number: int) -> str:
+    try:
+        return grp.getgrgid(number).gr_name
+    except KeyError:
+        return str(number)

@@ -1,0 +1,121 @@
+"""The wheels in one worker thread: a bus cycle takes milliseconds, and the event loop must not wait for it."""
+
+from __future__ import annotations
+
+import asyncio
+from concurrent.futures import ThreadPoolExecutor
+
+import structlog
+
+from hvcpd.errors import DeviceError
+from hvcpd.ports import STANDSTILL, WheelCommand, WheelReading, Wheels
+
+MOVING_S = 0.05
+"""A moving robot's wheels are served so often (sample clock), as ROBOTIS's own node does."""
+STANDING_S = 0.2
+"""And a standing robot's: well within the motors' bus watchdog of 0.5 s."""
+LEASE_S = 0.5
+"""Real time without a new command after which a moving robot is stopped: the rule of the house for every motion."""
+LOST_S = 10.0
+"""The daemon gives up after the wheels have failed for so long: by then the motion has failed (4 s) and the failure
+has been told aloud (5 s)."""
+SLACK_S = 1e-6
+"""Of the sample clock's arithmetic."""
+
+_log = structlog.get_logger(__name__)
+
+
+class WheelService:
+    """`serve` at every block, `take_reading` before it; neither blocks. A halt goes out at once."""
+
+    def __init__(self, wheels: Wheels, lease_s: float = LEASE_S) -> None:
+        self._wheels = wheels
+        self._lease_s = lease_s
+        self._thread = ThreadPoolExecutor(max_workers=1, thread_name_prefix="wheels")
+        self._wanted = STANDSTILL
+        self._sent = STANDSTILL
+        self._sent_s = -STANDING_S
+        self._due = False
+        self._now = 0.0
+        self._lapse: asyncio.TimerHandle | None = None
+        self._flight: asyncio.Future[WheelReading] | None = None
+        self._reading: WheelReading | None = None
+        self._failing_since_s: float | None = None
+        self._broken: BaseException | None = None
+        self._closing = False
+
+    async def open(self) -> None:
+        """Find the motors and switch them on. Raises DeviceError."""
+        await asyncio.get_running_loop().run_in_executor(self._thread, self._wheels.open)
+
+    def serve(self, command: WheelCommand, now: float) -> None:
+        """Have the wheels turn like this from time `now` (sample clock, s). Raises DeviceError once they are lost."""
+        if self._broken is not None:
+            raise self._broken
+        self._now = now
+        if self._failing_since_s is not None and now - self._failing_since_s >= LOST_S:
+            raise DeviceError(f"the wheels have not answered for {LOST_S:g} s; check the motors' cable and battery")
+        halt = command == STANDSTILL and STANDSTILL not in (self._sent, self._wanted)
+        every_s = STANDING_S if command == STANDSTILL else MOVING_S
+        self._wanted = command
+        self._due |= halt or now - self._sent_s >= every_s - SLACK_S
+        self._renew_lease()
+        self._send()
+
+    def take_reading(self) -> WheelReading | None:
+        """What the encoders said since the last call, or None."""
+        reading, self._reading = self._reading, None
+        return reading
+
+    async def settled(self) -> None:
+        """Wait until no exchange is under way."""
+        while self._flight is not None:
+            await asyncio.wait([self._flight])
+            await asyncio.sleep(0)
+
+    async def close(self) -> None:
+        """Stop the wheels, switch them off, end the thread. Never raises for a device."""
+        self._closing = True
+        if self._lapse is not None:
+            self._lapse.cancel()
+        await self.settled()
+        await asyncio.get_running_loop().run_in_executor(self._thread, self._wheels.close)
+        self._thread.shutdown(wait=False)
+
+    def _renew_lease(self) -> None:
+        if self._lapse is not None:
+            self._lapse.cancel()
+            self._lapse = None
+        if self._wanted != STANDSTILL:
+            self._lapse = asyncio.get_running_loop().call_later(self._lease_s, self._stop)
+
+    def _stop(self) -> None:
+        _log.warning("wheels stopped", reason=f"no new command for {self._lease_s:g} s")
+        self._lapse = None
+        self._wanted = STANDSTILL
+        self._due = True
+        self._send()
+
+    def _send(self) -> None:
+        if not self._due or self._flight is not None or self._closing:
+            return
+        self._due = False
+        self._sent, self._sent_s = self._wanted, self._now
+        loop = asyncio.get_running_loop()
+        self._flight = loop.run_in_executor(self._thread, self._wheels.exchange, self._wanted)
+        self._flight.add_done_callback(self._landed)
+
+    def _landed(self, flight: asyncio.Future[WheelReading]) -> None:
+        self._flight = None
+        error = flight.exception() if not flight.cancelled() else asyncio.CancelledError()
+        if error is None:
+            self._reading = flight.result()
+            if self._failing_since_s is not None:
+                _log.info("wheels answer again", after_s=round(self._now - self._failing_since_s, 1))
+                self._failing_since_s = None
+        elif not isinstance(error, DeviceError):
+            self._broken = error
+        elif self._failing_since_s is None:
+            self._failing_since_s = self._now
+            _log.warning("wheels failed", reason=str(error))
+        self._send()

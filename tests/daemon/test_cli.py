@@ -1,0 +1,198 @@
+"""The command line of `hvcpd`: what it says and how it exits, without a device of this machine."""
+
+from __future__ import annotations
+
+import signal
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from hvcpd import __version__
+from hvcpd.cli import main
+from hvcpd.config.settings import WheelSettings, load_settings
+from hvcpd.daemon.devices import Devices, make_wheels
+from hvcpd.errors import EX_CANTCREAT, EX_CONFIG, EX_OK, EX_SOFTWARE, EX_UNAVAILABLE, EX_USAGE, DeviceError
+from tests.daemon.virtual import TwoCards, devices_of, shared_room
+
+
+class NoCards(TwoCards):
+    def query_devices(self, device: object = None, kind: str | None = None) -> object:
+        if kind is not None:
+            raise self.PortAudioError("no default")
+        return []
+
+
+def never(*_: Any) -> Any:
+    raise AssertionError("a device was opened although one is missing")
+
+
+MISSING = Devices(NoCards, never, never)
+
+
+def no_library() -> Any:
+    raise DeviceError("the PortAudio library is missing (libportaudio.so.2); `apt install libportaudio2`")
+
+
+@pytest.fixture
+def config(tmp_path: Path) -> Path:
+    path = tmp_path / "hvcpd.yaml"
+    path.write_text(f"state_dir: {tmp_path / 'state'}\nwheels: {{port: {tmp_path / 'no-such-port'}}}\nseed: 1\n")
+    return path
+
+
+def test_all_that_is_missing_is_told_at_once_and_nothing_is_opened(
+    config: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(["--config", str(config), "--name", "Rob"], MISSING) == EX_UNAVAILABLE
+    out, err = capsys.readouterr()
+    assert out == ""
+    lines = err.splitlines()
+    assert len(lines) == 3
+    assert all(line.startswith("hvcpd: ") for line in lines)
+    assert "no microphone" in lines[0]
+    assert "python3 -m sounddevice" in lines[0]
+    assert "no loudspeaker" in lines[1]
+    assert "wheels.port" in lines[2]
+    assert "no-such-port" in lines[2]
+    assert not (config.parent / "state").exists()
+
+
+def test_check_says_what_is_there(config: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    config.write_text(config.read_text().replace("wheels: {", "wheels: {driver: none, "))
+    assert main(["--config", str(config), "--name", "Rob", "--check"], Devices(TwoCards, never, never)) == EX_OK
+    out, err = capsys.readouterr()
+    assert err == ""
+    subjects = [line.split(":")[0] for line in out.splitlines()]
+    assert subjects == ["ok  tasks", "ok  memory", "ok  microphone", "ok  loudspeaker", "ok  wheels"]
+    assert not (config.parent / "state").exists()
+
+
+def test_check_tells_missing_and_present_apart(config: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["--config", str(config), "--name", "Rob", "--check"], MISSING) == EX_UNAVAILABLE
+    out, err = capsys.readouterr()
+    assert out.count("ok  ") == 2
+    assert len(err.splitlines()) == 3
+
+
+def test_a_missing_library_is_one_line(config: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["--config", str(config), "--name", "Rob"], Devices(no_library, never, never)) == EX_UNAVAILABLE
+    assert capsys.readouterr().err.count("libportaudio2") == 1
+
+
+@pytest.mark.parametrize(
+    ("text", "part"),
+    [
+        ("colour: red\n", "unknown key 'colour'"),
+        ("name: [Rob]\n", "expected text, found a list"),
+        ("name: Hello\n", "'hello'"),
+        ("name: Ann\n", "sounds like the phrasebook's word 'am'"),
+        ("name: Rob\nmode: boss\n", "none of the choices"),
+        ("name: Rob\ntasks: nowhere.yaml\n", "no such file"),
+        ("name: Rob\nlexicon: nowhere.txt\n", "cannot read this lexicon"),
+        ("name: Rob\nteam: rob\nteams: [bot]\nnames: [Team]\n", "sounds like the phrasebook's word 'team'"),
+        ("- a\n- b\n", "expected a group of keys"),
+        ("name: Rob\n\tteam: x\n", ":2: not valid YAML"),
+    ],
+)
+def test_faults_of_the_configuration(text: str, part: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    path = tmp_path / "hvcpd.yaml"
+    path.write_text(text)
+    status = main(["--config", str(path)], Devices(TwoCards, never, never))
+    err = capsys.readouterr().err
+    assert part in err
+    assert "Traceback" not in err
+    assert status == EX_CONFIG
+
+
+def test_faults_of_the_tasks_and_missing_devices_together(config: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    tasks = config.parent / "tasks.yaml"
+    tasks.write_text("tasks:\n- {number: 1, name: water the rose, actions: [{wate: 5}]}\n")
+    assert main(["--config", str(config), "--name", "Rob", "--tasks", str(tasks)], MISSING) == EX_CONFIG
+    err = capsys.readouterr().err
+    assert "did you mean 'water'?" in err
+    assert "no microphone" in err
+
+
+def test_no_name_is_told_with_the_remedy(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    path = tmp_path / "empty.yaml"
+    path.write_text("")
+    assert main(["--config", str(path)], MISSING) == EX_CONFIG
+    assert "give --name NAME" in capsys.readouterr().err
+
+
+def test_a_state_directory_that_is_a_file(config: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    (config.parent / "state").write_text("in the way")
+    assert main(["--config", str(config), "--name", "Rob"], MISSING) == EX_CANTCREAT
+    assert "is no directory" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("arguments", [["--nmae", "Rob"], ["--mode", "boss"], ["stray"], ["--log-level", "loud"]])
+def test_wrong_usage_exits_with_64(arguments: list[str], capsys: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(SystemExit) as end:
+        main(arguments, MISSING)
+    assert end.value.code == EX_USAGE
+    assert "--help" in capsys.readouterr().err
+
+
+def test_version(capsys: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(SystemExit) as end:
+        main(["--version"], MISSING)
+    assert end.value.code == EX_OK
+    assert capsys.readouterr().out == f"hvcpd {__version__}\n"
+
+
+def test_no_wheels_by_the_settings() -> None:
+    assert make_wheels(WheelSettings(driver="none")) is None
+    assert make_wheels(WheelSettings()) is not None
+
+
+@pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGINT])
+def test_a_signal_ends_it_in_order_with_0(
+    number: signal.Signals, config: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    settings = load_settings(config, {"name": "Rob"})
+
+    def watch(now: float) -> None:
+        if now >= 2.0:
+            signal.raise_signal(number)
+
+    with shared_room([settings], watch) as room:
+        config.write_text(config.read_text().replace(str(config.parent / "no-such-port"), "/dev/null"))
+        assert main(["--config", str(config), "--name", "Rob"], devices_of(room)) == EX_OK
+        assert room.streams[0].log == ["open", "start", "close"]
+    assert capsys.readouterr().err.splitlines()[-1].endswith("level=info event=stopped")
+    assert room.now_s < 3.0
+
+
+def test_a_dead_card_exits_with_69_and_a_reason(config: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    config.write_text(config.read_text().replace(str(config.parent / "no-such-port"), "/dev/null"))
+    settings = load_settings(config, {"name": "Rob"})
+
+    def watch(now: float) -> None:
+        if now >= 1.0:
+            raise DeviceError("the sound card 'mic' stopped; is it still connected?")
+
+    with shared_room([settings], watch) as room:
+        assert main(["--config", str(config), "--name", "Rob"], devices_of(room)) == EX_UNAVAILABLE
+    last = capsys.readouterr().err.splitlines()[-1]
+    assert "level=error event=failed" in last
+    assert "still connected" in last
+
+
+def test_our_own_fault_exits_with_70_after_the_wheels_are_stopped(
+    config: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    config.write_text(config.read_text().replace(str(config.parent / "no-such-port"), "/dev/null"))
+    settings = load_settings(config, {"name": "Rob"})
+
+    def watch(now: float) -> None:
+        if now >= 1.0:
+            raise ZeroDivisionError("a fault of ours")
+
+    with shared_room([settings], watch) as room:
+        assert main(["--config", str(config), "--name", "Rob"], devices_of(room)) == EX_SOFTWARE
+        assert room.streams[0].log[-1] == "close"
+    last = capsys.readouterr().err.splitlines()[-1]
+    assert "event=crashed" in last
+    assert "ZeroDivisionError: a fault of ours" in last

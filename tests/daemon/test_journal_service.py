@@ -1,0 +1,117 @@
+"""Memory in its own thread: order, a full disk, and our own mistakes."""
+
+from __future__ import annotations
+
+import asyncio
+import sqlite3
+from collections.abc import Coroutine
+from pathlib import Path
+from typing import Any
+
+import pytest
+from structlog.testing import capture_logs
+
+from hvcpd.config.settings import Settings
+from hvcpd.coordination.actions import SaveTask
+from hvcpd.daemon.journal_service import MAX_WAITING, JournalService
+from hvcpd.daemon.outfit import Outfit, equip
+from hvcpd.errors import StoreError
+from hvcpd.robot import GarbledRecord
+from hvcpd.store import Store
+
+
+@pytest.fixture
+def outfit(tmp_path: Path) -> Outfit:
+    return equip(Settings(name="Rob", state_dir=tmp_path / "state"))
+
+
+def run(scene: Coroutine[Any, Any, None]) -> None:
+    asyncio.run(asyncio.wait_for(scene, 20.0))
+
+
+def test_all_that_was_written_is_there_after_closing(outfit: Outfit) -> None:
+    async def scene() -> None:
+        journal = JournalService(outfit)
+        assert await journal.open() == {}
+        for second in range(100):
+            journal.write((GarbledRecord(second, second, second + 1.0),), float(second))
+        journal.write((SaveTask(2, "done", "Bot"),), 100.0)
+        await journal.close()
+
+    run(scene())
+    store = Store(outfit.memory_path)
+    assert [record.at_s for record in store.transcript()] == [float(second) for second in range(100)]
+    assert [(task.number, task.state) for task in store.tasks()] == [(2, "done")]
+    store.close()
+
+
+def test_what_is_remembered_at_the_next_start(outfit: Outfit) -> None:
+    async def scene() -> None:
+        journal = JournalService(outfit)
+        await journal.open()
+        journal.write((SaveTask(2, "done", "Bot"),), 1.0)
+        await journal.close()
+        again = JournalService(outfit)
+        assert await again.open() == {2: ("done", "Bot")}
+        await again.close()
+
+    run(scene())
+
+
+def test_another_process_at_the_memory_costs_records_but_not_the_mission(outfit: Outfit) -> None:
+    async def scene() -> None:
+        journal = JournalService(outfit)
+        await journal.open()
+        other = sqlite3.connect(outfit.memory_path, isolation_level=None)
+        other.execute("BEGIN EXCLUSIVE")
+        journal.write((GarbledRecord(1.0, 1.0, 2.0),), 1.0)
+        await journal.settled()
+        assert journal.lost == 1
+        other.execute("ROLLBACK")
+        other.close()
+        journal.write((GarbledRecord(3.0, 3.0, 4.0),), 3.0)
+        await journal.close()
+
+    with capture_logs() as logs:
+        run(scene())
+    assert [line["event"] for line in logs] == ["memory failed", "memory works again"]
+    assert "another process uses it" in logs[0]["reason"]
+
+
+def test_what_waits_is_bounded(outfit: Outfit) -> None:
+    async def scene() -> None:
+        journal = JournalService(outfit)
+        await journal.open()
+        for _ in range(MAX_WAITING + 5):  # without letting the loop turn
+            journal.write((GarbledRecord(1.0, 1.0, 2.0),), 1.0)
+        assert journal.lost == 5
+        await journal.close()
+
+    with capture_logs() as logs:
+        run(scene())
+    assert [line["event"] for line in logs].count("memory failed") == 1
+
+
+def test_a_memory_that_cannot_be_opened(outfit: Outfit) -> None:
+    outfit.settings.state_dir.write_text("in the way")
+
+    async def scene() -> None:
+        journal = JournalService(outfit)
+        with pytest.raises(StoreError, match="state_dir"):
+            await journal.open()
+        await journal.close()
+
+    run(scene())
+
+
+def test_our_own_mistake_is_raised(outfit: Outfit) -> None:
+    async def scene() -> None:
+        journal = JournalService(outfit)
+        await journal.open()
+        journal.write((SaveTask(77, "done", "Bot"),), 1.0)  # there is no such task
+        await journal.settled()
+        with pytest.raises(KeyError):
+            journal.write((SaveTask(1, "done", "Bot"),), 1.0)
+        await journal.close()
+
+    run(scene())

@@ -1,0 +1,157 @@
+"""A whole daemon, from its settings to its wheels, in virtual time."""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+from structlog.testing import capture_logs
+
+from hvcpd.config.settings import Settings, load_settings
+from hvcpd.daemon.life import Daemon
+from hvcpd.daemon.outfit import Outfit, equip
+from hvcpd.errors import DeviceError
+from hvcpd.store import Store
+from tests.daemon.virtual import SharedRoom, devices_of, shared_room
+
+ONE_TASK = """
+tasks:
+- {number: 1, name: water the green rose, place: {x_m: -4.6, y_m: -5.0}, actions: [go to place, {water: 1}]}
+"""
+
+
+class OverError(DeviceError):
+    """The test has seen enough."""
+
+
+def settings_of(directory: Path, name: str, **more: object) -> Settings:
+    (directory / "tasks.yaml").write_text(ONE_TASK)
+    given = {"name": name, "tasks": str(directory / "tasks.yaml"), "state_dir": str(directory / "state"), "seed": 3}
+    return load_settings(None, given | more, system_path=directory / "none.yaml")
+
+
+def live(outfits: list[Outfit], room: SharedRoom) -> list[Daemon]:
+    """Run a daemon for each outfit until the room ends it."""
+    daemons = [Daemon(outfit, devices_of(room, number)) for number, outfit in enumerate(outfits)]
+    for stream, daemon in zip(room.streams, daemons, strict=True):
+        stream.settled = daemon.settled
+
+    async def run() -> None:
+        lives = [asyncio.ensure_future(daemon.run()) for daemon in daemons]
+        ends = await asyncio.gather(*lives, return_exceptions=True)
+        for end in ends:
+            if not isinstance(end, DeviceError):
+                raise end if isinstance(end, BaseException) else AssertionError(end)
+
+    asyncio.run(run())
+    return daemons
+
+
+def until(limit_s: float, done: Callable[[], bool] = lambda: False) -> Callable[[float], None]:
+    def watch(now: float) -> None:
+        if now >= limit_s or done():
+            raise OverError("the test has seen enough")
+
+    return watch
+
+
+def said(logs: list[Any]) -> list[str]:
+    return [line["text"] for line in logs if line["event"] == "said"]
+
+
+@pytest.fixture(scope="module")
+def lonely(tmp_path_factory: pytest.TempPathFactory) -> tuple[list[Any], SharedRoom, Outfit]:
+    """A robot alone in the room, from switching on until its task is done."""
+    directory = tmp_path_factory.mktemp("lonely")
+    settings = settings_of(directory, "Rob")
+    outfit = equip(settings)
+    with shared_room([settings], until(90.0, lambda: "Task one complete" in " ".join(said(logs)))) as room:
+        with capture_logs() as logs:
+            live([outfit], room)
+        poses = room.bodies[0].pose
+    assert poses is not None
+    return logs, room, outfit
+
+
+def test_it_greets_claims_drives_waters_and_reports(lonely: tuple[list[Any], SharedRoom, Outfit]) -> None:
+    logs, room, _ = lonely
+    sentences = said(logs)
+    assert sentences[0] == "Hi all, I am Rob, member of team plant"
+    assert "Hi team plant, I am Rob, I will complete task one" in sentences
+    assert sentences[-1].lower().endswith("task one complete")
+    body = room.bodies[0].pose
+    assert abs(body.x_m + 4.6) < 0.1
+    assert abs(body.y_m + 5.0) < 0.1
+
+
+def test_every_event_is_one_log_line(lonely: tuple[list[Any], SharedRoom, Outfit]) -> None:
+    logs, _, _ = lonely
+    states = [(line["number"], line["state"], line["owner"]) for line in logs if line["event"] == "task"]
+    assert states == [(1, "claimed", "Rob"), (1, "done", "Rob")]
+    assert [line["task"] for line in logs if line["event"] == "performed"] == [1]
+    assert {"starting", "listening"} <= {line["event"] for line in logs}
+
+
+def test_it_remembers_across_a_restart(lonely: tuple[list[Any], SharedRoom, Outfit]) -> None:
+    logs, _, outfit = lonely
+    store = Store(outfit.memory_path)
+    try:
+        assert [(task.state, task.owner) for task in store.tasks()] == [("done", "Rob")]
+        assert [record.text for record in store.transcript()] == said(logs)
+    finally:
+        store.close()
+    with shared_room([outfit.settings], until(30.0)) as room, capture_logs() as later:
+        live([outfit], room)
+    assert "nothing left to do" in {line["event"] for line in later}
+    assert not any("complete task" in text for text in said(later))
+
+
+def test_everything_is_taken_down_and_the_wheels_stand(lonely: tuple[list[Any], SharedRoom, Outfit]) -> None:
+    _, room, _ = lonely
+    assert room.streams[0].log == ["open", "start", "close"]
+    for motor in room.bodies[0].wheels.last_health:
+        assert motor.hardware_error == 0
+
+
+def test_a_card_that_dies_while_driving_stops_the_wheels(tmp_path: Path) -> None:
+    settings = settings_of(tmp_path, "Rob")
+
+    def moving() -> bool:
+        return room.bodies[0].pose.x_m > -4.9
+
+    with shared_room([settings], until(90.0, moving)) as room:
+        live([equip(settings)], room)
+        assert moving()
+        assert room.now_s < 90.0
+        stopped_at = room.bodies[0].pose
+        room.bodies[0].advance(0.3)  # braking
+        standing = room.bodies[0].pose
+        room.bodies[0].advance(5.0)
+        assert room.bodies[0].pose.x_m == pytest.approx(standing.x_m, abs=1e-3)
+        assert standing.x_m - stopped_at.x_m < 0.03, "0.2 m/s and the motors' time constant of 0.1 s make 2 cm"
+
+
+@pytest.mark.slow
+def test_two_daemons_greet_each_other_and_share_one_task(tmp_path: Path) -> None:
+    outfits = [
+        equip(settings_of(tmp_path / name, name, **{"start.y_m": y_m, "seed": seed}))
+        for name, y_m, seed in (("Rob", -5.0, 1), ("Bot", -4.0, 2))
+        if (tmp_path / name).mkdir() is None
+    ]
+    with capture_logs() as logs:
+        quiet_since: list[float] = []
+
+        def done() -> bool:
+            if [line["state"] for line in logs if line["event"] == "task"].count("done") == 2:
+                quiet_since.append(room.now_s)
+            return bool(quiet_since) and room.now_s - quiet_since[0] > 1.0
+
+        with shared_room([outfit.settings for outfit in outfits], until(120.0, done)) as room:
+            live(outfits, room)
+    assert [line["task"] for line in logs if line["event"] == "performed"] == [1]
+    heard = {line["speaker"] for line in logs if line["event"] == "heard" and line["confidence"] > 0}
+    assert heard == {"Rob", "Bot"}
+    assert not any(line["event"] in ("wheels failed", "memory failed") for line in logs)

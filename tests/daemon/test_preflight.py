@@ -1,0 +1,126 @@
+"""What is looked for before anything opens."""
+
+from __future__ import annotations
+
+import grp
+import os
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+from hil_fakes.dynamixel.bus import FakeBus
+from hil_fakes.dynamixel.motor import turtlebot3_pair
+from hvcpd.config.settings import Settings, WheelSettings
+from hvcpd.daemon.outfit import Outfit, equip, name_fault
+from hvcpd.daemon.preflight import find_memory, find_port
+from hvcpd.errors import EX_CANTCREAT, EX_OK, EX_UNAVAILABLE, ConfigError
+from hvcpd.robot import Acoustics
+
+
+def test_a_fake_bus_is_a_port_like_any_other(tmp_path: Path) -> None:
+    with FakeBus(turtlebot3_pair()) as bus:
+        assert find_port(WheelSettings(port=bus.path), tmp_path).exit_status == EX_OK
+
+
+def test_a_missing_port_names_those_there_are(tmp_path: Path) -> None:
+    (tmp_path / "ttyACM0").touch()
+    (tmp_path / "ttyUSB7").touch()
+    finding = find_port(WheelSettings(port=str(tmp_path / "ttyUSB0")), tmp_path)
+    assert finding.exit_status == EX_UNAVAILABLE
+    assert f"set wheels.port to one of {tmp_path / 'ttyUSB7'}, {tmp_path / 'ttyACM0'}" in finding.text
+
+
+def test_a_missing_port_without_any_other(tmp_path: Path) -> None:
+    finding = find_port(WheelSettings(port=str(tmp_path / "ttyUSB0")), tmp_path)
+    assert "plug in the motors' adapter" in finding.text
+
+
+def test_a_file_is_no_port(tmp_path: Path) -> None:
+    (tmp_path / "file").touch()
+    assert "is no serial port" in find_port(WheelSettings(port=str(tmp_path / "file")), tmp_path).text
+
+
+def may_only(mode: int) -> Callable[[Path, int], bool]:
+    """What `os.access` says to somebody who may do only this (tests may run as the superuser, who may do all)."""
+    return lambda _, wanted: wanted & ~mode == 0
+
+
+def test_a_port_without_permission_names_the_group(tmp_path: Path) -> None:
+    with FakeBus(turtlebot3_pair()) as bus:
+        assert find_port(WheelSettings(port=bus.path), tmp_path, may_only(os.R_OK | os.W_OK)).exit_status == EX_OK
+        finding = find_port(WheelSettings(port=bus.path), tmp_path, may_only(os.R_OK))
+        group = grp.getgrgid(Path(bus.path).stat().st_gid).gr_name
+    assert finding.exit_status == EX_UNAVAILABLE
+    assert f"usermod -aG {group}" in finding.text
+
+
+def test_memory_that_is_there_or_can_be_made(tmp_path: Path) -> None:
+    assert find_memory(tmp_path).exit_status == EX_OK
+    finding = find_memory(tmp_path / "a" / "b")
+    assert finding.exit_status == EX_OK
+    assert "can be made" in finding.text
+    assert not (tmp_path / "a").exists()
+
+
+def test_memory_below_a_file(tmp_path: Path) -> None:
+    (tmp_path / "file").touch()
+    assert find_memory(tmp_path / "file" / "state").exit_status == EX_CANTCREAT
+
+
+def test_memory_in_a_read_only_directory(tmp_path: Path) -> None:
+    assert "cannot be written" in find_memory(tmp_path, may_only(os.R_OK | os.X_OK)).text
+    finding = find_memory(tmp_path / "state", may_only(os.R_OK | os.X_OK))
+    assert finding.exit_status == EX_CANTCREAT
+    assert f"cannot be made in {tmp_path}" in finding.text
+
+
+def outfit(tmp_path: Path, **more: object) -> Outfit:
+    return equip(Settings(**({"name": "Rob", "state_dir": tmp_path} | more)))  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize(
+    ("mode", "coordinator", "volunteer"),
+    [("volunteer", False, True), ("coordinate", True, False), ("follow", False, False)],
+)
+def test_the_mode_makes_the_role(mode: str, coordinator: bool, volunteer: bool, tmp_path: Path) -> None:
+    role = outfit(tmp_path, mode=mode).plan({}, Acoustics()).role
+    assert (role.coordinator, role.volunteer) == (coordinator, volunteer)
+
+
+def test_the_plan_follows_the_settings(tmp_path: Path) -> None:
+    made = outfit(tmp_path, names=("rob", "Bot"), pick="nearest", seed=7, team="garden", teams=("garden",))
+    plan = made.plan({1: ("done", "Bot")}, Acoustics(latency_s=0.1))
+    assert plan.names == ("Rob", "Bot")
+    assert plan.seed == 7
+    assert plan.role.nearest_first
+    assert plan.role.team == "garden"
+    assert plan.remembered == {1: ("done", "Bot")}
+    assert plan.acoustics == Acoustics(latency_s=0.1)
+    assert made.memory_path == tmp_path / "rob.sqlite3"
+
+
+def test_without_a_seed_every_start_differs(tmp_path: Path) -> None:
+    made = outfit(tmp_path)
+    assert made.plan({}, Acoustics()).seed != made.plan({}, Acoustics()).seed
+
+
+def test_names_that_cannot_be_told_from_the_phrasebook() -> None:
+    assert name_fault("Stop") is not None
+    assert name_fault("Ann") is not None
+    assert name_fault("Rob") is None
+
+
+def test_faults_of_lexicon_and_tasks_are_told_together(tmp_path: Path) -> None:
+    (tmp_path / "lexicon.txt").write_text("rob R QQ B\n")
+    (tmp_path / "tasks.yaml").write_text("tasks: []\n")
+    with pytest.raises(ConfigError) as fault:
+        outfit(tmp_path, lexicon=tmp_path / "lexicon.txt", tasks=tmp_path / "tasks.yaml")
+    assert "lexicon.txt:1" in str(fault.value)
+    assert "tasks.yaml:1" in str(fault.value)
+
+
+def test_a_clash_of_the_vocabulary_is_a_fault(tmp_path: Path) -> None:
+    (tmp_path / "tasks.yaml").write_text("tasks:\n- {number: 1, name: i will stop, actions: [{wait: 1}]}\n")
+    with pytest.raises(ConfigError, match=r"tasks\.yaml"):
+        outfit(tmp_path, tasks=tmp_path / "tasks.yaml", names=("Rob", "team"))
