@@ -15,11 +15,12 @@ from hvcpd.synthesis.klatt import Band, Controls, Frication, Track
 from hvcpd.synthesis.phones import PHONES, Kind, Phone
 from hvcpd.synthesis.voices import Voice
 
-LEAD_S = 0.012
-"""Quiet before a word's first sound, so that its onset is not cut."""
+LEAD_S = 0.02
+"""How long before a word's first phone its sources are on already, and after its last one still, when another word
+follows: there neighbouring words are cross-faded, as the voice does not stop between words."""
 
 TAIL_S = 0.03
-"""Time for the last sound to ring out."""
+"""Time for the last sound before a pause to ring out."""
 
 BURST_S = 0.012
 """Length of a plosive's burst (Klatt 1980: 5 to 15 ms)."""
@@ -195,17 +196,18 @@ def _width_track(placed: Sequence[Placed], formant: int) -> Track:
     return points.track()
 
 
-def _steps(placed: Sequence[Placed], levels: Sequence[tuple[float, float, float]], ramp_s: float) -> Track:
-    """A track of (start, end, dB) stretches with ramps between them, off outside."""
-    points = _Breakpoints([0.0], [OFF_DB])
-    before = OFF_DB
-    for start, _end, level in levels:
+def _steps(placed: Sequence[Placed], levels: Sequence[tuple[float, float, float]], ramp_s: float, final: bool) -> Track:
+    """A track of (start, end, dB) stretches with ramps between them; before a pause it dies away."""
+    before = levels[0][2]
+    points = _Breakpoints([0.0], [before])
+    for start, _end, level in levels[1:]:
         points.add(start - ramp_s / 2, before)
         points.add(start + ramp_s / 2, level)
         before = level
-    points.add(placed[-1].end_s - 0.02, before)
-    points.add(placed[-1].end_s + 0.015, max(OFF_DB, before - 30.0))
-    points.add(placed[-1].end_s + 0.02, OFF_DB)
+    if final:
+        points.add(placed[-1].end_s - 0.02, before)
+        points.add(placed[-1].end_s + 0.015, max(OFF_DB, before - 30.0))
+        points.add(placed[-1].end_s + 0.02, OFF_DB)
     return points.track()
 
 
@@ -297,11 +299,12 @@ def controls_for(phones: Sequence[str], voice: Voice, final: bool, declination: 
         for time in (item.start_s + 0.008, item.end_s - 0.008):
             nasal_points.add(time, zero * scale)
             tilt_points.add(time, tilt)
+    rest_s = placed[-1].phone.aspiration_s if placed[-1].phone.kind is Kind.STOP else 0.0
     return Controls(
-        duration_s=placed[-1].end_s + placed[-1].phone.aspiration_s * (placed[-1].phone.kind is Kind.STOP) + TAIL_S,
+        duration_s=placed[-1].end_s + rest_s + (TAIL_S if final else LEAD_S),
         f0_hz=_pitch(placed, voice, final, declination),
-        voicing_db=_steps(placed, _voicing(placed), 0.012),
-        aspiration_db=_steps(placed, _aspiration(placed, voice.breathiness_db), 0.012),
+        voicing_db=_steps(placed, _voicing(placed), 0.012, final),
+        aspiration_db=_steps(placed, _aspiration(placed, voice.breathiness_db), 0.012, final),
         tilt_hz=tilt_points.track(),
         formants_hz=tuple(_formant_track(placed, k, scale) for k in range(3)),
         bandwidths_hz=tuple(_width_track(placed, k) for k in range(3)),

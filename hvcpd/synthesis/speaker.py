@@ -9,7 +9,7 @@ from enum import Enum
 import numpy as np
 
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
-from hvcpd.synthesis.articulation import controls_for
+from hvcpd.synthesis.articulation import LEAD_S, controls_for
 from hvcpd.synthesis.klatt import synthesize
 from hvcpd.synthesis.leveling import audible, fade, leveled
 from hvcpd.synthesis.lexicon import Lexicon
@@ -20,12 +20,14 @@ PAUSE_S = 0.14
 """Silence at a comma, from the last audible sound to the next (a closure of a stop or the ring of a vowel counts as
 silence): long enough to be heard as a pause, short of the recogniser's end of sentence."""
 
-OVERLAP_S = 0.02
-"""How far the units of neighbouring words overlap, cross-faded: they ring out and begin within this time."""
+OVERLAP_S = 2.0 * LEAD_S
+"""How far the units of neighbouring words overlap, cross-faded: the end of one word's last phone and the start of the
+next word's first one fall together in its middle."""
 
-PITCH_STEPS = (1.06, 1.0, 0.95)
+PITCH_STEPS = (1.03, 1.0, 0.97)
 """The declination of a sentence in steps, relative to the voice's pitch: first, middle and last third. Few, so that
-units can be cached; people's pitch falls by about 10 to 20 % over a sentence."""
+units can be cached, and small, so that a word sounds like its template wherever it stands; people's pitch falls by
+about 10 to 20 % over a sentence."""
 
 
 class UnitPosition(Enum):
@@ -88,8 +90,13 @@ class Speaker:
         return self._cache.get((phones, self.voice, position.value, pitch), fresh)
 
     def templates(self, word: str) -> list[Samples]:
-        """The renderings of a word that `render` uses, medial and final, at the voice's own pitch."""
-        return [self.unit(word, position) for position in UnitPosition]
+        """The renderings of a word that `render` uses, medial and final, at the voice's own pitch.
+
+        Without the outer half of each joint: there a sentence has the neighbouring word's sound too.
+        """
+        edge = round(LEAD_S * SAMPLE_RATE_HZ)
+        medial, final = self.unit(word, UnitPosition.MEDIAL), self.unit(word, UnitPosition.FINAL)
+        return [medial[edge : len(medial) - edge], final[edge:]]
 
     def render(self, phrases: Sequence[Sequence[str]]) -> Samples:
         """A sentence as sound, float32 at 16 kHz: groups of words, between which the speaker pauses."""

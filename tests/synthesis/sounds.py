@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 
 
-def pitch_hz(sound: Samples, low_hz: float = 60.0, high_hz: float = 400.0) -> float:
+def pitch_hz(sound: Samples, low_hz: float = 60.0, high_hz: float = 320.0) -> float:
     """The pitch of the loudest 80 ms by autocorrelation, normalised for the overlap; parabolic interpolation."""
     size = round(0.08 * SAMPLE_RATE_HZ)
     energy = np.convolve(sound.astype(float) ** 2, np.ones(size), "valid")
