@@ -6,8 +6,8 @@ One robot, one file, one writer; nothing is shared. All times are seconds of the
 from __future__ import annotations
 
 import sqlite3
-from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import ExitStack, contextmanager
 from dataclasses import astuple, dataclass
 from pathlib import Path
 from typing import Any, Literal, cast
@@ -58,7 +58,15 @@ CREATE TABLE counters (
 
 _TABLES = {"tasks", "transcript", "peers", "counters"}
 
+Connect = Callable[[Path], sqlite3.Connection]
+"""How SQLite opens a file; a test hands in one with limits of its own."""
+
 _log = structlog.get_logger(__name__)
+
+
+def connect(path: Path) -> sqlite3.Connection:
+    """A connection that commits each statement and waits 1 s for another process."""
+    return sqlite3.connect(path, timeout=1.0, isolation_level=None)
 
 
 @dataclass(frozen=True)
@@ -99,9 +107,9 @@ class Store:
     new one is begun. Every method raises StoreError when the disk is full, read-only or failing.
     """
 
-    def __init__(self, path: Path = IN_MEMORY) -> None:
+    def __init__(self, path: Path = IN_MEMORY, connect: Connect = connect) -> None:
         self._path = path
-        self._db = _open(path)
+        self._db = _open(path, connect)
 
     def save_task(self, task: TaskRecord) -> None:
         """Keep what is known of a task, in place of what was known of that number before."""
@@ -181,18 +189,18 @@ def _remedy(error: sqlite3.DatabaseError) -> str | None:
             return None
 
 
-def _open(path: Path) -> sqlite3.Connection:
+def _open(path: Path, connect: Connect) -> sqlite3.Connection:
     if path != IN_MEMORY:
         _make_directory(path.parent)
     with _failures(path):
         try:
-            return _connect(path)
+            return _checked(connect(path))
         except sqlite3.DatabaseError as error:
             damaged = sqlite3.SQLITE_CORRUPT, sqlite3.SQLITE_NOTADB
             if (getattr(error, "sqlite_errorcode", sqlite3.SQLITE_ERROR) & 0xFF) not in damaged:
                 raise
             _set_aside(path, str(error))
-        return _connect(path)
+        return _checked(connect(path))
 
 
 def _make_directory(directory: Path) -> None:
@@ -205,28 +213,27 @@ def _make_directory(directory: Path) -> None:
         ) from error
 
 
-def _connect(path: Path) -> sqlite3.Connection:
-    """An open store of our schema. Raises sqlite3.DatabaseError with the code CORRUPT or NOTADB if it is damaged."""
-    db = sqlite3.connect(path, timeout=1.0, isolation_level=None)
-    try:
+def _checked(db: sqlite3.Connection) -> sqlite3.Connection:
+    """The store with our schema in it. Raises sqlite3.DatabaseError, with the code CORRUPT or NOTADB if it is damaged;
+    the connection is closed then."""
+    with ExitStack() as stack:
+        stack.callback(db.close)
+        (version,) = db.execute("PRAGMA user_version").fetchone()
+        (tables,) = db.execute("SELECT count(*) FROM sqlite_master").fetchone()
+        if not (version == 0 and tables == 0) and version != SCHEMA_VERSION:
+            raise _damage(f"its version is {version}, ours {SCHEMA_VERSION}")
         db.execute("PRAGMA journal_mode = WAL")
         # A power cut may lose the last writes but never the file (sqlite.org/pragma.html#pragma_synchronous).
         db.execute("PRAGMA synchronous = NORMAL")
-        (version,) = db.execute("PRAGMA user_version").fetchone()
-        (tables,) = db.execute("SELECT count(*) FROM sqlite_master").fetchone()
-        if version == 0 and tables == 0:
+        if version == 0:
             db.executescript(f"BEGIN; {_SCHEMA} PRAGMA user_version = {SCHEMA_VERSION}; COMMIT;")
-        elif version != SCHEMA_VERSION:
-            raise _damage(f"its version is {version}, ours {SCHEMA_VERSION}")
         (verdict,) = db.execute("PRAGMA quick_check(1)").fetchone()
         if verdict != "ok":
             raise _damage(verdict)
         found = {name for (name,) in db.execute("SELECT name FROM sqlite_master WHERE type = 'table'")}
         if not found >= _TABLES:
             raise _damage(f"tables are missing: {', '.join(sorted(_TABLES - found))}")
-    except BaseException:
-        db.close()
-        raise
+        stack.pop_all()
     return db
 
 
@@ -245,9 +252,10 @@ def _set_aside(path: Path, reason: str) -> None:
     else:
         raise StoreError(f"{path}: {MAX_SET_ASIDE} damaged files lie beside it; check the disk and delete them")
     try:
-        path.rename(aside)
-        for suffix in ("-wal", "-shm"):
-            path.with_name(path.name + suffix).unlink(missing_ok=True)
+        for suffix in ("", "-wal", "-shm"):
+            part = path.with_name(path.name + suffix)
+            if part.exists():
+                part.rename(aside.with_name(aside.name + suffix))
     except OSError as error:
         raise StoreError(f"{path}: damaged, and cannot be set aside ({error.strerror}); move it away") from error
     _log.warning("store set aside", path=str(path), aside=str(aside), reason=reason)

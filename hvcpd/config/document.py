@@ -122,11 +122,14 @@ def parse(data: bytes, source: str) -> Document:
     """The document in `data`. Raises ConfigError when it is not YAML at all; lesser faults are kept in the result."""
     text = _decode(data, source)
     document = Document(Place(source, 1, 1))
-    loader = _Loader(text)
     try:
-        node = loader.get_single_node()
-        if node is not None:
-            _Reader(document, loader).read_top(node)
+        loader = _Loader(text)  # looks for characters that are not allowed
+        try:
+            node = loader.get_single_node()
+            if node is not None:
+                _Reader(document, loader).read_top(node)
+        finally:
+            loader.dispose()
     except yaml.MarkedYAMLError as error:
         mark = error.problem_mark or error.context_mark
         place = Place(source, mark.line + 1, mark.column + 1) if mark else Place(source, 1)
@@ -135,8 +138,6 @@ def parse(data: bytes, source: str) -> Document:
     except yaml.reader.ReaderError as error:
         line = text.count("\n", 0, error.position) + 1
         raise ConfigError(f"{source}:{line}: a character that YAML does not allow; delete it") from error
-    finally:
-        loader.dispose()
     return document
 
 

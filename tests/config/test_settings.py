@@ -1,0 +1,278 @@
+"""Settings: defaults, files, options over them, and every fault told at its line."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+import tempfile
+from pathlib import Path
+from typing import Any, get_args, get_type_hints
+
+import pytest
+import yaml
+from hypothesis import given
+from hypothesis import strategies as st
+
+from hvcpd.config.settings import (
+    DEFAULT_TEAMS,
+    MAX_KNOWN_NAMES,
+    MAX_TEAMS,
+    AudioSettings,
+    Settings,
+    StartSettings,
+    WheelSettings,
+    load_settings,
+)
+from hvcpd.config.tasks import default_tasks_path
+from hvcpd.errors import ConfigError
+
+ETC = Path(__file__).parents[2] / "etc"
+
+
+def load(tmp_path: Path, text: str, **overrides: object) -> Settings:
+    path = tmp_path / "hvcpd.yaml"
+    path.write_text(text)
+    return load_settings(path, overrides)
+
+
+def faults(tmp_path: Path, text: str, **overrides: object) -> list[str]:
+    with pytest.raises(ConfigError) as error:
+        load(tmp_path, text, **overrides)
+    return [line.replace(str(tmp_path / "hvcpd.yaml"), "F") for line in str(error.value).splitlines()]
+
+
+def test_only_the_name_is_needed(tmp_path: Path) -> None:
+    settings = load(tmp_path, "name: Rob\n")
+    assert settings == Settings(name="Rob")
+    assert settings.teams == DEFAULT_TEAMS
+    assert settings.tasks == default_tasks_path()
+
+
+def test_without_a_file_the_options_do(tmp_path: Path) -> None:
+    nowhere = tmp_path / "none.yaml"
+    assert load_settings(None, {"name": "Bot"}, system_path=nowhere) == Settings(name="Bot")
+    with pytest.raises(ConfigError, match="give --name NAME"):
+        load_settings(None, {}, system_path=nowhere)
+    assert load_settings(None, {}, name_needed=False, system_path=nowhere).name == "Rob"
+
+
+def test_the_system_file_is_read_unless_another_is_named(tmp_path: Path) -> None:
+    system = tmp_path / "system.yaml"
+    system.write_text("name: Bot\nteam: garden\n")
+    assert load_settings(None, system_path=system).team == "garden"
+    assert load_settings(None, {"name": "Rob"}, system_path=system).name == "Rob"
+    own = tmp_path / "own.yaml"
+    own.write_text("name: Rob\n")
+    assert load_settings(own, system_path=system).team == "plant"
+
+
+def test_options_stand_over_the_file_and_null_means_not_given(tmp_path: Path) -> None:
+    settings = load(tmp_path, "name: Rob\nteam: a\naudio: {queue_s: 1}\n", team="garden", name=None)
+    assert (settings.name, settings.team) == ("Rob", "garden")
+    other = load_settings(tmp_path / "hvcpd.yaml", {"audio.input_device": "mic"})
+    assert other.audio == AudioSettings(input_device="mic", queue_s=1.0)
+
+
+def test_a_wrong_option_is_named_as_the_option(tmp_path: Path) -> None:
+    (line,) = faults(tmp_path, "name: Rob\nmode: volunteer\n", mode="boss")
+    assert line.startswith("--mode: ")
+    (line,) = faults(tmp_path, "name: Rob\n", log_level="loud")
+    assert line.startswith("--log-level: ")
+
+
+def test_the_own_team_is_always_known(tmp_path: Path) -> None:
+    assert load(tmp_path, "name: Rob\nteam: garden\n").teams == (*DEFAULT_TEAMS, "garden")
+    assert load(tmp_path, "name: Rob\nteam: garden\nteams: [x, garden]\n").teams == ("x", "garden")
+    assert load(tmp_path, "name: Rob\nteams: []\n").teams == ("plant",)
+
+
+@pytest.mark.parametrize("mode", ["volunteer", "coordinate", "follow"])
+def test_the_three_modes(mode: str, tmp_path: Path) -> None:
+    assert load(tmp_path, f"name: Rob\nmode: {mode}\n").mode == mode
+
+
+def test_file_names_are_relative_to_the_file_and_options_to_the_shell(tmp_path: Path) -> None:
+    settings = load(tmp_path, "name: Rob\ntasks: a/t.yaml\nlexicon: more.txt\nstate_dir: ~/state\n")
+    assert settings.tasks == tmp_path / "a" / "t.yaml"
+    assert settings.lexicon == tmp_path / "more.txt"
+    assert settings.state_dir == Path.home() / "state"
+    assert load(tmp_path, "name: Rob\ntasks: a/t.yaml\n", tasks="b.yaml").tasks == Path("b.yaml")
+
+
+def test_the_start_pose_in_radians() -> None:
+    pose = StartSettings(1.0, 2.0, 90.0).pose
+    assert (pose.x_m, pose.y_m) == (1.0, 2.0)
+    assert pose.heading_rad == pytest.approx(math.pi / 2)
+
+
+@pytest.mark.parametrize(
+    ("text", "place", "part"),
+    [
+        ("name: Rob\ntaem: a\n", "F:2", "unknown key 'taem'; did you mean 'team'?"),
+        ("name: Rob\nqwertz: a\n", "F:2", "known are: name, team, teams"),
+        ("name: Rob\naudio:\n  inputdevice: x\n", "F:3", "did you mean 'input_device'?"),
+        ("name: Rob\nwheels:\n  baud-rate: 57600\n", "F:3", "did you mean 'baud_rate'?"),
+        ("name: 5\n", "F:1", "expected text, found the number 5"),
+        ("name: yes\n", "F:1", "found yes/no (true)"),
+        ("name: Rob\nteams: plant\n", "F:2", "expected a list, found the text 'plant'; write it as [a, b]"),
+        ("name: Rob\nteams: [plant, 5]\n", "F:2", "expected text, found the number 5"),
+        ("name: Rob\nteams: [plant, Plant]\n", "F:2", "is not one word of 1 to 16 letters a-z"),
+        ("name: Rob\nteams: [a, b, a]\n", "F:2", "the team 'a' is given twice"),
+        (f"name: Rob\nteams: [{', '.join('abcdefghijklmnop')}]\n", "F:2", f"at most {MAX_TEAMS} teams"),
+        ("name: Rob\nlexicon: ''\n", "F:2", "expected a file name"),
+        ("name: Rob\nlexicon: [a]\n", "F:2", "expected a file name, found a list"),
+        ("name: Rob\naudio: {queue_s: '2'}\n", "F:2", "expected a number, found the text '2'"),
+        ("name: Rob\naudio: {queue_s: .nan}\n", "F:2", "expected a finite number"),
+        ("name: Rob\naudio: {queue_s: 1.0e+400}\n", "F:2", "expected a finite number"),
+        ("name: Rob\naudio: {block_ms: 10.5}\n", "F:2", "expected a whole number"),
+        ("name: Rob\naudio: {block_ms: true}\n", "F:2", "expected a whole number, found yes/no"),
+        ("name: Rob\naudio: {block_ms: 4}\n", "F:2", "give a number from 5 to 100"),
+        ("name: Rob\naudio: 7\n", "F:2", "expected a group of keys (input_device"),
+        ("name: Rob\nwheels: {left_id: 253}\n", "F:2", "from 0 to 252"),
+        ("name: Rob\nwheels: {baud_rate: 1200}\n", "F:2", "none of the choices"),
+        ("name: Rob\nwheels: {driver: xl340}\n", "F:2", "did you mean 'xl430'?"),
+        ("name: Rob\nmode: folow\n", "F:2", "did you mean 'follow'?"),
+        ("name: Rob\nseed: -1\n", "F:2", "from 0 to 4294967295"),
+        ("name: Rob\nseed: 4294967296\n", "F:2", "from 0 to 4294967295"),
+        ("name: Rob\nstart: {x_m: 51}\n", "F:2", "from -50 to 50"),
+        ("name: Rob\nnames: [Rob, rob]\n", "F:2", "are the same aloud"),
+        ("name: R2-D2\n", "F:1", "not a letter followed by letters and digits"),
+        ("name: ''\n", "F:1", "has 1 to 16 letters"),
+        ("name: Abcdefghijklmnopq\n", "F:1", "has 17"),
+        ("name: Rob\nvoice: oak\n", "F:2", "unknown key 'voice'"),
+        ("team: plant\n", "F:1", "the robot has no name"),
+    ],
+)
+def test_faults(text: str, place: str, part: str, tmp_path: Path) -> None:
+    (line,) = faults(tmp_path, text)
+    assert line.startswith(f"{place}: ")
+    assert part in line
+
+
+def test_too_many_known_names(tmp_path: Path) -> None:
+    names = ", ".join(f"N{number}" for number in range(MAX_KNOWN_NAMES + 1))
+    (line,) = faults(tmp_path, f"name: Rob\nnames: [{names}]\n")
+    assert "at most 12 names" in line
+
+
+def test_all_faults_are_told_at_once_in_the_order_of_the_file(tmp_path: Path) -> None:
+    text = "name: 5\nteam: Plant\nbogus: 1\naudio:\n  queue_s: 99\n  block_ms: x\nwheels: {left_id: -1}\nmode: boss\n"
+    lines = faults(tmp_path, text)
+    assert [line.split(": ")[0] for line in lines] == ["F:1", "F:2", "F:3", "F:5", "F:6", "F:7", "F:8"]
+
+
+def test_a_reserved_name_is_a_fault_in_its_place(tmp_path: Path) -> None:
+    path = tmp_path / "hvcpd.yaml"
+    path.write_text("name: Stop\nnames:\n- Rob\n- Hello\n")
+    with pytest.raises(ConfigError) as error:
+        load_settings(path, reserved=lambda name: "reserved" if name in ("Stop", "Hello") else None)
+    assert [line.split(":")[1] for line in str(error.value).splitlines()] == ["1", "4"]
+
+
+def _plain(value: object) -> Any:
+    match value:
+        case Path():
+            return str(value)
+        case tuple():
+            return [_plain(part) for part in value]
+        case _ if dataclasses.is_dataclass(value):
+            return {field.name: _plain(getattr(value, field.name)) for field in dataclasses.fields(value)}
+        case _:
+            return value
+
+
+def _of(type_: Any, **fixed: st.SearchStrategy[Any]) -> st.SearchStrategy[Any]:
+    """Any valid value of a group of settings, its choices and bounds read from the dataclass itself."""
+    hints = get_type_hints(type_)
+    parts = dict(fixed)
+    for field in dataclasses.fields(type_):
+        if field.name not in parts:
+            parts[field.name] = st.sampled_from(get_args(hints[field.name]))
+    return st.builds(type_, **parts)
+
+
+names = st.from_regex(r"[A-Za-z][A-Za-z0-9]{0,15}", fullmatch=True)
+teams = st.from_regex(r"[a-z]{1,16}", fullmatch=True)
+texts = st.text(min_size=1, max_size=20)
+paths = st.from_regex(r"/[A-Za-z0-9 _:#.-]{1,20}", fullmatch=True).map(Path)
+starts = st.builds(
+    StartSettings, st.floats(-50, 50), st.floats(-50, 50), st.floats(-360, 360).map(lambda degrees: degrees + 0.0)
+)
+audios = st.builds(
+    AudioSettings, st.none() | texts, st.none() | texts, st.integers(5, 100), st.floats(0.1, 30), st.floats(0.1, 10)
+)
+wheels = _of(WheelSettings, port=texts, left_id=st.integers(0, 252), right_id=st.integers(0, 252))
+
+
+@st.composite
+def all_settings(draw: st.DrawFn) -> Settings:
+    team = draw(teams)
+    made = draw(
+        _of(
+            Settings,
+            name=names,
+            team=st.just(team),
+            teams=st.lists(teams.filter(lambda t: t != team), max_size=11, unique=True).map(lambda t: (*t, team)),
+            lexicon=st.none() | paths,
+            tasks=paths,
+            names=st.lists(names, max_size=MAX_KNOWN_NAMES, unique_by=str.casefold).map(tuple),
+            state_dir=paths,
+            start=starts,
+            audio=audios,
+            wheels=wheels,
+            seed=st.none() | st.integers(0, 2**32 - 1),
+        )
+    )
+    assert isinstance(made, Settings)
+    return made
+
+
+@given(all_settings())
+def test_whatever_is_valid_survives_being_written_and_read(settings: Settings) -> None:
+    with tempfile.TemporaryDirectory() as directory:
+        path = Path(directory) / "hvcpd.yaml"
+        path.write_text(yaml.safe_dump(_plain(settings), allow_unicode=True), encoding="utf-8")
+        assert load_settings(path) == settings
+
+
+@given(
+    st.dictionaries(
+        st.text(max_size=8),
+        st.recursive(
+            st.none() | st.booleans() | st.integers() | st.floats() | texts,
+            lambda inner: st.lists(inner, max_size=3) | st.dictionaries(texts, inner, max_size=3),
+            max_leaves=6,
+        ),
+        max_size=5,
+    )
+)
+def test_any_other_yaml_is_a_config_error_and_nothing_else(content: dict[str, Any]) -> None:
+    with tempfile.TemporaryDirectory() as directory:
+        path = Path(directory) / "hvcpd.yaml"
+        path.write_text(yaml.safe_dump(content, allow_unicode=True), encoding="utf-8")
+        if set(content) <= {field.name for field in dataclasses.fields(Settings)}:
+            return  # may be valid by chance
+        with pytest.raises(ConfigError):
+            load_settings(path)
+
+
+def test_the_documented_file_is_valid_and_its_comments_are_the_defaults(tmp_path: Path) -> None:
+    """Every commented key of etc/hvcpd.yaml, taken at its word, makes exactly the defaults; none is missing."""
+    text = (ETC / "hvcpd.yaml").read_text()
+    assert load(tmp_path, text) == Settings(name="Rob")
+    lines = [line[2:] for line in text.splitlines() if line.startswith("# ")]
+    groups = {"start", "audio", "wheels"}
+    keys = {field.name for field in dataclasses.fields(Settings)}
+    kept = []
+    for line in lines:
+        key = line.strip().split(":")[0]
+        inside = line.startswith("  ") and not line.strip().startswith("#") and ":" in line and "Z OW1" not in line
+        if inside or (key in keys and (": " in line or (key in groups and line.endswith(":")))):
+            kept.append(line)
+    whole = "name: Rob\n" + "\n".join(line for line in kept if not line.startswith("tasks:")) + "\n"
+    read = load(tmp_path, whole)
+    assert read == Settings(name="Rob")
+    written = yaml.safe_load(whole)
+    assert set(written) == keys - {"tasks"}
+    for group, type_ in (("start", StartSettings), ("audio", AudioSettings), ("wheels", WheelSettings)):
+        assert set(written[group]) == {field.name for field in dataclasses.fields(type_)}

@@ -1,0 +1,257 @@
+"""A robot's memory: its own, and never a reason to stop."""
+
+from __future__ import annotations
+
+import shutil
+import sqlite3
+from collections.abc import Iterator
+from contextlib import closing
+from pathlib import Path
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from structlog.testing import capture_logs
+
+from hvcpd.errors import StoreError
+from hvcpd.store import SCHEMA_VERSION, PeerRecord, Store, TaskRecord, TranscriptRecord, connect
+
+GREEN = TaskRecord(1, "water the green rose", "claimed", "Rob", 12.5)
+HEARD = TranscriptRecord(3.0, "heard", "Bot", "Hi all, I am Bot", 0.97)
+
+
+@pytest.fixture
+def path(tmp_path: Path) -> Path:
+    return tmp_path / "state" / "rob.sqlite3"
+
+
+@pytest.fixture
+def store(path: Path) -> Iterator[Store]:
+    with closing(Store(path)) as opened:
+        yield opened
+
+
+def test_what_was_kept_is_there_after_a_restart(path: Path) -> None:
+    with closing(Store(path)) as store:
+        store.save_task(GREEN)
+        store.append_transcript(HEARD)
+        store.save_peer(PeerRecord("Bot", "plant", 3.0))
+        store.count("garbled")
+        store.count("garbled", 4)
+    with closing(Store(path)) as again:
+        assert again.tasks() == (GREEN,)
+        assert again.transcript() == (HEARD,)
+        assert again.peers() == (PeerRecord("Bot", "plant", 3.0),)
+        assert again.counters() == {"garbled": 5}
+
+
+def test_what_was_kept_is_there_after_a_crash(path: Path) -> None:
+    store = Store(path)
+    store.save_task(GREEN)
+    with closing(Store(path)) as after:  # the first was never closed
+        assert after.tasks() == (GREEN,)
+    store.close()
+
+
+def test_two_robots_share_nothing(tmp_path: Path) -> None:
+    with closing(Store(tmp_path / "rob.sqlite3")) as rob, closing(Store(tmp_path / "bot.sqlite3")) as bot:
+        rob.save_task(GREEN)
+        assert bot.tasks() == ()
+    with closing(Store()) as one, closing(Store()) as other:
+        one.save_task(GREEN)
+        assert other.tasks() == ()
+
+
+def test_a_task_has_one_row_and_peers_one_name(store: Store) -> None:
+    store.save_task(GREEN)
+    done = TaskRecord(1, "water the green rose", "done", "Rob", 90.0)
+    store.save_task(done)
+    assert store.tasks() == (done,)
+    store.save_peer(PeerRecord("Bot", None, 1.0))
+    store.save_peer(PeerRecord("bot", "plant", 2.0))
+    assert store.peers() == (PeerRecord("bot", "plant", 2.0),)
+
+
+def test_the_transcript_since_a_time(store: Store) -> None:
+    for second in (5.0, 1.0, 3.0):
+        store.append_transcript(TranscriptRecord(second, "garbled", None, ""))
+    assert [record.at_s for record in store.transcript()] == [1.0, 3.0, 5.0]
+    assert [record.at_s for record in store.transcript(3.0)] == [3.0, 5.0]
+
+
+def small_disk(path: Path) -> sqlite3.Connection:
+    """A file that cannot grow beyond 16 pages."""
+    db = connect(path)
+    db.execute("PRAGMA max_page_count = 16")
+    return db
+
+
+def fill(store: Store) -> None:
+    for _ in range(10_000):
+        store.append_transcript(TranscriptRecord(1.0, "said", "Rob", "x" * 1000))
+
+
+def write_protected(path: Path) -> sqlite3.Connection:
+    """A file that can only be read (the superuser, as whom tests may run, ignores the file's own mode)."""
+    db = connect(path)
+    db.execute("PRAGMA query_only = ON")
+    return db
+
+
+texts = st.text(alphabet=st.characters(codec="utf-8"), max_size=40)
+times = st.floats(allow_nan=False, allow_infinity=False)
+
+
+@given(
+    st.lists(
+        st.builds(
+            TranscriptRecord,
+            times,
+            st.sampled_from(["said", "heard", "garbled"]),
+            st.none() | texts,
+            texts,
+            st.none() | st.floats(0, 1),
+        ),
+        max_size=10,
+    )
+)
+def test_any_transcript_is_given_back_in_the_order_of_its_times(records: list[TranscriptRecord]) -> None:
+    with closing(Store()) as store:
+        for record in records:
+            store.append_transcript(record)
+        assert list(store.transcript()) == sorted(records, key=lambda record: record.at_s)
+
+
+def test_wrong_states_are_our_own_mistake(store: Store) -> None:
+    with pytest.raises(sqlite3.IntegrityError):
+        store.save_task(TaskRecord(1, "x", "lost", None, 0.0))  # type: ignore[arg-type]
+
+
+def _break_header(path: Path) -> None:
+    path.write_bytes(b"no database at all, but long enough to be taken for one" * 100)
+
+
+def _break_page(path: Path) -> None:
+    data = bytearray(path.read_bytes())
+    for page in range(1, len(data) // 4096):
+        data[page * 4096 : page * 4096 + 200] = b"\xff" * 200
+    path.write_bytes(bytes(data))
+
+
+def _cut(path: Path) -> None:
+    path.write_bytes(path.read_bytes()[:5000])
+
+
+def _from_the_future(path: Path) -> None:
+    with closing(sqlite3.connect(path)) as db:
+        db.execute(f"PRAGMA user_version = {SCHEMA_VERSION + 1}")
+
+
+def _drop_a_table(path: Path) -> None:
+    with closing(sqlite3.connect(path)) as db:
+        db.execute("DROP TABLE peers")
+
+
+def _somebody_elses(path: Path) -> None:
+    path.unlink()
+    with closing(sqlite3.connect(path)) as db:
+        db.execute("CREATE TABLE recipes (name TEXT)")
+
+
+@pytest.mark.parametrize("damage", [_break_header, _break_page, _cut, _from_the_future, _drop_a_table, _somebody_elses])
+def test_a_damaged_file_is_set_aside_whole_and_a_new_one_begun(damage: object, path: Path) -> None:
+    with closing(Store(path)) as store:
+        store.save_task(GREEN)
+    assert callable(damage)
+    damage(path)
+    damaged = path.read_bytes()
+    neighbour = path.with_name("bot.sqlite3")
+    neighbour.write_bytes(b"not to be touched")
+    with capture_logs() as logs, closing(Store(path)) as store:
+        assert store.tasks() == ()
+        store.save_task(GREEN)
+        assert store.tasks() == (GREEN,)
+    aside = path.with_name("rob.sqlite3.corrupt-1")
+    assert aside.read_bytes() == damaged
+    assert neighbour.read_bytes() == b"not to be touched"
+    (line,) = logs
+    assert (line["log_level"], line["event"], line["aside"]) == ("warning", "store set aside", str(aside))
+    assert line["reason"]
+
+
+def test_what_a_crash_left_in_the_journal_is_set_aside_too(path: Path, tmp_path: Path) -> None:
+    crashed = tmp_path / "crashed" / "rob.sqlite3"
+    with closing(Store(path)) as store, closing(sqlite3.connect(path)) as db:
+        store.save_task(GREEN)
+        db.execute(f"PRAGMA user_version = {SCHEMA_VERSION + 1}")
+        shutil.copytree(path.parent, crashed.parent)  # both the file and its journal, as a power cut leaves them
+        assert crashed.with_name("rob.sqlite3-wal").stat().st_size > 0
+    with capture_logs(), closing(Store(crashed)) as anew:
+        assert anew.tasks() == ()
+    with closing(sqlite3.connect(crashed.with_name("rob.sqlite3.corrupt-1"))) as db:
+        assert db.execute("SELECT name, state FROM tasks").fetchall() == [(GREEN.name, GREEN.state)]
+
+
+def test_each_damaged_file_is_kept(path: Path) -> None:
+    for _ in range(3):
+        Store(path).close()
+        _break_header(path)
+    with capture_logs(), closing(Store(path)):
+        pass
+    assert sorted(file.name for file in path.parent.glob("*.corrupt-*")) == [
+        f"rob.sqlite3.corrupt-{number}" for number in (1, 2, 3)
+    ]
+
+
+def test_a_full_disk_is_told_and_what_was_kept_stays(path: Path) -> None:
+    with closing(Store(path, small_disk)) as store:
+        store.save_task(GREEN)
+        with pytest.raises(StoreError, match="free some space on its disk") as error:
+            fill(store)
+        assert str(path) in str(error.value)
+        assert store.tasks() == (GREEN,)
+        kept = len(store.transcript())
+        assert kept > 0
+    with closing(Store(path)) as again:
+        assert len(again.transcript()) == kept
+
+
+def test_a_file_that_may_not_be_written(path: Path) -> None:
+    with closing(Store(path)) as store:
+        store.save_task(GREEN)
+    with closing(Store(path, write_protected)) as store:
+        assert store.tasks() == (GREEN,)
+        with pytest.raises(StoreError, match="writable for the daemon's user"):
+            store.save_task(GREEN)
+
+
+def test_a_directory_that_cannot_be_made(tmp_path: Path) -> None:
+    (tmp_path / "file").touch()
+    with pytest.raises(StoreError, match="state_dir"):
+        Store(tmp_path / "file" / "rob.sqlite3")
+
+
+def test_a_directory_in_the_files_place(tmp_path: Path) -> None:
+    (tmp_path / "rob.sqlite3").mkdir()
+    with pytest.raises(StoreError, match="set `state_dir` to another"):
+        Store(tmp_path / "rob.sqlite3")
+
+
+def test_another_process_that_holds_the_file(path: Path, store: Store) -> None:
+    with closing(sqlite3.connect(path, isolation_level=None)) as other:
+        other.execute("BEGIN IMMEDIATE")
+        with pytest.raises(StoreError, match="another process uses it"):
+            store.save_task(GREEN)
+        other.execute("ROLLBACK")
+    store.save_task(GREEN)
+
+
+def test_the_version_is_in_the_file(path: Path, store: Store) -> None:
+    with closing(sqlite3.connect(path)) as db:
+        assert db.execute("PRAGMA user_version").fetchone() == (SCHEMA_VERSION,)
+
+
+def test_closing_twice_is_harmless(path: Path) -> None:
+    store = Store(path)
+    store.close()
+    store.close()
