@@ -12,7 +12,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any, Literal
 
-from hvcpd.config.settings import AudioSettings
 from hvcpd.errors import DeviceError
 
 Direction = Literal["input", "output"]
@@ -81,25 +80,6 @@ def find_device(backend: Any, direction: Direction, wanted: str | None) -> Sound
         hint = f"did you mean {near[0]!r}?" if near else f"choose one of {_listed(able)}"
         raise DeviceError(f"{key}: there is no {kind} {wanted!r}; {hint}")
     return matches[0]
-
-
-def check_audio(settings: AudioSettings, backend: Any | None = None) -> list[str]:
-    """What is wrong with the sound devices, a line each, found by their names without opening any of them."""
-    try:
-        backend = backend if backend is not None else load_backend()
-    except DeviceError as error:
-        return [str(error)]
-    problems = []
-    for direction, wanted in _directions(settings):
-        try:
-            find_device(backend, direction, wanted)
-        except DeviceError as error:
-            problems.append(str(error))
-    return problems
-
-
-def _directions(settings: AudioSettings) -> tuple[tuple[Direction, str | None], ...]:
-    return ("input", settings.input_device), ("output", settings.output_device)
 
 
 def _default_device(backend: Any, direction: Direction, able: Sequence[SoundDevice]) -> SoundDevice:

@@ -1,0 +1,258 @@
+"""The full-duplex stream: order, alignment, bounds, and a card that stalls or dies."""
+
+from __future__ import annotations
+
+import asyncio
+import threading
+from collections.abc import Callable, Coroutine
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from hvcpd.config.settings import AudioSettings
+from hvcpd.errors import DeviceError
+from hvcpd.hardware.audio_stream import LEAD_BLOCKS, AudioStream, SampleQueue
+from hvcpd.ports import Samples
+from tests.hardware.fake_card import HEADSET, FakeCard, FakeStream, Status
+
+SETTINGS = AudioSettings(block_ms=10, queue_s=0.1, watchdog_s=5.0)
+BLOCK = 160
+CAPACITY = 1600
+
+
+def ramp(first: int, count: int = BLOCK) -> Samples:
+    """Samples that carry their own number, exactly."""
+    return (np.arange(first, first + count) / 65536).astype(np.float32)
+
+
+def numbers(samples: Samples) -> list[int]:
+    return [round(float(sample) * 65536) for sample in samples]
+
+
+def run(
+    scene: Callable[[AudioStream, FakeStream], Coroutine[Any, Any, None]], settings: AudioSettings = SETTINGS
+) -> FakeStream:
+    """Play a scene on an open stream; the card's side of it."""
+    card = FakeCard()
+
+    async def whole() -> None:
+        stream = AudioStream(settings, card)
+        await stream.open()
+        assert card.stream is not None
+        await stream.start()
+        try:
+            await scene(stream, card.stream)
+        finally:
+            await stream.close()
+
+    asyncio.run(asyncio.wait_for(whole(), 20.0))
+    assert card.stream is not None
+    assert card.stream.closed
+    return card.stream
+
+
+@given(st.lists(st.tuples(st.booleans(), st.integers(0, 50)), max_size=40), st.integers(1, 100))
+def test_a_queue_is_a_line_of_samples_that_loses_only_the_oldest(moves: list[tuple[bool, int]], capacity: int) -> None:
+    queue, line, written = SampleQueue(capacity), [], 0
+    for put, count in moves:
+        if put:
+            lost = queue.put(ramp(written, count))
+            line += range(written, written + count)
+            written += count
+            assert lost == max(0, len(line) - capacity)
+            line = line[lost:]
+        else:
+            assert numbers(queue.take(count)) == line[:count]
+            line = line[count:]
+        assert len(queue) == len(line)
+
+
+def test_every_sample_heard_is_read_once_and_in_order() -> None:
+    async def scene(stream: AudioStream, card: FakeStream) -> None:
+        for block in range(5):
+            card.interrupt(ramp(block * BLOCK))
+        for block in range(5):
+            assert numbers(await stream.read()) == list(range(block * BLOCK, (block + 1) * BLOCK))
+        assert stream.counters.input_dropped == 0
+
+    run(scene)
+
+
+def test_a_reader_that_waits_is_woken_from_another_thread() -> None:
+    async def scene(stream: AudioStream, card: FakeStream) -> None:
+        reading = asyncio.ensure_future(stream.read())
+        await asyncio.sleep(0)
+        thread = threading.Thread(target=card.interrupt, args=(ramp(0),))
+        thread.start()
+        assert numbers(await reading) == list(range(BLOCK))
+        await asyncio.to_thread(thread.join)
+
+    run(scene)
+
+
+def test_blocks_of_another_size_are_cut_anew() -> None:
+    async def scene(stream: AudioStream, card: FakeStream) -> None:
+        card.interrupt(ramp(0, 250))
+        card.interrupt(ramp(250, 70))
+        assert numbers(await stream.read()) == list(range(160))
+        assert numbers(await stream.read()) == list(range(160, 320))
+
+    run(scene)
+
+
+async def live(stream: AudioStream, card: FakeStream, first: int, count: int) -> None:
+    """A robot in time: each block that is heard is answered with its own samples."""
+    for block in range(first, first + count):
+        card.interrupt(ramp(block * BLOCK))
+        stream.write(await stream.read())
+
+
+def offsets(card: FakeStream) -> set[int]:
+    """By how many samples what was played lies behind the microphone sample that it answers (silence left out)."""
+    played = np.concatenate(card.played)
+    return {at - number for at, number in enumerate(numbers(played)) if number > 0}
+
+
+def test_what_is_written_is_played_a_fixed_time_later() -> None:
+    async def scene(stream: AudioStream, card: FakeStream) -> None:
+        await live(stream, card, 0, 20)
+        assert stream.latency_s == pytest.approx(LEAD_BLOCKS * 0.010 + 0.02 + 0.03)
+
+    assert offsets(run(scene)) == {LEAD_BLOCKS * BLOCK}
+
+
+def test_a_robot_one_block_late_leaves_no_gap() -> None:
+    async def scene(stream: AudioStream, card: FakeStream) -> None:
+        await live(stream, card, 0, 5)
+        card.interrupt(ramp(5 * BLOCK))
+        card.interrupt(ramp(6 * BLOCK))
+        for _ in range(2):
+            stream.write(await stream.read())
+        await live(stream, card, 7, 5)
+        assert stream.counters.output_late == 0
+
+    card = run(scene)
+    assert offsets(card) == {LEAD_BLOCKS * BLOCK}
+    assert numbers(np.concatenate(card.played))[3 * BLOCK :] == list(range(BLOCK, BLOCK * 10))
+
+
+def test_after_a_stall_the_directions_are_aligned_again() -> None:
+    async def scene(stream: AudioStream, card: FakeStream) -> None:
+        await live(stream, card, 0, 5)
+        for block in range(5, 11):  # the robot sleeps for six blocks
+            card.interrupt(ramp(block * BLOCK))
+        for _ in range(6):
+            stream.write(await stream.read())
+        await live(stream, card, 11, 10)
+        assert stream.counters.output_late == (6 - LEAD_BLOCKS) * BLOCK
+        assert stream.counters.input_dropped == 0
+
+    assert offsets(run(scene)) == {LEAD_BLOCKS * BLOCK}
+
+
+def test_a_stall_longer_than_the_queue_drops_the_oldest_and_counts() -> None:
+    async def scene(stream: AudioStream, card: FakeStream) -> None:
+        await live(stream, card, 0, 5)
+        for block in range(5, 30):  # 25 blocks, and the queue holds 10
+            card.interrupt(ramp(block * BLOCK))
+        assert stream.counters.input_dropped == 25 * BLOCK - CAPACITY
+        first = await stream.read()
+        assert numbers(first)[0] == 20 * BLOCK
+        stream.write(first)
+        for _ in range(9):
+            stream.write(await stream.read())
+        await live(stream, card, 30, 10)
+
+    assert offsets(run(scene)) == {LEAD_BLOCKS * BLOCK}
+
+
+def test_more_than_fits_is_dropped_and_counted() -> None:
+    async def scene(stream: AudioStream, card: FakeStream) -> None:
+        stream.write(ramp(1, 2 * CAPACITY))
+        assert stream.counters.output_dropped == CAPACITY + LEAD_BLOCKS * BLOCK
+
+    run(scene)
+
+
+def test_the_cards_own_losses_are_counted() -> None:
+    async def scene(stream: AudioStream, card: FakeStream) -> None:
+        card.interrupt(ramp(0), Status(input_overflow=True))
+        card.interrupt(ramp(0), Status(output_underflow=True))
+        card.interrupt(ramp(0), Status(input_overflow=True, output_underflow=True))
+        assert (stream.counters.card_overflows, stream.counters.card_underflows) == (2, 2)
+
+    run(scene)
+
+
+def test_the_watchdog_tells_of_a_card_that_stalls() -> None:
+    async def scene(stream: AudioStream, card: FakeStream) -> None:
+        card.interrupt(ramp(0))
+        await stream.read()
+        with pytest.raises(DeviceError, match=r"no sound came from .* for 0\.02 s"):
+            await stream.read()
+
+    run(scene, AudioSettings(block_ms=10, watchdog_s=0.02))
+
+
+def test_a_card_that_dies_is_told_at_once_after_its_last_sound() -> None:
+    async def scene(stream: AudioStream, card: FakeStream) -> None:
+        card.interrupt(ramp(0))
+        card.die()
+        assert numbers(await stream.read()) == list(range(BLOCK))
+        with pytest.raises(DeviceError, match="stopped; is it still connected"):
+            await stream.read()
+
+    run(scene)
+
+
+def test_a_card_that_dies_wakes_the_reader() -> None:
+    async def scene(stream: AudioStream, card: FakeStream) -> None:
+        reading = asyncio.ensure_future(stream.read())
+        await asyncio.sleep(0)
+        await asyncio.to_thread(card.die)
+        with pytest.raises(DeviceError, match="stopped"):
+            await reading
+
+    run(scene)
+
+
+def opening_fault(card: FakeCard, settings: AudioSettings = SETTINGS) -> str:
+    async def scene() -> None:
+        stream = AudioStream(settings, card)
+        try:
+            await stream.open()
+            if card.stream is not None:
+                card.stream.gone = True
+            await stream.start()
+        finally:
+            await stream.close()
+
+    with pytest.raises(DeviceError) as error:
+        asyncio.run(scene())
+    return str(error.value)
+
+
+def test_a_card_without_16_khz_names_its_own_rate() -> None:
+    message = opening_fault(FakeCard(rates_hz=(48_000,)))
+    assert HEADSET["name"] in message
+    assert "its own rate is 48000 Hz" in message
+
+
+def test_a_card_in_use() -> None:
+    card = FakeCard()
+    card.busy = True
+    assert "is another program using them?" in opening_fault(card)
+
+
+def test_a_card_that_does_not_start_is_let_go() -> None:
+    card = FakeCard()
+    assert "does not start" in opening_fault(card)
+    assert card.stream is not None
+    assert card.stream.closed
+
+
+def test_no_such_device() -> None:
+    assert "there is no microphone 'x'" in opening_fault(FakeCard(), AudioSettings(input_device="x"))
