@@ -1,0 +1,38 @@
+"""One cache of rendered units for all commands of a test run, apart from the user's own."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+
+import pytest
+
+from hvcpd.control.cli import main
+
+
+@pytest.fixture(scope="session", autouse=True)
+def _own_cache(tmp_path_factory: pytest.TempPathFactory) -> Iterator[None]:
+    with pytest.MonkeyPatch.context() as environment:
+        environment.setenv("XDG_CACHE_HOME", str(tmp_path_factory.mktemp("cache")))
+        yield
+
+
+Refuse = Callable[..., str]
+
+
+@pytest.fixture
+def refused(capsys: pytest.CaptureFixture[str]) -> Refuse:
+    """Run `hvcpctl` with bad input: exit status 2, nothing on standard output, no traceback; what it said."""
+
+    def run(*arguments: object) -> str:
+        try:
+            status: object = main([str(argument) for argument in arguments])
+        except SystemExit as end:  # argparse's way
+            status = end.code
+        out, err = capsys.readouterr()
+        assert status == 2
+        assert out == ""
+        assert "Traceback" not in err
+        assert "hvcpctl" in err
+        return err
+
+    return run

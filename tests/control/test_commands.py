@@ -1,0 +1,160 @@
+"""What `hvcpctl` does with good input."""
+
+from __future__ import annotations
+
+import argparse
+import json
+from html.parser import HTMLParser
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from hvcpd import __version__
+from hvcpd.control import simulate
+from hvcpd.control.cli import main
+from hvcpd.control.soundfile import read_wav, write_wav
+from hvcpd.ports import SAMPLE_RATE_HZ, Samples
+from tests.hardware.fake_card import CAMERA, FakeCard
+
+
+def ran(capsys: pytest.CaptureFixture[str], *arguments: object) -> str:
+    """Run `hvcpctl` with good input: exit status 0; its standard output."""
+    assert main([str(argument) for argument in arguments]) == 0
+    return capsys.readouterr().out
+
+
+def test_version(capsys: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(SystemExit) as end:
+        main(["--version"])
+    assert end.value.code == 0
+    assert capsys.readouterr().out == f"hvcpctl {__version__}\n"
+
+
+def test_the_card_as_text_has_every_task_and_name(capsys: pytest.CaptureFixture[str]) -> None:
+    card = ran(capsys, "phrases", "--names", "Alice,Bot")
+    assert "water the yellow rose" in card
+    assert "Alice" in card
+    assert "stop" in card
+
+
+def test_the_card_as_markdown(capsys: pytest.CaptureFixture[str]) -> None:
+    card = ran(capsys, "phrases", "--format", "markdown")
+    assert card.startswith("#")
+    assert "water the yellow rose" in card
+
+
+def test_the_card_as_html_is_well_formed_and_needs_nothing_from_elsewhere(capsys: pytest.CaptureFixture[str]) -> None:
+    class Balance(HTMLParser):
+        def __init__(self) -> None:
+            super().__init__()
+            self.open: list[str] = []
+
+        def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+            assert not any(name in ("src", "href") for name, _ in attrs)
+            if tag not in ("meta", "br", "link", "hr", "img"):
+                self.open.append(tag)
+
+        def handle_endtag(self, tag: str) -> None:
+            assert self.open.pop() == tag
+
+    page = ran(capsys, "phrases", "--format", "html")
+    balance = Balance()
+    balance.feed(page)
+    assert balance.open == []
+    assert "water the yellow rose" in page
+
+
+def test_a_team_of_the_settings_is_on_the_card(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
+    path = tmp_path / "hvcpd.yaml"
+    path.write_text("team: garden\nnames: [Zoe]\n")
+    card = ran(capsys, "phrases", "--config", path)
+    assert "garden" in card
+    assert "Zoe" in card
+
+
+@pytest.fixture(scope="module")
+def sentence(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    path = tmp_path_factory.mktemp("said") / "order.wav"
+    assert main(["say", "Hi Rob, I am Bot, water the yellow rose", "-o", str(path)]) == 0
+    return path
+
+
+def test_what_was_said_is_a_wav_of_16_khz_mono_16_bit(sentence: Path) -> None:
+    header = sentence.read_bytes()[:44]
+    assert header[20:36] == bytes.fromhex("0100 0100 803e0000 007d0000 0200 1000")
+    samples = read_wav(sentence)
+    assert 2.0 < len(samples) / SAMPLE_RATE_HZ < 6.0
+    assert 0.02 < float(np.sqrt(np.mean(samples**2))) < 0.5
+
+
+def test_what_was_said_is_heard(sentence: Path, capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
+    samples = read_wav(sentence)
+    noise = np.random.default_rng(1).standard_normal(len(samples) + 3 * SAMPLE_RATE_HZ).astype(np.float32) * 1e-4
+    noise[2 * SAMPLE_RATE_HZ : 2 * SAMPLE_RATE_HZ + len(samples)] += samples
+    write_wav(tmp_path / "room.wav", noise)
+    (line,) = ran(capsys, "hear", tmp_path / "room.wav", "--json").splitlines()
+    heard = json.loads(line)
+    assert heard.pop("start_s") == pytest.approx(2.0, abs=0.3)
+    assert heard.pop("end_s") == pytest.approx(2.0 + len(samples) / SAMPLE_RATE_HZ, abs=0.4)
+    assert 0.5 < heard.pop("confidence") <= 1.0
+    assert heard == {"text": "Hi Rob, I am Bot, water the yellow rose", "speaker": "Bot", "addressee": "Rob"}
+    assert "Hi Rob, I am Bot, water the yellow rose" in ran(capsys, "hear", tmp_path / "room.wav")
+
+
+def test_silence_has_no_sentence_and_says_so(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
+    write_wav(tmp_path / "quiet.wav", np.zeros(SAMPLE_RATE_HZ, np.float32))
+    assert main(["hear", str(tmp_path / "quiet.wav")]) == 0
+    out, err = capsys.readouterr()
+    assert out == ""
+    assert "no sentence of the phrasebook" in err
+    assert main(["hear", str(tmp_path / "quiet.wav"), "--json"]) == 0
+    assert capsys.readouterr() == ("", "")
+
+
+def test_robots_sound_different_and_each_always_the_same(
+    sentence: Path, capsys: pytest.CaptureFixture[str], tmp_path: Path
+) -> None:
+    text = "Hi Rob, I am Bot, water the yellow rose"
+    ran(capsys, "say", text, "-o", tmp_path / "again.wav")
+    assert (tmp_path / "again.wav").read_bytes() == sentence.read_bytes()
+    assert main(["say", text, "--as", "Rob", "-o", str(tmp_path / "other.wav")]) == 0
+    assert "Bot's words in Rob's voice" in capsys.readouterr().err
+    assert (tmp_path / "other.wav").read_bytes() != sentence.read_bytes()
+
+
+def test_a_wav_that_cannot_be_written(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
+    assert main(["say", "Hi, I am Rob", "-o", str(tmp_path / "none" / "x.wav")]) == 2
+    assert "cannot be written" in capsys.readouterr().err
+
+
+def pacing(play: bool, speed: str = "max") -> argparse.Namespace:
+    return argparse.Namespace(play=play, speed=speed)
+
+
+def test_play_goes_to_the_loudspeaker_louder() -> None:
+    card = FakeCard()
+    quiet: Samples = np.full(400, 0.001, np.float32)
+    with simulate._pacing(pacing(True), card) as pace:
+        pace(0.025, quiet)
+        pace(0.05, np.full(400, 0.9, np.float32))
+    assert card.stream is not None
+    np.testing.assert_allclose(card.stream.played[0], quiet * simulate.LISTENER_GAIN)
+    assert float(card.stream.played[1].max()) == 1.0
+    assert card.stream.closed
+
+
+def test_play_without_a_loudspeaker_is_noted_once_and_goes_on_in_real_time(capsys: pytest.CaptureFixture[str]) -> None:
+    with simulate._pacing(pacing(True), FakeCard((CAMERA,))) as pace:
+        pace(0.0, np.zeros(400, np.float32))
+        pace(0.0, np.zeros(400, np.float32))
+        assert isinstance(pace, simulate._RealTime)
+    (line,) = capsys.readouterr().err.splitlines()
+    assert line.startswith("hvcpctl: note: nothing is played: there is no loudspeaker")
+
+
+def test_speed_chooses_the_pace() -> None:
+    with simulate._pacing(pacing(False, "real")) as pace:
+        assert isinstance(pace, simulate._RealTime)
+    with simulate._pacing(pacing(False)) as pace:
+        assert not isinstance(pace, simulate._RealTime)

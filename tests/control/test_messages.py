@@ -1,0 +1,129 @@
+"""What `hvcpctl` answers to bad input: exit status 2 and one message that names the place and the remedy."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from tests.control.conftest import Refuse
+
+
+@pytest.mark.parametrize(
+    ("sentence", "part"),
+    [
+        ("Hi Rob, I am Bot, watter the yellow rose", "'watter' is not in the phrasebook"),
+        ("Hi Rob, I am Bot, watter the yellow rose", "did you mean 'water'?"),
+        ("good morning", "'good' is not in the phrasebook at the beginning"),
+        ("Hi all, I am", "breaks off after 'hi all i am'; it could go on with"),
+        ("Hi, I am Rob xylophone", "'xylophone'"),
+        ("Hi, I am Zed", "'zed'"),
+        ("", "there is no word to say"),
+        ("?!", "there is no word to say"),
+        ("Hi, I am Rob, task one complete now", "after 'hi i am rob task one complete'"),
+    ],
+)
+def test_a_sentence_outside_the_phrasebook(sentence: str, part: str, refused: Refuse, tmp_path: Path) -> None:
+    message = refused("say", sentence, "-o", tmp_path / "x.wav")
+    assert part in message
+    assert len(message.splitlines()) == 1
+    assert "hvcpctl phrases" in message or "could go on with" in message
+    assert not (tmp_path / "x.wav").exists()
+
+
+def test_names_make_words_known(refused: Refuse, tmp_path: Path) -> None:
+    assert "'rob'" in refused("say", "Hi, I am Rob", "--names", "Zed,Bot", "-o", tmp_path / "x.wav")
+
+
+@pytest.mark.parametrize(
+    ("names", "part"),
+    [
+        ("R2-D2", "not a letter followed by letters and digits"),
+        ("Rob,rob", "the same aloud"),
+        (",", "at least one name"),
+        ("Stop", "cannot be a robot's name"),
+    ],
+)
+def test_names_that_cannot_be(names: str, part: str, refused: Refuse) -> None:
+    assert part in refused("phrases", "--names", names)
+
+
+@pytest.mark.parametrize(
+    ("text", "part"),
+    [
+        ("tasks:\n- {number: 1, name: fetch the ball, actions: [{wait: 1}], colour: red}\n", "unknown key 'colour'"),
+        ("tasks:\n- {number: one, name: fetch the ball, actions: [{wait: 1}]}\n", "expected a whole number"),
+        (
+            "tasks:\n- {number: 1, name: fetch the ball, actions: [{wait: 1}]}\n"
+            "- {number: 1, name: guard the door, actions: [{wait: 1}]}\n",
+            "task number 1 is taken in line 2",
+        ),
+        (
+            "tasks:\n- {number: 1, name: fetch the ball, actions: [{wait: 1}]}\n"
+            "- {number: 2, name: fetch the bowl, actions: [{wait: 1}]}\n",
+            "sounds like 'fetch the ball' in line 2",
+        ),
+        ("tasks: [\n", "not valid YAML"),
+        ("", "the key 'tasks' is missing"),
+    ],
+)
+@pytest.mark.parametrize("command", [["phrases"], ["say", "Hi, I am Rob", "-o", "x.wav"], ["simulate", "--json"]])
+def test_bad_tasks(text: str, part: str, command: list[str], refused: Refuse, tmp_path: Path) -> None:
+    path = tmp_path / "tasks.yaml"
+    path.write_text(text)
+    message = refused(*command, "--tasks", path)
+    assert part in message
+    assert f"{path}:" in message
+
+
+@pytest.mark.parametrize("option", ["--tasks", "--config"])
+def test_files_that_cannot_be_read(option: str, refused: Refuse, tmp_path: Path) -> None:
+    assert "there is no such file" in refused("phrases", option, tmp_path / "none.yaml")
+    assert "this is a directory" in refused("phrases", option, tmp_path)
+    (tmp_path / "latin.yaml").write_bytes(b"name: Ren\xe9\n")
+    assert "latin.yaml:1: not UTF-8" in refused("phrases", option, tmp_path / "latin.yaml")
+
+
+def test_a_bad_settings_file_tells_all_its_faults(refused: Refuse, tmp_path: Path) -> None:
+    path = tmp_path / "hvcpd.yaml"
+    path.write_text("taem: plant\nmode: boss\nteams: [A]\n")
+    message = refused("phrases", "--config", path)
+    assert [part in message for part in (":1: ", ":2: ", ":3: ")] == [True] * 3
+    assert "did you mean 'team'?" in message
+
+
+def test_a_bad_lexicon(refused: Refuse, tmp_path: Path) -> None:
+    (tmp_path / "words.txt").write_text("rob R AA1 B\nzoe Z QQ\n")
+    path = tmp_path / "hvcpd.yaml"
+    path.write_text("lexicon: words.txt\n")
+    assert "words.txt:2: unknown phone 'QQ'" in refused("phrases", "--config", path)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "part"),
+    [
+        ([], "COMMAND"),
+        (["sya", "Hi"], "sya"),
+        (["say"], "TEXT"),
+        (["hear"], "FILE.wav"),
+        (["phrases", "--format", "pdf"], "pdf"),
+        (["simulate", "--seed", "-1"], "whole number from 0 to 4294967295"),
+        (["simulate", "--seed", "4294967296"], "whole number"),
+        (["simulate", "--noise-db", "loud"], "is not a number"),
+        (["simulate", "--noise-db", "nan"], "out of the range"),
+        (["simulate", "--noise-db", "1e9"], "out of the range"),
+        (["simulate", "--mode", "follow"], "follow"),
+        (["simulate", "--coordinator", "Rob"], "add --mode coordinate"),
+        (["simulate", "--mode", "coordinate", "--robots", "Rob"], "at least two"),
+        (["simulate", "--mode", "coordinate", "--coordinator", "Zed"], "choose one of Rob, Bot"),
+        (["simulate", "--robots", ",".join(f"N{n}" for n in range(13))], "at most 12"),
+        (["say", "Hi, I am Rob", "--as", "R2-D2"], "not a letter followed by"),
+    ],
+)
+def test_wrong_usage(arguments: list[str], part: str, refused: Refuse) -> None:
+    assert part in refused(*arguments)
+
+
+def test_a_report_that_cannot_be_written_is_told_before_the_mission(refused: Refuse, tmp_path: Path) -> None:
+    (tmp_path / "file").touch()
+    assert "--report: " in refused("simulate", "--json", "--report", tmp_path / "file" / "report")

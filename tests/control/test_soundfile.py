@@ -1,0 +1,200 @@
+"""WAV files of every common kind, and every way in which they are broken."""
+
+from __future__ import annotations
+
+import struct
+import tempfile
+import wave
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from hypothesis.extra import numpy as hnp
+from numpy.typing import NDArray
+
+from hvcpd.control.cli import main
+from hvcpd.control.soundfile import read_wav, write_wav
+from hvcpd.errors import AudioFileError
+from hvcpd.ports import SAMPLE_RATE_HZ, Samples
+from tests.control.conftest import Refuse
+
+PCM, FLOAT, EXTENSIBLE = 1, 3, 0xFFFE
+Encode = Callable[[NDArray[np.float64]], bytes]
+
+
+def _24_bit(x: NDArray[np.float64]) -> bytes:
+    whole = np.rint(x * (2**23 - 1)).astype("<i4")
+    return whole.view(np.uint8).reshape(-1, 4)[:, :3].tobytes()
+
+
+KINDS: dict[str, tuple[int, int, Encode, float]] = {
+    "8 bit": (PCM, 8, lambda x: np.rint(x * 127 + 128).astype(np.uint8).tobytes(), 2**-6),
+    "16 bit": (PCM, 16, lambda x: np.rint(x * 32767).astype("<i2").tobytes(), 2**-14),
+    "24 bit": (PCM, 24, _24_bit, 2**-21),
+    "32 bit": (PCM, 32, lambda x: np.rint(x * (2**31 - 1)).astype("<i4").tobytes(), 1e-6),
+    "float": (FLOAT, 32, lambda x: x.astype("<f4").tobytes(), 1e-6),
+    "double": (FLOAT, 64, lambda x: x.astype("<f8").tobytes(), 1e-6),
+}
+
+
+def riff(
+    data: bytes,
+    code: int = PCM,
+    bits: int = 16,
+    rate_hz: int = SAMPLE_RATE_HZ,
+    channels: int = 1,
+    *,
+    extensible: bool = False,
+    before: bytes = b"",
+    stated: int | None = None,
+) -> bytes:
+    """A WAV file written by the specification, independently of `write_wav`."""
+    frame = channels * bits // 8
+    fmt = struct.pack("<HHIIHH", EXTENSIBLE if extensible else code, channels, rate_hz, rate_hz * frame, frame, bits)
+    if extensible:
+        fmt += struct.pack("<HHIH", 22, bits, 0, code) + bytes.fromhex("000000001000800000aa00389b71")
+    length = len(data) if stated is None else stated
+    body = b"WAVE" + b"fmt " + struct.pack("<I", len(fmt)) + fmt + before
+    body += b"data" + struct.pack("<I", length) + data
+    return b"RIFF" + struct.pack("<I", len(body)) + body
+
+
+def tone(rate_hz: int, duration_s: float = 0.25) -> NDArray[np.float64]:
+    return 0.5 * np.sin(2 * np.pi * 440.0 * np.arange(round(duration_s * rate_hz)) / rate_hz)
+
+
+def read(tmp_path: Path, data: bytes) -> Samples:
+    path = tmp_path / "x.wav"
+    path.write_bytes(data)
+    return read_wav(path)
+
+
+@pytest.mark.parametrize("extensible", [False, True])
+@pytest.mark.parametrize("kind", KINDS)
+def test_every_kind_of_sample(kind: str, extensible: bool, tmp_path: Path) -> None:
+    code, bits, encode, step = KINDS[kind]
+    wanted = tone(SAMPLE_RATE_HZ)
+    got = read(tmp_path, riff(encode(wanted), code, bits, extensible=extensible))
+    assert got.dtype == np.float32
+    np.testing.assert_allclose(got, wanted, atol=step)
+
+
+@pytest.mark.parametrize("rate_hz", [8_000, 11_025, 22_050, 32_000, 44_100, 48_000, 96_000])
+def test_every_rate_becomes_16_khz(rate_hz: int, tmp_path: Path) -> None:
+    got = read(tmp_path, riff(KINDS["float"][2](tone(rate_hz)), FLOAT, 32, rate_hz))
+    wanted = tone(SAMPLE_RATE_HZ)[: len(got)]
+    assert len(got) == pytest.approx(len(wanted), abs=1)
+    inner = slice(400, -400)
+    np.testing.assert_allclose(got[inner], wanted[inner], atol=2e-4)
+
+
+@pytest.mark.parametrize("channels", [2, 6])
+def test_channels_are_averaged(channels: int, tmp_path: Path) -> None:
+    frames = np.zeros((1000, channels))
+    frames[:, 0] = 0.6
+    got = read(tmp_path, riff(KINDS["16 bit"][2](frames.ravel()), channels=channels))
+    np.testing.assert_allclose(got, 0.6 / channels, atol=1e-4)
+
+
+def test_other_chunks_are_passed_over_even_of_odd_length(tmp_path: Path) -> None:
+    more = b"LIST" + struct.pack("<I", 3) + b"abc\0"
+    wanted = tone(SAMPLE_RATE_HZ)
+    np.testing.assert_allclose(read(tmp_path, riff(KINDS["16 bit"][2](wanted), before=more)), wanted, atol=1e-4)
+
+
+@pytest.mark.parametrize("stated", [0x7FFFFFFF, 0xFFFFFFFF, 0x7FFFF000])
+def test_a_length_that_a_pipe_could_not_know(stated: int, tmp_path: Path) -> None:
+    wanted = tone(SAMPLE_RATE_HZ)
+    assert len(read(tmp_path, riff(KINDS["16 bit"][2](wanted), stated=stated))) == len(wanted)
+
+
+def test_numbers_that_are_none_become_silence_and_giants_are_clipped(tmp_path: Path) -> None:
+    data = np.array([0.1, np.nan, np.inf, -np.inf, 1e30, 0.2], "<f4").tobytes()
+    got = read(tmp_path, riff(data, FLOAT, 32))
+    np.testing.assert_allclose(got, [0.1, 0.0, 0.0, 0.0, 64.0, 0.2], atol=1e-6)
+
+
+GOOD = riff(KINDS["16 bit"][2](tone(SAMPLE_RATE_HZ)))
+
+
+@pytest.mark.parametrize(
+    ("data", "part"),
+    [
+        (b"", "the file is empty"),
+        (b"RIFF", "not a WAV file"),
+        (b"ID3\x04 an MP3 file, by its looks", "not a WAV file"),
+        (b"OggS" + bytes(100), "not a WAV file"),
+        (GOOD[:12], "no samples in it"),
+        (GOOD[:30], "broken"),
+        (GOOD[:40], "broken or cut short"),
+        (GOOD[:44], "cut short, only 0.00 s of 0.25 s"),
+        (GOOD[:4044], "cut short, only 0.12 s of 0.25 s"),
+        (riff(b""), "no samples in it; record it again"),
+        (riff(b"\0"), "no samples in it"),
+        (riff(bytes(100), code=2), "format 0x2; convert it to 16-bit PCM"),
+        (riff(bytes(100), bits=12), "holds 12-bit sound"),
+        (riff(bytes(100), rate_hz=4_000), "has 4000 samples a second"),
+        (riff(bytes(100), rate_hz=0), "has 0 samples a second"),
+        (riff(bytes(100), rate_hz=400_000), "has 400000 samples a second"),
+        (riff(bytes(100), channels=0), "broken, 0 channels"),
+        (riff(bytes(100), channels=65), "broken, 65 channels"),
+        (GOOD[:32] + b"\x05\x00" + GOOD[34:], "broken, 1 channels in 5 bytes"),
+        (GOOD[:12] + GOOD[36:], "its samples come before their format"),
+    ],
+)
+def test_broken_files(data: bytes, part: str, tmp_path: Path, refused: Refuse) -> None:
+    path = tmp_path / "x.wav"
+    path.write_bytes(data)
+    with pytest.raises(AudioFileError) as error:
+        read_wav(path)
+    assert part in str(error.value)
+    assert str(path) in refused("hear", path)
+
+
+def test_files_that_are_not_there(tmp_path: Path, refused: Refuse) -> None:
+    assert "there is no such file; check the name" in refused("hear", tmp_path / "none.wav")
+    assert "this is a directory" in refused("hear", tmp_path)
+    assert "cannot be read" in refused("hear", "a\0b.wav")
+
+
+@given(st.binary(max_size=120), st.integers(0, 60))
+def test_any_bytes_give_sound_or_an_audio_file_error(more: bytes, kept: int) -> None:
+    with tempfile.TemporaryDirectory() as directory:
+        path = Path(directory) / "x.wav"
+        path.write_bytes(GOOD[:kept] + more)
+        try:
+            samples = read_wav(path)
+        except AudioFileError:
+            return
+        assert np.isfinite(samples).all()
+
+
+@given(hnp.arrays(np.float32, st.integers(1, 200), elements=st.floats(-2, 2, width=32)))
+def test_what_is_written_is_read_back(samples: Samples) -> None:
+    with tempfile.TemporaryDirectory() as directory:
+        path = Path(directory) / "x.wav"
+        write_wav(path, samples)
+        np.testing.assert_allclose(read_wav(path), np.clip(samples, -1.0, 1.0), atol=2**-15)
+        with wave.open(str(path)) as other:  # Python's own reader agrees
+            assert (other.getframerate(), other.getnchannels(), other.getsampwidth()) == (16_000, 1, 2)
+            assert other.getnframes() == len(samples)
+
+
+def test_zeros_before_a_sentence_change_nothing_in_any_format(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """The same sentence as 48 kHz stereo 24-bit and as 16 kHz mono gives the same words."""
+    assert main(["say", "Hi, I am Rob, task one complete", "-o", str(tmp_path / "a.wav")]) == 0
+    samples = read_wav(tmp_path / "a.wav")
+    padded = np.concatenate([np.zeros(8000), samples, np.zeros(8000)])
+    padded += np.random.default_rng(2).standard_normal(len(padded)) * 1e-4
+    from hvcpd.hardware.audio_resample import resample
+
+    high = resample(padded.astype(np.float32), 16_000, 48_000).astype(np.float64)
+    stereo = np.repeat(np.clip(high, -1, 1), 2)
+    (tmp_path / "b.wav").write_bytes(riff(_24_bit(stereo), PCM, 24, 48_000, 2, extensible=True))
+    assert main(["hear", str(tmp_path / "b.wav")]) == 0
+    assert "I am Rob, task one complete" in capsys.readouterr().out
