@@ -26,7 +26,7 @@ def _names(text: str) -> tuple[str, ...]:
     return names
 
 
-def _positive(text: str) -> float:
+def _level_db(text: str) -> float:
     try:
         value = float(text)
     except ValueError:
@@ -94,7 +94,7 @@ def _add_simulate(commands: _Commands) -> None:
     c.add_argument("--play", action="store_true", help="play what a listener in the room hears (implies --speed real)")
     c.add_argument(
         "--noise-db",
-        type=_positive,
+        type=_level_db,
         default=40.0,
         metavar="DB",
         help="ambient noise in dB SPL (default 40, a quiet room)",

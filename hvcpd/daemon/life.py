@@ -12,6 +12,7 @@ from hvcpd.assembly import make_robot
 from hvcpd.daemon.devices import Devices, SoundStream
 from hvcpd.daemon.journal_service import JournalService, Remembered
 from hvcpd.daemon.outfit import Outfit
+from hvcpd.daemon.rehearsal import rehearse
 from hvcpd.daemon.telling import tell
 from hvcpd.daemon.wheel_service import WheelService
 from hvcpd.hardware.audio_stream import StreamCounters
@@ -51,6 +52,7 @@ class Daemon:
 
             plan = self._outfit.plan(remembered, Acoustics(latency_s=stream.latency_s))
             robot = self.robot = await asyncio.to_thread(make_robot, plan, self._outfit.sound)
+            await asyncio.to_thread(rehearse, settings.name, robot.phrasebook.graph.words, self._outfit.sound)
 
             wheels = self._devices.make_wheels(settings.wheels)
             if wheels is not None:

@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import signal
+import threading
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 
 from hvcpd import __version__
@@ -13,7 +15,9 @@ from hvcpd.cli import main
 from hvcpd.config.settings import WheelSettings, load_settings
 from hvcpd.daemon.devices import Devices, make_wheels
 from hvcpd.errors import EX_CANTCREAT, EX_CONFIG, EX_OK, EX_SOFTWARE, EX_UNAVAILABLE, EX_USAGE, DeviceError
+from hvcpd.hardware.audio_stream import AudioStream
 from tests.daemon.virtual import TwoCards, devices_of, shared_room
+from tests.hardware.fake_card import HEADSET, FakeCard
 
 
 class NoCards(TwoCards):
@@ -21,6 +25,15 @@ class NoCards(TwoCards):
         if kind is not None:
             raise self.PortAudioError("no default")
         return []
+
+
+@pytest.fixture
+def ready(config: Path, units: Path) -> Path:
+    """Settings whose port is there, and units that were rendered before."""
+    config.write_text(config.read_text().replace(str(config.parent / "no-such-port"), "/dev/null"))
+    (config.parent / "state").mkdir()
+    (config.parent / "state" / "units").symlink_to(units)
+    return config
 
 
 def never(*_: Any) -> Any:
@@ -149,50 +162,79 @@ def test_no_wheels_by_the_settings() -> None:
 
 @pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGINT])
 def test_a_signal_ends_it_in_order_with_0(
-    number: signal.Signals, config: Path, capsys: pytest.CaptureFixture[str]
+    number: signal.Signals, ready: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    settings = load_settings(config, {"name": "Rob"})
+    settings = load_settings(ready, {"name": "Rob"})
 
     def watch(now: float) -> None:
         if now >= 2.0:
             signal.raise_signal(number)
 
     with shared_room([settings], watch) as room:
-        config.write_text(config.read_text().replace(str(config.parent / "no-such-port"), "/dev/null"))
-        assert main(["--config", str(config), "--name", "Rob"], devices_of(room)) == EX_OK
+        assert main(["--config", str(ready), "--name", "Rob"], devices_of(room)) == EX_OK
         assert room.streams[0].log == ["open", "start", "close"]
     assert capsys.readouterr().err.splitlines()[-1].endswith("level=info event=stopped")
     assert room.now_s < 3.0
 
 
-def test_a_dead_card_exits_with_69_and_a_reason(config: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    config.write_text(config.read_text().replace(str(config.parent / "no-such-port"), "/dev/null"))
-    settings = load_settings(config, {"name": "Rob"})
+def test_a_dead_card_exits_with_69_and_a_reason(ready: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    settings = load_settings(ready, {"name": "Rob"})
 
     def watch(now: float) -> None:
         if now >= 1.0:
             raise DeviceError("the sound card 'mic' stopped; is it still connected?")
 
     with shared_room([settings], watch) as room:
-        assert main(["--config", str(config), "--name", "Rob"], devices_of(room)) == EX_UNAVAILABLE
+        assert main(["--config", str(ready), "--name", "Rob"], devices_of(room)) == EX_UNAVAILABLE
     last = capsys.readouterr().err.splitlines()[-1]
     assert "level=error event=failed" in last
     assert "still connected" in last
 
 
 def test_our_own_fault_exits_with_70_after_the_wheels_are_stopped(
-    config: Path, capsys: pytest.CaptureFixture[str]
+    ready: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    config.write_text(config.read_text().replace(str(config.parent / "no-such-port"), "/dev/null"))
-    settings = load_settings(config, {"name": "Rob"})
+    settings = load_settings(ready, {"name": "Rob"})
 
     def watch(now: float) -> None:
         if now >= 1.0:
             raise ZeroDivisionError("a fault of ours")
 
     with shared_room([settings], watch) as room:
-        assert main(["--config", str(config), "--name", "Rob"], devices_of(room)) == EX_SOFTWARE
+        assert main(["--config", str(ready), "--name", "Rob"], devices_of(room)) == EX_SOFTWARE
         assert room.streams[0].log[-1] == "close"
     last = capsys.readouterr().err.splitlines()[-1]
     assert "event=crashed" in last
     assert "ZeroDivisionError: a fault of ours" in last
+
+
+def test_the_real_stream_on_a_card_that_is_pulled_out(ready: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """AudioStream, its callbacks on another thread, and the daemon's loop together."""
+    ready.write_text(ready.read_text().replace("wheels: {", "wheels: {driver: none, "))
+    card = FakeCard((HEADSET,))
+
+    def interrupts() -> None:
+        stream = card.running(10.0)
+        for _ in range(200):
+            stream.interrupt(np.zeros(400, np.float32))
+        stream.die()
+
+    thread = threading.Thread(target=interrupts)
+    thread.start()
+    devices = Devices(lambda: card, lambda settings: AudioStream(settings, card))
+    assert main(["--config", str(ready), "--name", "Rob"], devices) == EX_UNAVAILABLE
+    thread.join()
+    err = capsys.readouterr().err
+    assert "latency_s=0.1" in err
+    assert "stopped; is it still connected" in err.splitlines()[-1]
+    assert card.stream is not None
+    assert card.stream.closed
+
+
+def test_a_memory_that_cannot_be_opened_exits_with_73_before_any_device(
+    ready: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    ready.write_text(ready.read_text().replace("wheels: {", "wheels: {driver: none, "))
+    (ready.parent / "state" / "rob.sqlite3").mkdir()
+    assert main(["--config", str(ready), "--name", "Rob"], Devices(TwoCards, never, never)) == EX_CANTCREAT
+    assert "set `state_dir` to another" in capsys.readouterr().err.splitlines()[-1]

@@ -27,7 +27,9 @@ class OverError(DeviceError):
     """The test has seen enough."""
 
 
-def settings_of(directory: Path, name: str, **more: object) -> Settings:
+def settings_of(directory: Path, units: Path, name: str, **more: object) -> Settings:
+    (directory / "state").mkdir()
+    (directory / "state" / "units").symlink_to(units)
     (directory / "tasks.yaml").write_text(ONE_TASK)
     given = {"name": name, "tasks": str(directory / "tasks.yaml"), "state_dir": str(directory / "state"), "seed": 3}
     return load_settings(None, given | more, system_path=directory / "none.yaml")
@@ -63,10 +65,10 @@ def said(logs: list[Any]) -> list[str]:
 
 
 @pytest.fixture(scope="module")
-def lonely(tmp_path_factory: pytest.TempPathFactory) -> tuple[list[Any], SharedRoom, Outfit]:
+def lonely(tmp_path_factory: pytest.TempPathFactory, units: Path) -> tuple[list[Any], SharedRoom, Outfit]:
     """A robot alone in the room, from switching on until its task is done."""
     directory = tmp_path_factory.mktemp("lonely")
-    settings = settings_of(directory, "Rob")
+    settings = settings_of(directory, units, "Rob")
     outfit = equip(settings)
     with shared_room([settings], until(90.0, lambda: "Task one complete" in " ".join(said(logs)))) as room:
         with capture_logs() as logs:
@@ -116,8 +118,8 @@ def test_everything_is_taken_down_and_the_wheels_stand(lonely: tuple[list[Any], 
         assert motor.hardware_error == 0
 
 
-def test_a_card_that_dies_while_driving_stops_the_wheels(tmp_path: Path) -> None:
-    settings = settings_of(tmp_path, "Rob")
+def test_a_card_that_dies_while_driving_stops_the_wheels(tmp_path: Path, units: Path) -> None:
+    settings = settings_of(tmp_path, units, "Rob")
 
     def moving() -> bool:
         return room.bodies[0].pose.x_m > -4.9
@@ -135,9 +137,9 @@ def test_a_card_that_dies_while_driving_stops_the_wheels(tmp_path: Path) -> None
 
 
 @pytest.mark.slow
-def test_two_daemons_greet_each_other_and_share_one_task(tmp_path: Path) -> None:
+def test_two_daemons_greet_each_other_and_share_one_task(tmp_path: Path, units: Path) -> None:
     outfits = [
-        equip(settings_of(tmp_path / name, name, **{"start.y_m": y_m, "seed": seed}))
+        equip(settings_of(tmp_path / name, units, name, **{"start.y_m": y_m, "seed": seed}))
         for name, y_m, seed in (("Rob", -5.0, 1), ("Bot", -4.0, 2))
         if (tmp_path / name).mkdir() is None
     ]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import threading
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from typing import Any
@@ -54,6 +55,13 @@ class FakeCard:
         self.broken = False
         self.busy = False
         self.stream: FakeStream | None = None
+        self._started = threading.Event()
+
+    def running(self, timeout_s: float) -> FakeStream:
+        """The open stream once it is started, for a thread that makes its interrupts."""
+        assert self._started.wait(timeout_s)
+        assert self.stream is not None
+        return self.stream
 
     def query_devices(self, device: object = None, kind: str | None = None) -> Any:
         if self.broken:
@@ -108,6 +116,7 @@ class FakeStream:
         if self.gone:
             raise self.card.PortAudioError("Device unavailable")
         self.active = True
+        self.card._started.set()
 
     def stop(self) -> None:
         self.stopped = True
