@@ -166,7 +166,9 @@ def test_a_stall_longer_than_the_queue_drops_the_oldest_and_counts() -> None:
             stream.write(await stream.read())
         await live(stream, card, 30, 10)
 
-    assert offsets(run(scene)) == {LEAD_BLOCKS * BLOCK}
+    card = run(scene)
+    assert offsets(card) == {LEAD_BLOCKS * BLOCK}
+    assert numbers(np.concatenate(card.played[-10:])) == list(range(28 * BLOCK, 38 * BLOCK)), "without a gap again"
 
 
 def test_more_than_fits_is_dropped_and_counted() -> None:
