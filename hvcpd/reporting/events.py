@@ -33,6 +33,8 @@ class Started:
     mode: str
     seed: int
     noise_db_spl: float
+    tasks: tuple[tuple[int, str], ...] = ()
+    """Every task's number and name, those without a place too; empty: only the plants are known."""
 
 
 @dataclass(frozen=True)
@@ -58,6 +60,8 @@ class Heard:
     text: str
     confidence: float
     snr_db: float
+    words: tuple[tuple[str, float, float], ...] = ()
+    """Each word as it was recognised, and where it begins and ends, s; empty if the listener kept no account."""
 
 
 @dataclass(frozen=True)

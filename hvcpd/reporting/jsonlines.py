@@ -1,0 +1,62 @@
+"""Events for machines: one JSON object a line."""
+
+from __future__ import annotations
+
+import json
+import math
+import os
+from io import UnsupportedOperation
+from typing import Any, TextIO
+
+from hvcpd.reporting.events import Event, as_json
+
+
+def line(event: Event) -> str:
+    """The event as one line of strict JSON (RFC 8259) with a line break; what is not finite becomes null."""
+    return json.dumps(_finite(as_json(event)), allow_nan=False, default=float) + "\n"
+
+
+def _finite(value: Any) -> Any:
+    match value:
+        case float():
+            return value if math.isfinite(value) else None
+        case dict():
+            return {str(key): _finite(each) for key, each in value.items()}
+        case list() | tuple():
+            return [_finite(each) for each in value]
+        case _:
+            return value
+
+
+class JsonLines:
+    """Writes every event as it comes, and at once, so that a reader at the other end of a pipe can follow.
+
+    When that reader goes away (`… --json | head -1`) the mission goes on unseen: its report is still written, and its
+    exit status still tells how it ended.
+    """
+
+    def __init__(self, stream: TextIO) -> None:
+        self._stream = stream
+        self._heeded = True
+
+    def handle(self, event: Event) -> None:
+        """Write one event. A closed pipe is no error; any other fault of the stream raises OSError."""
+        if not self._heeded:
+            return
+        try:
+            self._stream.write(line(event))
+            self._stream.flush()
+        except BrokenPipeError:
+            self._heeded = False
+            _let_go(self._stream)
+
+
+def _let_go(stream: TextIO) -> None:
+    """Send what the stream still holds to nowhere; else Python complains of it when the process ends."""
+    try:
+        descriptor = stream.fileno()
+    except (UnsupportedOperation, AttributeError):
+        return
+    nowhere = os.open(os.devnull, os.O_WRONLY)
+    os.dup2(nowhere, descriptor)
+    os.close(nowhere)

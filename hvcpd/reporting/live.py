@@ -1,0 +1,146 @@
+"""The mission on a terminal while it is going on; where there is no terminal, plain lines."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+
+from rich.console import Console, Group, RenderableType
+from rich.live import Live
+from rich.progress_bar import ProgressBar
+from rich.rule import Rule
+from rich.table import Table
+from rich.text import Text
+
+from hvcpd.reporting.events import Event, Moved, Started
+from hvcpd.reporting.live_parts import Artist, conclusion, draw_map, overhead, task_board, told, under_way
+from hvcpd.reporting.story import Line
+from hvcpd.reporting.text import clock
+from hvcpd.reporting.watching import Watch
+
+FRAME_S = 0.1
+"""Wall time between two pictures: smooth to the eye, and a few percent of the processor."""
+MAP_COLUMNS = 30
+MAP_MIN_WIDTH = 76
+"""Narrower terminals get the task board alone: it needs some 44 columns beside the map."""
+MAP_MIN_HEIGHT = 20
+OTHER_ROWS = 9
+"""Of the picture, besides the board: two utterances of two lines, rules, the progress bar, the prompt."""
+BAR_WIDTH = 24
+
+
+class LiveView:
+    """Shows a mission's events: a context manager; give it every event after `started` in order.
+
+    The conversation scrolls by and stays; below it stand the task board, a small map and the progress until the end.
+    `monotonic_s` tells the time on the wall, s, which limits how often the picture is drawn.
+    """
+
+    def __init__(self, console: Console, started: Started, monotonic_s: Callable[[], float] = time.monotonic) -> None:
+        self._console = console
+        self._watch = Watch(started)
+        self._artist = Artist(console, started)
+        self._monotonic_s = monotonic_s
+        self._began_s = monotonic_s()
+        self._drawn_s = -FRAME_S
+        self._visited: dict[tuple[int, int], str] = {}
+        self._plan = overhead(started, MAP_COLUMNS, max(len(self._watch.names), 9))
+        self._live: Live | None = None
+        if console.is_terminal and not console.is_dumb_terminal:
+            self._live = Live(console=console, auto_refresh=False, transient=True)
+
+    def __enter__(self) -> LiveView:
+        started = self._watch.started
+        noise = f"{started.noise_db_spl:.0f} dB of noise"
+        who = f"{', '.join(started.robots)} in {started.mode} mode, seed {started.seed}, {noise}"
+        self._print(self._artist.text((who, "dim")))
+        if self._live is not None:
+            self._live.start()
+            self._draw()
+        return self
+
+    def __exit__(self, *exception: object) -> None:
+        if self._live is not None:
+            self._live.stop()
+        for note in self._watch.settle(everything=True):
+            self._tell(note)
+        summary = self._watch.summary
+        if summary is not None:
+            self._print(Text(""))
+            for line in conclusion(self._artist, self._watch, summary):
+                self._print(line)
+
+    def handle(self, event: Event) -> None:
+        """Take one event in and show what it changes."""
+        notes = self._watch.handle(event)
+        for note in notes:
+            self._tell(note)
+        if isinstance(event, Moved):
+            self._leave_traces(event)
+        now_s = self._monotonic_s()
+        if self._live is not None and (notes or now_s - self._drawn_s >= FRAME_S):
+            self._drawn_s = now_s
+            self._draw()
+
+    def _tell(self, note: object) -> None:
+        lines = told(self._artist, self._watch, note)  # type: ignore[arg-type]
+        if self._live is None and isinstance(note, Line):  # one line an event, so that grep finds all of it
+            first, second = lines
+            lines = [Text.assemble(first, "  [", second.plain.strip(), "]")]
+        for line in lines:
+            self._print(line)
+
+    def _print(self, line: Text) -> None:
+        """To a terminal broken at its width, with the rest indented; to a file as it is."""
+        if self._live is None:
+            self._console.print(line, soft_wrap=True, highlight=False)
+            return
+        line.overflow = "fold"
+        for k, part in enumerate(
+            line.wrap(self._console, max(self._console.width - 7 * (not line.plain[:1].strip()), 8))
+        ):
+            indent = 7 if k and self._console.width > 30 else 0
+            self._console.print(Text(" " * indent).append_text(part), highlight=False, overflow="fold")
+
+    def _leave_traces(self, event: Moved) -> None:
+        if self._plan is None:
+            return
+        for robot, pose in zip(self._watch.started.robots, event.poses, strict=False):
+            cell = self._plan.cell(pose.x_m, pose.y_m)
+            if cell is not None:
+                self._visited[cell] = robot
+
+    def _draw(self) -> None:
+        if self._live is not None:
+            self._live.update(self._picture(), refresh=True)
+
+    def _picture(self) -> RenderableType:
+        width, height = self._console.width, self._console.height
+        rows = max(min(len(self._watch.names), height - OTHER_ROWS), 1)
+        board: RenderableType = task_board(self._artist, self._watch, rows)
+        plan = self._plan
+        if plan is not None and width >= MAP_MIN_WIDTH and height >= max(MAP_MIN_HEIGHT, plan.rows + OTHER_ROWS):
+            beside = Table.grid(padding=(0, 2), expand=True)
+            beside.add_column(ratio=1)
+            beside.add_column(width=plan.columns, no_wrap=True)
+            beside.add_row(board, Group(*draw_map(self._artist, self._watch, plan, self._visited)))
+            board = beside
+        lines = under_way(self._artist, self._watch, at_most=2)
+        for line in lines:
+            line.no_wrap = True
+        return Group(*lines, Rule(style="dim"), board, Rule(style="dim"), self._progress(width))
+
+    def _progress(self, width: int) -> RenderableType:
+        watch = self._watch
+        done, total = len(watch.watered), len(watch.names)
+        passed_s = self._monotonic_s() - self._began_s
+        text = f"{done} of {total} done · {clock(watch.now_s)} min of mission"
+        if passed_s > 1.0:
+            text += f" · {watch.now_s / passed_s:.0f} × real time"
+        row = Table.grid(padding=(0, 1))
+        row.add_column(width=min(BAR_WIDTH, max(width - 30, 4)))
+        row.add_column(no_wrap=True)
+        words = self._artist.text(text)
+        words.no_wrap = True
+        row.add_row(ProgressBar(total=max(total, 1), completed=done, width=None), words)
+        return row

@@ -1,0 +1,244 @@
+"""The pieces of the terminal view, as rich's renderables: the conversation, the task board, the map, the summary."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+from rich.console import Console
+from rich.table import Table
+from rich.text import Text
+
+from hvcpd.reporting.events import Garbled, Heard, Plant, Started, Summary, Watered
+from hvcpd.reporting.palette import ROBOT_TERMINAL, plant_style
+from hvcpd.reporting.story import Line
+from hvcpd.reporting.text import clean, clock, listed, percent, plural, without_common_start
+from hvcpd.reporting.watching import BoardRow, GaveUp, Note, Watch
+
+_ASCII = str.maketrans({"✿": "*", "×": "x", "–": "-", "…": "~", "·": ".", "✓": "+", "≠": "!"})
+SHOWN_LISTENERS = 4
+"""More are counted, not named: a line stays a line with twelve robots."""
+MAP_COLUMNS_PER_ROW = 2
+"""A terminal's cell is about twice as high as it is wide."""
+
+
+class Artist:
+    """Turns what happened into text for one console: its colours, and its characters if it knows only ASCII."""
+
+    def __init__(self, console: Console, started: Started) -> None:
+        self._ascii = console.options.ascii_only
+        self._started = started
+        self._styles = {name: ROBOT_TERMINAL[k % len(ROBOT_TERMINAL)] for k, name in enumerate(started.robots)}
+
+    def plain(self, text: str) -> str:
+        """Any text from outside, fit for this console."""
+        text = clean(text)
+        return text.translate(_ASCII).encode("ascii", "replace").decode("ascii") if self._ascii else text
+
+    def style(self, robot: str) -> str:
+        return self._styles.get(robot, "white")
+
+    def text(self, *parts: str | tuple[str, str]) -> Text:
+        """Parts, each a string or (string, style); never read as markup."""
+        text = Text(overflow="crop" if self._ascii else "ellipsis")
+        for part in parts:
+            string, style = (part, "") if isinstance(part, str) else part
+            text.append(self.plain(string), style)
+        return text
+
+    def task(self, watch: Watch, number: int) -> str:
+        """A task as it is told: its name and number."""
+        name = watch.names.get(number, "")
+        return f"task {number}, {name}" if name and name != f"task {number}" else f"task {number}"
+
+    def hearers(self, line: Line, final: bool) -> list[tuple[str, str]]:
+        """Who heard an utterance and how well, and who did not."""
+        right = [h for h in line.heard if h.text == line.said.text]
+        parts: list[tuple[str, str]] = []
+        if line.said.collided:
+            parts.append(("collided", "bold red"))
+        if right:
+            named = listed(f"{h.listener} {percent(h.confidence)}" for h in right)
+            if len(right) > SHOWN_LISTENERS:
+                lowest = min(h.confidence for h in right)
+                named = f"{len(right)} of {len(self._started.robots) - 1}, {percent(lowest)} or more"
+            parts.append((f"heard by {named}", "green"))
+        parts += [(f"{h.listener} understood: {h.text}", "yellow") for h in line.heard if h not in right]
+        if line.garbled:
+            parts.append((f"garbled at {_named(line.garbled)}", "red"))
+        if line.missed and final:
+            parts.append((f"not noticed by {_named(line.missed)}", "red"))
+        return parts or [("listening …", "dim")]
+
+
+def _named(names: tuple[str, ...]) -> str:
+    return listed(names) if len(names) <= SHOWN_LISTENERS else plural(len(names), "robot")
+
+
+def _joined(parts: list[tuple[str, str]]) -> list[str | tuple[str, str]]:
+    out: list[str | tuple[str, str]] = []
+    for part in parts:
+        out += [" · ", part] if out else [part]
+    return out
+
+
+def told(artist: Artist, watch: Watch, note: Note) -> list[Text]:
+    """A note as one line and, for an utterance, a second with its hearers."""
+    match note:
+        case Line(said=said):
+            who = (said.speaker, f"bold {artist.style(said.speaker)}")
+            first = artist.text((f"{clock(said.at_s):>5}  ", "dim"), who, ": ", said.text)
+            return [first, artist.text("       ", *_joined(artist.hearers(note, final=True)))]
+        case Heard():
+            text = (f"{clock(note.at_s):>5}  ", "dim")
+            said_by = f" heard a voice that is no robot's ({percent(note.confidence)}): "
+            return [artist.text(text, (note.listener, artist.style(note.listener)), said_by, note.text)]
+        case Garbled():
+            heard = " heard speech, from no robot, that it could not understand"
+            return [
+                artist.text((f"{clock(note.at_s):>5}  ", "dim"), (note.listener, artist.style(note.listener)), heard)
+            ]
+        case Watered():
+            return [_watered(artist, watch, note)]
+        case GaveUp():
+            gave_up = f" gives up {artist.task(watch, note.task)}"
+            return [artist.text((f"{clock(note.at_s):>5}  ", "dim"), (note.robot, artist.style(note.robot)), gave_up)]
+
+
+def _watered(artist: Artist, watch: Watch, note: Watered) -> Text:
+    plant: Plant | None = next((p for p in watch.started.plants if p.task == note.task), None)
+    name = watch.names.get(note.task, "")
+    away = f", {100 * math.hypot(note.x_m - plant.x_m, note.y_m - plant.y_m):.0f} cm from the plant" if plant else ""
+    return artist.text(
+        (f"{clock(note.at_s):>5}  ", "dim"),
+        ("✿ ", plant_style(name)),
+        (note.robot, f"bold {artist.style(note.robot)}"),
+        (f" has done {artist.task(watch, note.task)}{away}: {len(watch.watered)} of {len(watch.names)}", "bold"),
+    )
+
+
+def under_way(artist: Artist, watch: Watch, at_most: int) -> list[Text]:
+    """The last utterances that not everybody has accounted for yet."""
+    lines = []
+    for said in watch.pending[-at_most:]:
+        line = watch.line(said)
+        who = (said.speaker, f"bold {artist.style(said.speaker)}")
+        lines.append(artist.text((f"{clock(said.at_s):>5}  ", "dim"), who, ": ", said.text))
+        lines.append(artist.text("       ", *_joined(artist.hearers(line, final=False))))
+    return lines
+
+
+_STATES = {"open": "dim", "claimed": "yellow", "done": "green", "failed": "red"}
+
+
+def task_board(artist: Artist, watch: Watch, rows: int) -> Table:
+    """The tasks in at most `rows` lines, the unfinished first where there is no room for all."""
+    board = watch.board()
+    hidden = 0
+    if len(board) > rows:
+        board.sort(key=lambda row: (row.state == "done", row.state != "claimed", row.task))
+        hidden = len(board) - max(rows - 1, 0)
+        board = board[: max(rows - 1, 0)]
+    table = Table.grid(padding=(0, 1), expand=True)
+    table.add_column(justify="right", no_wrap=True, width=2)
+    table.add_column(no_wrap=True, ratio=3)
+    table.add_column(no_wrap=True, width=7)
+    table.add_column(no_wrap=True, ratio=2)
+    names = dict(zip((r.task for r in watch.board()), _short(watch), strict=True))
+    for row in board:
+        state = artist.text((row.state, _STATES.get(row.state, "")))
+        task = artist.text((names[row.task], plant_style(row.name)))
+        table.add_row(artist.text((str(row.task), "dim")), task, state, _who(artist, row))
+    if hidden:
+        table.add_row("", artist.text((f"… and {hidden} more", "dim")), "", "")
+    return table
+
+
+def _short(watch: Watch) -> list[str]:
+    return without_common_start([clean(row.name) for row in watch.board()])
+
+
+def _who(artist: Artist, row: BoardRow) -> Text:
+    text = artist.text((row.owner, artist.style(row.owner)) if row.owner else "")
+    believed: dict[str, list[str]] = {}
+    for name, (state, owner) in row.differing:
+        other = f" by {owner}" if owner not in (None, row.owner) else ""
+        believed.setdefault(f"{state}{other}", []).append(name)
+    for belief, names in believed.items():
+        who = names[0] if len(names) == 1 else plural(len(names), "robot")
+        text.append_text(artist.text((f" {who}: {belief}", "dim")))
+    return text
+
+
+@dataclass(frozen=True)
+class Overhead:
+    """The room from above in characters: a column is `metres / 2` wide, a row `metres` high."""
+
+    left_m: float
+    top_m: float
+    metres: float
+    columns: int
+    rows: int
+
+    def cell(self, x_m: float, y_m: float) -> tuple[int, int] | None:
+        """Column and row of a point; None outside."""
+        if not (math.isfinite(x_m) and math.isfinite(y_m)):
+            return None
+        column = round((x_m - self.left_m) / self.metres * MAP_COLUMNS_PER_ROW)
+        row = round((self.top_m - y_m) / self.metres)
+        return (column, row) if 0 <= column < self.columns and 0 <= row < self.rows else None
+
+
+def overhead(started: Started, columns: int, rows: int) -> Overhead | None:
+    """The plants and the starts fitted into `columns` × `rows` characters; None if there is nothing or no room."""
+    points = [(p.x_m, p.y_m) for p in (*started.plants, *started.starts)]
+    points = [p for p in points if all(map(math.isfinite, p))]
+    if not points or columns < 12 or rows < 4:
+        return None
+    xs, ys = [p[0] for p in points], [p[1] for p in points]
+    wide, high = max(xs) - min(xs) + 1.0, max(ys) - min(ys) + 1.0
+    metres = max(wide * MAP_COLUMNS_PER_ROW / (columns - 1), high / (rows - 1), 0.25)
+    used = min(columns, math.ceil(wide / metres * MAP_COLUMNS_PER_ROW) + 1), min(rows, math.ceil(high / metres) + 1)
+    return Overhead(min(xs) - 0.5, max(ys) + 0.5, metres, *used)
+
+
+def draw_map(artist: Artist, watch: Watch, plan: Overhead, visited: dict[tuple[int, int], str]) -> list[Text]:
+    """Trails as dots, plants as their task's number (a flower when done), robots by their initial."""
+    cells: dict[tuple[int, int], tuple[str, str]] = {
+        cell: ("·", artist.style(robot)) for cell, robot in visited.items()
+    }
+    for plant in watch.started.plants:
+        cell = plan.cell(plant.x_m, plant.y_m)
+        if cell:
+            mark = "✿" if plant.task in watch.watered else str(plant.task)[-1:]
+            cells[cell] = (mark, f"bold {plant_style(plant.name)}")
+    for robot, pose in zip(watch.started.robots, watch.poses, strict=False):
+        cell = plan.cell(pose.x_m, pose.y_m)
+        if cell:
+            cells[cell] = (clean(robot)[:1] or "?", f"bold reverse {artist.style(robot)}")
+    blank = (" ", "")
+    return [artist.text(*(cells.get((c, r), blank) for c in range(plan.columns))) for r in range(plan.rows)]
+
+
+def conclusion(artist: Artist, watch: Watch, summary: Summary) -> Iterable[Text]:
+    """How it ended, in a few lines."""
+    well = summary.lost == 0 and summary.duplicates == 0
+    if well:
+        yield artist.text((f"✓ All {plural(summary.tasks, 'task')} done, each exactly once", "bold green"))
+    else:
+        wrong = [f"{summary.lost} not done"] * (summary.lost > 0)
+        wrong += [f"{summary.duplicates} done more than once"] * (summary.duplicates > 0)
+        yield artist.text((f"Not all went well: of {plural(summary.tasks, 'task')}, {listed(wrong)}", "bold red"))
+    for robot in dict.fromkeys([*watch.started.robots, *summary.done.values()]):
+        own = [name for name, doer in summary.done.items() if doer == robot]
+        named = listed(own) if own else "nothing"
+        yield artist.text("  ", (robot, f"bold {artist.style(robot)}"), f": {named}")
+    rate = f"{summary.realtime_factor:.0f} times faster than real time"
+    if summary.realtime_factor < 1.5:
+        rate = "in real time" if summary.realtime_factor > 0.9 else "slower than real time"
+    understood = f"{summary.utterances_understood} of {plural(summary.utterances_sent, 'utterance')} understood"
+    yield artist.text(
+        f"  {understood}, {plural(summary.collisions, 'collision')}; {clock(summary.virtual_s)} min of mission in "
+        f"{summary.wall_s:.1f} s, {rate} (seed {summary.seed})"
+    )

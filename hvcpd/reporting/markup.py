@@ -1,0 +1,49 @@
+"""HTML and SVG made so that nothing from outside can be read as markup: every string is escaped but `Markup`."""
+
+from __future__ import annotations
+
+import html
+from collections.abc import Iterable
+
+from hvcpd.reporting.text import clean, number
+
+VOID = frozenset("meta link br img input hr".split())
+"""HTML's elements without an end tag (of those that we use)."""
+
+
+class Markup(str):
+    """Text that is markup already, made by `tag` or read from our own files."""
+
+    __slots__ = ()
+
+
+Child = str | float | None
+
+
+def escaped(text: str) -> Markup:
+    """Any text as markup that shows it."""
+    return text if isinstance(text, Markup) else Markup(html.escape(clean(text), quote=True))
+
+
+def joined(parts: Iterable[str], between: str = "") -> Markup:
+    """Parts one after the other, each escaped unless it is markup."""
+    return Markup(between.join(map(escaped, parts)))
+
+
+def tag(name: str, *children: Child, **attributes: str | float | bool | None) -> Markup:
+    """An element. In attributes' names a trailing _ is dropped and others become -; None and False leave one out."""
+    written = [name]
+    for key, value in attributes.items():
+        if value is None or value is False:
+            continue
+        key = key.rstrip("_").replace("_", "-")
+        written.append(key if value is True else f'{key}="{_attribute(value)}"')
+    opening = f"<{' '.join(written)}>"
+    if name in VOID:
+        return Markup(opening)
+    content = (escaped(number(c) if isinstance(c, int | float) else c) for c in children if c is not None)
+    return Markup(f"{opening}{''.join(content)}</{name}>")
+
+
+def _attribute(value: str | float) -> str:
+    return number(value) if isinstance(value, int | float) else html.escape(clean(value), quote=True)

@@ -1,0 +1,167 @@
+"""Pictures of utterances: how much of each frequency there is, over time."""
+
+from __future__ import annotations
+
+import base64
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hvcpd.ports import SAMPLE_RATE_HZ, Samples
+from hvcpd.reporting.audio_clip import slice_of
+from hvcpd.reporting.markup import Markup, joined, tag
+from hvcpd.reporting.png import encode_png, magma
+from hvcpd.reporting.story import Line, Story
+from hvcpd.reporting.text import clock
+
+WINDOW = 400
+"""Samples, 25 ms: its 60 Hz of bandwidth shows formants and, in low voices, harmonics."""
+FFT = 512
+HOP = 96
+"""Samples, 6 ms: a plosive's burst (10 ms) keeps a column of its own."""
+PRE_EMPHASIS = 0.97
+"""6 dB an octave above 80 Hz, as phonetics programs show speech: the upper formants become visible."""
+MAX_RANGE_DB = 60.0
+"""From the loudest point to the darkest colour; less if the noise lies higher."""
+NOISE_SHARE = 0.10
+"""This share of all points, the quietest, is drawn in the darkest colours."""
+LEVELS = 48
+"""Colours: steps of about 1 dB, which the eye does not tell apart, and pictures of half the size of 256 colours."""
+MARGIN_S = 0.25
+"""Shown before and after an utterance."""
+MAX_PICTURES = 6
+"""About 90 kB each in the page."""
+MAX_LENGTH_S = 12.0
+"""Longer utterances are cut."""
+
+_LEFT, _TOP, _WIDTH, _HEIGHT, _BELOW = 46, 30, 800, 256, 40
+_BAR_X = _LEFT + _WIDTH + 14
+
+
+@dataclass(frozen=True)
+class Spectrogram:
+    """Levels, shape (frequencies, frames), dB re the loudest point, low frequencies first."""
+
+    level_db: NDArray[np.float64]
+    hop_s: float
+    top_hz: float
+
+
+def spectrogram(sound: Samples) -> Spectrogram:
+    """Short-time spectrum of sound, shape (n,), at 16 kHz, Hann window. ValueError if it is shorter than a window."""
+    if len(sound) < WINDOW:
+        raise ValueError(f"{len(sound)} samples are fewer than the {WINDOW} of a window")
+    emphasised = np.append(sound[:1], sound[1:] - PRE_EMPHASIS * sound[:-1]).astype(np.float64)
+    frames = np.lib.stride_tricks.sliding_window_view(emphasised, WINDOW)[::HOP] * np.hanning(WINDOW)
+    power = np.square(np.abs(np.fft.rfft(frames, FFT, axis=1))).T
+    loudest = max(float(power.max()), 1e-30)
+    return Spectrogram(10.0 * np.log10(np.maximum(power / loudest, 1e-12)), HOP / SAMPLE_RATE_HZ, SAMPLE_RATE_HZ / 2)
+
+
+def picture(spectrum: Spectrogram) -> tuple[bytes, float]:
+    """The spectrum as PNG, low frequencies at the bottom, and its range in dB."""
+    floor_db = float(np.clip(np.quantile(spectrum.level_db, NOISE_SHARE), -MAX_RANGE_DB, -1.0))
+    scaled = np.clip(1.0 - spectrum.level_db / floor_db, 0.0, 1.0) * (LEVELS - 1)
+    return encode_png(np.rint(scaled[::-1]).astype(np.uint8), magma(LEVELS)), -floor_db
+
+
+def choose(story: Story, sound: Samples) -> list[Line]:
+    """Which utterances to draw, the best first: each robot's clearest long one, a collision, then other clear ones."""
+    rated = []
+    for line in story.lines:
+        length_s = line.said.end_s - line.said.at_s
+        part = sound[slice_of(line.said.at_s, line.said.end_s, len(sound))]
+        if len(part) < 2 * WINDOW:
+            continue
+        power = float(np.mean(np.square(part, dtype=np.float64)))
+        rated.append((bool(line.heard), min(length_s, 4.0) * np.log1p(power / 1e-8), line))
+    clear = sorted((r for r in rated if not r[2].said.collided), key=lambda r: (not r[0], -r[1], r[2].said.at_s))
+    chosen: dict[int, Line] = {}
+    for robot in story.robots[: MAX_PICTURES - 2]:
+        best = next((r[2] for r in clear if r[2].said.speaker == robot), None)
+        if best is not None:
+            chosen[best.said.utterance] = best
+    collided = [r[2] for r in rated if r[2].said.collided]
+    for line in [*collided[:1], *(r[2] for r in clear)]:
+        if len(chosen) < MAX_PICTURES:
+            chosen.setdefault(line.said.utterance, line)
+    return list(chosen.values())
+
+
+def figure(line: Line, sound: Samples) -> Markup:
+    """An utterance's spectrogram with axes, and above it the words where a listener recognised them."""
+    begin_s = max(line.said.at_s - MARGIN_S, 0.0)
+    end_s = min(line.said.end_s + MARGIN_S, begin_s + MAX_LENGTH_S)
+    part = sound[slice_of(begin_s, end_s, len(sound))]
+    spectrum = spectrogram(part)
+    png, range_db = picture(spectrum)
+    length_s = len(part) / SAMPLE_RATE_HZ
+    image = tag(
+        "image",
+        href="data:image/png;base64," + base64.b64encode(png).decode("ascii"),
+        **{"x": _LEFT, "y": _TOP, "width": _WIDTH, "height": _HEIGHT, "preserveAspectRatio": "none"},
+    )
+    title = f"Spectrogram of {line.said.speaker} saying: {line.said.text}"
+    return tag(
+        "svg",
+        tag("title", title),
+        image,
+        _time_axis(length_s, begin_s),
+        _frequency_axis(spectrum.top_hz),
+        _colour_bar(range_db),
+        _words(line, begin_s, length_s),
+        class_="spectrogram",
+        viewBox=f"0 0 {_BAR_X + 56} {_TOP + _HEIGHT + _BELOW}",
+        role="img",
+    )
+
+
+def _time_axis(length_s: float, begin_s: float) -> Markup:
+    step_s = 0.5 if length_s <= 8 else 1.0
+    parts = []
+    for k in range(int(length_s / step_s + 1e-9) + 1):
+        x = _LEFT + _WIDTH * k * step_s / length_s
+        y = _TOP + _HEIGHT
+        parts.append(tag("line", class_="tick", x1=x, x2=x, y1=y, y2=y + 5))
+        parts.append(tag("text", f"{k * step_s:.1f}", x=x, y=y + 18, text_anchor="middle"))
+    where = f"time in s after {clock(begin_s)}"
+    label = tag("text", where, x=_LEFT + _WIDTH / 2, y=_TOP + _HEIGHT + 35, text_anchor="middle")
+    return joined([*parts, label])
+
+
+def _frequency_axis(top_hz: float) -> Markup:
+    parts = []
+    for khz in range(0, int(top_hz / 1000) + 1, 2):
+        y = _TOP + _HEIGHT * (1.0 - 1000 * khz / top_hz)
+        parts.append(tag("line", class_="tick", x1=_LEFT - 5, x2=_LEFT, y1=y, y2=y))
+        parts.append(tag("text", khz, x=_LEFT - 9, y=y + 4, text_anchor="end"))
+    middle = _TOP + _HEIGHT / 2
+    turned = f"rotate(-90 14 {middle:g})"
+    return joined([*parts, tag("text", "kHz", x=14, y=middle, text_anchor="middle", transform=turned)])
+
+
+def _colour_bar(range_db: float) -> Markup:
+    parts = []
+    colours = magma(LEVELS)[::-1]
+    for k, (r, g, b) in enumerate(colours):
+        y = _TOP + _HEIGHT * k / LEVELS
+        fill = f"#{r:02x}{g:02x}{b:02x}"
+        parts.append(tag("rect", x=_BAR_X, y=y, width=10, height=_HEIGHT / LEVELS + 0.6, fill=fill))
+    for text, y in (("0 dB", _TOP + 10), (f"−{range_db:.0f}", _TOP + _HEIGHT)):
+        parts.append(tag("text", text, x=_BAR_X + 14, y=y))
+    return joined(parts)
+
+
+def _words(line: Line, begin_s: float, length_s: float) -> Markup:
+    """Of the listener who was surest; nothing if nobody kept account of the words."""
+    best = max((h for h in line.heard if h.words), key=lambda h: h.confidence, default=None)
+    if best is None:
+        return Markup()
+    parts = []
+    for word, from_s, to_s in best.words:
+        x1, x2 = (_LEFT + _WIDTH * min(max((at_s - begin_s) / length_s, 0.0), 1.0) for at_s in (from_s, to_s))
+        parts.append(tag("line", class_="word", x1=x1, x2=x1, y1=_TOP - 4, y2=_TOP + _HEIGHT))
+        parts.append(tag("line", class_="word", x1=x2, x2=x2, y1=_TOP - 4, y2=_TOP + _HEIGHT))
+        parts.append(tag("text", word, class_="word", x=(x1 + x2) / 2, y=_TOP - 9, text_anchor="middle"))
+    return joined(parts)

@@ -1,0 +1,208 @@
+"""A mission's events read as a story: who said what and who heard it, and how every task went."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+
+from hvcpd.reporting.events import (
+    Event,
+    Garbled,
+    Heard,
+    MissionRecord,
+    Plant,
+    Said,
+    Started,
+    Summary,
+    TaskChanged,
+    Watered,
+)
+
+SLACK_S = 0.5
+"""A listener may take the beginning of speech to be this much off: sound travels 29 ms, detection adds some frames."""
+
+
+@dataclass(frozen=True)
+class Line:
+    """One utterance: `heard` by some, rightly or not; `garbled` to others; `missed` noticed nothing of it."""
+
+    said: Said
+    heard: tuple[Heard, ...]
+    garbled: tuple[str, ...]
+    missed: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class TaskStory:
+    """One task. `claimed_s` is when its doer took it, None if unknown; `waterings` are the physical acts."""
+
+    number: int
+    name: str
+    plant: Plant | None
+    owner: str | None
+    claimed_s: float | None
+    waterings: tuple[Watered, ...]
+
+    @property
+    def done_s(self) -> float | None:
+        return self.waterings[0].at_s if self.waterings else None
+
+    @property
+    def distance_m(self) -> float | None:
+        """From the robot to the plant at the first watering."""
+        if not self.waterings or self.plant is None:
+            return None
+        return math.hypot(self.waterings[0].x_m - self.plant.x_m, self.waterings[0].y_m - self.plant.y_m)
+
+
+@dataclass(frozen=True)
+class Span:
+    """A robot worked on a task from `from_s` to `to_s`, and it ended so: done, given up or unfinished."""
+
+    robot: str
+    task: int
+    from_s: float
+    to_s: float
+    ended: str
+
+
+@dataclass(frozen=True)
+class Story:
+    """The whole mission, in the order of time."""
+
+    started: Started
+    summary: Summary | None
+    end_s: float
+    robots: tuple[str, ...]
+    lines: tuple[Line, ...]
+    tasks: tuple[TaskStory, ...]
+    spans: tuple[Span, ...]
+    waterings: tuple[Watered, ...]
+    unplaced: tuple[Garbled | Heard, ...]
+    """What listeners noticed although no robot spoke: a person, or noise."""
+
+
+def tell(record: MissionRecord) -> Story:
+    """Read a record; one without Started or Summary (a mission cut short) can be read too."""
+    events = record.events
+    started = _started(events, record)
+    summary = next((e for e in reversed(events) if isinstance(e, Summary)), None)
+    changes = sorted((e for e in events if isinstance(e, TaskChanged)), key=lambda e: e.at_s)
+    waterings = sorted((e for e in events if isinstance(e, Watered)), key=lambda e: e.at_s)
+    robots = _robots(started, events)
+    lines, unplaced = _lines(events, robots)
+    end_s = _end_s(events, record, summary)
+    return Story(
+        started,
+        summary,
+        end_s,
+        robots,
+        lines,
+        _tasks(started, changes, waterings),
+        _spans(robots, changes, waterings, end_s),
+        tuple(waterings),
+        unplaced,
+    )
+
+
+def _started(events: Sequence[Event], record: MissionRecord) -> Started:
+    found = next((e for e in events if isinstance(e, Started)), None)
+    names = tuple(trail.robot for trail in record.trails)
+    return found or Started(0.0, names, (), (), "unknown", 0, math.nan)
+
+
+def _robots(started: Started, events: Iterable[Event]) -> tuple[str, ...]:
+    """The team in its order, and after it whoever else took part."""
+    names = dict.fromkeys(started.robots)
+    for event in events:
+        match event:
+            case Said(speaker=name) | Heard(listener=name) | Garbled(listener=name):
+                names.setdefault(name)
+            case TaskChanged(robot=name) | Watered(robot=name):
+                names.setdefault(name)
+    return tuple(names)
+
+
+def _end_s(events: Sequence[Event], record: MissionRecord, summary: Summary | None) -> float:
+    ends = [summary.virtual_s] if summary else []
+    ends += [float(trail.t_s[-1]) for trail in record.trails if len(trail.t_s)]
+    ends += [e.end_s if isinstance(e, Said) else e.at_s for e in events if not isinstance(e, Summary)]
+    return max((end for end in ends if math.isfinite(end)), default=1.0) or 1.0
+
+
+def _lines(events: Iterable[Event], robots: Sequence[str]) -> tuple[tuple[Line, ...], tuple[Garbled | Heard, ...]]:
+    events = tuple(events)
+    spoken = sorted((e for e in events if isinstance(e, Said)), key=lambda e: (e.at_s, e.utterance))
+    heard: dict[int, dict[str, Heard]] = {said.utterance: {} for said in spoken}
+    garbled: dict[int, dict[str, None]] = {said.utterance: {} for said in spoken}
+    unplaced: list[Garbled | Heard] = []
+    for event in events:
+        if isinstance(event, Heard):
+            if event.utterance in heard:
+                heard[event.utterance][event.listener] = event
+            else:
+                unplaced.append(event)
+        elif isinstance(event, Garbled):
+            said = meant_by(event, spoken)
+            if said is None:
+                unplaced.append(event)
+            else:
+                garbled[said.utterance].setdefault(event.listener)
+    lines = []
+    for said in spoken:
+        right = tuple(heard[said.utterance].values())
+        wrong = tuple(name for name in garbled[said.utterance] if name not in heard[said.utterance])
+        known = {said.speaker, *heard[said.utterance], *wrong}
+        lines.append(Line(said, right, wrong, tuple(name for name in robots if name not in known)))
+    return tuple(lines), tuple(unplaced)
+
+
+def meant_by(garbled: Garbled, spoken: Iterable[Said]) -> Said | None:
+    """The utterance of another robot that a garbled one most likely was: of those under way, the latest begun."""
+    under_way = [
+        said
+        for said in spoken
+        if said.speaker != garbled.listener and said.at_s - SLACK_S <= garbled.at_s <= said.end_s + SLACK_S
+    ]
+    return max(under_way, key=lambda said: said.at_s, default=None)
+
+
+def task_names(started: Started) -> dict[int, str]:
+    """Every task's name by its number."""
+    return dict(started.tasks) or {plant.task: plant.name for plant in started.plants}
+
+
+def _tasks(started: Started, changes: Sequence[TaskChanged], waterings: Sequence[Watered]) -> tuple[TaskStory, ...]:
+    names = task_names(started)
+    plants = {plant.task: plant for plant in started.plants}
+    numbers = dict.fromkeys([*names, *(c.task for c in changes), *(w.task for w in waterings)])
+    stories = []
+    for number in sorted(numbers):
+        acts = tuple(w for w in waterings if w.task == number)
+        claims = [c for c in changes if c.task == number and c.state == "claimed" and c.robot == c.owner]
+        owner = acts[0].robot if acts else (claims[-1].owner if claims else None)
+        until_s = acts[0].at_s if acts else math.inf
+        own = [c.at_s for c in claims if c.owner == owner and c.at_s <= until_s]
+        name = names.get(number, f"task {number}")
+        stories.append(TaskStory(number, name, plants.get(number), owner, own[-1] if own else None, acts))
+    return tuple(stories)
+
+
+def _spans(
+    robots: Sequence[str], changes: Sequence[TaskChanged], waterings: Sequence[Watered], end_s: float
+) -> tuple[Span, ...]:
+    """From a robot's own claim to its own watering, or until it holds the task no longer by its own belief."""
+    spans: list[Span] = []
+    for robot in robots:
+        begun: dict[int, float] = {}
+        marks = [(c.at_s, c.task, c.state if c.owner == robot else "other") for c in changes if c.robot == robot]
+        marks += [(w.at_s, w.task, "watered") for w in waterings if w.robot == robot]
+        for at_s, task, state in sorted(marks):
+            if state == "claimed":
+                begun.setdefault(task, at_s)
+            elif task in begun:
+                ended = "done" if state in ("watered", "done") else "given up"
+                spans.append(Span(robot, task, begun.pop(task), at_s, ended))
+        spans += [Span(robot, task, from_s, end_s, "unfinished") for task, from_s in begun.items()]
+    return tuple(sorted(spans, key=lambda span: (span.from_s, span.robot)))

@@ -1,0 +1,65 @@
+"""Words, numbers and times as people read them; text from outside made harmless to a terminal or a page."""
+
+from __future__ import annotations
+
+import math
+import unicodedata
+from collections.abc import Iterable, Sequence
+
+_HARMFUL = {"Cc", "Cs", "Zl", "Zp"}
+"""Unicode categories that steer a terminal (escape sequences) or cannot be encoded (lone surrogates)."""
+_BIDI = frozenset("\u200e\u200f\u202a\u202b\u202c\u202d\u202e\u2066\u2067\u2068\u2069")
+"""They turn the order of what follows round, so that a line can pretend to say something else."""
+
+
+def clean(text: str) -> str:
+    """The text on one line, with whatever could steer a terminal or a page replaced by U+FFFD."""
+    if text.isascii() and text.isprintable():
+        return text
+    return "".join(
+        " " if c in "\n\t" else "\N{REPLACEMENT CHARACTER}" if unicodedata.category(c) in _HARMFUL or c in _BIDI else c
+        for c in text
+    )
+
+
+def clock(at_s: float) -> str:
+    """A time as minutes and seconds: 3:05."""
+    if not math.isfinite(at_s):
+        return "–"
+    whole = max(round(at_s), 0)
+    return f"{whole // 60}:{whole % 60:02d}"
+
+
+def number(value: float, decimals: int = 2) -> str:
+    """A number without trailing zeros; 0 for what is not finite."""
+    if not math.isfinite(value):
+        return "0"
+    text = f"{value:.{decimals}f}"
+    return "0" if float(text) == 0 else text.rstrip("0").rstrip(".") if "." in text else text
+
+
+def percent(value: float) -> str:
+    """A share of 1 as whole percent."""
+    return f"{100 * value:.0f} %" if math.isfinite(value) else "– %"
+
+
+def plural(count: int, one: str, many: str | None = None) -> str:
+    """The count with its noun: 1 task, 2 tasks."""
+    return f"{count} {one if count == 1 else many or one + 's'}"
+
+
+def listed(names: Iterable[str]) -> str:
+    """Rob; Rob and Bot; Rob, Bot and Zoe."""
+    each = list(names)
+    return " and ".join(filter(None, [", ".join(each[:-1]), *each[-1:]]))
+
+
+def without_common_start(names: Sequence[str]) -> list[str]:
+    """The names without the words that all begin with: "water the green rose" → "green rose" among its like."""
+    split = [name.split() for name in names]
+    shared = 0
+    if len(split) > 1:
+        shortest = min(len(words) for words in split)
+        while shared < shortest - 1 and len({words[shared] for words in split}) == 1:
+            shared += 1
+    return [" ".join(words[shared:]) or name for words, name in zip(split, names, strict=True)]
