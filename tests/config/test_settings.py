@@ -11,6 +11,7 @@ from typing import Any, get_args, get_type_hints
 import pytest
 import yaml
 from hypothesis import given
+from hypothesis import settings as examples
 from hypothesis import strategies as st
 
 from hvcpd.config.settings import (
@@ -228,6 +229,7 @@ def all_settings(draw: st.DrawFn) -> Settings:
 
 
 @given(all_settings())
+@examples(max_examples=40)
 def test_whatever_is_valid_survives_being_written_and_read(settings: Settings) -> None:
     with tempfile.TemporaryDirectory() as directory:
         path = Path(directory) / "hvcpd.yaml"
@@ -246,6 +248,7 @@ def test_whatever_is_valid_survives_being_written_and_read(settings: Settings) -
         max_size=5,
     )
 )
+@examples(max_examples=40)
 def test_any_other_yaml_is_a_config_error_and_nothing_else(content: dict[str, Any]) -> None:
     with tempfile.TemporaryDirectory() as directory:
         path = Path(directory) / "hvcpd.yaml"

@@ -8,7 +8,7 @@ from typing import Any
 
 import pytest
 import yaml
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from hvcpd.config.task_file import load_tasks
@@ -208,6 +208,7 @@ def _plain(repository: TaskRepository) -> dict[str, Any]:
 
 
 @given(repositories())
+@settings(max_examples=40)
 def test_whatever_is_valid_survives_being_written_and_read(repository: TaskRepository) -> None:
     with tempfile.TemporaryDirectory() as directory:
         path = Path(directory) / "tasks.yaml"
