@@ -43,7 +43,7 @@ PAD_S = 0.5
 
 
 def judge(graph: WordGraph, folder: Path, lexicon: Lexicon) -> Decoder:
-    """A PocketSphinx decoder with the network as its grammar; words that it lacks get our pronunciation."""
+    """A PocketSphinx decoder with the network as its grammar, knowing our pronunciations beside its own."""
     lines = ["FSG_BEGIN phrasebook", f"NUM_STATES {graph.n_nodes + 1}", f"START_STATE {graph.start}"]
     lines.append(f"FINAL_STATE {graph.n_nodes}")
     lines += [f"TRANSITION {arc.source} {arc.target} 1.0 {arc.word}" for arc in graph.arcs]
@@ -54,8 +54,13 @@ def judge(graph: WordGraph, folder: Path, lexicon: Lexicon) -> Decoder:
         hmm=get_model_path("en-us/en-us"), dict=get_model_path("en-us/cmudict-en-us.dict"), lm=None, loglevel="FATAL"
     )
     for word in graph.words:
-        if decoder.lookup_word(word) is None:
-            decoder.add_word(word, " ".join(phone.rstrip("012") for phone in lexicon.pronounce(word)), False)
+        ours = " ".join(phone.rstrip("012") for phone in lexicon.pronounce(word))
+        known = decoder.lookup_word(word)
+        if known is None:
+            decoder.add_word(word, ours, False)
+        elif ours not in (known, *(decoder.lookup_word(f"{word}({n})") for n in range(2, 6))):
+            # All programs say "bot" as we do, and not as the dictionary has it (B AO T).
+            decoder.add_word(f"{word}(9)", ours, False)
     decoder.add_fsg("phrasebook", decoder.read_fsg(str(grammar)))
     decoder.activate_search("phrasebook")
     return decoder

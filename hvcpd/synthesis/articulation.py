@@ -10,9 +10,10 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
-from hvcpd.synthesis.durations import durations_s, stress_of
+from hvcpd.synthesis.allophones import OFF_DB, allophone
+from hvcpd.synthesis.durations import durations_s
 from hvcpd.synthesis.klatt import Band, Controls, Frication, Track
-from hvcpd.synthesis.phones import PHONES, Kind, Phone
+from hvcpd.synthesis.phones import Kind, Phone, stress_of
 from hvcpd.synthesis.voices import Voice
 
 LEAD_S = 0.02
@@ -24,8 +25,6 @@ TAIL_S = 0.03
 
 BURST_S = 0.012
 """Length of a plosive's burst (Klatt 1980: 5 to 15 ms)."""
-
-OFF_DB = -99.0
 
 UPPER_HZ = ((3500.0, 220.0), (4500.0, 300.0), (5500.0, 400.0), (6500.0, 500.0), (7450.0, 600.0))
 """Formants four to eight of a 17.5 cm tube, one a kilohertz, with bandwidths that grow; (Hz, Hz)."""
@@ -71,7 +70,7 @@ def place(phones: Sequence[str], rate: float, final: bool) -> list[Placed]:
     placed = []
     now = LEAD_S
     for number, (name, length_s) in enumerate(zip(phones, durations_s(phones, final), strict=True)):
-        phone = _allophone(phones, number)
+        phone = allophone(phones, number)
         if phone.kind is Kind.STOP:
             release = now + length_s / rate
             end = release + BURST_S
@@ -104,42 +103,6 @@ def _give_aspiration(placed: list[Placed]) -> list[Placed]:
         )
         shift += extra
     return out
-
-
-def _allophone(phones: Sequence[str], number: int) -> Phone:
-    """The phone as its neighbours make it: reduced vowels, unaspirated and fronted stops."""
-    name = phones[number]
-    base = name.rstrip("012")
-    if name == "AH0":
-        return PHONES["AX"]
-    phone = PHONES[base]
-    before = phones[number - 1].rstrip("012") if number else ""
-    after = phones[number + 1] if number + 1 < len(phones) else ""
-    if phone.kind is Kind.STOP:
-        if before == "S" and not phone.voiced:
-            phone = replace(phone, aspiration_s=0.012)
-        elif after and stress_of(after) == 0 and PHONES[after.rstrip("012")].kind is Kind.VOWEL:
-            phone = replace(phone, aspiration_s=0.6 * phone.aspiration_s)
-        elif not after:
-            phone = replace(phone, aspiration_s=0.035 if not phone.voiced else 0.0, noise_db=phone.noise_db - 4.0)
-        elif after and PHONES[after.rstrip("012")].kind in (Kind.STOP, Kind.FRICATIVE, Kind.NASAL):
-            phone = replace(phone, aspiration_s=0.0, noise_db=phone.noise_db - 6.0)
-    if base in ("K", "G"):
-        phone = _velar(phone, after or (phones[number - 1] if number else "AX"))
-    if base == "HH" and after:
-        vowel = PHONES[after.rstrip("012")]
-        phone = replace(phone, target_hz=vowel.target_hz)
-    return phone
-
-
-def _velar(phone: Phone, neighbour: str) -> Phone:
-    """Velars close farther forward beside front vowels; the burst is the front cavity's resonance."""
-    vowel = PHONES["AX" if neighbour == "AX" else neighbour.rstrip("012")]
-    f2, f3 = vowel.target_hz[1], vowel.target_hz[2]
-    locus = min(2350.0, max(1150.0, 1.1 * f2 + 80.0))
-    burst = locus if f2 < 1500.0 else 0.5 * (locus + f3)
-    bands = (Band(burst, 300, 0), *phone.bands[1:])
-    return replace(phone, target_hz=(phone.target_hz[0], locus, max(locus + 250.0, 0.9 * f3)), bands=bands)
 
 
 def _boundary(left: Placed, right: Placed, formant: int) -> float:
@@ -231,7 +194,7 @@ def _aspiration(placed: Sequence[Placed], breath_db: float) -> list[tuple[float,
         start = item.start_s
         if before is not None and before.kind is Kind.STOP and before.aspiration_s > 0.0:
             start = min(item.end_s, start + before.aspiration_s)
-            stretches.append((item.start_s, start, -17.0))
+            stretches.append((item.start_s, start, -23.0))
         if item.phone.kind is Kind.BREATH:
             level = item.phone.noise_db
         elif item.phone.kind in (Kind.VOWEL, Kind.GLIDE, Kind.NASAL):
@@ -295,7 +258,13 @@ def controls_for(phones: Sequence[str], voice: Voice, final: bool, declination: 
     for item in placed:
         zero = NASAL_ZERO_HZ if item.phone.kind is Kind.NASAL else NASAL_HZ
         closed = item.phone.kind in (Kind.STOP, Kind.AFFRICATE)
-        tilt = 350.0 if closed else voice.tilt_hz * (0.6 if item.phone.kind is Kind.FRICATIVE else 1.0)
+        tilt = (
+            350.0
+            if closed
+            else 700.0
+            if item.phone.kind is Kind.NASAL
+            else voice.tilt_hz * (0.6 if item.phone.kind is Kind.FRICATIVE else 1.0)
+        )
         for time in (item.start_s + 0.008, item.end_s - 0.008):
             nasal_points.add(time, zero * scale)
             tilt_points.add(time, tilt)

@@ -8,7 +8,8 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from hvcpd.synthesis.phones import PHONES, Kind, is_vowel
+from hvcpd.synthesis.allophones import allophone
+from hvcpd.synthesis.phones import PHONES, Kind, is_vowel, stress_of
 
 FINAL_STRETCH = 1.35
 """Lengthening of the last vowel and what follows it before a pause (Klatt's rule 2)."""
@@ -35,18 +36,13 @@ IN_CLUSTER = 0.75
 """A consonant beside another consonant (rule 10)."""
 
 
-def stress_of(phone: str) -> int:
-    """0, 1 or 2 for a vowel; 0 for a consonant."""
-    return int(phone[-1]) if phone[-1].isdigit() else 0
-
-
 def durations_s(phones: Sequence[str], final: bool) -> list[float]:
     """Seconds for each phone (of a stop: its closure) of a word; `final` when a pause follows."""
     vowels = [number for number, phone in enumerate(phones) if is_vowel(phone)]
     last = vowels[-1] if vowels else -1
     lengths = []
-    for number, name in enumerate(phones):
-        phone = PHONES[name.rstrip("012")]
+    for number in range(len(phones)):
+        phone = allophone(phones, number)
         if phone.kind is Kind.VOWEL:
             percent = _vowel_factor(phones, number, number == last, len(vowels))
         else:

@@ -176,6 +176,10 @@ def _voiced(controls: Controls, out: Array) -> None:
     _overlap_add(out, np.fft.irfft(spectra, RING_SAMPLES, axis=1), start.astype(np.int64))
 
 
+_BREATH: ComplexArray = (1.0 - 0.9 * _Z1) * (0.6 / (1.0 - 0.4 * _Z1)) ** 2
+"""Spectrum of breath: rising by radiation, falling above 2 kHz, as turbulence at the wide glottis does."""
+
+
 def _aspirated(controls: Controls, out: Array, rng: np.random.Generator) -> None:
     """Add breath noise through the cascade, in Hann windows of two hops."""
     hops = np.arange(int(controls.duration_s * SAMPLE_RATE_HZ) // HOP_SAMPLES + 1)
@@ -188,7 +192,7 @@ def _aspirated(controls: Controls, out: Array, rng: np.random.Generator) -> None
     index = active[:, None] * HOP_SAMPLES + np.arange(2 * HOP_SAMPLES)
     grains = white[index] * window * (ASPIRATION_GAIN * 10.0 ** (level_db[active] / 20.0))[:, None]
     spectra = np.fft.rfft(grains, RING_SAMPLES, axis=1)
-    spectra *= tract_response(controls, active * HOP_SAMPLES / SAMPLE_RATE_HZ) * (1.0 - 0.9 * _Z1)
+    spectra *= tract_response(controls, active * HOP_SAMPLES / SAMPLE_RATE_HZ) * _BREATH
     _overlap_add(out, np.fft.irfft(spectra, RING_SAMPLES, axis=1), (active - 1) * HOP_SAMPLES)
 
 

@@ -63,7 +63,7 @@ def _glide(target: Triple, width: Triple, inherent_ms: float, least_ms: float, t
 
 def _nasal(target: Triple, inherent_ms: float, least_ms: float) -> Phone:
     return Phone(
-        Kind.NASAL, target, (60.0, 200.0, 250.0), inherent_ms / 1000, least_ms / 1000,
+        Kind.NASAL, target, (60.0, 300.0, 300.0), inherent_ms / 1000, least_ms / 1000,
         pull=(0.5, 0.4, 0.4), transition_s=0.045, voicing_db=-4.0,
     )  # fmt: skip
 
@@ -73,7 +73,7 @@ def _fricative(
 ) -> Phone:
     return Phone(
         Kind.FRICATIVE, target, (80.0, 120.0, 200.0), inherent_ms / 1000, least_ms / 1000, voiced=voiced,
-        pull=(0.3, 0.45, 0.45), transition_s=0.045, voicing_db=-11.0 if voiced else -99.0, noise_db=noise_db,
+        pull=(0.3, 0.45, 0.45), transition_s=0.045, voicing_db=-8.0 if voiced else -99.0, noise_db=noise_db,
         bands=bands,
     )  # fmt: skip
 
@@ -98,13 +98,13 @@ _T = (Band(3800, 900, -3), Band(5000, 1500, 0), Band(6800, 1800, -4))
 _K = (Band(1900, 350, 0), Band(3600, 900, -10), Band(5200, 1500, -18))
 
 PHONES: dict[str, Phone] = {
-    "AA": _vowel((700, 1220, 2600), (130, 70, 160), 220, 100),
+    "AA": _vowel((740, 1190, 2550), (110, 80, 160), 200, 90),
     "AE": _vowel((620, 1700, 2430), (70, 150, 250), 220, 80, end=(660, 1530, 2470)),
     "AH": _vowel((620, 1220, 2550), (80, 50, 140), 140, 60),
     "AO": _vowel((600, 960, 2570), (90, 100, 80), 220, 100, end=(630, 1020, 2600)),
     "AW": _vowel((680, 1280, 2550), (80, 70, 140), 260, 100, end=(420, 900, 2350)),
-    "AX": _vowel((520, 1380, 2500), (80, 80, 140), 100, 50),
-    "AY": _vowel((680, 1180, 2550), (100, 70, 200), 250, 120, end=(380, 1960, 2550)),
+    "AX": _vowel((520, 1380, 2500), (80, 80, 140), 75, 35),
+    "AY": _vowel((700, 1220, 2550), (100, 70, 200), 220, 110, end=(440, 1850, 2550)),
     "EH": _vowel((540, 1720, 2500), (60, 90, 200), 150, 70, end=(600, 1600, 2530)),
     "ER": _vowel((470, 1270, 1560), (100, 60, 110), 180, 80, end=(430, 1310, 1560)),
     "EY": _vowel((480, 1800, 2520), (70, 100, 200), 190, 100, end=(320, 2120, 2640)),
@@ -118,10 +118,12 @@ PHONES: dict[str, Phone] = {
     "Y": _glide((260, 2150, 3020), (40, 200, 400), 75, 40, 70),
     "R": _glide((320, 1100, 1420), (70, 100, 120), 80, 40, 70),
     "L": _glide((330, 1050, 2880), (50, 100, 250), 80, 40, 45),
-    "M": _nasal((480, 1100, 2130), 75, 60),
-    "N": _nasal((480, 1500, 2500), 70, 50),
-    "NG": _nasal((480, 1900, 2350), 95, 60),
-    "HH": Phone(Kind.BREATH, (500, 1500, 2500), (200, 150, 200), 0.07, 0.04, voiced=False, noise_db=-12.0),
+    "M": _nasal((400, 1270, 2130), 75, 60),
+    "N": _nasal((480, 1340, 2470), 70, 50),
+    "NG": _nasal((480, 2000, 2900), 95, 60),
+    "HH": Phone(
+        Kind.BREATH, (500, 1500, 2500), (300, 200, 250), 0.09, 0.06, voiced=False, voicing_db=-99.0, noise_db=-8.0
+    ),
     "F": _fricative((320, 1050, 2150), False, 105, 80, -17.0, _F),
     "V": _fricative((240, 1050, 2150), True, 65, 45, -26.0, _F),
     "TH": _fricative((320, 1320, 2540), False, 95, 70, -19.0, _TH),
@@ -130,9 +132,9 @@ PHONES: dict[str, Phone] = {
     "Z": _fricative((240, 1600, 2560), True, 80, 50, -14.0, _S),
     "SH": _fricative((300, 1850, 2650), False, 110, 80, -6.0, _SH),
     "ZH": _fricative((260, 1850, 2650), True, 75, 50, -13.0, _SH),
-    "P": _stop((250, 900, 2150), False, 85, 55, -12.0, _P, (0.1, 0.5, 0.4), 45),
+    "P": _stop((250, 900, 2150), False, 75, 50, -16.0, _P, (0.1, 0.5, 0.4), 35),
     "B": _stop((200, 900, 2150), True, 80, 55, -16.0, _P, (0.1, 0.5, 0.4), 0),
-    "T": _stop((250, 1750, 2650), False, 70, 50, -6.0, _T, (0.1, 0.4, 0.3), 45),
+    "T": _stop((250, 1750, 2650), False, 58, 42, -10.0, _T, (0.1, 0.4, 0.3), 45),
     "D": _stop((200, 1750, 2650), True, 65, 45, -11.0, _T, (0.1, 0.4, 0.3), 0),
     "K": _stop((250, 1900, 2350), False, 75, 55, -7.0, _K, (0.1, 0.75, 0.5), 50),
     "G": _stop((200, 1900, 2350), True, 70, 50, -11.0, _K, (0.1, 0.75, 0.5), 10),
@@ -154,3 +156,8 @@ ARPABET = frozenset(PHONES) - {"AX"}
 def is_vowel(phone: str) -> bool:
     """Whether a phone, with or without its stress digit, is a vowel."""
     return PHONES[phone.rstrip("012")].kind is Kind.VOWEL
+
+
+def stress_of(phone: str) -> int:
+    """0, 1 or 2 for a vowel; 0 for a consonant."""
+    return int(phone[-1]) if phone[-1].isdigit() else 0

@@ -1,0 +1,63 @@
+"""How a phone is made beside its neighbours: the variants that English speakers use without noticing."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+from hvcpd.synthesis.klatt import Band
+from hvcpd.synthesis.phones import PHONES, Kind, Phone, is_vowel, stress_of
+
+OFF_DB = -99.0
+"""A source that does not sound."""
+
+
+def allophone(phones: Sequence[str], number: int) -> Phone:
+    """The phone at `number` as its neighbours in the word make it: reduced, flapped, unaspirated, fronted."""
+    name = phones[number]
+    base = name.rstrip("012")
+    if name == "AH0":
+        return PHONES["AX"]
+    phone = PHONES[base]
+    before = phones[number - 1].rstrip("012") if number else ""
+    after = phones[number + 1] if number + 1 < len(phones) else ""
+    if base in ("T", "D") and _is_flapped(phones, number):
+        return FLAP
+    if phone.kind is Kind.STOP:
+        if before == "S" and not phone.voiced:
+            phone = replace(phone, aspiration_s=0.012)
+        elif after and stress_of(after) == 0 and PHONES[after.rstrip("012")].kind is Kind.VOWEL:
+            phone = replace(phone, aspiration_s=0.6 * phone.aspiration_s)
+        elif not after:
+            phone = replace(phone, aspiration_s=0.035 if not phone.voiced else 0.0, noise_db=phone.noise_db - 4.0)
+        elif after and PHONES[after.rstrip("012")].kind in (Kind.STOP, Kind.FRICATIVE, Kind.NASAL):
+            phone = replace(phone, aspiration_s=0.0, noise_db=phone.noise_db - 6.0)
+    if base in ("K", "G"):
+        phone = _velar(phone, after or (phones[number - 1] if number else "AX"))
+    if base == "HH" and after:
+        vowel = PHONES[after.rstrip("012")]
+        phone = replace(phone, target_hz=vowel.target_hz)
+    return phone
+
+
+FLAP = replace(PHONES["D"], inherent_s=0.025, least_s=0.02, voicing_db=-8.0, noise_db=OFF_DB, transition_s=0.03)
+"""American T and D between vowels, the second one unstressed ("water"): a tap of the tongue, 20 to 30 ms (Zue and
+Laferriere, JASA 66, 1979)."""
+
+
+def _is_flapped(phones: Sequence[str], number: int) -> bool:
+    """Between a vowel (or R) and an unstressed vowel."""
+    if not 0 < number < len(phones) - 1:
+        return False
+    before, after = phones[number - 1], phones[number + 1]
+    return (is_vowel(before) or before == "R") and is_vowel(after) and stress_of(after) == 0
+
+
+def _velar(phone: Phone, neighbour: str) -> Phone:
+    """Velars close farther forward beside front vowels; the burst is the front cavity's resonance."""
+    vowel = PHONES["AX" if neighbour == "AX" else neighbour.rstrip("012")]
+    f2, f3 = vowel.target_hz[1], vowel.target_hz[2]
+    locus = min(2350.0, max(1150.0, 1.1 * f2 + 80.0))
+    burst = locus if f2 < 1500.0 else 0.5 * (locus + f3)
+    bands = (Band(burst, 300, 0), *phone.bands[1:])
+    return replace(phone, target_hz=(phone.target_hz[0], locus, max(locus + 250.0, 0.9 * f3)), bands=bands)

@@ -1,0 +1,89 @@
+"""How phones are made beside their neighbours, seen in the controls and in the sound."""
+
+from __future__ import annotations
+
+from itertools import pairwise
+
+import numpy as np
+import pytest
+
+from hvcpd.ports import SAMPLE_RATE_HZ
+from hvcpd.synthesis.allophones import allophone
+from hvcpd.synthesis.articulation import LEAD_S, controls_for, place
+from hvcpd.synthesis.lexicon import Lexicon
+from hvcpd.synthesis.phones import PHONES, Kind
+from hvcpd.synthesis.speaker import Speaker, UnitPosition
+from hvcpd.synthesis.voices import VOICES, voice_named
+from tests.synthesis.sounds import rms_db
+
+LEXICON = Lexicon.load()
+OAK = voice_named("oak")
+
+
+def phones(text: str) -> list[str]:
+    return text.split()
+
+
+def test_t_between_vowels_is_tapped_but_not_before_a_stressed_one() -> None:
+    tapped = allophone(phones("W AO1 T ER0"), 2)
+    full = allophone(phones("AH0 T AE1 K"), 1)
+    assert tapped.voiced
+    assert not full.voiced
+    assert tapped.inherent_s < 0.5 * full.inherent_s
+    assert tapped.aspiration_s == 0.0 < full.aspiration_s
+
+
+def test_stops_lose_their_breath_after_s() -> None:
+    assert allophone(phones("S T AA1 P"), 1).aspiration_s < 0.5 * allophone(phones("T AA1 P"), 0).aspiration_s
+
+
+def test_velars_are_fronted_before_front_vowels() -> None:
+    key, caught = allophone(phones("K IY1"), 0), allophone(phones("K AO1 T"), 0)
+    assert key.target_hz[1] > caught.target_hz[1] + 500.0
+    assert key.bands[0].centre_hz > caught.bands[0].centre_hz + 500.0
+
+
+@pytest.mark.parametrize("word", ["water", "stop", "indigo", "hi", "confirmed", "six"])
+@pytest.mark.parametrize("final", [False, True])
+def test_phones_follow_each_other_without_gap_or_overlap(word: str, final: bool) -> None:
+    placed = place(LEXICON.pronounce(word), 1.0, final)
+    assert placed[0].start_s == LEAD_S
+    for before, after in pairwise(placed):
+        assert after.start_s == pytest.approx(before.end_s, abs=1e-9)
+    for item in placed:
+        assert item.start_s < item.release_s <= item.end_s + 1e-9
+
+
+@pytest.mark.parametrize("voice", VOICES, ids=lambda voice: voice.name)
+@pytest.mark.parametrize("name", sorted(PHONES))
+def test_each_phone_alone_has_finite_controls_in_range(name: str, voice: object) -> None:
+    said = name if PHONES[name].kind is not Kind.VOWEL or name == "AX" else f"{name}1"
+    if name == "AX":
+        said = "AH0"
+    controls = controls_for([said], voice, final=True)  # type: ignore[arg-type]
+    times = np.arange(0.0, controls.duration_s, 0.005)
+    for track in (*controls.formants_hz, *controls.bandwidths_hz, controls.f0_hz, controls.tilt_hz):
+        values = track.at(times)
+        assert np.isfinite(values).all()
+        assert values.min() > 20.0
+        assert values.max() < 0.5 * SAMPLE_RATE_HZ
+    for earlier, later in pairwise(controls.formants_hz):
+        assert (earlier.at(times) < later.at(times)).all()
+
+
+def test_h_is_breath_before_the_vowel() -> None:
+    """The first 60 ms of "hi" carry no voice: little below 300 Hz beside what is above, and far below the vowel."""
+    unit = Speaker(OAK, LEXICON).unit("hi", UnitPosition.FINAL)
+    start = round((LEAD_S + 0.01) * SAMPLE_RATE_HZ)
+    breath, vowel = unit[start : start + 800], unit[start + 2400 : start + 3200]
+    power = np.abs(np.fft.rfft(breath * np.hanning(800))) ** 2
+    assert power[:15].sum() < 0.2 * power[15:].sum()
+    assert -35.0 < rms_db(breath) - rms_db(vowel) < -12.0
+
+
+def test_a_diphthong_moves_and_a_vowel_stands() -> None:
+    for name, least_hz in (("AY1", 400.0), ("OY1", 600.0), ("AA1", 0.0)):
+        track = controls_for([name], OAK, final=True).formants_hz[1]
+        placed = place([name], OAK.rate, final=True)[0]
+        moved = float(track.at(np.array([placed.end_s]))[0] - track.at(np.array([placed.start_s]))[0])
+        assert moved == pytest.approx(0.0, abs=1.0) if not least_hz else moved > least_hz
