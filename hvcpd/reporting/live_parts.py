@@ -192,7 +192,8 @@ class Overhead:
 
 def overhead(started: Started, columns: int, rows: int) -> Overhead | None:
     """The plants and the starts fitted into `columns` × `rows` characters; None if there is nothing or no room."""
-    points = [(p.x_m, p.y_m) for p in (*started.plants, *started.starts)]
+    points = [(plant.x_m, plant.y_m) for plant in started.plants]
+    points += [(pose.x_m, pose.y_m) for pose in started.starts]
     points = [p for p in points if all(map(math.isfinite, p))]
     if not points or columns < 12 or rows < 4:
         return None

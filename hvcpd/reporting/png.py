@@ -32,7 +32,12 @@ def encode_png(pixels: NDArray[np.uint8], palette: NDArray[np.uint8]) -> bytes:
     rows = np.zeros((height, width + 1), dtype=np.uint8)  # each row after its filter's number, 0: none
     rows[:, 1:] = pixels
     header = struct.pack(">IIBBBBB", width, height, 8, _INDEXED, 0, 0, 0)
-    chunks = [(b"IHDR", header), (b"PLTE", palette.tobytes()), (b"IDAT", zlib.compress(rows.tobytes(), 9)), (b"IEND", b"")]
+    chunks = [
+        (b"IHDR", header),
+        (b"PLTE", palette.tobytes()),
+        (b"IDAT", zlib.compress(rows.tobytes(), 9)),
+        (b"IEND", b""),
+    ]
     return MAGIC + b"".join(_chunk(kind, data) for kind, data in chunks)
 
 

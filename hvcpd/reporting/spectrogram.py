@@ -100,7 +100,11 @@ def figure(line: Line, sound: Samples) -> Markup:
     image = tag(
         "image",
         href="data:image/png;base64," + base64.b64encode(png).decode("ascii"),
-        **{"x": _LEFT, "y": _TOP, "width": _WIDTH, "height": _HEIGHT, "preserveAspectRatio": "none"},
+        x=_LEFT,
+        y=_TOP,
+        width=_WIDTH,
+        height=_HEIGHT,
+        preserveAspectRatio="none",
     )
     title = f"Spectrogram of {line.said.speaker} saying: {line.said.text}"
     return tag(

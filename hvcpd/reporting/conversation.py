@@ -1,0 +1,95 @@
+"""The conversation as a chat, every utterance with a button that plays it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from hvcpd.reporting.events import Garbled, Heard, Watered
+from hvcpd.reporting.markup import Markup, joined, tag
+from hvcpd.reporting.palette import plant_colour, robot_slot
+from hvcpd.reporting.story import Line, Story
+from hvcpd.reporting.text import clock, listed, percent, plural
+
+MAX_NAMED = 3
+"""Listeners named in a line; of more the page tells the number, and the names on demand."""
+
+
+def draw_conversation(story: Story, playable: bool) -> Markup:
+    """All utterances, waterings and stray speech in the order of time; with buttons if there is sound to play."""
+    entries: list[tuple[float, Markup]] = []
+    slots = {name: robot_slot(k) for k, name in enumerate(story.robots)}
+    sides = {name: k % 2 for k, name in enumerate(story.robots)}
+    for line in story.lines:
+        slot, side = slots[line.said.speaker], sides[line.said.speaker]
+        entries.append((line.said.at_s, _utterance(line, slot, side, playable, len(story.robots) - 1)))
+    entries += [(act.at_s, _watering(act, story)) for act in story.waterings]
+    entries += [(stray.at_s, _stray(stray)) for stray in story.unplaced]
+    entries.sort(key=lambda entry: entry[0])
+    return tag("ol", *(item for _, item in entries), class_="chat", id="chat", tabindex="0", aria_label="Conversation")
+
+
+def _utterance(line: Line, slot: int, side: int, playable: bool, others: int) -> Markup:
+    said = line.said
+    label = f"Play {said.speaker} at {clock(said.at_s)}: {said.text}"
+    button = tag("button", type="button", class_="play", aria_label=label, aria_pressed="false") if playable else None
+    head = tag("div", tag("b", said.speaker), tag("time", clock(said.at_s)), class_="who")
+    return tag(
+        "li",
+        button,
+        tag("div", head, tag("p", said.text), tag("ul", *_marks(line, others), class_="marks"), class_="bubble"),
+        class_=f"said r{slot}{' right' if side else ''}",
+        data_utterance=said.utterance,
+        data_from=f"{said.at_s:.3f}",
+        data_to=f"{said.end_s:.3f}",
+    )
+
+
+def _marks(line: Line, others: int) -> list[Markup]:
+    """Who heard it, with what confidence, and who did not."""
+    marks = []
+    if line.said.collided:
+        marks.append(tag("li", "collided with another voice", class_="bad"))
+    right = sorted((h for h in line.heard if h.text == line.said.text), key=lambda h: h.listener)
+    if len(right) > MAX_NAMED:
+        lowest = min(h.confidence for h in right)
+        named = listed(f"{h.listener} {percent(h.confidence)}" for h in right)
+        count = f"heard by {len(right)} of {others}, confidence {percent(lowest)} or more"
+        marks.append(tag("li", tag("details", tag("summary", count), named), class_="good"))
+    else:
+        marks += [_heard(h) for h in right]
+    for heard in line.heard:
+        if heard.text != line.said.text:
+            marks.append(tag("li", f"{heard.listener} understood: “{heard.text}”", class_="odd"))
+    for kind, names in (("garbled at", line.garbled), ("not noticed by", line.missed)):
+        if names:
+            who = listed(names) if len(names) <= MAX_NAMED else plural(len(names), "robot")
+            marks.append(tag("li", f"{kind} {who}", class_="bad", title=listed(names)))
+    return marks
+
+
+def _heard(heard: Heard) -> Markup:
+    title = f"signal-to-noise ratio {heard.snr_db:.0f} dB"
+    return tag("li", f"heard by {heard.listener}, confidence {percent(heard.confidence)}", class_="good", title=title)
+
+
+def _watering(act: Watered, story: Story) -> Markup:
+    name = next((task.name for task in story.tasks if task.number == act.task), f"task {act.task}")
+    dot = tag("i", class_="dot", style=f"background:{plant_colour(name)}")
+    told = joined([tag("time", clock(act.at_s)), dot, tag("b", act.robot), f" has done task {act.task}: {name}"])
+    return tag("li", told, class_="act", data_at=f"{act.at_s:.3f}")
+
+
+def _stray(event: Garbled | Heard) -> Markup:
+    if isinstance(event, Heard):
+        words = f"{event.listener} heard, from no robot: “{event.text}” (confidence {percent(event.confidence)})"
+    else:
+        words = f"{event.listener} heard speech, from no robot, that it could not understand"
+    return tag("li", tag("time", clock(event.at_s)), words, class_="act")
+
+
+def utterance_options(lines: Sequence[Line]) -> list[Markup]:
+    """A choice among utterances, for the spectrograms."""
+    return [
+        tag("option", f"{clock(line.said.at_s)} {line.said.speaker}: {line.said.text}", value=str(k))
+        for k, line in enumerate(lines)
+    ]

@@ -1,0 +1,185 @@
+"""The mission's report: one HTML page that needs nothing but a browser."""
+
+from __future__ import annotations
+
+import base64
+import hashlib
+import math
+from importlib import resources
+from pathlib import Path
+from string import Template
+
+from hvcpd.ports import SAMPLE_RATE_HZ, Samples
+from hvcpd.reporting.audio_clip import Clip, make_clip
+from hvcpd.reporting.conversation import draw_conversation, utterance_options
+from hvcpd.reporting.events import MissionRecord, Trail
+from hvcpd.reporting.files import write_whole
+from hvcpd.reporting.map_svg import draw_map
+from hvcpd.reporting.markup import Markup, escaped, joined, tag
+from hvcpd.reporting.palette import ROBOT_DARK, ROBOT_LIGHT, plant_colour, robot_slot
+from hvcpd.reporting.simplify import length_m, simplified
+from hvcpd.reporting.spectrogram import choose, figure
+from hvcpd.reporting.story import Story, TaskStory, tell
+from hvcpd.reporting.text import clock, listed, number, plural
+from hvcpd.reporting.timeline_svg import draw_timeline
+
+
+def write_report(record: MissionRecord, path: Path) -> None:
+    """Write the report of a mission. The same record gives the same bytes. Raises OSError."""
+    write_whole(path, page(record).encode("utf-8"))
+
+
+def page(record: MissionRecord) -> str:
+    """The report as HTML: sound, pictures, style and script are all inside."""
+    story = tell(record)
+    trails = [simplified(trail) for trail in record.trails]
+    clip = None
+    if len(record.sound):
+        clip = make_clip(record.sound, [(line.said.at_s, line.said.end_s) for line in story.lines])
+    style, script = _own("report.css") + _colours(), _own("report.js")
+    return Template(_own("report.html")).substitute(
+        title=escaped(record.title),
+        policy=_policy(script),
+        style=style,
+        script=script,
+        verdict=_verdict(story),
+        setting=_setting(story, record),
+        figures=_figures(story, trails),
+        map=draw_map(story, trails),
+        legend=_legend(story),
+        conversation=draw_conversation(story, playable=clip is not None),
+        timeline=draw_timeline(story, trails),
+        spectrograms=_spectrograms(story, record.sound),
+        tasks=_task_table(story),
+        player=_player(clip),
+        notes=_notes(clip),
+    )
+
+
+def _own(name: str) -> str:
+    return resources.files("hvcpd.reporting").joinpath(name).read_text(encoding="utf-8")
+
+
+def _policy(script: str) -> str:
+    """Forbids the page to load anything from outside, and to run any script but its own."""
+    fingerprint = base64.b64encode(hashlib.sha256(script.encode("utf-8")).digest()).decode("ascii")
+    allowed = "style-src 'unsafe-inline'; img-src data:; media-src data: blob:"
+    return f"default-src 'none'; {allowed}; script-src 'sha256-{fingerprint}'"
+
+
+def _colours() -> str:
+    def block(colours: list[str]) -> str:
+        return "".join(f".r{k}{{--robot:{colour}}}" for k, colour in enumerate(colours))
+
+    light, dark = block(ROBOT_LIGHT), block(ROBOT_DARK)
+    return f"{light}@media (prefers-color-scheme:dark) and (not print){{{dark}}}"
+
+
+def _verdict(story: Story) -> Markup:
+    summary = story.summary
+    if summary is None:
+        return tag("p", "The mission did not come to its end", class_="verdict bad")
+    if summary.lost == 0 and summary.duplicates == 0:
+        every = f"All {summary.tasks} tasks" if summary.tasks != 1 else "The task was"
+        return tag("p", f"{every} done{', each' if summary.tasks != 1 else ''} exactly once", class_="verdict good")
+    wrong = [f"{summary.lost} not done"] * (summary.lost > 0)
+    wrong += [f"{summary.duplicates} done more than once"] * (summary.duplicates > 0)
+    return tag("p", f"Of {plural(summary.tasks, 'task')}, {listed(wrong)}", class_="verdict bad")
+
+
+def _setting(story: Story, record: MissionRecord) -> Markup:
+    started = story.started
+    mode = {"volunteer": "every robot picks its own tasks", "coordinate": "one robot gives the orders"}
+    parts = [listed(story.robots), mode.get(started.mode, started.mode)]
+    if math.isfinite(started.noise_db_spl):
+        parts.append(f"ambient noise {number(started.noise_db_spl, 0)} dB SPL")
+    parts.append(f"seed {started.seed}")
+    parts += [f"{key}: {value}" for key, value in record.extra.items()]
+    return tag("p", " · ".join(parts), class_="setting")
+
+
+def _figures(story: Story, trails: list[Trail]) -> Markup:
+    figures: list[tuple[str, str]] = []
+    summary = story.summary
+    if summary is not None:
+        figures.append((f"{summary.tasks - summary.lost} of {summary.tasks}", "tasks done"))
+    figures.append((clock(story.end_s), "minutes of mission"))
+    if summary is not None:
+        understood = f"{summary.utterances_understood} of {summary.utterances_sent}"
+        figures.append((understood, "utterances understood by all whom they were for"))
+        figures.append((str(summary.collisions), "collision" if summary.collisions == 1 else "collisions"))
+    figures += [(f"{length_m(trail):.1f} m", f"driven by {trail.robot}") for trail in trails[:4] if len(trail.t_s)]
+    if summary is not None:
+        figures.append((f"{summary.realtime_factor:.1f} ×", "as fast as real time"))
+    return tag("dl", *(tag("div", tag("dt", what), tag("dd", value)) for value, what in figures), class_="figures")
+
+
+def _legend(story: Story) -> Markup:
+    robots = [tag("span", name, class_=f"key r{robot_slot(k)}") for k, name in enumerate(story.robots)]
+    return joined([*robots, tag("span", "○ start  ■ end  › way"), tag("span", "pale flower: not watered")], " ")
+
+
+def _spectrograms(story: Story, sound: Samples) -> Markup:
+    lines = choose(story, sound)
+    if not lines:
+        return tag("p", "No utterance was recorded.")
+    pictures = []
+    for k, line in enumerate(lines):
+        caption = tag("figcaption", f"{line.said.speaker}: {line.said.text}", class_=None)
+        drawn = tag("div", figure(line, sound), class_="scroll", tabindex="0", role="group", aria_label="Spectrogram")
+        pictures.append(tag("figure", drawn, caption, hidden=k > 0, data_spectrogram=str(k)))
+    chooser = None
+    if len(lines) > 1:
+        select = tag("select", *utterance_options(lines), id="which")
+        chooser = tag("label", "Utterance ", select, class_="chooser")
+    return joined([part for part in (chooser, *pictures) if part is not None])
+
+
+def _task_table(story: Story) -> Markup:
+    heads = ("No.", "Task", "Place (m)", "Done by", "Claimed", "Done", "Off the plant (m)")
+    head = tag("thead", tag("tr", *(tag("th", h, scope="col") for h in heads)))
+    body = tag("tbody", *(_task_row(task) for task in story.tasks))
+    return tag("table", head, body)
+
+
+def _task_row(task: TaskStory) -> Markup:
+    dot = tag("i", class_="dot", style=f"background:{plant_colour(task.name)}")
+    place = f"({task.plant.x_m:.2f}, {task.plant.y_m:.2f})".replace("-", "−") if task.plant else "–"
+    doers = listed(dict.fromkeys(act.robot for act in task.waterings)) or "nobody"
+    if len(task.waterings) > 1:
+        doers += f", {len(task.waterings)} times"
+    claimed, done = (clock(at) if at is not None else "–" for at in (task.claimed_s, task.done_s))
+    off = f"{task.distance_m:.3f}" if task.distance_m is not None else "–"
+    cells = (("Place (m)", place), ("Done by", doers), ("Claimed", claimed), ("Done", done), ("Off the plant (m)", off))
+    return tag(
+        "tr",
+        tag("td", task.number, data_head="No."),
+        tag("th", joined([dot, task.name]), scope="row"),
+        *(tag("td", text, data_head=name) for name, text in cells),
+        class_=None if len(task.waterings) == 1 else "bad",
+    )
+
+
+def _player(clip: Clip | None) -> Markup:
+    if clip is None:
+        return Markup()
+    source = "data:audio/wav;base64," + base64.b64encode(clip.wav).decode("ascii")
+    sound = tag("audio", id="sound", src=source, controls=True, preload="auto", aria_label="The whole mission")
+    whole = tag("button", "Play the whole mission", type="button", id="whole", aria_pressed="false")
+    return tag("div", whole, sound, tag("p", id="caption", aria_live="off"), class_="player")
+
+
+def _notes(clip: Clip | None) -> Markup:
+    notes = []
+    if clip is None:
+        notes.append("No sound was recorded.")
+    else:
+        told = f"The sound is what a microphone in the room took, raised by {clip.gain_db:.0f} dB for listening, with"
+        notes.append(f"{told} loud parts limited; {clip.described}.")
+        if clip.bits < 16 or clip.rate_hz < SAMPLE_RATE_HZ:
+            notes.append(
+                "It is coarser here than it was, to keep this page small; mission.wav beside it has all of it."
+            )
+    notes.append("Trails are drawn by the points that matter: everywhere within 2 cm of the true way.")
+    notes.append("Spectrograms: 25 ms Hann window, 6 dB/octave pre-emphasis, colours relative to the loudest point.")
+    return tag("ul", *(tag("li", note) for note in notes))

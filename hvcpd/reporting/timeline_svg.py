@@ -1,0 +1,137 @@
+"""Who did what when: a lane for each robot, as inline SVG beside a column of names."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from hvcpd.reporting.events import Trail
+from hvcpd.reporting.markup import Markup, joined, tag
+from hvcpd.reporting.palette import plant_colour, robot_slot
+from hvcpd.reporting.story import Line, Span, Story
+from hvcpd.reporting.text import clock, without_common_start
+
+_MIN_WIDTH = 900.0
+_MIN_UNITS_PER_S = 1.5
+"""An utterance of 4 s stays 6 units wide; longer missions scroll sideways."""
+_MAX_WIDTH = 12_000.0
+LANE = 62.0
+"""Height of a robot's lane, SVG units and CSS pixels: its speech above, its task below."""
+_SPEECH_Y, _SPEECH_HEIGHT, _TASK_Y, _TASK_HEIGHT, _DRIVE_HEIGHT = 8.0, 16.0, 28.0, 24.0, 4.0
+_AXIS = 26.0
+_PAD = 12.0
+_CHARACTER = 6.6
+MOVING_M_S = 0.02
+"""Slower is standing still: a tenth of the drive's speed, above the wheels' jitter."""
+_STEP_S = 0.5
+_TICKS_S = (5, 10, 15, 30, 60, 120, 300, 600, 1200, 3600)
+
+
+def draw_timeline(story: Story, trails: Sequence[Trail]) -> Markup:
+    """The chart, with the names before it in a column that stays when the chart scrolls."""
+    width = min(max(_MIN_WIDTH, story.end_s * _MIN_UNITS_PER_S), _MAX_WIDTH)
+    scale = width / story.end_s
+    height = LANE * len(story.robots) + _AXIS
+    shorts = dict(
+        zip((t.number for t in story.tasks), without_common_start([t.name for t in story.tasks]), strict=True)
+    )
+    parts = [_axis(story.end_s, scale, height - _AXIS)]
+    for k, robot in enumerate(story.robots):
+        moving = next((driving(trail) for trail in trails if trail.robot == robot), [])
+        parts.append(_lane(story, k, robot, moving, shorts, scale))
+    parts.append(tag("line", class_="cursor", id="cursor", x1=0, x2=0, y1=0, y2=height - _AXIS, data_scale=scale))
+    chart = tag(
+        "svg",
+        tag("title", "Timeline: who spoke, drove and worked when"),
+        tag("g", *parts, transform=f"translate({_PAD:g} 0)"),
+        class_="timeline",
+        id="timeline",
+        width=width + 2 * _PAD,
+        height=height,
+        viewBox=f"0 0 {width + 2 * _PAD:.1f} {height:.1f}",
+        role="img",
+    )
+    names = [tag("div", name, class_=f"r{robot_slot(k)}") for k, name in enumerate(story.robots)]
+    return tag(
+        "div",
+        tag("div", *names, class_="names"),
+        tag("div", chart, class_="scroll", tabindex="0", role="group", aria_label="Timeline, scrolls sideways"),
+        class_="gantt",
+    )
+
+
+def driving(trail: Trail) -> list[tuple[float, float]]:
+    """When the robot moved, as (from_s, to_s)."""
+    if len(trail.t_s) < 2 or trail.t_s[-1] <= trail.t_s[0]:
+        return []
+    times = np.arange(trail.t_s[0], trail.t_s[-1] + _STEP_S, _STEP_S)
+    x, y = np.interp(times, trail.t_s, trail.x_m), np.interp(times, trail.t_s, trail.y_m)
+    moving = np.hypot(np.diff(x), np.diff(y)) > MOVING_M_S * _STEP_S
+    edges = np.flatnonzero(np.diff(np.concatenate([[0], moving.astype(np.int8), [0]])))
+    return [(float(times[a]), float(times[b])) for a, b in edges.reshape(-1, 2)]
+
+
+def _axis(end_s: float, scale: float, height: float) -> Markup:
+    step_s = next((step for step in _TICKS_S if step * scale >= 56), _TICKS_S[-1])
+    parts = []
+    for k in range(int(end_s / step_s) + 1):
+        x = k * step_s * scale
+        parts.append(tag("line", class_="grid", x1=x, x2=x, y1=0, y2=height))
+        parts.append(tag("text", clock(k * step_s), class_="scale", x=x, y=height + 18, text_anchor="middle"))
+    return joined(parts)
+
+
+def _lane(
+    story: Story, k: int, robot: str, moving: list[tuple[float, float]], shorts: dict[int, str], scale: float
+) -> Markup:
+    spans = [_span(span, story, shorts, scale) for span in story.spans if span.robot == robot]
+    drives = [_drive(from_s, to_s, scale) for from_s, to_s in moving]
+    speech = [_speech(line, robot_slot(k), scale) for line in story.lines if line.said.speaker == robot]
+    drops = []
+    for act in story.waterings:
+        if act.robot == robot:
+            title = tag("title", f"{robot} finished task {act.task} at {clock(act.at_s)}")
+            at = f"translate({act.at_s * scale:.1f} {_TASK_Y + _TASK_HEIGHT / 2:g})"
+            drops.append(
+                tag("path", title, class_="drop", d="M0-9C4-3 6 0 6 3A6 6 0 0 1-6 3C-6 0-4-3 0-9Z", transform=at)
+            )
+    base = tag("line", class_="grid", x1=0, x2=story.end_s * scale, y1=LANE, y2=LANE)
+    return tag("g", base, *spans, *drives, *speech, *drops, transform=f"translate(0 {k * LANE:g})")
+
+
+def _span(span: Span, story: Story, shorts: dict[int, str], scale: float) -> Markup:
+    task = next((t for t in story.tasks if t.number == span.task), None)
+    name = task.name if task else f"task {span.task}"
+    x, wide = span.from_s * scale, max((span.to_s - span.from_s) * scale, 2.0)
+    title = f"{span.robot}, task {span.task}: {name}, {clock(span.from_s)} to {clock(span.to_s)}, {span.ended}"
+    fit = int((wide - 12) / _CHARACTER)
+    words = next((w for w in (f"{span.task} {shorts.get(span.task, '')}", f"{span.task}") if len(w) <= fit), "")
+    bar = tag("rect", x=x, y=_TASK_Y, width=wide, height=_TASK_HEIGHT, rx=3, fill=plant_colour(name))
+    text = tag("text", words, x=x + 6, y=_TASK_Y + 15) if words else None
+    return tag("g", tag("title", title), bar, text, class_="span" if span.ended == "done" else "span broken")
+
+
+def _drive(from_s: float, to_s: float, scale: float) -> Markup:
+    y = _TASK_Y + _TASK_HEIGHT - _DRIVE_HEIGHT
+    title = tag("title", f"driving, {clock(from_s)} to {clock(to_s)}")
+    wide = max((to_s - from_s) * scale, 1.0)
+    return tag("rect", title, class_="drive", x=from_s * scale, y=y, width=wide, height=_DRIVE_HEIGHT)
+
+
+def _speech(line: Line, slot: int, scale: float) -> Markup:
+    said = line.said
+    kind = " collided" if said.collided else "" if any(h.text == said.text for h in line.heard) else " unheard"
+    title = tag("title", f"{clock(said.at_s)} {said.speaker}: {said.text}")
+    wide = max((said.end_s - said.at_s) * scale, 2.0)
+    return tag(
+        "rect",
+        title,
+        class_=f"speech r{slot}{kind}",
+        x=said.at_s * scale,
+        y=_SPEECH_Y,
+        width=wide,
+        height=_SPEECH_HEIGHT,
+        rx=2,
+        data_utterance=said.utterance,
+    )
