@@ -72,7 +72,7 @@ def _colours() -> str:
         return "".join(f".r{k}{{--robot:{colour}}}" for k, colour in enumerate(colours))
 
     light, dark = block(ROBOT_LIGHT), block(ROBOT_DARK)
-    return f"{light}@media (prefers-color-scheme:dark) and (not print){{{dark}}}"
+    return f"{light}@media screen and (prefers-color-scheme:dark){{{dark}}}"
 
 
 def _verdict(story: Story) -> Markup:
@@ -116,7 +116,7 @@ def _figures(story: Story, trails: list[Trail]) -> Markup:
 
 def _legend(story: Story) -> Markup:
     robots = [tag("span", name, class_=f"key r{robot_slot(k)}") for k, name in enumerate(story.robots)]
-    return joined([*robots, tag("span", "○ start  ■ end  › way"), tag("span", "pale flower: not watered")], " ")
+    return joined([*robots, tag("span", "○ start  □ end  ➤ way"), tag("span", "pale flower: not watered")], " ")
 
 
 def _spectrograms(story: Story, sound: Samples) -> Markup:

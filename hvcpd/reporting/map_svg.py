@@ -22,10 +22,12 @@ _PAD = 34.0
 _MARGIN_M = 0.8
 _MAX_LINES = 26
 """Grid lines each way; larger rooms get a coarser grid."""
-_ARROW_EVERY = 120.0
+_ARROW_EVERY = 160.0
 """SVG units of trail between two arrowheads."""
-_CHARACTER, _LINE = 7.6, 16.0
-"""Size of a label's letter, SVG units, to keep labels apart."""
+_END = 15.0
+"""Half the side of the frame around a trail's end: a robot ends at a plant, which stays visible in it."""
+_CHARACTER, _LINE = 10.0, 20.0
+"""Size of a label's letter, SVG units, as on a phone, where labels are larger than on a desk: to keep them apart."""
 
 
 @dataclass(frozen=True)
@@ -82,7 +84,7 @@ def draw_map(story: Story, trails: Sequence[Trail]) -> Markup:
         labels.block(*frame.at(plant.x_m, plant.y_m), 16.0)
     for trail in drawn:
         labels.block(*frame.at(trail.x_m[0], trail.y_m[0]), 9.0)
-        labels.block(*frame.at(trail.x_m[-1], trail.y_m[-1]), 9.0)
+        labels.block(*frame.at(trail.x_m[-1], trail.y_m[-1]), 16.0)
         labels.avoid(frame, trail)
     width, height = (side + 2 * _PAD for side in frame.size)
     title = f"The room from above, {number(frame.wide_m)} m by {number(frame.high_m)} m, with the robots' trails"
@@ -144,12 +146,12 @@ def _arrows(points: list[tuple[float, float]], slot: int) -> list[Markup]:
     arrows, gone, due = [], 0.0, _ARROW_EVERY / 2
     for (xa, ya), (xb, yb) in itertools.pairwise(points):
         length = math.hypot(xb - xa, yb - ya)
-        if length > 0 and due <= gone + length:  # one a segment at most: long ones are straight anyway
+        while length > 0 and due <= gone + length:
             share = (due - gone) / length
             x, y, angle = xa + share * (xb - xa), ya + share * (yb - ya), math.degrees(math.atan2(yb - ya, xb - xa))
             turned = f"translate({number(x, 1)} {number(y, 1)}) rotate({number(angle, 0)})"
             arrows.append(tag("path", class_=f"arrow r{slot}", d="M-5-5 6 0-5 5Z", transform=turned))
-            due = max(due + _ARROW_EVERY, gone + length)
+            due += _ARROW_EVERY
         gone += length
     return arrows
 
@@ -182,11 +184,18 @@ def _ends(frame: Frame, trail: Trail, slot: int, labels: _Labels) -> Markup:
     (xa, ya), (xb, yb) = frame.at(trail.x_m[0], trail.y_m[0]), frame.at(trail.x_m[-1], trail.y_m[-1])
     begin = tag("circle", tag("title", f"{trail.robot} starts here"), class_=f"start r{slot}", cx=xa, cy=ya, r=7)
     end = tag(
-        "rect", tag("title", f"{trail.robot} ends here"), class_=f"end r{slot}", x=xb - 7, y=yb - 7, width=14, height=14
+        "rect",
+        tag("title", f"{trail.robot} ends here"),
+        class_=f"end r{slot}",
+        x=xb - 15,
+        y=yb - 15,
+        width=30,
+        height=30,
+        rx=4,
     )
     written = [labels.place(trail.robot, xa, ya, 9.0, f"label r{slot}")]
     if math.hypot(xb - xa, yb - ya) > _LINE:
-        written.append(labels.place(trail.robot, xb, yb, 9.0, f"label r{slot}"))
+        written.append(labels.place(trail.robot, xb, yb, 16.0, f"label r{slot}"))
     return joined([begin, end, *written])
 
 

@@ -12,7 +12,7 @@ from hvcpd.reporting.palette import plant_colour, robot_slot
 from hvcpd.reporting.story import Line, Span, Story
 from hvcpd.reporting.text import clock, without_common_start
 
-_MIN_WIDTH = 900.0
+_MIN_WIDTH = 1080.0
 _MIN_UNITS_PER_S = 1.5
 """An utterance of 4 s stays 6 units wide; longer missions scroll sideways."""
 _MAX_WIDTH = 12_000.0
