@@ -9,7 +9,13 @@ from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 
 
 def pitch_hz(sound: Samples, low_hz: float = 60.0, high_hz: float = 320.0) -> float:
-    """The pitch of the loudest 80 ms by autocorrelation, normalised for the overlap; parabolic interpolation."""
+    """The pitch of the loudest 80 ms by autocorrelation, normalised for the overlap; parabolic interpolation.
+
+    Only what is below 500 Hz is looked at, so that no formant is taken for the pitch.
+    """
+    spectrum = np.fft.rfft(sound.astype(float))
+    spectrum[np.fft.rfftfreq(len(sound), 1.0 / SAMPLE_RATE_HZ) > 500.0] = 0.0
+    sound = np.fft.irfft(spectrum, len(sound)).astype(np.float32)
     size = round(0.08 * SAMPLE_RATE_HZ)
     energy = np.convolve(sound.astype(float) ** 2, np.ones(size), "valid")
     start = int(np.argmax(energy))

@@ -37,7 +37,11 @@ def test_there_are_eight_and_every_two_differ_by_a_tenth_in_pitch_or_formants() 
 
 
 def test_the_difference_can_be_measured_in_the_sound() -> None:
-    pitches = {v.name: pitch_hz(Speaker(v, LEXICON).unit("all", UnitPosition.MEDIAL)) for v in VOICES}
+    def measured_hz(voice: Voice) -> float:
+        speaker = Speaker(voice, LEXICON)
+        return float(np.median([pitch_hz(speaker.unit(w, UnitPosition.MEDIAL)) for w in ("all", "am", "road", "go")]))
+
+    pitches = {voice.name: measured_hz(voice) for voice in VOICES}
     by_pitch = sorted(VOICES, key=lambda v: v.f0_hz)
     measured = [pitches[v.name] for v in by_pitch]
     assert measured == sorted(measured)
