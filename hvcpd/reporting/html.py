@@ -23,6 +23,9 @@ from hvcpd.reporting.story import Story, TaskStory, tell
 from hvcpd.reporting.text import clock, listed, number, plural
 from hvcpd.reporting.timeline_svg import draw_timeline
 
+MAX_NAMED_DRIVES = 3
+"""Of more robots the headline gives the sum of their ways: it has one row."""
+
 
 def write_report(record: MissionRecord, path: Path) -> None:
     """Write the report of a mission. The same record gives the same bytes. Raises OSError."""
@@ -106,9 +109,12 @@ def _figures(story: Story, trails: list[Trail]) -> Markup:
     figures.append((clock(story.end_s), "minutes of mission"))
     if summary is not None:
         understood = f"{summary.utterances_understood} of {summary.utterances_sent}"
-        figures.append((understood, "utterances understood by all whom they were for"))
+        figures.append((understood, "utterances understood"))
         figures.append((str(summary.collisions), "collision" if summary.collisions == 1 else "collisions"))
-    figures += [(f"{length_m(trail):.1f} m", f"driven by {trail.robot}") for trail in trails[:4] if len(trail.t_s)]
+    if len(trails) <= MAX_NAMED_DRIVES:
+        figures += [(f"{length_m(trail):.1f} m", f"driven by {trail.robot}") for trail in trails]
+    else:
+        figures.append((f"{sum(map(length_m, trails)):.1f} m", f"driven by {len(trails)} robots"))
     if summary is not None:
         figures.append((f"{summary.realtime_factor:.1f} ×", "as fast as real time"))
     return tag("dl", *(tag("div", tag("dt", what), tag("dd", value)) for value, what in figures), class_="figures")

@@ -19,6 +19,8 @@ _WIDTH, _HEIGHT = 700.0, 700.0
 """The drawing fits into this, in SVG units."""
 _PAD = 34.0
 """Around it, for the scale's figures."""
+MAX_NAMED_PLANTS = 16
+"""More are labelled by their number alone; the table beside has the names."""
 _MARGIN_M = 0.8
 _MAX_LINES = 26
 """Grid lines each way; larger rooms get a coarser grid."""
@@ -176,7 +178,8 @@ def _plants(frame: Frame, plants: Sequence[Plant], story: Story, labels: _Labels
             fill=plant_colour(plant.name),
             transform=f"translate({number(x, 1)} {number(y, 1)})",
         )
-        parts += [flower, labels.place(f"{plant.task} {short}", x, y, 16.0, "label")]
+        label = f"{plant.task} {short}" if len(plants) <= MAX_NAMED_PLANTS else f"{plant.task}"
+        parts += [flower, labels.place(label, x, y, 16.0, "label")]
     return parts
 
 

@@ -114,7 +114,7 @@
   timeline.addEventListener("click", (event) => {
     const box = timeline.getBoundingClientRect();
     const units = timeline.viewBox.baseVal;
-    const x = ((event.clientX - box.left) / box.width) * units.width - (units.width - scale * sound.duration) / 2;
+    const x = ((event.clientX - box.left) / box.width) * units.width - Number(timeline.dataset.pad);
     chosen = null;
     sound.currentTime = Math.min(Math.max(x / scale, 0), sound.duration || 0);
     show();

@@ -20,7 +20,7 @@ LANE = 62.0
 """Height of a robot's lane, SVG units and CSS pixels: its speech above, its task below."""
 _SPEECH_Y, _SPEECH_HEIGHT, _TASK_Y, _TASK_HEIGHT, _DRIVE_HEIGHT = 8.0, 16.0, 28.0, 24.0, 4.0
 _AXIS = 26.0
-_PAD = 12.0
+_PAD = 20.0
 _CHARACTER = 6.6
 MOVING_M_S = 0.02
 """Slower is standing still: a tenth of the drive's speed, above the wheels' jitter."""
@@ -40,13 +40,16 @@ def draw_timeline(story: Story, trails: Sequence[Trail]) -> Markup:
     for k, robot in enumerate(story.robots):
         moving = next((driving(trail) for trail in trails if trail.robot == robot), [])
         parts.append(_lane(story, k, robot, moving, shorts, scale))
-    parts.append(tag("line", class_="cursor", id="cursor", x1=0, x2=0, y1=0, y2=height - _AXIS, data_scale=scale))
+    parts.append(
+        tag("line", class_="cursor", id="cursor", x1=0, x2=0, y1=0, y2=height - _AXIS, data_scale=f"{scale:.6f}")
+    )
     chart = tag(
         "svg",
         tag("title", "Timeline: who spoke, drove and worked when"),
         tag("g", *parts, transform=f"translate({_PAD:g} 0)"),
         class_="timeline",
         id="timeline",
+        data_pad=_PAD,
         width=width + 2 * _PAD,
         height=height,
         viewBox=f"0 0 {width + 2 * _PAD:.1f} {height:.1f}",

@@ -1,0 +1,201 @@
+"""The report page: whole, offline, harmless whatever the names are, and true to the record."""
+
+from __future__ import annotations
+
+import base64
+import io
+import re
+import wave
+from dataclasses import replace
+from html.parser import HTMLParser
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from hvcpd.ports import SAMPLE_RATE_HZ
+from hvcpd.reporting.events import MissionRecord, Said, Summary, Watered
+from hvcpd.reporting.html import page, write_report
+from hvcpd.reporting.markup import VOID
+from tests.reporting.example import example, pitch_of
+
+HOSTILE = '</script><img src=x onerror=alert(1)>" onload="x" \' & \x1b[31m \u202e \ud800'
+
+
+class Page(HTMLParser):
+    """Reads a page strictly: every end tag must close the element that is open."""
+
+    def __init__(self, text: str) -> None:
+        super().__init__(convert_charrefs=True)
+        self.elements: list[tuple[str, dict[str, str | None]]] = []
+        self.text: list[str] = []
+        self._open: list[str] = []
+        self.feed(text)
+        self.close()
+        assert self._open == []
+
+    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+        assert len({name for name, _ in attrs}) == len(attrs), f"an attribute twice in {tag}"
+        self.elements.append((tag, dict(attrs)))
+        if tag not in VOID:
+            self._open.append(tag)
+
+    def handle_endtag(self, tag: str) -> None:
+        assert self._open, f"</{tag}> closes nothing"
+        assert self._open.pop() == tag
+
+    def handle_data(self, data: str) -> None:
+        if self._open and self._open[-1] not in ("script", "style"):
+            self.text.append(data)
+
+    def all(self, tag: str) -> list[dict[str, str | None]]:
+        return [attributes for name, attributes in self.elements if name == tag]
+
+    def of_class(self, wanted: str) -> list[dict[str, str | None]]:
+        return [attributes for _, attributes in self.elements if wanted in (attributes.get("class") or "").split()]
+
+
+@pytest.fixture(scope="module")
+def record() -> MissionRecord:
+    return example()
+
+
+@pytest.fixture(scope="module")
+def text(record: MissionRecord) -> str:
+    return page(record)
+
+
+@pytest.fixture(scope="module")
+def parsed(text: str) -> Page:
+    return Page(text)
+
+
+def wav_of(parsed: Page) -> wave.Wave_read:
+    (audio,) = parsed.all("audio")
+    return wave.open(io.BytesIO(base64.b64decode((audio["src"] or "").removeprefix("data:audio/wav;base64,"))))
+
+
+def test_needs_nothing_from_outside(parsed: Page, text: str) -> None:
+    for tag, attributes in parsed.elements:
+        for name in ("src", "href", "srcset", "action", "data", "poster", "xlink:href", "background"):
+            if attributes.get(name) is not None:
+                assert (attributes[name] or "").startswith("data:"), (tag, name)
+    without_sound = re.sub(r"base64,[A-Za-z0-9+/=]+", "", text)
+    assert not re.search(r"[\w:'\"(=]//\w|//\w+\.", without_sound)
+    assert "@import" not in without_sound
+    assert "url(" not in without_sound
+    assert [a for a in parsed.all("meta") if "default-src 'none'" in (a.get("content") or "")]
+    assert parsed.all("link") == []
+
+
+def test_says_what_happened(parsed: Page, record: MissionRecord) -> None:
+    said = "".join(parsed.text)
+    assert "All 5 tasks done, each exactly once" in said
+    utterances = [e for e in record.events if isinstance(e, Said)]
+    for utterance in utterances:
+        assert utterance.text in said
+    buttons = parsed.of_class("play")
+    assert len(buttons) == len(utterances)
+    assert all(button["aria-label"] for button in buttons)
+    assert len(parsed.of_class("trail")) == 2
+    assert len(parsed.of_class("plant")) == 5
+    assert len(parsed.of_class("start")) == len(parsed.of_class("end")) == 2
+    assert len(parsed.of_class("drop")) == 5
+    assert "collided with another voice" in said
+
+
+def test_tells_a_bad_end(record: MissionRecord) -> None:
+    events = [e for e in record.events if not (isinstance(e, Watered) and e.task == 2)]
+    last = events.pop()
+    assert isinstance(last, Summary)
+    twice = next(e for e in events if isinstance(e, Watered) and e.task == 3)
+    events += [replace(twice, at_s=twice.at_s + 9.0, robot="Rob"), replace(last, lost=1, duplicates=1)]
+    parsed = Page(page(replace(record, events=tuple(events))))
+    said = "".join(parsed.text)
+    assert "Of 5 tasks, 1 not done and 1 done more than once" in said
+    assert "nobody" in said
+    assert "2 times" in said
+    assert len(parsed.of_class("dry")) == 1
+
+
+def test_shows_the_distance_from_the_plant(record: MissionRecord) -> None:
+    first = next(e for e in record.events if isinstance(e, Watered))
+    plant = next(p for p in record.events[0].plants if p.task == first.task)  # type: ignore[union-attr]
+    moved = replace(first, x_m=plant.x_m + 0.03, y_m=plant.y_m - 0.04)
+    events = tuple(moved if e is first else e for e in record.events)
+    assert "0.050" in "".join(Page(page(replace(record, events=events))).text)
+
+
+def test_the_sound_holds_every_utterance_at_its_time(parsed: Page, record: MissionRecord) -> None:
+    with wav_of(parsed) as wav:
+        assert (wav.getnchannels(), wav.getframerate(), wav.getsampwidth()) == (1, SAMPLE_RATE_HZ, 1)
+        samples = np.frombuffer(wav.readframes(wav.getnframes()), np.uint8).astype(float) - 128.0
+    assert len(samples) == len(record.sound)
+    items = parsed.of_class("said")
+    spoken = sorted((e for e in record.events if isinstance(e, Said)), key=lambda e: e.at_s)
+    for item, said in zip(items, spoken, strict=True):
+        first, last = (round(float(item[key] or "nan") * SAMPLE_RATE_HZ) for key in ("data-from", "data-to"))
+        part = samples[first:last]
+        loudest_hz = np.argmax(np.abs(np.fft.rfft(part))) * SAMPLE_RATE_HZ / len(part)
+        assert abs(loudest_hz - pitch_of(("Rob", "Rob1").index(said.speaker))) < 5.0
+        assert np.std(part) > 5 * np.std(samples[max(first - 16000, 0) : first])
+    assert np.mean(np.abs(samples) >= 126) < 0.001
+
+
+def test_pictures_are_whole(parsed: Page) -> None:
+    images = parsed.all("image")
+    assert 1 <= len(images) <= 6
+    assert sum(1 for a in parsed.all("figure") if "hidden" not in a) == 1
+    for image in images:
+        png = base64.b64decode((image["href"] or "").removeprefix("data:image/png;base64,"))
+        assert png.startswith(b"\x89PNG\r\n\x1a\n")
+    assert len(parsed.all("option")) == len(images)
+
+
+def test_hostile_names_do_no_harm() -> None:
+    tasks = tuple(f"{HOSTILE} {k}" for k in range(5))
+    record = example(names=(HOSTILE, "Bot"), task_names=tasks, title=HOSTILE)
+    record = replace(record, extra={HOSTILE: HOSTILE})
+    text = page(record)
+    parsed = Page(text)
+    assert len(parsed.all("script")) == 1
+    assert len(parsed.all("img")) == 0
+    assert not [a for _, a in parsed.elements for name in a if name.startswith("on")]
+    assert "</script><img src=x onerror=alert(1)>" in "".join(parsed.text)
+    assert not re.search("[\x00-\x08\x0b-\x1f\x7f\u202e\ud800]", text)
+
+
+def test_same_record_same_bytes(record: MissionRecord, text: str, tmp_path: Path) -> None:
+    write_report(record, tmp_path / "report.html")
+    assert (tmp_path / "report.html").read_bytes() == text.encode("utf-8")
+    assert [p.name for p in tmp_path.iterdir()] == ["report.html"]
+
+
+def test_three_minutes_fit_six_megabytes(record: MissionRecord, text: str) -> None:
+    assert len(record.sound) / SAMPLE_RATE_HZ > 170
+    assert len(text.encode()) < 6_000_000
+
+
+def test_a_long_mission_of_a_big_team() -> None:
+    record = example(12, 40, task_names=tuple(f"water the {k}th rose" for k in range(40)))
+    parsed = Page(page(record))
+    with wav_of(parsed) as wav:
+        assert (wav.getframerate(), wav.getsampwidth()) == (8000, 1)
+        assert abs(wav.getnframes() / 8000 - len(record.sound) / SAMPLE_RATE_HZ) < 0.01
+    assert "coarser" in "".join(parsed.text)
+    assert len(parsed.all("image")) <= 6
+    points = sum(len((trail["points"] or "").split()) for trail in parsed.of_class("trail"))
+    assert points < 500 < sum(len(trail.t_s) for trail in record.trails)
+    for trail in parsed.of_class("trail"):
+        assert len((trail["points"] or "").split()) == len((trail["data-times"] or "").split())
+
+
+def test_a_mission_without_anything() -> None:
+    parsed = Page(page(MissionRecord((), (), np.zeros(0, np.float32))))
+    assert parsed.all("audio") == []
+    assert "did not come to its end" in "".join(parsed.text)
+
+
+def test_no_sound_no_buttons() -> None:
+    parsed = Page(page(example(sound=False)))
+    assert parsed.of_class("play") == parsed.all("audio") == []

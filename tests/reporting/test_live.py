@@ -1,0 +1,177 @@
+"""The terminal view: on a terminal of any width, in a pipe, and whatever the events are."""
+
+from __future__ import annotations
+
+import io
+import itertools
+import re
+from collections.abc import Sequence
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from rich.cells import cell_len
+from rich.console import Console
+
+from hvcpd.ports import Pose
+from hvcpd.reporting import events as ev
+from hvcpd.reporting.html import page
+from hvcpd.reporting.live import LiveView
+from hvcpd.reporting.watching import Watch
+from tests.reporting.example import example
+from tests.reporting.test_html import HOSTILE, Page
+
+CONTROL = re.compile(r"\x1b\[[0-9;?]*[A-Za-z]|\x1b\]8;[^\x1b]*\x1b\\|\r")
+MISSION = example(sound=False)
+
+
+def show(
+    events: Sequence[ev.Event], width: int = 80, height: int = 24, terminal: bool = False, encoding: str = "utf-8"
+) -> str:
+    ticks = itertools.count()
+    file = io.TextIOWrapper(io.BytesIO(), encoding=encoding, newline="")
+    console = Console(
+        file=file, width=width, height=height, force_terminal=terminal, legacy_windows=False, _environ={"TERM": "xterm"}
+    )
+    started = next(e for e in events if isinstance(e, ev.Started))
+    with LiveView(console, started, monotonic_s=lambda: 0.06 * next(ticks)) as view:
+        for event in events:
+            if event is not started:
+                view.handle(event)
+    file.flush()
+    return file.buffer.getvalue().decode(encoding)  # type: ignore[attr-defined]
+
+
+def test_a_pipe_gets_plain_lines_one_an_event() -> None:
+    out = show(MISSION.events)
+    assert "\x1b" not in out
+    assert "\r" not in out
+    lines = out.splitlines()
+    said = [e for e in MISSION.events if isinstance(e, ev.Said)]
+    for utterance in said:
+        (line,) = [each for each in lines if f"{utterance.speaker}: {utterance.text}  [" in each]
+        assert re.search(r"heard by|garbled at|not noticed by", line)
+    assert sum("has done task" in line for line in lines) == 5
+    assert any("collided" in line for line in lines)
+    assert "All 5 tasks done, each exactly once" in out
+    assert "20 times faster than real time" in out
+
+
+def test_who_heard_it_and_how_well() -> None:
+    started = ev.Started(0.0, ("Rob", "Bot", "Ada"), (), (), "volunteer", 1, 40.0)
+    said = ev.Said(1.0, 4.0, 0, "Rob", "Hi all, I am Rob", False)
+    heard = ev.Heard(1.0, 0, "Bot", "Rob", said.text, 0.87, 20.0)
+    out = show([started, said, heard, ev.Garbled(1.01, "Ada")])
+    assert "0:01  Rob: Hi all, I am Rob  [heard by Bot 87 % · garbled at Ada]" in out
+    out = show([started, ev.Garbled(1.01, "Ada"), heard, said])  # the listeners may be first
+    assert "[heard by Bot 87 % · garbled at Ada]" in out
+    wrong = ev.Heard(1.0, 0, "Bot", "Rob", "Hi all, I am Ada", 0.87, 20.0)
+    out = show([started, said, wrong])
+    assert "[Bot understood: Hi all, I am Ada · not noticed by Ada]" in out
+    out = show([started, ev.Heard(1.0, None, "Bot", "somebody", "stop", 0.9, 20.0), ev.Garbled(5.0, "Ada")])
+    assert "no robot's (90 %): stop" in out
+    assert "Ada heard speech, from no robot" in out
+
+
+@pytest.mark.parametrize(("width", "height"), [(80, 24), (40, 12), (20, 5), (200, 60)])
+@pytest.mark.parametrize("mission", [MISSION, example(12, 40, sound=False)], ids=["small", "big"])
+def test_no_line_is_wider_than_the_terminal(width: int, height: int, mission: ev.MissionRecord) -> None:
+    out = show(mission.events, width, height, terminal=True)
+    assert "\x1b[" in out
+    lines = CONTROL.sub("\n", out).splitlines()
+    assert max(map(cell_len, lines)) <= width
+    assert lines[-1].startswith("  ") or width < 80
+
+
+def test_a_terminal_keeps_the_conversation_and_the_end() -> None:
+    out = CONTROL.sub("", show(MISSION.events, 100, 30, terminal=True))
+    for event in MISSION.events:
+        if isinstance(event, ev.Said):
+            assert f"{event.speaker}: {event.text}" in out
+    tail = out[-600:]
+    assert "All 5 tasks done, each exactly once" in tail
+    assert "Rob: water the green rose, water the indigo rose and water the yellow rose" in tail
+
+
+def test_a_terminal_that_knows_only_ascii() -> None:
+    out = show(MISSION.events, terminal=True, encoding="ascii")
+    assert "All 5 tasks done" in out
+
+
+def test_names_steer_nothing() -> None:
+    tasks = tuple(f"[red]{HOSTILE}[/red] {k}" for k in range(3))
+    record = example(names=("[bold]Rob[/bold]", "\x1b]0;x\x07Bot"), task_names=tasks, sound=False)
+    plain = show(record.events)
+    assert "[bold]Rob[/bold]:" in plain
+    assert not re.search("[\x00-\x09\x0b-\x1f\x7f\u202e]", plain)
+    terminal = CONTROL.sub("", show(record.events, terminal=True))
+    assert "\x1b" not in terminal
+    assert "\x07" not in terminal
+
+
+def test_the_board_tells_who_believes_otherwise() -> None:
+    plant = ev.Plant(1, "water the red rose", 1.0, 1.0)
+    started = ev.Started(0.0, ("Rob", "Bot"), (Pose(0, 0), Pose(1, 0)), (plant,), "volunteer", 1, 40.0)
+    watch = Watch(started)
+    assert [(r.state, r.owner, r.differing) for r in watch.board()] == [("open", None, ())]
+    watch.handle(ev.TaskChanged(1.0, "Rob", 1, "claimed", "Rob"))
+    (row,) = watch.board()
+    assert (row.state, row.owner, row.differing) == ("claimed", "Rob", (("Bot", ("open", None)),))
+    watch.handle(ev.TaskChanged(2.0, "Bot", 1, "claimed", "Rob"))
+    assert watch.board()[0].differing == ()
+    watch.handle(ev.Watered(9.0, "Rob", 1, 1.0, 1.0))
+    (row,) = watch.board()
+    assert (row.state, row.owner) == ("done", "Rob")
+    assert {name for name, _ in row.differing} == {"Rob", "Bot"}
+    watch = Watch(started)
+    watch.handle(ev.TaskChanged(1.0, "Rob", 1, "claimed", "Rob"))
+    (note,) = watch.handle(ev.TaskChanged(2.0, "Rob", 1, "open", None))
+    assert type(note).__name__ == "GaveUp"
+
+
+names = st.sampled_from(["Rob", "Bot", "Ada", "[x]", "\x1b[2J", ""])
+times = st.floats(-1.0, 4000.0)
+places = st.floats(-1e4, 1e4)
+numbers = st.integers(-1, 5)
+poses = st.builds(Pose, places, places, places)
+plants = st.builds(ev.Plant, numbers, st.text(max_size=12), places, places)
+shares = st.floats(allow_nan=True)
+words = st.lists(st.tuples(st.text(max_size=4), times, times), max_size=2).map(tuple)
+any_event = st.one_of(
+    st.builds(ev.Said, times, times, numbers, names, st.text(max_size=20), st.booleans()),
+    st.builds(ev.Heard, times, st.none() | numbers, names, names, st.text(max_size=20), shares, shares, words),
+    st.builds(ev.Garbled, times, names),
+    st.builds(ev.TaskChanged, times, names, numbers, st.sampled_from(["open", "claimed", "done", "failed"]), names),
+    st.builds(ev.Watered, times, names, numbers, places, places),
+    st.builds(ev.Moved, times, st.lists(poses, max_size=3).map(tuple)),
+)
+any_start = st.builds(
+    ev.Started,
+    st.just(0.0),
+    st.lists(names, max_size=3, unique=True).map(tuple),
+    st.lists(poses, max_size=3).map(tuple),
+    st.lists(plants, max_size=3, unique_by=lambda p: p.task).map(tuple),
+    st.sampled_from(["volunteer", "coordinate", "?"]),
+    st.integers(0, 99),
+    shares,
+)
+MAYBE_SUMMARY = st.lists(st.just(MISSION.events[-1]), max_size=1)
+
+
+@given(any_start, st.lists(any_event, max_size=12), MAYBE_SUMMARY, st.booleans())
+@settings(max_examples=60, deadline=None)
+def test_no_stream_of_events_breaks_the_view(
+    start: ev.Started, some: list[ev.Event], last: list[ev.Event], terminal: bool
+) -> None:
+    out = show([start, *some, *last], terminal=terminal)
+    if not terminal:
+        assert "\x1b" not in out
+        listened = sum(line.endswith("]") and "  [" in line for line in out.split("\n"))
+        assert listened >= sum(isinstance(e, ev.Said) for e in some)
+
+
+@given(any_start, st.lists(any_event, max_size=12), MAYBE_SUMMARY)
+@settings(max_examples=60, deadline=None)
+def test_no_stream_of_events_breaks_the_page(start: ev.Started, some: list[ev.Event], last: list[ev.Event]) -> None:
+    parsed = Page(page(ev.MissionRecord((start, *some, *last), (), MISSION.sound)))
+    assert len(parsed.of_class("said")) == sum(isinstance(e, ev.Said) for e in some)
