@@ -28,6 +28,11 @@ LOW_HZ = 150.0
 """Below it are mains hum and rumble, and no small loudspeaker."""
 HIGH_HZ = 7000.0
 """Above it an anti-aliasing filter may already fall."""
+HARMONICS_HZ = 250.0
+"""A filter's least width to either side: the pitch of the highest voices, so that a band's energy hardly depends on where
+their harmonics lie."""
+RUMBLE_HZ = 80.0
+"""Wide low filters end here: below are mains hum and footsteps."""
 N_CEPSTRA = 13
 """c0 to c12: the spectral envelope without the pitch's ripples."""
 N_FEATURES = 2 * N_CEPSTRA
@@ -50,13 +55,17 @@ DELTA_WEIGHT = 3.0
 
 
 def mel_filterbank() -> NDArray[np.float32]:
-    """Triangular filters of unit height on the mel scale, shape (FFT_SIZE // 2 + 1, N_BANDS)."""
+    """Triangular filters of unit height on the mel scale, shape (FFT_SIZE // 2 + 1, N_BANDS).
+
+    No narrower to either side than the distance of a high voice's harmonics, which would otherwise show one by one.
+    """
     low_mel, high_mel = (2595.0 * np.log10(1.0 + hz / 700.0) for hz in (LOW_HZ, HIGH_HZ))
     edges_hz = 700.0 * (10.0 ** (np.linspace(low_mel, high_mel, N_BANDS + 2) / 2595.0) - 1.0)
     bins_hz = np.fft.rfftfreq(FFT_SIZE, 1.0 / SAMPLE_RATE_HZ)[:, None]
-    rising = (bins_hz - edges_hz[:-2]) / (edges_hz[1:-1] - edges_hz[:-2])
-    falling = (edges_hz[2:] - bins_hz) / (edges_hz[2:] - edges_hz[1:-1])
-    return np.asarray(np.clip(np.minimum(rising, falling), 0.0, None), np.float32)
+    rising = (bins_hz - edges_hz[1:-1]) / np.maximum(edges_hz[1:-1] - edges_hz[:-2], HARMONICS_HZ) + 1.0
+    falling = (edges_hz[1:-1] - bins_hz) / np.maximum(edges_hz[2:] - edges_hz[1:-1], HARMONICS_HZ) + 1.0
+    audible = bins_hz >= RUMBLE_HZ
+    return np.asarray(np.clip(np.minimum(rising, falling), 0.0, None) * audible, np.float32)
 
 
 def cepstral_transform() -> NDArray[np.float32]:
