@@ -18,15 +18,18 @@ from hvcpd.reporting.story import Line
 from hvcpd.reporting.text import clock
 from hvcpd.reporting.watching import Watch
 
-FRAME_S = 0.1
-"""Wall time between two pictures: smooth to the eye, and a few percent of the processor."""
+FRAME_S = 0.2
+"""Wall time between two pictures: one takes some 5 ms for two robots and 20 ms for twelve with forty tasks."""
 MAP_COLUMNS = 30
+MAP_MAX_ROWS = 15
 MAP_MIN_WIDTH = 76
 """Narrower terminals get the task board alone: it needs some 44 columns beside the map."""
 MAP_MIN_HEIGHT = 20
 OTHER_ROWS = 9
 """Of the picture, besides the board: two utterances of two lines, rules, the progress bar, the prompt."""
 BAR_WIDTH = 24
+INDENT = 7
+"""Columns of the time and the gap after it: what goes on on another line begins below the words."""
 
 
 class LiveView:
@@ -44,7 +47,7 @@ class LiveView:
         self._began_s = monotonic_s()
         self._drawn_s = -FRAME_S
         self._visited: dict[tuple[int, int], str] = {}
-        self._plan = overhead(started, MAP_COLUMNS, max(len(self._watch.names), 9))
+        self._plan = overhead(started, MAP_COLUMNS, min(max(len(self._watch.names), 9), MAP_MAX_ROWS))
         self._live: Live | None = None
         if console.is_terminal and not console.is_dumb_terminal:
             self._live = Live(console=console, auto_refresh=False, transient=True)
@@ -78,7 +81,7 @@ class LiveView:
         if isinstance(event, Moved):
             self._leave_traces(event)
         now_s = self._monotonic_s()
-        if self._live is not None and (notes or now_s - self._drawn_s >= FRAME_S):
+        if self._live is not None and now_s - self._drawn_s >= FRAME_S:
             self._drawn_s = now_s
             self._draw()
 
@@ -87,20 +90,22 @@ class LiveView:
         if self._live is None and isinstance(note, Line):  # one line an event, so that grep finds all of it
             first, second = lines
             lines = [Text.assemble(first, "  [", second.plain.strip(), "]")]
-        for line in lines:
-            self._print(line)
+        self._print(*lines)
 
-    def _print(self, line: Text) -> None:
-        """To a terminal broken at its width, with the rest indented; to a file as it is."""
+    def _print(self, *lines: Text) -> None:
+        """To a terminal broken at its width, with the rest indented; to a file as they are."""
         if self._live is None:
-            self._console.print(line, soft_wrap=True, highlight=False)
+            for line in lines:
+                self._console.print(line, soft_wrap=True, highlight=False)
             return
-        line.overflow = "fold"
-        for k, part in enumerate(
-            line.wrap(self._console, max(self._console.width - 7 * (not line.plain[:1].strip()), 8))
-        ):
-            indent = 7 if k and self._console.width > 30 else 0
-            self._console.print(Text(" " * indent).append_text(part), highlight=False, overflow="fold")
+        width = self._console.width
+        indent = INDENT if width >= 4 * INDENT else 0
+        parts: list[Text] = []
+        for line in lines:
+            line.overflow = "fold"
+            wrapped = line.wrap(self._console, max(width - indent, 1))
+            parts += [Text(" " * indent * (k > 0)).append_text(part) for k, part in enumerate(wrapped)]
+        self._console.print(Group(*parts), highlight=False)  # at once: each print draws the live picture again
 
     def _leave_traces(self, event: Moved) -> None:
         if self._plan is None:
@@ -128,7 +133,10 @@ class LiveView:
         lines = under_way(self._artist, self._watch, at_most=2)
         for line in lines:
             line.no_wrap = True
-        return Group(*lines, Rule(style="dim"), board, Rule(style="dim"), self._progress(width))
+        return Group(*lines, self._rule(), board, self._rule(), self._progress(width))
+
+    def _rule(self) -> Rule:
+        return Rule(style="dim", characters="-" if self._console.options.ascii_only else "─")
 
     def _progress(self, width: int) -> RenderableType:
         watch = self._watch

@@ -34,7 +34,7 @@ def show(
         file=file, width=width, height=height, force_terminal=terminal, legacy_windows=False, _environ={"TERM": "xterm"}
     )
     started = next(e for e in events if isinstance(e, ev.Started))
-    with LiveView(console, started, monotonic_s=lambda: 0.06 * next(ticks)) as view:
+    with LiveView(console, started, monotonic_s=lambda: 0.02 * next(ticks)) as view:
         for event in events:
             if event is not started:
                 view.handle(event)
