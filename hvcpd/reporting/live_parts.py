@@ -109,7 +109,7 @@ def told(artist: Artist, watch: Watch, note: Note) -> list[Text]:
 def _watered(artist: Artist, watch: Watch, note: Watered) -> Text:
     plant: Plant | None = next((p for p in watch.started.plants if p.task == note.task), None)
     name = watch.names.get(note.task, "")
-    away = f", {100 * math.hypot(note.x_m - plant.x_m, note.y_m - plant.y_m):.0f} cm from the plant" if plant else ""
+    away = f", {1000 * math.hypot(note.x_m - plant.x_m, note.y_m - plant.y_m):.0f} mm off" if plant else ""
     return artist.text(
         (f"{clock(note.at_s):>5}  ", "dim"),
         ("✿ ", plant_style(name)),
@@ -239,7 +239,5 @@ def conclusion(artist: Artist, watch: Watch, summary: Summary) -> Iterable[Text]
     if summary.realtime_factor < 1.5:
         rate = "in real time" if summary.realtime_factor > 0.9 else "slower than real time"
     understood = f"{summary.utterances_understood} of {plural(summary.utterances_sent, 'utterance')} understood"
-    yield artist.text(
-        f"  {understood}, {plural(summary.collisions, 'collision')}; {clock(summary.virtual_s)} min of mission in "
-        f"{summary.wall_s:.1f} s, {rate} (seed {summary.seed})"
-    )
+    yield artist.text(f"  {understood}, {plural(summary.collisions, 'collision')}")
+    yield artist.text(f"  {clock(summary.virtual_s)} min in {summary.wall_s:.1f} s: {rate} (seed {summary.seed})")
