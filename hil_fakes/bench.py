@@ -139,10 +139,11 @@ class Bench:
         plants = tuple(
             Plant(t.number, t.name, t.place.x_m, t.place.y_m) for t in self.plan.tasks.tasks if t.place is not None
         )
+        names = tuple((t.number, t.name) for t in self.plan.tasks.tasks)
         mode = "volunteer" if self.plan.coordinator is None else "coordinate"
         score = Scorekeeper(self.plan.names, self.plan.tasks, self._sink)
         score.emit(
-            Started(0.0, self.plan.names, starts, plants, mode, self.plan.seed, self.plan.air.noise_db_spl)
+            Started(0.0, self.plan.names, starts, plants, mode, self.plan.seed, self.plan.air.noise_db_spl, names)
         )
         with ExitStack() as stack:
             places = [self._make_place(k, start, stack) for k, start in enumerate(starts)]

@@ -82,9 +82,8 @@ class Scorekeeper:
             best.heard[robot] = record.text
         utterance = best.said.utterance if best else None
         speaker = record.utterance.speaker or "somebody"
-        self.emit(
-            Heard(start_s, utterance, robot, speaker, record.text, record.confidence, record.snr_db)
-        )
+        words = tuple((word, on_s + from_s, on_s + to_s) for word, from_s, to_s in record.words)
+        self.emit(Heard(start_s, utterance, robot, speaker, record.text, record.confidence, record.snr_db, words))
 
     def _performed(self, robot: str, number: int, pose: Pose, now: float) -> None:
         task = self._tasks.by_number(number)

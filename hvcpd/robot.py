@@ -62,6 +62,8 @@ class HeardRecord:
     confidence: float
     snr_db: float
     voice: str
+    words: tuple[tuple[str, float, float], ...] = ()
+    """Each word, and where it was heard to begin and to end, s."""
 
 
 @dataclass(frozen=True)
@@ -187,8 +189,9 @@ class Robot:
             self.coordination.garbled(start_s <= self._spoke_until_s + self._acoustics.collision_s <= end_s, now)
             return
         text = self.phrasebook.write(utterance)
+        words = tuple((s.word, s.start_sample / SAMPLE_RATE_HZ, s.end_sample / SAMPLE_RATE_HZ) for s in event.spans)
         self._records.append(
-            HeardRecord(now, utterance, text, start_s, end_s, event.confidence, event.snr_db, event.voice)
+            HeardRecord(now, utterance, text, start_s, end_s, event.confidence, event.snr_db, event.voice, words)
         )
         self.coordination.heard(utterance, now)
 
