@@ -187,8 +187,6 @@ def _notes(clip: Clip | None) -> Markup:
                 "It is coarser here than it was, to keep this page small; mission.wav beside it has all of it."
             )
     notes.append("Trails are drawn by the points that matter: everywhere within 2 cm of the true way.")
-    notes.append(
-        "Spectrograms: 25 ms Hann window, 6 dB/octave pre-emphasis, colours relative to the loudest point; words stand where "
-        "the listener that was surest of them recognised them."
-    )
+    notes.append("Spectrograms: 25 ms Hann window, 6 dB/octave pre-emphasis, colours relative to the loudest point.")
+    notes.append("Words stand over a spectrogram where the listener that was surest recognised them.")
     return tag("ul", *(tag("li", note) for note in notes))
