@@ -4,7 +4,8 @@ Random sentences of the phrasebook, each in its speaker's voice, at unknown time
 recogniser is told nothing but the names. With --peer PocketSphinx hears the same stream with the same grammar, cut into
 sentences by an oracle, which ours does not get.
 
-    python -m benchmarks.hearing [--sentences 20] [--names Rob,Bot] [--snr 30,10,0] [--noise white,pink] [--peer] [--wrong]
+    python -m benchmarks.hearing [--sentences 20] [--names Rob,Bot] [--snr 30,10,0] [--noise white,pink] [--level DBFS]
+        [--peer] [--wrong]
 """
 
 from __future__ import annotations
@@ -80,7 +81,9 @@ def make_stream(book: Phrasebook, speakers: dict[str, Speaker], n: int, seed: in
     return np.concatenate(pieces), spoken
 
 
-def add_noise(sound: Samples, spoken: Sequence[Spoken], snr_db: float, colour: str, level_dbfs: float, seed: int) -> Samples:
+def add_noise(
+    sound: Samples, spoken: Sequence[Spoken], snr_db: float, colour: str, level_dbfs: float, seed: int
+) -> Samples:
     """The stream with its speech at `level_dbfs` RMS, in noise `snr_db` below it (both over 0 to 8 kHz), as 16 bits."""
     active = np.concatenate([sound[s.start : s.end] for s in spoken])
     gain = 10.0 ** (level_dbfs / 20.0) / float(np.sqrt(np.mean(active**2)))
@@ -99,7 +102,8 @@ def judge_events(events: Iterable[tuple[int, Event]], spoken: Sequence[Spoken]) 
     score = Score(sentences=len(spoken))
     found: dict[int, list[str]] = {}
     for at, event in events:
-        index = next((i for i, s in enumerate(spoken) if event.start_sample < s.end and event.end_sample > s.start), None)
+        overlapping = (i for i, s in enumerate(spoken) if event.start_sample < s.end and event.end_sample > s.start)
+        index = next(overlapping, None)
         if not isinstance(event, Recognised):
             score.garbled += 1
             if index is not None:
@@ -115,17 +119,15 @@ def judge_events(events: Iterable[tuple[int, Event]], spoken: Sequence[Spoken]) 
         else:
             score.wrong += 1
             found.setdefault(index, []).append(" ".join(event.words))
-    rights = {s for s in range(len(spoken))} - set(found)
-    del rights
     for index, s in enumerate(spoken):
         if index in found:
             score.notes.append(f"{' '.join(s.words)}\n        -> {found[index]}")
     return score
 
 
-def listen(book: Phrasebook, names: Sequence[str], sound: Samples, **options: object) -> tuple[list[tuple[int, Event]], float]:
+def listen(book: Phrasebook, names: Sequence[str], sound: Samples) -> tuple[list[tuple[int, Event]], float]:
     """What the recogniser reports, each with the sample at which it does; and the processor time, s."""
-    recogniser = make_recogniser(book, names, make_sound(None, user_cache_folder()), **options)
+    recogniser = make_recogniser(book, names, make_sound(None, user_cache_folder()))
     began = time.process_time()
     events = []
     for start in range(0, len(sound), BLOCK):
@@ -159,21 +161,29 @@ def main() -> None:
     sound_of = make_sound(None, user_cache_folder())
     speakers = {name: Speaker(voice_for(name), sound_of.lexicon, sound_of.cache) for name in names}
     clean, spoken = make_stream(book, speakers, o.sentences, o.seed)
-    print(f"{o.sentences} sentences, {len(clean) / SAMPLE_RATE_HZ:.0f} s, names {o.names}, speech at {o.level:.0f} dBFS")
-    print("noise   SNR   right  wrong made-up garbled  delay  confidence (least, mean)   rtf" + ("  peer" if o.peer else ""))
+    print(
+        f"{o.sentences} sentences, {len(clean) / SAMPLE_RATE_HZ:.0f} s, names {o.names}, speech at {o.level:.0f} dBFS"
+    )
+    heading = "noise   SNR    right  wrong made-up garbled   delay  confidence (least, mean)     rtf"
+    print(heading + ("  peer" if o.peer else ""))
     for colour in o.noise.split(","):
         for snr in (float(x) for x in o.snr.split(",")):
             noisy = add_noise(clean, spoken, snr, colour, o.level, o.seed)
             events, spent_s = listen(book, names, noisy)
-            s = judge_events(events, spoken)
-            line = f"{colour:6} {snr:4.0f} {s.right:4d}/{s.sentences:<3d} {s.wrong:5d} {s.made_up:7d} {s.garbled:7d}"
-            line += f"  {np.mean(s.delays_s or [0]):.2f} s" + f"        {min(s.confidences or [0]):.2f} {np.mean(s.confidences or [0]):.2f}"
-            line += f"         {spent_s * SAMPLE_RATE_HZ / len(clean):8.3f}"
-            if o.peer:
-                line += f"  {peer(book, noisy, spoken):3d}"
-            print(line, flush=True)
+            score = judge_events(events, spoken)
+            line = row(colour, snr, score, spent_s * SAMPLE_RATE_HZ / len(clean))
+            print(line + (f"  {peer(book, noisy, spoken):4d}" if o.peer else ""), flush=True)
             if o.wrong:
-                print("\n".join("    " + note for note in s.notes))
+                print("\n".join("    " + note for note in score.notes))
+
+
+def row(colour: str, snr_db: float, s: Score, realtime_factor: float) -> str:
+    """One line of the table."""
+    delay_s, sure = (float(np.mean(values or [0.0])) for values in (s.delays_s, s.confidences))
+    return (
+        f"{colour:6} {snr_db:4.0f} {s.right:4d}/{s.sentences:<4d}{s.wrong:5d} {s.made_up:7d} {s.garbled:7d}"
+        f"  {delay_s:4.2f} s  {min(s.confidences or [0.0]):14.2f} {sure:9.2f} {realtime_factor:7.3f}"
+    )
 
 
 if __name__ == "__main__":

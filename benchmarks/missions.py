@@ -41,8 +41,8 @@ def main() -> None:
             factors.append(s["realtime_factor"])
             good += status == 0
             print(
-                f"{mode:10} {seed:5}  {'yes' if status == 0 else 'NO ':3} {len(s['done']):4} {s['duplicates']:6} {s['lost']:5}"
-                f" {s['utterances_sent']:5} {s['utterances_understood']:11} {s['collisions']:11} {s['virtual_s']:10.1f}"
+                f"{mode:10} {seed:5}  {'yes' if status == 0 else 'NO ':3} {len(s['done']):4} {s['duplicates']:6}"
+                f" {s['lost']:5} {s['utterances_sent']:5} {s['utterances_understood']:11} {s['collisions']:11} {s['virtual_s']:10.1f}"
                 f" {s['wall_s']:7.1f} {s['realtime_factor']:16.1f}",
                 flush=True,
             )

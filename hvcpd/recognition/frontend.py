@@ -29,8 +29,8 @@ LOW_HZ = 150.0
 HIGH_HZ = 7000.0
 """Above it an anti-aliasing filter may already fall."""
 HARMONICS_HZ = 250.0
-"""A filter's least width to either side: the pitch of the highest voices, so that a band's energy hardly depends on where
-their harmonics lie."""
+"""A filter's least width to either side: the pitch of the highest voices, so that a band's energy hardly depends on
+where their harmonics lie."""
 RUMBLE_HZ = 80.0
 """Wide low filters end here: below are mains hum and footsteps."""
 N_CEPSTRA = 13
@@ -77,6 +77,16 @@ def cepstral_transform() -> NDArray[np.float32]:
     weight /= weight[1:].mean()
     weight[0] = C0_WEIGHT
     return np.asarray(basis * weight, np.float32)
+
+
+def power_weights() -> NDArray[np.float32]:
+    """A weight for each band, its mean share where bands overlap, shape (N_BANDS,).
+
+    The weighted sum of a frame's energies is about its power between RUMBLE_HZ and HIGH_HZ.
+    """
+    filters = mel_filterbank()
+    share = 1.0 / np.maximum(filters.sum(axis=1), 1.0)
+    return np.asarray(share @ filters / filters.sum(axis=0), np.float32)
 
 
 _WINDOW = np.hamming(WINDOW_SAMPLES).astype(np.float32)

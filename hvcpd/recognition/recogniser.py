@@ -16,9 +16,9 @@ from hvcpd.language.graph import WordGraph
 from hvcpd.ports import Samples
 from hvcpd.recognition.activity import ActivityDetector, ActivitySettings
 from hvcpd.recognition.events import Event, Garbled, Recognised, WordSpan
-from hvcpd.recognition.frontend import HOP_SAMPLES, N_BANDS
+from hvcpd.recognition.frontend import HOP_SAMPLES, N_BANDS, power_weights
 from hvcpd.recognition.network import Network
-from hvcpd.recognition.noise import NoiseTracker, steady_noise
+from hvcpd.recognition.noise import STEP_FRAMES, NoiseTracker, steady_noise
 from hvcpd.recognition.segments import Segment, SegmentSettings, SegmentTracker
 from hvcpd.recognition.spotter import Sentence, Spotter, SpotterSettings
 from hvcpd.recognition.stream import CHUNK_FRAMES, Chunk, FrameStream
@@ -77,6 +77,7 @@ class Recogniser:
         self._alert_age = 0
         self._alert_count = 0
         self._calm_frames = 0
+        self._power_weights = power_weights()
         self._speech_power = np.zeros(POWER_FRAMES)
         self._noise_power = np.zeros(POWER_FRAMES)
 
@@ -107,16 +108,27 @@ class Recogniser:
         if chunk.masked:
             return self._interrupt(chunk.first_frame)
         self._noise.push(chunk.energies)
-        return self._hear(chunk)
+        events = self._start_over(chunk.first_frame) if self._noise.follow_step() else []
+        return events + self._hear(chunk)
+
+    def _start_over(self, frame: int) -> list[Event]:
+        """The noise stepped up: what was activity since then was noise, and whoever spoke before it is lost."""
+        step_frame = frame - STEP_FRAMES
+        segment = self._segments.close(step_frame)
+        self._forget_paths()
+        return [_garbled(segment)] if segment else []
 
     def _interrupt(self, frame: int) -> list[Event]:
         """Our own voice covers everything: whoever was speaking is cut off."""
         segment = self._segments.close(frame)
+        self._forget_paths()
+        return [_garbled(segment)] if segment else []
+
+    def _forget_paths(self) -> None:
         self._spotter.sleep()
         self._activity.reset()
         self._recent = self._recent[:0]
-        self._alert_age = 0
-        return [_garbled(segment)] if segment else []
+        self._alert_age = self._alert_count = 0
 
     def _hear(self, chunk: Chunk) -> list[Event]:
         energies, noise = chunk.energies, self._noise.estimate
@@ -125,8 +137,8 @@ class Recogniser:
             return []
         self._activity.push(energies, noise)
         slots = np.arange(chunk.first_frame, chunk.first_frame + len(energies)) % POWER_FRAMES
-        self._speech_power[slots] = energies.sum(axis=1)
-        self._noise_power[slots] = noise.sum()
+        self._speech_power[slots] = energies @ self._power_weights
+        self._noise_power[slots] = noise @ self._power_weights
         end_frame = chunk.first_frame + len(energies)
         if self._spotter.awake:
             self._spotter.feed(energies, self._recent, noise)

@@ -17,9 +17,10 @@ LEVEL_FRAMES = 7
 RECOMPOSE_NEPER = 0.12
 """Templates are composed anew when the noise moved by 0.5 dB (mean over the bands): below it nothing is gained."""
 
-MASK_DB = 28.0
-"""Below the voice's loud spectrum by this much, sound is masked (Klatt 1976): in quiet, faint remainders of a word
-vary from one utterance to the next, and their logarithms would count as much as the vowels."""
+MASK_DB = 16.0
+"""Below the voice's loud spectrum by this much, sound is masked (Klatt 1976): in quiet, faint remainders of a word vary
+from one utterance to the next, and their logarithms would count as much as the vowels; clipping and reverberation fill
+the gaps between them. Measured: at 28 dB, 10 of 15 sentences with a tenth of their samples clipped; at 16 dB, 15."""
 
 
 @dataclass(frozen=True)
@@ -49,7 +50,8 @@ class Scorer:
     def level_of(self, energies: Energies, noise: NDArray[np.float32]) -> float:
         """Power gain from the templates to the loudest syllable in `energies`; 0 when nothing is above the noise.
 
-        Weighted least squares over the bands, a band's weight falling with its noise and signal.
+        Weighted least squares over the bands, a band's weight falling with its noise and signal; a band where voices
+        are weak hardly counts, or a hiss there would pass for a shout.
         """
         n = len(energies) - LEVEL_FRAMES + 1
         if n < 1:
@@ -59,7 +61,7 @@ class Scorer:
         spectrum = self._bank.loud_spectrum
         gain = 0.0
         for _ in range(3):
-            weight = spectrum / (noise + gain * spectrum) ** 2
+            weight = spectrum / (noise + gain * (spectrum + spectrum.mean())) ** 2
             gain = max(float((above @ weight).max() / (spectrum @ weight)), 0.0)
         return gain
 

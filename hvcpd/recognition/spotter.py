@@ -20,10 +20,6 @@ class SpotterSettings:
 
     filler_cost: float = 1.2
     """What the filler pays over the frame's best template: half-way between right and wrong words (measured)."""
-    noise_bonus: float = 0.0
-    """Taken off the distance to the noise: the nearest of thousands of template frames is that much closer by chance."""
-    rest_bonus: float = 0.0
-    """Per frame of pause..."""
     ladder_db: tuple[float, ...] = (-6.0, 0.0, 6.0)
     """Template gains decoded side by side around the level heard at the onset, dB."""
     retune_db: float = 4.5
@@ -31,7 +27,9 @@ class SpotterSettings:
     end_frames: int = 25
     """250 ms of rest end a sentence: longer than the pause at a comma (150 ms)."""
     late_end_frames: int = 40
-    """..."""
+    """400 ms of rest, where a path inside a word is still cheaper: it may yet go on."""
+    longest_pause_frames: int = 60
+    """0.6 s of pause inside a sentence, and the path is dropped: nobody pauses that long at a comma."""
     end_margin: float = 5.0
     """A resting path counts as the best although another, inside a word, is this much cheaper: in noise alone paths
     through the next words gain a little by chance."""
@@ -115,18 +113,17 @@ class Spotter:
         if not len(features):
             return
         scores = self._scorer.score(features)
-        as_noise = np.maximum(scores.noise - settings.noise_bonus, 0.0)
-        filler = np.minimum(as_noise, scores.cohort + settings.filler_cost)
+        filler = np.minimum(scores.noise, scores.cohort + settings.filler_cost)
         slots = np.arange(self._next, self._next + len(features)) % HISTORY_FRAMES
         self._filler_excess[slots] = filler - scores.cohort
-        self._noise_cost[slots] = as_noise - filler
+        self._noise_cost[slots] = scores.noise - filler
         for i in range(len(features)):
             self._scorer.gather(scores, i, float(filler[i]), self._distances)
-            self._decoder.column(self._distances, float(as_noise[i] - filler[i] - settings.rest_bonus))
+            self._decoder.column(self._distances, float(scores.noise[i] - filler[i]))
         self._next += len(features)
         if self._next // 256 != (self._next - len(features)) // 256:
             self._decoder.forget_older_than(self._next - HISTORY_FRAMES + 512)
-        self._decoder.forget_rests(60)
+        self._decoder.forget_rests(settings.longest_pause_frames)
         self.best = self._decoder.best(settings.end_margin)
 
     def ended(self) -> Sentence | None:

@@ -233,7 +233,7 @@ def all_settings(draw: st.DrawFn) -> Settings:
 def test_whatever_is_valid_survives_being_written_and_read(settings: Settings) -> None:
     with tempfile.TemporaryDirectory() as directory:
         path = Path(directory) / "hvcpd.yaml"
-        path.write_text(yaml.safe_dump(_plain(settings), allow_unicode=True), encoding="utf-8")
+        path.write_text(yaml.safe_dump(_plain(settings)), encoding="utf-8")
         assert load_settings(path) == settings
 
 
