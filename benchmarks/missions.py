@@ -42,8 +42,8 @@ def main() -> None:
             good += status == 0
             print(
                 f"{mode:10} {seed:5}  {'yes' if status == 0 else 'NO ':3} {len(s['done']):4} {s['duplicates']:6}"
-                f" {s['lost']:5} {s['utterances_sent']:5} {s['utterances_understood']:11} {s['collisions']:11} {s['virtual_s']:10.1f}"
-                f" {s['wall_s']:7.1f} {s['realtime_factor']:16.1f}",
+                f" {s['lost']:5} {s['utterances_sent']:5} {s['utterances_understood']:11} {s['collisions']:11}"
+                f" {s['virtual_s']:10.1f} {s['wall_s']:7.1f} {s['realtime_factor']:16.1f}",
                 flush=True,
             )
         print(f"{mode}: {good} of {len(factors)} good, {min(factors):.1f} to {max(factors):.1f} times real time\n")
