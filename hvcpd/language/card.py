@@ -5,7 +5,7 @@ from __future__ import annotations
 import html
 from dataclasses import dataclass
 
-from hvcpd.language.forms import FORMS, OPENING
+from hvcpd.language.forms import CALL, FORMS, OPENING
 from hvcpd.language.messages import ToAll, ToRobot, ToTeam
 from hvcpd.language.phrasebook import Phrasebook
 
@@ -16,6 +16,12 @@ _PLACEHOLDERS = {
     "<number>": "NUMBER",
     "<task>": "TASK",
     "<remark>": "REMARK",
+    "<next>": "NUMBER",
+    "<first>": "NUMBER",
+    "<second>": "NUMBER",
+    "<third>": "NUMBER",
+    "<metres>": "DISTANCE",
+    "<other>": "NAME",
 }
 
 
@@ -42,17 +48,20 @@ def make_card(phrasebook: Phrasebook) -> Card:
     """The card of a team's phrasebook."""
     vocabulary = phrasebook.vocabulary
     calls, statements = [], []
+    called = {(f.pattern.removeprefix(CALL).strip(), f.meaning) for f in FORMS if f.pattern.startswith(CALL)}
     for form in FORMS:
+        if form.kind not in vocabulary.kinds or form.relayed or form.will:
+            continue
         if "<remark>" in form.pattern and not vocabulary.remarks:
             continue
         if "<task>" in form.pattern and not vocabulary.tasks:
             continue
         if form.pattern.startswith(OPENING):
             rest = form.pattern[len(OPENING) :].lstrip(", ")
-            if rest:
+            if rest and (rest, form.meaning) not in called:
                 statements.append(Line(_written(rest), form.meaning))
         else:
-            calls.append(Line(_written(form.pattern).capitalize().replace("who", "WHO"), form.meaning))
+            calls.append(Line(_call(form.pattern), form.meaning))
     addressees = [_addressee(value) for value in phrasebook.slots["addressee"]]
     words: list[tuple[str, tuple[str, ...]]] = [
         ("WHO", tuple(addressees)),
@@ -60,6 +69,7 @@ def make_card(phrasebook: Phrasebook) -> Card:
         ("TEAM", vocabulary.teams),
         ("NUMBER", tuple(" ".join(spoken) for spoken in phrasebook.slots["number"].values())),
         ("TASK", vocabulary.tasks),
+        ("DISTANCE", tuple(" ".join(spoken) for spoken in phrasebook.slots["metres"].values())),
         ("REMARK", vocabulary.remarks),
     ]
     return Card(
@@ -90,6 +100,12 @@ def _addressee(value: object) -> str:
             return str(value)
 
 
+def _call(pattern: str) -> str:
+    """A call as the card has it: "[WHO,] come back"."""
+    written = _written(pattern.replace(CALL, "[<addressee>,]"))
+    return written if written.startswith("[") else written.capitalize()
+
+
 def _written(pattern: str) -> str:
     for slot, placeholder in _PLACEHOLDERS.items():
         pattern = pattern.replace(slot, placeholder)
@@ -108,7 +124,7 @@ def as_text(card: Card) -> str:
     lines += ["", f"Everything else opens with:  {card.opening}", "and goes on with nothing, or one of:"]
     lines += [f"  {line.say:<{width}}{line.meaning}" for line in card.statements]
     lines += ["", "Words to fill in:"]
-    lines += [f"  {slot:<8}{', '.join(entries)}" for slot, entries in card.words]
+    lines += [f"  {slot:<10}{', '.join(entries)}" for slot, entries in card.words]
     lines += ["", HELLO, f"For example:  {card.example}", ""]
     return "\n".join(lines)
 

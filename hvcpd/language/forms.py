@@ -1,18 +1,23 @@
 """The sentence forms: the single declarative source of what can be said, heard, understood and printed.
 
 A pattern is made of words, `<slots>`, `[optional parts]`, `(alternatives|so)` and commas, where a speaker pauses.
-Of alternatives the first is what our robots say; they understand all. A slot binds a field of the utterance or
-of its statement.
+Of alternatives the first is what our robots say; they understand all. A slot binds a field of the utterance or of
+its statement.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from enum import Enum
 
 from hvcpd.language import messages as m
 
 OPENING = "(hi|hello) [<addressee>], i am <speaker> [, member of team <team>]"
 """The paper's 'Hi, [robot identifier], I am X'."""
+
+CALL = "[(hi|hello)] [<addressee> ,]"
+"""How a person begins who gives no name."""
 
 SLOT_FIELDS = {
     "addressee": "addressee",
@@ -20,21 +25,60 @@ SLOT_FIELDS = {
     "team": "team",
     "number": "task",
     "task": "task",
+    "next": "next",
+    "first": "first",
+    "second": "second",
+    "third": "third",
+    "metres": "distance_m",
     "remark": "text",
+    "other": "other",
 }
-"""Which field of the utterance or of its statement a slot binds."""
+"""Which field of the utterance or of its statement a slot binds; `other` is who is quoted in a relayed one."""
+
+
+class Kind(Enum):
+    """For whom a form is there: each one makes every listener's network larger, so a team can do without some."""
+
+    CORE = "core"
+    PEOPLE = "people"
+    RELAY = "relay"
 
 
 @dataclass(frozen=True)
 class Form:
-    """One sentence form: its pattern, the statement it makes, and its meaning in a person's words."""
+    """One sentence form: its pattern, the statement it makes, and its meaning in a person's words.
+
+    `constants` are fields of the statement that the pattern fixes. A form with `will` reads the statement, a motion,
+    back; a `relayed` one quotes it from somebody else.
+    """
 
     pattern: str
     statement: type[m.Statement] | None
     meaning: str
+    kind: Kind = Kind.CORE
+    constants: Mapping[str, object] = field(default_factory=dict)
+    will: bool = False
+    relayed: bool = False
 
 
-FORMS: tuple[Form, ...] = (
+def _motions() -> tuple[tuple[str, type[m.Statement], str, dict[str, object]], ...]:
+    return (
+        ("come back", m.ComeBack, "Drive to where you started.", {}),
+        ("move forward <metres>", m.MoveBy, "Drive straight on.", {"back": False}),
+        ("move back <metres>", m.MoveBy, "Drive backward.", {"back": True}),
+        ("turn left", m.TurnBy, "Turn by a right angle.", {"angle_deg": 90.0}),
+        ("turn right", m.TurnBy, "Turn by a right angle.", {"angle_deg": -90.0}),
+        ("turn around", m.TurnBy, "Turn by half a circle.", {"angle_deg": 180.0}),
+    )
+
+
+_QUESTIONS: tuple[tuple[str, type[m.Statement], str], ...] = (
+    ("what are you doing", m.WhatDoing, "What is your task?"),
+    ("who is here", m.WhoHere, "Everybody who hears it says its name."),
+    ("what is left", m.WhatLeft, "Which tasks are not done yet? One robot answers."),
+)
+
+_CORE: tuple[Form, ...] = (
     Form(OPENING, None, "A greeting: whoever hears it knows that I am here."),
     Form(f"{OPENING}, i will complete task <number>", m.Claim, "I take this task; after an order: I read it back."),
     Form(f"{OPENING}, i will <task>", m.Claim, "I take this task; after an order: I read it back."),
@@ -43,16 +87,72 @@ FORMS: tuple[Form, ...] = (
     Form(f"{OPENING}, completing task <number>", m.Working, "I am at this task now."),
     Form(f"{OPENING}, completing task, <task>", m.Working, "I am at this task now."),
     Form(f"{OPENING}, task <number> complete", m.Completed, "This task is done."),
+    Form(
+        f"{OPENING}, task <number> complete, i will complete task <next>",
+        m.Completed,
+        "This task is done, and I take the next one.",
+    ),
     Form(f"{OPENING}, task <number> failed", m.Failed, "I gave this task up: somebody else may take it."),
-    Form(f"{OPENING}, i cannot complete task <number>", m.Unable, "I do not know this task, or cannot do it now."),
-    Form(f"{OPENING}, i cannot <task>", m.Unable, "I do not know this task, or cannot do it now."),
+    Form(f"{OPENING}, i cannot complete task <number>", m.Unable, "I lack what this task needs, or it failed before."),
+    Form(f"{OPENING}, i cannot <task>", m.Unable, "I lack what this task needs, or it failed before."),
+    Form(f"{OPENING}, i do not know task <number>", m.Unknown, "I have no such task."),
+    Form(f"{OPENING}, i am busy", m.Busy, "I am at something else: ask me later."),
     Form(f"{OPENING}, confirmed", m.Confirmed, "What you said is right: go ahead."),
     Form(f"{OPENING}, negative", m.Negative, "What you said is wrong: don't."),
-    Form(f"{OPENING}, say again", m.SayAgain, "I did not understand you."),
+    Form(f"{OPENING}, say again", m.SayAgain, "I did not understand you.", constants={"slowly": False}),
+    Form(f"{OPENING}, say again slowly", m.SayAgain, "Once more, and more slowly.", constants={"slowly": True}),
+    Form(f"{OPENING}, i did not understand", m.NotUnderstood, "I give up asking."),
     Form(f"{OPENING}, <remark>", m.Remark, "A remark that a task has its robot make."),
     Form(f"{OPENING}, stop", m.Stop, "Halt at once, and stay halted."),
     Form("[<addressee>] stop", m.Stop, "Halt at once, and stay halted. Anybody may say it."),
     Form(f"{OPENING}, i have stopped", m.Stopped, "I have halted."),
     Form(f"{OPENING}, resume", m.Resume, "After a stop: you may take on tasks again."),
     Form("[<addressee>] resume", m.Resume, "After a stop: you may take on tasks again."),
+    Form(f"{OPENING}, what is left", m.WhatLeft, "Which tasks are not done yet? One robot answers."),
+    Form(f"{OPENING}, nothing left", m.Left, "Every task is done.", constants={"more": False}),
+    Form(
+        f"{OPENING}, task <first> [and <second> [and <third>]] left",
+        m.Left,
+        "These tasks are not done yet, and no others.",
+        constants={"more": False},
+    ),
+    Form(
+        f"{OPENING}, task <first> [and <second> [and <third>]] and more left",
+        m.Left,
+        "These tasks are not done yet, and others too.",
+        constants={"more": True},
+    ),
+    Form(f"{OPENING}, i am free", m.Free, "I am at nothing."),
+    Form(f"{OPENING}, i am leaving", m.Leaving, "I go, and give back what I had claimed."),
+    Form(f"{OPENING}, my name is taken", m.NameTaken, "Somebody else uses my name: I do nothing more under it."),
 )
+
+_PEOPLE: tuple[Form, ...] = (
+    *(Form(f"{CALL} {words}", statement, means, Kind.PEOPLE) for words, statement, means in _QUESTIONS),
+    *(
+        Form(f"{OPENING}, {words}", statement, means, Kind.PEOPLE)
+        for words, statement, means in _QUESTIONS
+        if statement is not m.WhatLeft
+    ),
+    *(Form(f"{CALL} {words}", kind, means, Kind.PEOPLE, fixed) for words, kind, means, fixed in _motions()),
+    *(Form(f"{OPENING}, {words}", kind, means, Kind.PEOPLE, fixed) for words, kind, means, fixed in _motions()),
+    *(
+        Form(f"{OPENING}, i will {words}", kind, "I read this motion back.", Kind.PEOPLE, fixed, will=True)
+        for words, kind, _, fixed in _motions()
+    ),
+)
+
+_RELAYABLE = (m.Claim, m.Order, m.Working, m.Completed, m.Failed, m.Unable, m.Confirmed, m.Negative)
+_RELAYS: tuple[Form, ...] = tuple(
+    Form(
+        f"{OPENING}, <other> says, {form.pattern[len(OPENING) + 2 :]}",
+        form.statement,
+        "I pass on what somebody else said.",
+        Kind.RELAY,
+        relayed=True,
+    )
+    for form in _CORE
+    if form.statement in _RELAYABLE and "<next>" not in form.pattern
+)
+
+FORMS: tuple[Form, ...] = (*_CORE, *_PEOPLE, *_RELAYS)

@@ -67,16 +67,29 @@ class Order:
 
 @dataclass(frozen=True)
 class Unable:
-    """The speaker does not know this task or cannot do it now."""
+    """The speaker cannot do this task: it lacks what it takes, or has tried and failed."""
 
     task: TaskRef
 
 
 @dataclass(frozen=True)
-class Completed:
-    """This task is done."""
+class Unknown:
+    """The speaker knows no such task."""
 
     task: TaskByNumber
+
+
+@dataclass(frozen=True)
+class Busy:
+    """The speaker is at something else now."""
+
+
+@dataclass(frozen=True)
+class Completed:
+    """The speaker has done this task; with `next` it claims another one in the same breath."""
+
+    task: TaskByNumber
+    next: TaskByNumber | None = None
 
 
 @dataclass(frozen=True)
@@ -98,7 +111,104 @@ class Negative:
 
 @dataclass(frozen=True)
 class SayAgain:
-    """The speaker did not understand."""
+    """The speaker did not understand: the addressee's last sentence once more, more slowly if asked so."""
+
+    slowly: bool = False
+
+
+@dataclass(frozen=True)
+class NotUnderstood:
+    """The speaker gives up asking."""
+
+
+@dataclass(frozen=True)
+class WhatDoing:
+    """What is the addressee at?"""
+
+
+@dataclass(frozen=True)
+class WhoHere:
+    """Everybody who hears it shall say its name."""
+
+
+@dataclass(frozen=True)
+class WhatLeft:
+    """Which tasks are not done yet?"""
+
+
+@dataclass(frozen=True)
+class Free:
+    """The speaker is at nothing."""
+
+
+@dataclass(frozen=True)
+class Left:
+    """The tasks that are not done yet, as far as the speaker knows: up to three by number, and whether that is all."""
+
+    first: TaskByNumber | None = None
+    second: TaskByNumber | None = None
+    third: TaskByNumber | None = None
+    more: bool = False
+
+    @property
+    def numbers(self) -> tuple[int, ...]:
+        """The numbers that were named."""
+        return tuple(ref.number for ref in (self.first, self.second, self.third) if ref is not None)
+
+
+@dataclass(frozen=True)
+class Leaving:
+    """The speaker goes, and gives back what it had claimed."""
+
+
+@dataclass(frozen=True)
+class NameTaken:
+    """The speaker has heard another voice use its name."""
+
+
+@dataclass(frozen=True)
+class ComeBack:
+    """Drive to where you started."""
+
+
+@dataclass(frozen=True)
+class MoveBy:
+    """Drive straight on (or back) by a distance in metres."""
+
+    distance_m: float
+    back: bool = False
+
+
+@dataclass(frozen=True)
+class TurnBy:
+    """Turn on the spot by an angle in degrees, counter-clockwise positive (REP-103)."""
+
+    angle_deg: float
+
+
+Motion = ComeBack | MoveBy | TurnBy
+
+
+@dataclass(frozen=True)
+class WillMove:
+    """The speaker will make this motion: the read-back of its order."""
+
+    motion: Motion
+
+
+@dataclass(frozen=True)
+class Spelled:
+    """The speaker's name, letter by letter: "zorg"."""
+
+    letters: str
+
+
+@dataclass(frozen=True)
+class Relayed:
+    """What somebody else said, passed on word by word."""
+
+    speaker: str
+    statement: Statement
 
 
 @dataclass(frozen=True)
@@ -124,8 +234,35 @@ class Resume:
 
 
 Statement = (
-    Working | Claim | Order | Unable | Completed | Failed | Confirmed | Negative | SayAgain | Remark
-    | Stop | Stopped | Resume
+    Working
+    | Claim
+    | Order
+    | Unable
+    | Unknown
+    | Busy
+    | Completed
+    | Failed
+    | Confirmed
+    | Negative
+    | SayAgain
+    | NotUnderstood
+    | Remark
+    | Stop
+    | Stopped
+    | Resume
+    | WhatDoing
+    | WhoHere
+    | WhatLeft
+    | Free
+    | Left
+    | Leaving
+    | NameTaken
+    | ComeBack
+    | MoveBy
+    | TurnBy
+    | WillMove
+    | Spelled
+    | Relayed
 )
 
 

@@ -155,9 +155,7 @@ def match(node: Node, words: Words, i: int, slots: SlotValues) -> Iterator[tuple
                 yield from match(option, words, i, slots)
 
 
-def _match_sequence(
-    parts: tuple[Node, ...], words: Words, i: int, slots: SlotValues
-) -> Iterator[tuple[int, Bindings]]:
+def _match_sequence(parts: tuple[Node, ...], words: Words, i: int, slots: SlotValues) -> Iterator[tuple[int, Bindings]]:
     if not parts:
         yield i, {}
         return

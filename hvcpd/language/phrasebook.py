@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import difflib
+from collections import Counter
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, fields
 from functools import cached_property
@@ -11,7 +12,7 @@ from typing import Any, Protocol, TypeVar
 from hvcpd.errors import PhraseError
 from hvcpd.language import messages as m
 from hvcpd.language.automaton import build_graph, expected_after
-from hvcpd.language.forms import FORMS, SLOT_FIELDS, Form
+from hvcpd.language.forms import FORMS, SLOT_FIELDS, Form, Kind
 from hvcpd.language.graph import WordGraph
 from hvcpd.language.pattern import (
     COMMA,
@@ -32,6 +33,16 @@ _T = TypeVar("_T")
 HIGHEST_NUMBER_ALWAYS_KNOWN = 10
 """Task numbers up to here can be spoken of even when no such task exists, so that an order for one is refused aloud."""
 
+_OPTIONAL = frozenset({"addressee", "team", "second", "third"})
+"""Slots that stand in an optional part of their pattern."""
+
+DISTANCES_M = {0.5: "half a metre", 1.0: "one metre", 2.0: "two metres", 3.0: "three metres", 5.0: "five metres"}
+"""How far a robot can be told to move in one go: far enough for a room, and few words to be confused."""
+
+_FREE = {"task": 99, "remark": 99, "team": 3, "addressee": 3, "speaker": 3}
+"""Slots whose words a team chooses, and in how many forms each value is tried for a second reading. Task names and
+remarks are whole sentences and tried in all; names and teams stand in the opening, which all forms share."""
+
 _KEEP_CASE = {"i": "I"}
 _UTTERANCE_FIELDS = frozenset(f.name for f in fields(m.Utterance)) - {"statement"}
 
@@ -51,6 +62,8 @@ class Vocabulary:
     tasks: tuple[str, ...] = ()
     numbers: tuple[int, ...] = ()
     remarks: tuple[str, ...] = ()
+    kinds: frozenset[Kind] = frozenset(Kind)
+    """Which forms this team uses; each kind makes every listener's network larger."""
 
 
 @dataclass(frozen=True)
@@ -77,6 +90,7 @@ class Phrasebook:
     def __init__(self, vocabulary: Vocabulary) -> None:
         self.vocabulary = vocabulary
         self.slots = _slot_values(vocabulary)
+        self._forms = tuple(compiled for compiled in _COMPILED if compiled.form.kind in vocabulary.kinds)
         self._refuse_ambiguity()
 
     def phrases(self, utterance: m.Utterance) -> tuple[Words, ...]:
@@ -130,19 +144,21 @@ class Phrasebook:
         compiled = chooser.choice(list(self._usable_forms()))
         bindings: Bindings = {}
         for slot in sorted(compiled.slots):
-            optional = slot in ("addressee", "team")
+            optional = slot in _OPTIONAL
+            if slot == "third" and "second" not in bindings:
+                continue
             if not optional or chooser.choice((True, False)):
                 bindings[slot] = chooser.choice(list(self.slots[slot]))
         return _build(compiled.form, bindings)
 
     def _usable_forms(self) -> Iterator[_CompiledForm]:
-        for compiled in _COMPILED:
-            needed = compiled.slots - {"addressee", "team"}
+        for compiled in self._forms:
+            needed = compiled.slots - _OPTIONAL
             if all(self.slots[slot] for slot in needed):
                 yield compiled
 
     def _tokens(self, utterance: m.Utterance) -> list[str]:
-        for compiled in _COMPILED:
+        for compiled in self._forms:
             bindings = _unbuild(compiled, utterance)
             if bindings is None:
                 continue
@@ -154,7 +170,7 @@ class Phrasebook:
         raise PhraseError(f"the phrasebook has no words for {utterance}")
 
     def _readings(self, words: Words) -> Iterator[m.Utterance]:
-        for compiled in _COMPILED:
+        for compiled in self._forms:
             for end, bindings in match(compiled.node, words, 0, self.slots):
                 if end == len(words):
                     yield _build(compiled.form, bindings)
@@ -174,10 +190,13 @@ class Phrasebook:
                         "rename one"
                     )
                 spoken[words] = value
+        tried: Counter[str] = Counter()
         for compiled in self._usable_forms():
-            for slot in compiled.slots:
-                for value in self.slots[slot]:
-                    self._refuse_second_reading(compiled, slot, value)
+            for slot in sorted(compiled.slots & _FREE.keys()):
+                tried[slot] += 1
+                if tried[slot] <= _FREE[slot]:
+                    for value in self.slots[slot]:
+                        self._refuse_second_reading(compiled, slot, value)
 
     def _refuse_second_reading(self, compiled: _CompiledForm, slot: str, value: object) -> None:
         bindings = {s: next(iter(self.slots[s])) for s in compiled.slots if self.slots[s]} | {slot: value}
@@ -204,6 +223,7 @@ class Phrasebook:
 
 def _slot_values(vocabulary: Vocabulary) -> SlotValues:
     numbers = sorted({*range(1, HIGHEST_NUMBER_ALWAYS_KNOWN + 1), *vocabulary.numbers})
+    refs: dict[object, Words] = {m.TaskByNumber(n): number_words(n) for n in numbers}
     addressees: dict[object, Words] = {m.ToAll(): ("all",)}
     addressees |= {m.ToTeam(team): ("team", *spoken_words(team)) for team in vocabulary.teams}
     addressees |= {m.ToRobot(name): (name.lower(),) for name in vocabulary.names}
@@ -211,27 +231,45 @@ def _slot_values(vocabulary: Vocabulary) -> SlotValues:
         "addressee": addressees,
         "speaker": {name: (name.lower(),) for name in vocabulary.names},
         "team": {team: spoken_words(team) for team in vocabulary.teams},
-        "number": {m.TaskByNumber(n): number_words(n) for n in numbers},
+        **dict.fromkeys(("number", "next", "first", "second", "third"), refs),
+        "other": {name: (name.lower(),) for name in vocabulary.names},
+        "metres": {distance_m: spoken_words(text) for distance_m, text in DISTANCES_M.items()},
         "task": {m.TaskByName(name): spoken_words(name) for name in vocabulary.tasks},
         "remark": {text: spoken_words(text) for text in vocabulary.remarks},
     }
 
 
 def _build(form: Form, bindings: Bindings) -> m.Utterance:
-    bound: dict[str, Any] = {SLOT_FIELDS[slot]: value for slot, value in bindings.items()}
+    bound: dict[str, Any] = {SLOT_FIELDS[slot]: value for slot, value in bindings.items()} | dict(form.constants)
     outer = {key: bound.pop(key) for key in list(bound) if key in _UTTERANCE_FIELDS}
-    statement = form.statement(**bound) if form.statement is not None else None
+    other = bound.pop("other", None)
+    statement: Any = form.statement(**bound) if form.statement is not None else None
+    if form.will:
+        statement = m.WillMove(statement)
+    if form.relayed:
+        statement = m.Relayed(other, statement)
     return m.Utterance(speaker=outer.pop("speaker", None), statement=statement, **outer)
 
 
 def _unbuild(compiled: _CompiledForm, utterance: m.Utterance) -> Bindings | None:
     """What the slots of a form must bind to make the utterance; None if the form cannot make it."""
-    statement = utterance.statement
-    if (type(statement) if statement is not None else None) is not compiled.form.statement:
+    form, statement = compiled.form, utterance.statement
+    wanted: dict[str, object] = {}
+    if form.relayed:
+        if not isinstance(statement, m.Relayed):
+            return None
+        wanted["other"], statement = statement.speaker, statement.statement
+    if form.will:
+        if not isinstance(statement, m.WillMove):
+            return None
+        statement = statement.motion
+    if (type(statement) if statement is not None else None) is not form.statement:
         return None
     inner = {f.name: getattr(statement, f.name) for f in fields(statement)} if statement is not None else {}
-    wanted: dict[str, object] = {"speaker": utterance.speaker, "addressee": utterance.addressee}
-    wanted = {k: v for k, v in (wanted | {"team": utterance.team} | inner).items() if v is not None}
+    if any(inner.pop(name) != value for name, value in form.constants.items()):
+        return None
+    wanted |= {"speaker": utterance.speaker, "addressee": utterance.addressee, "team": utterance.team} | inner
+    wanted = {k: v for k, v in wanted.items() if v is not None}
     bindings: Bindings = {}
     for slot in compiled.slots:
         value = wanted.get(SLOT_FIELDS[slot])
