@@ -6,7 +6,7 @@ Knows Protocol 2.0 devices in general, no motor in particular; the drivers build
 from __future__ import annotations
 
 import errno
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 from dynamixel_sdk import (
@@ -14,11 +14,10 @@ from dynamixel_sdk import (
     COMM_RX_CORRUPT,
     COMM_SUCCESS,
     INST_PING,
-    Protocol2PacketHandler,
 )
 
 from hvcpd.errors import DeviceError
-from hvcpd.hardware.wheels_port import PORT_ERRORS, WaitingPort
+from hvcpd.hardware.wheels_port import PORT_ERRORS, PacketHandler, Port, WaitingPort
 from hvcpd.hardware.xl430 import Register
 
 ALERT = 0x80
@@ -29,6 +28,10 @@ STATUS_SIZE = 11
 
 PING_PARAMETERS = 3
 """The answer to a ping: model number (2) and firmware (1). No register that we read has three bytes."""
+
+
+MakePort = Callable[[str, int, float], Port]
+"""Makes the port under a bus from its path, its speed in baud and the time-out of a reply in s."""
 
 
 class BusError(Exception):
@@ -46,11 +49,11 @@ class RefusedError(BusError):
 class DynamixelBus:
     """One serial line with Protocol 2.0 devices. Blocking; to be used from one thread."""
 
-    def __init__(self, path: str, baud_rate: int, timeout_s: float) -> None:
+    def __init__(self, path: str, baud_rate: int, timeout_s: float, make_port: MakePort = WaitingPort) -> None:
         self.path = path
         self.baud_rate = baud_rate
-        self._port = WaitingPort(path, baud_rate, timeout_s)
-        self._protocol = Protocol2PacketHandler()
+        self._port = make_port(path, baud_rate, timeout_s)
+        self._protocol = PacketHandler()
         self._unsettled: set[int] = set()
         self.alert = False
         """True if a device reported a hardware error since this was last set to False."""
@@ -118,6 +121,8 @@ class DynamixelBus:
         result = COMM_SUCCESS
         while result in (COMM_SUCCESS, COMM_RX_CORRUPT):
             packet, result = self._call("rxPacket", False)
+            if self._port.overtime():
+                break  # not replies any more, but a babbling line
             if result == COMM_SUCCESS and _n_parameters(packet) == PING_PARAMETERS:
                 found[packet[4]] = packet[9] | packet[10] << 8
         return found
@@ -159,8 +164,10 @@ class DynamixelBus:
         """
         while True:
             packet, result = self._call("rxPacket", False)
-            if result != COMM_SUCCESS:
+            if result != COMM_SUCCESS or self._port.overtime():
                 raise self._failure(device_id, result)
+            if len(packet) < STATUS_SIZE:  # noise with a right CRC
+                continue
             error, count = packet[8], _n_parameters(packet)
             if packet[4] == device_id and (count == size or (count == 0 and error & ~ALERT)):
                 break

@@ -10,16 +10,50 @@ import select
 import termios
 import time
 from contextlib import suppress
+from typing import Protocol
 
 import serial
-from dynamixel_sdk import PortHandler
+from dynamixel_sdk import PortHandler, Protocol2PacketHandler
 
 DRAIN_QUIET_S = 0.02
 """A line that is silent for this long holds no late reply: a USB adapter hands on its bytes every 16 ms by default
 (FTDI latency timer), and the motors' own return delay is at most 0.5 ms."""
 
-DRAIN_LIMIT_S = 0.5
-"""Draining ends here even if the line babbles on."""
+DRAIN_LIMIT_S = 0.05
+"""Draining ends here even if the line babbles on: three tries with all their draining stay within the lease."""
+
+OVERTIME_S = 0.05
+"""Bytes are taken for so long beyond a reply's time: they came in time, and only we are late to fetch them. After that
+the line is babbling, and the SDK, which looks at the time only when no bytes are left, would never come back."""
+
+
+class Port(Protocol):
+    """What `dynamixel-sdk` and our bus need of a port. Every method may raise one of `PORT_ERRORS` but `closePort`."""
+
+    is_open: bool
+    is_using: bool
+
+    def openPort(self) -> bool: ...  # noqa: N802 – the SDK's names
+
+    def closePort(self) -> None: ...  # noqa: N802
+
+    def clearPort(self) -> None: ...  # noqa: N802
+
+    def readPort(self, length: int) -> bytes: ...  # noqa: N802
+
+    def writePort(self, packet: list[int]) -> int: ...  # noqa: N802
+
+    def setPacketTimeout(self, packet_length: int) -> None: ...  # noqa: N802
+
+    def setPacketTimeoutMillis(self, msec: float) -> None: ...  # noqa: N802
+
+    def isPacketTimeout(self) -> bool: ...  # noqa: N802
+
+    def overtime(self) -> bool:
+        """Whether the reply's time has been over for so long that the line must be babbling."""
+
+    def drain(self) -> int:
+        """Throw away what still comes in until the line is quiet; the number of bytes thrown away."""
 
 
 class WaitingPort(PortHandler):  # type: ignore[misc]  # the SDK carries no types
@@ -32,6 +66,7 @@ class WaitingPort(PortHandler):  # type: ignore[misc]  # the SDK carries no type
         super().__init__(path)
         self.baudrate = baud_rate
         self._timeout_ms = timeout_s * 1000.0
+        self._reply_ms = 0.0
 
     def openPort(self) -> bool:  # noqa: N802 – the SDK's name
         """Open the port and lock it against a second program. Raises serial.SerialException, OSError."""
@@ -57,10 +92,19 @@ class WaitingPort(PortHandler):  # type: ignore[misc]  # the SDK carries no type
         """Start waiting for a reply of `packet_length` bytes: its time on the wire and our time-out."""
         self.setPacketTimeoutMillis(self.tx_time_per_byte * packet_length + self._timeout_ms)
 
+    def setPacketTimeoutMillis(self, msec: float) -> None:  # noqa: N802
+        """Start waiting for a reply for `msec` milliseconds."""
+        super().setPacketTimeoutMillis(msec)
+        self._reply_ms = msec  # the SDK sets its own to zero when the time is over
+
+    def overtime(self) -> bool:
+        """Whether the reply's time has been over for so long that the line must be babbling."""
+        return bool(self.getTimeSinceStart() > self._reply_ms + OVERTIME_S * 1000.0)
+
     def readPort(self, length: int) -> bytes:  # noqa: N802
         """Up to `length` bytes; waits for the first of them until the reply's time is over."""
-        left_s = (self.packet_timeout - self.getTimeSinceStart()) / 1000.0
-        if length <= 0 or not select.select([self.ser.fileno()], [], [], max(left_s, 0.0))[0]:
+        left_s = (self._reply_ms - self.getTimeSinceStart()) / 1000.0
+        if length <= 0 or left_s < -OVERTIME_S or not select.select([self.ser.fileno()], [], [], max(left_s, 0.0))[0]:
             return b""
         return bytes(self.ser.read(length))
 
@@ -75,3 +119,23 @@ class WaitingPort(PortHandler):  # type: ignore[misc]  # the SDK carries no type
 
 PORT_ERRORS = (serial.SerialException, OSError, termios.error)
 """What a vanished adapter raises."""
+
+
+STUFFED = bytes((0xFF, 0xFF, 0xFD, 0xFD))
+UNSTUFFED = STUFFED[:3]
+HEADER_SIZE, CRC_SIZE = 7, 2
+
+
+class PacketHandler(Protocol2PacketHandler):  # type: ignore[misc]
+    """The SDK's packet handler with its byte stuffing undone rightly.
+
+    `dynamixel-sdk` 4.1 takes the stuffing out in place and then looks for the next one among the bytes that it has
+    just moved, so that FF FF FD FF FD FD loses a byte.
+    """
+
+    def removeStuffing(self, packet: list[int]) -> list[int]:  # noqa: N802
+        """The packet without stuffing, its length field corrected (e-Manual, Protocol 2.0, "Byte stuffing")."""
+        end = HEADER_SIZE + (packet[HEADER_SIZE - 2] | packet[HEADER_SIZE - 1] << 8)
+        body = bytes(packet[HEADER_SIZE : end - CRC_SIZE]).replace(STUFFED, UNSTUFFED)
+        length = len(body) + CRC_SIZE
+        return [*packet[: HEADER_SIZE - 2], length & 0xFF, length >> 8, *body, *packet[end - CRC_SIZE : end]]

@@ -10,6 +10,16 @@ from hil_fakes.dynamixel.contract import Rig
 from hil_fakes.dynamixel.motor import turtlebot3_pair
 
 
+PATIENCE_MS = 300.0
+
+
+class PatientPort(PortHandler):
+    """The SDK's port with more than its 34 ms for a reply: test machines are loaded, and the SDK spins meanwhile."""
+
+    def setPacketTimeout(self, packet_length: int) -> None:
+        self.setPacketTimeoutMillis(PATIENCE_MS)
+
+
 @pytest.fixture
 def bus() -> Iterator[FakeBus]:
     with FakeBus(turtlebot3_pair(), seed=1) as fake:
@@ -18,7 +28,7 @@ def bus() -> Iterator[FakeBus]:
 
 @pytest.fixture
 def rig(bus: FakeBus) -> Iterator[Rig]:
-    port = PortHandler(bus.path)
+    port = PatientPort(bus.path)
     assert port.setBaudRate(1_000_000)
     yield Rig(port, PacketHandler(2.0), (1, 2), bus.advance)
     port.closePort()

@@ -2,7 +2,7 @@
 
 import pytest
 from dynamixel_sdk import Protocol2PacketHandler
-from hypothesis import given
+from hypothesis import example, given
 from hypothesis import strategies as st
 
 from hil_fakes.dynamixel.protocol import (
@@ -15,6 +15,7 @@ from hil_fakes.dynamixel.protocol import (
     stuff,
     unstuff,
 )
+from hvcpd.hardware.wheels_port import PacketHandler
 
 SDK = Protocol2PacketHandler()
 
@@ -59,12 +60,28 @@ def test_stuffing_is_undone_and_leaves_no_header(body: bytes) -> None:
     assert b"\xff\xff\xfd\x00" not in stuffed + b"\x00"
 
 
-@given(st.integers(0, 252), st.integers(0, 255), bodies)
-def test_the_sdk_reads_our_replies(motor_id: int, error: int, data: bytes) -> None:
-    wire = list(encode_status(motor_id, error, data))
-    plain = SDK.removeStuffing(wire)
+def read_status(handler: Protocol2PacketHandler, wire: bytes) -> tuple[int, int, bytes]:
+    plain = handler.removeStuffing(list(wire))
     length = plain[5] | plain[6] << 8
-    assert (plain[4], plain[8], bytes(plain[9 : 7 + length - 2])) == (motor_id, error, data)
+    return plain[4], plain[8], bytes(plain[9 : 7 + length - 2])
+
+
+@given(st.integers(0, 252), st.integers(0, 255), bodies.filter(lambda data: data.count(b"\xff\xff\xfd") <= 1))
+def test_the_sdk_reads_our_replies(motor_id: int, error: int, data: bytes) -> None:
+    if data.count(b"\xff\xff\xfd") and b"\xfd" in data.partition(b"\xff\xff\xfd")[2]:
+        return  # the SDK may lose a byte behind a stuffed one; see the next test
+    assert read_status(SDK, encode_status(motor_id, error, data)) == (motor_id, error, data)
+
+
+@example(1, 0, b"\xff\xff\xfd\xff\xfd\xfd")
+@given(st.integers(0, 252), st.integers(0, 255), bodies)
+def test_our_handler_reads_every_reply(motor_id: int, error: int, data: bytes) -> None:
+    assert read_status(PacketHandler(), encode_status(motor_id, error, data)) == (motor_id, error, data)
+
+
+def test_the_sdk_still_loses_a_byte_so_our_handler_is_needed() -> None:
+    data = b"\xff\xff\xfd\xff\xfd\xfd"
+    assert read_status(SDK, encode_status(1, 0, data)) != (1, 0, data)
 
 
 @given(st.lists(instructions, max_size=5), st.integers(1, 40))
