@@ -35,6 +35,8 @@ class StepCosts:
 
     stay: float = 0.3
     skip: float = 0.3
+    rung: float = 2.0
+    """For going on at the next rung of the ladder after a word: the speaker comes nearer, or stresses another word."""
 
 
 def dtw_column(previous: Costs, distances: Costs, steps: StepCosts, out: Costs) -> tuple[NDArray[np.bool_], ...]:
@@ -80,7 +82,7 @@ class Decoder:
     """Token passing over `Network` for several rungs (template gains) side by side.
 
     Call `column` for each frame; `best` and `trace` read the result. Frames are numbered by the caller and must
-    follow each other by one until `reset`.
+    follow each other by one until `reset`. A token is the flat index of a record (history slot, rung, node).
     """
 
     def __init__(self, network: Network, n_rungs: int, steps: StepCosts) -> None:
@@ -104,7 +106,9 @@ class Decoder:
         self._record_start = np.zeros(history, np.int64)
         self._chain_numbers = np.arange(network.n_chains, dtype=np.int32)
         self._node_numbers = np.arange(network.n_nodes, dtype=np.int32)
-        self._rung_numbers = np.arange(n_rungs)[:, None]
+        self._rung_numbers = np.arange(n_rungs, dtype=np.int32)[:, None]
+        self._place_of_node = self._rung_numbers * np.int32(network.n_nodes) + self._node_numbers
+        self._slot_size = n_rungs * network.n_nodes
         self._frame = 0
         self.reset(0)
 
@@ -117,7 +121,7 @@ class Decoder:
         self._record_start[(frame - 1) % HISTORY_FRAMES] = frame
         leaving = np.full(self._rest.shape, UNREACHABLE, np.float32)
         leaving[:, self._net.start_nodes] = 0.0
-        self._enter_words(frame - 1, leaving)
+        self._enter_words(frame - 1, leaving, self._place_of_node)
 
     def column(self, distances: Costs, noise_cost: float) -> None:
         """Advance all paths by one frame.
@@ -162,26 +166,39 @@ class Decoder:
         arrival += self._rest_allowed
         newer = arrival < self._rest
         np.minimum(self._rest, arrival, out=self._rest)
-        np.copyto(self._rest_token, slot * net.n_nodes + self._node_numbers, where=newer)
-        self._enter_words(frame, leaving)
+        np.copyto(self._rest_token, slot * self._slot_size + self._place_of_node, where=newer)
+        self._enter_words(frame, *self._change_rungs(leaving))
+
+    def _change_rungs(self, leaving: Costs) -> tuple[Costs, Tokens]:
+        """What it costs to go on at each rung, and the place (rung and node) of the record to come from."""
+        entering, place = leaving.copy(), self._place_of_node.copy()
+        dearer = leaving + np.float32(self._steps.rung)
+        for to, other in ((slice(1, None), slice(None, -1)), (slice(None, -1), slice(1, None))):
+            cheaper = dearer[other] < entering[to]
+            np.copyto(entering[to], dearer[other], where=cheaper)
+            np.copyto(place[to], self._place_of_node[other], where=cheaper)
+        return entering, place
 
     def _note_starts(self, slot: int, record_chain: Tokens, record_token: Tokens) -> None:
         """Each record remembers the frame its sentence began at."""
-        slots, nodes = np.divmod(record_token, self._net.n_nodes)
-        starts = self._record_start[slots, self._rung_numbers, nodes]
+        starts = self._record_start.reshape(-1)[record_token]
         self._record_start[slot] = np.where(record_chain == FROM_START, self._frame + 1, starts)
 
-    def _enter_words(self, frame: int, leaving: Costs) -> None:
+    def _enter_words(self, frame: int, entering: Costs, place: Tokens) -> None:
         net = self._net
         self._cost[:, net.entry_state - 1] = UNREACHABLE
-        self._cost[:, net.entry_state] = leaving[:, net.source_node]
-        self._token[:, net.entry_state] = (frame % HISTORY_FRAMES) * net.n_nodes + net.source_node
+        self._cost[:, net.entry_state] = entering[:, net.source_node]
+        self._token[:, net.entry_state] = (frame % HISTORY_FRAMES) * self._slot_size + place[:, net.source_node]
+
+    def climb(self) -> None:
+        """Move the ladder up by one rung: every rung takes over the paths of the next, the highest keeps its own."""
+        for rungs in (self._cost, self._token, self._rest, self._rest_token):
+            rungs[:-1] = rungs[1:].copy()
 
     def forget_older_than(self, frame: int) -> None:
         """Drop the paths whose sentence began before `frame` (history is bounded)."""
         for cost, token in ((self._cost, self._token), (self._rest, self._rest_token)):
-            slots, nodes = np.divmod(token, self._net.n_nodes)
-            cost[self._record_start[slots, self._rung_numbers, nodes] < frame] = UNREACHABLE
+            cost[self._record_start.reshape(-1)[token] < frame] = UNREACHABLE
 
     def best(self, margin: float = 0.0) -> Best:
         """The cheapest path of all; a fresh start (the filler, cost 0) counts as one."""
@@ -194,13 +211,13 @@ class Decoder:
         if rest_cost > cost + margin:
             return Best(rung, cost)
         node = int(self._final_nodes[column])
-        since = self._frame_of(int(self._rest_token[rest_rung, node]) // self._net.n_nodes)
+        since = self._frame_of(int(self._rest_token[rest_rung, node]) // self._slot_size)
         return Best(rest_rung, rest_cost, node, self._frame - 1 - since, rest_cost - cost)
 
     def forget_rests(self, longest_frames: int) -> None:
         """Drop the paths that have paused for longer than `longest_frames`."""
         last = self._frame - 1
-        age = (last - self._rest_token // self._net.n_nodes) % HISTORY_FRAMES
+        age = (last - self._rest_token // self._slot_size) % HISTORY_FRAMES
         self._rest[age > longest_frames] = UNREACHABLE
 
     def _frame_of(self, slot: int) -> int:
@@ -213,10 +230,9 @@ class Decoder:
         token = int(self._rest_token[rung, node])
         end: tuple[int, int, float] | None = None
         while True:
-            slot, at = divmod(token, self._net.n_nodes)
-            chain = int(self._record_chain[slot, rung, at])
-            frame = self._frame_of(slot)
-            cost = float(self._record_cost[slot, rung, at])
+            chain = int(self._record_chain.reshape(-1)[token])
+            frame = self._frame_of(token // self._slot_size)
+            cost = float(self._record_cost.reshape(-1)[token])
             if end is not None:
                 steps.append(Step(end[0], frame + 1, end[1] + 1, end[2] - cost))
                 end = None
@@ -224,4 +240,4 @@ class Decoder:
                 return steps[::-1]
             if chain >= 0:
                 end = (chain, frame, cost)
-            token = int(self._record_token[slot, rung, at])
+            token = int(self._record_token.reshape(-1)[token])

@@ -170,17 +170,24 @@ class Recogniser:
         """Report a sentence that has ended, or speech that has ended without one."""
         sentence = self._spotter.ended()
         if sentence is not None:
-            self._spotter.restart()
             recognised = self._judge(sentence)
             if recognised is not None:
                 self._segments.close(end_frame)
+                self._listen_on(sentence.steps[-1].end_frame, end_frame)
                 return [recognised]
+            self._spotter.forget()
         segment = self._segments.ended(end_frame)
         if segment is None or (self._spotter.under_way and self._spotter.best.node >= 0):
             return []
         self._segments.close(end_frame)
-        self._spotter.restart()
+        self._listen_on(segment.end_frame, end_frame)
         return [_garbled(segment)]
+
+    def _listen_on(self, frame: int, end_frame: int) -> None:
+        """What was said until `frame` is dealt with; whoever speaks next may be much fainter."""
+        self._spotter.sleep()
+        self._alert_age = self._alert_count = 0
+        self._recent = self._recent[len(self._recent) - max(end_frame - frame, 0) :]
 
     def _judge(self, sentence: Sentence) -> Recognised | None:
         s = self._settings

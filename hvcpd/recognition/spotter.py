@@ -20,10 +20,11 @@ class SpotterSettings:
 
     filler_cost: float = 1.2
     """What the filler pays over the frame's best template: half-way between right and wrong words (measured)."""
-    ladder_db: tuple[float, ...] = (-6.0, 0.0, 6.0)
-    """Template gains decoded side by side around the level heard at the onset, dB."""
+    ladder_step_db: float = 6.0
+    """Three template gains are decoded side by side, this far apart, around the level heard at the onset."""
     retune_db: float = 4.5
-    """The ladder moves when the level heard has left its inner half and no sentence is under way."""
+    """The ladder moves when the level heard has left its inner half: to that level while no sentence is under way,
+    else by a step up (the first word, "hi", can be much weaker than the rest)."""
     end_frames: int = 25
     """250 ms of rest end a sentence: longer than the pause at a comma (150 ms)."""
     late_end_frames: int = 40
@@ -60,9 +61,10 @@ class Spotter:
     def __init__(self, network: Network, bank: TemplateBank, settings: SpotterSettings) -> None:
         self._settings = settings
         self._net = network
-        self._scorer = Scorer(bank, network, settings.ladder_db)
-        self._decoder = Decoder(network, len(settings.ladder_db), settings.steps)
-        self._distances = np.zeros((len(settings.ladder_db), network.n_states), np.float32)
+        ladder_db = (-settings.ladder_step_db, 0.0, settings.ladder_step_db)
+        self._scorer = Scorer(bank, network, ladder_db)
+        self._decoder = Decoder(network, len(ladder_db), settings.steps)
+        self._distances = np.zeros((len(ladder_db), network.n_states), np.float32)
         self._tail = np.zeros((0, N_BANDS), np.float32)
         self._next = 0
         self._first = 0
@@ -92,8 +94,8 @@ class Spotter:
         self.awake = False
         self.best = Best(0, 0.0)
 
-    def restart(self) -> None:
-        """Forget all paths, as after a sentence was reported; go on listening."""
+    def forget(self) -> None:
+        """Drop all paths, as after a sentence that was not one; go on listening."""
         self._decoder.reset(self._next)
         self._first = self._next
         self.best = Best(0, 0.0)
@@ -101,10 +103,7 @@ class Spotter:
     def feed(self, energies: Energies, recent: Energies, noise: NDArray[np.float32]) -> None:
         """Decode the next frames; `recent` are those of the last half second or so, for the level."""
         settings = self._settings
-        if not self.under_way:
-            level = self._scorer.level_of(recent, noise)
-            if level > 0.0 and abs(10.0 * np.log10(level / max(self._gain, 1e-12))) > settings.retune_db:
-                self._gain = level
+        self._retune(self._scorer.level_of(recent, noise))
         mask = self._scorer.mask(self._gain)
         self._scorer.compose(noise + mask, self._gain)
         block = np.concatenate([self._tail, energies])
@@ -125,6 +124,18 @@ class Spotter:
             self._decoder.forget_older_than(self._next - HISTORY_FRAMES + 512)
         self._decoder.forget_rests(settings.longest_pause_frames)
         self.best = self._decoder.best(settings.end_margin)
+
+    def _retune(self, level: float) -> None:
+        if level <= 0.0:
+            return
+        off_db = 10.0 * np.log10(level / max(self._gain, 1e-12))
+        if abs(off_db) <= self._settings.retune_db:
+            return
+        if not self.under_way:
+            self._gain = level
+        elif off_db > 0.0:
+            self._gain *= 10.0 ** (self._settings.ladder_step_db / 10.0)
+            self._decoder.climb()
 
     def ended(self) -> Sentence | None:
         """The sentence that has just ended, if one has."""

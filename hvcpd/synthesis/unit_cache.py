@@ -4,14 +4,19 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Callable
+from functools import lru_cache
 from pathlib import Path
 
 import numpy as np
 
 from hvcpd.ports import Samples
 
-RECIPE = 4
-"""Raise this when the synthesizer's sound changes: older files are then not found any more."""
+
+@lru_cache(maxsize=1)
+def recipe() -> str:
+    """A digest of the synthesizer's own source: units that an older one rendered are not found any more."""
+    sources = sorted(Path(__file__).parent.glob("*.py"))
+    return hashlib.sha256(b"".join(source.read_bytes() for source in sources)).hexdigest()
 
 
 class UnitCache:
@@ -22,7 +27,7 @@ class UnitCache:
 
     def get(self, content: object, make: Callable[[], Samples]) -> Samples:
         """The unit of that content, from disk or made now; `content` must have a stable repr."""
-        path = self._folder / (hashlib.sha256(f"{RECIPE} {content!r}".encode()).hexdigest()[:32] + ".npy")
+        path = self._folder / (hashlib.sha256(f"{recipe()} {content!r}".encode()).hexdigest()[:32] + ".npy")
         found = _load(path)
         if found is not None:
             return found

@@ -37,6 +37,20 @@ def test_level_does_not_matter(level_db: float) -> None:
     assert heard(in_noise(sound, noise_dbfs=-75.0)) == ["hi bot water rose"]
 
 
+@pytest.mark.parametrize("last_db", [14.0, -14.0])
+def test_a_speaker_who_comes_nearer_or_goes_away_while_speaking_is_heard(last_db: float) -> None:
+    sound = sentence("hi rob, water green")
+    ramp = 10.0 ** (np.linspace(0.0, last_db, len(sound)) / 20.0)
+    assert heard(in_noise(np.asarray(sound * ramp * 0.3, np.float32), noise_dbfs=-70.0)) == ["hi rob water green"]
+
+
+@pytest.mark.parametrize("gap_s", [0.4, 0.6, 1.5])
+def test_a_faint_answer_right_after_a_loud_sentence_is_heard(gap_s: float) -> None:
+    loud, faint = sentence("hi rob, stop") * np.float32(3.0), sentence("hi bot, water rose") * np.float32(0.1)
+    sound = np.concatenate([loud, np.zeros(int(gap_s * RATE), np.float32), faint])
+    assert heard(in_noise(sound, noise_dbfs=-70.0)) == ["hi rob stop", "hi bot water rose"]
+
+
 def test_position_confidence_and_snr_are_told() -> None:
     sound = sentence("hi rob, water green")
     [event] = recogniser().push(in_noise(sound, noise_dbfs=-40.0))

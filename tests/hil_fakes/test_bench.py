@@ -1,0 +1,103 @@
+"""Whole robots in the simulated room: real sound, real motors' bytes, virtual time."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from functools import cache
+
+import numpy as np
+import pytest
+
+from hil_fakes.bench import Bench, BenchPlan
+from hil_fakes.room import Air
+from hvcpd.assembly import Sound, make_phrasebook, make_recogniser, make_sound
+from hvcpd.config.settings import DEFAULT_TEAMS
+from hvcpd.config.tasks import GoTo, Place, TaskDefinition, TaskRepository, Water
+from hvcpd.ports import Samples
+from hvcpd.recognition.events import Recognised
+from hvcpd.reporting.events import Heard, MissionRecord, Said, Summary
+
+pytestmark = pytest.mark.slow
+NAMES = ("Rob", "Bot")
+
+
+def plant(number: int, colour: str, x_m: float, y_m: float) -> TaskDefinition:
+    place = Place(x_m, y_m)
+    return TaskDefinition(number, f"water the {colour} rose", place, (GoTo(place), Water(2.0)))
+
+
+THREE = TaskRepository((plant(1, "green", -4.0, -3.5), plant(2, "orange", -2.5, -4.5), plant(3, "white", -5.0, -2.5)))
+
+
+@cache
+def sound() -> Sound:
+    return make_sound()
+
+
+@cache
+def flown(seed: int = 3, coordinator: str | None = None, muted: bool = False) -> tuple[MissionRecord, Bench]:
+    plan = BenchPlan(NAMES, THREE, seed, coordinator, air=Air(muted=muted), limit_s=200.0)
+    bench = Bench(plan, sound())
+    return bench.run(), bench
+
+
+def summary(record: MissionRecord) -> Summary:
+    [found] = [event for event in record.events if isinstance(event, Summary)]
+    return found
+
+
+@pytest.mark.parametrize("coordinator", [None, "Bot"])
+def test_every_plant_is_watered_exactly_once(coordinator: str | None) -> None:
+    score = summary(flown(coordinator=coordinator)[0])
+    assert (len(score.done), score.duplicates, score.lost) == (3, 0, 0)
+    assert score.utterances_understood > 6
+
+
+def test_who_is_ordered_reads_back_and_reports() -> None:
+    said = [(e.speaker, e.text) for e in flown(coordinator="Bot")[0].events if isinstance(e, Said)]
+    order = next(i for i, (who, text) in enumerate(said) if who == "Bot" and text.startswith("Hi Rob, I am Bot, water"))
+    task = said[order][1].removeprefix("Hi Rob, I am Bot, ")
+    assert ("Rob", f"Hi Bot, I am Rob, I will {task}") in said[order:]
+    assert any(who == "Rob" and text.endswith("complete") for who, text in said[order:])
+
+
+def test_with_the_air_muted_nothing_is_coordinated() -> None:
+    record, bench = flown(muted=True)
+    assert not [event for event in record.events if isinstance(event, Heard)]
+    for name, robot in bench.robots.items():
+        assert robot.coordination.peers.all() == ()
+        owners = {robot.coordination.board[task.number].owner for task in THREE.tasks}
+        assert owners <= {name, None}
+    assert summary(record).duplicates == 3  # each robot believes itself alone, and waters all
+
+
+def test_a_seed_tells_the_whole_mission() -> None:
+    again = Bench(BenchPlan(NAMES, THREE, 3, limit_s=200.0), sound()).run()
+    first = flown()[0]
+    assert np.array_equal(again.sound, first.sound)
+    assert [e for e in again.events if not isinstance(e, Summary)] == [
+        e for e in first.events if not isinstance(e, Summary)
+    ]
+
+
+def test_another_seed_is_another_mission() -> None:
+    plan = BenchPlan(NAMES, THREE, 4, limit_s=20.0)
+    assert not np.array_equal(Bench(plan, sound()).run().sound[:160_000], flown()[0].sound[:160_000])
+
+
+def reheard(recording: Samples) -> Iterator[str]:
+    """The sentences in a recording, heard without knowing when the robot itself spoke."""
+    book = make_phrasebook(NAMES, DEFAULT_TEAMS, THREE)
+    recogniser = make_recogniser(book, NAMES, sound())
+    for event in recogniser.push(recording) + recogniser.flush():
+        if isinstance(event, Recognised):
+            yield book.write(book.parse(event.words))
+
+
+@pytest.mark.parametrize("listener", NAMES)
+@pytest.mark.parametrize("coordinator", [None, "Bot"])
+def test_a_robots_recording_gives_the_missions_transcript(listener: str, coordinator: str | None) -> None:
+    record, bench = flown(coordinator=coordinator)
+    own = [(e.at_s, e.text) for e in record.events if isinstance(e, Said) and e.speaker == listener]
+    others = [(e.at_s, e.text) for e in record.events if isinstance(e, Heard) and e.listener == listener]
+    assert list(reheard(bench.recordings[listener])) == [text for _at_s, text in sorted(own + others)]
