@@ -1,28 +1,30 @@
-"""Air at the level of words: sentences take time, collide, get lost; thousands of missions run in seconds.
+"""Air at the level of words: sentences take time, collide, get lost or misheard; thousands of missions run in seconds.
 
-It owns no robots: the talkers are anything with the five methods of `Talker`. All chance is seeded.
+It owns no robots: the talkers are anything with the methods of `Talker`, and may come and go. All chance is seeded.
 """
 
 from __future__ import annotations
 
 import heapq
 import itertools
+import math
 import random
-from collections.abc import Callable
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
-from functools import partial
 from typing import Protocol
 
-from hvcpd.language.messages import Utterance
+from hvcpd.language.messages import Stop, Utterance
 
 WORD_S = 0.33
 """Mean duration of a spoken word with its share of the pauses; measured on our synthesizer's sentences."""
-ONSET_S = 0.08
-"""After this a listener knows that somebody speaks."""
-RELEASE_S = 0.2
+ONSET_S = 0.13
+"""After this a listener knows that somebody speaks; 0.08 to 0.2 s in whole missions with sound."""
+RELEASE_S = 0.15
 """After this a listener knows that nobody speaks any more."""
 RECOGNITION_S = 0.3
 """After the last word the sentence is reported."""
+REMEMBERED_S = 30.0
+"""Sounds are kept for so long, to find what overlapped what; no sentence lasts longer."""
 
 
 class Talker(Protocol):
@@ -33,89 +35,193 @@ class Talker(Protocol):
     def channel(self, busy: bool, now: float) -> None: ...
     def spoken(self, now: float) -> None: ...
     def tick(self, now: float) -> None: ...
+    def next_deadline(self) -> float: ...
 
 
-@dataclass
-class _Sound:
+@dataclass(frozen=True)
+class Conditions:
+    """What air does to sentences. `loss` and `mishearing` are chances for each listener of each sentence."""
+
+    loss: float = 0.0
+    """A listener notices a voice and understands nothing."""
+    mishearing: float = 0.0
+    """A listener understands another sentence of the phrasebook, which differs in one word."""
+    delay_s: float = 0.0
+    """At most so much later than RECOGNITION_S is a sentence reported; drawn anew for each listener."""
+    stop_through: float = 1.0
+    """The chance that "stop" is understood over another voice; full-audio tests measure it."""
+
+
+@dataclass(eq=False)
+class Sound:
+    """One sentence in the air; `cut` when its speaker was switched off in the midst of it."""
+
     speaker: str
     utterance: Utterance
     start_s: float
     end_s: float
+    cut: bool = False
+
+    def overlaps(self, other: Sound) -> bool:
+        return self.start_s < other.end_s and self.end_s > other.start_s
 
 
 @dataclass
 class WordChannel:
     """Shared air for named talkers: `say` puts a sentence into it; `run_until` delivers what follows.
 
-    `loss` is the chance that a listener misses a sentence altogether; a sentence that overlaps another one, or
-    the listener's own, is garbled. `after_each` runs after every event (to collect the talkers' actions).
+    A sentence that overlaps another one, or the listener's own, is garbled. `touched` runs for every talker that
+    something happened to (to collect its actions). `earshot(speaker, listener)` tells who can hear whom now;
+    `mishear` makes the wrong sentence.
     """
 
-    talkers: dict[str, Talker]
-    n_words: Callable[[Utterance], int]
-    loss: float = 0.0
+    talkers: Mapping[str, Talker]
+    length_words: Callable[[Utterance], int]
+    conditions: Conditions = field(default_factory=Conditions)
     seed: int = 0
-    after_each: Callable[[float], None] = lambda _now: None
+    touched: Callable[[str], None] = lambda _name: None
+    earshot: Callable[[str, str], bool] | None = None
+    mishear: Callable[[Utterance, random.Random], Utterance] = lambda utterance, _chance: utterance
     now: float = 0.0
     sent: int = 0
     collisions: int = 0
+    airtime_s: float = 0.0
+    misheard: int = 0
     _events: list[tuple[float, int, Callable[[], None]]] = field(default_factory=list)
-    _sounds: list[_Sound] = field(default_factory=list)
+    _sounds: list[Sound] = field(default_factory=list)
+    _due: dict[str, float] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         self._chance = random.Random(self.seed)
         self._order = itertools.count()
+        self.refresh()
 
     def at(self, time_s: float, what: Callable[[], None]) -> None:
+        """Do something at a time; it may touch any talker."""
         heapq.heappush(self._events, (time_s, next(self._order), what))
 
-    def say(self, speaker: str, utterance: Utterance) -> None:
-        length_s = WORD_S * self.n_words(utterance) * (0.9 + 0.2 * self._chance.random())
-        sound = _Sound(speaker, utterance, self.now, self.now + length_s)
-        self._sounds = [s for s in self._sounds if s.end_s > self.now - 10.0] + [sound]
-        self.sent += 1
-        for name in self.talkers:
-            if name != speaker:
-                self.at(sound.start_s + ONSET_S, partial(self._tell_busy, name))
-                self.at(sound.end_s + RELEASE_S, partial(self._tell_busy, name))
-                self.at(sound.end_s + RECOGNITION_S, partial(self._deliver, name, sound))
-        self.at(sound.end_s, lambda: self._ended(sound))
-
-    def _overlapping(self, sound: _Sound) -> list[_Sound]:
-        return [s for s in self._sounds if s is not sound and s.start_s < sound.end_s and s.end_s > sound.start_s]
-
-    def _ended(self, sound: _Sound) -> None:
-        self.collisions += bool(self._overlapping(sound))
-        if sound.speaker in self.talkers:  # people who only speak are no talkers
-            self.talkers[sound.speaker].spoken(self.now)
-
-    def _tell_busy(self, listener: str) -> None:
-        others = [s for s in self._sounds if s.speaker != listener]
-        busy = any(s.start_s + ONSET_S <= self.now < s.end_s + RELEASE_S - 1e-9 for s in others)
-        self.talkers[listener].channel(busy, self.now)
-
-    def _deliver(self, listener: str, sound: _Sound) -> None:
-        overlap = self._overlapping(sound)
-        own = [s for s in overlap if s.speaker == listener]
-        if own and max(s.end_s for s in own) >= sound.end_s:
-            return  # it was drowned by the listener's own voice to its end
-        if self._chance.random() < self.loss:
-            return
-        if overlap:
-            self.talkers[listener].garbled(bool(own), self.now)
+    def refresh(self, names: Iterable[str] | None = None) -> None:
+        """Talkers came, went, or were touched from outside: collect their actions, and note when they are due."""
+        for name in tuple(self.talkers) if names is None else names:
+            if name in self.talkers:
+                self.touched(name)
+        if names is None:
+            self._due = {name: talker.next_deadline() for name, talker in self.talkers.items()}
         else:
-            self.talkers[listener].heard(sound.utterance, self.now)
+            for name in names:
+                talker = self.talkers.get(name)
+                if talker is not None:
+                    self._due[name] = talker.next_deadline()
 
-    def run_until(self, end_s: float, next_deadline: Callable[[], float]) -> None:
+    def say(self, speaker: str, utterance: Utterance, stretch: float = 1.0) -> Sound:
+        """Put a sentence into the air; it lasts `stretch` times as long as usual."""
+        length_s = stretch * WORD_S * self.length_words(utterance) * (0.9 + 0.2 * self._chance.random())
+        sound = Sound(speaker, utterance, self.now, self.now + length_s)
+        if self._sounds and self._sounds[0].end_s < self.now - REMEMBERED_S:
+            self._sounds = [s for s in self._sounds if s.end_s > self.now - REMEMBERED_S]
+        self._sounds.append(sound)
+        self.sent += 1
+        self.airtime_s += length_s
+        self.at(sound.start_s + ONSET_S, lambda: self._onset(sound))
+        self.at(sound.end_s, lambda: self._ended(sound))
+        self.at(sound.end_s + RELEASE_S, lambda: self._released(sound))
+        if self.conditions.delay_s == 0.0:
+            self.at(sound.end_s + RECOGNITION_S, lambda: self._deliver_all(sound))
+        else:
+            self.at(sound.end_s + RECOGNITION_S, lambda: self._deliver_late(sound))
+        return sound
+
+    def switch_off(self, name: str) -> None:
+        """The talker, taken out of `talkers`, falls silent and deaf, in mid-sentence if it speaks."""
+        self._due.pop(name, None)
+        for sound in self._sounds:
+            if sound.speaker == name and sound.start_s <= self.now < sound.end_s:
+                sound.cut = True
+
+    def _listeners(self, sound: Sound) -> list[str]:
+        names = [name for name in self.talkers if name != sound.speaker]
+        if self.earshot is None:
+            return names
+        return [name for name in names if self.earshot(sound.speaker, name)]
+
+    def _audible(self, sound: Sound, listener: str) -> bool:
+        return self.earshot is None or sound.speaker == listener or self.earshot(sound.speaker, listener)
+
+    def _overlapping(self, sound: Sound) -> list[Sound]:
+        return [s for s in reversed(self._sounds) if s is not sound and s.overlaps(sound)]
+
+    def _onset(self, sound: Sound) -> None:
+        if sound.cut:
+            return
+        names = self._listeners(sound)
+        for name in names:
+            self.talkers[name].channel(True, self.now)
+        self.refresh(names)
+
+    def _ended(self, sound: Sound) -> None:
+        self.collisions += bool(self._overlapping(sound))
+        if sound.speaker in self.talkers and not sound.cut:  # people who only speak are no talkers
+            self.talkers[sound.speaker].spoken(self.now)
+            self.refresh((sound.speaker,))
+
+    def _released(self, sound: Sound) -> None:
+        names = self._listeners(sound)
+        going_on = [s for s in self._sounds if s.start_s + ONSET_S <= self.now < s.end_s + RELEASE_S - 1e-9]
+        for name in names:
+            busy = any(s.speaker != name and self._audible(s, name) for s in going_on)
+            self.talkers[name].channel(busy, self.now)
+        self.refresh(names)
+
+    def _deliver_all(self, sound: Sound) -> None:
+        names = self._listeners(sound)
+        overlap = self._overlapping(sound)
+        for name in names:
+            self._deliver(name, sound, overlap)
+        self.refresh(names)
+
+    def _deliver_late(self, sound: Sound) -> None:
+        def deliver(name: str) -> None:
+            if name in self.talkers:
+                self._deliver(name, sound, self._overlapping(sound))
+                self.refresh((name,))
+
+        for name in self._listeners(sound):
+            self.at(self.now + self._chance.random() * self.conditions.delay_s, lambda name=name: deliver(name))  # type: ignore[misc]
+
+    def _deliver(self, listener: str, sound: Sound, overlap: list[Sound]) -> None:
+        talker, chance = self.talkers[listener], self._chance
+        if self.earshot is not None:
+            overlap = [s for s in overlap if self._audible(s, listener)]
+        if overlap or sound.cut:
+            own = [s for s in overlap if s.speaker == listener]
+            if isinstance(sound.utterance.statement, Stop) and not sound.cut:
+                if chance.random() < self.conditions.stop_through:
+                    talker.heard(sound.utterance, self.now)
+                return
+            if not own or max(s.end_s for s in own) < sound.end_s:  # else drowned by the own voice to its end
+                talker.garbled(bool(own), self.now)
+            return
+        if self.conditions.loss and chance.random() < self.conditions.loss:
+            return
+        utterance = sound.utterance
+        if self.conditions.mishearing and chance.random() < self.conditions.mishearing:
+            utterance = self.mishear(utterance, chance)
+            self.misheard += 1
+        talker.heard(utterance, self.now)
+
+    def run_until(self, end_s: float) -> None:
         """Deliver everything, and tick the talkers when they are due, until `end_s`."""
+        events = self._events
         while True:
-            due = min(self._events[0][0] if self._events else end_s, next_deadline(), end_s)
-            self.now = max(self.now, due)
+            next_event_s = events[0][0] if events else math.inf
+            due_s = min(self._due.values(), default=math.inf)
+            self.now = max(self.now, min(next_event_s, due_s, end_s))
             if self.now >= end_s:
                 return
-            while self._events and self._events[0][0] <= self.now:
-                heapq.heappop(self._events)[2]()
-                self.after_each(self.now)
-            for talker in self.talkers.values():
-                talker.tick(self.now)
-            self.after_each(self.now)
+            if next_event_s <= due_s:
+                heapq.heappop(events)[2]()
+                continue
+            due = [name for name, time_s in self._due.items() if time_s <= self.now]
+            for name in due:
+                self.talkers[name].tick(self.now)
+            self.refresh(due)

@@ -160,6 +160,7 @@ class Robot:
         if reading is not None:
             pose = self.odometry.update(reading)
             self.coordination.here = Place(pose.x_m, pose.y_m)
+            self.coordination.home = self.coordination.home or self.coordination.here
         self._notice_channel(now)
         for event in events:
             self._understand(event, now)
@@ -193,7 +194,7 @@ class Robot:
         self._records.append(
             HeardRecord(now, utterance, text, start_s, end_s, event.confidence, event.snr_db, event.voice, words)
         )
-        self.coordination.heard(utterance, now)
+        self.coordination.heard(utterance, now, event.confidence, event.snr_db)
 
     def _parse(self, event: HearingEvent) -> Utterance | None:
         if not isinstance(event, Recognised):

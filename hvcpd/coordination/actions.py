@@ -25,11 +25,12 @@ class Say:
     """Speak this sentence now; answer with `spoken` when its last sample has left the loudspeaker."""
 
     utterance: Utterance
+    slowly: bool = False
 
 
 @dataclass(frozen=True)
 class Perform:
-    """Carry out these actions of a task in order; answer with `performed` or `perform_failed`."""
+    """Carry out these actions of a task in order; answer with `performed` or `perform_failed`. Task 0: a motion."""
 
     task: int
     actions: tuple[TaskAction, ...]
@@ -65,7 +66,7 @@ Action = Say | Perform | Halt | SaveTask | SavePeer
 class Timing:
     """How long robots wait for each other, in seconds of the sample clock.
 
-    A recogniser reports a sentence about 0.3 s after its last word and notices a voice about 0.08 s after its
+    A recogniser reports a sentence 0.2 to 0.3 s after its last word and notices a voice 0.08 to 0.2 s after its
     first; the gaps follow from that. A sentence lasts 2 to 5 s.
     """
 
@@ -73,42 +74,67 @@ class Timing:
     """Listening before the first greeting: the noise must be known first."""
     wake_spread_s: float = 4.0
     """Drawn on top, so that robots switched on together do not greet at once: longer than a greeting."""
-    greeting_wait_s: float = 7.0
-    """Time for two answers to a greeting."""
+    greeting_wait_s: float = 4.0
+    """Time for the next answer to a greeting to begin; each one that comes grants it anew."""
     greetings_max: int = 3
     """So often an unanswered greeting is repeated before the robot works alone."""
+    greeting_slots: int = 8
+    """Of random back-off before an answer to a greeting: nobody knows yet how many will answer."""
     reply_gap_s: float = 0.15
     """Before an answer, once the question is understood: people leave about 0.2 s (Stivers et al. 2009)."""
-    turn_gap_s: float = 0.9
-    """Before anything else, so that an answer always comes first: recognition, reply gap and onset detection."""
-    slot_s: float = 0.12
-    """Step of the random back-off: longer than the onset detection, so that two different draws don't collide."""
+    turn_gap_s: float = 1.2
+    """Before anything else, so that an answer comes first: reply gap, slots of objections and of some confirmations."""
+    slot_s: float = 0.2
+    """Step of the back-off: longer than the onset detection, so that two different draws don't collide. Measured in
+    whole missions: a voice is noticed 0.08 to 0.2 s after its first sample, the later the farther."""
     reply_slots: int = 3
-    turn_slots: int = 12
+    turn_slots: int = 8
+    """At least; in a larger team, two for each robot."""
+    again_slots: int = 5
+    """Of a sentence that was not answered: it goes before new ones."""
     settle_s: float = 0.5
     """After a voice falls silent: by then its sentence has been recognised."""
-    objection_s: float = 1.6
-    """After a claim: time for an objection to be heard to begin (recognition, reply gap, slots, onset)."""
+    objection_s: float = 0.9
+    """After a claim, besides a slot for each robot: recognition, reply gap, onset, and one for chance."""
     answer_s: float = 4.0
     """Time for a read-back or a confirmation to begin before the sentence is repeated."""
     repeats_max: int = 3
-    """So often an unanswered order, read-back or report is said again."""
+    """So often an unanswered order, question or read-back is said."""
+    claims_max: int = 6
+    """So often a claim or report that nobody answers is said, if others were there: at a loss of 30 % the chance
+    that all of six rounds fail between two robots is (1 − 0.7²)⁶ = 1.8 %."""
+    claims_among_talkers: int = 3
+    """And so many times as often if somebody was heard meanwhile: then the air is crowded, not empty."""
+    claims_alone: int = 2
+    """And if nobody has been heard of."""
+    bad_air_s: float = 300.0
+    """For so long after something was missed, a robot asks for another confirmation before it acts."""
     lease_s: float = 150.0
     """A claim whose owner was not heard of for so long is free again: a 20 m drive takes 100 s."""
-    renewal_s: float = 60.0
-    """A working robot that has not spoken of its task for so long says that it is at it: two chances a lease."""
+    renewal_s: float = 100.0
+    """A working robot that has not spoken of its task for so long says that it is at it."""
+    denied_s: float = 60.0
+    """A claim that was denied is not raised again for so long."""
     decide_s: float = 0.3
     """Between two tasks."""
     silent_peer_s: float = 30.0
     """A robot that did not answer an order is not asked again for so long."""
+    absent_s: float = 600.0
+    """A robot that was not heard for so long is taken for gone: longer than the longest silent work."""
+    name_conflict_s: float = 300.0
+    """After another voice has used the own name, nothing is done under it for so long."""
 
 
 @dataclass(frozen=True)
 class Role:
-    """Who this robot is in the team. A coordinator gives orders and does no task itself."""
+    """Who this robot is in the team. A coordinator gives orders and does no task itself.
+
+    `unable` are the numbers of the tasks that it lacks the means for.
+    """
 
     name: str
     team: str | None = None
     coordinator: bool = False
     volunteer: bool = True
     nearest_first: bool = False
+    unable: frozenset[int] = frozenset()

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 from hvcpd.config.tasks import TaskDefinition
 from hvcpd.language.messages import TaskByName, TaskRef
@@ -11,15 +11,24 @@ from hvcpd.language.messages import TaskByName, TaskRef
 OPEN, CLAIMED, DONE = "open", "claimed", "done"
 
 
-@dataclass(frozen=True)
+@dataclass
 class Entry:
-    """One task's state. `lease_end_s` is when a claim lapses; `failed_by` are those who gave the task up."""
+    """One task's state. `lease_end_s` is when a claim lapses; `failed_by` are those who gave the task up.
+
+    `hearsay`: it was heard once that the task is done, and from somebody who had not been heard to claim it; that
+    is enough to leave it alone, and too little to tell others so.
+    """
 
     definition: TaskDefinition
     state: str = OPEN
     owner: str | None = None
     lease_end_s: float = 0.0
     failed_by: frozenset[str] = frozenset()
+    hearsay: bool = False
+
+    @property
+    def known_done(self) -> bool:
+        return self.state == DONE and not self.hearsay
 
 
 class Board:
@@ -32,7 +41,8 @@ class Board:
         for task in tasks:
             state, owner = remembered.get(task.number, (OPEN, None))
             self._entries[task.number] = Entry(task, state, owner, lease_end_s)
-        self._numbers = {" ".join(e.definition.name.lower().split()): n for n, e in self._entries.items()}
+        self._numbers: dict[str, int] = {}
+        self._not_done = sum(e.state != DONE for e in self._entries.values())
         self.changed: list[int] = []
 
     def __getitem__(self, number: int) -> Entry:
@@ -40,7 +50,11 @@ class Board:
 
     def find(self, ref: TaskRef) -> Entry | None:
         """The entry that a spoken reference means; None if this robot has no such task."""
-        number = self._numbers.get(ref.name) if isinstance(ref, TaskByName) else ref.number
+        if not isinstance(ref, TaskByName):
+            return self._entries.get(ref.number)
+        if not self._numbers:
+            self._numbers = {spoken_name(e.definition): n for n, e in self._entries.items()}
+        number = self._numbers.get(ref.name)
         return self._entries.get(number) if number is not None else None
 
     def entries(self) -> tuple[Entry, ...]:
@@ -48,44 +62,68 @@ class Board:
 
     @property
     def all_done(self) -> bool:
-        return all(entry.state == DONE for entry in self._entries.values())
+        return self._not_done == 0
+
+    def not_done(self) -> tuple[int, ...]:
+        """The numbers of all tasks that are open or claimed."""
+        return tuple(number for number, entry in self._entries.items() if entry.state != DONE)
 
     def free_for(self, robot: str, now: float) -> tuple[TaskDefinition, ...]:
-        """The tasks that a robot may claim: open or with a lapsed lease, and not given up by it before."""
-        return tuple(
-            entry.definition
-            for entry in self._entries.values()
-            if robot not in entry.failed_by
-            and (entry.state == OPEN or (entry.state == CLAIMED and now >= entry.lease_end_s))
-        )
+        """The tasks that a robot may claim: its own claims, open ones, those with a lapsed lease; none that it gave up.
+
+        A task that is its own already, as after a restart, comes alone: it is to be finished first.
+        """
+        live = [e for e in self._entries.values() if e.state != DONE and robot not in e.failed_by]
+        own = tuple(e.definition for e in live if e.state == CLAIMED and e.owner == robot)
+        return own or tuple(e.definition for e in live if e.state == OPEN or now >= e.lease_end_s)
 
     def next_lapse(self, now: float) -> float | None:
         """When the next claim lapses, if nobody renews it."""
         ends = [e.lease_end_s for e in self._entries.values() if e.state == CLAIMED and e.lease_end_s > now]
         return min(ends, default=None)
 
-    def claim(self, number: int, owner: str, lease_end_s: float) -> None:
-        if self._entries[number].state != DONE:
-            self._set(number, state=CLAIMED, owner=owner, lease_end_s=lease_end_s)
+    def claim(self, number: int, owner: str | None, lease_end_s: float) -> None:
+        """Somebody (None: somebody unknown) has the task; what is known to be done stays so."""
+        if not self._entries[number].known_done:
+            self._set(number, CLAIMED, owner)
+            self._entries[number].lease_end_s = lease_end_s
+
+    def restore(self, number: int, before: tuple[str, str | None, float]) -> None:
+        """Take a claim back that was denied: state, owner and lease as they were."""
+        if self._entries[number].state == CLAIMED:
+            self._set(number, before[0], before[1])
+            self._entries[number].lease_end_s = before[2]
 
     def release(self, number: int) -> None:
         if self._entries[number].state == CLAIMED:
-            self._set(number, state=OPEN, owner=None)
+            self._set(number, OPEN, None)
 
-    def complete(self, number: int, owner: str) -> None:
-        """Done is final, and the first who did it keeps it."""
-        if self._entries[number].state != DONE:
-            self._set(number, state=DONE, owner=owner)
+    def complete(self, number: int, owner: str | None, hearsay: bool = False) -> None:
+        """Done, and known to be so, is final; the first who did it keeps it."""
+        entry = self._entries[number]
+        if not entry.known_done:
+            self._set(number, DONE, owner)
+            entry.hearsay = hearsay
+
+    def reopen(self, number: int) -> None:
+        """What was heard of this task was wrong."""
+        self._set(number, OPEN, None)
 
     def give_up(self, number: int, owner: str) -> None:
         """Free for others again; never again for its owner."""
         entry = self._entries[number]
-        if entry.state != DONE:
-            self._set(number, state=OPEN, owner=None, failed_by=entry.failed_by | {owner})
+        entry.failed_by |= {owner}
+        if not entry.known_done:
+            self._set(number, OPEN, None)
 
-    def _set(self, number: int, **changes: object) -> None:
-        before = self._entries[number]
-        after = replace(before, **changes)  # type: ignore[arg-type]
-        self._entries[number] = after
-        if (before.state, before.owner) != (after.state, after.owner):
+    def _set(self, number: int, state: str, owner: str | None) -> None:
+        entry = self._entries[number]
+        self._not_done += (state != DONE) - (entry.state != DONE)
+        if (entry.state, entry.owner) != (state, owner):
             self.changed.append(number)
+        entry.state, entry.owner, entry.hearsay = state, owner, False
+
+
+def spoken_name(task: TaskDefinition) -> str:
+    """A task's name as a spoken reference has it: lower case, single spaces."""
+    return " ".join(task.name.lower().split())

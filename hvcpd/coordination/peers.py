@@ -2,20 +2,26 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 
-@dataclass(frozen=True)
+@dataclass
 class Peer:
     """A robot or person who was heard. Times are seconds of the sample clock; -inf: never."""
 
     name: str
     team: str | None
     last_heard_s: float
+    confidence: float = 1.0
+    """Of the last sentence that was understood: 0 to 1."""
+    snr_db: float | None = None
+    """Of the last sentence, if the ears measure it."""
     answered_s: float = float("-inf")
     """When we last answered its greeting."""
     silent_until_s: float = float("-inf")
     """It did not answer an order: it is not asked again before then."""
+    silent: bool = False
+    """It did not answer when all were asked, and was not heard since; or it said that it leaves."""
     assigned: int | None = None
     """The task that we ordered it to do and that it has not reported yet."""
     unable: frozenset[int] = frozenset()
@@ -23,8 +29,13 @@ class Peer:
 
 
 class Peers:
-    def __init__(self) -> None:
+    """All who were ever heard. `absent_s`: whoever was not heard for so long counts as gone."""
+
+    def __init__(self, absent_s: float) -> None:
+        self._absent_s = absent_s
         self._peers: dict[str, Peer] = {}
+        self.last_heard_s = float("-inf")
+        """When anybody was heard last."""
 
     def get(self, name: str) -> Peer | None:
         return self._peers.get(name.lower())
@@ -32,14 +43,27 @@ class Peers:
     def all(self) -> tuple[Peer, ...]:
         return tuple(self._peers.values())
 
-    def heard(self, name: str, team: str | None, now: float) -> Peer:
+    def present(self, now: float) -> list[str]:
+        """The names, in lower case and sorted, of all who are believed to be within earshot."""
+        since_s = now - self._absent_s
+        return sorted(key for key, p in self._peers.items() if not p.silent and p.last_heard_s >= since_s)
+
+    def is_present(self, name: str, now: float) -> bool:
+        peer = self._peers.get(name.lower())
+        return peer is not None and not peer.silent and peer.last_heard_s >= now - self._absent_s
+
+    def heard(self, name: str, team: str | None, now: float, confidence: float, snr_db: float | None) -> Peer:
         """Note that somebody spoke; a team once announced is kept."""
-        peer = self._peers.get(name.lower()) or Peer(name, team, now)
-        peer = replace(peer, last_heard_s=now, team=team or peer.team, silent_until_s=float("-inf"))
-        self._peers[name.lower()] = peer
+        peer = self._peers.get(name.lower())
+        if peer is None:
+            peer = self._peers[name.lower()] = Peer(name, team, now)
+        self.last_heard_s = now
+        peer.last_heard_s, peer.team = now, team or peer.team
+        peer.confidence, peer.snr_db = confidence, snr_db
+        peer.silent, peer.silent_until_s = False, float("-inf")
         return peer
 
-    def update(self, name: str, **changes: object) -> None:
-        peer = self._peers.get(name.lower())
-        if peer is not None:
-            self._peers[name.lower()] = replace(peer, **changes)  # type: ignore[arg-type]
+    def nobody_answers(self) -> None:
+        """All were asked, often, and none has answered."""
+        for peer in self._peers.values():
+            peer.silent = True

@@ -98,6 +98,7 @@ _CORE: tuple[Form, ...] = (
     Form(f"{OPENING}, i do not know task <number>", m.Unknown, "I have no such task."),
     Form(f"{OPENING}, i am busy", m.Busy, "I am at something else: ask me later."),
     Form(f"{OPENING}, confirmed", m.Confirmed, "What you said is right: go ahead."),
+    Form(f"{OPENING}, confirmed task <number>", m.Confirmed, "I heard what you said of this task: go ahead."),
     Form(f"{OPENING}, negative", m.Negative, "What you said is wrong: don't."),
     Form(f"{OPENING}, say again", m.SayAgain, "I did not understand you.", constants={"slowly": False}),
     Form(f"{OPENING}, say again slowly", m.SayAgain, "Once more, and more slowly.", constants={"slowly": True}),

@@ -101,7 +101,9 @@ class Failed:
 
 @dataclass(frozen=True)
 class Confirmed:
-    """What the addressee said last is right."""
+    """What the addressee said last is right; of a claim or report the task is named, so that it is read back."""
+
+    task: TaskByNumber | None = None
 
 
 @dataclass(frozen=True)

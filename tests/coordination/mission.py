@@ -1,17 +1,10 @@
-"""Whole missions at the level of words: robots as pure state machines, driving as a delay."""
+"""Missions for the tests, with the sentences written out."""
 
 from __future__ import annotations
 
-import math
-import random
-from collections import Counter
-from dataclasses import dataclass, field
-
-from hil_fakes.word_channel import WordChannel
+from hil_fakes.word_mission import WordMission, WordPlan
 from hvcpd.config.tasks import Forward, Place, TaskDefinition, Water
-from hvcpd.coordination.actions import Halt, Perform, Role, SaveTask, Say
-from hvcpd.coordination.coordination import Coordination
-from hvcpd.language.messages import Utterance
+from hvcpd.language import messages as m
 from hvcpd.language.phrasebook import Phrasebook, Vocabulary
 
 COLOURS = "green violet indigo orange yellow white purple silver".split()
@@ -26,77 +19,30 @@ def plants(n: int) -> tuple[TaskDefinition, ...]:
     )
 
 
-@dataclass
-class Mission:
-    names: tuple[str, ...]
-    tasks: tuple[TaskDefinition, ...]
-    seed: int = 0
-    loss: float = 0.0
-    coordinator: str | None = None
-    robots: dict[str, Coordination] = field(default_factory=dict)
-    watered: Counter[int] = field(default_factory=Counter)
-    by: dict[int, str] = field(default_factory=dict)
-    said: list[tuple[float, str]] = field(default_factory=list)
-    saved: dict[str, dict[int, tuple[str, str | None]]] = field(default_factory=dict)
+class Mission(WordMission):
+    """A mission whose conversation can be read."""
 
-    def __post_init__(self) -> None:
+    def __init__(
+        self, names: tuple[str, ...], tasks: tuple[TaskDefinition, ...], people: tuple[str, ...] = (), **plan: object
+    ) -> None:
+        super().__init__(WordPlan(names, tasks, **plan), keep=True)  # type: ignore[arg-type]
         self.book = Phrasebook(
-            Vocabulary(self.names, ("plant",), tuple(t.name for t in self.tasks), tuple(t.number for t in self.tasks))
+            Vocabulary((*names, *people), ("plant",), tuple(t.name for t in tasks), tuple(t.number for t in tasks))
         )
-        chance = random.Random(self.seed)
-        for name in self.names:
-            role = Role(name, "plant", coordinator=name == self.coordinator, volunteer=self.coordinator is None)
-            self.robots[name] = Coordination(role, self.tasks, random.Random(chance.random()))
-            self.saved[name] = {}
-        self.air = WordChannel(
-            self.robots, lambda u: len(self.book.render(u)), self.loss, self.seed, after_each=lambda now: self.collect()
-        )
-        self._jobs: dict[str, int] = dict.fromkeys(self.names, 0)
 
-    def collect(self) -> None:
-        for name, robot in self.robots.items():
-            for action in robot.actions():
-                match action:
-                    case Say(utterance):
-                        self.said.append((self.air.now, self.book.write(utterance)))
-                        self.air.say(name, utterance)
-                    case Perform():
-                        self._perform(name, action)
-                    case Halt():
-                        self._jobs[name] += 1
-                    case SaveTask(number, state, owner):
-                        self.saved[name][number] = (state, owner)
+    def written(self, since_s: float = -1.0, without: tuple[str, ...] = ()) -> list[str]:
+        """What was said, as people write it."""
+        return [self.book.write(u) for at_s, who, u in self.said if at_s > since_s and who not in without]
 
-    def _perform(self, name: str, action: Perform) -> None:
-        self._jobs[name] += 1
-        job = self._jobs[name]
-        waters = any(isinstance(a, Water) for a in action.actions)
-        length_s = sum(a.duration_s if isinstance(a, Water) else abs(a.distance_m) / 0.2 for a in action.actions)
-
-        def finish() -> None:
-            if self._jobs[name] == job:
-                if waters:
-                    self.watered[action.task] += 1
-                    self.by[action.task] = name
-                self.robots[name].performed(self.air.now)
-
-        self.air.at(self.air.now + length_s, finish)
-
-    def tell(self, at_s: float, speaker: str, utterance: Utterance) -> None:
-        """Have a person say something."""
-        self.air.at(at_s, lambda: self.air.say(speaker, utterance))
-
-    def run(self, limit_s: float = 3000.0, settle_s: float = 20.0) -> None:
-        step = 5.0
-        while self.air.now < limit_s:
-            self.air.run_until(self.air.now + step, self.next_deadline)
-            if all(r.board.all_done for r in self.robots.values()):
-                self.air.run_until(self.air.now + settle_s, self.next_deadline)
-                return
-
-    def next_deadline(self) -> float:
-        return min((r.next_deadline() for r in self.robots.values()), default=math.inf)
+    def hear(self, at_s: float, text: str, speaker: str = "") -> None:
+        """Have somebody say a written sentence."""
+        u = self.book.parse_text(text)
+        self.tell(at_s, speaker or u.speaker or "somebody", u)
 
     @property
     def exactly_once(self) -> bool:
-        return all(self.watered[t.number] == 1 for t in self.tasks)
+        return all(self.watered[t.number] == 1 for t in self.plan.tasks)
+
+
+def utterance(speaker: str, to: str, statement: m.Statement) -> m.Utterance:
+    return m.Utterance(speaker, m.ToRobot(to), None, statement)

@@ -2,6 +2,8 @@
 
 import pytest
 
+from hil_fakes.word_channel import Conditions
+from hil_fakes.word_mission import Outage
 from hvcpd.coordination.table import State
 from hvcpd.language import messages as m
 from tests.coordination.mission import Mission, plants
@@ -13,9 +15,8 @@ NAMES = ("Rob", "Bot", "Max", "Zoe", "Ada", "Kim")
 @pytest.mark.parametrize("seed", range(5))
 def test_volunteers_water_every_plant_exactly_once(n_robots: int, seed: int) -> None:
     mission = Mission(NAMES[:n_robots], plants(6), seed=seed)
-    mission.run()
-    assert mission.exactly_once, mission.said
-    assert all(robot.board.all_done for robot in mission.robots.values())
+    assert mission.run().agreed
+    assert mission.exactly_once, mission.written()
     owners = [{n: o for n, (_, o) in saved.items()} for saved in mission.saved.values()]
     assert all(view == mission.by for view in owners), "every robot's own copy names who truly did it"
 
@@ -25,15 +26,14 @@ def test_volunteers_water_every_plant_exactly_once(n_robots: int, seed: int) -> 
 def test_a_coordinator_orders_and_is_obeyed(n_robots: int, seed: int) -> None:
     mission = Mission(NAMES[:n_robots], plants(5), seed=seed, coordinator="Bot")
     mission.run()
-    assert mission.exactly_once, mission.said
+    assert mission.exactly_once, mission.written()
     assert "Bot" not in mission.by.values()
 
 
 def test_an_order_is_read_back_confirmed_carried_out_and_reported() -> None:
     mission = Mission(("Rob", "Bot"), plants(1), seed=3, coordinator="Bot")
     mission.run()
-    dialogue = [text for _, text in mission.said if "member" not in text]
-    assert dialogue == [
+    assert [text for text in mission.written() if "member" not in text] == [
         "Hi Rob, I am Bot, water the green rose",
         "Hi Bot, I am Rob, I will water the green rose",
         "Hi Rob, I am Bot, confirmed",
@@ -42,111 +42,77 @@ def test_an_order_is_read_back_confirmed_carried_out_and_reported() -> None:
     ]
 
 
+def test_a_claim_is_confirmed_and_the_next_one_made_with_the_report() -> None:
+    mission = Mission(("Rob", "Bot"), plants(3), seed=4)
+    mission.run()
+    text = "\n".join(t for t in mission.written() if "member" not in t)
+    assert "I will complete task" in text.splitlines()[0]
+    assert "confirmed task" in text.splitlines()[1]
+    assert " complete, I will complete task " in text
+
+
 @pytest.mark.parametrize("mode", [None, "Bot"])
 def test_without_air_nothing_is_coordinated(mode: str | None) -> None:
-    mission = Mission(("Rob", "Bot"), plants(3), seed=1, loss=1.0, coordinator=mode)
-    mission.run(limit_s=600)
+    mission = Mission(("Rob", "Bot"), plants(3), seed=1, conditions=Conditions(loss=1.0), coordinator=mode, limit_s=600)
+    mission.run()
     for robot in mission.robots.values():
         assert robot.peers.all() == ()
         assert all(entry.owner in (None, robot.role.name) for entry in robot.board.entries())
     assert not mission.exactly_once
 
 
-@pytest.mark.parametrize("seed", range(8))
-def test_with_a_tenth_of_the_sentences_lost_no_task_is_lost(seed: int) -> None:
-    for coordinator in (None, "Bot"):
-        mission = Mission(NAMES[:3], plants(5), seed=seed, loss=0.1, coordinator=coordinator)
-        mission.run()
-        assert all(mission.watered[n] for n in range(1, 6)), mission.said
-
-
-@pytest.mark.parametrize("call", [None, m.ToAll(), m.ToRobot("Rob")])
-def test_stop_halts_and_latches_until_resume(call: m.Addressee | None) -> None:
-    mission = Mission(("Rob", "Bot"), plants(4), seed=2)
-    mission.tell(40.0, "Anna", m.Utterance(None, call, None, m.Stop()))
-    mission.air.run_until(140.0, mission.next_deadline)
-    halted = ["Rob"] if isinstance(call, m.ToRobot) else ["Rob", "Bot"]
-    for name in halted:
-        assert mission.robots[name].state is State.STOPPED
-        assert mission.robots[name].task is None
-    assert {t for _, t in mission.said} >= {f"Hi all, I am {name}, I have stopped" for name in halted}
-    watered_before = sum(mission.watered.values())
-    if len(halted) == 2:
-        mission.air.run_until(240.0, mission.next_deadline)
-        assert sum(mission.watered.values()) == watered_before
-    mission.tell(250.0, "Anna", m.Utterance(None, call, None, m.Resume()))
+@pytest.mark.parametrize("loss", [0.1, 0.3])
+@pytest.mark.parametrize("seed", range(5))
+def test_lost_sentences_lose_no_task_and_repeat_none(seed: int, loss: float) -> None:
+    mission = Mission(NAMES[:3], plants(5), seed=seed, conditions=Conditions(loss, mishearing=0.005))
     mission.run()
-    assert mission.exactly_once, mission.said
+    assert mission.exactly_once, mission.written()
 
 
-def _ask(mission: Mission, statement: m.Statement, at_s: float = 20.0) -> list[str]:
-    """What is said within ten seconds of Bot's saying something to Rob."""
-    mission.tell(at_s, "Bot", m.Utterance("Bot", m.ToRobot("Rob"), None, statement))
-    mission.air.run_until(at_s + 14.0, mission.next_deadline)
-    return [text for t, text in mission.said if t > at_s]
+@pytest.mark.parametrize("seed", range(5))
+def test_in_coordinating_mode_no_task_is_lost_with_a_fifth_of_the_sentences(seed: int) -> None:
+    mission = Mission(NAMES[:3], plants(5), seed=seed, conditions=Conditions(0.2), coordinator="Bot")
+    assert mission.run().lost == 0
 
 
-def _waiting_rob(n_plants: int = 2) -> Mission:
-    """Rob, who waits for orders; Bot's part is played by the test."""
-    mission = Mission(("Rob", "Bot"), plants(n_plants), seed=5, coordinator="Bot")
-    del mission.robots["Bot"]
-    mission.air.talkers = {"Rob": mission.robots["Rob"], "Bot": _Silent()}
-    return mission
+@pytest.mark.parametrize("back_s", [None, 30.0])
+@pytest.mark.parametrize("at_s", [10.0, 40.0, 70.0])
+def test_a_robot_that_runs_flat_loses_no_task(at_s: float, back_s: float | None) -> None:
+    mission = Mission(NAMES[:3], plants(6), seed=7, outages=(Outage("Bot", at_s, back_s),))
+    result = mission.run()
+    assert result.lost == 0
+    assert result.agreed
+    assert result.duplicates == 0 or result.off_in_mid_task
 
 
-class _Silent:
-    """A person's ears: they hear and do nothing."""
-
-    def heard(self, utterance: m.Utterance, now: float) -> None: ...
-    def garbled(self, over_own_speech: bool, now: float) -> None: ...
-    def channel(self, busy: bool, now: float) -> None: ...
-    def spoken(self, now: float) -> None: ...
-    def tick(self, now: float) -> None: ...
-
-
-@pytest.mark.parametrize("ref", [m.TaskByNumber(9), m.TaskByNumber(10)])
-def test_an_order_for_an_unknown_task_is_refused_aloud(ref: m.TaskRef) -> None:
-    assert _ask(_waiting_rob(), m.Order(ref))[0].startswith("Hi Bot, I am Rob, I cannot complete task")
-
-
-def test_a_wrong_read_back_is_denied_and_ends_in_nothing() -> None:
-    mission = _waiting_rob()
-    mission.tell(28.0, "Bot", m.Utterance("Bot", m.ToRobot("Rob"), None, m.Negative()))
-    assert _ask(mission, m.Order(m.TaskByNumber(1))) == ["Hi Bot, I am Rob, I will complete task one"]
-    assert mission.robots["Rob"].state is State.READY
-    assert mission.robots["Rob"].board[1].state == "open"
-
-
-def test_an_order_without_confirmation_is_never_carried_out() -> None:
-    mission = _waiting_rob()
-    _ask(mission, m.Order(m.TaskByNumber(1)))
-    mission.air.run_until(300.0, mission.next_deadline)
-    assert not mission.watered
-    assert mission.robots["Rob"].state is State.READY
+@pytest.mark.parametrize("seed", range(4))
+def test_a_late_robot_asks_and_takes_part(seed: int) -> None:
+    mission = Mission(NAMES[:3], plants(8), seed=seed, late={"Max": 60.0})
+    mission.run()
+    assert mission.exactly_once, mission.written()
+    assert "Max" in mission.by.values()
 
 
 def test_an_order_for_somebody_else_is_not_obeyed() -> None:
-    mission = Mission(("Rob", "Bot", "Max"), plants(2), seed=5, coordinator="Bot")
-    del mission.robots["Bot"]
-    mission.air.talkers = {**mission.robots, "Bot": _Silent()}
-    mission.tell(40.0, "Bot", m.Utterance("Bot", m.ToRobot("Max"), None, m.Order(m.TaskByNumber(1))))
-    mission.air.run_until(60.0, mission.next_deadline)
-    assert not any(text.startswith("Hi Bot, I am Rob, I") for _, text in mission.said)
+    mission = Mission(("Rob", "Max"), plants(2), ("Bot",), seed=5, coordinator="Nobody")
+    mission.hear(40.0, "Hi Max, I am Bot, complete task one")
+    mission.air.run_until(70.0)
+    assert mission.written(40.0, without=("Bot",)) == ["Hi Bot, I am Max, I will complete task one"] * 3
+    assert mission.robots["Rob"].state is State.READY
 
 
 def test_a_done_task_is_said_to_be_done_when_somebody_claims_it() -> None:
-    mission = Mission(("Rob", "Bot"), plants(1), seed=1)
+    mission = Mission(("Rob", "Bot"), plants(1), ("Eva",), seed=1)
     mission.run()
-    owner = mission.by[1]
-    other = "Bot" if owner == "Rob" else "Rob"
     at_s = mission.air.now + 1.0
-    mission.tell(at_s, other, m.Utterance(other, m.ToAll(), None, m.Claim(m.TaskByNumber(1))))
-    mission.air.run_until(at_s + 15.0, mission.next_deadline)
-    assert [t for s, t in mission.said if s > at_s] == [f"Hi all, I am {owner}, task one complete"]
+    mission.hear(at_s, "Hi all, I am Eva, I will complete task one")
+    mission.air.run_until(at_s + 15.0)
+    assert mission.written(at_s) == [f"Hi all, I am {mission.by[1]}, task one complete"]
 
 
 def test_nobody_obeys_its_own_echo() -> None:
-    mission = _waiting_rob()
-    mission.tell(20.0, "Bot", m.Utterance("Rob", m.ToRobot("Rob"), None, m.Order(m.TaskByNumber(1))))
-    mission.air.run_until(40.0, mission.next_deadline)
+    mission = Mission(("Rob",), plants(2), ("Bot",), seed=5, coordinator="Nobody")
+    mission.tell(60.0, "Bot", m.Utterance("Rob", m.ToRobot("Rob"), None, m.Order(m.TaskByNumber(1))))
+    mission.air.run_until(80.0)
     assert mission.robots["Rob"].state is State.READY
+    assert mission.written(60.0, without=("Bot",)) == []

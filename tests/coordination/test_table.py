@@ -1,12 +1,12 @@
 """The transition table itself."""
 
-from hvcpd.coordination.coordination import Coordination
+from hvcpd.coordination import effects
 from hvcpd.coordination.table import TRANSITIONS, State, Trigger
 
 
-def test_every_effect_is_a_method() -> None:
+def test_every_effect_is_a_function() -> None:
     for _, effect in TRANSITIONS.values():
-        assert callable(getattr(Coordination, effect))
+        assert callable(getattr(effects, effect))
 
 
 def test_every_state_is_reached_and_left_and_every_trigger_used() -> None:
@@ -20,3 +20,10 @@ def test_stop_is_possible_in_every_state_and_only_resume_ends_it() -> None:
         if state is not State.STOPPED:
             assert TRANSITIONS[state, Trigger.STOP][0] is State.STOPPED
     assert [t for s, t in TRANSITIONS if s is State.STOPPED] == [Trigger.RESUME]
+
+
+def test_no_task_is_begun_without_a_confirmation_or_the_end_of_all_repetitions() -> None:
+    into_work = {t for (s, t), (to, _) in TRANSITIONS.items() if to is State.GOING}
+    assert into_work == {Trigger.CONFIRMED, Trigger.GAVE_UP}
+    into_acting = {t for (s, t), (to, _) in TRANSITIONS.items() if to is State.ACTING}
+    assert into_acting == {Trigger.CONFIRMED, Trigger.GAVE_UP, Trigger.ARRIVED_SURE}

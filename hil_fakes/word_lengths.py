@@ -1,0 +1,62 @@
+"""How many words an utterance has, without rendering each one: sentences of one shape are counted once."""
+
+from __future__ import annotations
+
+from dataclasses import fields, is_dataclass
+
+from hvcpd.language import messages as m
+from hvcpd.language.phrasebook import Phrasebook, Vocabulary
+from hvcpd.language.words import NUMBER_MAX
+
+_SHAPES: dict[object, int] = {}
+"""Words of a sentence by its shape, over all missions of a process; a name counts as one word."""
+_NAME = "Rob"
+
+
+class WordLengths:
+    """A function from utterances to numbers of words; see the module."""
+
+    def __init__(self) -> None:
+        self._counts: dict[m.Utterance, int] = {}
+
+    def __call__(self, utterance: m.Utterance) -> int:
+        count = self._counts.get(utterance)
+        if count is None:
+            count = self._counts[utterance] = _count(utterance)
+        return count
+
+
+def _count(u: m.Utterance) -> int:
+    shape = (type(u.addressee), u.speaker is None, u.team is None, _shape(u.statement))
+    if shape not in _SHAPES:
+        tasks = (u.statement.task.name,) if isinstance(_task(u), m.TaskByName) else ()  # type: ignore[union-attr]
+        teams = tuple(t for t in (u.team, u.addressee.team if isinstance(u.addressee, m.ToTeam) else None) if t)
+        names = {n for n in (u.speaker, u.addressee.name if isinstance(u.addressee, m.ToRobot) else None) if n}
+        if isinstance(u.statement, m.Relayed):
+            names.add(u.statement.speaker)
+        book = Phrasebook(
+            Vocabulary(tuple(sorted(names)) or (_NAME,), tuple(dict.fromkeys(teams)), tasks, tuple(range(NUMBER_MAX)))
+        )
+        _SHAPES[shape] = len(book.render(u))
+    return _SHAPES[shape]
+
+
+def _task(u: m.Utterance) -> object:
+    return getattr(u.statement, "task", None)
+
+
+def _shape(value: object) -> object:
+    """Everything of a statement that changes its number of words: numbers over twenty have two, names of tasks many."""
+    match value:
+        case m.TaskByNumber(number):
+            return number > 20 and number % 10 != 0
+        case m.TaskByName(name):
+            return len(name.split())
+        case None | bool() | float() | int():
+            return value
+        case str():
+            return str
+        case _ if is_dataclass(value):
+            return (type(value), *(_shape(getattr(value, f.name)) for f in fields(value)))
+        case _:
+            return type(value)

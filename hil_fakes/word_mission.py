@@ -1,0 +1,271 @@
+"""Whole missions at the level of words: real state machines, air of words, driving as a delay, faults as scheduled.
+
+It keeps the score from outside: who truly did what, how often, and what the robots believe in the end.
+"""
+
+from __future__ import annotations
+
+import math
+import random
+from collections import Counter
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+
+from hil_fakes.word_channel import Conditions, WordChannel
+from hil_fakes.word_lengths import WordLengths
+from hvcpd.config.tasks import Action, Forward, GoTo, Place, TaskDefinition, Wait
+from hvcpd.coordination.actions import Halt, Perform, Role, SaveTask, Say, Timing
+from hvcpd.coordination.coordination import Coordination
+from hvcpd.language import messages as m
+
+SPEED_M_S = 0.2
+"""A burger's, with its turns."""
+STEP_S = 5.0
+"""So often it is looked whether all is done."""
+SLOW_STRETCH = 1.25
+"""A sentence said slowly takes so much longer."""
+
+
+@dataclass(frozen=True)
+class Outage:
+    """A robot is switched off without a word, and on again `back_s` later, with what it had saved; None: never."""
+
+    name: str
+    at_s: float
+    back_s: float | None
+
+
+@dataclass(frozen=True)
+class WordPlan:
+    """One mission. `late` are robots that are switched on only then; `earshot_m` is how far a voice carries."""
+
+    names: tuple[str, ...]
+    tasks: tuple[TaskDefinition, ...]
+    seed: int = 0
+    conditions: Conditions = field(default_factory=Conditions)
+    coordinator: str | None = None
+    outages: tuple[Outage, ...] = ()
+    late: Mapping[str, float] = field(default_factory=dict)
+    earshot_m: float | None = None
+    nearest_first: bool = False
+    timing: Timing = field(default_factory=Timing)
+    limit_s: float = 10_000.0
+    settle_s: float = 20.0
+
+
+@dataclass(frozen=True)
+class WordResult:
+    """What came of a mission. `agreed`: in the end every robot that was on held every task for done."""
+
+    lost: int
+    duplicates: int
+    agreed: bool
+    off_in_mid_task: bool
+    ended_s: float
+    sent: int
+    collisions: int
+    airtime_s: float
+    misheard: int
+
+
+@dataclass
+class _Body:
+    """Where a robot is, and what it is doing: it drives in straight lines at a constant speed."""
+
+    place: Place
+    job: int = 0
+    moving: tuple[float, float, Place] | None = None
+
+    def at(self, now: float) -> Place:
+        if self.moving is None:
+            return self.place
+        start_s, end_s, goal = self.moving
+        share = min(max((now - start_s) / max(end_s - start_s, 1e-9), 0.0), 1.0)
+        return Place(
+            self.place.x_m + share * (goal.x_m - self.place.x_m), self.place.y_m + share * (goal.y_m - self.place.y_m)
+        )
+
+    def halt(self, now: float) -> None:
+        self.place, self.moving = self.at(now), None
+        self.job += 1
+
+
+class WordMission:
+    """Runs one mission; `said` keeps the conversation if `keep` is set (for tests and tables)."""
+
+    def __init__(self, plan: WordPlan, keep: bool = False) -> None:
+        self.plan = plan
+        self.keep = keep
+        self.robots: dict[str, Coordination] = {}
+        self.saved: dict[str, dict[int, tuple[str, str | None]]] = {name: {} for name in plan.names}
+        self.watered: Counter[int] = Counter()
+        self.by: dict[int, str] = {}
+        self.said: list[tuple[float, str, m.Utterance]] = []
+        self.off_in_mid_task = False
+        self.halted_s: dict[str, float] = {}
+        self._chance = random.Random(plan.seed)
+        self._pending = 0
+        self._names = {name.lower(): name for name in plan.names}
+        self._bodies = {name: _Body(Place(-5.0 + i % 4, -5.0 + i // 4)) for i, name in enumerate(plan.names)}
+        self.air = WordChannel(
+            self.robots,
+            WordLengths(),
+            plan.conditions,
+            self._chance.getrandbits(32),
+            touched=self._collect,
+            earshot=None if plan.earshot_m is None else self._in_earshot,
+            mishear=self._mishear,
+        )
+        for name in plan.names:
+            on_s = plan.late.get(name, 0.0)
+            self._later(on_s, lambda name=name: self._switch_on(name)) if on_s else self._switch_on(name)
+        for outage in plan.outages:
+            self._later(outage.at_s, lambda outage=outage: self._fail(outage))
+
+    def run(self) -> WordResult:
+        """To the end: every robot that is on holds all for done, and nothing more will happen to any."""
+        air, plan = self.air, self.plan
+        ended_s = math.inf
+        while air.now < plan.limit_s:
+            air.run_until(air.now + STEP_S)
+            if not self._pending and self.robots and all(r.board.all_done for r in self.robots.values()):
+                ended_s = air.now
+                air.run_until(air.now + plan.settle_s)
+                break
+        return self.result(ended_s)
+
+    def result(self, ended_s: float) -> WordResult:
+        counts = [self.watered[task.number] for task in self.plan.tasks]
+        return WordResult(
+            lost=sum(n == 0 for n in counts),
+            duplicates=sum(max(n - 1, 0) for n in counts),
+            agreed=all(r.board.all_done for r in self.robots.values()),
+            off_in_mid_task=self.off_in_mid_task,
+            ended_s=ended_s,
+            sent=self.air.sent,
+            collisions=self.air.collisions,
+            airtime_s=self.air.airtime_s,
+            misheard=self.air.misheard,
+        )
+
+    def tell(self, at_s: float, speaker: str, utterance: m.Utterance) -> None:
+        """Have somebody say something, who is no robot of ours."""
+        self._later(at_s, lambda: self._speak(speaker, utterance))
+
+    def _speak(self, speaker: str, utterance: m.Utterance, slowly: bool = False) -> None:
+        if self.keep:
+            self.said.append((self.air.now, speaker, utterance))
+        self.air.say(speaker, utterance, SLOW_STRETCH if slowly else 1.0)
+
+    def _later(self, at_s: float, what: object) -> None:
+        self._pending += 1
+
+        def do() -> None:
+            self._pending -= 1
+            what()  # type: ignore[operator]
+
+        self.air.at(at_s, do)
+
+    def _switch_on(self, name: str) -> None:
+        plan = self.plan
+        role = Role(name, "plant", name == plan.coordinator, plan.coordinator is None, plan.nearest_first)
+        self.robots[name] = Coordination(
+            role,
+            plan.tasks,
+            random.Random(self._chance.getrandbits(32)),
+            plan.timing,
+            remembered=self.saved[name],
+            now=self.air.now,
+        )
+        self.robots[name].home = self._bodies[name].place
+        self.air.refresh()
+
+    def _fail(self, outage: Outage) -> None:
+        robot = self.robots.get(outage.name)
+        if robot is None:
+            return
+        self.off_in_mid_task |= robot.task is not None or robot.unreported is not None
+        self._bodies[outage.name].halt(self.air.now)
+        del self.robots[outage.name]
+        self.air.switch_off(outage.name)
+        if outage.back_s is not None:
+            self._later(self.air.now + outage.back_s, lambda: self._switch_on(outage.name))
+
+    def _collect(self, name: str) -> None:
+        robot = self.robots[name]
+        for action in robot.actions():
+            match action:
+                case Say(utterance, slowly):
+                    self._speak(name, utterance, slowly)
+                case Perform(task, actions):
+                    self._perform(name, task, actions)
+                case Halt():
+                    self._bodies[name].halt(self.air.now)
+                    self.halted_s[name] = self.air.now
+                case SaveTask(number, state, owner):
+                    self.saved[name][number] = (state, owner)
+                case _:
+                    pass
+
+    def _perform(self, name: str, task: int, actions: tuple[Action, ...]) -> None:
+        body, now = self._bodies[name], self.air.now
+        body.halt(now)
+        job = body.job
+        robot = self.robots[name]
+        acts = robot.at_place
+        length_s = 0.0
+        for action in actions:
+            match action:
+                case GoTo(place):
+                    drive_s = math.hypot(place.x_m - body.place.x_m, place.y_m - body.place.y_m) / SPEED_M_S
+                    body.moving = (now + length_s, now + length_s + drive_s, place)
+                    length_s += drive_s
+                case Forward(distance_m):
+                    length_s += abs(distance_m) / SPEED_M_S
+                case Wait(duration_s):
+                    length_s += duration_s
+                case _:
+                    pass
+
+        def finish() -> None:
+            if body.job != job or self.robots.get(name) is not robot:
+                return
+            body.halt(self.air.now)
+            robot.here = body.place
+            if acts:
+                self.watered[task] += 1
+                self.by[task] = name
+            robot.performed(self.air.now)
+            self.air.refresh((name,))
+
+        self.air.at(now + length_s, finish)
+
+    def _in_earshot(self, speaker: str, listener: str) -> bool:
+        if speaker not in self._bodies or self.plan.earshot_m is None:
+            return True
+        a, b = self._bodies[speaker].at(self.air.now), self._bodies[listener].at(self.air.now)
+        return math.hypot(a.x_m - b.x_m, a.y_m - b.y_m) <= self.plan.earshot_m
+
+    def _mishear(self, u: m.Utterance, chance: random.Random) -> m.Utterance:
+        """One word wrong: a number, a name, or how a task ended."""
+        kinds = ["speaker"] if u.speaker is not None else []
+        kinds += ["addressee"] if isinstance(u.addressee, m.ToRobot) else []
+        numbers = [task.number for task in self.plan.tasks]
+        s = u.statement
+        if isinstance(s, m.Claim | m.Working | m.Completed | m.Failed) and isinstance(s.task, m.TaskByNumber):
+            kinds += ["number", "number"]
+        if isinstance(s, m.Completed) and s.next is None:
+            kinds += ["failed"]
+        kind = chance.choice(kinds) if kinds else "none"
+        match kind:
+            case "speaker":
+                return replace(u, speaker=chance.choice(self.plan.names))
+            case "addressee":
+                return replace(u, addressee=m.ToRobot(chance.choice(self.plan.names)))
+            case "number":
+                number = m.TaskByNumber(chance.choice(numbers))
+                return replace(u, statement=replace(s, task=number))  # type: ignore[type-var]
+            case "failed" if isinstance(s, m.Completed):
+                return replace(u, statement=m.Failed(s.task))
+            case _:
+                return u

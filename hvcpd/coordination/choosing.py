@@ -1,0 +1,133 @@
+"""What to do next: which task to claim, whom to order what, and what a time that is over means."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+
+from hvcpd.config.tasks import Place, TaskDefinition, Wait
+from hvcpd.coordination.board import CLAIMED
+from hvcpd.coordination.peers import Peer
+from hvcpd.coordination.table import State, Trigger
+
+if TYPE_CHECKING:
+    from hvcpd.coordination.coordination import Coordination
+
+MARGIN_S = 10.0
+"""Between the end of a task's actions and the end of its lease: for a stall, and for the report."""
+
+
+def time_is_over(c: Coordination, now: float) -> None:
+    """The state's time has run out."""
+    match c.state:
+        case State.READY:
+            _choose(c, now)
+        case State.MEETING if not c.peers.all() and c.greetings < c.timing.greetings_max:
+            c.fire(Trigger.GAVE_UP, now)
+        case State.PROPOSED | State.CHECKING:
+            _again_or_give_up(c, claims_max(c, now), now)
+        case State.REPORTED if c.partner is None:
+            _again_or_give_up(c, claims_max(c, now), now)
+        case State.READ_BACK | State.ORDERED | State.REPORTED | State.ASKED:
+            _again_or_give_up(c, c.timing.repeats_max, now)
+        case _:
+            c.fire(Trigger.TIMEOUT, now)
+
+
+def claims_max(c: Coordination, now: float) -> int:
+    """How often a sentence that somebody should confirm is said: most often if others are heard all the while."""
+    if c.peers.last_heard_s > c.asked_since_s:
+        return c.timing.claims_max * c.timing.claims_among_talkers
+    return c.timing.claims_max if c.peers.present(now) else c.timing.claims_alone
+
+
+def _again_or_give_up(c: Coordination, times: int, now: float) -> None:
+    c.repeats += 1
+    c.missed_s = now
+    c.fire(Trigger.GAVE_UP if c.repeats >= times else Trigger.TIMEOUT, now)
+
+
+def _choose(c: Coordination, now: float) -> None:
+    if c.heard_work and c.peers.present(now):
+        c.heard_work = False
+        c.repeats = 0
+        c.fire(Trigger.CHOSE_QUESTION, now)
+        return
+    if c.role.coordinator:
+        if next_order(c, now) is not None:
+            c.repeats = 0
+            c.fire(Trigger.CHOSE_ORDER, now)
+            return
+    elif may_volunteer(c, now) and task_is_free(c, now):
+        c.fire(Trigger.CHOSE_CLAIM, now)
+        return
+    if c.unreported is not None:
+        c.repeats = 0
+        c.fire(Trigger.CHOSE_REPORT, now)
+        return
+    waits = [c.board.next_lapse(now), *(p.silent_until_s for p in c.peers.all() if p.silent_until_s > now)]
+    if c.name_heard_s:
+        waits.append(c.name_heard_s[-1] + c.timing.name_conflict_s)
+    later = [t for t in waits if t is not None and t > now]
+    c.arm_until(min(later, default=None))
+
+
+def may_volunteer(c: Coordination, now: float) -> bool:
+    return c.role.volunteer and not c.role.coordinator and not in_name_conflict(c, now)
+
+
+def in_name_conflict(c: Coordination, now: float) -> bool:
+    """Another voice has used this robot's name, twice and not long ago: once can be a word misheard."""
+    recent = [t for t in c.name_heard_s if now < t + c.timing.name_conflict_s]
+    return len(recent) >= 2
+
+
+def task_is_free(c: Coordination, now: float) -> bool:
+    return any(t.number not in c.role.unable for t in c.board.free_for(c.role.name, now))
+
+
+def task_to_claim(c: Coordination, now: float) -> int | None:
+    """A task that is free, drawn or the nearest one."""
+    free = tuple(t for t in c.board.free_for(c.role.name, now) if t.number not in c.role.unable)
+    if not free:
+        return None
+    return (_nearest(c, free) if c.role.nearest_first else c.chance.choice(free)).number
+
+
+def _nearest(c: Coordination, tasks: tuple[TaskDefinition, ...]) -> TaskDefinition:
+    here = c.here or Place(0.0, 0.0)
+
+    def distance_m(task: TaskDefinition) -> float:
+        place = task.place or here
+        return math.hypot(place.x_m - here.x_m, place.y_m - here.y_m)
+
+    return min(tasks, key=distance_m)
+
+
+def is_assured(c: Coordination, now: float) -> bool:
+    """Whether nobody can take the robot's task over before it is carried out."""
+    if c.partner is not None or not c.peers.present(now):
+        return True
+    if now - c.missed_s < c.timing.bad_air_s:
+        return False
+    actions = c.board[c.my_task()].definition.actions
+    needs_s = sum(a.duration_s for a in actions if isinstance(a, Wait))
+    return now + needs_s + MARGIN_S <= c.assured_s
+
+
+def next_order(c: Coordination, now: float) -> tuple[str, TaskDefinition] | None:
+    """A robot that can be ordered, and a task for it."""
+    for peer in sorted(c.peers.all(), key=lambda p: p.name):
+        if not _is_at_work(c, peer, now) and peer.silent_until_s <= now and c.peers.is_present(peer.name, now):
+            free = [t for t in c.board.free_for(peer.name, now) if t.number not in peer.unable]
+            if free:
+                return peer.name, c.chance.choice(free)
+    return None
+
+
+def _is_at_work(c: Coordination, peer: Peer, now: float) -> bool:
+    """Whether a robot has an order that it can still be carrying out, as far as we know."""
+    if peer.assigned is None:
+        return False
+    entry = c.board[peer.assigned]
+    return entry.state == CLAIMED and entry.owner == peer.name and now < entry.lease_end_s

@@ -1,0 +1,299 @@
+"""Claims are leases. Whoever hears one objects, confirms it, or hears another one do so.
+
+Three rules make a task be done once, and need no further talk: a claim is acted on only when somebody has confirmed
+it (or nobody answers however often it is said); of two who want one task, who is at work wins over who only claims,
+and of equals the name that comes first in the alphabet; objections are said before confirmations.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from hvcpd.coordination import composing
+from hvcpd.coordination.addressing import is_for_me_alone
+from hvcpd.coordination.board import CLAIMED, DONE, Entry
+from hvcpd.coordination.floor import Urgency
+from hvcpd.coordination.table import AT_WORK, NEWCOMER, PROPOSING, State, Trigger
+from hvcpd.language import messages as m
+
+if TYPE_CHECKING:
+    from hvcpd.coordination.coordination import Coordination
+
+OWNER_SLOT = 0
+"""The owner of a task, or who did it, objects at once."""
+OTHERS_SLOT = 1
+"""Somebody else who knows better objects after that, in the slot of its rank."""
+OTHERS_RANK_MAX = 2
+"""So many ranks have a slot before all confirmations; the others object among those, if still nobody has."""
+UNSURE_SLOTS = 4
+"""Who knows little, a newcomer or one who missed the claim, answers only if the others don't."""
+RECENT_S = 15.0
+"""An answer is to a sentence said no longer ago: both last 5 s at most, with the gaps between."""
+
+
+@dataclass(frozen=True)
+class HeardClaim:
+    """Somebody's latest claim, and what the board said of the task before: state, owner, end of the lease."""
+
+    speaker: str
+    number: int
+    before: tuple[str, str | None, float]
+    at_s: float
+
+
+def confirming_slot(c: Coordination, now: float) -> int:
+    """Confirmations come after all objections, in the slot of each one's rank; where two are alone there is no third
+    who could object."""
+    return OTHERS_SLOT + min(max(len(c.peers.present(now)) - 1, 0), OTHERS_RANK_MAX + 1)
+
+
+def _objection_slot(c: Coordination, other: str, number: int, now: float) -> int:
+    rank = c.rank(other, number, now)
+    return OTHERS_SLOT + rank if rank <= OTHERS_RANK_MAX else confirming_slot(c, now) + rank
+
+
+def claim(c: Coordination, u: m.Utterance, s: m.Claim, now: float) -> None:
+    if u.speaker is None:
+        return
+    entry = c.board.find(s.task)
+    if c.state is State.ORDERED and is_for_me_alone(c, u) and u.speaker == c.partner:
+        c.fire(Trigger.RIGHT if entry is not None and entry.definition.number == c.task else Trigger.WRONG, now)
+        return
+    if entry is None:
+        return
+    peer = c.peers.get(u.speaker)
+    if is_for_me_alone(c, u) and peer is not None and peer.assigned == entry.definition.number:
+        _confirm_at_once(c, u.speaker, now)  # our confirmation was lost
+        return
+    good = contend(c, u, u.speaker, entry, False, now)
+    if good and not isinstance(u.addressee, m.ToRobot):
+        _confirm_in_turn(c, u.speaker, entry.definition.number, now)
+
+
+def working(c: Coordination, u: m.Utterance, s: m.Working, now: float) -> None:
+    entry = c.board.find(s.task)
+    if entry is None or u.speaker is None:
+        return
+    good = contend(c, u, u.speaker, entry, True, now)
+    if good and not isinstance(u.addressee, m.ToRobot):
+        _confirm_in_turn(c, u.speaker, entry.definition.number, now)
+
+
+def contend(c: Coordination, u: m.Utterance, other: str, entry: Entry, other_at_work: bool, now: float) -> bool:
+    """Somebody takes or has a task: True if that is right as far as this robot knows; otherwise it objects."""
+    number = entry.definition.number
+    _note_claim(c, other, entry, now)
+    if entry.known_done and entry.owner != other:
+        _tell_done(c, other, entry, now)
+        return False
+    if entry.hearsay and entry.owner != other:
+        _deny(c, other, number, entry.owner, confirming_slot(c, now) + UNSURE_SLOTS + c.rank(other, number, now), now)
+        return False
+    if c.task == number and c.state in PROPOSING | AT_WORK:
+        return _contend_for_own(c, other, number, other_at_work, now)
+    third = entry.owner if entry.state == CLAIMED and entry.owner != other else None
+    live = third is not None and now < entry.lease_end_s
+    answer_to_owner = isinstance(u.addressee, m.ToRobot) and u.addressee.name == third
+    if third is not None and live and not other_at_work and not answer_to_owner and c.peers.is_present(third, now):
+        _deny(c, other, number, third, _objection_slot(c, other, number, now), now)
+        return False
+    if entry.known_done:  # by the one who claims it: it must know
+        c.board.reopen(number)
+    c.board.claim(number, other, c.lease_end_s(now))
+    return third is None
+
+
+def _deny(c: Coordination, other: str, number: int, owner: str | None, slot: int, now: float) -> None:
+    """Object for another one, if it still has the task, or still may have done it, when this robot's turn comes."""
+    denial = composing.to_robot(c, other, m.Negative())
+    compose = lambda: denial if c.board[number].owner == owner else None  # noqa: E731
+    c.want(Urgency.ANSWER, f"deny {number}", compose, now, slot=slot, call=other.lower())
+
+
+def _note_claim(c: Coordination, other: str, entry: Entry, now: float) -> None:
+    """Remember who claimed what last, and what was known of it before: objections refer to that."""
+    number, last = entry.definition.number, c.heard_claim
+    if last is None or last.speaker != other or last.number != number or now - last.at_s > RECENT_S:
+        c.heard_claim = HeardClaim(other, number, (entry.state, entry.owner, entry.lease_end_s), now)
+
+
+def _contend_for_own(c: Coordination, other: str, number: int, other_at_work: bool, now: float) -> bool:
+    mine, theirs = (c.state not in AT_WORK, c.role.name.lower()), (not other_at_work, other.lower())
+    if c.state is State.ACTING or mine < theirs:
+        at_work = c.state in AT_WORK
+        ref = m.TaskByNumber(number)
+        statement = m.Working(ref) if at_work else m.Claim(ref)
+        c.want(
+            Urgency.ANSWER,
+            f"mine {number}",
+            lambda: composing.to_robot(c, other, statement) if c.task == number else None,
+            now,
+            slot=OWNER_SLOT,
+        )
+        return False
+    c.board.claim(number, other, c.lease_end_s(now))
+    c.fire(Trigger.LOST, now)
+    return True
+
+
+def _tell_done(c: Coordination, other: str, entry: Entry, now: float) -> None:
+    """It was not heard that the task is done: who did it says so at once, somebody else if that one does not."""
+    number, doer = entry.definition.number, entry.owner
+    done = m.Completed(m.TaskByNumber(number))
+    if doer is None or doer == c.role.name:
+        said = composing.to_all(c, done)
+        slot = OWNER_SLOT if doer else OTHERS_SLOT
+    else:
+        said = composing.to_robot(c, other, m.Relayed(doer, done))
+        slot = _objection_slot(c, other, number, now)
+    compose = lambda: said if c.board[number].known_done else None  # noqa: E731
+    c.want(Urgency.ANSWER, f"done {number}", compose, now, slot=slot, call=other.lower())
+
+
+def _confirm_at_once(c: Coordination, name: str, now: float) -> None:
+    confirmed = composing.to_robot(c, name, m.Confirmed())
+    c.want(Urgency.ANSWER, f"confirm {name}", lambda: confirmed, now, slot=OWNER_SLOT)
+
+
+def _confirm_in_turn(c: Coordination, name: str, number: int, now: float, sure: bool = True) -> None:
+    """Confirm what `name` said of a task, unless it is no longer true then or another one does."""
+    statement = m.Confirmed(m.TaskByNumber(number)) if sure else m.SayAgain()
+    said = composing.to_robot(c, name, statement)
+    slot = (
+        confirming_slot(c, now) + c.rank(name, number, now) + (UNSURE_SLOTS if c.state in NEWCOMER or not sure else 0)
+    )
+    compose = lambda: said if c.board[number].owner == name else None  # noqa: E731
+    c.want(Urgency.ANSWER, f"confirm {name}", compose, now, slot=slot, call=name.lower(), tentative=True)
+
+
+def completed(c: Coordination, u: m.Utterance, s: m.Completed, now: float) -> None:
+    entry = c.board.find(s.task)
+    if entry is None or u.speaker is None:
+        return
+    number = entry.definition.number
+    objection = _is_objection(c, u.speaker, number, now)
+    if objection:
+        c.floor.withdraw(f"done {number}")
+    new = not entry.known_done
+    sure = note_done(c, u.speaker, number, now)
+    good, upon = True, number
+    if s.next is not None and (following := c.board.find(s.next)) is not None:
+        upon = following.definition.number
+        good = contend(c, u, u.speaker, following, False, now)
+    if is_for_me_alone(c, u):
+        _confirm_at_once(c, u.speaker, now)
+    elif good and not isinstance(u.addressee, m.ToRobot) and not (objection and not new):
+        _confirm_in_turn(c, u.speaker, upon, now, sure)
+    c.reconsider(now)
+
+
+def _is_objection(c: Coordination, speaker: str, number: int, now: float) -> bool:
+    """Whether "task … complete" answers somebody who has just claimed that task."""
+    last = c.heard_claim
+    if c.task == number and now - c.claimed_s < RECENT_S:
+        return True
+    return last is not None and last.number == number and last.speaker != speaker and now - last.at_s < RECENT_S
+
+
+def note_done(c: Coordination, doer: str, number: int, now: float) -> bool:
+    """It was said that `doer` has done the task; whether that fits what was known, or is heard again."""
+    entry = c.board[number]
+    last = c.heard_claim
+    before = last.before[1] if last is not None and last.number == number else None
+    sure = doer in (entry.owner, before)
+    if not sure or c.task == number:
+        c.missed_s = now
+    if c.task == number and c.state is State.ACTING:
+        return sure  # too late: it is being done twice, and both will say so
+    c.board.complete(number, doer, hearsay=not sure)
+    release_assignment(c, doer, number)
+    if c.task == number and c.state is not State.REPORTING:
+        c.fire(Trigger.DONE_BEFORE, now)
+    return sure
+
+
+def failed(c: Coordination, u: m.Utterance, s: m.Failed, now: float) -> None:
+    entry = c.board.find(s.task)
+    if entry is None or u.speaker is None:
+        return
+    number = entry.definition.number
+    if c.task != number or c.state not in AT_WORK:
+        c.board.give_up(number, u.speaker)
+    release_assignment(c, u.speaker, number)
+    if is_for_me_alone(c, u):
+        _confirm_at_once(c, u.speaker, now)
+    elif not isinstance(u.addressee, m.ToRobot):
+        said = composing.to_robot(c, u.speaker, m.Confirmed(m.TaskByNumber(number)))
+        slot = confirming_slot(c, now) + c.rank(u.speaker, number, now)
+        c.want(
+            Urgency.ANSWER, f"confirm {u.speaker}", lambda: said, now, slot=slot, call=u.speaker.lower(), tentative=True
+        )
+    c.reconsider(now)
+
+
+def release_assignment(c: Coordination, name: str, number: int) -> None:
+    peer = c.peers.get(name)
+    if peer is not None and peer.assigned == number:
+        peer.assigned = None
+
+
+def confirmed(c: Coordination, u: m.Utterance, s: m.Confirmed, now: float) -> None:
+    if u.speaker is None or not isinstance(u.addressee, m.ToRobot):
+        return
+    if is_for_me_alone(c, u):
+        if c.state is State.READ_BACK:
+            if u.speaker == c.partner or c.partner is None:
+                c.fire(Trigger.CONFIRMED_MOTION if c.motion is not None else Trigger.CONFIRMED, now)
+        elif c.partner is not None:
+            if u.speaker == c.partner:
+                _be_confirmed(c, now)
+        elif s.task is not None and s.task.number == (c.unreported if c.task is None else c.task):
+            _be_confirmed(c, now)
+        return
+    last = c.heard_claim
+    if last is not None and last.speaker == u.addressee.name and last.before[1] == u.speaker:
+        c.board.claim(last.number, last.speaker, c.lease_end_s(now))  # the owner itself gives it away
+
+
+def _be_confirmed(c: Coordination, now: float) -> None:
+    """What was last said of a task was heard; a report that is still to be said is not meant."""
+    if c.state is State.REPORTING and c.repeats == 0:
+        return
+    c.assured_s = c.lease_end_s(c.claimed_s)
+    c.unreported = None
+    if c.task is not None or c.state is not State.CLAIMING:  # a claim that is still to be chosen is not meant either
+        c.fire(Trigger.CONFIRMED, now)
+
+
+def negative(c: Coordination, u: m.Utterance, _s: m.Negative, now: float) -> None:
+    if u.speaker is None or not isinstance(u.addressee, m.ToRobot):
+        return
+    if is_for_me_alone(c, u):
+        if c.partner is None:
+            if c.state is State.PROPOSED:
+                c.unreported = None
+            c.fire(Trigger.DENIED, now)
+        elif u.speaker == c.partner:
+            c.fire(Trigger.DENIED, now)
+        return
+    last = c.heard_claim
+    if last is not None and last.speaker == u.addressee.name and now - last.at_s < RECENT_S:
+        c.board.restore(last.number, last.before)
+
+
+def left(c: Coordination, u: m.Utterance, s: m.Left, now: float) -> None:
+    """Somebody told which tasks are not done: a complete list tells of the others, by hearsay, that they are."""
+    c.floor.withdraw("left")
+    for number in s.numbers:
+        entry = c.board.find(m.TaskByNumber(number))
+        if entry is not None and entry.state == DONE and entry.hearsay:
+            c.board.reopen(number)
+    if not s.more:
+        for entry in c.board.entries():
+            number = entry.definition.number
+            lapsed = entry.state != CLAIMED or now >= entry.lease_end_s or entry.owner == u.speaker
+            if number not in s.numbers and c.task != number and entry.state != DONE and lapsed:
+                c.board.complete(number, None, hearsay=True)
+    c.fire(Trigger.ANSWERED, now)
+    c.reconsider(now)

@@ -1,0 +1,72 @@
+"""People ask, and move robots about; robots may do so too."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from hvcpd.coordination import composing
+from hvcpd.coordination.addressing import is_for, is_for_me_alone
+from hvcpd.coordination.choosing import in_name_conflict
+from hvcpd.coordination.floor import Urgency
+from hvcpd.coordination.table import NEWCOMER, State, Trigger
+from hvcpd.language import messages as m
+
+if TYPE_CHECKING:
+    from hvcpd.coordination.coordination import Coordination
+
+SURE = 0.8
+"""Confidence from which an order that moves wheels is obeyed as soon as it is read back; below, only once the
+read-back is confirmed. See docs/protocol.md for what the recogniser gives."""
+MOVABLE = frozenset({State.READY, State.MEETING, State.CLAIMING, State.READ_BACK, State.REPORTED, State.MOVING})
+"""In the midst of a task a robot is not sent about; it can be stopped at any time."""
+SOMEBODY = ""
+"""The call of who asks without a name."""
+
+
+def what_doing(c: Coordination, u: m.Utterance, _s: m.WhatDoing, now: float) -> None:
+    """Everybody who is asked tells, one after the other."""
+    if not is_for(c, u):
+        return
+    name = u.speaker
+    slot = 0 if is_for_me_alone(c, u) else c.rank(name or SOMEBODY, 0, now)
+    c.want(Urgency.ANSWER, "doing", lambda: composing.occupation(c, name), now, slot=slot)
+
+
+def what_left(c: Coordination, u: m.Utterance, _s: m.WhatLeft, now: float) -> None:
+    """One answers for all."""
+    if not is_for(c, u) or (c.state in NEWCOMER and not is_for_me_alone(c, u)):
+        return
+    name = u.speaker
+    slot = 0 if is_for_me_alone(c, u) else c.rank(name or SOMEBODY, 0, now)
+    call = (name or SOMEBODY).lower()
+    c.want(Urgency.ANSWER, "left", lambda: composing.left(c, name), now, slot=slot, call=call)
+
+
+def motion(c: Coordination, u: m.Utterance, s: m.Motion, confidence: float, now: float) -> None:
+    """A motion moves one robot: the one addressed, or, by a call to nobody, the only one there."""
+    for_me = is_for_me_alone(c, u) or (u.addressee is None and _alone_with(c, u.speaker, now))
+    if not for_me:
+        return
+    name = u.speaker
+    refusal: m.Statement | None = None
+    if in_name_conflict(c, now):
+        refusal = m.NameTaken()
+    elif c.state is State.STOPPED:
+        refusal = m.Stopped()
+    elif c.state not in MOVABLE and not (c.state is State.READING_BACK and c.motion == s):
+        refusal = m.Busy()
+    if refusal is not None:
+        said = composing.to_asker(c, name, refusal)
+        c.want(Urgency.ANSWER, f"answer {name}", lambda: said, now)
+        return
+    if c.state is State.READING_BACK:
+        return
+    heard_twice = c.state is State.READ_BACK and c.motion == s
+    c.partner, c.task, c.task_ref, c.motion = name, None, None, s
+    c.motion_sure = confidence >= SURE or heard_twice
+    c.repeats = 0
+    c.fire(Trigger.MOTION, now)
+
+
+def _alone_with(c: Coordination, speaker: str | None, now: float) -> bool:
+    return all(name == (speaker or "").lower() for name in c.peers.present(now))
