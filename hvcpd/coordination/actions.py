@@ -107,6 +107,8 @@ class Timing:
     """And so many times as often if somebody was heard meanwhile: then the air is crowded, not empty."""
     claims_alone: int = 2
     """And if nobody has been heard of."""
+    ask_again_s: float = 30.0
+    """Between two questions whether what may be done is done, at least; at most twice as long."""
     bad_air_s: float = 300.0
     """For so long after something was missed, a robot asks for another confirmation before it acts."""
     lease_s: float = 150.0

@@ -42,7 +42,7 @@ class Board:
             state, owner = remembered.get(task.number, (OPEN, None))
             self._entries[task.number] = Entry(task, state, owner, lease_end_s)
         self._numbers: dict[str, int] = {}
-        self._not_done = sum(e.state != DONE for e in self._entries.values())
+        self._not_sure = sum(not e.known_done for e in self._entries.values())
         self.changed: list[int] = []
 
     def __getitem__(self, number: int) -> Entry:
@@ -62,7 +62,12 @@ class Board:
 
     @property
     def all_done(self) -> bool:
-        return self._not_done == 0
+        """Every task is known to be done; hearsay is not enough."""
+        return self._not_sure == 0
+
+    def hearsay(self) -> tuple[int, ...]:
+        """The tasks that may be done."""
+        return tuple(number for number, entry in self._entries.items() if entry.state == DONE and entry.hearsay)
 
     def not_done(self) -> tuple[int, ...]:
         """The numbers of all tasks that are open or claimed."""
@@ -102,8 +107,7 @@ class Board:
         """Done, and known to be so, is final; the first who did it keeps it."""
         entry = self._entries[number]
         if not entry.known_done:
-            self._set(number, DONE, owner)
-            entry.hearsay = hearsay
+            self._set(number, DONE, owner or entry.owner, hearsay)
 
     def reopen(self, number: int) -> None:
         """What was heard of this task was wrong."""
@@ -116,12 +120,12 @@ class Board:
         if not entry.known_done:
             self._set(number, OPEN, None)
 
-    def _set(self, number: int, state: str, owner: str | None) -> None:
+    def _set(self, number: int, state: str, owner: str | None, hearsay: bool = False) -> None:
         entry = self._entries[number]
-        self._not_done += (state != DONE) - (entry.state != DONE)
+        self._not_sure += entry.known_done - (state == DONE and not hearsay)
         if (entry.state, entry.owner) != (state, owner):
             self.changed.append(number)
-        entry.state, entry.owner, entry.hearsay = state, owner, False
+        entry.state, entry.owner, entry.hearsay = state, owner, hearsay
 
 
 def spoken_name(task: TaskDefinition) -> str:

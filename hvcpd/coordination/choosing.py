@@ -49,9 +49,7 @@ def _again_or_give_up(c: Coordination, times: int, now: float) -> None:
 
 def _choose(c: Coordination, now: float) -> None:
     if c.heard_work and c.peers.present(now):
-        c.heard_work = False
-        c.repeats = 0
-        c.fire(Trigger.CHOSE_QUESTION, now)
+        _ask(c, now)
         return
     if c.role.coordinator:
         if next_order(c, now) is not None:
@@ -65,11 +63,30 @@ def _choose(c: Coordination, now: float) -> None:
         c.repeats = 0
         c.fire(Trigger.CHOSE_REPORT, now)
         return
-    waits = [c.board.next_lapse(now), *(p.silent_until_s for p in c.peers.all() if p.silent_until_s > now)]
+    if not c.board.not_done() and c.board.hearsay() and now >= c.ask_again_s:
+        if c.peers.present(now):
+            c.ask_again_s = now + c.timing.ask_again_s * (1.0 + c.chance.random())
+            _ask(c, now)
+        elif may_volunteer(c, now):  # there is nobody to ask: better twice than not at all
+            for number in c.board.hearsay():
+                c.board.reopen(number)
+            c.reconsider(now)
+        return
+    waits = [
+        c.board.next_lapse(now),
+        c.ask_again_s if c.board.hearsay() else None,
+        *(p.silent_until_s for p in c.peers.all() if p.silent_until_s > now),
+    ]
     if c.name_heard_s:
         waits.append(c.name_heard_s[-1] + c.timing.name_conflict_s)
     later = [t for t in waits if t is not None and t > now]
     c.arm_until(min(later, default=None))
+
+
+def _ask(c: Coordination, now: float) -> None:
+    c.heard_work = False
+    c.repeats = 0
+    c.fire(Trigger.CHOSE_QUESTION, now)
 
 
 def may_volunteer(c: Coordination, now: float) -> bool:

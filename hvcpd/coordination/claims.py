@@ -28,6 +28,9 @@ OTHERS_RANK_MAX = 2
 """So many ranks have a slot before all confirmations; the others object among those, if still nobody has."""
 UNSURE_SLOTS = 4
 """Who knows little, a newcomer or one who missed the claim, answers only if the others don't."""
+SMALL_TEAM = 2
+"""Where so few others are, each one's knowledge counts: who is not sure of a report has it said again at once, and
+does not leave it to others to know."""
 RECENT_S = 15.0
 """An answer is to a sentence said no longer ago: both last 5 s at most, with the gaps between."""
 
@@ -183,6 +186,9 @@ def completed(c: Coordination, u: m.Utterance, s: m.Completed, now: float) -> No
         good = contend(c, u, u.speaker, following, False, now)
     if is_for_me_alone(c, u):
         _confirm_at_once(c, u.speaker, now)
+    elif not sure and not objection and len(c.peers.present(now)) <= SMALL_TEAM:
+        again = composing.to_robot(c, u.speaker, m.SayAgain())
+        c.want(Urgency.ANSWER, f"again {u.speaker}", lambda: again, now, slot=OTHERS_SLOT)
     elif good and not isinstance(u.addressee, m.ToRobot) and not (objection and not new):
         _confirm_in_turn(c, u.speaker, upon, now, sure)
     c.reconsider(now)
@@ -271,9 +277,9 @@ def negative(c: Coordination, u: m.Utterance, _s: m.Negative, now: float) -> Non
         return
     if is_for_me_alone(c, u):
         if c.partner is None:
-            if c.state is State.PROPOSED:
+            if c.task is not None and c.state in PROPOSING:
                 c.unreported = None
-            c.fire(Trigger.DENIED, now)
+                c.fire(Trigger.DENIED, now)
         elif u.speaker == c.partner:
             c.fire(Trigger.DENIED, now)
         return
@@ -293,7 +299,11 @@ def left(c: Coordination, u: m.Utterance, s: m.Left, now: float) -> None:
         for entry in c.board.entries():
             number = entry.definition.number
             lapsed = entry.state != CLAIMED or now >= entry.lease_end_s or entry.owner == u.speaker
-            if number not in s.numbers and c.task != number and entry.state != DONE and lapsed:
+            if number in s.numbers or c.task == number or entry.known_done:
+                continue
+            if entry.state == DONE:
+                c.board.complete(number, entry.owner)  # heard twice
+            elif lapsed:
                 c.board.complete(number, None, hearsay=True)
     c.fire(Trigger.ANSWERED, now)
     c.reconsider(now)

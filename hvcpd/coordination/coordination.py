@@ -65,6 +65,8 @@ class Coordination:
         """When this robot last spoke of its task."""
         self.asked_since_s = -math.inf
         """When the sentence that waits for a confirmation was first said."""
+        self.ask_again_s = -math.inf
+        """Not before then it is asked again what is left."""
         self.missed_s = -math.inf
         """When it last turned out that this robot, or who it spoke to, had missed something."""
         self.heard_claim: HeardClaim | None = None

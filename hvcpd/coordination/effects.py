@@ -49,8 +49,17 @@ def wait_for_answer(c: Coordination, now: float) -> None:
 
 
 def want_question(c: Coordination, now: float) -> None:
+    if c.repeats == 0:
+        c.asked_since_s = now
     ask = composing.to_all(c, m.WhatLeft())
     c.want(Urgency.TURN, OWN_TURN, lambda: ask, now, trigger=Trigger.SPOKEN)
+
+
+def end_question(c: Coordination, now: float) -> None:
+    if c.peers.last_heard_s < c.asked_since_s:
+        c.peers.nobody_answers()
+        c.ask_again_s = now
+    rest(c, now)
 
 
 def want_claim(c: Coordination, now: float) -> None:

@@ -1,0 +1,155 @@
+"""People are speakers like any other: they ask, order, and move robots about."""
+
+import pytest
+
+from hvcpd.config.tasks import Forward, GoTo, Turn
+from hvcpd.coordination.actions import Perform, Role
+from hvcpd.coordination.table import State
+from hvcpd.language import messages as m
+from tests.coordination.mission import Mission, plants
+
+
+def _waiting(*names: str, **more: object) -> Mission:
+    """Robots that wait for orders."""
+    mission = Mission(names, plants(4), ("Anna",), seed=5, coordinator="Nobody", **more)
+    mission.air.run_until(50.0)
+    return mission
+
+
+def _at_work() -> Mission:
+    """One robot that has just set out to its only plant, 35 s away."""
+    mission = Mission(("Rob",), plants(3)[2:], ("Anna",), seed=5)
+    while not mission.robots["Rob"].at_work:
+        mission.air.run_until(mission.air.now + 1.0)
+    return mission
+
+
+def _answers(mission: Mission, text: str, within_s: float = 15.0) -> list[str]:
+    at_s = mission.air.now + 0.5
+    mission.hear(at_s, text, speaker="Anna")
+    mission.air.run_until(at_s + within_s)
+    return mission.written(at_s, without=("Anna",))
+
+
+def test_what_are_you_doing() -> None:
+    assert _answers(_waiting("Rob"), "Hi Rob, I am Anna, what are you doing") == ["Hi Anna, I am Rob, I am free"]
+    assert _answers(_at_work(), "Rob, what are you doing", 6.0) == [
+        "Hi all, I am Rob, completing task, water the indigo rose"
+    ]
+
+
+def test_who_is_here_is_answered_by_each_once() -> None:
+    said = _answers(_waiting("Rob", "Bot", "Max"), "Hi all, I am Anna, who is here", 25.0)
+    assert sorted(said) == [f"Hi Anna, I am {name}, member of team plant" for name in ("Bot", "Max", "Rob")]
+
+
+def test_what_is_left_is_answered_by_one() -> None:
+    mission = _waiting("Rob", "Bot", "Max")
+    assert [t.split(", ", 2)[2] for t in _answers(mission, "What is left")] == [
+        "task one and two and three and more left"
+    ]
+    for robot in mission.robots.values():
+        robot.board.complete(2, "Bot")
+    assert [t.split(", ", 2)[2] for t in _answers(mission, "What is left")] == ["task one and three and four left"]
+    for robot in mission.robots.values():
+        for number in (1, 3, 4):
+            robot.board.complete(number, "Bot")
+    assert [t.split(", ", 2)[2] for t in _answers(mission, "Hi Bot, I am Anna, what is left")] == ["nothing left"]
+
+
+@pytest.mark.parametrize(
+    ("order", "action", "said"),
+    [
+        ("Rob, move forward two metres", Forward(2.0), "I will move forward two metres"),
+        ("Rob, move back half a metre", Forward(-0.5), "I will move back half a metre"),
+        ("Rob, turn left", Turn(90.0), "I will turn left"),
+        ("Turn right", Turn(-90.0), "I will turn right"),
+    ],
+)
+def test_a_motion_is_read_back_and_made(order: str, action: Forward | Turn, said: str) -> None:
+    mission = _waiting("Rob")
+    robot = mission.robots["Rob"]
+    performed: list[Perform] = []
+    mission._perform = lambda name, task, actions: performed.append(Perform(task, actions))  # type: ignore[method-assign]
+    assert _answers(mission, order) == [f"Hi all, I am Rob, {said}"]
+    assert performed == [Perform(0, (action,))]
+    assert robot.state is State.MOVING
+    robot.performed(mission.air.now)
+    assert robot.state is State.READY
+
+
+def test_come_back_leads_to_where_the_robot_began() -> None:
+    mission = _waiting("Rob")
+    home = mission.robots["Rob"].home
+    assert home is not None
+    performed: list[Perform] = []
+    mission._perform = lambda name, task, actions: performed.append(Perform(task, actions))  # type: ignore[method-assign]
+    _answers(mission, "Hi Rob, I am Anna, come back")
+    assert performed == [Perform(0, (GoTo(home),))]
+
+
+def test_a_motion_for_nobody_moves_nobody_where_there_are_two() -> None:
+    assert _answers(_waiting("Rob", "Bot"), "Turn left") == []
+
+
+def _hear_unsurely(mission: Mission, statement: m.Statement) -> None:
+    robot, now = mission.robots["Rob"], mission.air.now
+    robot.heard(m.Utterance("Anna", m.ToRobot("Rob"), None, statement), now, confidence=0.6)
+    mission.air.refresh()
+
+
+def test_a_motion_that_was_not_clearly_heard_waits_for_the_confirmation() -> None:
+    mission = _waiting("Rob")
+    began_s = mission.air.now
+    _hear_unsurely(mission, m.TurnBy(90.0))
+    mission.air.run_until(began_s + 4.5)
+    assert mission.written(began_s) == ["Hi Anna, I am Rob, I will turn left"]
+    assert mission.robots["Rob"].state is State.READ_BACK
+    mission.hear(began_s + 4.6, "Hi Rob, I am Anna, confirmed")
+    mission.air.run_until(began_s + 7.9)
+    assert mission.robots["Rob"].state in (State.MOVING, State.READY)
+    assert mission.robots["Rob"].motion is None or mission.robots["Rob"].state is State.MOVING
+
+
+@pytest.mark.parametrize("answer", ["Hi Rob, I am Anna, negative", None])
+def test_a_motion_that_is_denied_or_not_confirmed_is_not_made(answer: str | None) -> None:
+    mission = _waiting("Rob")
+    performed: list[int] = []
+    mission._perform = lambda name, task, actions: performed.append(task)  # type: ignore[method-assign]
+    began_s = mission.air.now
+    _hear_unsurely(mission, m.MoveBy(5.0))
+    if answer:
+        mission.hear(began_s + 4.0, answer)
+    mission.air.run_until(began_s + 60.0)
+    assert performed == []
+    assert mission.robots["Rob"].state is State.READY
+
+
+def test_unknown_and_impossible_tasks_are_refused_with_the_reason() -> None:
+    mission = _waiting("Rob")
+    assert _answers(mission, "Hi Rob, I am Anna, complete task nine") == ["Hi Anna, I am Rob, I do not know task nine"]
+    robot = mission.robots["Rob"]
+    robot.role = Role("Rob", "plant", volunteer=False, unable=frozenset({2}))
+    assert _answers(mission, "Hi Rob, I am Anna, complete task two") == [
+        "Hi Anna, I am Rob, I cannot complete task two"
+    ]
+    robot.board.complete(3, "Rob")
+    assert _answers(mission, "Hi Rob, I am Anna, complete task three") == ["Hi Anna, I am Rob, task three complete"]
+
+
+def test_a_robot_at_work_says_that_it_is_busy() -> None:
+    mission = _at_work()
+    assert _answers(mission, "Hi Rob, I am Anna, turn left", 6.0) == ["Hi Anna, I am Rob, I am busy"]
+    order = m.Utterance("Anna", m.ToRobot("Rob"), None, m.Order(m.TaskByNumber(3)))
+    mission.tell(mission.air.now, "Anna", order)
+    mission.air.run_until(mission.air.now + 6.0)
+    assert mission.written()[-1] == "Hi Anna, I am Rob, I am busy"
+    assert mission.robots["Rob"].at_work
+
+
+def test_one_robot_refuses_and_an_able_one_takes_over() -> None:
+    mission = Mission(("Rob", "Max", "Bot"), plants(2), seed=3, coordinator="Bot")
+    mission.robots["Rob"].role = Role("Rob", "plant", volunteer=False, unable=frozenset({1, 2}))
+    mission.run()
+    assert mission.exactly_once
+    assert set(mission.by.values()) == {"Max"}

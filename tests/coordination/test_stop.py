@@ -1,0 +1,60 @@
+"""Stop always wins, latches, and nothing but "resume" releases it."""
+
+import pytest
+
+from hil_fakes.word_channel import Conditions
+from hvcpd.coordination.table import State
+from tests.coordination.mission import Mission, plants
+
+
+@pytest.mark.parametrize("call", ["Stop", "All stop", "Rob stop", "Team plant stop", "Hi all, I am Anna, stop"])
+def test_stop_halts_and_latches_until_resume(call: str) -> None:
+    mission = Mission(("Rob", "Bot"), plants(4), ("Anna",), seed=2)
+    mission.hear(40.0, call)
+    mission.air.run_until(140.0)
+    halted = ["Rob"] if call == "Rob stop" else ["Rob", "Bot"]
+    for name in halted:
+        assert mission.robots[name].state is State.STOPPED
+        assert mission.robots[name].task is None
+        assert mission.halted_s[name] <= 40.0 + 2.0 * 7 * 0.33 + 0.5
+    assert set(mission.written()) >= {f"Hi all, I am {name}, I have stopped" for name in halted}
+    watered = dict(mission.watered)
+    if len(halted) == 2:
+        mission.air.run_until(240.0)
+        assert dict(mission.watered) == watered
+    mission.hear(250.0, call.replace("stop", "resume").replace("Stop", "Resume"))
+    mission.run()
+    assert mission.exactly_once, mission.written()
+
+
+@pytest.mark.parametrize("at_s", [float(t) for t in range(2, 120, 3)])
+def test_stop_is_obeyed_whenever_it_comes_even_over_another_voice(at_s: float) -> None:
+    """Halts within half a second of the end of the word, whatever the robots are just doing or saying."""
+    mission = Mission(("Rob", "Bot", "Max"), plants(6), ("Anna",), seed=5)
+    mission.hear(at_s, "Stop", speaker="Anna")
+    mission.air.run_until(at_s + 0.33 * 1.1 + 0.5)
+    for name, robot in mission.robots.items():
+        assert robot.state is State.STOPPED, name
+        assert at_s < mission.halted_s[name] <= at_s + 0.33 * 1.1 + 0.5
+    watered = dict(mission.watered)
+    mission.air.run_until(at_s + 300.0)
+    assert dict(mission.watered) == watered
+    assert all(robot.state is State.STOPPED for robot in mission.robots.values())
+
+
+def test_a_stopped_robot_starts_no_old_motion_and_refuses_orders() -> None:
+    mission = Mission(("Rob",), plants(3), ("Anna",), seed=3)
+    mission.hear(45.0, "Stop", speaker="Anna")
+    mission.hear(60.0, "Hi Rob, I am Anna, complete task one")
+    mission.hear(80.0, "Hi Rob, I am Anna, turn left")
+    mission.air.run_until(100.0)
+    said = mission.written(45.0, without=("Anna",))
+    assert said == ["Hi all, I am Rob, I have stopped"] + ["Hi Anna, I am Rob, I have stopped"] * 2
+    assert mission.robots["Rob"].task is None
+
+
+def test_others_take_over_what_a_stopped_robot_had_claimed() -> None:
+    mission = Mission(("Rob", "Bot"), plants(4), ("Anna",), seed=6, conditions=Conditions())
+    mission.hear(45.0, "Rob stop", speaker="Anna")
+    mission.air.run_until(400.0)
+    assert all(mission.watered[n] == 1 for n in range(1, 5))
