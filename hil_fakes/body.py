@@ -26,8 +26,8 @@ class Body:
 
     def __init__(self, start: Pose, seed: int) -> None:
         self.pose = start
-        self._motors = turtlebot3_pair(LEFT_ID, RIGHT_ID)
-        self._bus = FakeBus(self._motors, seed=seed)
+        self.motors = turtlebot3_pair(LEFT_ID, RIGHT_ID)
+        self._bus = FakeBus(self.motors, seed=seed)
         self.wheels = DynamixelWheels(
             self._bus.path, ids=(LEFT_ID, RIGHT_ID), settings=DynamixelSettings(timeout_s=TIMEOUT_S), clock=lambda: 0.0
         )

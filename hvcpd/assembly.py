@@ -12,8 +12,8 @@ from hvcpd.config.settings import DEFAULT_TEAMS as DEFAULT_TEAMS
 from hvcpd.config.tasks import SayAction, TaskRepository
 from hvcpd.coordination.actions import Role
 from hvcpd.coordination.coordination import Coordination
-from hvcpd.hardware.kinematics import Odometry
-from hvcpd.hardware.motion import MotionController
+from hvcpd.hardware.kinematics import BURGER, Drive, Odometry
+from hvcpd.hardware.navigator import Navigator
 from hvcpd.language.phrasebook import Phrasebook, Vocabulary
 from hvcpd.performer import Performer
 from hvcpd.ports import Pose, Samples
@@ -62,6 +62,7 @@ class RobotPlan:
     teams: tuple[str, ...] = DEFAULT_TEAMS
     remembered: Mapping[int, tuple[str, str | None]] | None = None
     acoustics: Acoustics | None = None
+    drive: Drive = BURGER
 
 
 def make_phrasebook(names: Sequence[str], teams: Iterable[str], tasks: TaskRepository) -> Phrasebook:
@@ -100,7 +101,7 @@ def make_robot(plan: RobotPlan, sound: Sound) -> Robot:
         phrasebook,
         make_recogniser(phrasebook, others or plan.names, sound),
         Speaker(voice_for(plan.role.name), sound.lexicon, sound.cache),
-        Odometry(plan.start),
-        Performer(MotionController()),
+        Odometry(plan.start, plan.drive),
+        Performer(Navigator(plan.drive)),
         plan.acoustics,
     )

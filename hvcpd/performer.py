@@ -8,8 +8,9 @@ from enum import Enum
 
 from hvcpd.config.tasks import Action, Forward, GoTo, SayAction, Turn, Wait
 from hvcpd.hardware import motion
-from hvcpd.hardware.motion import MotionController, MotionState
-from hvcpd.ports import STANDSTILL, Pose, WheelCommand
+from hvcpd.hardware.motion import MotionState
+from hvcpd.hardware.navigator import Navigator
+from hvcpd.ports import STANDSTILL, Pose, WheelCommand, WheelReading
 
 
 class Outcome(Enum):
@@ -30,10 +31,10 @@ class Progress:
 
 
 class Performer:
-    """Owns the motion controller. `begin`, then `step` at every block until the outcome is not GOING_ON."""
+    """Owns the navigator. `begin`, then `step` at every block until the outcome is not GOING_ON."""
 
-    def __init__(self, controller: MotionController) -> None:
-        self._motion = controller
+    def __init__(self, navigator: Navigator) -> None:
+        self._motion = navigator
         self._actions: tuple[Action, ...] = ()
         self._index = 0
         self._started = False
@@ -52,15 +53,15 @@ class Performer:
         self._actions, self._index, self._started = (), 0, False
         self._motion.cancel()
 
-    def step(self, pose: Pose, now: float) -> Progress:
-        """Go on with the current action; time `now` is in seconds of the sample clock."""
+    def step(self, pose: Pose, now: float, reading: WheelReading | None) -> Progress:
+        """Go on with the current action at time `now` (s, sample clock); `reading` is None if there is no new one."""
         remark = None
         while self.busy:
             action = self._actions[self._index]
             if not self._started:
                 self._started = True
                 remark = self._start(action, pose, now) or remark
-            state, wheels = self._go_on(action, pose, now)
+            state, wheels = self._go_on(action, pose, now, reading)
             if state is Outcome.GOING_ON:
                 return Progress(wheels, state, remark)
             if state is Outcome.FAILED:
@@ -85,13 +86,14 @@ class Performer:
                 return text
         return None
 
-    def _go_on(self, action: Action, pose: Pose, now: float) -> tuple[Outcome, WheelCommand]:
+    def _go_on(
+        self, action: Action, pose: Pose, now: float, reading: WheelReading | None
+    ) -> tuple[Outcome, WheelCommand]:
         if isinstance(action, SayAction):
             return Outcome.DONE, STANDSTILL
         if isinstance(action, Wait):
             return (Outcome.DONE if now >= self._until_s else Outcome.GOING_ON), STANDSTILL
-        self._motion.renew(now)
-        wheels = self._motion.step(pose, now)
+        wheels = self._motion.step(pose, now, reading)
         match self._motion.state:
             case MotionState.ARRIVED:
                 return Outcome.DONE, STANDSTILL

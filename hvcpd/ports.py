@@ -40,12 +40,18 @@ STANDSTILL = WheelCommand()
 
 @dataclass(frozen=True)
 class WheelReading:
-    """What the encoders say: angle of each wheel (rad, unbounded, forward positive) and its speed (rad/s)."""
+    """What the encoders say: angle of each wheel (rad, unbounded, forward positive) and its speed (rad/s).
+
+    Beside them each motor's effort, -1 to 1 of what it can do, and the battery's voltage (V) if it was measured.
+    """
 
     left_rad: float
     right_rad: float
     left_rad_s: float = 0.0
     right_rad_s: float = 0.0
+    left_effort: float = 0.0
+    right_effort: float = 0.0
+    voltage_v: float | None = None
 
 
 class Wheels(Protocol):

@@ -164,7 +164,7 @@ class Robot:
         self._notice_channel(now)
         for event in events:
             self._understand(event, now)
-        wheels = self._perform(now)
+        wheels = self._perform(now, reading)
         if now >= self.coordination.next_deadline():
             self.coordination.tick(now)
         halted = self._act(now)
@@ -204,10 +204,10 @@ class Robot:
         except PhraseError:  # the network holds only sentences of the phrasebook; a foreign recogniser may not
             return None
 
-    def _perform(self, now: float) -> WheelCommand:
+    def _perform(self, now: float, reading: WheelReading | None) -> WheelCommand:
         if not self._performer.busy:
             return STANDSTILL
-        progress = self._performer.step(self.odometry.pose, now)
+        progress = self._performer.step(self.odometry.pose, now, reading)
         if progress.remark is not None:
             self.coordination.remark(progress.remark, now)
         if progress.outcome is Outcome.DONE:

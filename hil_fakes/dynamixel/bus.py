@@ -19,12 +19,14 @@ import termios
 import threading
 import tty
 from collections.abc import Callable, Mapping, Sequence
+from contextlib import suppress
 from pathlib import Path
 from types import TracebackType
 
-from hil_fakes.dynamixel.dispatch import respond
 from hil_fakes.dynamixel.faults import ReplyFaults
+from hil_fakes.dynamixel.line import Line
 from hil_fakes.dynamixel.motor import FakeXL430
+from hil_fakes.dynamixel.opencr import FakeOpenCR
 from hil_fakes.dynamixel.protocol import PacketReader
 
 READ_SIZE = 4096
@@ -36,16 +38,10 @@ _SPEEDS_HZ = {
 
 
 class FakeBus:
-    """Several motors on one line. `path` is the port to open; it stays the same when the adapter is replugged."""
+    """Several devices on one line. `path` is the port to open; it stays the same when the adapter is replugged."""
 
-    def __init__(self, motors: Sequence[FakeXL430], seed: int = 0) -> None:
-        if len({motor.motor_id for motor in motors}) < len(motors):
-            raise ValueError("two motors on one bus share an identifier")
-        self._motors = tuple(motors)
-        for motor in self._motors:
-            motor.seed(seed)
-        self.faults = ReplyFaults()
-        self.reader = PacketReader()
+    def __init__(self, devices: Sequence[FakeXL430 | FakeOpenCR], seed: int = 0) -> None:
+        self.line = Line(devices, seed)
         self._lock = threading.Condition()
         self._directory = tempfile.TemporaryDirectory(prefix="fake-dynamixel-")
         self.path = str(Path(self._directory.name) / "tty")
@@ -65,13 +61,24 @@ class FakeBus:
     @property
     def motors(self) -> Mapping[int, FakeXL430]:
         """The motors by identifier, powered or not."""
-        return {motor.motor_id: motor for motor in self._motors}
+        return self.line.motors
+
+    @property
+    def faults(self) -> ReplyFaults:
+        """What is to befall the next replies."""
+        return self.line.faults
+
+    @property
+    def reader(self) -> PacketReader:
+        """What the devices made of the bytes that came, with its counters."""
+        return self.line.reader
 
     def advance(self, dt_s: float) -> None:
-        """Let motor time pass; may be called from any thread."""
+        """Let the devices' time pass; may be called from any thread."""
         with self._lock:
-            for motor in self._motors:
-                motor.advance(dt_s)
+            wire = self.line.advance(dt_s)
+            if wire and self._thread is not None:
+                self._send(wire)
 
     def wait_until(self, condition: Callable[[], bool], timeout_s: float = 5.0) -> bool:
         """Wait until what the motors hear makes `condition` true, at most `timeout_s` of real time; whether it is.
@@ -129,14 +136,11 @@ class FakeBus:
 
     def _answer(self, data: bytes) -> None:
         with self._lock:
-            for packet in self.reader.feed(data):
-                replies = respond(self._listeners(), packet)
-                wire = b"".join(self.faults.apply(reply) for reply in replies)
-                if wire:
-                    os.write(self._master, wire)
+            wire = self.line.hear(data, _SPEEDS_HZ.get(termios.tcgetattr(self._master)[5]))
+            if wire:
+                self._send(wire)
             self._lock.notify_all()
 
-    def _listeners(self) -> dict[int, FakeXL430]:
-        """The motors that have power and understand the line's speed."""
-        speed_hz = _SPEEDS_HZ.get(termios.tcgetattr(self._master)[5])
-        return {motor.motor_id: motor for motor in self._motors if motor.powered and motor.baud_rate_hz == speed_hz}
+    def _send(self, wire: bytes) -> None:
+        with suppress(BlockingIOError):  # nobody reads, and the kernel's buffer is full: lost as on a wire
+            os.write(self._master, wire)

@@ -17,9 +17,14 @@ class ReplyFault(Enum):
     """One bit is flipped, so that its CRC is wrong."""
     LATE = "late"
     """It arrives only together with the next reply, before it."""
+    DELAY = "delay"
+    """It arrives by itself, but only after `DELAY_S`: later than any driver waits."""
     NOISE = "noise"
     """Bytes that belong to no packet come before it."""
 
+
+DELAY_S = 0.060
+"""Longer than the 34 ms that `dynamixel-sdk` waits."""
 
 NOISE_BYTES = bytes((0x00, 0xFF, 0xFF, 0x5A, 0xFD, 0xFF))
 """Line noise with pieces of a header in it."""
@@ -46,18 +51,20 @@ class ReplyFaults:
         """Faults that no status packet has met yet."""
         return len(self._queue)
 
-    def apply(self, reply: bytes) -> bytes:
-        """The bytes that reach the wire instead of `reply`."""
+    def apply(self, reply: bytes) -> tuple[bytes, bytes]:
+        """The bytes that reach the wire instead of `reply`: those at once, and those after `DELAY_S`."""
         late, self._late = self._late, b""
         match self._queue.popleft() if self._queue else ReplyFault.NONE:
             case ReplyFault.DROP:
-                return late
+                return late, b""
             case ReplyFault.CORRUPT:
-                return late + reply[:-3] + bytes((reply[-3] ^ 0x10,)) + reply[-2:]
+                return late + reply[:-3] + bytes((reply[-3] ^ 0x10,)) + reply[-2:], b""
             case ReplyFault.LATE:
                 self._late = reply
-                return late
+                return late, b""
+            case ReplyFault.DELAY:
+                return late, reply
             case ReplyFault.NOISE:
-                return late + NOISE_BYTES + reply
+                return late + NOISE_BYTES + reply, b""
             case _:
-                return late + reply
+                return late + reply, b""

@@ -27,8 +27,17 @@ REVERSE = 0x01
 """Bit 0 of the drive mode: positive is clockwise."""
 FRICTION_LOAD = 50
 """Load of a wheel that rolls freely, in units of 0.1 %; assumption."""
-SHUTDOWN_OVERLOAD = 1 << 5
-"""Hardware error status, bit 5 (e-Manual)."""
+ERROR_VOLTAGE, SHUTDOWN_OVERHEAT, SHUTDOWN_OVERLOAD = 1 << 0, 1 << 2, 1 << 5
+"""Bits of the hardware error status (e-Manual)."""
+OVERLOAD_SHARE = 0.8
+OVERLOAD_S = 3.0
+"""More than this effort for so long is an overload; the manual says "persistent" and gives no figures: assumption."""
+SAG_V = 0.4
+"""The supply falls by this at full effort: some 0.3 ohm of battery, switch and cable at 1.3 A; assumption."""
+AMBIENT_C = 30.0
+HEATING_C = 60.0
+HEATING_S = 300.0
+"""A motor at full effort ends up so much warmer, with this time constant; assumption."""
 
 
 class FakeXL430:
@@ -64,6 +73,9 @@ class FakeXL430:
         self._clock_s = 0.0
         self._registered: tuple[int, bytes] | None = None
         self._voltage_v = voltage_v
+        self._overload_s = 0.0
+        self.temperature_c = AMBIENT_C
+        """Of the case; settable."""
         self._refresh()
 
     @property
@@ -125,6 +137,7 @@ class FakeXL430:
         self.memory.reset_ram()
         self._registered = None
         self._silence_s = 0.0
+        self._overload_s = 0.0
         self._base_ticks -= math.floor(self._exact_ticks / TICKS_PER_TURN) * TICKS_PER_TURN
         self._refresh()
 
@@ -184,6 +197,24 @@ class FakeXL430:
         self._clock_s += dt_s
         self._noise_ticks = self._random.gauss(0.0, self._shaft.settings.encoder_noise_ticks)
         self._refresh()
+        self._wear(dt_s)
+
+    def _wear(self, dt_s: float) -> None:
+        """Heat and overload: what effort does to the motor in the long run."""
+        effort = abs(self._load()) / 1000.0
+        target_c = AMBIENT_C + HEATING_C * effort * effort
+        self.temperature_c += (target_c - self.temperature_c) * (1.0 - math.exp(-dt_s / HEATING_S))
+        self._overload_s = self._overload_s + dt_s if effort > OVERLOAD_SHARE else 0.0
+        errors = SHUTDOWN_OVERLOAD if self._overload_s >= OVERLOAD_S else 0
+        errors |= SHUTDOWN_OVERHEAT if self.temperature_c > self.memory.get("temperature_limit") else 0
+        volts = self.memory.get("present_input_voltage")
+        errors |= (
+            0
+            if self.memory.get("min_voltage_limit") <= volts <= self.memory.get("max_voltage_limit")
+            else ERROR_VOLTAGE
+        )
+        if errors and self.powered:
+            self.raise_hardware_error(errors)
 
     @property
     def _shut_down(self) -> bool:
@@ -231,8 +262,9 @@ class FakeXL430:
         memory.set("velocity_trajectory", round(self._direction * shaft.setpoint_rad_s / VELOCITY_UNIT_RAD_S))
         memory.set("position_trajectory", position)
         memory.set("present_load", self._load())
+        memory.set("present_temperature", round(self.temperature_c))
         memory.set("present_pwm", round(885 * self._load() / 1000))
-        memory.set("present_input_voltage", round(self._voltage_v * 10.0))
+        memory.set("present_input_voltage", round((self._voltage_v - SAG_V * abs(self._load()) / 1000.0) * 10.0))
         memory.set("moving", int(abs(speed) > memory.get("moving_threshold")))
         memory.set("realtime_tick", int(self._clock_s * 1000.0) % 32_768)
 

@@ -1,4 +1,7 @@
-"""How a fake motor's shaft moves: a first-order lag to the wanted speed, solved exactly for any time step."""
+"""How a fake motor's shaft moves: a first-order lag to the wanted speed, and friction that ends every stop.
+
+Solved exactly for any time step.
+"""
 
 from __future__ import annotations
 
@@ -23,8 +26,10 @@ class ShaftSettings:
 
     time_constant_s: float = 0.1
     """Lag of the velocity loop with a Burger's wheel; an assumption of the right order, not a measurement."""
-    coast_time_constant_s: float = 0.05
-    """Without torque the 258:1 gear brakes the wheel quickly; assumption."""
+    stop_time_constant_s: float = 0.05
+    """Lag of a stop, with torque or without: the 258:1 gear brakes the wheel by itself; assumption."""
+    friction_rad_s2: float = 2.0
+    """Dry friction of the gear, as deceleration: a stop ends, it does not fade out for ever; assumption."""
     encoder_noise_ticks: float = 0.5
     """Standard deviation of the encoder's reading; assumption: the last bit flickers."""
 
@@ -48,17 +53,36 @@ class Shaft:
             self.setpoint_rad_s += min(max(goal_rad_s - self.setpoint_rad_s, -step), step)
         else:
             self.setpoint_rad_s = goal_rad_s
-        self._approach(self.setpoint_rad_s, self.settings.time_constant_s, dt_s)
+        if self.setpoint_rad_s == 0.0:
+            self._stop(dt_s)
+        else:
+            self._approach(self.setpoint_rad_s, dt_s)
 
     def coast(self, dt_s: float) -> None:
         """Move for `dt_s` without torque."""
         self.setpoint_rad_s = 0.0
-        self._approach(0.0, self.settings.coast_time_constant_s, dt_s)
+        self._stop(dt_s)
 
-    def _approach(self, target_rad_s: float, tau_s: float, dt_s: float) -> None:
+    def _approach(self, target_rad_s: float, dt_s: float) -> None:
         if self.blocked:
             self.speed_rad_s = 0.0
             return
+        tau_s = self.settings.time_constant_s
         decay = math.exp(-dt_s / tau_s)
         self.angle_rad += target_rad_s * dt_s + (self.speed_rad_s - target_rad_s) * tau_s * (1.0 - decay)
         self.speed_rad_s = target_rad_s + (self.speed_rad_s - target_rad_s) * decay
+
+    def _stop(self, dt_s: float) -> None:
+        """Solves speed' = -speed/tau - friction, until the shaft stands."""
+        if self.blocked or self.speed_rad_s == 0.0:
+            self.speed_rad_s = 0.0
+            return
+        tau_s = self.settings.stop_time_constant_s
+        held_rad_s = self.settings.friction_rad_s2 * tau_s  # the speed that friction takes away in one time constant
+        start_rad_s = abs(self.speed_rad_s)
+        until_s = min(dt_s, tau_s * math.log1p(start_rad_s / held_rad_s)) if held_rad_s > 0.0 else dt_s
+        decay = math.exp(-until_s / tau_s)
+        way_rad = (start_rad_s + held_rad_s) * tau_s * (1.0 - decay) - held_rad_s * until_s
+        self.angle_rad += math.copysign(way_rad, self.speed_rad_s)
+        left_rad_s = (start_rad_s + held_rad_s) * decay - held_rad_s if until_s == dt_s else 0.0
+        self.speed_rad_s = math.copysign(max(left_rad_s, 0.0), self.speed_rad_s)

@@ -17,10 +17,23 @@ class Drive:
     """Dimensions and limits of a robot with two driven wheels."""
 
     wheel_radius_m: float = 0.033
+    """Mean of both wheels."""
     separation_m: float = 0.160
-    """Between the wheels' middles."""
+    """Between the points where the wheels touch the floor."""
+    radius_ratio: float = 1.0
+    """The right wheel's radius over the left one's."""
     max_wheel_rad_s: float = 61.0 * 2.0 * math.pi / 60.0
     """6.39 rad/s, 0.211 m/s at the rim."""
+
+    @property
+    def left_radius_m(self) -> float:
+        """The left wheel's radius."""
+        return 2.0 * self.wheel_radius_m / (1.0 + self.radius_ratio)
+
+    @property
+    def right_radius_m(self) -> float:
+        """The right wheel's radius."""
+        return self.radius_ratio * self.left_radius_m
 
 
 BURGER = Drive()
@@ -42,8 +55,9 @@ def wrap_angle(angle_rad: float) -> float:
 
 def advance_pose(pose: Pose, left_rad: float, right_rad: float, drive: Drive = BURGER) -> Pose:
     """The pose after the wheels turned by these angles (rad, forward positive); heading within (-pi, pi]."""
-    distance_m = drive.wheel_radius_m * (right_rad + left_rad) / 2.0
-    turn_rad = drive.wheel_radius_m * (right_rad - left_rad) / drive.separation_m
+    left_m, right_m = drive.left_radius_m * left_rad, drive.right_radius_m * right_rad
+    distance_m = (right_m + left_m) / 2.0
+    turn_rad = (right_m - left_m) / drive.separation_m
     middle_rad = pose.heading_rad + turn_rad / 2.0
     return Pose(
         pose.x_m + distance_m * math.cos(middle_rad),
@@ -54,23 +68,21 @@ def advance_pose(pose: Pose, left_rad: float, right_rad: float, drive: Drive = B
 
 def wheel_command(twist: Twist, drive: Drive = BURGER) -> WheelCommand:
     """Wheel speeds for a motion. Beyond the wheels' limit forward speed gives way first, so that the turn is kept."""
-    limit_m_s = drive.max_wheel_rad_s * drive.wheel_radius_m
+    limit_m_s = drive.max_wheel_rad_s * min(drive.left_radius_m, drive.right_radius_m)
     half_m = drive.separation_m / 2.0
     angular_rad_s = min(max(twist.angular_rad_s, -limit_m_s / half_m), limit_m_s / half_m)
     room_m_s = limit_m_s - abs(angular_rad_s) * half_m
     linear_m_s = min(max(twist.linear_m_s, -room_m_s), room_m_s)
     return WheelCommand(
-        (linear_m_s - angular_rad_s * half_m) / drive.wheel_radius_m,
-        (linear_m_s + angular_rad_s * half_m) / drive.wheel_radius_m,
+        (linear_m_s - angular_rad_s * half_m) / drive.left_radius_m,
+        (linear_m_s + angular_rad_s * half_m) / drive.right_radius_m,
     )
 
 
 def twist_of(command: WheelCommand, drive: Drive = BURGER) -> Twist:
     """The motion that these wheel speeds make."""
-    return Twist(
-        drive.wheel_radius_m * (command.right_rad_s + command.left_rad_s) / 2.0,
-        drive.wheel_radius_m * (command.right_rad_s - command.left_rad_s) / drive.separation_m,
-    )
+    left_m_s, right_m_s = drive.left_radius_m * command.left_rad_s, drive.right_radius_m * command.right_rad_s
+    return Twist((right_m_s + left_m_s) / 2.0, (right_m_s - left_m_s) / drive.separation_m)
 
 
 class Odometry:

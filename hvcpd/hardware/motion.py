@@ -1,8 +1,8 @@
 """From a goal to wheel speeds, closed over the odometry's pose. Pure: every call brings its own time.
 
-Each motion is bounded, its speed follows a trapezoid, and it is leased: without `renew` within 0.5 s the wheels stand
-still, so that a program that hangs does not drive. Distances run along the robot's heading, turns count
-counter-clockwise.
+Each motion is bounded in way and time, its speed follows a trapezoid, and it is leased: without `renew` the wheels
+stand within half a second, so that a program that hangs does not drive. Distances run along the robot's heading,
+turns count counter-clockwise.
 """
 
 from __future__ import annotations
@@ -74,10 +74,12 @@ class MotionSettings:
     """With the target further off the bow than this, turn on the spot first."""
     aimed_rad: float = math.radians(1.0)
     """Until it is this near."""
-    lease_s: float = 0.5
-    """Silence of `renew` after which the wheels stand still."""
+    lease_s: float = 0.25
+    """Silence of `renew` after which the wheels are told to stand; from top speed they take up to 0.23 s for that."""
     patience_s: float = 4.0
     """Without progress for this long the motion has failed."""
+    slack: float = 3.0
+    """A motion that takes so many times as long as it should, and `patience_s`, has failed too."""
     step_limit_s: float = 0.1
     """Longest time that one step counts for the ramps; after a longer pause speed still rises gently."""
 
@@ -110,6 +112,7 @@ class MotionController:
         self._aiming = False
         self._total = 1.0
         self._progress = 0.0
+        self._driven_s = 0.0
         self._best = math.inf
         self._best_s: float | None = None
         self._near_since_s: float | None = None
@@ -153,6 +156,14 @@ class MotionController:
         """The motion is still wanted."""
         self._renewed_s = now_s
 
+    @property
+    def limit_s(self) -> float:
+        """The longest time that the motion may drive: a multiple of its way at top speed."""
+        turning = isinstance(self._goal, Turn)
+        top = self._settings.turn_rate_rad_s if turning else self._settings.speed_m_s
+        turn_s = math.pi / self._settings.turn_rate_rad_s if isinstance(self._goal, GoTo) else 0.0
+        return self._settings.patience_s + self._settings.slack * (self._total / top + turn_s)
+
     def step(self, pose: Pose, now_s: float) -> WheelCommand:
         """The wheel speeds from now on. Standstill without a goal, at its end, and when the lease has run out."""
         dt_s = 0.0 if self._last_s is None else min(max(now_s - self._last_s, 0.0), self._settings.step_limit_s)
@@ -168,6 +179,7 @@ class MotionController:
             self._state = MotionState.ARRIVED
             self._progress = 1.0
             return self._stand_still()
+        self._driven_s += dt_s
         if self._stuck(self._goal, pose, now_s):
             self._state = MotionState.FAILED
             return self._stand_still()
@@ -265,6 +277,9 @@ class MotionController:
         measure = abs(self._bearing(goal, pose)) if isinstance(goal, GoTo) and self._aiming else remaining
         if self._best_s is None or measure < self._best - PROGRESS_SHARE * unit:
             self._best, self._best_s = measure, now_s
+        if self._driven_s > self.limit_s:
+            self._reason = f"not there after {self.limit_s:.0f} s of driving: do the wheels slip?"
+            return True
         if now_s - self._best_s <= self._settings.patience_s:
             return False
         self._reason = f"no progress for {self._settings.patience_s:.0f} s: are the wheels blocked?"

@@ -84,17 +84,28 @@ class DynamixelBus:
 
     def read(self, device_id: int, register: Register) -> int:
         """The value of a register. Raises BusError."""
-        self._settle(device_id)
-        self._sent(self._call("readTx", device_id, register.address, register.size))
-        return register.decode(self._receive(device_id, register.size, register.name), register.address)
+        return register.decode(self.read_block(device_id, register.address, register.size), register.address)
 
     def write(self, device_id: int, register: Register, value: int) -> None:
         """Write a register and wait for the device's word that it did. Raises BusError."""
+        self.write_block(device_id, register.address, register.encode(value), register.name)
+
+    def write_block(self, device_id: int, address: int, data: bytes, what: str) -> None:
+        """Write `data` from `address` on and wait for the device's word; `what` names it. Raises BusError."""
         self._settle(device_id)
-        payload = list(register.encode(value))
-        self._sent(self._call("writeTxOnly", device_id, register.address, register.size, payload))
+        self.send_block(device_id, address, data)
         self._port.setPacketTimeout(STATUS_SIZE)
-        self._receive(device_id, 0, register.name)
+        self._receive(device_id, 0, what)
+
+    def send_block(self, device_id: int, address: int, data: bytes) -> None:
+        """Write `data` from `address` on and wait for nobody. Raises BusError."""
+        self._sent(self._call("writeTxOnly", device_id, address, len(data), list(data)))
+
+    def read_block(self, device_id: int, address: int, size: int) -> bytes:
+        """`size` bytes from `address` on of one device. Raises BusError."""
+        self._settle(device_id)
+        self._sent(self._call("readTx", device_id, address, size))
+        return self._receive(device_id, size, f"a read from {address}")
 
     def sync_write(self, register: Register, values: Mapping[int, int]) -> None:
         """Write a register of several devices at once, by identifier. Nobody answers. Raises BusError."""

@@ -7,46 +7,54 @@ from dataclasses import dataclass
 
 from hvcpd.hardware import xl430
 from hvcpd.hardware.wheels_bus import BusError, DynamixelBus, PortLostError
-
-LOWEST_VOLTAGE_V = 11.0
-"""Below this OpenCR cuts the motors' power in the end (ROBOTIS e-Manual, TurtleBot3: 11.1 V nominal, warning at 11)."""
+from hvcpd.hardware.wheels_sense import LOWEST_VOLTAGE_V, MotorHealth
 
 SEARCH_S = 0.8
 """Listening for other motors when one is missing: 3 ms for each of 253 identifiers, and a reply's time-out."""
 
 
 @dataclass(frozen=True)
-class MotorHealth:
-    """What a motor says about itself."""
+class MotorState:
+    """Whether a motor may be driven."""
 
     motor_id: int
     torque_on: bool
     watchdog_tripped: bool
     hardware_error: int
-    """Hardware error status, 0 if all is well; `xl430.hardware_error_text` puts it into words."""
-    voltage_v: float
-    temperature_c: int
-    load: float
-    """Effort, -1 to 1 of what the motor can do."""
+    """Hardware error status, 0 if all is well."""
+
+
+def read_states(bus: DynamixelBus, ids: Sequence[int]) -> tuple[MotorState, ...]:
+    """Read torque, watchdog and errors of several motors with one request. Raises BusError."""
+    low = xl430.TORQUE_ENABLE.address
+    windows = bus.sync_read(low, xl430.BUS_WATCHDOG.address + xl430.BUS_WATCHDOG.size - low, ids)
+    return tuple(
+        MotorState(
+            motor_id=motor_id,
+            torque_on=bool(xl430.TORQUE_ENABLE.decode(windows[motor_id], low)),
+            watchdog_tripped=xl430.BUS_WATCHDOG.decode(windows[motor_id], low) == xl430.WATCHDOG_TRIPPED,
+            hardware_error=xl430.HARDWARE_ERROR_STATUS.decode(windows[motor_id], low),
+        )
+        for motor_id in ids
+    )
 
 
 def read_health(bus: DynamixelBus, ids: Sequence[int]) -> tuple[MotorHealth, ...]:
     """Read the state of several motors with two requests. Raises BusError."""
-    low = xl430.TORQUE_ENABLE.address
     high = xl430.PRESENT_LOAD.address
-    states = bus.sync_read(low, xl430.BUS_WATCHDOG.address + xl430.BUS_WATCHDOG.size - low, ids)
+    states = read_states(bus, ids)
     sensors = bus.sync_read(high, xl430.PRESENT_TEMPERATURE.address + xl430.PRESENT_TEMPERATURE.size - high, ids)
     return tuple(
         MotorHealth(
-            motor_id=motor_id,
-            torque_on=bool(xl430.TORQUE_ENABLE.decode(states[motor_id], low)),
-            watchdog_tripped=xl430.BUS_WATCHDOG.decode(states[motor_id], low) == xl430.WATCHDOG_TRIPPED,
-            hardware_error=xl430.HARDWARE_ERROR_STATUS.decode(states[motor_id], low),
-            voltage_v=xl430.PRESENT_INPUT_VOLTAGE.decode(sensors[motor_id], high) * xl430.VOLTAGE_UNIT_V,
-            temperature_c=xl430.PRESENT_TEMPERATURE.decode(sensors[motor_id], high),
-            load=xl430.PRESENT_LOAD.decode(sensors[motor_id], high) * xl430.LOAD_UNIT,
+            state.motor_id,
+            state.torque_on,
+            state.watchdog_tripped,
+            state.hardware_error,
+            voltage_v=xl430.PRESENT_INPUT_VOLTAGE.decode(sensors[state.motor_id], high) * xl430.VOLTAGE_UNIT_V,
+            temperature_c=xl430.PRESENT_TEMPERATURE.decode(sensors[state.motor_id], high),
+            load=xl430.PRESENT_LOAD.decode(sensors[state.motor_id], high) * xl430.LOAD_UNIT,
         )
-        for motor_id in ids
+        for state in states
     )
 
 

@@ -114,8 +114,8 @@ def test_it_remembers_across_a_restart(lonely: tuple[list[Any], SharedRoom, Outf
 def test_everything_is_taken_down_and_the_wheels_stand(lonely: tuple[list[Any], SharedRoom, Outfit]) -> None:
     _, room, _ = lonely
     assert room.streams[0].log == ["open", "start", "close"]
-    for motor in room.bodies[0].wheels.last_health:
-        assert motor.hardware_error == 0
+    for motor in room.bodies[0].motors:
+        assert (motor.memory.get("torque_enable"), motor.true_speed_rad_s) == (0, 0.0)
 
 
 def test_a_card_that_dies_while_driving_stops_the_wheels(tmp_path: Path, units: Path) -> None:

@@ -8,7 +8,8 @@ import pytest
 from hil_fakes.dynamixel.bus import FakeBus
 from hil_fakes.dynamixel.motor import turtlebot3_pair
 from hvcpd.hardware.kinematics import Odometry
-from hvcpd.hardware.motion import Goal, MotionController, MotionState
+from hvcpd.hardware.motion import MotionState
+from hvcpd.hardware.navigator import Journey, Navigator
 from hvcpd.hardware.wheels import DynamixelSettings, DynamixelWheels
 from hvcpd.ports import STANDSTILL, Pose, WheelCommand, WheelReading
 
@@ -62,15 +63,15 @@ class Robot:
         for watcher in self.watchers:
             watcher()
 
-    def carry_out(self, motion: MotionController, goal: Goal, limit_s: float = 60.0) -> MotionState:
-        """Let the controller drive until it has done with the goal."""
-        motion.start(goal, self.odometry.pose)
+    def carry_out(self, navigator: Navigator, journey: Journey, limit_s: float = 60.0) -> MotionState:
+        """Let the navigator drive until it has done with the journey."""
+        navigator.start(journey, self.odometry.pose)
+        reading = self.cycle(STANDSTILL)
         end_s = self.clock.now_s + limit_s
-        while motion.state is MotionState.MOVING and self.clock.now_s < end_s:
-            motion.renew(self.clock.now_s)
-            self.cycle(motion.step(self.odometry.pose, self.clock.now_s))
+        while navigator.state is MotionState.MOVING and self.clock.now_s < end_s:
+            reading = self.cycle(navigator.step(self.odometry.pose, self.clock.now_s, reading))
         self.cycle(STANDSTILL)
-        return motion.state
+        return navigator.state
 
 
 @pytest.fixture

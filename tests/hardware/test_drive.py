@@ -8,7 +8,8 @@ import hvcpd.hardware
 from hil_fakes.dynamixel.bus import FakeBus
 from hil_fakes.dynamixel.motor import turtlebot3_pair
 from hvcpd.hardware.kinematics import advance_pose
-from hvcpd.hardware.motion import Forward, Goal, GoTo, MotionController, MotionState, Turn
+from hvcpd.hardware.motion import Forward, Goal, GoTo, MotionState, Turn
+from hvcpd.hardware.navigator import Navigator
 from hvcpd.ports import Pose, WheelCommand
 from tests.hardware.conftest import Robot, make_robot
 
@@ -32,7 +33,7 @@ class Body:
 
 def test_a_square_of_one_metre_closes_within_one_percent(robot: Robot) -> None:
     body = Body(robot)
-    motion = MotionController()
+    motion = Navigator()
     for goal in SQUARE:
         assert robot.carry_out(motion, goal) is MotionState.ARRIVED
     assert math.hypot(body.pose.x_m, body.pose.y_m) <= 0.01 * 4.0
@@ -41,18 +42,18 @@ def test_a_square_of_one_metre_closes_within_one_percent(robot: Robot) -> None:
 
 def test_places_are_reached_in_truth(robot: Robot) -> None:
     body = Body(robot)
-    motion = MotionController()
+    motion = Navigator()
     for place in (GoTo(0.3, 0.1), GoTo(-0.2, 0.2), GoTo(0.0, 0.0)):
         assert robot.carry_out(motion, place) is MotionState.ARRIVED
         assert math.hypot(body.pose.x_m - place.x_m, body.pose.y_m - place.y_m) <= 0.03
 
 
 def test_the_same_seed_drives_the_same_way_to_the_bit(robot: Robot) -> None:
-    robot.carry_out(MotionController(), GoTo(0.3, 0.2))
+    robot.carry_out(Navigator(), GoTo(0.3, 0.2))
     with FakeBus(turtlebot3_pair(), seed=1) as bus:
         twin = make_robot(bus)
         twin.wheels.open()
-        twin.carry_out(MotionController(), GoTo(0.3, 0.2))
+        twin.carry_out(Navigator(), GoTo(0.3, 0.2))
         twin.wheels.close()
         assert twin.odometry.pose == robot.odometry.pose
         assert twin.clock.now_s == robot.clock.now_s
@@ -61,7 +62,7 @@ def test_the_same_seed_drives_the_same_way_to_the_bit(robot: Robot) -> None:
 def test_a_blocked_wheel_fails_the_motion(robot: Robot) -> None:
     for motor in robot.bus.motors.values():
         motor.blocked = True
-    motion = MotionController()
+    motion = Navigator()
     assert robot.carry_out(motion, Forward(0.5)) is MotionState.FAILED
     assert motion.reason
 

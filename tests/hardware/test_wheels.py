@@ -24,7 +24,7 @@ def test_open_makes_the_motors_ready(robot: Robot) -> None:
     assert wheels is robot.wheels
     for motor_id in (1, 2):
         state = [cell(robot.bus, motor_id, name) for name in ("operating_mode", "torque_enable", "bus_watchdog")]
-        assert state == [1, 1, 25]
+        assert state == [1, 1, 12]
         assert cell(robot.bus, motor_id, "goal_velocity") == 0
 
 

@@ -97,7 +97,6 @@ def test_a_brown_out_is_healed_without_a_jump_of_the_angle(robot: Robot) -> None
 def test_a_hardware_error_stops_both_wheels_and_is_named(robot: Robot) -> None:
     robot.run(AHEAD, 0.2)
     robot.bus.motors[2].raise_hardware_error(SHUTDOWN_OVERLOAD)
-    robot.cycle(AHEAD)  # its reply carries the alert
     with pytest.raises(DeviceError, match="motor 2 reports a hardware error: overload"):
         robot.cycle(AHEAD)
     assert robot.bus.wait_until(lambda: robot.bus.motors[1].memory.get("goal_velocity") == 0)
@@ -129,10 +128,49 @@ def test_what_the_wheels_turned_while_unplugged_is_counted(hasty: Robot) -> None
     assert reading.left_rad == pytest.approx(hasty.bus.motors[1].true_angle_rad, abs=0.01)
 
 
-def test_the_battery_can_be_watched_without_further_requests(robot: Robot) -> None:
-    robot.bus.motors[1].voltage_v = 10.4
+def test_every_reading_tells_voltage_and_efforts(robot: Robot) -> None:
+    robot.bus.motors[1].voltage_v = 11.4
     robot.run(AHEAD, 0.6)
-    assert [health.voltage_v for health in robot.wheels.last_health] == pytest.approx([10.4, 12.0])
+    robot.bus.motors[2].blocked = True
+    reading = robot.run(AHEAD, 0.06)
+    assert reading.voltage_v == pytest.approx(11.4)
+    assert 0.0 < reading.left_effort < 0.2
+    assert reading.right_effort == 1.0
+
+
+def test_a_dip_of_the_voltage_is_no_empty_battery(robot: Robot) -> None:
+    robot.run(AHEAD, 0.2)
+    robot.bus.motors[1].voltage_v = 10.4
+    robot.run(AHEAD, 0.9)
+    robot.bus.motors[1].voltage_v = 11.9
+    assert robot.run(AHEAD, 1.5).left_rad_s == pytest.approx(3.0, abs=0.05)
+
+
+def test_an_empty_battery_stops_the_wheels_until_it_is_charged(robot: Robot) -> None:
+    robot.run(AHEAD, 0.2)
+    for motor in robot.bus.motors.values():
+        motor.voltage_v = 10.4
+    with pytest.raises(DeviceError, match=r"battery is empty: 10.4 V"):
+        robot.run(AHEAD, 1.1)
+    assert robot.bus.wait_until(lambda: robot.bus.motors[2].memory.get("goal_velocity") == 0)
+    robot.wait(0.25)
+    for voltage_v in (10.4, 11.2):  # at rest it rises a little, which does not count
+        robot.bus.motors[1].voltage_v = robot.bus.motors[2].voltage_v = voltage_v
+        with pytest.raises(DeviceError, match="battery"):
+            robot.cycle(AHEAD)
+        assert robot.bus.motors[1].true_speed_rad_s == pytest.approx(0.0, abs=0.01)
+    robot.bus.motors[1].voltage_v = robot.bus.motors[2].voltage_v = 12.0
+    robot.cycle(AHEAD)
+    assert robot.run(AHEAD, 1.0).left_rad_s == pytest.approx(3.0, abs=0.05)
+
+
+@pytest.mark.parametrize("cycles", range(4))
+def test_a_brown_out_at_any_cycle_is_no_jump_and_stops_the_other_wheel(robot: Robot, cycles: int) -> None:
+    robot.run(AHEAD, 5.0 + 0.02 * cycles)
+    robot.bus.motors[1].reboot()
+    reading = robot.run(AHEAD, 0.1)
+    assert reading.left_rad == pytest.approx(robot.bus.motors[1].true_angle_rad, abs=0.1)
+    assert robot.run(AHEAD, 1.0).left_rad_s == pytest.approx(3.0, abs=0.05)
 
 
 def test_close_never_raises_on_a_vanished_port(hasty: Robot) -> None:

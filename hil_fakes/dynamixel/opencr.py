@@ -1,0 +1,284 @@
+"""A stateful OpenCR with the TurtleBot3 firmware: one Protocol 2.0 device that drives two motors of its own.
+
+Sources: ROBOTIS-GIT OpenCR `turtlebot3_ros2/src/turtlebot3/turtlebot3.cpp` (what the firmware does, as of V221004R1),
+ROBOTIS-GIT turtlebot3 `control_table.hpp` (addresses), Dynamixel2Arduino `slave.cpp` (how it answers). Time passes
+only in `advance`.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from hil_fakes.dynamixel.motor import FakeXL430, turtlebot3_pair
+from hil_fakes.dynamixel.protocol import Instruction, Packet, StatusError, encode_status
+
+DEVICE_ID = 200
+MODEL_NUMBER = 0x5000
+FIRMWARE_VERSION = 1
+"""Assumption; the sources at hand do not tell which number goes with V221004R1."""
+
+HEARTBEAT_TIMEOUT_S = 0.5
+CONTROL_PERIOD_S = 0.02
+"""The firmware's INTERVAL_MS_TO_CONTROL_MOTOR and its refresh of the table."""
+BOOT_S = 2.0
+"""Calibration of the gyroscope after power-up, during which nothing answers; order of magnitude."""
+BUFFER_SIZE = 256
+"""A read whose reply does not fit is not answered; assumption about the library's buffer."""
+CUT_OFF_V = 11.0
+"""Below this for `CUT_OFF_S` the firmware cuts the motors' power (ROBOTIS e-Manual, TurtleBot3)."""
+CUT_OFF_S = 10.0
+"""Assumption."""
+
+WHEEL_RADIUS_M = 0.033
+SEPARATION_M = 0.160
+MAX_LINEAR_M_S = WHEEL_RADIUS_M * 2.0 * math.pi * 61.0 / 60.0
+MAX_ANGULAR_RAD_S = MAX_LINEAR_M_S / 0.080
+UNITS_PER_M_S = 60.0 / (2.0 * math.pi * WHEEL_RADIUS_M * 0.229)
+"""Goal velocity of a motor for a speed of the rim."""
+STATUS_RUNNING, STATUS_NOT_CONNECTED_MOTORS = 1, -1
+
+
+@dataclass(frozen=True)
+class Item:
+    """One entry of the table."""
+
+    name: str
+    address: int
+    size: int
+    signed: bool = False
+
+
+_SENSORS = "angular_velocity_x angular_velocity_y angular_velocity_z acceleration_x acceleration_y acceleration_z"
+_SENSORS += " magnetic_x magnetic_y magnetic_z orientation_w orientation_x orientation_y orientation_z"
+
+ITEMS = (
+    Item("model_number", 0, 2),
+    Item("model_information", 2, 4),
+    Item("firmware_version", 6, 1),
+    Item("id", 7, 1),
+    Item("protocol_version", 9, 1),
+    Item("millis", 10, 4),
+    Item("debug_mode", 14, 1),
+    Item("connect_ros2", 15, 1),
+    Item("connect_manipulator", 16, 1),
+    Item("device_status", 18, 1, signed=True),
+    Item("heartbeat", 19, 1),
+    *(Item(f"led_{n + 1}", 20 + n, 1) for n in range(4)),
+    *(Item(name, 26 + n, 1) for n, name in enumerate(("button_1", "button_2", "bumper_1", "bumper_2"))),
+    Item("illumination", 30, 2),
+    Item("infrared", 34, 4),
+    Item("sonar", 38, 4),
+    Item("battery_voltage", 42, 4),
+    Item("battery_percentage", 46, 4),
+    Item("sound", 50, 1),
+    Item("imu_recalibration", 59, 1),
+    *(Item(name, 60 + 4 * n, 4) for n, name in enumerate(_SENSORS.split())),
+    Item("present_current_left", 120, 4, signed=True),
+    Item("present_current_right", 124, 4, signed=True),
+    Item("present_velocity_left", 128, 4, signed=True),
+    Item("present_velocity_right", 132, 4, signed=True),
+    Item("present_position_left", 136, 4, signed=True),
+    Item("present_position_right", 140, 4, signed=True),
+    Item("motors_connected", 148, 1),
+    Item("motor_torque", 149, 1),
+    *(Item(f"linear_{axis}", 150 + 4 * n, 4, signed=True) for n, axis in enumerate("xyz")),
+    *(Item(f"angular_{axis}", 162 + 4 * n, 4, signed=True) for n, axis in enumerate("xyz")),
+    Item("profile_acceleration_left", 174, 4),
+    Item("profile_acceleration_right", 178, 4),
+)
+BY_NAME = {item.name: item for item in ITEMS}
+TABLE_SIZE = 182
+
+
+class FakeOpenCR:
+    """The controller of a TurtleBot3 Burger. `wheels` are its left and its right motor, with their faults."""
+
+    def __init__(self, wheels: Sequence[FakeXL430] | None = None, *, debug_mode: bool = False) -> None:
+        self.left, self.right = wheels or turtlebot3_pair()
+        self.powered = True
+        """False: it is silent, and its motors are without power."""
+        self._debug_at_boot = debug_mode
+        self._table = bytearray(TABLE_SIZE)
+        self._phase_s = self._clock_s = self._low_s = 0.0
+        self._boot()
+        self._booting_s = 0.0  # the first test does not want to wait
+
+    @property
+    def motor_id(self) -> int:
+        """The identifier that it answers to."""
+        return self.get("id")
+
+    @property
+    def baud_rate_hz(self) -> int:
+        """0: a USB device takes any speed."""
+        return 0
+
+    @property
+    def connected(self) -> bool:
+        """Whether it believes that a program is alive, and so follows the commands."""
+        return self._connected
+
+    def get(self, name: str) -> int:
+        """The value of an item."""
+        item = BY_NAME[name]
+        return int.from_bytes(self._table[item.address : item.address + item.size], "little", signed=item.signed)
+
+    def set(self, name: str, value: int) -> None:
+        """Set an item from inside."""
+        item = BY_NAME[name]
+        wrapped = value & ((1 << (8 * item.size)) - 1)
+        self._table[item.address : item.address + item.size] = wrapped.to_bytes(item.size, "little")
+
+    def seed(self, seed: int) -> None:
+        """Start the motors' chance (encoder noise) anew."""
+        for motor in (self.left, self.right):
+            motor.seed(seed)
+
+    def reboot(self) -> None:
+        """Reset button or brown-out: the motors lose their power for a moment too."""
+        for motor in (self.left, self.right):
+            motor.reboot()
+        self._boot()
+
+    def respond(self, packet: Packet) -> list[bytes]:
+        """Carry out an instruction; it knows ping, read and write, and is silent to all else, broadcasts included."""
+        if packet.motor_id != self.motor_id or self._booting_s > 0.0:
+            return []
+        address, size = (
+            int.from_bytes(packet.parameters[:2], "little"),
+            int.from_bytes(packet.parameters[2:4], "little"),
+        )
+        match packet.instruction:
+            case Instruction.PING:
+                return [encode_status(self.motor_id, 0, bytes(self._table[0:2] + self._table[6:7]))]
+            case Instruction.READ if len(packet.parameters) == 4 and size + 11 <= BUFFER_SIZE:
+                return [encode_status(self.motor_id, 0, self._read(address, size))]
+            case Instruction.WRITE if len(packet.parameters) > 2:
+                return [encode_status(self.motor_id, self._write(address, packet.parameters[2:]))]
+        return []
+
+    def advance(self, dt_s: float) -> None:
+        """Let time pass: the firmware's loop runs every 20 ms."""
+        left_s = dt_s
+        while left_s > 1e-9:
+            step_s = min(left_s, CONTROL_PERIOD_S - self._phase_s)
+            for motor in (self.left, self.right):
+                motor.advance(step_s)
+            left_s -= step_s
+            self._phase_s += step_s
+            self._clock_s += step_s
+            self._booting_s = max(self._booting_s - step_s, 0.0)
+            if self._phase_s >= CONTROL_PERIOD_S - 1e-9:
+                self._phase_s = 0.0
+                self._loop()
+
+    def _boot(self) -> None:
+        self._table[:] = bytes(TABLE_SIZE)
+        for name, value in (("model_number", MODEL_NUMBER), ("model_information", 1), ("id", DEVICE_ID)):
+            self.set(name, value)
+        self.set("firmware_version", FIRMWARE_VERSION)
+        self.set("protocol_version", 2)
+        self.set("debug_mode", int(self._debug_at_boot))
+        self._connected = self._was_connected = False
+        self._beat = 0
+        self._beat_s = self._clock_s = self._phase_s = self._low_s = 0.0
+        self._booting_s = BOOT_S
+        self._command = (0.0, 0.0)
+        there = self.left.powered and self.right.powered
+        self.set("device_status", STATUS_RUNNING if there else STATUS_NOT_CONNECTED_MOTORS)
+        self.set("motors_connected", int(there))
+        for motor in (self.left, self.right):
+            motor.memory.set("operating_mode", 1)
+        self._set_torque(True)
+        self._refresh()
+
+    def _read(self, address: int, size: int) -> bytes:
+        """Items that lie wholly within the window; zeros elsewhere."""
+        window = bytearray(size)
+        for item in ITEMS:
+            if address <= item.address and item.address + item.size <= address + size:
+                data = self._table[item.address : item.address + item.size]
+                window[item.address - address : item.address - address + item.size] = data
+        return bytes(window)
+
+    def _write(self, address: int, data: bytes) -> int:
+        """Every item that lies wholly within the window is set, even what the firmware only reports (until its next
+        loop); an access error for the model information alone."""
+        error = StatusError.NONE
+        for item in ITEMS:
+            if not (address <= item.address and item.address + item.size <= address + len(data)):
+                continue
+            if item.name in ("model_number", "model_information", "firmware_version"):
+                error = StatusError.ACCESS
+                continue
+            at = item.address - address
+            self._table[item.address : item.address + item.size] = data[at : at + item.size]
+            self._act_on(item.name)
+        return int(error)
+
+    def _act_on(self, name: str) -> None:
+        match name:
+            case "linear_x":
+                self._command = (_clamp(self.get(name) * 0.01, MAX_LINEAR_M_S), self._command[1])
+            case "angular_z":
+                self._command = (self._command[0], _clamp(self.get(name) * 0.01, MAX_ANGULAR_RAD_S))
+            case "motor_torque":
+                self._set_torque(bool(self.get(name)))
+            case "profile_acceleration_left" | "profile_acceleration_right":
+                motor = self.left if name.endswith("left") else self.right
+                motor.write(108, self.get(name).to_bytes(4, "little"))
+            case "imu_recalibration":
+                self.set(name, 0)
+
+    def _set_torque(self, on: bool) -> None:
+        if self.get("motors_connected"):
+            for motor in (self.left, self.right):
+                motor.write(64, bytes((int(on),)))
+
+    def _loop(self) -> None:
+        self._watch_heartbeat()
+        self._watch_battery()
+        if not self._connected:
+            self._command = (0.0, 0.0)
+        linear_m_s, angular_rad_s = self._command
+        half_m_s = angular_rad_s * SEPARATION_M / 2.0
+        for motor, rim_m_s in ((self.left, linear_m_s - half_m_s), (self.right, linear_m_s + half_m_s)):
+            if motor.powered and self.powered and self.get("motors_connected"):
+                motor.write(104, int(rim_m_s * UNITS_PER_M_S).to_bytes(4, "little", signed=True))
+        self._refresh()
+
+    def _watch_heartbeat(self) -> None:
+        if self._was_connected != self._connected:
+            self._was_connected = self._connected
+            self._beat_s = self._clock_s
+        elif self.get("heartbeat") != self._beat or self.get("debug_mode"):
+            self._beat, self._beat_s, self._connected = self.get("heartbeat"), self._clock_s, True
+        elif self._clock_s - self._beat_s >= HEARTBEAT_TIMEOUT_S - 1e-9:
+            self._beat_s, self._connected = self._clock_s, False
+
+    def _watch_battery(self) -> None:
+        self._low_s = self._low_s + CONTROL_PERIOD_S if self.left.voltage_v < CUT_OFF_V else 0.0
+        if self._low_s > CUT_OFF_S:
+            for motor in (self.left, self.right):
+                motor.powered = False
+
+    def _refresh(self) -> None:
+        """What the firmware reports; of a motor that does not answer it keeps the last values."""
+        self.set("millis", int(self._clock_s * 1000.0))
+        self.set("connect_ros2", int(self._connected))
+        volts = self.left.memory.get("present_input_voltage") / 10.0
+        self.set("battery_voltage", round(volts * 100.0))
+        self.set("battery_percentage", round(max(volts - 10.5, 0.0) / 1.8 * 10_000.0))
+        for motor, side in ((self.left, "left"), (self.right, "right")):
+            if motor.powered:
+                self.set(f"present_current_{side}", motor.memory.get("present_load"))
+                self.set(f"present_velocity_{side}", motor.memory.get("present_velocity"))
+                self.set(f"present_position_{side}", motor.memory.get("present_position"))
+        torque = [motor.memory.get("torque_enable") for motor in (self.left, self.right) if motor.powered]
+        self.set("motor_torque", int(len(torque) == 2 and all(torque)))
+
+
+def _clamp(value: float, limit: float) -> float:
+    return min(max(value, -limit), limit)

@@ -1,0 +1,171 @@
+"""The wheels behind a stock TurtleBot3's OpenCR controller, as `hvcpd.ports.Wheels`.
+
+The controller follows the command words as long as its heartbeat changes. It cannot tell a fresh command from an old
+one, so the heartbeat is changed only together with a command: when our commands end, so does the heartbeat.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from contextlib import suppress
+from dataclasses import dataclass
+
+from hvcpd.hardware import opencr, xl430
+from hvcpd.hardware.kinematics import BURGER, twist_of
+from hvcpd.hardware.opencr import command_block
+from hvcpd.hardware.wheels_base import BusWheels
+from hvcpd.hardware.wheels_bus import BusError, DynamixelBus, MakePort
+from hvcpd.hardware.wheels_opencr_handshake import ControllerState, inspect, read_state
+from hvcpd.hardware.wheels_port import WaitingPort
+from hvcpd.hardware.wheels_sense import LOWEST_VOLTAGE_V, Battery, MotorHealth
+from hvcpd.hardware.xl430 import Register
+from hvcpd.ports import STANDSTILL, WheelCommand, WheelReading
+
+WINDOW_START = opencr.PRESENT_CURRENT_LEFT.address
+WINDOW_SIZE = opencr.MOTOR_TORQUE.address + opencr.MOTOR_TORQUE.size - WINDOW_START
+"""Read in every cycle: currents, velocities, positions, torque, 30 bytes."""
+
+LIMIT_M_S = xl430.FACTORY_VELOCITY_LIMIT * xl430.VELOCITY_UNIT_RAD_S * BURGER.wheel_radius_m
+"""0.2097 m/s at the rim: beyond their own velocity limit motors refuse the controller's goals (up to 0.2108)."""
+
+
+@dataclass(frozen=True)
+class OpenCRSettings:
+    """How to talk to the controller."""
+
+    timeout_s: float = 0.034
+    """Wait for a reply; the SDK's own value. The firmware's loop takes milliseconds."""
+    lease_s: float = opencr.HEARTBEAT_TIMEOUT_S
+    """The controller's own, which cannot be set."""
+    lowest_voltage_v: float = LOWEST_VOLTAGE_V
+    look_every: int = 4
+    """Exchanges between two looks at debug mode, status and battery: every 200 ms in motion."""
+
+
+class OpenCRWheels(BusWheels):
+    """The two wheels of a stock TurtleBot3 Burger. `clock` as in `DynamixelWheels`."""
+
+    def __init__(
+        self,
+        port: str,
+        baud_rate: int = 1_000_000,
+        device_id: int = opencr.DEVICE_ID,
+        settings: OpenCRSettings | None = None,
+        clock: Callable[[], float] = time.monotonic,
+        make_port: MakePort = WaitingPort,
+    ) -> None:
+        self._settings = settings or OpenCRSettings()
+        bus = DynamixelBus(port, baud_rate, self._settings.timeout_s, make_port)
+        super().__init__(bus, clock, self._settings.lease_s, Battery(self._settings.lowest_voltage_v))
+        self._id = device_id
+        self._beat = 0
+        self._carry = (0.0, 0.0)
+        self._state: ControllerState | None = None
+
+    @property
+    def _look_every(self) -> int:
+        return self._settings.look_every
+
+    def _inspect(self) -> list[str]:
+        return inspect(self._bus, self._id, self._settings.lowest_voltage_v)
+
+    def _make_ready(self) -> None:
+        self._send_stop()
+        self._bus.write_block(self._id, opencr.LINEAR_X.address, command_block(0, 0), "the command words")
+        self._take(read_state(self._bus, self._id))
+        self._bus.write(self._id, opencr.MOTOR_TORQUE, 1)
+
+    def _look_after(self) -> None:
+        state = read_state(self._bus, self._id)
+        if state.debug_mode:
+            self._refuse("OpenCR is in debug mode, in which it does not stop when we fall silent")
+        if state.device_status == opencr.NO_MOTORS:
+            self._refuse("OpenCR finds no motors: check their cable and power, then press its reset button")
+        rebooted = self._take(state)
+        window = self._bus.read_block(self._id, WINDOW_START, WINDOW_SIZE)
+        if rebooted or not opencr.MOTOR_TORQUE.decode(window, WINDOW_START):
+            self._send_stop()  # both wheels stand until the torque is back
+            self._bus.write(self._id, opencr.MOTOR_TORQUE, 1)
+
+    def _take(self, state: ControllerState) -> bool:
+        """Note the controller's state; True (and the angles rejoined) if it has started anew since the last one."""
+        rebooted = self._state is not None and state.millis < self._state.millis
+        self._state = state
+        if rebooted:
+            window = self._bus.read_block(self._id, WINDOW_START, WINDOW_SIZE)
+            for encoder, position in zip(self._encoders, _positions(window), strict=True):
+                encoder.rejoin(position)
+        return rebooted
+
+    def _cycle(self, command: WheelCommand) -> WheelReading:
+        self._bus.write_block(self._id, opencr.LINEAR_X.address, self._block(command), "the command words")
+        self._beat = (self._beat + 1) % 256
+        self._bus.write(self._id, opencr.HEARTBEAT, self._beat)
+        window = self._bus.read_block(self._id, WINDOW_START, WINDOW_SIZE)
+        ticks = self._follow(_positions(window))
+        if not opencr.MOTOR_TORQUE.decode(window, WINDOW_START) and command != STANDSTILL:
+            self._doubtful = True
+        return WheelReading(
+            left_rad=ticks[0] * xl430.RAD_PER_TICK,
+            right_rad=ticks[1] * xl430.RAD_PER_TICK,
+            left_rad_s=_value(window, opencr.PRESENT_VELOCITY_LEFT) * xl430.VELOCITY_UNIT_RAD_S,
+            right_rad_s=_value(window, opencr.PRESENT_VELOCITY_RIGHT) * xl430.VELOCITY_UNIT_RAD_S,
+            left_effort=_value(window, opencr.PRESENT_CURRENT_LEFT) * opencr.EFFORT_UNIT,
+            right_effort=_value(window, opencr.PRESENT_CURRENT_RIGHT) * opencr.EFFORT_UNIT,
+            voltage_v=self._state.voltage_v if self._state is not None else None,
+        )
+
+    def _block(self, command: WheelCommand) -> bytes:
+        """The command words. They are coarse (1 cm/s), so what rounding takes away is made good in the next ones."""
+        if command == STANDSTILL:
+            self._carry = (0.0, 0.0)
+            return command_block(0, 0)
+        rims = [speed * BURGER.wheel_radius_m for speed in (command.left_rad_s, command.right_rad_s)]
+        scale = min(1.0, LIMIT_M_S / max(abs(rims[0]), abs(rims[1]), 1e-9))
+        twist = twist_of(WheelCommand(command.left_rad_s * scale, command.right_rad_s * scale), BURGER)
+        wanted = (
+            twist.linear_m_s * opencr.COMMAND_PER_UNIT + self._carry[0],
+            twist.angular_rad_s * opencr.COMMAND_PER_UNIT + self._carry[1],
+        )
+        linear, angular = _within_limits(round(wanted[0]), round(wanted[1]))
+        self._carry = (_half(wanted[0] - linear), _half(wanted[1] - angular))
+        return command_block(linear, angular)
+
+    def _read_health(self) -> tuple[MotorHealth, ...]:
+        state = read_state(self._bus, self._id)
+        window = self._bus.read_block(self._id, WINDOW_START, WINDOW_SIZE)
+        torque = bool(_value(window, opencr.MOTOR_TORQUE))
+        currents = (opencr.PRESENT_CURRENT_LEFT, opencr.PRESENT_CURRENT_RIGHT)
+        return tuple(
+            MotorHealth(n + 1, torque, False, 0, state.voltage_v, None, _value(window, register) * opencr.EFFORT_UNIT)
+            for n, register in enumerate(currents)
+        )
+
+    def _send_stop(self) -> None:
+        self._carry = (0.0, 0.0)
+        self._bus.send_block(self._id, opencr.LINEAR_X.address, command_block(0, 0))
+
+    def _torque_off(self) -> None:
+        with suppress(BusError):  # a controller that does not answer stops by its heartbeat
+            self._bus.write_block(self._id, opencr.LINEAR_X.address, command_block(0, 0), "the command words")
+            self._bus.write(self._id, opencr.MOTOR_TORQUE, 0)
+
+
+def _value(window: bytes, register: Register) -> int:
+    return register.decode(window, WINDOW_START)
+
+
+def _positions(window: bytes) -> tuple[int, int]:
+    return _value(window, opencr.PRESENT_POSITION_LEFT), _value(window, opencr.PRESENT_POSITION_RIGHT)
+
+
+def _within_limits(linear: int, angular: int) -> tuple[int, int]:
+    """The command in whole units, its forward part cut so that no wheel is beyond the motors' limit."""
+    room = LIMIT_M_S * opencr.COMMAND_PER_UNIT - abs(angular) * BURGER.separation_m / 2.0
+    most = max(int(room), 0)
+    return min(max(linear, -most), most), angular
+
+
+def _half(carry: float) -> float:
+    return min(max(carry, -0.5), 0.5)

@@ -1,0 +1,97 @@
+"""What both drivers make of the motors' readings: an angle without end, and whether the battery still carries us."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from hvcpd.errors import DeviceError
+from hvcpd.hardware import xl430
+
+LOWEST_VOLTAGE_V = 11.0
+"""Below this OpenCR cuts the motors' power in the end (ROBOTIS e-Manual, TurtleBot3: 11.1 V nominal, warning at 11)."""
+
+SUSTAINED_S = 1.0
+"""A dip while the motors start is shorter."""
+
+RECOVERED_V = 0.3
+"""So much above the lowest voltage a battery counts as charged or changed; at rest a weak one rises less."""
+
+FASTEST_TICKS_S = 5500.0
+"""No wheel turns faster by itself: 80 rev/min, a third above the motors' limit."""
+
+LEAP_TICKS = xl430.TICKS_PER_TURN // 2
+"""Beyond what time explains, a position further off than this is no movement: the motor has lost count of its turns."""
+
+
+@dataclass(frozen=True)
+class MotorHealth:
+    """What a motor says about itself."""
+
+    motor_id: int
+    torque_on: bool
+    watchdog_tripped: bool
+    hardware_error: int
+    """Hardware error status, 0 if all is well; `xl430.hardware_error_text` puts it into words."""
+    voltage_v: float
+    temperature_c: int | None
+    """None: the controller does not tell."""
+    load: float
+    """Effort, -1 to 1 of what the motor can do."""
+
+
+class Encoder:
+    """Makes an unbounded angle of a motor's 32-bit position."""
+
+    def __init__(self) -> None:
+        self._last: int | None = None
+        self._ticks = 0
+
+    def leaps(self, raw: int, dt_s: float) -> bool:
+        """Whether no wheel can have moved there within `dt_s`; changes nothing."""
+        if self._last is None:
+            return False
+        return abs(_wrap(raw - self._last, 1 << 32)) > LEAP_TICKS + FASTEST_TICKS_S * dt_s
+
+    def follow(self, raw: int) -> int:
+        """Ticks since the start, from the present position; an overflow of 32 bits is no jump."""
+        if self._last is not None:
+            self._ticks += _wrap(raw - self._last, 1 << 32)
+        self._last = raw
+        return self._ticks
+
+    def rejoin(self, raw: int) -> None:
+        """The motor lost count of its turns: take the shorter way to the angle within one turn that it still knows."""
+        if self._last is not None:
+            self._ticks += _wrap(raw - self._last, xl430.TICKS_PER_TURN)
+        self._last = raw
+
+
+class Battery:
+    """Raises an error when the voltage stays too low, until the battery is charged or changed."""
+
+    def __init__(self, lowest_v: float = LOWEST_VOLTAGE_V) -> None:
+        self._lowest_v = lowest_v
+        self._low_since_s: float | None = None
+        self.empty = False
+        """True: the wheels are not to be driven."""
+
+    def check(self, voltage_v: float, now_s: float) -> None:
+        """Take in a measurement. Raises DeviceError while the battery is empty."""
+        if voltage_v >= self._lowest_v:
+            self._low_since_s = None
+        elif self._low_since_s is None:
+            self._low_since_s = now_s
+        elif now_s - self._low_since_s >= SUSTAINED_S:
+            self.empty = True
+        if self.empty and voltage_v >= self._lowest_v + RECOVERED_V:
+            self.empty = False
+        if self.empty:
+            raise DeviceError(
+                f"the battery is empty: {voltage_v:.1f} V, {self._lowest_v:.1f} V are needed; "
+                "the wheels are stopped. Charge or change the battery"
+            )
+
+
+def _wrap(difference: int, period: int) -> int:
+    """`difference` brought into [-period/2, period/2)."""
+    return (difference + period // 2) % period - period // 2
