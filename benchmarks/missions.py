@@ -1,21 +1,32 @@
-"""Whole missions by seed: every plant watered exactly once? And how many times faster than real time?
+"""Whole missions by seed: every task done exactly once? How much is said for it, and how fast does it run?
 
-    python -m benchmarks.missions [--seeds 1-20] [--modes volunteer,coordinate] [--robots Rob,Bot]
+    python -m benchmarks.missions audio [--seeds 1-20] [--modes volunteer,coordinate] [--robots Rob,Bot]
+    python -m benchmarks.missions words [--seeds 1-10000] [--loss 0-0.3] [--outages 2]
+    python -m benchmarks.missions crowd [--seeds 1-5]
+    python -m benchmarks.missions speed
 
-Each mission is one `hvcpctl simulate --json` of its own; the figures are those of its last line.
+`audio` runs `hvcpctl simulate --json` for each seed; the figures are those of its last line. The others run the same
+state machines over air of words (hil_fakes), with random teams, places, losses and outages.
 """
 
 from __future__ import annotations
 
 import argparse
 import json
+import math
+import random
 import subprocess
 import sys
+import time
+from dataclasses import replace
 from typing import Any
+
+from hil_fakes.word_mission import WordMission, WordPlan
+from hil_fakes.word_plans import NAMES, omniscient_airtime_s, random_plan, random_tasks
 
 
 def fly(seed: int, mode: str, robots: str, more: list[str]) -> tuple[int, dict[str, Any]]:
-    """Run one mission; its exit status and its summary."""
+    """Run one mission with sound; its exit status and its summary."""
     command = [sys.executable, "-m", "hvcpd.control.cli", "simulate", "--json"]
     command += ["--seed", str(seed), "--mode", mode, "--robots", robots, *more]
     done = subprocess.run(command, capture_output=True, text=True, check=False)
@@ -24,29 +35,112 @@ def fly(seed: int, mode: str, robots: str, more: list[str]) -> tuple[int, dict[s
     return done.returncode, json.loads(done.stdout.splitlines()[-1])
 
 
-def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--seeds", default="1-20")
-    parser.add_argument("--modes", default="volunteer,coordinate")
-    parser.add_argument("--robots", default="Rob,Bot")
-    parser.add_argument("more", nargs="*", help="further options of simulate, after --")
-    o = parser.parse_args()
-    first, _, last = o.seeds.partition("-")
-    seeds = range(int(first), int(last or first) + 1)
+def audio(o: argparse.Namespace) -> None:
     print("mode        seed  ok  done  twice  lost  sent  understood  collisions  virtual s  wall s  times real time")
     for mode in o.modes.split(","):
         factors, good = [], 0
-        for seed in seeds:
+        for seed in _range(o.seeds):
             status, s = fly(seed, mode, o.robots, o.more)
             factors.append(s["realtime_factor"])
             good += status == 0
+            counts = (len(s["done"]), s["duplicates"], s["lost"], s["utterances_sent"], s["utterances_understood"])
+            ok = "yes" if status == 0 else "NO "
             print(
-                f"{mode:10} {seed:5}  {'yes' if status == 0 else 'NO ':3} {len(s['done']):4} {s['duplicates']:6}"
-                f" {s['lost']:5} {s['utterances_sent']:5} {s['utterances_understood']:11} {s['collisions']:11}"
-                f" {s['virtual_s']:10.1f} {s['wall_s']:7.1f} {s['realtime_factor']:16.1f}",
+                f"{mode:10} {seed:5}  {ok:3}" + "{:4} {:6} {:5} {:5} {:11}".format(*counts),
+                f"{s['collisions']:11} {s['virtual_s']:10.1f} {s['wall_s']:7.1f} {s['realtime_factor']:16.1f}",
                 flush=True,
             )
         print(f"{mode}: {good} of {len(factors)} good, {min(factors):.1f} to {max(factors):.1f} times real time\n")
+
+
+def words(o: argparse.Namespace) -> None:
+    low, _, high = o.loss.partition("-")
+    loss = (float(low), float(high or low))
+    twice = twice_whole = lost = endless = tasks = sent = n = 0
+    began_s = time.perf_counter()
+    for seed in _range(o.seeds):
+        plan = random_plan(seed, loss=loss, outages_max=o.outages)
+        result = WordMission(plan).run()
+        n += 1
+        tasks += len(plan.tasks)
+        sent += result.sent
+        lost += result.lost > 0
+        twice += result.duplicates > 0
+        bad = result.duplicates > 0 and not result.off_in_mid_task
+        twice_whole += bad
+        endless += math.isinf(result.ended_s)
+        if bad or result.lost or math.isinf(result.ended_s):
+            print(
+                f"  seed {seed}: lost {result.lost}, twice {result.duplicates}, ended {result.ended_s:.0f} s",
+                flush=True,
+            )
+    wall_s = time.perf_counter() - began_s
+    print(f"{n} missions, loss {o.loss}, up to {o.outages} outages: {tasks} tasks, {sent / tasks:.1f} sentences a task")
+    print(f"missions with a task lost: {lost}; that did not end: {endless}")
+    print(f"missions with a task done twice: {twice}, of them without a robot switched off in mid-task: {twice_whole}")
+    print(f"{n / wall_s:.0f} missions a second")
+
+
+def crowd(o: argparse.Namespace) -> None:
+    """The air that a team uses, against the number of robots, three tasks each, nothing lost."""
+    print("robots tasks  ended s  sentences  collisions  airtime s  of an omniscient scheduler's  air busy")
+    for n in (2, 4, 6, 8, 12, 16, 20):
+        rows = [_crowd_mission(n, seed) for seed in _range(o.seeds)]
+        ended, sent, collisions, air_s, ratio = (sum(row[i] for row in rows) / len(rows) for i in range(5))
+        print(
+            f"{n:6} {3 * n:5} {ended:8.0f} {sent:10.0f} {collisions:11.1f} {air_s:10.0f} {ratio:8.2f} "
+            f"{'#' * round(10 * ratio):20} {air_s / ended:9.0%}",
+            flush=True,
+        )
+
+
+def _crowd_mission(n: int, seed: int) -> tuple[float, ...]:
+    plan = WordPlan(NAMES[:n], random_tasks(3 * n, random.Random(seed)), seed)
+    result = WordMission(plan).run()
+    if result.lost or result.duplicates or math.isinf(result.ended_s):
+        print(f"  {n} robots, seed {seed}: {result}")
+    air_s = result.airtime_s
+    return result.ended_s, result.sent, result.collisions, air_s, air_s / omniscient_airtime_s(plan)
+
+
+def speed(_: argparse.Namespace) -> None:
+    for robots, tasks, seeds in ((2, 5, 1000), (4, 10, 200), (12, 40, 20)):
+        plans = [random_plan(s, robots=(robots, robots), tasks=(tasks, tasks), outages_max=0) for s in range(seeds)]
+        for title, loss in (("no loss", 0.0), ("loss 0-30 %", None)):
+            began_s = time.perf_counter()
+            for plan in plans:
+                quiet = replace(plan, conditions=replace(plan.conditions, loss=0.0)) if loss == 0.0 else plan
+                WordMission(quiet).run()
+            rate = seeds / (time.perf_counter() - began_s)
+            print(f"{robots:3} robots, {tasks:3} tasks, {title:12}: {rate:7.1f} missions/s")
+
+
+def _range(text: str) -> range:
+    first, _, last = text.partition("-")
+    return range(int(first), int(last or first) + 1)
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    kinds = parser.add_subparsers(required=True)
+    c = kinds.add_parser("audio")
+    c.add_argument("--seeds", default="1-20")
+    c.add_argument("--modes", default="volunteer,coordinate")
+    c.add_argument("--robots", default="Rob,Bot")
+    c.add_argument("more", nargs="*", help="further options of simulate, after --")
+    c.set_defaults(run=audio)
+    c = kinds.add_parser("words")
+    c.add_argument("--seeds", default="1-10000")
+    c.add_argument("--loss", default="0-0.3")
+    c.add_argument("--outages", type=int, default=2)
+    c.set_defaults(run=words)
+    c = kinds.add_parser("crowd")
+    c.add_argument("--seeds", default="1-5")
+    c.set_defaults(run=crowd)
+    c = kinds.add_parser("speed")
+    c.set_defaults(run=speed)
+    o = parser.parse_args()
+    o.run(o)
 
 
 if __name__ == "__main__":

@@ -78,8 +78,6 @@ class Timing:
     """Time for the next answer to a greeting to begin; each one that comes grants it anew."""
     greetings_max: int = 3
     """So often an unanswered greeting is repeated before the robot works alone."""
-    greeting_slots: int = 8
-    """Of random back-off before an answer to a greeting: nobody knows yet how many will answer."""
     reply_gap_s: float = 0.15
     """Before an answer, once the question is understood: people leave about 0.2 s (Stivers et al. 2009)."""
     turn_gap_s: float = 1.2
@@ -89,9 +87,9 @@ class Timing:
     whole missions: a voice is noticed 0.08 to 0.2 s after its first sample, the later the farther."""
     reply_slots: int = 3
     turn_slots: int = 8
-    """At least; in a larger team, two for each robot."""
-    again_slots: int = 5
-    """Of a sentence that was not answered: it goes before new ones."""
+    """At least, for who does not know whose turn it is."""
+    recognition_s: float = 0.25
+    """After the own last word: then the others have understood it, and the round of turns begins for all at once."""
     settle_s: float = 0.5
     """After a voice falls silent: by then its sentence has been recognised."""
     objection_s: float = 0.9

@@ -13,6 +13,8 @@ from hvcpd.coordination.table import State, Trigger
 if TYPE_CHECKING:
     from hvcpd.coordination.coordination import Coordination
 
+BAD_AIR_REPEATS = 3
+"""So often said without an answer, a sentence did not just collide with another one."""
 MARGIN_S = 10.0
 """Between the end of a task's actions and the end of its lease: for a stall, and for the report."""
 
@@ -43,7 +45,8 @@ def claims_max(c: Coordination, now: float) -> int:
 
 def _again_or_give_up(c: Coordination, times: int, now: float) -> None:
     c.repeats += 1
-    c.missed_s = now
+    if c.repeats >= BAD_AIR_REPEATS:
+        c.missed_s = now
     c.fire(Trigger.GAVE_UP if c.repeats >= times else Trigger.TIMEOUT, now)
 
 

@@ -210,6 +210,7 @@ def note_done(c: Coordination, doer: str, number: int, now: float) -> bool:
     sure = doer in (entry.owner, before)
     if not sure or c.task == number:
         c.missed_s = now
+        c.heard_work = c.heard_work or c.state in NEWCOMER
     if c.task == number and c.state is State.ACTING:
         return sure  # too late: it is being done twice, and both will say so
     c.board.complete(number, doer, hearsay=not sure)

@@ -15,9 +15,9 @@ from hvcpd.coordination.actions import Action, Chance, Perform, Role, SavePeer, 
 from hvcpd.coordination.board import Board
 from hvcpd.coordination.claims import HeardClaim
 from hvcpd.coordination.effects import OWN_TURN
-from hvcpd.coordination.floor import RANK_MAX, Floor, Intent, Urgency
+from hvcpd.coordination.floor import RANK_MAX, Floor, Intent, Order, Urgency
 from hvcpd.coordination.peers import Peers
-from hvcpd.coordination.table import AT_WORK, TRANSITIONS, State, Trigger
+from hvcpd.coordination.table import AT_WORK, NEWCOMER, TRANSITIONS, State, Trigger
 from hvcpd.language import messages as m
 
 
@@ -83,10 +83,10 @@ class Coordination:
         if utterance.speaker is not None and utterance.speaker.lower() == self.role.name.lower():
             hearing.hear_own_name(self, now)
             return
-        self.floor.hold_back(now)
         if utterance.speaker is not None:
             peer = self.peers.heard(utterance.speaker, utterance.team, now, confidence, snr_db)
             self._actions.append(SavePeer(peer.name, peer.team, now))
+        self.floor.understood(now, self._order_after(utterance.speaker, now))
         hearing.react(self, utterance, confidence, now)
         if self.state is State.READY and self._timer_s is None and not self.board.all_done:
             self.arm(now, self.timing.decide_s)
@@ -104,7 +104,7 @@ class Coordination:
 
     def spoken(self, now: float) -> None:
         """The sentence of the last `Say` is out."""
-        intent = self.floor.ended(now)
+        intent = self.floor.ended(now, self._order_after(self.role.name, now))
         if intent is not None and intent.trigger is not None:
             self.fire(intent.trigger, now)
 
@@ -199,6 +199,14 @@ class Coordination:
         own = self.role.name.lower()
         before = sum(name < own for name in names)
         return min((before + salt) % (len(names) + 1), RANK_MAX)
+
+    def _order_after(self, speaker: str | None, now: float) -> Order | None:
+        """This robot's place in the round of turns that begins after a speaker; a newcomer has none."""
+        if speaker is None or self.state in NEWCOMER:
+            return None
+        own, last = self.role.name.lower(), speaker.lower()
+        names = sorted({*self.peers.present(now), own, last})
+        return (names.index(own) - names.index(last) - 1) % len(names), len(names)
 
     def reconsider(self, now: float) -> None:
         """Something became free."""

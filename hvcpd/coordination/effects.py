@@ -41,6 +41,7 @@ def want_greeting(c: Coordination, now: float) -> None:
 
 
 def wait_for_greetings(c: Coordination, now: float) -> None:
+    c.floor.withdraw_all("greet ")  # it has said its name to all
     c.arm(now, c.timing.greeting_wait_s)
 
 
@@ -64,7 +65,6 @@ def end_question(c: Coordination, now: float) -> None:
 
 def want_claim(c: Coordination, now: float) -> None:
     c.task = None
-    c.floor.expect_speakers(len(c.peers.present(now)))
     c.want(Urgency.TURN, OWN_TURN, lambda: composing.claim(c, now), now, trigger=Trigger.SPOKEN)
 
 

@@ -1,7 +1,10 @@
 """The floor: who speaks when. Listen before talk with random back-off (non-persistent CSMA, Kleinrock & Tobagi 1975).
 
 Answers wait less than everything else, so that nobody cuts in between a question and its answer. Of several who could
-answer, each waits for a slot of its own; whoever hears another one answer holds back.
+answer, each waits for a slot of its own; whoever hears another one answer holds back. Turns go round: after a sentence
+that was understood, all who know the same names agree on the order of their slots, beginning after the last speaker
+(as with a token; mini-slotted alternating priorities, Kleinrock & Scholl 1980). Only those who do not know who spoke
+draw their slot.
 """
 
 from __future__ import annotations
@@ -19,8 +22,9 @@ RANK_MAX = 10
 """Slots for answers are given to so many robots; beyond, they are shared: that ten before fail to answer is rare."""
 
 
-SLOTS_PER_SPEAKER = 3
-"""Slots of back-off for each robot in a large team: fewer collide more often, more lose time (benchmarks/missions)."""
+SLOTS_MAX = 64
+"""Random back-off is drawn from twice as many slots after each sentence that nobody understood, up to so many, and
+from three quarters of them after each that was understood (binary exponential back-off, as Ethernet has it)."""
 
 
 class Urgency(IntEnum):
@@ -58,6 +62,19 @@ ANSWER_KEPT_S = 12.0
 """Two sentences of others with their gaps; who asked has by then asked again."""
 
 
+Order = tuple[int, int]
+"""A robot's place in the round of turns, from 0, and how many take part."""
+
+
+@dataclass(frozen=True)
+class Round:
+    """Turns after a sentence that was understood: a slot for each robot, over and over until somebody speaks."""
+
+    began_s: float
+    place: int
+    size: int
+
+
 class Floor:
     """The queue of what one robot wants to say, and whether it may begin."""
 
@@ -68,18 +85,13 @@ class Floor:
         self._busy = False
         self._released_s = -math.inf
         self._slots = timing.turn_slots
-        self._again_slots = timing.again_slots
+        self._round: Round | None = None
         self.speaking: Intent | None = None
 
     @property
     def busy(self) -> bool:
         """Somebody else is speaking."""
         return self._busy
-
-    def expect_speakers(self, n: int) -> None:
-        """So many others may want the floor: the back-off is drawn from more slots."""
-        self._slots = max(self._timing.turn_slots, SLOTS_PER_SPEAKER * n)
-        self._again_slots = self._timing.again_slots + n
 
     def unsettled_until(self, now: float) -> float:
         """Until when something that somebody says may still come to be understood."""
@@ -89,13 +101,17 @@ class Floor:
 
     def want(self, intent: Intent, now: float) -> None:
         self.withdraw(intent.topic)
-        intent.ready_s = now + self._gap(intent)
+        intent.ready_s = now + self._gap(intent, now)
         intent.wanted_s = now
         self._intents.append(intent)
 
     def withdraw(self, topic: str) -> None:
         if self._intents:
             self._intents = [intent for intent in self._intents if intent.topic != topic]
+
+    def withdraw_all(self, topics: str) -> None:
+        """Withdraw every topic that begins so."""
+        self._intents = [intent for intent in self._intents if not intent.topic.startswith(topics)]
 
     def answered(self, call: str, only_tentative: bool = False) -> None:
         """Somebody else has answered: who wanted to holds back."""
@@ -104,6 +120,10 @@ class Floor:
 
     def garbled(self) -> None:
         """Something was said that may have been an objection."""
+        self._slots = min(2 * self._slots, SLOTS_MAX)
+        self._give_up_tentative()
+
+    def _give_up_tentative(self) -> None:
         if self._intents:
             self._intents = [intent for intent in self._intents if not intent.tentative]
 
@@ -114,13 +134,19 @@ class Floor:
         """Somebody began or ended to speak; after an end everybody backs off anew."""
         if self._busy and not busy:
             self._released_s = now
-            self._back_off(now)
+            self.hold_back(now)
         if busy and not self._busy:
-            self.garbled()  # most likely another one answers; if not, the question comes again
+            self._give_up_tentative()  # most likely another one answers; if not, the question comes again
         self._busy = busy
 
-    def hold_back(self, now: float) -> None:
-        """A sentence was understood: back off from its end as others do, so that answers come first."""
+    def understood(self, now: float, order: Order | None) -> None:
+        """A sentence was understood; back off from its end as others do. `order`: the place in the round of turns."""
+        self._slots = max(3 * self._slots // 4, self._timing.turn_slots)
+        self.hold_back(now, order)
+
+    def hold_back(self, now: float, order: Order | None = None) -> None:
+        """Back off from the end of a sentence as others do, so that answers come first."""
+        self._round = Round(now, *order) if order is not None else None
         self._back_off(now)
 
     def begin(self, now: float) -> Intent | None:
@@ -139,10 +165,10 @@ class Floor:
         self.speaking = intent
         return intent
 
-    def ended(self, now: float) -> Intent | None:
-        """The own sentence is out; returns what it was."""
+    def ended(self, now: float, order: Order | None = None) -> Intent | None:
+        """The own sentence is out; returns what it was. `order` is as in `hold_back`."""
         intent, self.speaking = self.speaking, None
-        self._back_off(now)
+        self.hold_back(now + self._timing.recognition_s, order)
         return intent
 
     def next_deadline(self) -> float | None:
@@ -152,12 +178,20 @@ class Floor:
 
     def _back_off(self, now: float) -> None:
         for intent in self._intents:
-            intent.ready_s = max(intent.ready_s, now + self._gap(intent))
+            ready_s = now + self._gap(intent, now)
+            if intent.urgency < Urgency.AGAIN or self._round is None:
+                ready_s = max(intent.ready_s, ready_s)
+            intent.ready_s = ready_s
 
-    def _gap(self, intent: Intent) -> float:
+    def _gap(self, intent: Intent, now: float) -> float:
+        """How long from now to wait: to the own slot, drawn or in turn."""
         timing = self._timing
-        if intent.urgency >= Urgency.AGAIN:
-            slots = self._slots if intent.urgency is Urgency.TURN else self._again_slots
-            return timing.turn_gap_s + int(self._chance.random() * slots) * timing.slot_s
-        slot = int(self._chance.random() * timing.reply_slots) if intent.slot is None else intent.slot
-        return timing.reply_gap_s + slot * timing.slot_s
+        if intent.urgency < Urgency.AGAIN:
+            slot = int(self._chance.random() * timing.reply_slots) if intent.slot is None else intent.slot
+            return timing.reply_gap_s + slot * timing.slot_s
+        if self._round is None:
+            return timing.turn_gap_s + int(self._chance.random() * self._slots) * timing.slot_s
+        first_s = self._round.began_s + timing.turn_gap_s + self._round.place * timing.slot_s
+        length_s = self._round.size * timing.slot_s
+        rounds = max(math.ceil((now - first_s) / length_s), 0)
+        return first_s + rounds * length_s - now

@@ -6,9 +6,9 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
 from hvcpd.coordination import claims, composing, orders, people, relaying, repair
-from hvcpd.coordination.addressing import is_for, is_for_me_alone
+from hvcpd.coordination.addressing import is_for
 from hvcpd.coordination.floor import Urgency
-from hvcpd.coordination.table import NEWCOMER, State, Trigger
+from hvcpd.coordination.table import State, Trigger
 from hvcpd.language import messages as m
 
 if TYPE_CHECKING:
@@ -57,9 +57,8 @@ def _greeting(c: Coordination, u: m.Utterance, _: None, now: float) -> None:
 def _introduce(c: Coordination, name: str | None, now: float) -> None:
     """Say the own name; a robot that has not greeted yet has done so by this."""
     trigger = Trigger.GREETED if c.state in (State.WAKING, State.GREETING) else None
-    slot = int(c.chance.random() * c.timing.greeting_slots)
     to = m.ToRobot(name) if name else m.ToAll()
-    c.want(Urgency.ANSWER, f"greet {name}", lambda: composing.introduction(c, to), now, trigger=trigger, slot=slot)
+    c.want(Urgency.TURN, f"greet {name}", lambda: composing.introduction(c, to), now, trigger=trigger)
 
 
 def _who_here(c: Coordination, u: m.Utterance, _s: m.WhoHere, now: float) -> None:
@@ -103,23 +102,11 @@ def _name_taken(c: Coordination, u: m.Utterance, _s: m.NameTaken, now: float) ->
         peer.silent_until_s = now + c.timing.name_conflict_s
 
 
-def _working(c: Coordination, u: m.Utterance, s: m.Working, now: float) -> None:
-    if c.state in NEWCOMER and not is_for_me_alone(c, u):
-        c.heard_work = True
-    claims.working(c, u, s, now)
-
-
-def _completed(c: Coordination, u: m.Utterance, s: m.Completed, now: float) -> None:
-    if c.state in NEWCOMER:
-        c.heard_work = True
-    claims.completed(c, u, s, now)
-
-
 _REACTIONS: dict[type, Callable[[Coordination, m.Utterance, Any, float], None]] = {
     type(None): _greeting,
     m.Claim: claims.claim,
-    m.Working: _working,
-    m.Completed: _completed,
+    m.Working: claims.working,
+    m.Completed: claims.completed,
     m.Failed: claims.failed,
     m.Left: claims.left,
     m.Confirmed: claims.confirmed,

@@ -1,0 +1,63 @@
+"""Random missions at the level of words, by seed: teams, tasks, air and faults; and what the tasks' talk must cost."""
+
+from __future__ import annotations
+
+import random
+
+from hil_fakes.word_channel import WORD_S, Conditions
+from hil_fakes.word_lengths import WordLengths
+from hil_fakes.word_mission import Outage, WordPlan
+from hvcpd.config.tasks import GoTo, Place, TaskDefinition, Water
+from hvcpd.language import messages as m
+
+NAMES = tuple("Rob Bot Max Zoe Ada Kim Leo Mia Tom Eva Sam Ida Ben Joy Pip Gus Ned Una Vic Wil".split())
+ROOM_M = 6.0
+"""Half the side of the room that the tasks are strewn over."""
+MISHEARING_MAX = 0.01
+"""Of the sentences that a robot reports, at most so many are wrong; the recogniser's own rate is measured elsewhere."""
+DELAY_S = 0.05
+"""By so much the robots' recognisers report one sentence at different times."""
+LATE = 0.3
+"""In so many missions of three and more robots one comes late."""
+
+
+def random_tasks(n: int, chance: random.Random) -> tuple[TaskDefinition, ...]:
+    """Places to drive to and to water at, for 2 to 8 s."""
+
+    def task(number: int) -> TaskDefinition:
+        place = Place(chance.uniform(-ROOM_M, ROOM_M), chance.uniform(-ROOM_M, ROOM_M))
+        return TaskDefinition(number, f"task {number}", place, (GoTo(place), Water(chance.uniform(2.0, 8.0))))
+
+    return tuple(task(number) for number in range(1, n + 1))
+
+
+def random_plan(
+    seed: int,
+    *,
+    loss: tuple[float, float] = (0.0, 0.3),
+    robots: tuple[int, int] = (2, 12),
+    tasks: tuple[int, int] = (5, 40),
+    outages_max: int = 2,
+) -> WordPlan:
+    """A mission drawn from these ranges, with up to `outages_max` robots switched off, half of them for good."""
+    chance = random.Random(seed)
+    names = NAMES[: chance.randint(*robots)]
+    conditions = Conditions(chance.uniform(*loss), chance.uniform(0.0, MISHEARING_MAX), DELAY_S)
+    n_off = min(chance.randint(0, outages_max), len(names) - 1)
+    outages = tuple(
+        Outage(name, chance.uniform(5.0, 400.0), chance.choice((None, chance.uniform(5.0, 200.0))))
+        for name in chance.sample(names, n_off)
+    )
+    late = {names[-1]: chance.uniform(20.0, 200.0)} if len(names) > 2 and chance.random() < LATE else {}
+    return WordPlan(names, random_tasks(chance.randint(*tasks), chance), seed, conditions, outages=outages, late=late)
+
+
+def omniscient_airtime_s(plan: WordPlan) -> float:
+    """The talk of a scheduler that knows all: one claim and one report a task, and no collision."""
+    count = WordLengths()
+    words = 0
+    for task in plan.tasks:
+        ref = m.TaskByNumber(task.number)
+        words += count(m.Utterance(plan.names[0], m.ToTeam("plant"), None, m.Claim(ref)))
+        words += count(m.Utterance(plan.names[0], m.ToAll(), None, m.Completed(ref)))
+    return words * WORD_S

@@ -1,0 +1,138 @@
+"""The claim engine against an adversary that loses sentences, switches robots off and on, stops and resumes them.
+
+The rules are hypothesis's stateful testing; what it found, shrunk, stands below as tests of their own.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import pytest
+from hypothesis import HealthCheck, settings
+from hypothesis import strategies as st
+from hypothesis.stateful import RuleBasedStateMachine, initialize, invariant, precondition, rule
+
+from hil_fakes.word_channel import Conditions
+from hil_fakes.word_mission import Outage, WordMission, WordPlan
+from hvcpd.coordination.table import AT_WORK, State
+from hvcpd.language import messages as m
+from tests.coordination.mission import Mission, plants
+
+NAMES = ("Rob", "Bot", "Max")
+LOSSES_MAX = 5
+"""Single sentences that single robots may miss: one fewer than a claim is repeated."""
+RESOLUTION_S = 40.0
+"""Two robots may hold one task for so long: both repeat what they said, and hear each other."""
+AIRTIME_MAX = 0.95
+"""Of all time, over five minutes: sentences have gaps."""
+
+
+class Sieve(WordMission):
+    """A mission in which chosen robots miss their next sentences."""
+
+    def __init__(self, plan: WordPlan) -> None:
+        super().__init__(plan, keep=True)
+        self.deaf: dict[str, int] = {}
+        inner = self.air._deliver
+
+        def deliver(listener: str, sound: Any, overlap: Any) -> None:
+            if self.deaf.get(listener, 0) and not isinstance(sound.utterance.statement, m.Stop):
+                self.deaf[listener] -= 1
+                return
+            inner(listener, sound, overlap)
+
+        self.air._deliver = deliver  # type: ignore[method-assign]
+
+
+class ClaimEngine(RuleBasedStateMachine):
+    """Time passes between the adversary's moves; the invariants are checked after each of them."""
+
+    @initialize(seed=st.integers(0, 1000), n_robots=st.integers(2, 3), n_tasks=st.integers(1, 4))
+    def begin(self, seed: int, n_robots: int, n_tasks: int) -> None:
+        self.mission = Sieve(WordPlan(NAMES[:n_robots], plants(n_tasks), seed=seed, limit_s=3000.0))
+        self.losses = 0
+        self.stopped = False
+        self.off: dict[str, float] = {}
+        self.both_since: dict[int, float] = {}
+
+    @rule(for_s=st.sampled_from([0.5, 2.0, 5.0, 15.0, 60.0]))
+    def time_passes(self, for_s: float) -> None:
+        end_s = self.mission.air.now + for_s
+        while self.mission.air.now < end_s:
+            self.mission.air.run_until(min(self.mission.air.now + 1.0, end_s))
+            self.check()
+
+    @precondition(lambda self: self.losses < LOSSES_MAX)
+    @rule(who=st.sampled_from(NAMES), n=st.integers(1, 3))
+    def misses(self, who: str, n: int) -> None:
+        n = min(n, LOSSES_MAX - self.losses)
+        self.losses += n
+        self.mission.deaf[who] = self.mission.deaf.get(who, 0) + n
+
+    @precondition(lambda self: len(self.off) == 0)
+    @rule(who=st.sampled_from(NAMES), back_s=st.sampled_from([5.0, 40.0]))
+    def runs_flat(self, who: str, back_s: float) -> None:
+        if who in self.mission.robots:
+            self.off[who] = self.mission.air.now
+            self.mission._fail(Outage(who, self.mission.air.now, back_s))
+
+    @rule()
+    def person_stops_all(self) -> None:
+        listening = tuple(self.mission.robots.values())
+        self.mission._speak("Anna", m.Utterance(None, None, None, m.Stop()))
+        said_s = self.mission.air.now
+        self.mission.air.run_until(said_s + 0.37 + 0.5)
+        self.stopped = True
+        for robot in listening:
+            assert robot.state is State.STOPPED, "stop always wins"
+
+    @precondition(lambda self: self.stopped)
+    @rule()
+    def person_resumes(self) -> None:
+        self.mission._speak("Anna", m.Utterance(None, None, None, m.Resume()))
+        self.mission.air.run_until(self.mission.air.now + 1.0)
+        self.stopped = False
+
+    @invariant()
+    def check(self) -> None:
+        if not hasattr(self, "mission"):
+            return
+        mission, now = self.mission, self.mission.air.now
+        if not mission.off_in_mid_task:
+            assert all(count <= 1 for count in mission.watered.values()), "exactly once"
+        for robot in mission.robots.values():
+            for entry in robot.board.entries():
+                if entry.known_done:
+                    assert mission.watered[entry.definition.number], "what nobody did is not held for done"
+        for number in range(1, len(mission.plan.tasks) + 1):
+            owners = [r for r in mission.robots.values() if r.task == number and r.state in AT_WORK]
+            if len(owners) < 2:
+                self.both_since.pop(number, None)
+            else:
+                assert now - self.both_since.setdefault(number, now) <= RESOLUTION_S, "no two owners"
+
+    def teardown(self) -> None:
+        if not hasattr(self, "mission"):
+            return
+        mission = self.mission
+        mission.deaf.clear()
+        for pause_s in (1.0, 10.0, 30.0):  # said until all have heard it, as people do
+            mission.tell(mission.air.now + pause_s, "Anna", m.Utterance(None, None, None, m.Resume()))
+        began_s, spoken_s = mission.air.now, mission.air.airtime_s
+        result = mission.run()
+        assert result.lost == 0, "none lost"
+        assert result.agreed
+        assert mission.off_in_mid_task or result.duplicates == 0, "exactly once"
+        lasted_s = mission.air.now - began_s
+        if lasted_s > 300.0:
+            assert mission.air.airtime_s - spoken_s <= AIRTIME_MAX * lasted_s, "bounded airtime"
+
+
+TestClaimEngine = ClaimEngine.TestCase
+TestClaimEngine.settings = settings(
+    max_examples=40,
+    stateful_step_count=15,
+    deadline=None,
+    derandomize=True,
+    suppress_health_check=[HealthCheck.too_slow],
+)
