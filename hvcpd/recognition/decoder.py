@@ -1,4 +1,4 @@
-"""One-pass connected-word DTW over the whole network, one column a frame.
+"""One-pass connected-word DTW over the network's promising part, one column a frame.
 
 H. Ney, "The use of a one-stage dynamic programming algorithm for connected word recognition", IEEE Trans. ASSP
 32(2), 1984; J. Bridle, M. Brown, R. Chamberlain, "An algorithm for connected word recognition", ICASSP 1982.
@@ -7,6 +7,9 @@ advances by one template frame or skips one, always from the previous column, so
 
 All costs are relative to the filler, a path that explains any sound; a filler therefore always costs 0, sentences
 begin at any frame at cost 0, and a sentence that fits better than the filler has a negative cost.
+
+Before every few frames all but the promising paths are dropped (`pruning`), so a large network costs little more than
+a small one.
 """
 
 from __future__ import annotations
@@ -16,17 +19,13 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from hvcpd.recognition.lattice import PAUSE, Costs, Lattice, Step, Tokens, token_of_start
+from hvcpd.recognition.layout import Layout, common_states, lay_out
 from hvcpd.recognition.network import Network
-
-Costs = NDArray[np.float32]
-Tokens = NDArray[np.int32]
+from hvcpd.recognition.pruning import REACH, Beam, survivors
 
 UNREACHABLE = np.float32(1e9)
 """A cost that no path reaches: over any sum of distances, within float32's range."""
-HISTORY_FRAMES = 2048
-"""20 s of back pointers: far longer than the longest sentence."""
-FROM_START, FROM_PAUSE = -1, -2
-"""What stands in a node's record in place of a chain: the beginning of a sentence, the end of a pause."""
 
 
 @dataclass(frozen=True)
@@ -58,22 +57,15 @@ def dtw_column(previous: Costs, distances: Costs, steps: StepCosts, out: Costs) 
 
 
 @dataclass(frozen=True)
-class Step:
-    """A word on the traced path: its chain, the frames it begins at and ends before, and what it cost."""
-
-    chain: int
-    start_frame: int
-    end_frame: int
-    cost: float
-
-
-@dataclass(frozen=True)
 class Best:
-    """The best path of the whole network: its rung and cost; node and rested frames if it rests in a final node."""
+    """The best path of the whole network: its cost; node, token and rested frames if it rests in a final node.
 
-    rung: int
+    `behind` is by how much a path inside a word is cheaper still.
+    """
+
     cost: float
     node: int = -1
+    token: int = -1
     rested_frames: int = 0
     behind: float = 0.0
 
@@ -81,163 +73,206 @@ class Best:
 class Decoder:
     """Token passing over `Network` for several rungs (template gains) side by side.
 
-    Call `column` for each frame; `best` and `trace` read the result. Frames are numbered by the caller and must
-    follow each other by one until `reset`. A token is the flat index of a record (history slot, rung, node).
+    Call `prepare`, then `column` for each of at most HORIZON_FRAMES frames, and so on; `best` and `trace` read the
+    result. Frames are numbered by the caller and follow each other by one until `reset`.
     """
 
-    def __init__(self, network: Network, n_rungs: int, steps: StepCosts) -> None:
+    def __init__(self, network: Network, n_rungs: int, steps: StepCosts, beam: Beam) -> None:
         self._net = network
+        self._n_rungs = n_rungs
         self._steps = steps
-        shape = (n_rungs, network.n_states)
-        self._cost: Costs = np.full(shape, UNREACHABLE, np.float32)
-        self._cost_next: Costs = np.full(shape, UNREACHABLE, np.float32)
-        self._token: Tokens = np.zeros(shape, np.int32)
-        self._token_next: Tokens = np.zeros(shape, np.int32)
-        nodes = (n_rungs, network.n_nodes)
-        self._rest: Costs = np.full(nodes, UNREACHABLE, np.float32)
-        self._rest_token: Tokens = np.zeros(nodes, np.int32)
-        self._rest_allowed = np.where(network.may_pause | network.is_final, np.float32(0), UNREACHABLE)
-        self._leave_allowed = np.where(network.may_pause, np.float32(0), UNREACHABLE)
+        self._beam = beam
+        shape = (n_rungs, network.n_nodes)
+        self._rest: Costs = np.full(shape, UNREACHABLE, np.float32)
+        self._rest_token: Tokens = np.zeros(shape, np.int32)
+        self._may_rest = network.may_pause | network.is_final
+        self._may_leave = network.may_pause
         self._final_nodes = np.flatnonzero(network.is_final)
-        history = (HISTORY_FRAMES, n_rungs, network.n_nodes)
-        self._record_chain = np.full(history, FROM_START, np.int32)
-        self._record_token = np.zeros(history, np.int32)
-        self._record_cost: Costs = np.zeros(history, np.float32)
-        self._record_start = np.zeros(history, np.int64)
-        self._chain_numbers = np.arange(network.n_chains, dtype=np.int32)
-        self._node_numbers = np.arange(network.n_nodes, dtype=np.int32)
-        self._rung_numbers = np.arange(n_rungs, dtype=np.int32)[:, None]
-        self._place_of_node = self._rung_numbers * np.int32(network.n_nodes) + self._node_numbers
-        self._slot_size = n_rungs * network.n_nodes
+        self._is_start = np.zeros(network.n_nodes, np.bool_)
+        self._is_start[network.start_nodes] = True
+        self._lattice = Lattice()
         self._frame = 0
         self.reset(0)
 
     def reset(self, frame: int) -> None:
         """Forget all paths; the next column is that of `frame`."""
-        self._cost.fill(UNREACHABLE)
-        self._rest.fill(UNREACHABLE)
         self._frame = frame
-        self._record_chain[(frame - 1) % HISTORY_FRAMES] = FROM_START
-        self._record_start[(frame - 1) % HISTORY_FRAMES] = frame
-        leaving = np.full(self._rest.shape, UNREACHABLE, np.float32)
-        leaving[:, self._net.start_nodes] = 0.0
-        self._enter_words(frame - 1, leaving, self._place_of_node)
+        self._rest.fill(UNREACHABLE)
+        self._rest_best = float(UNREACHABLE)
+        nothing = np.zeros(0, np.intp)
+        self._take_layout(lay_out(self._net, self._n_rungs, nothing, nothing, nothing))
+        self.prepare()
+        self._begin_sentences()
+
+    def _take_layout(self, layout: Layout) -> None:
+        self.layout = layout
+        self._cost: Costs = np.full(layout.n_states, UNREACHABLE, np.float32)
+        self._cost_next: Costs = np.full(layout.n_states, UNREACHABLE, np.float32)
+        self._token: Tokens = np.zeros(layout.n_states, np.int32)
+        self._token_next: Tokens = np.zeros(layout.n_states, np.int32)
+        self._end_bound: Costs = np.full(len(layout.last), np.float32(self._beam.above_filler))
+        self._ahead = np.concatenate([layout.begin, layout.begin + 1])
+        self._start_entry = layout.entry[self._is_start[layout.source % self._net.n_nodes]]
+
+    def prepare(self) -> Layout:
+        """Choose what to follow for the next HORIZON_FRAMES frames."""
+        old, cost, token = self.layout, self._cost, self._token
+        net = self._net
+        low = np.full(self._n_rungs * net.n_chains, -1, np.intp)
+        high = np.zeros(self._n_rungs * net.n_chains, np.intp)
+        bound = np.full(self._n_rungs * net.n_chains, self._beam.above_filler, np.float32)
+        reached = np.zeros((self._n_rungs, net.n_nodes), np.bool_)
+        reached |= (self._rest < self._beam.above_filler) & self._may_leave
+        if len(old.pair):
+            rung, chain = np.divmod(old.pair, net.n_chains)
+            target = rung * net.n_nodes + net.target_node[chain]
+            began = self._lattice.start_of(token)
+            kept = survivors(old, net.length[chain], target, cost, began, self._lattice.oldest_frame(), self._beam)
+            low[kept.pair], high[kept.pair], bound[kept.pair] = kept.low, kept.high, kept.bound
+            reached.reshape(-1)[kept.reached] = True
+        entering = np.flatnonzero(self._open(reached)[:, net.source_node].reshape(-1))
+        low[entering] = 0
+        high[entering] = np.maximum(high[entering], np.minimum(net.length[entering % net.n_chains], REACH))
+        pairs = np.flatnonzero(low >= 0)
+        self._take_layout(lay_out(net, self._n_rungs, pairs, low[pairs], high[pairs]))
+        were, are = common_states(old, self.layout)
+        self._cost[are] = cost[were]
+        self._token[are] = token[were]
+        self._end_bound = np.minimum(bound[pairs[self.layout.ends]], np.float32(self._beam.above_filler))
+        return self.layout
+
+    def _open(self, reached: NDArray[np.bool_]) -> NDArray[np.bool_]:
+        """The nodes that sentences may leave soon: starts, those reached, and those at the neighbouring rungs."""
+        opened = reached | self._is_start
+        opened[1:] |= reached[:-1]
+        opened[:-1] |= reached[1:]
+        return opened
 
     def column(self, distances: Costs, noise_cost: float) -> None:
         """Advance all paths by one frame.
 
-        `distances`, shape (n_rungs, n_states), are relative to the filler's cost; `noise_cost` is what a frame
+        `distances`, shape (n_states,) of the layout, are relative to the filler's cost; `noise_cost` is what a frame
         of pause costs, relative to the filler too (0 when the filler takes it for noise).
         """
-        advanced, skipped = dtw_column(self._cost, distances, self._steps, self._cost_next)
-        token = self._token_next
-        token[:, 2:] = self._token[:, 2:]
-        np.copyto(token[:, 2:], self._token[:, 1:-1], where=advanced)
-        np.copyto(token[:, 2:], self._token[:, :-2], where=skipped)
-        self._cost, self._cost_next = self._cost_next, self._cost
-        self._token, self._token_next = token, self._token
-        self._pass_nodes(np.float32(noise_cost))
+        if len(distances):
+            advanced, skipped = dtw_column(self._cost, distances, self._steps, self._cost_next)
+            token = self._token_next
+            token[2:] = self._token[2:]
+            np.copyto(token[2:], self._token[1:-1], where=advanced)
+            np.copyto(token[2:], self._token[:-2], where=skipped)
+            self._cost, self._cost_next = self._cost_next, self._cost
+            self._token, self._token_next = token, self._token
+        ends = self._cost[self.layout.last]
+        passing = np.flatnonzero(ends < self._end_bound)
+        self._cost[self._ahead] = UNREACHABLE
+        if len(passing) or self._rest_best < UNREACHABLE:
+            self._pass_nodes(passing, ends[passing], np.float32(noise_cost))
         self._frame += 1
+        self._begin_sentences()
 
-    def _pass_nodes(self, noise_cost: np.float32) -> None:
+    def _begin_sentences(self) -> None:
+        self._cost[self._start_entry] = 0.0
+        self._token[self._start_entry] = token_of_start(self._frame)
+
+    def _pass_nodes(self, passing: NDArray[np.intp], ends: Costs, noise_cost: np.float32) -> None:
         """Words that end hand their paths to the nodes; pauses and new words take them from there."""
-        net, frame = self._net, self._frame
-        slot = frame % HISTORY_FRAMES
-        ends = self._cost[:, net.last_state]
-        best = np.minimum.reduceat(ends, net.group_starts, axis=1)
-        which = np.where(ends <= best[:, net.group_of_chain], self._chain_numbers, np.int32(net.n_chains))
-        chain = np.minimum.reduceat(which, net.group_starts, axis=1)
-        arrival = np.full(self._rest.shape, UNREACHABLE, np.float32)
-        arrival[:, net.reached_nodes] = best
+        leaving = np.full(self._rest.shape, UNREACHABLE, np.float32)
+        token = np.zeros(self._rest.shape, np.int32)
         self._rest += noise_cost
-        leave = self._rest + self._leave_allowed
-        from_pause = leave < arrival
-        record_chain = self._record_chain[slot]
-        record_token = self._record_token[slot]
-        record_chain[:, net.reached_nodes] = chain
-        record_token[:, net.reached_nodes] = self._token[self._rung_numbers, net.last_state[chain]]
-        np.copyto(record_chain, FROM_PAUSE, where=from_pause)
-        np.copyto(record_token, self._rest_token, where=from_pause)
-        record_chain[:, net.start_nodes] = FROM_START
-        leaving = np.minimum(arrival, leave)
-        leaving[:, net.start_nodes] = 0.0
-        self._record_cost[slot] = leaving
-        self._note_starts(slot, record_chain, record_token)
-        arrival += self._rest_allowed
-        newer = arrival < self._rest
-        np.minimum(self._rest, arrival, out=self._rest)
-        np.copyto(self._rest_token, slot * self._slot_size + self._place_of_node, where=newer)
-        self._enter_words(frame, *self._change_rungs(leaving))
+        self._record_pauses(leaving, token)
+        if len(passing):
+            self._record_words(passing, ends, leaving, token)
+        self._rest_best = float(self._rest.min())
+        if self._rest_best >= self._beam.above_filler:
+            self._rest.fill(UNREACHABLE)
+            self._rest_best = float(UNREACHABLE)
+        entering, token = self._change_rungs(leaving, token)
+        self._cost[self.layout.entry] = entering.reshape(-1)[self.layout.source]
+        self._token[self.layout.entry] = token.reshape(-1)[self.layout.source]
 
-    def _change_rungs(self, leaving: Costs) -> tuple[Costs, Tokens]:
-        """What it costs to go on at each rung, and the place (rung and node) of the record to come from."""
-        entering, place = leaving.copy(), self._place_of_node.copy()
+    def _record_pauses(self, leaving: Costs, token: Tokens) -> None:
+        going_on = (self._rest < self._beam.above_filler) & self._may_leave
+        if going_on.any():
+            cost = self._rest[going_on]
+            leaving[going_on] = cost
+            token[going_on] = self._lattice.add(
+                self._frame, PAUSE, self._rest_token[going_on], cost, np.full_like(cost, UNREACHABLE)
+            )
+
+    def _record_words(self, passing: NDArray[np.intp], ends: Costs, leaving: Costs, token: Tokens) -> None:
+        """Of the words that end at the same rung and node, the cheapest goes on."""
+        layout = self.layout
+        place = layout.target[passing]
+        order = np.lexsort((ends, place))
+        sorted_place = place[order]
+        first = np.ones(len(order), np.bool_)
+        first[1:] = sorted_place[1:] != sorted_place[:-1]
+        winner = order[first]
+        at, cost, chain = place[winner], ends[winner], layout.end_chain[passing[winner]]
+        rival = self._rivals(layout.end_chain[passing], ends, chain)
+        record = self._lattice.add(self._frame, chain, self._token[layout.last[passing[winner]]], cost, rival)
+        sooner = cost < leaving.reshape(-1)[at]
+        leaving.reshape(-1)[at[sooner]] = cost[sooner]
+        token.reshape(-1)[at[sooner]] = record[sooner]
+        rests = self._may_rest[at % self._net.n_nodes] & (cost < self._rest.reshape(-1)[at])
+        self._rest.reshape(-1)[at[rests]] = cost[rests]
+        self._rest_token.reshape(-1)[at[rests]] = record[rests]
+
+    def _rivals(self, chains: NDArray[np.intp], ends: Costs, winners: NDArray[np.intp]) -> Costs:
+        """For each winner, the lowest cost of another word that ends at the same node now, at any rung."""
+        node, word = self._net.target_node, self._net.word_number
+        other = (node[chains] == node[winners][:, None]) & (word[chains] != word[winners][:, None])
+        rivals: Costs = np.where(other, ends, UNREACHABLE).min(axis=1)
+        return rivals
+
+    def _change_rungs(self, leaving: Costs, token: Tokens) -> tuple[Costs, Tokens]:
+        """What it costs to go on at each rung, and the token to go on with."""
+        entering, chosen = leaving.copy(), token.copy()
         dearer = leaving + np.float32(self._steps.rung)
         for to, other in ((slice(1, None), slice(None, -1)), (slice(None, -1), slice(1, None))):
             cheaper = dearer[other] < entering[to]
             np.copyto(entering[to], dearer[other], where=cheaper)
-            np.copyto(place[to], self._place_of_node[other], where=cheaper)
-        return entering, place
-
-    def _note_starts(self, slot: int, record_chain: Tokens, record_token: Tokens) -> None:
-        """Each record remembers the frame its sentence began at."""
-        starts = self._record_start.reshape(-1)[record_token]
-        self._record_start[slot] = np.where(record_chain == FROM_START, self._frame + 1, starts)
-
-    def _enter_words(self, frame: int, entering: Costs, place: Tokens) -> None:
-        net = self._net
-        self._cost[:, net.entry_state - 1] = UNREACHABLE
-        self._cost[:, net.entry_state] = entering[:, net.source_node]
-        self._token[:, net.entry_state] = (frame % HISTORY_FRAMES) * self._slot_size + place[:, net.source_node]
+            np.copyto(chosen[to], token[other], where=cheaper)
+        return entering, chosen
 
     def climb(self) -> None:
         """Move the ladder up by one rung: every rung takes over the paths of the next, the highest keeps its own."""
-        for rungs in (self._cost, self._token, self._rest, self._rest_token):
-            rungs[:-1] = rungs[1:].copy()
-
-    def forget_older_than(self, frame: int) -> None:
-        """Drop the paths whose sentence began before `frame` (history is bounded)."""
-        for cost, token in ((self._cost, self._token), (self._rest, self._rest_token)):
-            cost[self._record_start.reshape(-1)[token] < frame] = UNREACHABLE
+        self._rest[:-1] = self._rest[1:].copy()
+        self._rest_token[:-1] = self._rest_token[1:].copy()
+        old, cost, token = self.layout, self._cost, self._token
+        lower = np.searchsorted(old.pair, self._net.n_chains)
+        top = np.searchsorted(old.pair, (self._n_rungs - 1) * self._net.n_chains)
+        pair = np.concatenate([old.pair[lower:] - self._net.n_chains, old.pair[top:]])
+        low, high = (np.concatenate([a[lower:], a[top:]]) for a in (old.low, old.high))
+        self._take_layout(lay_out(self._net, self._n_rungs, pair, low, high))
+        moved, highest = old.rung_begins[1], old.rung_begins[-2]
+        self._cost[:] = np.concatenate([cost[moved:], cost[highest:]])
+        self._token[:] = np.concatenate([token[moved:], token[highest:]])
 
     def best(self, margin: float = 0.0) -> Best:
-        """The cheapest path of all; a fresh start (the filler, cost 0) counts as one."""
-        flat = int(self._cost.argmin())
-        rung, state = divmod(flat, self._net.n_states)
-        cost = float(self._cost[rung, state])
+        """The cheapest path of all; a path that rests counts as such if it is dearer by no more than `margin`."""
+        cost = float(self._cost.min(initial=0.0))
+        if self._rest_best >= UNREACHABLE:
+            return Best(cost)
         rests = self._rest[:, self._final_nodes]
-        rest_rung, column = divmod(int(rests.argmin()), len(self._final_nodes))
-        rest_cost = float(rests[rest_rung, column])
+        rung, column = divmod(int(rests.argmin()), len(self._final_nodes))
+        rest_cost = float(rests[rung, column])
         if rest_cost > cost + margin:
-            return Best(rung, cost)
+            return Best(min(cost, self._rest_best))
         node = int(self._final_nodes[column])
-        since = self._frame_of(int(self._rest_token[rest_rung, node]) // self._slot_size)
-        return Best(rest_rung, rest_cost, node, self._frame - 1 - since, rest_cost - cost)
+        token = int(self._rest_token[rung, node])
+        since = int(self._lattice.frame_of(self._rest_token[rung, node : node + 1])[0])
+        return Best(rest_cost, node, token, self._frame - 1 - since, rest_cost - cost)
 
     def forget_rests(self, longest_frames: int) -> None:
-        """Drop the paths that have paused for longer than `longest_frames`."""
-        last = self._frame - 1
-        age = (last - self._rest_token // self._slot_size) % HISTORY_FRAMES
-        self._rest[age > longest_frames] = UNREACHABLE
+        """Drop the paths that have paused for longer than `longest_frames`, or began too long ago."""
+        if self._rest_best >= UNREACHABLE:
+            return
+        age = self._frame - 1 - self._lattice.frame_of(self._rest_token)
+        too_old = self._lattice.start_of(self._rest_token) <= self._lattice.oldest_frame()
+        self._rest[(age > longest_frames) | too_old] = UNREACHABLE
+        self._rest_best = float(self._rest.min())
 
-    def _frame_of(self, slot: int) -> int:
-        """The latest frame before the next one that used history `slot`."""
-        return self._frame - 1 - (self._frame - 1 - slot) % HISTORY_FRAMES
-
-    def trace(self, rung: int, node: int) -> list[Step]:
-        """The words of the path that rests in `node`, first to last."""
-        steps: list[Step] = []
-        token = int(self._rest_token[rung, node])
-        end: tuple[int, int, float] | None = None
-        while True:
-            chain = int(self._record_chain.reshape(-1)[token])
-            frame = self._frame_of(token // self._slot_size)
-            cost = float(self._record_cost.reshape(-1)[token])
-            if end is not None:
-                steps.append(Step(end[0], frame + 1, end[1] + 1, end[2] - cost))
-                end = None
-            if chain == FROM_START:
-                return steps[::-1]
-            if chain >= 0:
-                end = (chain, frame, cost)
-            token = int(self._record_token.reshape(-1)[token])
+    def trace(self, token: int) -> list[Step]:
+        """The words of the path that ends in `token`, first to last."""
+        return self._lattice.trace(token)

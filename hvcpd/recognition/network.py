@@ -1,9 +1,7 @@
-"""The word network and its templates compiled into one vector of states for the decoder.
+"""The word network and its templates compiled into chains of states for the decoder.
 
 Each voice has its own copy of the word graph, because one speaker utters the whole sentence. Each arc of a copy
-holds, for every template of its word, a chain of states, one a frame. Two virtual states stand before each chain:
-the first is never reachable, the second is where the sentence enters, so that the decoder's steps need no special
-case at the beginning of a word.
+holds, for every template of its word, a chain of states, one a frame.
 """
 
 from __future__ import annotations
@@ -14,18 +12,16 @@ from numpy.typing import NDArray
 from hvcpd.language.graph import WordGraph
 from hvcpd.recognition.templates import TemplateBank
 
-VIRTUAL_STATES = 2
 Index = NDArray[np.intp]
 
 
 class Network:
     """Arrays that describe the compiled network; none changes after construction.
 
-    States (n_states): `frame_of_state`, row of the template bank (n_frames for virtual states).
-    Chains (n_chains, sorted by target node): `entry_state`, `last_state`, `source_node`, `target_node`, `word`,
-    `template`. Nodes (n_nodes): `may_pause`, `is_final`; `start_nodes` lists one node per voice.
-    `reached_nodes` are the targets of `target_node` once each, `group_starts` where each one's chains begin,
-    `group_of_chain` which of them a chain leads to.
+    Chains (n_chains, sorted by target node): `first_row` and `length`, their frames in the template bank
+    (`longest` is the longest one's);
+    `source_node`, `target_node`; `word` and `word_number` (equal words have equal numbers).
+    Nodes (n_nodes): `may_pause`, `is_final`; `start_nodes` lists one node per voice.
     """
 
     def __init__(self, graph: WordGraph, bank: TemplateBank) -> None:
@@ -63,20 +59,11 @@ class Network:
         self.target_node: Index = np.array([c[0] for c in chains], np.intp)
         self.source_node: Index = np.array([c[1] for c in chains], np.intp)
         self.word = tuple(c[2] for c in chains)
-        self.template: Index = np.array([c[3] for c in chains], np.intp)
-        lengths = np.array([bank.templates[c[3]].length for c in chains])
-        firsts = np.array([bank.templates[c[3]].first for c in chains])
-        ends = np.cumsum(lengths + VIRTUAL_STATES)
-        begins = ends - lengths - VIRTUAL_STATES
-        self.n_states = int(ends[-1])
-        self.entry_state: Index = begins + VIRTUAL_STATES - 1
-        self.last_state: Index = ends - 1
-        self.frame_of_state: Index = np.full(self.n_states, bank.n_frames, np.intp)
-        for begin, end, first, length in zip(begins, ends, firsts, lengths, strict=True):
-            self.frame_of_state[begin + VIRTUAL_STATES : end] = np.arange(first, first + length)
-        self.reached_nodes, self.group_starts, self.group_of_chain = np.unique(
-            self.target_node, return_index=True, return_inverse=True
-        )
+        numbers = {word: number for number, word in enumerate(dict.fromkeys(self.word))}
+        self.word_number: Index = np.array([numbers[word] for word in self.word], np.intp)
+        self.length: Index = np.array([bank.templates[c[3]].length for c in chains], np.intp)
+        self.longest = int(self.length.max())
+        self.first_row: Index = np.array([bank.templates[c[3]].first for c in chains], np.intp)
 
     def voice_of_node(self, node: int) -> str:
         """The voice whose copy of the graph holds `node`."""

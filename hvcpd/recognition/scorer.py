@@ -7,10 +7,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from hvcpd.recognition.decoder import UNREACHABLE
 from hvcpd.recognition.frontend import N_BANDS, N_FEATURES, Energies, Features
-from hvcpd.recognition.network import Network
-from hvcpd.recognition.templates import TemplateBank, noise_features
+from hvcpd.recognition.layout import Layout, common_states
+from hvcpd.recognition.templates import Noise, TemplateBank, noise_features
 
 LEVEL_FRAMES = 7
 """The level is that of the loudest 70 ms: a vowel."""
@@ -23,25 +22,31 @@ from one utterance to the next, and their logarithms would count as much as the 
 the gaps between them. Measured: at 28 dB, 10 of 15 sentences with a tenth of their samples clipped; at 16 dB, 15."""
 
 
+CODEBOOK_FRAMES = 3000
+"""Of all template frames so many, evenly chosen, stand for whatever a voice can utter (the cohort)."""
+
+
 @dataclass(frozen=True)
 class Scores:
-    """Distances of n frames: `templates` (n_rungs, n, n_frames + 1), `noise` (n,), `cohort` (n,) (the smallest)."""
+    """Distances of n frames: `states` (n, n_states) of the layout, `noise` (n,), `cohort` (n,) (the smallest)."""
 
-    templates: NDArray[np.float32]
+    states: NDArray[np.float32]
     noise: NDArray[np.float32]
     cohort: NDArray[np.float32]
 
 
 class Scorer:
-    """Composes the templates with noise and gains, and measures distances to them."""
+    """Composes the templates in use with noise and gains, and measures distances to them."""
 
-    def __init__(self, bank: TemplateBank, network: Network, ladder_db: tuple[float, ...]) -> None:
+    def __init__(self, bank: TemplateBank, ladder_db: tuple[float, ...]) -> None:
         self._bank = bank
         self._ladder = 10.0 ** (np.array(ladder_db) / 10.0)
-        self._frame_of_state = network.frame_of_state
-        n_rungs = len(ladder_db)
-        self._features = np.zeros((n_rungs, bank.n_frames, N_FEATURES), np.float32)
-        self._norms = np.zeros((n_rungs, bank.n_frames), np.float32)
+        self._codebook = np.unique(np.linspace(0, bank.n_frames - 1, CODEBOOK_FRAMES).astype(np.intp))
+        self._codebook_features = np.zeros((0, N_FEATURES), np.float32)
+        self._codebook_norms = np.zeros(0, np.float32)
+        self._layout: Layout | None = None
+        self._features = np.zeros((0, N_FEATURES), np.float32)
+        self._norms = np.zeros(0, np.float32)
         self._noise_features = np.zeros(N_FEATURES, np.float32)
         self._noise = np.zeros(N_BANDS, np.float32)
         self._gain = 0.0
@@ -69,33 +74,53 @@ class Scorer:
         """Energy added to every band of sound and templates alike: what lies MASK_DB below the voice does not count."""
         return np.float32(gain * self._mask_energy)
 
-    def compose(self, noise: NDArray[np.float32], gain: float) -> None:
+    def compose(self, noise: Noise, gain: float) -> None:
         """Make the templates what they would be in this noise at this gain, if either moved enough to matter."""
         if gain == self._gain and float(np.abs(np.log(noise / self._noise)).mean()) < RECOMPOSE_NEPER:
             return
         self._noise = noise.copy()
         self._gain = gain
+        self._layout = None
         self._noise_features = noise_features(noise)
+        ends = self._bank.first_row[self._codebook], self._bank.last_row[self._codebook]
+        self._codebook_features = self._bank.compose(self._codebook, ends, noise, gain)
+        self._codebook_norms = _norms(self._codebook_features)
+
+    def follow(self, layout: Layout) -> None:
+        """Have the features of this layout's states at hand."""
+        if layout is self._layout:
+            return
+        features = np.empty((layout.n_states, N_FEATURES), np.float32)
+        missing = np.ones(layout.n_states, np.bool_)
+        if self._layout is not None:
+            were, are = common_states(self._layout, layout)
+            features[are] = self._features[were]
+            missing[are] = False
         for rung, step in enumerate(self._ladder):
-            self._bank.compose(noise, gain * float(step), self._features[rung])
-            np.einsum("uf,uf->u", self._features[rung], self._features[rung], out=self._norms[rung])
+            begin, end = layout.rung_begins[rung : rung + 2]
+            wanted = begin + np.flatnonzero(missing[begin:end])
+            ends = layout.first_row[wanted], layout.last_row[wanted]
+            features[wanted] = self._bank.compose(layout.row[wanted], ends, self._noise, self._gain * float(step))
+        self._features, self._norms, self._layout = features, _norms(features), layout
 
     def score(self, features: Features) -> Scores:
-        """Euclidean distances of `features` (n, N_FEATURES) to every template frame, the noise and the cohort."""
-        n = len(features)
-        own = np.einsum("nf,nf->n", features, features)
-        out = np.full((len(self._ladder), n, self._bank.n_frames + 1), UNREACHABLE, np.float32)
-        for rung in range(len(self._ladder)):
-            d = features @ self._features[rung].T
-            d *= -2.0
-            d += self._norms[rung]
-            d += own[:, None]
-            np.maximum(d, 0.0, out=d)
-            np.sqrt(d, out=out[rung, :, :-1])
+        """Euclidean distances of `features` (n, N_FEATURES) to every state, the noise and the cohort."""
+        states = _distances(features, self._features, self._norms)
+        codebook = _distances(features, self._codebook_features, self._codebook_norms)
         noise = np.sqrt(((features - self._noise_features) ** 2).sum(axis=1))
-        return Scores(out, noise, out.min(axis=(0, 2)))
+        return Scores(states, noise, codebook.min(axis=1))
 
-    def gather(self, scores: Scores, index: int, filler: float, out: NDArray[np.float32]) -> None:
-        """Distances of frame `index` less the filler's cost, a state each: `out` has shape (n_rungs, n_states)."""
-        for rung in range(len(self._ladder)):
-            np.take(scores.templates[rung, index] - np.float32(filler), self._frame_of_state, out=out[rung])
+
+def _norms(features: Features) -> NDArray[np.float32]:
+    norms: NDArray[np.float32] = np.einsum("uf,uf->u", features, features)
+    return norms
+
+
+def _distances(features: Features, others: Features, norms: NDArray[np.float32]) -> NDArray[np.float32]:
+    d: NDArray[np.float32] = features @ others.T
+    d *= -2.0
+    d += norms
+    d += _norms(features)[:, None]
+    np.maximum(d, 0.0, out=d)
+    np.sqrt(d, out=d)
+    return d

@@ -7,9 +7,11 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from hvcpd.recognition.decoder import HISTORY_FRAMES, Best, Decoder, Step, StepCosts
-from hvcpd.recognition.frontend import CONTEXT_FRAMES, N_BANDS, Energies, features_of
+from hvcpd.recognition.decoder import Best, Decoder, StepCosts
+from hvcpd.recognition.frontend import CONTEXT_FRAMES, N_BANDS, Energies, Features, features_of
+from hvcpd.recognition.lattice import Step
 from hvcpd.recognition.network import Network
+from hvcpd.recognition.pruning import HORIZON_FRAMES, Beam
 from hvcpd.recognition.scorer import Scorer
 from hvcpd.recognition.templates import TemplateBank
 
@@ -37,6 +39,11 @@ class SpotterSettings:
     under_way: float = 15.0
     """A path this much better than the filler may be a sentence in progress."""
     steps: StepCosts = field(default_factory=StepCosts)
+    beam: Beam = field(default_factory=Beam)
+
+
+HISTORY_FRAMES = 2048
+"""20 s of the filler's costs are kept: longer than the longest sentence."""
 
 
 @dataclass(frozen=True)
@@ -62,9 +69,8 @@ class Spotter:
         self._settings = settings
         self._net = network
         ladder_db = (-settings.ladder_step_db, 0.0, settings.ladder_step_db)
-        self._scorer = Scorer(bank, network, ladder_db)
-        self._decoder = Decoder(network, len(ladder_db), settings.steps)
-        self._distances = np.zeros((len(ladder_db), network.n_states), np.float32)
+        self._scorer = Scorer(bank, ladder_db)
+        self._decoder = Decoder(network, len(ladder_db), settings.steps, settings.beam)
         self._tail = np.zeros((0, N_BANDS), np.float32)
         self._next = 0
         self._first = 0
@@ -72,7 +78,7 @@ class Spotter:
         self._filler_excess = np.zeros(HISTORY_FRAMES)
         self._noise_cost = np.zeros(HISTORY_FRAMES)
         self.awake = False
-        self.best = Best(0, 0.0)
+        self.best = Best(0.0)
         """The best path after the last frame."""
 
     @property
@@ -92,38 +98,42 @@ class Spotter:
     def sleep(self) -> None:
         """Stop decoding; forget all paths."""
         self.awake = False
-        self.best = Best(0, 0.0)
+        self.best = Best(0.0)
 
     def forget(self) -> None:
         """Drop all paths, as after a sentence that was not one; go on listening."""
         self._decoder.reset(self._next)
         self._first = self._next
-        self.best = Best(0, 0.0)
+        self.best = Best(0.0)
 
     def feed(self, energies: Energies, recent: Energies, noise: NDArray[np.float32]) -> None:
         """Decode the next frames; `recent` are those of the last half second or so, for the level."""
         settings = self._settings
+        block = np.concatenate([self._tail, energies])
+        if len(block) < 2 * CONTEXT_FRAMES + HORIZON_FRAMES:
+            self._tail = block
+            return
+        self._tail = block[-2 * CONTEXT_FRAMES :]
         self._retune(self._scorer.level_of(recent, noise))
         mask = self._scorer.mask(self._gain)
         self._scorer.compose(noise + mask, self._gain)
-        block = np.concatenate([self._tail, energies])
-        self._tail = block[-2 * CONTEXT_FRAMES :]
         features = features_of(block + mask)
-        if not len(features):
-            return
+        for start in range(0, len(features), HORIZON_FRAMES):
+            self._decode(features[start : start + HORIZON_FRAMES])
+        self._decoder.forget_rests(settings.longest_pause_frames)
+        self.best = self._decoder.best(settings.end_margin)
+
+    def _decode(self, features: Features) -> None:
+        self._scorer.follow(self._decoder.prepare())
         scores = self._scorer.score(features)
-        filler = np.minimum(scores.noise, scores.cohort + settings.filler_cost)
+        filler = np.minimum(scores.noise, scores.cohort + np.float32(self._settings.filler_cost))
         slots = np.arange(self._next, self._next + len(features)) % HISTORY_FRAMES
         self._filler_excess[slots] = filler - scores.cohort
         self._noise_cost[slots] = scores.noise - filler
+        relative = scores.states - filler[:, None]
         for i in range(len(features)):
-            self._scorer.gather(scores, i, float(filler[i]), self._distances)
-            self._decoder.column(self._distances, float(scores.noise[i] - filler[i]))
+            self._decoder.column(relative[i], float(scores.noise[i] - filler[i]))
         self._next += len(features)
-        if self._next // 256 != (self._next - len(features)) // 256:
-            self._decoder.forget_older_than(self._next - HISTORY_FRAMES + 512)
-        self._decoder.forget_rests(settings.longest_pause_frames)
-        self.best = self._decoder.best(settings.end_margin)
 
     def _retune(self, level: float) -> None:
         if level <= 0.0:
@@ -144,7 +154,7 @@ class Spotter:
             return None
         if best.behind > 0.0 and best.rested_frames < self._settings.late_end_frames:
             return None
-        steps = tuple(self._decoder.trace(best.rung, best.node))
+        steps = tuple(self._decoder.trace(best.token))
         return Sentence(
             steps,
             self._net.voice_of_node(best.node),

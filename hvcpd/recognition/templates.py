@@ -36,6 +36,11 @@ LOUD_FRACTION = 0.5
 """The louder half of a voice's frames gives its typical spectrum: vowels and voiced consonants."""
 
 
+OFFSETS = (-DELTA_REACH, -1, 0, 1, DELTA_REACH)
+"""The neighbours that a frame's deltas need."""
+Noise = NDArray[np.float32]
+
+
 @dataclass(frozen=True)
 class Template:
     """Frames `first` to `first + length` of the bank: one rendering of `word` by `voice`."""
@@ -87,24 +92,27 @@ class TemplateBank:
         power = self.energies.sum(axis=1)
         self.loud_spectrum = self.energies[power >= np.quantile(power, LOUD_FRACTION)].mean(axis=0)
         """Mean energies of the louder frames, shape (N_BANDS,)."""
-        self._neighbours = self._neighbour_rows()
+        self.first_row = np.concatenate([np.full(t.length, t.first) for t in templates])
+        self.last_row = self.first_row + np.concatenate([np.full(t.length, t.length - 1) for t in templates])
 
-    def _neighbour_rows(self) -> list[NDArray[np.intp]]:
-        """For offsets -2, -1, 1, 2: the row of that neighbour, held at the ends of each template."""
-        low = np.concatenate([np.full(t.length, t.first) for t in self.templates])
-        high = np.concatenate([np.full(t.length, t.first + t.length - 1) for t in self.templates])
-        here = np.arange(self.n_frames)
-        offsets = (-DELTA_REACH, -1, 1, DELTA_REACH)
-        return [np.clip(here + offset, low, high) for offset in offsets]
+    def compose(
+        self, rows: NDArray[np.intp], ends: tuple[NDArray[np.intp], NDArray[np.intp]], noise: Noise, gain: float
+    ) -> Features:
+        """Features, shape (n, N_FEATURES), of the frames `rows` at power `gain` in `noise` (N_BANDS,).
 
-    def compose(self, noise: NDArray[np.float32], gain: float, out: Features) -> None:
-        """Write to `out` (n_frames, N_FEATURES) the features of all frames at power `gain` in `noise` (N_BANDS,)."""
-        c = cepstra_of(self.energies * np.float32(gain) + noise)
-        out[:, :N_CEPSTRA] = c
-        out[:, N_CEPSTRA:] = deltas_of(*(c[rows] for rows in self._neighbours))
+        `ends` are the first and last rows of each frame's template, which are held beyond them.
+        """
+        out = np.empty((len(rows), N_FEATURES), np.float32)
+        used, where = np.unique(
+            np.concatenate([np.clip(rows + offset, *ends) for offset in OFFSETS]), return_inverse=True
+        )
+        c = cepstra_of(self.energies[used] * np.float32(gain) + noise)
+        before2, before1, out[:, :N_CEPSTRA], after1, after2 = (c[at] for at in where.reshape(len(OFFSETS), -1))
+        out[:, N_CEPSTRA:] = deltas_of(before2, before1, after1, after2)
+        return out
 
 
-def noise_features(noise: NDArray[np.float32]) -> NDArray[np.float32]:
+def noise_features(noise: Noise) -> NDArray[np.float32]:
     """Features of the noise alone, shape (N_FEATURES,): its cepstrum, and no change over time."""
     out = np.zeros(N_FEATURES, np.float32)
     out[:N_CEPSTRA] = cepstra_of(noise.reshape(1, N_BANDS))[0]

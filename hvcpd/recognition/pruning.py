@@ -1,0 +1,90 @@
+"""Which paths are followed and which are dropped.
+
+Beam search (B. Lowerre, "The HARPY speech recognition system", 1976): a path that costs much more than another is
+hardly ever the right one. Only paths of sentences that began at the same time or later count as rivals: a long sentence
+costs less and less, and would drown the beginning of the next one. Beside the beam the number of chains is limited
+(V. Steinbiss et al., "Improvements in beam search", ICSLP 1994): in loud noise nothing costs much more than anything.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hvcpd.recognition.lattice import Costs, Tokens
+from hvcpd.recognition.layout import AHEAD, Layout
+from hvcpd.recognition.network import Index
+
+HORIZON_FRAMES = 8
+"""80 ms: so many frames are decoded between two prunings; fewer cost more, more delay the end of a sentence."""
+REACH = 2 * HORIZON_FRAMES
+"""So many states a path gets ahead in that time at most."""
+
+
+@dataclass(frozen=True)
+class Beam:
+    """Which paths are followed; costs in units of distance."""
+
+    width: float = 30.0
+    """Dropped: what costs this much more than the best path whose sentence began at the same time or later."""
+    above_filler: float = 10.0
+    """Dropped: what costs this much more than the filler."""
+    same_time_frames: int = 12
+    """Sentences that began less than this apart began at the same time."""
+    max_pairs: int = 100
+    """At most so many chains at one rung each are followed."""
+
+
+@dataclass(frozen=True, eq=False)
+class Survivors:
+    """The stretches of a layout that hold promising paths, and the nodes that they may reach soon.
+
+    `bound`: the cost from which on the paths of each are dropped.
+    """
+
+    pair: Index
+    low: Index
+    high: Index
+    bound: NDArray[np.float32]
+    reached: Index
+
+
+def survivors(
+    layout: Layout, length: Index, target: Index, cost: Costs, began: Tokens, oldest: int, beam: Beam
+) -> Survivors:
+    """What to go on with. For each pair: `length` in frames and `target`; for each state: `cost` and `began`.
+
+    Paths that began at `oldest` or earlier are dropped.
+    """
+    size = layout.high - layout.low + AHEAD
+    lowest = np.minimum.reduceat(cost, layout.begin)
+    bound = _bounds(layout, size, lowest, cost, began, oldest, beam)
+    at = np.flatnonzero(cost < np.repeat(bound, size))
+    owner = np.searchsorted(layout.begin, at, side="right") - 1
+    alive, first, count = np.unique(owner, return_index=True, return_counts=True)
+    offset = at - layout.begin[owner] - AHEAD + layout.low[owner]
+    low = np.maximum(offset[first], 0)
+    far = offset[first + count - 1] + 1 + REACH
+    ends_soon = far >= length[alive]
+    return Survivors(layout.pair[alive], low, np.minimum(far, length[alive]), bound[alive], target[alive[ends_soon]])
+
+
+def _bounds(
+    layout: Layout, size: Index, lowest: Costs, cost: Costs, began: Tokens, oldest: int, beam: Beam
+) -> NDArray[np.float32]:
+    """For each pair, the cost from which on its paths are dropped."""
+    at = np.flatnonzero(cost <= np.repeat(lowest, size))
+    first = np.searchsorted(at, layout.begin)
+    start = began[at[first]].astype(np.int64)
+    floor = beam.above_filler - beam.width
+    order = np.argsort(-start, kind="stable")
+    best_since = np.minimum.accumulate(np.minimum(lowest[order], floor))
+    newer = np.searchsorted(-start[order], -(start + beam.same_time_frames), side="right") - 1
+    rival = np.where(newer >= 0, best_since[np.maximum(newer, 0)], floor)
+    excess = np.where(start > oldest, lowest - rival, np.inf)
+    width = beam.width
+    if len(excess) > beam.max_pairs:
+        width = min(width, float(np.partition(excess, beam.max_pairs)[beam.max_pairs]))
+    return np.where(start > oldest, rival + width, -np.inf).astype(np.float32)
