@@ -29,6 +29,9 @@ WINDOW_SIZE = opencr.MOTOR_TORQUE.address + opencr.MOTOR_TORQUE.size - WINDOW_ST
 LIMIT_M_S = xl430.FACTORY_VELOCITY_LIMIT * xl430.VELOCITY_UNIT_RAD_S * BURGER.wheel_radius_m
 """0.2097 m/s at the rim: beyond their own velocity limit motors refuse the controller's goals (up to 0.2108)."""
 
+TORQUE_DELAY_S = 0.04
+"""The controller's table shows the torque up to one of its 20 ms periods after it was switched on; twice that."""
+
 
 @dataclass(frozen=True)
 class OpenCRSettings:
@@ -62,6 +65,7 @@ class OpenCRWheels(BusWheels):
         self._beat = 0
         self._carry = (0.0, 0.0)
         self._state: ControllerState | None = None
+        self._torque_asked_s: float | None = None
 
     @property
     def _look_every(self) -> int:
@@ -83,10 +87,19 @@ class OpenCRWheels(BusWheels):
         if state.device_status == opencr.NO_MOTORS:
             self._refuse("OpenCR finds no motors: check their cable and power, then press its reset button")
         rebooted = self._take(state)
-        window = self._bus.read_block(self._id, WINDOW_START, WINDOW_SIZE)
-        if rebooted or not opencr.MOTOR_TORQUE.decode(window, WINDOW_START):
-            self._send_stop()  # both wheels stand until the torque is back
-            self._bus.write(self._id, opencr.MOTOR_TORQUE, 1)
+        if _value(self._bus.read_block(self._id, WINDOW_START, WINDOW_SIZE), opencr.MOTOR_TORQUE):
+            self._torque_asked_s = None
+            return
+        now_s = self._clock()
+        if self._torque_asked_s is None or rebooted:
+            self._torque_asked_s = now_s
+        elif now_s - self._torque_asked_s >= TORQUE_DELAY_S:
+            self._refuse(
+                "OpenCR keeps the motors' torque off: a motor has shut itself down (overload, heat, voltage) or lost its "
+                "cable; switch the robot off and on"
+            )
+        self._send_stop()  # both wheels stand until the torque is back
+        self._bus.write(self._id, opencr.MOTOR_TORQUE, 1)
 
     def _take(self, state: ControllerState) -> bool:
         """Note the controller's state; True (and the angles rejoined) if it has started anew since the last one."""
@@ -104,7 +117,7 @@ class OpenCRWheels(BusWheels):
         self._bus.write(self._id, opencr.HEARTBEAT, self._beat)
         window = self._bus.read_block(self._id, WINDOW_START, WINDOW_SIZE)
         ticks = self._follow(_positions(window))
-        if not opencr.MOTOR_TORQUE.decode(window, WINDOW_START) and command != STANDSTILL:
+        if not _value(window, opencr.MOTOR_TORQUE):
             self._doubtful = True
         return WheelReading(
             left_rad=ticks[0] * xl430.RAD_PER_TICK,

@@ -1,0 +1,100 @@
+"""A wheeled robot in virtual time: fake devices on a line in memory, the daemon's own driver and odometry on it.
+
+An hour of driving takes seconds, and a reply that does not come costs virtual time only. For tests of drivers and of
+whatever moves a robot; nothing in it is patched, the port is handed to the driver.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Literal
+
+from hil_fakes.dynamixel.line import Line
+from hil_fakes.dynamixel.motor import FakeXL430, turtlebot3_pair
+from hil_fakes.dynamixel.opencr import FakeOpenCR
+from hil_fakes.dynamixel.virtual import VirtualPort, VirtualTime
+from hil_fakes.true_pose import TruePose, TrueWheels
+from hvcpd.hardware.kinematics import BURGER, Drive, Odometry
+from hvcpd.hardware.motion import MotionState
+from hvcpd.hardware.navigator import Journey, Navigator
+from hvcpd.hardware.wheels import DynamixelWheels
+from hvcpd.hardware.wheels_base import BusWheels
+from hvcpd.hardware.wheels_opencr import OpenCRWheels
+from hvcpd.ports import STANDSTILL, Pose, WheelCommand, WheelReading
+
+Kind = Literal["xl430", "opencr"]
+PERIOD_S = 0.05
+"""A moving robot's wheels are served so often, as ROBOTIS's own node does."""
+
+
+class VirtualRobot:
+    """`motors` are the left and the right one, `pose` is the true one; `robot.wheels` is the driver under test.
+
+    `drive` is what the robot believes of its dimensions, `truth` what they are.
+    """
+
+    def __init__(
+        self, kind: Kind = "xl430", seed: int = 0, drive: Drive = BURGER, truth: TrueWheels | None = None
+    ) -> None:
+        self.motors: tuple[FakeXL430, FakeXL430] = turtlebot3_pair()
+        self.controller = FakeOpenCR(self.motors) if kind == "opencr" else None
+        self.line = Line([self.controller] if self.controller is not None else self.motors, seed)
+        self.time = VirtualTime()
+        self.port: VirtualPort
+        self.wheels: BusWheels = (
+            OpenCRWheels("virtual", clock=self.time, make_port=self._make_port)
+            if kind == "opencr"
+            else DynamixelWheels("virtual", clock=self.time, make_port=self._make_port)
+        )
+        self.odometry = Odometry(Pose(0.0, 0.0), drive)
+        self.navigator = Navigator(drive)
+        self._body = TruePose(Pose(0.0, 0.0), self._angles, truth or TrueWheels())
+        self.time.follow(lambda _dt_s: self._body.follow())
+
+    @property
+    def pose(self) -> Pose:
+        """Where it truly is; the heading counts whole turns."""
+        return self._body.pose
+
+    @property
+    def fastest_rad_s(self) -> float:
+        """The true speed of the faster wheel."""
+        return max(abs(motor.true_speed_rad_s) for motor in self.motors)
+
+    def exchange(self, command: WheelCommand) -> WheelReading:
+        """One exchange, taken into the odometry."""
+        reading = self.wheels.exchange(command)
+        self.odometry.update(reading)
+        return reading
+
+    def cycle(self, command: WheelCommand, dt_s: float = PERIOD_S) -> WheelReading:
+        """One exchange, and then time passes."""
+        reading = self.exchange(command)
+        self.time.advance(dt_s)
+        return reading
+
+    def run(self, command: WheelCommand, duration_s: float) -> WheelReading:
+        """The same command for a while; the last reading."""
+        for _ in range(max(round(duration_s / PERIOD_S), 1)):
+            reading = self.cycle(command)
+        return reading
+
+    def carry_out(
+        self, journey: Journey, each: Callable[[], None] = lambda: None, limit_s: float = 300.0
+    ) -> MotionState:
+        """Let the navigator drive until it has done with the journey; `each` is called after every cycle."""
+        self.navigator.start(journey, self.odometry.pose)
+        reading = self.cycle(STANDSTILL)
+        end_s = self.time.now_s + limit_s
+        while self.navigator.state is MotionState.MOVING and self.time.now_s < end_s:
+            reading = self.cycle(self.navigator.step(self.odometry.pose, self.time.now_s, reading))
+            each()
+        self.run(STANDSTILL, 0.3)
+        return self.navigator.state
+
+    def _angles(self) -> tuple[float, float]:
+        return self.motors[0].true_angle_rad, self.motors[1].true_angle_rad
+
+    def _make_port(self, _path: str, baud_rate: int, timeout_s: float) -> VirtualPort:
+        self.port = VirtualPort(self.line, self.time, baud_rate, timeout_s)
+        return self.port
