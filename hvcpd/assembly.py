@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 import random
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from hvcpd.config.settings import DEFAULT_TEAMS as DEFAULT_TEAMS
@@ -23,6 +23,9 @@ from hvcpd.synthesis.lexicon import Lexicon
 from hvcpd.synthesis.speaker import Speaker
 from hvcpd.synthesis.unit_cache import UnitCache
 from hvcpd.synthesis.voices import Voice, voice_for
+
+SLOW = 0.8
+"""Of the usual rate, when a robot is asked to say something again slowly; the recogniser's steps span 0.5 to 2."""
 
 
 @dataclass(frozen=True)
@@ -96,12 +99,14 @@ def make_robot(plan: RobotPlan, sound: Sound) -> Robot:
     phrasebook = make_phrasebook(plan.names, (*plan.teams, *([plan.role.team] if plan.role.team else [])), plan.tasks)
     others = [name for name in plan.names if name.lower() != plan.role.name.lower()]
     coordination = Coordination(plan.role, plan.tasks.tasks, random.Random(plan.seed), remembered=plan.remembered)
+    voice = voice_for(plan.role.name)
     return Robot(
         coordination,
         phrasebook,
         make_recogniser(phrasebook, others or plan.names, sound),
-        Speaker(voice_for(plan.role.name), sound.lexicon, sound.cache),
+        Speaker(voice, sound.lexicon, sound.cache),
         Odometry(plan.start, plan.drive),
         Performer(Navigator(plan.drive)),
         plan.acoustics,
+        Speaker(replace(voice, rate=SLOW * voice.rate), sound.lexicon, sound.cache),
     )

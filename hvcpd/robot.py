@@ -119,12 +119,14 @@ class Robot:
         odometry: Odometry,
         performer: Performer,
         acoustics: Acoustics | None = None,
+        slow_mouth: Mouth | None = None,
     ) -> None:
         self.coordination = coordination
         self.phrasebook = phrasebook
         self.odometry = odometry
         self._ears = ears
         self._mouth = mouth
+        self._slow_mouth = slow_mouth or mouth
         self._performer = performer
         self._acoustics = acoustics or Acoustics()
         self._n_heard = 0
@@ -228,8 +230,8 @@ class Robot:
         while pending:
             action = pending.pop(0)
             match action:
-                case Say(utterance):
-                    self._say(utterance, now)
+                case Say(utterance, slowly):
+                    self._say(utterance, now, slowly)
                 case Perform(task, actions):
                     self._task = task
                     self._performer.begin(actions)
@@ -243,8 +245,9 @@ class Robot:
                     self._records.append(action)
         return halted
 
-    def _say(self, utterance: Utterance, now: float) -> None:
-        self._speech = self._mouth.render(self.phrasebook.phrases(utterance))
+    def _say(self, utterance: Utterance, now: float, slowly: bool) -> None:
+        mouth = self._slow_mouth if slowly else self._mouth
+        self._speech = mouth.render(self.phrasebook.phrases(utterance))
         self._position = 0
         self._speaking = True
         duration_s = len(self._speech) / SAMPLE_RATE_HZ

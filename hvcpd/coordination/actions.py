@@ -82,13 +82,13 @@ class Timing:
     """Before an answer, once the question is understood: people leave about 0.2 s (Stivers et al. 2009)."""
     turn_gap_s: float = 1.2
     """Before anything else, so that an answer comes first: reply gap, slots of objections and of some confirmations."""
-    slot_s: float = 0.2
+    slot_s: float = 0.25
     """Step of the back-off: longer than the onset detection, so that two different draws don't collide. Measured in
     whole missions: a voice is noticed 0.08 to 0.2 s after its first sample, the later the farther."""
     reply_slots: int = 3
     turn_slots: int = 8
     """At least, for who does not know whose turn it is."""
-    recognition_s: float = 0.25
+    recognition_s: float = 0.3
     """After the own last word: then the others have understood it, and the round of turns begins for all at once."""
     settle_s: float = 0.5
     """After a voice falls silent: by then its sentence has been recognised."""

@@ -13,7 +13,7 @@ from hvcpd.coordination.table import State, Trigger
 if TYPE_CHECKING:
     from hvcpd.coordination.coordination import Coordination
 
-BAD_AIR_REPEATS = 3
+BAD_AIR_REPEATS = 2
 """So often said without an answer, a sentence did not just collide with another one."""
 MARGIN_S = 10.0
 """Between the end of a task's actions and the end of its lease: for a stall, and for the report."""

@@ -51,6 +51,16 @@ def confirming_slot(c: Coordination, now: float) -> int:
     return OTHERS_SLOT + min(max(len(c.peers.present(now)) - 1, 0), OTHERS_RANK_MAX + 1)
 
 
+@dataclass(frozen=True)
+class Quoted:
+    """A report that `by` passed on in the name of `speaker`."""
+
+    speaker: str
+    by: str
+    number: int
+    at_s: float
+
+
 def _objection_slot(c: Coordination, other: str, number: int, now: float) -> int:
     rank = c.rank(other, number, now)
     return OTHERS_SLOT + rank if rank <= OTHERS_RANK_MAX else confirming_slot(c, now) + rank
@@ -149,6 +159,7 @@ def _tell_done(c: Coordination, other: str, entry: Entry, now: float) -> None:
         slot = OWNER_SLOT if doer else OTHERS_SLOT
     else:
         said = composing.to_robot(c, other, m.Relayed(doer, done))
+        c.quoted = Quoted(doer, c.role.name, number, now)
         slot = _objection_slot(c, other, number, now)
     compose = lambda: said if c.board[number].known_done else None  # noqa: E731
     c.want(Urgency.ANSWER, f"done {number}", compose, now, slot=slot, call=other.lower())

@@ -13,7 +13,7 @@ from hvcpd.config.tasks import Place, TaskDefinition
 from hvcpd.coordination import choosing, composing, effects, hearing, repair
 from hvcpd.coordination.actions import Action, Chance, Perform, Role, SavePeer, SaveTask, Say, Timing
 from hvcpd.coordination.board import Board
-from hvcpd.coordination.claims import HeardClaim
+from hvcpd.coordination.claims import HeardClaim, Quoted
 from hvcpd.coordination.effects import OWN_TURN
 from hvcpd.coordination.floor import RANK_MAX, Floor, Intent, Order, Urgency
 from hvcpd.coordination.peers import Peers
@@ -70,6 +70,8 @@ class Coordination:
         self.missed_s = -math.inf
         """When it last turned out that this robot, or who it spoke to, had missed something."""
         self.heard_claim: HeardClaim | None = None
+        self.quoted: Quoted | None = None
+        """The last report that somebody told of in another one's name."""
         self.name_heard_s: tuple[float, ...] = ()
         """When another voice used this robot's name."""
         self._timer_s: float | None = None

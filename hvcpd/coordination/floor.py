@@ -189,7 +189,7 @@ class Floor:
         if intent.urgency < Urgency.AGAIN:
             slot = int(self._chance.random() * timing.reply_slots) if intent.slot is None else intent.slot
             return timing.reply_gap_s + slot * timing.slot_s
-        if self._round is None:
+        if self._round is None or intent.urgency is Urgency.AGAIN:  # two who spoke at once know of no order
             return timing.turn_gap_s + int(self._chance.random() * self._slots) * timing.slot_s
         first_s = self._round.began_s + timing.turn_gap_s + self._round.place * timing.slot_s
         length_s = self._round.size * timing.slot_s

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 from hvcpd.coordination import claims, composing, orders, people, relaying, repair
 from hvcpd.coordination.addressing import is_for
 from hvcpd.coordination.floor import Urgency
-from hvcpd.coordination.table import State, Trigger
+from hvcpd.coordination.table import PROPOSING, State, Trigger
 from hvcpd.language import messages as m
 
 if TYPE_CHECKING:
@@ -23,13 +23,14 @@ def react(c: Coordination, u: m.Utterance, confidence: float, now: float) -> Non
     if isinstance(u.addressee, m.ToRobot):
         c.floor.answered(u.addressee.name.lower(), isinstance(u.statement, m.Confirmed))
     statement = u.statement
+    if isinstance(statement, m.Negative):
+        relaying.denied(c, u, now)
     if isinstance(statement, m.ComeBack | m.MoveBy | m.TurnBy):
         people.motion(c, u, statement, confidence, now)
         return
     reaction = _REACTIONS.get(type(statement))
     if reaction is not None:
         reaction(c, u, statement, now)
-    relaying.overhear(c, u, now)
 
 
 def hear_own_name(c: Coordination, now: float) -> None:
@@ -37,6 +38,8 @@ def hear_own_name(c: Coordination, now: float) -> None:
     c.name_heard_s = (*c.name_heard_s[-3:], now)
     recent = [t for t in c.name_heard_s if now < t + c.timing.name_conflict_s]
     if len(recent) == 2:
+        if c.state in PROPOSING:
+            c.fire(Trigger.LOST, now)
         c.want(Urgency.ANSWER, "my name", lambda: composing.to_all(c, m.NameTaken()), now)
 
 

@@ -1,4 +1,4 @@
-"""Passing on: a robot between two that cannot hear each other says by name what one said to the other, once."""
+"""Somebody else's words: a robot that knows of a report tells it in the name of who made it."""
 
 from __future__ import annotations
 
@@ -6,6 +6,8 @@ from typing import TYPE_CHECKING
 
 from hvcpd.coordination import claims, composing
 from hvcpd.coordination.addressing import is_for_me_alone
+from hvcpd.coordination.board import DONE
+from hvcpd.coordination.claims import Quoted
 from hvcpd.coordination.floor import Urgency
 from hvcpd.language import messages as m
 
@@ -13,12 +15,8 @@ if TYPE_CHECKING:
     from hvcpd.coordination.coordination import Coordination
 
 
-def overhear(c: Coordination, u: m.Utterance, now: float) -> None:
-    """Note what may have to be passed on."""
-
-
 def relayed(c: Coordination, u: m.Utterance, s: m.Relayed, now: float) -> None:
-    """Somebody else's words: a report is noted as its speaker's."""
+    """Somebody else's words: a report is noted as its speaker's, who denies it if it never said so."""
     inner = s.statement
     if not isinstance(inner, m.Completed):
         return
@@ -27,10 +25,23 @@ def relayed(c: Coordination, u: m.Utterance, s: m.Relayed, now: float) -> None:
         return
     number = entry.definition.number
     if s.speaker.lower() == c.role.name.lower():
-        if entry.owner != c.role.name or not entry.known_done:  # words that were never said
+        if entry.owner != c.role.name or not entry.known_done:
             said = composing.to_robot(c, u.speaker, m.Negative())
             c.want(Urgency.ANSWER, f"answer {u.speaker}", lambda: said, now, slot=claims.OWNER_SLOT)
         return
+    c.quoted = Quoted(s.speaker, u.speaker, number, now)
     if is_for_me_alone(c, u) or not entry.known_done:
         claims.note_done(c, s.speaker, number, now)
+        c.reconsider(now)
+
+
+def denied(c: Coordination, u: m.Utterance, now: float) -> None:
+    """Whose words were passed on says that they are wrong: what they told of is open."""
+    quoted = c.quoted
+    if quoted is None or u.speaker != quoted.speaker or now - quoted.at_s > claims.RECENT_S:
+        return
+    entry = c.board[quoted.number]
+    if entry.state == DONE and entry.owner == quoted.speaker:
+        c.missed_s = now
+        c.board.reopen(quoted.number)
         c.reconsider(now)

@@ -7,16 +7,14 @@ from __future__ import annotations
 
 from typing import Any
 
-import pytest
 from hypothesis import HealthCheck, settings
 from hypothesis import strategies as st
 from hypothesis.stateful import RuleBasedStateMachine, initialize, invariant, precondition, rule
 
-from hil_fakes.word_channel import Conditions
 from hil_fakes.word_mission import Outage, WordMission, WordPlan
 from hvcpd.coordination.table import AT_WORK, State
 from hvcpd.language import messages as m
-from tests.coordination.mission import Mission, plants
+from tests.coordination.mission import plants
 
 NAMES = ("Rob", "Bot", "Max")
 LOSSES_MAX = 5

@@ -1,0 +1,39 @@
+"""The transition table drawn as a diagram in Mermaid's notation, for docs/protocol.md.
+
+    python -m hvcpd.coordination.diagram
+
+prints it; a test holds the page to the table.
+"""
+
+from __future__ import annotations
+
+import sys
+
+from hvcpd.coordination.table import TRANSITIONS, State, Trigger
+
+FIRST = State.WAKING
+
+
+def diagram() -> str:
+    """All transitions but "stop", which leads from every state to STOPPED; parallel ones share an arrow."""
+    lines = ["stateDiagram-v2", f"    [*] --> {FIRST.name}"]
+    arrows: dict[tuple[State, State], list[str]] = {}
+    for (state, trigger), (following, _) in TRANSITIONS.items():
+        if trigger is not Trigger.STOP:
+            arrows.setdefault((state, following), []).append(trigger.name.lower().replace("_", " "))
+    lines += [f"    {a.name} --> {b.name}: {', '.join(triggers)}" for (a, b), triggers in arrows.items()]
+    lines += [f"    {State.STOPPED.name}: STOPPED (by stop, from every state)"]
+    return "\n".join(lines) + "\n"
+
+
+def legend() -> str:
+    """What the states and the triggers mean, as two Markdown tables."""
+    out = ["| state | the robot |", "|---|---|"]
+    out += [f"| {state.name} | {state.value} |" for state in State]
+    out += ["", "| trigger | when |", "|---|---|"]
+    out += [f"| {trigger.name.lower().replace('_', ' ')} | {trigger.value} |" for trigger in Trigger]
+    return "\n".join(out) + "\n"
+
+
+if __name__ == "__main__":
+    sys.stdout.write(f"```mermaid\n{diagram()}```\n\n{legend()}")

@@ -1,0 +1,96 @@
+"""Speech that is not understood is asked for again; a name used by two is nobody's."""
+
+from hvcpd.coordination.coordination import Coordination
+from hvcpd.coordination.table import State
+from hvcpd.language import messages as m
+from tests.coordination.mission import Mission, plants
+
+
+def _ordered() -> tuple[Mission, Coordination]:
+    """Rob has read an order of Anna's back and listens."""
+    mission = Mission(("Rob",), plants(3), ("Anna",), seed=5, coordinator="Nobody")
+    mission.hear(40.0, "Hi Rob, I am Anna, complete task one")
+    robot = mission.robots["Rob"]
+    mission.air.run_until(40.0)
+    while robot.state is not State.READ_BACK:
+        mission.air.run_until(mission.air.now + 0.1)
+    return mission, robot
+
+
+def test_say_again_twice_then_slowly_then_it_is_given_up() -> None:
+    mission, robot = _ordered()
+    said: list[str] = []
+    for _ in range(5):
+        robot.garbled(False, mission.air.now)
+        mission.air.refresh()
+        began_s = mission.air.now
+        mission.air.run_until(began_s + 3.2)
+        said += [t for t in mission.written(began_s - 0.01) if "again" in t or "understand" in t]
+    assert said == [
+        "Hi Anna, I am Rob, say again",
+        "Hi Anna, I am Rob, say again",
+        "Hi Anna, I am Rob, say again slowly",
+        "Hi Anna, I am Rob, I did not understand",
+    ]
+
+
+def test_a_person_has_the_last_sentence_said_again_and_more_slowly() -> None:
+    mission, _ = _ordered()
+    slow: list[bool] = []
+    speak = mission._speak
+    mission._speak = lambda who, u, slowly=False: (slow.append(slowly), speak(who, u, slowly))[1]  # type: ignore[method-assign]
+    began_s = mission.air.now
+    mission.hear(began_s + 0.2, "Hi Rob, I am Anna, say again")
+    mission.air.run_until(began_s + 7.5)
+    mission.hear(mission.air.now, "Hi Rob, I am Anna, say again slowly")
+    mission.air.run_until(mission.air.now + 8.0)
+    assert mission.written(began_s, without=("Anna",))[:2] == ["Hi Anna, I am Rob, I will complete task one"] * 2
+    assert slow[:4] == [False, False, False, True]
+
+
+def test_noise_out_of_the_blue_is_not_answered() -> None:
+    mission = Mission(("Rob",), plants(1), seed=5, coordinator="Nobody")
+    mission.air.run_until(60.0)
+    mission.robots["Rob"].garbled(False, 60.0)
+    mission.air.refresh()
+    mission.air.run_until(90.0)
+    assert mission.written(60.0) == []
+
+
+def test_two_robots_of_one_name_notice_say_so_and_do_nothing_under_it() -> None:
+    mission = Mission(("Rob", "Bot"), plants(4), ("Anna",), seed=2)
+    mission.air.run_until(20.0)
+    for at_s in (20.0, 30.0, 41.0, 52.0):
+        mission.tell(at_s, "the other Rob", m.Utterance("Rob", m.ToAll(), None, m.Working(m.TaskByNumber(1))))
+    mission.air.run_until(110.0)
+    assert "Hi all, I am Rob, my name is taken" in mission.written()
+    for at_s in (115.0, 127.0, 139.0):
+        mission.hear(at_s, "Hi Rob, I am Anna, complete task four")
+    mission.air.run_until(160.0)
+    said = [text for text in mission.written(60.0, without=("the other Rob",)) if "I am Rob" in text]
+    assert "Hi Anna, I am Rob, my name is taken" in said
+    assert not any("I will complete" in text for text in said)
+    assert mission.robots["Rob"].task is None
+
+
+def test_one_misheard_name_is_no_conflict() -> None:
+    mission = Mission(("Rob", "Bot"), plants(2), seed=2)
+    mission.tell(40.0, "somebody", m.Utterance("Rob", m.ToAll(), None, m.Free()))
+    mission.run()
+    assert mission.exactly_once
+    assert not any("taken" in t for t in mission.written())
+
+
+def test_leaving_is_announced_and_gives_the_task_back() -> None:
+    mission = Mission(("Rob", "Bot"), plants(3), seed=4)
+    rob = mission.robots["Rob"]
+    while not rob.at_work:
+        mission.air.run_until(mission.air.now + 1.0)
+    task = rob.my_task()
+    rob.leave(mission.air.now)
+    mission.air.refresh(("Rob",))
+    mission.air.run_until(mission.air.now + 8.0)
+    assert "Hi all, I am Rob, I am leaving" in mission.written()
+    bot = mission.robots["Bot"]
+    assert not bot.peers.is_present("Rob", mission.air.now)
+    assert bot.board[task].owner != "Rob"
