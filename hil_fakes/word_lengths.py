@@ -6,7 +6,7 @@ from dataclasses import fields, is_dataclass
 
 from hvcpd.language import messages as m
 from hvcpd.language.phrasebook import Phrasebook, Vocabulary
-from hvcpd.language.words import NUMBER_MAX
+from hvcpd.language.words import NUMBER_MAX, spoken_words
 
 _SHAPES: dict[object, int] = {}
 """Words of a sentence by its shape, over all missions of a process; a name counts as one word."""
@@ -51,7 +51,7 @@ def _shape(value: object) -> object:
         case m.TaskByNumber(number):
             return number > 20 and number % 10 != 0
         case m.TaskByName(name):
-            return len(name.split())
+            return len(spoken_words(name))
         case None | bool() | float() | int():
             return value
         case str():

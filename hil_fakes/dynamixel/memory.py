@@ -32,8 +32,9 @@ class ControlMemory:
     def set(self, name: str, value: int) -> None:
         """Set a cell from inside the motor, whatever its access."""
         cell = ct.BY_NAME[name]
-        wrapped = value & ((1 << (8 * cell.size)) - 1)
-        self._bytes[cell.address : cell.address + cell.size] = wrapped.to_bytes(cell.size, "little")
+        size = cell.size
+        wrapped = value & ((1 << (8 * size)) - 1)
+        self._bytes[cell.address : cell.address + size] = wrapped.to_bytes(size, "little")
 
     def reset_ram(self) -> None:
         """What a loss of power does: RAM cells take their initial values."""

@@ -74,8 +74,11 @@ class FakeXL430:
         self._registered: tuple[int, bytes] | None = None
         self._voltage_v = voltage_v
         self._overload_s = 0.0
+        self._effort = 0
         self.temperature_c = AMBIENT_C
         """Of the case; settable."""
+        self.watchdog_broken = False
+        """True: a motor that does not keep its manual, to try what judges it."""
         self._refresh()
 
     @property
@@ -201,7 +204,7 @@ class FakeXL430:
 
     def _wear(self, dt_s: float) -> None:
         """Heat and overload: what effort does to the motor in the long run."""
-        effort = abs(self._load()) / 1000.0
+        effort = abs(self._effort) / 1000.0
         target_c = AMBIENT_C + HEATING_C * effort * effort
         self.temperature_c += (target_c - self.temperature_c) * (1.0 - math.exp(-dt_s / HEATING_S))
         self._overload_s = self._overload_s + dt_s if effort > OVERLOAD_SHARE else 0.0
@@ -234,7 +237,7 @@ class FakeXL430:
 
     def _watchdog_left_s(self) -> float:
         setting = self.memory.get("bus_watchdog")
-        if setting <= 0 or not self.memory.get("torque_enable"):
+        if self.watchdog_broken or setting <= 0 or not self.memory.get("torque_enable"):
             return math.inf
         return max(setting * WATCHDOG_UNIT_S - self._silence_s, 0.0)
 
@@ -254,17 +257,18 @@ class FakeXL430:
 
     def _refresh(self) -> None:
         """Read the sensors into the table."""
-        memory, shaft = self.memory, self._shaft
-        speed = round(self._direction * shaft.speed_rad_s / VELOCITY_UNIT_RAD_S)
+        memory, shaft, direction = self.memory, self._shaft, self._direction
+        load = self._effort = self._load()
+        speed = round(direction * shaft.speed_rad_s / VELOCITY_UNIT_RAD_S)
         position = round(self._exact_ticks + self._noise_ticks) + memory.get("homing_offset")
         memory.set("present_velocity", speed)
         memory.set("present_position", position)
-        memory.set("velocity_trajectory", round(self._direction * shaft.setpoint_rad_s / VELOCITY_UNIT_RAD_S))
+        memory.set("velocity_trajectory", round(direction * shaft.setpoint_rad_s / VELOCITY_UNIT_RAD_S))
         memory.set("position_trajectory", position)
-        memory.set("present_load", self._load())
+        memory.set("present_load", load)
         memory.set("present_temperature", round(self.temperature_c))
-        memory.set("present_pwm", round(885 * self._load() / 1000))
-        memory.set("present_input_voltage", round((self._voltage_v - SAG_V * abs(self._load()) / 1000.0) * 10.0))
+        memory.set("present_pwm", round(885 * load / 1000))
+        memory.set("present_input_voltage", round((self._voltage_v - SAG_V * abs(load) / 1000.0) * 10.0))
         memory.set("moving", int(abs(speed) > memory.get("moving_threshold")))
         memory.set("realtime_tick", int(self._clock_s * 1000.0) % 32_768)
 

@@ -87,38 +87,45 @@ class OpenCRWheels(BusWheels):
         if state.device_status == opencr.NO_MOTORS:
             self._refuse("OpenCR finds no motors: check their cable and power, then press its reset button")
         rebooted = self._take(state)
-        if _value(self._bus.read_block(self._id, WINDOW_START, WINDOW_SIZE), opencr.MOTOR_TORQUE):
+        window = self._bus.read_block(self._id, WINDOW_START, WINDOW_SIZE)
+        torque = _value(window, opencr.MOTOR_TORQUE)
+        if not torque or self._torque_asked_s is not None:
+            self._rejoin(window)
+        if torque:
             self._torque_asked_s = None
             return
-        now_s = self._clock()
-        if self._torque_asked_s is None or rebooted:
-            self._torque_asked_s = now_s
-        elif now_s - self._torque_asked_s >= TORQUE_DELAY_S:
-            self._refuse(
-                "OpenCR keeps the motors' torque off: a motor has shut itself down (overload, heat, voltage) or lost its "
-                "cable; switch the robot off and on"
-            )
         self._send_stop()  # both wheels stand until the torque is back
         self._bus.write(self._id, opencr.MOTOR_TORQUE, 1)
+        if self._torque_asked_s is None or rebooted:
+            self._torque_asked_s = self._clock()
+        elif self._clock() - self._torque_asked_s >= TORQUE_DELAY_S:
+            self._refuse(
+                "OpenCR keeps the motors' torque off: a motor has shut itself down (overload, heat, voltage) or lost "
+                "its cable; switch the robot off and on"
+            )
 
     def _take(self, state: ControllerState) -> bool:
         """Note the controller's state; True (and the angles rejoined) if it has started anew since the last one."""
         rebooted = self._state is not None and state.millis < self._state.millis
         self._state = state
         if rebooted:
-            window = self._bus.read_block(self._id, WINDOW_START, WINDOW_SIZE)
-            for encoder, position in zip(self._encoders, _positions(window), strict=True):
-                encoder.rejoin(position)
+            self._rejoin(self._bus.read_block(self._id, WINDOW_START, WINDOW_SIZE))
         return rebooted
+
+    def _rejoin(self, window: bytes) -> None:
+        """A motor without torque may have started anew, and then its turns are forgotten."""
+        for encoder, position in zip(self._encoders, _positions(window), strict=True):
+            encoder.rejoin(position)
 
     def _cycle(self, command: WheelCommand) -> WheelReading:
         self._bus.write_block(self._id, opencr.LINEAR_X.address, self._block(command), "the command words")
         self._beat = (self._beat + 1) % 256
         self._bus.write(self._id, opencr.HEARTBEAT, self._beat)
         window = self._bus.read_block(self._id, WINDOW_START, WINDOW_SIZE)
-        ticks = self._follow(_positions(window))
         if not _value(window, opencr.MOTOR_TORQUE):
+            self._rejoin(window)
             self._doubtful = True
+        ticks = self._follow(_positions(window))
         return WheelReading(
             left_rad=ticks[0] * xl430.RAD_PER_TICK,
             right_rad=ticks[1] * xl430.RAD_PER_TICK,

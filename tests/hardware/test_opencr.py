@@ -159,6 +159,11 @@ def test_a_motor_that_shuts_down_stops_the_other(robot: VirtualRobot) -> None:
         robot.run(AHEAD, 0.5)
     robot.time.advance(0.25)
     assert robot.fastest_rad_s == 0.0
+    robot.motors[0].reboot()
+    with pytest.raises(DeviceError, match="torque"):
+        robot.cycle(AHEAD)
+    robot.time.advance(0.05)
+    assert robot.run(AHEAD, 1.0).left_rad_s == pytest.approx(3.0, abs=0.1)
 
 
 def test_an_empty_battery_stops_the_wheels(robot: VirtualRobot) -> None:
