@@ -14,7 +14,7 @@ from dataclasses import dataclass, field, replace
 from hil_fakes.word_channel import Conditions, WordChannel
 from hil_fakes.word_lengths import WordLengths
 from hvcpd.config.tasks import Action, Forward, GoTo, Place, TaskDefinition, Wait
-from hvcpd.coordination.actions import Halt, Perform, Role, SaveTask, Say, Timing
+from hvcpd.coordination.actions import Halt, Perform, Role, SaveStopped, SaveTask, Say, Timing
 from hvcpd.coordination.coordination import Coordination
 from hvcpd.language import messages as m
 
@@ -98,6 +98,8 @@ class WordMission:
         self.keep = keep
         self.robots: dict[str, Coordination] = {}
         self.saved: dict[str, dict[int, tuple[str, str | None]]] = {name: {} for name in plan.names}
+        self.stopped: set[str] = set()
+        """Who has saved that it is stopped."""
         self.watered: Counter[int] = Counter()
         self.by: dict[int, str] = {}
         self.said: list[tuple[float, str, m.Utterance]] = []
@@ -176,6 +178,7 @@ class WordMission:
             plan.timing,
             remembered=self.saved[name],
             now=self.air.now,
+            stopped=name in self.stopped,
         )
         self.robots[name].home = self._bodies[name].place
         self.air.refresh()
@@ -204,6 +207,8 @@ class WordMission:
                     self.halted_s[name] = self.air.now
                 case SaveTask(number, state, owner):
                     self.saved[name][number] = (state, owner)
+                case SaveStopped(stopped):
+                    (self.stopped.add if stopped else self.stopped.discard)(name)
                 case _:
                     pass
 

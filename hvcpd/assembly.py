@@ -65,6 +65,8 @@ class RobotPlan:
     teams: tuple[str, ...] = DEFAULT_TEAMS
     remembered: Mapping[int, tuple[str, str | None]] | None = None
     acoustics: Acoustics | None = None
+    stopped: bool = False
+    """It was stopped when it was switched off."""
     drive: Drive = BURGER
 
 
@@ -98,7 +100,9 @@ def make_robot(plan: RobotPlan, sound: Sound) -> Robot:
     """A whole robot. It listens for the voices of all names but its own."""
     phrasebook = make_phrasebook(plan.names, (*plan.teams, *([plan.role.team] if plan.role.team else [])), plan.tasks)
     others = [name for name in plan.names if name.lower() != plan.role.name.lower()]
-    coordination = Coordination(plan.role, plan.tasks.tasks, random.Random(plan.seed), remembered=plan.remembered)
+    coordination = Coordination(
+        plan.role, plan.tasks.tasks, random.Random(plan.seed), remembered=plan.remembered, stopped=plan.stopped
+    )
     voice = voice_for(plan.role.name)
     return Robot(
         coordination,

@@ -6,9 +6,12 @@ from collections.abc import Iterable
 from typing import cast
 
 from hvcpd.config.tasks import TaskRepository
-from hvcpd.coordination.actions import SavePeer, SaveTask
+from hvcpd.coordination.actions import SavePeer, SaveStopped, SaveTask
 from hvcpd.robot import GarbledRecord, HeardRecord, Record, SaidRecord
 from hvcpd.store import PeerRecord, Store, TaskRecord, TaskState, TranscriptRecord
+
+STOPPED = "stopped"
+"""The flag of a stopped robot in its store."""
 
 
 class Journal:
@@ -23,6 +26,11 @@ class Journal:
         """The tasks' states as the robot last knew them: number → (state, owner)."""
         return {task.number: (task.state, task.owner) for task in self._store.tasks() if task.number in self._names}
 
+    @property
+    def stopped(self) -> bool:
+        """Whether the robot was told to stop and nobody has said "resume" since."""
+        return STOPPED in self._store.flags()
+
     def write(self, records: Iterable[Record], now: float) -> None:
         """Keep the records of one step. Raises StoreError."""
         for record in records:
@@ -31,6 +39,8 @@ class Journal:
                     self._store.save_task(TaskRecord(number, self._names[number], cast(TaskState, state), owner, now))
                 case SavePeer(name, team, heard_at_s):
                     self._store.save_peer(PeerRecord(name, team, heard_at_s))
+                case SaveStopped(stopped):
+                    self._store.set_flag(STOPPED, stopped)
                 case SaidRecord():
                     self._store.append_transcript(
                         TranscriptRecord(record.at_s, "said", self._own_name, record.text, None)

@@ -13,7 +13,7 @@ from typing import Protocol
 import numpy as np
 
 from hvcpd.config.tasks import Place
-from hvcpd.coordination.actions import Halt, Perform, SavePeer, SaveTask, Say
+from hvcpd.coordination.actions import Halt, Perform, SavePeer, SaveStopped, SaveTask, Say
 from hvcpd.coordination.coordination import Coordination
 from hvcpd.errors import PhraseError
 from hvcpd.hardware.kinematics import Odometry
@@ -83,7 +83,7 @@ class PerformedRecord:
     task: int
 
 
-Record = SaidRecord | HeardRecord | GarbledRecord | PerformedRecord | SaveTask | SavePeer
+Record = SaidRecord | HeardRecord | GarbledRecord | PerformedRecord | SaveTask | SavePeer | SaveStopped
 
 
 @dataclass(frozen=True)
@@ -241,7 +241,7 @@ class Robot:
                 case Halt():
                     self._performer.cancel()
                     halted = True
-                case SaveTask() | SavePeer():
+                case SaveTask() | SavePeer() | SaveStopped():
                     self._records.append(action)
         return halted
 

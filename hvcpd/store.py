@@ -19,8 +19,13 @@ from hvcpd.errors import StoreError
 TaskState = Literal["open", "claimed", "done", "failed"]
 TranscriptKind = Literal["said", "heard", "garbled"]
 
-SCHEMA_VERSION = 1
+SCHEMA_VERSION = 2
 """Kept in SQLite's `user_version`; raised with every change of the tables."""
+
+_UPGRADES = {
+    1: "ALTER TABLE transcript ADD COLUMN wall_s REAL; " + "CREATE TABLE flags (name TEXT PRIMARY KEY) STRICT;"
+}
+"""What leads from a version to the next one; a store is upgraded when it is opened."""
 
 MAX_SET_ASIDE = 100
 """Damaged files kept beside the store; beyond, something is wrong that a new file does not mend."""
@@ -42,7 +47,8 @@ CREATE TABLE transcript (
     kind TEXT NOT NULL CHECK (kind IN ('said', 'heard', 'garbled')),
     speaker TEXT,
     text TEXT NOT NULL,
-    confidence REAL
+    confidence REAL,
+    wall_s REAL
 ) STRICT;
 CREATE INDEX transcript_at ON transcript (at_s);
 CREATE TABLE peers (
@@ -54,9 +60,13 @@ CREATE TABLE counters (
     name TEXT PRIMARY KEY,
     value INTEGER NOT NULL
 ) STRICT;
+CREATE TABLE flags (name TEXT PRIMARY KEY) STRICT;
 """
 
-_TABLES = {"tasks", "transcript", "peers", "counters"}
+_TABLES = {"tasks", "transcript", "peers", "counters", "flags"}
+
+_WALL_CLOCK_S = "(julianday('now') - 2440587.5) * 86400.0"
+"""SQLite's clock in seconds since 1970: for people who ask what was said this morning; the robot itself never does."""
 
 Connect = Callable[[Path], sqlite3.Connection]
 """How SQLite opens a file; a test hands in one with limits of its own."""
@@ -122,7 +132,9 @@ class Store:
     def append_transcript(self, record: TranscriptRecord) -> None:
         """Add an utterance to the transcript."""
         self._write(
-            "INSERT INTO transcript (at_s, kind, speaker, text, confidence) VALUES (?, ?, ?, ?, ?)", astuple(record)
+            "INSERT INTO transcript (at_s, kind, speaker, text, confidence, wall_s) "
+            f"VALUES (?, ?, ?, ?, ?, {_WALL_CLOCK_S})",
+            astuple(record),
         )
 
     def transcript(self, since_s: float = float("-inf")) -> tuple[TranscriptRecord, ...]:
@@ -143,6 +155,14 @@ class Store:
         query = "INSERT INTO counters VALUES (?, ?) ON CONFLICT (name) DO UPDATE SET value = value + excluded.value"
         self._write(query, (name, by))
 
+    def set_flag(self, name: str, on: bool) -> None:
+        """Remember that something is so, or no longer."""
+        self._write("INSERT OR IGNORE INTO flags VALUES (?)" if on else "DELETE FROM flags WHERE name = ?", (name,))
+
+    def flags(self) -> frozenset[str]:
+        """All that is so."""
+        return frozenset(name for (name,) in self._read("SELECT name FROM flags"))
+
     def counters(self) -> dict[str, int]:
         """All counters by name."""
         return dict(self._read("SELECT name, value FROM counters ORDER BY name"))
@@ -158,6 +178,47 @@ class Store:
     def _read(self, query: str, values: Sequence[Any] = ()) -> list[Any]:
         with _failures(self._path):
             return self._db.execute(query, values).fetchall()
+
+
+@dataclass(frozen=True)
+class TranscriptRow:
+    """One utterance of a transcript on file: its number, when it was written (seconds since 1970, None before that
+    was noted), and the utterance."""
+
+    number: int
+    wall_s: float | None
+    record: TranscriptRecord
+
+
+class TranscriptReader:
+    """Reads the transcript of a store that a daemon may be writing at the same time, and changes nothing.
+
+    Raises StoreError when there is no such file, or it is no robot's memory.
+    """
+
+    def __init__(self, path: Path) -> None:
+        self._path = path
+        if not path.is_file():
+            raise StoreError(f"{path}: there is no robot's memory here; name another with --memory FILE")
+        self._db = sqlite3.connect(f"{path.absolute().as_uri()}?mode=ro", uri=True, timeout=1.0)
+
+    def rows(self, after: int = 0, since_wall_s: float = float("-inf")) -> tuple[TranscriptRow, ...]:
+        """The utterances with numbers over `after`, written at `since_wall_s` or later, in the order they were kept."""
+        query = (
+            "SELECT id, wall_s, at_s, kind, speaker, text, confidence FROM transcript "
+            "WHERE id > ? AND coalesce(wall_s, 0) >= ? ORDER BY id"
+        )
+        try:
+            found = self._db.execute(query, (after, max(since_wall_s, -1.0))).fetchall()
+        except sqlite3.DatabaseError as error:
+            raise StoreError(
+                f"{self._path}: no transcript can be read from it ({error}); start the daemon once to update it"
+            ) from error
+        return tuple(TranscriptRow(row[0], row[1], TranscriptRecord(*row[2:])) for row in found)
+
+    def close(self) -> None:
+        """Let go of the file."""
+        self._db.close()
 
 
 @contextmanager
@@ -220,6 +281,9 @@ def _checked(db: sqlite3.Connection) -> sqlite3.Connection:
         stack.callback(db.close)
         (version,) = db.execute("PRAGMA user_version").fetchone()
         (tables,) = db.execute("SELECT count(*) FROM sqlite_master").fetchone()
+        if version in _UPGRADES and tables:
+            db.executescript(f"BEGIN; {_UPGRADES[version]} PRAGMA user_version = {version + 1}; COMMIT;")
+            version += 1
         if not (version == 0 and tables == 0) and version != SCHEMA_VERSION:
             raise _damage(f"its version is {version}, ours {SCHEMA_VERSION}")
         db.execute("PRAGMA journal_mode = WAL")

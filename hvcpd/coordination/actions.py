@@ -59,7 +59,14 @@ class SavePeer:
     heard_at_s: float
 
 
-Action = Say | Perform | Halt | SaveTask | SavePeer
+@dataclass(frozen=True)
+class SaveStopped:
+    """Remember that the robot is stopped, or no longer: a restart releases nobody."""
+
+    stopped: bool
+
+
+Action = Say | Perform | Halt | SaveTask | SavePeer | SaveStopped
 
 
 @dataclass(frozen=True)

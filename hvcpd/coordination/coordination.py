@@ -22,7 +22,10 @@ from hvcpd.language import messages as m
 
 
 class Coordination:
-    """See the module. `remembered` are the tasks' states from the robot's store: number → (state, owner)."""
+    """See the module. `remembered` are the tasks' states from the robot's store: number → (state, owner).
+
+    `stopped`: it was stopped when it was switched off, and nobody has said "resume" since.
+    """
 
     def __init__(
         self,
@@ -32,6 +35,7 @@ class Coordination:
         timing: Timing | None = None,
         remembered: Mapping[int, tuple[str, str | None]] | None = None,
         now: float = 0.0,
+        stopped: bool = False,
     ) -> None:
         self.role = role
         self.timing = timing or Timing()
@@ -40,7 +44,7 @@ class Coordination:
         self.peers = Peers(self.timing.absent_s)
         self.floor = Floor(self.timing, chance)
         self.repair = repair.Repair()
-        self.state = State.WAKING
+        self.state = State.STOPPED if stopped else State.WAKING
         self.task: int | None = None
         """The task that this robot has claimed, reads back or carries out, or has just ordered."""
         self.task_ref: m.TaskRef | None = None
@@ -76,7 +80,8 @@ class Coordination:
         """When another voice used this robot's name."""
         self._timer_s: float | None = None
         self._actions: list[Action] = []
-        self.arm(now, self.timing.wake_min_s + chance.random() * self.timing.wake_spread_s)
+        if not stopped:
+            self.arm(now, self.timing.wake_min_s + chance.random() * self.timing.wake_spread_s)
 
     # --- what its owner tells it -------------------------------------------------------------------------------
 

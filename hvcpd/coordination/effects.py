@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 from hvcpd.config.tasks import Action as TaskAction
 from hvcpd.config.tasks import Forward, GoTo, Turn
 from hvcpd.coordination import composing
-from hvcpd.coordination.actions import Halt, Perform
+from hvcpd.coordination.actions import Halt, Perform, SaveStopped
 from hvcpd.coordination.board import DONE
 from hvcpd.coordination.claims import confirming_slot
 from hvcpd.coordination.floor import RANK_MAX, Urgency
@@ -232,9 +232,16 @@ def note_silence(c: Coordination, now: float) -> None:
     rest(c, now)
 
 
+def release(c: Coordination, now: float) -> None:
+    """Resume starts no old motion: the robot is free."""
+    c.do(SaveStopped(False))
+    rest(c, now)
+
+
 def halt(c: Coordination, now: float) -> None:
     """Stop, and latch: tasks, turns and motions are forgotten, and nothing but "resume" leads on."""
     let_go(c)
+    c.do(SaveStopped(True))
     c.floor.clear()
     finished = c.unreported is not None and c.board[c.unreported].state == DONE
     unreported = c.unreported

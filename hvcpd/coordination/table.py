@@ -161,7 +161,7 @@ TRANSITIONS: dict[tuple[State, Trigger], tuple[State, str]] = {
     (S.READ_BACK, T.CONFIRMED_MOTION): (S.MOVING, "move"),
     (S.MOVING, T.PERFORMED): (S.READY, "rest"),
     (S.MOVING, T.FAILED): (S.READY, "rest"),
-    (S.STOPPED, T.RESUME): (S.READY, "rest"),
+    (S.STOPPED, T.RESUME): (S.READY, "release"),
 } | {(state, T.STOP): (S.STOPPED, "halt") for state in State if state is not S.STOPPED}
 
 AT_WORK = frozenset({S.GOING, S.ANNOUNCING, S.CHECKING, S.ACTING})

@@ -34,6 +34,8 @@ class JournalService:
         self._waiting = 0
         self._failing = False
         self._broken: BaseException | None = None
+        self.stopped = False
+        """Whether the robot was stopped when it was switched off; known once the memory is open."""
         self.lost = 0
         """Records that were not kept."""
 
@@ -71,6 +73,7 @@ class JournalService:
     def _open(self) -> Remembered:
         self._store = Store(self._outfit.memory_path)  # SQLite wants one thread from the opening on
         self._journal = Journal(self._store, self._outfit.tasks, self._outfit.settings.name)
+        self.stopped = self._journal.stopped
         return self._journal.remembered()
 
     def _write(self, records: Sequence[Record], now: float) -> None:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import asyncio
 from contextlib import AsyncExitStack
-from dataclasses import asdict
+from dataclasses import asdict, replace
 
 import structlog
 
@@ -51,6 +51,7 @@ class Daemon:
             await stream.open()
 
             plan = self._outfit.plan(remembered, Acoustics(latency_s=stream.latency_s))
+            plan = replace(plan, stopped=self._journal.stopped)
             robot = self.robot = await asyncio.to_thread(make_robot, plan, self._outfit.sound)
             await asyncio.to_thread(rehearse, settings.name, robot.phrasebook.graph.words, self._outfit.sound)
 

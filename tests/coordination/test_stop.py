@@ -3,6 +3,7 @@
 import pytest
 
 from hil_fakes.word_channel import Conditions
+from hil_fakes.word_mission import Outage
 from hvcpd.coordination.table import State
 from tests.coordination.mission import Mission, plants
 
@@ -51,6 +52,16 @@ def test_a_stopped_robot_starts_no_old_motion_and_refuses_orders() -> None:
     said = mission.written(45.0, without=("Anna",))
     assert said == ["Hi all, I am Rob, I have stopped"] + ["Hi Anna, I am Rob, I have stopped"] * 2
     assert mission.robots["Rob"].task is None
+
+
+def test_a_restart_releases_nobody() -> None:
+    mission = Mission(("Rob", "Bot"), plants(4), ("Anna",), seed=6, outages=(Outage("Rob", 60.0, 20.0),))
+    mission.hear(45.0, "All stop", speaker="Anna")
+    mission.air.run_until(300.0)
+    assert mission.robots["Rob"].state is State.STOPPED
+    mission.hear(301.0, "All resume", speaker="Anna")
+    mission.run()
+    assert mission.exactly_once
 
 
 def test_others_take_over_what_a_stopped_robot_had_claimed() -> None:

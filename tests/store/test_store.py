@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import shutil
 import sqlite3
+import subprocess
+import sys
 from collections.abc import Iterator
 from contextlib import closing
 from pathlib import Path
@@ -14,7 +16,15 @@ from hypothesis import strategies as st
 from structlog.testing import capture_logs
 
 from hvcpd.errors import StoreError
-from hvcpd.store import SCHEMA_VERSION, PeerRecord, Store, TaskRecord, TranscriptRecord, connect
+from hvcpd.store import (
+    SCHEMA_VERSION,
+    PeerRecord,
+    Store,
+    TaskRecord,
+    TranscriptReader,
+    TranscriptRecord,
+    connect,
+)
 
 GREEN = TaskRecord(1, "water the green rose", "claimed", "Rob", 12.5)
 HEARD = TranscriptRecord(3.0, "heard", "Bot", "Hi all, I am Bot", 0.97)
@@ -255,3 +265,73 @@ def test_closing_twice_is_harmless(path: Path) -> None:
     store = Store(path)
     store.close()
     store.close()
+
+
+def test_a_store_of_the_version_before_is_upgraded_with_all_that_is_in_it(path: Path) -> None:
+    with closing(Store(path)) as store:
+        store.save_task(GREEN)
+        store.append_transcript(HEARD)
+    with closing(sqlite3.connect(path)) as db:
+        db.executescript("ALTER TABLE transcript DROP COLUMN wall_s; DROP TABLE flags; PRAGMA user_version = 1;")
+    with closing(Store(path)) as again:
+        assert again.tasks() == (GREEN,)
+        assert again.transcript() == (HEARD,)
+        again.append_transcript(HEARD)
+    assert not list(path.parent.glob("*.corrupt-*"))
+    with closing(TranscriptReader(path)) as reader:
+        assert [row.wall_s is None for row in reader.rows()] == [True, False]
+
+
+def test_flags_are_kept(path: Path) -> None:
+    with closing(Store(path)) as store:
+        store.set_flag("stopped", True)
+        store.set_flag("stopped", True)
+    with closing(Store(path)) as again:
+        assert again.flags() == {"stopped"}
+        again.set_flag("stopped", False)
+        assert again.flags() == frozenset()
+
+
+def test_a_transcript_is_read_while_it_is_written(path: Path, store: Store) -> None:
+    store.append_transcript(HEARD)
+    with closing(TranscriptReader(path)) as reader:
+        (first,) = reader.rows()
+        assert first.record == HEARD
+        store.append_transcript(TranscriptRecord(4.0, "said", "Rob", "Hi Bot, I am Rob, confirmed"))
+        assert [row.record.at_s for row in reader.rows(after=first.number)] == [4.0]
+        assert reader.rows(since_wall_s=1e12) == ()
+
+
+def test_no_transcript_where_there_is_no_memory(tmp_path: Path) -> None:
+    with pytest.raises(StoreError, match="--memory"):
+        TranscriptReader(tmp_path / "nobody.sqlite3")
+    (tmp_path / "other").write_text("no database at all, but long enough to be taken for one")
+    with pytest.raises(StoreError, match="no transcript"):
+        TranscriptReader(tmp_path / "other").rows()
+
+
+KILLED = """
+import sys
+from pathlib import Path
+from hvcpd.store import Store, TaskRecord
+store = Store(Path(sys.argv[1]))
+for number in range(1, 100_000):
+    store.save_task(TaskRecord(number, f"task {number}", "done", "Rob", float(number)))
+    sys.stdout.write(f"{number}\\n")
+    sys.stdout.flush()
+"""
+
+
+@pytest.mark.parametrize("lines", [1, 7, 60])
+def test_what_was_told_as_kept_survives_kill_9(lines: int, tmp_path: Path) -> None:
+    path = tmp_path / "rob.sqlite3"
+    with subprocess.Popen([sys.executable, "-c", KILLED, str(path)], stdout=subprocess.PIPE, text=True) as process:
+        assert process.stdout is not None
+        told = [int(next(process.stdout)) for _ in range(lines)][-1]
+        process.kill()
+        told = max([told, *(int(line) for line in process.stdout if line.endswith("\n"))])
+    with closing(Store(path)) as store:
+        kept = [task.number for task in store.tasks()]
+    assert kept == list(range(1, len(kept) + 1))
+    assert len(kept) >= told
+    assert not list(tmp_path.glob("*.corrupt-*"))
