@@ -67,6 +67,8 @@ def make_parser() -> argparse.ArgumentParser:
     _add_say(commands)
     _add_hear(commands)
     _add_phrases(commands)
+    _add_transcript(commands)
+    _add_audit(commands)
     return parser
 
 
@@ -127,6 +129,28 @@ def _add_phrases(commands: _Commands) -> None:
     _add_shared(c)
     c.add_argument("--format", choices=("text", "markdown", "html"), default="text")
     c.set_defaults(run=_lazy("phrases"))
+
+
+def _add_memory(command: argparse.ArgumentParser) -> None:
+    command.add_argument("--config", type=Path, metavar="FILE", help="settings file (default: /etc/hvcpd/hvcpd.yaml)")
+    command.add_argument("--name", metavar="NAME", help="whose memory (default: the robot's of the settings)")
+    command.add_argument("--memory", type=Path, metavar="FILE", help="this memory file, wherever it lies")
+    command.add_argument("--since", metavar="WHEN", help="from then on: 30m, 8h, 2d ago, or 2026-11-21T08:00")
+    command.add_argument("--json", action="store_true", help="print one JSON object a line")
+
+
+def _add_transcript(commands: _Commands) -> None:
+    c = commands.add_parser("transcript", help="print what a robot said and heard")
+    _add_memory(c)
+    c.add_argument("--follow", action="store_true", help="go on with what is said from now on, until interrupted")
+    c.set_defaults(run=_lazy("transcript"))
+
+
+def _add_audit(commands: _Commands) -> None:
+    c = commands.add_parser("audit", help="count who ordered whom, what was refused, and how the tasks were shared")
+    _add_memory(c)
+    c.add_argument("--tasks", type=Path, metavar="FILE", help="task repository (default: five plants)")
+    c.set_defaults(run=_lazy("audit"))
 
 
 def main(arguments: Sequence[str] | None = None) -> int:

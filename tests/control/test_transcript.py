@@ -1,0 +1,111 @@
+"""`hvcpctl transcript` and `hvcpctl audit`: a robot's memory, read by people."""
+
+from __future__ import annotations
+
+import argparse
+import json
+from collections.abc import Iterator
+from contextlib import closing
+from pathlib import Path
+
+import pytest
+
+from hvcpd.control import transcript
+from hvcpd.control.cli import main
+from hvcpd.store import Store, TranscriptRecord
+from tests.control.conftest import Refuse
+
+TALK = (
+    ("heard", "Anna", "Hi Rob, I am Anna, water the yellow rose"),
+    ("said", "Rob", "Hi Anna, I am Rob, I will water the yellow rose"),
+    ("heard", "Anna", "Hi Rob, I am Anna, confirmed"),
+    ("heard", "Anna", "Hi Rob, I am Anna, turn left"),
+    ("said", "Rob", "Hi Anna, I am Rob, I am busy"),
+    ("heard", "Anna", "Hi Bot, I am Anna, complete task nine"),
+    ("heard", "Bot", "Hi Anna, I am Bot, I do not know task nine"),
+    ("said", "Rob", "Hi Anna, I am Rob, task five complete"),
+    ("garbled", None, ""),
+    ("said", "Rob", "Hi team plant, I am Rob, I will complete task one"),
+    ("said", "Rob", "Hi all, I am Rob, task one complete, I will complete task two"),
+    ("heard", "Bot", "Hi team plant, I am Bot, I will complete task three"),
+    ("heard", "Bot", "Hi all, I am Bot, task three complete"),
+    ("heard", None, "Stop"),
+)
+
+
+@pytest.fixture
+def memory(tmp_path: Path) -> Iterator[Path]:
+    path = tmp_path / "rob.sqlite3"
+    with closing(Store(path)) as store:
+        for n, (kind, speaker, text) in enumerate(TALK):
+            store.append_transcript(TranscriptRecord(float(n), kind, speaker, text, 0.9 if kind == "heard" else None))  # type: ignore[arg-type]
+        yield path
+
+
+def test_the_transcript_as_text_and_as_json(memory: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["transcript", "--memory", str(memory)]) == 0
+    lines = capsys.readouterr().out.splitlines()
+    assert len(lines) == len(TALK)
+    assert lines[0].endswith("heard    Hi Rob, I am Anna, water the yellow rose  (90%)")
+    assert main(["transcript", "--memory", str(memory), "--json"]) == 0
+    objects = [json.loads(line) for line in capsys.readouterr().out.splitlines()]
+    assert [(o["kind"], o["speaker"], o["text"]) for o in objects] == list(TALK)
+
+
+def test_since_leaves_out_what_is_older(memory: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["transcript", "--memory", str(memory), "--since", "1h"]) == 0
+    assert len(capsys.readouterr().out.splitlines()) == len(TALK)
+    assert main(["transcript", "--memory", str(memory), "--since", "2999-01-01"]) == 0
+    assert capsys.readouterr().out == ""
+
+
+class _Enough(Exception):
+    """Ends the following."""
+
+
+def test_follow_prints_each_new_line_once(memory: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    waits = []
+
+    def wait(_s: float) -> None:
+        waits.append(capsys.readouterr().out)
+        if len(waits) == 3:
+            raise _Enough
+        with closing(Store(memory)) as store:
+            store.append_transcript(TranscriptRecord(99.0, "said", "Rob", f"line {len(waits)}"))
+
+    options = argparse.Namespace(memory=memory, since=None, follow=True, json=False)
+    with pytest.raises(_Enough):
+        transcript.run(options, wait=wait)
+    assert len(waits[0].splitlines()) == len(TALK)
+    assert [out.splitlines()[0].split("said")[1].strip() for out in waits[1:]] == ["line 1", "line 2"]
+    assert all(len(out.splitlines()) == 1 for out in waits[1:])
+
+
+def test_the_audit_counts_orders_refusals_and_shares(memory: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["audit", "--memory", str(memory), "--json"]) == 0
+    found = json.loads(capsys.readouterr().out)
+    assert found["orders"] == {"Anna to Rob": 2, "Anna to Bot": 1}
+    assert found["taken"] == {"Anna to Rob": 1}
+    assert found["refusals"] == {"Rob to Anna: busy": 1, "Bot to Anna: unknown task": 1}
+    assert found["done"] == {"5": "Rob", "1": "Rob", "3": "Bot"}
+    assert found["shares"] == {"Rob": 2, "Bot": 1}
+    assert found["fairness"] == pytest.approx(9 / (2 * 5))
+    assert found["garbled"] == 1
+    assert found["not_understood"] == 0
+    assert found["stops"] == {"somebody": 1}
+    assert main(["audit", "--memory", str(memory)]) == 0
+    assert "0.90 (1 = all equal)" in capsys.readouterr().out
+
+
+def test_what_a_file_says_cannot_steer_the_terminal(memory: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    with closing(Store(memory)) as store:
+        store.append_transcript(TranscriptRecord(50.0, "heard", None, "\x1b[2Jgone\nnext"))
+    assert main(["transcript", "--memory", str(memory)]) == 0
+    out = capsys.readouterr().out
+    assert "\x1b" not in out
+    assert len(out.splitlines()) == len(TALK) + 1
+
+
+def test_bad_input_names_the_remedy(refused: Refuse, tmp_path: Path, memory: Path) -> None:
+    assert "--memory" in refused("transcript", "--memory", tmp_path / "none")
+    assert "8h" in refused("audit", "--memory", memory, "--since", "yesterday")
