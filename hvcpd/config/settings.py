@@ -67,13 +67,16 @@ class AudioSettings:
 
 @dataclass(frozen=True)
 class WheelSettings:
-    """The wheels' motors; their identifiers are those of a TurtleBot3 (ROBOTIS e-Manual: left 1, right 2)."""
+    """The wheels' motors; identifiers and dimensions are those of a TurtleBot3 Burger (ROBOTIS e-Manual)."""
 
-    driver: Literal["xl430", "none"] = "xl430"
-    port: str = "/dev/ttyUSB0"
+    driver: Literal["auto", "opencr", "xl430", "none"] = "auto"
+    port: str = "auto"
     baud_rate: Literal[9600, 57600, 115200, 1000000, 2000000, 3000000, 4000000, 4500000] = 1_000_000
     left_id: int = field(default=1, metadata=between(0, 252))
     right_id: int = field(default=2, metadata=between(0, 252))
+    wheel_radius_m: float = field(default=0.033, metadata=between(0.01, 0.2))
+    radius_ratio: float = field(default=1.0, metadata=between(0.8, 1.25))
+    separation_m: float = field(default=0.160, metadata=between(0.05, 1.0))
 
     @property
     def ids(self) -> tuple[int, int]:

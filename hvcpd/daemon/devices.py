@@ -36,9 +36,9 @@ def make_wheels(settings: WheelSettings) -> Wheels | None:
     """The wheels that the settings ask for, not yet open; None for a robot that stands."""
     if settings.driver == "none":
         return None
-    from hvcpd.hardware.wheels import DynamixelWheels
+    from hvcpd.hardware.wheels_find import FoundWheels
 
-    return DynamixelWheels(settings.port, settings.baud_rate, settings.ids)
+    return FoundWheels(settings)
 
 
 @dataclass(frozen=True)

@@ -13,6 +13,7 @@ from hvcpd.config.task_file import load_tasks
 from hvcpd.config.tasks import TaskRepository
 from hvcpd.coordination.actions import Role
 from hvcpd.errors import ConfigError, HvcpdError
+from hvcpd.hardware.kinematics import Drive
 from hvcpd.language.phrasebook import RESERVED_WORDS
 from hvcpd.robot import Acoustics
 from hvcpd.synthesis.lexicon import Lexicon
@@ -53,7 +54,15 @@ class Outfit:
         )
         seed = settings.seed if settings.seed is not None else secrets.randbits(SEED_BITS)
         return RobotPlan(
-            role, self.names, self.tasks, settings.start.pose, seed, settings.teams, dict(remembered), acoustics
+            role,
+            self.names,
+            self.tasks,
+            settings.start.pose,
+            seed,
+            settings.teams,
+            dict(remembered),
+            acoustics,
+            drive=Drive(settings.wheels.wheel_radius_m, settings.wheels.separation_m, settings.wheels.radius_ratio),
         )
 
 

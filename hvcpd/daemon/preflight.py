@@ -99,6 +99,11 @@ def find_port(settings: WheelSettings, device_directory: Path, access: Access = 
     """The wheels' serial port: there, a device, and accessible."""
     if settings.driver == "none":
         return Finding("wheels", "none, as wheels.driver says; the robot stands")
+    if settings.port == "auto":
+        there = _ports(device_directory)
+        if not there:
+            return _port_fault(f"wheels.port: {_other_ports(device_directory)}")
+        return Finding("wheels", f"will look at {', '.join(there)}")
     port = Path(settings.port)
     try:
         status = port.stat()
@@ -120,10 +125,14 @@ def _port_fault(text: str) -> Finding:
 
 
 def _other_ports(directory: Path) -> str:
-    there = [str(path) for pattern in SERIAL_PORTS for path in sorted(directory.glob(pattern))]
+    there = _ports(directory)
     if there:
         return f"set wheels.port to one of {', '.join(there)}"
     return "plug in the motors' adapter (there is no serial port at all), or set wheels.driver to none"
+
+
+def _ports(directory: Path) -> list[str]:
+    return [str(path) for pattern in SERIAL_PORTS for path in sorted(directory.glob(pattern))]
 
 
 def _group(number: int) -> str:

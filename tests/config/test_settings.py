@@ -202,7 +202,15 @@ starts = st.builds(
 audios = st.builds(
     AudioSettings, st.none() | texts, st.none() | texts, st.integers(5, 100), st.floats(0.1, 30), st.floats(0.1, 10)
 )
-wheels = _of(WheelSettings, port=texts, left_id=st.integers(0, 252), right_id=st.integers(0, 252))
+wheels = _of(
+    WheelSettings,
+    port=texts,
+    left_id=st.integers(0, 252),
+    right_id=st.integers(0, 252),
+    wheel_radius_m=st.floats(0.01, 0.2),
+    radius_ratio=st.floats(0.8, 1.25),
+    separation_m=st.floats(0.05, 1.0),
+)
 
 
 @st.composite

@@ -58,14 +58,14 @@ async def blocks(service: WheelService, command: WheelCommand, first: int, count
         await service.settled()
 
 
-def test_standing_wheels_are_served_every_200_ms_and_moving_ones_every_50_ms() -> None:
+def test_standing_wheels_are_served_every_100_ms_and_moving_ones_every_50_ms() -> None:
     wheels = GatedWheels()
 
     async def scene() -> None:
         service = WheelService(wheels)
         await service.open()
         await blocks(service, STANDSTILL, 0, 40)
-        assert len(wheels.commands) == 5
+        assert len(wheels.commands) == 10
         await blocks(service, FORWARD, 40, 40)
         assert wheels.commands.count(FORWARD) == 20
         await service.close()

@@ -1,0 +1,231 @@
+"""Finds the wheels: which port, which kind, and everything that is wrong with them at once, with its remedy.
+
+The daemon's start, `hvcpctl drive` and `hvcpctl doctor` use the same handshake.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Literal
+
+from hvcpd.config.settings import WheelSettings
+from hvcpd.errors import DeviceError
+from hvcpd.hardware import opencr, wheels_handshake, wheels_opencr_handshake
+from hvcpd.hardware.kinematics import Drive
+from hvcpd.hardware.wheels import DynamixelSettings, DynamixelWheels
+from hvcpd.hardware.wheels_base import BusWheels
+from hvcpd.hardware.wheels_bus import BusError, DynamixelBus, MakePort
+from hvcpd.hardware.wheels_opencr import OpenCRSettings, OpenCRWheels
+from hvcpd.hardware.wheels_port import WaitingPort
+from hvcpd.ports import WheelCommand, WheelReading
+
+Kind = Literal["xl430", "opencr"]
+
+AUTO = "auto"
+PORT_NAMES = ("serial/by-id/*", "ttyACM*", "ttyUSB*")
+"""Under /dev, the best first: names by identity stay the same when an adapter is plugged in again."""
+OTHER_SPEEDS = (57_600, 115_200, 1_000_000, 2_000_000, 3_000_000, 4_000_000)
+"""In baud; 57,600 is how motors leave the factory (e-Manual, xl430-w250)."""
+KINDS = {"xl430": "two XL430-W250 motors", "opencr": "OpenCR with TurtleBot3 firmware"}
+
+
+@dataclass(frozen=True)
+class WheelFinding:
+    """What the handshake found. Without problems `kind` and `port` are known."""
+
+    kind: Kind | None = None
+    port: str = ""
+    problems: tuple[str, ...] = ()
+    facts: tuple[str, ...] = field(default=())
+
+    @property
+    def ok(self) -> bool:
+        """Whether the wheels may be driven."""
+        return not self.problems
+
+
+def drive_of(settings: WheelSettings) -> Drive:
+    """The robot's dimensions by its settings."""
+    return Drive(settings.wheel_radius_m, settings.separation_m, settings.radius_ratio)
+
+
+def candidate_ports(directory: Path = Path("/dev")) -> list[str]:
+    """The serial ports that may lead to wheels, each device once, by its most stable name."""
+    seen: set[Path] = set()
+    ports = []
+    for pattern in PORT_NAMES:
+        for path in sorted(directory.glob(pattern)):
+            if path.resolve() not in seen:
+                seen.add(path.resolve())
+                ports.append(str(path))
+    return ports
+
+
+def stable_name(port: str, directory: Path = Path("/dev")) -> str:
+    """The port's name by identity, if it has one: it is the same after the adapter was plugged in again."""
+    there = Path(port)
+    if not there.exists():
+        return port
+    return next((str(p) for p in sorted(directory.glob(PORT_NAMES[0])) if p.resolve() == there.resolve()), port)
+
+
+def holders(port: str, proc: Path = Path("/proc")) -> list[str]:
+    """Programs that have the port open, as "name (pid)", as far as we may see."""
+    target = Path(port).resolve()
+    found = []
+    for process in sorted(proc.glob("[0-9]*")):
+        try:
+            if any(link.resolve() == target for link in (process / "fd").iterdir()):
+                found.append(f"{(process / 'comm').read_text().strip()} ({process.name})")
+        except OSError:  # gone meanwhile, or another user's
+            continue
+    return found
+
+
+def examine(
+    settings: WheelSettings, make_port: MakePort = WaitingPort, directory: Path = Path("/dev"), timeout_s: float = 0.034
+) -> WheelFinding:
+    """Look for the wheels that the settings ask for and inspect them; nothing is changed, nothing moves."""
+    ports = candidate_ports(directory) if settings.port == AUTO else [stable_name(settings.port, directory)]
+    if not ports:
+        return WheelFinding(
+            problems=("no serial port at all: plug in the robot's USB cable (OpenCR or U2D2) and switch the robot on",)
+        )
+    problems: list[str] = []
+    for port in ports:
+        finding = _examine_port(settings, port, make_port, timeout_s)
+        if finding.kind is not None:
+            return finding
+        problems += finding.problems
+    return WheelFinding(problems=tuple(problems))
+
+
+def _examine_port(settings: WheelSettings, port: str, make_port: MakePort, timeout_s: float) -> WheelFinding:
+    bus = DynamixelBus(port, settings.baud_rate, timeout_s, make_port)
+    try:
+        bus.open()
+    except DeviceError as error:
+        held = holders(port)
+        return WheelFinding(None, port, (f"{error}{'; it is held by ' + ', '.join(held) if held else ''}",))
+    try:
+        kind = _kind(settings, bus)
+        if kind is None:
+            return WheelFinding(None, port, (_nobody(settings, port, bus, make_port, timeout_s),))
+        problems = _inspect(settings, kind, bus)
+        if settings.driver == "xl430" and not _answers(bus, settings.ids):
+            problems += _elsewhere(settings, port, bus, make_port, timeout_s)
+        facts = tuple(_facts(settings, kind, bus)) if not problems else ()
+    except BusError as error:
+        return WheelFinding(None, port, (str(error),))
+    finally:
+        bus.close()
+    return WheelFinding(kind, port, tuple(f"{port}: {problem}" for problem in problems), facts)
+
+
+def _kind(settings: WheelSettings, bus: DynamixelBus) -> Kind | None:
+    if settings.driver == "xl430" or settings.driver == "opencr":
+        return settings.driver
+    if _answers(bus, (opencr.DEVICE_ID,)):
+        return "opencr"
+    return "xl430" if _answers(bus, settings.ids) else None
+
+
+def _inspect(settings: WheelSettings, kind: Kind, bus: DynamixelBus) -> list[str]:
+    if kind == "opencr":
+        return wheels_opencr_handshake.inspect(bus, opencr.DEVICE_ID)
+    return wheels_handshake.inspect(bus, *settings.ids)
+
+
+def _answers(bus: DynamixelBus, ids: Sequence[int]) -> bool:
+    for device_id in ids:
+        try:
+            bus.ping(device_id)
+        except BusError:
+            if not bus.is_open:
+                raise
+            continue
+        return True
+    return False
+
+
+def _nobody(settings: WheelSettings, port: str, bus: DynamixelBus, make_port: MakePort, timeout_s: float) -> str:
+    elsewhere = _elsewhere(settings, port, bus, make_port, timeout_s)
+    if elsewhere:
+        return f"{port}: {elsewhere[0]}"
+    left, right = settings.ids
+    return (
+        f"{port}: nothing answers, neither OpenCR (ID {opencr.DEVICE_ID}) nor motors {left} and {right}, at any speed; "
+        "is the robot switched on, its battery charged, and is this its port?"
+    )
+
+
+def _elsewhere(
+    settings: WheelSettings, port: str, bus: DynamixelBus, make_port: MakePort, timeout_s: float
+) -> list[str]:
+    """Whether the motors answer at another speed; closes the bus, since a port is open once only."""
+    bus.close()
+    for speed in OTHER_SPEEDS:
+        if speed == settings.baud_rate:
+            continue
+        other = DynamixelBus(port, speed, timeout_s, make_port)
+        try:
+            other.open()
+            if _answers(other, settings.ids):
+                return [f"the motors answer at {speed} baud: set wheels.baud_rate to {speed}"]
+        except (BusError, DeviceError):
+            continue
+        finally:
+            other.close()
+    return []
+
+
+def _facts(settings: WheelSettings, kind: Kind, bus: DynamixelBus) -> Iterator[str]:
+    if kind == "opencr":
+        yield f"{wheels_opencr_handshake.read_state(bus, opencr.DEVICE_ID).voltage_v:.1f} V"
+        return
+    for side, health in zip(("left", "right"), wheels_handshake.read_health(bus, settings.ids), strict=True):
+        yield f"{side} motor (ID {health.motor_id}) {health.voltage_v:.1f} V, {health.temperature_c} °C"
+
+
+class FoundWheels:
+    """The wheels that the settings ask for, found and checked when they are opened; as `hvcpd.ports.Wheels`."""
+
+    def __init__(
+        self, settings: WheelSettings, make_port: MakePort = WaitingPort, directory: Path = Path("/dev")
+    ) -> None:
+        self._settings = settings
+        self._make_port = make_port
+        self._directory = directory
+        self._wheels: BusWheels | None = None
+
+    @property
+    def driver(self) -> BusWheels:
+        """The driver that was found. Raises DeviceError before `open`."""
+        if self._wheels is None:
+            raise DeviceError("the wheels are not open")
+        return self._wheels
+
+    def open(self) -> None:
+        """Handshake, then standstill under torque. Raises DeviceError that names all that is wrong."""
+        finding = examine(self._settings, self._make_port, self._directory)
+        if finding.problems or finding.kind is None:
+            raise DeviceError("; ".join(finding.problems))
+        speed = self._settings.baud_rate
+        if finding.kind == "opencr":
+            self._wheels = OpenCRWheels(finding.port, speed, settings=OpenCRSettings(), make_port=self._make_port)
+        else:
+            self._wheels = DynamixelWheels(
+                finding.port, speed, self._settings.ids, DynamixelSettings(), make_port=self._make_port
+            )
+        self._wheels.open()
+
+    def exchange(self, command: WheelCommand) -> WheelReading:
+        """As `hvcpd.hardware.wheels_base.BusWheels.exchange`."""
+        return self.driver.exchange(command)
+
+    def close(self) -> None:
+        """Stop the wheels, switch torque off, let go of the port. Never raises; may be called twice."""
+        if self._wheels is not None:
+            self._wheels.close()
