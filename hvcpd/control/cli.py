@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import TypeAlias
 
 from hvcpd import __version__
+from hvcpd.control.drive_parser import add_doctor, add_drive
 from hvcpd.errors import EX_USER, HvcpdError
 
 Command = Callable[[argparse.Namespace], int]
@@ -59,7 +60,7 @@ def make_parser() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(
         prog="hvcpctl",
         description="Try, watch and control robots that coordinate by speaking English.",
-        epilog="Exit status: 0 success, 1 a mission that did not end well, 2 bad input.",
+        epilog="Exit status: 0 success, 1 a mission or motion that did not end well, 2 bad input.",
     )
     parser.add_argument("--version", action="version", version=f"hvcpctl {__version__}")
     commands = parser.add_subparsers(title="commands", metavar="COMMAND", required=True)
@@ -69,6 +70,8 @@ def make_parser() -> argparse.ArgumentParser:
     _add_phrases(commands)
     _add_transcript(commands)
     _add_audit(commands)
+    add_drive(commands, _lazy("drive"))
+    add_doctor(commands, _lazy("doctor"))
     return parser
 
 

@@ -1,0 +1,131 @@
+"""`hvcpctl drive`: one robot by hand, and `--dry-run`: the same on wheels that only exist on paper."""
+
+from __future__ import annotations
+
+import argparse
+import math
+import signal
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from types import FrameType
+
+from hvcpd.config.settings import Settings, WheelSettings, load_settings
+from hvcpd.control.drive_show import DriveShow
+from hvcpd.errors import EX_FAILURE, EX_OK, ConfigError, DeviceError
+from hvcpd.hardware.calibration import CalibrationError, Measured, calibrate
+from hvcpd.hardware.drive_session import DriveSession, RehearsedWheels
+from hvcpd.hardware.motion import Forward, MotionState, Turn
+from hvcpd.hardware.navigator import Dock, Journey, Waypoints
+from hvcpd.hardware.wheels_find import FoundWheels, drive_of
+from hvcpd.ports import STANDSTILL, Pose, Wheels
+
+SETTLE_S = 0.4
+"""After a journey the wheels come to rest before their place is reported."""
+
+MakeWheels = Callable[[WheelSettings], Wheels]
+
+
+def run(options: argparse.Namespace, make_wheels: MakeWheels = FoundWheels) -> int:
+    """Carry out one action; the wheels stand and are switched off when this returns."""
+    settings = _settings(options)
+    journeys = _journeys(options)
+    show = DriveShow(options.json, options.action, options.dry_run)
+    wheels, session = _session(options, settings, make_wheels)
+    with _interruptible(), show:
+        try:
+            wheels.open()
+            if options.action == "calibrate":
+                return _calibrate(options, settings, session, show)
+            for journey in journeys:
+                if session.carry_out(journey, show.moment) is not MotionState.ARRIVED:
+                    break
+            return _report(options, wheels, session, show)
+        finally:
+            wheels.close()
+
+
+def _settings(options: argparse.Namespace) -> Settings:
+    overrides = {"wheels.port": options.port, "wheels.driver": options.driver}
+    settings = load_settings(options.config, overrides, name_needed=False)
+    if settings.wheels.driver == "none" and not options.dry_run:
+        raise ConfigError("wheels.driver is none: this robot has no wheels; set it to auto, or give --driver")
+    return settings
+
+
+def _session(options: argparse.Namespace, settings: Settings, make_wheels: MakeWheels) -> tuple[Wheels, DriveSession]:
+    drive = drive_of(settings.wheels)
+    if options.dry_run:
+        paper = RehearsedWheels()
+        return paper, DriveSession(paper, paper.clock, paper.sleep, drive)
+    wheels = make_wheels(settings.wheels)
+    return wheels, DriveSession(wheels, time.monotonic, time.sleep, drive)
+
+
+def _journeys(options: argparse.Namespace) -> list[Journey]:
+    """What the action asks for. Raises ConfigError for an odd number of coordinates."""
+    match options.action:
+        case "forward":
+            return [Forward(options.metres)]
+        case "turn":
+            return [Turn(math.radians(options.degrees))]
+        case "goto":
+            numbers = options.places
+            if len(numbers) % 2:
+                raise ConfigError(f"drive goto: {len(numbers)} numbers are not places; give X Y for each")
+            places = tuple(zip(numbers[::2], numbers[1::2], strict=True))
+            return [Waypoints(places), *([Dock(Pose(0.0, 0.0))] if options.back else [])]
+        case _:
+            return []
+
+
+def _report(options: argparse.Namespace, wheels: Wheels, session: DriveSession, show: DriveShow) -> int:
+    navigator = session.navigator
+    if options.action in ("status", "stop"):
+        reading = wheels.exchange(STANDSTILL)
+        session.odometry.update(reading)
+        driver = wheels.driver if isinstance(wheels, FoundWheels) else None
+        show.status(reading, session.odometry.pose, driver.health() if driver else (), driver.port if driver else "")
+        return EX_OK
+    if navigator.state is MotionState.ARRIVED:
+        session.rest(SETTLE_S)
+    show.end(session.odometry.pose, session.way_m, navigator.state, navigator.reason)
+    return EX_OK if navigator.state is MotionState.ARRIVED else EX_FAILURE
+
+
+def _calibrate(options: argparse.Namespace, settings: Settings, session: DriveSession, show: DriveShow) -> int:
+    drive = drive_of(settings.wheels)
+
+    def perform(journey: Journey) -> None:
+        if session.carry_out(journey, show.moment) is not MotionState.ARRIVED:
+            raise CalibrationError(f"the run failed: {session.navigator.reason}")
+        session.rest(SETTLE_S)
+
+    def ask(name: str) -> Measured:
+        if options.dry_run:
+            pose = session.odometry.pose
+            show.step(name, pose)
+            return Measured(1.0, 0.0) if name == "straight on" else Measured(0.0, 0.0)
+        return show.ask(name)
+
+    try:
+        result = calibrate(drive, lambda: session.odometry.pose, perform, ask)
+    except DeviceError as error:
+        raise CalibrationError(str(error)) from error
+    if not options.dry_run:
+        show.calibrated(drive, result)
+    return EX_OK
+
+
+@contextmanager
+def _interruptible() -> Iterator[None]:
+    """SIGTERM ends the command like Ctrl-C: through every `finally`, so that the wheels stand."""
+
+    def interrupt(_number: int, _frame: FrameType | None) -> None:
+        raise KeyboardInterrupt
+
+    before = signal.signal(signal.SIGTERM, interrupt)
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGTERM, before)

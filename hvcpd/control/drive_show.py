@@ -1,0 +1,187 @@
+"""What `hvcpctl drive` shows: a live table on a terminal, plain lines elsewhere, JSON lines for machines."""
+
+from __future__ import annotations
+
+import json
+import math
+import sys
+from collections.abc import Sequence
+from types import TracebackType
+
+from rich.console import Console
+from rich.live import Live
+from rich.table import Table
+
+from hvcpd.errors import ConfigError
+from hvcpd.hardware.calibration import Measured
+from hvcpd.hardware.drive_session import Snapshot
+from hvcpd.hardware.kinematics import Drive
+from hvcpd.hardware.motion import MotionState
+from hvcpd.hardware.wheels_sense import MotorHealth
+from hvcpd.hardware.xl430 import hardware_error_text
+from hvcpd.ports import Pose, WheelReading
+
+SHOWN_EVERY_S = 0.25
+"""JSON lines of a journey."""
+
+
+class DriveShow:
+    """A context manager; the live table stands while it is open."""
+
+    def __init__(self, as_json: bool, action: str, rehearsal: bool) -> None:
+        self._json = as_json
+        self._action = action
+        self._rehearsal = rehearsal
+        self._console = Console()
+        self._live: Live | None = None
+        self._shown_s = -math.inf
+
+    def __enter__(self) -> DriveShow:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self._end_live()
+
+    def moment(self, moment: Snapshot) -> None:
+        """Show one moment of a journey."""
+        if self._json:
+            if not 0.0 <= moment.at_s - self._shown_s < SHOWN_EVERY_S:
+                self._shown_s = moment.at_s
+                self._print(
+                    {"event": "moving", "at_s": round(moment.at_s, 2), **_pose(moment.pose), **_details(moment)}
+                )
+        elif self._console.is_terminal and not self._rehearsal:
+            if self._live is None:
+                self._live = Live(console=self._console, refresh_per_second=8)
+                self._live.start()
+            self._live.update(_table(self._action, moment))
+
+    def status(self, reading: WheelReading, pose: Pose, motors: Sequence[MotorHealth], port: str) -> None:
+        """Show the wheels' state."""
+        if self._json:
+            self._print(
+                {"event": "status", "port": port, **_pose(pose), **_reading(reading), "motors": _motors(motors)}
+            )
+            return
+        self._line(f"port      {port or 'none (dry run)'}")
+        voltage = "unknown" if reading.voltage_v is None else f"{reading.voltage_v:.1f} V"
+        self._line(f"battery   {voltage}")
+        self._line(f"odometry  left {reading.left_rad:.3f} rad, right {reading.right_rad:.3f} rad since the start")
+        for motor in _motors(motors):
+            self._line("motor     " + ", ".join(f"{key} {value}" for key, value in motor.items() if value is not None))
+
+    def end(self, pose: Pose, way_m: float, state: MotionState, reason: str) -> None:
+        """Show how a journey ended."""
+        self._end_live()
+        if self._json:
+            fields = {"event": "end", "state": state.value, "reason": reason, "dry_run": self._rehearsal}
+            self._print({**fields, **_pose(pose), "way_m": round(way_m, 3)})
+            return
+        tense = "would have " if self._rehearsal else ""
+        place = f"x {pose.x_m:.3f} m, y {pose.y_m:.3f} m, heading {math.degrees(pose.heading_rad):.1f}°"
+        self._line(f"{tense}{state.value}{': ' + reason if reason else ''}; at {place}, after {way_m:.2f} m")
+
+    def step(self, name: str, pose: Pose) -> None:
+        """Say what a calibration's run would have been."""
+        self._end_live()
+        if self._json:
+            self._print({"event": "run", "name": name, **_pose(pose)})
+        else:
+            self._line(f"would drive {name}, and then ask where the robot stands (x ahead, y left, in metres)")
+
+    def ask(self, name: str) -> Measured:
+        """Ask a person where the robot stands. Raises ConfigError for what is no pair of numbers."""
+        self._end_live()
+        question = f"{name}: measure from the start point, x ahead and y left, in metres, for example 0.012 -0.034: "
+        sys.stderr.write(question)
+        sys.stderr.flush()
+        answer = sys.stdin.readline()
+        try:
+            x_m, y_m = (float(part) for part in answer.replace(",", " ").split())
+        except ValueError:
+            raise ConfigError(f"{answer.strip()!r} is not two numbers; give x and y in metres") from None
+        return Measured(x_m, y_m)
+
+    def calibrated(self, before: Drive, after: Drive) -> None:
+        """Show the result as lines for the settings file."""
+        values = {
+            "wheel_radius_m": round(after.wheel_radius_m, 6),
+            "radius_ratio": round(after.radius_ratio, 5),
+            "separation_m": round(after.separation_m, 5),
+        }
+        if self._json:
+            self._print({"event": "calibrated", **values})
+            return
+        old = (before.wheel_radius_m, before.radius_ratio, before.separation_m)
+        self._line("write this into the settings file:\nwheels:")
+        for (key, value), was in zip(values.items(), old, strict=True):
+            self._line(f"  {key}: {value}  # was {was:g}")
+
+    def _end_live(self) -> None:
+        if self._live is not None:
+            self._live.stop()
+            self._live = None
+
+    def _line(self, text: str) -> None:
+        sys.stdout.write(f"{text}\n")
+
+    def _print(self, fields: dict[str, object]) -> None:
+        sys.stdout.write(json.dumps(fields) + "\n")
+        sys.stdout.flush()
+
+
+def _pose(pose: Pose) -> dict[str, object]:
+    heading_deg = round(math.degrees(pose.heading_rad), 2)
+    return {"x_m": round(pose.x_m, 4), "y_m": round(pose.y_m, 4), "heading_deg": heading_deg}
+
+
+def _reading(reading: WheelReading) -> dict[str, object]:
+    return {
+        "voltage_v": reading.voltage_v and round(reading.voltage_v, 2),
+        "left_rad": round(reading.left_rad, 4),
+        "right_rad": round(reading.right_rad, 4),
+    }
+
+
+def _details(moment: Snapshot) -> dict[str, object]:
+    return {
+        "speed_m_s": round(moment.twist.linear_m_s, 3),
+        "turn_rad_s": round(moment.twist.angular_rad_s, 3),
+        "progress": round(moment.progress, 3),
+        "fault": moment.fault,
+        "voltage_v": moment.reading and moment.reading.voltage_v and round(moment.reading.voltage_v, 2),
+    }
+
+
+def _motors(motors: Sequence[MotorHealth]) -> list[dict[str, object]]:
+    return [
+        {
+            "id": motor.motor_id,
+            "torque": motor.torque_on,
+            "voltage_v": round(motor.voltage_v, 2),
+            "temperature_c": motor.temperature_c,
+            "load": round(motor.load, 3),
+            "error": hardware_error_text(motor.hardware_error) if motor.hardware_error else None,
+        }
+        for motor in motors
+    ]
+
+
+def _table(action: str, moment: Snapshot) -> Table:
+    table = Table(title=f"drive {action}", show_header=False)
+    reading = moment.reading
+    voltage = f"{reading.voltage_v:.1f} V" if reading is not None and reading.voltage_v is not None else "–"
+    effort = f"{max(abs(reading.left_effort), abs(reading.right_effort)):.0%}" if reading is not None else "–"
+    for name, value in (
+        ("progress", f"{moment.progress:.0%}"),
+        ("place", f"x {moment.pose.x_m:.3f} m  y {moment.pose.y_m:.3f} m"),
+        ("heading", f"{math.degrees(moment.pose.heading_rad):.1f}°"),
+        ("speed", f"{moment.twist.linear_m_s:.2f} m/s  {moment.twist.angular_rad_s:.2f} rad/s"),
+        ("battery", voltage),
+        ("effort", effort),
+        ("state", moment.fault or moment.state.value),
+    ):
+        table.add_row(name, value)
+    return table

@@ -1,0 +1,122 @@
+"""`hvcpctl drive` and the wheels' part of `hvcpctl doctor`: on paper, and on fake motors in real time."""
+
+import json
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import Any
+
+import pytest
+
+from hil_fakes.dynamixel.bus import FakeBus
+from hil_fakes.dynamixel.motor import FakeXL430, turtlebot3_pair
+from hil_fakes.dynamixel.opencr import FakeOpenCR
+from hil_fakes.dynamixel.pump import RealTimePump
+from hvcpd.control.cli import main
+
+
+@contextmanager
+def robot(*devices: FakeXL430 | FakeOpenCR) -> Iterator[FakeBus]:
+    with FakeBus(devices or turtlebot3_pair(), seed=1) as bus, RealTimePump(bus.advance):
+        yield bus
+
+
+def lines(capsys: pytest.CaptureFixture[str]) -> list[dict[str, Any]]:
+    return [json.loads(line) for line in capsys.readouterr().out.splitlines()]
+
+
+@pytest.mark.parametrize(
+    ("arguments", "x_m", "y_m", "heading_deg"),
+    [
+        (["forward", "1.5"], 1.5, 0.0, 0.0),
+        (["forward", "-0.5"], -0.5, 0.0, 0.0),
+        (["turn", "-90"], 0.0, 0.0, -90.0),
+        (["goto", "1", "2", "0.5", "0.5"], 0.5, 0.5, None),
+        (["goto", "1", "0", "--back"], 0.0, 0.0, 0.0),
+    ],
+)
+def test_a_rehearsal_ends_where_the_robot_would(
+    capsys: pytest.CaptureFixture[str], arguments: list[str], x_m: float, y_m: float, heading_deg: float | None
+) -> None:
+    assert main(["drive", *arguments, "--dry-run", "--json"]) == 0
+    *_, last = lines(capsys)
+    assert (last["event"], last["state"], last["dry_run"]) == ("end", "arrived", True)
+    assert (last["x_m"], last["y_m"]) == pytest.approx((x_m, y_m), abs=0.03)
+    if heading_deg is not None:
+        assert last["heading_deg"] == pytest.approx(heading_deg, abs=2.0)
+
+
+@pytest.mark.parametrize("action", ["status", "stop", "calibrate"])
+def test_everything_else_can_be_rehearsed_too(capsys: pytest.CaptureFixture[str], action: str) -> None:
+    assert main(["drive", action, "--dry-run"]) == 0
+    assert capsys.readouterr().out
+
+
+@pytest.mark.parametrize(
+    ("arguments", "part"),
+    [
+        (["forward", "11"], "out of the range -10 to 10"),
+        (["forward", "nan"], "out of the range"),
+        (["turn", "right"], "'right' is not a number"),
+        (["fly"], "invalid choice"),
+    ],
+)
+def test_no_motion_without_a_bound(capsys: pytest.CaptureFixture[str], arguments: list[str], part: str) -> None:
+    with pytest.raises(SystemExit) as end:
+        main(["drive", *arguments])
+    assert end.value.code == 2
+    assert part in capsys.readouterr().err
+
+
+def test_half_a_place_is_none(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["drive", "goto", "1", "2", "3", "--dry-run"]) == 2
+    assert "give X Y for each" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("devices", [(), (FakeOpenCR(),)], ids=["xl430", "opencr"])
+def test_forward_drives_and_leaves_the_wheels_off(
+    capsys: pytest.CaptureFixture[str], devices: tuple[FakeOpenCR, ...]
+) -> None:
+    with robot(*devices) as bus:
+        assert main(["drive", "forward", "0.05", "--port", bus.path, "--json"]) == 0
+        motors = [*bus.motors.values()] or [devices[0].left, devices[0].right]
+        assert [motor.true_angle_rad * 0.033 for motor in motors] == pytest.approx([0.05, 0.05], abs=0.01)
+        assert [motor.memory.get("torque_enable") for motor in motors] == [0, 0]
+    *_, last = lines(capsys)
+    assert last["x_m"] == pytest.approx(0.05, abs=0.01)
+
+
+def test_status_tells_voltage_temperature_and_odometry(capsys: pytest.CaptureFixture[str]) -> None:
+    with robot() as bus:
+        assert main(["drive", "status", "--port", bus.path, "--json"]) == 0
+        assert main(["drive", "status", "--port", bus.path]) == 0
+    out = capsys.readouterr().out
+    status = json.loads(out.splitlines()[0])
+    assert status["voltage_v"] == pytest.approx(12.0)
+    assert [motor["temperature_c"] for motor in status["motors"]] == [30, 30]
+    assert "battery   12.0 V" in out
+
+
+def test_a_blocked_wheel_fails_with_status_1_and_the_reason(capsys: pytest.CaptureFixture[str]) -> None:
+    with robot() as bus:
+        for motor in bus.motors.values():
+            motor.blocked = True
+        assert main(["drive", "forward", "0.5", "--port", bus.path]) == 1
+    assert "failed: a wheel is blocked" in capsys.readouterr().out
+
+
+def test_the_doctor_tells_everything_at_once(capsys: pytest.CaptureFixture[str], tmp_path: Any) -> None:
+    with robot(FakeXL430(1, voltage_v=9.5), FakeXL430(5)) as bus:
+        (tmp_path / "hvcpd.yaml").write_text(f"name: Rob\nwheels: {{port: {bus.path}}}\n")
+        assert main(["doctor", "--config", str(tmp_path / "hvcpd.yaml"), "--json"]) == 1
+    found = lines(capsys)
+    assert not any(line["ok"] for line in found)
+    text = " ".join(line["text"] for line in found)
+    assert "only 9.5 V" in text
+    assert "right motor (ID 2): no answer" in text
+
+
+def test_a_healthy_robot_is_told_so(capsys: pytest.CaptureFixture[str], tmp_path: Any) -> None:
+    with robot(FakeOpenCR()) as bus:
+        (tmp_path / "hvcpd.yaml").write_text(f"name: Rob\nwheels: {{port: {bus.path}}}\n")
+        assert main(["doctor", "--config", str(tmp_path / "hvcpd.yaml")]) == 0
+    assert "ok    wheels: OpenCR with TurtleBot3 firmware" in capsys.readouterr().out
