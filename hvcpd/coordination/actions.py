@@ -116,8 +116,9 @@ class Timing:
     """Between two questions whether what may be done is done, at least; at most twice as long."""
     bad_air_s: float = 300.0
     """For so long after something was missed, a robot asks for another confirmation before it acts."""
-    lease_s: float = 150.0
-    """A claim whose owner was not heard of for so long is free again: a 20 m drive takes 100 s."""
+    lease_s: float = 240.0
+    """A claim whose owner was not heard of for so long is free again: a 20 m drive takes 100 s, and in a crowd a
+    report waits for more than a minute until it is heard."""
     renewal_s: float = 100.0
     """A working robot that has not spoken of its task for so long says that it is at it."""
     denied_s: float = 60.0

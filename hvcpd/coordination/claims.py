@@ -25,7 +25,9 @@ OWNER_SLOT = 0
 OTHERS_SLOT = 1
 """Somebody else who knows better objects after that, in the slot of its rank."""
 OTHERS_RANK_MAX = 2
-"""So many ranks have a slot before all confirmations; the others object among those, if still nobody has."""
+"""Up to this rank each has a slot of its own before all confirmations;"""
+SHARED_SLOTS = 2
+"""those after it draw one of so many. If two draw the same, nobody understands them and nobody confirms."""
 UNSURE_SLOTS = 4
 """Who knows little, a newcomer or one who missed the claim, answers only if the others don't."""
 SMALL_TEAM = 2
@@ -48,7 +50,7 @@ class HeardClaim:
 def confirming_slot(c: Coordination, now: float) -> int:
     """Confirmations come after all objections, in the slot of each one's rank; where two are alone there is no third
     who could object."""
-    return OTHERS_SLOT + min(max(len(c.peers.present(now)) - 1, 0), OTHERS_RANK_MAX + 1)
+    return OTHERS_SLOT + min(max(len(c.peers.present(now)) - 1, 0), OTHERS_RANK_MAX + 1 + SHARED_SLOTS)
 
 
 @dataclass(frozen=True)
@@ -63,7 +65,9 @@ class Quoted:
 
 def _objection_slot(c: Coordination, other: str, number: int, now: float) -> int:
     rank = c.rank(other, number, now)
-    return OTHERS_SLOT + rank if rank <= OTHERS_RANK_MAX else confirming_slot(c, now) + rank
+    if rank > OTHERS_RANK_MAX:
+        rank = OTHERS_RANK_MAX + 1 + int(c.chance.random() * SHARED_SLOTS)
+    return OTHERS_SLOT + rank
 
 
 def claim(c: Coordination, u: m.Utterance, s: m.Claim, now: float) -> None:
