@@ -9,7 +9,6 @@ from hil_fakes.dynamixel.bus import FakeBus
 from hil_fakes.dynamixel.contract import Rig
 from hil_fakes.dynamixel.motor import turtlebot3_pair
 
-
 PATIENCE_MS = 300.0
 
 
