@@ -119,6 +119,8 @@ class Timing:
     lease_s: float = 240.0
     """A claim whose owner was not heard of for so long is free again: a 20 m drive takes 100 s, and in a crowd a
     report waits for more than a minute until it is heard."""
+    unconfirmed_lease_s: float = 90.0
+    """A claim that nobody was heard to confirm is free again sooner: it may have been denied, unheard."""
     renewal_s: float = 100.0
     """A working robot that has not spoken of its task for so long says that it is at it."""
     denied_s: float = 60.0

@@ -25,6 +25,8 @@ class Entry:
     lease_end_s: float = 0.0
     failed_by: frozenset[str] = frozenset()
     hearsay: bool = False
+    firm: bool = False
+    """The claim is known to have been confirmed, or its owner to be at work: enough to deny it to others."""
 
     @property
     def known_done(self) -> bool:
@@ -87,11 +89,16 @@ class Board:
         ends = [e.lease_end_s for e in self._entries.values() if e.state == CLAIMED and e.lease_end_s > now]
         return min(ends, default=None)
 
-    def claim(self, number: int, owner: str | None, lease_end_s: float) -> None:
-        """Somebody (None: somebody unknown) has the task; what is known to be done stays so."""
-        if not self._entries[number].known_done:
-            self._set(number, CLAIMED, owner)
-            self._entries[number].lease_end_s = lease_end_s
+    def claim(self, number: int, owner: str | None, lease_end_s: float, firm: bool = True) -> None:
+        """Somebody (None: somebody unknown) has the task; what is known to be done stays so, and so does the longer
+        lease of a claim that is known to be firm."""
+        entry = self._entries[number]
+        if entry.known_done:
+            return
+        if entry.state == CLAIMED and entry.owner == owner and entry.firm and not firm:
+            lease_end_s, firm = max(lease_end_s, entry.lease_end_s), True
+        self._set(number, CLAIMED, owner)
+        entry.lease_end_s, entry.firm = lease_end_s, firm
 
     def restore(self, number: int, before: tuple[str, str | None, float]) -> None:
         """Take a claim back that was denied: state, owner and lease as they were."""
@@ -125,7 +132,7 @@ class Board:
         self._not_sure += entry.known_done - (state == DONE and not hearsay)
         if (entry.state, entry.owner) != (state, owner):
             self.changed.append(number)
-        entry.state, entry.owner, entry.hearsay = state, owner, hearsay
+        entry.state, entry.owner, entry.hearsay, entry.firm = state, owner, hearsay, False
 
 
 def spoken_name(task: TaskDefinition) -> str:

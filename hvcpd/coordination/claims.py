@@ -113,11 +113,13 @@ def contend(c: Coordination, u: m.Utterance, other: str, entry: Entry, other_at_
     live = third is not None and now < entry.lease_end_s
     answer_to_owner = isinstance(u.addressee, m.ToRobot) and u.addressee.name == third
     if third is not None and live and not other_at_work and not answer_to_owner and c.peers.is_present(third, now):
-        _deny(c, other, number, third, _objection_slot(c, other, number, now), now)
+        if entry.firm:
+            _deny(c, other, number, third, _objection_slot(c, other, number, now), now)
         return False
     if entry.known_done:  # by the one who claims it: it must know
         c.board.reopen(number)
-    c.board.claim(number, other, c.lease_end_s(now))
+    lease_end_s = c.lease_end_s(now) if other_at_work else now + c.timing.unconfirmed_lease_s
+    c.board.claim(number, other, lease_end_s, firm=other_at_work)
     return third is None
 
 
@@ -181,7 +183,14 @@ def _confirm_in_turn(c: Coordination, name: str, number: int, now: float, sure: 
     slot = (
         confirming_slot(c, now) + c.rank(name, number, now) + (UNSURE_SLOTS if c.state in NEWCOMER or not sure else 0)
     )
-    compose = lambda: said if c.board[number].owner == name else None  # noqa: E731
+
+    def compose() -> m.Utterance | None:
+        if c.board[number].owner != name:
+            return None
+        if sure:
+            c.board.claim(number, name, c.lease_end_s(now))
+        return said
+
     c.want(Urgency.ANSWER, f"confirm {name}", compose, now, slot=slot, call=name.lower(), tentative=True)
 
 
@@ -273,9 +282,12 @@ def confirmed(c: Coordination, u: m.Utterance, s: m.Confirmed, now: float) -> No
         elif s.task is not None and s.task.number == (c.unreported if c.task is None else c.task):
             _be_confirmed(c, now)
         return
-    last = c.heard_claim
-    if last is not None and last.speaker == u.addressee.name and last.before[1] == u.speaker:
-        c.board.claim(last.number, last.speaker, c.lease_end_s(now))  # the owner itself gives it away
+    entry = c.board.find(s.task) if s.task is not None else None
+    if entry is None or entry.state == DONE or c.task == entry.definition.number:
+        return
+    given_away = entry.owner == u.speaker
+    if given_away or entry.owner == u.addressee.name or not entry.firm or now >= entry.lease_end_s:
+        c.board.claim(entry.definition.number, u.addressee.name, c.lease_end_s(now))
 
 
 def _be_confirmed(c: Coordination, now: float) -> None:

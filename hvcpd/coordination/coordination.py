@@ -10,7 +10,7 @@ import math
 from collections.abc import Callable, Iterable, Mapping
 
 from hvcpd.config.tasks import Place, TaskDefinition
-from hvcpd.coordination import choosing, composing, effects, hearing, repair
+from hvcpd.coordination import choosing, claims, composing, effects, hearing, repair
 from hvcpd.coordination.actions import Action, Chance, Perform, Role, SavePeer, SaveTask, Say, Timing
 from hvcpd.coordination.board import Board
 from hvcpd.coordination.claims import HeardClaim, Quoted
@@ -19,6 +19,9 @@ from hvcpd.coordination.floor import RANK_MAX, Floor, Intent, Order, Urgency
 from hvcpd.coordination.peers import Peers
 from hvcpd.coordination.table import AT_WORK, NEWCOMER, TRANSITIONS, State, Trigger
 from hvcpd.language import messages as m
+
+CONFIRMERS = 3
+"""So many confirmations may still begin before a new turn does; that three in a row have missed a claim is rare."""
 
 
 class Coordination:
@@ -93,6 +96,7 @@ class Coordination:
         if utterance.speaker is not None:
             peer = self.peers.heard(utterance.speaker, utterance.team, now, confidence, snr_db)
             self._actions.append(SavePeer(peer.name, peer.team, now))
+        self.floor.answer_slots = claims.confirming_slot(self, now) + CONFIRMERS
         self.floor.understood(now, self._order_after(utterance.speaker, now))
         hearing.react(self, utterance, confidence, now)
         if self.state is State.READY and self._timer_s is None and not self.board.all_done:

@@ -86,6 +86,8 @@ class Floor:
         self._released_s = -math.inf
         self._slots = timing.turn_slots
         self._round: Round | None = None
+        self.answer_slots = 0
+        """So many slots after a sentence are for answers: turns begin after them, if that is later than their gap."""
         self.speaking: Intent | None = None
 
     @property
@@ -189,9 +191,10 @@ class Floor:
         if intent.urgency < Urgency.AGAIN:
             slot = int(self._chance.random() * timing.reply_slots) if intent.slot is None else intent.slot
             return timing.reply_gap_s + slot * timing.slot_s
+        turn_gap_s = max(timing.turn_gap_s, timing.reply_gap_s + self.answer_slots * timing.slot_s)
         if self._round is None or intent.urgency is Urgency.AGAIN:  # two who spoke at once know of no order
-            return timing.turn_gap_s + int(self._chance.random() * self._slots) * timing.slot_s
-        first_s = self._round.began_s + timing.turn_gap_s + self._round.place * timing.slot_s
+            return turn_gap_s + int(self._chance.random() * self._slots) * timing.slot_s
+        first_s = self._round.began_s + turn_gap_s + self._round.place * timing.slot_s
         length_s = self._round.size * timing.slot_s
         rounds = max(math.ceil((now - first_s) / length_s), 0)
         return first_s + rounds * length_s - now
