@@ -24,10 +24,11 @@ from hvcpd.hardware.wheels_sense import SUSTAINED_S
 from hvcpd.ports import STANDSTILL, Pose, WheelCommand, WheelReading
 
 STOP_LIMIT_S = {"xl430": 0.5, "opencr": 0.75}
-"""OpenCR's own limit is half a second of silence, then the wheels still have to come to a stand."""
+"""OpenCR's own limit is half a second of silence and up to two of its 20 ms periods, and then the wheels still have to
+come to a stand; nothing that we send can make it shorter."""
 STANDING_RAD_S = 0.05
 """1.7 mm/s at the rim; encoder and gear play are no more."""
-MEMORY_S = 0.8
+MEMORY_S = 0.85
 """A speed must be explained by a command of so long ago at most: the longest stop limit and a control period."""
 LIMIT_S = 120.0
 ODOMETRY_M = 0.05
@@ -197,7 +198,8 @@ class Trial:
                     if event.until_s < now_s:
                         self._calls.remove(event)
                     continue
-            if event.fault is Fault.OBSTACLE and not self._strains(event, now_s):
+            over = event.fault is Fault.HANG and event.until_s <= now_s  # the program is back, and drives on
+            if over or (event.fault is Fault.OBSTACLE and not self._strains(event, now_s)):
                 self._calls.remove(event)
             elif self.robot.fastest_rad_s <= STANDING_RAD_S:
                 self._calls.remove(event)

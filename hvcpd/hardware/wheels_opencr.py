@@ -32,6 +32,10 @@ LIMIT_M_S = xl430.FACTORY_VELOCITY_LIMIT * xl430.VELOCITY_UNIT_RAD_S * BURGER.wh
 TORQUE_DELAY_S = 0.04
 """The controller's table shows the torque up to one of its 20 ms periods after it was switched on; twice that."""
 
+CLOCKS_APART_S = 0.5
+"""Between two looks the controller's clock and ours count the same; if not, it has started anew. More than any reply's
+delay, less than it takes to start. A false alarm costs nothing but torque switched on that is on."""
+
 
 @dataclass(frozen=True)
 class OpenCRSettings:
@@ -65,6 +69,7 @@ class OpenCRWheels(BusWheels):
         self._beat = 0
         self._carry = (0.0, 0.0)
         self._state: ControllerState | None = None
+        self._state_s = 0.0
         self._torque_asked_s: float | None = None
 
     @property
@@ -106,8 +111,12 @@ class OpenCRWheels(BusWheels):
 
     def _take(self, state: ControllerState) -> bool:
         """Note the controller's state; True (and the angles rejoined) if it has started anew since the last one."""
-        rebooted = self._state is not None and state.millis < self._state.millis
-        self._state = state
+        now_s = self._clock()
+        rebooted = False
+        if self._state is not None:
+            counted_s = (state.millis - self._state.millis) % (1 << 32) * 0.001
+            rebooted = abs(counted_s - (now_s - self._state_s)) > CLOCKS_APART_S
+        self._state, self._state_s = state, now_s
         if rebooted:
             self._rejoin(self._bus.read_block(self._id, WINDOW_START, WINDOW_SIZE))
         return rebooted

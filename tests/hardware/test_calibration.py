@@ -26,7 +26,7 @@ def test_without_calibration_such_wheels_miss_the_mark() -> None:
     assert course.closing_share > 0.01
 
 
-@pytest.mark.parametrize("kind", ["xl430", "opencr"])
+@pytest.mark.parametrize("kind", ["xl430", pytest.param("opencr", marks=pytest.mark.slow)])
 def test_with_calibration_square_and_figure_of_eight_close_within_one_percent(kind: Kind) -> None:
     drive = calibrate_by_tape(BURGER, UNEQUAL, seed=1, kind=kind)
     assert drive.radius_ratio == pytest.approx(1.01005, abs=0.002)
@@ -37,6 +37,7 @@ def test_with_calibration_square_and_figure_of_eight_close_within_one_percent(ki
         assert abs(result.heading_deg) <= 2.0
 
 
+@pytest.mark.slow
 @settings(max_examples=5, deadline=None)
 @given(st.floats(0.98, 1.02), st.floats(0.98, 1.02), st.floats(0.155, 0.168))
 def test_any_plausible_wheels_are_found_out(left: float, right: float, separation_m: float) -> None:
