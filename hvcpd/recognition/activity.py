@@ -18,6 +18,8 @@ FAST_FRAMES = 8
 """80 ms: short enough to hear an onset in time for listen-before-talk."""
 SLOW_FRAMES = 16
 """160 ms, about a syllable: for speech too weak for the fast window."""
+LONG_FRAMES = 48
+"""480 ms, about a short word: for speech below the noise. The network is woken with what was heard since."""
 RATIO_RANGE = (-1.0, 3.0)
 """Natural log of a band's energy over the noise, clipped (-4 to 13 dB): one loud band does not decide alone."""
 N_GROUPS = 3
@@ -34,8 +36,10 @@ class ActivitySettings:
     """No longer busy below this..."""
     release_frames: int = 16
     """...for 160 ms, which bridges the closures of stop consonants and the commas' pauses."""
-    alert: float = 0.42
-    """The slow window's threshold that wakes the network: about 4 standard deviations in steady noise."""
+    alert: float = 0.3
+    """The slow window's threshold that wakes the network: the most in 5 minutes of steady noise (5 deviations)."""
+    long_alert: float = 0.18
+    """The long window's, likewise."""
 
 
 def _group_matrix() -> NDArray[np.float32]:
@@ -53,7 +57,7 @@ class ActivityDetector:
     def __init__(self, settings: ActivitySettings) -> None:
         self._settings = settings
         self._groups = _group_matrix()
-        self._history = np.zeros((SLOW_FRAMES, N_GROUPS + 1), np.float32)
+        self._history = np.zeros((LONG_FRAMES, N_GROUPS + 1), np.float32)
         self._quiet_frames = 0
         self.busy = False
         """Somebody else is speaking."""
@@ -68,8 +72,10 @@ class ActivityDetector:
         self._history[:-n] = self._history[n:].copy()
         self._history[-n:] = ratio @ self._groups
         fast = float(self._history[-FAST_FRAMES:].mean(axis=0).max())
-        slow = float(self._history.mean(axis=0).max())
-        self.alert = slow > self._settings.alert or fast > self._settings.onset
+        slow = float(self._history[-SLOW_FRAMES:].mean(axis=0).max())
+        long = float(self._history.mean(axis=0).max())
+        s = self._settings
+        self.alert = slow > s.alert or fast > s.onset or long > s.long_alert
         if fast > self._settings.onset:
             self.busy = True
         self._quiet_frames = 0 if fast > self._settings.release else self._quiet_frames + n

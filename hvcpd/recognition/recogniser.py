@@ -24,10 +24,25 @@ from hvcpd.recognition.spotter import Sentence, Spotter, SpotterSettings
 from hvcpd.recognition.stream import CHUNK_FRAMES, Chunk, FrameStream
 from hvcpd.recognition.templates import TemplateBank
 
-RECENT_FRAMES = 80
-"""0.8 s of frames are kept to be replayed into the network when it wakes."""
+RECENT_FRAMES = 120
+"""1.2 s of frames are kept to be replayed into the network when it wakes."""
 POWER_FRAMES = 2048
 """20 s of frame powers are kept for the signal-to-noise ratio of a sentence."""
+
+
+@dataclass(frozen=True)
+class ConfidenceCurve:
+    """Logistic regression of whether a sentence is right, on how it fared; fitted by `benchmarks/confidence.py`."""
+
+    bias: float = 1.95
+    per_margin: float = 0.036
+    """For the cost of the closest other word in the same place, of the word where that is least."""
+    most_margin: float = 12.0
+    """More margin tells no more."""
+    per_deficit: float = -9.64
+    """For the worst word's distance beyond the frames' best templates (`Sentence.deficits`)."""
+    per_gain: float = 6.45
+    """For what the sentence fits better than the filler, a frame."""
 
 
 @dataclass(frozen=True)
@@ -43,14 +58,13 @@ class RecogniserSettings:
     """The share of those frames that must look like speech; clicks are shorter."""
     sleep_frames: int = 60
     """The network sleeps after 0.6 s without a sign of speech."""
-    min_confidence: float = 0.5
+    min_confidence: float = 0.7
     """Below it a sentence counts as garbled."""
     max_lead_in: float = 0.5
     """A sentence must follow silence: half-way between noise and speech in the 250 ms before it."""
-    deficit_centre: float = 0.75
-    """Deficit of the worst word at which right and wrong are equally likely."""
-    deficit_slope: float = 12.0
-    """Steepness of the logistic curve from deficit to confidence."""
+    confidence: ConfidenceCurve = field(default_factory=ConfidenceCurve)
+    min_gain: float = 8.0
+    """What a sentence must fit better than the filler, in all: in noise alone words fit better by 4 at most."""
 
 
 class Recogniser:
@@ -191,9 +205,8 @@ class Recogniser:
 
     def _judge(self, sentence: Sentence) -> Recognised | None:
         s = self._settings
-        worst = max(sentence.deficits)
-        confidence = float(1.0 / (1.0 + np.exp(s.deficit_slope * (worst - s.deficit_centre))))
-        if confidence < s.min_confidence or sentence.lead_in > s.max_lead_in:
+        confidence = self._confidence(sentence)
+        if confidence < s.min_confidence or sentence.lead_in > s.max_lead_in or sentence.cost > -s.min_gain:
             return None
         spans = tuple(
             WordSpan(self._spotter.word_of(step), step.start_frame * HOP_SAMPLES, step.end_frame * HOP_SAMPLES)
@@ -208,6 +221,15 @@ class Recogniser:
             self._snr_db(sentence.steps[0].start_frame, sentence.steps[-1].end_frame),
             spans,
         )
+
+    def _confidence(self, sentence: Sentence) -> float:
+        """The chance that every word is right."""
+        c = self._settings.confidence
+        frames = sentence.steps[-1].end_frame - sentence.steps[0].start_frame
+        margin = min(min(step.margin for step in sentence.steps), c.most_margin)
+        logit = c.bias + c.per_margin * margin + c.per_deficit * max(sentence.deficits)
+        logit += c.per_gain * -sentence.cost / max(frames, 1)
+        return float(1.0 / (1.0 + np.exp(-logit)))
 
     def _snr_db(self, start_frame: int, end_frame: int) -> float:
         slots = np.arange(start_frame, end_frame) % POWER_FRAMES

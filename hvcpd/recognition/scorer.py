@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -73,6 +74,11 @@ class Scorer:
     def mask(self, gain: float) -> np.float32:
         """Energy added to every band of sound and templates alike: what lies MASK_DB below the voice does not count."""
         return np.float32(gain * self._mask_energy)
+
+    def vowels_db(self, gain: float) -> float:
+        """How far the voice's vowels, at this gain, are above the noise, dB over all bands."""
+        noise = max(float(self._noise.sum()) - N_BANDS * float(self.mask(gain)), 1e-12)
+        return 10.0 * math.log10(max(gain * float(self._bank.loud_spectrum.sum()), 1e-12) / noise)
 
     def compose(self, noise: Noise, gain: float) -> None:
         """Make the templates what they would be in this noise at this gain, if either moved enough to matter."""

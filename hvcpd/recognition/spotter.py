@@ -30,7 +30,9 @@ class SpotterSettings:
     end_frames: int = 25
     """250 ms of rest end a sentence: longer than the pause at a comma (150 ms)."""
     late_end_frames: int = 40
-    """400 ms of rest, where a path inside a word is still cheaper: it may yet go on."""
+    """400 ms of rest, where a path inside a word is still cheaper or noise may hide how a word begins."""
+    hidden_db: float = 6.0
+    """A voice whose vowels are less than this above the noise begins many words unheard (k, h, f)."""
     longest_pause_frames: int = 60
     """0.6 s of pause inside a sentence, and the path is dropped: nobody pauses that long at a comma."""
     end_margin: float = 5.0
@@ -152,7 +154,8 @@ class Spotter:
         best = self.best
         if best.node < 0 or best.cost >= 0.0 or best.rested_frames < self._settings.end_frames:
             return None
-        if best.behind > 0.0 and best.rested_frames < self._settings.late_end_frames:
+        hidden = self._scorer.vowels_db(self._gain) < self._settings.hidden_db
+        if (best.behind > 0.0 or hidden) and best.rested_frames < self._settings.late_end_frames:
             return None
         steps = tuple(self._decoder.trace(best.token))
         return Sentence(
