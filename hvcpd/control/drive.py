@@ -17,7 +17,7 @@ from hvcpd.hardware.calibration import CalibrationError, Measured, calibrate
 from hvcpd.hardware.drive_session import DriveSession, RehearsedWheels
 from hvcpd.hardware.motion import Forward, MotionState, Turn
 from hvcpd.hardware.navigator import Dock, Journey, Waypoints
-from hvcpd.hardware.wheels_find import FoundWheels, drive_of
+from hvcpd.hardware.wheels_find import FoundWheels, drive_of, stop_anyway
 from hvcpd.ports import STANDSTILL, Pose, Wheels
 
 SETTLE_S = 0.4
@@ -31,6 +31,9 @@ def run(options: argparse.Namespace, make_wheels: MakeWheels = FoundWheels) -> i
     settings = _settings(options)
     journeys = _journeys(options)
     show = DriveShow(options.json, options.action, options.dry_run)
+    if options.action == "stop":
+        show.stopped(["nothing: a dry run"] if options.dry_run else stop_anyway(settings.wheels))
+        return EX_OK
     wheels, session = _session(options, settings, make_wheels)
     with _interruptible(), show:
         try:
@@ -81,7 +84,7 @@ def _journeys(options: argparse.Namespace) -> list[Journey]:
 
 def _report(options: argparse.Namespace, wheels: Wheels, session: DriveSession, show: DriveShow) -> int:
     navigator = session.navigator
-    if options.action in ("status", "stop"):
+    if options.action == "status":
         reading = wheels.exchange(STANDSTILL)
         session.odometry.update(reading)
         driver = wheels.driver if isinstance(wheels, FoundWheels) else None

@@ -69,8 +69,20 @@ class DriveShow:
         voltage = "unknown" if reading.voltage_v is None else f"{reading.voltage_v:.1f} V"
         self._line(f"battery   {voltage}")
         self._line(f"odometry  left {reading.left_rad:.3f} rad, right {reading.right_rad:.3f} rad since the start")
-        for motor in _motors(motors):
-            self._line("motor     " + ", ".join(f"{key} {value}" for key, value in motor.items() if value is not None))
+        for motor in motors:
+            torque = "on" if motor.torque_on else "off"
+            heat = "" if motor.temperature_c is None else f", {motor.temperature_c} °C"
+            error = f", {hardware_error_text(motor.hardware_error)}" if motor.hardware_error else ""
+            self._line(
+                f"motor {motor.motor_id}   torque {torque}, {motor.voltage_v:.1f} V{heat}, load {motor.load:.0%}{error}"
+            )
+
+    def stopped(self, what: Sequence[str]) -> None:
+        """Say what has confirmed that it stands."""
+        if self._json:
+            self._print({"event": "stopped", "confirmed": list(what)})
+        else:
+            self._line(f"stopped and switched off: {', '.join(what)}")
 
     def end(self, pose: Pose, way_m: float, state: MotionState, reason: str) -> None:
         """Show how a journey ended."""

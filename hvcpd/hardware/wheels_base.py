@@ -12,7 +12,7 @@ from collections.abc import Callable
 from contextlib import suppress
 
 from hvcpd.errors import DeviceError
-from hvcpd.hardware.wheels_bus import BusError, DynamixelBus
+from hvcpd.hardware.wheels_bus import BusError, DynamixelBus, twice
 from hvcpd.hardware.wheels_sense import Battery, Encoder, MotorHealth
 from hvcpd.ports import STANDSTILL, WheelCommand, WheelReading
 
@@ -114,7 +114,7 @@ class BusWheels(ABC):
         try:
             problems = self._inspect()
             if not problems:
-                self._make_ready()
+                twice(self._make_ready)
         except BusError as error:
             problems = [str(error)]
         if problems:

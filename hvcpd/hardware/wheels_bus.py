@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import errno
 from collections.abc import Callable, Mapping, Sequence
-from typing import Any
+from typing import Any, TypeVar
 
 from dynamixel_sdk import (
     BROADCAST_ID,
@@ -44,6 +44,19 @@ class PortLostError(BusError):
 
 class RefusedError(BusError):
     """A device answered, but refused (error number of Protocol 2.0 in the text)."""
+
+
+Answer = TypeVar("Answer")
+
+
+def twice(attempt: Callable[[], Answer]) -> Answer:
+    """What `attempt` returns, tried once more after a BusError: one lost reply is no missing motor."""
+    try:
+        return attempt()
+    except (PortLostError, RefusedError):
+        raise
+    except BusError:
+        return attempt()
 
 
 class DynamixelBus:

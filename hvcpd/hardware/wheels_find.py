@@ -7,18 +7,20 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
+from functools import partial
 from pathlib import Path
 from typing import Literal
 
 from hvcpd.config.settings import WheelSettings
 from hvcpd.errors import DeviceError
-from hvcpd.hardware import opencr, wheels_handshake, wheels_opencr_handshake
+from hvcpd.hardware import opencr, wheels_handshake, wheels_opencr_handshake, xl430
 from hvcpd.hardware.kinematics import Drive
 from hvcpd.hardware.wheels import DynamixelSettings, DynamixelWheels
 from hvcpd.hardware.wheels_base import BusWheels
-from hvcpd.hardware.wheels_bus import BusError, DynamixelBus, MakePort
+from hvcpd.hardware.wheels_bus import BusError, DynamixelBus, MakePort, PortLostError, RefusedError, twice
 from hvcpd.hardware.wheels_opencr import OpenCRSettings, OpenCRWheels
 from hvcpd.hardware.wheels_port import WaitingPort
+from hvcpd.hardware.xl430 import Register
 from hvcpd.ports import WheelCommand, WheelReading
 
 Kind = Literal["xl430", "opencr"]
@@ -102,6 +104,51 @@ def examine(
     return WheelFinding(problems=tuple(problems))
 
 
+def stop_anyway(
+    settings: WheelSettings, make_port: MakePort = WaitingPort, directory: Path = Path("/dev"), timeout_s: float = 0.034
+) -> list[str]:
+    """Stop the wheels and switch them off, whatever is wrong with them; what has confirmed it, in words.
+
+    Without a handshake: an empty battery or a missing motor must not keep the others turning. Raises DeviceError if
+    nothing confirmed it, with what the handshake finds.
+    """
+    stopped = []
+    for port in candidate_ports(directory) if settings.port == AUTO else [stable_name(settings.port, directory)]:
+        bus = DynamixelBus(port, settings.baud_rate, timeout_s, make_port)
+        try:
+            bus.open()
+            if settings.driver != "xl430" and _stopped(bus, opencr.DEVICE_ID, opencr.LINEAR_X, opencr.MOTOR_TORQUE):
+                stopped.append(f"{port}: OpenCR")
+            for motor_id in settings.ids if settings.driver != "opencr" else ():
+                if _stopped(bus, motor_id, xl430.GOAL_VELOCITY, xl430.TORQUE_ENABLE):
+                    stopped.append(f"{port}: motor {motor_id}")
+        except (DeviceError, PortLostError):
+            continue
+        finally:
+            bus.close()
+    if not stopped:
+        problems = examine(settings, make_port, directory, timeout_s).problems
+        raise DeviceError("; ".join(problems) or "nothing confirmed the stop; switch the robot off")
+    return stopped
+
+
+def _stopped(bus: DynamixelBus, device_id: int, speed: Register, torque: Register) -> bool:
+    """Whether the device confirmed a speed of zero, or no torque."""
+    confirmed = False
+    for register in (speed, torque):
+        data = opencr.command_block(0, 0) if register is opencr.LINEAR_X else register.encode(0)
+        try:
+            bus.write_block(device_id, register.address, data, register.name)
+            confirmed = True
+        except PortLostError:
+            raise
+        except RefusedError:  # a tripped watchdog refuses goals, and then it stands already
+            continue
+        except BusError:
+            return confirmed
+    return confirmed
+
+
 def _examine_port(settings: WheelSettings, port: str, make_port: MakePort, timeout_s: float) -> WheelFinding:
     bus = DynamixelBus(port, settings.baud_rate, timeout_s, make_port)
     try:
@@ -116,7 +163,7 @@ def _examine_port(settings: WheelSettings, port: str, make_port: MakePort, timeo
         problems = _inspect(settings, kind, bus)
         if settings.driver == "xl430" and not _answers(bus, settings.ids):
             problems += _elsewhere(settings, port, bus, make_port, timeout_s)
-        facts = tuple(_facts(settings, kind, bus)) if not problems else ()
+        facts = twice(lambda: tuple(_facts(settings, kind, bus))) if not problems else ()
     except BusError as error:
         return WheelFinding(None, port, (str(error),))
     finally:
@@ -141,10 +188,10 @@ def _inspect(settings: WheelSettings, kind: Kind, bus: DynamixelBus) -> list[str
 def _answers(bus: DynamixelBus, ids: Sequence[int]) -> bool:
     for device_id in ids:
         try:
-            bus.ping(device_id)
+            twice(partial(bus.ping, device_id))
+        except PortLostError:
+            raise
         except BusError:
-            if not bus.is_open:
-                raise
             continue
         return True
     return False

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import partial
 
 from hvcpd.hardware import xl430
-from hvcpd.hardware.wheels_bus import BusError, DynamixelBus, PortLostError
+from hvcpd.hardware.wheels_bus import BusError, DynamixelBus, PortLostError, twice
 from hvcpd.hardware.wheels_sense import LOWEST_VOLTAGE_V, MotorHealth
 
 SEARCH_S = 0.8
@@ -75,7 +76,8 @@ def inspect(
     missing = []
     for side, motor_id in (("left", left_id), ("right", right_id)):
         try:
-            problems += [f"{side} motor (ID {motor_id}): {text}" for text in _faults(bus, motor_id, lowest_voltage_v)]
+            found = twice(partial(_faults, bus, motor_id, lowest_voltage_v))
+            problems += [f"{side} motor (ID {motor_id}): {text}" for text in found]
         except PortLostError:
             raise
         except BusError:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from hvcpd.hardware import opencr
-from hvcpd.hardware.wheels_bus import BusError, DynamixelBus, PortLostError
+from hvcpd.hardware.wheels_bus import BusError, DynamixelBus, PortLostError, twice
 from hvcpd.hardware.wheels_sense import LOWEST_VOLTAGE_V
 
 STATE_START = opencr.MILLIS.address
@@ -39,7 +39,7 @@ def inspect(bus: DynamixelBus, device_id: int, lowest_voltage_v: float = LOWEST_
     Raises PortLostError if the adapter goes away meanwhile.
     """
     try:
-        model = bus.ping(device_id)
+        model = twice(lambda: bus.ping(device_id))
     except PortLostError:
         raise
     except BusError:
@@ -48,7 +48,8 @@ def inspect(bus: DynamixelBus, device_id: int, lowest_voltage_v: float = LOWEST_
             "and does it run the TurtleBot3 firmware?"
         ]
     try:
-        return [f"OpenCR (ID {device_id}): {text}" for text in _faults(bus, device_id, model, lowest_voltage_v)]
+        found = twice(lambda: _faults(bus, device_id, model, lowest_voltage_v))
+        return [f"OpenCR (ID {device_id}): {text}" for text in found]
     except PortLostError:
         raise
     except BusError as error:

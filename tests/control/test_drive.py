@@ -104,6 +104,35 @@ def test_a_blocked_wheel_fails_with_status_1_and_the_reason(capsys: pytest.Captu
     assert "failed: a wheel is blocked" in capsys.readouterr().out
 
 
+def spin(motor: FakeXL430) -> None:
+    for name, value in (("operating_mode", 1), ("torque_enable", 1), ("goal_velocity", 200)):
+        motor.memory.set(name, value)
+
+
+def test_stop_stops_whatever_is_wrong(capsys: pytest.CaptureFixture[str]) -> None:
+    left = FakeXL430(1, voltage_v=9.5)
+    left.memory.set("firmware_version", 30)
+    spin(left)
+    with robot(left) as bus:  # the right motor is missing
+        assert main(["drive", "stop", "--port", bus.path]) == 0
+        assert (left.memory.get("goal_velocity"), left.memory.get("torque_enable")) == (0, 0)
+    assert "motor 1" in capsys.readouterr().out
+
+
+def test_stop_stops_opencr_in_debug_mode(capsys: pytest.CaptureFixture[str]) -> None:
+    controller = FakeOpenCR(debug_mode=True)
+    with robot(controller) as bus:
+        assert main(["drive", "stop", "--port", bus.path, "--json"]) == 0
+        assert controller.left.memory.get("torque_enable") == 0
+    assert lines(capsys)[-1]["confirmed"] == [f"{bus.path}: OpenCR"]
+
+
+def test_a_stop_that_nobody_confirms_is_an_error(capsys: pytest.CaptureFixture[str]) -> None:
+    with robot(FakeXL430(9)) as bus:
+        assert main(["drive", "stop", "--port", bus.path]) == 2
+    assert "nothing answers" in capsys.readouterr().err
+
+
 def test_the_doctor_tells_everything_at_once(capsys: pytest.CaptureFixture[str], tmp_path: Any) -> None:
     with robot(FakeXL430(1, voltage_v=9.5), FakeXL430(5)) as bus:
         (tmp_path / "hvcpd.yaml").write_text(f"name: Rob\nwheels: {{port: {bus.path}}}\n")

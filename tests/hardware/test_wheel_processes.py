@@ -28,6 +28,8 @@ class Driven:
             m for d in devices if isinstance(d, FakeOpenCR) for m in (d.left, d.right)
         ]
         self._changed = threading.Condition()
+        self.longest_step_s = 0.0
+        """Of the motors' time: so coarse is the clock on a loaded machine."""
         self._pump = RealTimePump(self._advance)
         self._command = [sys.executable, "-m", "hvcpd.control.cli", "drive", "forward", "5", "--port", self.bus.path]
 
@@ -52,6 +54,13 @@ class Driven:
     def torque(self) -> list[int]:
         return [motor.memory.get("torque_enable") for motor in self._motors]
 
+    def kill(self) -> float:
+        """kill -9; the motors' time (s) at which it was sent."""
+        with self._changed:
+            self.longest_step_s = 0.0
+        self.process.send_signal(signal.SIGKILL)
+        return self.bus.line.now_s
+
     def when(self, condition: Callable[[], bool]) -> float:
         """The motors' time (s) at which the condition holds."""
         with self._changed:
@@ -60,6 +69,7 @@ class Driven:
 
     def _advance(self, dt_s: float) -> None:
         with self._changed:
+            self.longest_step_s = max(self.longest_step_s, dt_s)
             self.bus.advance(dt_s)
             self._changed.notify_all()
 
@@ -67,19 +77,18 @@ class Driven:
 def test_killed_in_mid_motion_the_motors_stop_by_themselves_within_half_a_second() -> None:
     with Driven(*turtlebot3_pair()) as driven:
         driven.when(lambda: driven.fastest_rad_s > FAST_RAD_S)
-        driven.process.send_signal(signal.SIGKILL)
-        killed_s = driven.bus.line.now_s
+        killed_s = driven.kill()
         stood_s = driven.when(lambda: driven.fastest_rad_s <= STANDING_RAD_S)
-        assert stood_s - killed_s <= 0.5
+        assert stood_s - killed_s <= 0.5 + driven.longest_step_s
         assert driven.torque == [1, 1]  # nobody was there to switch it off: it was the watchdog
 
 
 def test_killed_in_mid_motion_opencr_stops_by_its_heartbeat() -> None:
     with Driven(FakeOpenCR()) as driven:
         driven.when(lambda: driven.fastest_rad_s > FAST_RAD_S)
-        driven.process.send_signal(signal.SIGKILL)
-        killed_s = driven.bus.line.now_s
-        assert driven.when(lambda: driven.fastest_rad_s <= STANDING_RAD_S) - killed_s <= 0.75
+        killed_s = driven.kill()
+        stood_s = driven.when(lambda: driven.fastest_rad_s <= STANDING_RAD_S)
+        assert stood_s - killed_s <= 0.75 + driven.longest_step_s
 
 
 @pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGINT])

@@ -5,7 +5,9 @@ from pathlib import Path
 import pytest
 
 from hil_fakes.dynamixel.bus import FakeBus
+from hil_fakes.dynamixel.faults import ReplyFault
 from hil_fakes.dynamixel.motor import SHUTDOWN_OVERLOAD, FakeXL430
+from hil_fakes.virtual_robot import Kind, VirtualRobot
 from hvcpd.errors import DeviceError
 from hvcpd.hardware.wheels import DynamixelWheels
 from hvcpd.hardware.wheels_bus import DynamixelBus, port_remedy
@@ -85,3 +87,13 @@ def test_a_failed_open_leaves_the_motors_without_torque(bus: FakeBus) -> None:
     bus.motors[2].raise_hardware_error(SHUTDOWN_OVERLOAD)
     refusal(bus.path)
     assert [motor.memory.get("torque_enable") for motor in bus.motors.values()] == [0, 0]
+
+
+@pytest.mark.parametrize("kind", ["xl430", "opencr"])
+@pytest.mark.parametrize("fault", [ReplyFault.DROP, ReplyFault.CORRUPT, ReplyFault.DELAY])
+def test_one_lost_reply_is_no_missing_motor(kind: Kind, fault: ReplyFault) -> None:
+    for before in range(20):
+        robot = VirtualRobot(kind)
+        robot.line.faults.schedule(*[ReplyFault.NONE] * before, fault)
+        robot.wheels.open()
+        robot.wheels.close()
