@@ -33,7 +33,7 @@ def test_opencr_is_found_behind_another_device(devices: Path) -> None:
     with FakeBus([FakeXL430(9)]) as arm, FakeBus([FakeOpenCR()]) as robot:
         plug(devices, "ttyACM0", arm)
         plug(devices, "ttyACM1", robot, "usb-ROBOTIS_OpenCR-if00")
-        finding = examine(WheelSettings(), directory=devices)
+        finding = examine(WheelSettings(), directory=devices, timeout_s=0.2)
     assert (finding.kind, finding.ok) == ("opencr", True)
     assert finding.port.endswith("usb-ROBOTIS_OpenCR-if00")
     assert finding.facts == ("12.0 V",)
@@ -42,7 +42,7 @@ def test_opencr_is_found_behind_another_device(devices: Path) -> None:
 def test_motors_are_found_and_their_state_told(devices: Path) -> None:
     with FakeBus(turtlebot3_pair()) as robot:
         plug(devices, "ttyUSB0", robot)
-        finding = examine(WheelSettings(), directory=devices)
+        finding = examine(WheelSettings(), directory=devices, timeout_s=0.2)
     assert finding.kind == "xl430"
     assert finding.facts == ("left motor (ID 1) 12.0 V, 30 °C", "right motor (ID 2) 12.0 V, 30 °C")
 

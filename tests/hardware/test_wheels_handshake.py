@@ -9,13 +9,15 @@ from hil_fakes.dynamixel.faults import ReplyFault
 from hil_fakes.dynamixel.motor import SHUTDOWN_OVERLOAD, FakeXL430
 from hil_fakes.virtual_robot import Kind, VirtualRobot
 from hvcpd.errors import DeviceError
-from hvcpd.hardware.wheels import DynamixelWheels
+from hvcpd.hardware.wheels import DynamixelSettings, DynamixelWheels
 from hvcpd.hardware.wheels_bus import DynamixelBus, port_remedy
-from tests.hardware.conftest import HASTY
+
+PATIENT_SEARCH = DynamixelSettings(timeout_s=0.1, search_s=0.5)
+"""On a loaded machine a reply may take longer than on the wire."""
 
 
 def refusal(path: str, baud_rate: int = 1_000_000, ids: tuple[int, int] = (1, 2)) -> str:
-    wheels = DynamixelWheels(path, baud_rate, ids, HASTY)
+    wheels = DynamixelWheels(path, baud_rate, ids, PATIENT_SEARCH)
     with pytest.raises(DeviceError) as caught:
         wheels.open()
     return str(caught.value)
