@@ -89,7 +89,7 @@ def main() -> None:
             for snr in (float(s) for s in o.snr.split(",")):
                 recogniser = Watched(book.graph, bank)
                 listen(recogniser, add_noise(clean, spoken, snr, colour, -30.0, o.seed))
-                kept = [(s, w) for s, w in recogniser.judged if s.cost < -8.0 and s.lead_in < 0.5]
+                kept = [(s, w) for s, w in recogniser.judged if s.cost < -16.0 and s.lead_in < 0.5]
                 rows += [row(s) for s, _w in kept]
                 right += [is_right(s, w, spoken) for s, w in kept]
     x, y = np.array(rows), np.array(right)

@@ -1,0 +1,62 @@
+"""What is heard where nobody speaks to a robot: commands made up from people's talk and noise; there should be none.
+
+    python -m benchmarks.rejection --data DIR [--names Rob,Bot;Max,Ann] [--gain-db 0,-12,12] [--minutes 60]
+
+Every WAV below DIR is heard, one after the other in one stream, at each gain, by a robot of each team.
+"""
+
+from __future__ import annotations
+
+import argparse
+import time
+from pathlib import Path
+
+import numpy as np
+
+from hvcpd.assembly import DEFAULT_TEAMS, make_phrasebook, make_recogniser, make_sound, user_cache_folder
+from hvcpd.config.task_file import load_tasks
+from hvcpd.config.tasks import default_tasks_path
+from hvcpd.control.soundfile import read_wav
+from hvcpd.ports import SAMPLE_RATE_HZ
+from hvcpd.recognition.events import Recognised
+
+BLOCK = 1600
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--data", type=Path, required=True)
+    parser.add_argument("--names", default="Rob,Bot")
+    parser.add_argument("--gain-db", default="0")
+    parser.add_argument("--minutes", type=float, default=60.0, help="at most so much of DIR for each team and gain")
+    o = parser.parse_args()
+    sound = make_sound(None, user_cache_folder())
+    heard_min, commands, garbled, spent_s = 0.0, 0, 0, 0.0
+    for names in (team.split(",") for team in o.names.split(";")):
+        book = make_phrasebook(names, DEFAULT_TEAMS, load_tasks(default_tasks_path()))
+        for gain_db in (float(g) for g in o.gain_db.split(",")):
+            recogniser = make_recogniser(book, names, sound)
+            minutes = 0.0
+            for path in sorted(o.data.rglob("*.wav")):
+                samples = np.asarray(read_wav(path) * 10.0 ** (gain_db / 20.0), np.float32)
+                began_s = time.process_time()
+                for start in range(0, len(samples), BLOCK):
+                    for event in recogniser.push(samples[start : start + BLOCK]):
+                        if isinstance(event, Recognised):
+                            commands += 1
+                            print(f"  {path.name} {gain_db:+.0f} dB: {' '.join(event.words)} ({event.confidence:.2f})")
+                        else:
+                            garbled += 1
+                spent_s += time.process_time() - began_s
+                minutes += len(samples) / SAMPLE_RATE_HZ / 60.0
+                if minutes > o.minutes:
+                    break
+            heard_min += minutes
+    print(
+        f"{heard_min:.0f} minutes that address nobody: {commands} commands, {garbled} stretches noticed as speech, "
+        f"{spent_s / (heard_min * 60.0):.3f} of real time"
+    )
+
+
+if __name__ == "__main__":
+    main()
