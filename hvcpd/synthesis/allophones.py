@@ -24,16 +24,16 @@ def allophone(phones: Sequence[str], number: int) -> Phone:
     if base in ("T", "D") and _is_flapped(phones, number):
         return FLAP
     if phone.kind is Kind.STOP:
-        if before == "S" and not phone.voiced:
+        if before == "S" and not phone.voiced and after:
             phone = replace(phone, aspiration_s=0.012)
         elif after and stress_of(after) == 0 and PHONES[after.rstrip("012")].kind is Kind.VOWEL:
             phone = replace(phone, aspiration_s=0.6 * phone.aspiration_s)
         elif not after:
-            phone = replace(phone, aspiration_s=0.035 if not phone.voiced else 0.0, noise_db=phone.noise_db - 4.0)
+            phone = replace(phone, aspiration_s=0.035 if not phone.voiced else 0.0)
         elif after and PHONES[after.rstrip("012")].kind in (Kind.STOP, Kind.FRICATIVE, Kind.NASAL):
-            phone = replace(phone, aspiration_s=0.0, noise_db=phone.noise_db - 6.0)
-    if base in ("K", "G"):
-        phone = _velar(phone, after or (phones[number - 1] if number else "AX"))
+            phone = replace(phone, aspiration_s=0.0, noise_db=phone.noise_db - 4.0)
+    if base in ("K", "G", "NG"):
+        phone = _velar(phone, _beside(phones, number))
     if base == "HH" and after:
         vowel = PHONES[after.rstrip("012")]
         phone = replace(phone, target_hz=vowel.target_hz)
@@ -53,11 +53,17 @@ def _is_flapped(phones: Sequence[str], number: int) -> bool:
     return (is_vowel(before) or before == "R") and is_vowel(after) and stress_of(after) == 0
 
 
+def _beside(phones: Sequence[str], number: int) -> str:
+    """The sound that a velar leans to: what it opens into, for the nose and at the word's end what it closes."""
+    follows = number + 1 < len(phones) and phones[number] != "NG"
+    return phones[number + 1] if follows else phones[number - 1] if number else "AX"
+
+
 def _velar(phone: Phone, neighbour: str) -> Phone:
     """Velars close farther forward beside front vowels; the burst is the front cavity's resonance."""
     vowel = PHONES["AX" if neighbour == "AX" else neighbour.rstrip("012")]
     f2, f3 = vowel.target_hz[1], vowel.target_hz[2]
-    locus = min(2350.0, max(1150.0, 1.1 * f2 + 80.0))
+    locus = min(2300.0, max(1150.0, 1.2 * f2 + 50.0))
     burst = locus if f2 < 1500.0 else 0.5 * (locus + f3)
-    bands = (Band(burst, 300, 0), *phone.bands[1:])
+    bands = (Band(burst, 300, 0), *phone.bands[1:]) if phone.bands else ()
     return replace(phone, target_hz=(phone.target_hz[0], locus, max(locus + 250.0, 0.9 * f3)), bands=bands)

@@ -36,6 +36,16 @@ NASAL_ZERO_HZ = 450.0
 """The zero of a nasal murmur (Klatt 1980)."""
 
 
+HIATUS_S = 0.09
+"""How long each of two vowels moves towards the other: slower than any consonant, or "Zoe" is heard with an L in it."""
+
+NASAL_BEFORE_S = 0.08
+"""How long before a nasal's closure the velum opens, at most (Cohn 1993)."""
+
+NASAL_AFTER_S = 0.04
+"""How long after its release the velum stays open, at most (Cohn 1993)."""
+
+
 @dataclass(frozen=True)
 class Placed:
     """A phone in time: formants are its own from `start_s` to `end_s`; a stop's closure ends at `release_s`."""
@@ -146,7 +156,7 @@ def _transition_s(neighbour: Placed | None, item: Placed) -> float:
     if neighbour is None:
         return 0.0
     if item.phone.kind is Kind.VOWEL:
-        return neighbour.phone.transition_s
+        return HIATUS_S if neighbour.phone.kind is Kind.VOWEL else neighbour.phone.transition_s
     return min(0.03, item.phone.transition_s)
 
 
@@ -245,6 +255,33 @@ def _pitch(placed: Sequence[Placed], voice: Voice, final: bool, declination: flo
     return points.track()
 
 
+def _nasal_zero(placed: Sequence[Placed], scale: float) -> Track:
+    """The nasal zero: at the pole in oral sounds, away from it in nasals, and on its way in a vowel beside one.
+
+    The velum moves slowly: American vowels before a nasal are nasal for their second half, after one for some 40 ms
+    (Cohn, "Nasalization in English: phonology or phonetics", Phonology 10, 1993).
+    """
+    points = _Breakpoints([], [])
+    open_hz, shut_hz = NASAL_ZERO_HZ * scale, NASAL_HZ * scale
+    for number, item in enumerate(placed):
+        if item.phone.kind is Kind.NASAL:
+            points.add(item.start_s + 0.004, open_hz)
+            points.add(item.end_s - 0.004, open_hz)
+            continue
+        length = item.end_s - item.start_s
+        sonorous = item.phone.kind in (Kind.VOWEL, Kind.GLIDE)
+        after_nasal = sonorous and number > 0 and placed[number - 1].phone.kind is Kind.NASAL
+        before_nasal = sonorous and number + 1 < len(placed) and placed[number + 1].phone.kind is Kind.NASAL
+        half_hz = shut_hz + 0.5 * (open_hz - shut_hz)
+        if after_nasal:
+            points.add(item.start_s + 0.004, half_hz)
+        points.add(item.start_s + (min(NASAL_AFTER_S, 0.4 * length) if after_nasal else 0.008), shut_hz)
+        points.add(item.end_s - (min(NASAL_BEFORE_S, 0.5 * length) if before_nasal else 0.008), shut_hz)
+        if before_nasal:
+            points.add(item.end_s - 0.004, half_hz)
+    return points.track()
+
+
 def controls_for(phones: Sequence[str], voice: Voice, final: bool, declination: float = 1.0) -> Controls:
     """The synthesizer's controls for one word.
 
@@ -253,20 +290,17 @@ def controls_for(phones: Sequence[str], voice: Voice, final: bool, declination: 
     """
     placed = place(phones, voice.rate, final)
     scale = voice.formant_scale
-    nasal_points = _Breakpoints([], [])
     tilt_points = _Breakpoints([], [])
     for item in placed:
-        zero = NASAL_ZERO_HZ if item.phone.kind is Kind.NASAL else NASAL_HZ
         closed = item.phone.kind in (Kind.STOP, Kind.AFFRICATE)
         tilt = (
             350.0
             if closed
-            else 700.0
+            else 1000.0
             if item.phone.kind is Kind.NASAL
             else voice.tilt_hz * (0.6 if item.phone.kind is Kind.FRICATIVE else 1.0)
         )
         for time in (item.start_s + 0.008, item.end_s - 0.008):
-            nasal_points.add(time, zero * scale)
             tilt_points.add(time, tilt)
     rest_s = placed[-1].phone.aspiration_s if placed[-1].phone.kind is Kind.STOP else 0.0
     return Controls(
@@ -277,7 +311,7 @@ def controls_for(phones: Sequence[str], voice: Voice, final: bool, declination: 
         tilt_hz=tilt_points.track(),
         formants_hz=tuple(_formant_track(placed, k, scale) for k in range(3)),
         bandwidths_hz=tuple(_width_track(placed, k) for k in range(3)),
-        nasal_zero_hz=nasal_points.track(),
+        nasal_zero_hz=_nasal_zero(placed, scale),
         nasal_pole_hz=NASAL_HZ * scale,
         fixed=tuple((hz * scale, width) for hz, width in UPPER_HZ if hz * scale < 7900.0),
         frications=_frications(placed, scale),

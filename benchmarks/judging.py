@@ -1,0 +1,114 @@
+"""What the benchmarks of the voice share: the talkers, the noise, and PocketSphinx as the listener."""
+
+from __future__ import annotations
+
+import shutil
+import subprocess
+import tempfile
+import wave
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from pocketsphinx import Decoder, get_model_path
+
+from hvcpd.language.graph import WordGraph
+from hvcpd.ports import SAMPLE_RATE_HZ, Samples
+from hvcpd.synthesis.lexicon import Lexicon
+from hvcpd.synthesis.speaker import Speaker
+from hvcpd.synthesis.voices import VOICES
+
+Phrases = Sequence[Sequence[str]]
+
+QUIET_RMS = 10.0 ** (-75 / 20)
+"""The floor of the quiet condition, full scale = 1: PocketSphinx suffers over digital silence."""
+
+PAD_S = 0.5
+
+
+@dataclass(frozen=True)
+class Talker:
+    """Somebody who speaks sentences given in words; `own` for our voices."""
+
+    speak: Callable[[Phrases], Samples]
+    own: bool
+
+
+def judge(graph: WordGraph, folder: Path, lexicon: Lexicon) -> Decoder:
+    """A PocketSphinx decoder with the network as its grammar, knowing our pronunciations beside its own."""
+    lines = ["FSG_BEGIN phrasebook", f"NUM_STATES {graph.n_nodes + 1}", f"START_STATE {graph.start}"]
+    lines.append(f"FINAL_STATE {graph.n_nodes}")
+    lines += [f"TRANSITION {arc.source} {arc.target} 1.0 {arc.word}" for arc in graph.arcs]
+    lines += [f"TRANSITION {node} {graph.n_nodes} 1.0" for node in sorted(graph.finals)]
+    grammar = folder / "phrasebook.fsg"
+    grammar.write_text("\n".join([*lines, "FSG_END", ""]))
+    decoder = Decoder(
+        hmm=get_model_path("en-us/en-us"), dict=get_model_path("en-us/cmudict-en-us.dict"), lm=None, loglevel="FATAL"
+    )
+    for word in graph.words:
+        ours = " ".join(phone.rstrip("012") for phone in lexicon.pronounce(word))
+        known = decoder.lookup_word(word)
+        if known is None:
+            decoder.add_word(word, ours, False)
+        elif ours not in (known, *(decoder.lookup_word(f"{word}({n})") for n in range(2, 6))):
+            # All programs say "bot" as we do, and not as the dictionary has it (B AO T).
+            decoder.add_word(f"{word}(9)", ours, False)
+    decoder.add_fsg("phrasebook", decoder.read_fsg(str(grammar)))
+    decoder.activate_search("phrasebook")
+    return decoder
+
+
+def heard(decoder: Decoder, sound: Samples) -> str:
+    """What the judge makes of a sound."""
+    decoder.reinit_feat()
+    decoder.start_utt()
+    decoder.process_raw((np.clip(sound, -1, 1) * 32767).astype("<i2").tobytes(), full_utt=True)
+    decoder.end_utt()
+    hypothesis = decoder.hyp()
+    return hypothesis.hypstr if hypothesis else ""
+
+
+def in_noise(sound: Samples, snr_db: float | None, seed: int) -> Samples:
+    """The sound with `PAD_S` around it in white noise; None is the quiet condition."""
+    pad = np.zeros(round(PAD_S * SAMPLE_RATE_HZ), dtype=np.float32)
+    padded = np.concatenate([pad, sound, pad])
+    active = sound[np.abs(sound) > 0.01]
+    level = QUIET_RMS if snr_db is None else float(np.sqrt(np.mean(active**2))) * 10.0 ** (-snr_db / 20)
+    return (padded + level * np.random.default_rng(seed).standard_normal(len(padded))).astype(np.float32)
+
+
+def program(command: Sequence[str]) -> Callable[[Phrases], Samples]:
+    """A synthesizer outside: `command` with {text} and {wav}; its output is brought to 16 kHz by sox."""
+
+    def speak(phrases: Phrases) -> Samples:
+        text = ", ".join(" ".join(phrase) for phrase in phrases) + "."
+        with tempfile.TemporaryDirectory() as folder:
+            raw, wav = f"{folder}/raw.wav", f"{folder}/16k.wav"
+            subprocess.run([part.format(text=text, wav=raw) for part in command], check=True, capture_output=True)
+            form = ["-r", str(SAMPLE_RATE_HZ), "-c", "1", "-b", "16"]
+            subprocess.run(["sox", raw, *form, wav, "norm", "-3"], check=True)
+            with wave.open(wav) as file:
+                data = np.frombuffer(file.readframes(file.getnframes()), dtype="<i2")
+        return (data / 32768.0).astype(np.float32)
+
+    return speak
+
+
+_PROGRAMS = {
+    "espeak-ng": ("espeak-ng", "-v", "en-us", "-w", "{wav}", "{text}"),
+    "flite slt": ("flite", "-voice", "slt", "-t", "{text}", "-o", "{wav}"),
+    "flite rms": ("flite", "-voice", "rms", "-t", "{text}", "-o", "{wav}"),
+    "pico": ("pico2wave", "-l", "en-US", "-w", "{wav}", "{text}"),
+}
+
+
+def talkers(lexicon: Lexicon) -> dict[str, Talker]:
+    """Our eight voices and the programs that are installed; a line tells which are not."""
+    found = {voice.name: Talker(Speaker(voice, lexicon).render, own=True) for voice in VOICES}
+    for name, command in _PROGRAMS.items():
+        if shutil.which(command[0]) and shutil.which("sox"):
+            found[name] = Talker(program(command), own=False)
+        else:
+            print(f"{name}: skipped, needs the programs {command[0]} and sox")
+    return found
