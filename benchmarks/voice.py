@@ -25,6 +25,8 @@ VOCABULARY = Vocabulary(
     tasks=tuple(f"water the {colour} rose" for colour in ("green", "violet", "indigo", "orange", "yellow", "red")),
     numbers=tuple(range(1, 11)),
 )
+
+
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--sentences", type=int, default=40)

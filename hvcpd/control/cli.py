@@ -37,6 +37,19 @@ def _level_db(text: str) -> float:
     return value
 
 
+def _between(least: float, most: float) -> Callable[[str], float]:
+    def number(text: str) -> float:
+        try:
+            value = float(text)
+        except ValueError:
+            raise argparse.ArgumentTypeError(f"{text!r} is not a number") from None
+        if not least <= value <= most:
+            raise argparse.ArgumentTypeError(f"{text} is not from {least:g} to {most:g}")
+        return value
+
+    return number
+
+
 def _seed(text: str) -> int:
     if not text.isdecimal() or not text.isascii() or int(text[:12]) >= 2**32:
         raise argparse.ArgumentTypeError(f"{text!r} is not a whole number from 0 to {2**32 - 1}")
@@ -68,6 +81,8 @@ def make_parser() -> argparse.ArgumentParser:
     _add_say(commands)
     _add_hear(commands)
     _add_phrases(commands)
+    _add_pronounce(commands)
+    _add_prerender(commands)
     _add_transcript(commands)
     _add_audit(commands)
     add_drive(commands, _lazy("drive"))
@@ -116,6 +131,10 @@ def _add_say(commands: _Commands) -> None:
     c.add_argument("text", metavar="TEXT", help='for example "Hi Rob, I am Bot, water the yellow rose"')
     c.add_argument("--as", dest="voice_of", metavar="NAME", help="in this robot's voice (default: who says 'I am …')")
     c.add_argument("-o", "--output", type=Path, metavar="FILE.wav", help="write a WAV instead of using the loudspeaker")
+    c.add_argument("--rate", type=_between(0.5, 2.0), default=1.0, metavar="R", help="above 1 faster, below slower")
+    c.add_argument("--gain-db", type=_between(-60.0, 20.0), default=0.0, metavar="DB", help="louder or softer")
+    c.add_argument("--lombard", action="store_true", help="as people speak in noise: slower, higher, brighter, louder")
+    c.add_argument("--voice", type=Path, metavar="DIR", help="speak with recorded words, one WAV each: DIR/water.wav")
     c.set_defaults(run=_lazy("say"))
 
 
@@ -154,6 +173,25 @@ def _add_audit(commands: _Commands) -> None:
     _add_memory(c)
     c.add_argument("--tasks", type=Path, metavar="FILE", help="task repository (default: five plants)")
     c.set_defaults(run=_lazy("audit"))
+
+
+def _add_pronounce(commands: _Commands) -> None:
+    c = commands.add_parser("pronounce", help="show how words are said, and why so")
+    c.add_argument("words", nargs="*", metavar="WORD", help="words, or phrases in quotes: 'wind the clock'")
+    c.add_argument("--config", type=Path, metavar="FILE", help="settings file (default: /etc/hvcpd/hvcpd.yaml)")
+    c.add_argument("--lexicon", type=Path, metavar="FILE", help="your own pronunciations (default: the settings')")
+    c.add_argument("--paper-table", action="store_true", help="the words of the paper's table I")
+    c.add_argument("--as", dest="voice_of", default="Rob", metavar="NAME", help="whose voice, for -o and --track")
+    c.add_argument("-o", "--output", type=Path, metavar="FILE.wav", help="write the words as sound")
+    c.add_argument("--track", type=Path, metavar="FILE.csv", help="write the synthesizer's frames of one word")
+    c.add_argument("--json", action="store_true", help="print one JSON object a word")
+    c.set_defaults(run=_lazy("pronounce"))
+
+
+def _add_prerender(commands: _Commands) -> None:
+    c = commands.add_parser("prerender", help="make all words of the phrasebook beforehand")
+    _add_shared(c)
+    c.set_defaults(run=_lazy("prerender"))
 
 
 def main(arguments: Sequence[str] | None = None) -> int:

@@ -7,10 +7,15 @@ import sys
 
 from hvcpd.config.names import valid_robot_name
 from hvcpd.control.soundfile import write_wav
-from hvcpd.control.team import load_team
+from hvcpd.control.team import Team, load_team
+from hvcpd.control.voice_folder import recorded_voice
 from hvcpd.errors import PhraseError
+from hvcpd.synthesis.delivery import Delivery
 from hvcpd.synthesis.speaker import Speaker
 from hvcpd.synthesis.voices import voice_for
+
+HEARD_DB = 0.05
+"""A difference of level below this is not worth a note."""
 
 
 def run(options: argparse.Namespace) -> int:
@@ -18,13 +23,18 @@ def run(options: argparse.Namespace) -> int:
     voice_of: str | None = options.voice_of
     if voice_of is not None and (wrong := valid_robot_name(voice_of)):
         raise PhraseError(f"--as: {wrong}")
+    if options.voice is not None and (options.rate != 1.0 or options.lombard):
+        raise PhraseError("--rate and --lombard change the synthesizer's voice, not recordings; leave them out")
     team = load_team(options, options.names or (), (voice_of,) if voice_of else ())
     utterance = team.phrasebook.parse_text(options.text)
-    if voice_of and utterance.speaker and voice_of.lower() != utterance.speaker.lower():
+    if voice_of and options.voice is None and utterance.speaker and voice_of.lower() != utterance.speaker.lower():
         sys.stderr.write(f"hvcpctl: note: {utterance.speaker}'s words in {voice_of}'s voice\n")
-    name = voice_of or utterance.speaker or team.settings.name
-    speaker = Speaker(voice_for(name), team.sound.lexicon, team.sound.cache)
-    samples = speaker.render(team.phrasebook.phrases(utterance))
+    delivery = Delivery(options.rate, options.gain_db, options.lombard)
+    phrases = team.phrasebook.phrases(utterance)
+    speaker = _speaker(options, team, delivery, voice_of or utterance.speaker or team.settings.name, phrases)
+    samples, gain_db = delivery.level(speaker.render(phrases))
+    if gain_db < options.gain_db - HEARD_DB:
+        sys.stderr.write(f"hvcpctl: note: only {gain_db:+.1f} dB; more would clip\n")
     if options.output is not None:
         write_wav(options.output, samples)
     else:
@@ -32,3 +42,12 @@ def run(options: argparse.Namespace) -> int:
 
         play(samples, team.settings.audio.output_device)
     return 0
+
+
+def _speaker(
+    options: argparse.Namespace, team: Team, delivery: Delivery, name: str, phrases: tuple[tuple[str, ...], ...]
+) -> Speaker:
+    """The recorded voice that was asked for, or the named robot's."""
+    if options.voice is not None:
+        return recorded_voice(options.voice, (word for phrase in phrases for word in phrase), team.sound.lexicon)
+    return Speaker(delivery.voice(voice_for(name)), team.sound.lexicon, team.sound.cache)

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 
 from hvcpd.assembly import Sound
+from hvcpd.synthesis.homographs import Place
 from hvcpd.synthesis.speaker import PITCH_STEPS, Speaker, UnitPosition
 from hvcpd.synthesis.voices import voice_for
 
@@ -20,4 +21,5 @@ def rehearse(name: str, words: Iterable[str], sound: Sound) -> None:
     for word in words:
         for position in UnitPosition:
             for pitch in PITCH_STEPS:
-                speaker.unit(word, position, pitch)
+                for place in (None, *Place):
+                    speaker.unit(word, position, pitch, place)

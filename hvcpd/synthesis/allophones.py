@@ -29,7 +29,7 @@ def allophone(phones: Sequence[str], number: int) -> Phone:
         elif after and stress_of(after) == 0 and PHONES[after.rstrip("012")].kind is Kind.VOWEL:
             phone = replace(phone, aspiration_s=0.6 * phone.aspiration_s)
         elif not after:
-            phone = replace(phone, aspiration_s=0.035 if not phone.voiced else 0.0)
+            phone = replace(phone, aspiration_s=0.05 if not phone.voiced else 0.0, noise_db=phone.noise_db + 3.0)
         elif after and PHONES[after.rstrip("012")].kind in (Kind.STOP, Kind.FRICATIVE, Kind.NASAL):
             phone = replace(phone, aspiration_s=0.0, noise_db=phone.noise_db - 4.0)
     if base in ("K", "G", "NG"):

@@ -36,9 +36,6 @@ NASAL_ZERO_HZ = 450.0
 """The zero of a nasal murmur (Klatt 1980)."""
 
 
-HIATUS_S = 0.09
-"""How long each of two vowels moves towards the other: slower than any consonant, or "Zoe" is heard with an L in it."""
-
 NASAL_BEFORE_S = 0.08
 """How long before a nasal's closure the velum opens, at most (Cohn 1993)."""
 
@@ -156,7 +153,7 @@ def _transition_s(neighbour: Placed | None, item: Placed) -> float:
     if neighbour is None:
         return 0.0
     if item.phone.kind is Kind.VOWEL:
-        return HIATUS_S if neighbour.phone.kind is Kind.VOWEL else neighbour.phone.transition_s
+        return neighbour.phone.transition_s
     return min(0.03, item.phone.transition_s)
 
 
@@ -235,7 +232,8 @@ def _frications(placed: Sequence[Placed], scale: float) -> tuple[Frication, ...]
             events.append(Frication((a, a + 0.003, b - 0.02, b), (level - 20, level + 2, level, level - 30), bands))
         else:
             a = item.release_s
-            b = a + BURST_S + 0.4 * phone.aspiration_s
+            released = 0.4 if item is not placed[-1] else 0.8
+            b = a + BURST_S + released * phone.aspiration_s
             times = (a, a + 0.001, a + BURST_S, b + 0.01)
             events.append(Frication(times, (level - 20, level + 4, level, level - 25), bands))
     return tuple(events)

@@ -8,6 +8,7 @@ to the first vowel, since the words here are names and nouns. The rules stand in
 from __future__ import annotations
 
 import re
+import unicodedata
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
@@ -62,6 +63,9 @@ LONGEST = 45
 """Letters read as one word; a longer stretch is cut there, so that the time to read it grows in proportion. The longest
 word in English dictionaries (pneumonoultramicroscopicsilicovolcanoconiosis) has 45."""
 
+SPELT_BESIDE_DIGITS = 2
+"""Letters beside digits that are spelt, not read: C3PO ends in "P O", nova7 begins with "nova"."""
+
 _PART = re.compile(rf"[a-z]{{1,{LONGEST}}}|[0-9]")
 _DOUBLE = re.compile(r"(.)\1\1+")
 
@@ -69,12 +73,16 @@ _DOUBLE = re.compile(r"(.)\1\1+")
 def letter_to_sound(word: str) -> tuple[str, ...]:
     """A pronunciation of any word: ARPAbet phones, the first vowel stressed.
 
-    Digits are read one by one, and so are the letters of a stretch without a vowel (R2D2). Characters that are neither
-    ASCII letters nor digits are passed over; a word of nothing else gives no phones.
+    Digits are read one by one, and so are the letters of a stretch without a vowel and of a short one beside digits
+    (R2D2). Accents are taken off; characters that are neither Latin letters nor digits are passed over; a word of
+    nothing else gives no phones.
     """
     phones: list[str] = []
-    for part in _PART.findall(word.lower().replace("'", "")):
-        if part.isdigit() or not re.search(r"[aeiouy]", part) or len(part) == 1:
+    plain = "".join(c for c in unicodedata.normalize("NFKD", word) if not unicodedata.combining(c))
+    parts = _PART.findall(plain.lower().replace("'", ""))
+    for part in parts:
+        spelt = len(part) == 1 or (len(parts) > 1 and len(part) <= SPELT_BESIDE_DIGITS)
+        if part.isdigit() or spelt or not re.search(r"[aeiouy]", part):
             for letter in part:
                 phones += LETTER_NAMES[letter].split()
         else:

@@ -5,36 +5,24 @@ from __future__ import annotations
 import numpy as np
 
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
+from hvcpd.synthesis.loudness import SILENCE_LUFS, loudness_lufs
 
-ACTIVE_RMS = 0.1
-"""Level of the loud part of each word: -20 dBFS, which leaves room for vowels' crests."""
+TARGET_LUFS = -20.0
+"""Loudness of every word (BS.1770), so that words and voices are equally loud. Vowels' crests lie up to 15 dB above, so
+that the peaks keep clear of `PEAK`; broadcast's -23 LUFS (EBU R 128) would waste 3 dB against a robot's noise."""
 
 PEAK = 10.0 ** (-1.5 / 20.0)
 """No sample is larger: -1.5 dBFS, so that two overlapping fades stay below -1."""
 
-FRAME_SAMPLES = 320
-"""Stretch over which the level is taken: 20 ms."""
-
-ACTIVE_RANGE_DB = 15.0
-"""Frames this far below the loudest are silence, closures or weak consonants, and don't count."""
-
-
-def active_rms(sound: Samples) -> float:
-    """The rms of the frames within `ACTIVE_RANGE_DB` of the loudest one; 0 for silence."""
-    whole = len(sound) // FRAME_SAMPLES * FRAME_SAMPLES
-    frames = sound[:whole].reshape(-1, FRAME_SAMPLES).astype(np.float64)
-    power = np.mean(frames**2, axis=1) if len(frames) else np.zeros(1)
-    loud = power[power >= power.max() * 10.0 ** (-ACTIVE_RANGE_DB / 10.0)]
-    return float(np.sqrt(loud.mean()))
-
 
 def leveled(sound: Samples) -> Samples:
-    """The sound at `ACTIVE_RMS`, or lower where its peak would pass `PEAK`; without DC."""
+    """The sound at `TARGET_LUFS`, or lower where its peak would pass `PEAK`; without DC."""
     sound = sound - sound.mean(dtype=np.float64).astype(np.float32)
-    level = active_rms(sound)
-    if level <= 0.0:
+    begin, end = audible(sound)
+    loudness = loudness_lufs(sound[begin:end])
+    if loudness <= SILENCE_LUFS:
         return sound
-    gain = min(ACTIVE_RMS / level, PEAK / float(np.max(np.abs(sound))))
+    gain = min(10.0 ** ((TARGET_LUFS - loudness) / 20.0), PEAK / float(np.max(np.abs(sound))))
     return (sound * np.float32(gain)).astype(np.float32)
 
 

@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+import difflib
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 from pathlib import Path
 
 from hvcpd.errors import ConfigError
+from hvcpd.language.words import NUMBER_MAX, number_words
+from hvcpd.synthesis.homographs import Place
 from hvcpd.synthesis.letter_to_sound import letter_to_sound
 from hvcpd.synthesis.phones import ARPABET, is_vowel
 
@@ -14,12 +18,21 @@ Pronunciation = tuple[str, ...]
 
 BUILTIN_PATH = Path(__file__).with_name("lexicon.txt")
 
+_PLACES = {place.value: place for place in Place}
+
 
 @dataclass(frozen=True)
 class Lexicon:
-    """Words in lower case and their pronunciations, the preferred one first."""
+    """Words in lower case and their pronunciations, the preferred one first.
 
-    entries: dict[str, tuple[Pronunciation, ...]]
+    `places` has, for words whose pronunciation depends on their place in the phrase, the one of each place; `own` are
+    the words that a user's file gives, `path` that file.
+    """
+
+    entries: Mapping[str, tuple[Pronunciation, ...]]
+    places: Mapping[str, Mapping[Place, Pronunciation]] = field(default_factory=dict)
+    own: frozenset[str] = frozenset()
+    path: Path | None = None
 
     @classmethod
     def load(cls, extra: Path | None = None) -> Lexicon:
@@ -27,27 +40,45 @@ class Lexicon:
 
         Raises `ConfigError` naming every bad line of it, or that it cannot be read.
         """
-        entries = _read(BUILTIN_PATH)
-        if extra is not None:
-            entries |= _read(extra)
-        return cls(entries)
+        ours = _read(BUILTIN_PATH)
+        if extra is None:
+            return ours
+        theirs = _read(extra)
+        kept = {word: places for word, places in ours.places.items() if word not in theirs.entries}
+        own = frozenset(theirs.entries)
+        return cls({**ours.entries, **theirs.entries}, {**kept, **theirs.places}, own, extra)
 
     def pronunciations(self, word: str) -> tuple[Pronunciation, ...]:
         """Every known pronunciation of a word, the preferred one first; by rule when the lexicon lacks the word."""
         known = self.entries.get(word.lower())
-        return known if known else (letter_to_sound(word),)
+        return known if known else (self._read_out(word),)
 
-    def pronounce(self, word: str) -> Pronunciation:
-        """The preferred pronunciation. Empty only for a word without any letter or digit."""
-        return self.pronunciations(word)[0]
+    def pronounce(self, word: str, place: Place | None = None) -> Pronunciation:
+        """The pronunciation of that place in the phrase, if the word has one, or the preferred one.
+
+        Empty only for a word without any letter or digit.
+        """
+        found = self.places.get(word.lower(), {}).get(place) if place is not None else None
+        return found or self.pronunciations(word)[0]
+
+    def spoken(self, word: str) -> tuple[Pronunciation, ...]:
+        """The pronunciations that our voices may use, the preferred one first: one but for words with places."""
+        return tuple(dict.fromkeys((self.pronounce(word), *self.places.get(word.lower(), {}).values())))
+
+    def _read_out(self, word: str) -> Pronunciation:
+        """A whole number up to 99 as a number, all else by the letter-to-sound rules."""
+        if word.isascii() and word.isdecimal() and str(int(word[:9])) == word and int(word) <= NUMBER_MAX:
+            return tuple(phone for part in number_words(int(word)) for phone in self.pronounce(part))
+        return letter_to_sound(word)
 
 
-def _read(path: Path) -> dict[str, tuple[Pronunciation, ...]]:
+def _read(path: Path) -> Lexicon:
     try:
         text = path.read_text(encoding="utf-8")
-    except (OSError, UnicodeDecodeError) as error:
+    except (OSError, UnicodeDecodeError, ValueError) as error:
         raise ConfigError(f"{path}: cannot read this lexicon: {error}. Give a UTF-8 text file.") from error
     entries: dict[str, list[Pronunciation]] = {}
+    places: dict[str, dict[Place, Pronunciation]] = {}
     faults = []
     for number, line in enumerate(text.splitlines(), start=1):
         fields = line.partition("#")[0].split()
@@ -57,24 +88,32 @@ def _read(path: Path) -> dict[str, tuple[Pronunciation, ...]]:
         if fault:
             faults.append(f"{path}:{number}: {fault}")
             continue
-        word = fields[0].lower().partition("(")[0]
-        entries.setdefault(word, []).append(tuple(phone.upper() for phone in fields[1:]))
+        word, _, mark = fields[0].lower().partition("(")
+        phones = tuple(phone.upper() for phone in fields[1:])
+        entries.setdefault(word, []).append(phones)
+        if mark[:-1] in _PLACES:
+            places.setdefault(word, {})[_PLACES[mark[:-1]]] = phones
     if faults:
         raise ConfigError("\n".join(faults))
-    return {word: tuple(said) for word, said in entries.items()}
+    return Lexicon({word: tuple(dict.fromkeys(said)) for word, said in entries.items()}, places)
 
 
 def _fault(fields: list[str]) -> str:
     """What is wrong with the fields of one line; empty when nothing is."""
-    word = fields[0].partition("(")[0].replace("'", "")
-    if not (word.isascii() and word.isalnum()):
+    word, bracket, mark = fields[0].partition("(")
+    bare = word.replace("'", "")
+    if not (bare.isascii() and bare.isalnum()):
         return f"'{fields[0]}' is no word: write letters, digits and apostrophes"
+    if bracket and not (mark.endswith(")") and (mark[:-1].isdecimal() or mark[:-1].lower() in _PLACES)):
+        return f"'{fields[0]}': in brackets stands a number or a place: {', '.join(_PLACES)}"
     if len(fields) == 1:
         return f"no phones after '{fields[0]}': write for example 'rob R AA1 B'"
     for phone in fields[1:]:
         base = phone.upper().rstrip("012")
         if base not in ARPABET or len(phone) - len(base) > 1:
-            return f"unknown phone '{phone}': the phones are {' '.join(sorted(ARPABET))}"
+            near = difflib.get_close_matches(base, sorted(ARPABET), 1, cutoff=0.5)
+            meant = f"; did you mean {near[0]}?" if near else ""
+            return f"unknown phone '{phone}'{meant} The phones are {' '.join(sorted(ARPABET))}"
         if is_vowel(base) != (phone[-1] in "012"):
             return f"phone '{phone}': a vowel takes a stress digit 0, 1 or 2, a consonant none"
     return ""

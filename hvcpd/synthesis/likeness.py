@@ -75,6 +75,6 @@ MAX_VARIANTS = 8
 def _spoken(phrase: str, lexicon: Lexicon) -> list[tuple[str, ...]]:
     variants: list[tuple[str, ...]] = [()]
     for word in phrase.split():
-        known = lexicon.pronunciations(word) or (lexicon.pronounce(word),)
+        known = lexicon.pronunciations(word)
         variants = [before + phones for before in variants for phones in known][:MAX_VARIANTS]
     return variants

@@ -10,9 +10,10 @@ import numpy as np
 
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 from hvcpd.synthesis.articulation import LEAD_S, controls_for
+from hvcpd.synthesis.homographs import Place, place_in
 from hvcpd.synthesis.klatt import synthesize
 from hvcpd.synthesis.leveling import audible, fade, leveled
-from hvcpd.synthesis.lexicon import Lexicon
+from hvcpd.synthesis.lexicon import Lexicon, Pronunciation
 from hvcpd.synthesis.unit_cache import UnitCache
 from hvcpd.synthesis.voices import Voice
 
@@ -61,23 +62,26 @@ class Speaker:
         self.voice = voice
         self._lexicon = lexicon
         self._cache = cache
-        self._units: dict[tuple[str, UnitPosition, float], Samples] = {}
+        self._units: dict[tuple[Pronunciation, UnitPosition, float], Samples] = {}
 
-    def unit(self, word: str, position: UnitPosition, pitch: float = 1.0) -> Samples:
+    def unit(self, word: str, position: UnitPosition, pitch: float = 1.0, place: Place | None = None) -> Samples:
         """One word as sound, shape (n,), read-only; `pitch` multiplies the voice's pitch.
 
-        A word without letters or digits gives an empty unit.
+        `place` chooses among the pronunciations of such as "wind". A word without letters or digits gives an
+        empty unit.
         """
-        key = (word.lower(), position, pitch)
+        return self._said(self._lexicon.pronounce(word, place), position, pitch)
+
+    def _said(self, phones: Pronunciation, position: UnitPosition, pitch: float = 1.0) -> Samples:
+        key = (phones, position, pitch)
         if key not in self._units:
             unit = self._make(key)
             unit.flags.writeable = False
             self._units[key] = unit
         return self._units[key]
 
-    def _make(self, key: tuple[str, UnitPosition, float]) -> Samples:
-        word, position, pitch = key
-        phones = self._lexicon.pronounce(word)
+    def _make(self, key: tuple[Pronunciation, UnitPosition, float]) -> Samples:
+        phones, position, pitch = key
         if not phones:
             return np.zeros(0, dtype=np.float32)
 
@@ -92,11 +96,15 @@ class Speaker:
     def templates(self, word: str) -> list[Samples]:
         """The renderings of a word that `render` uses, medial and final, at the voice's own pitch.
 
-        Without the outer half of each joint: there a sentence has the neighbouring word's sound too.
+        Of every pronunciation that a phrase may ask for. Without the outer half of each joint: there a sentence has the
+        neighbouring word's sound too.
         """
         edge = round(LEAD_S * SAMPLE_RATE_HZ)
-        medial, final = self.unit(word, UnitPosition.MEDIAL), self.unit(word, UnitPosition.FINAL)
-        return [medial[edge : len(medial) - edge], final[edge:]]
+        found = []
+        for phones in self._lexicon.spoken(word):
+            medial, final = self._said(phones, UnitPosition.MEDIAL), self._said(phones, UnitPosition.FINAL)
+            found += [medial[edge : len(medial) - edge], final[edge:]]
+        return found
 
     def render(self, phrases: Sequence[Sequence[str]]) -> Samples:
         """A sentence as sound, float32 at 16 kHz: groups of words, between which the speaker pauses."""
@@ -104,12 +112,16 @@ class Speaker:
 
     def render_marked(self, phrases: Sequence[Sequence[str]]) -> Rendered:
         """The same, with the place of every word."""
-        spoken = [(word, place == len(phrase)) for phrase in phrases for place, word in enumerate(phrase, start=1)]
+        spoken = [
+            (word, number == len(phrase) - 1, place_in(phrase, number))
+            for phrase in phrases
+            for number, word in enumerate(phrase)
+        ]
         pieces: list[tuple[str, int, Samples]] = []
         cursor, after_pause = 0, True
-        for number, (word, final) in enumerate(spoken):
+        for number, (word, final, place) in enumerate(spoken):
             pitch = PITCH_STEPS[min(len(PITCH_STEPS) - 1, len(PITCH_STEPS) * number // len(spoken))]
-            unit = self.unit(word, UnitPosition.FINAL if final else UnitPosition.MEDIAL, pitch)
+            unit = self.unit(word, UnitPosition.FINAL if final else UnitPosition.MEDIAL, pitch, place)
             if not len(unit):
                 continue
             if after_pause:

@@ -10,8 +10,9 @@ from hypothesis import strategies as st
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 from hvcpd.synthesis.articulation import LEAD_S
 from hvcpd.synthesis.durations import durations_s
-from hvcpd.synthesis.leveling import active_rms, audible, fade, leveled
+from hvcpd.synthesis.leveling import TARGET_LUFS, audible, fade, leveled
 from hvcpd.synthesis.lexicon import Lexicon
+from hvcpd.synthesis.loudness import loudness_lufs
 from hvcpd.synthesis.speaker import PAUSE_S, Speaker, UnitPosition
 from hvcpd.synthesis.voices import VOICES, voice_named
 from tests.synthesis.sounds import pitch_hz, rms_db
@@ -60,11 +61,13 @@ def test_a_sentence_is_playable_and_quiet_at_both_ends(voice: object) -> None:
 
 
 @pytest.mark.parametrize("voice", VOICES, ids=lambda voice: voice.name)
-def test_words_are_of_equal_level(voice: object) -> None:
+def test_words_and_sentences_are_equally_loud(voice: object) -> None:
+    """Within 1 LU of one loudness, by BS.1770; a word as one hears it, without the silence of its joints."""
     speaker = Speaker(voice, LEXICON)  # type: ignore[arg-type]
-    levels = [20.0 * np.log10(active_rms(speaker.unit(word, UnitPosition.MEDIAL))) for word in WORDS]
-    assert max(levels) - min(levels) < 3.0
-    assert float(np.mean(levels)) == pytest.approx(-20.0, abs=1.5)
+    units = [speaker.unit(word, UnitPosition.FINAL) for word in WORDS]
+    sounds = [unit[slice(*audible(unit))] for unit in units] + [speaker.render(SENTENCE)]
+    for sound in sounds:
+        assert loudness_lufs(sound) == pytest.approx(TARGET_LUFS, abs=1.0)
 
 
 @pytest.mark.parametrize("voice", VOICES, ids=lambda voice: voice.name)
@@ -178,7 +181,7 @@ def test_leveling_takes_out_dc_and_bounds_the_peak() -> None:
     loud = (0.9 * rng.standard_normal(16000) + 0.3).astype(np.float32)
     out = leveled(loud)
     assert abs(float(out.mean())) < 1e-4
-    assert active_rms(out) == pytest.approx(0.1, rel=0.02)
+    assert loudness_lufs(out) == pytest.approx(TARGET_LUFS, abs=0.1)
     click = np.zeros(16000, np.float32)
     click[8000] = 0.5
     assert float(np.max(np.abs(leveled(click)))) <= 10.0 ** (-1.5 / 20.0) + 1e-3

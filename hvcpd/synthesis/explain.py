@@ -1,0 +1,102 @@
+"""Every known pronunciation of a word, which one is said, and why."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from hvcpd.synthesis.homographs import Place, place_in
+from hvcpd.synthesis.lexicon import Lexicon, Pronunciation
+from hvcpd.synthesis.phones import PHONES, Kind, is_vowel
+
+PLACE_WORDS = {
+    Place.VERB: "a verb: it begins the phrase, or follows 'will', 'cannot' or 'to'",
+    Place.NOUN: "a noun: it follows 'the', 'a' or 'my'",
+    Place.PAST: "a participle: it follows 'have'",
+}
+
+
+@dataclass(frozen=True)
+class Known:
+    """One pronunciation of a word: where it is from, where in a phrase it belongs, and whether it is said now."""
+
+    phones: Pronunciation
+    source: str
+    place: Place | None
+    used: bool
+    why: str
+
+
+def explain(words: Sequence[str], number: int, lexicon: Lexicon, builtin: Lexicon) -> list[Known]:
+    """What is known of the word at `number` of a phrase; exactly one of them is used.
+
+    `builtin` is the lexicon without the user's file: its pronunciations that the file replaces are told as well.
+    """
+    word = words[number].lower()
+    place = place_in(words, number)
+    said = lexicon.pronounce(word, place)
+    places = {phones: at for at, phones in lexicon.places.get(word, {}).items()}
+    in_lexicon = word in lexicon.entries
+    source = "your lexicon" if word in lexicon.own else "built-in lexicon" if in_lexicon else "letter-to-sound rules"
+    if not in_lexicon and word.isdecimal():
+        source = "read as a number"
+    known = []
+    for phones in lexicon.pronunciations(word):
+        used = phones == said
+        at = places.get(phones)
+        if used and place is not None and at is place:
+            why = f"here it is {PLACE_WORDS[place]}"
+        elif used and not in_lexicon:
+            why = "no lexicon has the word"
+        elif used:
+            why = "the only one listed" if len(lexicon.pronunciations(word)) == 1 else "listed first"
+        else:
+            why = f"said where it is {PLACE_WORDS[at]}" if at else "listed later"
+        known.append(Known(phones, source, at, used, why))
+    if word in lexicon.own:
+        replaced = [phones for phones in builtin.pronunciations(word) if phones not in lexicon.pronunciations(word)]
+        before = "built-in lexicon" if word in builtin.entries else "letter-to-sound rules"
+        known += [Known(phones, before, None, False, "your lexicon stands over it") for phones in replaced]
+    return known
+
+
+_VOWELS = {
+    "AA": "ah", "AE": "a", "AH": "uh", "AO": "aw", "AW": "ow", "AY": "eye", "EH": "eh", "ER": "er", "EY": "ay",
+    "IH": "i", "IY": "ee", "OW": "oh", "OY": "oy", "UH": "uu", "UW": "oo",
+}  # fmt: skip
+_CONSONANTS = {"HH": "h", "JH": "j"}
+
+
+def respelled(phones: Sequence[str]) -> str:
+    """A pronunciation for people who read no ARPAbet: POL-ish style, syllables apart, the stressed ones in capitals."""
+    syllables: list[list[str]] = [[]]
+    for number, phone in enumerate(phones):
+        if is_vowel(phone) and any(is_vowel(p) for p in syllables[-1]):
+            onset = _onset(phones, number)
+            tail = syllables[-1][len(syllables[-1]) - onset :]
+            syllables[-1] = syllables[-1][: len(syllables[-1]) - onset]
+            syllables.append(tail)
+        syllables[-1].append(phone)
+    return "-".join(_letters(syllable, alone=len(syllables) == 1) for syllable in syllables)
+
+
+def _onset(phones: Sequence[str], vowel: int) -> int:
+    """How many consonants before a vowel begin its syllable."""
+    run = 0
+    while run < vowel and not is_vowel(phones[vowel - run - 1]):
+        run += 1
+    if run >= 2 and PHONES[phones[vowel - 1]].kind is Kind.GLIDE:
+        return (
+            3
+            if run >= 3 and phones[vowel - 3] == "S"
+            else 2
+            if PHONES[phones[vowel - 2]].kind in (Kind.STOP, Kind.FRICATIVE)
+            else 1
+        )
+    return min(run, 1)
+
+
+def _letters(syllable: Sequence[str], alone: bool) -> str:
+    text = "".join(_VOWELS.get(p.rstrip("012")) or _CONSONANTS.get(p, p.lower()) for p in syllable)
+    stressed = any(phone.endswith("1") for phone in syllable)
+    return text.upper() if stressed and not alone else text
