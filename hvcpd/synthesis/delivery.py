@@ -22,7 +22,7 @@ LOMBARD_RATE = 0.85
 LOMBARD_PITCH = 1.1
 """And higher, by one to three semitones (Junqua 1993; Lu and Cooke, JASA 124, 2008)."""
 
-LOMBARD_TILT = 1.7
+LOMBARD_TILT = 2.2
 """And with a flatter spectrum, the one change that helps listeners by itself (Lu and Cooke, *Speech Communication* 51,
 2009): the source's low-pass moves up by so much."""
 

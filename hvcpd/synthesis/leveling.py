@@ -18,12 +18,15 @@ PEAK = 10.0 ** (-1.5 / 20.0)
 def leveled(sound: Samples) -> Samples:
     """The sound at `TARGET_LUFS`, or lower where its peak would pass `PEAK`; without DC."""
     sound = sound - sound.mean(dtype=np.float64).astype(np.float32)
-    begin, end = audible(sound)
-    loudness = loudness_lufs(sound[begin:end])
+    return (sound * level_gain(sound[slice(*audible(sound))])).astype(np.float32)
+
+
+def level_gain(sound: Samples) -> np.float32:
+    """The factor that brings a sound to `TARGET_LUFS`, or as near as `PEAK` allows; 1 for silence."""
+    loudness = loudness_lufs(sound)
     if loudness <= SILENCE_LUFS:
-        return sound
-    gain = min(10.0 ** ((TARGET_LUFS - loudness) / 20.0), PEAK / float(np.max(np.abs(sound))))
-    return (sound * np.float32(gain)).astype(np.float32)
+        return np.float32(1.0)
+    return np.float32(min(10.0 ** ((TARGET_LUFS - loudness) / 20.0), PEAK / float(np.max(np.abs(sound)))))
 
 
 def fade(sound: Samples, fade_s: float) -> Samples:

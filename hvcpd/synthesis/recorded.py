@@ -42,8 +42,10 @@ def prepared(sound: Samples) -> Samples:
     Empty if nothing is to be heard in it.
     """
     sound = np.nan_to_num(np.asarray(sound, dtype=np.float32))
+    if len(sound):
+        sound = sound - sound.mean(dtype=np.float64).astype(np.float32)  # or a converter's DC would count as sound
     begin, end = audible(sound)
-    if end <= begin or not np.any(sound[begin:end]):
+    if end <= begin or np.ptp(sound[begin:end]) <= 0.0:
         return np.zeros(0, dtype=np.float32)
     lead = round(LEAD_S * SAMPLE_RATE_HZ)
     padded = np.pad(sound, (lead, lead))[begin : end + 2 * lead]

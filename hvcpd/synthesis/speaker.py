@@ -12,7 +12,7 @@ from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 from hvcpd.synthesis.articulation import LEAD_S, controls_for
 from hvcpd.synthesis.homographs import Place, place_in
 from hvcpd.synthesis.klatt import synthesize
-from hvcpd.synthesis.leveling import audible, fade, leveled
+from hvcpd.synthesis.leveling import audible, fade, level_gain, leveled
 from hvcpd.synthesis.lexicon import Lexicon, Pronunciation
 from hvcpd.synthesis.unit_cache import UnitCache
 from hvcpd.synthesis.voices import Voice
@@ -136,4 +136,5 @@ class Speaker:
         out = np.zeros(length, dtype=np.float32)
         for _, start, unit in pieces:
             out[start : start + len(unit)] += unit
+        out *= level_gain(out)  # joints and pauses change the loudness of the whole by up to 1.5 LU
         return Rendered(out, tuple(WordMark(word, start, start + len(unit)) for word, start, unit in pieces))
