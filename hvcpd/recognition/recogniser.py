@@ -64,8 +64,8 @@ class RecogniserSettings:
     """A sentence must follow silence: half-way between noise and speech in the 250 ms before it."""
     confidence: ConfidenceCurve = field(default_factory=ConfidenceCurve)
     min_gain: float = 16.0
-    """What a sentence must fit better than the filler, in all: in noise alone words do by 4 at most, in people talking to
-    each other, where the words also fit well, by 10 (18 minutes, `benchmarks/rejection.py`)."""
+    """What a sentence must fit better than the filler, in all. In noise alone words do by 4 at most; in people's talk
+    to each other, where words fit well, by 10 (18 minutes, `benchmarks/rejection.py`)."""
 
 
 class Recogniser:
