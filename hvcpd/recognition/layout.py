@@ -23,8 +23,8 @@ class Layout:
     """Stretches ascending by `pair` = rung * n_chains + chain, and their states.
 
     For each pair (n_pairs): `low` and `high`, its template's frames low up to high; `begin`, its first state.
-    For each state (n_states): `key`, ascending and the same in all layouts; `row`, its frame in the template bank;
-    `first_row` and `last_row`, those of its template. States of rung r are `rung_begins[r]` up to `rung_begins[r + 1]`.
+    For each state (n_states): `key`, ascending and the same in all layouts; `row`, its frame in the template bank.
+    States of rung r are `rung_begins[r]` up to `rung_begins[r + 1]`.
     Open pairs, followed from their first frame: `entry`, the state where sentences enter, `source`, rung * n_nodes +
     node. Ending pairs, followed to their last frame: `ends`, which pairs, `last`, that state, `end_chain` and `target`,
     rung * n_nodes + node.
@@ -36,8 +36,6 @@ class Layout:
     begin: Index
     key: Index
     row: Index
-    first_row: Index
-    last_row: Index
     rung_begins: tuple[int, ...]
     entry: Index
     source: Index
@@ -71,8 +69,6 @@ def lay_out(network: Network, n_rungs: int, pair: Index, low: Index, high: Index
         begin,
         np.repeat(pair * (network.longest + AHEAD), size) + frame + AHEAD,
         first_row + np.maximum(frame, 0),
-        first_row,
-        first_row + np.repeat(length - 1, size),
         tuple(int(bound) for bound in bounds),
         begin[is_open] + AHEAD - 1,
         (node + network.source_node[chain])[is_open],

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hvcpd.recognition.frontend import N_BANDS, N_FEATURES, Energies, Features
-from hvcpd.recognition.layout import Layout, common_states
+from hvcpd.recognition.layout import Layout
 from hvcpd.recognition.templates import Noise, TemplateBank, noise_features
 
 LEVEL_FRAMES = 7
@@ -45,7 +45,8 @@ class Scorer:
         self._codebook = np.unique(np.linspace(0, bank.n_frames - 1, CODEBOOK_FRAMES).astype(np.intp))
         self._codebook_features = np.zeros((0, N_FEATURES), np.float32)
         self._codebook_norms = np.zeros(0, np.float32)
-        self._layout: Layout | None = None
+        self._composed = np.zeros((len(ladder_db), bank.n_frames, N_FEATURES), np.float32)
+        self._is_composed = np.zeros((len(ladder_db), bank.n_frames), np.bool_)
         self._features = np.zeros((0, N_FEATURES), np.float32)
         self._norms = np.zeros(0, np.float32)
         self._noise_features = np.zeros(N_FEATURES, np.float32)
@@ -86,28 +87,24 @@ class Scorer:
             return
         self._noise = noise.copy()
         self._gain = gain
-        self._layout = None
+        self._is_composed.fill(False)
         self._noise_features = noise_features(noise)
-        ends = self._bank.first_row[self._codebook], self._bank.last_row[self._codebook]
-        self._codebook_features = self._bank.compose(self._codebook, ends, noise, gain)
+        self._codebook_features = self._bank.compose(self._codebook, noise, gain)
         self._codebook_norms = _norms(self._codebook_features)
 
     def follow(self, layout: Layout) -> None:
-        """Have the features of this layout's states at hand."""
-        if layout is self._layout:
-            return
+        """Have the features of this layout's states at hand; templates are composed when first needed."""
         features = np.empty((layout.n_states, N_FEATURES), np.float32)
-        missing = np.ones(layout.n_states, np.bool_)
-        if self._layout is not None:
-            were, are = common_states(self._layout, layout)
-            features[are] = self._features[were]
-            missing[are] = False
         for rung, step in enumerate(self._ladder):
             begin, end = layout.rung_begins[rung : rung + 2]
-            wanted = begin + np.flatnonzero(missing[begin:end])
-            ends = layout.first_row[wanted], layout.last_row[wanted]
-            features[wanted] = self._bank.compose(layout.row[wanted], ends, self._noise, self._gain * float(step))
-        self._features, self._norms, self._layout = features, _norms(features), layout
+            wanted = np.zeros(self._bank.n_frames, np.bool_)
+            wanted[layout.row[begin:end]] = True
+            new = np.flatnonzero(wanted & ~self._is_composed[rung])
+            if len(new):
+                self._composed[rung, new] = self._bank.compose(new, self._noise, self._gain * float(step))
+                self._is_composed[rung, new] = True
+            np.take(self._composed[rung], layout.row[begin:end], axis=0, out=features[begin:end])
+        self._features, self._norms = features, _norms(features)
 
     def score(self, features: Features) -> Scores:
         """Euclidean distances of `features` (n, N_FEATURES) to every state, the noise and the cohort."""

@@ -95,17 +95,14 @@ class TemplateBank:
         self.first_row = np.concatenate([np.full(t.length, t.first) for t in templates])
         self.last_row = self.first_row + np.concatenate([np.full(t.length, t.length - 1) for t in templates])
 
-    def compose(
-        self, rows: NDArray[np.intp], ends: tuple[NDArray[np.intp], NDArray[np.intp]], noise: Noise, gain: float
-    ) -> Features:
+    def compose(self, rows: NDArray[np.intp], noise: Noise, gain: float) -> Features:
         """Features, shape (n, N_FEATURES), of the frames `rows` at power `gain` in `noise` (N_BANDS,).
 
-        `ends` are the first and last rows of each frame's template, which are held beyond them.
+        Templates are held beyond their first and last frames.
         """
         out = np.empty((len(rows), N_FEATURES), np.float32)
-        used, where = np.unique(
-            np.concatenate([np.clip(rows + offset, *ends) for offset in OFFSETS]), return_inverse=True
-        )
+        first, last = self.first_row[rows], self.last_row[rows]
+        used, where = np.unique([np.clip(rows + offset, first, last) for offset in OFFSETS], return_inverse=True)
         c = cepstra_of(self.energies[used] * np.float32(gain) + noise)
         before2, before1, out[:, :N_CEPSTRA], after1, after2 = (c[at] for at in where.reshape(len(OFFSETS), -1))
         out[:, N_CEPSTRA:] = deltas_of(before2, before1, after1, after2)
