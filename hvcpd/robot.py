@@ -33,6 +33,8 @@ class Ears(Protocol):
 
     def push(self, samples: Samples, masked: bool = False) -> list[HearingEvent]: ...
 
+    def lost(self, n_samples: int) -> list[HearingEvent]: ...
+
 
 class Mouth(Protocol):
     """The synthesizer, as the robot needs it."""
@@ -148,15 +150,17 @@ class Robot:
     def speaking(self) -> bool:
         return self._speaking
 
-    def step(self, heard: Samples, reading: WheelReading | None) -> RobotOutput:
+    def step(self, heard: Samples, reading: WheelReading | None, lost: int | None = None) -> RobotOutput:
         """Live for one block.
 
         `heard`: shape (n,), float32, what the microphone gave; `reading`: of the wheels, None if they were not
-        read. The sound that comes back has the same shape and is to be played over the next block.
+        read; `lost`: so many samples before this block never came, 0 if it is unknown how many, None if all came. The
+        sound that comes back has the same shape and is to be played over the next block.
         """
+        gap_events = self._skip(lost) if lost is not None else []
         self._finish_speaking()
         masked = self._speaking or self.now < self._masked_until_s
-        events = self._ears.push(heard, masked=masked)
+        events = gap_events + self._ears.push(heard, masked=masked)
         self._n_heard += len(heard)
         now = self.now
         if reading is not None:
@@ -172,6 +176,13 @@ class Robot:
         halted = self._act(now)
         records, self._records = tuple(self._records), []
         return RobotOutput(self._next_sound(len(heard)), STANDSTILL if halted else wheels, records)
+
+    def _skip(self, lost: int) -> list[HearingEvent]:
+        """Time goes on; the own words wait, for nothing is played in place of sound that was not handed out."""
+        self._n_heard += lost
+        if self._speaking:
+            self._spoke_until_s += lost / SAMPLE_RATE_HZ
+        return self._ears.lost(lost)
 
     def _finish_speaking(self) -> None:
         if self._speaking and self._position >= len(self._speech) and self.now >= self._spoke_until_s:

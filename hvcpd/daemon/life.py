@@ -74,9 +74,14 @@ class Daemon:
 
     async def _live(self, robot: Robot, stream: SoundStream) -> None:
         told_s = 0.0
+        counted = stream.counters
         while True:
             heard = await stream.read()
-            output = robot.step(heard, self._wheels.take_reading() if self._wheels is not None else None)
+            before, counted = counted, stream.counters
+            lost = counted.input_dropped - before.input_dropped
+            gap = lost > 0 or counted.card_overflows > before.card_overflows
+            reading = self._wheels.take_reading() if self._wheels is not None else None
+            output = robot.step(heard, reading, lost if gap else None)
             if self._wheels is not None:
                 self._wheels.serve(output.wheels, robot.now)  # first of all: a halt is not to wait
             stream.write(output.sound)

@@ -28,6 +28,8 @@ RECENT_FRAMES = 120
 """1.2 s of frames are kept to be replayed into the network when it wakes."""
 POWER_FRAMES = 2048
 """20 s of frame powers are kept for the signal-to-noise ratio of a sentence."""
+UNHEARD_LEAD_FRAMES = 28
+"""A sentence this soon (0.28 s, as long as its lead-in is judged) after lost sound may be the end of a longer one."""
 
 
 @dataclass(frozen=True)
@@ -95,6 +97,7 @@ class Recogniser:
         self._power_weights = power_weights()
         self._speech_power = np.zeros(POWER_FRAMES)
         self._noise_power = np.zeros(POWER_FRAMES)
+        self._lost_until = -UNHEARD_LEAD_FRAMES
 
     @property
     def busy(self) -> bool:
@@ -106,6 +109,20 @@ class Recogniser:
         events: list[Event] = []
         for chunk in self._stream.push(np.asarray(samples).reshape(-1), masked):
             events += self._take(chunk)
+        return events
+
+    def lost(self, n_samples: int) -> list[Event]:
+        """Time goes on by `n_samples` that were lost before they came here, 0 if nobody knows how many.
+
+        Whoever was speaking is garbled, and so is a sentence that seems to begin right after the gap: it may be the
+        end of a longer one. Raises ValueError for a negative number.
+        """
+        if n_samples < 0:
+            raise ValueError(f"{n_samples} samples cannot be lost")
+        events = self._interrupt(self._stream.next_frame)
+        for chunk in self._stream.lose(n_samples):
+            events += self._take(chunk)
+        self._lost_until = self._stream.next_frame + CHUNK_FRAMES
         return events
 
     def flush(self) -> list[Event]:
@@ -206,6 +223,8 @@ class Recogniser:
 
     def _judge(self, sentence: Sentence) -> Recognised | None:
         s = self._settings
+        if sentence.steps[0].start_frame < self._lost_until + UNHEARD_LEAD_FRAMES:
+            return None
         confidence = self._confidence(sentence)
         if confidence < s.min_confidence or sentence.lead_in > s.max_lead_in or sentence.cost > -s.min_gain:
             return None

@@ -14,6 +14,8 @@ CHUNK_FRAMES = 4
 """40 ms: fewer and longer vector operations, at a delay that listen-before-talk can bear."""
 CHUNK_SAMPLES = CHUNK_FRAMES * HOP_SAMPLES
 _NEEDED_SAMPLES = CHUNK_SAMPLES - HOP_SAMPLES + WINDOW_SAMPLES
+_DRAIN_CHUNKS = 2
+"""So many chunks hold more samples than the stream ever keeps."""
 _SLICE_SAMPLES = 16_000
 """A long block is worked through in slices of 1 s, which bounds memory."""
 
@@ -49,6 +51,14 @@ class FrameStream:
             self._samples = np.concatenate([self._samples, part])
             self._masked = np.concatenate([self._masked, np.full(len(part), masked)])
             yield from self._chunks()
+
+    def lose(self, n_samples: int) -> Iterator[Chunk]:
+        """Let time go on by samples that nobody heard, as `push` of masked silence, in bounded time and memory."""
+        whole = max(n_samples // CHUNK_SAMPLES - _DRAIN_CHUNKS, 0)
+        yield from self.push(np.zeros(min(n_samples, _DRAIN_CHUNKS * CHUNK_SAMPLES), np.float32), masked=True)
+        self.next_frame += whole * CHUNK_FRAMES  # what the stream still keeps is masked silence, here as there
+        remaining = n_samples - (whole + _DRAIN_CHUNKS) * CHUNK_SAMPLES
+        yield from self.push(np.zeros(max(remaining, 0), np.float32), masked=True)
 
     def _chunks(self) -> Iterator[Chunk]:
         used = 0

@@ -1,0 +1,121 @@
+"""What the decoder's tokens point to, and which states it follows."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from hvcpd.recognition.lattice import CAPACITY, PAUSE, Lattice, token_of_start
+from hvcpd.recognition.layout import AHEAD, Layout, common_states, lay_out
+from hvcpd.recognition.network import Network
+from hvcpd.recognition.templates import TemplateBank
+from tests.recognition.signals import graph, templates
+
+N_RUNGS = 3
+NET = Network(graph(), TemplateBank(templates()))
+
+
+def one(value: float, kind: type = np.float32) -> np.ndarray:
+    return np.array([value], kind)
+
+
+@pytest.mark.parametrize("frame", [0, 1, 8_640_000])
+def test_a_negative_token_is_the_beginning_of_a_sentence(frame: int) -> None:
+    token = one(token_of_start(frame), np.int32)
+    assert Lattice().start_of(token)[0] == frame
+    assert Lattice().frame_of(token)[0] == frame - 1
+    assert Lattice().trace(int(token[0])) == []
+
+
+@settings(max_examples=50, deadline=None)
+@given(
+    st.integers(0, 8_640_000),
+    st.lists(st.tuples(st.integers(1, 60), st.booleans(), st.floats(-20, 5)), min_size=1, max_size=9),
+)
+def test_a_path_is_traced_as_it_was_recorded(begin: int, parts: list[tuple[int, bool, float]]) -> None:
+    lattice = Lattice()
+    token, frame, total = one(token_of_start(begin), np.int32), begin - 1, 0.0
+    said = []
+    for number, (length, is_pause, cost) in enumerate(parts):
+        start, frame, total = frame + 1, frame + length, total + cost
+        chain = PAUSE if is_pause else number
+        token = lattice.add(frame, chain, token, one(total), one(total + 2.0))
+        if not is_pause:
+            said.append((number, start, frame + 1, cost))
+    steps = lattice.trace(int(token[0]))
+    assert [(s.chain, s.start_frame, s.end_frame) for s in steps] == [s[:3] for s in said]
+    assert [s.cost for s in steps] == pytest.approx([s[3] for s in said], abs=1e-3)
+    assert [s.margin for s in steps] == pytest.approx([2.0] * len(steps), abs=1e-3)
+    assert lattice.start_of(token)[0] == begin
+    assert lattice.frame_of(token)[0] == frame
+
+
+def test_the_ring_keeps_the_newest_and_warns_before_it_overwrites() -> None:
+    lattice = Lattice()
+    n = 1 << 12
+    oldest = []
+    kept: dict[int, int] = {}
+    for frame in range(2 * CAPACITY // n + 3):
+        starts = np.full(n, token_of_start(frame), np.int32)
+        tokens = lattice.add(frame, 0, starts, np.zeros(n, np.float32), np.zeros(n, np.float32))
+        kept[frame] = int(tokens[0])
+        oldest.append(lattice.oldest_frame())
+    assert oldest[: CAPACITY // n - 1] == [-1] * (CAPACITY // n - 1)
+    assert oldest == sorted(oldest)
+    last = len(oldest) - 1
+    assert last - oldest[-1] == pytest.approx(7 / 8 * CAPACITY / n, abs=2)
+    for frame in range(oldest[-1] + 1, last + 1):
+        assert lattice.frame_of(one(kept[frame], np.int32))[0] == frame
+
+
+@st.composite
+def layouts(draw: st.DrawFn) -> Layout:
+    """Some stretches of the test network."""
+    pairs = sorted(draw(st.sets(st.integers(0, N_RUNGS * NET.n_chains - 1), max_size=12)))
+    length = [int(NET.length[p % NET.n_chains]) for p in pairs]
+    low = [draw(st.integers(0, n - 1)) for n in length]
+    high = [draw(st.integers(at + 1, n)) for at, n in zip(low, length, strict=True)]
+    return lay_out(NET, N_RUNGS, *(np.array(a, np.intp) for a in (pairs, low, high)))
+
+
+@settings(max_examples=80, deadline=None)
+@given(layouts())
+def test_every_state_is_where_it_belongs(layout: Layout) -> None:
+    sizes = layout.high - layout.low + AHEAD
+    assert layout.n_states == sizes.sum()
+    assert (np.diff(layout.key) > 0).all()
+    assert layout.rung_begins[0] == 0
+    assert layout.rung_begins[-1] == layout.n_states
+    for k, pair in enumerate(layout.pair):
+        rung, chain = divmod(int(pair), NET.n_chains)
+        states = np.arange(layout.begin[k], layout.begin[k] + sizes[k])
+        assert layout.rung_begins[rung] <= states[0]
+        assert states[-1] < layout.rung_begins[rung + 1]
+        frames = np.maximum(np.arange(layout.low[k] - AHEAD, layout.high[k]), 0)
+        assert (layout.row[states] == NET.first_row[chain] + frames).all()
+        assert (layout.first_row[states] == NET.first_row[chain]).all()
+        assert (layout.last_row[states] == NET.first_row[chain] + NET.length[chain] - 1).all()
+
+
+@settings(max_examples=80, deadline=None)
+@given(layouts())
+def test_open_pairs_have_an_entry_and_ending_pairs_an_end(layout: Layout) -> None:
+    opened, ending = layout.low == 0, layout.high == NET.length[layout.pair % NET.n_chains]
+    rung, chain = np.divmod(layout.pair, NET.n_chains)
+    assert (layout.entry == layout.begin[opened] + 1).all()
+    assert (layout.source == (rung * NET.n_nodes + NET.source_node[chain])[opened]).all()
+    assert (layout.ends == np.flatnonzero(ending)).all()
+    assert (layout.row[layout.last] == layout.last_row[layout.last]).all()
+    assert (layout.target == (rung * NET.n_nodes + NET.target_node[chain])[ending]).all()
+    assert (layout.end_chain == chain[ending]).all()
+
+
+@settings(max_examples=80, deadline=None)
+@given(layouts(), layouts())
+def test_states_that_two_layouts_share_are_found_and_no_others(old: Layout, new: Layout) -> None:
+    were, are = common_states(old, new)
+    assert (old.key[were] == new.key[are]).all()
+    assert (old.row[were] == new.row[are]).all()
+    assert set(new.key[~are]).isdisjoint(old.key)
