@@ -140,9 +140,7 @@ def search(net: Network, given_input: Input) -> Path:
         if frame == 0:
             return NONE
         others = [r for r in (rung - 1, rung + 1) if 0 <= r < N_RUNGS]
-        return min(
-            leaving(frame - 1, rung, node), *(more(leaving(frame - 1, r, node), STEPS.rung) for r in others)
-        )
+        return min(leaving(frame - 1, rung, node), *(more(leaving(frame - 1, r, node), STEPS.rung) for r in others))
 
     n_frames = len(given_input.distances)
     for frame in range(n_frames):  # fills the caches from the front, or the recursion would be too deep

@@ -1,9 +1,9 @@
 """One column of dynamic time warping, cell by cell.
 
-The sequences are those of the worked example in M. Müller, "Fundamentals of Music Processing" (Springer 2015), chapter 3:
-X = (1, 3, 9, 2, 1) and Y = (2, 0, 0, 8, 7, 2) with the distance |x - y|, whose accumulated cost matrix is printed there.
-The book's steps are (1, 0), (0, 1) and (1, 1); ours are asymmetric, because every frame of the input counts once: with
-the template X along the states and the input Y along the columns they are (0, 1) stay, (1, 1) next and (2, 1) skip.
+The sequences are those of the worked example in M. Müller, "Fundamentals of Music Processing" (Springer 2015), chapter
+3: X = (1, 3, 9, 2, 1) and Y = (2, 0, 0, 8, 7, 2) with the distance |x - y|, whose accumulated cost matrix is printed
+there. Its steps are (1, 0), (0, 1) and (1, 1); ours are asymmetric, because every frame of the input counts once:
+with the template X along the states and the input Y along the columns they are (0, 1) stay, (1, 1) next, (2, 1) skip.
 So one naive implementation, straight from the recursion and with the step set as a parameter, is first held against the
 book's matrix with the book's steps, and then `dtw_column` against it with ours; the matrix of the latter was also
 worked out by hand, and is written out below.
