@@ -143,6 +143,7 @@ def _add_hear(commands: _Commands) -> None:
     _add_shared(c)
     c.add_argument("file", type=Path, metavar="FILE.wav", help="any WAV, 8 to 48 kHz")
     c.add_argument("--json", action="store_true", help="print one JSON object a line")
+    c.add_argument("--plot", type=Path, metavar="FILE.png", help="draw spectrum, words, noise and confidence")
     c.set_defaults(run=_lazy("hear"))
 
 

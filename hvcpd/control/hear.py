@@ -7,10 +7,12 @@ import json
 import sys
 from collections.abc import Iterator
 from dataclasses import dataclass
+from pathlib import Path
 
 from hvcpd.assembly import make_recogniser
 from hvcpd.control.soundfile import read_wav
 from hvcpd.control.team import Team, load_team
+from hvcpd.errors import AudioFileError
 from hvcpd.language.messages import ToAll, ToRobot, ToTeam, Utterance
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 from hvcpd.recognition.events import Event, Recognised
@@ -35,8 +37,15 @@ def run(options: argparse.Namespace) -> int:
     """List the sentences, as text or as one JSON object a line."""
     samples = read_wav(options.file)
     team = load_team(options, options.names or ())
+    if options.plot:
+        _check_folder(options.plot)
     count = 0
-    for sentence in sentences(samples, team):
+    events: list[Event] = []
+    for event in events_in(samples, team):
+        events.append(event)
+        if not isinstance(event, Recognised):
+            continue
+        sentence = _sentence(event, team)
         count += 1
         sys.stdout.write((_as_json(sentence) if options.json else _as_text(sentence)) + "\n")
         sys.stdout.flush()
@@ -45,29 +54,53 @@ def run(options: argparse.Namespace) -> int:
             f"hvcpctl: no sentence of the phrasebook in {options.file} "
             f"({len(samples) / SAMPLE_RATE_HZ:.1f} s; names known: {', '.join(team.names)})\n"
         )
+    if options.plot:
+        _draw(options.plot, samples, events, options.file.name)
     return 0
+
+
+def _check_folder(path: Path) -> None:
+    """Before the listening, which may take minutes."""
+    if not path.parent.is_dir():
+        raise AudioFileError(f"--plot: {path} cannot be written: there is no folder {path.parent}; name another")
+    if path.is_dir():
+        raise AudioFileError(f"--plot: {path} cannot be written: it is a folder; name a file in it")
+
+
+def _draw(path: Path, samples: Samples, events: list[Event], title: str) -> None:
+    from hvcpd.reporting.files import write_whole
+    from hvcpd.reporting.hearing_plot import hearing_png
+
+    png = hearing_png(samples, events, title)
+    try:
+        write_whole(path, png)
+    except OSError as error:
+        raise AudioFileError(f"--plot: {path} cannot be written: {error.strerror}; name another") from None
 
 
 def sentences(samples: Samples, team: Team) -> Iterator[HeardSentence]:
     """Every sentence that the recogniser reports in a recording, in order."""
+    return (_sentence(event, team) for event in events_in(samples, team) if isinstance(event, Recognised))
+
+
+def events_in(samples: Samples, team: Team) -> Iterator[Event]:
+    """Everything that the recogniser reports in a recording, garbled speech too, in order."""
     recogniser = make_recogniser(team.phrasebook, team.names, team.sound)
     for start in range(0, len(samples), BLOCK):
-        yield from _reports(recogniser.push(samples[start : start + BLOCK]), team)
-    yield from _reports(recogniser.flush(), team)
+        yield from recogniser.push(samples[start : start + BLOCK])
+    yield from recogniser.flush()
 
 
-def _reports(events: list[Event], team: Team) -> Iterator[HeardSentence]:
-    for event in events:
-        if isinstance(event, Recognised):
-            utterance = team.phrasebook.parse(event.words)
-            yield HeardSentence(
-                event.start_sample / SAMPLE_RATE_HZ,
-                event.end_sample / SAMPLE_RATE_HZ,
-                team.phrasebook.write(utterance),
-                utterance.speaker,
-                _addressee(utterance),
-                event.confidence,
-            )
+def _sentence(event: Recognised, team: Team) -> HeardSentence:
+    utterance = team.phrasebook.parse(event.words)
+    return HeardSentence(
+        event.start_sample / SAMPLE_RATE_HZ,
+        event.end_sample / SAMPLE_RATE_HZ,
+        team.phrasebook.write(utterance),
+        utterance.speaker,
+        _addressee(utterance),
+        event.confidence,
+    )
 
 
 def _addressee(utterance: Utterance) -> str | None:

@@ -7,11 +7,12 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True)
 class WordSpan:
-    """One word of a recognised sentence and where it was heard."""
+    """One word of a recognised sentence, where it was heard, and the probability that it alone is right (0 to 1)."""
 
     word: str
     start_sample: int
     end_sample: int
+    confidence: float
 
 
 @dataclass(frozen=True)

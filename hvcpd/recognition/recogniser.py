@@ -229,8 +229,13 @@ class Recogniser:
         if confidence < s.min_confidence or sentence.lead_in > s.max_lead_in or sentence.cost > -s.min_gain:
             return None
         spans = tuple(
-            WordSpan(self._spotter.word_of(step), step.start_frame * HOP_SAMPLES, step.end_frame * HOP_SAMPLES)
-            for step in sentence.steps
+            WordSpan(
+                self._spotter.word_of(step),
+                step.start_frame * HOP_SAMPLES,
+                step.end_frame * HOP_SAMPLES,
+                self._chance(sentence, step.margin, deficit),
+            )
+            for step, deficit in zip(sentence.steps, sentence.deficits, strict=True)
         )
         return Recognised(
             tuple(span.word for span in spans),
@@ -244,10 +249,13 @@ class Recogniser:
 
     def _confidence(self, sentence: Sentence) -> float:
         """The chance that every word is right."""
+        return self._chance(sentence, min(step.margin for step in sentence.steps), max(sentence.deficits))
+
+    def _chance(self, sentence: Sentence, margin: float, deficit: float) -> float:
+        """The chance that a word of the sentence with this margin and deficit is right."""
         c = self._settings.confidence
         frames = sentence.steps[-1].end_frame - sentence.steps[0].start_frame
-        margin = min(min(step.margin for step in sentence.steps), c.most_margin)
-        logit = c.bias + c.per_margin * margin + c.per_deficit * max(sentence.deficits)
+        logit = c.bias + c.per_margin * min(margin, c.most_margin) + c.per_deficit * deficit
         logit += c.per_gain * -sentence.cost / max(frames, 1)
         return float(1.0 / (1.0 + np.exp(-logit)))
 
