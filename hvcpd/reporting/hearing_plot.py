@@ -72,7 +72,8 @@ def _dbfs(power: NDArray[np.float64]) -> NDArray[np.float64]:
     """Of summed filterbank energies; a full-scale sine is -3 dBFS."""
     # Parseval for a one-sided spectrum: of a frame with mean power p, the bins add up to p * FFT / 2 * sum(window²).
     scale = 0.5 * 512 * float(np.square(np.hamming(WINDOW_SAMPLES)).sum())
-    return 10.0 * np.log10(np.maximum(power / scale, 10.0 ** (QUIETEST_DBFS / 10.0)))
+    dbfs: NDArray[np.float64] = 10.0 * np.log10(np.maximum(power / scale, 10.0 ** (QUIETEST_DBFS / 10.0)))
+    return dbfs
 
 
 def spectrum_of(sound: Samples) -> NDArray[np.float32]:
