@@ -69,12 +69,12 @@ def heard(decoder: Decoder, sound: Samples) -> str:
     return hypothesis.hypstr if hypothesis else ""
 
 
-def in_noise(sound: Samples, snr_db: float | None, seed: int) -> Samples:
-    """The sound with `PAD_S` around it in white noise; None is the quiet condition."""
+def in_noise(sound: Samples, snr_db: float | None, seed: int, floor: float = QUIET_RMS) -> Samples:
+    """The sound with `PAD_S` around it in white noise; None is the quiet condition, with noise of rms `floor`."""
     pad = np.zeros(round(PAD_S * SAMPLE_RATE_HZ), dtype=np.float32)
     padded = np.concatenate([pad, sound, pad])
     active = sound[np.abs(sound) > 0.01]
-    level = QUIET_RMS if snr_db is None else float(np.sqrt(np.mean(active**2))) * 10.0 ** (-snr_db / 20)
+    level = floor if snr_db is None else float(np.sqrt(np.mean(active**2))) * 10.0 ** (-snr_db / 20)
     return (padded + level * np.random.default_rng(seed).standard_normal(len(padded))).astype(np.float32)
 
 

@@ -36,6 +36,9 @@ NASAL_ZERO_HZ = 450.0
 """The zero of a nasal murmur (Klatt 1980)."""
 
 
+ASPIRATION_DB = -12.0
+"""Breath after a voiceless stop, relative to a vowel: a little less than in an H."""
+
 NASAL_BEFORE_S = 0.08
 """How long before a nasal's closure the velum opens, at most (Cohn 1993)."""
 
@@ -166,7 +169,7 @@ def _width_track(placed: Sequence[Placed], formant: int) -> Track:
     return points.track()
 
 
-def _steps(placed: Sequence[Placed], levels: Sequence[tuple[float, float, float]], ramp_s: float, final: bool) -> Track:
+def _steps(end_s: float, levels: Sequence[tuple[float, float, float]], ramp_s: float, final: bool) -> Track:
     """A track of (start, end, dB) stretches with ramps between them; before a pause it dies away."""
     before = levels[0][2]
     points = _Breakpoints([0.0], [before])
@@ -175,9 +178,9 @@ def _steps(placed: Sequence[Placed], levels: Sequence[tuple[float, float, float]
         points.add(start + ramp_s / 2, level)
         before = level
     if final:
-        points.add(placed[-1].end_s - 0.02, before)
-        points.add(placed[-1].end_s + 0.015, max(OFF_DB, before - 30.0))
-        points.add(placed[-1].end_s + 0.02, OFF_DB)
+        points.add(end_s - 0.02, before)
+        points.add(end_s + 0.015, max(OFF_DB, before - 30.0))
+        points.add(end_s + 0.02, OFF_DB)
     return points.track()
 
 
@@ -201,7 +204,7 @@ def _aspiration(placed: Sequence[Placed], breath_db: float) -> list[tuple[float,
         start = item.start_s
         if before is not None and before.kind is Kind.STOP and before.aspiration_s > 0.0:
             start = min(item.end_s, start + before.aspiration_s)
-            stretches.append((item.start_s, start, -23.0))
+            stretches.append((item.start_s, start, ASPIRATION_DB))
         if item.phone.kind is Kind.BREATH:
             level = item.phone.noise_db
         elif item.phone.kind in (Kind.VOWEL, Kind.GLIDE, Kind.NASAL):
@@ -209,6 +212,9 @@ def _aspiration(placed: Sequence[Placed], breath_db: float) -> list[tuple[float,
         else:
             level = OFF_DB
         stretches.append((start, item.end_s, level))
+    last = placed[-1]
+    if last.phone.kind is Kind.STOP and last.phone.aspiration_s > 0.0:
+        stretches.append((last.end_s, last.end_s + last.phone.aspiration_s, ASPIRATION_DB))
     return stretches
 
 
@@ -304,8 +310,8 @@ def controls_for(phones: Sequence[str], voice: Voice, final: bool, declination: 
     return Controls(
         duration_s=placed[-1].end_s + rest_s + (TAIL_S if final else LEAD_S),
         f0_hz=_pitch(placed, voice, final, declination),
-        voicing_db=_steps(placed, _voicing(placed), 0.012, final),
-        aspiration_db=_steps(placed, _aspiration(placed, voice.breathiness_db), 0.012, final),
+        voicing_db=_steps(placed[-1].end_s, _voicing(placed), 0.012, final),
+        aspiration_db=_steps(placed[-1].end_s + rest_s, _aspiration(placed, voice.breathiness_db), 0.012, final),
         tilt_hz=tilt_points.track(),
         formants_hz=tuple(_formant_track(placed, k, scale) for k in range(3)),
         bandwidths_hz=tuple(_width_track(placed, k) for k in range(3)),
