@@ -50,6 +50,10 @@ def run(options: argparse.Namespace) -> int:
         raise PhraseError(f"nothing to say in {unread!r}: write letters or digits")
     if sum(map(len, phrases)) > MAX_WORDS:
         raise PhraseError(f"more than {MAX_WORDS} words; give fewer")
+    if options.track is not None and sum(map(len, phrases)) != 1:
+        raise PhraseError("--track takes one word")
+    if wrong := valid_robot_name(options.voice_of):
+        raise PhraseError(f"--as: {wrong}")
     for words in phrases:
         for number, word in enumerate(words):
             _print_word(word, explain(words, number, lexicon, builtin), options.json)
@@ -110,16 +114,12 @@ def _print_table(lexicon: Lexicon, as_json: bool) -> None:
 def _render(options: argparse.Namespace, phrases: Sequence[Sequence[str]], lexicon: Lexicon) -> None:
     """The words as sound or as the synthesizer's frames, if that was asked for."""
     name: str = options.voice_of
-    if wrong := valid_robot_name(name):
-        raise PhraseError(f"--as: {wrong}")
     if options.output is not None:
         write_wav(options.output, Speaker(voice_for(name), lexicon).render(phrases))
     if options.track is None:
         return
-    words = [word for phrase in phrases for word in phrase]
-    if len(words) != 1:
-        raise PhraseError("--track takes one word")
-    columns, table = frame_table(controls_for(lexicon.pronounce(words[0]), voice_for(name), final=True))
+    ((word,),) = phrases
+    columns, table = frame_table(controls_for(lexicon.pronounce(word), voice_for(name), final=True))
     try:
         with options.track.open("w", newline="", encoding="utf-8") as file:
             writer = csv.writer(file)

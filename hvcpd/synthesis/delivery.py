@@ -26,6 +26,10 @@ LOMBARD_TILT = 2.2
 """And with a flatter spectrum, the one change that helps listeners by itself (Lu and Cooke, *Speech Communication* 51,
 2009): the source's low-pass moves up by so much."""
 
+LOMBARD_OPEN = 0.75
+"""And with a tenser voice, whose glottis is open for less of each cycle: more sound in the formants, less in the first
+harmonics (Junqua 1993)."""
+
 LOMBARD_GAIN_DB = 6.0
 """And louder: 6 dB is the middle of what talkers add in 65 to 85 dB of noise."""
 
@@ -53,6 +57,7 @@ class Delivery:
             rate=voice.rate * self.rate * LOMBARD_RATE,
             f0_hz=voice.f0_hz * LOMBARD_PITCH,
             tilt_hz=voice.tilt_hz * LOMBARD_TILT,
+            open_quotient=voice.open_quotient * LOMBARD_OPEN,
             breathiness_db=voice.breathiness_db - 4.0,
         )
 

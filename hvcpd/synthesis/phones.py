@@ -59,7 +59,7 @@ def _vowel(start: Triple, width: Triple, inherent_ms: float, least_ms: float, en
 def _glide(target: Triple, width: Triple, inherent_ms: float, least_ms: float, transition_ms: float) -> Phone:
     return Phone(
         Kind.GLIDE, target, width, inherent_ms / 1000, least_ms / 1000,
-        pull=(0.4, 0.35, 0.35), transition_s=transition_ms / 1000, voicing_db=-4.0,
+        pull=(0.4, 0.35, 0.35), transition_s=transition_ms / 1000, voicing_db=-2.5,
     )  # fmt: skip
 
 

@@ -27,14 +27,14 @@ class Voice:
 
 
 VOICES: tuple[Voice, ...] = (
-    Voice("oak", 112.0, 1.00, 1.00, -38.0, 0.55, 2600.0),
-    Voice("rose", 166.0, 1.16, 1.00, -32.0, 0.62, 2200.0),
-    Voice("granite", 89.0, 0.94, 0.98, -42.0, 0.50, 2000.0, 0.6),
-    Voice("wren", 203.0, 1.15, 1.04, -34.0, 0.60, 2800.0),
-    Voice("brook", 135.0, 1.05, 1.05, -30.0, 0.66, 1700.0, 1.2),
-    Voice("lark", 184.0, 1.18, 1.06, -38.0, 0.54, 3400.0, 1.2),
-    Voice("cedar", 98.0, 1.07, 1.02, -40.0, 0.46, 3600.0),
-    Voice("willow", 150.0, 1.10, 0.96, -27.0, 0.70, 1500.0, 0.8),
+    Voice("oak", 112.0, 1.00, 1.00, -38.0, 0.55, 3500.0),
+    Voice("rose", 166.0, 1.16, 1.00, -32.0, 0.62, 2950.0),
+    Voice("granite", 89.0, 0.94, 0.98, -42.0, 0.50, 2700.0, 0.6),
+    Voice("wren", 203.0, 1.15, 1.04, -34.0, 0.60, 3800.0),
+    Voice("brook", 135.0, 1.05, 1.05, -30.0, 0.66, 2300.0, 1.2),
+    Voice("lark", 184.0, 1.18, 1.06, -38.0, 0.54, 4600.0, 1.2),
+    Voice("cedar", 98.0, 1.07, 1.02, -40.0, 0.46, 4850.0),
+    Voice("willow", 150.0, 1.10, 0.96, -27.0, 0.70, 2050.0, 0.8),
 )
 """Male and female voices of low, medium and high pitch, bright and dark; each differs from every other by at
 least a tenth in pitch or formants. Adult male pitch is 85 to 155 Hz, female 165 to 255 Hz; female formants lie about

@@ -10,6 +10,7 @@ import pytest
 from hvcpd.ports import SAMPLE_RATE_HZ
 from hvcpd.synthesis.allophones import allophone
 from hvcpd.synthesis.articulation import LEAD_S, controls_for, place
+from hvcpd.synthesis.durations import durations_s
 from hvcpd.synthesis.lexicon import Lexicon
 from hvcpd.synthesis.phones import PHONES, Kind
 from hvcpd.synthesis.speaker import Speaker, UnitPosition
@@ -87,3 +88,48 @@ def test_a_diphthong_moves_and_a_vowel_stands() -> None:
         placed = place([name], OAK.rate, final=True)[0]
         moved = float(track.at(np.array([placed.end_s]))[0] - track.at(np.array([placed.start_s]))[0])
         assert moved == pytest.approx(0.0, abs=1.0) if not least_hz else moved > least_hz
+
+
+def test_vowels_beside_nasals_are_nasal_there_and_nowhere_else() -> None:
+    """The nasal zero leaves the pole in the second half of "am" and stays there in "ab"."""
+
+    def distance_hz(word: str) -> np.ndarray:
+        controls = controls_for(phones(word), OAK, final=True)
+        vowel = place(phones(word), OAK.rate, final=True)[0]
+        times = np.linspace(vowel.start_s + 0.01, vowel.end_s - 0.005, 20)
+        return np.abs(controls.nasal_zero_hz.at(times) - controls.nasal_pole_hz)
+
+    assert np.max(distance_hz("AE1 B")) < 1.0
+    nasal = distance_hz("AE1 M")
+    assert np.max(nasal[:8]) < 1.0
+    assert nasal[-1] > 60.0
+    assert (np.diff(nasal) >= 0.0).all()
+
+
+@pytest.mark.parametrize(("labial", "alveolar"), [("M", "N"), ("B", "D"), ("P", "T")])
+def test_lips_pull_the_second_formant_down_and_the_tongue_does_not(labial: str, alveolar: str) -> None:
+    def end_hz(consonant: str) -> float:
+        said = phones(f"IY1 {consonant}")
+        vowel = place(said, OAK.rate, final=True)[0]
+        return float(controls_for(said, OAK, final=True).formants_hz[1].at(np.array([vowel.end_s]))[0])
+
+    assert end_hz(labial) < end_hz(alveolar) - 100.0
+
+
+@pytest.mark.parametrize("word", ["B AA1 T", "T AE1 S K", "S T AA1 P"])
+def test_a_voiceless_stop_is_released_and_breathes_at_the_end(word: str) -> None:
+    controls = controls_for(phones(word), OAK, final=True)
+    last = place(phones(word), OAK.rate, final=True)[-1]
+    breath = controls.aspiration_db.at(np.array([last.end_s + 0.02, last.end_s + 0.1]))
+    assert breath[0] > -20.0
+    assert breath[1] < -60.0
+    assert max(event.times_s[-1] for event in controls.frications) > last.release_s + 0.03
+
+
+def test_what_closes_a_vowel_matters_most_before_a_pause() -> None:
+    """ "Bed" against "bet": the vowel's ratio is larger before a pause than inside a phrase (Klatt's rule 9)."""
+
+    def ratio(final: bool) -> float:
+        return durations_s(phones("B EH1 D"), final)[1] / durations_s(phones("B EH1 T"), final)[1]
+
+    assert ratio(final=True) > ratio(final=False) + 0.1 > 1.1

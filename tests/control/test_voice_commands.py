@@ -1,0 +1,157 @@
+"""`pronounce`, `prerender` and the ways of `say`, as a person types them."""
+
+from __future__ import annotations
+
+import csv
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+
+from hvcpd.control.cli import main
+from hvcpd.control.pronounce import PAPER_TABLE
+from hvcpd.control.soundfile import read_wav, write_wav
+from hvcpd.ports import SAMPLE_RATE_HZ
+from hvcpd.synthesis.lexicon import Lexicon
+from hvcpd.synthesis.speaker import Speaker, UnitPosition
+from hvcpd.synthesis.voices import voice_named
+from tests.control.conftest import Refuse
+
+SENTENCE = "Hi Rob, I am Bot, water the yellow rose"
+OWN_LEXICON = Path(__file__).parents[2] / "etc" / "lexicon.txt"
+
+
+def ran(capsys: pytest.CaptureFixture[str], *arguments: object) -> str:
+    assert main([str(argument) for argument in arguments]) == 0
+    return capsys.readouterr().out
+
+
+def test_every_pronunciation_is_shown_the_used_one_marked(capsys: pytest.CaptureFixture[str]) -> None:
+    lines = ran(capsys, "pronounce", "I will wind the clock", "Zorg").splitlines()
+    at = lines.index("wind")
+    assert "W IH1 N D" in lines[at + 1]
+    assert lines[at + 2].startswith("  * W AY1 N D")
+    assert "a verb" in lines[at + 2]
+    assert "letter-to-sound rules" in lines[lines.index("zorg") + 1]
+
+
+def test_the_paper_table_has_its_words_with_all_their_pronunciations(capsys: pytest.CaptureFixture[str]) -> None:
+    rows = [json.loads(line) for line in ran(capsys, "pronounce", "--paper-table", "--json").splitlines()]
+    assert [row["word"] for row in rows] == list(PAPER_TABLE)
+    assert all(len(row["possible"]) == 2 and row["alone"] in row["possible"] for row in rows)
+    by_word = {row["word"]: row for row in rows}
+    assert by_word["wind"]["verb"] == "weyend"
+    assert by_word["lead"]["noun"] == "lehd"
+    assert by_word["read"]["past"] == "rehd"
+    text = ran(capsys, "pronounce", "--paper-table")
+    assert all(f"\n{word} " in f"\n{text}" for word in PAPER_TABLE)
+
+
+def test_the_lexicon_of_etc_is_good_and_stands_over_the_rules(capsys: pytest.CaptureFixture[str]) -> None:
+    row = json.loads(ran(capsys, "pronounce", "Niamh", "--lexicon", OWN_LEXICON, "--json"))
+    used, replaced = row["pronunciations"]
+    assert (used["phones"], used["source"], used["used"]) == ("N IY1 V", "your lexicon", True)
+    assert (replaced["source"], replaced["used"]) == ("letter-to-sound rules", False)
+
+
+def test_words_can_be_heard_and_their_frames_written(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
+    ran(capsys, "pronounce", "water", "-o", tmp_path / "x.wav", "--track", tmp_path / "x.csv", "--as", "Bot")
+    assert len(read_wav(tmp_path / "x.wav")) > 0.2 * SAMPLE_RATE_HZ
+    with (tmp_path / "x.csv").open() as file:
+        rows = list(csv.DictReader(file))
+    assert float(rows[1]["t"]) == pytest.approx(0.005)
+    assert all(200.0 < float(row["F1"]) < float(row["F2"]) < float(row["F3"]) for row in rows)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "part"),
+    [
+        ((), "give words"),
+        (("water", "--paper-table"), "give words"),
+        (("\U0001f389",), "nothing to say"),
+        (("\x01\x7f",), "nothing to say"),
+        (("",), "nothing to say"),
+        (("word " * 10_000,), "more than 1000 words"),
+        (("two", "words", "--track", "x.csv"), "--track takes one word"),
+        (("rob", "--lexicon", "/nowhere/x.txt"), "/nowhere/x.txt"),
+    ],
+    ids=["none", "both", "emoji", "control characters", "empty", "ten thousand words", "track", "no file"],
+)
+def test_what_cannot_be_pronounced(arguments: tuple[str, ...], part: str, refused: Refuse) -> None:
+    assert part in refused("pronounce", *arguments)
+
+
+@settings(max_examples=60, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@given(text=st.text(max_size=30))
+def test_any_text_is_explained_or_refused(text: str, capsys: pytest.CaptureFixture[str]) -> None:
+    status = main(["pronounce", "--", text])
+    out, err = capsys.readouterr()
+    assert (status == 0 and "*" in out and not err) or (status == 2 and "nothing to say" in err)
+
+
+def test_a_faulty_lexicon_names_its_lines(refused: Refuse, tmp_path: Path) -> None:
+    own = tmp_path / "own.txt"
+    own.write_text("rob R QQ1 B\nzoe Z OW1 IY\n")
+    message = refused("pronounce", "rob", "--lexicon", own)
+    assert f"{own}:1: unknown phone 'QQ1'" in message
+    assert f"{own}:2:" in message
+
+
+def test_rate_gain_and_lombard_are_heard(tmp_path: Path) -> None:
+    def said(*options: str) -> np.ndarray:
+        out = tmp_path / "x.wav"
+        assert main(["say", SENTENCE, "-o", str(out), *options]) == 0
+        return read_wav(out)
+
+    plain = said()
+    assert len(said("--rate", "1.5")) < 0.8 * len(plain) < len(plain) < 0.95 * len(said("--lombard"))
+    softer = said("--gain-db", "-12")
+    assert float(np.std(softer)) == pytest.approx(float(np.std(plain)) * 10.0**-0.6, rel=0.02)
+    assert float(np.max(np.abs(said("--gain-db", "20")))) <= 10.0 ** (-1.0 / 20.0)
+
+
+@pytest.mark.parametrize("options", [("--rate", "3"), ("--rate", "x"), ("--rate", "nan"), ("--gain-db", "inf")])
+def test_a_setting_out_of_range_is_refused(options: tuple[str, str], capsys: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(SystemExit) as end:
+        main(["say", "stop", *options])
+    assert end.value.code == 2
+    assert options[0] in capsys.readouterr().err
+
+
+def record(folder: Path, *words: str) -> None:
+    speaker = Speaker(voice_named("granite"), Lexicon.load())
+    for word in words:
+        write_wav(folder / f"{word.title()}.WAV", np.pad(0.2 * speaker.unit(word, UnitPosition.FINAL), 4000))
+
+
+def test_a_robot_speaks_with_recorded_words(tmp_path: Path, refused: Refuse) -> None:
+    folder = tmp_path / "voice"
+    folder.mkdir()
+    record(folder, "hi", "rob", "i", "am", "bot", "water", "the")
+    message = refused("say", SENTENCE, "--voice", folder, "-o", tmp_path / "x.wav")
+    assert "no recording of rose, yellow" in message
+    record(folder, "yellow", "rose")
+    assert main(["say", SENTENCE, "--voice", str(folder), "-o", str(tmp_path / "x.wav")]) == 0
+    assert len(read_wav(tmp_path / "x.wav")) > 2.0 * SAMPLE_RATE_HZ
+    (folder / "Rose.WAV").write_bytes(b"RIFF")
+    write_wav(folder / "The.WAV", np.zeros(8000, np.float32))
+    message = refused("say", SENTENCE, "--voice", folder, "-o", tmp_path / "x.wav")
+    assert "Rose.WAV" in message
+    assert "The.WAV: nothing is to be heard" in message
+    assert "--rate" in refused("say", SENTENCE, "--voice", folder, "--rate", "1.5", "-o", tmp_path / "x.wav")
+    assert "no such folder" in refused("say", SENTENCE, "--voice", tmp_path / "nowhere", "-o", tmp_path / "x.wav")
+
+
+@pytest.mark.slow
+def test_prerendering_fills_the_cache(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
+    assert "ready" in ran(capsys, "prerender", "--names", "Rob")
+    units = list((tmp_path / "hvcpd" / "units").glob("*.npy"))
+    assert len(units) > 300
+    ran(capsys, "say", "Hi, I am Rob", "-o", tmp_path / "x.wav")
+    assert sorted((tmp_path / "hvcpd" / "units").glob("*.npy")) == sorted(units)
