@@ -7,6 +7,8 @@ transform from the analogue filters behind them (a high shelf of 4 dB at 1682 Hz
 
 from __future__ import annotations
 
+from functools import lru_cache
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -47,6 +49,12 @@ def k_weighting(hz: NDArray[np.float64]) -> NDArray[np.complex128]:
     return np.asarray(shelf * passing)
 
 
+@lru_cache(maxsize=4)
+def _weights(size: int) -> NDArray[np.complex128]:
+    """The response at the bins of a real FFT of that size; words and sentences need few sizes."""
+    return k_weighting(np.arange(size // 2 + 1, dtype=np.float64) * (SAMPLE_RATE_HZ / size))
+
+
 def loudness_lufs(sound: Samples) -> float:
     """Integrated loudness of a sound, shape (n,); `SILENCE_LUFS` for silence.
 
@@ -55,9 +63,8 @@ def loudness_lufs(sound: Samples) -> float:
     if not len(sound):
         return SILENCE_LUFS
     size = 1 << (len(sound) + _RING_SAMPLES).bit_length()
-    hz = np.arange(size // 2 + 1, dtype=np.float64) * (SAMPLE_RATE_HZ / size)
     spectrum: NDArray[np.complex128] = np.fft.rfft(sound.astype(np.float64), size)
-    weighted = np.fft.irfft(spectrum * k_weighting(hz), size)[: len(sound)]
+    weighted = np.fft.irfft(spectrum * _weights(size), size)[: len(sound)]
     sums = np.concatenate(([0.0], np.cumsum(weighted**2)))
     length = min(BLOCK_SAMPLES, len(sound))
     starts = np.arange(0, len(sound) - length + 1, STEP_SAMPLES)
