@@ -92,8 +92,13 @@ def make_recogniser(phrasebook: Phrasebook, names: Iterable[str], sound: Sound) 
 
 def templates(phrasebook: Phrasebook, voice: Voice, sound: Sound) -> dict[str, list[Samples]]:
     """Every word of the phrasebook in one voice."""
+    return templates_of(phrasebook.graph.words, voice, sound)
+
+
+def templates_of(words: Iterable[str], voice: Voice, sound: Sound) -> dict[str, list[Samples]]:
+    """These words in one voice."""
     speaker = Speaker(voice, sound.lexicon, sound.cache)
-    return {word: speaker.templates(word) for word in phrasebook.graph.words}
+    return {word: speaker.templates(word) for word in words}
 
 
 def make_robot(plan: RobotPlan, sound: Sound) -> Robot:

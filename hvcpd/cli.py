@@ -45,6 +45,9 @@ def make_parser() -> argparse.ArgumentParser:
         choices=("volunteer", "coordinate", "follow"),
         help="pick tasks (default), give orders, or wait for orders",
     )
+    parser.add_argument(
+        "--allow-confusable", action="store_true", help="use tasks and names that would be taken for one another too"
+    )
     parser.add_argument("--log-level", choices=("debug", "info", "warning", "error"), help="default: info")
     parser.add_argument(
         "--check", action="store_true", help="only look for everything that is needed, and open nothing"
@@ -68,7 +71,7 @@ def main(arguments: Sequence[str] | None = None, devices: Devices | None = None)
     except HvcpdError as error:
         _complain(str(error))
         return error.exit_status
-    preflight = examine(settings, devices)
+    preflight = examine(settings, devices, allow_confusable=options.allow_confusable)
     _show(preflight, options.check)
     if options.check or preflight.outfit is None or preflight.exit_status != EX_OK:
         return preflight.exit_status

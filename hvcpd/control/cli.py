@@ -83,6 +83,7 @@ def make_parser() -> argparse.ArgumentParser:
     _add_phrases(commands)
     _add_pronounce(commands)
     _add_prerender(commands)
+    _add_check_vocabulary(commands)
     _add_transcript(commands)
     _add_audit(commands)
     add_drive(commands, _lazy("drive"))
@@ -120,6 +121,7 @@ def _add_simulate(commands: _Commands) -> None:
         help="ambient noise in dB SPL (default 40, a quiet room)",
     )
     c.add_argument("--mute", action="store_true", help="let no sound pass, to see that nothing else does")
+    c.add_argument("--allow-confusable", action="store_true", help="use words that would be taken for one another too")
     c.add_argument("--report", type=Path, metavar="DIR", help="write report.html, mission.wav, transcript.jsonl")
     c.add_argument("--json", action="store_true", help="print one JSON object a line, the summary last")
     c.set_defaults(run=_lazy("simulate"))
@@ -152,6 +154,13 @@ def _add_phrases(commands: _Commands) -> None:
     _add_shared(c)
     c.add_argument("--format", choices=("text", "markdown", "html"), default="text")
     c.set_defaults(run=_lazy("phrases"))
+
+
+def _add_check_vocabulary(commands: _Commands) -> None:
+    c = commands.add_parser("check-vocabulary", help="find words that would be taken for one another, and better ones")
+    _add_shared(c)
+    c.add_argument("--json", action="store_true", help="print one JSON object a line")
+    c.set_defaults(run=_lazy("check_vocabulary"))
 
 
 def _add_memory(command: argparse.ArgumentParser) -> None:

@@ -15,10 +15,11 @@ import numpy as np
 from hil_fakes.bench import Bench, BenchPlan
 from hil_fakes.room import Air
 from hvcpd.control.soundfile import write_wav
-from hvcpd.control.team import load_team
+from hvcpd.control.team import Team, load_team, vocabulary_cache
 from hvcpd.errors import EX_FAILURE, EX_OK, AudioFileError, ConfigError, DeviceError
 from hvcpd.ports import Samples
 from hvcpd.reporting.events import Event, MissionRecord, Started, Summary
+from hvcpd.vocabulary import check, refusal
 
 MAX_ROBOTS = 12
 """More do not fit into the start corner, nor into the air: each task takes some 13 s of talk."""
@@ -32,7 +33,7 @@ def run(options: argparse.Namespace) -> int:
     robots: tuple[str, ...] = options.robots
     if len(robots) > MAX_ROBOTS:
         raise ConfigError(f"--robots: {len(robots)} are too many; at most {MAX_ROBOTS}")
-    team = load_team(options, robots)
+    team = load_team(options, robots, allow_confusable=options.allow_confusable)
     plan = BenchPlan(
         names=robots,
         tasks=team.tasks,
@@ -42,6 +43,8 @@ def run(options: argparse.Namespace) -> int:
         nearest_first=options.pick == "nearest",
         air=Air(noise_db_spl=options.noise_db, muted=options.mute),
     )
+    if not options.allow_confusable:
+        _refuse_confusable(team)
     if options.report is not None:
         _make_directory(options.report)  # before a long mission, not after it
     with _Show(options.json) as show, _pacing(options) as pace:
@@ -51,6 +54,12 @@ def run(options: argparse.Namespace) -> int:
         _write_report(options.report, record, bench, quiet=options.json)
     summary = next(e for e in record.events if isinstance(e, Summary))
     return EX_OK if summary.lost == 0 and summary.duplicates == 0 else EX_FAILURE
+
+
+def _refuse_confusable(team: Team) -> None:
+    found = check(team.phrasebook, team.names, team.sound, vocabulary_cache(), chosen_only=True)
+    if why := refusal(found):
+        raise ConfigError(f"{team.settings.tasks} or --robots: {why}")
 
 
 def _coordinator(options: argparse.Namespace, robots: tuple[str, ...]) -> str | None:

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import argparse
 from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
 
 from hvcpd.assembly import Sound, make_phrasebook, make_sound, user_cache_folder
 from hvcpd.config.settings import Settings, load_settings
@@ -24,14 +26,26 @@ class Team:
     sound: Sound
 
 
-def load_team(options: argparse.Namespace, names: tuple[str, ...] = (), more: tuple[str, ...] = ()) -> Team:
+def vocabulary_cache() -> Path | None:
+    """Where a person's commands keep what the vocabulary check found; None without a home."""
+    units = user_cache_folder()
+    return units.parent / "vocabulary" if units is not None else None
+
+
+def load_team(
+    options: argparse.Namespace,
+    names: tuple[str, ...] = (),
+    more: tuple[str, ...] = (),
+    allow_confusable: bool = False,
+) -> Team:
     """The team that a command line and the settings describe; `names` replace, `more` join the settings' names.
 
-    Raises ConfigError and PhraseError.
+    With `allow_confusable`, task names may sound alike. Raises ConfigError and PhraseError.
     """
     settings = load_settings(options.config, {"tasks": options.tasks and str(options.tasks)}, name_needed=False)
     sound = make_sound(settings.lexicon, user_cache_folder())
-    tasks = load_tasks(settings.tasks, lambda a, b: sounds_alike(a, b, sound.lexicon))
+    alike = None if allow_confusable else partial(sounds_alike, lexicon=sound.lexicon)
+    tasks = load_tasks(settings.tasks, alike)
     known = {name.lower(): name for name in (*(names or settings.names), *more)}
     used = tuple(known.values())
     phrasebook = make_phrasebook(used, settings.teams, tasks)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import secrets
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 
 from hvcpd.assembly import RobotPlan, Sound, make_phrasebook, make_sound
@@ -75,8 +76,11 @@ def name_fault(name: str) -> str | None:
     return None
 
 
-def equip(settings: Settings) -> Outfit:
-    """Read the lexicon and the tasks and try the phrasebook. Raises ConfigError with the faults of all three."""
+def equip(settings: Settings, allow_confusable: bool = False) -> Outfit:
+    """Read the lexicon and the tasks and try the phrasebook. Raises ConfigError with the faults of all three.
+
+    With `allow_confusable`, task names may sound alike.
+    """
     faults: list[str] = []
     sound = tasks = None
     try:
@@ -85,7 +89,7 @@ def equip(settings: Settings) -> Outfit:
         faults.append(str(error))
     lexicon = sound.lexicon if sound is not None else Lexicon.load()
     try:
-        tasks = load_tasks(settings.tasks, lambda a, b: sounds_alike(a, b, lexicon))
+        tasks = load_tasks(settings.tasks, None if allow_confusable else partial(sounds_alike, lexicon=lexicon))
     except HvcpdError as error:
         faults.append(str(error))
     if sound is None or tasks is None:

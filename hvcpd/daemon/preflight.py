@@ -6,14 +6,16 @@ import grp
 import os
 import stat
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
+from hvcpd.assembly import make_phrasebook
 from hvcpd.config.settings import AudioSettings, Settings, WheelSettings
 from hvcpd.daemon.devices import Devices
 from hvcpd.daemon.outfit import Outfit, equip
-from hvcpd.errors import EX_CANTCREAT, EX_OK, EX_UNAVAILABLE, ConfigError, DeviceError
+from hvcpd.errors import EX_CANTCREAT, EX_CONFIG, EX_OK, EX_UNAVAILABLE, ConfigError, DeviceError
 from hvcpd.hardware.audio import Direction, find_device
+from hvcpd.vocabulary import check, refusal
 
 SERIAL_PORTS = ("serial/by-id/*", "ttyUSB*", "ttyACM*")
 """Under the devices' directory: what adapters for motors are called on Linux (U2D2: ttyUSB, OpenCR: ttyACM)."""
@@ -48,20 +50,41 @@ class Preflight:
         return next((finding.exit_status for finding in self.findings if not finding.ok), EX_OK)
 
 
-def examine(settings: Settings, devices: Devices, device_directory: Path = Path("/dev")) -> Preflight:
-    """Look for tasks, memory, microphone, loudspeaker and motor port, in this order; nothing is opened or made."""
+def examine(
+    settings: Settings, devices: Devices, device_directory: Path = Path("/dev"), allow_confusable: bool = False
+) -> Preflight:
+    """Look for tasks, confusable words (unless `allow_confusable`), memory, microphone, loudspeaker and motor port.
+
+    They are looked for in this order; no device is opened, and no directory made.
+    """
     findings: list[Finding] = []
     outfit: Outfit | None = None
     try:
-        outfit = equip(settings)
+        outfit = equip(settings, allow_confusable)
         numbers = len(outfit.tasks.tasks)
         findings.append(Finding("tasks", f"{numbers} task{'s' * (numbers != 1)} in {settings.tasks}"))
+        if not allow_confusable:
+            findings.append(find_confusable(outfit))
     except ConfigError as error:
         findings.append(Finding("tasks", str(error), error.exit_status))
     findings.append(find_memory(settings.state_dir))
     findings.extend(find_sound(settings.audio, devices))
     findings.append(find_port(settings.wheels, device_directory))
     return Preflight(tuple(findings), outfit)
+
+
+def find_confusable(outfit: Outfit) -> Finding:
+    """Whether tasks and names can be told apart by ear; kept in the state directory, if that is there already."""
+    settings = outfit.settings
+    there = settings.state_dir.is_dir()
+    book = make_phrasebook(outfit.names, settings.teams, outfit.tasks)
+    sound = outfit.sound if there else replace(outfit.sound, cache=None)
+    cache = settings.state_dir / "vocabulary" if there else None
+    found = check(book, outfit.names, sound, cache, chosen_only=True)
+    why = refusal(found)
+    if why is not None:
+        return Finding("vocabulary", f"{settings.tasks} or `names`: {why}", EX_CONFIG)
+    return Finding("vocabulary", "tasks and names can be told apart by ear")
 
 
 def find_memory(directory: Path, access: Access = os.access) -> Finding:

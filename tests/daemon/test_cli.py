@@ -77,7 +77,7 @@ def test_check_says_what_is_there(config: Path, capsys: pytest.CaptureFixture[st
     out, err = capsys.readouterr()
     assert err == ""
     subjects = [line.split(":")[0] for line in out.splitlines()]
-    assert subjects == ["ok  tasks", "ok  memory", "ok  microphone", "ok  loudspeaker", "ok  wheels"]
+    assert subjects == ["ok  tasks", "ok  vocabulary", "ok  memory", "ok  microphone", "ok  loudspeaker", "ok  wheels"]
     assert not (config.parent / "state").exists()
 
 

@@ -1,0 +1,158 @@
+"""`hvcpctl check-vocabulary`, and the refusal of confusable words when a mission starts."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import pytest
+
+from hvcpd.assembly import DEFAULT_TEAMS, Sound, make_phrasebook, make_sound, user_cache_folder
+from hvcpd.config.settings import Settings
+from hvcpd.config.task_file import load_tasks
+from hvcpd.config.tasks import TaskDefinition, TaskRepository, Wait, default_tasks_path
+from hvcpd.control.cli import main
+from hvcpd.daemon.outfit import equip
+from hvcpd.daemon.preflight import find_confusable
+from hvcpd.errors import EX_CONFIG
+from hvcpd.language.phrasebook import RESERVED_WORDS
+from hvcpd.synthesis.lexicon import Lexicon
+from hvcpd.synthesis.voices import VOICES, voice_for
+from hvcpd.vocabulary import (
+    FIXED_WORDS,
+    LIMIT_NOISE,
+    check,
+    read_candidates,
+    refusal,
+)
+from tests.control.conftest import Refuse
+
+EIGHT = tuple("Rob Bot Max Zoe Ada Kim Zorg R2D2".split())
+
+
+def task_file(folder: Path, *names: str) -> Path:
+    lines = [f"  - {{number: {n}, name: {name}, actions: [{{wait: 1}}]}}" for n, name in enumerate(names, start=1)]
+    path = folder / "tasks.yaml"
+    path.write_text("\n".join(["tasks:", *lines]) + "\n")
+    return path
+
+
+def repository(*names: str) -> TaskRepository:
+    return TaskRepository(tuple(TaskDefinition(n, name, None, (Wait(1),)) for n, name in enumerate(names, start=1)))
+
+
+@pytest.fixture
+def sound() -> Sound:
+    return make_sound(None, user_cache_folder())
+
+
+def test_the_default_team_passes(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["check-vocabulary"]) == 0
+    out = capsys.readouterr().out
+    assert "All is well" in out
+    assert "three | two" in out
+
+
+def test_confusable_tasks_are_listed_worst_first_with_replacements(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    tasks = task_file(tmp_path, "water the red rose", "water the bread rose", "water the read rose")
+    assert main(["check-vocabulary", "--tasks", str(tasks)]) == 1
+    lines = capsys.readouterr().out.splitlines()
+    assert lines[1].startswith("read | red ")
+    assert "same sound" in lines[1]
+    assert any(line.startswith("bread | red ") for line in lines[2:4])
+    assert any("instead of 'read' say for example" in line for line in lines)
+
+
+def test_json_has_one_pair_a_line(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    tasks = task_file(tmp_path, "water the red rose", "water the bread rose")
+    assert main(["check-vocabulary", "--json", "--tasks", str(tasks)]) == 1
+    rows = [json.loads(line) for line in capsys.readouterr().out.splitlines()]
+    worst = next(row for row in rows if (row["first"], row["second"]) == ("bread", "red"))
+    assert worst["confusable"]
+    assert not worst["same_sound"]
+    assert worst["quiet"] < worst["at_0_db"] < worst["at_minus_5_db"] < 0.5
+    assert worst["at_0_db"] > LIMIT_NOISE
+    assert len(worst["proposals"]) == 3
+    assert not {"red", "rose", "bread"} & set(worst["proposals"])
+
+
+def test_what_is_proposed_passes(sound: Sound) -> None:
+    before = check(book := make_phrasebook(("Rob",), (), repository("water the red rose", "water the bread rose")),
+                   ("Rob",), sound, chosen_only=True)  # fmt: skip
+    offender = next(c for c in before if c.confusable and not c.fixed)
+    assert "bread" in book.graph.words
+    for word in offender.proposals:
+        after = make_phrasebook(("Rob",), (), repository("water the red rose", f"water the {word} rose"))
+        assert refusal(check(after, ("Rob",), sound, chosen_only=True)) is None
+
+
+def test_bad_input(refused: Refuse, tmp_path: Path) -> None:
+    assert "no such file" in refused("check-vocabulary", "--tasks", tmp_path / "none.yaml")
+    assert "R2-D2" in refused("check-vocabulary", "--names", "R2-D2")
+
+
+def test_a_mission_with_confusable_tasks_is_refused(refused: Refuse, tmp_path: Path) -> None:
+    tasks = task_file(tmp_path, "water the red rose", "water the bread rose")
+    message = refused("simulate", "--tasks", tasks, "--json")
+    assert "'bread' and 'red' would be taken for one another" in message
+    assert "--allow-confusable" in message
+
+
+def test_confusable_tasks_can_be_allowed(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    tasks = task_file(tmp_path, "water the red rose", "water the read rose")
+    main(["simulate", "--robots", "Rob", "--tasks", str(tasks), "--json", "--allow-confusable"])
+    out, err = capsys.readouterr()
+    assert err == ""
+    assert '"Summary"' in out or '"summary"' in out
+
+
+def test_eight_usual_names_and_the_default_tasks_pass(sound: Sound) -> None:
+    book = make_phrasebook(EIGHT, DEFAULT_TEAMS, load_tasks(default_tasks_path()))
+    assert refusal(check(book, EIGHT, sound, chosen_only=True)) is None
+
+
+def test_names_that_sound_the_same_are_refused(sound: Sound) -> None:
+    book = make_phrasebook(("Ann", "Anne"), (), repository("water the red rose"))
+    why = refusal(check(book, ("Ann", "Anne"), sound, chosen_only=True))
+    assert why is not None
+    assert "'ann' and 'anne' sound the same" in why
+
+
+def test_the_daemons_preflight_refuses_too(tmp_path: Path) -> None:
+    tasks = task_file(tmp_path, "water the red rose", "water the bread rose")
+    finding = find_confusable(equip(Settings(name="Rob", state_dir=tmp_path / "state", tasks=tasks)))
+    assert finding.exit_status == EX_CONFIG
+    assert "'bread' and 'red'" in finding.text
+    assert not (tmp_path / "state").exists()
+
+
+def test_what_was_found_is_kept_by_content(sound: Sound, tmp_path: Path) -> None:
+    names = ("Rob", "Bot")
+    book = make_phrasebook(names, (), repository("water the red rose", "water the bread rose"))
+    found = check(book, names, sound, tmp_path, chosen_only=True)
+    (kept,) = tmp_path.iterdir()
+    kept.write_text(kept.read_text().replace('"first": "bread"', '"first": "bred"'))
+    again = check(book, names, sound, tmp_path, chosen_only=True)
+    assert {"bred" if c.first == "bread" else c.first for c in found} == {c.first for c in again}
+    kept.write_text("no JSON")
+    assert check(book, names, sound, tmp_path, chosen_only=True) == found
+    other = make_phrasebook(names, (), repository("water the red rose", "water the green rose"))
+    check(other, names, sound, tmp_path, chosen_only=True)
+    assert len(list(tmp_path.iterdir())) == 2
+
+
+def test_candidates_are_words_that_can_be_said() -> None:
+    lexicon = Lexicon.load()
+    kinds = read_candidates()
+    assert {"colour", "flower", "name", "alphabet"} <= set(kinds)
+    unknown = [word for words in kinds.values() for word in words if word.lower() not in lexicon.entries]
+    assert unknown == []
+
+
+def test_the_forms_own_words_are_fixed() -> None:
+    assert RESERVED_WORDS <= FIXED_WORDS
+    assert {"two", "three", "ninety"} <= FIXED_WORDS
+    assert "green" not in FIXED_WORDS
+    assert {voice_for(name) for name in EIGHT} <= set(VOICES)
