@@ -96,8 +96,7 @@ class VoiceSounds:
         self.scale = _scale_of(words)
         """From a recording's energies to the bank's."""
         rows = np.arange(self.bank.n_frames)
-        ends = self.bank.first_row, self.bank.last_row
-        features = np.stack([self.bank.compose(rows, ends, noise, 1.0) for noise in self.noises])
+        features = np.stack([self.bank.compose(rows, noise, 1.0) for noise in self.noises])
         self._words: dict[str, list[Features]] = {}
         for t in self.bank.templates:
             self._words.setdefault(t.word, []).append(features[:, t.first : t.first + t.length : every])

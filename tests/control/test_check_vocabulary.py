@@ -56,35 +56,35 @@ def test_the_default_team_passes(capsys: pytest.CaptureFixture[str]) -> None:
 def test_confusable_tasks_are_listed_worst_first_with_replacements(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    tasks = task_file(tmp_path, "water the red rose", "water the bread rose", "water the read rose")
+    tasks = task_file(tmp_path, "water the lamp rose", "water the land rose", "paint the red box", "paint the read box")
     assert main(["check-vocabulary", "--tasks", str(tasks)]) == 1
     lines = capsys.readouterr().out.splitlines()
     assert lines[1].startswith("read | red ")
     assert "same sound" in lines[1]
-    assert any(line.startswith("bread | red ") for line in lines[2:4])
+    assert any(line.startswith("lamp | land ") for line in lines[2:4])
     assert any("instead of 'read' say for example" in line for line in lines)
 
 
 def test_json_has_one_pair_a_line(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    tasks = task_file(tmp_path, "water the red rose", "water the bread rose")
+    tasks = task_file(tmp_path, "water the lamp rose", "water the land rose")
     assert main(["check-vocabulary", "--json", "--tasks", str(tasks)]) == 1
     rows = [json.loads(line) for line in capsys.readouterr().out.splitlines()]
-    worst = next(row for row in rows if (row["first"], row["second"]) == ("bread", "red"))
+    worst = next(row for row in rows if (row["first"], row["second"]) == ("lamp", "land"))
     assert worst["confusable"]
     assert not worst["same_sound"]
     assert worst["quiet"] < worst["at_0_db"] < worst["at_minus_5_db"] < 0.5
     assert worst["at_0_db"] > LIMIT_NOISE
     assert len(worst["proposals"]) == 3
-    assert not {"red", "rose", "bread"} & set(worst["proposals"])
+    assert not {"lamp", "rose", "land"} & set(worst["proposals"])
 
 
 def test_what_is_proposed_passes(sound: Sound) -> None:
-    before = check(book := make_phrasebook(("Rob",), (), repository("water the red rose", "water the bread rose")),
+    before = check(book := make_phrasebook(("Rob",), (), repository("water the lamp rose", "water the land rose")),
                    ("Rob",), sound, chosen_only=True)  # fmt: skip
     offender = next(c for c in before if c.confusable and not c.fixed)
-    assert "bread" in book.graph.words
+    assert "lamp" in book.graph.words
     for word in offender.proposals:
-        after = make_phrasebook(("Rob",), (), repository("water the red rose", f"water the {word} rose"))
+        after = make_phrasebook(("Rob",), (), repository("water the land rose", f"water the {word} rose"))
         assert refusal(check(after, ("Rob",), sound, chosen_only=True)) is None
 
 
@@ -94,9 +94,9 @@ def test_bad_input(refused: Refuse, tmp_path: Path) -> None:
 
 
 def test_a_mission_with_confusable_tasks_is_refused(refused: Refuse, tmp_path: Path) -> None:
-    tasks = task_file(tmp_path, "water the red rose", "water the bread rose")
+    tasks = task_file(tmp_path, "water the lamp rose", "water the land rose")
     message = refused("simulate", "--tasks", tasks, "--json")
-    assert "'bread' and 'red' would be taken for one another" in message
+    assert "'lamp' and 'land' would be taken for one another" in message
     assert "--allow-confusable" in message
 
 
@@ -121,21 +121,21 @@ def test_names_that_sound_the_same_are_refused(sound: Sound) -> None:
 
 
 def test_the_daemons_preflight_refuses_too(tmp_path: Path) -> None:
-    tasks = task_file(tmp_path, "water the red rose", "water the bread rose")
+    tasks = task_file(tmp_path, "water the lamp rose", "water the land rose")
     finding = find_confusable(equip(Settings(name="Rob", state_dir=tmp_path / "state", tasks=tasks)))
     assert finding.exit_status == EX_CONFIG
-    assert "'bread' and 'red'" in finding.text
+    assert "'lamp' and 'land'" in finding.text
     assert not (tmp_path / "state").exists()
 
 
 def test_what_was_found_is_kept_by_content(sound: Sound, tmp_path: Path) -> None:
     names = ("Rob", "Bot")
-    book = make_phrasebook(names, (), repository("water the red rose", "water the bread rose"))
+    book = make_phrasebook(names, (), repository("water the lamp rose", "water the land rose"))
     found = check(book, names, sound, tmp_path, chosen_only=True)
     (kept,) = tmp_path.iterdir()
-    kept.write_text(kept.read_text().replace('"first": "bread"', '"first": "bred"'))
+    kept.write_text(kept.read_text().replace('"first": "lamp"', '"first": "ramp"'))
     again = check(book, names, sound, tmp_path, chosen_only=True)
-    assert {"bred" if c.first == "bread" else c.first for c in found} == {c.first for c in again}
+    assert {"ramp" if c.first == "lamp" else c.first for c in found} == {c.first for c in again}
     kept.write_text("no JSON")
     assert check(book, names, sound, tmp_path, chosen_only=True) == found
     other = make_phrasebook(names, (), repository("water the red rose", "water the green rose"))

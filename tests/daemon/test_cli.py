@@ -84,7 +84,7 @@ def test_check_says_what_is_there(config: Path, capsys: pytest.CaptureFixture[st
 def test_check_tells_missing_and_present_apart(config: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["--config", str(config), "--name", "Rob", "--check"], MISSING) == EX_UNAVAILABLE
     out, err = capsys.readouterr()
-    assert out.count("ok  ") == 2
+    assert out.count("ok  ") == 3
     assert len(err.splitlines()) == 3
 
 
