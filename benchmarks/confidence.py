@@ -1,24 +1,28 @@
 """How sure the recogniser may be: whether sentences are right, against how they fared, and the curve that fits it.
 
-Random sentences of two teams in white and pink noise; what the recogniser found, before it decides. Prints how many of
-the sentences of each confidence were right, and the constants for `ConfidenceCurve`.
+Random sentences of two teams in white and pink noise and, with pyroomacoustics installed, in rooms (image sources);
+with --data also people who talk to each other. What the recogniser found, before it decides. Prints how many of the
+sentences of each confidence were right, and the constants for `ConfidenceCurve`.
 
-    python -m benchmarks.confidence [--sentences 40] [--snr 20,0,-5,-8,-10] [--seed 21]
+    python -m benchmarks.confidence [--sentences 25] [--snr 30,0,-5,-8] [--data DIR] [--seed 21]
 """
 
 from __future__ import annotations
 
 import argparse
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.signal import fftconvolve
 
 from benchmarks.hearing import BLOCK, Spoken, add_noise, make_stream
 from hvcpd.assembly import DEFAULT_TEAMS, make_phrasebook, make_sound, templates, user_cache_folder
 from hvcpd.config.task_file import load_tasks
 from hvcpd.config.tasks import default_tasks_path
-from hvcpd.ports import Samples
+from hvcpd.control.soundfile import read_wav
+from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 from hvcpd.recognition.events import Recognised
 from hvcpd.recognition.frontend import HOP_SAMPLES
 from hvcpd.recognition.recogniser import ConfidenceCurve, Recogniser
@@ -27,7 +31,8 @@ from hvcpd.synthesis.speaker import Speaker
 from hvcpd.synthesis.voices import voice_for
 
 TEAMS = (("Rob", "Bot"), ("Max", "Ann"))
-STEPS = 4000
+ROOM_M = [14.0, 6.0, 3.0]
+STEPS = 6000
 RATE = 0.5
 
 
@@ -44,11 +49,11 @@ class Watched(Recogniser):
         return super()._judge(sentence)
 
 
-def row(sentence: Sentence) -> tuple[float, float, float]:
-    """Margin, deficit and gain, as `ConfidenceCurve` takes them."""
+def row(sentence: Sentence) -> tuple[float, float, float, float]:
+    """Margin, deficit, gain a frame and logarithm of the gain, as `ConfidenceCurve` takes them."""
     frames = sentence.steps[-1].end_frame - sentence.steps[0].start_frame
     margin = min(min(step.margin for step in sentence.steps), ConfidenceCurve().most_margin)
-    return margin, max(sentence.deficits), -sentence.cost / max(frames, 1)
+    return margin, float(np.mean(sentence.deficits)), -sentence.cost / max(frames, 1), float(np.log(-sentence.cost))
 
 
 def is_right(sentence: Sentence, words: tuple[str, ...], spoken: Sequence[Spoken]) -> bool:
@@ -59,6 +64,24 @@ def is_right(sentence: Sentence, words: tuple[str, ...], spoken: Sequence[Spoken
 def listen(recogniser: Watched, sound: Samples) -> None:
     for start in range(0, len(sound), BLOCK):
         recogniser.push(sound[start : start + BLOCK])
+
+
+def rooms() -> Iterator[Samples]:
+    """Impulse responses of a long room (14 by 6 by 3 m) at 1 to 10 m, RT60 0.3 to 0.6 s; none without the library."""
+    try:
+        import pyroomacoustics as pra
+    except ImportError:
+        print("(no rooms: pip install pyroomacoustics)")
+        return
+    for rt60_s, distance_m in ((0.3, 2.0), (0.3, 10.0), (0.45, 1.0), (0.45, 5.0), (0.45, 10.0), (0.6, 1.0), (0.6, 2.0)):
+        absorption, order = pra.inverse_sabine(rt60_s, ROOM_M)
+        room = pra.ShoeBox(
+            ROOM_M, SAMPLE_RATE_HZ, pra.Material(absorption), max_order=min(order, 40), air_absorption=True
+        )
+        room.add_source([2.0, 2.7, 0.25])
+        room.add_microphone([2.0 + distance_m, 3.1, 0.25])
+        room.compute_rir()
+        yield np.asarray(room.rir[0][0], np.float32)
 
 
 def fit(x: NDArray[np.float64], y: NDArray[np.bool_]) -> NDArray[np.float64]:
@@ -72,35 +95,50 @@ def fit(x: NDArray[np.float64], y: NDArray[np.bool_]) -> NDArray[np.float64]:
     return np.append(weights, w[-1] - float(weights @ mean))
 
 
+def collect(o: argparse.Namespace, names: tuple[str, ...], seed: int) -> Iterator[tuple[Sentence, bool]]:
+    """Every candidate of one team in all conditions, and whether it was right."""
+    sound = make_sound(None, user_cache_folder())
+    book = make_phrasebook(names, DEFAULT_TEAMS, load_tasks(default_tasks_path()))
+    speakers = {name: Speaker(voice_for(name), sound.lexicon, sound.cache) for name in names}
+    bank = {voice_for(name).name: templates(book, voice_for(name), sound) for name in names}
+    clean, spoken = make_stream(book, speakers, o.sentences, seed)
+    streams = [
+        (add_noise(clean, spoken, float(snr), colour, -30.0, seed), spoken)
+        for colour in ("white", "pink")
+        for snr in o.snr.split(",")
+    ]
+    for response in rooms():
+        far = fftconvolve(clean, response / np.abs(response).max())[: len(clean)].astype(np.float32)
+        streams.append((add_noise(far, spoken, 20.0, "white", -35.0, seed), spoken))
+    if o.data:
+        streams += [(read_wav(path), []) for path in sorted(o.data.rglob("*.wav"))]
+    for stream, truth in streams:
+        recogniser = Watched(book.graph, bank)
+        listen(recogniser, stream)
+        for sentence, words in recogniser.judged:
+            if sentence.cost < -5.0 and sentence.lead_in < 0.5:
+                yield sentence, is_right(sentence, words, truth)
+
+
 def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--sentences", type=int, default=40)
-    parser.add_argument("--snr", default="20,0,-5,-8,-10")
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--sentences", type=int, default=25)
+    parser.add_argument("--snr", default="30,0,-5,-8")
+    parser.add_argument("--data", type=Path)
     parser.add_argument("--seed", type=int, default=21)
     o = parser.parse_args()
-    rows, right = [], []
-    sound = make_sound(None, user_cache_folder())
-    for k, names in enumerate(TEAMS):
-        book = make_phrasebook(names, DEFAULT_TEAMS, load_tasks(default_tasks_path()))
-        speakers = {name: Speaker(voice_for(name), sound.lexicon, sound.cache) for name in names}
-        bank = {voice_for(name).name: templates(book, voice_for(name), sound) for name in names}
-        clean, spoken = make_stream(book, speakers, o.sentences, o.seed + k)
-        for colour in ("white", "pink"):
-            for snr in (float(s) for s in o.snr.split(",")):
-                recogniser = Watched(book.graph, bank)
-                listen(recogniser, add_noise(clean, spoken, snr, colour, -30.0, o.seed))
-                kept = [(s, w) for s, w in recogniser.judged if s.cost < -16.0 and s.lead_in < 0.5]
-                rows += [row(s) for s, _w in kept]
-                right += [is_right(s, w, spoken) for s, w in kept]
-    x, y = np.array(rows), np.array(right)
+    found = [pair for k, names in enumerate(TEAMS) for pair in collect(o, names, o.seed + k)]
+    x, y = np.array([row(sentence) for sentence, _ in found]), np.array([right for _, right in found])
     w = fit(x, y)
     print(f"{len(y)} sentences, {(~y).sum()} wrong")
-    print(f"bias {w[-1]:.2f}, per_margin {w[0]:.3f}, per_deficit {w[1]:.2f}, per_gain {w[2]:.2f}")
-    chance = 1.0 / (1.0 + np.exp(-(x @ w[:-1] + w[-1])))
+    print(f"bias {w[-1]:.2f}, margin {w[0]:.3f}, deficit {w[1]:.2f}, gain {w[2]:.2f}, log gain {w[3]:.2f}")
+    c = ConfidenceCurve()
+    present = x @ np.array([c.per_margin, c.per_deficit, c.per_gain, c.per_log_gain]) + c.bias
+    chance = 1.0 / (1.0 + np.exp(-present))
     for low, high in ((0.0, 0.5), (0.5, 0.7), (0.7, 0.8), (0.8, 0.9), (0.9, 0.95), (0.95, 1.0)):
         there = (chance >= low) & (chance < high)
         share = f"{y[there].mean():.3f} right" if there.any() else "-"
-        print(f"confidence {low:.2f} to {high:.2f}: {there.sum():4d} sentences, {share}")
+        print(f"confidence {low:.2f} to {high:.2f} at present: {there.sum():4d} sentences, {share}")
 
 
 if __name__ == "__main__":

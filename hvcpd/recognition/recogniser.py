@@ -7,6 +7,7 @@ from the first sample, so the size of the blocks pushed never changes a result.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
@@ -36,15 +37,17 @@ UNHEARD_LEAD_FRAMES = 28
 class ConfidenceCurve:
     """Logistic regression of whether a sentence is right, on how it fared; fitted by `benchmarks/confidence.py`."""
 
-    bias: float = 1.95
-    per_margin: float = 0.036
+    bias: float = -3.88
+    per_margin: float = 0.29
     """For the cost of the closest other word in the same place, of the word where that is least."""
     most_margin: float = 12.0
     """More margin tells no more."""
-    per_deficit: float = -9.64
-    """For the worst word's distance beyond the frames' best templates (`Sentence.deficits`)."""
-    per_gain: float = 6.45
+    per_deficit: float = -9.12
+    """For the words' mean distance beyond the frames' best templates (`Sentence.deficits`)."""
+    per_gain: float = 1.78
     """For what the sentence fits better than the filler, a frame."""
+    per_log_gain: float = 0.98
+    """For the logarithm of that in all: long sentences do not come about by chance."""
 
 
 @dataclass(frozen=True)
@@ -249,15 +252,17 @@ class Recogniser:
 
     def _confidence(self, sentence: Sentence) -> float:
         """The chance that every word is right."""
-        return self._chance(sentence, min(step.margin for step in sentence.steps), max(sentence.deficits))
+        mean_deficit = sum(sentence.deficits) / len(sentence.deficits)
+        return self._chance(sentence, min(step.margin for step in sentence.steps), mean_deficit)
 
     def _chance(self, sentence: Sentence, margin: float, deficit: float) -> float:
         """The chance that a word of the sentence with this margin and deficit is right."""
         c = self._settings.confidence
         frames = sentence.steps[-1].end_frame - sentence.steps[0].start_frame
+        gain = max(-sentence.cost, 1.0)
         logit = c.bias + c.per_margin * min(margin, c.most_margin) + c.per_deficit * deficit
-        logit += c.per_gain * -sentence.cost / max(frames, 1)
-        return float(1.0 / (1.0 + np.exp(-logit)))
+        logit += c.per_gain * gain / max(frames, 1) + c.per_log_gain * math.log(gain)
+        return 1.0 / (1.0 + math.exp(-logit))
 
     def _snr_db(self, start_frame: int, end_frame: int) -> float:
         slots = np.arange(start_frame, end_frame) % POWER_FRAMES
