@@ -18,14 +18,18 @@ from hvcpd.language.phrasebook import Phrasebook, Vocabulary
 from hvcpd.performer import Performer
 from hvcpd.ports import Pose, Samples
 from hvcpd.recognition.recogniser import Recogniser
+from hvcpd.recognition.urgent import UrgentSpotter, UrgentTemplates
 from hvcpd.robot import Acoustics, Robot
 from hvcpd.synthesis.lexicon import Lexicon
 from hvcpd.synthesis.speaker import Speaker
 from hvcpd.synthesis.unit_cache import UnitCache
-from hvcpd.synthesis.voices import Voice, voice_for
+from hvcpd.synthesis.voices import VOICES, Voice, voice_for
 
 SLOW = 0.8
 """Of the usual rate, when a robot is asked to say something again slowly; the recogniser's steps span 0.5 to 2."""
+
+STOP, STOP_RIVAL = "stop", "stopped"
+"""The word that halts over any talk, and the one of the phrasebook that begins with it and does not."""
 
 
 @dataclass(frozen=True)
@@ -87,7 +91,15 @@ def make_phrasebook(names: Sequence[str], teams: Iterable[str], tasks: TaskRepos
 def make_recogniser(phrasebook: Phrasebook, names: Iterable[str], sound: Sound) -> Recogniser:
     """A recogniser for the voices of these robots: templates are the very signals that their synthesizers make."""
     voices = {voice_for(name).name: voice_for(name) for name in names}
-    return Recogniser(phrasebook.graph, {name: templates(phrasebook, v, sound) for name, v in voices.items()})
+    bank = {name: templates(phrasebook, v, sound) for name, v in voices.items()}
+    return Recogniser(phrasebook.graph, bank, urgent=make_urgent(sound))
+
+
+def make_urgent(sound: Sound) -> UrgentSpotter:
+    """Hears "stop" over other voices, in any of our voices: a person may have each of them."""
+    speakers = {voice.name: Speaker(voice, sound.lexicon, sound.cache) for voice in VOICES}
+    finals = {w: {name: s.templates(w)[1:2] for name, s in speakers.items()} for w in (STOP, STOP_RIVAL)}
+    return UrgentSpotter(UrgentTemplates(finals[STOP], finals[STOP_RIVAL], frozenset((STOP, STOP_RIVAL))))
 
 
 def templates(phrasebook: Phrasebook, voice: Voice, sound: Sound) -> dict[str, list[Samples]]:

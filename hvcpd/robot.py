@@ -17,12 +17,12 @@ from hvcpd.coordination.actions import Halt, Perform, SavePeer, SaveStopped, Sav
 from hvcpd.coordination.coordination import Coordination
 from hvcpd.errors import PhraseError
 from hvcpd.hardware.kinematics import Odometry
-from hvcpd.language.messages import Utterance
+from hvcpd.language.messages import Stop, Utterance
 from hvcpd.language.phrasebook import Phrasebook
 from hvcpd.performer import Outcome, Performer
 from hvcpd.ports import SAMPLE_RATE_HZ, STANDSTILL, Samples, WheelCommand, WheelReading
 from hvcpd.recognition.events import Event as HearingEvent
-from hvcpd.recognition.events import Recognised
+from hvcpd.recognition.events import Recognised, Urgent
 
 
 class Ears(Protocol):
@@ -197,6 +197,9 @@ class Robot:
 
     def _understand(self, event: HearingEvent, now: float) -> None:
         start_s, end_s = event.start_sample / SAMPLE_RATE_HZ, event.end_sample / SAMPLE_RATE_HZ
+        if isinstance(event, Urgent):
+            self._stop_over_talk(now, start_s, end_s)
+            return
         utterance = self._parse(event)
         if not isinstance(event, Recognised) or utterance is None:
             self._records.append(GarbledRecord(now, start_s, end_s))
@@ -208,6 +211,13 @@ class Robot:
             HeardRecord(now, utterance, text, start_s, end_s, event.confidence, event.snr_db, event.voice, words)
         )
         self.coordination.heard(utterance, now, event.confidence, event.snr_db)
+
+    def _stop_over_talk(self, now: float, start_s: float, end_s: float) -> None:
+        """Whoever it was meant for, and whatever else was said: a halt too many does no harm."""
+        stop = Utterance(None, statement=Stop())
+        heard = HeardRecord(now, stop, self.phrasebook.write(stop), start_s, end_s, 0.0, 0.0, "")
+        self._records.append(heard)
+        self.coordination.heard(stop, now, heard.confidence)
 
     def _parse(self, event: HearingEvent) -> Utterance | None:
         if not isinstance(event, Recognised):

@@ -40,4 +40,12 @@ class Garbled:
     end_sample: int
 
 
-Event = Recognised | Garbled
+@dataclass(frozen=True)
+class Urgent:
+    """The urgent word was heard while somebody else spoke; it ended at `end_sample`."""
+
+    start_sample: int
+    end_sample: int
+
+
+Event = Recognised | Garbled | Urgent

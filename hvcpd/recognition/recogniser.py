@@ -16,7 +16,7 @@ import numpy as np
 from hvcpd.language.graph import WordGraph
 from hvcpd.ports import Samples
 from hvcpd.recognition.activity import ActivityDetector, ActivitySettings
-from hvcpd.recognition.events import Event, Garbled, Recognised, WordSpan
+from hvcpd.recognition.events import Event, Garbled, Recognised, Urgent, WordSpan
 from hvcpd.recognition.frontend import HOP_SAMPLES, N_BANDS, power_weights
 from hvcpd.recognition.network import Network
 from hvcpd.recognition.noise import STEP_FRAMES, NoiseTracker, steady_noise
@@ -24,6 +24,7 @@ from hvcpd.recognition.segments import Segment, SegmentSettings, SegmentTracker
 from hvcpd.recognition.spotter import Sentence, Spotter, SpotterSettings
 from hvcpd.recognition.stream import CHUNK_FRAMES, Chunk, FrameStream
 from hvcpd.recognition.templates import TemplateBank
+from hvcpd.recognition.urgent import UrgentSpotter
 
 RECENT_FRAMES = 120
 """1.2 s of frames are kept to be replayed into the network when it wakes."""
@@ -81,14 +82,17 @@ class Recogniser:
         graph: WordGraph,
         templates: Mapping[str, Mapping[str, Sequence[Samples]]],
         settings: RecogniserSettings | None = None,
+        urgent: UrgentSpotter | None = None,
     ) -> None:
-        """`templates[voice][word]`: one or a few recordings of the word, 16 kHz, float32.
+        """`templates[voice][word]`: one or a few recordings of the word, 16 kHz, float32. `urgent` hears one word
+        even while somebody else speaks.
 
         Raises ValueError if a voice lacks a template of a word of `graph`.
         """
         self._settings = settings or RecogniserSettings()
         bank = TemplateBank(templates)
         self._spotter = Spotter(Network(graph, bank), bank, self._settings.spotter)
+        self._urgent = urgent
         self._stream = FrameStream()
         self._noise = NoiseTracker()
         self._activity = ActivityDetector(self._settings.activity)
@@ -162,6 +166,8 @@ class Recogniser:
     def _forget_paths(self) -> None:
         self._spotter.sleep()
         self._activity.reset()
+        if self._urgent is not None:
+            self._urgent.reset()
         self._recent = self._recent[:0]
         self._alert_age = self._alert_count = 0
 
@@ -181,8 +187,22 @@ class Recogniser:
             self._spotter.wake(self._recent, end_frame - len(self._recent), noise)
         self._segments.push(chunk.first_frame, energies, self._activity.busy)
         events = self._conclude(end_frame)
+        if self._urgent is not None:
+            events += self._hear_urgent(self._urgent, chunk, events)
         self._doze(len(energies))
         return events
+
+    def _hear_urgent(self, urgent: UrgentSpotter, chunk: Chunk, events: list[Event]) -> list[Event]:
+        """Listen for the urgent word while anybody speaks, unless it is part of a sentence that was understood."""
+        for event in events:
+            if isinstance(event, Recognised):
+                urgent.accounted(event.words)
+        if not (self._spotter.awake or self._activity.alert or urgent.pending):
+            urgent.reset()
+            return []
+        urgent.feed(chunk.first_frame, chunk.energies, self._noise.estimate)
+        end = urgent.ended(chunk.first_frame + len(chunk.energies), self._spotter.best.node >= 0)
+        return [Urgent((end - urgent.length) * HOP_SAMPLES, end * HOP_SAMPLES)] if end is not None else []
 
     def _should_wake(self, n_frames: int) -> bool:
         """Count the signs of speech from the first one on."""

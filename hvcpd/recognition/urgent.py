@@ -1,0 +1,193 @@
+"""Hears one urgent word while somebody else speaks, where no sentence can be recognised.
+
+The loudest voice decides what is heard in each cell of time and frequency (log-max approximation: Varga & Moore,
+"Hidden Markov model decomposition of speech and noise", ICASSP 1990), so the word shows in some cells and elsewhere the
+sound is louder than the word: that says nothing against it, while sound fainter than the word does (bounded
+marginalisation: Cooke et al., "Robust automatic speech recognition with missing and unreliable acoustic data", Speech
+Communication 34(3), 2001). A word counts as heard at its end, without rest after it, for the other voice goes on.
+
+Steps are those of the `decoder`; a path's score is the share of the word that was found, 1 for all of it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hvcpd.ports import Samples
+from hvcpd.recognition.frontend import ENERGY_FLOOR, Energies
+from hvcpd.recognition.templates import trimmed_energies
+
+PAIR = 2
+"""Frames are taken two by two, 20 ms: vowels and hisses last longer, and it costs a quarter."""
+LEVEL_PAIRS = 40
+"""The level is that of the last 0.8 s: some syllables of whoever is loudest."""
+LEVEL_QUANTILE = 0.75
+RETUNE_NEPER = 0.35
+"""The templates are moved when the level has changed by 1.5 dB."""
+_NOTHING = np.float32(-1e9)
+
+
+@dataclass(frozen=True)
+class UrgentSettings:
+    """How the word is told from other talk; measured with `benchmarks/stop.py`."""
+
+    threshold: float = 0.33
+    """The share of the word that must be found. At 0 dB under another voice the word has 0.41 and more (60 calls),
+    other words of our phrasebook 0.23 at most (25 sentences), people's talk 0.26."""
+    rival_lead: float = 0.12
+    """A rival must have so much more than the word: under another voice its end costs nothing, so that it has up to
+    0.07 more where the word was said."""
+    gains_db: tuple[float, ...] = (-12.0, -8.0, -4.0, 0.0, 4.0)
+    """The word's level may be so far from the level of all that is heard."""
+    sigma_db: float = 3.0
+    """The spread of a cell in which the word is the louder voice."""
+    worst: float = -4.0
+    """The least that a cell counts: where the sound is fainter than the word must be. Found cells count 1."""
+    slack: float = 0.04
+    """Cost of staying in a frame of the word or of skipping one: about a frame's share of the word."""
+    band_range_db: float = 20.0
+    """In each frame, bands so far below its loudest one do not count."""
+    frame_range_db: float = 40.0
+    """Frames so far below the word's loudest one, as in a closure, do not count..."""
+    frame_full_db: float = 25.0
+    """...and those no further below than this count in full."""
+    hold_frames: int = 16
+    """160 ms after the word a rival that goes on ("stopped") has shown."""
+    hold_most_frames: int = 38
+    """380 ms after the word the recogniser has told whether a whole sentence ended with it."""
+
+
+@dataclass(frozen=True)
+class UrgentTemplates:
+    """`words[voice]` and `rivals[voice]`: recordings, 16 kHz, float32, of the word and of words that begin like it."""
+
+    words: Mapping[str, Sequence[Samples]]
+    rivals: Mapping[str, Sequence[Samples]]
+    texts: frozenset[str]
+    """Both as they are written: a sentence with one of them accounts for what was heard."""
+
+
+def _pairs(energies: Energies) -> Energies:
+    n = len(energies) // PAIR * PAIR
+    out: Energies = energies[:n].reshape(-1, PAIR, energies.shape[1]).mean(axis=1)
+    return out
+
+
+class UrgentSpotter:
+    """Feed it consecutive frames while somebody speaks, an even number at a time; `reset` in silence."""
+
+    def __init__(self, templates: UrgentTemplates, settings: UrgentSettings | None = None) -> None:
+        self.settings = s = settings or UrgentSettings()
+        self.texts = templates.texts
+        takes = [(t, False) for ts in templates.words.values() for t in ts]
+        takes += [(t, True) for ts in templates.rivals.values() for t in ts]
+        rows = [self._normalised(take) for take, _ in takes]
+        lengths = np.array([len(row) for row in rows])
+        self._energies = np.concatenate(rows)
+        self._weights = np.concatenate([self._weight(row) for row in rows])
+        self._last = np.cumsum(lengths) - 1
+        self._first = self._last - lengths + 1
+        self._rival = np.array([rival for _, rival in takes])
+        self._gains = (10.0 ** (np.array(s.gains_db) / 10.0)).astype(np.float32)
+        self.reset()
+
+    @property
+    def pending(self) -> bool:
+        """Whether the word was heard and not told yet."""
+        return self._pending is not None
+
+    @property
+    def length(self) -> int:
+        """How long the word is, frames."""
+        return PAIR * int((self._last - self._first + 1)[~self._rival].mean())
+
+    def reset(self) -> None:
+        """Forget what was heard."""
+        shape = (len(self._gains), len(self._energies))
+        self._score = np.full(shape, _NOTHING, np.float32)
+        self._powers = np.zeros(0)
+        self._level = 0.0
+        self._pending: tuple[int, float] | None = None
+
+    @staticmethod
+    def _normalised(take: Samples) -> Energies:
+        energies = _pairs(trimmed_energies(take))
+        energies = np.maximum(energies - ENERGY_FLOOR, 0.0)
+        return np.asarray(energies / energies.sum(axis=1).mean(), np.float32)
+
+    def _weight(self, energies: Energies) -> NDArray[np.float32]:
+        """What each cell counts, 1 in all: frames alike, so that vowels alone are not the word."""
+        s = self.settings
+        level_db = 10.0 * np.log10(energies + 1e-9)
+        top_db = level_db.max(axis=1, keepdims=True)
+        weight = np.clip((level_db - top_db) / s.band_range_db + 1.0, 0.0, 1.0)
+        weight /= weight.sum(axis=1, keepdims=True)
+        weight *= np.clip((top_db - top_db.max() + s.frame_range_db) / (s.frame_range_db - s.frame_full_db), 0.0, 1.0)
+        return np.asarray(weight / weight.sum(), np.float32)
+
+    def feed(self, first_frame: int, energies: Energies, noise: NDArray[np.float32]) -> None:
+        """Take frames from `first_frame` on, shape (n, N_BANDS), and the noise's energies, shape (N_BANDS,)."""
+        pairs = _pairs(energies)
+        powers = np.maximum(pairs - noise, 0.0).sum(axis=1)
+        for i, (pair, power) in enumerate(zip(np.log(pairs), powers, strict=True)):
+            self._powers = np.append(self._powers, power)[-LEVEL_PAIRS:]
+            self._tune(noise)
+            self._step(pair)
+            self._look(first_frame + PAIR * (i + 1))
+
+    def _tune(self, noise: NDArray[np.float32]) -> None:
+        rank = int(LEVEL_QUANTILE * (len(self._powers) - 1))
+        level = max(float(np.partition(self._powers, rank)[rank]), 1e-9)
+        if self._level and abs(np.log(level / self._level)) <= RETUNE_NEPER:
+            return
+        self._level = level
+        word = self._energies * (np.float32(level) * self._gains)[:, None, None]
+        composed = word + noise
+        self._logs = np.log(composed)
+        audible = np.clip(1.5 * word / composed - 0.5, 0.0, 1.0)  # a cell below the noise tells nothing
+        self._cells = audible * self._weights
+
+    def _step(self, sound: NDArray[np.float32]) -> None:
+        s = self.settings
+        off = (sound - self._logs) * np.float32(10.0 / np.log(10.0) / s.sigma_db)
+        found = np.float32(1.0) - np.float32(0.5) * off * off
+        np.maximum(found, np.where(off > 0.0, np.float32(0.0), np.float32(s.worst)), out=found)
+        gained = np.einsum("gnb,gnb->gn", found, self._cells)
+        score = self._score
+        advance = np.full_like(score, _NOTHING)
+        advance[:, 1:] = score[:, :-1]
+        advance[:, self._first] = 0.0
+        skip = np.full_like(score, _NOTHING)
+        skip[:, 2:] = score[:, :-2] - np.float32(s.slack)
+        skip[:, self._first] = _NOTHING
+        skip[:, self._first + 1] = -s.slack
+        stay = score - np.float32(s.slack) + np.minimum(gained, 0.0)  # or a vowel held on would count for the word
+        self._score = np.maximum(stay, np.maximum(advance, skip) + gained)
+
+    def _look(self, end_frame: int) -> None:
+        """Note the word where it fits best; forget it when a rival fits much better."""
+        ends = self._score[:, self._last].max(axis=0)
+        word, rival = float(ends[~self._rival].max()), float(ends[self._rival].max(initial=_NOTHING))
+        if self._pending is not None and rival > self._pending[1] + self.settings.rival_lead:
+            self._pending = None
+        elif word >= self.settings.threshold and (self._pending is None or word > self._pending[1]):
+            self._pending = (end_frame, word)
+
+    def ended(self, frame: int, sentence_ends: bool) -> int | None:
+        """The frame at which the word ended, told once; `sentence_ends`: the recogniser may soon account for it."""
+        if self._pending is None:
+            return None
+        end_frame, s = self._pending[0], self.settings
+        if frame - end_frame < (s.hold_most_frames if sentence_ends else s.hold_frames):
+            return None
+        self.reset()
+        return end_frame
+
+    def accounted(self, words: Sequence[str]) -> None:
+        """The recogniser understood a sentence: with the word in it, nothing more is to be told."""
+        if self._pending is not None and not self.texts.isdisjoint(words):
+            self.reset()

@@ -1,0 +1,86 @@
+"""One word is heard over another voice, where no sentence can be recognised."""
+
+import numpy as np
+import pytest
+
+from hvcpd.ports import SAMPLE_RATE_HZ, Samples
+from hvcpd.recognition.events import Event, Recognised, Urgent
+from hvcpd.recognition.frontend import energies_of
+from hvcpd.recognition.recogniser import Recogniser
+from hvcpd.recognition.urgent import UrgentSettings, UrgentSpotter, UrgentTemplates
+from tests.recognition.signals import graph, in_noise, sentence, templates, word
+
+CALL = word("stop", 170.0)
+
+
+def ears(urgent: bool = True) -> Recogniser:
+    spotter = UrgentSpotter(UrgentTemplates({"low": [CALL]}, {}, frozenset({"stop"})))
+    return Recogniser(graph(), templates(), urgent=spotter if urgent else None)
+
+
+def talk() -> Samples:
+    """A robot's sentences, on and on, so that no rest follows the word."""
+    return sentence("rob water green rose, bot water green rose")
+
+
+def over(talk: Samples, at_s: float, call: Samples) -> Samples:
+    mixed = talk.copy()
+    at = round(at_s * SAMPLE_RATE_HZ)
+    mixed[at : at + len(call)] += call
+    return in_noise(mixed)
+
+
+def hear(recogniser: Recogniser, sound: Samples, block: int = 400) -> list[tuple[float, Event]]:
+    return [
+        ((start + block) / SAMPLE_RATE_HZ, event)
+        for start in range(0, len(sound), block)
+        for event in recogniser.push(sound[start : start + block])
+    ]
+
+
+@pytest.mark.parametrize("at_s", [0.3, 0.7, 1.0, 1.4])
+def test_stop_is_heard_over_talk_as_loud_within_half_a_second(at_s: float) -> None:
+    end_s = 1.0 + at_s + len(word("stop")) / SAMPLE_RATE_HZ
+    told = [at for at, event in hear(ears(), over(talk(), at_s, CALL)) if isinstance(event, Urgent)]
+    assert len(told) == 1
+    assert end_s - 0.1 < told[0] < end_s + 0.5
+    without = hear(ears(urgent=False), over(talk(), at_s, CALL))
+    assert not any(isinstance(event, Recognised) and "stop" in event.words for _, event in without)
+
+
+def test_talk_alone_is_no_stop_and_is_still_understood() -> None:
+    events = [event for _, event in hear(ears(), in_noise(sentence("hi rob, water green")))]
+    assert [event.words for event in events if isinstance(event, Recognised)] == [("hi", "rob", "water", "green")]
+    assert not any(isinstance(event, Urgent) for event in events)
+
+
+def test_a_sentence_that_ends_with_the_word_is_told_once() -> None:
+    events = [event for _, event in hear(ears(), in_noise(sentence("stop")))]
+    assert [type(event) for event in events] == [Recognised]
+
+
+def test_a_rival_that_fits_better_is_not_the_word() -> None:
+    longer = np.concatenate([CALL, word("hi", 170.0)])
+    energies = energies_of(in_noise(longer))
+    noise = energies[:40].mean(axis=0)
+    settings = UrgentSettings(hold_frames=30, rival_lead=0.0)
+
+    def heard(rivals: dict[str, list[Samples]]) -> bool:
+        spotter = UrgentSpotter(UrgentTemplates({"low": [CALL]}, rivals, frozenset({"stop"})), settings)
+        told = []
+        for frame in range(96, len(energies) - 4, 4):  # amid talk, not after a silence
+            spotter.feed(frame, energies[frame : frame + 4], noise)
+            told.append(spotter.ended(frame + 4, sentence_ends=False))
+        return any(end is not None for end in told)
+
+    assert heard({})
+    assert not heard({"low": [longer]})
+
+
+def test_the_size_of_the_blocks_changes_nothing() -> None:
+    sound = over(talk(), 0.7, CALL)
+    spans = [
+        [(e.start_sample, e.end_sample) for _, e in hear(ears(), sound, block) if isinstance(e, Urgent)]
+        for block in (37, 400, 16_000)
+    ]
+    assert spans[0] == spans[1] == spans[2] != []
