@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from hvcpd.errors import HvcpdError
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
-from hvcpd.recognition.events import Event, Garbled, Recognised
+from hvcpd.recognition.events import Event, Garbled, Recognised, Urgent
 from hvcpd.recognition.frontend import HOP_SAMPLES, WINDOW_SAMPLES, power_weights
 from hvcpd.recognition.noise import NoiseTracker
 from hvcpd.recognition.stream import FrameStream
@@ -155,10 +155,11 @@ def _draw_confidence(axes: Any) -> None:
 def _draw_event(axes: tuple[Any, Any, Any], event: Event) -> None:
     start_s, end_s = event.start_sample / SAMPLE_RATE_HZ, event.end_sample / SAMPLE_RATE_HZ
     top, middle, bottom = axes
-    if isinstance(event, Garbled):
+    if isinstance(event, Garbled | Urgent):
         for each in axes:
             each.axvspan(start_s, end_s, color=_GARBLED, alpha=0.25, linewidth=0)
-        _label(top, (start_s + end_s) / 2, "garbled", _GARBLED, italic=True)
+        said = "garbled" if isinstance(event, Garbled) else "stop, over talk"
+        _label(top, (start_s + end_s) / 2, said, _GARBLED, italic=True)
         return
     middle.axvspan(start_s, end_s, color=_SURE, alpha=0.07, linewidth=0)
     _draw_path(top, bottom, event)
