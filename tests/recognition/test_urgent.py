@@ -63,7 +63,7 @@ def test_a_rival_that_fits_better_is_not_the_word() -> None:
     longer = np.concatenate([CALL, word("hi", 170.0)])
     energies = energies_of(in_noise(longer))
     noise = energies[:40].mean(axis=0)
-    settings = UrgentSettings(threshold=0.38, hold_frames=30, rival_lead=0.0)
+    settings = UrgentSettings(threshold=0.33, hold_frames=30, rival_lead=0.0)
 
     def heard(rivals: dict[str, list[Samples]]) -> bool:
         spotter = UrgentSpotter(UrgentTemplates({"low": [CALL]}, rivals, frozenset({"stop"})), settings)
