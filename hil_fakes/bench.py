@@ -32,7 +32,7 @@ BLOCK_S = BLOCK / SAMPLE_RATE_HZ
 MOVING_BLOCKS = 2
 """A moving robot's wheels are served every 50 ms, as ROBOTIS's own node does."""
 STANDING_BLOCKS = 8
-"""A standing robot's every 200 ms: well within the motors' bus watchdog of 0.5 s."""
+"""A standing robot's every 200 ms: within the motors' bus watchdog of 0.24 s."""
 MAP_BLOCKS = 40
 """The live view learns the robots' places once a second."""
 SWITCH_ON_SPREAD_S = 1.5

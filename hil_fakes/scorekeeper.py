@@ -96,7 +96,7 @@ class Scorekeeper:
         """By whom it was meant for: one robot, or everybody else."""
         names = [n for n in self._names if n != sentence.said.speaker]
         meant = [n for n in names if n == sentence.to] or names
-        return all(sentence.heard.get(name) == sentence.said.text for name in meant)
+        return bool(meant) and all(sentence.heard.get(name) == sentence.said.text for name in meant)
 
     def summary(self, virtual_s: float, wall_s: float, seed: int, mode: str) -> Summary:
         """The mission's result; to be asked for once, at its end."""

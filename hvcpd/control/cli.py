@@ -11,7 +11,7 @@ from typing import TypeAlias
 
 from hvcpd import __version__
 from hvcpd.control.drive_parser import add_doctor, add_drive
-from hvcpd.errors import EX_USER, HvcpdError
+from hvcpd.errors import EX_FAILURE, EX_OK, EX_USER, HvcpdError
 
 Command = Callable[[argparse.Namespace], int]
 _Commands: TypeAlias = "argparse._SubParsersAction[argparse.ArgumentParser]"
@@ -76,7 +76,7 @@ def make_parser() -> argparse.ArgumentParser:
         epilog="Exit status: 0 success, 1 a mission or motion that did not end well, 2 bad input.",
     )
     parser.add_argument("--version", action="version", version=f"hvcpctl {__version__}")
-    commands = parser.add_subparsers(title="commands", metavar="COMMAND", required=True)
+    commands = parser.add_subparsers(title="commands", metavar="COMMAND", required=True, dest="command")
     _add_simulate(commands)
     _add_say(commands)
     _add_hear(commands)
@@ -204,8 +204,15 @@ def _add_prerender(commands: _Commands) -> None:
     c.set_defaults(run=_lazy("prerender"))
 
 
+def _drop_output() -> None:
+    """Let the interpreter's last flush go nowhere."""
+    os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+
+
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run `hvcpctl`; returns the exit status."""
+    if sys.stdout is None:  # closed by whoever started us
+        sys.stdout = Path(os.devnull).open("w")  # noqa: SIM115 - open to the end
     options = make_parser().parse_args(arguments)
     command: Command = options.run
     try:
@@ -215,8 +222,12 @@ def main(arguments: Sequence[str] | None = None) -> int:
         sys.stderr.write(f"hvcpctl: {error}\n")
         return EX_USER
     except BrokenPipeError:  # the reader of our output has gone, as in `hvcpctl hear x.wav | head -1`
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-        return 0
+        _drop_output()
+        return EX_FAILURE if options.command == "simulate" else EX_OK  # a mission that was cut short is not done
+    except (OSError, UnicodeEncodeError) as error:
+        _drop_output()
+        sys.stderr.write(f"hvcpctl: the output cannot be written: {error}; send it elsewhere, or set PYTHONUTF8=1\n")
+        return EX_USER
     except KeyboardInterrupt:
         sys.stderr.write("\n")
         return 130

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import sys
+import tempfile
 import time
 from collections.abc import Callable, Iterator
 from contextlib import AbstractContextManager, ExitStack, contextmanager, nullcontext
@@ -152,8 +153,10 @@ class _RealTime:
 def _make_directory(path: Path) -> None:
     try:
         path.mkdir(parents=True, exist_ok=True)
+        with tempfile.TemporaryFile(dir=path):
+            pass
     except OSError as error:
-        raise AudioFileError(f"--report: {path} cannot be made: {error.strerror}; name another directory") from None
+        raise AudioFileError(f"--report: {path} cannot be written: {error.strerror}; name another directory") from None
 
 
 def _write_report(directory: Path, record: MissionRecord, bench: Bench, quiet: bool) -> None:

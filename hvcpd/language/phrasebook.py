@@ -26,7 +26,7 @@ from hvcpd.language.pattern import (
     slots_of,
     words_of,
 )
-from hvcpd.language.words import number_words, spoken_words
+from hvcpd.language.words import number_words, spoken_words, strict_words
 
 _T = TypeVar("_T")
 
@@ -132,7 +132,7 @@ class Phrasebook:
 
     def parse_text(self, text: str) -> m.Utterance:
         """The meaning of a written sentence; capitals and punctuation do not matter. Raises PhraseError."""
-        return self.parse(spoken_words(text))
+        return self.parse(strict_words(text))
 
     @cached_property
     def graph(self) -> WordGraph:

@@ -14,6 +14,8 @@ NUMBER_MAX = 99
 """The largest number with a spoken form here: task repositories are small."""
 
 _TOKEN = re.compile(r"[a-z0-9']+")
+_STRICT_TOKEN = re.compile(r"(?<!\S)-[0-9]\S*|[^\s,.!?;:\"“”()\[\]…–—-]+")
+"""A minus sign belongs to its number; any other hyphen parts words."""
 
 
 def number_words(number: int) -> tuple[str, ...]:
@@ -31,10 +33,25 @@ def spoken_words(text: str) -> tuple[str, ...]:
 
     Characters that no English word has end a word, so that arbitrary text gives some words and never an error.
     """
+    return _with_numbers(_TOKEN.findall(_plain(text)))
+
+
+def strict_words(text: str) -> tuple[str, ...]:
+    """Like `spoken_words`, but nothing is left out: a word with other signs stays, for its reader to refuse.
+
+    What is left out could change what is said: "task -1" is not task one.
+    """
+    return _with_numbers(_STRICT_TOKEN.findall(_plain(text)))
+
+
+def _plain(text: str) -> str:
     plain = unicodedata.normalize("NFKD", text).replace("\u2019", "'").lower()
-    plain = "".join(c for c in plain if not unicodedata.combining(c))
+    return "".join(c for c in plain if not unicodedata.combining(c))
+
+
+def _with_numbers(tokens: list[str]) -> tuple[str, ...]:
     words: list[str] = []
-    for token in _TOKEN.findall(plain):
+    for token in tokens:
         token = token.strip("'")
         if token.isascii() and token.isdigit() and int(token[-9:]) <= NUMBER_MAX and len(token) <= 9:
             words += number_words(int(token))

@@ -12,7 +12,8 @@ from hil_fakes.bench import Bench, BenchPlan
 from hil_fakes.room import Air
 from hvcpd.assembly import Sound, make_phrasebook, make_recogniser, make_sound
 from hvcpd.config.settings import DEFAULT_TEAMS
-from hvcpd.config.tasks import GoTo, Place, TaskDefinition, TaskRepository, Water
+from hvcpd.config.task_file import load_tasks
+from hvcpd.config.tasks import GoTo, Place, TaskDefinition, TaskRepository, Water, default_tasks_path
 from hvcpd.ports import Samples
 from hvcpd.recognition.events import Recognised
 from hvcpd.reporting.events import Heard, MissionRecord, Said, Summary
@@ -51,6 +52,18 @@ def test_every_plant_is_watered_exactly_once(coordinator: str | None) -> None:
     score = summary(flown(coordinator=coordinator)[0])
     assert (len(score.done), score.duplicates, score.lost) == (3, 0, 0)
     assert score.utterances_understood > 6
+
+
+def test_the_papers_five_plants_are_watered_exactly_once() -> None:
+    plan = BenchPlan(NAMES, load_tasks(default_tasks_path()), 5, limit_s=600.0)
+    score = summary(Bench(plan, sound()).run())
+    assert (len(score.done), score.duplicates, score.lost) == (5, 0, 0)
+
+
+def test_a_robot_alone_is_understood_by_nobody() -> None:
+    record = Bench(BenchPlan(("Rob",), THREE, 3, limit_s=20.0), sound()).run()
+    assert summary(record).utterances_sent > 0
+    assert summary(record).utterances_understood == 0
 
 
 def test_who_is_ordered_reads_back_and_reports() -> None:
