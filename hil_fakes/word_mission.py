@@ -37,7 +37,8 @@ class Outage:
 
 @dataclass(frozen=True)
 class WordPlan:
-    """One mission. `late` are robots that are switched on only then; `earshot_m` is how far a voice carries."""
+    """One mission. `late` are robots that are switched on only then, `leaving` those that are told to end then;
+    `earshot_m` is how far a voice carries."""
 
     names: tuple[str, ...]
     tasks: tuple[TaskDefinition, ...]
@@ -46,6 +47,7 @@ class WordPlan:
     coordinator: str | None = None
     outages: tuple[Outage, ...] = ()
     late: Mapping[str, float] = field(default_factory=dict)
+    leaving: Mapping[str, float] = field(default_factory=dict)
     earshot_m: float | None = None
     nearest_first: bool = False
     timing: Timing = field(default_factory=Timing)
@@ -121,6 +123,8 @@ class WordMission:
         for name in plan.names:
             on_s = plan.late.get(name, 0.0)
             self._later(on_s, lambda name=name: self._switch_on(name)) if on_s else self._switch_on(name)
+        for name, at_s in plan.leaving.items():
+            self._later(at_s, lambda name=name: self.leave(name))
         for outage in plan.outages:
             self._later(outage.at_s, lambda outage=outage: self._fail(outage))
 
@@ -188,11 +192,20 @@ class WordMission:
         if robot is None:
             return
         self.off_in_mid_task |= robot.task is not None or robot.unreported is not None
-        self._bodies[outage.name].halt(self.air.now)
-        del self.robots[outage.name]
-        self.air.switch_off(outage.name)
+        self._switch_off(outage.name)
         if outage.back_s is not None:
             self._later(self.air.now + outage.back_s, lambda: self._switch_on(outage.name))
+
+    def leave(self, name: str) -> None:
+        """Tell a robot to end: it is switched off once it has said so."""
+        if name in self.robots:
+            self.robots[name].leave(self.air.now)
+            self.air.refresh((name,))
+
+    def _switch_off(self, name: str) -> None:
+        self._bodies[name].halt(self.air.now)
+        del self.robots[name]
+        self.air.switch_off(name)
 
     def _collect(self, name: str) -> None:
         robot = self.robots[name]
@@ -211,6 +224,8 @@ class WordMission:
                     (self.stopped.add if stopped else self.stopped.discard)(name)
                 case _:
                     pass
+        if robot.has_left:
+            self.air.at(self.air.now, lambda: self._switch_off(name) if self.robots.get(name) is robot else None)
 
     def _perform(self, name: str, task: int, actions: tuple[Action, ...]) -> None:
         body, now = self._bodies[name], self.air.now

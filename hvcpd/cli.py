@@ -111,14 +111,28 @@ def _run(daemon: Daemon) -> int:
 
 
 async def _serve(daemon: Daemon) -> None:
-    """Let the daemon run until a signal; the wheels are stopped when this returns."""
+    """Let the daemon run until a signal; the wheels are stopped when this returns.
+
+    At the first signal the robot says that it leaves; a second one ends it without a word.
+    """
+    from hvcpd.daemon.life import FAREWELL_WALL_S
+
     life = asyncio.ensure_future(daemon.run())
     loop = asyncio.get_running_loop()
     asked: list[signal.Signals] = []
+    ended: list[bool] = []
 
     def stop(number: signal.Signals) -> None:
         asked.append(number)
-        if len(asked) == 1:  # a second signal must not cut the orderly end short
+        if len(asked) == 1 and daemon.listening:
+            daemon.leave()
+            loop.call_later(FAREWELL_WALL_S, end)
+        else:
+            end()
+
+    def end() -> None:
+        if not ended:  # a further signal must not cut the orderly end short
+            ended.append(True)
             life.cancel()
 
     for number in (signal.SIGTERM, signal.SIGINT):

@@ -138,10 +138,13 @@ class Coordination:
 
     def leave(self, now: float) -> None:
         """The robot is about to be switched off: it says so, and gives back its task."""
-        effects.let_go(self)
-        self.floor.clear()
-        self.want(Urgency.ALARM, "leaving", lambda: composing.to_all(self, m.Leaving()), now)
+        self.fire(Trigger.LEAVE, now)
         self._save_changes()
+
+    @property
+    def has_left(self) -> bool:
+        """Whether it has said that it leaves."""
+        return self.state is State.GONE
 
     def tick(self, now: float) -> None:
         """Do what is due."""

@@ -238,15 +238,34 @@ def release(c: Coordination, now: float) -> None:
     rest(c, now)
 
 
+def want_farewell(c: Coordination, now: float) -> None:
+    """Give the task back and say so; what was finished and not yet confirmed is reported once more before."""
+    let_go(c)
+    c.floor.clear()
+    _report_before(c, Urgency.ALARM, now)
+    c.task = c.task_ref = c.partner = c.motion = c.unreported = None
+    c.arm_until(None)
+    farewell = composing.to_all(c, m.Leaving())
+    c.want(Urgency.ANSWER, OWN_TURN, lambda: farewell, now, trigger=Trigger.SPOKEN_FAREWELL)
+
+
+def fall_silent(c: Coordination, _now: float) -> None:
+    c.floor.clear()
+    c.arm_until(None)
+
+
+def _report_before(c: Coordination, urgency: Urgency, now: float) -> None:
+    """Say once more what is finished and was not confirmed, before it is forgotten."""
+    if c.unreported is not None and c.board[c.unreported].state == DONE:
+        done = composing.to_all(c, m.Completed(m.TaskByNumber(c.unreported)))
+        c.want(urgency, f"done {c.unreported}", lambda: done, now)
+
+
 def halt(c: Coordination, now: float) -> None:
     """Stop, and latch: tasks, turns and motions are forgotten, and nothing but "resume" leads on."""
     let_go(c)
     c.do(SaveStopped(True))
     c.floor.clear()
-    finished = c.unreported is not None and c.board[c.unreported].state == DONE
-    unreported = c.unreported
+    _report_before(c, Urgency.TURN, now)
     c.task = c.task_ref = c.partner = c.motion = c.unreported = None
     c.want(Urgency.ALARM, "stopped", lambda: composing.to_all(c, m.Stopped()), now)
-    if finished and unreported is not None:
-        done = composing.to_all(c, m.Completed(m.TaskByNumber(unreported)))
-        c.want(Urgency.TURN, f"done {unreported}", lambda: done, now)

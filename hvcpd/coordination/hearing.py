@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 from hvcpd.coordination import claims, composing, orders, people, relaying, repair
 from hvcpd.coordination.addressing import is_for
 from hvcpd.coordination.floor import Urgency
-from hvcpd.coordination.table import PROPOSING, State, Trigger
+from hvcpd.coordination.table import DEPARTING, PROPOSING, State, Trigger
 from hvcpd.language import messages as m
 
 if TYPE_CHECKING:
@@ -23,6 +23,8 @@ def react(c: Coordination, u: m.Utterance, confidence: float, now: float) -> Non
     if isinstance(u.addressee, m.ToRobot):
         c.floor.answered(u.addressee.name.lower(), isinstance(u.statement, m.Confirmed))
     statement = u.statement
+    if c.state in DEPARTING and not isinstance(statement, m.Stop):
+        return
     if isinstance(statement, m.Negative):
         relaying.denied(c, u, now)
     if isinstance(statement, m.ComeBack | m.MoveBy | m.TurnBy):

@@ -32,6 +32,8 @@ class State(Enum):
     DENYING = "waits for the floor to deny a read-back"
     MOVING = "makes a motion that it was told to make"
     STOPPED = "was told to stop"
+    LEAVING = "waits for the floor to say that it leaves"
+    GONE = "has said that it leaves, and says no more"
 
 
 class Trigger(Enum):
@@ -39,6 +41,7 @@ class Trigger(Enum):
     SPOKEN = "its sentence is out"
     SPOKEN_BOTH = "its report is out, with a claim in it"
     SPOKEN_SURE = "its read-back of a motion is out, and the order was clear"
+    SPOKEN_FAREWELL = "it has said that it leaves"
     WITHDRAWN = "nothing is left to be said"
     GREETED = "its answer to a greeting is out"
     CHOSE_QUESTION = "it may have missed something"
@@ -63,6 +66,7 @@ class Trigger(Enum):
     REFUSED = "the order was refused"
     STOP = "stop"
     RESUME = "resume"
+    LEAVE = "it is about to be switched off"
 
 
 S, T = State, Trigger
@@ -162,7 +166,10 @@ TRANSITIONS: dict[tuple[State, Trigger], tuple[State, str]] = {
     (S.MOVING, T.PERFORMED): (S.READY, "rest"),
     (S.MOVING, T.FAILED): (S.READY, "rest"),
     (S.STOPPED, T.RESUME): (S.READY, "release"),
-} | {(state, T.STOP): (S.STOPPED, "halt") for state in State if state is not S.STOPPED}
+    (S.LEAVING, T.SPOKEN_FAREWELL): (S.GONE, "fall_silent"),
+}
+TRANSITIONS |= {(state, T.STOP): (S.STOPPED, "halt") for state in State if state is not S.STOPPED}
+TRANSITIONS |= {(state, T.LEAVE): (S.LEAVING, "want_farewell") for state in State if state not in (S.LEAVING, S.GONE)}
 
 AT_WORK = frozenset({S.GOING, S.ANNOUNCING, S.CHECKING, S.ACTING})
 """Has a task that is its own."""
@@ -170,5 +177,7 @@ PROPOSING = frozenset({S.CLAIMING, S.PROPOSED, S.READING_BACK, S.READ_BACK})
 """Means to take a task, and is not yet sure of it."""
 NEWCOMER = frozenset({S.WAKING, S.GREETING, S.MEETING})
 """Has not heard enough to know better than others."""
+DEPARTING = frozenset({S.LEAVING, S.GONE})
+"""Takes no part in the conversation any more; only "stop" is still obeyed."""
 EXPECTING = frozenset({S.MEETING, S.ASKED, S.PROPOSED, S.CHECKING, S.REPORTED, S.READ_BACK, S.ORDERED})
 """Waits for somebody's answer, and stands still for it."""

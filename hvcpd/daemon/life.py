@@ -21,11 +21,17 @@ from hvcpd.robot import Acoustics, Robot
 LOSSES_EVERY_S = 60.0
 """Sound that was lost is told so often at most (sample clock)."""
 
+FAREWELL_S = 12.0
+"""So long a robot that is told to end waits for its turn to say so (sample clock): somebody else's sentence of 5 s, a
+report that is still due, its own farewell."""
+FAREWELL_WALL_S = 20.0
+"""The same by the clock on the wall, should sound have stopped coming; well within systemd's 90 s."""
+
 _log = structlog.get_logger(__name__)
 
 
 class Daemon:
-    """One robot on its devices. `run` ends only by cancellation or an error; the wheels then stand still."""
+    """One robot on its devices. `run` ends by `leave`, cancellation or an error; the wheels then stand still."""
 
     def __init__(self, outfit: Outfit, devices: Devices) -> None:
         self._outfit = outfit
@@ -34,6 +40,19 @@ class Daemon:
         self._wheels: WheelService | None = None
         self._losses = StreamCounters()
         self.robot: Robot | None = None
+        self._listening = False
+        self._leave_until_s: float | None = None
+
+    @property
+    def listening(self) -> bool:
+        """Whether the robot listens and speaks, so that it can say that it leaves."""
+        return self._listening
+
+    def leave(self) -> None:
+        """Have `run` return once the robot has said that it leaves, after FAREWELL_S at the latest."""
+        if self.robot is not None and self._leave_until_s is None:
+            self._leave_until_s = self.robot.now + FAREWELL_S
+            self.robot.coordination.leave(self.robot.now)
 
     async def run(self) -> None:
         """Start everything in order, live, and take it down in reverse order.
@@ -75,7 +94,8 @@ class Daemon:
     async def _live(self, robot: Robot, stream: SoundStream) -> None:
         told_s = 0.0
         counted = stream.counters
-        while True:
+        self._listening = True
+        while not self._has_left(robot):
             heard = await stream.read()
             before, counted = counted, stream.counters
             lost = counted.input_dropped - before.input_dropped
@@ -92,6 +112,11 @@ class Daemon:
                 told_s = robot.now
                 self._tell_losses(stream.counters)
             await asyncio.sleep(0)  # signals and finished work get their turn even while sound waits
+
+    def _has_left(self, robot: Robot) -> bool:
+        if self._leave_until_s is None:
+            return False
+        return robot.now >= self._leave_until_s or (robot.coordination.has_left and not robot.speaking)
 
     def _tell_start(self, remembered: Remembered) -> None:
         settings = self._outfit.settings

@@ -79,18 +79,3 @@ def test_one_misheard_name_is_no_conflict() -> None:
     mission.run()
     assert mission.exactly_once
     assert not any("taken" in t for t in mission.written())
-
-
-def test_leaving_is_announced_and_gives_the_task_back() -> None:
-    mission = Mission(("Rob", "Bot"), plants(3), seed=4)
-    rob = mission.robots["Rob"]
-    while not rob.at_work:
-        mission.air.run_until(mission.air.now + 1.0)
-    task = rob.my_task()
-    rob.leave(mission.air.now)
-    mission.air.refresh(("Rob",))
-    mission.air.run_until(mission.air.now + 8.0)
-    assert "Hi all, I am Rob, I am leaving" in mission.written()
-    bot = mission.robots["Bot"]
-    assert not bot.peers.is_present("Rob", mission.air.now)
-    assert bot.board[task].owner != "Rob"

@@ -15,11 +15,11 @@ def test_every_state_is_reached_and_left_and_every_trigger_used() -> None:
     assert {trigger for _, trigger in TRANSITIONS} == set(Trigger)
 
 
-def test_stop_is_possible_in_every_state_and_only_resume_ends_it() -> None:
+def test_stop_is_possible_in_every_state_and_only_resume_or_leaving_ends_it() -> None:
     for state in State:
         if state is not State.STOPPED:
             assert TRANSITIONS[state, Trigger.STOP][0] is State.STOPPED
-    assert [t for s, t in TRANSITIONS if s is State.STOPPED] == [Trigger.RESUME]
+    assert [t for s, t in TRANSITIONS if s is State.STOPPED] == [Trigger.RESUME, Trigger.LEAVE]
 
 
 def test_no_task_is_begun_without_a_confirmation_or_the_end_of_all_repetitions() -> None:

@@ -14,6 +14,7 @@ from hvcpd import __version__
 from hvcpd.cli import main
 from hvcpd.config.settings import WheelSettings, load_settings
 from hvcpd.daemon.devices import Devices, make_wheels
+from hvcpd.daemon.life import FAREWELL_S
 from hvcpd.errors import EX_CANTCREAT, EX_CONFIG, EX_OK, EX_SOFTWARE, EX_UNAVAILABLE, EX_USAGE, DeviceError
 from hvcpd.hardware.audio_stream import AudioStream
 from tests.daemon.virtual import TwoCards, devices_of, shared_room
@@ -167,14 +168,56 @@ def test_a_signal_ends_it_in_order_with_0(
     settings = load_settings(ready, {"name": "Rob"})
 
     def watch(now: float) -> None:
-        if now >= 2.0:
+        if abs(now - 2.0) < 1e-6:
             signal.raise_signal(number)
 
     with shared_room([settings], watch) as room:
         assert main(["--config", str(ready), "--name", "Rob"], devices_of(room)) == EX_OK
         assert room.streams[0].log == ["open", "start", "close"]
-    assert capsys.readouterr().err.splitlines()[-1].endswith("level=info event=stopped")
-    assert room.now_s < 3.0
+    lines = capsys.readouterr().err.splitlines()
+    assert lines[-1].endswith("level=info event=stopped")
+    said = [line for line in lines if "event=said" in line]
+    assert "I am leaving" in said[-1]
+    played = np.concatenate(room.streams[0].played)
+    assert np.abs(played[-8000:]).max() > 0.01, "the farewell was cut off"
+    assert room.now_s < 2.0 + FAREWELL_S
+
+
+def test_a_second_signal_ends_it_without_a_word(ready: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    settings = load_settings(ready, {"name": "Rob"})
+
+    def watch(now: float) -> None:
+        if abs(now - 2.0) < 1e-6 or abs(now - 2.1) < 1e-6:
+            signal.raise_signal(signal.SIGINT)
+
+    with shared_room([settings], watch) as room:
+        assert main(["--config", str(ready), "--name", "Rob"], devices_of(room)) == EX_OK
+        assert room.streams[0].log == ["open", "start", "close"]
+    assert "event=stopped" in capsys.readouterr().err
+    assert room.now_s < 2.3
+
+
+def test_a_farewell_that_finds_no_gap_is_given_up(ready: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """Somebody who never ends speaking keeps no robot from ending."""
+    settings = load_settings(ready, {"name": "Rob"})
+
+    def watch(now: float) -> None:
+        if abs(now - 2.0) < 1e-6:
+            signal.raise_signal(signal.SIGTERM)
+
+    with shared_room([settings], watch) as room:
+        stream = room.streams[0]
+        quiet, noise = stream.read, np.random.default_rng(1)
+
+        async def talked_over() -> np.ndarray:
+            bursts = 0.1 * (np.sin(2 * np.pi * 4.0 * room.now_s) > 0.0)  # four syllables a second
+            sound = await quiet()
+            return sound + (bursts * noise.standard_normal(len(sound))).astype(np.float32) * (room.now_s > 1.0)
+
+        stream.read = talked_over  # type: ignore[method-assign]
+        assert main(["--config", str(ready), "--name", "Rob"], devices_of(room)) == EX_OK
+    assert "I am leaving" not in capsys.readouterr().err
+    assert FAREWELL_S <= room.now_s - 2.0 < FAREWELL_S + 0.2
 
 
 def test_a_dead_card_exits_with_69_and_a_reason(ready: Path, capsys: pytest.CaptureFixture[str]) -> None:

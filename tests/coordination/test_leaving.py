@@ -1,0 +1,101 @@
+"""A robot that is told to end says so first."""
+
+import pytest
+
+from hvcpd.coordination.table import State, Trigger
+from hvcpd.language import messages as m
+from tests.coordination.mission import Mission, plants
+
+LEAVING = "Hi all, I am Rob, I am leaving"
+
+
+def _until_rob_is_at_work(mission: Mission) -> int:
+    rob = mission.robots["Rob"]
+    while not rob.at_work:
+        mission.air.run_until(mission.air.now + 0.5)
+    return rob.my_task()
+
+
+def test_leaving_is_announced_and_frees_the_task_at_once() -> None:
+    mission = Mission(("Rob", "Bot"), plants(3), seed=4)
+    task = _until_rob_is_at_work(mission)
+    told_s = mission.air.now
+    assert mission.robots["Bot"].board[task].owner == "Rob"
+    mission.leave("Rob")
+    while "Rob" in mission.robots:
+        mission.air.run_until(mission.air.now + 0.1)
+    assert mission.written(told_s)[-1] == LEAVING
+    mission.air.run_until(mission.air.now + 0.5)
+    bot = mission.robots["Bot"]
+    assert (bot.board[task].state, bot.board[task].owner) == ("open", None)
+    assert not bot.peers.is_present("Rob", mission.air.now)
+    ended_s = mission.run().ended_s
+    assert mission.exactly_once
+    assert mission.by[task] == "Bot"
+    assert ended_s - told_s < 150.0, "no lease of 240 s was waited for"
+
+
+def test_what_is_finished_is_reported_before_leaving() -> None:
+    mission = Mission(("Rob", "Bot"), plants(2), seed=4)
+    task = _until_rob_is_at_work(mission)
+    while mission.robots["Rob"].state is not State.REPORTING:
+        mission.air.run_until(mission.air.now + 0.1)
+    told_s = mission.air.now
+    mission.leave("Rob")
+    result = mission.run()
+    number = {1: "one", 2: "two"}[task]
+    said = [text for text in mission.written(told_s) if "I am Rob" in text]
+    assert said == [f"Hi all, I am Rob, task {number} complete", LEAVING]
+    assert (result.lost, result.duplicates) == (0, 0)
+
+
+def test_who_leaves_answers_nobody_any_more() -> None:
+    mission = Mission(("Rob", "Bot"), plants(2), ("Anna",), seed=4)
+    mission.air.run_until(30.0)
+    rob = mission.robots["Rob"]
+    while rob.floor.speaking is not None:
+        mission.air.run_until(mission.air.now + 0.1)
+    rob.channel(True, mission.air.now)  # somebody speaks, so that the farewell has to wait
+    rob.leave(mission.air.now)
+    for statement in (m.WhatLeft(), m.WhatDoing(), m.Order(m.TaskByNumber(1)), m.ComeBack()):
+        rob.heard(m.Utterance("Anna", m.ToRobot("Rob"), None, statement), 40.0)
+    rob.channel(False, 40.0)
+    rob.actions()
+    said = []
+    for tenth in range(400, 500):
+        rob.tick(tenth / 10.0)
+        texts = [mission.book.write(a.utterance) for a in rob.actions() if hasattr(a, "utterance")]
+        said += texts
+        if texts:
+            rob.spoken(tenth / 10.0 + 0.05)
+    assert said == [LEAVING]
+    assert rob.has_left
+
+
+def test_a_sentence_that_is_being_said_is_ended_before_the_farewell() -> None:
+    mission = Mission(("Rob", "Bot"), plants(2), seed=4)
+    rob = mission.robots["Rob"]
+    while rob.floor.speaking is None or rob.floor.speaking.trigger is not Trigger.SPOKEN or rob.state is State.GREETING:
+        mission.air.run_until(mission.air.now + 0.05)
+    mission.leave("Rob")
+    mission.run()
+    said = [text for text in mission.written() if "I am Rob" in text]
+    assert "I will complete task" in said[-2]
+    assert said[-1] == LEAVING
+
+
+def test_stop_is_obeyed_by_who_leaves() -> None:
+    mission = Mission(("Rob", "Bot"), plants(2), seed=4)
+    _until_rob_is_at_work(mission)
+    rob = mission.robots["Rob"]
+    rob.leave(mission.air.now)
+    rob.heard(m.Utterance(None, m.ToAll(), None, m.Stop()), mission.air.now)
+    assert rob.state is State.STOPPED
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_missions_in_which_a_robot_leaves_do_every_task_once(seed: int) -> None:
+    mission = Mission(("Rob", "Bot", "Max"), plants(7), seed=seed, leaving={"Bot": 20.0 + 15.0 * seed})
+    result = mission.run()
+    assert "Bot" not in mission.robots
+    assert (result.lost, result.duplicates) == (0, 0)
