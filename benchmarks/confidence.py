@@ -17,7 +17,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.signal import fftconvolve
 
-from benchmarks.hearing import BLOCK, Spoken, add_noise, make_stream
+from benchmarks.hearing.material import BLOCK, Spoken, make_stream
+from benchmarks.hearing.mixing import add_noise
 from hvcpd.assembly import DEFAULT_TEAMS, make_phrasebook, make_sound, templates, user_cache_folder
 from hvcpd.config.task_file import load_tasks
 from hvcpd.config.tasks import default_tasks_path

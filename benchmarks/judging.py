@@ -9,6 +9,7 @@ import wave
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from pocketsphinx import Decoder, get_model_path
@@ -35,8 +36,11 @@ class Talker:
     own: bool
 
 
-def judge(graph: WordGraph, folder: Path, lexicon: Lexicon) -> Decoder:
-    """A PocketSphinx decoder with the network as its grammar, knowing our pronunciations beside its own."""
+def judge(graph: WordGraph, folder: Path, lexicon: Lexicon, **settings: Any) -> Decoder:
+    """A PocketSphinx decoder with the network as its grammar, knowing our pronunciations beside its own.
+
+    `settings` are PocketSphinx's own, such as `beam`.
+    """
     lines = ["FSG_BEGIN phrasebook", f"NUM_STATES {graph.n_nodes + 1}", f"START_STATE {graph.start}"]
     lines.append(f"FINAL_STATE {graph.n_nodes}")
     lines += [f"TRANSITION {arc.source} {arc.target} 1.0 {arc.word}" for arc in graph.arcs]
@@ -44,7 +48,11 @@ def judge(graph: WordGraph, folder: Path, lexicon: Lexicon) -> Decoder:
     grammar = folder / "phrasebook.fsg"
     grammar.write_text("\n".join([*lines, "FSG_END", ""]))
     decoder = Decoder(
-        hmm=get_model_path("en-us/en-us"), dict=get_model_path("en-us/cmudict-en-us.dict"), lm=None, loglevel="FATAL"
+        hmm=get_model_path("en-us/en-us"),
+        dict=get_model_path("en-us/cmudict-en-us.dict"),
+        lm=None,
+        loglevel="FATAL",
+        **settings,
     )
     for word in graph.words:
         ours = " ".join(phone.rstrip("012") for phone in lexicon.pronounce(word))

@@ -18,7 +18,7 @@ from pathlib import Path
 
 import numpy as np
 
-from benchmarks.hearing import BLOCK, GAP_S
+from benchmarks.hearing.material import BLOCK, GAP_S
 from hil_fakes.room import PinkNoise
 from hvcpd.assembly import DEFAULT_TEAMS, make_phrasebook, make_recogniser, make_sound, user_cache_folder
 from hvcpd.config.task_file import load_tasks

@@ -1,0 +1,121 @@
+"""How well robots hear robots, beside PocketSphinx: whole sentences right, wrong, garbled, missed and made up.
+
+Random sentences of the phrasebook, each in its speaker's voice, at unknown times in one stream of sound; the recogniser
+is told nothing but the names. PocketSphinx hears the same sentences with the same grammar, but is told where each one
+is. SNRs are of the speech's mean power to the noise's, both over 0 to 8 kHz. The table is printed line by line; with
+--out it is written as CSV too, and plots are drawn (matplotlib: the `eval` extra).
+
+    python -m benchmarks.hearing [--rows noise,range,rooms,...] [--sentences 50] [--names Mia,Ted,Gus,Rex] [--seed 7]
+        [--noise white,pink] [--snr 20,0,-5] [--level DBFS] [--data DIR] [--out DIR] [--no-peer] [--wrong]
+"""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+
+from rich.console import Console
+from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
+
+from benchmarks.hearing import cost, rooms
+from benchmarks.hearing.conditions import Options, Stage
+from benchmarks.hearing.distance import ranges
+from benchmarks.hearing.listeners import Peer, make_peer, ours
+from benchmarks.hearing.material import make_team
+from benchmarks.hearing.noises import KINDS
+from benchmarks.hearing.table import HEADING, PEER_HEADING, Result, line, result, totals, write_csv
+
+SCORED = ("noise", "slow", "level", "channel", "clock", "rate", "steps", "range", "rooms")
+COSTS = ("cost", "vocabulary", "names")
+HELD_OUT = "Mia,Ted,Gus,Rex"
+"""Their voices (cedar, willow, oak, granite) are none of those that thresholds were fitted with."""
+
+
+def _parser() -> argparse.ArgumentParser:
+    parser = argparse.ArgumentParser(
+        prog="python -m benchmarks.hearing", description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    parser.add_argument("--rows", default="all", help=f"of {','.join((*SCORED, *COSTS))} (default: all)")
+    parser.add_argument("--sentences", type=int, default=50, help="in each condition (default 50)")
+    parser.add_argument("--names", default=HELD_OUT, help=f"of the robots (default {HELD_OUT})")
+    parser.add_argument("--seed", type=int, default=7)
+    parser.add_argument("--noise", default=",".join(KINDS), help="of the rows noise and slow")
+    parser.add_argument("--snr", default="20,10,5,0,-5,-10,-15", help="of the row noise, dB")
+    parser.add_argument("--level", type=float, default=-35.0, help="of the speech, dBFS (RMS)")
+    parser.add_argument("--range-noise", default="pink", help="of the rows range and rooms")
+    parser.add_argument("--data", type=Path, help="folder of WAVs of people, for the babble")
+    parser.add_argument("--out", type=Path, help="folder for table.csv, cost.csv and the plots")
+    parser.add_argument("--peer", action=argparse.BooleanOptionalAction, default=True, help="PocketSphinx beside ours")
+    parser.add_argument("--wrong", action="store_true", help="print every sentence that was not right")
+    return parser
+
+
+def _rows(text: str) -> list[str]:
+    known = (*SCORED, *COSTS)
+    rows = list(known) if text == "all" else text.split(",")
+    unknown = [row for row in rows if row not in known]
+    if unknown:
+        sys.exit(f"--rows: there is no row {unknown[0]!r}; there are {', '.join(known)}")
+    return rows
+
+
+def _score(stage: Stage, rows: list[str], peer: Peer | None, wrong: bool, console: Console) -> Iterator[Result]:
+    groups = {name: group for name, group in stage.groups().items() if name in rows}
+    if "rooms" in groups and not rooms.available():
+        console.print("rooms: skipped, needs pyroomacoustics (pip install 'hvcpd\\[eval]')")
+        del groups["rooms"]
+    columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
+    with Progress(*columns, console=Console(stderr=True), transient=True) as progress:
+        bar = progress.add_task("", total=sum(count for count, _ in groups.values()))
+        for _, make in groups.values():
+            for condition in make():
+                progress.update(bar, description=condition.label[:40])
+                theirs = peer.score(condition.sound, condition.spoken) if peer is not None else None
+                found = result(condition, ours(stage.team, condition.sound, condition.spoken), theirs)
+                console.print(line(found), highlight=False, markup=False, soft_wrap=True)
+                if wrong:
+                    for note in found.ours.notes:
+                        console.print("    " + note, highlight=False, markup=False, soft_wrap=True)
+                progress.advance(bar)
+                yield found
+
+
+def main() -> None:
+    o = _parser().parse_args()
+    rows = _rows(o.rows)
+    options = Options(
+        o.sentences,
+        o.seed,
+        tuple(o.noise.split(",")),
+        tuple(float(x) for x in o.snr.split(",")),
+        o.level,
+        o.range_noise,
+        o.data,
+    )
+    console = Console(width=250, soft_wrap=True, highlight=False)
+    if o.out is not None:
+        o.out.mkdir(parents=True, exist_ok=True)
+    team = make_team(o.names.split(","))
+    peer = make_peer(team) if o.peer else None
+    if o.peer and peer is None:
+        console.print("PocketSphinx: skipped, not installed (pip install pocketsphinx)")
+    if any(row in SCORED for row in rows):
+        stage = Stage(team, options)
+        console.print(f"{o.sentences} sentences a condition, {stage.minutes:.1f} min, names {o.names}, seed {o.seed}")
+        console.print(HEADING + (PEER_HEADING if peer is not None else ""), markup=False)
+        results = list(_score(stage, rows, peer, o.wrong, console))
+        console.print(totals(results), markup=False)
+        for text in ranges(results):
+            console.print(text, markup=False)
+        if o.out is not None:
+            from benchmarks.hearing import plots
+
+            write_csv(o.out / "table.csv", results)
+            plots.draw_results(o.out, results)
+    cost.run([row for row in rows if row in COSTS], team, o.seed, peer is not None, o.out, console)
+
+
+if __name__ == "__main__":
+    main()

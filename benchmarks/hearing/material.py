@@ -1,0 +1,107 @@
+"""What is said: random sentences of a team's phrasebook, each in its speaker's voice, in one stream of sound."""
+
+from __future__ import annotations
+
+import random
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+
+from hvcpd.assembly import (
+    DEFAULT_TEAMS,
+    Sound,
+    make_phrasebook,
+    make_sound,
+    make_urgent,
+    templates,
+    user_cache_folder,
+)
+from hvcpd.config.task_file import load_tasks
+from hvcpd.config.tasks import TaskRepository, default_tasks_path
+from hvcpd.language.phrasebook import Phrasebook
+from hvcpd.ports import SAMPLE_RATE_HZ, Samples
+from hvcpd.recognition.recogniser import Recogniser
+from hvcpd.synthesis.leveling import audible
+from hvcpd.synthesis.speaker import Speaker
+from hvcpd.synthesis.voices import voice_for
+
+GAP_S = (1.2, 2.5)
+"""Silence between two sentences, shortest and longest."""
+LEAD_S = 2.0
+"""Noise before the first sentence."""
+BLOCK = 400
+"""Samples pushed at once, as on the bench."""
+
+
+@dataclass(frozen=True)
+class Spoken:
+    """A sentence in the stream: samples `start` up to `end`, where its last word is no longer audible.
+
+    Sentences of the same `number` are one sentence, said again.
+    """
+
+    words: tuple[str, ...]
+    start: int
+    end: int
+    number: int = -1
+
+
+@dataclass(frozen=True)
+class Team:
+    """Robots that know each other's names, and what they can say."""
+
+    names: tuple[str, ...]
+    book: Phrasebook
+    sound: Sound
+
+    def speakers(self, rate: float = 1.0) -> dict[str, Speaker]:
+        """Their voices; `rate` above 1 is faster than the templates."""
+        voices = {name: voice_for(name) for name in self.names}
+        return {
+            name: Speaker(replace(voice, rate=rate * voice.rate), self.sound.lexicon, self.sound.cache)
+            for name, voice in voices.items()
+        }
+
+    @cached_property
+    def bank(self) -> dict[str, dict[str, list[Samples]]]:
+        """All words in all their voices."""
+        voices = {voice_for(name).name: voice_for(name) for name in self.names}
+        return {name: templates(self.book, voice, self.sound) for name, voice in voices.items()}
+
+    def ears(self) -> Recogniser:
+        """A recogniser that has heard nothing yet, as every robot has it."""
+        return Recogniser(self.book.graph, self.bank, urgent=make_urgent(self.sound))
+
+
+def make_team(names: Sequence[str], tasks: TaskRepository | None = None) -> Team:
+    """A team with the paper's five plants to water, or other tasks."""
+    book = make_phrasebook(names, DEFAULT_TEAMS, tasks or load_tasks(default_tasks_path()))
+    return Team(tuple(names), book, make_sound(None, user_cache_folder()))
+
+
+def make_stream(
+    book: Phrasebook, speakers: Mapping[str, Speaker], n: int, seed: int, times: int = 1
+) -> tuple[Samples, list[Spoken]]:
+    """A stream of `n` random sentences without noise, at about -20 dBFS, and what is where in it.
+
+    Each is said `times` times in a row.
+    """
+    chooser = random.Random(seed)
+    pieces: list[Samples] = [np.zeros(round(LEAD_S * SAMPLE_RATE_HZ), np.float32)]
+    at = len(pieces[0])
+    spoken = []
+    names = list(speakers)
+    for number in range(n):
+        utterance = book.sample(chooser)
+        phrases = book.phrases(utterance)
+        voice = utterance.speaker or chooser.choice(names)
+        sound = speakers[voice].render(phrases)
+        words = tuple(w for phrase in phrases for w in phrase)
+        for _ in range(times):
+            spoken.append(Spoken(words, at, at + audible(sound)[1], number))
+            gap = np.zeros(round(chooser.uniform(*GAP_S) * SAMPLE_RATE_HZ), np.float32)
+            pieces += [sound, gap]
+            at += len(sound) + len(gap)
+    return np.concatenate(pieces), spoken
