@@ -9,7 +9,7 @@ from __future__ import annotations
 import hashlib
 import time
 from collections.abc import Callable, Iterator
-from contextlib import ExitStack
+from contextlib import ExitStack, suppress
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -17,13 +17,14 @@ import numpy as np
 from hil_fakes.body import Body
 from hil_fakes.room import Air, Point, Room
 from hil_fakes.scorekeeper import Scorekeeper
-from hvcpd.assembly import RobotPlan, Sound, make_robot
+from hvcpd.assembly import RobotPlan, Roster, Sound, make_robot
 from hvcpd.config.tasks import TaskRepository
 from hvcpd.coordination.actions import Role
+from hvcpd.errors import PhraseError
 from hvcpd.journal import Journal
 from hvcpd.ports import SAMPLE_RATE_HZ, STANDSTILL, Pose, Samples, WheelCommand, WheelReading
 from hvcpd.reporting.events import Event, MissionRecord, Moved, Plant, Started, Summary, Trail
-from hvcpd.robot import Robot
+from hvcpd.robot import LearnName, Robot
 from hvcpd.store import IN_MEMORY, Store
 
 BLOCK = 400
@@ -56,6 +57,8 @@ class BenchPlan:
     team: str = "plant"
     nearest_first: bool = False
     air: Air = field(default_factory=Air)
+    strangers: bool = False
+    """Each robot knows no name but its own beforehand."""
     limit_s: float = 1800.0
     """The mission is given up after this."""
 
@@ -80,6 +83,7 @@ class _Place:
     body: Body
     journal: Journal
     off_blocks: int
+    roster: Roster
     playing: Samples = field(default_factory=lambda: np.zeros(BLOCK, np.float32))
     wheels: WheelCommand = STANDSTILL
     served_block: int = -(10**6)
@@ -106,6 +110,10 @@ class _Place:
         self.wheels = output.wheels
         self.records = output.records
         self.journal.write(output.records, self.robot.now)
+        for record in output.records:
+            if isinstance(record, LearnName):
+                with suppress(PhraseError):  # a name that cannot be told from a known one stays unknown
+                    self.robot.adopt(*self.roster.learn(record.name))
 
     @property
     def on_s(self) -> float:
@@ -164,13 +172,16 @@ class Bench:
             coordinator=name == plan.coordinator,
             volunteer=plan.coordinator is None,
             nearest_first=plan.nearest_first,
+            listed=not plan.strangers,
         )
-        robot_plan = RobotPlan(role, plan.names, plan.tasks, start, own_seed(plan.seed, name))
+        names = (name,) if plan.strangers else plan.names
+        robot_plan = RobotPlan(role, names, plan.tasks, start, own_seed(plan.seed, name), strangers=plan.strangers)
         store = Store(IN_MEMORY)
         stack.callback(store.close)
         body = stack.enter_context(Body(start, own_seed(plan.seed, f"body {name}")))
         off_blocks = round(chance.random() * SWITCH_ON_SPREAD_S / BLOCK_S)
-        return _Place(name, make_robot(robot_plan, self._sound), body, Journal(store, plan.tasks, name), off_blocks)
+        robot, roster = make_robot(robot_plan, self._sound), Roster(robot_plan, self._sound)
+        return _Place(name, robot, body, Journal(store, plan.tasks, name), off_blocks, roster)
 
     def _live(self, places: list[_Place], score: Scorekeeper) -> tuple[Samples, tuple[Trail, ...], float]:
         room = Room(len(places), self.plan.air, self.plan.seed, _middle(self.plan.tasks))

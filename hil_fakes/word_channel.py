@@ -70,9 +70,10 @@ class Sound:
 class WordChannel:
     """Shared air for named talkers: `say` puts a sentence into it; `run_until` delivers what follows.
 
-    A sentence that overlaps another one, or the listener's own, is garbled. `touched` runs for every talker that
-    something happened to (to collect its actions). `earshot(speaker, listener)` tells who can hear whom now;
-    `mishear` makes the wrong sentence.
+        A sentence that overlaps another one, or the listener's own, is garbled. `touched` runs for every talker that
+        something happened to (to collect its actions). `earshot(speaker, listener)` tells who can hear whom now;
+    makes the wrong sentence. What a listener cannot follow, for names that it does not know, is garbled.
+
     """
 
     talkers: Mapping[str, Talker]
@@ -82,6 +83,7 @@ class WordChannel:
     touched: Callable[[str], None] = lambda _name: None
     earshot: Callable[[str, str], bool] | None = None
     mishear: Callable[[Utterance, random.Random], Utterance] = lambda utterance, _chance: utterance
+    follows: Callable[[str, Utterance], bool] | None = None
     now: float = 0.0
     sent: int = 0
     collisions: int = 0
@@ -204,6 +206,9 @@ class WordChannel:
         if self.conditions.loss and chance.random() < self.conditions.loss:
             return
         utterance = sound.utterance
+        if self.follows is not None and not self.follows(listener, utterance):
+            talker.garbled(False, self.now)
+            return
         if self.conditions.mishearing and chance.random() < self.conditions.mishearing:
             utterance = self.mishear(utterance, chance)
             self.misheard += 1

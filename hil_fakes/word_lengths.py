@@ -48,6 +48,8 @@ def _task(u: m.Utterance) -> object:
 def _shape(value: object) -> object:
     """Everything of a statement that changes its number of words: numbers over twenty have two, names of tasks many."""
     match value:
+        case m.Spelled(letters, ask):
+            return (m.Spelled, len(letters), ask)
         case m.TaskByNumber(number):
             return number > 20 and number % 10 != 0
         case m.TaskByName(name):

@@ -50,6 +50,8 @@ class WordPlan:
     leaving: Mapping[str, float] = field(default_factory=dict)
     earshot_m: float | None = None
     nearest_first: bool = False
+    strangers: bool = False
+    """Nobody knows another one's name beforehand."""
     timing: Timing = field(default_factory=Timing)
     limit_s: float = 10_000.0
     settle_s: float = 20.0
@@ -110,6 +112,8 @@ class WordMission:
         self._chance = random.Random(plan.seed)
         self._pending = 0
         self._names = {name.lower(): name for name in plan.names}
+        self.known: dict[str, set[str]] = {name: {name} for name in plan.names}
+        """Whose names each robot knows; it survives being switched off."""
         self._bodies = {name: _Body(Place(-5.0 + i % 4, -5.0 + i // 4)) for i, name in enumerate(plan.names)}
         self.air = WordChannel(
             self.robots,
@@ -119,6 +123,7 @@ class WordMission:
             touched=self._collect,
             earshot=None if plan.earshot_m is None else self._in_earshot,
             mishear=self._mishear,
+            follows=self._follows if plan.strangers else None,
         )
         for name in plan.names:
             on_s = plan.late.get(name, 0.0)
@@ -174,7 +179,14 @@ class WordMission:
 
     def _switch_on(self, name: str) -> None:
         plan = self.plan
-        role = Role(name, "plant", name == plan.coordinator, plan.coordinator is None, plan.nearest_first)
+        role = Role(
+            name,
+            "plant",
+            name == plan.coordinator,
+            plan.coordinator is None,
+            plan.nearest_first,
+            listed=not plan.strangers,
+        )
         self.robots[name] = Coordination(
             role,
             plan.tasks,
@@ -266,8 +278,20 @@ class WordMission:
         a, b = self._bodies[speaker].at(self.air.now), self._bodies[listener].at(self.air.now)
         return math.hypot(a.x_m - b.x_m, a.y_m - b.y_m) <= self.plan.earshot_m
 
+    def _follows(self, listener: str, u: m.Utterance) -> bool:
+        """Whether the sentence has only names that the listener knows; it learns one that is spelled."""
+        known = self.known[listener]
+        if isinstance(u.statement, m.Spelled) and u.speaker is not None:
+            known.add(u.speaker)
+        named = {u.speaker} if u.speaker is not None else set()
+        named |= {u.addressee.name} if isinstance(u.addressee, m.ToRobot) else set()
+        named |= {u.statement.speaker} if isinstance(u.statement, m.Relayed) else set()
+        return named <= known
+
     def _mishear(self, u: m.Utterance, chance: random.Random) -> m.Utterance:
         """One word wrong: a number, a name, or how a task ended."""
+        if isinstance(u.statement, m.Spelled):
+            return u  # every letter wrong is a name that nobody has; the recogniser's own threshold keeps those away
         kinds = ["speaker"] if u.speaker is not None else []
         kinds += ["addressee"] if isinstance(u.addressee, m.ToRobot) else []
         numbers = [task.number for task in self.plan.tasks]

@@ -9,18 +9,22 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 from hvcpd.config.settings import DEFAULT_TEAMS as DEFAULT_TEAMS
+from hvcpd.config.settings import MAX_KNOWN_NAMES
 from hvcpd.config.tasks import SayAction, TaskRepository
 from hvcpd.coordination.actions import Role
 from hvcpd.coordination.coordination import Coordination
+from hvcpd.errors import PhraseError
 from hvcpd.hardware.kinematics import BURGER, Drive, Odometry
 from hvcpd.hardware.navigator import Navigator
 from hvcpd.language.phrasebook import Phrasebook, Vocabulary
 from hvcpd.performer import Performer
 from hvcpd.ports import Pose, Samples
-from hvcpd.recognition.recogniser import Recogniser
+from hvcpd.recognition.listening import MIN_SPELLED_CONFIDENCE, Listening
+from hvcpd.recognition.recogniser import Recogniser, RecogniserSettings
 from hvcpd.recognition.urgent import UrgentSpotter, UrgentTemplates
 from hvcpd.robot import Acoustics, Robot
 from hvcpd.synthesis.lexicon import Lexicon
+from hvcpd.synthesis.likeness import sounds_alike
 from hvcpd.synthesis.speaker import Speaker
 from hvcpd.synthesis.unit_cache import UnitCache
 from hvcpd.synthesis.voices import VOICES, Voice, voice_for
@@ -72,6 +76,8 @@ class RobotPlan:
     stopped: bool = False
     """It was stopped when it was switched off."""
     drive: Drive = BURGER
+    strangers: bool = False
+    """Robots that it was not told of may come and spell their names."""
 
 
 def make_phrasebook(names: Sequence[str], teams: Iterable[str], tasks: TaskRepository) -> Phrasebook:
@@ -95,6 +101,18 @@ def make_recogniser(phrasebook: Phrasebook, names: Iterable[str], sound: Sound) 
     return Recogniser(phrasebook.graph, bank, urgent=make_urgent(sound))
 
 
+def make_ears(phrasebook: Phrasebook, names: Iterable[str], sound: Sound, strangers: bool) -> Listening:
+    """Ears for the voices of these robots; with `strangers` also for names that are spelled, in any voice."""
+    return Listening(make_recogniser(phrasebook, names, sound), make_spelled(phrasebook, sound) if strangers else None)
+
+
+def make_spelled(phrasebook: Phrasebook, sound: Sound) -> Recogniser:
+    """Hears names being spelled, in every voice."""
+    graph = phrasebook.spelling_graph
+    bank = {voice.name: templates_of(graph.words, voice, sound) for voice in VOICES}
+    return Recogniser(graph, bank, RecogniserSettings(min_confidence=MIN_SPELLED_CONFIDENCE))
+
+
 def make_urgent(sound: Sound) -> UrgentSpotter:
     """Hears "stop" over other voices, in any of our voices: a person may have each of them."""
     speakers = {voice.name: Speaker(voice, sound.lexicon, sound.cache) for voice in VOICES}
@@ -115,8 +133,7 @@ def templates_of(words: Iterable[str], voice: Voice, sound: Sound) -> dict[str, 
 
 def make_robot(plan: RobotPlan, sound: Sound) -> Robot:
     """A whole robot. It listens for the voices of all names but its own."""
-    phrasebook = make_phrasebook(plan.names, (*plan.teams, *([plan.role.team] if plan.role.team else [])), plan.tasks)
-    others = [name for name in plan.names if name.lower() != plan.role.name.lower()]
+    phrasebook = _phrasebook(plan, plan.names)
     coordination = Coordination(
         plan.role, plan.tasks.tasks, random.Random(plan.seed), remembered=plan.remembered, stopped=plan.stopped
     )
@@ -124,10 +141,42 @@ def make_robot(plan: RobotPlan, sound: Sound) -> Robot:
     return Robot(
         coordination,
         phrasebook,
-        make_recogniser(phrasebook, others or plan.names, sound),
+        make_ears(phrasebook, _others(plan, plan.names), sound, plan.strangers),
         Speaker(voice, sound.lexicon, sound.cache),
         Odometry(plan.start, plan.drive),
         Performer(Navigator(plan.drive)),
         plan.acoustics,
         Speaker(replace(voice, rate=SLOW * voice.rate), sound.lexicon, sound.cache),
     )
+
+
+def _phrasebook(plan: RobotPlan, names: Sequence[str]) -> Phrasebook:
+    return make_phrasebook(names, (*plan.teams, *([plan.role.team] if plan.role.team else [])), plan.tasks)
+
+
+def _others(plan: RobotPlan, names: Sequence[str]) -> Sequence[str]:
+    return [name for name in names if name.lower() != plan.role.name.lower()] or names
+
+
+class Roster:
+    """The names that one robot knows: those it was told, and those that it learns, the oldest of which it forgets."""
+
+    def __init__(self, plan: RobotPlan, sound: Sound) -> None:
+        self._plan = plan
+        self._sound = sound
+        self._told = plan.names
+        self.names = plan.names
+
+    def learn(self, name: str) -> tuple[Phrasebook, Listening]:
+        """What a robot needs to understand one name more. Takes seconds. Raises PhraseError for a name that sounds
+        like a known one, or is a word of the phrasebook."""
+        rival = next((known for known in self.names if sounds_alike(name, known, self._sound.lexicon)), None)
+        if rival is not None:
+            raise PhraseError(f"the name '{name}' sounds like '{rival}': that robot needs another one")
+        learned = [known for known in self.names if known not in self._told]
+        room = max(MAX_KNOWN_NAMES - len(self._told), 1)
+        names = (*self._told, *[*learned, name][-room:])
+        book = _phrasebook(self._plan, names)
+        ears = make_ears(book, _others(self._plan, names), self._sound, strangers=False)
+        self.names = names
+        return book, ears

@@ -27,6 +27,11 @@ class Journal:
         return {task.number: (task.state, task.owner) for task in self._store.tasks() if task.number in self._names}
 
     @property
+    def names(self) -> tuple[str, ...]:
+        """All names that the robot has heard, who was heard last at the end."""
+        return self._store.names_heard()
+
+    @property
     def stopped(self) -> bool:
         """Whether the robot was told to stop and nobody has said "resume" since."""
         return STOPPED in self._store.flags()

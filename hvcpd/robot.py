@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Protocol
+from typing import Protocol, Self
 
 import numpy as np
 
@@ -17,7 +17,7 @@ from hvcpd.coordination.actions import Halt, Perform, SavePeer, SaveStopped, Sav
 from hvcpd.coordination.coordination import Coordination
 from hvcpd.errors import PhraseError
 from hvcpd.hardware.kinematics import Odometry
-from hvcpd.language.messages import Stop, Utterance
+from hvcpd.language.messages import Spelled, Stop, Utterance
 from hvcpd.language.phrasebook import Phrasebook
 from hvcpd.performer import Outcome, Performer
 from hvcpd.ports import SAMPLE_RATE_HZ, STANDSTILL, Samples, WheelCommand, WheelReading
@@ -34,6 +34,8 @@ class Ears(Protocol):
     def push(self, samples: Samples, masked: bool = False) -> list[HearingEvent]: ...
 
     def lost(self, n_samples: int) -> list[HearingEvent]: ...
+
+    def succeed(self, predecessor: Self) -> None: ...
 
 
 class Mouth(Protocol):
@@ -85,7 +87,14 @@ class PerformedRecord:
     task: int
 
 
-Record = SaidRecord | HeardRecord | GarbledRecord | PerformedRecord | SaveTask | SavePeer | SaveStopped
+@dataclass(frozen=True)
+class LearnName:
+    """Somebody has spelled a name that is new here: whoever owns the robot is to answer with `Robot.adopt`."""
+
+    name: str
+
+
+Record = SaidRecord | HeardRecord | GarbledRecord | PerformedRecord | LearnName | SaveTask | SavePeer | SaveStopped
 
 
 @dataclass(frozen=True)
@@ -140,6 +149,8 @@ class Robot:
         self._busy = False
         self._task = 0
         self._records: list[Record] = []
+        self._strangers: dict[str, Recognised] = {}
+        self._lesson: tuple[Phrasebook, Ears] | None = None
 
     @property
     def now(self) -> float:
@@ -150,6 +161,10 @@ class Robot:
     def speaking(self) -> bool:
         return self._speaking
 
+    def adopt(self, phrasebook: Phrasebook, ears: Ears) -> None:
+        """Understand what can be said with more names, as soon as nobody is in the midst of a sentence."""
+        self._lesson = (phrasebook, ears)
+
     def step(self, heard: Samples, reading: WheelReading | None, lost: int | None = None) -> RobotOutput:
         """Live for one block.
 
@@ -159,6 +174,7 @@ class Robot:
         """
         gap_events = self._skip(lost) if lost is not None else []
         self._finish_speaking()
+        self._take_lesson()
         masked = self._speaking or self.now < self._masked_until_s
         events = gap_events + self._ears.push(heard, masked=masked)
         self._n_heard += len(heard)
@@ -183,6 +199,27 @@ class Robot:
         if self._speaking:
             self._spoke_until_s += lost / SAMPLE_RATE_HZ
         return self._ears.lost(lost)
+
+    def _take_lesson(self) -> None:
+        if self._lesson is None or self._ears.busy:
+            return
+        (self.phrasebook, ears), self._lesson = self._lesson, None
+        ears.succeed(self._ears)
+        self._ears = ears
+        for name, event in tuple(self._strangers.items()):
+            if self.phrasebook.known_name(name) is not None:
+                del self._strangers[name]
+                self.coordination.heard(self.phrasebook.parse(event.words), self.now, event.confidence, event.snr_db)
+
+    def _is_stranger(self, utterance: Utterance, event: Recognised) -> bool:
+        """Whether a name was spelled that is still to be learned; its owner is answered then."""
+        spelled = utterance.statement
+        if not isinstance(spelled, Spelled) or self.phrasebook.known_name(spelled.letters) is not None:
+            return False
+        name = utterance.speaker or spelled.letters
+        self._strangers[name] = event
+        self._records.append(LearnName(name))
+        return True
 
     def _finish_speaking(self) -> None:
         if self._speaking and self._position >= len(self._speech) and self.now >= self._spoke_until_s:
@@ -210,7 +247,8 @@ class Robot:
         self._records.append(
             HeardRecord(now, utterance, text, start_s, end_s, event.confidence, event.snr_db, event.voice, words)
         )
-        self.coordination.heard(utterance, now, event.confidence, event.snr_db)
+        if not self._is_stranger(utterance, event):
+            self.coordination.heard(utterance, now, event.confidence, event.snr_db)
 
     def _stop_over_talk(self, now: float, start_s: float, end_s: float) -> None:
         """Whoever it was meant for, and whatever else was said: a halt too many does no harm."""

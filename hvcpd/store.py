@@ -150,6 +150,10 @@ class Store:
         """All robots that were ever heard, by name."""
         return tuple(PeerRecord(*row) for row in self._read("SELECT * FROM peers ORDER BY name"))
 
+    def names_heard(self) -> tuple[str, ...]:
+        """The names of all robots that were ever heard, who was heard last at the end."""
+        return tuple(name for (name,) in self._read("SELECT name FROM peers ORDER BY rowid"))
+
     def count(self, name: str, by: int = 1) -> None:
         """Add to a counter; one that is new begins at 0."""
         query = "INSERT INTO counters VALUES (?, ?) ON CONFLICT (name) DO UPDATE SET value = value + excluded.value"

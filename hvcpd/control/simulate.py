@@ -42,6 +42,7 @@ def run(options: argparse.Namespace) -> int:
         coordinator=_coordinator(options, robots),
         team=team.settings.team,
         nearest_first=options.pick == "nearest",
+        strangers=options.strangers,
         air=Air(noise_db_spl=options.noise_db, muted=options.mute),
     )
     if not options.allow_confusable:

@@ -139,7 +139,8 @@ class Timing:
 class Role:
     """Who this robot is in the team. A coordinator gives orders and does no task itself.
 
-    `unable` are the numbers of the tasks that it lacks the means for.
+    `unable` are the numbers of the tasks that it lacks the means for. A robot that is not `listed` cannot expect the
+    others to know its name: it spells it.
     """
 
     name: str
@@ -148,3 +149,4 @@ class Role:
     volunteer: bool = True
     nearest_first: bool = False
     unable: frozenset[int] = frozenset()
+    listed: bool = True

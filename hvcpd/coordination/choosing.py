@@ -6,6 +6,7 @@ import math
 from typing import TYPE_CHECKING
 
 from hvcpd.config.tasks import Place, TaskDefinition, Wait
+from hvcpd.coordination import strangers
 from hvcpd.coordination.board import CLAIMED
 from hvcpd.coordination.peers import Peer
 from hvcpd.coordination.table import State, Trigger
@@ -47,10 +48,12 @@ def _again_or_give_up(c: Coordination, times: int, now: float) -> None:
     c.repeats += 1
     if c.repeats >= BAD_AIR_REPEATS:
         c.missed_s = now
+        strangers.spell_if_unknown(c, now)
     c.fire(Trigger.GAVE_UP if c.repeats >= times else Trigger.TIMEOUT, now)
 
 
 def _choose(c: Coordination, now: float) -> None:
+    strangers.spell_now_and_then(c, now)
     if c.heard_work and c.peers.present(now):
         _ask(c, now)
         return

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from hvcpd.coordination import choosing
+from hvcpd.coordination import choosing, strangers
 from hvcpd.coordination.board import DONE, spoken_name
 from hvcpd.coordination.table import AT_WORK, State
 from hvcpd.language import messages as m
@@ -34,13 +34,25 @@ def introduction(c: Coordination, to: m.Addressee) -> m.Utterance:
     return m.Utterance(c.role.name, to, c.role.team, None)
 
 
+def spelled_name(c: Coordination, to: m.Addressee, ask: bool = False) -> m.Utterance:
+    return utterance(c, to, m.Spelled(c.role.name.lower(), ask))
+
+
+def answer_to_greeting(c: Coordination, name: str | None, now: float) -> m.Utterance:
+    """The own name, to who asked for it; spelled, to the team, if that one may not know it."""
+    if strangers.must_spell_for(c, name, now):
+        return spelled_name(c, to_team(c))
+    return introduction(c, m.ToRobot(name) if name else m.ToAll())
+
+
 def to_team(c: Coordination) -> m.Addressee:
     return m.ToTeam(c.role.team) if c.role.team else m.ToAll()
 
 
 def greeting(c: Coordination) -> m.Utterance:
     """To all, who then answer; among robots that are just introducing themselves, to the team, which does not."""
-    return introduction(c, to_team(c) if c.peers.all() else m.ToAll())
+    to = to_team(c) if c.peers.all() else m.ToAll()
+    return introduction(c, to) if c.role.listed else spelled_name(c, to)
 
 
 def claim(c: Coordination, now: float) -> m.Utterance | None:

@@ -10,13 +10,14 @@ import math
 from collections.abc import Callable, Iterable, Mapping
 
 from hvcpd.config.tasks import Place, TaskDefinition
-from hvcpd.coordination import choosing, claims, composing, effects, hearing, repair
+from hvcpd.coordination import choosing, claims, composing, effects, hearing, repair, strangers
 from hvcpd.coordination.actions import Action, Chance, Perform, Role, SavePeer, SaveTask, Say, Timing
 from hvcpd.coordination.board import Board
 from hvcpd.coordination.claims import HeardClaim, Quoted
 from hvcpd.coordination.effects import OWN_TURN
 from hvcpd.coordination.floor import RANK_MAX, Floor, Intent, Order, Urgency
 from hvcpd.coordination.peers import Peers
+from hvcpd.coordination.strangers import Acquaintance
 from hvcpd.coordination.table import AT_WORK, NEWCOMER, TRANSITIONS, State, Trigger
 from hvcpd.language import messages as m
 
@@ -81,6 +82,7 @@ class Coordination:
         """The last report that somebody told of in another one's name."""
         self.name_heard_s: tuple[float, ...] = ()
         """When another voice used this robot's name."""
+        self.acquaintance = Acquaintance()
         self._timer_s: float | None = None
         self._actions: list[Action] = []
         if not stopped:
@@ -108,6 +110,8 @@ class Coordination:
         self.floor.hold_back(now)
         self.floor.garbled()
         repair.after_garble(self, over_own_speech, now)
+        if not over_own_speech:
+            strangers.after_garble(self, now)
 
     def channel(self, busy: bool, now: float) -> None:
         """Somebody else began (True) or ended (False) to speak."""
@@ -264,6 +268,8 @@ class Coordination:
         statement = utterance.statement
         if isinstance(statement, m.Claim | m.Working):
             self.claimed_s = now
+        elif isinstance(statement, m.Spelled):
+            self.acquaintance.spelled_s = now
         elif isinstance(statement, m.Completed) and statement.next is not None:
             self.claimed_s = now
             intent.trigger = Trigger.SPOKEN_BOTH if intent.trigger and self.state is State.REPORTING else intent.trigger

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
-from hvcpd.coordination import claims, composing, orders, people, relaying, repair
-from hvcpd.coordination.addressing import is_for
+from hvcpd.coordination import claims, composing, orders, people, relaying, repair, strangers
+from hvcpd.coordination.addressing import is_for, is_for_me_alone
 from hvcpd.coordination.floor import Urgency
 from hvcpd.coordination.table import DEPARTING, PROPOSING, State, Trigger
 from hvcpd.language import messages as m
@@ -25,6 +25,8 @@ def react(c: Coordination, u: m.Utterance, confidence: float, now: float) -> Non
     statement = u.statement
     if c.state in DEPARTING and not isinstance(statement, m.Stop):
         return
+    if is_for_me_alone(c, u) and u.speaker is not None:
+        c.acquaintance.known_by.add(u.speaker.lower())
     if isinstance(statement, m.Negative):
         relaying.denied(c, u, now)
     if isinstance(statement, m.ComeBack | m.MoveBy | m.TurnBy):
@@ -45,7 +47,7 @@ def hear_own_name(c: Coordination, now: float) -> None:
         c.want(Urgency.ANSWER, "my name", lambda: composing.to_all(c, m.NameTaken()), now)
 
 
-def _greeting(c: Coordination, u: m.Utterance, _: None, now: float) -> None:
+def _greeting(c: Coordination, u: m.Utterance, _: m.Spelled | None, now: float) -> None:
     if u.speaker is None:
         return
     if c.state is State.MEETING:
@@ -59,11 +61,18 @@ def _greeting(c: Coordination, u: m.Utterance, _: None, now: float) -> None:
     _introduce(c, u.speaker, now)
 
 
+def _spelled(c: Coordination, u: m.Utterance, s: m.Spelled, now: float) -> None:
+    c.acquaintance.strangers = True
+    if not s.ask:
+        _greeting(c, u, s, now)
+    elif u.speaker is not None and strangers.must_spell_for(c, u.speaker, now):
+        _introduce(c, u.speaker, now)
+
+
 def _introduce(c: Coordination, name: str | None, now: float) -> None:
     """Say the own name; a robot that has not greeted yet has done so by this."""
     trigger = Trigger.GREETED if c.state in (State.WAKING, State.GREETING) else None
-    to = m.ToRobot(name) if name else m.ToAll()
-    c.want(Urgency.TURN, f"greet {name}", lambda: composing.introduction(c, to), now, trigger=trigger)
+    c.want(Urgency.TURN, f"greet {name}", lambda: composing.answer_to_greeting(c, name, now), now, trigger=trigger)
 
 
 def _who_here(c: Coordination, u: m.Utterance, _s: m.WhoHere, now: float) -> None:
@@ -109,6 +118,7 @@ def _name_taken(c: Coordination, u: m.Utterance, _s: m.NameTaken, now: float) ->
 
 _REACTIONS: dict[type, Callable[[Coordination, m.Utterance, Any, float], None]] = {
     type(None): _greeting,
+    m.Spelled: _spelled,
     m.Claim: claims.claim,
     m.Working: claims.working,
     m.Completed: claims.completed,

@@ -36,6 +36,8 @@ class JournalService:
         self._broken: BaseException | None = None
         self.stopped = False
         """Whether the robot was stopped when it was switched off; known once the memory is open."""
+        self.names: tuple[str, ...] = ()
+        """The robots that were heard before, who was heard last at the end; known once the memory is open."""
         self.lost = 0
         """Records that were not kept."""
 
@@ -74,6 +76,7 @@ class JournalService:
         self._store = Store(self._outfit.memory_path)  # SQLite wants one thread from the opening on
         self._journal = Journal(self._store, self._outfit.tasks, self._outfit.settings.name)
         self.stopped = self._journal.stopped
+        self.names = self._journal.names
         return self._journal.remembered()
 
     def _write(self, records: Sequence[Record], now: float) -> None:

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import asyncio
 from contextlib import AsyncExitStack
-from dataclasses import asdict, replace
+from dataclasses import asdict
 
 import structlog
 
-from hvcpd.assembly import make_robot
+from hvcpd.assembly import Roster, make_robot
 from hvcpd.daemon.devices import Devices, SoundStream
 from hvcpd.daemon.journal_service import JournalService, Remembered
+from hvcpd.daemon.lessons import Lessons
 from hvcpd.daemon.outfit import Outfit
 from hvcpd.daemon.rehearsal import rehearse
 from hvcpd.daemon.telling import tell
@@ -38,6 +39,7 @@ class Daemon:
         self._devices = devices
         self._journal = JournalService(outfit)
         self._wheels: WheelService | None = None
+        self._lessons: Lessons | None = None
         self._losses = StreamCounters()
         self.robot: Robot | None = None
         self._listening = False
@@ -69,10 +71,13 @@ class Daemon:
             stack.push_async_callback(stream.close)
             await stream.open()
 
-            plan = self._outfit.plan(remembered, Acoustics(latency_s=stream.latency_s))
-            plan = replace(plan, stopped=self._journal.stopped)
+            acoustics = Acoustics(latency_s=stream.latency_s)
+            plan = self._outfit.plan(remembered, acoustics, self._journal.names, self._journal.stopped)
             robot = self.robot = await asyncio.to_thread(make_robot, plan, self._outfit.sound)
-            await asyncio.to_thread(rehearse, settings.name, robot.phrasebook.graph.words, self._outfit.sound)
+            words = {*robot.phrasebook.graph.words, *robot.phrasebook.spelling_graph.words}
+            await asyncio.to_thread(rehearse, settings.name, words, self._outfit.sound)
+            self._lessons = Lessons(robot, Roster(plan, self._outfit.sound), settings.name, self._outfit.sound)
+            stack.push_async_callback(self._lessons.close)
 
             wheels = self._devices.make_wheels(settings.wheels)
             if wheels is not None:
@@ -81,7 +86,7 @@ class Daemon:
                 await self._wheels.open()
 
             await stream.start()
-            _log.info("listening", names=", ".join(self._outfit.names), latency_s=round(stream.latency_s, 3))
+            _log.info("listening", names=", ".join(plan.names), latency_s=round(stream.latency_s, 3))
             stack.callback(lambda: self._tell_losses(stream.counters))
             await self._live(robot, stream)
 
@@ -89,6 +94,8 @@ class Daemon:
         """Wait until wheels and memory have nothing under way; for those who make time pass themselves."""
         if self._wheels is not None:
             await self._wheels.settled()
+        if self._lessons is not None:
+            await self._lessons.settled()
         await self._journal.settled()
 
     async def _live(self, robot: Robot, stream: SoundStream) -> None:
@@ -106,6 +113,8 @@ class Daemon:
                 self._wheels.serve(output.wheels, robot.now)  # first of all: a halt is not to wait
             stream.write(output.sound)
             self._journal.write(output.records, robot.now)
+            if self._lessons is not None:
+                self._lessons.take(output.records)
             for record in output.records:
                 tell(record, self._outfit.tasks)
             if robot.now - told_s >= LOSSES_EVERY_S:

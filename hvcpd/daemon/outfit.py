@@ -3,22 +3,26 @@
 from __future__ import annotations
 
 import secrets
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 
+import structlog
+
 from hvcpd.assembly import RobotPlan, Sound, make_phrasebook, make_sound
-from hvcpd.config.settings import Settings
+from hvcpd.config.settings import MAX_KNOWN_NAMES, Settings
 from hvcpd.config.task_file import load_tasks
 from hvcpd.config.tasks import TaskRepository
 from hvcpd.coordination.actions import Role
-from hvcpd.errors import ConfigError, HvcpdError
+from hvcpd.errors import ConfigError, HvcpdError, PhraseError
 from hvcpd.hardware.kinematics import Drive
 from hvcpd.language.phrasebook import RESERVED_WORDS
 from hvcpd.robot import Acoustics
 from hvcpd.synthesis.lexicon import Lexicon
 from hvcpd.synthesis.likeness import sounds_alike
+
+_log = structlog.get_logger(__name__)
 
 SEED_BITS = 32
 """Of a fresh seed; as many as the settings' `seed` may have."""
@@ -43,8 +47,31 @@ class Outfit:
         """The robot's store: one file a robot, so that two on one computer share nothing."""
         return self.settings.state_dir / f"{self.settings.name.lower()}.sqlite3"
 
-    def plan(self, remembered: Mapping[int, tuple[str, str | None]], acoustics: Acoustics) -> RobotPlan:
-        """What makes this robot, with what it remembers of the tasks; without a seed in the settings a fresh one."""
+    def names_with(self, heard: Sequence[str]) -> tuple[str, ...]:
+        """All that were told and, as far as there is room, those `heard` last that can be told from them."""
+        names = self.names
+        for name in reversed(heard):
+            if len(names) >= MAX_KNOWN_NAMES or any(name.casefold() == known.casefold() for known in names):
+                continue
+            try:
+                make_phrasebook((*names, name), self.settings.teams, self.tasks)
+            except PhraseError as error:
+                _log.warning("name forgotten", name=name, reason=str(error))
+            else:
+                names = (*names, name)
+        return names
+
+    def plan(
+        self,
+        remembered: Mapping[int, tuple[str, str | None]],
+        acoustics: Acoustics,
+        heard: Sequence[str] = (),
+        stopped: bool = False,
+    ) -> RobotPlan:
+        """What makes this robot, with what it remembers: the tasks, the names that it `heard`, whether it is stopped.
+
+        Without a seed in the settings it gets a fresh one.
+        """
         settings = self.settings
         role = Role(
             settings.name,
@@ -52,17 +79,20 @@ class Outfit:
             coordinator=settings.mode == "coordinate",
             volunteer=settings.mode == "volunteer",
             nearest_first=settings.pick == "nearest",
+            listed=any(name.casefold() == settings.name.casefold() for name in settings.names),
         )
         seed = settings.seed if settings.seed is not None else secrets.randbits(SEED_BITS)
         return RobotPlan(
             role,
-            self.names,
+            self.names_with(heard),
             self.tasks,
             settings.start.pose,
             seed,
             settings.teams,
             dict(remembered),
             acoustics,
+            stopped=stopped,
+            strangers=True,
             drive=Drive(settings.wheels.wheel_radius_m, settings.wheels.separation_m, settings.wheels.radius_ratio),
         )
 

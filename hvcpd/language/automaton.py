@@ -9,7 +9,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 from hvcpd.language.graph import Arc, WordGraph
-from hvcpd.language.pattern import Choice, Node, Pause, Series, Slot, SlotValues, Word
+from hvcpd.language.pattern import Choice, Letters, Node, Pause, Series, Slot, SlotValues, Word
+from hvcpd.language.spelling import ANY_LETTERS, with_letters
 
 
 @dataclass
@@ -37,6 +38,8 @@ class _Nfa:
                 for part in parts:
                     source = self.add(part, source, slots)
                 return source
+            case Letters():
+                return self._words((ANY_LETTERS,), source)
             case Slot(name):
                 ends = [self._words(words, source) for words in slots.get(name, {}).values()]
             case Choice(options):
@@ -104,7 +107,7 @@ def build_graph(patterns: Sequence[Node], slots: SlotValues) -> WordGraph:
     root = visit(frozenset({start}))
     if root is None:
         raise ValueError("the patterns make no sentence")
-    return WordGraph(len(merged), tuple(arcs), root, frozenset(finals), frozenset(pauses))
+    return with_letters(WordGraph(len(merged), tuple(arcs), root, frozenset(finals), frozenset(pauses)))
 
 
 def expected_after(graph: WordGraph, words: Sequence[str]) -> tuple[int, frozenset[str]]:

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from hvcpd.language.forms import CALL, FORMS, OPENING
 from hvcpd.language.messages import ToAll, ToRobot, ToTeam
 from hvcpd.language.phrasebook import Phrasebook
+from hvcpd.language.spelling import WORD_OF
 
 _PLACEHOLDERS = {
     "<addressee>": "WHO",
@@ -22,6 +23,7 @@ _PLACEHOLDERS = {
     "<third>": "NUMBER",
     "<metres>": "DISTANCE",
     "<other>": "NAME",
+    "<letters>": "LETTERS",
 }
 
 
@@ -56,7 +58,10 @@ def make_card(phrasebook: Phrasebook) -> Card:
             continue
         if "<task>" in form.pattern and not vocabulary.tasks:
             continue
-        if form.pattern.startswith(OPENING):
+        if form.spelled:
+            spelled = _written(form.pattern.split(", ", 1)[1])
+            statements.append(Line(f"instead of the name: {spelled}", form.meaning))
+        elif form.pattern.startswith(OPENING):
             rest = form.pattern[len(OPENING) :].lstrip(", ")
             if rest and (rest, form.meaning) not in called:
                 statements.append(Line(_written(rest), form.meaning))
@@ -71,6 +76,7 @@ def make_card(phrasebook: Phrasebook) -> Card:
         ("TASK", vocabulary.tasks),
         ("DISTANCE", tuple(" ".join(spoken) for spoken in phrasebook.slots["metres"].values())),
         ("REMARK", vocabulary.remarks),
+        ("LETTERS", tuple(word for letter, word in WORD_OF.items() if letter.isalpha())),
     ]
     return Card(
         tuple(calls),

@@ -16,6 +16,9 @@ from hvcpd.language import messages as m
 OPENING = "(hi|hello) [<addressee>], i am <speaker> [, member of team <team>]"
 """The paper's 'Hi, [robot identifier], I am X'."""
 
+SPELLING = "(hi|hello) [<addressee>], i spell, <letters>"
+"""How somebody begins whose name the others do not know."""
+
 CALL = "[(hi|hello)] [<addressee> ,]"
 """How a person begins who gives no name."""
 
@@ -32,6 +35,7 @@ SLOT_FIELDS = {
     "metres": "distance_m",
     "remark": "text",
     "other": "other",
+    "letters": "letters",
 }
 """Which field of the utterance or of its statement a slot binds; `other` is who is quoted in a relayed one."""
 
@@ -42,6 +46,8 @@ class Kind(Enum):
     CORE = "core"
     PEOPLE = "people"
     RELAY = "relay"
+    SPELLING = "spelling"
+    """Has a network of its own, in every voice: nobody knows the voice of an unknown name."""
 
 
 @dataclass(frozen=True)
@@ -49,7 +55,7 @@ class Form:
     """One sentence form: its pattern, the statement it makes, and its meaning in a person's words.
 
     `constants` are fields of the statement that the pattern fixes. A form with `will` reads the statement, a motion,
-    back; a `relayed` one quotes it from somebody else.
+    back; a `relayed` one quotes it from somebody else; in a `spelled` one the letters are the speaker's name.
     """
 
     pattern: str
@@ -59,6 +65,7 @@ class Form:
     constants: Mapping[str, object] = field(default_factory=dict)
     will: bool = False
     relayed: bool = False
+    spelled: bool = False
 
 
 def _motions() -> tuple[tuple[str, type[m.Statement], str, dict[str, object]], ...]:
@@ -156,4 +163,16 @@ _RELAYS: tuple[Form, ...] = tuple(
     if form.statement in _RELAYABLE and "<next>" not in form.pattern
 )
 
-FORMS: tuple[Form, ...] = (*_CORE, *_PEOPLE, *_RELAYS)
+_SPELLED: tuple[Form, ...] = (
+    Form(SPELLING, m.Spelled, "My name, letter by letter.", Kind.SPELLING, {"ask": False}, spelled=True),
+    Form(
+        f"{SPELLING}, spell your name",
+        m.Spelled,
+        "My name; and spell yours, if I may not know it.",
+        Kind.SPELLING,
+        {"ask": True},
+        spelled=True,
+    ),
+)
+
+FORMS: tuple[Form, ...] = (*_CORE, *_PEOPLE, *_RELAYS, *_SPELLED)

@@ -200,9 +200,13 @@ class WillMove:
 
 @dataclass(frozen=True)
 class Spelled:
-    """The speaker's name, letter by letter: "zorg"."""
+    """The speaker's name, letter by letter, in lower case: "zorg". As a greeting it is answered like one.
+
+    `ask`: the speaker does not understand everybody, and asks those whom it may not know to spell their names.
+    """
 
     letters: str
+    ask: bool = False
 
 
 @dataclass(frozen=True)

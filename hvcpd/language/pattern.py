@@ -6,11 +6,15 @@ import re
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
+from hvcpd.language.spelling import letters_of
+
 Words = tuple[str, ...]
 Bindings = dict[str, object]
 
 COMMA = ","
 """The token of a pause in rendered words."""
+LETTERS_SLOT = "letters"
+"""`<letters>` in a pattern is any name, letter by letter."""
 
 
 @dataclass(frozen=True)
@@ -40,7 +44,12 @@ class Choice:
     options: tuple[Node, ...]
 
 
-Node = Word | Pause | Slot | Series | Choice
+@dataclass(frozen=True)
+class Letters:
+    """A name that is spelled; it binds `LETTERS_SLOT` to its letters."""
+
+
+Node = Word | Pause | Slot | Series | Choice | Letters
 
 SlotValues = Mapping[str, Mapping[object, Words]]
 """For each slot, its possible values and the words of each."""
@@ -83,7 +92,8 @@ def _parse_sequence(tokens: Sequence[str], i: int) -> tuple[Node, int]:
         elif token == COMMA:
             parts.append(Pause())
         elif token.startswith("<"):
-            parts.append(Slot(token[1:-1]))
+            name = token[1:-1]
+            parts.append(Letters() if name == LETTERS_SLOT else Slot(name))
         else:
             parts.append(Word(token))
     return Series(tuple(parts)), i
@@ -94,6 +104,8 @@ def slots_of(node: Node) -> frozenset[str]:
     match node:
         case Slot(name):
             return frozenset({name})
+        case Letters():
+            return frozenset({LETTERS_SLOT})
         case Series(children) | Choice(children):
             return frozenset().union(*(slots_of(child) for child in children))
         case _:
@@ -123,6 +135,8 @@ def render(node: Node, values: Mapping[str, Words]) -> list[str] | None:
             return [COMMA]
         case Slot(name):
             return list(values[name]) if name in values else None
+        case Letters():
+            return list(values[LETTERS_SLOT]) if LETTERS_SLOT in values else None
         case Series(parts):
             words: list[str] = []
             for part in parts:
@@ -148,6 +162,12 @@ def match(node: Node, words: Words, i: int, slots: SlotValues) -> Iterator[tuple
             for value, spoken in slots.get(name, {}).items():
                 if words[i : i + len(spoken)] == spoken:
                     yield i + len(spoken), {name: value}
+        case Letters():
+            for end in range(i + 1, len(words) + 1):
+                letters = letters_of(words[i:end])
+                if letters is None:
+                    return
+                yield end, {LETTERS_SLOT: letters}
         case Series(parts):
             yield from _match_sequence(parts, words, i, slots)
         case Choice(options):

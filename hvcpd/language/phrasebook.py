@@ -5,7 +5,7 @@ from __future__ import annotations
 import difflib
 from collections import Counter
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 from functools import cached_property
 from typing import Any, Protocol, TypeVar
 
@@ -16,6 +16,7 @@ from hvcpd.language.forms import FORMS, SLOT_FIELDS, Form, Kind
 from hvcpd.language.graph import WordGraph
 from hvcpd.language.pattern import (
     COMMA,
+    LETTERS_SLOT,
     Bindings,
     Node,
     SlotValues,
@@ -26,6 +27,7 @@ from hvcpd.language.pattern import (
     slots_of,
     words_of,
 )
+from hvcpd.language.spelling import WORD_OF, letter_words, written_name
 from hvcpd.language.words import number_words, spoken_words, strict_words
 
 _T = TypeVar("_T")
@@ -136,12 +138,19 @@ class Phrasebook:
 
     @cached_property
     def graph(self) -> WordGraph:
-        """The network of all sentences, for the recogniser."""
-        return build_graph([compiled.node for compiled in self._usable_forms()], self.slots)
+        """The network of all sentences but spelled names, for the recogniser."""
+        return build_graph([compiled.node for compiled in self._ordinary_forms()], self.slots)
+
+    @cached_property
+    def spelling_graph(self) -> WordGraph:
+        """The network of spelled names; it holds no name, so that it is the same for all who have the same teams."""
+        addressees = {to: words for to, words in self.slots["addressee"].items() if not isinstance(to, m.ToRobot)}
+        forms = [c.node for c in _COMPILED if c.form.spelled]
+        return build_graph(forms, {**self.slots, "addressee": addressees})
 
     def sample(self, chooser: Chooser) -> m.Utterance:
-        """A random utterance: a form is drawn, then each of its parts."""
-        compiled = chooser.choice(list(self._usable_forms()))
+        """A random utterance of the network `graph`: a form is drawn, then each of its parts."""
+        compiled = chooser.choice(self._ordinary_forms())
         bindings: Bindings = {}
         for slot in sorted(compiled.slots):
             optional = slot in _OPTIONAL
@@ -151,9 +160,12 @@ class Phrasebook:
                 bindings[slot] = chooser.choice(list(self.slots[slot]))
         return _build(compiled.form, bindings)
 
+    def _ordinary_forms(self) -> list[_CompiledForm]:
+        return [compiled for compiled in self._usable_forms() if not compiled.form.spelled]
+
     def _usable_forms(self) -> Iterator[_CompiledForm]:
         for compiled in self._forms:
-            needed = compiled.slots - _OPTIONAL
+            needed = compiled.slots - _OPTIONAL - {LETTERS_SLOT}
             if all(self.slots[slot] for slot in needed):
                 yield compiled
 
@@ -162,18 +174,34 @@ class Phrasebook:
             bindings = _unbuild(compiled, utterance)
             if bindings is None:
                 continue
-            spoken = {slot: self.slots[slot].get(value) for slot, value in bindings.items()}
+            spoken = {slot: self._words_of(slot, value) for slot, value in bindings.items()}
             known = {slot: words for slot, words in spoken.items() if words is not None}
             tokens = render(compiled.node, known) if len(known) == len(spoken) else None
             if tokens is not None:
                 return tokens
         raise PhraseError(f"the phrasebook has no words for {utterance}")
 
+    def _words_of(self, slot: str, value: object) -> Words | None:
+        if slot != LETTERS_SLOT:
+            return self.slots[slot].get(value)
+        letters = str(value)
+        return letter_words(letters) if set(letters) <= WORD_OF.keys() else None
+
     def _readings(self, words: Words) -> Iterator[m.Utterance]:
         for compiled in self._forms:
             for end, bindings in match(compiled.node, words, 0, self.slots):
                 if end == len(words):
-                    yield _build(compiled.form, bindings)
+                    yield self._as_known(_build(compiled.form, bindings))
+
+    def _as_known(self, utterance: m.Utterance) -> m.Utterance:
+        """A spelled name that is known is written as it is known."""
+        if isinstance(utterance.statement, m.Spelled) and (known := self.known_name(utterance.statement.letters)):
+            return replace(utterance, speaker=known)
+        return utterance
+
+    def known_name(self, name: str) -> str | None:
+        """The name as the vocabulary writes it, whatever its case; None if it is not known."""
+        return next((known for known in self.vocabulary.names if known.lower() == name.lower()), None)
 
     def _refuse_ambiguity(self) -> None:
         for name in self.vocabulary.names:
@@ -199,7 +227,7 @@ class Phrasebook:
                         self._refuse_second_reading(compiled, slot, value)
 
     def _refuse_second_reading(self, compiled: _CompiledForm, slot: str, value: object) -> None:
-        bindings = {s: next(iter(self.slots[s])) for s in compiled.slots if self.slots[s]} | {slot: value}
+        bindings = {s: next(iter(self.slots[s])) for s in compiled.slots if self.slots.get(s)} | {slot: value}
         utterance = _build(compiled.form, bindings)
         readings = set(self._readings(self.render(utterance)))
         if readings != {utterance}:
@@ -241,6 +269,8 @@ def _slot_values(vocabulary: Vocabulary) -> SlotValues:
 
 def _build(form: Form, bindings: Bindings) -> m.Utterance:
     bound: dict[str, Any] = {SLOT_FIELDS[slot]: value for slot, value in bindings.items()} | dict(form.constants)
+    if form.spelled:
+        bound["speaker"] = written_name(bound["letters"])
     outer = {key: bound.pop(key) for key in list(bound) if key in _UTTERANCE_FIELDS}
     other = bound.pop("other", None)
     statement: Any = form.statement(**bound) if form.statement is not None else None
@@ -265,6 +295,10 @@ def _unbuild(compiled: _CompiledForm, utterance: m.Utterance) -> Bindings | None
         statement = statement.motion
     if (type(statement) if statement is not None else None) is not form.statement:
         return None
+    if form.spelled and isinstance(statement, m.Spelled):
+        if utterance.speaker is None or utterance.speaker.lower() != statement.letters:
+            return None
+        utterance = replace(utterance, speaker=None)
     inner = {f.name: getattr(statement, f.name) for f in fields(statement)} if statement is not None else {}
     if any(inner.pop(name) != value for name, value in form.constants.items()):
         return None

@@ -132,6 +132,13 @@ class Recogniser:
         self._lost_until = self._stream.next_frame + CHUNK_FRAMES
         return events
 
+    def succeed(self, predecessor: Recogniser) -> None:
+        """Go on where `predecessor` is, between two sentences: with its sample clock and what it knows of the noise."""
+        self._stream, self._noise = predecessor._stream, predecessor._noise
+        self._activity, self._segments = predecessor._activity, predecessor._segments
+        self._recent, self._lost_until = predecessor._recent, predecessor._lost_until
+        self._speech_power, self._noise_power = predecessor._speech_power, predecessor._noise_power
+
     def flush(self) -> list[Event]:
         """Report what the end of a file completes; to be called once, after the last `push`."""
         rest = self._stream.rest()

@@ -157,3 +157,28 @@ def test_two_daemons_greet_each_other_and_share_one_task(tmp_path: Path, units: 
     heard = {line["speaker"] for line in logs if line["event"] == "heard" and line["confidence"] > 0}
     assert heard == {"Rob", "Bot"}
     assert not any(line["event"] in ("wheels failed", "memory failed") for line in logs)
+
+
+@pytest.mark.slow
+def test_two_daemons_that_know_only_their_own_names_meet_and_remember_each_other(tmp_path: Path, units: Path) -> None:
+    outfits = [
+        equip(settings_of(tmp_path / name, units, name, **{"start.y_m": y_m, "seed": seed, "names": ["Anna"]}))
+        for name, y_m, seed in (("Rob", -5.0, 1), ("Zorg", -4.0, 2))
+        if (tmp_path / name).mkdir() is None
+    ]
+    with capture_logs() as logs:
+
+        def done() -> bool:
+            return any("confirmed" in text for text in said(logs))
+
+        with shared_room([outfit.settings for outfit in outfits], until(60.0, done)) as room:
+            live(outfits, room)
+    assert {line["name"] for line in logs if line["event"] == "name learned"} == {"Rob", "Zorg"}
+    assert any(text.startswith(("Hi Rob, I am Zorg, confirmed", "Hi Zorg, I am Rob, confirmed")) for text in said(logs))
+    for outfit, other in zip(outfits, ("Zorg", "Rob"), strict=True):
+        store = Store(outfit.memory_path)
+        try:
+            assert store.names_heard() == (other,)
+            assert outfit.names_with(store.names_heard()) == (*outfit.names, other)
+        finally:
+            store.close()

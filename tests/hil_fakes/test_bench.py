@@ -60,6 +60,19 @@ def test_the_papers_five_plants_are_watered_exactly_once() -> None:
     assert (len(score.done), score.duplicates, score.lost) == (5, 0, 0)
 
 
+def test_robots_that_were_told_only_their_own_names_spell_them_and_do_every_task_once() -> None:
+    plan = BenchPlan(("Rob", "Zorg"), THREE, 3, strangers=True, limit_s=400.0)
+    bench = Bench(plan, sound())
+    record = bench.run()
+    score = summary(record)
+    said = [e.text for e in record.events if isinstance(e, Said)]
+    assert any(text.endswith("I spell, zulu oscar romeo golf") for text in said)
+    assert any(text.endswith("I spell, romeo oscar bravo") for text in said)
+    assert any(text.startswith("Hi Zorg, I am Rob, confirmed") for text in said)
+    assert (len(score.done), score.duplicates, score.lost) == (3, 0, 0)
+    assert [set(robot.phrasebook.vocabulary.names) for robot in bench.robots.values()] == [{"Rob", "Zorg"}] * 2
+
+
 def test_a_robot_alone_is_understood_by_nobody() -> None:
     record = Bench(BenchPlan(("Rob",), THREE, 3, limit_s=20.0), sound()).run()
     assert summary(record).utterances_sent > 0

@@ -1,0 +1,64 @@
+"""Names that a robot learns while it lives: made ready in a thread, for it takes a second or more."""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import Iterable
+
+import structlog
+
+from hvcpd.assembly import Roster, Sound
+from hvcpd.daemon.rehearsal import rehearse
+from hvcpd.errors import PhraseError
+from hvcpd.language.phrasebook import Phrasebook
+from hvcpd.recognition.listening import Listening
+from hvcpd.robot import LearnName, Record, Robot
+
+_log = structlog.get_logger(__name__)
+
+
+class Lessons:
+    """Answers a robot's LearnName records, one after the other."""
+
+    def __init__(self, robot: Robot, roster: Roster, own_name: str, sound: Sound) -> None:
+        self._robot = robot
+        self._roster = roster
+        self._own_name = own_name
+        self._sound = sound
+        self._turn = asyncio.Lock()
+        self._under_way: set[asyncio.Task[None]] = set()
+
+    def take(self, records: Iterable[Record]) -> None:
+        """Begin to learn every name that is to be learned."""
+        for record in records:
+            if isinstance(record, LearnName):
+                lesson = asyncio.get_running_loop().create_task(self._learn(record.name))
+                self._under_way.add(lesson)
+                lesson.add_done_callback(self._under_way.discard)
+
+    async def settled(self) -> None:
+        """Wait until nothing is being learned."""
+        while self._under_way:
+            await asyncio.wait(self._under_way)
+
+    async def close(self) -> None:
+        """Learn no more."""
+        for lesson in self._under_way:
+            lesson.cancel()
+        await self.settled()
+
+    async def _learn(self, name: str) -> None:
+        async with self._turn:
+            if self._robot.phrasebook.known_name(name) is not None:
+                return  # it was spelled twice meanwhile
+            try:
+                self._robot.adopt(*await asyncio.to_thread(self._make_ready, name))
+            except PhraseError as error:
+                _log.warning("name not learned", name=name, reason=str(error))
+            else:
+                _log.info("name learned", name=name, names=", ".join(self._roster.names))
+
+    def _make_ready(self, name: str) -> tuple[Phrasebook, Listening]:
+        ready = self._roster.learn(name)
+        rehearse(self._own_name, (name.lower(),), self._sound)
+        return ready
