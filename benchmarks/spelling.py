@@ -10,27 +10,25 @@ from __future__ import annotations
 
 import argparse
 import random
-import time
 
 import numpy as np
 
-from benchmarks.hearing import BLOCK, LEAD_S, Spoken, add_noise, make_stream
-from hvcpd.assembly import DEFAULT_TEAMS, Sound, make_phrasebook, make_sound, make_spelled, user_cache_folder
-from hvcpd.config.task_file import load_tasks
-from hvcpd.config.tasks import default_tasks_path
+from benchmarks.hearing.listeners import listen
+from benchmarks.hearing.material import LEAD_S, Spoken, Team, make_stream, make_team
+from benchmarks.hearing.mixing import add_noise
+from hvcpd.assembly import make_spelled
 from hvcpd.language import messages as m
-from hvcpd.language.phrasebook import Phrasebook
 from hvcpd.language.spelling import WORD_OF
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 from hvcpd.recognition.events import Recognised
 from hvcpd.synthesis.speaker import Speaker
-from hvcpd.synthesis.voices import VOICES, voice_for
+from hvcpd.synthesis.voices import VOICES
 
 NAMES = ("Rob", "Bot")
 GAP_S = 1.5
 
 
-def spelled_stream(book: Phrasebook, sound: Sound, n: int, seed: int) -> tuple[Samples, list[Spoken]]:
+def spelled_stream(team: Team, n: int, seed: int) -> tuple[Samples, list[Spoken]]:
     """Names of two to seven letters and digits."""
     chance = random.Random(seed)
     signs = tuple(WORD_OF)
@@ -40,22 +38,18 @@ def spelled_stream(book: Phrasebook, sound: Sound, n: int, seed: int) -> tuple[S
     for number in range(n):
         letters = chance.choice(signs[:26]) + "".join(chance.choice(signs) for _ in range(chance.randint(1, 6)))
         name = m.Utterance(letters.capitalize(), m.ToAll(), None, m.Spelled(letters))
-        phrases = book.phrases(name)
-        speech = Speaker(VOICES[number % len(VOICES)], sound.lexicon, sound.cache).render(phrases)
+        phrases = team.book.phrases(name)
+        speech = Speaker(VOICES[number % len(VOICES)], team.sound.lexicon, team.sound.cache).render(phrases)
         spoken.append(Spoken(tuple(word for phrase in phrases for word in phrase), at, at + len(speech)))
         pieces += [speech, gap]
         at += len(speech) + len(gap)
     return np.concatenate(pieces), spoken
 
 
-def listen(book: Phrasebook, sound: Sound, stream: Samples) -> tuple[list[Recognised], float]:
+def hear(team: Team, stream: Samples) -> tuple[list[Recognised], float]:
     """What is heard, and the processor time as a share of real time."""
-    recogniser = make_spelled(book, sound)
-    began_s = time.process_time()
-    events = [event for at in range(0, len(stream), BLOCK) for event in recogniser.push(stream[at : at + BLOCK])]
-    events += recogniser.flush()
-    spent_s = time.process_time() - began_s
-    return [e for e in events if isinstance(e, Recognised)], spent_s * SAMPLE_RATE_HZ / len(stream)
+    events, spent_s = listen(make_spelled(team.book, team.sound), stream)
+    return [e for _, e in events if isinstance(e, Recognised)], spent_s * SAMPLE_RATE_HZ / len(stream)
 
 
 def main() -> None:
@@ -66,16 +60,14 @@ def main() -> None:
     parser.add_argument("--level", type=float, default=-35.0, help="of the speech, dBFS")
     parser.add_argument("--seed", type=int, default=1)
     o = parser.parse_args()
-    sound = make_sound(None, user_cache_folder())
-    book = make_phrasebook(NAMES, DEFAULT_TEAMS, load_tasks(default_tasks_path()))
-    speakers = {name: Speaker(voice_for(name), sound.lexicon, sound.cache) for name in NAMES}
+    team = make_team(NAMES)
     for title, (clean, spoken) in (
-        ("names", spelled_stream(book, sound, o.names, o.seed)),
-        ("other sentences", make_stream(book, speakers, o.names, o.seed)),
+        ("names", spelled_stream(team, o.names, o.seed)),
+        ("other sentences", make_stream(team.book, team.speakers(), o.names, o.seed)),
     ):
         for snr_db in (float(x) for x in o.snr.split(",")):
             noisy = add_noise(clean, spoken, snr_db, o.noise, o.level, o.seed)
-            heard, share = listen(book, sound, noisy)
+            heard, share = hear(team, noisy)
             right = sum(any(e.words == s.words and e.start_sample < s.end for e in heard) for s in spoken)
             least = min((e.confidence for e in heard), default=0.0)
             print(

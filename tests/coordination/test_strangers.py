@@ -77,7 +77,7 @@ def test_who_hears_time_and_again_what_it_cannot_understand_asks_for_names() -> 
         mission.air.at(since + 1.0 + after_s, garble)
     mission.air.run_until(since + 40.0)  # garbled speech makes everybody back off for long
     assert mission.written(since)[0] == "Hi team plant, I spell, romeo oscar bravo, spell your name"
-    assert mission.written(since)[1:] == ["Hi team plant, I spell, bravo oscar tango"], "Rob has never said Bot's name"
+    assert set(mission.written(since)[1:]) == {"Hi team plant, I spell, bravo oscar tango"}, "Rob never said its name"
 
 
 def test_who_is_known_to_the_asker_does_not_spell() -> None:
