@@ -77,7 +77,7 @@ def rooms() -> Iterator[Samples]:
     for rt60_s, distance_m in ((0.3, 2.0), (0.3, 10.0), (0.45, 1.0), (0.45, 5.0), (0.45, 10.0), (0.6, 1.0), (0.6, 2.0)):
         absorption, order = pra.inverse_sabine(rt60_s, ROOM_M)
         room = pra.ShoeBox(
-            ROOM_M, SAMPLE_RATE_HZ, pra.Material(absorption), max_order=min(order, 40), air_absorption=True
+            ROOM_M, fs=SAMPLE_RATE_HZ, materials=pra.Material(absorption), max_order=min(order, 40), air_absorption=True
         )
         room.add_source([2.0, 2.7, 0.25])
         room.add_microphone([2.0 + distance_m, 3.1, 0.25])

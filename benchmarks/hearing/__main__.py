@@ -2,8 +2,9 @@
 
 Random sentences of the phrasebook, each in its speaker's voice, at unknown times in one stream of sound; the recogniser
 is told nothing but the names. PocketSphinx hears the same sentences with the same grammar, but is told where each one
-is. SNRs are of the speech's mean power to the noise's, both over 0 to 8 kHz. The table is printed line by line; with
---out it is written as CSV too, and plots are drawn (matplotlib: the `eval` extra).
+is; where it gets none right it is not asked again farther away or in more of the same noise. SNRs are of the speech's
+mean power to the noise's, both over 0 to 8 kHz. The table is printed line by line; with --out it is written as CSV too,
+and plots are drawn (matplotlib: the `eval` extra).
 
     python -m benchmarks.hearing [--rows noise,range,rooms,...] [--sentences 50] [--names Mia,Ted,Gus,Rex] [--seed 7]
         [--noise white,pink] [--snr 20,0,-5] [--level DBFS] [--data DIR] [--out DIR] [--no-peer] [--wrong]
@@ -70,9 +71,13 @@ def _score(stage: Stage, rows: list[str], peer: Peer | None, wrong: bool, consol
     with Progress(*columns, console=Console(stderr=True), transient=True) as progress:
         bar = progress.add_task("", total=sum(count for count, _ in groups.values()))
         for _, make in groups.values():
+            lost: set[str] = set()
             for condition in make():
                 progress.update(bar, description=condition.label[:40])
-                theirs = peer.score(condition.sound, condition.spoken) if peer is not None else None
+                asked = peer is not None and condition.name not in lost
+                theirs = peer.score(condition.sound, condition.spoken) if peer is not None and asked else None
+                if theirs is not None and theirs.share == 0.0:
+                    lost.add(condition.name)
                 found = result(condition, ours(stage.team, condition.sound, condition.spoken), theirs)
                 console.print(line(found), highlight=False, markup=False, soft_wrap=True)
                 if wrong:
