@@ -90,6 +90,7 @@ def make_phrasebook(names: Sequence[str], teams: Iterable[str], tasks: TaskRepos
             tasks=(*(task.name for task in tasks.tasks), *tasks.other_tasks),
             numbers=tuple(task.number for task in tasks.tasks),
             remarks=tuple(remarks),
+            alternatives=tasks.alternatives,
         )
     )
 
@@ -121,8 +122,13 @@ def make_urgent(sound: Sound) -> UrgentSpotter:
 
 
 def templates(phrasebook: Phrasebook, voice: Voice, sound: Sound) -> dict[str, list[Samples]]:
-    """Every word of the phrasebook in one voice."""
-    return templates_of(phrasebook.graph.words, voice, sound)
+    """Every word of the phrasebook in one voice, and the phrases that count as one."""
+    speaker = Speaker(voice, sound.lexicon, sound.cache)
+    found = {word: speaker.templates(word) for word in phrasebook.graph.words}
+    for word, phrases in phrasebook.alternatives.items():
+        for phrase in phrases:
+            found[word] += speaker.phrase_templates(phrase)
+    return found
 
 
 def templates_of(words: Iterable[str], voice: Voice, sound: Sound) -> dict[str, list[Samples]]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import hashlib
 import json
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -56,6 +56,8 @@ class Confusion:
     fixed: bool
     """Both are the phrasebook's own: a team cannot reword them, and is not refused for them."""
     proposals: tuple[str, ...] = ()
+    alternative_of: str = ""
+    """The word as which `first` or `second`, an alternative of the task file, counts."""
 
     @property
     def confusable(self) -> bool:
@@ -69,7 +71,9 @@ def describe(confusion: Confusion) -> str:
     what = "sound the same" if c.same_sound else "would be taken for one another"
     rates = f"{c.quiet:.1%} of the time in quiet, {c.at_0_db:.1%} in noise at 0 dB"
     remedy = "reword one of them"
-    if c.proposals:
+    if c.alternative_of:
+        remedy = f"leave the alternative of '{c.alternative_of}' out of the task file"
+    elif c.proposals:
         *others, last = c.proposals
         remedy = (
             f"instead of '{' '.join(_subject(c)[0])}' say for example {', '.join(others)}{' or ' * bool(others)}{last}"
@@ -91,18 +95,32 @@ def check(
     With `cache`, a folder, what was found for the same words, voices and program is kept there. `chosen_only`, for a
     quick start, leaves out what no change of a single task, team or robot's name would mend.
     """
-    pairs = competing_phrases(book.graph)
+    counts_as = {phrase: word for word, phrases in book.alternatives.items() for phrase in phrases}
+    pairs = tuple(pair for pair in competing_phrases(book.heard_graph) if not _is_same(pair, counts_as))
     if chosen_only:
-        pairs = tuple(pair for pair in pairs if _is_chosen(*pair))
+        pairs = tuple(pair for pair in pairs if _is_chosen(*pair) or counts_as.keys() & set(pair))
     voices = tuple({voice_for(name): None for name in names})
-    spoken = {word: sound.lexicon.pronunciations(word) for word in book.graph.words}
-    content = f"{_recipe()} {pairs!r} {voices!r} {sorted(spoken.items())!r}"
+    spoken = {word: sound.lexicon.pronunciations(word) for word in book.heard_graph.words}
+    content = f"{_recipe()} {counts_as!r} {pairs!r} {voices!r} {sorted(spoken.items())!r}"
     path = cache / (hashlib.sha256(content.encode()).hexdigest()[:32] + ".json") if cache is not None else None
     found = _read(path)
     if found is None:
-        found = _find(pairs, voices, sound)
+        found = tuple(_of_alternative(c, counts_as) for c in _find(pairs, voices, sound))
         _write(path, found)
     return found
+
+
+def _is_same(pair: Pair, counts_as: Mapping[Phrase, str]) -> bool:
+    """Whether both sides of a pair are understood as the same word."""
+    first, second = (counts_as.get(phrase, " ".join(phrase)) for phrase in pair)
+    return first == second
+
+
+def _of_alternative(c: Confusion, counts_as: Mapping[Phrase, str]) -> Confusion:
+    """An alternative is the team's, whatever words it is made of."""
+    words = (counts_as.get(tuple(phrase.split())) for phrase in (c.first, c.second))
+    word = next((word for word in words if word is not None), None)
+    return c if word is None else replace(c, fixed=False, proposals=(), alternative_of=word)
 
 
 def _is_chosen(first: Phrase, second: Phrase) -> bool:

@@ -18,6 +18,9 @@ MAX_TASK_WORDS = 8
 MAX_WORD_LENGTH = 20
 """Letters of a word; ordinary English words are shorter."""
 
+MAX_ALTERNATIVE_WORDS = 3
+"""Words of a phrase that counts as another word: as many as the check for confusable phrases looks at."""
+
 _ROBOT_NAME = re.compile(r"[A-Za-z][A-Za-z0-9]*")
 _WORD = re.compile(r"[a-z]+")
 
@@ -60,6 +63,23 @@ def valid_task_name_length(name: str) -> str | None:
     if MIN_TASK_WORDS <= count <= MAX_TASK_WORDS:
         return None
     return f"a task name has {MIN_TASK_WORDS} to {MAX_TASK_WORDS} words, {name[:40]!r} has {count}; reword it"
+
+
+def valid_word(word: object) -> str | None:
+    """What is wrong with a word that is to have alternatives, or None."""
+    if isinstance(word, str) and _WORD.fullmatch(word) and len(word) <= MAX_WORD_LENGTH:
+        return None
+    return f"{str(word)[:40]!r} is not one lower-case word of the letters a-z; write it as in the task's name"
+
+
+def valid_alternative(phrase: str) -> str | None:
+    """What is wrong with a phrase that counts as a word, or None."""
+    words = phrase.split(" ")
+    if all(_WORD.fullmatch(word) and len(word) <= MAX_WORD_LENGTH for word in words):
+        if len(words) <= MAX_ALTERNATIVE_WORDS:
+            return None
+        return f"an alternative has 1 to {MAX_ALTERNATIVE_WORDS} words, {phrase[:40]!r} has {len(words)}; shorten it"
+    return f"the alternative {phrase[:40]!r} is not words of the letters a-z with one space between"
 
 
 def repeated_names(names: tuple[str, ...]) -> str | None:

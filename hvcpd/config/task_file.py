@@ -5,14 +5,14 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
 from cattrs import Converter
 from cattrs.errors import AttributeValidationNote, BaseValidationError
 
 from hvcpd.config.document import KeyPath
 from hvcpd.config.loading import FaultError, Parts, between, checked, describe, did_you_mean, load
-from hvcpd.config.names import valid_task_name
+from hvcpd.config.names import valid_alternative, valid_task_name, valid_word
 from hvcpd.config.tasks import (
     Action,
     Forward,
@@ -103,9 +103,25 @@ def _valid_others(names: tuple[str, ...]) -> str | None:
 
 
 @dataclass(frozen=True)
+class _Alternatives:
+    """Pairs of a word and a phrase that counts as it."""
+
+    pairs: tuple[tuple[str, str], ...] = ()
+
+
+def _read_alternatives(value: Any, _: Converter) -> _Alternatives:
+    """What is well-formed; `_check_alternatives` tells what is not."""
+    if not isinstance(value, dict):
+        raise FaultError(f"expected words and their alternatives, found {describe(value)}; write `word: [a phrase]`")
+    lists = {word: phrases for word, phrases in value.items() if isinstance(phrases, list)}
+    return _Alternatives(tuple((word, p) for word, phrases in lists.items() for p in phrases if isinstance(p, str)))
+
+
+@dataclass(frozen=True)
 class _TaskFile:
     tasks: tuple[_TaskEntry, ...] = field(metadata=checked(_valid_count))
     other_tasks: tuple[str, ...] = field(default=(), metadata=checked(_valid_others))
+    alternatives: _Alternatives = field(default_factory=_Alternatives)
 
 
 @dataclass(frozen=True)
@@ -177,8 +193,13 @@ def load_tasks(path: Path, sounds_alike: SoundsAlike | None = None) -> TaskRepos
     task with "go to place" has a place; and, if `sounds_alike` is given, that no two names are mistaken by ear.
     Raises ConfigError with every fault of the file.
     """
-    file = load(path, _TaskFile, lambda parts: _check(parts, sounds_alike), {_ActionEntry: _read_action})
-    return TaskRepository(tuple(entry.definition() for entry in file.tasks), file.other_tasks)
+    file = load(
+        path,
+        _TaskFile,
+        lambda parts: _check(parts, sounds_alike),
+        {_ActionEntry: _read_action, _Alternatives: _read_alternatives},
+    )
+    return TaskRepository(tuple(entry.definition() for entry in file.tasks), file.other_tasks, file.alternatives.pairs)
 
 
 def _check(parts: Parts, sounds_alike: SoundsAlike | None) -> None:
@@ -201,6 +222,32 @@ def _check(parts: Parts, sounds_alike: SoundsAlike | None) -> None:
             parts.fault(path, text)
         names.append((name or "", path))
     _check_names(parts, [(name, path) for name, path in names if name], sounds_alike)
+    _check_alternatives(parts)
+
+
+def _check_alternatives(parts: Parts) -> None:
+    """Each phrase is spoken words, and stands for one word only."""
+    given = parts.get(("alternatives",), cast(type[Any], Any))
+    if not isinstance(given, dict):
+        return
+    taken: dict[str, tuple[str, int]] = {}
+    for word, phrases in given.items():
+        at: KeyPath = ("alternatives", word)
+        if (wrong := valid_word(word)) is not None:
+            parts.fault(at, wrong)
+        if not isinstance(phrases, list) or not phrases:
+            parts.fault(at, f"expected a list of phrases, found {describe(phrases)}; write it as [in the go]")
+            continue
+        for index, phrase in enumerate(phrases):
+            path: KeyPath = (*at, index)
+            wrong = valid_alternative(phrase) if isinstance(phrase, str) else f"{describe(phrase)} is no phrase"
+            if wrong is None and phrase in taken:
+                other, line = taken[phrase]
+                wrong = f"{phrase!r} counts as {other!r} already (line {line}); leave one of them out"
+            if wrong is not None:
+                parts.fault(path, wrong)
+            else:
+                taken[phrase] = (word, parts.line(path))
 
 
 def _check_place(parts: Parts, at: KeyPath) -> None:

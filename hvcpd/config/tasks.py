@@ -74,6 +74,8 @@ class TaskRepository:
 
     tasks: tuple[TaskDefinition, ...]
     other_tasks: tuple[str, ...] = ()
+    alternatives: tuple[tuple[str, str], ...] = ()
+    """Words, and phrases that count as them when they are heard: ("indigo", "in the go")."""
 
     def by_number(self, number: int) -> TaskDefinition | None:
         """The task of that number, or None."""

@@ -5,7 +5,8 @@ It is what `language` hands to `recognition`; neither needs to know more of the 
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, replace
 
 
 @dataclass(frozen=True)
@@ -35,3 +36,24 @@ class WordGraph:
     def words(self) -> tuple[str, ...]:
         """Every word of the network once, sorted."""
         return tuple(sorted({arc.word for arc in self.arcs}))
+
+
+def with_phrases(graph: WordGraph, phrases: Iterable[tuple[str, Sequence[str]]]) -> WordGraph:
+    """The network in which also each phrase may be said wherever its word may; no longer deterministic."""
+    arcs, n_nodes = list(graph.arcs), graph.n_nodes
+    for word, phrase in phrases:
+        for arc in graph.arcs:
+            if arc.word != word:
+                continue
+            nodes = [arc.source, *range(n_nodes, n_nodes + len(phrase) - 1), arc.target]
+            n_nodes += len(phrase) - 1
+            arcs += [Arc(a, b, said) for a, b, said in zip(nodes[:-1], nodes[1:], phrase, strict=True)]
+    return replace(graph, n_nodes=n_nodes, arcs=tuple(arcs))
+
+
+def ends_of(graph: WordGraph, source: int, phrase: Sequence[str]) -> frozenset[int]:
+    """The nodes that the words of `phrase` lead to from the node `source`; empty where they cannot be said."""
+    nodes = frozenset((source,))
+    for word in phrase:
+        nodes = frozenset(arc.target for arc in graph.arcs if arc.source in nodes and arc.word == word)
+    return nodes

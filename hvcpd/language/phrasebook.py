@@ -13,7 +13,7 @@ from hvcpd.errors import PhraseError
 from hvcpd.language import messages as m
 from hvcpd.language.automaton import build_graph, expected_after
 from hvcpd.language.forms import FORMS, SLOT_FIELDS, Form, Kind
-from hvcpd.language.graph import WordGraph
+from hvcpd.language.graph import WordGraph, ends_of, with_phrases
 from hvcpd.language.pattern import (
     COMMA,
     LETTERS_SLOT,
@@ -64,6 +64,8 @@ class Vocabulary:
     tasks: tuple[str, ...] = ()
     numbers: tuple[int, ...] = ()
     remarks: tuple[str, ...] = ()
+    alternatives: tuple[tuple[str, str], ...] = ()
+    """Words, and phrases that count as them when they are heard: ("indigo", "in the go")."""
     kinds: frozenset[Kind] = frozenset(Kind)
     """Which forms this team uses; each kind makes every listener's network larger."""
 
@@ -85,8 +87,8 @@ RESERVED_WORDS = frozenset({"all", "team"}).union(*(words_of(compiled.node) for 
 class Phrasebook:
     """Everything that can be said with a vocabulary: `parse(render(u)) == u` for every utterance of its forms.
 
-    Raises PhraseError when two entries of the vocabulary would be spoken the same way or when an entry reads as
-    another sentence of the forms.
+    Raises PhraseError when two entries of the vocabulary would be spoken the same way, when an entry reads as
+    another sentence of the forms, or when an alternative is of no word of the phrasebook or can be said in its place.
     """
 
     def __init__(self, vocabulary: Vocabulary) -> None:
@@ -94,6 +96,7 @@ class Phrasebook:
         self.slots = _slot_values(vocabulary)
         self._forms = tuple(compiled for compiled in _COMPILED if compiled.form.kind in vocabulary.kinds)
         self._refuse_ambiguity()
+        self._refuse_alternatives()
 
     def phrases(self, utterance: m.Utterance) -> tuple[Words, ...]:
         """The spoken words of an utterance, one tuple for each part between commas.
@@ -147,6 +150,19 @@ class Phrasebook:
         addressees = {to: words for to, words in self.slots["addressee"].items() if not isinstance(to, m.ToRobot)}
         forms = [c.node for c in _COMPILED if c.form.spelled]
         return build_graph(forms, {**self.slots, "addressee": addressees})
+
+    @cached_property
+    def alternatives(self) -> dict[str, tuple[Words, ...]]:
+        """For each word that has some, the phrases that count as it when they are heard."""
+        found: dict[str, tuple[Words, ...]] = {}
+        for word, phrase in self.vocabulary.alternatives:
+            found[word] = (*found.get(word, ()), tuple(phrase.split()))
+        return found
+
+    @cached_property
+    def heard_graph(self) -> WordGraph:
+        """The network with its alternatives, as it sounds. What is understood of it is a sentence of `graph`."""
+        return with_phrases(self.graph, ((word, p) for word, phrases in self.alternatives.items() for p in phrases))
 
     def sample(self, chooser: Chooser) -> m.Utterance:
         """A random utterance of the network `graph`: a form is drawn, then each of its parts."""
@@ -225,6 +241,20 @@ class Phrasebook:
                 if tried[slot] <= _FREE[slot]:
                     for value in self.slots[slot]:
                         self._refuse_second_reading(compiled, slot, value)
+
+    def _refuse_alternatives(self) -> None:
+        for word, phrases in self.alternatives.items():
+            places = {arc.source for arc in self.graph.arcs if arc.word == word}
+            if not places:
+                close = difflib.get_close_matches(word, self.graph.words, n=1)
+                hint = f"did you mean '{close[0]}'?" if close else "leave it out (all words: hvcpctl phrases)"
+                raise PhraseError(f"alternatives: '{word}' is no word of the phrasebook; {hint}")
+            for phrase in phrases:
+                if any(ends_of(self.graph, place, phrase) for place in places):
+                    raise PhraseError(
+                        f"alternatives: '{' '.join(phrase)}' cannot count as '{word}', for it can be said itself in "
+                        "that place; leave it out"
+                    )
 
     def _refuse_second_reading(self, compiled: _CompiledForm, slot: str, value: object) -> None:
         bindings = {s: next(iter(self.slots[s])) for s in compiled.slots if self.slots.get(s)} | {slot: value}

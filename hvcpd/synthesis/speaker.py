@@ -106,6 +106,22 @@ class Speaker:
             found += [medial[edge : len(medial) - edge], final[edge:]]
         return found
 
+    def phrase_templates(self, words: Sequence[str]) -> list[Samples]:
+        """The same for several words said as one: before another word, and before a pause."""
+        overlap = round(OVERLAP_S * SAMPLE_RATE_HZ)
+        edge = round(LEAD_S * SAMPLE_RATE_HZ)
+        found = []
+        for end in (UnitPosition.MEDIAL, UnitPosition.FINAL):
+            units = [self.unit(word, UnitPosition.MEDIAL) for word in words[:-1]] + [self.unit(words[-1], end)]
+            units = [unit for unit in units if len(unit)]
+            out = np.zeros(sum(map(len, units)) - overlap * (len(units) - 1), dtype=np.float32)
+            at = 0
+            for unit in units:
+                out[at : at + len(unit)] += unit
+                at += len(unit) - overlap
+            found.append(out[edge : len(out) - edge] if end is UnitPosition.MEDIAL else out[edge:])
+        return found
+
     def render(self, phrases: Sequence[Sequence[str]]) -> Samples:
         """A sentence as sound, float32 at 16 kHz: groups of words, between which the speaker pauses."""
         return self.render_marked(phrases).samples

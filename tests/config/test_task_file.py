@@ -214,3 +214,34 @@ def test_whatever_is_valid_survives_being_written_and_read(repository: TaskRepos
         path = Path(directory) / "tasks.yaml"
         path.write_text(yaml.safe_dump(_plain(repository), allow_unicode=True), encoding="utf-8")
         assert load_tasks(path) == repository
+
+
+ONE = "tasks:\n  - {number: 1, name: water the indigo rose, actions: [{wait: 1}]}\n"
+
+
+def test_phrases_may_count_as_a_word(tmp_path: Path) -> None:
+    repository = load(tmp_path, ONE + "alternatives:\n  indigo: [in the go, indie go]\n  rose: [rows]\n")
+    assert repository.alternatives == (("indigo", "in the go"), ("indigo", "indie go"), ("rose", "rows"))
+    assert load(tmp_path, ONE).alternatives == ()
+
+
+@pytest.mark.parametrize(
+    ("text", "expected"),
+    [
+        ("alternatives: [in the go]\n", "F:3: alternatives: expected words and their alternatives, found a list;"),
+        (
+            "alternatives:\n  indigo: in the go\n",
+            "F:4: expected a list of phrases, found the text 'in the go'; write it",
+        ),
+        ("alternatives:\n  indigo: []\n", "F:4: expected a list of phrases, found a list; write it as [in the go]"),
+        ("alternatives:\n  indigo: [5]\n", "F:4: the number 5 is no phrase"),
+        ("alternatives:\n  indigo: [In the go]\n", "F:4: the alternative 'In the go' is not words of the letters a-z"),
+        ("alternatives:\n  indigo: [i n t o]\n", "F:4: an alternative has 1 to 3 words, 'i n t o' has 4; shorten it"),
+        ("alternatives:\n  In: [in]\n", "F:4: 'In' is not one lower-case word of the letters a-z; write it as in the"),
+        ("alternatives:\n  indigo: [rows]\n  rose: [rows]\n", "F:5: 'rows' counts as 'indigo' already (line 4); leave"),
+        ("alternative:\n  indigo: [rows]\n", "F:3: unknown key 'alternative'; did you mean 'alternatives'?"),
+    ],
+)
+def test_alternatives_are_read_strictly(tmp_path: Path, text: str, expected: str) -> None:
+    [fault] = faults(tmp_path, ONE + text)
+    assert fault.startswith(expected)
