@@ -146,8 +146,14 @@ def _add_say(commands: _Commands) -> None:
 def _add_hear(commands: _Commands) -> None:
     c = commands.add_parser("hear", help="list every sentence in a recording")
     _add_shared(c)
-    c.add_argument("file", type=Path, metavar="FILE.wav", help="any WAV, 8 to 48 kHz")
+    c.add_argument("file", type=Path, nargs="+", metavar="FILE.wav", help="any WAV, 8 to 48 kHz")
     c.add_argument("--json", action="store_true", help="print one JSON object a line")
+    c.add_argument(
+        "--learn-alternatives",
+        action="store_true",
+        help="of what was not understood, propose phrases that count as a word, to paste into the task file",
+    )
+    c.add_argument("--said", metavar="TEXT", help="what was said there, if it is known")
     c.add_argument("--plot", type=Path, metavar="FILE.png", help="draw spectrum, words, noise and confidence")
     c.set_defaults(run=_lazy("hear"))
 

@@ -12,7 +12,7 @@ from pathlib import Path
 from hvcpd.assembly import make_recogniser
 from hvcpd.control.soundfile import read_wav
 from hvcpd.control.team import Team, load_team
-from hvcpd.errors import AudioFileError
+from hvcpd.errors import AudioFileError, PhraseError
 from hvcpd.language.messages import ToAll, ToRobot, ToTeam, Utterance
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 from hvcpd.recognition.events import Event, Recognised
@@ -35,7 +35,16 @@ class HeardSentence:
 
 def run(options: argparse.Namespace) -> int:
     """List the sentences, as text or as one JSON object a line."""
-    samples = read_wav(options.file)
+    if options.learn_alternatives:
+        from hvcpd.control import learn_alternatives
+
+        return learn_alternatives.run(options)
+    if options.said:
+        raise PhraseError("--said tells --learn-alternatives what was said; give both")
+    if len(options.file) > 1:
+        raise AudioFileError("hear lists the sentences of one recording; several are for --learn-alternatives")
+    [file] = options.file
+    samples = read_wav(file)
     team = load_team(options, options.names or ())
     if options.plot:
         _check_folder(options.plot)
@@ -51,11 +60,11 @@ def run(options: argparse.Namespace) -> int:
         sys.stdout.flush()
     if count == 0 and not options.json:
         sys.stderr.write(
-            f"hvcpctl: no sentence of the phrasebook in {options.file} "
+            f"hvcpctl: no sentence of the phrasebook in {file} "
             f"({len(samples) / SAMPLE_RATE_HZ:.1f} s; names known: {', '.join(team.names)})\n"
         )
     if options.plot:
-        _draw(options.plot, samples, events, options.file.name)
+        _draw(options.plot, samples, events, file.name)
     return 0
 
 

@@ -11,9 +11,10 @@ from typing import Any, Protocol, TypeVar
 
 from hvcpd.errors import PhraseError
 from hvcpd.language import messages as m
+from hvcpd.language.alternatives import by_word, refuse_senseless
 from hvcpd.language.automaton import build_graph, expected_after
 from hvcpd.language.forms import FORMS, SLOT_FIELDS, Form, Kind
-from hvcpd.language.graph import WordGraph, ends_of, with_phrases
+from hvcpd.language.graph import WordGraph, with_phrases
 from hvcpd.language.pattern import (
     COMMA,
     LETTERS_SLOT,
@@ -96,7 +97,8 @@ class Phrasebook:
         self.slots = _slot_values(vocabulary)
         self._forms = tuple(compiled for compiled in _COMPILED if compiled.form.kind in vocabulary.kinds)
         self._refuse_ambiguity()
-        self._refuse_alternatives()
+        if vocabulary.alternatives:
+            refuse_senseless(self.graph, self.alternatives)
 
     def phrases(self, utterance: m.Utterance) -> tuple[Words, ...]:
         """The spoken words of an utterance, one tuple for each part between commas.
@@ -154,10 +156,7 @@ class Phrasebook:
     @cached_property
     def alternatives(self) -> dict[str, tuple[Words, ...]]:
         """For each word that has some, the phrases that count as it when they are heard."""
-        found: dict[str, tuple[Words, ...]] = {}
-        for word, phrase in self.vocabulary.alternatives:
-            found[word] = (*found.get(word, ()), tuple(phrase.split()))
-        return found
+        return by_word(self.vocabulary.alternatives)
 
     @cached_property
     def heard_graph(self) -> WordGraph:
@@ -241,20 +240,6 @@ class Phrasebook:
                 if tried[slot] <= _FREE[slot]:
                     for value in self.slots[slot]:
                         self._refuse_second_reading(compiled, slot, value)
-
-    def _refuse_alternatives(self) -> None:
-        for word, phrases in self.alternatives.items():
-            places = {arc.source for arc in self.graph.arcs if arc.word == word}
-            if not places:
-                close = difflib.get_close_matches(word, self.graph.words, n=1)
-                hint = f"did you mean '{close[0]}'?" if close else "leave it out (all words: hvcpctl phrases)"
-                raise PhraseError(f"alternatives: '{word}' is no word of the phrasebook; {hint}")
-            for phrase in phrases:
-                if any(ends_of(self.graph, place, phrase) for place in places):
-                    raise PhraseError(
-                        f"alternatives: '{' '.join(phrase)}' cannot count as '{word}', for it can be said itself in "
-                        "that place; leave it out"
-                    )
 
     def _refuse_second_reading(self, compiled: _CompiledForm, slot: str, value: object) -> None:
         bindings = {s: next(iter(self.slots[s])) for s in compiled.slots if self.slots.get(s)} | {slot: value}
