@@ -29,15 +29,29 @@ def allophone(phones: Sequence[str], number: int) -> Phone:
         elif after and stress_of(after) == 0 and PHONES[after.rstrip("012")].kind is Kind.VOWEL:
             phone = replace(phone, aspiration_s=0.6 * phone.aspiration_s)
         elif not after:
-            phone = replace(phone, aspiration_s=0.05 if not phone.voiced else 0.0, noise_db=phone.noise_db + 3.0)
+            phone = _final_stop(phone)
         elif after and PHONES[after.rstrip("012")].kind in (Kind.STOP, Kind.FRICATIVE, Kind.NASAL):
             phone = replace(phone, aspiration_s=0.0, noise_db=phone.noise_db - 4.0)
     if base in ("K", "G", "NG"):
         phone = _velar(phone, _beside(phones, number))
     if base == "HH" and after:
         vowel = PHONES[after.rstrip("012")]
-        phone = replace(phone, target_hz=vowel.target_hz)
+        phone = replace(phone, target_hz=vowel.target_hz, follow=vowel.follow)
     return phone
+
+
+FINAL_VOICE_BAR_DB = 7.0
+"""How much louder the voice sounds through a final B, D or G than through one that begins a syllable, which English
+hardly voices at all (Lisker and Abramson 1964); without it "Rob" was taken for "bot" in noise."""
+
+
+def _final_stop(phone: Phone) -> Phone:
+    """A stop at the word's end: released, with a breath if it has no voice, with a clear voice bar if it has one."""
+    louder = FINAL_VOICE_BAR_DB if phone.voiced else 0.0
+    breath_s = 0.0 if phone.voiced else 0.05
+    return replace(
+        phone, aspiration_s=breath_s, noise_db=phone.noise_db + 3.0, voicing_db=min(0.0, phone.voicing_db + louder)
+    )
 
 
 FLAP = replace(PHONES["D"], inherent_s=0.025, least_s=0.02, voicing_db=-8.0, noise_db=OFF_DB, transition_s=0.03)

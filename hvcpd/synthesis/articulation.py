@@ -129,7 +129,7 @@ def _boundary(left: Placed, right: Placed, formant: int) -> float:
     return 0.5 * (a + b)
 
 
-def _formant_track(placed: Sequence[Placed], formant: int, scale: float) -> Track:
+def _formant_track(placed: Sequence[Placed], formant: int) -> Track:
     points = _Breakpoints([], [])
     for number, item in enumerate(placed):
         first = item.phone.target_hz[formant]
@@ -139,15 +139,15 @@ def _formant_track(placed: Sequence[Placed], formant: int, scale: float) -> Trac
         leave = _boundary(item, placed[number + 1], formant) if number + 1 < len(placed) else last
         rise = _transition_s(placed[number - 1] if number else None, item)
         fall = _transition_s(placed[number + 1] if number + 1 < len(placed) else None, item)
-        points.add(item.start_s, entry * scale)
+        points.add(item.start_s, entry)
         if item.phone.kind in (Kind.VOWEL, Kind.GLIDE, Kind.NASAL, Kind.FRICATIVE):
             squeeze = min(1.0, 0.9 * length / max(1e-6, rise + fall))
             onset, offset = item.start_s + rise * squeeze, item.end_s - fall * squeeze
             if item.phone.end_hz is not None and number + 1 == len(placed):
                 offset = item.end_s - 0.2 * length
-            points.add(onset, first * scale)
-            points.add(max(onset, offset), last * scale)
-        points.add(item.end_s, leave * scale)
+            points.add(onset, first)
+            points.add(max(onset, offset), last)
+        points.add(item.end_s, leave)
     return points.track()
 
 
@@ -292,8 +292,8 @@ def controls_for(phones: Sequence[str], voice: Voice, final: bool, declination: 
     `phones` is ARPAbet with stress digits, at least one; `final` when a pause follows; `declination` multiplies the
     pitch. KeyError for an unknown phone.
     """
-    placed = place(phones, voice.rate, final)
     scale = voice.formant_scale
+    placed = [replace(item, phone=item.phone.scaled(scale)) for item in place(phones, voice.rate, final)]
     tilt_points = _Breakpoints([], [])
     for item in placed:
         closed = item.phone.kind in (Kind.STOP, Kind.AFFRICATE)
@@ -313,7 +313,7 @@ def controls_for(phones: Sequence[str], voice: Voice, final: bool, declination: 
         voicing_db=_steps(placed[-1].end_s, _voicing(placed), 0.012, final),
         aspiration_db=_steps(placed[-1].end_s + rest_s, _aspiration(placed, voice.breathiness_db), 0.012, final),
         tilt_hz=tilt_points.track(),
-        formants_hz=tuple(_formant_track(placed, k, scale) for k in range(3)),
+        formants_hz=tuple(_formant_track(placed, k) for k in range(3)),
         bandwidths_hz=tuple(_width_track(placed, k) for k in range(3)),
         nasal_zero_hz=_nasal_zero(placed, scale),
         nasal_pole_hz=NASAL_HZ * scale,
