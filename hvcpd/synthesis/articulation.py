@@ -13,7 +13,7 @@ from dataclasses import dataclass, replace
 from hvcpd.synthesis.allophones import OFF_DB, allophone
 from hvcpd.synthesis.durations import durations_s
 from hvcpd.synthesis.klatt import Band, Controls, Frication, Track
-from hvcpd.synthesis.phones import Kind, Phone, stress_of
+from hvcpd.synthesis.phones import Kind, Phone, Triple, stress_of
 from hvcpd.synthesis.voices import Voice
 
 LEAD_S = 0.02
@@ -38,6 +38,9 @@ NASAL_ZERO_HZ = 450.0
 
 ASPIRATION_DB = -12.0
 """Breath after a voiceless stop, relative to a vowel: a little less than in an H."""
+
+FULL_GLIDE = 0.9
+"""Share of its inherent duration that a diphthong needs to reach its end."""
 
 NASAL_BEFORE_S = 0.08
 """How long before a nasal's closure the velum opens, at most (Cohn 1993)."""
@@ -89,11 +92,28 @@ def place(phones: Sequence[str], rate: float, final: bool) -> list[Placed]:
             end = release + phone.aspiration_s / rate
         else:
             release = end = now + length_s / rate
+        if phone.end_hz is not None:
+            phone = _undershot(phone, phone.end_hz, length_s / rate)
         placed.append(Placed(name.rstrip("012"), phone, stress_of(name), now, release, end))
         now = end
         if phone.kind is Kind.STOP and number == len(phones) - 1:
             now += phone.aspiration_s
     return _give_aspiration(placed)
+
+
+def _undershot(phone: Phone, end_hz: Triple, length_s: float) -> Phone:
+    """A diphthong as far as it gets in its time: its formants move at one and the same speed, so that a short one ends
+    before its target (Gay, "Effect of speaking rate on diphthong formant movements", JASA 44, 1968)."""
+    way = min(1.0, length_s / (FULL_GLIDE * phone.inherent_s))
+    start = phone.target_hz
+    return replace(
+        phone,
+        end_hz=(
+            start[0] + way * (end_hz[0] - start[0]),
+            start[1] + way * (end_hz[1] - start[1]),
+            start[2] + way * (end_hz[2] - start[2]),
+        ),
+    )
 
 
 def _give_aspiration(placed: list[Placed]) -> list[Placed]:

@@ -26,6 +26,10 @@ UNSTRESSED_VOWEL = 0.6
 SECONDARY_VOWEL = 0.85
 """A vowel with secondary stress; between the two others."""
 
+LONE_VOWEL = 0.35
+"""A word of one vowel inside a phrase, "I" before its verb: a pronoun without accent. Drawn out like a stressed vowel
+its glide towards IY was over long before "will" began, and PocketSphinx lost the sentence there."""
+
 BEFORE_VOICELESS = 0.75
 """A vowel closed by a voiceless obstruent (rule 9)."""
 
@@ -64,7 +68,7 @@ def _vowel_factor(phones: Sequence[str], number: int, is_last: bool, syllables: 
         factor *= LONG_WORD
     follower = PHONES[phones[number + 1].rstrip("012")] if number + 1 < len(phones) else None
     if follower is None:
-        return factor * 1.1
+        return factor * (LONE_VOWEL if len(phones) == 1 and not final else 1.1)
     closing = BEFORE_VOICED.get(follower.kind, 1.0) if follower.voiced else BEFORE_VOICELESS
     return factor * (closing if final else 1.0 + INSIDE_PHRASE * (closing - 1.0))
 
