@@ -22,7 +22,7 @@ from benchmarks.hearing.mixing import add_noise
 from hvcpd.assembly import DEFAULT_TEAMS, make_phrasebook, make_sound, templates, user_cache_folder
 from hvcpd.config.task_file import load_tasks
 from hvcpd.config.tasks import default_tasks_path
-from hvcpd.control.soundfile import read_wav
+from hvcpd.hardware.soundfile import read_wav
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 from hvcpd.recognition.events import Recognised
 from hvcpd.recognition.frontend import HOP_SAMPLES

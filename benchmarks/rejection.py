@@ -16,7 +16,7 @@ import numpy as np
 from hvcpd.assembly import DEFAULT_TEAMS, make_phrasebook, make_recogniser, make_sound, user_cache_folder
 from hvcpd.config.task_file import load_tasks
 from hvcpd.config.tasks import default_tasks_path
-from hvcpd.control.soundfile import read_wav
+from hvcpd.hardware.soundfile import read_wav
 from hvcpd.ports import SAMPLE_RATE_HZ
 from hvcpd.recognition.events import Recognised
 

@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from benchmarks.judging import talkers
-from hvcpd.control.soundfile import write_wav
+from hvcpd.hardware.soundfile import write_wav
 from hvcpd.language.words import spoken_words
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 from hvcpd.synthesis.lexicon import Lexicon

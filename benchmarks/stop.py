@@ -23,7 +23,7 @@ from hil_fakes.room import PinkNoise
 from hvcpd.assembly import DEFAULT_TEAMS, make_phrasebook, make_recogniser, make_sound, user_cache_folder
 from hvcpd.config.task_file import load_tasks
 from hvcpd.config.tasks import default_tasks_path
-from hvcpd.control.soundfile import read_wav
+from hvcpd.hardware.soundfile import read_wav
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 from hvcpd.recognition.events import Recognised, Urgent
 from hvcpd.recognition.recogniser import Recogniser

@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 import random
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 from hvcpd.config.settings import DEFAULT_TEAMS as DEFAULT_TEAMS
@@ -25,6 +25,7 @@ from hvcpd.recognition.urgent import UrgentSpotter, UrgentTemplates
 from hvcpd.robot import Acoustics, Robot
 from hvcpd.synthesis.lexicon import Lexicon
 from hvcpd.synthesis.likeness import sounds_alike
+from hvcpd.synthesis.recorded import RecordedSpeaker
 from hvcpd.synthesis.speaker import Speaker
 from hvcpd.synthesis.unit_cache import UnitCache
 from hvcpd.synthesis.voices import VOICES, Voice, voice_for
@@ -38,10 +39,26 @@ STOP, STOP_RIVAL = "stop", "stopped"
 
 @dataclass(frozen=True)
 class Sound:
-    """Where pronunciations come from and where rendered units are kept."""
+    """Where pronunciations come from, where rendered units are kept, and which robot speaks how.
+
+    `voices` and `recorded` have the robots, by name in lower case, whose voice was chosen and does not follow from the
+    name.
+    """
 
     lexicon: Lexicon
     cache: UnitCache | None = None
+    voices: Mapping[str, Voice] = field(default_factory=dict)
+    recorded: Mapping[str, RecordedSpeaker] = field(default_factory=dict)
+
+    def voice_of(self, name: str) -> Voice:
+        """The synthesizer's voice of that robot."""
+        return self.voices.get(name.lower()) or voice_for(name)
+
+    def speaker_of(self, name: str, rate: float = 1.0) -> Speaker:
+        """Speaks as that robot; `rate` below 1 is slower, which recordings cannot be."""
+        voice = self.voice_of(name)
+        recorded = self.recorded.get(name.lower())
+        return recorded or Speaker(replace(voice, rate=rate * voice.rate), self.lexicon, self.cache)
 
 
 def make_sound(lexicon: Path | None = None, cache_folder: Path | None = None) -> Sound:
@@ -97,8 +114,10 @@ def make_phrasebook(names: Sequence[str], teams: Iterable[str], tasks: TaskRepos
 
 def make_recogniser(phrasebook: Phrasebook, names: Iterable[str], sound: Sound) -> Recogniser:
     """A recogniser for the voices of these robots: templates are the very signals that their synthesizers make."""
-    voices = {voice_for(name).name: voice_for(name) for name in names}
-    bank = {name: templates(phrasebook, v, sound) for name, v in voices.items()}
+    words = phrasebook.graph.words
+    speakers = {sound.voice_of(n).name: sound.speaker_of(n) for n in names if n.lower() not in sound.recorded}
+    speakers |= {f"{name}, recorded": sound.speaker_of(name) for name in names if name.lower() in sound.recorded}
+    bank = {voice: {word: speaker.templates(word) for word in words} for voice, speaker in speakers.items()}
     return Recogniser(phrasebook.graph, bank, urgent=make_urgent(sound))
 
 
@@ -143,16 +162,15 @@ def make_robot(plan: RobotPlan, sound: Sound) -> Robot:
     coordination = Coordination(
         plan.role, plan.tasks.tasks, random.Random(plan.seed), remembered=plan.remembered, stopped=plan.stopped
     )
-    voice = voice_for(plan.role.name)
     return Robot(
         coordination,
         phrasebook,
         make_ears(phrasebook, _others(plan, plan.names), sound, plan.strangers),
-        Speaker(voice, sound.lexicon, sound.cache),
+        sound.speaker_of(plan.role.name),
         Odometry(plan.start, plan.drive),
         Performer(Navigator(plan.drive)),
         plan.acoustics,
-        Speaker(replace(voice, rate=SLOW * voice.rate), sound.lexicon, sound.cache),
+        sound.speaker_of(plan.role.name, SLOW),
     )
 
 

@@ -17,7 +17,7 @@ from hvcpd.language.words import NUMBER_MAX, number_words
 from hvcpd.recognition.competition import Pair, Phrase, competing_phrases
 from hvcpd.recognition.separation import CONDITIONS, Condition, ConfusionCurve, VoiceSounds
 from hvcpd.synthesis.unit_cache import recipe
-from hvcpd.synthesis.voices import Voice, voice_for
+from hvcpd.synthesis.voices import Voice
 
 CANDIDATES_PATH = Path(__file__).parent / "config" / "candidate_words.txt"
 HARDEST = CONDITIONS[-1:]
@@ -99,7 +99,7 @@ def check(
     pairs = tuple(pair for pair in competing_phrases(book.heard_graph) if not _is_same(pair, counts_as))
     if chosen_only:
         pairs = tuple(pair for pair in pairs if _is_chosen(*pair) or counts_as.keys() & set(pair))
-    voices = tuple({voice_for(name): None for name in names})
+    voices = tuple({sound.voice_of(name): None for name in names})
     spoken = {word: sound.lexicon.pronunciations(word) for word in book.heard_graph.words}
     content = f"{_recipe()} {counts_as!r} {pairs!r} {voices!r} {sorted(spoken.items())!r}"
     path = cache / (hashlib.sha256(content.encode()).hexdigest()[:32] + ".json") if cache is not None else None

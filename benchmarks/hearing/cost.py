@@ -23,7 +23,7 @@ from benchmarks.hearing.listeners import padded
 from benchmarks.hearing.material import Spoken, Team, make_stream, make_team
 from benchmarks.hearing.noises import steady
 from hvcpd.config.tasks import TaskRepository
-from hvcpd.control.soundfile import write_wav
+from hvcpd.hardware.soundfile import write_wav
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 
 SENTENCES = 20

@@ -11,7 +11,7 @@ from scipy.signal import lfilter
 
 from benchmarks.hearing.material import Team
 from hil_fakes.room import PinkNoise
-from hvcpd.control.soundfile import read_wav
+from hvcpd.hardware.soundfile import read_wav
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 from hvcpd.synthesis.speaker import Speaker
 from hvcpd.synthesis.voices import VOICES, voice_for

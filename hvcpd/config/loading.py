@@ -10,6 +10,7 @@ from __future__ import annotations
 import dataclasses
 import difflib
 import math
+from collections import abc
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from pathlib import Path
 from typing import Any, Literal, TypeVar, cast, get_args, get_origin
@@ -21,7 +22,7 @@ from cattrs.errors import (
     ForbiddenExtraKeysError,
     IterableValidationNote,
 )
-from cattrs.gen import make_dict_structure_fn, override
+from cattrs.gen import make_dict_structure_fn, make_mapping_structure_fn, override
 
 from hvcpd.config.document import Document, KeyPath, parse, read_bytes
 from hvcpd.errors import ConfigError
@@ -199,7 +200,18 @@ def _make_converter(hooks: Mapping[Any, Hook]) -> Converter:
         list_type: Any = list[get_args(type_)[0]]  # type: ignore[misc]
         return tuple(converter.structure(value, list_type))
 
+    def mapping_hook(cls: Any) -> Callable[[Any, Any], Any]:
+        inner = make_mapping_structure_fn(cls, converter, dict)
+
+        def hook(value: Any, _: Any) -> Any:
+            if not isinstance(value, dict):
+                raise FaultError(f"expected a group of keys, found {describe(value)}; write `name: ...`")
+            return inner(value, cls)
+
+        return hook
+
     converter.register_structure_hook_factory(dataclasses.is_dataclass, dataclass_hook)
+    converter.register_structure_hook_factory(_has_origin(abc.Mapping), mapping_hook)
     converter.register_structure_hook_func(_has_origin(tuple), tuple_hook)
     converter.register_structure_hook_func(_has_origin(Literal), _literal)
     for primitive, read in ((int, _int), (float, _float), (bool, _bool), (str, _str), (Path, _path)):

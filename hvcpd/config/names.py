@@ -4,9 +4,13 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable
+from typing import Literal
 
 NameCheck = Callable[[str], str | None]
 """A further check of a name, such as the phrasebook's: its text for a name that cannot be used, else None."""
+
+VoiceName = Literal["oak", "rose", "granite", "wren", "brook", "lark", "cedar", "willow"]
+"""The synthesizer's voices, as settings name them; what they sound like stands in `synthesis/voices.py`."""
 
 MAX_NAME_LENGTH = 16
 """Letters and digits of a robot's or a team's name; longer ones take longer to say than the rest of a greeting."""

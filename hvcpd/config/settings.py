@@ -10,11 +10,11 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Literal
+from typing import Any, Literal, cast
 
 from hvcpd.config.document import Document, KeyPath, Place, parse, read_bytes
-from hvcpd.config.loading import Parts, between, checked, structure
-from hvcpd.config.names import NameCheck, repeated_names, valid_robot_name, valid_team_name
+from hvcpd.config.loading import Parts, between, checked, did_you_mean, structure
+from hvcpd.config.names import NameCheck, VoiceName, repeated_names, valid_robot_name, valid_team_name
 from hvcpd.config.tasks import default_tasks_path
 from hvcpd.ports import Pose
 
@@ -29,6 +29,9 @@ MAX_KNOWN_NAMES = 12
 
 MAX_TEAMS = 12
 """Teams whose names are known; each one makes the recognizer's network larger."""
+
+DEFAULT_NAMES = ("Rob", "Bot")
+"""The robots that are known without being told: the paper's."""
 
 DEFAULT_TEAMS = ("plant", "a", "b")
 """The teams that are known without being told: the paper's."""
@@ -84,6 +87,14 @@ class WheelSettings:
         return self.left_id, self.right_id
 
 
+@dataclass(frozen=True)
+class PeerSettings:
+    """How another robot speaks, if not with the voice that follows from its name."""
+
+    voice: VoiceName | None = None
+    voice_folder: Path | None = None
+
+
 def _valid_name(name: str) -> str | None:
     return valid_robot_name(name)
 
@@ -112,9 +123,12 @@ class Settings:
     name: str = field(metadata=checked(_valid_name))
     team: str = field(default="plant", metadata=checked(valid_team_name))
     teams: tuple[str, ...] = field(default=DEFAULT_TEAMS, metadata=checked(_valid_teams))
+    voice: VoiceName | None = None
+    voice_folder: Path | None = None
+    peers: Mapping[str, PeerSettings] = field(default_factory=dict)
     lexicon: Path | None = None
     tasks: Path = field(default_factory=default_tasks_path)
-    names: tuple[str, ...] = field(default=("Rob", "Bot"), metadata=checked(_valid_names))
+    names: tuple[str, ...] = field(default=DEFAULT_NAMES, metadata=checked(_valid_names))
     state_dir: Path = STATE_DIR
     mode: Literal["volunteer", "coordinate", "follow"] = "volunteer"
     pick: Literal["random", "nearest"] = "random"
@@ -152,11 +166,18 @@ def load_settings(
             document.fault(("name",), "the robot has no name; give --name NAME, or write `name: NAME` in the file")
         else:
             document.overlay(("name",), STAND_IN_NAME, "settings")
-    settings = structure(document, Settings, lambda parts: _check_reserved(parts, reserved))
+
+    def check(parts: Parts) -> None:
+        _check_reserved(parts, reserved)
+        _check_peers(parts)
+
+    settings = structure(document, Settings, check)
     return dataclasses.replace(
         settings,
         teams=settings.teams if settings.team in settings.teams else (*settings.teams, settings.team),
         tasks=_absolute(settings.tasks, document, ("tasks",), path),
+        voice_folder=settings.voice_folder and _absolute(settings.voice_folder, document, ("voice_folder",), path),
+        peers={name: _found(peer, document, name, path) for name, peer in settings.peers.items()},
         lexicon=settings.lexicon and _absolute(settings.lexicon, document, ("lexicon",), path),
         state_dir=_absolute(settings.state_dir, document, ("state_dir",), path),
     )
@@ -171,6 +192,32 @@ def _check_reserved(parts: Parts, reserved: NameCheck | None) -> None:
         text = reserved(name) if name is not None else None
         if text is not None:
             parts.fault(path, text)
+
+
+def _check_peers(parts: Parts) -> None:
+    """Each peer is another robot among those that are known."""
+    names = parts.get(("names",), tuple[str, ...]) if parts.has(("names",)) else DEFAULT_NAMES
+    own = parts.get(("name",), str) or ""
+    peers = parts.get(("peers",), cast(type[Any], Any))
+    if names is None or not isinstance(peers, dict):
+        return
+    known = {name.casefold() for name in names}
+    told: list[str] = []
+    for peer in (peer for peer in peers if isinstance(peer, str)):
+        told.append(peer)
+        text = repeated_names(tuple(told))
+        if peer.casefold() == own.casefold():
+            text = f"{peer!r} is this robot itself; set its own `voice` or `voice_folder` instead"
+        elif text is None and peer.casefold() not in known:
+            text = f"{peer[:40]!r} is not one of `names`; {did_you_mean(peer[:40], names)}"
+        if text is not None:
+            parts.fault(("peers", peer), text)
+
+
+def _found(peer: PeerSettings, document: Document, name: str, path: Path | None) -> PeerSettings:
+    folder = peer.voice_folder
+    key = ("peers", name, "voice_folder")
+    return dataclasses.replace(peer, voice_folder=folder and _absolute(folder, document, key, path))
 
 
 def _absolute(name: Path, document: Document, key: KeyPath, path: Path | None) -> Path:

@@ -10,9 +10,9 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from hvcpd.assembly import make_recogniser
-from hvcpd.control.soundfile import read_wav
 from hvcpd.control.team import Team, load_team
 from hvcpd.errors import AudioFileError, PhraseError
+from hvcpd.hardware.soundfile import read_wav
 from hvcpd.language.messages import ToAll, ToRobot, ToTeam, Utterance
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 from hvcpd.recognition.events import Event, Recognised

@@ -16,7 +16,7 @@ from pathlib import Path
 
 from hvcpd.assembly import Sound, make_recogniser, templates
 from hvcpd.config.names import MAX_ALTERNATIVE_WORDS
-from hvcpd.control.soundfile import read_wav
+from hvcpd.hardware.soundfile import read_wav
 from hvcpd.control.team import Team, load_team
 from hvcpd.errors import PhraseError
 from hvcpd.language.graph import Arc, WordGraph

@@ -12,8 +12,8 @@ from pathlib import Path
 from hvcpd.assembly import make_sound
 from hvcpd.config.names import valid_robot_name
 from hvcpd.config.settings import load_settings
-from hvcpd.control.soundfile import write_wav
 from hvcpd.errors import AudioFileError, PhraseError
+from hvcpd.hardware.soundfile import write_wav
 from hvcpd.language.words import spoken_words
 from hvcpd.synthesis.articulation import controls_for
 from hvcpd.synthesis.explain import PLACE_WORDS, Known, explain, respelled

@@ -6,13 +6,13 @@ import argparse
 import sys
 
 from hvcpd.config.names import valid_robot_name
-from hvcpd.control.soundfile import write_wav
 from hvcpd.control.team import Team, load_team
-from hvcpd.control.voice_folder import recorded_voice
 from hvcpd.errors import PhraseError
+from hvcpd.hardware.soundfile import write_wav
 from hvcpd.synthesis.delivery import Delivery
 from hvcpd.synthesis.speaker import Speaker
-from hvcpd.synthesis.voices import voice_for
+from hvcpd.synthesis.voices import VOICES
+from hvcpd.voice_folder import recorded_voice
 
 HEARD_DB = 0.05
 """A difference of level below this is not worth a note."""
@@ -50,4 +50,8 @@ def _speaker(
     """The recorded voice that was asked for, or the named robot's."""
     if options.voice is not None:
         return recorded_voice(options.voice, (word for phrase in phrases for word in phrase), team.sound.lexicon)
-    return Speaker(delivery.voice(voice_for(name)), team.sound.lexicon, team.sound.cache)
+    if name.lower() in team.sound.recorded:
+        if delivery.voice(VOICES[0]) != VOICES[0]:
+            raise PhraseError(f"--rate and --lombard change the synthesizer's voice, and {name} has recordings")
+        return team.sound.speaker_of(name)
+    return Speaker(delivery.voice(team.sound.voice_of(name)), team.sound.lexicon, team.sound.cache)

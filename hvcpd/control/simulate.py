@@ -15,9 +15,9 @@ import numpy as np
 
 from hil_fakes.bench import Bench, BenchPlan
 from hil_fakes.room import Air
-from hvcpd.control.soundfile import write_wav
 from hvcpd.control.team import Team, load_team, vocabulary_cache
 from hvcpd.errors import EX_FAILURE, EX_OK, AudioFileError, ConfigError, DeviceError
+from hvcpd.hardware.soundfile import write_wav
 from hvcpd.ports import Samples
 from hvcpd.reporting.events import Event, MissionRecord, Started, Summary
 from hvcpd.vocabulary import check, refusal

@@ -8,6 +8,7 @@ from functools import partial
 from pathlib import Path
 
 from hvcpd.assembly import Sound, make_phrasebook, make_sound, user_cache_folder
+from hvcpd.casting import cast
 from hvcpd.config.settings import Settings, load_settings
 from hvcpd.config.task_file import load_tasks
 from hvcpd.config.tasks import TaskRepository
@@ -49,4 +50,4 @@ def load_team(
     known = {name.lower(): name for name in (*(names or settings.names), *more)}
     used = tuple(known.values())
     phrasebook = make_phrasebook(used, settings.teams, tasks)
-    return Team(settings, tasks, used, phrasebook, sound)
+    return Team(settings, tasks, used, phrasebook, cast(sound, settings, phrasebook.graph.words))

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import secrets
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
 
 import structlog
 
 from hvcpd.assembly import RobotPlan, Sound, make_phrasebook, make_sound
+from hvcpd.casting import cast
 from hvcpd.config.settings import MAX_KNOWN_NAMES, Settings
 from hvcpd.config.task_file import load_tasks
 from hvcpd.config.tasks import TaskRepository
@@ -107,7 +108,8 @@ def name_fault(name: str) -> str | None:
 
 
 def equip(settings: Settings, allow_confusable: bool = False) -> Outfit:
-    """Read the lexicon and the tasks and try the phrasebook. Raises ConfigError with the faults of all three.
+    """Read the lexicon and the tasks and try the phrasebook. Raises ConfigError with the faults of all three,
+    or else with those of recorded voices.
 
     With `allow_confusable`, task names may sound alike.
     """
@@ -126,7 +128,7 @@ def equip(settings: Settings, allow_confusable: bool = False) -> Outfit:
         raise ConfigError("\n".join(faults))
     outfit = Outfit(settings, tasks, sound)
     try:
-        make_phrasebook(outfit.names, settings.teams, tasks)
+        phrasebook = make_phrasebook(outfit.names, settings.teams, tasks)
     except HvcpdError as error:
         raise ConfigError(f"{settings.tasks}: {error}") from error
-    return outfit
+    return replace(outfit, sound=cast(sound, settings, phrasebook.graph.words))

@@ -6,8 +6,7 @@ from collections.abc import Iterable
 
 from hvcpd.assembly import Sound
 from hvcpd.synthesis.homographs import Place
-from hvcpd.synthesis.speaker import PITCH_STEPS, Speaker, UnitPosition
-from hvcpd.synthesis.voices import voice_for
+from hvcpd.synthesis.speaker import PITCH_STEPS, UnitPosition
 
 
 def rehearse(name: str, words: Iterable[str], sound: Sound) -> None:
@@ -17,7 +16,7 @@ def rehearse(name: str, words: Iterable[str], sound: Sound) -> None:
     """
     if sound.cache is None:
         return
-    speaker = Speaker(voice_for(name), sound.lexicon, sound.cache)
+    speaker = sound.speaker_of(name)
     for word in words:
         for position in UnitPosition:
             for pitch in PITCH_STEPS:

@@ -65,11 +65,15 @@ EVENLY: Triple = (1.0, 1.0, 1.0)
 ROUNDED: Triple = (0.3, 0.6, 0.8)
 """Shares of the formant scale that rounded back vowels take. Women's tracts are not men's made smaller: of the 17 %
 by which their formants lie higher, the open-o has 4 % in its first and 10 % in its second (Peterson and Barney 1952;
-Fant, "Non-uniform vowel normalization", STL-QPSR 2-3/1975). Scaled evenly, a high voice's "four" was heard as "five"."""
+Fant, "Non-uniform vowel normalization", STL-QPSR 2-3/1975). Scaled evenly, "four" in high voices became "five"."""
 
 
 def _vowel(
-    start: Triple, width: Triple, inherent_ms: float, least_ms: float, end: Triple | None = None,
+    start: Triple,
+    width: Triple,
+    inherent_ms: float,
+    least_ms: float,
+    end: Triple | None = None,
     follow: Triple = EVENLY,
 ) -> Phone:
     return Phone(

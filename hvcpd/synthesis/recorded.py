@@ -13,15 +13,19 @@ from hvcpd.synthesis.homographs import Place
 from hvcpd.synthesis.leveling import audible, fade, leveled
 from hvcpd.synthesis.lexicon import Lexicon
 from hvcpd.synthesis.speaker import OVERLAP_S, Speaker, UnitPosition
-from hvcpd.synthesis.voices import VOICES
+from hvcpd.synthesis.voices import VOICES, Voice
 
 
 class RecordedSpeaker(Speaker):
     """Speaks with recorded words. One recording of a word serves everywhere in a sentence, at its own pitch."""
 
-    def __init__(self, recordings: Mapping[str, Samples], lexicon: Lexicon) -> None:
-        """`recordings[word]`: the sound of that word alone, any silence around it, shape (n,)."""
-        super().__init__(VOICES[0], lexicon)
+    def __init__(self, recordings: Mapping[str, Samples], lexicon: Lexicon, stand_in: Voice | None = None) -> None:
+        """`recordings[word]`: the sound of that word alone, any silence around it, shape (n,).
+
+        `stand_in` says words without a recording, such as a name that the robot learns; without it they are an error.
+        """
+        super().__init__(stand_in or VOICES[0], lexicon)
+        self._strict = stand_in is None
         self._recordings = {word.lower(): prepared(sound) for word, sound in recordings.items()}
 
     def missing(self, words: Iterable[str]) -> list[str]:
@@ -29,11 +33,23 @@ class RecordedSpeaker(Speaker):
         return sorted({word.lower() for word in words if not len(self._recordings.get(word.lower(), ()))})
 
     def unit(self, word: str, position: UnitPosition, pitch: float = 1.0, place: Place | None = None) -> Samples:
-        """The recording, ready to be joined, one for every position, pitch and place. PhraseError if there is none."""
-        del position, pitch, place
+        """The recording, ready to be joined, one for every position, pitch and place.
+
+        PhraseError if there is none and nobody stands in.
+        """
         if self.missing([word]):
+            if not self._strict:
+                return super().unit(word, position, pitch, place)
             raise PhraseError(f"this voice has no recording of '{word}'; record it as {word.lower()}.wav")
         return self._recordings[word.lower()]
+
+    def templates(self, word: str) -> list[Samples]:
+        """The recording as it is heard inside a phrase and before a pause: see `Speaker.templates`."""
+        if not self._strict and self.missing([word]):
+            return super().templates(word)
+        edge = round(LEAD_S * SAMPLE_RATE_HZ)
+        unit = self.unit(word, UnitPosition.FINAL)
+        return [unit[edge : len(unit) - edge], unit[edge:]]
 
 
 def prepared(sound: Samples) -> Samples:

@@ -14,11 +14,13 @@ from hypothesis import given
 from hypothesis import settings as examples
 from hypothesis import strategies as st
 
+from hvcpd.config.names import VoiceName
 from hvcpd.config.settings import (
     DEFAULT_TEAMS,
     MAX_KNOWN_NAMES,
     MAX_TEAMS,
     AudioSettings,
+    PeerSettings,
     Settings,
     StartSettings,
     WheelSettings,
@@ -140,7 +142,7 @@ def test_the_start_pose_in_radians() -> None:
         ("name: R2-D2\n", "F:1", "not a letter followed by letters and digits"),
         ("name: ''\n", "F:1", "has 1 to 16 letters"),
         ("name: Abcdefghijklmnopq\n", "F:1", "has 17"),
-        ("name: Rob\nvoice: oak\n", "F:2", "unknown key 'voice'"),
+        ("name: Rob\npitch: 90\n", "F:2", "unknown key 'pitch'"),
         ("team: plant\n", "F:1", "the robot has no name"),
     ],
 )
@@ -174,6 +176,8 @@ def _plain(value: object) -> Any:
     match value:
         case Path():
             return str(value)
+        case dict():
+            return {key: _plain(part) for key, part in value.items()}
         case tuple():
             return [_plain(part) for part in value]
         case _ if dataclasses.is_dataclass(value):
@@ -193,6 +197,7 @@ def _of(type_: Any, **fixed: st.SearchStrategy[Any]) -> st.SearchStrategy[Any]:
 
 
 names = st.from_regex(r"[A-Za-z][A-Za-z0-9]{0,15}", fullmatch=True)
+voices = st.none() | st.sampled_from(get_args(VoiceName))
 teams = st.from_regex(r"[a-z]{1,16}", fullmatch=True)
 texts = st.text(min_size=1, max_size=20)
 paths = st.from_regex(r"/[A-Za-z0-9 _:#.-]{1,20}", fullmatch=True).map(Path)
@@ -223,6 +228,9 @@ def all_settings(draw: st.DrawFn) -> Settings:
             team=st.just(team),
             teams=st.lists(teams.filter(lambda t: t != team), max_size=11, unique=True).map(lambda t: (*t, team)),
             lexicon=st.none() | paths,
+            voice=voices,
+            voice_folder=st.none() | paths,
+            peers=st.just({}),
             tasks=paths,
             names=st.lists(names, max_size=MAX_KNOWN_NAMES, unique_by=str.casefold).map(tuple),
             state_dir=paths,
@@ -233,7 +241,9 @@ def all_settings(draw: st.DrawFn) -> Settings:
         )
     )
     assert isinstance(made, Settings)
-    return made
+    others = [name for name in made.names if name.casefold() != made.name.casefold()]
+    speak = _of(PeerSettings, voice=voices, voice_folder=st.none() | paths)
+    return dataclasses.replace(made, peers={name: draw(speak) for name in others[:3]})
 
 
 @given(all_settings())
@@ -287,3 +297,37 @@ def test_the_documented_file_is_valid_and_its_comments_are_the_defaults(tmp_path
     assert set(written) == keys - {"tasks"}
     for group, type_ in (("start", StartSettings), ("audio", AudioSettings), ("wheels", WheelSettings)):
         assert set(written[group]) == {field.name for field in dataclasses.fields(type_)}
+
+
+def test_voices_are_chosen_for_the_robot_and_its_peers(tmp_path: Path) -> None:
+    settings = load(
+        tmp_path,
+        "name: Rob\nvoice: oak\npeers: {Bot: {voice: lark}, Max: {voice_folder: max}}\nnames: [Rob, bot, Max]\n",
+    )
+    assert settings.voice == "oak"
+    assert settings.peers == {"Bot": PeerSettings(voice="lark"), "Max": PeerSettings(voice_folder=tmp_path / "max")}
+    assert load(tmp_path, "name: Rob\nvoice_folder: mine\n").voice_folder == tmp_path / "mine"
+
+
+@pytest.mark.parametrize(
+    ("text", "expected"),
+    [
+        ("voice: oka", "F:2: voice: the text 'oka' is none of the choices; did you mean 'oak'?"),
+        ("peers: {Bot: {voice: cedr}}", "F:2: voice: the text 'cedr' is none of the choices; did you mean 'cedar'?"),
+        ("peers: {Bot: {voce: oak}}", "F:2: unknown key 'voce'; did you mean 'voice'?"),
+        ("peers: {Bott: {voice: oak}}", "F:2: 'Bott' is not one of `names`; did you mean 'Bot'?"),
+        (
+            "peers: {rob: {voice: oak}}",
+            "F:2: 'rob' is this robot itself; set its own `voice` or `voice_folder` instead",
+        ),
+        (
+            "peers: {Bot: {}, bot: {voice: oak}}",
+            "F:2: the names 'Bot' and 'bot' are the same aloud; keep one",
+        ),
+        ("peers: [Bot]", "F:2: peers: expected a group of keys, found a list; write `name: ...`"),
+        ("peers: {5: {voice: oak}}", "F:2: a key must be text; put it in quotes"),
+        ("voice_folder: 3", "F:2: voice_folder: expected a file name, found the number 3; write the path"),
+    ],
+)
+def test_a_wrong_voice_is_told_with_what_was_meant(tmp_path: Path, text: str, expected: str) -> None:
+    assert faults(tmp_path, f"name: Rob\n{text}\n") == [expected]

@@ -13,7 +13,7 @@ import pytest
 from hvcpd import __version__
 from hvcpd.control import simulate
 from hvcpd.control.cli import main
-from hvcpd.control.soundfile import read_wav, write_wav
+from hvcpd.hardware.soundfile import read_wav, write_wav
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 from tests.hardware.fake_card import CAMERA, FakeCard
 

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from hvcpd.control.cli import main
-from hvcpd.control.soundfile import write_wav
+from hvcpd.hardware.soundfile import write_wav
 from hvcpd.ports import SAMPLE_RATE_HZ
 from hvcpd.recognition.events import Event, Garbled, Recognised, WordSpan
 from hvcpd.reporting.hearing_plot import PlotError, hearing_png, levels_of, spectrum_of

@@ -9,7 +9,7 @@ import pytest
 import yaml
 
 from hvcpd.control.cli import main
-from hvcpd.control.soundfile import write_wav
+from hvcpd.hardware.soundfile import write_wav
 from tests.control.conftest import Refuse
 from tests.control.test_alternatives import said
 

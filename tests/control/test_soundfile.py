@@ -16,8 +16,8 @@ from hypothesis.extra import numpy as hnp
 from numpy.typing import NDArray
 
 from hvcpd.control.cli import main
-from hvcpd.control.soundfile import read_wav, write_wav
 from hvcpd.errors import AudioFileError
+from hvcpd.hardware.soundfile import read_wav, write_wav
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 from tests.control.conftest import Refuse
 

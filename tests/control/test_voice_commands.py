@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 
 from hvcpd.control.cli import main
 from hvcpd.control.pronounce import PAPER_TABLE
-from hvcpd.control.soundfile import read_wav, write_wav
+from hvcpd.hardware.soundfile import read_wav, write_wav
 from hvcpd.ports import SAMPLE_RATE_HZ
 from hvcpd.synthesis.lexicon import Lexicon
 from hvcpd.synthesis.speaker import Speaker, UnitPosition

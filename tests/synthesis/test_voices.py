@@ -19,8 +19,8 @@ LEXICON = Lexicon.load()
 
 
 def first_formant_hz(voice: Voice) -> float:
-    """Where the spectral envelope of the loudest part of "all" peaks, in the band of the first formants."""
-    unit = Speaker(voice, LEXICON).unit("all", UnitPosition.MEDIAL).astype(float)
+    """Where the spectral envelope of the loudest part of "am" peaks, in the band of the first formants."""
+    unit = Speaker(voice, LEXICON).unit("am", UnitPosition.MEDIAL).astype(float)
     frame = unit[np.argmax(np.convolve(unit**2, np.ones(1600), "valid")) :][:1600] * np.hanning(1600)
     power = np.abs(np.fft.rfft(frame, 4096)) ** 2
     hz = np.arange(len(power)) * SAMPLE_RATE_HZ / 4096

@@ -5,19 +5,22 @@ from __future__ import annotations
 from collections.abc import Iterable
 from pathlib import Path
 
-from hvcpd.control.soundfile import read_wav
 from hvcpd.errors import AudioFileError
+from hvcpd.hardware.soundfile import read_wav
 from hvcpd.synthesis.lexicon import Lexicon
 from hvcpd.synthesis.recorded import RecordedSpeaker
+from hvcpd.synthesis.voices import Voice
 
 SHOWN = 40
 """Missing words that are named; who lacks more has only begun."""
 
 
-def recorded_voice(folder: Path, words: Iterable[str], lexicon: Lexicon) -> RecordedSpeaker:
+def recorded_voice(
+    folder: Path, words: Iterable[str], lexicon: Lexicon, stand_in: Voice | None = None
+) -> RecordedSpeaker:
     """The voice of a folder, of which `words` are needed: any WAV that `hvcpctl hear` reads.
 
-    Raises AudioFileError that names every word without a file, or every file of them that cannot be used, at once.
+    `stand_in` says all others. Raises AudioFileError that names every word without a file, or every file of them that cannot be used, at once.
     """
     if not folder.is_dir():
         raise AudioFileError(f"{folder}: there is no such folder; name one that holds a WAV for each word (water.wav)")
@@ -35,7 +38,7 @@ def recorded_voice(folder: Path, words: Iterable[str], lexicon: Lexicon) -> Reco
                 recordings[word] = read_wav(files[word])
             except AudioFileError as error:
                 faults.append(str(error))
-    speaker = RecordedSpeaker(recordings, lexicon)
+    speaker = RecordedSpeaker(recordings, lexicon, stand_in)
     faults += [f"{files[word]}: nothing is to be heard in it; record it again" for word in speaker.missing(recordings)]
     if faults:
         raise AudioFileError("\n".join(faults))
