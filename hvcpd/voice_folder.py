@@ -20,7 +20,8 @@ def recorded_voice(
 ) -> RecordedSpeaker:
     """The voice of a folder, of which `words` are needed: any WAV that `hvcpctl hear` reads.
 
-    `stand_in` says all others. Raises AudioFileError that names every word without a file, or every file of them that cannot be used, at once.
+    `stand_in` says all others. Raises AudioFileError that names every word without a file, or every file of them that
+    cannot be used, at once.
     """
     if not folder.is_dir():
         raise AudioFileError(f"{folder}: there is no such folder; name one that holds a WAV for each word (water.wav)")

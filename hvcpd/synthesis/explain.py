@@ -35,10 +35,13 @@ def explain(words: Sequence[str], number: int, lexicon: Lexicon, builtin: Lexico
     word = words[number].lower()
     place = place_in(words, number)
     said = lexicon.pronounce(word, place)
-    places = {phones: at for at, phones in lexicon.places.get(word, {}).items()}
+    places = {phones: at for at, phones in lexicon.places_of(word).items()}
     in_lexicon = word in lexicon.entries
     source = "your lexicon" if word in lexicon.own else "built-in lexicon" if in_lexicon else "letter-to-sound rules"
-    if not in_lexicon and word.isdecimal():
+    form = lexicon.form(word)
+    if form is not None:
+        source = "a regular form of a listed word"
+    elif not in_lexicon and word.isdecimal():
         source = "read as a number"
     known = []
     for phones in lexicon.pronunciations(word):
@@ -46,7 +49,7 @@ def explain(words: Sequence[str], number: int, lexicon: Lexicon, builtin: Lexico
         at = places.get(phones)
         if used and place is not None and at is place:
             why = f"here it is {PLACE_WORDS[place]}"
-        elif used and not in_lexicon:
+        elif used and not in_lexicon and form is None:
             why = "no lexicon has the word"
         elif used:
             why = "the only one listed" if len(lexicon.pronunciations(word)) == 1 else "listed first"

@@ -2,7 +2,8 @@
 
 Ordered rules in context, the form of Elovitz et al. ("Letter-to-sound rules for automatic translation of English text
 to phonetics", IEEE ASSP-24, 1976), written anew and short. At each place the first rule that fits is taken. Stress goes
-to the first vowel, since the words here are names and nouns. The rules stand in `letter_rules.txt`.
+to the first vowel, since the words here are names and nouns, but for such as Amanda. The rules stand in
+`letter_rules.txt`.
 """
 
 from __future__ import annotations
@@ -67,11 +68,14 @@ SPELT_BESIDE_DIGITS = 2
 """Letters beside digits that are spelt, not read: C3PO ends in "P O", nova7 begins with "nova"."""
 
 _PART = re.compile(rf"[a-z]{{1,{LONGEST}}}|[0-9]")
+_PENULTIMATE = re.compile(r"[aeiouy].*[aeiou][^aeiouy]{2,}[ao]$")
+"""Words of three syllables or more that end in A or O with a heavy syllable before: Amanda, Zorlando. They keep the
+stress of Latin and Italian (Chomsky and Halle, *The Sound Pattern of English*, 1968, ch. 3)."""
 _DOUBLE = re.compile(r"(.)\1\1+")
 
 
 def letter_to_sound(word: str) -> tuple[str, ...]:
-    """A pronunciation of any word: ARPAbet phones, the first vowel stressed.
+    """A pronunciation of any word: ARPAbet phones, the first vowel stressed or the last but one.
 
     Digits are read one by one, and so are the letters of a stretch without a vowel and of a short one beside digits
     (R2D2). Accents are taken off; characters that are neither Latin letters nor digits are passed over; a word of
@@ -86,7 +90,7 @@ def letter_to_sound(word: str) -> tuple[str, ...]:
             for letter in part:
                 phones += LETTER_NAMES[letter].split()
         else:
-            phones += _stressed(_by_rule(_DOUBLE.sub(r"\1\1", part)))
+            phones += _stressed(_by_rule(_DOUBLE.sub(r"\1\1", part)), _PENULTIMATE.search(part) is not None)
     return tuple(phones)
 
 
@@ -100,15 +104,25 @@ def _by_rule(part: str) -> list[str]:
     return phones
 
 
-def _stressed(phones: list[str]) -> list[str]:
-    """Stress on the first vowel; the others have none, or a secondary stress where they are not often reduced."""
+def _stressed(phones: list[str], penultimate: bool) -> list[str]:
+    """Stress on the first vowel, or on the last but one; the others have none, or a secondary stress where they are not
+    often reduced."""
+    vowels = sum(map(is_vowel, phones))
+    if penultimate and vowels > 2:
+        return _on(vowels - 2, phones)
+    return _on(0, phones)
+
+
+def _on(stressed: int, phones: list[str]) -> list[str]:
     out = []
-    seen = False
+    vowel = 0
     for phone in phones:
         if not is_vowel(phone):
             out.append(phone)
             continue
-        digit = "1" if not seen else "0" if phone in ("AH", "ER", "IH", "IY", "OW", "UH") else "2"
-        seen = True
-        out.append(phone + digit)
+        reduced = phone in ("AH", "ER", "IH", "IY", "OW", "UH") or vowel < stressed
+        if vowel < stressed and phone in ("AE", "EH", "AA"):
+            phone = "AH"
+        out.append(phone + ("1" if vowel == stressed else "0" if reduced else "2"))
+        vowel += 1
     return out

@@ -10,6 +10,7 @@ from pathlib import Path
 from hvcpd.errors import ConfigError
 from hvcpd.language.words import NUMBER_MAX, number_words
 from hvcpd.synthesis.homographs import Place
+from hvcpd.synthesis.inflection import Derived, derive
 from hvcpd.synthesis.letter_to_sound import letter_to_sound
 from hvcpd.synthesis.phones import ARPABET, is_vowel
 
@@ -51,19 +52,31 @@ class Lexicon:
     def pronunciations(self, word: str) -> tuple[Pronunciation, ...]:
         """Every known pronunciation of a word, the preferred one first; by rule when the lexicon lacks the word."""
         known = self.entries.get(word.lower())
-        return known if known else (self._read_out(word),)
+        if known:
+            return known
+        form = self.form(word)
+        return form.said if form is not None else (self._read_out(word),)
+
+    def form(self, word: str) -> Derived | None:
+        """How a word is said that is not listed itself but is a regular form of one that is ("rows")."""
+        return None if word.lower() in self.entries else derive(word.lower(), self.entries, self.places)
+
+    def places_of(self, word: str) -> Mapping[Place, Pronunciation]:
+        """The pronunciation of each place in the phrase, for a word that has such, listed or a form of one listed."""
+        form = self.form(word)
+        return form.places if form is not None else self.places.get(word.lower(), {})
 
     def pronounce(self, word: str, place: Place | None = None) -> Pronunciation:
         """The pronunciation of that place in the phrase, if the word has one, or the preferred one.
 
         Empty only for a word without any letter or digit.
         """
-        found = self.places.get(word.lower(), {}).get(place) if place is not None else None
+        found = self.places_of(word).get(place) if place is not None else None
         return found or self.pronunciations(word)[0]
 
     def spoken(self, word: str) -> tuple[Pronunciation, ...]:
         """The pronunciations that our voices may use, the preferred one first: one but for words with places."""
-        return tuple(dict.fromkeys((self.pronounce(word), *self.places.get(word.lower(), {}).values())))
+        return tuple(dict.fromkeys((self.pronounce(word), *self.places_of(word).values())))
 
     def _read_out(self, word: str) -> Pronunciation:
         """A whole number up to 99 as a number, all else by the letter-to-sound rules."""

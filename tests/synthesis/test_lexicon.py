@@ -15,6 +15,7 @@ from hvcpd.config.tasks import default_tasks_path
 from hvcpd.errors import ConfigError
 from hvcpd.language.forms import FORMS
 from hvcpd.language.words import number_words
+from hvcpd.synthesis.homographs import Place
 from hvcpd.synthesis.letter_to_sound import letter_to_sound
 from hvcpd.synthesis.lexicon import Lexicon
 from hvcpd.synthesis.likeness import phone_distance, sounds_alike
@@ -118,11 +119,53 @@ def test_the_rules_get_most_phones_of_unknown_words_right() -> None:
         ("gizmo", "G IH1 Z M OW0"),
         ("nova7", "N OW1 V AH0 S EH1 V AH0 N"),
         ("knight", "N AY1 T"),
+        ("yoda", "Y OW1 D AH0"),
+        ("yuki", "Y UW1 K IY0"),
+        ("plus", "P L AH1 S"),
+        ("belinda", "B IH0 L IH1 N D AH0"),
+        ("orlando", "AO0 R L AE1 N D OW0"),
         ("?!", ""),
     ],
 )
 def test_names_that_no_lexicon_has_are_read(word: str, phones: str) -> None:
     assert " ".join(letter_to_sound(word)) == phones
+
+
+@pytest.mark.parametrize(
+    ("form", "said"),
+    [
+        ("rows", ["R OW1 Z", "R AW1 Z"]),
+        ("polishes", ["P AA1 L IH0 SH IH0 Z", "P OW1 L IH0 SH IH0 Z"]),
+        ("reads", ["R IY1 D Z"]),
+        ("wounded", ["W UW1 N D IH0 D"]),
+        ("winding", ["W AY1 N D IH0 NG", "W IH1 N D IH0 NG"]),
+        ("planned", ["P L AE1 N D"]),
+        ("sharing", ["SH EH1 R IH0 NG"]),
+        ("Clocks", ["K L AA1 K S"]),
+        ("bus", ["B AH1 S"]),
+        ("bed", ["B EH1 D"]),
+        ("thing", ["TH IH1 NG"]),
+        ("hissing", ["HH IH1 S IH0 NG"]),
+    ],
+)
+def test_a_regular_form_is_said_as_its_word(form: str, said: list[str]) -> None:
+    assert [" ".join(phones) for phones in LEXICON.pronunciations(form)] == said
+
+
+def test_a_form_is_noun_or_verb_as_its_word_is() -> None:
+    assert LEXICON.pronounce("lives", Place.VERB) == ("L", "IH1", "V", "Z")
+    assert LEXICON.pronounce("lives", Place.NOUN) == ("L", "AY1", "V", "Z")
+    assert LEXICON.pronounce("tears", Place.VERB) == ("T", "EH1", "R", "Z")
+    assert set(LEXICON.spoken("winds")) == set(LEXICON.pronunciations("winds"))
+
+
+def test_forms_sound_as_cmudict_has_them() -> None:
+    """Of the forms that we derive and CMUdict lists, nearly all are said as there."""
+    peer = peer_dictionary()
+    derived = {w: form.said[0] for w in peer if w.isalpha() and (form := LEXICON.form(w)) is not None}
+    right = sum(tuple(p.rstrip("012") for p in said) in peer[word] for word, said in derived.items())
+    assert len(derived) > 800
+    assert right / len(derived) > 0.93
 
 
 @given(st.text(max_size=40))

@@ -1,0 +1,94 @@
+"""Regular forms of known words: "rows", "closed", "winding" sound like "row", "close" and "wind" with an ending.
+
+English spells and says them by rule (Quirk et al., *A Comprehensive Grammar of the English Language*, 1985, 3.5 and
+5.80), so that a form which no lexicon has is better taken from its stem than read letter by letter.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+
+from hvcpd.synthesis.homographs import Place
+
+Phones = tuple[str, ...]
+
+_HISSING = frozenset("S Z SH ZH CH JH".split())
+_VOICELESS = frozenset("P T K F TH".split())
+_UNDOUBLED = "aeiouys"
+_PLACES_WITH = {"s": (Place.NOUN, Place.VERB), "ed": (Place.VERB, Place.NOUN), "ing": (Place.VERB, Place.NOUN)}
+"""Which of a stem's pronunciations take an ending: "reads" never comes from the participle "read"."""
+
+_DOUBLES = re.compile(r"[^aeiou]*[aeiouy][^aeiouywx]")
+"""Stems that double their last letter: "caring" is no form of "car", "starred" one of "star"."""
+
+SHORTEST_STEM = 3
+"""Letters; shorter ones are seldom meant: "as", "bed", "sing"."""
+
+
+@dataclass(frozen=True)
+class Derived:
+    """How a form is said: the preferred way first, and by its place where the stem tells noun from verb."""
+
+    said: tuple[Phones, ...]
+    places: Mapping[Place, Phones]
+
+
+def derive(
+    word: str, entries: Mapping[str, tuple[Phones, ...]], places: Mapping[str, Mapping[Place, Phones]]
+) -> Derived | None:
+    """The form `word` (lower case) of a word in `entries`, or None if it is no regular form of any."""
+    for stem, ending in _stems(word):
+        if stem not in entries or len(stem) < SHORTEST_STEM:
+            continue
+        of_stem = places.get(stem, {})
+        taking = [of_stem[place] for place in _PLACES_WITH[ending] if place in of_stem]
+        if ending == "s":
+            taking = [phones for phones in entries[stem] if not of_stem or phones in taking]
+        by_place = {p: with_ending(of_stem[p], ending) for p in _places_of(ending) if p in of_stem}
+        said = [with_ending(phones, ending) for phones in (taking or entries[stem])]
+        return Derived(tuple(dict.fromkeys(said)), by_place)
+    return None
+
+
+def _places_of(ending: str) -> tuple[Place, ...]:
+    return (Place.NOUN, Place.VERB) if ending == "s" else ()
+
+
+def _stems(word: str) -> Iterator[tuple[str, str]]:
+    """Words that `word` may be a form of, and the ending; the likelier first."""
+    if word.endswith("'s"):
+        yield word[:-2], "s"
+    elif word.endswith("ies"):
+        yield word[:-3] + "y", "s"
+    elif word.endswith("s") and not word.endswith(("ss", "us", "is")):
+        yield word[:-1], "s"
+        if word.endswith(("ses", "xes", "zes", "ches", "shes", "oes")):
+            yield word[:-2], "s"
+    for ending in ("ed", "ing"):
+        if word.endswith(ending):
+            bare = word[: -len(ending)]
+            if len(bare) < SHORTEST_STEM:
+                continue
+            yield bare + "e", ending
+            if not _DOUBLES.fullmatch(bare):
+                yield bare, ending
+            if len(bare) > SHORTEST_STEM and bare[-1] == bare[-2] and bare[-1] not in _UNDOUBLED:
+                yield bare[:-1], ending
+            if word.endswith("ied"):
+                yield word[:-3] + "y", ending
+
+
+def with_ending(phones: Phones, ending: str) -> Phones:
+    """The phones with "s" (plural, possessive, third person), "ed" or "ing", as the last sound asks."""
+    last = phones[-1].rstrip("012")
+    if ending == "ing":
+        return (*phones, "IH0", "NG")
+    if ending == "ed":
+        return (*phones, *(("IH0", "D") if last in ("T", "D") else ("T",) if last in _VOICELESS | _HISSED else ("D",)))
+    return (*phones, *(("IH0", "Z") if last in _HISSING else ("S",) if last in _VOICELESS else ("Z",)))
+
+
+_HISSED = frozenset("S SH CH".split())
+"""Voiceless too, but with a vowel before an "s"."""
