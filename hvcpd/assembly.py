@@ -114,10 +114,9 @@ def make_phrasebook(names: Sequence[str], teams: Iterable[str], tasks: TaskRepos
 
 def make_recogniser(phrasebook: Phrasebook, names: Iterable[str], sound: Sound) -> Recogniser:
     """A recogniser for the voices of these robots: templates are the very signals that their synthesizers make."""
-    words = phrasebook.graph.words
     speakers = {sound.voice_of(n).name: sound.speaker_of(n) for n in names if n.lower() not in sound.recorded}
     speakers |= {f"{name}, recorded": sound.speaker_of(name) for name in names if name.lower() in sound.recorded}
-    bank = {voice: {word: speaker.templates(word) for word in words} for voice, speaker in speakers.items()}
+    bank = {voice: _templates(phrasebook, speaker) for voice, speaker in speakers.items()}
     return Recogniser(phrasebook.graph, bank, urgent=make_urgent(sound))
 
 
@@ -142,7 +141,10 @@ def make_urgent(sound: Sound) -> UrgentSpotter:
 
 def templates(phrasebook: Phrasebook, voice: Voice, sound: Sound) -> dict[str, list[Samples]]:
     """Every word of the phrasebook in one voice, and the phrases that count as one."""
-    speaker = Speaker(voice, sound.lexicon, sound.cache)
+    return _templates(phrasebook, Speaker(voice, sound.lexicon, sound.cache))
+
+
+def _templates(phrasebook: Phrasebook, speaker: Speaker) -> dict[str, list[Samples]]:
     found = {word: speaker.templates(word) for word in phrasebook.graph.words}
     for word, phrases in phrasebook.alternatives.items():
         for phrase in phrases:
