@@ -1,12 +1,13 @@
 """Is "stop" heard when a person says it, over a talking robot? And how often is it heard where nobody said it?
 
-    python -m benchmarks.stop [--calls 100] [--sir-db 0] [--minutes 10] [--data DIR] [--cases other,own,nobody,false]
+    python -m benchmarks.stop [--calls 100] [--sir-db 0] [--minutes 10] [--data DIR] [--seed 0] [--names Rob,Bot]
+        [--cases other,own,nobody,false,collide]
 
 `other`: a robot's random sentence, and over it, at a random time and --sir-db, a person's "stop", "Rob stop" or "all
 stop" in a voice that no robot has. `own`: the listening robot itself speaks, 20 dB louder at its own microphone.
-`nobody`: the call alone. `false`: the robots' own sentences, one after the other, none of which says stop, and the WAVs
-below --data. A call counts as heard when a stop is reported after its beginning and no later than 0.5 s after its end:
-the robot halts then.
+`nobody`: the call alone. `false`: the robots' own sentences, one after the other, none of which says stop; `collide`:
+two at once, begun one after the other; and the WAVs below --data. A call counts as heard when the robot halts after its
+beginning and no later than 0.5 s after its end, and as a stop for good when it stays.
 """
 
 from __future__ import annotations
@@ -25,7 +26,7 @@ from hvcpd.config.task_file import load_tasks
 from hvcpd.config.tasks import default_tasks_path
 from hvcpd.hardware.soundfile import read_wav
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
-from hvcpd.recognition.events import Recognised, Urgent
+from hvcpd.recognition.events import Event, Held, Recognised, Released, Urgent
 from hvcpd.recognition.recogniser import Recogniser
 from hvcpd.synthesis.speaker import Speaker
 from hvcpd.synthesis.voices import VOICES, voice_for
@@ -36,6 +37,8 @@ NOISE_DBFS = -75.0
 OWN_LOUDER_DB = 20.0
 """The own loudspeaker is ten times nearer to the own microphone than anybody else."""
 LEAD_S = 2.0
+REST_S = 2
+"""After the talk, until all is decided."""
 IN_TIME_S = 0.5
 CALLS = (("stop",), ("rob", "stop"), ("all", "stop"))
 
@@ -77,71 +80,111 @@ def room(n: int, seed: int) -> Samples:
     return np.asarray(PinkNoise(10.0 ** (NOISE_DBFS / 20.0), seed).take(n).copy(), np.float32)
 
 
-def listen(ears: Recogniser, sound: Samples, masked: tuple[int, int] = (0, 0)) -> tuple[list[float], int]:
-    """When a stop was reported, s, and how many of those were over talk."""
-    times, urgent = [], 0
-    for start in range(0, len(sound), BLOCK):
-        for event in ears.push(sound[start : start + BLOCK], masked=masked[0] <= start < masked[1]):
-            over = isinstance(event, Urgent)
-            if over or (isinstance(event, Recognised) and event.words[-1] == "stop"):
-                urgent += over
-                times.append((start + BLOCK) / SAMPLE_RATE_HZ)
-    return times, urgent
+class Listener:
+    """One robot's ears, and when it halted for what it heard, s: holds, how long those released took, and stops."""
+
+    def __init__(self, ears: Recogniser) -> None:
+        self._ears = ears
+        self._held: float | None = None
+        self.now_s = self.spent_s = 0.0
+        self.held_s: list[float] = []
+        self.stood_s: list[float] = []
+        self.stopped_s: list[float] = []
+
+    def listen(self, sound: Samples, masked: tuple[int, int] = (0, 0)) -> None:
+        began_s = time.process_time()
+        for start in range(0, len(sound), BLOCK):
+            block = sound[start : start + BLOCK]
+            self.now_s += len(block) / SAMPLE_RATE_HZ
+            for event in self._ears.push(block, masked=masked[0] <= start < masked[1]):
+                self._note(event)
+        self.spent_s += time.process_time() - began_s
+
+    def _note(self, event: Event) -> None:
+        match event:
+            case Held() if self._held is None:
+                self._held = self.now_s
+                self.held_s.append(self.now_s)
+            case Released() if self._held is not None:
+                self.stood_s.append(self.now_s - self._held)
+                self._held = None
+            case Urgent():
+                self._held = None
+                self.stopped_s.append(self.now_s)
+            case Recognised(words=(*_, "stop")):
+                self.stopped_s.append(self.now_s)
+
+    def told(self, what: str) -> str:
+        """The account of talk in which nobody calls."""
+        return (
+            f"{what}: in {self.now_s / 60.0:.1f} min {len(self.stopped_s)} false stops; {len(self.held_s)} holds, "
+            f"{len(self.stood_s)} of them released after {sum(self.stood_s):.1f} s in all; "
+            f"{self.spent_s / self.now_s:.3f} of real time"
+        )
 
 
-def calls(stage: Stage, case: str, n: int, sir_db: float) -> None:
-    heard, over, early, delays_s, spent_s, total_s = 0, 0, 0, [], 0.0, 0.0
-    for seed in range(n):
+def calls(stage: Stage, case: str, seeds: range, sir_db: float) -> None:
+    halts_s, stops_s, early, spent_s, total_s = [], [], 0, 0.0, 0.0
+    missed: list[int] = []
+    for seed in seeds:
         chooser = random.Random(seed)
         call = at_level(stage.call(chooser), SPEECH_DBFS + sir_db)
         speaker = stage.names[0] if case == "own" else stage.names[1]
         talk = at_level(stage.sentence(chooser, speaker), SPEECH_DBFS + (OWN_LOUDER_DB if case == "own" else 0.0))
         lead = round(LEAD_S * SAMPLE_RATE_HZ)
         at = lead + round(chooser.random() * max(len(talk) - len(call), 0))
-        sound = room(lead + len(talk) + len(call) + SAMPLE_RATE_HZ, seed)
+        sound = room(lead + len(talk) + len(call) + REST_S * SAMPLE_RATE_HZ, seed)
         if case != "nobody":
             sound[lead : lead + len(talk)] += talk
         sound[at : at + len(call)] += call
-        end_s = (at + len(call)) / SAMPLE_RATE_HZ
-        ears = stage.ears()
-        built_s = time.process_time()
-        times, urgent = listen(ears, sound, (lead, lead + len(talk)) if case == "own" else (0, 0))
-        spent_s, total_s = spent_s + time.process_time() - built_s, total_s + len(sound) / SAMPLE_RATE_HZ
-        begin_s = at / SAMPLE_RATE_HZ
-        in_time = [t - end_s for t in times if begin_s < t <= end_s + IN_TIME_S]
-        heard, over, early = heard + bool(in_time), over + urgent, early + any(t <= begin_s for t in times)
-        delays_s += in_time[:1]
-    worst, mean = (max(delays_s), float(np.mean(delays_s))) if delays_s else (0.0, 0.0)
+        begin_s, end_s = at / SAMPLE_RATE_HZ, (at + len(call)) / SAMPLE_RATE_HZ
+        found = Listener(stage.ears())
+        found.listen(sound, (lead, lead + len(talk)) if case == "own" else (0, 0))
+        spent_s, total_s = spent_s + found.spent_s, total_s + found.now_s
+        halts = [t - end_s for t in found.held_s + found.stopped_s if begin_s < t <= end_s + IN_TIME_S]
+        stops = [t - end_s for t in found.stopped_s if t > begin_s]
+        early += any(t <= begin_s for t in found.stopped_s)
+        halts_s += [min(halts)] if halts else []
+        stops_s += [min(stops)] if stops else []
+        if not (halts and stops):
+            missed.append(seed)
     print(
-        f"{case:7} {heard:4d} of {n} within {IN_TIME_S} s (mean {mean:.2f} s, latest {worst:.2f} s), {over} by the "
-        f"word alone, {early} before anybody called, {spent_s / total_s:.3f} of real time",
+        f"{case:7} {len(halts_s):4d} of {len(seeds)} halted within {IN_TIME_S} s ({_spread(halts_s)}), "
+        f"{len(stops_s)} for good ({_spread(stops_s)}), {early} before anybody called, "
+        f"{spent_s / total_s:.3f} of real time" + (f"; not all: seeds {missed}" if missed else ""),
         flush=True,
     )
 
 
-def false_stops(stage: Stage, minutes: float, data: Path | None) -> None:
-    chooser, ears, n, stops, spent_s = random.Random(1), stage.ears(), 0, 0, 0.0
-    while n < minutes * 60.0 * SAMPLE_RATE_HZ:
+def _spread(times_s: list[float]) -> str:
+    return f"mean {np.mean(times_s):.2f}, latest {max(times_s):.2f} s" if times_s else "never"
+
+
+def false_stops(stage: Stage, minutes: float, seed: int, at_once: bool) -> None:
+    """The robots' own talk; `at_once`: two of them at a time, as when they collide."""
+    chooser, listener, n = random.Random(seed), Listener(stage.ears()), 0
+    while listener.now_s < minutes * 60.0:
         talk = at_level(stage.sentence(chooser, chooser.choice(stage.names)), SPEECH_DBFS)
+        if at_once:
+            other = at_level(stage.sentence(chooser, chooser.choice(stage.names)), SPEECH_DBFS)
+            begin = round(chooser.random() * min(len(talk), len(other)))
+            talk = np.concatenate([talk, np.zeros(max(begin + len(other) - len(talk), 0), np.float32)])
+            talk[begin : begin + len(other)] += other
         gap = round(chooser.uniform(*GAP_S) * SAMPLE_RATE_HZ)
         sound = room(len(talk) + gap, n % 100_003)
         sound[gap:] += talk
-        began_s = time.process_time()
-        stops += len(listen(ears, sound)[0])
-        spent_s += time.process_time() - began_s
+        listener.listen(sound)
         n += len(sound)
-    heard_s = n / SAMPLE_RATE_HZ
-    print(f"robots' own talk: {stops} false stops in {heard_s / 60.0:.1f} min, {spent_s / heard_s:.3f} of real time")
-    if data is None:
-        return
-    ears, n, stops = stage.ears(), 0, 0
+    print(listener.told("two robots at once" if at_once else "robots' own talk"), flush=True)
+
+
+def peoples_talk(stage: Stage, minutes: float, data: Path) -> None:
+    listener = Listener(stage.ears())
     for path in sorted(data.rglob("*.wav")):
-        sound = np.asarray(read_wav(path), np.float32)
-        stops += len(listen(ears, sound)[0])
-        n += len(sound)
-        if n >= minutes * 60.0 * SAMPLE_RATE_HZ:
+        listener.listen(np.asarray(read_wav(path), np.float32))
+        if listener.now_s >= minutes * 60.0:
             break
-    print(f"people's talk: {stops} false stops in {n / SAMPLE_RATE_HZ / 60.0:.1f} min", flush=True)
+    print(listener.told("people's talk"), flush=True)
 
 
 def main() -> None:
@@ -150,15 +193,18 @@ def main() -> None:
     parser.add_argument("--sir-db", type=float, default=0.0, help="the call's level over the talk's")
     parser.add_argument("--minutes", type=float, default=10.0)
     parser.add_argument("--data", type=Path)
-    parser.add_argument("--cases", default="other,own,nobody,false")
+    parser.add_argument("--seed", type=int, default=0)
+    parser.add_argument("--cases", default="other,own,nobody,false,collide")
     parser.add_argument("--names", default="Rob,Bot")
     o = parser.parse_args()
     stage = Stage(tuple(o.names.split(",")))
     for case in o.cases.split(","):
-        if case == "false":
-            false_stops(stage, o.minutes, o.data)
+        if case in ("false", "collide"):
+            false_stops(stage, o.minutes, o.seed, at_once=case == "collide")
         else:
-            calls(stage, case, o.calls, o.sir_db)
+            calls(stage, case, range(o.seed, o.seed + o.calls), o.sir_db)
+    if o.data is not None:
+        peoples_talk(stage, o.minutes, o.data)
 
 
 if __name__ == "__main__":

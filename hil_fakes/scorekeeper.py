@@ -10,8 +10,8 @@ from hvcpd.config.tasks import TaskRepository
 from hvcpd.coordination.actions import SaveTask
 from hvcpd.language.messages import ToRobot
 from hvcpd.ports import Pose
-from hvcpd.reporting.events import Event, Garbled, Heard, Said, Summary, TaskChanged, Watered
-from hvcpd.robot import GarbledRecord, HeardRecord, PerformedRecord, SaidRecord
+from hvcpd.reporting.events import Event, Garbled, Heard, Held, Said, Summary, TaskChanged, Watered
+from hvcpd.robot import GarbledRecord, HeardRecord, HoldRecord, PerformedRecord, SaidRecord
 
 WATERING_REACH_M = 0.3
 """A plant is watered only by a robot that truly stands this near: a burger's half length and a short arm."""
@@ -50,6 +50,8 @@ class Scorekeeper:
                     self._heard(robot, on_s, record)
                 case GarbledRecord():
                     self.emit(Garbled(on_s + record.start_s, robot))
+                case HoldRecord(at_s, until_s):
+                    self.emit(Held(on_s + at_s, on_s + until_s, robot))
                 case SaveTask(number, state, owner):
                     self.emit(TaskChanged(now, robot, number, state, owner))
                 case PerformedRecord():

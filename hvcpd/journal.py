@@ -7,7 +7,7 @@ from typing import cast
 
 from hvcpd.config.tasks import TaskRepository
 from hvcpd.coordination.actions import SavePeer, SaveStopped, SaveTask
-from hvcpd.robot import GarbledRecord, HeardRecord, Record, SaidRecord
+from hvcpd.robot import GarbledRecord, HeardRecord, HoldRecord, Record, SaidRecord
 from hvcpd.store import PeerRecord, Store, TaskRecord, TaskState, TranscriptRecord
 
 STOPPED = "stopped"
@@ -57,3 +57,6 @@ class Journal:
                     )
                 case GarbledRecord():
                     self._store.append_transcript(TranscriptRecord(record.start_s, "garbled", None, "", None))
+                case HoldRecord(at_s, until_s):
+                    stood = f"stop? no: stood still for {until_s - at_s:.1f} s"
+                    self._store.append_transcript(TranscriptRecord(at_s, "garbled", None, stood, None))

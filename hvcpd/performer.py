@@ -39,6 +39,8 @@ class Performer:
         self._index = 0
         self._started = False
         self._until_s = 0.0
+        self._last_s = 0.0
+        self._rested_s = 0.0
 
     @property
     def busy(self) -> bool:
@@ -53,8 +55,16 @@ class Performer:
         self._actions, self._index, self._started = (), 0, False
         self._motion.cancel()
 
+    def rest(self, now: float) -> None:
+        """Instead of `step`, while the wheels must stand: the plan stays, and for all its times this does not count."""
+        self._rested_s += now - self._last_s
+        self._last_s = now
+        self._motion.rest()
+
     def step(self, pose: Pose, now: float, reading: WheelReading | None) -> Progress:
         """Go on with the current action at time `now` (s, sample clock); `reading` is None if there is no new one."""
+        self._last_s = now
+        now -= self._rested_s
         remark = None
         while self.busy:
             action = self._actions[self._index]

@@ -22,7 +22,7 @@ from hvcpd.language.phrasebook import Phrasebook
 from hvcpd.performer import Outcome, Performer
 from hvcpd.ports import SAMPLE_RATE_HZ, STANDSTILL, Samples, WheelCommand, WheelReading
 from hvcpd.recognition.events import Event as HearingEvent
-from hvcpd.recognition.events import Recognised, Urgent
+from hvcpd.recognition.events import Held, Recognised, Released, Urgent
 
 
 class Ears(Protocol):
@@ -80,6 +80,14 @@ class GarbledRecord:
 
 
 @dataclass(frozen=True)
+class HoldRecord:
+    """The robot stood still from `at_s` to `until_s` for what sounded like "stop" and turned out to be other talk."""
+
+    at_s: float
+    until_s: float
+
+
+@dataclass(frozen=True)
 class PerformedRecord:
     """The robot carried out what there is to do at a task's place."""
 
@@ -94,7 +102,17 @@ class LearnName:
     name: str
 
 
-Record = SaidRecord | HeardRecord | GarbledRecord | PerformedRecord | LearnName | SaveTask | SavePeer | SaveStopped
+Record = (
+    SaidRecord
+    | HeardRecord
+    | GarbledRecord
+    | HoldRecord
+    | PerformedRecord
+    | LearnName
+    | SaveTask
+    | SavePeer
+    | SaveStopped
+)
 
 
 @dataclass(frozen=True)
@@ -147,6 +165,7 @@ class Robot:
         self._spoke_until_s = -np.inf
         self._masked_until_s = -np.inf
         self._busy = False
+        self._held_s: float | None = None
         self._task = 0
         self._records: list[Record] = []
         self._strangers: dict[str, Recognised] = {}
@@ -234,8 +253,8 @@ class Robot:
 
     def _understand(self, event: HearingEvent, now: float) -> None:
         start_s, end_s = event.start_sample / SAMPLE_RATE_HZ, event.end_sample / SAMPLE_RATE_HZ
-        if isinstance(event, Urgent):
-            self._stop_over_talk(now, start_s, end_s)
+        if isinstance(event, Held | Released | Urgent):
+            self._hold(event, now)
             return
         utterance = self._parse(event)
         if not isinstance(event, Recognised) or utterance is None:
@@ -250,8 +269,20 @@ class Robot:
         if not self._is_stranger(utterance, event):
             self.coordination.heard(utterance, now, event.confidence, event.snr_db)
 
-    def _stop_over_talk(self, now: float, start_s: float, end_s: float) -> None:
-        """Whoever it was meant for, and whatever else was said: a halt too many does no harm."""
+    def _hold(self, event: Held | Released | Urgent, now: float) -> None:
+        """Stand still at once for what may be "stop" over talk; go on where it was not, stay where it was.
+
+        Whoever it was meant for, and whatever else was said: a halt too many does no harm.
+        """
+        if isinstance(event, Held):
+            self._held_s = now if self._held_s is None else self._held_s
+            return
+        held_s, self._held_s = self._held_s, None
+        if isinstance(event, Released):
+            if held_s is not None and self._performer.busy:
+                self._records.append(HoldRecord(held_s, now))
+            return
+        start_s, end_s = event.start_sample / SAMPLE_RATE_HZ, event.end_sample / SAMPLE_RATE_HZ
         stop = Utterance(None, statement=Stop())
         heard = HeardRecord(now, stop, self.phrasebook.write(stop), start_s, end_s, 0.0, 0.0, "")
         self._records.append(heard)
@@ -267,6 +298,9 @@ class Robot:
 
     def _perform(self, now: float, reading: WheelReading | None) -> WheelCommand:
         if not self._performer.busy:
+            return STANDSTILL
+        if self._held_s is not None:
+            self._performer.rest(now)
             return STANDSTILL
         progress = self._performer.step(self.odometry.pose, now, reading)
         if progress.remark is not None:

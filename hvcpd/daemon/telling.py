@@ -12,7 +12,7 @@ import structlog
 
 from hvcpd.config.tasks import TaskRepository
 from hvcpd.coordination.actions import SavePeer, SaveTask
-from hvcpd.robot import GarbledRecord, HeardRecord, PerformedRecord, Record, SaidRecord
+from hvcpd.robot import GarbledRecord, HeardRecord, HoldRecord, PerformedRecord, Record, SaidRecord
 
 _PRIORITIES = {"debug": 7, "info": 6, "warning": 4, "error": 3, "critical": 2}
 """syslog's numbers, which the journal reads from "<N>" at the beginning of a line (sd-daemon(3))."""
@@ -69,6 +69,8 @@ def tell(record: Record, tasks: TaskRepository) -> None:
             )
         case GarbledRecord():
             _log.info("garbled", at_s=_s(record.start_s), duration_s=_s(record.end_s - record.start_s))
+        case HoldRecord(at_s, until_s):
+            _log.info("stood still for what sounded like stop", at_s=_s(at_s), duration_s=_s(until_s - at_s))
         case PerformedRecord():
             _log.info("performed", task=record.task, name=_name(record.task, tasks), at_s=_s(record.at_s))
         case SaveTask():

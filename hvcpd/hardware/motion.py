@@ -152,6 +152,10 @@ class MotionController:
         self._state = MotionState.IDLE
         self._twist = Twist()
 
+    def rest(self) -> None:
+        """The wheels were made to stand, and the goal stays: from here on speed rises from zero again."""
+        self._twist = Twist()
+
     def renew(self, now_s: float) -> None:
         """The motion is still wanted."""
         self._renewed_s = now_s

@@ -110,6 +110,16 @@ class Navigator:
         self._retreat.cancel()
         self._legs, self._state, self._command = [], MotionState.IDLE, STANDSTILL
 
+    def rest(self) -> None:
+        """The wheels are made to stand, and the journey stays: it goes on with the next `step`, from zero speed.
+
+        The caller's time must rest too: `now_s` of the next step is to follow that of the last one.
+        """
+        self._command = STANDSTILL
+        self._stall.clear()
+        self._motion.rest()
+        self._retreat.rest()
+
     def step(self, pose: Pose, now_s: float, reading: WheelReading | None) -> WheelCommand:
         """The wheel speeds from now on; `reading` is None if the wheels were not read since the last step."""
         if self._state is not MotionState.MOVING:

@@ -41,6 +41,22 @@ class Garbled:
 
 
 @dataclass(frozen=True)
+class Held:
+    """The urgent word seems to have been said while somebody else spoke: stand still until `Released` or `Urgent`."""
+
+    start_sample: int
+    end_sample: int
+
+
+@dataclass(frozen=True)
+class Released:
+    """Nobody said it: what was held for was part of a sentence that is understood by now."""
+
+    start_sample: int
+    end_sample: int
+
+
+@dataclass(frozen=True)
 class Urgent:
     """The urgent word was heard while somebody else spoke; it ended at `end_sample`."""
 
@@ -48,4 +64,5 @@ class Urgent:
     end_sample: int
 
 
-Event = Recognised | Garbled | Urgent
+Event = Recognised | Garbled | Held | Released | Urgent
+"""What the recogniser tells. After a `Held` comes one `Released` or `Urgent`, also for several `Held` in a row."""

@@ -16,8 +16,9 @@ import numpy as np
 from hvcpd.language.graph import WordGraph
 from hvcpd.ports import Samples
 from hvcpd.recognition.activity import ActivityDetector, ActivitySettings
-from hvcpd.recognition.events import Event, Garbled, Recognised, Urgent, WordSpan
+from hvcpd.recognition.events import Event, Garbled, Recognised, WordSpan
 from hvcpd.recognition.frontend import HOP_SAMPLES, N_BANDS, power_weights
+from hvcpd.recognition.halting import Halting
 from hvcpd.recognition.network import Network
 from hvcpd.recognition.noise import STEP_FRAMES, NoiseTracker, steady_noise
 from hvcpd.recognition.segments import Segment, SegmentSettings, SegmentTracker
@@ -92,7 +93,7 @@ class Recogniser:
         self._settings = settings or RecogniserSettings()
         bank = TemplateBank(templates)
         self._spotter = Spotter(Network(graph, bank), bank, self._settings.spotter)
-        self._urgent = urgent
+        self._halting = Halting(urgent)
         self._stream = FrameStream()
         self._noise = NoiseTracker()
         self._activity = ActivityDetector(self._settings.activity)
@@ -148,7 +149,7 @@ class Recogniser:
         for _ in range(self._settings.segments.wait_frames // CHUNK_FRAMES + 8):
             events += self._hear(Chunk(frame, silence, masked=False))
             frame += CHUNK_FRAMES
-        return events
+        return events + self._halting.interrupt()
 
     def _take(self, chunk: Chunk) -> list[Event]:
         if chunk.masked:
@@ -160,23 +161,21 @@ class Recogniser:
     def _start_over(self, frame: int) -> list[Event]:
         """The noise stepped up: what was activity since then was noise, and whoever spoke before it is lost."""
         step_frame = frame - STEP_FRAMES
-        segment = self._segments.close(step_frame)
-        self._forget_paths()
-        return [_garbled(segment)] if segment else []
+        return self._break_off(step_frame)
 
     def _interrupt(self, frame: int) -> list[Event]:
         """Our own voice covers everything: whoever was speaking is cut off."""
-        segment = self._segments.close(frame)
-        self._forget_paths()
-        return [_garbled(segment)] if segment else []
+        return self._break_off(frame)
 
-    def _forget_paths(self) -> None:
+    def _break_off(self, frame: int) -> list[Event]:
+        """Forget all paths; who spoke before `frame` is garbled."""
+        segment = self._segments.close(frame)
         self._spotter.sleep()
         self._activity.reset()
-        if self._urgent is not None:
-            self._urgent.reset()
         self._recent = self._recent[:0]
         self._alert_age = self._alert_count = 0
+        garbled: list[Event] = [_garbled(segment)] if segment else []
+        return garbled + self._halting.interrupt()
 
     def _hear(self, chunk: Chunk) -> list[Event]:
         energies, noise = chunk.energies, self._noise.estimate
@@ -194,22 +193,10 @@ class Recogniser:
             self._spotter.wake(self._recent, end_frame - len(self._recent), noise)
         self._segments.push(chunk.first_frame, energies, self._activity.busy)
         events = self._conclude(end_frame)
-        if self._urgent is not None:
-            events += self._hear_urgent(self._urgent, chunk, events)
+        speech = self._spotter.awake or self._activity.alert
+        events += self._halting.hear(chunk, noise, events, speech, self._spotter.best.node >= 0)
         self._doze(len(energies))
         return events
-
-    def _hear_urgent(self, urgent: UrgentSpotter, chunk: Chunk, events: list[Event]) -> list[Event]:
-        """Listen for the urgent word while anybody speaks, unless it is part of a sentence that was understood."""
-        for event in events:
-            if isinstance(event, Recognised):
-                urgent.accounted(event.words)
-        if not (self._spotter.awake or self._activity.alert or urgent.pending):
-            urgent.reset()
-            return []
-        urgent.feed(chunk.first_frame, chunk.energies, self._noise.estimate)
-        end = urgent.ended(chunk.first_frame + len(chunk.energies), self._spotter.best.node >= 0)
-        return [Urgent((end - urgent.length) * HOP_SAMPLES, end * HOP_SAMPLES)] if end is not None else []
 
     def _should_wake(self, n_frames: int) -> bool:
         """Count the signs of speech from the first one on."""

@@ -73,6 +73,15 @@ class Garbled:
 
 
 @dataclass(frozen=True)
+class Held:
+    """A robot under way stood still until `until_s` for what sounded like "stop" and was other talk."""
+
+    at_s: float
+    until_s: float
+    robot: str
+
+
+@dataclass(frozen=True)
 class TaskChanged:
     """A robot's own view of a task changed: open, claimed, done or failed, by `owner`."""
 
@@ -118,7 +127,7 @@ class Summary:
     mode: str
 
 
-Event = Started | Said | Heard | Garbled | TaskChanged | Watered | Moved | Summary
+Event = Started | Said | Heard | Garbled | Held | TaskChanged | Watered | Moved | Summary
 
 
 def as_json(event: Event) -> dict[str, Any]:

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from hvcpd.errors import HvcpdError
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
-from hvcpd.recognition.events import Event, Garbled, Recognised, Urgent
+from hvcpd.recognition.events import Event, Garbled, Held, Recognised, Released, Urgent
 from hvcpd.recognition.frontend import HOP_SAMPLES, WINDOW_SAMPLES, power_weights
 from hvcpd.recognition.noise import NoiseTracker
 from hvcpd.recognition.stream import FrameStream
@@ -155,6 +155,8 @@ def _draw_confidence(axes: Any) -> None:
 def _draw_event(axes: tuple[Any, Any, Any], event: Event) -> None:
     start_s, end_s = event.start_sample / SAMPLE_RATE_HZ, event.end_sample / SAMPLE_RATE_HZ
     top, middle, bottom = axes
+    if isinstance(event, Held | Released):
+        return  # what became of it is told by another event
     if isinstance(event, Garbled | Urgent):
         for each in axes:
             each.axvspan(start_s, end_s, color=_GARBLED, alpha=0.25, linewidth=0)

@@ -1,0 +1,79 @@
+"""Listens for the urgent word beside the recogniser, and tells when to stand still, to go on and to stay."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hvcpd.recognition.events import Event, Held, Recognised, Released, Urgent
+from hvcpd.recognition.frontend import HOP_SAMPLES
+from hvcpd.recognition.hold import Hold, Verdict
+from hvcpd.recognition.stream import Chunk
+from hvcpd.recognition.urgent import UrgentSpotter
+
+
+class Halting:
+    """Joins the spotter of the word with the decision about it; without a spotter it hears nothing."""
+
+    def __init__(self, spotter: UrgentSpotter | None) -> None:
+        self._spotter = spotter
+        self._hold = Hold(spotter.texts if spotter is not None else frozenset())
+        self._span = (0, 0)
+        self._quiet_since = 0
+
+    def hear(
+        self, chunk: Chunk, noise: NDArray[np.float32], events: Sequence[Event], speech: bool, sentence_ends: bool
+    ) -> list[Event]:
+        """Take a chunk, and the `events` that the recogniser found with it.
+
+        `noise`: its energies, shape (N_BANDS,); `speech`: somebody may be speaking; `sentence_ends`: the recogniser
+        may soon report a sentence that ended just now.
+        """
+        told: list[Event] = []
+        for event in events:
+            told += self._found(event)
+        if self._spotter is None:
+            return told
+        now = chunk.first_frame + len(chunk.energies)
+        if speech or self._spotter.pending:
+            self._quiet_since = now
+            self._spotter.feed(chunk.first_frame, chunk.energies, noise)
+            told += self._look(self._spotter, now, sentence_ends)
+        else:
+            self._spotter.reset()
+        return told + self._tell(self._hold.at(now * HOP_SAMPLES, self._quiet_since * HOP_SAMPLES))
+
+    def interrupt(self) -> list[Event]:
+        """What was being said is lost."""
+        if self._spotter is not None:
+            self._spotter.reset()
+        return self._tell(self._hold.unclear())
+
+    def _found(self, event: Event) -> list[Event]:
+        if not isinstance(event, Recognised):
+            return self._tell(self._hold.unclear())
+        if self._spotter is not None:
+            self._spotter.accounted(event.words)
+        return self._tell(self._hold.sentence(event))
+
+    def _look(self, spotter: UrgentSpotter, frame: int, sentence_ends: bool) -> list[Event]:
+        word = spotter.ended(frame, sentence_ends)
+        if word is None:
+            return []
+        end, score = word
+        self._span = ((end - spotter.length) * HOP_SAMPLES, end * HOP_SAMPLES)
+        return self._tell(self._hold.word(*self._span, score, frame * HOP_SAMPLES))
+
+    def _tell(self, verdict: Verdict) -> list[Event]:
+        """The verdict as an event, with where the word was heard last."""
+        match verdict:
+            case Verdict.HELD:
+                return [Held(*self._span)]
+            case Verdict.RELEASED:
+                return [Released(*self._span)]
+            case Verdict.SAID:
+                return [Urgent(*self._span)]
+            case Verdict.UNCHANGED:
+                return []

@@ -1,0 +1,106 @@
+"""Whether what sounded like the urgent word over talk was that word, or the talk itself. Pure; time is in samples.
+
+Under a voice as loud, the word can be told from some other talk only by what is said around it. So whoever hears it
+stands still first and decides afterwards: when the sentence that it was heard in is understood, and each word of it
+that was said at that time is sure, nobody said anything over it. In every other case somebody may have.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import Enum
+
+from hvcpd.ports import SAMPLE_RATE_HZ
+from hvcpd.recognition.events import Recognised
+
+
+class Verdict(Enum):
+    """What became of the word by what was heard last."""
+
+    UNCHANGED = "nothing new"
+    HELD = "somebody may have said it; later calls will tell"
+    RELEASED = "it was other talk"
+    SAID = "somebody said it"
+
+
+@dataclass(frozen=True)
+class HoldSettings:
+    """How other talk is known; measured with `benchmarks/stop.py`."""
+
+    certain_score: float = 0.5
+    """A share of the word that other talk never shows."""
+    sentence_confidence: float = 0.9
+    word_confidence: float = 0.996
+    """Of each word of the sentence that was said at the same time."""
+    edge_s: float = 0.1
+    """How well the ends of the word are known, and those of a sentence."""
+    quiet_s: float = 1.0
+    """Speech that has ended for so long becomes no sentence any more."""
+    longest_s: float = 8.0
+    """As long as sentences take with the rest after it; whoever has not ended by then only talks on."""
+
+
+class Hold:
+    """Tell it what the recogniser finds. After RELEASED or SAID nothing is held."""
+
+    def __init__(self, texts: frozenset[str], settings: HoldSettings | None = None) -> None:
+        """`texts`: the words that are heard as the urgent one, as they are written, itself among them."""
+        self._settings = settings or HoldSettings()
+        self._texts = texts
+        self._open: list[tuple[int, int]] = []
+        """Where the word was heard, samples."""
+        self._since = 0
+        self._told: Recognised | None = None
+        """The sentence that was understood last; it may be told before the word in it is."""
+
+    @property
+    def held(self) -> bool:
+        """Whether a word is not decided yet."""
+        return bool(self._open)
+
+    def word(self, start: int, end: int, score: float, now: int) -> Verdict:
+        """The word was heard from sample `start` to `end`, and `score` of it was found."""
+        if score >= self._settings.certain_score:
+            return self._said()
+        if self._told is not None and self._explains(self._told, start, end):
+            return Verdict.UNCHANGED
+        self._since = self._since if self._open else now
+        self._open.append((start, end))
+        return Verdict.HELD
+
+    def sentence(self, sentence: Recognised) -> Verdict:
+        """A sentence was understood."""
+        self._told = sentence
+        edge = round(self._settings.edge_s * SAMPLE_RATE_HZ)
+        reached = [(start, end) for start, end in self._open if start < sentence.end_sample - edge]
+        if not all(self._explains(sentence, start, end) for start, end in reached):
+            return self._said()
+        self._open = [span for span in self._open if span not in reached]
+        return Verdict.RELEASED if reached and not self._open else Verdict.UNCHANGED
+
+    def unclear(self) -> Verdict:
+        """Speech was not understood, or was lost."""
+        self._told = None
+        return self._said() if self._open else Verdict.UNCHANGED
+
+    def at(self, now: int, quiet_since: int) -> Verdict:
+        """Time went on to sample `now`; nobody has spoken from `quiet_since` on."""
+        s = self._settings
+        over = now - quiet_since >= s.quiet_s * SAMPLE_RATE_HZ or now - self._since >= s.longest_s * SAMPLE_RATE_HZ
+        return self._said() if self._open and over else Verdict.UNCHANGED
+
+    def _said(self) -> Verdict:
+        self._open.clear()
+        return Verdict.SAID
+
+    def _explains(self, sentence: Recognised, start: int, end: int) -> bool:
+        """Whether nothing but the sentence was heard from `start` to `end`."""
+        s = self._settings
+        edge = round(s.edge_s * SAMPLE_RATE_HZ)
+        if start < sentence.start_sample - edge or end > sentence.end_sample + edge:
+            return False
+        there = [span for span in sentence.spans if span.start_sample < end and start < span.end_sample]
+        if any(span.word in self._texts for span in there):
+            return True  # the word was said in the sentence; whom it was meant for is told there
+        sure = all(span.confidence >= s.word_confidence for span in there)
+        return bool(there) and sure and sentence.confidence >= s.sentence_confidence

@@ -1,0 +1,135 @@
+"""Whether a word heard over talk was said is decided by the sentence that it was heard in."""
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import pytest
+
+from hvcpd.ports import SAMPLE_RATE_HZ
+from hvcpd.recognition.events import Recognised, WordSpan
+from hvcpd.recognition.hold import Hold, HoldSettings, Verdict
+
+SETTINGS = HoldSettings()
+SURE = 0.999
+WORDS = ("hi", "rob", "i", "am", "bot")
+
+
+def samples(s: float) -> int:
+    return round(s * SAMPLE_RATE_HZ)
+
+
+def sentence(begin_s: float, words: Sequence[str] = WORDS, unsure: int | None = None) -> Recognised:
+    """Half a second a word, the one numbered `unsure` less sure than is enough."""
+    low = SETTINGS.word_confidence - 0.01
+    spans = tuple(
+        WordSpan(w, samples(begin_s + 0.5 * k), samples(begin_s + 0.5 * k + 0.5), low if k == unsure else SURE)
+        for k, w in enumerate(words)
+    )
+    return Recognised(tuple(words), "oak", spans[0].start_sample, spans[-1].end_sample, SURE, 20.0, spans)
+
+
+def hold() -> Hold:
+    return Hold(frozenset({"stop", "stopped"}))
+
+
+def word(hold: Hold, begin_s: float, score: float = 0.0) -> Verdict:
+    return hold.word(samples(begin_s), samples(begin_s + 0.5), score, samples(begin_s + 0.7))
+
+
+def test_a_sure_sentence_around_the_word_releases() -> None:
+    held = hold()
+    assert word(held, 1.2) is Verdict.HELD
+    assert held.held
+    assert held.sentence(sentence(1.0)) is Verdict.RELEASED
+    assert not held.held
+
+
+@pytest.mark.parametrize("unsure", [0, 1])
+def test_an_unsure_word_at_that_time_is_the_stop(unsure: int) -> None:
+    held = hold()
+    word(held, 1.2)
+    assert held.sentence(sentence(1.0, unsure=unsure)) is Verdict.SAID
+    assert not held.held
+
+
+@pytest.mark.parametrize("unsure", [2, 3, 4])
+def test_an_unsure_word_at_another_time_is_none(unsure: int) -> None:
+    held = hold()
+    word(held, 1.2)
+    assert held.sentence(sentence(1.0, unsure=unsure)) is Verdict.RELEASED
+
+
+def test_an_unsure_sentence_is_the_stop() -> None:
+    held = hold()
+    word(held, 1.2)
+    doubtful = replace(sentence(1.0), confidence=SETTINGS.sentence_confidence - 0.01)
+    assert held.sentence(doubtful) is Verdict.SAID
+
+
+@pytest.mark.parametrize("begin_s", [0.8, 3.2, 4.0])
+def test_a_word_that_the_sentence_does_not_cover_is_the_stop_or_waits(begin_s: float) -> None:
+    held = hold()
+    word(held, begin_s)
+    later = begin_s == 4.0  # said after the sentence: another one may cover it
+    assert held.sentence(sentence(1.0)) is (Verdict.UNCHANGED if later else Verdict.SAID)
+    assert held.held is later
+
+
+def test_what_is_not_understood_or_lost_is_the_stop() -> None:
+    held = hold()
+    assert held.unclear() is Verdict.UNCHANGED
+    word(held, 1.2)
+    assert held.unclear() is Verdict.SAID
+    assert held.unclear() is Verdict.UNCHANGED
+
+
+def test_two_calls_must_both_be_other_talk() -> None:
+    both, one = hold(), hold()
+    for held in (both, one):
+        assert word(held, 1.2) is Verdict.HELD
+        assert word(held, 2.6) is Verdict.HELD
+    assert both.sentence(sentence(1.0)) is Verdict.RELEASED
+    assert one.sentence(sentence(1.0, unsure=4)) is Verdict.SAID
+
+
+def test_a_second_call_after_the_sentence_keeps_the_robot_standing() -> None:
+    held = hold()
+    word(held, 1.2)
+    word(held, 4.3)
+    assert held.sentence(sentence(1.0)) is Verdict.UNCHANGED
+    assert held.held
+    assert held.sentence(sentence(4.0)) is Verdict.RELEASED
+
+
+def test_a_clear_call_is_the_stop_at_once_and_decides_what_is_held() -> None:
+    held = hold()
+    word(held, 1.2)
+    assert word(held, 2.0, SETTINGS.certain_score) is Verdict.SAID
+    assert held.sentence(sentence(1.0)) is Verdict.UNCHANGED
+
+
+def test_a_sentence_told_before_the_word_explains_it_too() -> None:
+    held = hold()
+    held.sentence(sentence(1.0, unsure=0))
+    assert word(held, 2.6) is Verdict.UNCHANGED
+    assert word(held, 1.2) is Verdict.HELD
+
+
+def test_the_word_as_part_of_a_sentence_is_for_the_conversation() -> None:
+    held = hold()
+    word(held, 2.1)
+    assert held.sentence(sentence(1.0, ("i", "have", "stopped"), unsure=2)) is Verdict.RELEASED
+    word(held, 5.1)
+    assert held.sentence(sentence(5.0, ("i", "have", "stopped"), unsure=0)) is Verdict.SAID
+
+
+def test_silence_without_a_sentence_and_endless_talk_are_the_stop() -> None:
+    quiet, endless = hold(), hold()
+    word(quiet, 1.2)
+    word(endless, 1.2)
+    assert quiet.at(samples(2.5), samples(2.5 - SETTINGS.quiet_s) + 1) is Verdict.UNCHANGED
+    assert quiet.at(samples(2.5), samples(2.5 - SETTINGS.quiet_s)) is Verdict.SAID
+    told_s = 1.9
+    assert endless.at(samples(told_s + SETTINGS.longest_s) - 1, samples(told_s + 7.9)) is Verdict.UNCHANGED
+    assert endless.at(samples(told_s + SETTINGS.longest_s), samples(told_s + 7.9)) is Verdict.SAID
+    assert endless.at(samples(100.0), 0) is Verdict.UNCHANGED
