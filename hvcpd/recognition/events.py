@@ -7,12 +7,17 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True)
 class WordSpan:
-    """One word of a recognised sentence, where it was heard, and the probability that it alone is right (0 to 1)."""
+    """One word of a recognised sentence, where it was heard, and the probability that it alone is right (0 to 1).
+
+    `deficit` is its mean distance beyond what fits the sound best, a frame: near 0 if nothing else was heard, 1 for
+    another word.
+    """
 
     word: str
     start_sample: int
     end_sample: int
     confidence: float
+    deficit: float = 0.0
 
 
 @dataclass(frozen=True)

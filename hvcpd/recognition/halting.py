@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from hvcpd.recognition.events import Event, Held, Recognised, Released, Urgent
 from hvcpd.recognition.frontend import HOP_SAMPLES
-from hvcpd.recognition.hold import Hold, Verdict
+from hvcpd.recognition.hold import Hold, HoldSettings, Verdict
 from hvcpd.recognition.stream import Chunk
 from hvcpd.recognition.urgent import UrgentSpotter
 
@@ -17,9 +17,9 @@ from hvcpd.recognition.urgent import UrgentSpotter
 class Halting:
     """Joins the spotter of the word with the decision about it; without a spotter it hears nothing."""
 
-    def __init__(self, spotter: UrgentSpotter | None) -> None:
+    def __init__(self, spotter: UrgentSpotter | None, hold: HoldSettings | None = None) -> None:
         self._spotter = spotter
-        self._hold = Hold(spotter.texts if spotter is not None else frozenset())
+        self._hold = Hold(spotter.texts if spotter is not None else frozenset(), hold)
         self._span = (0, 0)
         self._quiet_since = 0
 
@@ -46,10 +46,11 @@ class Halting:
         return told + self._tell(self._hold.at(now * HOP_SAMPLES, self._quiet_since * HOP_SAMPLES))
 
     def interrupt(self) -> list[Event]:
-        """What was being said is lost."""
-        if self._spotter is not None:
-            self._spotter.reset()
-        return self._tell(self._hold.unclear())
+        """What was being said is lost; a word that is not told yet counts as said."""
+        word = self._spotter.take() if self._spotter is not None else None
+        verdicts = [self._heard(self._spotter, word, 0)] if self._spotter is not None and word is not None else []
+        verdicts.append(self._hold.unclear())
+        return self._tell(Verdict.SAID if Verdict.SAID in verdicts else Verdict.UNCHANGED)
 
     def _found(self, event: Event) -> list[Event]:
         if not isinstance(event, Recognised):
@@ -60,11 +61,12 @@ class Halting:
 
     def _look(self, spotter: UrgentSpotter, frame: int, sentence_ends: bool) -> list[Event]:
         word = spotter.ended(frame, sentence_ends)
-        if word is None:
-            return []
+        return self._tell(self._heard(spotter, word, frame)) if word is not None else []
+
+    def _heard(self, spotter: UrgentSpotter, word: tuple[int, float], frame: int) -> Verdict:
         end, score = word
         self._span = ((end - spotter.length) * HOP_SAMPLES, end * HOP_SAMPLES)
-        return self._tell(self._hold.word(*self._span, score, frame * HOP_SAMPLES))
+        return self._hold.word(*self._span, score, frame * HOP_SAMPLES)
 
     def _tell(self, verdict: Verdict) -> list[Event]:
         """The verdict as an event, with where the word was heard last."""

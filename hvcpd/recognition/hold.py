@@ -27,17 +27,28 @@ class Verdict(Enum):
 class HoldSettings:
     """How other talk is known; measured with `benchmarks/stop.py`."""
 
-    certain_score: float = 0.5
-    """A share of the word that other talk never shows."""
+    certain_score: float = 0.65
+    """A share of the word that is told at once; "stopped" has shown 0.55 of it."""
+    clear_score: float = 0.5
+    """A share that only the word itself has, and "stopped": a sentence without either was not alone. Other sentences of
+    robots have shown 0.44, mostly in "hi Rob"."""
     sentence_confidence: float = 0.9
-    word_confidence: float = 0.996
-    """Of each word of the sentence that was said at the same time."""
+    most_deficit: float = 0.165
+    """Of each word of the sentence that was said at the same time (`WordSpan.deficit`). Alone, 0.02 to 0.12; under a
+    call as loud, 0.23 and more."""
     edge_s: float = 0.1
     """How well the ends of the word are known, and those of a sentence."""
     quiet_s: float = 1.0
     """Speech that has ended for so long becomes no sentence any more."""
     longest_s: float = 8.0
     """As long as sentences take with the rest after it; whoever has not ended by then only talks on."""
+
+
+@dataclass(frozen=True)
+class _Word:
+    start: int
+    end: int
+    score: float
 
 
 class Hold:
@@ -47,8 +58,7 @@ class Hold:
         """`texts`: the words that are heard as the urgent one, as they are written, itself among them."""
         self._settings = settings or HoldSettings()
         self._texts = texts
-        self._open: list[tuple[int, int]] = []
-        """Where the word was heard, samples."""
+        self._open: list[_Word] = []
         self._since = 0
         self._told: Recognised | None = None
         """The sentence that was understood last; it may be told before the word in it is."""
@@ -62,20 +72,21 @@ class Hold:
         """The word was heard from sample `start` to `end`, and `score` of it was found."""
         if score >= self._settings.certain_score:
             return self._said()
-        if self._told is not None and self._explains(self._told, start, end):
+        word = _Word(start, end, score)
+        if self._told is not None and self._explains(self._told, word):
             return Verdict.UNCHANGED
         self._since = self._since if self._open else now
-        self._open.append((start, end))
+        self._open.append(word)
         return Verdict.HELD
 
     def sentence(self, sentence: Recognised) -> Verdict:
         """A sentence was understood."""
         self._told = sentence
         edge = round(self._settings.edge_s * SAMPLE_RATE_HZ)
-        reached = [(start, end) for start, end in self._open if start < sentence.end_sample - edge]
-        if not all(self._explains(sentence, start, end) for start, end in reached):
+        reached = [word for word in self._open if word.start < sentence.end_sample - edge]
+        if not all(self._explains(sentence, word) for word in reached):
             return self._said()
-        self._open = [span for span in self._open if span not in reached]
+        self._open = [word for word in self._open if word not in reached]
         return Verdict.RELEASED if reached and not self._open else Verdict.UNCHANGED
 
     def unclear(self) -> Verdict:
@@ -93,14 +104,14 @@ class Hold:
         self._open.clear()
         return Verdict.SAID
 
-    def _explains(self, sentence: Recognised, start: int, end: int) -> bool:
-        """Whether nothing but the sentence was heard from `start` to `end`."""
+    def _explains(self, sentence: Recognised, word: _Word) -> bool:
+        """Whether nothing but the sentence was heard where the word was."""
         s = self._settings
         edge = round(s.edge_s * SAMPLE_RATE_HZ)
-        if start < sentence.start_sample - edge or end > sentence.end_sample + edge:
+        if word.start < sentence.start_sample - edge or word.end > sentence.end_sample + edge:
             return False
-        there = [span for span in sentence.spans if span.start_sample < end and start < span.end_sample]
+        there = [span for span in sentence.spans if span.start_sample < word.end and word.start < span.end_sample]
         if any(span.word in self._texts for span in there):
             return True  # the word was said in the sentence; whom it was meant for is told there
-        sure = all(span.confidence >= s.word_confidence for span in there)
-        return bool(there) and sure and sentence.confidence >= s.sentence_confidence
+        sure = sentence.confidence >= s.sentence_confidence and all(span.deficit <= s.most_deficit for span in there)
+        return bool(there) and sure and word.score < s.clear_score

@@ -19,6 +19,7 @@ from hvcpd.recognition.activity import ActivityDetector, ActivitySettings
 from hvcpd.recognition.events import Event, Garbled, Recognised, WordSpan
 from hvcpd.recognition.frontend import HOP_SAMPLES, N_BANDS, power_weights
 from hvcpd.recognition.halting import Halting
+from hvcpd.recognition.hold import HoldSettings
 from hvcpd.recognition.network import Network
 from hvcpd.recognition.noise import STEP_FRAMES, NoiseTracker, steady_noise
 from hvcpd.recognition.segments import Segment, SegmentSettings, SegmentTracker
@@ -84,16 +85,17 @@ class Recogniser:
         templates: Mapping[str, Mapping[str, Sequence[Samples]]],
         settings: RecogniserSettings | None = None,
         urgent: UrgentSpotter | None = None,
+        hold: HoldSettings | None = None,
     ) -> None:
         """`templates[voice][word]`: one or a few recordings of the word, 16 kHz, float32. `urgent` hears one word
-        even while somebody else speaks.
+        even while somebody else speaks, `hold` says how it is told from other talk.
 
         Raises ValueError if a voice lacks a template of a word of `graph`.
         """
         self._settings = settings or RecogniserSettings()
         bank = TemplateBank(templates)
         self._spotter = Spotter(Network(graph, bank), bank, self._settings.spotter)
-        self._halting = Halting(urgent)
+        self._halting = Halting(urgent, hold)
         self._stream = FrameStream()
         self._noise = NoiseTracker()
         self._activity = ActivityDetector(self._settings.activity)
@@ -251,6 +253,7 @@ class Recogniser:
                 step.start_frame * HOP_SAMPLES,
                 step.end_frame * HOP_SAMPLES,
                 self._chance(sentence, step.margin, deficit),
+                deficit,
             )
             for step, deficit in zip(sentence.steps, sentence.deficits, strict=True)
         )

@@ -184,9 +184,14 @@ class UrgentSpotter:
         """
         if self._pending is None:
             return None
-        told, s = self._pending, self.settings
-        if frame - told[0] < (s.hold_most_frames if sentence_ends else s.hold_frames):
+        s = self.settings
+        if frame - self._pending[0] < (s.hold_most_frames if sentence_ends else s.hold_frames):
             return None
+        return self.take()
+
+    def take(self) -> tuple[int, float] | None:
+        """The same without waiting for what comes after it; everything else is forgotten."""
+        told = self._pending
         self.reset()
         return told
 

@@ -19,12 +19,10 @@ def samples(s: float) -> int:
 
 
 def sentence(begin_s: float, words: Sequence[str] = WORDS, unsure: int | None = None) -> Recognised:
-    """Half a second a word, the one numbered `unsure` less sure than is enough."""
-    low = SETTINGS.word_confidence - 0.01
-    spans = tuple(
-        WordSpan(w, samples(begin_s + 0.5 * k), samples(begin_s + 0.5 * k + 0.5), low if k == unsure else SURE)
-        for k, w in enumerate(words)
-    )
+    """Half a second a word, the one numbered `unsure` a little too far from what was heard."""
+    deficits = [SETTINGS.most_deficit + (0.01 if k == unsure else -0.01) for k in range(len(words))]
+    ends = [samples(begin_s + 0.5 * k) for k in range(len(words) + 1)]
+    spans = tuple(map(WordSpan, words, ends, ends[1:], [SURE] * len(words), deficits))
     return Recognised(tuple(words), "oak", spans[0].start_sample, spans[-1].end_sample, SURE, 20.0, spans)
 
 
@@ -106,6 +104,14 @@ def test_a_clear_call_is_the_stop_at_once_and_decides_what_is_held() -> None:
     word(held, 1.2)
     assert word(held, 2.0, SETTINGS.certain_score) is Verdict.SAID
     assert held.sentence(sentence(1.0)) is Verdict.UNCHANGED
+
+
+def test_a_word_of_which_much_was_found_is_the_stop_unless_the_sentence_has_it() -> None:
+    other, stopped = hold(), hold()
+    assert word(other, 1.2, SETTINGS.clear_score) is Verdict.HELD
+    assert other.sentence(sentence(1.0)) is Verdict.SAID
+    assert word(stopped, 2.0, SETTINGS.clear_score) is Verdict.HELD
+    assert stopped.sentence(sentence(1.0, ("i", "have", "stopped"))) is Verdict.RELEASED
 
 
 def test_a_sentence_told_before_the_word_explains_it_too() -> None:
