@@ -10,16 +10,24 @@ from numpy.typing import NDArray
 from hvcpd.recognition.events import Event, Held, Recognised, Released, Urgent
 from hvcpd.recognition.frontend import HOP_SAMPLES
 from hvcpd.recognition.hold import Hold, HoldSettings, Verdict
+from hvcpd.recognition.lookalike import Lookalike
 from hvcpd.recognition.stream import Chunk
+from hvcpd.recognition.templates import TemplateBank
 from hvcpd.recognition.urgent import UrgentSpotter
+
+
+def _nothing(_sentence: Recognised, _start: int, _end: int) -> float:
+    return 0.0
 
 
 class Halting:
     """Joins the spotter of the word with the decision about it; without a spotter it hears nothing."""
 
-    def __init__(self, spotter: UrgentSpotter | None, hold: HoldSettings | None = None) -> None:
+    def __init__(self, bank: TemplateBank, spotter: UrgentSpotter | None, hold: HoldSettings | None = None) -> None:
+        """`bank`: of the voices whose sentences the recogniser understands."""
         self._spotter = spotter
-        self._hold = Hold(spotter.texts if spotter is not None else frozenset(), hold)
+        texts = spotter.texts if spotter is not None else frozenset[str]()
+        self._hold = Hold(texts, Lookalike(bank, spotter).share if spotter is not None else _nothing, hold)
         self._span = (0, 0)
         self._quiet_since = 0
 

@@ -7,6 +7,7 @@ that was said at that time is sure, nobody said anything over it. In every other
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from enum import Enum
 
@@ -29,19 +30,23 @@ class HoldSettings:
 
     certain_score: float = 0.65
     """A share of the word that is told at once; "stopped" has shown 0.55 of it."""
-    clear_score: float = 0.5
-    """A share that only the word itself has, and "stopped": a sentence without either was not alone. Other sentences of
-    robots have shown 0.44, mostly in "hi Rob"."""
+    most_excess: float = 0.3
+    """So much more of the word may be found than the sentence shows by itself (`lookalike`). Alone, 0.23 at most; under
+    a call as loud, 0.37 and more where the words look sure."""
     sentence_confidence: float = 0.9
-    most_deficit: float = 0.165
-    """Of each word of the sentence that was said at the same time (`WordSpan.deficit`). Alone, 0.02 to 0.12; under a
-    call as loud, 0.23 and more."""
+    most_deficit: float = 0.25
+    """Of each word of the sentence that was said at the same time (`WordSpan.deficit`). Alone, 0.12 at most; under a
+    call as loud, 0.36 and more where the sentence itself looks like the word."""
     edge_s: float = 0.1
     """How well the ends of the word are known, and those of a sentence."""
     quiet_s: float = 1.0
     """Speech that has ended for so long becomes no sentence any more."""
     longest_s: float = 8.0
     """As long as sentences take with the rest after it; whoever has not ended by then only talks on."""
+
+
+Alone = Callable[[Recognised, int, int], float]
+"""How much of the word a sentence shows by itself between two samples, as scores go."""
 
 
 @dataclass(frozen=True)
@@ -54,9 +59,10 @@ class _Word:
 class Hold:
     """Tell it what the recogniser finds. After RELEASED or SAID nothing is held."""
 
-    def __init__(self, texts: frozenset[str], settings: HoldSettings | None = None) -> None:
+    def __init__(self, texts: frozenset[str], alone: Alone, settings: HoldSettings | None = None) -> None:
         """`texts`: the words that are heard as the urgent one, as they are written, itself among them."""
         self._settings = settings or HoldSettings()
+        self._alone = alone
         self._texts = texts
         self._open: list[_Word] = []
         self._since = 0
@@ -114,4 +120,4 @@ class Hold:
         if any(span.word in self._texts for span in there):
             return True  # the word was said in the sentence; whom it was meant for is told there
         sure = sentence.confidence >= s.sentence_confidence and all(span.deficit <= s.most_deficit for span in there)
-        return bool(there) and sure and word.score < s.clear_score
+        return bool(there) and sure and word.score <= self._alone(sentence, word.start, word.end) + s.most_excess

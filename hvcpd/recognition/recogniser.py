@@ -95,7 +95,7 @@ class Recogniser:
         self._settings = settings or RecogniserSettings()
         bank = TemplateBank(templates)
         self._spotter = Spotter(Network(graph, bank), bank, self._settings.spotter)
-        self._halting = Halting(urgent, hold)
+        self._halting = Halting(bank, urgent, hold)
         self._stream = FrameStream()
         self._noise = NoiseTracker()
         self._activity = ActivityDetector(self._settings.activity)

@@ -11,7 +11,8 @@ Steps are those of the `decoder`; a path's score is the share of the word that w
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from copy import copy
 from dataclasses import dataclass
 
 import numpy as np
@@ -131,13 +132,26 @@ class UrgentSpotter:
 
     def feed(self, first_frame: int, energies: Energies, noise: NDArray[np.float32]) -> None:
         """Take frames from `first_frame` on, shape (n, N_BANDS), and the noise's energies, shape (N_BANDS,)."""
+        for i, _ in enumerate(self._advance(energies, noise)):
+            self._look(first_frame + PAIR * (i + 1))
+
+    def share_in(self, energies: Energies) -> float:
+        """How much of the word this sound alone would show, without noise; what was fed stays as it is."""
+        other = copy(self)
+        other.reset()
+        silence = np.full(energies.shape[1], ENERGY_FLOOR, np.float32)
+        steps = other._advance(np.maximum(energies, ENERGY_FLOOR), silence)
+        return max((float(other._score[:, self._last[~self._rival]].max()) for _ in steps), default=0.0)
+
+    def _advance(self, energies: Energies, noise: NDArray[np.float32]) -> Iterator[None]:
+        """Take the frames two by two."""
         pairs = _pairs(energies)
         powers = np.maximum(pairs - noise, 0.0).sum(axis=1)
-        for i, (pair, power) in enumerate(zip(np.log(pairs), powers, strict=True)):
+        for pair, power in zip(np.log(pairs), powers, strict=True):
             self._powers = np.append(self._powers, power)[-LEVEL_PAIRS:]
             self._tune(noise)
             self._step(pair)
-            self._look(first_frame + PAIR * (i + 1))
+            yield
 
     def _tune(self, noise: NDArray[np.float32]) -> None:
         rank = int(LEVEL_QUANTILE * (len(self._powers) - 1))

@@ -11,6 +11,8 @@ from hvcpd.recognition.hold import Hold, HoldSettings, Verdict
 
 SETTINGS = HoldSettings()
 SURE = 0.999
+ALONE = 0.1
+"""What the first second of the sentences below shows of the word by itself."""
 WORDS = ("hi", "rob", "i", "am", "bot")
 
 
@@ -27,7 +29,7 @@ def sentence(begin_s: float, words: Sequence[str] = WORDS, unsure: int | None = 
 
 
 def hold() -> Hold:
-    return Hold(frozenset({"stop", "stopped"}))
+    return Hold(frozenset({"stop", "stopped"}), lambda _sentence, start, _end: ALONE if start < samples(2.0) else 0.0)
 
 
 def word(hold: Hold, begin_s: float, score: float = 0.0) -> Verdict:
@@ -106,12 +108,19 @@ def test_a_clear_call_is_the_stop_at_once_and_decides_what_is_held() -> None:
     assert held.sentence(sentence(1.0)) is Verdict.UNCHANGED
 
 
-def test_a_word_of_which_much_was_found_is_the_stop_unless_the_sentence_has_it() -> None:
-    other, stopped = hold(), hold()
-    assert word(other, 1.2, SETTINGS.clear_score) is Verdict.HELD
-    assert other.sentence(sentence(1.0)) is Verdict.SAID
-    assert word(stopped, 2.0, SETTINGS.clear_score) is Verdict.HELD
-    assert stopped.sentence(sentence(1.0, ("i", "have", "stopped"))) is Verdict.RELEASED
+@pytest.mark.parametrize("begin_s", [1.2, 2.6])
+def test_more_of_the_word_than_the_sentence_shows_by_itself_is_the_stop(begin_s: float) -> None:
+    most = SETTINGS.most_excess + (ALONE if begin_s < 2.0 else 0.0)
+    for score, verdict in ((most - 0.01, Verdict.RELEASED), (most + 0.01, Verdict.SAID)):
+        held = hold()
+        assert word(held, begin_s, score) is Verdict.HELD
+        assert held.sentence(sentence(1.0)) is verdict
+
+
+def test_stopped_may_look_as_much_like_stop_as_it_will() -> None:
+    held = hold()
+    assert word(held, 2.1, SETTINGS.certain_score - 0.01) is Verdict.HELD
+    assert held.sentence(sentence(1.0, ("i", "have", "stopped"))) is Verdict.RELEASED
 
 
 def test_a_sentence_told_before_the_word_explains_it_too() -> None:

@@ -61,7 +61,7 @@ def test_talk_that_sounds_like_the_word_is_held_for_and_released() -> None:
     """The call is the talk's own second word, so that nobody can tell until the sentence is understood."""
     alike = sentence("hi rob, water green")
     spotter = UrgentSpotter(UrgentTemplates({"low": [word("rob")]}, {}, frozenset({"stop"})), UrgentSettings(0.38))
-    hold = HoldSettings(certain_score=2.0, clear_score=2.0, sentence_confidence=0.5)
+    hold = HoldSettings(certain_score=2.0, sentence_confidence=0.5)
     recogniser = Recogniser(graph(), templates(), urgent=spotter, hold=hold)
     events = [event for _, event in hear(recogniser, in_noise(alike))]
     assert [type(event) for event in events] == [Held, Recognised, Released]
