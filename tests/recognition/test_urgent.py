@@ -1,5 +1,7 @@
 """One word is heard over another voice, where no sentence can be recognised."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -7,7 +9,9 @@ from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 from hvcpd.recognition.events import Event, Held, Recognised, Released, Urgent
 from hvcpd.recognition.frontend import energies_of
 from hvcpd.recognition.hold import HoldSettings
+from hvcpd.recognition.lookalike import Lookalike
 from hvcpd.recognition.recogniser import Recogniser
+from hvcpd.recognition.templates import TemplateBank
 from hvcpd.recognition.urgent import UrgentSettings, UrgentSpotter, UrgentTemplates
 from tests.recognition.signals import graph, in_noise, sentence, templates, word
 
@@ -97,3 +101,18 @@ def test_the_size_of_the_blocks_changes_nothing() -> None:
         for block in (37, 400, 16_000)
     ]
     assert spans[0] == spans[1] == spans[2] != []
+
+
+def test_a_sentence_is_asked_how_much_of_the_word_it_shows_by_itself() -> None:
+    spotter = UrgentSpotter(UrgentTemplates({"low": [word("rob", 170.0)]}, {}, frozenset({"rob"})))
+    bank = TemplateBank({"low": {name: [word(name)] for name in ("hi", "rob", "water", "green")}})
+    sound = in_noise(sentence("hi rob, water green"))
+    [said] = [e for _, e in hear(Recogniser(graph(), templates()), sound) if isinstance(e, Recognised)]
+    lookalike = Lookalike(bank, spotter)
+    voiced = replace(said, voice="low")
+    spans = {span.word: span for span in voiced.spans}
+    shares = {name: lookalike.share(voiced, s.start_sample, s.end_sample) for name, s in spans.items()}
+    assert shares["rob"] > 0.7
+    assert max(shares["hi"], shares["green"]) < 0.4
+    assert lookalike.share(voiced, 0, 10) == 0.0
+    assert not spotter.pending
