@@ -89,6 +89,7 @@ class Listener:
         self.now_s = self.spent_s = 0.0
         self.held_s: list[float] = []
         self.stood_s: list[float] = []
+        self.released_s: list[float] = []
         self.stopped_s: list[float] = []
 
     def listen(self, sound: Samples, masked: tuple[int, int] = (0, 0)) -> None:
@@ -107,12 +108,23 @@ class Listener:
                 self.held_s.append(self.now_s)
             case Released() if self._held is not None:
                 self.stood_s.append(self.now_s - self._held)
+                self.released_s.append(self.now_s)
                 self._held = None
             case Urgent():
                 self._held = None
                 self.stopped_s.append(self.now_s)
             case Recognised(words=(*_, "stop")):
                 self.stopped_s.append(self.now_s)
+
+    @property
+    def halts_s(self) -> list[float]:
+        """When it halted, for good or not."""
+        return self.held_s + self.stopped_s
+
+    def stood_at(self, time_s: float) -> bool:
+        """Whether it stood, for whatever it had heard before, and did not go on soon after."""
+        last = max((t for t in self.halts_s if t <= time_s), default=None)
+        return last is not None and not any(last < t <= time_s + IN_TIME_S for t in self.released_s)
 
     def told(self, what: str) -> str:
         """The account of talk in which nobody calls."""
@@ -141,7 +153,8 @@ def calls(stage: Stage, case: str, seeds: range, sir_db: float) -> None:
         found = Listener(stage.ears())
         found.listen(sound, (lead, lead + len(talk)) if case == "own" else (0, 0))
         spent_s, total_s = spent_s + found.spent_s, total_s + found.now_s
-        halts = [t - end_s for t in found.held_s + found.stopped_s if begin_s < t <= end_s + IN_TIME_S]
+        halts = [t - end_s for t in found.halts_s if begin_s < t <= end_s + IN_TIME_S]
+        halts += [begin_s - end_s] if found.stood_at(begin_s) else []
         stops = [t - end_s for t in found.stopped_s if t > begin_s]
         early += any(t <= begin_s for t in found.stopped_s)
         halts_s += [min(halts)] if halts else []

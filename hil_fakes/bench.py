@@ -23,8 +23,9 @@ from hvcpd.coordination.actions import Role
 from hvcpd.errors import PhraseError
 from hvcpd.journal import Journal
 from hvcpd.ports import SAMPLE_RATE_HZ, STANDSTILL, Pose, Samples, WheelCommand, WheelReading
+from hvcpd.records import LearnName
 from hvcpd.reporting.events import Event, MissionRecord, Moved, Plant, Started, Summary, Trail
-from hvcpd.robot import LearnName, Robot
+from hvcpd.robot import Robot
 from hvcpd.store import IN_MEMORY, Store
 
 BLOCK = 400

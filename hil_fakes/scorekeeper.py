@@ -10,8 +10,8 @@ from hvcpd.config.tasks import TaskRepository
 from hvcpd.coordination.actions import SaveTask
 from hvcpd.language.messages import ToRobot
 from hvcpd.ports import Pose
+from hvcpd.records import GarbledRecord, HeardRecord, HoldRecord, PerformedRecord, SaidRecord
 from hvcpd.reporting.events import Event, Garbled, Heard, Held, Said, Summary, TaskChanged, Watered
-from hvcpd.robot import GarbledRecord, HeardRecord, HoldRecord, PerformedRecord, SaidRecord
 
 WATERING_REACH_M = 0.3
 """A plant is watered only by a robot that truly stands this near: a burger's half length and a short arm."""

@@ -7,7 +7,7 @@ from typing import cast
 
 from hvcpd.config.tasks import TaskRepository
 from hvcpd.coordination.actions import SavePeer, SaveStopped, SaveTask
-from hvcpd.robot import GarbledRecord, HeardRecord, HoldRecord, Record, SaidRecord
+from hvcpd.records import GarbledRecord, HeardRecord, HoldRecord, Record, SaidRecord
 from hvcpd.store import PeerRecord, Store, TaskRecord, TaskState, TranscriptRecord
 
 STOPPED = "stopped"

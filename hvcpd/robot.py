@@ -23,6 +23,7 @@ from hvcpd.performer import Outcome, Performer
 from hvcpd.ports import SAMPLE_RATE_HZ, STANDSTILL, Samples, WheelCommand, WheelReading
 from hvcpd.recognition.events import Event as HearingEvent
 from hvcpd.recognition.events import Held, Recognised, Released, Urgent
+from hvcpd.records import GarbledRecord, HeardRecord, HoldRecord, LearnName, PerformedRecord, Record, SaidRecord
 
 
 class Ears(Protocol):
@@ -42,77 +43,6 @@ class Mouth(Protocol):
     """The synthesizer, as the robot needs it."""
 
     def render(self, phrases: Sequence[Sequence[str]]) -> Samples: ...
-
-
-@dataclass(frozen=True)
-class SaidRecord:
-    """The robot begins to say this at `at_s`; it takes `duration_s`."""
-
-    at_s: float
-    utterance: Utterance
-    text: str
-    duration_s: float
-
-
-@dataclass(frozen=True)
-class HeardRecord:
-    """The robot understood this sentence."""
-
-    at_s: float
-    utterance: Utterance
-    text: str
-    start_s: float
-    end_s: float
-    confidence: float
-    snr_db: float
-    voice: str
-    words: tuple[tuple[str, float, float], ...] = ()
-    """Each word, and where it was heard to begin and to end, s."""
-
-
-@dataclass(frozen=True)
-class GarbledRecord:
-    """The robot noticed speech that it could not understand."""
-
-    at_s: float
-    start_s: float
-    end_s: float
-
-
-@dataclass(frozen=True)
-class HoldRecord:
-    """The robot stood still from `at_s` to `until_s` for what sounded like "stop" and turned out to be other talk."""
-
-    at_s: float
-    until_s: float
-
-
-@dataclass(frozen=True)
-class PerformedRecord:
-    """The robot carried out what there is to do at a task's place."""
-
-    at_s: float
-    task: int
-
-
-@dataclass(frozen=True)
-class LearnName:
-    """Somebody has spelled a name that is new here: whoever owns the robot is to answer with `Robot.adopt`."""
-
-    name: str
-
-
-Record = (
-    SaidRecord
-    | HeardRecord
-    | GarbledRecord
-    | HoldRecord
-    | PerformedRecord
-    | LearnName
-    | SaveTask
-    | SavePeer
-    | SaveStopped
-)
 
 
 @dataclass(frozen=True)
@@ -220,8 +150,8 @@ class Robot:
         return self._ears.lost(lost)
 
     def _take_lesson(self) -> None:
-        if self._lesson is None or self._ears.busy:
-            return
+        if self._lesson is None or self._ears.busy or self._held_s is not None:
+            return  # what is held for, these ears alone can tell
         (self.phrasebook, ears), self._lesson = self._lesson, None
         ears.succeed(self._ears)
         self._ears = ears

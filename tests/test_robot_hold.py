@@ -1,5 +1,7 @@
 """A robot stands still for what may be "stop" over talk, and goes on, or stays, when it is known."""
 
+from __future__ import annotations
+
 import random
 from collections.abc import Sequence
 
@@ -15,7 +17,8 @@ from hvcpd.hardware.navigator import Navigator
 from hvcpd.performer import Performer
 from hvcpd.ports import SAMPLE_RATE_HZ, STANDSTILL, Pose, Samples, WheelReading
 from hvcpd.recognition.events import Event, Held, Released, Urgent
-from hvcpd.robot import HoldRecord, PerformedRecord, Record, Robot
+from hvcpd.records import HoldRecord, PerformedRecord, Record
+from hvcpd.robot import Robot
 
 BLOCK = 400
 BLOCK_S = BLOCK / SAMPLE_RATE_HZ
@@ -34,6 +37,9 @@ class ScriptedEars:
 
     def lost(self, n_samples: int) -> list[Event]:
         return []
+
+    def succeed(self, predecessor: ScriptedEars) -> None:
+        raise AssertionError("nobody spells a name here")
 
 
 class Mouth:
@@ -63,7 +69,8 @@ class Bench:
         self.angles[0] += self.wheels.left_rad_s * BLOCK_S
         self.angles[1] += self.wheels.right_rad_s * BLOCK_S
         self.ears.coming = list(events)
-        reading = WheelReading(*self.angles, self.wheels.left_rad_s, self.wheels.right_rad_s)
+        left_rad, right_rad = self.angles
+        reading = WheelReading(left_rad, right_rad, self.wheels.left_rad_s, self.wheels.right_rad_s)
         output = self.robot.step(np.zeros(BLOCK, np.float32), reading)
         self.wheels = output.wheels
         self.records += output.records

@@ -11,7 +11,7 @@ import structlog
 from hvcpd.daemon.outfit import Outfit
 from hvcpd.errors import StoreError
 from hvcpd.journal import Journal
-from hvcpd.robot import Record
+from hvcpd.records import Record
 from hvcpd.store import Store
 
 MAX_WAITING = 1000

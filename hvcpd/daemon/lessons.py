@@ -12,7 +12,8 @@ from hvcpd.daemon.rehearsal import rehearse
 from hvcpd.errors import PhraseError
 from hvcpd.language.phrasebook import Phrasebook
 from hvcpd.recognition.listening import Listening
-from hvcpd.robot import LearnName, Record, Robot
+from hvcpd.records import LearnName, Record
+from hvcpd.robot import Robot
 
 _log = structlog.get_logger(__name__)
 

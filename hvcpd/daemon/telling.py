@@ -12,7 +12,7 @@ import structlog
 
 from hvcpd.config.tasks import TaskRepository
 from hvcpd.coordination.actions import SavePeer, SaveTask
-from hvcpd.robot import GarbledRecord, HeardRecord, HoldRecord, PerformedRecord, Record, SaidRecord
+from hvcpd.records import GarbledRecord, HeardRecord, HoldRecord, PerformedRecord, Record, SaidRecord
 
 _PRIORITIES = {"debug": 7, "info": 6, "warning": 4, "error": 3, "critical": 2}
 """syslog's numbers, which the journal reads from "<N>" at the beginning of a line (sd-daemon(3))."""

@@ -16,7 +16,7 @@ from hvcpd.coordination.actions import SaveTask
 from hvcpd.daemon.journal_service import MAX_WAITING, JournalService
 from hvcpd.daemon.outfit import Outfit, equip
 from hvcpd.errors import StoreError
-from hvcpd.robot import GarbledRecord
+from hvcpd.records import GarbledRecord
 from hvcpd.store import Store
 
 

@@ -12,7 +12,7 @@ from hvcpd.config.tasks import TaskDefinition, TaskRepository
 from hvcpd.coordination.actions import SavePeer, SaveTask
 from hvcpd.daemon.telling import set_up_logging, tell
 from hvcpd.language.messages import ToAll, Utterance
-from hvcpd.robot import GarbledRecord, HeardRecord, PerformedRecord, Record, SaidRecord
+from hvcpd.records import GarbledRecord, HeardRecord, PerformedRecord, Record, SaidRecord
 
 TASKS = TaskRepository((TaskDefinition(1, "water the rose", None, ()),))
 GREETING = Utterance("Bot", ToAll(), None, None)

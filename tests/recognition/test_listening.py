@@ -13,7 +13,8 @@ from hvcpd.language.phrasebook import Phrasebook
 from hvcpd.ports import Pose, Samples
 from hvcpd.recognition.events import Event, Garbled, Recognised
 from hvcpd.recognition.listening import Listening
-from hvcpd.robot import HeardRecord, LearnName, Robot
+from hvcpd.records import HeardRecord, LearnName
+from hvcpd.robot import Robot
 from hvcpd.synthesis.speaker import Speaker
 from hvcpd.synthesis.voices import VOICES, Voice, voice_for
 

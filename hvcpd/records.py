@@ -1,0 +1,79 @@
+"""What a robot reports of itself. Times are seconds of its sample clock."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from hvcpd.coordination.actions import SavePeer, SaveStopped, SaveTask
+from hvcpd.language.messages import Utterance
+
+
+@dataclass(frozen=True)
+class SaidRecord:
+    """The robot begins to say this at `at_s`; it takes `duration_s`."""
+
+    at_s: float
+    utterance: Utterance
+    text: str
+    duration_s: float
+
+
+@dataclass(frozen=True)
+class HeardRecord:
+    """The robot understood this sentence."""
+
+    at_s: float
+    utterance: Utterance
+    text: str
+    start_s: float
+    end_s: float
+    confidence: float
+    snr_db: float
+    voice: str
+    words: tuple[tuple[str, float, float], ...] = ()
+    """Each word, and where it was heard to begin and to end, s."""
+
+
+@dataclass(frozen=True)
+class GarbledRecord:
+    """The robot noticed speech that it could not understand."""
+
+    at_s: float
+    start_s: float
+    end_s: float
+
+
+@dataclass(frozen=True)
+class HoldRecord:
+    """The robot stood still from `at_s` to `until_s` for what sounded like "stop" and turned out to be other talk."""
+
+    at_s: float
+    until_s: float
+
+
+@dataclass(frozen=True)
+class PerformedRecord:
+    """The robot carried out what there is to do at a task's place."""
+
+    at_s: float
+    task: int
+
+
+@dataclass(frozen=True)
+class LearnName:
+    """Somebody has spelled a name that is new here: whoever owns the robot is to answer with `Robot.adopt`."""
+
+    name: str
+
+
+Record = (
+    SaidRecord
+    | HeardRecord
+    | GarbledRecord
+    | HoldRecord
+    | PerformedRecord
+    | LearnName
+    | SaveTask
+    | SavePeer
+    | SaveStopped
+)
