@@ -14,6 +14,8 @@ from hvcpd.synthesis.speaker import Speaker
 from hvcpd.synthesis.voices import VOICES
 from hvcpd.voice_folder import recorded_voice
 
+HEARD_RATES = (0.7, 1.75)
+"""Of the usual rate, that robots understand (measured; a template is stretched to twice its length or half of it)."""
 HEARD_DB = 0.05
 """A difference of level below this is not worth a note."""
 
@@ -29,6 +31,9 @@ def run(options: argparse.Namespace) -> int:
     utterance = team.phrasebook.parse_text(options.text)
     if voice_of and options.voice is None and utterance.speaker and voice_of.lower() != utterance.speaker.lower():
         sys.stderr.write(f"hvcpctl: note: {utterance.speaker}'s words in {voice_of}'s voice\n")
+    if not HEARD_RATES[0] <= options.rate <= HEARD_RATES[1]:
+        least, most = HEARD_RATES
+        sys.stderr.write(f"hvcpctl: note: for people; robots understand {least:g} to {most:g} of the usual rate\n")
     delivery = Delivery(options.rate, options.gain_db, options.lombard)
     phrases = team.phrasebook.phrases(utterance)
     speaker = _speaker(options, team, delivery, voice_of or utterance.speaker or team.settings.name, phrases)

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import argparse
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import partial
+from itertools import combinations
 from pathlib import Path
 
 from hvcpd.assembly import Sound, make_phrasebook, make_sound, user_cache_folder
@@ -12,6 +14,7 @@ from hvcpd.casting import cast
 from hvcpd.config.settings import Settings, load_settings
 from hvcpd.config.task_file import load_tasks
 from hvcpd.config.tasks import TaskRepository
+from hvcpd.errors import ConfigError
 from hvcpd.language.phrasebook import Phrasebook
 from hvcpd.synthesis.likeness import sounds_alike
 
@@ -41,7 +44,7 @@ def load_team(
 ) -> Team:
     """The team that a command line and the settings describe; `names` replace, `more` join the settings' names.
 
-    With `allow_confusable`, task names may sound alike. Raises ConfigError and PhraseError.
+    With `allow_confusable`, the names of tasks and robots may sound alike. Raises ConfigError and PhraseError.
     """
     settings = load_settings(options.config, {"tasks": options.tasks and str(options.tasks)}, name_needed=False)
     sound = make_sound(settings.lexicon, user_cache_folder())
@@ -49,5 +52,19 @@ def load_team(
     tasks = load_tasks(settings.tasks, alike)
     known = {name.lower(): name for name in (*(names or settings.names), *more)}
     used = tuple(known.values())
+    if not allow_confusable:
+        _refuse_same_sound(used, sound)
     phrasebook = make_phrasebook(used, settings.teams, tasks)
     return Team(settings, tasks, used, phrasebook, cast(sound, settings, phrasebook.graph.words))
+
+
+def _refuse_same_sound(names: Sequence[str], sound: Sound) -> None:
+    """Raises ConfigError for the first two names that are pronounced alike: nobody could tell whom is spoken of."""
+    said = {name: {_phones(p) for p in sound.lexicon.pronunciations(name)} for name in names}
+    for first, second in combinations(names, 2):
+        if said[first] & said[second]:
+            raise ConfigError(f"the names {first!r} and {second!r} sound the same; choose another for one of them")
+
+
+def _phones(pronunciation: Sequence[str]) -> tuple[str, ...]:
+    return tuple(phone.rstrip("012") for phone in pronunciation)

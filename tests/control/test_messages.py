@@ -49,6 +49,20 @@ def test_names_that_cannot_be(names: str, part: str, refused: Refuse) -> None:
 
 
 @pytest.mark.parametrize(
+    "command",
+    [
+        ["simulate", "--robots", "Rob,Robb"],
+        ["say", "stop", "--names", "Rob,Robb", "-o", "x.wav"],
+        ["say", "stop", "--names", "Rob", "--as", "Robb", "-o", "x.wav"],
+        ["phrases", "--names", "Max,Rob,Robb"],
+        ["prerender", "--names", "Rob,Robb"],
+    ],
+)
+def test_names_that_sound_the_same(command: list[str], refused: Refuse) -> None:
+    assert refused(*command) == ("hvcpctl: the names 'Rob' and 'Robb' sound the same; choose another for one of them\n")
+
+
+@pytest.mark.parametrize(
     ("text", "part"),
     [
         ("tasks:\n- {number: 1, name: fetch the ball, actions: [{wait: 1}], colour: red}\n", "unknown key 'colour'"),

@@ -113,6 +113,15 @@ def test_rate_gain_and_lombard_are_heard(tmp_path: Path) -> None:
     assert float(np.max(np.abs(said("--gain-db", "20")))) <= 10.0 ** (-1.0 / 20.0)
 
 
+@pytest.mark.parametrize(("rate", "noted"), [("1.75", False), ("2", True), ("0.6", True), ("0.8", False)])
+def test_speech_that_robots_do_not_understand_is_noted(
+    rate: str, noted: bool, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(["say", "stop", "--rate", rate, "-o", str(tmp_path / "x.wav")]) == 0
+    note = "hvcpctl: note: for people; robots understand 0.7 to 1.75 of the usual rate\n"
+    assert capsys.readouterr().err == note * noted
+
+
 @pytest.mark.parametrize("options", [("--rate", "3"), ("--rate", "x"), ("--rate", "nan"), ("--gain-db", "inf")])
 def test_a_setting_out_of_range_is_refused(options: tuple[str, str], capsys: pytest.CaptureFixture[str]) -> None:
     with pytest.raises(SystemExit) as end:

@@ -20,10 +20,10 @@ SOUNDS: dict[str, list[tuple[float, float]]] = {
 SECONDS_A_SOUND_S = 0.11
 
 
-def word(name: str, pitch_hz: float = 120.0) -> Samples:
+def word(name: str, pitch_hz: float = 120.0, length_s: float | None = None) -> Samples:
     """One word at a mean power of about -20 dBFS."""
     sounds = SOUNDS[name]
-    n = int(SECONDS_A_SOUND_S * len(sounds) * SAMPLE_RATE_HZ)
+    n = int((length_s or SECONDS_A_SOUND_S * len(sounds)) * SAMPLE_RATE_HZ)
     t = np.arange(n) / SAMPLE_RATE_HZ
     at = np.linspace(0, len(sounds) - 1e-6, n)
     which = at.astype(int)
