@@ -16,9 +16,9 @@ from pathlib import Path
 
 from hvcpd.assembly import Sound, make_recogniser, templates
 from hvcpd.config.names import MAX_ALTERNATIVE_WORDS
-from hvcpd.hardware.soundfile import read_wav
 from hvcpd.control.team import Team, load_team
 from hvcpd.errors import PhraseError
+from hvcpd.hardware.soundfile import read_wav
 from hvcpd.language.graph import Arc, WordGraph
 from hvcpd.language.phrasebook import Phrasebook
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
@@ -27,7 +27,7 @@ from hvcpd.recognition.pruning import Beam
 from hvcpd.recognition.recogniser import Recogniser, RecogniserSettings
 from hvcpd.recognition.spotter import SpotterSettings
 from hvcpd.synthesis.speaker import Speaker
-from hvcpd.synthesis.voices import Voice, voice_for, voice_named
+from hvcpd.synthesis.voices import Voice
 from hvcpd.vocabulary import check
 
 ANYTHING = RecogniserSettings(min_confidence=0.0, max_lead_in=99.0, min_gain=1.0)
@@ -91,7 +91,7 @@ def learn(samples: Samples, miss: Event, team: Team, said: tuple[str, ...] | Non
     begin = max(miss.start_sample - round(LEAD_S * SAMPLE_RATE_HZ), 0)
     piece = samples[begin : miss.end_sample + round(TAIL_S * SAMPLE_RATE_HZ)]
     graph = _chain(said, frozenset(range(1, len(said)))) if said else team.phrasebook.graph
-    bank = {v.name: templates(team.phrasebook, v, team.sound) for v in team_voices(team)}
+    bank = {name: templates(team.phrasebook, voice, team.sound) for name, voice in team_voices(team).items()}
     near = _longest(_hear(Recogniser(graph, bank, ANYTHING), piece))
     if near is None:
         return
@@ -106,9 +106,10 @@ def learn(samples: Samples, miss: Event, team: Team, said: tuple[str, ...] | Non
             yield Proposal(span.word, phrase, sentence, file, at_s, (begin + span.end_sample) / SAMPLE_RATE_HZ)
 
 
-def team_voices(team: Team) -> tuple[Voice, ...]:
-    """The voices of the names known, each once."""
-    return tuple({voice_for(name).name: voice_for(name) for name in team.names}.values())
+def team_voices(team: Team) -> dict[str, Voice]:
+    """The voices of the names known, each once, by what they are called."""
+    voices = (team.sound.voice_of(name) for name in team.names)
+    return {voice.name: voice for voice in voices}
 
 
 def _chain(words: Sequence[str], pauses: frozenset[int]) -> WordGraph:
@@ -128,7 +129,7 @@ def _sounds_like(
     pauses = frozenset(range(1, len(near.words))) - {index + 1} if index + 1 < len(near.words) else frozenset[int]()
     chain = _chain(near.words, pauses)
     free = free_words(team.sound)
-    speaker = Speaker(voice_named(near.voice), team.sound.lexicon, team.sound.cache)
+    speaker = Speaker(team_voices(team)[near.voice], team.sound.lexicon, team.sound.cache)
     between = [index, *range(chain.n_nodes, chain.n_nodes + MAX_ALTERNATIVE_WORDS - 1)]
     arcs = list(chain.arcs)
     for depth, node in enumerate(between):

@@ -12,8 +12,8 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from hvcpd.control.soundfile import read_wav
 from hvcpd.errors import AudioFileError
+from hvcpd.hardware.soundfile import read_wav
 from hvcpd.recognition.events import Event, Recognised
 from hvcpd.recognition.recogniser import Recogniser
 from hvcpd.recognition.templates import TemplateBank
