@@ -27,6 +27,8 @@ PAIR = 2
 LEVEL_PAIRS = 40
 """The level is that of the last 0.8 s: some syllables of whoever is loudest."""
 LEVEL_QUANTILE = 0.75
+FIRST_PAIRS = 18
+"""When somebody begins to speak, the level is not known before 0.36 s: then there was a vowel after an S and a T."""
 RETUNE_NEPER = 0.35
 """The templates are moved when the level has changed by 1.5 dB."""
 _NOTHING = np.float32(-1e9)
@@ -58,8 +60,8 @@ class UrgentSettings:
     """...and those no further below than this count in full."""
     hold_frames: int = 16
     """160 ms after the word a rival that goes on ("stopped") has shown."""
-    hold_most_frames: int = 38
-    """380 ms after the word the recogniser has told whether a whole sentence ended with it."""
+    hold_most_frames: int = 42
+    """420 ms after the word the recogniser has told whether a whole sentence ended with it."""
 
 
 @dataclass(frozen=True)
@@ -111,6 +113,8 @@ class UrgentSpotter:
         shape = (len(self._gains), len(self._energies))
         self._score = np.full(shape, _NOTHING, np.float32)
         self._powers = np.zeros(0)
+        self._early = np.zeros((0, self._energies.shape[1]), np.float32)
+        self._frame = 0
         self._level = 0.0
         self._pending: tuple[int, float] | None = None
 
@@ -132,24 +136,35 @@ class UrgentSpotter:
 
     def feed(self, first_frame: int, energies: Energies, noise: NDArray[np.float32]) -> None:
         """Take frames from `first_frame` on, shape (n, N_BANDS), and the noise's energies, shape (N_BANDS,)."""
-        for i, _ in enumerate(self._advance(energies, noise)):
-            self._look(first_frame + PAIR * (i + 1))
+        if not (len(self._early) or len(self._powers)):
+            self._frame = first_frame
+        for _ in self._advance(energies, noise):
+            self._frame += PAIR
+            self._look(self._frame)
 
     def share_in(self, energies: Energies) -> float:
         """How much of the word this sound alone would show, without noise; what was fed stays as it is."""
         other = copy(self)
         other.reset()
         silence = np.full(energies.shape[1], ENERGY_FLOOR, np.float32)
-        steps = other._advance(np.maximum(energies, ENERGY_FLOOR), silence)
+        missing = max(PAIR * FIRST_PAIRS - len(energies), 0)
+        steps = other._advance(np.pad(np.maximum(energies, ENERGY_FLOOR), ((0, missing), (0, 0)), mode="edge"), silence)
         return max((float(other._score[:, self._last[~self._rival]].max()) for _ in steps), default=0.0)
 
     def _advance(self, energies: Energies, noise: NDArray[np.float32]) -> Iterator[None]:
         """Take the frames two by two."""
         pairs = _pairs(energies)
+        if not len(self._powers):
+            pairs = np.concatenate([self._early, pairs])
+            self._early = pairs if len(pairs) < FIRST_PAIRS else pairs[:0]
+            pairs = pairs[len(self._early) :]
         powers = np.maximum(pairs - noise, 0.0).sum(axis=1)
-        for pair, power in zip(np.log(pairs), powers, strict=True):
-            self._powers = np.append(self._powers, power)[-LEVEL_PAIRS:]
-            self._tune(noise)
+        known = 0
+        for i, pair in enumerate(np.log(pairs)):
+            if i >= known:
+                known = FIRST_PAIRS if not len(self._powers) else i + 1
+                self._powers = np.append(self._powers, powers[i:known])[-LEVEL_PAIRS:]
+                self._tune(noise)
             self._step(pair)
             yield
 

@@ -10,7 +10,7 @@ from hvcpd.recognition.events import Event, Held, Recognised, Released, Urgent
 from hvcpd.recognition.frontend import energies_of
 from hvcpd.recognition.hold import HoldSettings
 from hvcpd.recognition.lookalike import Lookalike
-from hvcpd.recognition.recogniser import Recogniser
+from hvcpd.recognition.recogniser import Recogniser, RecogniserSettings
 from hvcpd.recognition.templates import TemplateBank
 from hvcpd.recognition.urgent import UrgentSettings, UrgentSpotter, UrgentTemplates
 from tests.recognition.signals import graph, in_noise, sentence, templates, word
@@ -71,6 +71,15 @@ def test_talk_that_sounds_like_the_word_is_held_for_and_released() -> None:
     assert [type(event) for event in events] == [Held, Recognised, Released]
 
 
+def test_the_word_alone_is_told_even_in_a_voice_of_which_no_sentence_is_understood() -> None:
+    strict = RecogniserSettings(min_confidence=1.1)
+    spotter = UrgentSpotter(UrgentTemplates({"low": [CALL]}, {}, frozenset({"stop"})))
+    recogniser = Recogniser(graph(), templates(), strict, spotter)
+    events = [event for _, event in hear(recogniser, in_noise(CALL))]
+    assert isinstance(events[-1], Urgent)
+    assert not any(isinstance(event, Recognised | Released) for event in events)
+
+
 def test_a_sentence_that_ends_with_the_word_is_told_once() -> None:
     events = [event for _, event in hear(ears(), in_noise(sentence("stop")))]
     assert [type(event) for event in events] == [Recognised]
@@ -80,7 +89,7 @@ def test_a_rival_that_fits_better_is_not_the_word() -> None:
     longer = np.concatenate([CALL, word("hi", 170.0)])
     energies = energies_of(in_noise(longer))
     noise = energies[:40].mean(axis=0)
-    settings = UrgentSettings(threshold=0.33, hold_frames=30, rival_lead=0.0)
+    settings = UrgentSettings(threshold=0.33, hold_frames=40, rival_lead=0.0)
 
     def heard(rivals: dict[str, list[Samples]]) -> bool:
         spotter = UrgentSpotter(UrgentTemplates({"low": [CALL]}, rivals, frozenset({"stop"})), settings)
