@@ -72,14 +72,25 @@ def test_talk_that_sounds_like_the_word_is_held_for_and_released() -> None:
 
 
 def test_the_word_alone_is_told_even_in_a_voice_of_which_no_sentence_is_understood() -> None:
-    """Its S is much fainter than its vowel, so that nobody knows at first how loud the word will be."""
-    faint = np.asarray(CALL * np.where(np.arange(len(CALL)) < len(CALL) // 3, 0.12, 1.0), np.float32)
     strict = RecogniserSettings(min_confidence=1.1)
-    spotter = UrgentSpotter(UrgentTemplates({"low": [faint]}, {}, frozenset({"stop"})))
+    spotter = UrgentSpotter(UrgentTemplates({"low": [CALL]}, {}, frozenset({"stop"})))
     recogniser = Recogniser(graph(), templates(), strict, spotter)
-    events = [event for _, event in hear(recogniser, in_noise(faint))]
+    events = [event for _, event in hear(recogniser, in_noise(CALL))]
     assert isinstance(events[-1], Urgent)
     assert not any(isinstance(event, Recognised | Released) for event in events)
+
+
+def test_who_begins_with_a_faint_s_is_heard_at_the_level_of_the_vowel() -> None:
+    faint = np.asarray(CALL * np.where(np.arange(len(CALL)) < len(CALL) // 3, 0.1, 1.0), np.float32)
+    spotter = UrgentSpotter(UrgentTemplates({"low": [faint]}, {}, frozenset({"stop"})))
+    sound = in_noise(faint, before_s=0.0)
+    energies = energies_of(sound)
+    for frame in range(0, 60, 4):
+        spotter.feed(frame, energies[frame : frame + 4], energies[-40:].mean(axis=0))
+    word = spotter.take()
+    assert word is not None
+    assert abs(word[0] - len(faint) / 160) <= 6
+    assert word[1] > 0.57
 
 
 def test_a_sentence_that_ends_with_the_word_is_told_once() -> None:
