@@ -4,7 +4,7 @@ Random sentences of the phrasebook, each in its speaker's voice, at unknown time
 is told nothing but the names. PocketSphinx hears the same sentences with the same grammar, but is told where each one
 is; where it gets none right it is not asked again farther away or in more of the same noise. SNRs are of the speech's
 mean power to the noise's, both over 0 to 8 kHz. The table is printed line by line; with --out it is written as CSV too,
-and plots are drawn (matplotlib: the `eval` extra).
+beside what earlier runs have left there, and plots are drawn (matplotlib: the `eval` extra).
 
     python -m benchmarks.hearing [--rows noise,range,rooms,...] [--sentences 50] [--names Mia,Ted,Gus,Rex] [--seed 7]
         [--noise white,pink] [--snr 20,0,-5] [--level DBFS] [--data DIR] [--out DIR] [--no-peer] [--wrong]
@@ -26,7 +26,7 @@ from benchmarks.hearing.distance import ranges
 from benchmarks.hearing.listeners import Peer, make_peer, ours
 from benchmarks.hearing.material import make_team
 from benchmarks.hearing.noises import KINDS
-from benchmarks.hearing.table import HEADING, PEER_HEADING, Result, line, result, totals, write_csv
+from benchmarks.hearing.table import HEADING, PEER_HEADING, Result, joined, line, read_csv, result, totals, write_csv
 
 SCORED = ("noise", "slow", "level", "channel", "clock", "rate", "steps", "range", "rooms")
 COSTS = ("cost", "vocabulary", "names")
@@ -110,15 +110,20 @@ def main() -> None:
         stage = Stage(team, options)
         console.print(f"{o.sentences} sentences a condition, {stage.minutes:.1f} min, names {o.names}, seed {o.seed}")
         console.print(HEADING + (PEER_HEADING if peer is not None else ""), markup=False)
-        results = list(_score(stage, rows, peer, o.wrong, console))
+        table = o.out / "table.csv" if o.out is not None else None
+        before = read_csv(table) if table is not None else []
+        results: list[Result] = []
+        for found in _score(stage, rows, peer, o.wrong, console):
+            results.append(found)
+            if table is not None:
+                write_csv(table, joined(before, results))
         console.print(totals(results), markup=False)
         for text in ranges(results):
             console.print(text, markup=False)
         if o.out is not None:
             from benchmarks.hearing import plots
 
-            write_csv(o.out / "table.csv", results)
-            plots.draw_results(o.out, results)
+            plots.draw_results(o.out, joined(before, results))
     cost.run([row for row in rows if row in COSTS], team, o.seed, peer is not None, o.out, console)
 
 

@@ -69,14 +69,17 @@ def totals(results: Sequence[Result]) -> str:
     return text
 
 
+COLUMNS = "group name value label listener sentences right wrong garbled missed made_up low high delay_s rtf".split()
+OURS, THEIRS = "hvcpd", "PocketSphinx"
+
+
 def write_csv(path: Path, results: Sequence[Result]) -> None:
     """One row for each condition and listener."""
-    columns = "group name value label listener sentences right wrong garbled missed made_up low high delay_s rtf"
     with path.open("w", newline="", encoding="utf-8") as file:
         out = csv.writer(file)
-        out.writerow(columns.split())
+        out.writerow(COLUMNS)
         for r in results:
-            for listener, s in (("hvcpd", r.ours), ("PocketSphinx", r.peer)):
+            for listener, s in ((OURS, r.ours), (THEIRS, r.peer)):
                 if s is None:
                     continue
                 counts = [s.count(o) for o in (Outcome.RIGHT, Outcome.WRONG, Outcome.GARBLED, Outcome.MISSED)]
@@ -86,3 +89,26 @@ def write_csv(path: Path, results: Sequence[Result]) -> None:
                     + [f"{x:.4f}" for x in s.interval]
                     + [delay_s, f"{s.realtime_factor:.4f}"]
                 )
+
+
+def read_csv(path: Path) -> list[Result]:
+    """What an earlier run wrote, for its counts, mean delay and real-time factor; nothing when there is no file."""
+    if not path.exists():
+        return []
+    found: dict[tuple[str, str, float], dict[str, Score]] = {}
+    labels: dict[tuple[str, str, float], str] = {}
+    with path.open(newline="", encoding="utf-8") as file:
+        for row in csv.DictReader(file):
+            key = (row["group"], row["name"], float(row["value"]))
+            outcomes = [o for o in Outcome for _ in range(int(row[o.value]))]
+            delays_s = [float(row["delay_s"])] if row["delay_s"] else []
+            score = Score(outcomes, int(row["made_up"]), delays_s, seconds=float(row["rtf"]), heard_s=1.0)
+            found.setdefault(key, {})[row["listener"]] = score
+            labels[key] = row["label"]
+    return [Result(*key, labels[key], scores[OURS], scores.get(THEIRS)) for key, scores in found.items()]
+
+
+def joined(before: Sequence[Result], now: Sequence[Result]) -> list[Result]:
+    """The results of an earlier run and of this one, which replace those of the same condition."""
+    again = {(r.group, r.name, r.value) for r in now}
+    return [*(r for r in before if (r.group, r.name, r.value) not in again), *now]

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 from hypothesis import given
@@ -11,7 +13,8 @@ from benchmarks.hearing import mixing
 from benchmarks.hearing.distance import range_m
 from benchmarks.hearing.material import Spoken, make_stream, make_team
 from benchmarks.hearing.noises import KINDS, make_noise
-from benchmarks.hearing.scoring import Outcome, judge_events, wilson
+from benchmarks.hearing.scoring import Outcome, Score, judge_events, wilson
+from benchmarks.hearing.table import Result, joined, read_csv, write_csv
 from hvcpd.ports import SAMPLE_RATE_HZ
 from hvcpd.recognition.events import Event, Garbled, Recognised, Urgent
 
@@ -54,6 +57,24 @@ def test_a_repeated_sentence_is_judged_by_the_first_time_that_it_is_understood()
     assert late.outcomes == [Outcome.RIGHT]
     wrong = judge_events([(2000, told("hi bot", 1000, 1900)), (6000, told("hi rob", 5000, 6000))], times)
     assert wrong.outcomes == [Outcome.WRONG]
+
+
+def test_a_table_is_read_as_it_was_written_and_what_is_measured_again_replaced(tmp_path: Path) -> None:
+    ours, theirs = Score(made_up=2, delays_s=[0.3], seconds=1.0, heard_s=20.0), Score()
+    for outcome, times in ((Outcome.RIGHT, 7), (Outcome.WRONG, 1), (Outcome.GARBLED, 2), (Outcome.MISSED, 3)):
+        ours.outcomes += [outcome] * times
+    theirs.outcomes += [Outcome.MISSED] * 13
+    first = Result("noise", "pink", -5.0, "pink noise, SNR -5 dB", ours, theirs)
+    second = Result("clock", "clock", 200.0, "clock", ours, None)
+    path = tmp_path / "table.csv"
+    assert read_csv(path) == []
+    write_csv(path, [first, second])
+    text = path.read_text()
+    write_csv(path, read_csv(path))
+    assert path.read_text() == text
+    assert [r.peer is None for r in read_csv(path)] == [False, True]
+    again = Result("noise", "pink", -5.0, "again", theirs, None)
+    assert [r.label for r in joined(read_csv(path), [again])] == ["clock", "again"]
 
 
 @given(st.floats(0.5, 0.94), st.floats(0.96, 1.0))
