@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import csv
 import json
-import random
 import subprocess
 import sys
 import tempfile
@@ -20,9 +19,8 @@ from rich.console import Console
 
 from benchmarks.hearing import mixing
 from benchmarks.hearing.listeners import padded
-from benchmarks.hearing.material import Spoken, Team, make_stream, make_team
+from benchmarks.hearing.material import Spoken, Team, make_stream, make_team, more_tasks
 from benchmarks.hearing.noises import steady
-from hvcpd.config.tasks import TaskRepository
 from hvcpd.hardware.soundfile import write_wav
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 
@@ -57,25 +55,6 @@ def measure(listener: str, names: Sequence[str], n_words: int, speech: Path, noi
     command = [sys.executable, "-m", "benchmarks.hearing.listener", listener, ",".join(names), str(n_words)]
     done = subprocess.run([*command, str(speech), str(noise)], check=True, capture_output=True, text=True)
     return Cost(**json.loads(done.stdout.splitlines()[-1]))
-
-
-def more_tasks(n_words: int) -> TaskRepository | None:
-    """Tasks that nobody can do, so many that the phrasebook has `n_words` words; None for the paper's five plants."""
-    from dataclasses import replace
-
-    from hvcpd.assembly import make_sound
-    from hvcpd.config.task_file import load_tasks
-    from hvcpd.config.tasks import default_tasks_path
-
-    if n_words == 0:
-        return None
-    plain = load_tasks(default_tasks_path())
-    have = set(make_team(("Rob", "Bot")).book.graph.words)
-    entries = make_sound().lexicon.entries
-    spare = sorted(w for w in entries if w.isalpha() and 4 <= len(w) <= 12 and w not in have)
-    random.Random(1).shuffle(spare)
-    wanted = max(n_words - len(have), 0)
-    return replace(plain, other_tasks=tuple(f"water the {word} rose" for word in spare[:wanted]))
 
 
 def _sounds(names: Sequence[str], n_words: int, seed: int, folder: Path) -> tuple[Path, Path]:

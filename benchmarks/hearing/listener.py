@@ -6,10 +6,10 @@ Prints a `cost.Cost` as JSON. Words are rendered once before, so that a daemon's
 from __future__ import annotations
 
 import json
-import resource
 import sys
 import time
 import wave
+from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
@@ -17,16 +17,17 @@ import numpy as np
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 
 
-def blocks(path: Path, n: int) -> list[Samples]:
+def blocks(path: Path, n: int) -> Iterator[Samples]:
     """The file in blocks of `n` samples, as 16 bits become floats."""
     with wave.open(str(path)) as file:
-        data = np.frombuffer(file.readframes(file.getnframes()), "<i2")
-    return [np.asarray(data[k : k + n] / 32768.0, np.float32) for k in range(0, len(data), n)]
+        while data := file.readframes(n):
+            yield np.asarray(np.frombuffer(data, "<i2") / 32768.0, np.float32)
 
 
 def peak_mb() -> float:
-    """The most memory that this process has had resident."""
-    return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024.0
+    """The most memory that this process has had resident since it was started (getrusage tells of its parent's too)."""
+    status = Path("/proc/self/status").read_text()
+    return float(next(line for line in status.splitlines() if line.startswith("VmHWM")).split()[1]) / 1024.0
 
 
 def main() -> None:
@@ -40,8 +41,7 @@ def main() -> None:
 def _ours(
     who: str, names: list[str], n_words: int, speech: Path, noise: Path, truth: list[tuple[list[str], int, int]]
 ) -> dict[str, object]:
-    from benchmarks.hearing.cost import more_tasks
-    from benchmarks.hearing.material import BLOCK
+    from benchmarks.hearing.material import BLOCK, more_tasks
     from hvcpd.assembly import DEFAULT_TEAMS, make_phrasebook, make_recogniser, make_sound, user_cache_folder
     from hvcpd.config.task_file import load_tasks
     from hvcpd.config.tasks import default_tasks_path
@@ -55,11 +55,11 @@ def _ours(
     heard: list[Recognised] = []
     spent = []
     for path in (speech, noise):
-        sound = blocks(path, BLOCK)
-        began = time.process_time()
-        for block in sound:
+        n, began = 0, time.process_time()
+        for block in blocks(path, BLOCK):
             heard += [e for e in recogniser.push(block) if isinstance(e, Recognised)]
-        spent.append((time.process_time() - began) / (sum(map(len, sound)) / SAMPLE_RATE_HZ))
+            n += len(block)
+        spent.append((time.process_time() - began) * SAMPLE_RATE_HZ / n)
     right = sum(
         any(list(e.words) == words and e.start_sample < end and e.end_sample > start for e in heard)
         for words, start, end in truth
@@ -72,23 +72,22 @@ def _ours(
 def _peer(
     who: str, names: list[str], n_words: int, speech: Path, noise: Path, truth: list[tuple[list[str], int, int]]
 ) -> dict[str, object]:
-    from benchmarks.hearing.cost import more_tasks
     from benchmarks.hearing.listeners import PAD_S, WIDE_BEAMS, Peer
-    from benchmarks.hearing.material import make_team
+    from benchmarks.hearing.material import make_team, more_tasks
 
     began = time.process_time()
     team = make_team(names, more_tasks(n_words))
     peer = Peer(team, **(WIDE_BEAMS if who.endswith("wide") else {"beam": 1e-48}))
     start_s = time.process_time() - began
     pad = round(PAD_S * SAMPLE_RATE_HZ)
-    [sound] = blocks(speech, 1 << 40)
+    [sound] = blocks(speech, 1 << 30)
     began, right, heard_s = time.process_time(), 0, 0.0
     for words, start, end in truth:
         piece = sound[start - pad : end + pad]
         heard_s += len(piece) / SAMPLE_RATE_HZ
         right += peer.hear(piece) == " ".join(words)
     spent = [(time.process_time() - began) / heard_s]
-    [sound] = blocks(noise, 1 << 40)
+    [sound] = blocks(noise, 1 << 30)
     began = time.process_time()
     peer.hear(sound)
     spent.append((time.process_time() - began) / (len(sound) / SAMPLE_RATE_HZ))

@@ -81,6 +81,19 @@ def make_team(names: Sequence[str], tasks: TaskRepository | None = None) -> Team
     return Team(tuple(names), book, make_sound(None, user_cache_folder()))
 
 
+def more_tasks(n_words: int) -> TaskRepository | None:
+    """Tasks that nobody can do, so many that the phrasebook has `n_words` words; None for the paper's five plants."""
+    if n_words == 0:
+        return None
+    plain = load_tasks(default_tasks_path())
+    team = make_team(("Rob", "Bot"))
+    have = set(team.book.graph.words)
+    spare = sorted(w for w in team.sound.lexicon.entries if w.isalpha() and 4 <= len(w) <= 12 and w not in have)
+    random.Random(1).shuffle(spare)
+    wanted = max(n_words - len(have), 0)
+    return replace(plain, other_tasks=(*plain.other_tasks, *(f"water the {word} rose" for word in spare[:wanted])))
+
+
 def make_stream(
     book: Phrasebook, speakers: Mapping[str, Speaker], n: int, seed: int, times: int = 1
 ) -> tuple[Samples, list[Spoken]]:
