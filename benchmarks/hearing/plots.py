@@ -24,6 +24,18 @@ def _axes(rows: int, columns: int, size: tuple[float, float]) -> tuple[Any, Any]
     return pyplot.subplots(rows, columns, figsize=size, layout="constrained", squeeze=False)
 
 
+def _legend(figure: Any) -> None:
+    """Above the panels, for all of them: whose lines are which."""
+    from matplotlib.lines import Line2D
+
+    grey: dict[str, Any] = {"color": "#444444", "ms": 4}
+    lines = [
+        Line2D([], [], marker="o", label="hvcpd", **grey),
+        Line2D([], [], marker="s", mfc="white", ls=THEIRS, label="PocketSphinx", **grey),
+    ]
+    figure.legend(handles=lines, loc="outside upper left", ncols=2, frameon=False, fontsize=8)
+
+
 def _save(figure: Any, path: Path) -> None:
     figure.savefig(path, dpi=130)
 
@@ -59,13 +71,14 @@ def draw_results(folder: Path, results: Sequence[Result]) -> None:
             _share(axes, here, colour, "hvcpd", peer=False)
             _share(axes, here, colour, "PocketSphinx", peer=True)
             _decorate(axes, "SNR, dB", kind, axes is grid[0][0])
-        grid[0][0].legend(frameon=False, loc="center right", fontsize=8)
+            axes.set_xlim(min(r.value for r in noise) - 1, max(r.value for r in noise) + 1)
+        _legend(figure)
         _save(figure, folder / "snr.png")
     _draw_distance(folder, [r for r in results if r.group in ("range", "rooms")])
 
 
 def _draw_distance(folder: Path, far: Sequence[Result]) -> None:
-    from matplotlib.ticker import ScalarFormatter
+    from matplotlib.ticker import StrMethodFormatter
 
     names = list(dict.fromkeys(r.name for r in far))
     if not names:
@@ -77,10 +90,10 @@ def _draw_distance(folder: Path, far: Sequence[Result]) -> None:
         _share(axes, here, colour, "PocketSphinx", peer=True)
         _decorate(axes, "distance, m", name, axes is grid[0][0])
         axes.set_xscale("log")
-        axes.set_xticks([1, 2, 5, 10, *([20, 40] if name == "free field" else [])])
-        axes.xaxis.set_major_formatter(ScalarFormatter())
+        axes.set_xticks([0.5, 1, 2, 5, 10, *([20, 40] if name == "free field" else [])])
+        axes.xaxis.set_major_formatter(StrMethodFormatter("{x:g}"))
         axes.minorticks_off()
-    grid[0][0].legend(frameon=False, loc="lower left", fontsize=8)
+    _legend(figure)
     _save(figure, folder / "distance.png")
 
 
