@@ -1,6 +1,6 @@
 """A process that only listens, to be measured: `python -m benchmarks.hearing.listener WHO NAMES WORDS SPEECH NOISE`.
 
-Prints a `cost.Cost` as JSON. Words are rendered once before, so that a daemon's second start is measured.
+Prints a `cost.Cost` as JSON. Its `start_s` has the rendering of those words that the cache of units lacked.
 """
 
 from __future__ import annotations
