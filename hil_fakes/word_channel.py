@@ -133,6 +133,11 @@ class WordChannel:
             self.at(sound.end_s + RECOGNITION_S, lambda: self._deliver_late(sound))
         return sound
 
+    @property
+    def speaking(self) -> bool:
+        """Whether anybody speaks."""
+        return any(sound.start_s <= self.now < sound.end_s and not sound.cut for sound in self._sounds)
+
     def switch_off(self, name: str) -> None:
         """The talker, taken out of `talkers`, falls silent and deaf, in mid-sentence if it speaks."""
         self._due.pop(name, None)

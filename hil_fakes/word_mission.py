@@ -163,6 +163,10 @@ class WordMission:
         """Have somebody say something, who is no robot of ours."""
         self._later(at_s, lambda: self._speak(speaker, utterance))
 
+    def say(self, speaker: str, utterance: m.Utterance) -> None:
+        """The same, now."""
+        self._speak(speaker, utterance)
+
     def _speak(self, speaker: str, utterance: m.Utterance, slowly: bool = False) -> None:
         if self.keep:
             self.said.append((self.air.now, speaker, utterance))

@@ -27,11 +27,11 @@ def time_is_over(c: Coordination, now: float) -> None:
             _choose(c, now)
         case State.MEETING if not c.peers.all() and c.greetings < c.timing.greetings_max:
             c.fire(Trigger.GAVE_UP, now)
-        case State.PROPOSED | State.CHECKING:
+        case State.PROPOSED | State.CHECKING | State.ASKED:
             _again_or_give_up(c, claims_max(c, now), now)
         case State.REPORTED if c.partner is None:
             _again_or_give_up(c, claims_max(c, now), now)
-        case State.READ_BACK | State.ORDERED | State.REPORTED | State.ASKED:
+        case State.READ_BACK | State.ORDERED | State.REPORTED:
             _again_or_give_up(c, c.timing.repeats_max, now)
         case _:
             c.fire(Trigger.TIMEOUT, now)

@@ -20,10 +20,12 @@ from hvcpd.language import messages as m
 if TYPE_CHECKING:
     from hvcpd.coordination.coordination import Coordination
 
-OWNER_SLOT = 0
-"""The owner of a task, or who did it, objects at once."""
-OTHERS_SLOT = 1
-"""Somebody else who knows better objects after that, in the slot of its rank."""
+DOER_SLOT = 0
+"""Who did the task objects at once;"""
+OWNER_SLOT = 1
+"""then who is at it, or wants it too: in one slot the two would speak at once, over and over;"""
+OTHERS_SLOT = 2
+"""then somebody else who knows better, in the slot of its rank."""
 OTHERS_RANK_MAX = 2
 """Up to this rank each has a slot of its own before all confirmations;"""
 SHARED_SLOTS = 2
@@ -50,7 +52,10 @@ class HeardClaim:
 def confirming_slot(c: Coordination, now: float) -> int:
     """Confirmations come after all objections, in the slot of each one's rank; where two are alone there is no third
     who could object."""
-    return OTHERS_SLOT + min(max(len(c.peers.present(now)) - 1, 0), OTHERS_RANK_MAX + 1 + SHARED_SLOTS)
+    others = len(c.peers.present(now))
+    if others > OTHERS_RANK_MAX + 1:
+        others = OTHERS_RANK_MAX + 1 + SHARED_SLOTS
+    return OTHERS_SLOT + (others if others > 1 else 0)
 
 
 @dataclass(frozen=True)
@@ -162,7 +167,7 @@ def _tell_done(c: Coordination, other: str, entry: Entry, now: float) -> None:
     done = m.Completed(m.TaskByNumber(number))
     if doer is None or doer == c.role.name:
         said = composing.to_all(c, done)
-        slot = OWNER_SLOT if doer else OTHERS_SLOT
+        slot = DOER_SLOT if doer else OTHERS_SLOT
     else:
         said = composing.to_robot(c, other, m.Relayed(doer, done))
         c.quoted = Quoted(doer, c.role.name, number, now)
@@ -178,7 +183,8 @@ def _confirm_at_once(c: Coordination, name: str, now: float) -> None:
 
 def _confirm_in_turn(c: Coordination, name: str, number: int, now: float, sure: bool = True) -> None:
     """Confirm what `name` said of a task, unless it is no longer true then or another one does."""
-    statement = m.Confirmed(m.TaskByNumber(number)) if sure else m.SayAgain()
+    confirmed = m.Confirmed(m.TaskByNumber(number), complete=c.board[number].known_done)
+    statement = confirmed if sure else m.SayAgain()
     said = composing.to_robot(c, name, statement)
     slot = (
         confirming_slot(c, now) + c.rank(name, number, now) + (UNSURE_SLOTS if c.state in NEWCOMER or not sure else 0)
@@ -189,6 +195,7 @@ def _confirm_in_turn(c: Coordination, name: str, number: int, now: float, sure: 
             return None
         if sure:
             c.board.claim(number, name, c.lease_end_s(now))
+            note_moved_on(c, name, number)
         return said
 
     c.want(Urgency.ANSWER, f"confirm {name}", compose, now, slot=slot, call=name.lower(), tentative=True)
@@ -203,19 +210,42 @@ def completed(c: Coordination, u: m.Utterance, s: m.Completed, now: float) -> No
     if objection:
         c.floor.withdraw(f"done {number}")
     new = not entry.known_done
-    sure = note_done(c, u.speaker, number, now)
+    doubt = doubts(c, u.speaker, number, s.next is not None, now)
+    sure = not doubt and note_done(c, u.speaker, number, now)
     good, upon = True, number
     if s.next is not None and (following := c.board.find(s.next)) is not None:
         upon = following.definition.number
         good = contend(c, u, u.speaker, following, False, now)
     if is_for_me_alone(c, u):
         _confirm_at_once(c, u.speaker, now)
-    elif not sure and not objection and len(c.peers.present(now)) <= SMALL_TEAM:
+    elif not sure and not doubt and not objection and len(c.peers.present(now)) <= SMALL_TEAM:
         again = composing.to_robot(c, u.speaker, m.SayAgain())
         c.want(Urgency.ANSWER, f"again {u.speaker}", lambda: again, now, slot=OTHERS_SLOT)
-    elif good and not isinstance(u.addressee, m.ToRobot) and not (objection and not new):
+    elif good and not doubt and not isinstance(u.addressee, m.ToRobot) and not (objection and not new):
         _confirm_in_turn(c, u.speaker, upon, now, sure)
     c.reconsider(now)
+
+
+def doubts(c: Coordination, speaker: str, number: int, in_passing: bool, now: float) -> bool:
+    """Whether this robot, whose claim may be confirmed, does not believe at first hearing that somebody else has done
+    its task: were that misheard, everybody would hold the task for done once this robot goes on to another one.
+
+    Who is at work says so to the speaker, who says it again if it is true; who only claims believes an objection, but
+    not what is said in passing, with another claim: its own claim is said again, and can be objected to.
+    """
+    if c.task != number or c.partner is not None or speaker == c.owner_before:
+        return False
+    at_work = c.state in AT_WORK and c.state is not State.ACTING
+    if not at_work and not (in_passing and c.state in PROPOSING):
+        return False
+    if c.doubted == (speaker, number):
+        return False
+    c.doubted, c.missed_s = (speaker, number), now
+    if at_work:
+        said = composing.to_robot(c, speaker, m.Working(m.TaskByNumber(number)))
+        compose = lambda: said if c.task == number else None  # noqa: E731
+        c.want(Urgency.ANSWER, f"mine {number}", compose, now, slot=OWNER_SLOT)
+    return True
 
 
 def _is_objection(c: Coordination, speaker: str, number: int, now: float) -> bool:
@@ -231,7 +261,7 @@ def note_done(c: Coordination, doer: str, number: int, now: float) -> bool:
     entry = c.board[number]
     last = c.heard_claim
     before = last.before[1] if last is not None and last.number == number else None
-    sure = doer in (entry.owner, before)
+    sure = doer in (entry.owner, before) or (c.task == number and doer == c.owner_before)
     if not sure or c.task == number:
         c.missed_s = now
         c.heard_work = c.heard_work or c.state in NEWCOMER
@@ -269,6 +299,15 @@ def release_assignment(c: Coordination, name: str, number: int) -> None:
         peer.assigned = None
 
 
+def note_moved_on(c: Coordination, name: str, number: int) -> None:
+    """Somebody is known to have this task. If it was at another one, that is over, and most likely done: what was
+    given up is said to be so, and so is what was done, but one may miss it."""
+    for entry in c.board.entries():
+        former = entry.definition.number
+        if former != number and former != c.task and entry.state == CLAIMED and entry.owner == name and entry.firm:
+            c.board.complete(former, name, hearsay=True)
+
+
 def confirmed(c: Coordination, u: m.Utterance, s: m.Confirmed, now: float) -> None:
     if u.speaker is None or not isinstance(u.addressee, m.ToRobot):
         return
@@ -283,11 +322,19 @@ def confirmed(c: Coordination, u: m.Utterance, s: m.Confirmed, now: float) -> No
             _be_confirmed(c, now)
         return
     entry = c.board.find(s.task) if s.task is not None else None
-    if entry is None or entry.state == DONE or c.task == entry.definition.number:
+    if entry is None or c.task == entry.definition.number:
+        return
+    if entry.known_done and entry.owner != u.addressee.name and not s.complete:
+        _tell_done(c, u.addressee.name, entry, now)  # its claim was not heard here, or this robot's objection there
+    if s.complete:
+        note_done(c, u.addressee.name, entry.definition.number, now)
+        c.reconsider(now)
+    if entry.state == DONE:
         return
     given_away = entry.owner == u.speaker
     if given_away or entry.owner == u.addressee.name or not entry.firm or now >= entry.lease_end_s:
         c.board.claim(entry.definition.number, u.addressee.name, c.lease_end_s(now))
+        note_moved_on(c, u.addressee.name, entry.definition.number)
 
 
 def _be_confirmed(c: Coordination, now: float) -> None:
@@ -295,7 +342,8 @@ def _be_confirmed(c: Coordination, now: float) -> None:
     if c.state is State.REPORTING and c.repeats == 0:
         return
     c.assured_s = c.lease_end_s(c.claimed_s)
-    c.unreported = None
+    if c.told_report:
+        c.unreported = None
     if c.task is not None or c.state is not State.CLAIMING:  # a claim that is still to be chosen is not meant either
         c.fire(Trigger.CONFIRMED, now)
 
@@ -306,7 +354,6 @@ def negative(c: Coordination, u: m.Utterance, _s: m.Negative, now: float) -> Non
     if is_for_me_alone(c, u):
         if c.partner is None:
             if c.task is not None and c.state in PROPOSING:
-                c.unreported = None
                 c.fire(Trigger.DENIED, now)
         elif u.speaker == c.partner:
             c.fire(Trigger.DENIED, now)

@@ -62,6 +62,7 @@ def claim(c: Coordination, now: float) -> m.Utterance | None:
         if task is None:
             return None
         c.task = task
+        c.owner_before, c.doubted = c.board[task].owner, None
         c.repeats = 0
     c.board.claim(c.task, c.role.name, c.lease_end_s(now))
     ref = m.TaskByNumber(c.task)

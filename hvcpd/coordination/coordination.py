@@ -52,6 +52,12 @@ class Coordination:
         self.task: int | None = None
         """The task that this robot has claimed, reads back or carries out, or has just ordered."""
         self.task_ref: m.TaskRef | None = None
+        self.owner_before: str | None = None
+        """Whose the task was before this robot claimed it."""
+        self.doubted: tuple[str, int] | None = None
+        """Who has said that this robot's own task, of that number, was done, and was not believed."""
+        self.told_report = False
+        """Whether the sentence that waits for a confirmation held the report that is due."""
         self.unreported: int | None = None
         """A task that this robot has finished or given up, and nobody has confirmed to have heard so."""
         self.motion: m.Motion | None = None
@@ -268,9 +274,12 @@ class Coordination:
         statement = utterance.statement
         if isinstance(statement, m.Claim | m.Working):
             self.claimed_s = now
-        elif isinstance(statement, m.Spelled):
+            self.told_report = False
+        elif isinstance(statement, m.Completed | m.Failed) and statement.task.number == self.unreported:
+            self.told_report = True
+        if isinstance(statement, m.Spelled):
             self.acquaintance.spelled_s = now
-        elif isinstance(statement, m.Completed) and statement.next is not None:
+        if isinstance(statement, m.Completed) and statement.next is not None:
             self.claimed_s = now
             intent.trigger = Trigger.SPOKEN_BOTH if intent.trigger and self.state is State.REPORTING else intent.trigger
         self.repair.last_said = utterance

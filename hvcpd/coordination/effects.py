@@ -88,6 +88,7 @@ def wait_for_confirmation(c: Coordination, now: float) -> None:
 
 
 def go(c: Coordination, now: float) -> None:
+    _report_before(c, Urgency.TURN, now)
     c.unreported = None
     c.repeats = 0
     c.board.claim(c.my_task(), c.role.name, c.lease_end_s(now))

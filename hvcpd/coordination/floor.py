@@ -68,11 +68,15 @@ Order = tuple[int, int]
 
 @dataclass(frozen=True)
 class Round:
-    """Turns after a sentence that was understood: a slot for each robot, over and over until somebody speaks."""
+    """Turns after a sentence that was understood: a slot for each robot, over and over until somebody speaks.
+
+    Of an `own` sentence nobody knows whether it was understood.
+    """
 
     began_s: float
     place: int
     size: int
+    own: bool
 
 
 class Floor:
@@ -146,9 +150,9 @@ class Floor:
         self._slots = max(3 * self._slots // 4, self._timing.turn_slots)
         self.hold_back(now, order)
 
-    def hold_back(self, now: float, order: Order | None = None) -> None:
+    def hold_back(self, now: float, order: Order | None = None, own: bool = False) -> None:
         """Back off from the end of a sentence as others do, so that answers come first."""
-        self._round = Round(now, *order) if order is not None else None
+        self._round = Round(now, *order, own) if order is not None else None
         self._back_off(now)
 
     def begin(self, now: float) -> Intent | None:
@@ -170,7 +174,7 @@ class Floor:
     def ended(self, now: float, order: Order | None = None) -> Intent | None:
         """The own sentence is out; returns what it was. `order` is as in `hold_back`."""
         intent, self.speaking = self.speaking, None
-        self.hold_back(now + self._timing.recognition_s, order)
+        self.hold_back(now + self._timing.recognition_s, order, own=True)
         return intent
 
     def next_deadline(self) -> float | None:
@@ -192,7 +196,8 @@ class Floor:
             slot = int(self._chance.random() * timing.reply_slots) if intent.slot is None else intent.slot
             return timing.reply_gap_s + slot * timing.slot_s
         turn_gap_s = max(timing.turn_gap_s, timing.reply_gap_s + self.answer_slots * timing.slot_s)
-        if self._round is None or intent.urgency is Urgency.AGAIN:  # two who spoke at once know of no order
+        collided = intent.urgency is Urgency.AGAIN and self._round is not None and self._round.own
+        if self._round is None or collided:  # two who spoke at once know of no order
             return turn_gap_s + int(self._chance.random() * self._slots) * timing.slot_s
         first_s = self._round.began_s + turn_gap_s + self._round.place * timing.slot_s
         length_s = self._round.size * timing.slot_s

@@ -30,6 +30,8 @@ def relayed(c: Coordination, u: m.Utterance, s: m.Relayed, now: float) -> None:
             c.want(Urgency.ANSWER, f"answer {u.speaker}", lambda: said, now, slot=claims.OWNER_SLOT)
         return
     c.quoted = Quoted(s.speaker, u.speaker, number, now)
+    if claims.doubts(c, u.speaker, number, False, now):
+        return
     if is_for_me_alone(c, u) or not entry.known_done:
         claims.note_done(c, s.speaker, number, now)
         c.reconsider(now)

@@ -104,8 +104,19 @@ _CORE: tuple[Form, ...] = (
     Form(f"{OPENING}, i cannot <task>", m.Unable, "I lack what this task needs, or it failed before."),
     Form(f"{OPENING}, i do not know task <number>", m.Unknown, "I have no such task."),
     Form(f"{OPENING}, i am busy", m.Busy, "I am at something else: ask me later."),
-    Form(f"{OPENING}, confirmed", m.Confirmed, "What you said is right: go ahead."),
-    Form(f"{OPENING}, confirmed task <number>", m.Confirmed, "I heard what you said of this task: go ahead."),
+    Form(f"{OPENING}, confirmed", m.Confirmed, "What you said is right: go ahead.", constants={"complete": False}),
+    Form(
+        f"{OPENING}, confirmed task <number>",
+        m.Confirmed,
+        "I heard what you said of this task: go ahead.",
+        constants={"complete": False},
+    ),
+    Form(
+        f"{OPENING}, confirmed task <number> complete",
+        m.Confirmed,
+        "I heard that you have done this task.",
+        constants={"complete": True},
+    ),
     Form(f"{OPENING}, negative", m.Negative, "What you said is wrong: don't."),
     Form(f"{OPENING}, say again", m.SayAgain, "I did not understand you.", constants={"slowly": False}),
     Form(f"{OPENING}, say again slowly", m.SayAgain, "Once more, and more slowly.", constants={"slowly": True}),
@@ -157,6 +168,7 @@ _RELAYS: tuple[Form, ...] = tuple(
         form.statement,
         "I pass on what somebody else said.",
         Kind.RELAY,
+        form.constants,
         relayed=True,
     )
     for form in _CORE

@@ -101,9 +101,13 @@ class Failed:
 
 @dataclass(frozen=True)
 class Confirmed:
-    """What the addressee said last is right; of a claim or report the task is named, so that it is read back."""
+    """What the addressee said last is right; of a claim or report the task is named, so that it is read back.
+
+    `complete`: it was reported that the task is done; whoever missed the report learns it so.
+    """
 
     task: TaskByNumber | None = None
+    complete: bool = False
 
 
 @dataclass(frozen=True)

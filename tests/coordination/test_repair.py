@@ -60,8 +60,11 @@ def test_noise_out_of_the_blue_is_not_answered() -> None:
 def test_two_robots_of_one_name_notice_say_so_and_do_nothing_under_it() -> None:
     mission = Mission(("Rob", "Bot"), plants(4), ("Anna",), seed=2)
     mission.air.run_until(20.0)
-    for at_s in (20.0, 30.0, 41.0, 52.0):
-        mission.tell(at_s, "the other Rob", m.Utterance("Rob", m.ToAll(), None, m.Working(m.TaskByNumber(1))))
+    for _ in range(3):
+        while mission.air.speaking:
+            mission.air.run_until(mission.air.now + 0.1)
+        mission.say("the other Rob", m.Utterance("Rob", m.ToAll(), None, m.Working(m.TaskByNumber(1))))
+        mission.air.run_until(mission.air.now + 10.0)
     mission.air.run_until(110.0)
     assert "Hi all, I am Rob, my name is taken" in mission.written()
     for at_s in (115.0, 127.0, 139.0):
