@@ -190,6 +190,7 @@ class WordMission:
             plan.coordinator is None,
             plan.nearest_first,
             listed=not plan.strangers,
+            roster=() if plan.strangers else plan.names,
         )
         self.robots[name] = Coordination(
             role,

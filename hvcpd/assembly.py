@@ -162,7 +162,11 @@ def make_robot(plan: RobotPlan, sound: Sound) -> Robot:
     """A whole robot. It listens for the voices of all names but its own."""
     phrasebook = _phrasebook(plan, plan.names)
     coordination = Coordination(
-        plan.role, plan.tasks.tasks, random.Random(plan.seed), remembered=plan.remembered, stopped=plan.stopped
+        replace(plan.role, roster=plan.names if plan.role.listed else ()),
+        plan.tasks.tasks,
+        random.Random(plan.seed),
+        remembered=plan.remembered,
+        stopped=plan.stopped,
     )
     return Robot(
         coordination,

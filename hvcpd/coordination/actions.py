@@ -119,6 +119,8 @@ class Timing:
     lease_s: float = 240.0
     """A claim whose owner was not heard of for so long is free again: a 20 m drive takes 100 s, and in a crowd a
     report waits for more than a minute until it is heard."""
+    lease_per_robot_s: float = 25.0
+    """But so long at least for each other robot: a claim and its confirmation take 12.5 s, and one may fail."""
     unconfirmed_lease_s: float = 90.0
     """A claim that nobody was heard to confirm is free again sooner: it may have been denied, unheard."""
     renewal_s: float = 100.0
@@ -140,7 +142,7 @@ class Role:
     """Who this robot is in the team. A coordinator gives orders and does no task itself.
 
     `unable` are the numbers of the tasks that it lacks the means for. A robot that is not `listed` cannot expect the
-    others to know its name: it spells it.
+    others to know its name: it spells it. `roster` are the names that all were told beforehand, present or not.
     """
 
     name: str
@@ -150,3 +152,4 @@ class Role:
     nearest_first: bool = False
     unable: frozenset[int] = frozenset()
     listed: bool = True
+    roster: tuple[str, ...] = ()

@@ -27,6 +27,8 @@ class Entry:
     hearsay: bool = False
     firm: bool = False
     """The claim is known to have been confirmed, or its owner to be at work: enough to deny it to others."""
+    times_heard: int = 0
+    """So often the owner, or another one in answer, was heard to say that it has the task: one word can be misheard."""
 
     @property
     def known_done(self) -> bool:
@@ -132,6 +134,7 @@ class Board:
         self._not_sure += entry.known_done - (state == DONE and not hearsay)
         if (entry.state, entry.owner) != (state, owner):
             self.changed.append(number)
+            entry.times_heard = 0
         entry.state, entry.owner, entry.hearsay, entry.firm = state, owner, hearsay, False
 
 

@@ -35,6 +35,8 @@ UNSURE_SLOTS = 4
 SMALL_TEAM = 2
 """Where so few others are, each one's knowledge counts: who is not sure of a report has it said again at once, and
 does not leave it to others to know."""
+HEARD_SURELY = 2
+"""So often it must have been heard whose a task is, before anything is concluded from what its owner does next."""
 RECENT_S = 15.0
 """An answer is to a sentence said no longer ago: both last 5 s at most, with the gaps between."""
 
@@ -125,6 +127,7 @@ def contend(c: Coordination, u: m.Utterance, other: str, entry: Entry, other_at_
         c.board.reopen(number)
     lease_end_s = c.lease_end_s(now) if other_at_work else now + c.timing.unconfirmed_lease_s
     c.board.claim(number, other, lease_end_s, firm=other_at_work)
+    entry.times_heard += 1
     return third is None
 
 
@@ -304,7 +307,8 @@ def note_moved_on(c: Coordination, name: str, number: int) -> None:
     given up is said to be so, and so is what was done, but one may miss it."""
     for entry in c.board.entries():
         former = entry.definition.number
-        if former != number and former != c.task and entry.state == CLAIMED and entry.owner == name and entry.firm:
+        heard = entry.state == CLAIMED and entry.owner == name and entry.times_heard >= HEARD_SURELY
+        if heard and entry.firm and former not in (number, c.task):
             c.board.complete(former, name, hearsay=True)
 
 
@@ -334,12 +338,14 @@ def confirmed(c: Coordination, u: m.Utterance, s: m.Confirmed, now: float) -> No
     given_away = entry.owner == u.speaker
     if given_away or entry.owner == u.addressee.name or not entry.firm or now >= entry.lease_end_s:
         c.board.claim(entry.definition.number, u.addressee.name, c.lease_end_s(now))
+        entry.times_heard += 1
         note_moved_on(c, u.addressee.name, entry.definition.number)
 
 
 def _be_confirmed(c: Coordination, now: float) -> None:
-    """What was last said of a task was heard; a report that is still to be said is not meant."""
-    if c.state is State.REPORTING and c.repeats == 0:
+    """What was last said of a task was heard; a report that is still to be said is not meant, unless it was said in
+    answer to somebody's claim."""
+    if c.state is State.REPORTING and c.repeats == 0 and not c.told_report:
         return
     c.assured_s = c.lease_end_s(c.claimed_s)
     if c.told_report:

@@ -31,7 +31,8 @@ def to_asker(c: Coordination, name: str | None, statement: m.Statement) -> m.Utt
 
 
 def introduction(c: Coordination, to: m.Addressee) -> m.Utterance:
-    return m.Utterance(c.role.name, to, c.role.team, None)
+    """The name, and the team unless the team is addressed: air is dear among many."""
+    return m.Utterance(c.role.name, to, None if isinstance(to, m.ToTeam) else c.role.team, None)
 
 
 def spelled_name(c: Coordination, to: m.Addressee, ask: bool = False) -> m.Utterance:
@@ -42,6 +43,9 @@ def answer_to_greeting(c: Coordination, name: str | None, now: float) -> m.Utter
     """The own name, to who asked for it; spelled, to the team, if that one may not know it."""
     if strangers.must_spell_for(c, name, now):
         return spelled_name(c, to_team(c))
+    peer = c.peers.get(name) if name else None
+    if peer is not None and peer.team is not None and peer.team == c.role.team:
+        return introduction(c, to_team(c))
     return introduction(c, m.ToRobot(name) if name else m.ToAll())
 
 

@@ -7,7 +7,9 @@ is due; after each call `actions` hands out what is to be done. Times are second
 from __future__ import annotations
 
 import math
+import zlib
 from collections.abc import Callable, Iterable, Mapping
+from functools import lru_cache
 
 from hvcpd.config.tasks import Place, TaskDefinition
 from hvcpd.coordination import choosing, claims, composing, effects, hearing, repair, strangers
@@ -23,6 +25,19 @@ from hvcpd.language import messages as m
 
 CONFIRMERS = 3
 """So many confirmations may still begin before a new turn does; that three in a row have missed a claim is rare."""
+
+
+def _team_of(u: m.Utterance) -> str | None:
+    """The speaker's team: as it says, or as it claims a task from, or greets as one of, a team."""
+    if u.team is None and isinstance(u.addressee, m.ToTeam) and isinstance(u.statement, m.Claim | None):
+        return u.addressee.team
+    return u.team
+
+
+@lru_cache(maxsize=4096)
+def _lot(name: str, salt: int) -> int:
+    """A number that everybody draws alike for a name."""
+    return zlib.crc32(f"{salt}/{name}".encode())
 
 
 class Coordination:
@@ -45,6 +60,7 @@ class Coordination:
         self.timing = timing or Timing()
         self.chance = chance
         self.board = Board(tasks, remembered or {}, now + self.timing.lease_s)
+        self._roster = frozenset(name.lower() for name in role.roster)
         self.peers = Peers(self.timing.absent_s)
         self.floor = Floor(self.timing, chance)
         self.repair = repair.Repair()
@@ -102,7 +118,7 @@ class Coordination:
             hearing.hear_own_name(self, now)
             return
         if utterance.speaker is not None:
-            peer = self.peers.heard(utterance.speaker, utterance.team, now, confidence, snr_db)
+            peer = self.peers.heard(utterance.speaker, _team_of(utterance), now, confidence, snr_db)
             self._actions.append(SavePeer(peer.name, peer.team, now))
         self.floor.answer_slots = claims.confirming_slot(self, now) + CONFIRMERS
         self.floor.understood(now, self._order_after(utterance.speaker, now))
@@ -215,21 +231,22 @@ class Coordination:
         self.floor.want(Intent(urgency, topic, compose, trigger, slot, call, slowly, tentative), now)
 
     def rank(self, asker: str, salt: int, now: float) -> int:
-        """This robot's place among those who could answer `asker`: all who know the same peers agree on it.
+        """This robot's place among those who could answer `asker`, in an order that `salt` shuffles.
 
-        `salt` turns the order, so that not always the same one answers.
+        Each name has a number of its own, so that who knows of one peer fewer still agrees with the others on the
+        order of all the rest: the first two answer in one slot only if the second does not know of the first.
         """
-        names = [name for name in self.peers.present(now) if name != asker.lower()]
-        own = self.role.name.lower()
-        before = sum(name < own for name in names)
-        return min((before + salt) % (len(names) + 1), RANK_MAX)
+        own, asking = self.role.name.lower(), asker.lower()
+        lot = _lot(own, salt)
+        return min(sum(_lot(name, salt) < lot for name in self.peers.present(now) if name != asking), RANK_MAX)
 
     def _order_after(self, speaker: str | None, now: float) -> Order | None:
-        """This robot's place in the round of turns that begins after a speaker; a newcomer has none."""
-        if speaker is None or self.state in NEWCOMER:
+        """This robot's place in the round of turns that begins after a speaker; a newcomer knows of one only if it was
+        told the names."""
+        if speaker is None or (self.state in NEWCOMER and not self.role.roster):
             return None
         own, last = self.role.name.lower(), speaker.lower()
-        names = sorted({*self.peers.present(now), own, last})
+        names = sorted({*self.peers.present(now), *self._roster, own, last})
         return (names.index(own) - names.index(last) - 1) % len(names), len(names)
 
     def reconsider(self, now: float) -> None:
@@ -238,7 +255,8 @@ class Coordination:
             self.arm(now, self.timing.decide_s)
 
     def lease_end_s(self, now: float) -> float:
-        return now + self.timing.lease_s
+        """When a lease that is renewed now ends: in a crowd each one's turn comes more rarely."""
+        return now + max(self.timing.lease_s, self.timing.lease_per_robot_s * len(self.peers.present(now)))
 
     def arm(self, now: float, after_s: float) -> None:
         """The state's time is over then."""

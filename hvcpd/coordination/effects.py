@@ -137,7 +137,7 @@ def give_task_up(c: Coordination, now: float) -> None:
 
 
 def _report_first_time(c: Coordination, now: float) -> None:
-    c.unreported, c.task = c.task, None
+    c.unreported, c.task, c.told_report = c.task, None, False
     c.repeats = 0
     want_report(c, now)
 
@@ -247,7 +247,7 @@ def want_farewell(c: Coordination, now: float) -> None:
     c.task = c.task_ref = c.partner = c.motion = c.unreported = None
     c.arm_until(None)
     farewell = composing.to_all(c, m.Leaving())
-    c.want(Urgency.ANSWER, OWN_TURN, lambda: farewell, now, trigger=Trigger.SPOKEN_FAREWELL)
+    c.want(Urgency.ANSWER, OWN_TURN, lambda: farewell, now, trigger=Trigger.SPOKEN_FAREWELL, slot=1)
 
 
 def fall_silent(c: Coordination, _now: float) -> None:
@@ -259,7 +259,7 @@ def _report_before(c: Coordination, urgency: Urgency, now: float) -> None:
     """Say once more what is finished and was not confirmed, before it is forgotten."""
     if c.unreported is not None and c.board[c.unreported].state == DONE:
         done = composing.to_all(c, m.Completed(m.TaskByNumber(c.unreported)))
-        c.want(urgency, f"done {c.unreported}", lambda: done, now)
+        c.want(urgency, f"done {c.unreported}", lambda: done, now, slot=0)
 
 
 def halt(c: Coordination, now: float) -> None:

@@ -106,13 +106,13 @@ _CORE: tuple[Form, ...] = (
     Form(f"{OPENING}, i am busy", m.Busy, "I am at something else: ask me later."),
     Form(f"{OPENING}, confirmed", m.Confirmed, "What you said is right: go ahead.", constants={"complete": False}),
     Form(
-        f"{OPENING}, confirmed task <number>",
+        f"{OPENING}, confirmed [task] <number>",
         m.Confirmed,
         "I heard what you said of this task: go ahead.",
         constants={"complete": False},
     ),
     Form(
-        f"{OPENING}, confirmed task <number> complete",
+        f"{OPENING}, confirmed [task] <number> complete",
         m.Confirmed,
         "I heard that you have done this task.",
         constants={"complete": True},
