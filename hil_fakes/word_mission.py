@@ -50,6 +50,8 @@ class WordPlan:
     leaving: Mapping[str, float] = field(default_factory=dict)
     earshot_m: float | None = None
     nearest_first: bool = False
+    unable: Mapping[str, frozenset[int]] = field(default_factory=dict)
+    """What each robot cannot do, by the tasks' numbers."""
     strangers: bool = False
     """Nobody knows another one's name beforehand."""
     timing: Timing = field(default_factory=Timing)
@@ -189,6 +191,7 @@ class WordMission:
             name == plan.coordinator,
             plan.coordinator is None,
             plan.nearest_first,
+            plan.unable.get(name, frozenset()),
             listed=not plan.strangers,
             roster=() if plan.strangers else plan.names,
         )

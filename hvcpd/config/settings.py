@@ -132,6 +132,7 @@ class Settings:
     state_dir: Path = STATE_DIR
     mode: Literal["volunteer", "coordinate", "follow"] = "volunteer"
     pick: Literal["random", "nearest"] = "random"
+    unable: tuple[int, ...] = ()
     start: StartSettings = StartSettings()
     audio: AudioSettings = AudioSettings()
     wheels: WheelSettings = WheelSettings()

@@ -28,7 +28,7 @@ class Entry:
     firm: bool = False
     """The claim is known to have been confirmed, or its owner to be at work: enough to deny it to others."""
     times_heard: int = 0
-    """So often the owner, or another one in answer, was heard to say that it has the task: one word can be misheard."""
+    """So often the owner, and another one in answer, was heard to say whose the task is: a word can be misheard."""
 
     @property
     def known_done(self) -> bool:

@@ -127,7 +127,7 @@ def contend(c: Coordination, u: m.Utterance, other: str, entry: Entry, other_at_
         c.board.reopen(number)
     lease_end_s = c.lease_end_s(now) if other_at_work else now + c.timing.unconfirmed_lease_s
     c.board.claim(number, other, lease_end_s, firm=other_at_work)
-    entry.times_heard += 1
+    entry.times_heard = HEARD_SURELY if other_at_work else 1  # said again, it did not hear that it was confirmed
     return third is None
 
 
@@ -385,6 +385,8 @@ def left(c: Coordination, u: m.Utterance, s: m.Left, now: float) -> None:
             if entry.state == DONE:
                 c.board.complete(number, entry.owner)  # heard twice
             elif lapsed:
+                if entry.owner == c.role.name:
+                    c.board.release(number)  # whoever has done it, this robot knows that it was not itself
                 c.board.complete(number, None, hearsay=True)
     c.fire(Trigger.ANSWERED, now)
     c.reconsider(now)

@@ -80,6 +80,7 @@ class Outfit:
             coordinator=settings.mode == "coordinate",
             volunteer=settings.mode == "volunteer",
             nearest_first=settings.pick == "nearest",
+            unable=frozenset(settings.unable),
             listed=any(name.casefold() == settings.name.casefold() for name in settings.names),
         )
         seed = settings.seed if settings.seed is not None else secrets.randbits(SEED_BITS)
@@ -126,6 +127,11 @@ def equip(settings: Settings, allow_confusable: bool = False) -> Outfit:
         faults.append(str(error))
     if sound is None or tasks is None:
         raise ConfigError("\n".join(faults))
+    numbers = [task.number for task in tasks.tasks]
+    for number in settings.unable:
+        if number not in numbers:
+            listed = ", ".join(map(str, numbers))
+            raise ConfigError(f"unable: {settings.tasks} has no task {number}; its numbers are {listed}")
     outfit = Outfit(settings, tasks, sound)
     try:
         phrasebook = make_phrasebook(outfit.names, settings.teams, tasks)

@@ -234,6 +234,7 @@ def all_settings(draw: st.DrawFn) -> Settings:
             tasks=paths,
             names=st.lists(names, max_size=MAX_KNOWN_NAMES, unique_by=str.casefold).map(tuple),
             state_dir=paths,
+            unable=st.lists(st.integers(1, 99), max_size=5).map(tuple),
             start=starts,
             audio=audios,
             wheels=wheels,
@@ -331,3 +332,8 @@ def test_voices_are_chosen_for_the_robot_and_its_peers(tmp_path: Path) -> None:
 )
 def test_a_wrong_voice_is_told_with_what_was_meant(tmp_path: Path, text: str, expected: str) -> None:
     assert faults(tmp_path, f"name: Rob\n{text}\n") == [expected]
+
+
+def test_what_a_robot_cannot_do_is_a_list_of_numbers(tmp_path: Path) -> None:
+    assert load(tmp_path, "name: Rob\nunable: [2, 3]\n").unable == (2, 3)
+    assert "F:2" in faults(tmp_path, "name: Rob\nunable: [two]\n")[0]

@@ -1,0 +1,39 @@
+"""What a robot cannot do it refuses, and an able one takes over."""
+
+import pytest
+
+from tests.coordination.mission import Mission, plants
+
+CANNOT = {"Rob": frozenset({1, 2})}
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_a_volunteer_leaves_what_it_cannot_do_to_others(seed: int) -> None:
+    mission = Mission(("Rob", "Bot"), plants(4), seed=seed, unable=CANNOT)
+    mission.run()
+    assert mission.exactly_once
+    assert (mission.by[1], mission.by[2]) == ("Bot", "Bot")
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_an_order_is_refused_and_given_to_an_able_one(seed: int) -> None:
+    mission = Mission(("Rob", "Bot", "Max"), plants(2), seed=seed, coordinator="Max", unable=CANNOT)
+    mission.run()
+    assert mission.exactly_once
+    assert mission.by == {1: "Bot", 2: "Bot"}
+
+
+def test_a_person_is_told() -> None:
+    mission = Mission(("Rob",), plants(3), ("Anna",), seed=1, coordinator="Nobody", unable=CANNOT)
+    mission.hear(40.0, "Hi Rob, I am Anna, complete task two")
+    mission.air.run_until(50.0)
+    assert mission.written(40.0, without=("Anna",)) == ["Hi Anna, I am Rob, I cannot complete task two"]
+
+
+def test_nobody_who_is_silent_for_long_is_waited_for() -> None:
+    mission = Mission(("Rob", "Bot"), plants(1), seed=2, coordinator="Nobody")
+    mission.air.run_until(40.0)
+    rob = mission.robots["Rob"]
+    assert rob.peers.is_present("Bot", mission.air.now)
+    absent_s = mission.plan.timing.absent_s
+    assert not rob.peers.is_present("Bot", mission.air.now + absent_s)

@@ -1,0 +1,33 @@
+"""What the settings make of a robot."""
+
+from pathlib import Path
+
+import pytest
+
+from hvcpd.config.settings import Settings
+from hvcpd.daemon.outfit import equip
+from hvcpd.errors import ConfigError
+from hvcpd.robot import Acoustics
+
+
+def test_a_robot_knows_what_it_cannot_do(tmp_path: Path) -> None:
+    outfit = equip(Settings(name="Rob", state_dir=tmp_path, unable=(2, 3)))
+    assert outfit.plan({}, Acoustics()).role.unable == {2, 3}
+
+
+def test_a_task_that_is_not_there_is_told(tmp_path: Path) -> None:
+    with pytest.raises(ConfigError, match=r"unable: .* has no task 77; its numbers are 1, 2"):
+        equip(Settings(name="Rob", state_dir=tmp_path, unable=(77,)))
+
+
+def test_only_a_name_that_the_others_were_told_is_not_spelled(tmp_path: Path) -> None:
+    listed = {
+        name: equip(Settings(name=name, state_dir=tmp_path)).plan({}, Acoustics()).role.listed
+        for name in ("Rob", "Zorg")
+    }
+    assert listed == {"Rob": True, "Zorg": False}
+
+
+def test_names_that_were_heard_are_known_again(tmp_path: Path) -> None:
+    outfit = equip(Settings(name="Rob", state_dir=tmp_path))
+    assert outfit.plan({}, Acoustics(), ("Zorg", "rob", "all")).names == ("Rob", "Bot", "Zorg")
