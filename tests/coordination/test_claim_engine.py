@@ -114,7 +114,13 @@ class ClaimEngine(RuleBasedStateMachine):
             return
         mission = self.mission
         mission.deaf.clear()
-        for pause_s in (1.0, 10.0, 30.0):  # said until all have heard it, as people do
+        for pause_s in (
+            1.0,
+            10.0,
+            30.0,
+            60.0,
+            90.0,
+        ):  # until all have heard it, also who was off when it was said first
             mission.tell(mission.air.now + pause_s, "Anna", m.Utterance(None, None, None, m.Resume()))
         began_s, spoken_s = mission.air.now, mission.air.airtime_s
         result = mission.run()
