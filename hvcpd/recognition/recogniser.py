@@ -68,8 +68,8 @@ class RecogniserSettings:
     """The network sleeps after 0.6 s without a sign of speech."""
     min_confidence: float = 0.7
     """Below it a sentence counts as garbled."""
-    max_lead_in: float = 0.5
-    """A sentence must follow silence: half-way between noise and speech in the 250 ms before it."""
+    max_lead_in: float = 0.45
+    """A sentence must follow silence: nearer to noise than to speech in the 250 ms before it."""
     confidence: ConfidenceCurve = field(default_factory=ConfidenceCurve)
     min_gain: float = 16.0
     """What a sentence must fit better than the filler, in all. In noise alone words do by 4 at most; in people's talk

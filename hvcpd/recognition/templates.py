@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from hvcpd.ports import Samples
+from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 from hvcpd.recognition.frontend import (
     DELTA_REACH,
     ENERGY_FLOOR,
@@ -32,6 +32,9 @@ from hvcpd.recognition.frontend import (
 
 TRIM_DB = 40.0
 """Edges this far below a template's loudest frame are silence, not part of the word."""
+ROOM_RT60_S = 0.3
+"""Templates are heard as in a room with this reverberation time: a furnished classroom's is 0.3 to 0.6 s. In the open it
+costs nothing down to -10 dB; 0.45 s gains no more in rooms and costs a quarter of the sentences at -9 dB (all measured)."""
 LOUD_FRACTION = 0.5
 """The louder half of a voice's frames gives its typical spectrum: vowels and voiced consonants."""
 
@@ -63,6 +66,23 @@ def trimmed_energies(samples: Samples) -> Energies:
     return smoothed(np.pad(energies[loud[0] : loud[-1] + 1], ((1, 1), (0, 0)), mode="edge"))
 
 
+def reverberated(energies: Energies) -> Energies:
+    """The energies of a word, shape (frames, N_BANDS), as they arrive from far across a room: all of it reverberation.
+
+    Sound energy in a room decays exponentially, by 60 dB in ROOM_RT60_S, so each frame holds what the earlier ones have
+    left (H. Kuttruff, "Room Acoustics"; for templates: H.-G. Hirsch & H. Finster, "A new approach for the adaptation of
+    HMMs to reverberation and background noise", Speech Communication 50(3), 2008). The sum of each band is kept, but for
+    the tail after the last frame.
+    """
+    left = np.float32(10.0 ** (-6.0 * HOP_SAMPLES / SAMPLE_RATE_HZ / ROOM_RT60_S))
+    out = np.empty_like(energies)
+    sound = np.zeros(energies.shape[1], np.float32)
+    for frame, arrived in enumerate(energies):
+        sound = left * sound + (1 - left) * arrived
+        out[frame] = sound
+    return out
+
+
 class TemplateBank:
     """All templates of all voices, one below the other.
 
@@ -81,13 +101,13 @@ class TemplateBank:
             scale = np.float32(1.0) / np.concatenate([energies for _, energies in rows]).sum(axis=1).mean()
             for word, energies in rows:
                 templates.append(Template(voice, word, first, len(energies)))
-                blocks.append(np.maximum(energies - ENERGY_FLOOR, 0.0) * scale)
+                blocks.append(reverberated(np.maximum(energies - ENERGY_FLOOR, 0.0) * scale))
                 first += len(energies)
         if not blocks:
             raise ValueError("no templates")
         self.templates = tuple(templates)
         self.energies: Energies = np.concatenate(blocks)
-        """Noise-free energies of every frame, shape (n_frames, N_BANDS), a voice's mean total being 1."""
+        """Noise-free energies of every frame, shape (n_frames, N_BANDS), a voice's mean total being about 1."""
         self.n_frames = len(self.energies)
         power = self.energies.sum(axis=1)
         self.loud_spectrum = self.energies[power >= np.quantile(power, LOUD_FRACTION)].mean(axis=0)
