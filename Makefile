@@ -3,6 +3,8 @@ PYTHON ?= python3
 VENV := .venv
 OUT ?= out/demo
 SEED ?= 1
+# Small matrices: more threads only wait for each other.
+export OPENBLAS_NUM_THREADS ?= 1
 
 .PHONY: demo test check setup setup-dev lock clean
 

@@ -13,6 +13,7 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
+from hvcpd.ports import SAMPLE_RATE_HZ
 from hvcpd.recognition.frontend import ENERGY_FLOOR, HOP_SAMPLES, N_BANDS, Energies, energies_of
 
 PERCENTILE = 20.0
@@ -30,6 +31,9 @@ STEADY_DRIFT_NEPER = 0.22
 STEADY_SPREAD = 1.15
 """The spread in time may be this much more than steady noise's, mean over the bands; hardly ever above 1.06 there.
 Speech 3 dB above a noise has 1.3 and more, in quiet 3 and more (both measured on our own voices)."""
+RISE_DB_PER_S = 2.0
+"""While somebody speaks the estimate rises by no more, and falls at once: slow speech leaves too few gaps in 3 s."""
+_RISE = np.float32(10.0 ** (RISE_DB_PER_S / 10.0 * HOP_SAMPLES / SAMPLE_RATE_HZ))
 
 
 @dataclass(frozen=True)
@@ -72,19 +76,24 @@ class NoiseTracker:
         """Whether enough has been heard for an estimate."""
         return self._filled >= WARM_UP_FRAMES
 
-    def push(self, energies: Energies) -> None:
-        """Remember frames of shape (n, N_BANDS), n at most MEMORY_FRAMES, and renew the estimate."""
+    def push(self, energies: Energies, speech: bool = False) -> None:
+        """Remember frames of shape (n, N_BANDS), n at most MEMORY_FRAMES, and renew the estimate.
+
+        `speech`: somebody speaks, as far as is known.
+        """
         for row in energies:
             self._ring[self._next] = row
             self._next = (self._next + 1) % MEMORY_FRAMES
         self._filled = min(self._filled + len(energies), MEMORY_FRAMES)
         if self.ready:
-            self._renew()
+            self._renew(self.estimate * _RISE ** len(energies) if speech else None)
 
-    def _renew(self) -> None:
+    def _renew(self, most: NDArray[np.float32] | None) -> None:
         rank = int(PERCENTILE / 100.0 * (self._filled - 1))
         low = np.partition(self._ring[: self._filled], rank, axis=0)[rank]
         np.maximum(low / self._steady.percentile_ratio, ENERGY_FLOOR, out=self.estimate)
+        if most is not None:
+            np.minimum(self.estimate, most, out=self.estimate)
 
     def follow_step(self) -> bool:
         """Whether the last STEP_FRAMES are steady and well above the estimate; if so, they replace all the past."""

@@ -33,7 +33,7 @@ RECENT_FRAMES = 120
 POWER_FRAMES = 2048
 """20 s of frame powers are kept for the signal-to-noise ratio of a sentence."""
 UNHEARD_LEAD_FRAMES = 28
-"""A sentence this soon (0.28 s, as long as its lead-in is judged) after lost sound may be the end of a longer one."""
+"""A sentence this soon (0.28 s) after lost sound may be the end of a longer one."""
 
 
 @dataclass(frozen=True)
@@ -68,8 +68,9 @@ class RecogniserSettings:
     """The network sleeps after 0.6 s without a sign of speech."""
     min_confidence: float = 0.7
     """Below it a sentence counts as garbled."""
-    max_lead_in: float = 0.45
-    """A sentence must follow silence: nearer to noise than to speech in the 250 ms before it."""
+    max_lead_in: float = 0.4
+    """A sentence must follow silence: nearer to noise than to speech in the 0.6 s before it, so that no sentence
+    begins at a comma."""
     confidence: ConfidenceCurve = field(default_factory=ConfidenceCurve)
     min_gain: float = 16.0
     """What a sentence must fit better than the filler, in all. In noise alone words do by 4 at most; in people's talk
@@ -148,7 +149,7 @@ class Recogniser:
         events = self._take(rest) if len(rest.energies) else []
         frame = rest.first_frame + len(rest.energies)
         silence = np.tile(self._noise.estimate * np.exp(steady_noise().mean_log), (CHUNK_FRAMES, 1))
-        for _ in range(self._settings.segments.wait_frames // CHUNK_FRAMES + 8):
+        for _ in range(self._settings.segments.longer_wait_frames // CHUNK_FRAMES + 8):
             events += self._hear(Chunk(frame, silence, masked=False))
             frame += CHUNK_FRAMES
         return events + self._halting.interrupt()
@@ -156,8 +157,9 @@ class Recogniser:
     def _take(self, chunk: Chunk) -> list[Event]:
         if chunk.masked:
             return self._interrupt(chunk.first_frame)
-        self._noise.push(chunk.energies)
-        events = self._start_over(chunk.first_frame) if self._noise.follow_step() else []
+        self._noise.push(chunk.energies, speech=self._activity.busy or self._spotter.under_way)
+        stepped = not self._spotter.follows and self._noise.follow_step()
+        events = self._start_over(chunk.first_frame) if stepped else []
         return events + self._hear(chunk)
 
     def _start_over(self, frame: int) -> list[Event]:
@@ -227,8 +229,8 @@ class Recogniser:
                 self._listen_on(sentence.steps[-1].end_frame, end_frame)
                 return [recognised]
             self._spotter.forget()
-        segment = self._segments.ended(end_frame)
-        if segment is None or (self._spotter.under_way and self._spotter.best.node >= 0):
+        segment = self._segments.ended(end_frame, self._spotter.under_way)
+        if segment is None:
             return []
         self._segments.close(end_frame)
         self._listen_on(segment.end_frame, end_frame)

@@ -18,7 +18,9 @@ class SegmentSettings:
     min_modulation: float = 0.35
     """Standard deviation over time of the mean log energy, natural log: steady noise has 0.1, speech 0.7 and more."""
     wait_frames: int = 50
-    """0.5 s of quiet before speech without a sentence is given up: twice the sentence's own end rule."""
+    """0.5 s of quiet before speech without a sentence is given up: twice the sentence's own end rule..."""
+    longer_wait_frames: int = 110
+    """...or 1.1 s, while a sentence seems to be under way: its faint end may still be heard (a final n in noise)."""
 
 
 @dataclass(frozen=True)
@@ -53,9 +55,13 @@ class SegmentTracker:
         self._sum += float(loudness.sum())
         self._squares += float((loudness**2).sum())
 
-    def ended(self, frame: int) -> Segment | None:
-        """The speech that ended `wait_frames` before `frame`; anything else that ended is forgotten."""
-        if self._start is None or frame - self._end < self._settings.wait_frames:
+    def ended(self, frame: int, under_way: bool) -> Segment | None:
+        """The speech that ended long enough before `frame`; anything else that ended is forgotten.
+
+        `under_way`: the recogniser may still make a sentence of it.
+        """
+        wait = self._settings.longer_wait_frames if under_way else self._settings.wait_frames
+        if self._start is None or frame - self._end < wait:
             return None
         return self.close(self._end)
 

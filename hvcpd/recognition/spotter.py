@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import deque
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -44,6 +45,10 @@ class SpotterSettings:
     beam: Beam = field(default_factory=Beam)
 
 
+LEAD_FRAMES = 60
+"""0.6 s before a sentence tell whether it follows silence: over the pause at a comma and the weak sounds around it."""
+FOLLOWED_BLOCKS = 6
+"""48 frames: as long as noise must have been steady after a step."""
 HISTORY_FRAMES = 2048
 """20 s of the filler's costs are kept: longer than the longest sentence."""
 
@@ -54,7 +59,7 @@ class Sentence:
 
     `deficits` holds, for each word, its mean distance per frame beyond the frame's best template, in units of
     `filler_cost`: near 0 for the very word, 1 and above for anything else. `lead_in` is the mean cost, in the same
-    unit, of taking the 250 ms before the sentence for noise: 0 when it was noise, 1 and more for speech.
+    unit, of taking the 0.6 s before the sentence for noise: 0 when it was noise, 1 and more for speech.
     """
 
     steps: tuple[Step, ...]
@@ -79,6 +84,7 @@ class Spotter:
         self._gain = 0.0
         self._filler_excess = np.zeros(HISTORY_FRAMES)
         self._noise_cost = np.zeros(HISTORY_FRAMES)
+        self._bests: deque[float] = deque(maxlen=FOLLOWED_BLOCKS)
         self.awake = False
         self.best = Best(0.0)
         """The best path after the last frame."""
@@ -88,12 +94,20 @@ class Spotter:
         """Whether some path looks like a sentence in progress."""
         return self.awake and self.best.cost < -self._settings.under_way
 
+    @property
+    def follows(self) -> bool:
+        """Whether a sentence in progress has explained the last half second better than the filler."""
+        if not self.under_way or len(self._bests) < FOLLOWED_BLOCKS:
+            return False
+        return self._bests[-1] < self._bests[0] - self._settings.under_way
+
     def wake(self, energies: Energies, first_frame: int, noise: NDArray[np.float32]) -> None:
         """Begin at `first_frame` with the frames heard since, shape (n, N_BANDS)."""
         self.awake = True
         self._next = self._first = first_frame
         self._tail = np.repeat(energies[:1], CONTEXT_FRAMES, axis=0)
         self._decoder.reset(first_frame)
+        self._bests.clear()
         self._gain = self._scorer.level_of(energies, noise)
         self.feed(energies, energies, noise)
 
@@ -105,7 +119,6 @@ class Spotter:
     def forget(self) -> None:
         """Drop all paths, as after a sentence that was not one; go on listening."""
         self._decoder.reset(self._next)
-        self._first = self._next
         self.best = Best(0.0)
 
     def feed(self, energies: Energies, recent: Energies, noise: NDArray[np.float32]) -> None:
@@ -124,6 +137,7 @@ class Spotter:
             self._decode(features[start : start + HORIZON_FRAMES])
         self._decoder.forget_rests(settings.longest_pause_frames)
         self.best = self._decoder.best(settings.end_margin)
+        self._bests.append(self.best.cost)
 
     def _decode(self, features: Features) -> None:
         self._scorer.follow(self._decoder.prepare())
@@ -176,7 +190,7 @@ class Spotter:
         return (step.cost + excess) / (max(len(frames), 1) * self._settings.filler_cost)
 
     def _lead_in(self, start_frame: int) -> float:
-        frames = np.arange(max(start_frame - 28, self._first), start_frame - 3)
+        frames = np.arange(max(start_frame - LEAD_FRAMES, self._first), start_frame - 3)
         if not len(frames):
             return 0.0
         return float(self._noise_cost[frames % HISTORY_FRAMES].mean()) / self._settings.filler_cost
