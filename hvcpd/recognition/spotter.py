@@ -41,6 +41,9 @@ class SpotterSettings:
     through the next words gain a little by chance."""
     under_way: float = 15.0
     """A path this much better than the filler may be a sentence in progress."""
+    followed: float = 28.0
+    """What a sentence in progress gains at least in half a second (40 is usual), and has gained before: words fitted to
+    a noise that has just risen gain 28 at most, for a moment."""
     steps: StepCosts = field(default_factory=StepCosts)
     beam: Beam = field(default_factory=Beam)
 
@@ -96,10 +99,11 @@ class Spotter:
 
     @property
     def follows(self) -> bool:
-        """Whether a sentence in progress has explained the last half second better than the filler."""
+        """Whether a sentence that was in progress half a second ago has gone on ever since."""
         if not self.under_way or len(self._bests) < FOLLOWED_BLOCKS:
             return False
-        return self._bests[-1] < self._bests[0] - self._settings.under_way
+        first, last, s = self._bests[0], self._bests[-1], self._settings
+        return first < -s.followed and last < first - s.followed
 
     def wake(self, energies: Energies, first_frame: int, noise: NDArray[np.float32]) -> None:
         """Begin at `first_frame` with the frames heard since, shape (n, N_BANDS)."""

@@ -1,0 +1,91 @@
+"""Sentences in the robots' own voices, in rooms, in noise, said slowly and cut off."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from hil_fakes.room import PinkNoise
+from hvcpd.assembly import Sound, make_ears, make_phrasebook, make_sound
+from hvcpd.config.settings import DEFAULT_TEAMS
+from hvcpd.config.task_file import load_tasks
+from hvcpd.config.tasks import default_tasks_path
+from hvcpd.ports import SAMPLE_RATE_HZ, Samples
+from hvcpd.recognition.events import Recognised
+from hvcpd.synthesis.speaker import Speaker
+from hvcpd.synthesis.voices import voice_for
+
+NAMES = ("Rex", "Gus")
+BOOK = make_phrasebook(NAMES, DEFAULT_TEAMS, load_tasks(default_tasks_path()))
+SPEECH_RMS = 0.03
+
+
+@pytest.fixture(scope="module")
+def sound(tmp_path_factory: pytest.TempPathFactory) -> Sound:
+    return make_sound(None, tmp_path_factory.mktemp("units"))
+
+
+def said(text: str, sound: Sound, rate: float = 1.0) -> Samples:
+    utterance = BOOK.parse_text(text)
+    voice = voice_for(utterance.speaker or NAMES[0])
+    speech = Speaker(replace(voice, rate=rate * voice.rate), sound.lexicon, sound.cache).render(BOOK.phrases(utterance))
+    loud = speech[np.abs(speech) > 1e-4]
+    return np.asarray(speech * (SPEECH_RMS / np.sqrt(np.mean(loud**2))), np.float32)
+
+
+def heard(speech: Samples, sound: Sound, snr_db: float, seed: int) -> list[str]:
+    """All that is understood of this, in pink noise, after two seconds of the noise alone."""
+    stream = np.concatenate([np.zeros(2 * SAMPLE_RATE_HZ, np.float32), speech, np.zeros(2 * SAMPLE_RATE_HZ, np.float32)])
+    noise = PinkNoise(SPEECH_RMS * 10.0 ** (-snr_db / 20.0), seed).take(len(stream))
+    stream = np.asarray(stream + noise, np.float32)
+    ears = make_ears(BOOK, NAMES, sound, strangers=False)
+    events = [e for at in range(0, len(stream), 400) for e in ears.push(stream[at : at + 400])]
+    return [" ".join(e.words) for e in events if isinstance(e, Recognised)]
+
+
+def words(text: str) -> str:
+    return " ".join(BOOK.render(BOOK.parse_text(text)))
+
+
+SENTENCES = (
+    "Hi Gus, I am Rex, water the yellow rose",
+    "Hi Rex, I am Gus, I will water the yellow rose",
+    "Hi all, I am Rex, member of team plant, confirmed task ten",
+    "Hi team B, I am Gus, task three complete, I will complete task four",
+    "Hi, I am Rex, what is left",
+)
+
+
+def reverberation(rt60_s: float, seed: int) -> Samples:
+    """Nothing but reverberation, as from far across a room: noise that decays."""
+    n = round(rt60_s * SAMPLE_RATE_HZ)
+    decay = 10.0 ** (-3.0 * np.arange(n) / n)
+    response = np.random.default_rng(seed).standard_normal(n) * decay
+    return np.asarray(response / np.sqrt(np.sum(response**2)), np.float32)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("rt60_s", [0.3, 0.5])
+def test_words_are_heard_across_a_room(rt60_s: float, sound: Sound) -> None:
+    for seed, text in enumerate(SENTENCES):
+        response = reverberation(rt60_s, seed)
+        speech = np.convolve(said(text, sound), response).astype(np.float32)
+        assert heard(speech, sound, 20.0, seed) == [words(text)], text
+
+
+@pytest.mark.slow
+def test_slow_speech_is_heard_to_its_faint_end_in_loud_noise(sound: Sound) -> None:
+    for seed, text in enumerate(SENTENCES):
+        assert heard(said(text, sound, 0.8), sound, 0.0, seed) == [words(text)], text
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("rate", [0.8, 1.0])
+@pytest.mark.parametrize("text", ["Hi team B, I am Gus, member of team B, stop", "Hi all, I am Rex, move back five metres"])
+def test_the_end_of_a_longer_sentence_is_no_sentence(text: str, rate: float, sound: Sound) -> None:
+    speech = said(text, sound, rate)
+    for part in (0.1, 0.2, 0.3):
+        cut = speech[round(part * len(speech)) :]
+        assert heard(cut, sound, 20.0, 1) == [], f"{part} cut off"
