@@ -10,19 +10,21 @@ sentences of each confidence were right, and the constants for `ConfidenceCurve`
 from __future__ import annotations
 
 import argparse
-from collections.abc import Iterator, Sequence
+import random
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.signal import fftconvolve
 
-from benchmarks.hearing.material import BLOCK, Spoken, make_stream
+from benchmarks.hearing.material import BLOCK, GAP_S, Spoken, make_stream
 from benchmarks.hearing.mixing import add_noise
 from hvcpd.assembly import DEFAULT_TEAMS, make_phrasebook, make_sound, templates, user_cache_folder
 from hvcpd.config.task_file import load_tasks
 from hvcpd.config.tasks import default_tasks_path
 from hvcpd.hardware.soundfile import read_wav
+from hvcpd.language.phrasebook import Phrasebook
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 from hvcpd.recognition.events import Recognised
 from hvcpd.recognition.frontend import HOP_SAMPLES
@@ -33,6 +35,11 @@ from hvcpd.synthesis.voices import voice_for
 
 TEAMS = (("Rob", "Bot"), ("Max", "Ann"))
 ROOM_M = [14.0, 6.0, 3.0]
+FOREIGN = tuple(
+    "basket window grape strawberry maximum yes banana chair elephant paper quickly monday kitchen river table "
+    "juice hello please dancing mountain computer garden bottle silver library music potato".split()
+)
+"""Words that nobody is to understand, some of them near to some that are."""
 STEPS = 6000
 RATE = 0.5
 
@@ -50,11 +57,27 @@ class Watched(Recogniser):
         return super()._judge(sentence)
 
 
-def row(sentence: Sentence) -> tuple[float, float, float, float]:
-    """Margin, deficit, gain a frame and logarithm of the gain, as `ConfidenceCurve` takes them."""
+def row(sentence: Sentence) -> tuple[float, ...]:
+    """Margin, mean and worst deficit, gain a frame and logarithm of the gain, as `ConfidenceCurve` takes them."""
     frames = sentence.steps[-1].end_frame - sentence.steps[0].start_frame
     margin = min(min(step.margin for step in sentence.steps), ConfidenceCurve().most_margin)
-    return margin, float(np.mean(sentence.deficits)), -sentence.cost / max(frames, 1), float(np.log(-sentence.cost))
+    mean, worst = float(np.mean(sentence.deficits)), max(sentence.deficits)
+    return margin, mean, worst, -sentence.cost / max(frames, 1), float(np.log(-sentence.cost))
+
+
+def foreign(book: Phrasebook, speakers: Mapping[str, Speaker], n: int, seed: int) -> Samples:
+    """`n` sentences, each with one word that the phrasebook does not have, so that none of them is right."""
+    chooser = random.Random(seed)
+    pieces = [np.zeros(2 * SAMPLE_RATE_HZ, np.float32)]
+    for _ in range(n):
+        utterance = book.sample(chooser)
+        phrases = [list(phrase) for phrase in book.phrases(utterance)]
+        phrase = chooser.choice(phrases)
+        phrase[chooser.randrange(len(phrase))] = chooser.choice(FOREIGN)
+        speaker = speakers[utterance.speaker or chooser.choice(list(speakers))]
+        pieces += [speaker.render(phrases), np.zeros(round(chooser.uniform(*GAP_S) * SAMPLE_RATE_HZ), np.float32)]
+    sound = np.concatenate(pieces)
+    return sound + 1e-3 * np.random.default_rng(seed).standard_normal(len(sound)).astype(np.float32)
 
 
 def is_right(sentence: Sentence, words: tuple[str, ...], spoken: Sequence[Spoken]) -> bool:
@@ -111,13 +134,14 @@ def collect(o: argparse.Namespace, names: tuple[str, ...], seed: int) -> Iterato
     for response in rooms():
         far = fftconvolve(clean, response / np.abs(response).max())[: len(clean)].astype(np.float32)
         streams.append((add_noise(far, spoken, 20.0, "white", -35.0, seed), spoken))
+    streams += [(foreign(book, speakers, o.sentences, seed), [])]
     if o.data:
         streams += [(read_wav(path), []) for path in sorted(o.data.rglob("*.wav"))]
     for stream, truth in streams:
         recogniser = Watched(book.graph, bank)
         listen(recogniser, stream)
         for sentence, words in recogniser.judged:
-            if sentence.cost < -5.0 and sentence.lead_in < 0.5:
+            if sentence.cost < -5.0 and sentence.lead_in < 0.4:
                 yield sentence, is_right(sentence, words, truth)
 
 
@@ -132,9 +156,10 @@ def main() -> None:
     x, y = np.array([row(sentence) for sentence, _ in found]), np.array([right for _, right in found])
     w = fit(x, y)
     print(f"{len(y)} sentences, {(~y).sum()} wrong")
-    print(f"bias {w[-1]:.2f}, margin {w[0]:.3f}, deficit {w[1]:.2f}, gain {w[2]:.2f}, log gain {w[3]:.2f}")
+    names = ("margin", "deficit", "worst", "gain", "log gain", "bias")
+    print(", ".join(f"{name} {value:.2f}" for name, value in zip(names, w, strict=True)))
     c = ConfidenceCurve()
-    present = x @ np.array([c.per_margin, c.per_deficit, c.per_gain, c.per_log_gain]) + c.bias
+    present = x @ np.array([c.per_margin, c.per_deficit, c.per_worst, c.per_gain, c.per_log_gain]) + c.bias
     chance = 1.0 / (1.0 + np.exp(-present))
     for low, high in ((0.0, 0.5), (0.5, 0.7), (0.7, 0.8), (0.8, 0.9), (0.9, 0.95), (0.95, 1.0)):
         there = (chance >= low) & (chance < high)

@@ -40,16 +40,18 @@ UNHEARD_LEAD_FRAMES = 28
 class ConfidenceCurve:
     """Logistic regression of whether a sentence is right, on how it fared; fitted by `benchmarks/confidence.py`."""
 
-    bias: float = -3.88
-    per_margin: float = 0.29
+    bias: float = -4.82
+    per_margin: float = 0.16
     """For the cost of the closest other word in the same place, of the word where that is least."""
     most_margin: float = 12.0
     """More margin tells no more."""
-    per_deficit: float = -9.12
-    """For the words' mean distance beyond the frames' best templates (`Sentence.deficits`)."""
-    per_gain: float = 1.78
+    per_deficit: float = -1.56
+    """For the words' mean distance beyond the frames' best templates (`Sentence.deficits`)..."""
+    per_worst: float = -6.11
+    """...and for that of the worst word: a word that nobody knows hides in a long sentence that is right otherwise."""
+    per_gain: float = 4.12
     """For what the sentence fits better than the filler, a frame."""
-    per_log_gain: float = 0.98
+    per_log_gain: float = 1.36
     """For the logarithm of that in all: long sentences do not come about by chance."""
 
 
@@ -72,6 +74,9 @@ class RecogniserSettings:
     """A sentence must follow silence: nearer to noise than to speech in the 0.6 s before it, so that no sentence
     begins at a comma."""
     confidence: ConfidenceCurve = field(default_factory=ConfidenceCurve)
+    max_pause: float = 10.0
+    """A pause may pass over so much speech (in frames of it): right sentences have 7 at most in noise and rooms, and a
+    name left out ("hi rex, I am Ted" as "hi, I am Ted") has 15 and more."""
     min_gain: float = 16.0
     """What a sentence must fit better than the filler, in all. In noise alone words do by 4 at most; in people's talk
     to each other, where words fit well, by 10 (18 minutes, `benchmarks/rejection.py`)."""
@@ -247,14 +252,16 @@ class Recogniser:
         if sentence.steps[0].start_frame < self._lost_until + UNHEARD_LEAD_FRAMES:
             return None
         confidence = self._confidence(sentence)
-        if confidence < s.min_confidence or sentence.lead_in > s.max_lead_in or sentence.cost > -s.min_gain:
+        if confidence < s.min_confidence or sentence.cost > -s.min_gain:
+            return None
+        if sentence.lead_in > s.max_lead_in or sentence.pause > s.max_pause:
             return None
         spans = tuple(
             WordSpan(
                 self._spotter.word_of(step),
                 step.start_frame * HOP_SAMPLES,
                 step.end_frame * HOP_SAMPLES,
-                self._chance(sentence, step.margin, deficit),
+                self._chance(sentence, step.margin, deficit, deficit),
                 deficit,
             )
             for step, deficit in zip(sentence.steps, sentence.deficits, strict=True)
@@ -271,15 +278,15 @@ class Recogniser:
 
     def _confidence(self, sentence: Sentence) -> float:
         """The chance that every word is right."""
-        mean_deficit = sum(sentence.deficits) / len(sentence.deficits)
-        return self._chance(sentence, min(step.margin for step in sentence.steps), mean_deficit)
+        mean = sum(sentence.deficits) / len(sentence.deficits)
+        return self._chance(sentence, min(step.margin for step in sentence.steps), mean, max(sentence.deficits))
 
-    def _chance(self, sentence: Sentence, margin: float, deficit: float) -> float:
-        """The chance that a word of the sentence with this margin and deficit is right."""
+    def _chance(self, sentence: Sentence, margin: float, mean: float, worst: float) -> float:
+        """The chance that words of the sentence with this margin, mean and worst deficit are right."""
         c = self._settings.confidence
         frames = sentence.steps[-1].end_frame - sentence.steps[0].start_frame
         gain = max(-sentence.cost, 1.0)
-        logit = c.bias + c.per_margin * min(margin, c.most_margin) + c.per_deficit * deficit
+        logit = c.bias + c.per_margin * min(margin, c.most_margin) + c.per_deficit * mean + c.per_worst * worst
         logit += c.per_gain * gain / max(frames, 1) + c.per_log_gain * math.log(gain)
         return 1.0 / (1.0 + math.exp(-logit))
 

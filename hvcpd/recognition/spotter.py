@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections import deque
 from dataclasses import dataclass, field
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -62,7 +63,8 @@ class Sentence:
 
     `deficits` holds, for each word, its mean distance per frame beyond the frame's best template, in units of
     `filler_cost`: near 0 for the very word, 1 and above for anything else. `lead_in` is the mean cost, in the same
-    unit, of taking the 0.6 s before the sentence for noise: 0 when it was noise, 1 and more for speech.
+    unit, of taking the 0.6 s before the sentence for noise: 0 when it was noise, 1 and more for speech. `pause` is the
+    dearest pause inside it, in the same unit times frames: how much speech it passes over.
     """
 
     steps: tuple[Step, ...]
@@ -70,6 +72,7 @@ class Sentence:
     deficits: tuple[float, ...]
     lead_in: float
     cost: float
+    pause: float = 0.0
 
 
 class Spotter:
@@ -182,6 +185,7 @@ class Spotter:
             tuple(self._deficit(step) for step in steps),
             self._lead_in(steps[0].start_frame),
             best.cost,
+            max((self._pause(a.end_frame, b.start_frame) for a, b in pairwise(steps)), default=0.0),
         )
 
     def word_of(self, step: Step) -> str:
@@ -198,3 +202,7 @@ class Spotter:
         if not len(frames):
             return 0.0
         return float(self._noise_cost[frames % HISTORY_FRAMES].mean()) / self._settings.filler_cost
+
+    def _pause(self, start_frame: int, end_frame: int) -> float:
+        frames = np.arange(start_frame, end_frame)
+        return float(np.maximum(self._noise_cost[frames % HISTORY_FRAMES], 0.0).sum()) / self._settings.filler_cost

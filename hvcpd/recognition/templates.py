@@ -33,8 +33,8 @@ from hvcpd.recognition.frontend import (
 TRIM_DB = 40.0
 """Edges this far below a template's loudest frame are silence, not part of the word."""
 ROOM_RT60_S = 0.3
-"""Templates are heard as in a room with this reverberation time: a furnished classroom's is 0.3 to 0.6 s. In the open it
-costs nothing down to -10 dB; 0.45 s gains no more in rooms and costs a quarter of the sentences at -9 dB (all measured)."""
+"""Templates are heard as in a room with this reverberation time: a furnished classroom's is 0.3 to 0.6 s. In the open
+it costs nothing down to -9 dB; 0.45 s gains no more in rooms and costs a quarter of the sentences there (measured)."""
 LOUD_FRACTION = 0.5
 """The louder half of a voice's frames gives its typical spectrum: vowels and voiced consonants."""
 
@@ -70,9 +70,9 @@ def reverberated(energies: Energies) -> Energies:
     """The energies of a word, shape (frames, N_BANDS), as they arrive from far across a room: all of it reverberation.
 
     Sound energy in a room decays exponentially, by 60 dB in ROOM_RT60_S, so each frame holds what the earlier ones have
-    left (H. Kuttruff, "Room Acoustics"; for templates: H.-G. Hirsch & H. Finster, "A new approach for the adaptation of
-    HMMs to reverberation and background noise", Speech Communication 50(3), 2008). The sum of each band is kept, but for
-    the tail after the last frame.
+    left (H. Kuttruff, "Room Acoustics"; for models of speech: H.-G. Hirsch & H. Finster, "A new approach for the
+    adaptation of HMMs to reverberation and background noise", Speech Communication 50(3), 2008). The tail after the
+    last frame is left out.
     """
     left = np.float32(10.0 ** (-6.0 * HOP_SAMPLES / SAMPLE_RATE_HZ / ROOM_RT60_S))
     out = np.empty_like(energies)

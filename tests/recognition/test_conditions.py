@@ -37,7 +37,9 @@ def said(text: str, sound: Sound, rate: float = 1.0) -> Samples:
 
 def heard(speech: Samples, sound: Sound, snr_db: float, seed: int) -> list[str]:
     """All that is understood of this, in pink noise, after two seconds of the noise alone."""
-    stream = np.concatenate([np.zeros(2 * SAMPLE_RATE_HZ, np.float32), speech, np.zeros(2 * SAMPLE_RATE_HZ, np.float32)])
+    stream = np.concatenate(
+        [np.zeros(2 * SAMPLE_RATE_HZ, np.float32), speech, np.zeros(2 * SAMPLE_RATE_HZ, np.float32)]
+    )
     noise = PinkNoise(SPEECH_RMS * 10.0 ** (-snr_db / 20.0), seed).take(len(stream))
     stream = np.asarray(stream + noise, np.float32)
     ears = make_ears(BOOK, NAMES, sound, strangers=False)
@@ -83,9 +85,24 @@ def test_slow_speech_is_heard_to_its_faint_end_in_loud_noise(sound: Sound) -> No
 
 @pytest.mark.slow
 @pytest.mark.parametrize("rate", [0.8, 1.0])
-@pytest.mark.parametrize("text", ["Hi team B, I am Gus, member of team B, stop", "Hi all, I am Rex, move back five metres"])
+@pytest.mark.parametrize(
+    "text", ["Hi team B, I am Gus, member of team B, stop", "Hi all, I am Rex, move back five metres"]
+)
 def test_the_end_of_a_longer_sentence_is_no_sentence(text: str, rate: float, sound: Sound) -> None:
     speech = said(text, sound, rate)
     for part in (0.1, 0.2, 0.3):
         cut = speech[round(part * len(speech)) :]
         assert heard(cut, sound, 20.0, 1) == [], f"{part} cut off"
+
+
+@pytest.mark.parametrize("foreign", ["basket", "strawberry", "banana"])
+def test_a_word_that_nobody_knows_is_not_taken_for_another(foreign: str, sound: Sound) -> None:
+    speaker = Speaker(voice_for("Rex"), sound.lexicon, sound.cache)
+    speech = speaker.render([("hi", "gus"), ("i", "am", "rex"), ("water", "the", foreign, "rose")])
+    assert heard(speech * np.float32(0.3), sound, 30.0, 1) == []
+
+
+def test_a_name_is_not_left_out(sound: Sound) -> None:
+    speaker = Speaker(voice_for("Rex"), sound.lexicon, sound.cache)
+    speech = speaker.render([("hi", "basket"), ("i", "am", "rex"), ("what", "is", "left")])
+    assert heard(speech * np.float32(0.3), sound, 30.0, 1) == []
