@@ -30,7 +30,7 @@ from hvcpd.synthesis.speaker import Speaker
 from hvcpd.synthesis.voices import Voice
 from hvcpd.vocabulary import check
 
-ANYTHING = RecogniserSettings(min_confidence=0.0, max_lead_in=99.0, min_gain=1.0)
+ANYTHING = RecogniserSettings(min_confidence=0.0, max_lead_in=99.0, max_pause=1e6, min_gain=1.0)
 """A sentence counts however badly it fits."""
 FREELY = replace(ANYTHING, spotter=SpotterSettings(beam=Beam(max_pairs=2000)))
 """Some 1,400 words compete in one place: with the usual 100 the right one is often not followed to its end."""
@@ -125,22 +125,38 @@ def _longest(events: Sequence[Event]) -> Recognised | None:
 def _sounds_like(
     piece: Samples, near: Recognised, index: int, known: dict[str, list[Samples]], team: Team
 ) -> tuple[str, ...] | None:
-    """The words heard in the place of the one at `index` when they may be any; None when nothing is heard."""
+    """The words heard in the place of the one at `index` when they may be any; None when nothing is heard.
+
+    As few as explain it, since several short words bend to anything.
+    """
+    phrase = None
+    for n_words in range(1, MAX_ALTERNATIVE_WORDS + 1):
+        heard = _heard_freely(piece, near, index, known, team, n_words)
+        if heard is None:
+            continue
+        after = len(heard.words) - (len(near.words) - index - 1)
+        phrase = heard.words[index:after]
+        if min(span.confidence for span in heard.spans[index:after]) >= DOUBTFUL:
+            break
+    return phrase
+
+
+def _heard_freely(
+    piece: Samples, near: Recognised, index: int, known: dict[str, list[Samples]], team: Team, n_words: int
+) -> Recognised | None:
+    """`near` heard once more with any 1 to `n_words` words in the place of the one at `index`."""
     pauses = frozenset(range(1, len(near.words))) - {index + 1} if index + 1 < len(near.words) else frozenset[int]()
     chain = _chain(near.words, pauses)
     free = free_words(team.sound)
     speaker = Speaker(team_voices(team)[near.voice], team.sound.lexicon, team.sound.cache)
-    between = [index, *range(chain.n_nodes, chain.n_nodes + MAX_ALTERNATIVE_WORDS - 1)]
+    between = [index, *range(chain.n_nodes, chain.n_nodes + n_words - 1)]
     arcs = list(chain.arcs)
     for depth, node in enumerate(between):
         targets = {index + 1, *between[depth + 1 : depth + 2]}
         arcs += [Arc(node, target, word) for word in free for target in targets if word != near.words[index]]
-    graph = replace(chain, n_nodes=chain.n_nodes + MAX_ALTERNATIVE_WORDS - 1, arcs=tuple(arcs))
+    graph = replace(chain, n_nodes=chain.n_nodes + n_words - 1, arcs=tuple(arcs))
     bank = {word: speaker.templates(word) for word in free} | {word: known[word] for word in near.words}
-    heard = _longest(_hear(Recogniser(graph, {near.voice: bank}, FREELY), piece))
-    if heard is None:
-        return None
-    return heard.words[index : len(heard.words) - (len(near.words) - index - 1)]
+    return _longest(_hear(Recogniser(graph, {near.voice: bank}, FREELY), piece))
 
 
 def free_words(sound: Sound) -> list[str]:
