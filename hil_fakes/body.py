@@ -22,10 +22,14 @@ class Body:
     """Two fake motors, the unmodified driver on their port, and the true pose. A context manager."""
 
     def __init__(self, start: Pose, seed: int) -> None:
+        self._now_s = 0.0
         self.motors = turtlebot3_pair(LEFT_ID, RIGHT_ID)
         self._bus = FakeBus(self.motors, seed=seed)
         self.wheels = DynamixelWheels(
-            self._bus.path, ids=(LEFT_ID, RIGHT_ID), settings=DynamixelSettings(timeout_s=TIMEOUT_S), clock=lambda: 0.0
+            self._bus.path,
+            ids=(LEFT_ID, RIGHT_ID),
+            settings=DynamixelSettings(timeout_s=TIMEOUT_S),
+            clock=lambda: self._now_s,
         )
         self._truth = TruePose(start, self._true_angles, TrueWheels())
 
@@ -50,6 +54,7 @@ class Body:
 
     def advance(self, dt_s: float) -> None:
         """Let the motors turn for `dt_s` and move the body accordingly."""
+        self._now_s += dt_s
         self._bus.advance(dt_s)
         self._truth.follow()
 

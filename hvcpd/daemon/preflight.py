@@ -96,7 +96,7 @@ def find_memory(directory: Path, access: Access = os.access) -> Finding:
     if not access(nearest, os.W_OK | os.X_OK):
         what = "cannot be written" if nearest == directory else f"cannot be made in {nearest}"
         return Finding("memory", f"state_dir: {directory} {what}; {remedy}", EX_CANTCREAT)
-    return Finding("memory", f"{directory} {'is' if nearest == directory else 'can be made and'} writable")
+    return Finding("memory", f"{directory} {'is writable' if nearest == directory else 'will be made'}")
 
 
 def find_sound(settings: AudioSettings, devices: Devices) -> Iterator[Finding]:

@@ -138,9 +138,9 @@ def _read_samples(path: Path, format_: _Format, rest: memoryview, length: int) -
     stated = len(rest) if length >= _UNKNOWN_LENGTH else length
     there = min(stated, len(rest)) // format_.block_bytes
     if stated > len(rest):
-        found_s, stated_s = (bytes_ / format_.block_bytes / format_.rate_hz for bytes_ in (len(rest), stated))
+        missing, stated_s = (stated - len(rest)) / format_.block_bytes, stated / format_.block_bytes / format_.rate_hz
         raise AudioFileError(
-            f"{path}: cut short, only {found_s:.2f} s of {stated_s:.2f} s are there; copy or record it again"
+            f"{path}: cut short, {missing:.0f} samples of {stated_s:.2f} s are missing; copy or record it again"
         )
     if there == 0:
         raise AudioFileError(f"{path}: no samples in it; record it again")

@@ -226,7 +226,8 @@ def conclusion(artist: Artist, watch: Watch, summary: Summary) -> Iterable[Text]
     """How it ended, in a few lines."""
     well = summary.lost == 0 and summary.duplicates == 0
     if well:
-        yield artist.text((f"✓ All {plural(summary.tasks, 'task')} done, each exactly once", "bold green"))
+        done = f"All {summary.tasks} tasks done, each" if summary.tasks != 1 else "The task was done"
+        yield artist.text((f"✓ {done} exactly once", "bold green"))
     else:
         wrong = [f"{summary.lost} not done"] * (summary.lost > 0)
         wrong += [f"{summary.duplicates} done more than once"] * (summary.duplicates > 0)
