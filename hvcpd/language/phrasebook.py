@@ -261,6 +261,8 @@ class Phrasebook:
         where = f"after '{written}'" if written else "at the beginning"
         close = difflib.get_close_matches(words[known], expected, n=1)
         hint = f"did you mean '{close[0]}'?" if close else f"possible there: {choices or 'nothing, it ends there'}"
+        if "i" in expected and any(arc.word == words[known] for arc in self.graph.arcs):
+            hint = f"who speaks comes first: '{written} i am …'"
         return f"'{words[known]}' is not in the phrasebook {where}; {hint} (all forms: hvcpctl phrases)"
 
 
