@@ -21,10 +21,11 @@ from hil_fakes.dynamixel.bus import FakeBus
 from hil_fakes.dynamixel.motor import FakeXL430, turtlebot3_pair
 from hil_fakes.dynamixel.opencr import FakeOpenCR
 from hil_fakes.dynamixel.pump import RealTimePump
+from hil_fakes.fault_schedule import Fault
 from hil_fakes.true_pose import TrueWheels
 from hil_fakes.virtual_robot import Kind
 from hil_fakes.wheel_course import FIGURE_OF_EIGHT, SQUARE, calibrate_by_tape, drive_course
-from hil_fakes.wheel_trial import STOP_LIMIT_S, run_trial
+from hil_fakes.wheel_trial import run_trial, stop_limit_s
 from hvcpd.daemon.wheel_service import WheelService
 from hvcpd.hardware.kinematics import BURGER
 from hvcpd.hardware.wheels import DynamixelWheels
@@ -137,7 +138,7 @@ def trials(score: Score, kind: Kind, count: int) -> None:
     score.tell(f"{kind}: ended", ", ".join(f"{name} {n}" for name, n in sorted(states.items())))
     score.tell(f"{kind}: with a rule broken (limit 0)", str(broken), broken == 0)
     for name, stop_s in sorted(stops.items()):
-        limit_s = STOP_LIMIT_S[kind]
+        limit_s = stop_limit_s(kind, Fault(name))
         score.tell(
             f"{kind}: longest stop after {name} (limit {limit_s:g} s)", f"{stop_s:.2f} s", stop_s <= limit_s + 0.01
         )
@@ -146,7 +147,7 @@ def trials(score: Score, kind: Kind, count: int) -> None:
 def kill(score: Score, kind: Kind, count: int) -> None:
     """A real process drives, is killed, and the fake's time is taken until its wheels stand."""
     longest_s = max(_killed(kind) for _ in range(count))
-    limit_s = STOP_LIMIT_S[kind]
+    limit_s = stop_limit_s(kind, Fault.HANG)
     score.tell(
         f"{kind}: kill -9 in mid-motion, longest of {count} (limit {limit_s:g} s)",
         f"{longest_s:.2f} s",

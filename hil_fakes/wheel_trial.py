@@ -23,9 +23,12 @@ from hvcpd.hardware.stall import LEAST_COMMAND_RAD_S
 from hvcpd.hardware.wheels_sense import SUSTAINED_S
 from hvcpd.ports import STANDSTILL, Pose, WheelCommand, WheelReading
 
-STOP_LIMIT_S = {"xl430": 0.5, "opencr": 0.75}
-"""OpenCR's own limit is half a second of silence and up to two of its 20 ms periods, and then the wheels still have to
-come to a stand; nothing that we send can make it shorter."""
+STOP_LIMIT_S = 0.5
+"""After every fault of which the driver, or a motor's watchdog, can know."""
+SILENT_LIMIT_S = 0.75
+"""OpenCR that hears nothing any more: its own limit is half a second of silence and up to two of its 20 ms periods, and
+then the wheels still have to come to a stand; nothing that we sent before can make it shorter."""
+SILENT = frozenset({Fault.HANG, Fault.UNPLUG})
 STANDING_RAD_S = 0.05
 """1.7 mm/s at the rim; encoder and gear play are no more."""
 MEMORY_S = 0.85
@@ -35,6 +38,11 @@ ODOMETRY_M = 0.05
 LOW_V = 10.2
 STANDING_EVERY = 4
 """Standing wheels are served every 200 ms, as on the bench."""
+
+
+def stop_limit_s(kind: Kind, fault: Fault) -> float:
+    """Within how many seconds of such a fault the wheels must stand."""
+    return SILENT_LIMIT_S if kind == "opencr" and fault in SILENT else STOP_LIMIT_S
 
 
 @dataclass
@@ -86,7 +94,7 @@ class Trial:
         if verdict.state is MotionState.MOVING:
             verdict.broken.append(f"the journey has not ended after {LIMIT_S:.0f} s")
         self._exchange(STANDSTILL)
-        self._wait(STOP_LIMIT_S[verdict.kind])
+        self._wait(SILENT_LIMIT_S)
         if robot.fastest_rad_s > STANDING_RAD_S:
             verdict.broken.append("the wheels turn after the journey's end")
         self._judge_arrival()
@@ -154,12 +162,8 @@ class Trial:
             case Fault.HANG:
                 self._hang_until_s = event.until_s
         self._undo.append(event)
-        if event.fault in STOPS and robot.navigator.state is MotionState.MOVING and self._detectable(event):
+        if event.fault in STOPS and robot.navigator.state is MotionState.MOVING:
             self._calls.append(event)
-
-    def _detectable(self, event: Event) -> bool:
-        """OpenCR goes on with one motor when the other has lost its cable, and nobody can tell from its table."""
-        return not (self.verdict.kind == "opencr" and event.fault is Fault.DEAD_MOTOR)
 
     def _end(self, event: Event) -> None:
         robot, motor = self.robot, self.robot.motors[event.side]
@@ -205,7 +209,7 @@ class Trial:
                 self._calls.remove(event)
                 known_s = self.verdict.stop_s.get(event.fault, 0.0)
                 self.verdict.stop_s[event.fault] = max(known_s, since_s)
-            elif since_s > STOP_LIMIT_S[self.verdict.kind] + 0.01:
+            elif since_s > stop_limit_s(self.verdict.kind, event.fault) + 0.01:
                 self._calls.remove(event)
                 self.verdict.broken.append(
                     f"{event.at_s:.2f} s: {event.fault.value}: the wheels still turn after {since_s:.2f} s"

@@ -26,7 +26,9 @@ class Diagnosis:
 
 def run(options: argparse.Namespace) -> int:
     """Look at everything; 0 only if all is well."""
-    settings = load_settings(options.config, {}, name_needed=False)
+    settings = load_settings(
+        options.config, {"wheels.port": options.port, "wheels.driver": options.driver}, name_needed=False
+    )
     found = list(look_at_wheels(settings.wheels))
     for diagnosis in found:
         if options.json:

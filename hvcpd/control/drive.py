@@ -92,7 +92,8 @@ def _report(options: argparse.Namespace, wheels: Wheels, session: DriveSession, 
         return EX_OK
     if navigator.state is MotionState.ARRIVED:
         session.rest(SETTLE_S)
-    show.end(session.odometry.pose, session.way_m, navigator.state, navigator.reason)
+    reason = "; ".join(text for text in (navigator.reason, session.fault) if text)
+    show.end(session.odometry.pose, session.way_m, navigator.state, reason)
     return EX_OK if navigator.state is MotionState.ARRIVED else EX_FAILURE
 
 
@@ -101,7 +102,7 @@ def _calibrate(options: argparse.Namespace, settings: Settings, session: DriveSe
 
     def perform(journey: Journey) -> None:
         if session.carry_out(journey, show.moment) is not MotionState.ARRIVED:
-            raise CalibrationError(f"the run failed: {session.navigator.reason}")
+            raise CalibrationError(f"the run failed: {session.navigator.reason}; {session.fault}".removesuffix("; "))
         session.rest(SETTLE_S)
 
     def ask(name: str) -> Measured:

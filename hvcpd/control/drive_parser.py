@@ -21,6 +21,7 @@ _EPILOG = (
     "Exit status: 0 there, 1 the motion failed, 2 bad input or no wheels; 130 interrupted. The wheels stand at "
     "the end, whatever it is."
 )
+_OPTIONS = "Every action takes --port, --driver, --dry-run (needs no robot) and --json. "
 
 
 def _bounded(most: float, unit: str) -> Callable[[str], float]:
@@ -38,19 +39,19 @@ def _bounded(most: float, unit: str) -> Callable[[str], float]:
 
 def add_drive(commands: Commands, run: Run) -> None:
     """Add `drive` and its actions."""
-    drive = commands.add_parser("drive", help="move one robot by hand, without the daemon", epilog=_EPILOG)
+    drive = commands.add_parser("drive", help="move one robot by hand, without the daemon", epilog=_OPTIONS + _EPILOG)
     actions = drive.add_subparsers(title="actions", metavar="ACTION", required=True, dest="action")
     metres, degrees = _bounded(MAX_DISTANCE_M, "m"), _bounded(MAX_TURN_DEG, "degrees")
     place = _bounded(MAX_COORDINATE_M, "m")
     _add(actions, "status", "voltage, temperature, errors, odometry", run)
     _add(actions, "forward", "move straight on; a negative distance is backward", run).add_argument(
-        "metres", type=metres, metavar="M"
+        "metres", type=metres, metavar="M", help=f"metres, -{MAX_DISTANCE_M:g} to {MAX_DISTANCE_M:g}"
     )
     _add(actions, "turn", "turn on the spot; positive is to the left", run).add_argument(
-        "degrees", type=degrees, metavar="DEG"
+        "degrees", type=degrees, metavar="DEG", help=f"degrees, -{MAX_TURN_DEG:g} to {MAX_TURN_DEG:g}"
     )
     goto = _add(actions, "goto", "go to a place, or to several in turn", run)
-    goto.add_argument("places", type=place, nargs="+", metavar="X Y")
+    goto.add_argument("places", type=place, nargs="+", metavar="X Y", help="metres: x ahead, y to the left")
     goto.add_argument("--back", action="store_true", help="then go back to the start and its heading")
     _add(actions, "stop", "stop the wheels and switch them off", run)
     _add(actions, "calibrate", "find what the wheels really measure, with a tape measure", run)
@@ -60,15 +61,20 @@ def add_doctor(commands: Commands, run: Run) -> None:
     """Add `doctor`."""
     doctor = commands.add_parser("doctor", help="say what is wrong with this robot, and how to mend it")
     doctor.add_argument("--config", type=Path, metavar="FILE", help="settings file (default: /etc/hvcpd/hvcpd.yaml)")
+    _add_port(doctor)
     doctor.add_argument("--json", action="store_true", help="print one JSON object a line")
     doctor.set_defaults(run=run)
+
+
+def _add_port(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("--port", metavar="PORT", help="serial port (default: as in the settings)")
+    parser.add_argument("--driver", choices=("auto", "opencr", "xl430"), help="kind of wheels (default: settings)")
 
 
 def _add(actions: Commands, name: str, text: str, run: Run) -> argparse.ArgumentParser:
     parser = actions.add_parser(name, help=text, epilog=_EPILOG)
     parser.add_argument("--config", type=Path, metavar="FILE", help="settings file (default: /etc/hvcpd/hvcpd.yaml)")
-    parser.add_argument("--port", metavar="PORT", help="serial port (default: as in the settings)")
-    parser.add_argument("--driver", choices=("auto", "opencr", "xl430"), help="kind of wheels (default: settings)")
+    _add_port(parser)
     parser.add_argument("--dry-run", action="store_true", help="say what would happen; needs no robot")
     parser.add_argument("--json", action="store_true", help="print one JSON object a line")
     parser.set_defaults(run=run)

@@ -40,6 +40,8 @@ class DriveSession:
         self._drive = drive
         self._clock = clock
         self._sleep = sleep
+        self.fault = ""
+        """Why the wheels did not answer at the last exchange; empty if they did."""
         self.way_m = 0.0
         """How far the robot's middle has moved so far."""
 
@@ -70,7 +72,9 @@ class DriveSession:
         try:
             reading = self._wheels.exchange(command)
         except DeviceError as error:
-            return None, str(error)
+            self.fault = str(error)
+            return None, self.fault
+        self.fault = ""
         before = self.odometry.pose
         now = self.odometry.update(reading)
         self.way_m += ((now.x_m - before.x_m) ** 2 + (now.y_m - before.y_m) ** 2) ** 0.5

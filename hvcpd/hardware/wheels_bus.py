@@ -6,7 +6,9 @@ Knows Protocol 2.0 devices in general, no motor in particular; the drivers build
 from __future__ import annotations
 
 import errno
+import grp
 from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
 from typing import Any, TypeVar
 
 from dynamixel_sdk import (
@@ -25,6 +27,9 @@ ALERT = 0x80
 
 STATUS_SIZE = 11
 """Bytes of a status packet without parameters: error at 8, parameters from 9 on (e-Manual, "Status Packet")."""
+
+USUAL_GROUP = "dialout"
+"""Of serial ports on Debian, Ubuntu and Raspberry Pi OS; others have uucp."""
 
 PING_PARAMETERS = 3
 """The answer to a ping: model number (2) and firmware (1). No register that we read has three bytes."""
@@ -221,14 +226,29 @@ def _n_parameters(packet: Sequence[int]) -> int:
     return (packet[5] | packet[6] << 8) - 4
 
 
+def in_use(error: BaseException | None) -> bool:
+    """Whether a port did not open because another program has it."""
+    return getattr(error, "errno", None) in (errno.EBUSY, errno.EAGAIN)
+
+
+def _group_of(path: str) -> str:
+    """The group that may use the port: its own, or that of serial ports on Debian if that tells nothing."""
+    try:
+        name = grp.getgrgid(Path(path).stat().st_gid).gr_name
+    except (OSError, KeyError):
+        return USUAL_GROUP
+    return USUAL_GROUP if name == "root" else name
+
+
 def port_remedy(path: str, error: Exception) -> str:
     """What to tell a person when a port does not open."""
     number = getattr(error, "errno", None)
     if number in (errno.ENOENT, errno.ENODEV, errno.ENXIO):
-        return f"{path}: no such port. Plug in the U2D2 or OpenCR, or name its port in the configuration"
+        return f"{path}: no such port. Plug in the U2D2 or OpenCR, or set wheels.port to the right one (auto finds it)"
     if number in (errno.EACCES, errno.EPERM):
-        return f"{path}: no permission. Join the group dialout (sudo adduser $USER dialout) and log in again"
-    if number in (errno.EBUSY, errno.EAGAIN):
+        group = _group_of(path)
+        return f"{path}: no permission. Join the group {group} (sudo usermod -aG {group} $USER) and log in again"
+    if in_use(error):
         return (
             f"{path}: the port is in use. Stop the other program "
             "(another hvcpd, or ModemManager: sudo systemctl disable --now ModemManager)"

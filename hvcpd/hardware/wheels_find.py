@@ -17,7 +17,7 @@ from hvcpd.hardware import opencr, wheels_handshake, wheels_opencr_handshake, xl
 from hvcpd.hardware.kinematics import Drive
 from hvcpd.hardware.wheels import DynamixelSettings, DynamixelWheels
 from hvcpd.hardware.wheels_base import BusWheels
-from hvcpd.hardware.wheels_bus import BusError, DynamixelBus, MakePort, PortLostError, RefusedError, twice
+from hvcpd.hardware.wheels_bus import BusError, DynamixelBus, MakePort, PortLostError, RefusedError, in_use, twice
 from hvcpd.hardware.wheels_opencr import OpenCRSettings, OpenCRWheels
 from hvcpd.hardware.wheels_port import WaitingPort
 from hvcpd.hardware.xl430 import Register
@@ -154,15 +154,17 @@ def _examine_port(settings: WheelSettings, port: str, make_port: MakePort, timeo
     try:
         bus.open()
     except DeviceError as error:
-        held = holders(port)
+        held = holders(port) if in_use(error.__cause__) else []
         return WheelFinding(None, port, (f"{error}{'; it is held by ' + ', '.join(held) if held else ''}",))
     try:
         kind = _kind(settings, bus)
         if kind is None:
             return WheelFinding(None, port, (_nobody(settings, port, bus, make_port, timeout_s),))
-        problems = _inspect(settings, kind, bus)
-        if settings.driver == "xl430" and not _answers(bus, settings.ids):
-            problems += _elsewhere(settings, port, bus, make_port, timeout_s)
+        problems = _other_kind(settings, bus)
+        if not problems:
+            problems = _inspect(settings, kind, bus)
+            if settings.driver == "xl430" and not _answers(bus, settings.ids):
+                problems += _elsewhere(settings, port, bus, make_port, timeout_s)
         facts = twice(lambda: tuple(_facts(settings, kind, bus))) if not problems else ()
     except BusError as error:
         return WheelFinding(None, port, (str(error),))
@@ -185,6 +187,15 @@ def _inspect(settings: WheelSettings, kind: Kind, bus: DynamixelBus) -> list[str
     return wheels_handshake.inspect(bus, *settings.ids)
 
 
+def _other_kind(settings: WheelSettings, bus: DynamixelBus) -> list[str]:
+    """Whether it is the other kind of wheels that answers, and only that."""
+    ids: dict[str, Sequence[int]] = {"opencr": (opencr.DEVICE_ID,), "xl430": settings.ids}
+    there = {"opencr": "xl430", "xl430": "opencr"}.get(settings.driver)
+    if there is None or _answers(bus, ids[settings.driver]) or not _answers(bus, ids[there]):
+        return []
+    return [f"{KINDS[there]} found, but wheels.driver is {settings.driver}: set it to {there} or auto"]
+
+
 def _answers(bus: DynamixelBus, ids: Sequence[int]) -> bool:
     for device_id in ids:
         try:
@@ -198,6 +209,12 @@ def _answers(bus: DynamixelBus, ids: Sequence[int]) -> bool:
 
 
 def _nobody(settings: WheelSettings, port: str, bus: DynamixelBus, make_port: MakePort, timeout_s: float) -> str:
+    seen = wheels_handshake.strangers(bus, settings.ids)
+    if seen:
+        return (
+            f"{port}: neither OpenCR (ID {opencr.DEVICE_ID}) nor motors {settings.left_id} and {settings.right_id} "
+            f"answer, but {seen} do: if these are the wheels, set wheels.left_id and wheels.right_id"
+        )
     elsewhere = _elsewhere(settings, port, bus, make_port, timeout_s)
     if elsewhere:
         return f"{port}: {elsewhere[0]}"

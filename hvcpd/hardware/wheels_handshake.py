@@ -82,21 +82,36 @@ def inspect(
             raise
         except BusError:
             missing.append((side, motor_id))
-    return [*_missing(bus, missing, search_s), *problems]
+    return [*_missing(bus, missing, (left_id, right_id), search_s), *problems]
 
 
-def _missing(bus: DynamixelBus, missing: Sequence[tuple[str, int]], search_s: float) -> list[str]:
+def strangers(bus: DynamixelBus, ids: Sequence[int], search_s: float = SEARCH_S) -> str:
+    """The devices on the line other than `ids`, in words; empty if there are none. Raises PortLostError."""
+    found = {motor_id: model for motor_id, model in bus.find(search_s).items() if motor_id not in ids}
+    return ", ".join(
+        f"ID {motor_id} ({'XL430-W250' if model == xl430.MODEL_NUMBER else f'model {model}'})"
+        for motor_id, model in sorted(found.items())
+    )
+
+
+def _missing(bus: DynamixelBus, missing: Sequence[tuple[str, int]], ids: tuple[int, int], search_s: float) -> list[str]:
     if not missing:
         return []
-    others = {
-        motor_id: model for motor_id, model in bus.find(search_s).items() if motor_id not in dict(missing).values()
-    }
-    seen = ", ".join(f"ID {motor_id} (model {model})" for motor_id, model in sorted(others.items()))
-    if not seen:
-        remedy = f"is the motors' power on, the cable plugged in, and their speed {bus.baud_rate} baud?"
+    seen = strangers(bus, ids, search_s)
+    if seen:
+        remedy = "the line has {seen}: if that is it, set wheels.{side}_id, or make its ID {id} with Dynamixel Wizard 2"
+    elif len(missing) < len(ids):
+        remedy = (
+            "the other motor answers; is the cable between the two plugged in, and has this one ID {id} and "
+            "{speed} baud (ID 1 and 57600 baud when new)?"
+        )
     else:
-        remedy = f"on the line there are only {seen}; set the motor's ID, or name the right one in the configuration"
-    return [f"{side} motor (ID {motor_id}): no answer; {remedy}" for side, motor_id in missing]
+        remedy = "is the motors' power on, the cable plugged in, and their speed {speed} baud?"
+    return [
+        f"{side} motor (ID {motor_id}): no answer; "
+        + remedy.format(seen=seen, side=side, id=motor_id, speed=bus.baud_rate)
+        for side, motor_id in missing
+    ]
 
 
 def _faults(bus: DynamixelBus, motor_id: int, lowest_voltage_v: float) -> list[str]:

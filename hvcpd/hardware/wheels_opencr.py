@@ -29,6 +29,10 @@ WINDOW_SIZE = opencr.MOTOR_TORQUE.address + opencr.MOTOR_TORQUE.size - WINDOW_ST
 LIMIT_M_S = xl430.FACTORY_VELOCITY_LIMIT * xl430.VELOCITY_UNIT_RAD_S * BURGER.wheel_radius_m
 """0.2097 m/s at the rim: beyond their own velocity limit motors refuse the controller's goals (up to 0.2108)."""
 
+NO_PROFILE = bytes(opencr.PROFILE_ACCELERATION_LEFT.size + opencr.PROFILE_ACCELERATION_RIGHT.size)
+"""Both motors' own ramps, side by side. ROBOTIS's node can set them, and the motors keep them until their power is cut:
+a gentle one would stretch every stop, also that of the heartbeat."""
+
 TORQUE_DELAY_S = 0.04
 """The controller's table shows the torque up to one of its 20 ms periods after it was switched on; twice that."""
 
@@ -82,6 +86,7 @@ class OpenCRWheels(BusWheels):
     def _make_ready(self) -> None:
         self._send_stop()
         self._bus.write_block(self._id, opencr.LINEAR_X.address, command_block(0, 0), "the command words")
+        self._bus.write_block(self._id, opencr.PROFILE_ACCELERATION_LEFT.address, NO_PROFILE, "profile accelerations")
         self._take(read_state(self._bus, self._id))
         self._bus.write(self._id, opencr.MOTOR_TORQUE, 1)
 

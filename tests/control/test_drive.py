@@ -130,7 +130,24 @@ def test_stop_stops_opencr_in_debug_mode(capsys: pytest.CaptureFixture[str]) -> 
 def test_a_stop_that_nobody_confirms_is_an_error(capsys: pytest.CaptureFixture[str]) -> None:
     with robot(FakeXL430(9)) as bus:
         assert main(["drive", "stop", "--port", bus.path]) == 2
-    assert "nothing answers" in capsys.readouterr().err
+    assert "neither OpenCR (ID 200) nor motors 1 and 2 answer, but ID 9" in capsys.readouterr().err
+
+
+def test_a_failed_motion_tells_what_the_wheels_said_last(capsys: pytest.CaptureFixture[str]) -> None:
+    controller = FakeOpenCR()
+    controller.right.powered = False  # its cable came off after the controller had started
+    with robot(controller) as bus:
+        assert main(["drive", "forward", "0.2", "--port", bus.path]) == 1
+    out = capsys.readouterr().out
+    assert "the wheels have not answered for 4 s; " in out
+    assert "lost its cable" in out
+
+
+def test_the_doctor_looks_where_it_is_told(capsys: pytest.CaptureFixture[str]) -> None:
+    with robot() as bus:
+        assert main(["doctor", "--port", bus.path]) == 0
+        assert main(["doctor", "--port", bus.path, "--driver", "opencr"]) == 1
+    assert "set it to xl430 or auto" in capsys.readouterr().out
 
 
 def test_the_doctor_tells_everything_at_once(capsys: pytest.CaptureFixture[str], tmp_path: Any) -> None:

@@ -91,6 +91,16 @@ def test_silence_stops_the_wheels_after_the_controllers_half_second(robot: Virtu
     assert robot.run(AHEAD, 1.0).left_rad_s == pytest.approx(3.0, abs=0.1)
 
 
+def test_ramps_that_another_program_left_in_the_motors_do_not_stretch_the_stop() -> None:
+    robot = VirtualRobot("opencr", seed=1)
+    for motor in robot.motors:
+        motor.write(108, (20).to_bytes(4, "little"))  # 7.5 rad/s²: 0.8 s from top speed
+    robot.wheels.open()
+    robot.run(WheelCommand(6.0, 6.0), 2.0)
+    robot.run(STANDSTILL, 0.3)
+    assert robot.fastest_rad_s == 0.0
+
+
 def test_debug_mode_is_refused_at_open() -> None:
     robot = VirtualRobot("opencr")
     controller(robot).set("debug_mode", 1)

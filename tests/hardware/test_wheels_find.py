@@ -2,6 +2,7 @@
 
 import os
 from pathlib import Path
+from typing import Literal
 
 import pytest
 
@@ -55,16 +56,46 @@ def test_motors_at_another_speed_are_told_with_the_remedy(devices: Path) -> None
     with FakeBus([FakeXL430(1, baud_rate_hz=57_600), FakeXL430(2, baud_rate_hz=57_600)]) as robot:
         plug(devices, "ttyUSB0", robot)
         for driver in ("auto", "xl430"):
-            problems = " ".join(examine(WheelSettings(driver=driver), directory=devices).problems)  # type: ignore[arg-type]
+            problems = " ".join(examine(WheelSettings(driver=driver), directory=devices).problems)
             assert "set wheels.baud_rate to 57600" in problems
 
 
 def test_silence_is_told_with_all_that_it_may_mean(devices: Path) -> None:
-    with FakeBus([FakeXL430(7)]) as robot:
+    silent = FakeXL430(1)
+    silent.powered = False
+    with FakeBus([silent]) as robot:
         plug(devices, "ttyUSB0", robot)
         (problem,) = examine(WheelSettings(), directory=devices, timeout_s=0.01).problems
     assert "nothing answers, neither OpenCR (ID 200) nor motors 1 and 2" in problem
     assert "switched on" in problem
+
+
+def test_motors_with_other_identifiers_are_named_with_the_settings_that_help(devices: Path) -> None:
+    with FakeBus([FakeXL430(3), FakeXL430(4)]) as robot:
+        plug(devices, "ttyUSB0", robot)
+        (problem,) = examine(WheelSettings(), directory=devices, timeout_s=0.2).problems
+    assert "ID 3 (XL430-W250), ID 4 (XL430-W250)" in problem
+    assert "set wheels.left_id and wheels.right_id" in problem
+
+
+@pytest.mark.parametrize(
+    ("driver", "there"), [("xl430", [FakeOpenCR()]), ("opencr", turtlebot3_pair())], ids=["opencr", "xl430"]
+)
+def test_the_other_kind_of_wheels_is_told_with_the_remedy(
+    devices: Path, driver: Literal["xl430", "opencr"], there: list[FakeXL430 | FakeOpenCR]
+) -> None:
+    with FakeBus(there) as robot:
+        plug(devices, "ttyUSB0", robot)
+        (problem,) = examine(WheelSettings(driver=driver), directory=devices, timeout_s=0.2).problems
+    assert f"wheels.driver is {driver}: set it to {'opencr' if driver == 'xl430' else 'xl430'} or auto" in problem
+
+
+def test_holders_are_told_only_of_a_port_that_is_in_use(tmp_path: Path) -> None:
+    port = tmp_path / "file"
+    with port.open("w"):  # it is held by us, but that is not why it is no port
+        (problem,) = examine(WheelSettings(port=str(port))).problems
+    assert "does not open" in problem
+    assert "held by" not in problem
 
 
 def test_who_holds_the_port_is_named(devices: Path) -> None:

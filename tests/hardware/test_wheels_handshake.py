@@ -1,5 +1,7 @@
 """What `open` says when something is missing or wrong: all of it, with the remedy."""
 
+import grp
+import os
 from pathlib import Path
 
 import pytest
@@ -46,6 +48,24 @@ def test_each_cause_has_its_remedy(error: OSError, remedy: str) -> None:
     assert remedy in port_remedy("/dev/ttyACM0", error)
 
 
+def test_the_group_is_the_ports_own(tmp_path: Path) -> None:
+    port = tmp_path / "ttyACM0"
+    port.touch()
+    if os.geteuid() == 0:
+        os.chown(port, -1, grp.getgrnam("tty").gr_gid)
+    own = grp.getgrgid(port.stat().st_gid).gr_name
+    assert f"usermod -aG {own} " in port_remedy(str(port), PermissionError(13, "Permission denied"))
+
+
+@pytest.mark.parametrize(("there", "remedy"), [(1, "the other motor answers"), (5, "the line has ID 5 (XL430-W250)")])
+def test_a_missing_motors_remedy_goes_by_what_else_answers(there: int, remedy: str) -> None:
+    with FakeBus([FakeXL430(1), *([FakeXL430(there)] if there != 1 else [])]) as bus:
+        text = refusal(bus.path)
+    assert text.count("no answer") == 1
+    assert "right motor (ID 2): no answer" in text
+    assert remedy in text
+
+
 def test_a_second_program_is_kept_out(bus: FakeBus) -> None:
     first = DynamixelBus(bus.path, 1_000_000, 0.03)
     first.open()
@@ -62,7 +82,7 @@ def test_everything_wrong_is_told_at_once() -> None:
         bus.motors[1].memory.set("firmware_version", 37)
         bus.motors[1].raise_hardware_error(SHUTDOWN_OVERLOAD)
         text = refusal(bus.path)
-    for part in ("right motor (ID 2): no answer", "ID 5 (model 1060)", "firmware 37", "overload", "only 9.5 V"):
+    for part in ("right motor (ID 2): no answer", "ID 5 (XL430-W250)", "firmware 37", "overload", "only 9.5 V"):
         assert part in text
     assert text.startswith(bus.path)
 

@@ -5,7 +5,7 @@ import threading
 
 import pytest
 import serial
-from dynamixel_sdk import COMM_RX_CORRUPT, COMM_RX_TIMEOUT, COMM_SUCCESS, GroupSyncRead, PortHandler
+from dynamixel_sdk import COMM_RX_CORRUPT, COMM_RX_TIMEOUT, COMM_SUCCESS, GroupSyncRead
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -16,6 +16,7 @@ from hil_fakes.dynamixel.faults import ReplyFault
 from hil_fakes.dynamixel.motor import FakeXL430, turtlebot3_pair
 from hil_fakes.dynamixel.protocol import Packet, PacketReader
 from hil_fakes.dynamixel.pump import RealTimePump
+from tests.hil_fakes.dynamixel.conftest import PatientPort
 
 
 def test_broadcast_ping_finds_both(rig: Rig) -> None:
@@ -73,7 +74,7 @@ def test_unplugging_is_an_error_and_replugging_heals(bus: FakeBus, rig: Rig) -> 
         rig.protocol.ping(rig.port, 1)
     rig.port.closePort()
     bus.replug()
-    port = PortHandler(bus.path)
+    port = PatientPort(bus.path)
     assert port.setBaudRate(1_000_000)
     assert rig.protocol.ping(port, 1)[1] == COMM_SUCCESS
     port.closePort()
