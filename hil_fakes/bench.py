@@ -19,7 +19,7 @@ from hil_fakes.room import Air, Point, Room
 from hil_fakes.scorekeeper import Scorekeeper
 from hvcpd.assembly import RobotPlan, Roster, Sound, make_robot
 from hvcpd.config.tasks import TaskRepository
-from hvcpd.coordination.actions import Role
+from hvcpd.coordination.actions import Role, Speech
 from hvcpd.errors import PhraseError
 from hvcpd.journal import Journal
 from hvcpd.ports import SAMPLE_RATE_HZ, STANDSTILL, Pose, Samples, WheelCommand, WheelReading
@@ -60,6 +60,8 @@ class BenchPlan:
     air: Air = field(default_factory=Air)
     strangers: bool = False
     """Each robot knows no name but its own beforehand."""
+    speech: Speech = field(default_factory=Speech)
+    """How all of them speak."""
     limit_s: float = 1800.0
     """The mission is given up after this."""
 
@@ -174,6 +176,7 @@ class Bench:
             volunteer=plan.coordinator is None,
             nearest_first=plan.nearest_first,
             listed=not plan.strangers,
+            speech=plan.speech,
         )
         names = (name,) if plan.strangers else plan.names
         robot_plan = RobotPlan(role, names, plan.tasks, start, own_seed(plan.seed, name), strangers=plan.strangers)

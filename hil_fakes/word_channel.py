@@ -61,6 +61,10 @@ class Sound:
     start_s: float
     end_s: float
     cut: bool = False
+    again: Callable[[], Sound] | None = None
+    """Says it once more, if it is to be said twice;"""
+    pause_s: float = 0.0
+    """after so long."""
 
     def overlaps(self, other: Sound) -> bool:
         return self.start_s < other.end_s and self.end_s > other.start_s
@@ -115,10 +119,18 @@ class WordChannel:
                 if talker is not None:
                     self._due[name] = talker.next_deadline()
 
-    def say(self, speaker: str, utterance: Utterance, stretch: float = 1.0) -> Sound:
-        """Put a sentence into the air; it lasts `stretch` times as long as usual."""
+    def say(
+        self, speaker: str, utterance: Utterance, stretch: float = 1.0, times: int = 1, pause_s: float = 0.0
+    ) -> Sound:
+        """Put a sentence into the air, `times` in a row with pauses between; it lasts `stretch` times as long as usual.
+
+        Its speaker learns that it has spoken after the last time.
+        """
         length_s = stretch * WORD_S * self.length_words(utterance) * (0.9 + 0.2 * self._chance.random())
         sound = Sound(speaker, utterance, self.now, self.now + length_s)
+        if times > 1:
+            sound.again = lambda: self.say(speaker, utterance, stretch, times - 1, pause_s)
+            sound.pause_s = pause_s
         if self._sounds and self._sounds[0].end_s < self.now - REMEMBERED_S:
             self._sounds = [s for s in self._sounds if s.end_s > self.now - REMEMBERED_S]
         self._sounds.append(sound)
@@ -167,9 +179,21 @@ class WordChannel:
 
     def _ended(self, sound: Sound) -> None:
         self.collisions += bool(self._overlapping(sound))
-        if sound.speaker in self.talkers and not sound.cut:  # people who only speak are no talkers
+        if sound.again is not None and not sound.cut:
+            self._say_again(sound, sound.again)
+        elif sound.speaker in self.talkers and not sound.cut:  # people who only speak are no talkers
             self.talkers[sound.speaker].spoken(self.now)
             self.refresh((sound.speaker,))
+
+    def _say_again(self, sound: Sound, again: Callable[[], Sound]) -> None:
+        """After the pause, unless the speaker was switched off in it."""
+        talker = self.talkers.get(sound.speaker)
+
+        def say() -> None:
+            if self.talkers.get(sound.speaker) is talker:
+                again()
+
+        self.at(self.now + sound.pause_s, say)
 
     def _released(self, sound: Sound) -> None:
         names = self._listeners(sound)

@@ -14,7 +14,18 @@ from dataclasses import dataclass, field, replace
 from hil_fakes.word_channel import Conditions, WordChannel
 from hil_fakes.word_lengths import WordLengths
 from hvcpd.config.tasks import Action, Forward, GoTo, Place, TaskDefinition, Wait
-from hvcpd.coordination.actions import Halt, Perform, Role, SaveStopped, SaveTask, Say, Timing
+from hvcpd.coordination.actions import (
+    SECOND_PAUSE_S,
+    SLOW_STRETCH,
+    Halt,
+    Perform,
+    Role,
+    SaveStopped,
+    SaveTask,
+    Say,
+    Speech,
+    Timing,
+)
 from hvcpd.coordination.coordination import Coordination
 from hvcpd.language import messages as m
 
@@ -22,8 +33,6 @@ SPEED_M_S = 0.2
 """A burger's, with its turns."""
 STEP_S = 5.0
 """So often it is looked whether all is done."""
-SLOW_STRETCH = 1.25
-"""A sentence said slowly takes so much longer."""
 
 
 @dataclass(frozen=True)
@@ -54,6 +63,8 @@ class WordPlan:
     """What each robot cannot do, by the tasks' numbers."""
     strangers: bool = False
     """Nobody knows another one's name beforehand."""
+    speech: Speech = field(default_factory=Speech)
+    """How all of them speak."""
     timing: Timing = field(default_factory=Timing)
     limit_s: float = 10_000.0
     settle_s: float = 20.0
@@ -169,10 +180,10 @@ class WordMission:
         """The same, now."""
         self._speak(speaker, utterance)
 
-    def _speak(self, speaker: str, utterance: m.Utterance, slowly: bool = False) -> None:
+    def _speak(self, speaker: str, utterance: m.Utterance, slowly: bool = False, times: int = 1) -> None:
         if self.keep:
             self.said.append((self.air.now, speaker, utterance))
-        self.air.say(speaker, utterance, SLOW_STRETCH if slowly else 1.0)
+        self.air.say(speaker, utterance, SLOW_STRETCH if slowly else 1.0, times, SECOND_PAUSE_S)
 
     def _later(self, at_s: float, what: object) -> None:
         self._pending += 1
@@ -194,6 +205,7 @@ class WordMission:
             plan.unable.get(name, frozenset()),
             listed=not plan.strangers,
             roster=() if plan.strangers else plan.names,
+            speech=plan.speech,
         )
         self.robots[name] = Coordination(
             role,
@@ -231,8 +243,8 @@ class WordMission:
         robot = self.robots[name]
         for action in robot.actions():
             match action:
-                case Say(utterance, slowly):
-                    self._speak(name, utterance, slowly)
+                case Say(utterance, slowly, times):
+                    self._speak(name, utterance, slowly, times)
                 case Perform(task, actions):
                     self._perform(name, task, actions)
                 case Halt():

@@ -11,7 +11,7 @@ from pathlib import Path
 from hvcpd.config.settings import DEFAULT_TEAMS as DEFAULT_TEAMS
 from hvcpd.config.settings import MAX_KNOWN_NAMES
 from hvcpd.config.tasks import SayAction, TaskRepository
-from hvcpd.coordination.actions import Role
+from hvcpd.coordination.actions import SLOW_STRETCH, Role
 from hvcpd.coordination.coordination import Coordination
 from hvcpd.errors import PhraseError
 from hvcpd.hardware.kinematics import BURGER, Drive, Odometry
@@ -30,8 +30,8 @@ from hvcpd.synthesis.speaker import Speaker
 from hvcpd.synthesis.unit_cache import UnitCache
 from hvcpd.synthesis.voices import VOICES, Voice, voice_for
 
-SLOW = 0.8
-"""Of the usual rate, when a robot is asked to say something again slowly; the recogniser's steps span 0.5 to 2."""
+SLOW = 1.0 / SLOW_STRETCH
+"""Of the usual rate, when a robot speaks slowly; the recogniser's steps span 0.5 to 2."""
 
 STOP, STOP_RIVAL = "stop", "stopped"
 """The word that halts over any talk, and the one of the phrasebook that begins with it and does not."""

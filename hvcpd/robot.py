@@ -13,7 +13,7 @@ from typing import Protocol, Self
 import numpy as np
 
 from hvcpd.config.tasks import Place
-from hvcpd.coordination.actions import Halt, Perform, SavePeer, SaveStopped, SaveTask, Say
+from hvcpd.coordination.actions import SECOND_PAUSE_S, Halt, Perform, SavePeer, SaveStopped, SaveTask, Say
 from hvcpd.coordination.coordination import Coordination
 from hvcpd.errors import PhraseError
 from hvcpd.hardware.kinematics import Odometry
@@ -253,8 +253,8 @@ class Robot:
         while pending:
             action = pending.pop(0)
             match action:
-                case Say(utterance, slowly):
-                    self._say(utterance, now, slowly)
+                case Say():
+                    self._say(action, now)
                 case Perform(task, actions):
                     self._task = task
                     self._performer.begin(actions)
@@ -268,9 +268,12 @@ class Robot:
                     self._records.append(action)
         return halted
 
-    def _say(self, utterance: Utterance, now: float, slowly: bool) -> None:
-        mouth = self._slow_mouth if slowly else self._mouth
-        self._speech = mouth.render(self.phrasebook.phrases(utterance))
+    def _say(self, say: Say, now: float) -> None:
+        utterance = say.utterance
+        mouth = self._slow_mouth if say.slowly else self._mouth
+        once = mouth.render(self.phrasebook.phrases(utterance))
+        pause = np.zeros(round(SECOND_PAUSE_S * SAMPLE_RATE_HZ), np.float32)
+        self._speech = np.concatenate([once] + [pause, once] * (say.times - 1))
         self._position = 0
         self._speaking = True
         duration_s = len(self._speech) / SAMPLE_RATE_HZ

@@ -69,6 +69,14 @@ class AudioSettings:
 
 
 @dataclass(frozen=True)
+class SpeechSettings:
+    """How the robot speaks, for long distances: slowly, and each sentence twice in a row."""
+
+    rate: Literal["normal", "slow"] = "normal"
+    repeat: Literal[1, 2] = 1
+
+
+@dataclass(frozen=True)
 class WheelSettings:
     """The wheels' motors; identifiers and dimensions are those of a TurtleBot3 Burger (ROBOTIS e-Manual)."""
 
@@ -125,6 +133,7 @@ class Settings:
     teams: tuple[str, ...] = field(default=DEFAULT_TEAMS, metadata=checked(_valid_teams))
     voice: VoiceName | None = None
     voice_folder: Path | None = None
+    speech: SpeechSettings = SpeechSettings()
     peers: Mapping[str, PeerSettings] = field(default_factory=dict)
     lexicon: Path | None = None
     tasks: Path = field(default_factory=default_tasks_path)

@@ -123,6 +123,8 @@ def _add_simulate(commands: _Commands) -> None:
     c.add_argument(
         "--strangers", action="store_true", help="tell no robot another one's name: they spell them to each other"
     )
+    c.add_argument("--slow", action="store_true", help="speak slowly, as for long distances")
+    c.add_argument("--repeat", type=int, choices=(1, 2), help="say every sentence so often in a row (default 1)")
     c.add_argument("--mute", action="store_true", help="let no sound pass, to see that nothing else does")
     c.add_argument("--allow-confusable", action="store_true", help="use words that would be taken for one another too")
     c.add_argument("--report", type=Path, metavar="DIR", help="write report.html, mission.wav, transcript.jsonl")

@@ -15,7 +15,9 @@ import numpy as np
 
 from hil_fakes.bench import Bench, BenchPlan
 from hil_fakes.room import Air
+from hvcpd.config.settings import SpeechSettings
 from hvcpd.control.team import Team, load_team, vocabulary_cache
+from hvcpd.coordination.actions import Speech
 from hvcpd.errors import EX_FAILURE, EX_OK, AudioFileError, ConfigError, DeviceError
 from hvcpd.hardware.soundfile import write_wav
 from hvcpd.ports import Samples
@@ -43,6 +45,7 @@ def run(options: argparse.Namespace) -> int:
         team=team.settings.team,
         nearest_first=options.pick == "nearest",
         strangers=options.strangers,
+        speech=_speech(options, team.settings.speech),
         air=Air(noise_db_spl=options.noise_db, muted=options.mute),
     )
     if not options.allow_confusable:
@@ -56,6 +59,11 @@ def run(options: argparse.Namespace) -> int:
         _write_report(options.report, record, bench, quiet=options.json)
     summary = next(e for e in record.events if isinstance(e, Summary))
     return EX_OK if summary.lost == 0 and summary.duplicates == 0 else EX_FAILURE
+
+
+def _speech(options: argparse.Namespace, settings: SpeechSettings) -> Speech:
+    """As the options say, or else the settings."""
+    return Speech(options.slow or settings.rate == "slow", options.repeat or settings.repeat)
 
 
 def _refuse_confusable(team: Team) -> None:

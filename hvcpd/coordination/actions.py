@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
-from typing import Protocol, TypeVar
+from dataclasses import dataclass, field, replace
+from typing import Protocol, Self, TypeVar
 
 from hvcpd.config.tasks import Action as TaskAction
 from hvcpd.language.messages import Utterance
@@ -20,12 +20,36 @@ class Chance(Protocol):
     def choice(self, seq: Sequence[_T], /) -> _T: ...
 
 
+SECOND_PAUSE_S = 0.45
+"""Of silence before a sentence is said for the second time: the recogniser ends a sentence after 0.25 s."""
+SECOND_GAP_S = 0.7
+"""Once a sentence is understood, 0.2 to 0.3 s after its last word, its second saying is noticed within so long: what is
+left of the pause, 0.2 s for the onset, 0.1 s of ringing, and 0.15 s to be sure."""
+SLOW_STRETCH = 1.25
+"""A sentence said slowly takes so much longer."""
+
+
+@dataclass(frozen=True)
+class Speech:
+    """How everything is said, for long distances: `slowly`, and each sentence `times` (1 or 2) in a row."""
+
+    slowly: bool = False
+    times: int = 1
+
+    @property
+    def stretch(self) -> float:
+        """A sentence takes so many times as long as usual."""
+        return self.times * (SLOW_STRETCH if self.slowly else 1.0)
+
+
 @dataclass(frozen=True)
 class Say:
-    """Speak this sentence now; answer with `spoken` when its last sample has left the loudspeaker."""
+    """Speak this sentence now, `times` in a row with SECOND_PAUSE_S between; answer with `spoken` when the last sample
+    has left the loudspeaker."""
 
     utterance: Utterance
     slowly: bool = False
+    times: int = 1
 
 
 @dataclass(frozen=True)
@@ -135,6 +159,33 @@ class Timing:
     """A robot that was not heard for so long is taken for gone: longer than the longest silent work."""
     name_conflict_s: float = 300.0
     """After another voice has used the own name, nothing is done under it for so long."""
+    recent_s: float = 15.0
+    """An answer is to a sentence said no longer ago: both last 5 s at most, with the gaps between."""
+    answer_kept_s: float = 12.0
+    """An answer that did not get the floor for so long is none any more: two sentences of others with their gaps; who
+    asked has by then asked again."""
+    second_s: float = 0.0
+    """Once a sentence is understood, its second saying may begin for so long. 0: everything is said once."""
+
+    def for_speech(self, speech: Speech) -> Self:
+        """The same where everybody speaks so: sentences take longer, and if they are said twice nobody else begins
+        before the second saying would have."""
+        second_s = SECOND_GAP_S if speech.times > 1 else 0.0
+        return replace(
+            self,
+            second_s=second_s,
+            greeting_wait_s=self.greeting_wait_s + second_s,
+            reply_gap_s=self.reply_gap_s + second_s,
+            turn_gap_s=self.turn_gap_s + second_s,
+            settle_s=self.settle_s + second_s,
+            objection_s=self.objection_s + second_s,
+            answer_s=self.answer_s + second_s,
+            recent_s=self.recent_s * speech.stretch,
+            answer_kept_s=self.answer_kept_s * speech.stretch,
+            lease_s=self.lease_s * speech.stretch,
+            lease_per_robot_s=self.lease_per_robot_s * speech.stretch,
+            unconfirmed_lease_s=self.unconfirmed_lease_s * speech.stretch,
+        )
 
 
 @dataclass(frozen=True)
@@ -142,7 +193,8 @@ class Role:
     """Who this robot is in the team. A coordinator gives orders and does no task itself.
 
     `unable` are the numbers of the tasks that it lacks the means for. A robot that is not `listed` cannot expect the
-    others to know its name: it spells it. `roster` are the names that all were told beforehand, present or not.
+    others to know its name: it spells it. `roster` are the names that all were told beforehand, present or not. All
+    robots of a team need the same `speech`.
     """
 
     name: str
@@ -153,3 +205,4 @@ class Role:
     unable: frozenset[int] = frozenset()
     listed: bool = True
     roster: tuple[str, ...] = ()
+    speech: Speech = field(default_factory=Speech)

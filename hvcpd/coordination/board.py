@@ -77,14 +77,23 @@ class Board:
         """The numbers of all tasks that are open or claimed."""
         return tuple(number for number, entry in self._entries.items() if entry.state != DONE)
 
-    def free_for(self, robot: str, now: float) -> tuple[TaskDefinition, ...]:
-        """The tasks that a robot may claim: its own claims, open ones, those with a lapsed lease; none that it gave up.
+    def free_for(self, robot: str, now: float, unable: frozenset[int] = frozenset()) -> tuple[TaskDefinition, ...]:
+        """The tasks that a robot may claim: its own claims, or else open ones, or else those with a lapsed lease; none
+        that it gave up or is `unable` to do.
 
-        A task that is its own already, as after a restart, comes alone: it is to be finished first.
+        A task that is its own already, as after a restart, is to be finished first; one whose lease has lapsed comes
+        last, for its owner may have done it and only wait for a chance to say so.
         """
-        live = [e for e in self._entries.values() if e.state != DONE and robot not in e.failed_by]
+        live = [
+            e
+            for number, e in self._entries.items()
+            if e.state != DONE and robot not in e.failed_by and number not in unable
+        ]
         own = tuple(e.definition for e in live if e.state == CLAIMED and e.owner == robot)
-        return own or tuple(e.definition for e in live if e.state == OPEN or now >= e.lease_end_s)
+        if own:
+            return own
+        never_claimed = tuple(e.definition for e in live if e.state == OPEN)
+        return never_claimed or tuple(e.definition for e in live if now >= e.lease_end_s)
 
     def next_lapse(self, now: float) -> float | None:
         """When the next claim lapses, if nobody renews it."""

@@ -106,12 +106,12 @@ def in_name_conflict(c: Coordination, now: float) -> bool:
 
 
 def task_is_free(c: Coordination, now: float) -> bool:
-    return any(t.number not in c.role.unable for t in c.board.free_for(c.role.name, now))
+    return bool(c.board.free_for(c.role.name, now, c.role.unable))
 
 
 def task_to_claim(c: Coordination, now: float) -> int | None:
     """A task that is free, drawn or the nearest one."""
-    free = tuple(t for t in c.board.free_for(c.role.name, now) if t.number not in c.role.unable)
+    free = c.board.free_for(c.role.name, now, c.role.unable)
     if not free:
         return None
     return (_nearest(c, free) if c.role.nearest_first else c.chance.choice(free)).number
@@ -142,7 +142,7 @@ def next_order(c: Coordination, now: float) -> tuple[str, TaskDefinition] | None
     """A robot that can be ordered, and a task for it."""
     for peer in sorted(c.peers.all(), key=lambda p: p.name):
         if not _is_at_work(c, peer, now) and peer.silent_until_s <= now and c.peers.is_present(peer.name, now):
-            free = [t for t in c.board.free_for(peer.name, now) if t.number not in peer.unable]
+            free = c.board.free_for(peer.name, now, peer.unable)
             if free:
                 return peer.name, c.chance.choice(free)
     return None

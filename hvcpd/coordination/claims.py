@@ -37,8 +37,6 @@ SMALL_TEAM = 2
 does not leave it to others to know."""
 HEARD_SURELY = 2
 """So often it must have been heard whose a task is, before anything is concluded from what its owner does next."""
-RECENT_S = 15.0
-"""An answer is to a sentence said no longer ago: both last 5 s at most, with the gaps between."""
 
 
 @dataclass(frozen=True)
@@ -141,7 +139,7 @@ def _deny(c: Coordination, other: str, number: int, owner: str | None, slot: int
 def _note_claim(c: Coordination, other: str, entry: Entry, now: float) -> None:
     """Remember who claimed what last, and what was known of it before: objections refer to that."""
     number, last = entry.definition.number, c.heard_claim
-    if last is None or last.speaker != other or last.number != number or now - last.at_s > RECENT_S:
+    if last is None or last.speaker != other or last.number != number or now - last.at_s > c.timing.recent_s:
         c.heard_claim = HeardClaim(other, number, (entry.state, entry.owner, entry.lease_end_s), now)
 
 
@@ -254,9 +252,11 @@ def doubts(c: Coordination, speaker: str, number: int, in_passing: bool, now: fl
 def _is_objection(c: Coordination, speaker: str, number: int, now: float) -> bool:
     """Whether "task … complete" answers somebody who has just claimed that task."""
     last = c.heard_claim
-    if c.task == number and now - c.claimed_s < RECENT_S:
+    if c.task == number and now - c.claimed_s < c.timing.recent_s:
         return True
-    return last is not None and last.number == number and last.speaker != speaker and now - last.at_s < RECENT_S
+    return (
+        last is not None and last.number == number and last.speaker != speaker and now - last.at_s < c.timing.recent_s
+    )
 
 
 def note_done(c: Coordination, doer: str, number: int, now: float) -> bool:
@@ -326,7 +326,11 @@ def confirmed(c: Coordination, u: m.Utterance, s: m.Confirmed, now: float) -> No
             _be_confirmed(c, now)
         return
     entry = c.board.find(s.task) if s.task is not None else None
-    if entry is None or c.task == entry.definition.number:
+    if entry is None:
+        return
+    if c.task == entry.definition.number:
+        if s.complete and not doubts(c, u.addressee.name, c.task, False, now):
+            note_done(c, u.addressee.name, c.task, now)
         return
     if entry.known_done and entry.owner != u.addressee.name and not s.complete:
         _tell_done(c, u.addressee.name, entry, now)  # its claim was not heard here, or this robot's objection there
@@ -365,7 +369,7 @@ def negative(c: Coordination, u: m.Utterance, _s: m.Negative, now: float) -> Non
             c.fire(Trigger.DENIED, now)
         return
     last = c.heard_claim
-    if last is not None and last.speaker == u.addressee.name and now - last.at_s < RECENT_S:
+    if last is not None and last.speaker == u.addressee.name and now - last.at_s < c.timing.recent_s:
         c.board.restore(last.number, last.before)
 
 

@@ -23,6 +23,9 @@ from hvcpd.coordination.strangers import Acquaintance
 from hvcpd.coordination.table import AT_WORK, NEWCOMER, TRANSITIONS, State, Trigger
 from hvcpd.language import messages as m
 
+SAME_WITHIN_S = 1.0
+"""The same sentence, begun no later than this after it was understood, is its second saying: SECOND_GAP_S, and some
+more for ears that notice late. Nobody who waits for an answer says anything again so soon."""
 CONFIRMERS = 3
 """So many confirmations may still begin before a new turn does; that three in a row have missed a claim is rare."""
 
@@ -57,7 +60,7 @@ class Coordination:
         stopped: bool = False,
     ) -> None:
         self.role = role
-        self.timing = timing or Timing()
+        self.timing = (timing or Timing()).for_speech(role.speech)
         self.chance = chance
         self.board = Board(tasks, remembered or {}, now + self.timing.lease_s)
         self._roster = frozenset(name.lower() for name in role.roster)
@@ -105,6 +108,7 @@ class Coordination:
         self.name_heard_s: tuple[float, ...] = ()
         """When another voice used this robot's name."""
         self.acquaintance = Acquaintance()
+        self._last_heard: tuple[m.Utterance, float] | None = None
         self._timer_s: float | None = None
         self._actions: list[Action] = []
         if not stopped:
@@ -122,15 +126,26 @@ class Coordination:
             self._actions.append(SavePeer(peer.name, peer.team, now))
         self.floor.answer_slots = claims.confirming_slot(self, now) + CONFIRMERS
         self.floor.understood(now, self._order_after(utterance.speaker, now))
+        if self._is_second(utterance, now):
+            return
         hearing.react(self, utterance, confidence, now)
         if self.state is State.READY and self._timer_s is None and not self.board.all_done:
             self.arm(now, self.timing.decide_s)
         self._save_changes()
 
+    def _is_second(self, u: m.Utterance, now: float) -> bool:
+        """Whether this is the sentence that was understood just before, said once more: it is not acted on again."""
+        last, self._last_heard = self._last_heard, (u, now)
+        if last is None or last[0] != u:
+            return False
+        return -math.inf < self.floor.busy_since_s <= last[1] + SAME_WITHIN_S
+
     def garbled(self, over_own_speech: bool, now: float) -> None:
         """Speech was noticed that could not be understood; over the own speech it tells that nobody heard us."""
         self.floor.hold_back(now)
         self.floor.garbled()
+        if self.floor.is_second:
+            return  # what it was is known
         repair.after_garble(self, over_own_speech, now)
         if not over_own_speech:
             strangers.after_garble(self, now)
@@ -301,7 +316,9 @@ class Coordination:
             self.claimed_s = now
             intent.trigger = Trigger.SPOKEN_BOTH if intent.trigger and self.state is State.REPORTING else intent.trigger
         self.repair.last_said = utterance
-        self._actions.append(Say(utterance, intent.slowly))
+        self._last_heard = None
+        speech = self.role.speech
+        self._actions.append(Say(utterance, intent.slowly or self.repair.slow or speech.slowly, speech.times))
 
     def _renewal_s(self) -> float | None:
         if self.state is not State.GOING and self.state is not State.ACTING:

@@ -43,7 +43,7 @@ class Intent:
     sentence is out; `topic` tells intents apart: a new one replaces an old one of the same topic. `slot` is the
     answerer's place in the order of those who could answer (None: drawn); `call` is who is to be answered, if one
     answer is enough. A `tentative` answer is given up as soon as anything else is said to the one who called, or
-    something that was not understood. An answer that did not get the floor for ANSWER_KEPT_S is no answer any more.
+    something that was not understood. An answer that did not get the floor for `answer_kept_s` is no answer any more.
     """
 
     urgency: Urgency
@@ -56,10 +56,6 @@ class Intent:
     tentative: bool = False
     ready_s: float = 0.0
     wanted_s: float = 0.0
-
-
-ANSWER_KEPT_S = 12.0
-"""Two sentences of others with their gaps; who asked has by then asked again."""
 
 
 Order = tuple[int, int]
@@ -88,6 +84,11 @@ class Floor:
         self._intents: list[Intent] = []
         self._busy = False
         self._released_s = -math.inf
+        self._understood_s = -math.inf
+        self.busy_since_s = -math.inf
+        """When somebody else last began to speak."""
+        self.is_second = False
+        """What is being said, or was said last, is most likely the second saying of what was understood before."""
         self._slots = timing.turn_slots
         self._round: Round | None = None
         self.answer_slots = 0
@@ -127,7 +128,8 @@ class Floor:
     def garbled(self) -> None:
         """Something was said that may have been an objection."""
         self._slots = min(2 * self._slots, SLOTS_MAX)
-        self._give_up_tentative()
+        if not self.is_second:
+            self._give_up_tentative()
 
     def _give_up_tentative(self) -> None:
         if self._intents:
@@ -142,11 +144,15 @@ class Floor:
             self._released_s = now
             self.hold_back(now)
         if busy and not self._busy:
-            self._give_up_tentative()  # most likely another one answers; if not, the question comes again
+            self.busy_since_s = now
+            self.is_second = now < self._understood_s + self._timing.second_s
+            if not self.is_second:
+                self._give_up_tentative()  # most likely another one answers; if not, the question comes again
         self._busy = busy
 
     def understood(self, now: float, order: Order | None) -> None:
         """A sentence was understood; back off from its end as others do. `order`: the place in the round of turns."""
+        self._understood_s = now
         self._slots = max(3 * self._slots // 4, self._timing.turn_slots)
         self.hold_back(now, order)
 
@@ -160,7 +166,7 @@ class Floor:
         if not self._intents or self._busy or self.speaking is not None:
             return None
         due = [intent for intent in self._intents if intent.ready_s <= now]
-        late = [i for i in due if i.call is not None and now - i.wanted_s > ANSWER_KEPT_S]
+        late = [i for i in due if i.call is not None and now - i.wanted_s > self._timing.answer_kept_s]
         if late:
             self._intents = [intent for intent in self._intents if intent not in late]
             due = [intent for intent in due if intent not in late]

@@ -22,6 +22,8 @@ def react(c: Coordination, u: m.Utterance, confidence: float, now: float) -> Non
     """Note what everybody may learn from the sentence, and act on it where it is meant for this robot."""
     if isinstance(u.addressee, m.ToRobot):
         c.floor.answered(u.addressee.name.lower(), isinstance(u.statement, m.Confirmed))
+    if u.speaker is not None and u.speaker == c.partner:
+        c.floor.withdraw(repair.ASK_AGAIN)
     statement = u.statement
     if c.state in DEPARTING and not isinstance(statement, m.Stop):
         return

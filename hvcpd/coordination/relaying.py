@@ -40,7 +40,7 @@ def relayed(c: Coordination, u: m.Utterance, s: m.Relayed, now: float) -> None:
 def denied(c: Coordination, u: m.Utterance, now: float) -> None:
     """Whose words were passed on says that they are wrong: what they told of is open."""
     quoted = c.quoted
-    if quoted is None or u.speaker != quoted.speaker or now - quoted.at_s > claims.RECENT_S:
+    if quoted is None or u.speaker != quoted.speaker or now - quoted.at_s > c.timing.recent_s:
         return
     entry = c.board[quoted.number]
     if entry.state == DONE and entry.owner == quoted.speaker:

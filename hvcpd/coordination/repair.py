@@ -16,6 +16,9 @@ if TYPE_CHECKING:
 ASK_MAX = 2
 """So often "say again" is said; then once "say again slowly"; then the robot gives up and says so."""
 
+ASK_AGAIN = "say again"
+"""The topic of asking so; once the other one is understood it is no longer needed."""
+
 REPEATING_ANYWAY = frozenset(
     {State.READ_BACK, State.ORDERED, State.REPORTED, State.PROPOSED, State.CHECKING, State.ASKED}
 )
@@ -28,11 +31,19 @@ class Repair:
 
     last_said: m.Utterance | None = None
     asked: int = 0
+    """So often this robot had something said again;"""
+    was_asked: int = 0
+    """so often it was told to say something again."""
     speak_slowly: bool = False
+
+    @property
+    def slow(self) -> bool:
+        """Whether the other one asked for it, or neither understood the other one at two attempts."""
+        return self.speak_slowly or self.was_asked >= ASK_MAX or self.asked > ASK_MAX
 
     def reset(self) -> None:
         """A new exchange begins."""
-        self.asked, self.speak_slowly = 0, False
+        self.asked, self.was_asked, self.speak_slowly = 0, 0, False
 
 
 def after_garble(c: Coordination, over_own_speech: bool, now: float) -> None:
@@ -53,7 +64,7 @@ def after_garble(c: Coordination, over_own_speech: bool, now: float) -> None:
     statement: m.Statement = m.SayAgain(slowly=c.repair.asked > ASK_MAX)
     if c.repair.asked == ASK_MAX + 2:
         statement = m.NotUnderstood()
-    c.want(Urgency.ANSWER, "say again", lambda: composing.to_robot(c, partner, statement), now)
+    c.want(Urgency.ANSWER, ASK_AGAIN, lambda: composing.to_robot(c, partner, statement), now)
     c.postpone(c.timing.answer_s)
 
 
@@ -63,6 +74,7 @@ def say_again(c: Coordination, slowly: bool, now: float) -> None:
     if last is None:
         return
     c.repair.speak_slowly = c.repair.speak_slowly or slowly
-    c.want(Urgency.ANSWER, "again", lambda: last, now, slowly=c.repair.speak_slowly)
+    c.repair.was_asked += 1
+    c.want(Urgency.ANSWER, "again", lambda: last, now, slowly=c.repair.slow)
     if c.state in REPEATING_ANYWAY:
         c.postpone(c.timing.answer_s)

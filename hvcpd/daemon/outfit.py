@@ -15,7 +15,7 @@ from hvcpd.casting import cast
 from hvcpd.config.settings import MAX_KNOWN_NAMES, Settings
 from hvcpd.config.task_file import load_tasks
 from hvcpd.config.tasks import TaskRepository
-from hvcpd.coordination.actions import Role
+from hvcpd.coordination.actions import Role, Speech
 from hvcpd.errors import ConfigError, HvcpdError, PhraseError
 from hvcpd.hardware.kinematics import Drive
 from hvcpd.language.phrasebook import RESERVED_WORDS
@@ -81,6 +81,7 @@ class Outfit:
             volunteer=settings.mode == "volunteer",
             nearest_first=settings.pick == "nearest",
             unable=frozenset(settings.unable),
+            speech=Speech(slowly=settings.speech.rate == "slow", times=settings.speech.repeat),
             listed=any(name.casefold() == settings.name.casefold() for name in settings.names),
         )
         seed = settings.seed if settings.seed is not None else secrets.randbits(SEED_BITS)

@@ -22,6 +22,7 @@ from hvcpd.config.settings import (
     AudioSettings,
     PeerSettings,
     Settings,
+    SpeechSettings,
     StartSettings,
     WheelSettings,
     load_settings,
@@ -236,6 +237,7 @@ def all_settings(draw: st.DrawFn) -> Settings:
             state_dir=paths,
             unable=st.lists(st.integers(1, 99), max_size=5).map(tuple),
             start=starts,
+            speech=_of(SpeechSettings),
             audio=audios,
             wheels=wheels,
             seed=st.none() | st.integers(0, 2**32 - 1),
@@ -283,7 +285,7 @@ def test_the_documented_file_is_valid_and_its_comments_are_the_defaults(tmp_path
     text = (ETC / "hvcpd.yaml").read_text()
     assert load(tmp_path, text) == Settings(name="Rob")
     lines = [line[2:] for line in text.splitlines() if line.startswith("# ")]
-    groups = {"start", "audio", "wheels"}
+    groups = {"speech", "start", "audio", "wheels"}
     keys = {field.name for field in dataclasses.fields(Settings)}
     kept = []
     for line in lines:
@@ -332,6 +334,12 @@ def test_voices_are_chosen_for_the_robot_and_its_peers(tmp_path: Path) -> None:
 )
 def test_a_wrong_voice_is_told_with_what_was_meant(tmp_path: Path, text: str, expected: str) -> None:
     assert faults(tmp_path, f"name: Rob\n{text}\n") == [expected]
+
+
+def test_how_it_speaks_is_a_rate_and_how_often(tmp_path: Path) -> None:
+    assert load(tmp_path, "name: Rob\nspeech: {rate: slow, repeat: 2}\n").speech == SpeechSettings("slow", 2)
+    assert "F:2" in faults(tmp_path, "name: Rob\nspeech: {rate: slw}\n")[0]
+    assert "F:2" in faults(tmp_path, "name: Rob\nspeech: {repeat: 3}\n")[0]
 
 
 def test_what_a_robot_cannot_do_is_a_list_of_numbers(tmp_path: Path) -> None:

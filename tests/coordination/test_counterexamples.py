@@ -23,6 +23,8 @@ SEEDS = {
     "a misheard number confirmed, then concluded from": 992,
     "a claim that was confirmed, not heard so, said again and denied": 1856,
     "a misheard number confirmed, a report collided, its speaker switched off": 1486,
+    "a report waited for its turn past the end of the lease, and a free task was left for that one": 1251,
+    "who was at a task heard its report confirmed, not the report itself": 960,
     "found by a search: 797": 797,
     "found by a search: 1114": 1114,
     "found by a search: 1130": 1130,

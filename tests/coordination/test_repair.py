@@ -38,7 +38,7 @@ def test_a_person_has_the_last_sentence_said_again_and_more_slowly() -> None:
     mission, _ = _ordered()
     slow: list[bool] = []
     speak = mission._speak
-    mission._speak = lambda who, u, slowly=False: (slow.append(slowly), speak(who, u, slowly))[1]  # type: ignore[method-assign]
+    mission._speak = lambda who, u, slowly=False, times=1: (slow.append(slowly), speak(who, u, slowly, times))[1]  # type: ignore[method-assign]
     began_s = mission.air.now
     mission.hear(began_s + 0.2, "Hi Rob, I am Anna, say again")
     mission.air.run_until(began_s + 7.5)

@@ -11,7 +11,8 @@ import pytest
 
 from hil_fakes.dynamixel.bus import FakeBus
 from hil_fakes.dynamixel.motor import turtlebot3_pair
-from hvcpd.config.settings import Settings, WheelSettings
+from hvcpd.config.settings import Settings, SpeechSettings, WheelSettings
+from hvcpd.coordination.actions import Speech
 from hvcpd.daemon.outfit import Outfit, equip, name_fault
 from hvcpd.daemon.preflight import find_memory, find_port
 from hvcpd.errors import EX_CANTCREAT, EX_OK, EX_UNAVAILABLE, ConfigError
@@ -89,11 +90,15 @@ def test_the_mode_makes_the_role(mode: str, coordinator: bool, volunteer: bool, 
 
 
 def test_the_plan_follows_the_settings(tmp_path: Path) -> None:
-    made = outfit(tmp_path, names=("rob", "Bot"), pick="nearest", seed=7, team="garden", teams=("garden",))
+    speech = SpeechSettings("slow", 2)
+    made = outfit(
+        tmp_path, names=("rob", "Bot"), pick="nearest", seed=7, team="garden", teams=("garden",), speech=speech
+    )
     plan = made.plan({1: ("done", "Bot")}, Acoustics(latency_s=0.1))
     assert plan.names == ("Rob", "Bot")
     assert plan.seed == 7
     assert plan.role.nearest_first
+    assert plan.role.speech == Speech(slowly=True, times=2)
     assert plan.role.team == "garden"
     assert plan.remembered == {1: ("done", "Bot")}
     assert plan.acoustics == Acoustics(latency_s=0.1)

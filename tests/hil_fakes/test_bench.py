@@ -14,6 +14,7 @@ from hvcpd.assembly import Sound, make_phrasebook, make_recogniser, make_sound
 from hvcpd.config.settings import DEFAULT_TEAMS
 from hvcpd.config.task_file import load_tasks
 from hvcpd.config.tasks import GoTo, Place, TaskDefinition, TaskRepository, Water, default_tasks_path
+from hvcpd.coordination.actions import Speech
 from hvcpd.ports import Samples
 from hvcpd.recognition.events import Recognised
 from hvcpd.reporting.events import Heard, MissionRecord, Said, Summary
@@ -71,6 +72,17 @@ def test_robots_that_were_told_only_their_own_names_spell_them_and_do_every_task
     assert any(text.startswith("Hi Zorg, I am Rob, confirmed") for text in said)
     assert (len(score.done), score.duplicates, score.lost) == (3, 0, 0)
     assert [set(robot.phrasebook.vocabulary.names) for robot in bench.robots.values()] == [{"Rob", "Zorg"}] * 2
+
+
+def test_said_slowly_and_twice_everything_is_done_once_and_the_floor_is_kept_between() -> None:
+    record = Bench(
+        BenchPlan(("Rob", "Bot"), THREE, 3, speech=Speech(slowly=True, times=2), limit_s=400.0), sound()
+    ).run()
+    score = summary(record)
+    assert (len(score.done), score.duplicates, score.lost, score.collisions) == (3, 0, 0, 0)
+    said = [e for e in record.events if isinstance(e, Said)]
+    heard = [e for e in record.events if isinstance(e, Heard)]
+    assert len(heard) > 1.8 * len(said), "each sentence was heard twice"
 
 
 def test_a_robot_alone_is_understood_by_nobody() -> None:
