@@ -29,7 +29,7 @@ class WordLengths:
 def _count(u: m.Utterance) -> int:
     shape = (type(u.addressee), u.speaker is None, u.team is None, _shape(u.statement))
     if shape not in _SHAPES:
-        tasks = (u.statement.task.name,) if isinstance(_task(u), m.TaskByName) else ()  # type: ignore[union-attr]
+        tasks = (task.name,) if isinstance(task := _task(u), m.TaskByName) else ()
         teams = tuple(t for t in (u.team, u.addressee.team if isinstance(u.addressee, m.ToTeam) else None) if t)
         names = {n for n in (u.speaker, u.addressee.name if isinstance(u.addressee, m.ToRobot) else None) if n}
         if isinstance(u.statement, m.Relayed):
@@ -42,7 +42,8 @@ def _count(u: m.Utterance) -> int:
 
 
 def _task(u: m.Utterance) -> object:
-    return getattr(u.statement, "task", None)
+    said = u.statement.statement if isinstance(u.statement, m.Relayed) else u.statement
+    return getattr(said, "task", None)
 
 
 def _shape(value: object) -> object:

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 
 from hvcpd.coordination import composing
 from hvcpd.coordination.addressing import is_for_me_alone
-from hvcpd.coordination.board import CLAIMED, DONE, Entry
+from hvcpd.coordination.board import CLAIMED, Entry
 from hvcpd.coordination.floor import Urgency
 from hvcpd.coordination.table import AT_WORK, NEWCOMER, PROPOSING, State, Trigger
 from hvcpd.language import messages as m
@@ -86,7 +86,7 @@ def claim(c: Coordination, u: m.Utterance, s: m.Claim, now: float) -> None:
         return
     peer = c.peers.get(u.speaker)
     if is_for_me_alone(c, u) and peer is not None and peer.assigned == entry.definition.number:
-        _confirm_at_once(c, u.speaker, now)  # our confirmation was lost
+        confirm_at_once(c, u.speaker, now)  # our confirmation was lost
         return
     good = contend(c, u, u.speaker, entry, False, now)
     if good and not isinstance(u.addressee, m.ToRobot):
@@ -107,7 +107,7 @@ def contend(c: Coordination, u: m.Utterance, other: str, entry: Entry, other_at_
     number = entry.definition.number
     _note_claim(c, other, entry, now)
     if entry.known_done and entry.owner != other:
-        _tell_done(c, other, entry, now)
+        tell_done(c, other, entry, now)
         return False
     if entry.hearsay and entry.owner != other:
         _deny(c, other, number, entry.owner, confirming_slot(c, now) + UNSURE_SLOTS + c.rank(other, number, now), now)
@@ -162,7 +162,7 @@ def _contend_for_own(c: Coordination, other: str, number: int, other_at_work: bo
     return True
 
 
-def _tell_done(c: Coordination, other: str, entry: Entry, now: float) -> None:
+def tell_done(c: Coordination, other: str, entry: Entry, now: float) -> None:
     """It was not heard that the task is done: who did it says so at once, somebody else if that one does not."""
     number, doer = entry.definition.number, entry.owner
     done = m.Completed(m.TaskByNumber(number))
@@ -177,7 +177,7 @@ def _tell_done(c: Coordination, other: str, entry: Entry, now: float) -> None:
     c.want(Urgency.ANSWER, f"done {number}", compose, now, slot=slot, call=other.lower())
 
 
-def _confirm_at_once(c: Coordination, name: str, now: float) -> None:
+def confirm_at_once(c: Coordination, name: str, now: float) -> None:
     confirmed = composing.to_robot(c, name, m.Confirmed())
     c.want(Urgency.ANSWER, f"confirm {name}", lambda: confirmed, now, slot=OWNER_SLOT)
 
@@ -218,7 +218,7 @@ def completed(c: Coordination, u: m.Utterance, s: m.Completed, now: float) -> No
         upon = following.definition.number
         good = contend(c, u, u.speaker, following, False, now)
     if is_for_me_alone(c, u):
-        _confirm_at_once(c, u.speaker, now)
+        confirm_at_once(c, u.speaker, now)
     elif not sure and not doubt and not objection and len(c.peers.present(now)) <= SMALL_TEAM:
         again = composing.to_robot(c, u.speaker, m.SayAgain())
         c.want(Urgency.ANSWER, f"again {u.speaker}", lambda: again, now, slot=OTHERS_SLOT)
@@ -286,7 +286,7 @@ def failed(c: Coordination, u: m.Utterance, s: m.Failed, now: float) -> None:
         c.board.give_up(number, u.speaker)
     release_assignment(c, u.speaker, number)
     if is_for_me_alone(c, u):
-        _confirm_at_once(c, u.speaker, now)
+        confirm_at_once(c, u.speaker, now)
     elif not isinstance(u.addressee, m.ToRobot):
         said = composing.to_robot(c, u.speaker, m.Confirmed(m.TaskByNumber(number)))
         slot = confirming_slot(c, now) + c.rank(u.speaker, number, now)
@@ -310,87 +310,3 @@ def note_moved_on(c: Coordination, name: str, number: int) -> None:
         heard = entry.state == CLAIMED and entry.owner == name and entry.times_heard >= HEARD_SURELY
         if heard and entry.firm and former not in (number, c.task):
             c.board.complete(former, name, hearsay=True)
-
-
-def confirmed(c: Coordination, u: m.Utterance, s: m.Confirmed, now: float) -> None:
-    if u.speaker is None or not isinstance(u.addressee, m.ToRobot):
-        return
-    if is_for_me_alone(c, u):
-        if c.state is State.READ_BACK:
-            if u.speaker == c.partner or c.partner is None:
-                c.fire(Trigger.CONFIRMED_MOTION if c.motion is not None else Trigger.CONFIRMED, now)
-        elif c.partner is not None:
-            if u.speaker == c.partner:
-                _be_confirmed(c, now)
-        elif s.task is not None and s.task.number == (c.unreported if c.task is None else c.task):
-            _be_confirmed(c, now)
-        return
-    entry = c.board.find(s.task) if s.task is not None else None
-    if entry is None:
-        return
-    if c.task == entry.definition.number:
-        if s.complete and not doubts(c, u.addressee.name, c.task, False, now):
-            note_done(c, u.addressee.name, c.task, now)
-        return
-    if entry.known_done and entry.owner != u.addressee.name and not s.complete:
-        _tell_done(c, u.addressee.name, entry, now)  # its claim was not heard here, or this robot's objection there
-    if s.complete:
-        note_done(c, u.addressee.name, entry.definition.number, now)
-        c.reconsider(now)
-    if entry.state == DONE:
-        return
-    given_away = entry.owner == u.speaker
-    if given_away or entry.owner == u.addressee.name or not entry.firm or now >= entry.lease_end_s:
-        c.board.claim(entry.definition.number, u.addressee.name, c.lease_end_s(now))
-        entry.times_heard += 1
-        note_moved_on(c, u.addressee.name, entry.definition.number)
-
-
-def _be_confirmed(c: Coordination, now: float) -> None:
-    """What was last said of a task was heard; a report that is still to be said is not meant, unless it was said in
-    answer to somebody's claim."""
-    if c.state is State.REPORTING and c.repeats == 0 and not c.told_report:
-        return
-    c.assured_s = c.lease_end_s(c.claimed_s)
-    if c.told_report:
-        c.unreported = None
-    if c.task is not None or c.state is not State.CLAIMING:  # a claim that is still to be chosen is not meant either
-        c.fire(Trigger.CONFIRMED, now)
-
-
-def negative(c: Coordination, u: m.Utterance, _s: m.Negative, now: float) -> None:
-    if u.speaker is None or not isinstance(u.addressee, m.ToRobot):
-        return
-    if is_for_me_alone(c, u):
-        if c.partner is None:
-            if c.task is not None and c.state in PROPOSING:
-                c.fire(Trigger.DENIED, now)
-        elif u.speaker == c.partner:
-            c.fire(Trigger.DENIED, now)
-        return
-    last = c.heard_claim
-    if last is not None and last.speaker == u.addressee.name and now - last.at_s < c.timing.recent_s:
-        c.board.restore(last.number, last.before)
-
-
-def left(c: Coordination, u: m.Utterance, s: m.Left, now: float) -> None:
-    """Somebody told which tasks are not done: a complete list tells of the others, by hearsay, that they are."""
-    c.floor.withdraw("left")
-    for number in s.numbers:
-        entry = c.board.find(m.TaskByNumber(number))
-        if entry is not None and entry.state == DONE and entry.hearsay:
-            c.board.reopen(number)
-    if not s.more:
-        for entry in c.board.entries():
-            number = entry.definition.number
-            lapsed = entry.state != CLAIMED or now >= entry.lease_end_s or entry.owner == u.speaker
-            if number in s.numbers or c.task == number or entry.known_done:
-                continue
-            if entry.state == DONE:
-                c.board.complete(number, entry.owner)  # heard twice
-            elif lapsed:
-                if entry.owner == c.role.name:
-                    c.board.release(number)  # whoever has done it, this robot knows that it was not itself
-                c.board.complete(number, None, hearsay=True)
-    c.fire(Trigger.ANSWERED, now)
-    c.reconsider(now)

@@ -18,7 +18,8 @@ from hvcpd.coordination.board import Board
 from hvcpd.coordination.claims import HeardClaim, Quoted
 from hvcpd.coordination.effects import OWN_TURN
 from hvcpd.coordination.floor import RANK_MAX, Floor, Intent, Order, Urgency
-from hvcpd.coordination.peers import Peers
+from hvcpd.coordination.peers import Peers, team_of
+from hvcpd.coordination.relaying import Relays
 from hvcpd.coordination.strangers import Acquaintance
 from hvcpd.coordination.table import AT_WORK, NEWCOMER, TRANSITIONS, State, Trigger
 from hvcpd.language import messages as m
@@ -28,13 +29,6 @@ SAME_WITHIN_S = 1.0
 more for ears that notice late. Nobody who waits for an answer says anything again so soon."""
 CONFIRMERS = 3
 """So many confirmations may still begin before a new turn does; that three in a row have missed a claim is rare."""
-
-
-def _team_of(u: m.Utterance) -> str | None:
-    """The speaker's team: as it says, or as it claims a task from, or greets as one of, a team."""
-    if u.team is None and isinstance(u.addressee, m.ToTeam) and isinstance(u.statement, m.Claim | None):
-        return u.addressee.team
-    return u.team
 
 
 @lru_cache(maxsize=4096)
@@ -108,6 +102,7 @@ class Coordination:
         self.name_heard_s: tuple[float, ...] = ()
         """When another voice used this robot's name."""
         self.acquaintance = Acquaintance()
+        self.relays = Relays()
         self._last_heard: tuple[m.Utterance, float] | None = None
         self._timer_s: float | None = None
         self._actions: list[Action] = []
@@ -122,7 +117,7 @@ class Coordination:
             hearing.hear_own_name(self, now)
             return
         if utterance.speaker is not None:
-            peer = self.peers.heard(utterance.speaker, _team_of(utterance), now, confidence, snr_db)
+            peer = self.peers.heard(utterance.speaker, team_of(utterance), now, confidence, snr_db)
             self._actions.append(SavePeer(peer.name, peer.team, now))
         self.floor.answer_slots = claims.confirming_slot(self, now) + CONFIRMERS
         self.floor.understood(now, self._order_after(utterance.speaker, now))
@@ -310,6 +305,8 @@ class Coordination:
             self.told_report = False
         elif isinstance(statement, m.Completed | m.Failed) and statement.task.number == self.unreported:
             self.told_report = True
+        if isinstance(statement, m.Relayed) and isinstance(utterance.addressee, m.ToRobot):
+            self.relays.note(utterance.addressee.name, statement, now)
         if isinstance(statement, m.Spelled):
             self.acquaintance.spelled_s = now
         if isinstance(statement, m.Completed) and statement.next is not None:

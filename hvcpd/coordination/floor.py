@@ -112,6 +112,10 @@ class Floor:
         intent.wanted_s = now
         self._intents.append(intent)
 
+    def wants(self, topic: str) -> bool:
+        """Whether something on this topic waits to be said."""
+        return any(intent.topic == topic for intent in self._intents)
+
     def withdraw(self, topic: str) -> None:
         if self._intents:
             self._intents = [intent for intent in self._intents if intent.topic != topic]

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
-from hvcpd.coordination import claims, composing, orders, people, relaying, repair, strangers
+from hvcpd.coordination import answers, claims, composing, orders, people, relaying, repair, strangers
 from hvcpd.coordination.addressing import is_for, is_for_me_alone
 from hvcpd.coordination.floor import Urgency
 from hvcpd.coordination.table import DEPARTING, PROPOSING, State, Trigger
@@ -20,6 +20,12 @@ GREETING_ANSWERED_FOR_S = 10.0
 
 def react(c: Coordination, u: m.Utterance, confidence: float, now: float) -> None:
     """Note what everybody may learn from the sentence, and act on it where it is meant for this robot."""
+    relaying.overheard(c, u, now)
+    quoted = relaying.direct(c, u)
+    if quoted is not None and quoted.speaker is not None:
+        c.peers.heard(quoted.speaker, None, now, confidence, None)
+        react(c, quoted, confidence, now)
+        return
     if isinstance(u.addressee, m.ToRobot):
         c.floor.answered(u.addressee.name.lower(), isinstance(u.statement, m.Confirmed))
     if u.speaker is not None and u.speaker == c.partner:
@@ -125,9 +131,9 @@ _REACTIONS: dict[type, Callable[[Coordination, m.Utterance, Any, float], None]] 
     m.Working: claims.working,
     m.Completed: claims.completed,
     m.Failed: claims.failed,
-    m.Left: claims.left,
-    m.Confirmed: claims.confirmed,
-    m.Negative: claims.negative,
+    m.Left: answers.left,
+    m.Confirmed: answers.confirmed,
+    m.Negative: answers.negative,
     m.Order: orders.order,
     m.Unable: orders.unable,
     m.Unknown: orders.unable,

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from hvcpd.language import messages as m
+
 
 @dataclass
 class Peer:
@@ -26,6 +28,13 @@ class Peer:
     """The task that we ordered it to do and that it has not reported yet."""
     unable: frozenset[int] = frozenset()
     """The tasks that it said it cannot do."""
+
+
+def team_of(u: m.Utterance) -> str | None:
+    """The speaker's team: as it says, or as it claims a task from, or greets as one of, a team."""
+    if u.team is None and isinstance(u.addressee, m.ToTeam) and isinstance(u.statement, m.Claim | None):
+        return u.addressee.team
+    return u.team
 
 
 class Peers:

@@ -1,7 +1,16 @@
-"""Somebody else's words: a robot that knows of a report tells it in the name of who made it."""
+"""Somebody else's words: what is passed on between two that do not hear each other, and reports told in the name of who
+made them.
+
+An order or a question to one robot that stays silent is said again by the first robot that has heard both, in the name
+of who said it ("Hi Bot, I am Max, Rob says, …"). From then on that pair is taken for one whose voices do not reach each
+other, and all that they say to each other is passed on, until one is heard to answer the other by itself. What was
+passed on is never passed on in turn, so that nothing goes round in a circle: a message crosses one robot.
+"""
 
 from __future__ import annotations
 
+import math
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
 from hvcpd.coordination import claims, composing
@@ -9,10 +18,128 @@ from hvcpd.coordination.addressing import is_for_me_alone
 from hvcpd.coordination.board import DONE
 from hvcpd.coordination.claims import Quoted
 from hvcpd.coordination.floor import Urgency
+from hvcpd.coordination.table import DEPARTING, NEWCOMER, State
 from hvcpd.language import messages as m
 
 if TYPE_CHECKING:
     from hvcpd.coordination.coordination import Coordination
+
+OPENERS = (m.Order, m.WhatDoing)
+"""What begins an exchange and must be answered."""
+PASSED_ON = (
+    *OPENERS,
+    m.Claim,
+    m.Working,
+    m.Completed,
+    m.Failed,
+    m.Unable,
+    m.Unknown,
+    m.Busy,
+    m.Free,
+    m.Confirmed,
+    m.Negative,
+)
+"""What is passed on in one; the phrasebook has a form for each."""
+SILENT_SLOT = 6
+"""Who was asked would have begun by then: its slot is one of three, and its voice is noticed within another."""
+APART_SLOT = 4
+"""The same for two that are known not to hear each other."""
+RANK_MAX = 3
+"""Beyond this rank those who could pass it on share a slot; the speaker repeats its sentence soon after."""
+APART_S = 600.0
+"""So long two are taken not to hear each other, after something was passed on between them: as long as a robot that is
+not heard counts as present."""
+REPEATED_S = 60.0
+"""Within so long the same words to the same robot are the same message, said again for want of an answer;"""
+RELAYS_MAX = 2
+"""which is passed on once, and once more if the speaker, who hears it passed on, still has no answer."""
+ANSWER_S = 12.0
+"""Who hears its words passed on waits so long for the answer to be passed on in turn: the answer, which it may not
+hear, lasts 5 s, or 6 said slowly, and as many seconds are for the gaps around it."""
+
+Message = tuple[str, str, m.Statement | None]
+"""Who said it, to whom, both in lower case, and what."""
+
+
+@dataclass
+class Relays:
+    """What was passed on, by whomever, and between whom it must be."""
+
+    passed_on: dict[Message, tuple[int, float]] = field(default_factory=dict)
+    """How often, and when last, s."""
+    apart: dict[frozenset[str], float] = field(default_factory=dict)
+    """Pairs that do not hear each other, and when that was last seen, s."""
+
+    def note(self, to: str, s: m.Relayed, now: float) -> None:
+        """It is passed on to `to` now. A report may be told in its speaker's name to object to a claim, too."""
+        message = (s.speaker.lower(), to.lower(), s.statement)
+        if isinstance(s.statement, m.Completed) and not self.are_apart(frozenset(message[:2]), now):
+            return
+        self.passed_on = {msg: seen for msg, seen in self.passed_on.items() if now - seen[1] < REPEATED_S}
+        self.passed_on[message] = (self.passed_on.get(message, (0, now))[0] + 1, now)
+        self.apart[frozenset(message[:2])] = now
+
+    def may_pass_on(self, message: Message, now: float) -> bool:
+        times, at_s = self.passed_on.get(message, (0, -math.inf))
+        return times < RELAYS_MAX or now - at_s >= REPEATED_S
+
+    def just_passed_on(self, message: Message, now: float) -> bool:
+        """Whether it was passed on a moment ago: if it is said again, its speaker has no answer yet."""
+        return now - self.passed_on.get(message, (0, -math.inf))[1] < 2.0 * ANSWER_S
+
+    def are_apart(self, pair: frozenset[str], now: float) -> bool:
+        return now - self.apart.get(pair, -math.inf) < APART_S
+
+
+def _topic(speaker: str, listener: str) -> str:
+    return f"relay {speaker.lower()} {listener.lower()}"
+
+
+def overheard(c: Coordination, u: m.Utterance, now: float) -> None:
+    """Pass on what somebody said to another one that stays silent, or is known not to hear it."""
+    if u.speaker is None or not isinstance(u.addressee, m.ToRobot) or c.state in NEWCOMER | DEPARTING:
+        return
+    speaker, to = u.speaker, u.addressee.name
+    if isinstance(u.statement, m.Relayed):
+        _note_relay(c, u.statement, to, now)
+        return
+    if is_for_me_alone(c, u):
+        return
+    pair = frozenset((speaker.lower(), to.lower()))
+    message = (speaker.lower(), to.lower(), u.statement)
+    if c.floor.wants(_topic(to, speaker)) and not c.relays.just_passed_on(message, now):
+        c.floor.withdraw(_topic(to, speaker))  # it answers before the words were passed on: it has heard them
+        c.relays.apart.pop(pair, None)
+    apart = c.relays.are_apart(pair, now)
+    if not isinstance(u.statement, PASSED_ON if apart else OPENERS) or not c.relays.may_pass_on(message, now):
+        return
+    if not c.peers.is_present(to, now) or (isinstance(u.statement, m.Completed) and u.statement.next is not None):
+        return
+    said = composing.to_robot(c, to, m.Relayed(speaker, u.statement))
+    slot = (APART_SLOT if apart else SILENT_SLOT) + min(c.rank(speaker, 0, now), RANK_MAX)
+    c.want(Urgency.ANSWER, _topic(speaker, to), lambda: said, now, slot=slot, call=speaker.lower(), tentative=not apart)
+
+
+def _note_relay(c: Coordination, s: m.Relayed, to: str, now: float) -> None:
+    """Somebody passes something on: this robot need not, and who said it or is to answer it has time."""
+    c.floor.withdraw(_topic(s.speaker, to))
+    c.relays.note(to, s, now)
+    own, partner = c.role.name.lower(), (c.partner or "").lower()
+    waiting = c.state in (State.ORDERED, State.READ_BACK, State.REPORTED)
+    if waiting and {own, partner} == {s.speaker.lower(), to.lower()}:
+        c.arm(now, ANSWER_S * c.role.speech.stretch)
+
+
+def direct(c: Coordination, u: m.Utterance) -> m.Utterance | None:
+    """What somebody had passed on to this robot, as if that one had said it itself; None if it is nothing to act on.
+
+    Reports are not among it: they are what everybody may learn from; see `relayed`.
+    """
+    s = u.statement
+    if not isinstance(s, m.Relayed) or isinstance(s.statement, m.Completed) or not is_for_me_alone(c, u):
+        return None
+    own = s.speaker.lower() == c.role.name.lower()
+    return None if own else m.Utterance(s.speaker, u.addressee, None, s.statement)
 
 
 def relayed(c: Coordination, u: m.Utterance, s: m.Relayed, now: float) -> None:
@@ -29,6 +156,10 @@ def relayed(c: Coordination, u: m.Utterance, s: m.Relayed, now: float) -> None:
             said = composing.to_robot(c, u.speaker, m.Negative())
             c.want(Urgency.ANSWER, f"answer {u.speaker}", lambda: said, now, slot=claims.OWNER_SLOT)
         return
+    peer = c.peers.get(s.speaker)
+    if is_for_me_alone(c, u) and peer is not None and peer.assigned == number:
+        c.peers.heard(peer.name, None, now, peer.confidence, None)
+        claims.confirm_at_once(c, peer.name, now)
     c.quoted = Quoted(s.speaker, u.speaker, number, now)
     if claims.doubts(c, u.speaker, number, False, now):
         return

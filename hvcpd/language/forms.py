@@ -161,7 +161,20 @@ _PEOPLE: tuple[Form, ...] = (
     ),
 )
 
-_RELAYABLE = (m.Claim, m.Order, m.Working, m.Completed, m.Failed, m.Unable, m.Confirmed, m.Negative)
+_RELAYABLE = (
+    m.Claim,
+    m.Order,
+    m.Working,
+    m.Completed,
+    m.Failed,
+    m.Unable,
+    m.Unknown,
+    m.Busy,
+    m.Free,
+    m.WhatDoing,
+    m.Confirmed,
+    m.Negative,
+)
 _RELAYS: tuple[Form, ...] = tuple(
     Form(
         f"{OPENING}, <other> says, {form.pattern[len(OPENING) + 2 :]}",
@@ -171,8 +184,8 @@ _RELAYS: tuple[Form, ...] = tuple(
         form.constants,
         relayed=True,
     )
-    for form in _CORE
-    if form.statement in _RELAYABLE and "<next>" not in form.pattern
+    for form in (*_CORE, *_PEOPLE)
+    if form.statement in _RELAYABLE and form.pattern.startswith(OPENING) and "<next>" not in form.pattern
 )
 
 _SPELLED: tuple[Form, ...] = (
