@@ -112,9 +112,10 @@ class Board:
         entry.lease_end_s, entry.firm = lease_end_s, firm
 
     def restore(self, number: int, before: tuple[str, str | None, float]) -> None:
-        """Take a claim back that was denied: state, owner and lease as they were."""
+        """Take a claim back that was denied: state, owner and lease as they were; what was done, by hearsay only, for
+        whoever claimed it did not know of it."""
         if self._entries[number].state == CLAIMED:
-            self._set(number, before[0], before[1])
+            self._set(number, before[0], before[1], hearsay=before[0] == DONE)
             self._entries[number].lease_end_s = before[2]
 
     def release(self, number: int) -> None:

@@ -8,6 +8,8 @@ import pytest
 
 from hil_fakes.word_mission import WordMission
 from hil_fakes.word_plans import random_plan
+from hvcpd.coordination.board import DONE, Board
+from tests.coordination.mission import plants
 
 SEEDS = {
     "who did the task and who is at it objected in one slot, again and again": 204,
@@ -39,3 +41,18 @@ def test_every_task_is_done_once_although(seed: int) -> None:
     assert result.lost == 0
     assert result.duplicates == 0 or result.off_in_mid_task
     assert not math.isinf(result.ended_s)
+
+
+def test_a_denied_claim_does_not_make_a_certainty_of_hearsay() -> None:
+    """Seed 2560: two tasks were lost, for who had heard once, and wrongly, that they were done told others so."""
+    board = Board(plants(1), {}, 0.0)
+    board.complete(1, "Leo", hearsay=True)
+    before = (board[1].state, board[1].owner, board[1].lease_end_s)
+    board.claim(1, "Leo", 90.0, firm=False)
+    board.restore(1, before)
+    assert board[1].state == DONE
+    assert not board[1].known_done
+
+
+def test_seed_2560_loses_nothing() -> None:
+    assert WordMission(random_plan(2560)).run().lost == 0
