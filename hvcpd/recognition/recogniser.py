@@ -23,7 +23,7 @@ from hvcpd.recognition.hold import HoldSettings
 from hvcpd.recognition.network import Network
 from hvcpd.recognition.noise import STEP_FRAMES, NoiseTracker, steady_noise
 from hvcpd.recognition.segments import Segment, SegmentSettings, SegmentTracker
-from hvcpd.recognition.spotter import Sentence, Spotter, SpotterSettings
+from hvcpd.recognition.spotter import LEAD_FRAMES, Sentence, Spotter, SpotterSettings
 from hvcpd.recognition.stream import CHUNK_FRAMES, Chunk, FrameStream
 from hvcpd.recognition.templates import TemplateBank
 from hvcpd.recognition.urgent import UrgentSpotter
@@ -75,6 +75,8 @@ class RecogniserSettings:
     """A sentence must follow silence: nearer to noise than to speech in the 0.6 s before it, so that no sentence
     begins at a comma."""
     confidence: ConfidenceCurve = field(default_factory=ConfidenceCurve)
+    murmur: float = 0.1
+    """...unless what came before had less than a tenth of its power."""
     max_pause: float = 10.0
     """A pause may pass over so much speech (in frames of it): right sentences have 7 at most in noise and rooms, and a
     name left out ("hi rex, I am Ted" as "hi, I am Ted") has 15 and more."""
@@ -255,7 +257,7 @@ class Recogniser:
         confidence = self._confidence(sentence)
         if confidence < s.min_confidence or sentence.cost > -s.min_gain:
             return None
-        if sentence.lead_in > s.max_lead_in or sentence.pause > s.max_pause:
+        if sentence.pause > s.max_pause or (sentence.lead_in > s.max_lead_in and not self._follows_murmur(sentence)):
             return None
         spans = tuple(
             WordSpan(
@@ -276,6 +278,18 @@ class Recogniser:
             self._snr_db(sentence.steps[0].start_frame, sentence.steps[-1].end_frame),
             spans,
         )
+
+    def _follows_murmur(self, sentence: Sentence) -> bool:
+        """Whether what was heard before the sentence was too faint to be its beginning: others, farther away."""
+        start, end = sentence.steps[0].start_frame, sentence.steps[-1].end_frame
+        before = self._power_between(max(start - LEAD_FRAMES, 0), start - 3)
+        return before < self._settings.murmur * self._power_between(start, end)
+
+    def _power_between(self, start_frame: int, end_frame: int) -> float:
+        """Mean power above the noise, linear; 0 where there are no frames."""
+        slots = np.arange(start_frame, end_frame) % POWER_FRAMES
+        above = self._speech_power[slots] - self._noise_power[slots]
+        return max(float(above.mean()), 0.0) if len(slots) else 0.0
 
     def _confidence(self, sentence: Sentence) -> float:
         """The chance that every word is right."""
