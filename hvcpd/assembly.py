@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import os
 import random
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
+from typing import Generic, TypeVar
 
 from hvcpd.config.settings import DEFAULT_TEAMS as DEFAULT_TEAMS
 from hvcpd.config.settings import MAX_KNOWN_NAMES
@@ -114,10 +115,30 @@ def make_phrasebook(names: Sequence[str], teams: Iterable[str], tasks: TaskRepos
 
 def make_recogniser(phrasebook: Phrasebook, names: Iterable[str], sound: Sound) -> Recogniser:
     """A recogniser for the voices of these robots: templates are the very signals that their synthesizers make."""
-    speakers = {sound.voice_of(n).name: sound.speaker_of(n) for n in names if n.lower() not in sound.recorded}
-    speakers |= {f"{name}, recorded": sound.speaker_of(name) for name in names if name.lower() in sound.recorded}
-    bank = {voice: _templates(phrasebook, speaker) for voice, speaker in speakers.items()}
+    speakers = {sound.voice_of(n).name: n for n in names if n.lower() not in sound.recorded}
+    speakers |= {f"{name}, recorded": name for name in names if name.lower() in sound.recorded}
+    bank = _RenderedWhenAsked(speakers, lambda name: _templates(phrasebook, sound.speaker_of(name)))
     return Recogniser(phrasebook.graph, bank, urgent=make_urgent(sound))
+
+
+_Who = TypeVar("_Who")
+
+
+class _RenderedWhenAsked(Mapping[str, dict[str, list[Samples]]], Generic[_Who]):
+    """The words of several voices, one voice at a time: their sounds together would be most of the daemon's memory."""
+
+    def __init__(self, speakers: Mapping[str, _Who], render: Callable[[_Who], dict[str, list[Samples]]]) -> None:
+        self._speakers = speakers
+        self._render = render
+
+    def __getitem__(self, voice: str) -> dict[str, list[Samples]]:
+        return self._render(self._speakers[voice])
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._speakers)
+
+    def __len__(self) -> int:
+        return len(self._speakers)
 
 
 def make_ears(phrasebook: Phrasebook, names: Iterable[str], sound: Sound, strangers: bool) -> Listening:
@@ -128,7 +149,8 @@ def make_ears(phrasebook: Phrasebook, names: Iterable[str], sound: Sound, strang
 def make_spelled(phrasebook: Phrasebook, sound: Sound) -> Recogniser:
     """Hears names being spelled, in every voice."""
     graph = phrasebook.spelling_graph
-    bank = {voice.name: templates_of(graph.words, voice, sound) for voice in VOICES}
+    voices = {voice.name: voice for voice in VOICES}
+    bank = _RenderedWhenAsked(voices, lambda voice: templates_of(graph.words, voice, sound))
     return Recogniser(graph, bank, RecogniserSettings(min_confidence=MIN_SPELLED_CONFIDENCE))
 
 

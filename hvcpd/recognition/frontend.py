@@ -89,6 +89,8 @@ def power_weights() -> NDArray[np.float32]:
     return np.asarray(share @ filters / filters.sum(axis=0), np.float32)
 
 
+FRAMES_AT_ONCE = 200
+"""2 s: spectra of more would only take memory."""
 _WINDOW = np.hamming(WINDOW_SAMPLES).astype(np.float32)
 _FILTERS = mel_filterbank()
 _TRANSFORM = cepstral_transform()
@@ -99,6 +101,12 @@ def energies_of(samples: Samples) -> Energies:
     if samples.size < WINDOW_SAMPLES:
         return np.zeros((0, N_BANDS), np.float32)
     frames = np.lib.stride_tricks.sliding_window_view(samples, WINDOW_SAMPLES)[::HOP_SAMPLES]
+    if len(frames) <= FRAMES_AT_ONCE:
+        return _energies(frames)
+    return np.concatenate([_energies(frames[i : i + FRAMES_AT_ONCE]) for i in range(0, len(frames), FRAMES_AT_ONCE)])
+
+
+def _energies(frames: NDArray[np.float32]) -> Energies:
     frames = frames - frames.mean(axis=1, keepdims=True)  # a DC offset would leak into the low bands
     spectra = np.fft.rfft(frames * _WINDOW, FFT_SIZE)
     power = (spectra.real**2 + spectra.imag**2).astype(np.float32)

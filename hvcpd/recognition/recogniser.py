@@ -68,9 +68,9 @@ class RecogniserSettings:
     """The share of those frames that must look like speech; clicks are shorter."""
     sleep_frames: int = 60
     """The network sleeps after 0.6 s without a sign of speech."""
-    min_confidence: float = 0.8
-    """Below it a sentence counts as garbled: 2 of 446 right ones, and a third of the wrong ones (in motor and fan noise
-    at -5 dB)."""
+    min_confidence: float = 0.75
+    """Below it a sentence counts as garbled: of the right ones in white noise at -10 dB one in twenty, in motor and fan
+    noise at -5 dB a quarter of the wrong ones."""
     max_lead_in: float = 0.4
     """A sentence must follow silence: nearer to noise than to speech in the 0.6 s before it, so that no sentence
     begins at a comma."""
