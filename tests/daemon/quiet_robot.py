@@ -1,0 +1,55 @@
+"""`hvcpd` as a process of its own, real but for the sound card: in its place a quiet room, in real time.
+
+python -m tests.daemon.quiet_robot --config FILE --name Rob
+"""
+
+from __future__ import annotations
+
+import asyncio
+import sys
+
+import numpy as np
+
+from hvcpd.cli import main
+from hvcpd.config.settings import AudioSettings
+from hvcpd.daemon.devices import Devices
+from hvcpd.hardware.audio_stream import StreamCounters
+from hvcpd.ports import SAMPLE_RATE_HZ, Samples
+from tests.daemon.virtual import BLOCK, TwoCards
+
+NOISE = 1e-4
+"""Amplitude of the microphone's own noise: -80 dBFS."""
+
+
+class QuietRoom:
+    """A microphone that hears nothing but its own noise, and a loudspeaker that nobody hears."""
+
+    latency_s = 0.0
+
+    def __init__(self, _: AudioSettings) -> None:
+        self.counters = StreamCounters()
+        self._due_s = 0.0
+        self._noise = np.random.default_rng(1)
+
+    async def open(self) -> None:
+        """Nothing to open."""
+
+    async def start(self) -> None:
+        """From now on a block comes every 25 ms."""
+        self._due_s = asyncio.get_running_loop().time()
+
+    async def read(self) -> Samples:
+        """The next block, when its time has come."""
+        self._due_s += BLOCK / SAMPLE_RATE_HZ
+        await asyncio.sleep(max(self._due_s - asyncio.get_running_loop().time(), 0.0))
+        return (NOISE * self._noise.standard_normal(BLOCK)).astype(np.float32)
+
+    def write(self, samples: Samples) -> None:
+        """Into the void."""
+
+    async def close(self) -> None:
+        """Nothing to close."""
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:], Devices(TwoCards, QuietRoom)))

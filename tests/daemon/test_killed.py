@@ -1,0 +1,52 @@
+"""The daemon as a real process dies in mid-motion: its motors stop by themselves."""
+
+import signal
+import sys
+from collections.abc import Callable, Sequence
+from pathlib import Path
+
+import pytest
+
+from hil_fakes.dynamixel.motor import FakeXL430, turtlebot3_pair
+from hil_fakes.dynamixel.opencr import FakeOpenCR
+from tests.hardware.driven import FAST_RAD_S, STANDING_RAD_S, Driven
+
+XL430_S = 0.5
+OPENCR_S = 0.75
+"""The controller's own half second of silence and one or two periods of 20 ms, and then the wheels come to a stand."""
+
+Make = Callable[[], Sequence[FakeXL430 | FakeOpenCR]]
+
+
+def opencr() -> Sequence[FakeOpenCR]:
+    return (FakeOpenCR(),)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("make", "number", "limit_s"),
+    [
+        (turtlebot3_pair, signal.SIGKILL, XL430_S),
+        (turtlebot3_pair, signal.SIGSTOP, XL430_S),
+        (opencr, signal.SIGKILL, OPENCR_S),
+    ],
+    ids=["xl430-killed", "xl430-frozen", "opencr-killed"],
+)
+def test_the_motors_stop_when_the_daemon_is_no_more(
+    make: Make, number: signal.Signals, limit_s: float, tmp_path: Path, units: Path
+) -> None:
+    (tmp_path / "state").mkdir()
+    (tmp_path / "state" / "units").symlink_to(units)
+
+    def command(port: str) -> list[str]:
+        config = tmp_path / "hvcpd.yaml"
+        config.write_text(f"state_dir: {tmp_path / 'state'}\nwheels: {{port: {port}}}\nseed: 1\n")
+        return [sys.executable, "-m", "tests.daemon.quiet_robot", "--config", str(config), "--name", "Rob"]
+
+    with Driven(*make(), command=command) as driven:
+        driven.when(lambda: driven.fastest_rad_s > FAST_RAD_S)  # it has claimed a task, and drives to it
+        dead_s = driven.kill(number)
+        stood_s = driven.when(lambda: driven.fastest_rad_s <= STANDING_RAD_S)
+    print(f"stood after {stood_s - dead_s:.3f} s, motors' time in steps of {driven.longest_step_s:.3f} s")
+    assert stood_s - dead_s <= limit_s + driven.longest_step_s
+    assert stood_s - dead_s > 0.1, "it was standing before"

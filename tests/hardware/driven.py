@@ -1,0 +1,79 @@
+"""A real process that drives fake motors on a pty in real time."""
+
+from __future__ import annotations
+
+import signal
+import subprocess
+import sys
+import threading
+from collections.abc import Callable, Sequence
+from types import TracebackType
+
+from hil_fakes.dynamixel.bus import FakeBus
+from hil_fakes.dynamixel.motor import FakeXL430
+from hil_fakes.dynamixel.opencr import FakeOpenCR
+from hil_fakes.dynamixel.pump import RealTimePump
+
+PATIENCE_S = 150.0
+FAST_RAD_S = 3.0
+STANDING_RAD_S = 0.05
+
+
+def five_metres(port: str) -> list[str]:
+    """The command that drives 5 m."""
+    return [sys.executable, "-m", "hvcpd.control.cli", "drive", "forward", "5", "--port", port]
+
+
+class Driven:
+    """A process that drives these devices, by `command` of the port; `when` waits until the motors do something."""
+
+    def __init__(self, *devices: FakeXL430 | FakeOpenCR, command: Callable[[str], Sequence[str]] = five_metres) -> None:
+        self.bus = FakeBus(devices, seed=1)
+        self._motors = [*self.bus.motors.values()] or [
+            m for d in devices if isinstance(d, FakeOpenCR) for m in (d.left, d.right)
+        ]
+        self._changed = threading.Condition()
+        self.longest_step_s = 0.0
+        """Of the motors' time: so coarse is the clock on a loaded machine."""
+        self._pump = RealTimePump(self._advance)
+        self._command = command(self.bus.path)
+
+    def __enter__(self) -> Driven:
+        self._pump.__enter__()
+        self.process = subprocess.Popen(self._command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self.process.kill()
+        self.process.communicate()
+        self._pump.__exit__(kind, error, trace)
+        self.bus.close()
+
+    @property
+    def fastest_rad_s(self) -> float:
+        return max(abs(motor.true_speed_rad_s) for motor in self._motors)
+
+    @property
+    def torque(self) -> list[int]:
+        return [motor.memory.get("torque_enable") for motor in self._motors]
+
+    def kill(self, number: signal.Signals = signal.SIGKILL) -> float:
+        """kill -9, or another signal; the motors' time (s) at which it was sent."""
+        with self._changed:
+            self.longest_step_s = 0.0
+        self.process.send_signal(number)
+        return self.bus.line.now_s
+
+    def when(self, condition: Callable[[], bool]) -> float:
+        """The motors' time (s) at which the condition holds."""
+        with self._changed:
+            assert self._changed.wait_for(condition, PATIENCE_S), self.process.poll()
+            return self.bus.line.now_s
+
+    def _advance(self, dt_s: float) -> None:
+        with self._changed:
+            self.longest_step_s = max(self.longest_step_s, dt_s)
+            self.bus.advance(dt_s)
+            self._changed.notify_all()
