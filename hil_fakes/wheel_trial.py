@@ -29,10 +29,12 @@ SILENT_LIMIT_S = 0.75
 """OpenCR that hears nothing any more: its own limit is half a second of silence and up to two of its 20 ms periods, and
 then the wheels still have to come to a stand; nothing that we sent before can make it shorter."""
 SILENT = frozenset({Fault.HANG, Fault.UNPLUG})
+SLOW_LIMIT_S = 1.25
+"""OpenCR with a dead motor: its loop then takes half a second and one packet from us; the second one is our stop."""
 STANDING_RAD_S = 0.05
 """1.7 mm/s at the rim; encoder and gear play are no more."""
-MEMORY_S = 0.85
-"""A speed must be explained by a command of so long ago at most: the longest stop limit and a control period."""
+MEMORY_S = {"xl430": 0.6, "opencr": 1.35}
+"""A speed must be explained by a command of so long ago at most: the longest stop limit and two control periods."""
 LIMIT_S = 120.0
 ODOMETRY_M = 0.05
 LOW_V = 10.2
@@ -42,7 +44,9 @@ STANDING_EVERY = 4
 
 def stop_limit_s(kind: Kind, fault: Fault) -> float:
     """Within how many seconds of such a fault the wheels must stand."""
-    return SILENT_LIMIT_S if kind == "opencr" and fault in SILENT else STOP_LIMIT_S
+    if kind == "opencr":
+        return SLOW_LIMIT_S if fault is Fault.DEAD_MOTOR else SILENT_LIMIT_S if fault in SILENT else STOP_LIMIT_S
+    return STOP_LIMIT_S
 
 
 @dataclass
@@ -182,7 +186,7 @@ class Trial:
                     each.voltage_v = 12.0
 
     def _judge_speeds(self, now_s: float) -> None:
-        while len(self._commands) > 1 and self._commands[1][0] < now_s - MEMORY_S:
+        while len(self._commands) > 1 and self._commands[1][0] < now_s - MEMORY_S[self.verdict.kind]:
             self._commands.popleft()
         for side, motor in enumerate(self.robot.motors):
             speed = motor.true_speed_rad_s
@@ -202,8 +206,8 @@ class Trial:
                     if event.until_s < now_s:
                         self._calls.remove(event)
                     continue
-            over = event.fault is Fault.HANG and event.until_s <= now_s  # the program is back, and drives on
-            if over or (event.fault is Fault.OBSTACLE and not self._strains(event, now_s)):
+            back = event.fault in (Fault.HANG, Fault.DEAD_MOTOR) and event.until_s <= now_s  # and drives on
+            if back or (event.fault is Fault.OBSTACLE and not self._strains(event, now_s)):
                 self._calls.remove(event)
             elif self.robot.fastest_rad_s <= STANDING_RAD_S:
                 self._calls.remove(event)

@@ -84,6 +84,7 @@ class Line:
         noise = self._noise(dt_s)
         self.now_s += dt_s
         due = b"".join(data for at_s, data in self._coming if at_s <= self.now_s)
+        due += b"".join(device.collect() for device in self._devices if isinstance(device, FakeOpenCR))
         self._coming = [(at_s, data) for at_s, data in self._coming if at_s > self.now_s]
         return noise + due
 

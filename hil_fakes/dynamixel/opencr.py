@@ -8,6 +8,7 @@ only in `advance`.
 from __future__ import annotations
 
 import math
+from collections import deque
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -22,6 +23,9 @@ FIRMWARE_VERSION = 1
 HEARTBEAT_TIMEOUT_S = 0.5
 CONTROL_PERIOD_S = 0.02
 """The firmware's INTERVAL_MS_TO_CONTROL_MOTOR and its refresh of the table."""
+SILENT_MOTOR_LOOP_S = 0.5
+"""A motor that falls silent makes the firmware's loop wait for it at five reads, up to 100 ms each (the time-outs of
+Dynamixel2Arduino 0.5 and newer; older ones wait less); and each turn of the loop takes one packet from us only."""
 BOOT_S = 2.0
 """Calibration of the gyroscope after power-up, during which nothing answers; order of magnitude."""
 BUFFER_SIZE = 256
@@ -102,6 +106,8 @@ class FakeOpenCR:
         self._debug_at_boot = debug_mode
         self._table = bytearray(TABLE_SIZE)
         self._phase_s = self._clock_s = self._low_s = 0.0
+        self._waiting: deque[Packet] = deque()
+        self._replies: list[bytes] = []
         self._boot()
         self._booting_s = 0.0  # the first test does not want to wait
 
@@ -143,9 +149,28 @@ class FakeOpenCR:
         self._boot()
 
     def respond(self, packet: Packet) -> list[bytes]:
-        """Carry out an instruction; it knows ping, read and write, and is silent to all else, broadcasts included."""
+        """Carry out an instruction; it knows ping, read and write, and is silent to all else, broadcasts included.
+
+        While a motor is silent the instruction has to wait, and its reply comes by `collect`.
+        """
         if packet.motor_id != self.motor_id or self._booting_s > 0.0:
             return []
+        if self._slow or self._waiting:
+            self._waiting.append(packet)
+            return []
+        return self._carry_out(packet)
+
+    def collect(self) -> bytes:
+        """The replies that came late, each once."""
+        late, self._replies = b"".join(self._replies), []
+        return late
+
+    @property
+    def _slow(self) -> bool:
+        """Whether the firmware waits for a motor in each turn of its loop."""
+        return bool(self.get("motors_connected")) and not (self.left.powered and self.right.powered)
+
+    def _carry_out(self, packet: Packet) -> list[bytes]:
         address, size = (
             int.from_bytes(packet.parameters[:2], "little"),
             int.from_bytes(packet.parameters[2:4], "little"),
@@ -160,19 +185,20 @@ class FakeOpenCR:
         return []
 
     def advance(self, dt_s: float) -> None:
-        """Let time pass: the firmware's loop runs every 20 ms."""
+        """Let time pass: the firmware's loop runs every 20 ms, or slower while it waits for a motor."""
         left_s = dt_s
         while left_s > 1e-9:
-            step_s = min(left_s, CONTROL_PERIOD_S - self._phase_s)
+            period_s = SILENT_MOTOR_LOOP_S if self._slow else CONTROL_PERIOD_S
+            step_s = min(left_s, max(period_s - self._phase_s, 0.0))
             for motor in (self.left, self.right):
                 motor.advance(step_s)
             left_s -= step_s
             self._phase_s += step_s
             self._clock_s += step_s
             self._booting_s = max(self._booting_s - step_s, 0.0)
-            if self._phase_s >= CONTROL_PERIOD_S - 1e-9:
+            if self._phase_s >= period_s - 1e-9:
+                self._loop(self._phase_s)
                 self._phase_s = 0.0
-                self._loop()
 
     def _boot(self) -> None:
         self._table[:] = bytes(TABLE_SIZE)
@@ -185,6 +211,8 @@ class FakeOpenCR:
         self._beat = 0
         self._beat_s = self._clock_s = self._phase_s = self._low_s = 0.0
         self._booting_s = BOOT_S
+        self._waiting.clear()
+        self._replies.clear()
         self._command = (0.0, 0.0)
         there = self.left.powered and self.right.powered
         self.set("device_status", STATUS_RUNNING if there else STATUS_NOT_CONNECTED_MOTORS)
@@ -237,9 +265,24 @@ class FakeOpenCR:
             for motor in (self.left, self.right):
                 motor.write(64, bytes((int(on),)))
 
-    def _loop(self) -> None:
-        self._watch_heartbeat()
-        self._watch_battery()
+    def _loop(self, took_s: float) -> None:
+        """One turn; the heartbeat is looked at in its beginning, packets and wheels come behind the reads."""
+        if self._slow:
+            self._serve(1)
+            self._turn_wheels()
+            self._watch_heartbeat()
+        else:
+            self._serve(len(self._waiting))
+            self._watch_heartbeat()
+            self._turn_wheels()
+        self._watch_battery(took_s)
+        self._refresh()
+
+    def _serve(self, most: int) -> None:
+        for _ in range(min(most, len(self._waiting))):
+            self._replies += self._carry_out(self._waiting.popleft())
+
+    def _turn_wheels(self) -> None:
         if not self._connected:
             self._command = (0.0, 0.0)
         linear_m_s, angular_rad_s = self._command
@@ -247,7 +290,6 @@ class FakeOpenCR:
         for motor, rim_m_s in ((self.left, linear_m_s - half_m_s), (self.right, linear_m_s + half_m_s)):
             if motor.powered and self.powered and self.get("motors_connected"):
                 motor.write(104, int(rim_m_s * UNITS_PER_M_S).to_bytes(4, "little", signed=True))
-        self._refresh()
 
     def _watch_heartbeat(self) -> None:
         if self._was_connected != self._connected:
@@ -258,8 +300,8 @@ class FakeOpenCR:
         elif self._clock_s - self._beat_s >= HEARTBEAT_TIMEOUT_S - 1e-9:
             self._beat_s, self._connected = self._clock_s, False
 
-    def _watch_battery(self) -> None:
-        self._low_s = self._low_s + CONTROL_PERIOD_S if self.left.voltage_v < CUT_OFF_V else 0.0
+    def _watch_battery(self, took_s: float) -> None:
+        self._low_s = self._low_s + took_s if self.left.voltage_v < CUT_OFF_V else 0.0
         if self._low_s > CUT_OFF_S:
             for motor in (self.left, self.right):
                 motor.powered = False

@@ -91,7 +91,7 @@ class BusWheels(ABC):
     def _try(self, command: WheelCommand) -> WheelReading:
         fault: BusError | None = None
         for attempt in range(TRIES):
-            if attempt == TRIES - 1:
+            if attempt == self._stop_before:
                 self._stop_blindly()
             try:
                 self._heal()
@@ -149,7 +149,7 @@ class BusWheels(ABC):
                 raise BusError(f"{self._bus.path}: a motor's position leaps; it may have lost its power")
         self._last_s = now_s
         self._exchanges += 1
-        return self._encoders[0].follow(raw[0]), self._encoders[1].follow(raw[1])
+        return self._encoders[0].follow(raw[0], dt_s), self._encoders[1].follow(raw[1], dt_s)
 
     def _stop_blindly(self) -> None:
         """Send zero to both wheels without waiting for anyone; their own lease stops them if it does not arrive."""
@@ -160,6 +160,11 @@ class BusWheels(ABC):
     @abstractmethod
     def _look_every(self) -> int:
         """Exchanges from one look at torque and errors to the next."""
+
+    @property
+    def _stop_before(self) -> int:
+        """The try before which the wheels are told to stop, if those before have failed."""
+        return TRIES - 1
 
     @abstractmethod
     def _inspect(self) -> list[str]:

@@ -34,6 +34,10 @@ USUAL_GROUP = "dialout"
 PING_PARAMETERS = 3
 """The answer to a ping: model number (2) and firmware (1). No register that we read has three bytes."""
 
+PROBE_SIZE, PROBES = 40, 32
+"""A probe reads from address 0 on, as many bytes as no other read of ours, and each of so many in a row another number:
+its answer tells that all that came before it is through, even when answers come many requests late."""
+
 
 MakePort = Callable[[str, int, float], Port]
 """Makes the port under a bus from its path, its speed in baud and the time-out of a reply in s."""
@@ -73,6 +77,7 @@ class DynamixelBus:
         self._port = make_port(path, baud_rate, timeout_s)
         self._protocol = PacketHandler()
         self._unsettled: set[int] = set()
+        self._probe_number = 0
         self.alert = False
         """True if a device reported a hardware error since this was last set to False."""
 
@@ -156,11 +161,24 @@ class DynamixelBus:
                 found[packet[4]] = packet[9] | packet[10] << 8
         return found
 
+    def hears(self, device_id: int, listen_s: float) -> bool:
+        """Whether a late reply of the device comes within `listen_s`; sends nothing. Raises PortLostError."""
+        self._port.setPacketTimeoutMillis(listen_s * 1000.0)
+        result = COMM_SUCCESS
+        while result in (COMM_SUCCESS, COMM_RX_CORRUPT) and not self._port.overtime():
+            packet, result = self._call("rxPacket", False)
+            if result == COMM_SUCCESS and packet[4] == device_id:
+                return True
+        return False
+
     def _settle(self, *device_ids: int) -> None:
-        """After a failure: ask for a ping's answer, which no read has the size of; all late replies come before it."""
+        """After a failure: ask for an answer of a size that no other one has; all late replies come before it."""
         for device_id in device_ids:
             if device_id in self._unsettled:
-                self._ping(device_id)
+                self._probe_number = (self._probe_number + 1) % PROBES
+                size = PROBE_SIZE + self._probe_number
+                self._sent(self._call("readTx", device_id, 0, size))
+                self._receive(device_id, size, "a probe")
                 self._unsettled.discard(device_id)
 
     def _ping(self, device_id: int) -> bytes:

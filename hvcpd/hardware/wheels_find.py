@@ -209,7 +209,9 @@ def _answers(bus: DynamixelBus, ids: Sequence[int]) -> bool:
 
 
 def _nobody(settings: WheelSettings, port: str, bus: DynamixelBus, make_port: MakePort, timeout_s: float) -> str:
-    seen = wheels_handshake.strangers(bus, settings.ids)
+    if bus.hears(opencr.DEVICE_ID, wheels_opencr_handshake.LATE_S):
+        return f"{port}: OpenCR (ID {opencr.DEVICE_ID}): {wheels_opencr_handshake.LATE}"
+    seen = wheels_handshake.strangers(bus.find(wheels_handshake.SEARCH_S), settings.ids)
     if seen:
         return (
             f"{port}: neither OpenCR (ID {opencr.DEVICE_ID}) nor motors {settings.left_id} and {settings.right_id} "

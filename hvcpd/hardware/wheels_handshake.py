@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
 
@@ -85,19 +85,19 @@ def inspect(
     return [*_missing(bus, missing, (left_id, right_id), search_s), *problems]
 
 
-def strangers(bus: DynamixelBus, ids: Sequence[int], search_s: float = SEARCH_S) -> str:
-    """The devices on the line other than `ids`, in words; empty if there are none. Raises PortLostError."""
-    found = {motor_id: model for motor_id, model in bus.find(search_s).items() if motor_id not in ids}
+def strangers(found: Mapping[int, int], ids: Sequence[int]) -> str:
+    """The devices other than `ids` in what `DynamixelBus.find` has found, in words; empty if there are none."""
     return ", ".join(
         f"ID {motor_id} ({'XL430-W250' if model == xl430.MODEL_NUMBER else f'model {model}'})"
         for motor_id, model in sorted(found.items())
+        if motor_id not in ids
     )
 
 
 def _missing(bus: DynamixelBus, missing: Sequence[tuple[str, int]], ids: tuple[int, int], search_s: float) -> list[str]:
     if not missing:
         return []
-    seen = strangers(bus, ids, search_s)
+    seen = strangers(bus.find(search_s), ids)
     if seen:
         remedy = "the line has {seen}: if that is it, set wheels.{side}_id, or make its ID {id} with Dynamixel Wizard 2"
     elif len(missing) < len(ids):

@@ -80,6 +80,11 @@ class OpenCRWheels(BusWheels):
     def _look_every(self) -> int:
         return self._settings.look_every
 
+    @property
+    def _stop_before(self) -> int:
+        """At once: while a motor is silent the controller takes a packet each half second, so the stop must be next."""
+        return 1
+
     def _inspect(self) -> list[str]:
         return inspect(self._bus, self._id, self._settings.lowest_voltage_v)
 
@@ -100,7 +105,7 @@ class OpenCRWheels(BusWheels):
         window = self._bus.read_block(self._id, WINDOW_START, WINDOW_SIZE)
         torque = _value(window, opencr.MOTOR_TORQUE)
         if not torque or self._torque_asked_s is not None:
-            self._rejoin(window)
+            self._rejoin(window, self._clock() - self._last_s)
         if torque:
             self._torque_asked_s = None
             return
@@ -123,13 +128,13 @@ class OpenCRWheels(BusWheels):
             rebooted = abs(counted_s - (now_s - self._state_s)) > CLOCKS_APART_S
         self._state, self._state_s = state, now_s
         if rebooted:
-            self._rejoin(self._bus.read_block(self._id, WINDOW_START, WINDOW_SIZE))
+            self._rejoin(self._bus.read_block(self._id, WINDOW_START, WINDOW_SIZE), 0.0)
         return rebooted
 
-    def _rejoin(self, window: bytes) -> None:
+    def _rejoin(self, window: bytes, dt_s: float) -> None:
         """A motor without torque may have started anew, and then its turns are forgotten."""
         for encoder, position in zip(self._encoders, _positions(window), strict=True):
-            encoder.rejoin(position)
+            encoder.rejoin(position, dt_s)
 
     def _cycle(self, command: WheelCommand) -> WheelReading:
         self._bus.write_block(self._id, opencr.LINEAR_X.address, self._block(command), "the command words")
@@ -137,7 +142,7 @@ class OpenCRWheels(BusWheels):
         self._bus.write(self._id, opencr.HEARTBEAT, self._beat)
         window = self._bus.read_block(self._id, WINDOW_START, WINDOW_SIZE)
         if not _value(window, opencr.MOTOR_TORQUE):
-            self._rejoin(window)
+            self._rejoin(window, self._clock() - self._last_s)
             self._doubtful = True
         ticks = self._follow(_positions(window))
         return WheelReading(

@@ -8,6 +8,13 @@ from hvcpd.hardware import opencr
 from hvcpd.hardware.wheels_bus import BusError, DynamixelBus, PortLostError, twice
 from hvcpd.hardware.wheels_sense import LOWEST_VOLTAGE_V
 
+LATE_S = 1.5
+"""A controller that waits for a silent motor answers after half a second or two (its five reads wait 100 ms each)."""
+LATE = (
+    "it answers late, as it does while it waits for a motor that has lost its cable or its power; check both motors, "
+    "then press its reset button"
+)
+
 STATE_START = opencr.MILLIS.address
 STATE_SIZE = opencr.BATTERY_VOLTAGE.address + opencr.BATTERY_VOLTAGE.size - STATE_START
 
@@ -43,6 +50,8 @@ def inspect(bus: DynamixelBus, device_id: int, lowest_voltage_v: float = LOWEST_
     except PortLostError:
         raise
     except BusError:
+        if bus.hears(device_id, LATE_S):
+            return [f"OpenCR (ID {device_id}): {LATE}"]
         return [
             f"OpenCR (ID {device_id}): no answer; is the robot switched on, has its start-up melody played, "
             "and does it run the TurtleBot3 firmware?"

@@ -19,6 +19,13 @@ RECOVERED_V = 0.3
 FASTEST_TICKS_S = 5500.0
 """No wheel turns faster by itself: 80 rev/min, a third above the motors' limit."""
 
+RESTART_TICKS = xl430.TICKS_PER_TURN // 8
+"""A motor counts from within one turn again when it has started, and has hardly turned since: it has no torque."""
+
+WENT_ON, WENT_ON_S = 1.2, 1.3
+"""A wheel may go on a fifth faster than over the last cycle, until its controller has stopped it: OpenCR that waits for
+a dead motor needs up to a second to hear of it, and the wheel some time to come to a stand."""
+
 LEAP_TICKS = xl430.TICKS_PER_TURN // 2
 """Beyond what time explains, a position further off than this is no movement: the motor has lost count of its turns."""
 
@@ -45,6 +52,7 @@ class Encoder:
     def __init__(self) -> None:
         self._last: int | None = None
         self._ticks = 0
+        self._ticks_s = 0.0
 
     def leaps(self, raw: int, dt_s: float) -> bool:
         """Whether no wheel can have moved there within `dt_s`; changes nothing."""
@@ -52,18 +60,27 @@ class Encoder:
             return False
         return abs(_wrap(raw - self._last, 1 << 32)) > LEAP_TICKS + FASTEST_TICKS_S * dt_s
 
-    def follow(self, raw: int) -> int:
+    def follow(self, raw: int, dt_s: float = 0.0) -> int:
         """Ticks since the start, from the present position; an overflow of 32 bits is no jump."""
         if self._last is not None:
-            self._ticks += _wrap(raw - self._last, 1 << 32)
+            way = _wrap(raw - self._last, 1 << 32)
+            self._ticks += way
+            self._ticks_s = way / dt_s if dt_s > 0.0 else self._ticks_s
         self._last = raw
         return self._ticks
 
-    def rejoin(self, raw: int) -> None:
-        """The motor lost count of its turns: take the shorter way to the angle within one turn that it still knows."""
+    def rejoin(self, raw: int, dt_s: float = 0.0) -> None:
+        """The motor may have lost count of its turns: take the shorter way to the angle that it still knows.
+
+        But a position that is not within the first turn was counted on, whatever befell the motor's torque; so was
+        one that the wheel comes by if it went on as it did for some of the `dt_s` since it was last read.
+        """
         if self._last is not None:
-            self._ticks += _wrap(raw - self._last, xl430.TICKS_PER_TURN)
-        self._last = raw
+            way = _wrap(raw - self._last, 1 << 32)
+            first_turn = -RESTART_TICKS <= raw < xl430.TICKS_PER_TURN + RESTART_TICKS
+            went_on = 0.0 < way * self._ticks_s <= self._ticks_s**2 * min(dt_s, WENT_ON_S) * WENT_ON
+            self._ticks += way if went_on or not first_turn else _wrap(way, xl430.TICKS_PER_TURN)
+        self._last, self._ticks_s = raw, 0.0
 
 
 class Battery:

@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 
 from hil_fakes.dynamixel.bus import FakeBus
-from hil_fakes.dynamixel.motor import FakeXL430, turtlebot3_pair
+from hil_fakes.dynamixel.motor import SHUTDOWN_OVERLOAD, FakeXL430, turtlebot3_pair
 from hil_fakes.dynamixel.opencr import FakeOpenCR
 from hil_fakes.dynamixel.pump import RealTimePump
 from hvcpd.control.cli import main
@@ -135,12 +135,23 @@ def test_a_stop_that_nobody_confirms_is_an_error(capsys: pytest.CaptureFixture[s
 
 def test_a_failed_motion_tells_what_the_wheels_said_last(capsys: pytest.CaptureFixture[str]) -> None:
     controller = FakeOpenCR()
-    controller.right.powered = False  # its cable came off after the controller had started
+    controller.left.raise_hardware_error(SHUTDOWN_OVERLOAD)
     with robot(controller) as bus:
         assert main(["drive", "forward", "0.2", "--port", bus.path]) == 1
     out = capsys.readouterr().out
     assert "the wheels have not answered for 4 s; " in out
-    assert "lost its cable" in out
+    assert "a motor has shut itself down" in out
+
+
+@pytest.mark.parametrize("driver", ["auto", "opencr"])
+def test_a_controller_that_waits_for_a_motor_is_told_from_a_silent_one(
+    capsys: pytest.CaptureFixture[str], driver: str
+) -> None:
+    controller = FakeOpenCR()
+    controller.right.powered = False  # its cable came off after the controller had started
+    with robot(controller) as bus:
+        assert main(["doctor", "--driver", driver, "--port", bus.path]) == 1
+    assert "answers late, as it does while it waits for a motor" in capsys.readouterr().out
 
 
 def test_the_doctor_looks_where_it_is_told(capsys: pytest.CaptureFixture[str]) -> None:

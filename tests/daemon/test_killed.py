@@ -47,6 +47,5 @@ def test_the_motors_stop_when_the_daemon_is_no_more(
         driven.when(lambda: driven.fastest_rad_s > FAST_RAD_S)  # it has claimed a task, and drives to it
         dead_s = driven.kill(number)
         stood_s = driven.when(lambda: driven.fastest_rad_s <= STANDING_RAD_S)
-    print(f"stood after {stood_s - dead_s:.3f} s, motors' time in steps of {driven.longest_step_s:.3f} s")
     assert stood_s - dead_s <= limit_s + driven.longest_step_s
     assert stood_s - dead_s > 0.1, "it was standing before"

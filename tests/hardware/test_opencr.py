@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Iterator
+from contextlib import suppress
 
 import pytest
 
@@ -99,6 +100,38 @@ def test_ramps_that_another_program_left_in_the_motors_do_not_stretch_the_stop()
     robot.run(WheelCommand(6.0, 6.0), 2.0)
     robot.run(STANDSTILL, 0.3)
     assert robot.fastest_rad_s == 0.0
+
+
+def test_a_motor_that_loses_its_cable_stops_the_other_at_the_second_packet(robot: VirtualRobot) -> None:
+    """The controller takes a packet each half second then: first a command of ours, and next the stop."""
+    robot.run(AHEAD, 1.0)
+    robot.motors[0].powered = False
+    dead_s = robot.time.now_s
+    while robot.time.now_s < dead_s + 1.25:
+        with pytest.raises(DeviceError, match="do not answer"):
+            robot.exchange(AHEAD)
+        robot.time.advance(0.01)
+    assert robot.fastest_rad_s == 0.0
+
+
+@pytest.mark.parametrize("dead", [0, 1])
+@pytest.mark.parametrize("speeds", [(3.0, 3.0), (-3.0, 3.0), (5.0, -2.0)])
+def test_a_motor_that_comes_back_takes_no_turns_from_either_wheel(
+    robot: VirtualRobot, dead: int, speeds: tuple[float, float]
+) -> None:
+    command = WheelCommand(*speeds)
+    robot.run(command, 4.0)
+    robot.motors[dead].powered = False
+    for _ in range(20):
+        with suppress(DeviceError):
+            robot.cycle(command)
+    robot.motors[dead].powered = True
+    robot.motors[dead].reboot()
+    for _ in range(10):
+        with suppress(DeviceError):
+            reading = robot.cycle(STANDSTILL)
+    truth = [motor.true_angle_rad for motor in robot.motors]
+    assert [reading.left_rad, reading.right_rad] == pytest.approx(truth, abs=0.1)
 
 
 def test_debug_mode_is_refused_at_open() -> None:

@@ -1,6 +1,7 @@
 """Registers over the SDK: no late reply is ever taken for another register's."""
 
 from collections.abc import Iterator
+from contextlib import suppress
 
 import pytest
 from hypothesis import HealthCheck, given, settings
@@ -8,7 +9,9 @@ from hypothesis import strategies as st
 
 from hil_fakes.dynamixel.bus import FakeBus
 from hil_fakes.dynamixel.faults import ReplyFault
+from hil_fakes.dynamixel.line import Line
 from hil_fakes.dynamixel.motor import turtlebot3_pair
+from hil_fakes.dynamixel.virtual import VirtualPort, VirtualTime
 from hvcpd.hardware import xl430
 from hvcpd.hardware.wheels_bus import BusError, DynamixelBus, RefusedError
 
@@ -50,6 +53,22 @@ def test_a_late_reply_is_not_taken_for_a_register_of_the_same_size(bus: FakeBus,
     with pytest.raises(BusError, match="no answer"):
         line.read(1, xl430.FIRMWARE_VERSION)
     assert line.read(1, xl430.PRESENT_TEMPERATURE) == 30  # and not 45
+
+
+@pytest.mark.parametrize("delayed", range(1, 12))
+def test_replies_that_are_late_by_several_requests_are_not_taken_for_later_ones(delayed: int) -> None:
+    """Every reply comes 60 ms late, while we wait 34 ms for it: that of a probe may come in time for the next one."""
+    line, time = Line(turtlebot3_pair(), 1), VirtualTime()
+    bus = DynamixelBus("virtual", 1_000_000, 0.034, lambda _, hz, timeout_s: VirtualPort(line, time, hz, timeout_s))
+    bus.open()
+    line.faults.schedule(*[ReplyFault.DELAY] * delayed)
+    right = 0
+    for _ in range(20):
+        for register, value in ((xl430.FIRMWARE_VERSION, 45), (xl430.OPERATING_MODE, 3), (xl430.TORQUE_ENABLE, 0)):
+            with suppress(BusError):
+                assert bus.read(1, register) == value
+                right += 1
+    assert right > 40
 
 
 def test_an_acknowledgement_that_comes_late_is_not_taken_for_the_next(bus: FakeBus, line: DynamixelBus) -> None:
