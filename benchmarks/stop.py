@@ -6,8 +6,9 @@
 `other`: a robot's random sentence, and over it, at a random time and --sir-db, a person's "stop", "Rob stop" or "all
 stop" in a voice that no robot has. `own`: the listening robot itself speaks, 20 dB louder at its own microphone.
 `nobody`: the call alone. `false`: the robots' own sentences, one after the other, none of which says stop; `collide`:
-two at once, begun one after the other; and the WAVs below --data. A call counts as heard when the robot halts after its
-beginning and no later than 0.5 s after its end, and as a stop for good when it stays.
+two at once, half of them begun within 0.4 s as when neither could hear the other yet; and the WAVs below --data. A call
+counts as heard when the robot halts after its beginning and no later than 0.5 s after its end, and as a stop for good
+when it stays.
 """
 
 from __future__ import annotations
@@ -40,6 +41,8 @@ LEAD_S = 2.0
 REST_S = 2
 """After the talk, until all is decided."""
 IN_TIME_S = 0.5
+UNHEARD_S = 0.4
+"""Who begins so soon after another has not heard it yet."""
 CALLS = (("stop",), ("rob", "stop"), ("all", "stop"))
 
 
@@ -175,12 +178,15 @@ def _spread(times_s: list[float]) -> str:
 
 def false_stops(stage: Stage, minutes: float, seed: int, at_once: bool) -> None:
     """The robots' own talk; `at_once`: two of them at a time, as when they collide."""
-    chooser, listener, n = random.Random(seed), Listener(stage.ears()), 0
+    chooser, listener, n, overlap_s = random.Random(seed), Listener(stage.ears()), 0, 0.0
     while listener.now_s < minutes * 60.0:
-        talk = at_level(stage.sentence(chooser, chooser.choice(stage.names)), SPEECH_DBFS)
+        first, second = chooser.sample(stage.names, 2)
+        talk = at_level(stage.sentence(chooser, first), SPEECH_DBFS)
         if at_once:
-            other = at_level(stage.sentence(chooser, chooser.choice(stage.names)), SPEECH_DBFS)
-            begin = round(chooser.random() * min(len(talk), len(other)))
+            other = at_level(stage.sentence(chooser, second), SPEECH_DBFS)
+            latest = chooser.choice((UNHEARD_S * SAMPLE_RATE_HZ, min(len(talk), len(other))))
+            begin = round(chooser.random() * latest)
+            overlap_s += min(len(talk) - begin, len(other)) / SAMPLE_RATE_HZ
             talk = np.concatenate([talk, np.zeros(max(begin + len(other) - len(talk), 0), np.float32)])
             talk[begin : begin + len(other)] += other
         gap = round(chooser.uniform(*GAP_S) * SAMPLE_RATE_HZ)
@@ -188,7 +194,8 @@ def false_stops(stage: Stage, minutes: float, seed: int, at_once: bool) -> None:
         sound[gap:] += talk
         listener.listen(sound)
         n += len(sound)
-    print(listener.told("two robots at once" if at_once else "robots' own talk"), flush=True)
+    what = f"two robots at once for {overlap_s / 60.0:.1f} min" if at_once else "robots' own talk"
+    print(listener.told(what), flush=True)
 
 
 def peoples_talk(stage: Stage, minutes: float, data: Path) -> None:

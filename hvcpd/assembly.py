@@ -22,6 +22,7 @@ from hvcpd.performer import Performer
 from hvcpd.ports import Pose, Samples
 from hvcpd.recognition.listening import MIN_SPELLED_CONFIDENCE, Listening
 from hvcpd.recognition.recogniser import Recogniser, RecogniserSettings
+from hvcpd.recognition.templates import trimmed_energies
 from hvcpd.recognition.urgent import UrgentSpotter, UrgentTemplates
 from hvcpd.robot import Acoustics, Robot
 from hvcpd.synthesis.lexicon import Lexicon
@@ -118,7 +119,7 @@ def make_recogniser(phrasebook: Phrasebook, names: Iterable[str], sound: Sound) 
     speakers = {sound.voice_of(n).name: n for n in names if n.lower() not in sound.recorded}
     speakers |= {f"{name}, recorded": name for name in names if name.lower() in sound.recorded}
     bank = _RenderedWhenAsked(speakers, lambda name: _templates(phrasebook, sound.speaker_of(name)))
-    return Recogniser(phrasebook.graph, bank, urgent=make_urgent(sound))
+    return Recogniser(phrasebook.graph, bank, urgent=make_urgent(sound, names))
 
 
 _Who = TypeVar("_Who")
@@ -154,11 +155,27 @@ def make_spelled(phrasebook: Phrasebook, sound: Sound) -> Recogniser:
     return Recogniser(graph, bank, RecogniserSettings(min_confidence=MIN_SPELLED_CONFIDENCE))
 
 
-def make_urgent(sound: Sound) -> UrgentSpotter:
-    """Hears "stop" over other voices, in any of our voices: a person may have each of them."""
+def make_urgent(sound: Sound, names: Iterable[str] = ()) -> UrgentSpotter:
+    """Hears "stop" over other voices, in any of our voices: a person may have each of them.
+
+    `names`: the robots whose talk may be taken for it where two speak at once.
+    """
     speakers = {voice.name: Speaker(voice, sound.lexicon, sound.cache) for voice in VOICES}
     finals = {w: {name: s.templates(w)[1:2] for name, s in speakers.items()} for w in (STOP, STOP_RIVAL)}
-    return UrgentSpotter(UrgentTemplates(finals[STOP], finals[STOP_RIVAL], frozenset((STOP, STOP_RIVAL))))
+    plain = UrgentTemplates(finals[STOP], finals[STOP_RIVAL], frozenset((STOP, STOP_RIVAL)))
+    return UrgentSpotter(replace(plain, excuses=_excuses(UrgentSpotter(plain), sound, names)))
+
+
+def _excuses(spotter: UrgentSpotter, sound: Sound, names: Iterable[str]) -> list[Samples]:
+    """ "I have stopped" of each robot, and "I am Rob" of those whose name, after an S of somebody else, is "stop"."""
+    found = []
+    for name in names:
+        speaker = sound.speaker_of(name)
+        found.append(speaker.phrase_templates(("i", "have", STOP_RIVAL))[1])
+        after_s = (trimmed_energies(take) for take in speaker.phrase_templates(("s", name.lower())))
+        if max(map(spotter.share_in, after_s)) >= spotter.settings.threshold:
+            found += speaker.phrase_templates(("i", "am", name.lower()))
+    return found
 
 
 def templates(phrasebook: Phrasebook, voice: Voice, sound: Sound) -> dict[str, list[Samples]]:

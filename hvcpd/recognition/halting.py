@@ -13,7 +13,7 @@ from hvcpd.recognition.hold import Hold, HoldSettings, Verdict
 from hvcpd.recognition.lookalike import Lookalike
 from hvcpd.recognition.stream import Chunk
 from hvcpd.recognition.templates import TemplateBank
-from hvcpd.recognition.urgent import UrgentSpotter
+from hvcpd.recognition.urgent import Spotted, UrgentSpotter
 
 
 def _nothing(_sentence: Recognised, _start: int, _end: int) -> float:
@@ -58,7 +58,7 @@ class Halting:
         word = self._spotter.take() if self._spotter is not None else None
         verdicts = [self._heard(self._spotter, word, 0)] if self._spotter is not None and word is not None else []
         verdicts.append(self._hold.unclear())
-        return self._tell(Verdict.SAID if Verdict.SAID in verdicts else Verdict.UNCHANGED)
+        return self._tell(Verdict.SAID if Verdict.SAID in verdicts else verdicts[0])
 
     def _found(self, event: Event) -> list[Event]:
         if not isinstance(event, Recognised):
@@ -71,10 +71,10 @@ class Halting:
         word = spotter.ended(frame, sentence_ends)
         return self._tell(self._heard(spotter, word, frame)) if word is not None else []
 
-    def _heard(self, spotter: UrgentSpotter, word: tuple[int, float], frame: int) -> Verdict:
-        end, score = word
+    def _heard(self, spotter: UrgentSpotter, word: Spotted, frame: int) -> Verdict:
+        end = word.end_frame
         self._span = ((end - spotter.length) * HOP_SAMPLES, end * HOP_SAMPLES)
-        return self._hold.word(*self._span, score, frame * HOP_SAMPLES)
+        return self._hold.word(*self._span, word.score, max(frame, end) * HOP_SAMPLES, word.excuse)
 
     def _tell(self, verdict: Verdict) -> list[Event]:
         """The verdict as an event, with where the word was heard last."""

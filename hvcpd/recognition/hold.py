@@ -2,11 +2,15 @@
 
 Under a voice as loud, the word can be told from some other talk only by what is said around it. So whoever hears it
 stands still first and decides afterwards: when the sentence that it was heard in is understood, and each word of it
-that was said at that time is sure, nobody said anything over it. In every other case somebody may have.
+that was said at that time is sure, nobody said anything over it. In every other case somebody may have, and it counts
+as said, but for one: some phrases of the robots sound like the word where two of them speak at once, and if such a
+phrase was found there as well, it is as likely to have been that. Then whoever heard it stands for a while, in which
+the next word that has no such excuse counts at once, and goes on if there is none.
 """
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from enum import Enum
@@ -43,6 +47,11 @@ class HoldSettings:
     """Speech that has ended for so long becomes no sentence any more."""
     longest_s: float = 8.0
     """As long as sentences take with the rest after it; whoever has not ended by then only talks on."""
+    excuse_lag: float = 0.25
+    """A phrase that sounds like the word excuses it if this much less of the phrase was found, or more. Of 240 calls
+    at 0 dB over a robot 2 have such a phrase at 0.25 or less; of 20 collisions that sounded like the word 15."""
+    doubt_s: float = 6.0
+    """Whoever sees the robots stand after a call that was not sure has so long to say it again."""
 
 
 Alone = Callable[[Recognised, int, int], float]
@@ -54,6 +63,7 @@ class _Word:
     start: int
     end: int
     score: float
+    excused: bool
 
 
 class Hold:
@@ -68,19 +78,24 @@ class Hold:
         self._since = 0
         self._told: Recognised | None = None
         """The sentence that was understood last; it may be told before the word in it is."""
+        self._now = 0
+        self._doubt_until: int | None = None
 
     @property
     def held(self) -> bool:
         """Whether a word is not decided yet."""
-        return bool(self._open)
+        return bool(self._open) or self._doubt_until is not None
 
-    def word(self, start: int, end: int, score: float, now: int) -> Verdict:
-        """The word was heard from sample `start` to `end`, and `score` of it was found."""
+    def word(self, start: int, end: int, score: float, now: int, excuse: float = -math.inf) -> Verdict:
+        """The word was heard from sample `start` to `end`; `score` of it was found, `excuse` of a phrase like it."""
         if score >= self._settings.certain_score:
             return self._said()
-        word = _Word(start, end, score)
+        self._now = max(self._now, now)
+        word = _Word(start, end, score, excuse >= score - self._settings.excuse_lag)
         if self._told is not None and self._explains(self._told, word):
             return Verdict.UNCHANGED
+        if self._doubt_until is not None and not word.excused:
+            return self._said()
         self._since = self._since if self._open else now
         self._open.append(word)
         return Verdict.HELD
@@ -91,23 +106,38 @@ class Hold:
         edge = round(self._settings.edge_s * SAMPLE_RATE_HZ)
         reached = [word for word in self._open if word.start < sentence.end_sample - edge]
         if not all(self._explains(sentence, word) for word in reached):
-            return self._said()
+            return self._likely()
         self._open = [word for word in self._open if word not in reached]
-        return Verdict.RELEASED if reached and not self._open else Verdict.UNCHANGED
+        return Verdict.RELEASED if reached and not self.held else Verdict.UNCHANGED
 
     def unclear(self) -> Verdict:
         """Speech was not understood, or was lost."""
         self._told = None
-        return self._said() if self._open else Verdict.UNCHANGED
+        return self._likely() if self._open else Verdict.UNCHANGED
 
     def at(self, now: int, quiet_since: int) -> Verdict:
         """Time went on to sample `now`; nobody has spoken from `quiet_since` on."""
         s = self._settings
+        self._now = now
         over = now - quiet_since >= s.quiet_s * SAMPLE_RATE_HZ or now - self._since >= s.longest_s * SAMPLE_RATE_HZ
-        return self._said() if self._open and over else Verdict.UNCHANGED
+        if self._open:
+            return self._likely() if over else Verdict.UNCHANGED
+        if self._doubt_until is None or now < self._doubt_until:
+            return Verdict.UNCHANGED
+        self._doubt_until = None
+        return Verdict.RELEASED
+
+    def _likely(self) -> Verdict:
+        """Somebody may have said it: it counts, unless robots' phrases excuse all that was heard."""
+        if not all(word.excused for word in self._open):
+            return self._said()
+        self._open.clear()
+        self._doubt_until = self._now + round(self._settings.doubt_s * SAMPLE_RATE_HZ)
+        return Verdict.UNCHANGED
 
     def _said(self) -> Verdict:
         self._open.clear()
+        self._doubt_until = None
         return Verdict.SAID
 
     def _explains(self, sentence: Recognised, word: _Word) -> bool:

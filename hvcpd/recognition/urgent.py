@@ -13,7 +13,8 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from copy import copy
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -31,6 +32,8 @@ FIRST_PAIRS = 18
 """When somebody begins to speak, the level is not known before 0.36 s: then there was a vowel after an S and a T."""
 RETUNE_NEPER = 0.35
 """The templates are moved when the level has changed by 1.5 dB."""
+KEPT_EXCUSES = 60
+"""1.2 s: longer than a word waits to be told."""
 _NOTHING = np.float32(-1e9)
 
 
@@ -62,6 +65,16 @@ class UrgentSettings:
     """160 ms after the word a rival that goes on ("stopped") has shown."""
     hold_most_frames: int = 42
     """420 ms after the word the recogniser has told whether a whole sentence ended with it."""
+    excuse_frames: tuple[int, int] = (-6, 16)
+    """So much before or after the word a phrase may end that excuses it: "stopped" ends 160 ms later than "stop"."""
+
+
+class Spotted(NamedTuple):
+    """The word: the frame at which it ended, the share of it that was found, and that of the best excuse there."""
+
+    end_frame: int
+    score: float
+    excuse: float
 
 
 @dataclass(frozen=True)
@@ -72,6 +85,8 @@ class UrgentTemplates:
     rivals: Mapping[str, Sequence[Samples]]
     texts: frozenset[str]
     """Both as they are written: a sentence with one of them accounts for what was heard."""
+    excuses: Sequence[Samples] = field(default=())
+    """What robots say that sounds like the word where two of them speak at once, such as "I have stopped"."""
 
 
 def _pairs(energies: Energies) -> Energies:
@@ -86,15 +101,17 @@ class UrgentSpotter:
     def __init__(self, templates: UrgentTemplates, settings: UrgentSettings | None = None) -> None:
         self.settings = s = settings or UrgentSettings()
         self.texts = templates.texts
-        takes = [(t, False) for ts in templates.words.values() for t in ts]
-        takes += [(t, True) for ts in templates.rivals.values() for t in ts]
+        takes = [(t, "word") for ts in templates.words.values() for t in ts]
+        takes += [(t, "rival") for ts in templates.rivals.values() for t in ts]
+        takes += [(t, "excuse") for t in templates.excuses]
         rows = [self._normalised(take) for take, _ in takes]
         lengths = np.array([len(row) for row in rows])
         self._energies = np.concatenate(rows)
         self._weights = np.concatenate([self._weight(row) for row in rows])
         self._last = np.cumsum(lengths) - 1
         self._first = self._last - lengths + 1
-        self._rival = np.array([rival for _, rival in takes])
+        kinds = np.array([kind for _, kind in takes])
+        self._word, self._rival, self._excuse = (kinds == kind for kind in ("word", "rival", "excuse"))
         self._gains = (10.0 ** (np.array(s.gains_db) / 10.0)).astype(np.float32)
         self.reset()
 
@@ -106,7 +123,7 @@ class UrgentSpotter:
     @property
     def length(self) -> int:
         """How long the word is, frames."""
-        return PAIR * int((self._last - self._first + 1)[~self._rival].mean())
+        return PAIR * int((self._last - self._first + 1)[self._word].mean())
 
     def reset(self) -> None:
         """Forget what was heard."""
@@ -117,6 +134,7 @@ class UrgentSpotter:
         self._frame = 0
         self._level = 0.0
         self._pending: tuple[int, float] | None = None
+        self._excuses: dict[int, float] = {}
 
     @staticmethod
     def _normalised(take: Samples) -> Energies:
@@ -149,7 +167,7 @@ class UrgentSpotter:
         silence = np.full(energies.shape[1], ENERGY_FLOOR, np.float32)
         missing = max(PAIR * FIRST_PAIRS - len(energies), 0)
         steps = other._advance(np.pad(np.maximum(energies, ENERGY_FLOOR), ((0, missing), (0, 0)), mode="edge"), silence)
-        return max((float(other._score[:, self._last[~self._rival]].max()) for _ in steps), default=0.0)
+        return max((float(other._score[:, self._last[self._word]].max()) for _ in steps), default=0.0)
 
     def _advance(self, energies: Energies, noise: NDArray[np.float32]) -> Iterator[None]:
         """Take the frames two by two."""
@@ -200,14 +218,16 @@ class UrgentSpotter:
     def _look(self, end_frame: int) -> None:
         """Note the word where it fits best; forget it when a rival fits much better."""
         ends = self._score[:, self._last].max(axis=0)
-        word, rival = float(ends[~self._rival].max()), float(ends[self._rival].max(initial=_NOTHING))
+        word, rival = float(ends[self._word].max()), float(ends[self._rival].max(initial=_NOTHING))
+        self._excuses[self._frame] = float(ends[self._excuse].max(initial=_NOTHING))
+        self._excuses.pop(self._frame - PAIR * KEPT_EXCUSES, None)
         if self._pending is not None and rival > self._pending[1] + self.settings.rival_lead:
             self._pending = None
         elif word >= self.settings.threshold and (self._pending is None or word > self._pending[1]):
             self._pending = (end_frame, word)
 
-    def ended(self, frame: int, sentence_ends: bool) -> tuple[int, float] | None:
-        """The frame at which the word ended and its share that was found, told once.
+    def ended(self, frame: int, sentence_ends: bool) -> Spotted | None:
+        """The word, told once.
 
         `sentence_ends`: the recogniser may soon account for it.
         """
@@ -218,9 +238,14 @@ class UrgentSpotter:
             return None
         return self.take()
 
-    def take(self) -> tuple[int, float] | None:
+    def take(self) -> Spotted | None:
         """The same without waiting for what comes after it; everything else is forgotten."""
-        told = self._pending
+        told = None
+        if self._pending is not None:
+            end, score = self._pending
+            least, most = self.settings.excuse_frames
+            near = (e for frame, e in self._excuses.items() if least <= frame - end <= most)
+            told = Spotted(end, score, max(near, default=float(_NOTHING)))
         self.reset()
         return told
 

@@ -148,3 +148,59 @@ def test_silence_without_a_sentence_and_endless_talk_are_the_stop() -> None:
     assert endless.at(samples(told_s + SETTINGS.longest_s) - 1, samples(told_s + 7.9)) is Verdict.UNCHANGED
     assert endless.at(samples(told_s + SETTINGS.longest_s), samples(told_s + 7.9)) is Verdict.SAID
     assert endless.at(samples(100.0), 0) is Verdict.UNCHANGED
+
+
+ALIKE = 0.4
+"""A score of the word at which a phrase of the same score excuses it."""
+
+
+def excused(hold: Hold, begin_s: float, excuse: float = ALIKE) -> Verdict:
+    return hold.word(samples(begin_s), samples(begin_s + 0.5), ALIKE, samples(begin_s + 0.7), excuse)
+
+
+def test_a_word_that_a_phrase_excuses_halts_for_a_while_after_garbled_talk() -> None:
+    held = hold()
+    assert excused(held, 1.2) is Verdict.HELD
+    assert held.at(samples(3.0), samples(3.0)) is Verdict.UNCHANGED
+    assert held.unclear() is Verdict.UNCHANGED
+    assert held.held
+    over = samples(3.0 + SETTINGS.doubt_s)
+    assert held.at(over - 1, 0) is Verdict.UNCHANGED
+    assert held.sentence(sentence(3.0)) is Verdict.UNCHANGED
+    assert held.at(over, 0) is Verdict.RELEASED
+    assert not held.held
+    assert held.at(over + 1, 0) is Verdict.UNCHANGED
+
+
+@pytest.mark.parametrize(("lag", "verdict"), [(-0.01, Verdict.UNCHANGED), (0.01, Verdict.SAID)])
+def test_a_phrase_that_is_found_much_less_than_the_word_excuses_nothing(lag: float, verdict: Verdict) -> None:
+    held = hold()
+    excused(held, 1.2, ALIKE - SETTINGS.excuse_lag - lag)
+    assert held.unclear() is verdict
+
+
+def test_the_word_once_more_while_in_doubt_is_the_stop_at_once() -> None:
+    held = hold()
+    excused(held, 1.2)
+    held.unclear()
+    assert word(held, 4.0, ALIKE) is Verdict.SAID
+    assert not held.held
+
+
+def test_another_excused_word_while_in_doubt_prolongs_it() -> None:
+    held = hold()
+    excused(held, 1.2)
+    held.at(samples(3.0), samples(3.0))
+    held.unclear()
+    assert excused(held, 5.0) is Verdict.HELD
+    assert held.at(samples(7.0), samples(5.9)) is Verdict.UNCHANGED
+    assert held.at(samples(3.0 + SETTINGS.doubt_s), samples(5.9)) is Verdict.UNCHANGED
+    assert held.held
+    assert held.at(samples(9.0 + SETTINGS.doubt_s), samples(5.9)) is Verdict.RELEASED
+
+
+def test_one_word_without_an_excuse_is_enough() -> None:
+    held = hold()
+    excused(held, 1.2)
+    word(held, 2.6, ALIKE)
+    assert held.unclear() is Verdict.SAID

@@ -116,6 +116,24 @@ def test_a_rival_that_fits_better_is_not_the_word() -> None:
     assert not heard({"low": [longer]})
 
 
+def test_a_phrase_that_ends_with_the_word_is_found_beside_it() -> None:
+    phrase = sentence("water stop")
+    settings = UrgentSettings(threshold=0.33)
+    urgent = UrgentTemplates({"low": [CALL]}, {}, frozenset({"stop"}), [phrase])
+
+    def excuse(sound: Samples) -> float:
+        energies = energies_of(in_noise(sound))
+        spotter = UrgentSpotter(urgent, settings)
+        for frame in range(96, len(energies) - 4, 4):
+            spotter.feed(frame, energies[frame : frame + 4], energies[:40].mean(axis=0))
+        word = spotter.take()
+        assert word is not None
+        return word.excuse - word.score
+
+    assert excuse(phrase) > -0.25
+    assert excuse(sentence("green stop")) < -0.25
+
+
 def test_the_size_of_the_blocks_changes_nothing() -> None:
     sound = over(talk(), 0.7, CALL)
     spans = [
