@@ -63,7 +63,7 @@ class Halting:
     def _found(self, event: Event) -> list[Event]:
         if not isinstance(event, Recognised):
             return self._tell(self._hold.unclear())
-        if self._spotter is not None:
+        if self._spotter is not None and self._hold.accounts(event):
             self._spotter.accounted(event.words)
         return self._tell(self._hold.sentence(event))
 

@@ -16,7 +16,7 @@ from dataclasses import dataclass
 from enum import Enum
 
 from hvcpd.ports import SAMPLE_RATE_HZ
-from hvcpd.recognition.events import Recognised
+from hvcpd.recognition.events import Recognised, WordSpan
 
 
 class Verdict(Enum):
@@ -41,6 +41,9 @@ class HoldSettings:
     most_deficit: float = 0.25
     """Of each word of the sentence that was said at the same time (`WordSpan.deficit`). Alone, 0.12 at most; under a
     call as loud, 0.36 and more where the sentence itself looks like the word."""
+    most_own_deficit: float = 0.5
+    """Of the word in the sentence itself, or of "stopped": with more, somebody else's covers it. A call as loud over "I
+    have stopped" left that sentence understood, with 0.66 (1 is another word)."""
     edge_s: float = 0.1
     """How well the ends of the word are known, and those of a sentence."""
     quiet_s: float = 1.0
@@ -140,6 +143,13 @@ class Hold:
         self._doubt_until = None
         return Verdict.SAID
 
+    def accounts(self, sentence: Recognised) -> bool:
+        """Whether the word, or one that holds it, was heard in the sentence and nothing else at that time."""
+        return any(self._is_said(span) for span in sentence.spans)
+
+    def _is_said(self, span: WordSpan) -> bool:
+        return span.word in self._texts and span.deficit <= self._settings.most_own_deficit
+
     def _explains(self, sentence: Recognised, word: _Word) -> bool:
         """Whether nothing but the sentence was heard where the word was."""
         s = self._settings
@@ -147,7 +157,7 @@ class Hold:
         if word.start < sentence.start_sample - edge or word.end > sentence.end_sample + edge:
             return False
         there = [span for span in sentence.spans if span.start_sample < word.end and word.start < span.end_sample]
-        if any(span.word in self._texts for span in there):
+        if any(self._is_said(span) for span in there):
             return True  # the word was said in the sentence; whom it was meant for is told there
         sure = sentence.confidence >= s.sentence_confidence and all(span.deficit <= s.most_deficit for span in there)
         return bool(there) and sure and word.score <= self._alone(sentence, word.start, word.end) + s.most_excess

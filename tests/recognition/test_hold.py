@@ -204,3 +204,13 @@ def test_one_word_without_an_excuse_is_enough() -> None:
     excused(held, 1.2)
     word(held, 2.6, ALIKE)
     assert held.unclear() is Verdict.SAID
+
+
+@pytest.mark.parametrize(("excess", "verdict"), [(-0.01, Verdict.RELEASED), (0.01, Verdict.SAID)])
+def test_stopped_does_not_hide_a_call_that_covers_it(excess: float, verdict: Verdict) -> None:
+    held, told = hold(), sentence(1.0, ("i", "have", "stopped"))
+    covered = replace(told.spans[2], deficit=SETTINGS.most_own_deficit + excess)
+    told = replace(told, spans=(*told.spans[:2], covered))
+    assert word(held, 2.1, SETTINGS.certain_score - 0.01) is Verdict.HELD
+    assert held.accounts(told) is (verdict is Verdict.RELEASED)
+    assert held.sentence(told) is verdict
