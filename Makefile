@@ -14,7 +14,7 @@ demo: setup  ## two robots share out the watering, out loud
 test: setup-dev lint  ## everything: under 10 minutes on 2 cores
 	$(VENV)/bin/python -m pytest -n 2 --dist worksteal
 
-check: setup-dev lint  ## the fast part, under 30 s
+check: setup-dev lint  ## the fast part
 	$(VENV)/bin/python -m pytest -m "not slow" -n 2 -x
 
 .PHONY: lint
