@@ -246,9 +246,8 @@ class Phrasebook:
         utterance = _build(compiled.form, bindings)
         readings = set(self._readings(self.render(utterance)))
         if readings != {utterance}:
-            raise PhraseError(
-                f"{_describe(slot, value)} can be mistaken for another sentence of the phrasebook: rename it"
-            )
+            name = _describe(slot, value)
+            raise PhraseError(f"{name} can be mistaken for another sentence of the phrasebook: rename it")
 
     def _why_not(self, words: Words) -> str:
         if not words:
@@ -256,12 +255,12 @@ class Phrasebook:
         known, expected = expected_after(self.graph, words)
         written = " ".join(words[:known])
         choices = ", ".join(sorted(expected)[:8]) + (", …" if len(expected) > 8 else "")
-        if known == len(words):
-            return f"the sentence breaks off after '{written}'; it could go on with: {choices}"
         where = f"after '{written}'" if written else "at the beginning"
+        if known == len(words):
+            return f"the sentence breaks off {where}; it could go on with: {choices}"
         close = difflib.get_close_matches(words[known], expected, n=1)
         hint = f"did you mean '{close[0]}'?" if close else f"possible there: {choices or 'nothing, it ends there'}"
-        if "i" in expected and any(arc.word == words[known] for arc in self.graph.arcs):
+        if "i" in expected and words[known] in self.graph.words:
             hint = f"who speaks comes first: '{written} i am …'"
         return f"'{words[known]}' is not in the phrasebook {where}; {hint} (all forms: hvcpctl phrases)"
 
