@@ -114,7 +114,7 @@ def make_phrasebook(names: Sequence[str], teams: Iterable[str], tasks: TaskRepos
     )
 
 
-def make_recogniser(phrasebook: Phrasebook, names: Iterable[str], sound: Sound) -> Recogniser:
+def make_recogniser(phrasebook: Phrasebook, names: Sequence[str], sound: Sound) -> Recogniser:
     """A recogniser for the voices of these robots: templates are the very signals that their synthesizers make."""
     speakers = {sound.voice_of(n).name: n for n in names if n.lower() not in sound.recorded}
     speakers |= {f"{name}, recorded": name for name in names if name.lower() in sound.recorded}
@@ -142,7 +142,7 @@ class _RenderedWhenAsked(Mapping[str, dict[str, list[Samples]]], Generic[_Who]):
         return len(self._speakers)
 
 
-def make_ears(phrasebook: Phrasebook, names: Iterable[str], sound: Sound, strangers: bool) -> Listening:
+def make_ears(phrasebook: Phrasebook, names: Sequence[str], sound: Sound, strangers: bool) -> Listening:
     """Ears for the voices of these robots; with `strangers` also for names that are spelled, in any voice."""
     return Listening(make_recogniser(phrasebook, names, sound), make_spelled(phrasebook, sound) if strangers else None)
 
@@ -155,7 +155,7 @@ def make_spelled(phrasebook: Phrasebook, sound: Sound) -> Recogniser:
     return Recogniser(graph, bank, RecogniserSettings(min_confidence=MIN_SPELLED_CONFIDENCE))
 
 
-def make_urgent(sound: Sound, names: Iterable[str] = ()) -> UrgentSpotter:
+def make_urgent(sound: Sound, names: Sequence[str] = ()) -> UrgentSpotter:
     """Hears "stop" over other voices, in any of our voices: a person may have each of them.
 
     `names`: the robots whose talk may be taken for it where two speak at once.

@@ -282,14 +282,17 @@ class Recogniser:
     def _follows_murmur(self, sentence: Sentence) -> bool:
         """Whether what was heard before the sentence was too faint to be its beginning: others, farther away."""
         start, end = sentence.steps[0].start_frame, sentence.steps[-1].end_frame
-        before = self._power_between(max(start - LEAD_FRAMES, 0), start - 3)
-        return before < self._settings.murmur * self._power_between(start, end)
+        before, _ = self._powers(max(start - LEAD_FRAMES, 0), start - 3)
+        within, _ = self._powers(start, end)
+        return before < self._settings.murmur * within
 
-    def _power_between(self, start_frame: int, end_frame: int) -> float:
-        """Mean power above the noise, linear; 0 where there are no frames."""
+    def _powers(self, start_frame: int, end_frame: int) -> tuple[float, float]:
+        """Mean power above the noise, 0 or more, and of the noise, linear; both 0 where there are no frames."""
         slots = np.arange(start_frame, end_frame) % POWER_FRAMES
-        above = self._speech_power[slots] - self._noise_power[slots]
-        return max(float(above.mean()), 0.0) if len(slots) else 0.0
+        if not len(slots):
+            return 0.0, 0.0
+        noise = float(self._noise_power[slots].mean())
+        return max(float(self._speech_power[slots].mean()) - noise, 0.0), noise
 
     def _confidence(self, sentence: Sentence) -> float:
         """The chance that every word is right."""
@@ -306,9 +309,7 @@ class Recogniser:
         return 1.0 / (1.0 + math.exp(-logit))
 
     def _snr_db(self, start_frame: int, end_frame: int) -> float:
-        slots = np.arange(start_frame, end_frame) % POWER_FRAMES
-        noise = float(self._noise_power[slots].sum())
-        speech = float(self._speech_power[slots].sum()) - noise
+        speech, noise = self._powers(start_frame, end_frame)
         return float(10.0 * np.log10(max(speech / max(noise, 1e-12), 1e-3)))
 
 
