@@ -20,26 +20,13 @@ from hvcpd.coordination.claims import Quoted
 from hvcpd.coordination.floor import Urgency
 from hvcpd.coordination.table import DEPARTING, NEWCOMER, State
 from hvcpd.language import messages as m
+from hvcpd.language.forms import RELAYABLE
 
 if TYPE_CHECKING:
     from hvcpd.coordination.coordination import Coordination
 
 OPENERS = (m.Order, m.WhatDoing)
 """What begins an exchange and must be answered."""
-PASSED_ON = (
-    *OPENERS,
-    m.Claim,
-    m.Working,
-    m.Completed,
-    m.Failed,
-    m.Unable,
-    m.Unknown,
-    m.Busy,
-    m.Free,
-    m.Confirmed,
-    m.Negative,
-)
-"""What is passed on in one; the phrasebook has a form for each."""
 SILENT_SLOT = 6
 """Who was asked would have begun by then: its slot is one of three, and its voice is noticed within another."""
 APART_SLOT = 4
@@ -111,7 +98,7 @@ def overheard(c: Coordination, u: m.Utterance, now: float) -> None:
         c.floor.withdraw(_topic(to, speaker))  # it answers before the words were passed on: it has heard them
         c.relays.apart.pop(pair, None)
     apart = c.relays.are_apart(pair, now)
-    if not isinstance(u.statement, PASSED_ON if apart else OPENERS) or not c.relays.may_pass_on(message, now):
+    if not isinstance(u.statement, RELAYABLE if apart else OPENERS) or not c.relays.may_pass_on(message, now):
         return
     if not c.peers.is_present(to, now) or (isinstance(u.statement, m.Completed) and u.statement.next is not None):
         return

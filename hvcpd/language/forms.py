@@ -161,7 +161,7 @@ _PEOPLE: tuple[Form, ...] = (
     ),
 )
 
-_RELAYABLE = (
+RELAYABLE = (
     m.Claim,
     m.Order,
     m.Working,
@@ -175,6 +175,7 @@ _RELAYABLE = (
     m.Confirmed,
     m.Negative,
 )
+"""What is passed on for somebody else, in a form of its own each."""
 _RELAYS: tuple[Form, ...] = tuple(
     Form(
         f"{OPENING}, <other> says, {form.pattern[len(OPENING) + 2 :]}",
@@ -185,7 +186,7 @@ _RELAYS: tuple[Form, ...] = tuple(
         relayed=True,
     )
     for form in (*_CORE, *_PEOPLE)
-    if form.statement in _RELAYABLE and form.pattern.startswith(OPENING) and "<next>" not in form.pattern
+    if form.statement in RELAYABLE and form.pattern.startswith(OPENING) and "<next>" not in form.pattern
 )
 
 _SPELLED: tuple[Form, ...] = (

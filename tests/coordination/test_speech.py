@@ -68,27 +68,26 @@ def test_where_half_of_all_is_lost_less_must_be_repeated_if_all_is_said_twice() 
     assert said[2] < 0.8 * said[1]
 
 
-def test_a_motion_that_is_said_twice_is_made_once() -> None:
-    mission = Mission(("Rob",), plants(1), ("Anna",), seed=5, coordinator="Nobody", speech=TWICE)
-    order = mission.book.parse_text("Hi Rob, I am Anna, move forward two metres")
+def motions_when_said_twice(mission: Mission, text: str) -> list[object]:
+    """What the robots then begin to do."""
+    order = mission.book.parse_text(text)
     moved: list[object] = []
     perform = mission._perform
     mission._perform = lambda name, task, actions: (moved.append(actions), perform(name, task, actions))[1]  # type: ignore[method-assign]
     mission._later(60.0, lambda: mission._speak("Anna", order, times=2))
     mission.air.run_until(100.0)
-    assert len(moved) == 1
+    return moved
+
+
+def test_a_motion_that_is_said_twice_is_made_once() -> None:
+    mission = Mission(("Rob",), plants(1), ("Anna",), seed=5, coordinator="Nobody", speech=TWICE)
+    assert len(motions_when_said_twice(mission, "Hi Rob, I am Anna, move forward two metres")) == 1
     assert mission.written(60.0, without=("Anna",)) == ["Hi Anna, I am Rob, I will move forward two metres"]
 
 
 def test_a_robot_that_says_all_once_takes_two_sayings_for_one() -> None:
     mission = Mission(("Rob",), plants(1), ("Anna",), seed=5, coordinator="Nobody")
-    order = mission.book.parse_text("Hi Rob, I am Anna, turn around")
-    moved: list[object] = []
-    perform = mission._perform
-    mission._perform = lambda name, task, actions: (moved.append(actions), perform(name, task, actions))[1]  # type: ignore[method-assign]
-    mission._later(60.0, lambda: mission._speak("Anna", order, times=2))
-    mission.air.run_until(100.0)
-    assert len(moved) == 1
+    assert len(motions_when_said_twice(mission, "Hi Rob, I am Anna, turn around")) == 1
 
 
 def _read_back(speech: Speech | None = None) -> tuple[Mission, Coordination, list[bool]]:
