@@ -18,6 +18,8 @@ from hvcpd.synthesis.speaker import Speaker
 from hvcpd.synthesis.voices import voice_for
 from hvcpd.vocabulary import check, refusal
 
+pytestmark = pytest.mark.slow
+
 SOUND = make_sound(None, user_cache_folder())
 NAMES = ("Rob", "Bot")
 

@@ -27,6 +27,8 @@ from hvcpd.vocabulary import (
 )
 from tests.control.conftest import Refuse
 
+pytestmark = pytest.mark.slow
+
 EIGHT = tuple("Rob Bot Max Zoe Ada Kim Zorg R2D2".split())
 
 

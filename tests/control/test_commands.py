@@ -17,6 +17,8 @@ from hvcpd.hardware.soundfile import read_wav, write_wav
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 from tests.hardware.fake_card import CAMERA, FakeCard
 
+pytestmark = pytest.mark.slow
+
 
 def ran(capsys: pytest.CaptureFixture[str], *arguments: object) -> str:
     """Run `hvcpctl` with good input: exit status 0; its standard output."""

@@ -13,6 +13,8 @@ from hil_fakes.dynamixel.opencr import FakeOpenCR
 from hil_fakes.dynamixel.pump import RealTimePump
 from hvcpd.control.cli import main
 
+pytestmark = pytest.mark.slow
+
 
 @contextmanager
 def robot(*devices: FakeXL430 | FakeOpenCR) -> Iterator[FakeBus]:

@@ -8,6 +8,8 @@ import pytest
 
 from tests.control.conftest import Refuse
 
+pytestmark = pytest.mark.slow
+
 
 @pytest.mark.parametrize(
     ("sentence", "part"),

@@ -20,6 +20,8 @@ from hvcpd.synthesis.speaker import Speaker, UnitPosition
 from hvcpd.synthesis.voices import voice_named
 from tests.control.conftest import Refuse
 
+pytestmark = pytest.mark.slow
+
 SENTENCE = "Hi Rob, I am Bot, water the yellow rose"
 OWN_LEXICON = Path(__file__).parents[2] / "etc" / "lexicon.txt"
 

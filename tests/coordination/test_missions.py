@@ -8,6 +8,8 @@ from hvcpd.coordination.table import State
 from hvcpd.language import messages as m
 from tests.coordination.mission import Mission, plants
 
+pytestmark = pytest.mark.slow
+
 NAMES = ("Rob", "Bot", "Max", "Zoe", "Ada", "Kim")
 
 

@@ -7,6 +7,8 @@ from hil_fakes.word_mission import Outage
 from hvcpd.coordination.table import State
 from tests.coordination.mission import Mission, plants
 
+pytestmark = pytest.mark.slow
+
 
 @pytest.mark.parametrize("call", ["Stop", "All stop", "Rob stop", "Team plant stop", "Hi all, I am Anna, stop"])
 def test_stop_halts_and_latches_until_resume(call: str) -> None:

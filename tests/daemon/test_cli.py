@@ -20,6 +20,8 @@ from hvcpd.hardware.audio_stream import AudioStream
 from tests.daemon.virtual import TwoCards, devices_of, shared_room
 from tests.hardware.fake_card import HEADSET, FakeCard
 
+pytestmark = pytest.mark.slow
+
 
 class NoCards(TwoCards):
     def query_devices(self, device: object = None, kind: str | None = None) -> object:

@@ -17,6 +17,8 @@ from hvcpd.errors import DeviceError
 from hvcpd.store import Store
 from tests.daemon.virtual import SharedRoom, devices_of, shared_room
 
+pytestmark = pytest.mark.slow
+
 ONE_TASK = """
 tasks:
 - {number: 1, name: water the green rose, place: {x_m: -4.6, y_m: -5.0}, actions: [go to place, {water: 1}]}

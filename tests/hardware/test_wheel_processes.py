@@ -8,6 +8,8 @@ from hil_fakes.dynamixel.motor import turtlebot3_pair
 from hil_fakes.dynamixel.opencr import FakeOpenCR
 from tests.hardware.driven import FAST_RAD_S, PATIENCE_S, STANDING_RAD_S, Driven
 
+pytestmark = pytest.mark.slow
+
 
 def test_killed_in_mid_motion_the_motors_stop_by_themselves_within_half_a_second() -> None:
     with Driven(*turtlebot3_pair()) as driven:

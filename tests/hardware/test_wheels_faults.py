@@ -13,6 +13,8 @@ from hvcpd.errors import DeviceError
 from hvcpd.ports import STANDSTILL, WheelCommand
 from tests.hardware.conftest import HASTY, Robot, make_robot
 
+pytestmark = pytest.mark.slow
+
 AHEAD = WheelCommand(3.0, 3.0)
 
 

@@ -17,6 +17,8 @@ from hvcpd.hardware.wheels_find import FoundWheels, candidate_ports, examine, ho
 from hvcpd.hardware.wheels_opencr import OpenCRWheels
 from hvcpd.ports import STANDSTILL, Wheels
 
+pytestmark = pytest.mark.slow
+
 
 @pytest.fixture
 def devices(tmp_path: Path) -> Path:

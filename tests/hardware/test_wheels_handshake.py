@@ -14,6 +14,8 @@ from hvcpd.errors import DeviceError
 from hvcpd.hardware.wheels import DynamixelSettings, DynamixelWheels
 from hvcpd.hardware.wheels_bus import DynamixelBus, port_remedy
 
+pytestmark = pytest.mark.slow
+
 PATIENT_SEARCH = DynamixelSettings(timeout_s=0.1, search_s=0.5)
 """On a loaded machine a reply may take longer than on the wire."""
 

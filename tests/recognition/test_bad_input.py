@@ -19,6 +19,8 @@ from hvcpd.recognition.recogniser import Recogniser
 from hvcpd.recognition.templates import TemplateBank
 from tests.recognition.signals import graph, in_noise, sentence, templates, word
 
+pytestmark = pytest.mark.slow
+
 RATE = 16_000
 SAID = ("hi", "bot", "water", "rose")
 NOISE_DBFS = -50.0

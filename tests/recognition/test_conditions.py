@@ -17,6 +17,8 @@ from hvcpd.recognition.events import Recognised
 from hvcpd.synthesis.speaker import Speaker
 from hvcpd.synthesis.voices import voice_for
 
+pytestmark = pytest.mark.slow
+
 NAMES = ("Rex", "Gus")
 BOOK = make_phrasebook(NAMES, DEFAULT_TEAMS, load_tasks(default_tasks_path()))
 SPEECH_RMS = 0.03

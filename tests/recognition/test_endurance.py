@@ -12,6 +12,8 @@ from hvcpd.recognition.recogniser import Recogniser
 from hvcpd.recognition.stream import CHUNK_FRAMES, CHUNK_SAMPLES, FrameStream
 from tests.recognition.signals import graph, in_noise, sentence, templates
 
+pytestmark = pytest.mark.slow
+
 RATE = 16_000
 DAY = 24 * 3600 * RATE
 """Samples; 8.64 million frames."""

@@ -18,6 +18,8 @@ from hvcpd.robot import Robot
 from hvcpd.synthesis.speaker import Speaker
 from hvcpd.synthesis.voices import VOICES, Voice, voice_for
 
+pytestmark = pytest.mark.slow
+
 TASKS = TaskRepository((TaskDefinition(1, "water the red rose", Place(0.0, 0.0), (Water(1.0),)),))
 ZORG = m.Utterance("Zorg", m.ToAll(), None, m.Spelled("zorg"))
 NOISE = 1e-3

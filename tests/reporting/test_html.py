@@ -19,6 +19,8 @@ from hvcpd.reporting.html import page, write_report
 from hvcpd.reporting.markup import VOID
 from tests.reporting.example import example, pitch_of
 
+pytestmark = pytest.mark.slow
+
 HOSTILE = '</script><img src=x onerror=alert(1)>" onload="x" \' & \x1b[31m \u202e \ud800'
 
 

@@ -21,6 +21,8 @@ from hvcpd.reporting.watching import Watch
 from tests.reporting.example import example
 from tests.reporting.test_html import HOSTILE, Page
 
+pytestmark = pytest.mark.slow
+
 CONTROL = re.compile(r"\x1b\[[0-9;?]*[A-Za-z]|\x1b\]8;[^\x1b]*\x1b\\|\r")
 MISSION = example(sound=False)
 

@@ -17,6 +17,8 @@ from hvcpd.synthesis.loudness import SILENCE_LUFS, k_weighting, loudness_lufs
 from hvcpd.synthesis.speaker import Speaker
 from hvcpd.synthesis.voices import VOICES, voice_named
 
+pytestmark = pytest.mark.slow
+
 LEXICON = Lexicon.load()
 BOOK = Phrasebook(Vocabulary(("Rob", "Bot"), ("plant",), ("water the yellow rose",), (1, 2)))
 RNG = random.Random(4)
