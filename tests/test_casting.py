@@ -59,6 +59,7 @@ def test_a_chosen_voice_stands_over_the_one_of_the_name() -> None:
     assert sound.speaker_of("Rob", 0.8).voice.rate == pytest.approx(0.8 * voice_named("oak").rate)
 
 
+@pytest.mark.slow
 def test_a_peer_is_heard_in_the_voice_that_it_was_given() -> None:
     said = Speaker(voice_named("granite"), LEXICON).render(SENTENCE)
     told = Settings(name="Bot", peers={"Rob": PeerSettings(voice="granite")})

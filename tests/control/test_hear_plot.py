@@ -67,6 +67,7 @@ def test_words_and_garbled_speech_change_the_picture() -> None:
     assert {size_of(png)[1] for png in pictures} == {792}
 
 
+@pytest.mark.slow
 def test_the_picture_is_written_whole(tmp_path: Path) -> None:
     pytest.importorskip("matplotlib")
     write_wav(tmp_path / "room.wav", noise(1.0))

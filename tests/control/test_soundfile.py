@@ -183,6 +183,7 @@ def test_what_is_written_is_read_back(samples: Samples) -> None:
             assert other.getnframes() == len(samples)
 
 
+@pytest.mark.slow
 def test_zeros_before_a_sentence_change_nothing_in_any_format(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -57,6 +57,7 @@ def test_nobody_begins_between_the_two_sayings() -> None:
                 first[who] = (end_s, u)
 
 
+@pytest.mark.slow
 def test_where_half_of_all_is_lost_less_must_be_repeated_if_all_is_said_twice() -> None:
     said = {1: 0, 2: 0}
     for seed in range(6):

@@ -6,6 +6,7 @@ import random
 from pathlib import Path
 
 import numpy as np
+import pytest
 
 from hvcpd.assembly import Sound, make_phrasebook
 from hvcpd.config.settings import Settings
@@ -33,6 +34,7 @@ class CountingCache(UnitCache):
         return super().get(content, counted)
 
 
+@pytest.mark.slow
 def test_every_sentence_is_ready(tmp_path: Path, units: Path) -> None:
     outfit = equip(Settings(name="Rob", state_dir=tmp_path))
     book = make_phrasebook(outfit.names, outfit.settings.teams, outfit.tasks)

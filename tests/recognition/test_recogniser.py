@@ -72,6 +72,7 @@ def test_sentence_is_reported_within_300_ms_of_its_end_plus_the_chunk() -> None:
     assert at - end < 0.36 * RATE
 
 
+@pytest.mark.slow
 @settings(max_examples=8, deadline=None)
 @given(st.lists(st.integers(0, 5000), min_size=1, max_size=30))
 def test_block_size_never_changes_the_result(sizes: list[int]) -> None:
@@ -87,6 +88,7 @@ def test_block_size_never_changes_the_result(sizes: list[int]) -> None:
     assert r.busy == whole.busy
 
 
+@pytest.mark.slow
 @settings(max_examples=20, deadline=None)
 @given(st.integers(0, 2**32 - 1), st.sampled_from([np.nan, np.inf, -np.inf, 1e30, -1.0, 0.0]), st.booleans())
 def test_push_never_raises_on_content(seed: int, value: float, masked: bool) -> None:

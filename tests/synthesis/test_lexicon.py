@@ -71,6 +71,7 @@ def test_every_word_of_the_phrasebook_and_of_the_default_tasks_is_in_the_lexicon
     assert sorted(word for word in words if word not in LEXICON.entries) == []
 
 
+@pytest.mark.slow
 def test_the_lexicon_agrees_with_cmudict_but_for_what_we_chose() -> None:
     """Our first pronunciation is one of CMUdict's for all but a few dozen words."""
     peer = peer_dictionary()
@@ -98,6 +99,7 @@ def test_words_with_two_readings_have_both(word: str) -> None:
     assert {" ".join(phones) for phones in LEXICON.pronunciations(word)} == PAPER_TABLE[word]
 
 
+@pytest.mark.slow
 def test_the_rules_get_most_phones_of_unknown_words_right() -> None:
     peer = peer_dictionary()
     words = sorted(word for word in peer if word.isascii() and word.isalpha() and 3 <= len(word) <= 12)

@@ -34,6 +34,7 @@ def check_playable(sound: Samples) -> None:
     assert not len(sound) or float(np.max(np.abs(sound))) <= 10.0 ** (-1.0 / 20.0)
 
 
+@pytest.mark.slow
 @settings(max_examples=60, deadline=None)
 @given(word=st.text("abcdefghijklmnopqrstuvwxyz0123456789'", max_size=24), voice=st.sampled_from(VOICES))
 def test_any_word_gives_finite_sound_within_full_scale(word: str, voice: object) -> None:
