@@ -119,8 +119,11 @@ class Robot:
 
         `heard`: shape (n,), float32, what the microphone gave; `reading`: of the wheels, None if they were not
         read; `lost`: so many samples before this block never came, 0 if it is unknown how many, None if all came. The
-        sound that comes back has the same shape and is to be played over the next block.
+        sound that comes back has the same shape and is to be played over the next block. A block of no samples, after
+        `lost` ones, tells that there is no sound at all: the robot then stands still and waits to hear again.
         """
+        if len(heard) == 0:
+            return self._endure(lost or 0, reading)
         gap_events = self._skip(lost) if lost is not None else []
         self._finish_speaking()
         self._take_lesson()
@@ -128,10 +131,7 @@ class Robot:
         events = gap_events + self._ears.push(heard, masked=masked)
         self._n_heard += len(heard)
         now = self.now
-        if reading is not None:
-            pose = self.odometry.update(reading)
-            self.coordination.here = Place(pose.x_m, pose.y_m)
-            self.coordination.home = self.coordination.home or self.coordination.here
+        self._locate(reading)
         self._notice_channel(now)
         for event in events:
             self._understand(event, now)
@@ -141,6 +141,34 @@ class Robot:
         halted = self._act(now)
         records, self._records = tuple(self._records), []
         return RobotOutput(self._next_sound(len(heard)), STANDSTILL if halted else wheels, records)
+
+    def _endure(self, lost: int, reading: WheelReading | None) -> RobotOutput:
+        """Time goes on without sound. Who hears nobody must not speak: for the floor that is a channel in use.
+
+        What was being said is said again later, and coordination waits: nobody could have answered meanwhile.
+        """
+        self._n_heard += lost
+        now = self.now
+        if self._speaking:
+            self._speech, self._speaking, self._spoke_until_s = self._speech[:0], False, now
+            self.coordination.spoken(now)
+            self.coordination.garbled(True, now)
+        if not self._busy:
+            self._busy = True
+            self.coordination.channel(True, now)
+        self._locate(reading)
+        if self._performer.busy:
+            self._performer.rest(now)
+        for event in self._ears.lost(lost):
+            self._understand(event, now)
+        records, self._records = tuple(self._records), []
+        return RobotOutput(self._next_sound(0), STANDSTILL, records)
+
+    def _locate(self, reading: WheelReading | None) -> None:
+        if reading is not None:
+            pose = self.odometry.update(reading)
+            self.coordination.here = Place(pose.x_m, pose.y_m)
+            self.coordination.home = self.coordination.home or self.coordination.here
 
     def _skip(self, lost: int) -> list[HearingEvent]:
         """Time goes on; the own words wait, for nothing is played in place of sound that was not handed out."""

@@ -13,7 +13,10 @@ from hvcpd.ports import Samples, Wheels
 
 
 class SoundStream(Protocol):
-    """Microphone and loudspeaker, as `AudioStream` has them; every method may raise DeviceError but `close`."""
+    """Microphone and loudspeaker, as `AudioStream` has them; every method may raise DeviceError but `close`.
+
+    Opened `afresh`, the cards are looked for anew: one may have gone, or come back under another number.
+    """
 
     @property
     def latency_s(self) -> float: ...
@@ -21,7 +24,7 @@ class SoundStream(Protocol):
     @property
     def counters(self) -> StreamCounters: ...
 
-    async def open(self) -> None: ...
+    async def open(self, afresh: bool = False) -> None: ...
 
     async def start(self) -> None: ...
 

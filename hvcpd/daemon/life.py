@@ -4,23 +4,19 @@ from __future__ import annotations
 
 import asyncio
 from contextlib import AsyncExitStack
-from dataclasses import asdict
 
 import structlog
 
 from hvcpd.assembly import Roster, make_robot
-from hvcpd.daemon.devices import Devices, SoundStream
+from hvcpd.daemon.devices import Devices
 from hvcpd.daemon.journal_service import JournalService, Remembered
 from hvcpd.daemon.lessons import Lessons
 from hvcpd.daemon.outfit import Outfit
 from hvcpd.daemon.rehearsal import rehearse
+from hvcpd.daemon.sound_service import SoundService
 from hvcpd.daemon.telling import tell
 from hvcpd.daemon.wheel_service import WheelService
-from hvcpd.hardware.audio_stream import StreamCounters
 from hvcpd.robot import Acoustics, Robot
-
-LOSSES_EVERY_S = 60.0
-"""Sound that was lost is told so often at most (sample clock)."""
 
 FAREWELL_S = 12.0
 """So long a robot that is told to end waits for its turn to say so (sample clock): somebody else's sentence of 5 s, a
@@ -40,7 +36,7 @@ class Daemon:
         self._journal = JournalService(outfit)
         self._wheels: WheelService | None = None
         self._lessons: Lessons | None = None
-        self._losses = StreamCounters()
+        self.sound: SoundService | None = None
         self.robot: Robot | None = None
         self._listening = False
         self._leave_until_s: float | None = None
@@ -67,11 +63,11 @@ class Daemon:
             remembered = await self._journal.open()
             self._tell_start(remembered)
 
-            stream = self._devices.make_stream(settings.audio)
-            stack.push_async_callback(stream.close)
-            await stream.open()
+            sound = self.sound = SoundService(lambda: self._devices.make_stream(settings.audio))
+            stack.push_async_callback(sound.close)
+            await sound.open()
 
-            acoustics = Acoustics(latency_s=stream.latency_s)
+            acoustics = Acoustics(latency_s=sound.latency_s)
             plan = self._outfit.plan(remembered, acoustics, self._journal.names, self._journal.stopped)
             robot = self.robot = await asyncio.to_thread(make_robot, plan, self._outfit.sound)
             words = {*robot.phrasebook.graph.words, *robot.phrasebook.spelling_graph.words}
@@ -85,10 +81,10 @@ class Daemon:
                 stack.push_async_callback(self._wheels.close)
                 await self._wheels.open()
 
-            await stream.start()
-            _log.info("listening", names=", ".join(plan.names), latency_s=round(stream.latency_s, 3))
-            stack.callback(lambda: self._tell_losses(stream.counters))
-            await self._live(robot, stream)
+            await sound.start()
+            _log.info("listening", names=", ".join(plan.names), latency_s=round(sound.latency_s, 3))
+            stack.callback(sound.tell_losses)
+            await self._live(robot, sound)
 
     async def settled(self) -> None:
         """Wait until wheels and memory have nothing under way; for those who make time pass themselves."""
@@ -98,28 +94,20 @@ class Daemon:
             await self._lessons.settled()
         await self._journal.settled()
 
-    async def _live(self, robot: Robot, stream: SoundStream) -> None:
-        told_s = 0.0
-        counted = stream.counters
+    async def _live(self, robot: Robot, sound: SoundService) -> None:
         self._listening = True
         while not self._has_left(robot):
-            heard = await stream.read()
-            before, counted = counted, stream.counters
-            lost = counted.input_dropped - before.input_dropped
-            gap = lost > 0 or counted.card_overflows > before.card_overflows
+            block = await sound.read()
             reading = self._wheels.take_reading() if self._wheels is not None else None
-            output = robot.step(heard, reading, lost if gap else None)
+            output = robot.step(block.samples, reading, block.lost)
             if self._wheels is not None:
                 self._wheels.serve(output.wheels, robot.now)  # first of all: a halt is not to wait
-            stream.write(output.sound)
+            sound.write(output.sound)
             self._journal.write(output.records, robot.now)
             if self._lessons is not None:
                 self._lessons.take(output.records)
             for record in output.records:
                 tell(record, self._outfit.tasks)
-            if robot.now - told_s >= LOSSES_EVERY_S:
-                told_s = robot.now
-                self._tell_losses(stream.counters)
             await asyncio.sleep(0)  # signals and finished work get their turn even while sound waits
 
     def _has_left(self, robot: Robot) -> bool:
@@ -146,8 +134,3 @@ class Daemon:
     @property
     def _memory_path(self) -> str:
         return str(self._outfit.memory_path)
-
-    def _tell_losses(self, counters: StreamCounters) -> None:
-        if counters != self._losses:
-            self._losses = counters
-            _log.warning("sound lost", **{name: count for name, count in asdict(counters).items() if count})

@@ -59,6 +59,18 @@ def list_devices(backend: Any) -> tuple[SoundDevice, ...]:
     )
 
 
+def list_afresh(backend: Any) -> None:
+    """Have PortAudio look for the devices anew: it keeps its list from when it was begun. No stream may be open.
+
+    Raises DeviceError.
+    """
+    try:
+        backend._terminate()
+        backend._initialize()
+    except backend.PortAudioError as error:
+        raise DeviceError(f"PortAudio cannot be begun anew ({error}); does the sound server run?") from error
+
+
 def find_device(backend: Any, direction: Direction, wanted: str | None) -> SoundDevice:
     """The device whose name is, or else contains, `wanted` without regard to case; None is the system's default.
 

@@ -21,7 +21,7 @@ import numpy as np
 
 from hvcpd.config.settings import AudioSettings
 from hvcpd.errors import DeviceError
-from hvcpd.hardware.audio import SoundDevice, find_device, load_backend
+from hvcpd.hardware.audio import SoundDevice, find_device, list_afresh, load_backend
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 
 LEAD_BLOCKS = 2
@@ -99,11 +99,16 @@ class AudioStream:
         self._ended = False
         self._stream: Any = None
         self._name = ""
+        self._card_s = 0.0
 
-    async def open(self) -> None:
-        """Find and open the devices, still silent. Raises DeviceError if there is none, or none with 16 kHz."""
+    async def open(self, afresh: bool = False) -> None:
+        """Find and open the devices, still silent. Raises DeviceError if there is none, or none with 16 kHz.
+
+        `afresh`, PortAudio lists the devices anew; no other stream may be open then.
+        """
         self._loop = asyncio.get_running_loop()
-        self._stream = await asyncio.to_thread(self._open)
+        self._stream = await asyncio.to_thread(self._open, afresh)
+        self._card_s = sum(float(part) for part in self._stream.latency)
 
     async def start(self) -> None:
         """Begin to hear and to play. Raises DeviceError."""
@@ -115,8 +120,7 @@ class AudioStream:
 
         The lead and what the card tells of its own buffers; known once the stream is open.
         """
-        card_s = sum(float(part) for part in self._stream.latency)
-        return LEAD_BLOCKS * self._block / SAMPLE_RATE_HZ + card_s
+        return LEAD_BLOCKS * self._block / SAMPLE_RATE_HZ + self._card_s
 
     async def read(self) -> Samples:
         """The next block heard, shape (n,), float32. Raises DeviceError if none comes for `settings.watchdog_s`."""
@@ -162,8 +166,10 @@ class AudioStream:
         if stream is not None:
             await asyncio.to_thread(stream.close, True)
 
-    def _open(self) -> Any:
+    def _open(self, afresh: bool) -> Any:
         backend = self._backend if self._backend is not None else load_backend()
+        if afresh:
+            list_afresh(backend)
         microphone = find_device(backend, "input", self._settings.input_device)
         loudspeaker = find_device(backend, "output", self._settings.output_device)
         self._name = microphone.name

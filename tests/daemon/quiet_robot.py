@@ -31,7 +31,7 @@ class QuietRoom:
         self._due_s = 0.0
         self._noise = np.random.default_rng(1)
 
-    async def open(self) -> None:
+    async def open(self, afresh: bool = False) -> None:
         """Nothing to open."""
 
     async def start(self) -> None:

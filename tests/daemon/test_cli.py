@@ -17,6 +17,7 @@ from hvcpd.daemon.devices import Devices, make_wheels
 from hvcpd.daemon.life import FAREWELL_S
 from hvcpd.errors import EX_CANTCREAT, EX_CONFIG, EX_OK, EX_SOFTWARE, EX_UNAVAILABLE, EX_USAGE, DeviceError
 from hvcpd.hardware.audio_stream import AudioStream
+from hvcpd.ports import Samples
 from tests.daemon.virtual import TwoCards, devices_of, shared_room
 from tests.hardware.fake_card import HEADSET, FakeCard
 
@@ -222,18 +223,21 @@ def test_a_farewell_that_finds_no_gap_is_given_up(ready: Path, capsys: pytest.Ca
     assert FAREWELL_S <= room.now_s - 2.0 < FAREWELL_S + 0.2
 
 
-def test_a_dead_card_exits_with_69_and_a_reason(ready: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_dead_card_ends_nothing_and_a_signal_still_does(ready: Path, capsys: pytest.CaptureFixture[str]) -> None:
     settings = load_settings(ready, {"name": "Rob"})
 
     def watch(now: float) -> None:
         if now >= 1.0:
+            signal.raise_signal(signal.SIGINT)
+            signal.raise_signal(signal.SIGTERM)
             raise DeviceError("the sound card 'mic' stopped; is it still connected?")
 
     with shared_room([settings], watch) as room:
-        assert main(["--config", str(ready), "--name", "Rob"], devices_of(room)) == EX_UNAVAILABLE
-    last = capsys.readouterr().err.splitlines()[-1]
-    assert "level=error event=failed" in last
-    assert "still connected" in last
+        assert main(["--config", str(ready), "--name", "Rob"], devices_of(room)) == EX_OK
+        assert room.streams[0].log == ["open", "start", "close", "close"]
+    lines = capsys.readouterr().err.splitlines()
+    assert any('level=error event="sound failed"' in line and "still connected" in line for line in lines)
+    assert "event=stopped" in lines[-1]
 
 
 def test_our_own_fault_exits_with_70_after_the_wheels_are_stopped(
@@ -253,25 +257,41 @@ def test_our_own_fault_exits_with_70_after_the_wheels_are_stopped(
     assert "ZeroDivisionError: a fault of ours" in last
 
 
-def test_the_real_stream_on_a_card_that_is_pulled_out(ready: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    """AudioStream, its callbacks on another thread, and the daemon's loop together."""
+def test_the_real_stream_on_a_card_that_is_pulled_out_and_put_back(
+    ready: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """AudioStream, its card on another thread, and the daemon's loop together."""
     ready.write_text(ready.read_text().replace("wheels: {", "wheels: {driver: none, "))
     card = FakeCard((HEADSET,))
 
     def interrupts() -> None:
-        stream = card.running(10.0)
+        first = card.running(60.0)
         for _ in range(200):
-            stream.interrupt(np.zeros(400, np.float32))
-        stream.die()
+            first.interrupt(np.zeros(400, np.float32))
+        first.die()
+        second = card.running(60.0)
+        assert second is not first
+        second.interrupt(np.zeros(400, np.float32))
+
+    class Ending(AudioStream):
+        """Two signals come when the robot speaks, or keeps silent, on the second stream."""
+
+        def write(self, samples: Samples) -> None:
+            super().write(samples)
+            if card.listed_afresh:
+                signal.raise_signal(signal.SIGINT)
+                signal.raise_signal(signal.SIGINT)
 
     thread = threading.Thread(target=interrupts)
     thread.start()
-    devices = Devices(lambda: card, lambda settings: AudioStream(settings, card))
-    assert main(["--config", str(ready), "--name", "Rob"], devices) == EX_UNAVAILABLE
+    devices = Devices(lambda: card, lambda settings: Ending(settings, card))
+    assert main(["--config", str(ready), "--name", "Rob"], devices) == EX_OK
     thread.join()
     err = capsys.readouterr().err
     assert "latency_s=0.1" in err
-    assert "stopped; is it still connected" in err.splitlines()[-1]
+    assert "stopped; is it still connected" in err
+    assert "sound is back" in err
+    assert card.listed_afresh == 1
     assert card.stream is not None
     assert card.stream.closed
 

@@ -13,7 +13,7 @@ from structlog.testing import capture_logs
 from hvcpd.config.settings import Settings, load_settings
 from hvcpd.daemon.life import Daemon
 from hvcpd.daemon.outfit import Outfit, equip
-from hvcpd.errors import DeviceError
+from hvcpd.errors import DeviceError, HvcpdError
 from hvcpd.store import Store
 from tests.daemon.virtual import SharedRoom, devices_of, shared_room
 
@@ -25,7 +25,7 @@ tasks:
 """
 
 
-class OverError(DeviceError):
+class OverError(HvcpdError):
     """The test has seen enough."""
 
 
@@ -47,7 +47,7 @@ def live(outfits: list[Outfit], room: SharedRoom) -> list[Daemon]:
         lives = [asyncio.ensure_future(daemon.run()) for daemon in daemons]
         ends = await asyncio.gather(*lives, return_exceptions=True)
         for end in ends:
-            if not isinstance(end, DeviceError):
+            if not isinstance(end, OverError):
                 raise end if isinstance(end, BaseException) else AssertionError(end)
 
     asyncio.run(run())
@@ -120,22 +120,36 @@ def test_everything_is_taken_down_and_the_wheels_stand(lonely: tuple[list[Any], 
         assert (motor.memory.get("torque_enable"), motor.true_speed_rad_s) == (0, 0.0)
 
 
-def test_a_card_that_dies_while_driving_stops_the_wheels(tmp_path: Path, units: Path) -> None:
+def test_a_card_that_dies_while_driving_stops_the_wheels_and_the_task_is_done_when_it_is_back(
+    tmp_path: Path, units: Path
+) -> None:
     settings = settings_of(tmp_path, units, "Rob")
+    way_m: list[float] = []
 
-    def moving() -> bool:
-        return room.bodies[0].pose.x_m > -4.9
+    def watch(now: float) -> None:
+        if not way_m and room.bodies[0].pose.x_m > -4.9:
+            way_m.append(room.bodies[0].pose.x_m)
+            raise DeviceError("the sound card stopped")
+        until(90.0, lambda: "Task one complete" in " ".join(said(logs)))(now)
 
-    with shared_room([settings], until(90.0, moving)) as room:
-        live([equip(settings)], room)
-        assert moving()
-        assert room.now_s < 90.0
-        stopped_at = room.bodies[0].pose
+    def time_passes() -> None:
+        """While there is no sound nobody else moves the clock of the motors."""
         room.bodies[0].advance(0.3)  # braking
-        standing = room.bodies[0].pose
+        way_m.append(room.bodies[0].pose.x_m)
         room.bodies[0].advance(5.0)
-        assert room.bodies[0].pose.x_m == pytest.approx(standing.x_m, abs=1e-3)
-        assert standing.x_m - stopped_at.x_m < 0.03, "0.2 m/s and the motors' time constant of 0.1 s make 2 cm"
+        way_m.append(room.bodies[0].pose.x_m)
+
+    with shared_room([settings], watch) as room, capture_logs() as logs:
+        room.streams[0].on_open_afresh = time_passes
+        live([equip(settings)], room)
+    dying_m, standing_m, later_m = way_m
+    assert later_m == pytest.approx(standing_m, abs=1e-3)
+    assert standing_m - dying_m < 0.03, "0.2 m/s and the motors' time constant of 0.1 s make 2 cm"
+    assert [line["task"] for line in logs if line["event"] == "performed"] == [1]
+    assert said(logs)[-1].endswith("ask one complete"), "it speaks again"
+    events = [line["event"] for line in logs]
+    assert events.index("sound failed") < events.index("sound is back") < events.index("performed")
+    assert room.streams[0].log == ["open", "start", "close", "open afresh", "start", "close"]
 
 
 @pytest.mark.slow

@@ -13,7 +13,7 @@ from hil_fakes.body import Body
 from hil_fakes.room import Air, Room
 from hvcpd.config.settings import AudioSettings, Settings
 from hvcpd.daemon.devices import Devices
-from hvcpd.errors import DeviceError
+from hvcpd.errors import HvcpdError
 from hvcpd.hardware.audio_stream import StreamCounters
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples, Wheels
 
@@ -36,9 +36,12 @@ class VirtualStream:
     counters: StreamCounters = field(default_factory=StreamCounters)
     latency_s: float = 0.0
     log: list[str] = field(default_factory=list)
+    on_open_afresh: Callable[[], None] = lambda: None
 
-    async def open(self) -> None:
-        self.log.append("open")
+    async def open(self, afresh: bool = False) -> None:
+        self.log.append("open afresh" if afresh else "open")
+        if afresh:
+            self.on_open_afresh()
 
     async def start(self) -> None:
         self.log.append("start")
@@ -85,7 +88,7 @@ class SharedRoom:
         self.now_s += BLOCK / SAMPLE_RATE_HZ
         try:
             self._watch(self.now_s)
-        except (DeviceError, ArithmeticError) as error:
+        except (HvcpdError, ArithmeticError) as error:
             for turn in waiting.values():
                 turn.set_exception(type(error)(str(error)))
             return

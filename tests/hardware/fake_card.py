@@ -55,11 +55,13 @@ class FakeCard:
         self.broken = False
         self.busy = False
         self.stream: FakeStream | None = None
+        self.listed_afresh = 0
         self._started = threading.Event()
 
     def running(self, timeout_s: float) -> FakeStream:
-        """The open stream once it is started, for a thread that makes its interrupts."""
+        """The next stream that is started, once it is, for a thread that makes its interrupts."""
         assert self._started.wait(timeout_s)
+        self._started.clear()
         assert self.stream is not None
         return self.stream
 
@@ -72,6 +74,14 @@ class FakeCard:
         if index is None:
             raise self.PortAudioError("Error querying device -1")
         return self.devices[index]
+
+    def _terminate(self) -> None:
+        assert self.stream is None or self.stream.closed, "PortAudio frees a stream that is in use"
+        self.listed_afresh += 1
+
+    def _initialize(self) -> None:
+        if self.broken:
+            raise self.PortAudioError("Unanticipated host error [PaErrorCode -9999]")
 
     def check_input_settings(self, device: int, channels: int, dtype: str, samplerate: int) -> None:
         assert self.devices[device]["max_input_channels"] >= channels

@@ -1,0 +1,191 @@
+"""The daemon's microphone and loudspeaker, which outlive the sound card: what fails is opened again, time goes on.
+
+While there is no sound, `read` gives blocks without samples that tell how much time has passed, so that the sample
+clock, the wheels, the memory and whoever asks from outside are served on.
+"""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import Awaitable, Callable
+from dataclasses import asdict, dataclass, fields
+
+import numpy as np
+import structlog
+
+from hvcpd.daemon.devices import SoundStream
+from hvcpd.errors import DeviceError
+from hvcpd.hardware.audio_stream import StreamCounters
+from hvcpd.ports import SAMPLE_RATE_HZ, Samples
+
+LOSSES_EVERY_S = 60.0
+"""Sound that was lost is told so often at most."""
+GAP_S = 0.1
+"""Without sound time is told in such steps: half of what a wheel that stands is spoken to by, and far more often than a
+systemd watchdog needs to be fed."""
+RETRY_FIRST_S = 0.5
+RETRY_MOST_S = 10.0
+"""Pauses between attempts, each twice as long as the one before: a sound server is back within a second, a plug that
+somebody has to find is not, and an attempt costs some 0.1 s of processor time."""
+STEADY_S = 10.0
+"""A stream that has lived for so long has shown that it works; the next failure is met with the short pause again."""
+LET_GO_S = 30.0
+"""A card that is not let go of for so long is held by a library that hangs; then only a new process helps."""
+
+_log = structlog.get_logger(__name__)
+
+_NONE = np.zeros(0, np.float32)
+
+
+@dataclass(frozen=True)
+class Block:
+    """What was heard: shape (n,), n = 0 while there is no sound; `lost` samples before it never came (`Robot.step`)."""
+
+    samples: Samples
+    lost: int | None
+
+
+class SoundService:
+    """`open`, `start`, then `read` and `write` in turn, at last `close`. Only the first opening raises DeviceError.
+
+    `clock` (monotonic, s) and `sleep` are the event loop's; a test hands in others.
+    """
+
+    def __init__(
+        self,
+        make_stream: Callable[[], SoundStream],
+        clock: Callable[[], float] | None = None,
+        sleep: Callable[[float], Awaitable[None]] = asyncio.sleep,
+        let_go_s: float = LET_GO_S,
+    ) -> None:
+        self._make_stream = make_stream
+        self._clock = clock or asyncio.get_running_loop().time
+        self._sleep = sleep
+        self._let_go_s = let_go_s
+        self._stream = make_stream()
+        self._before = StreamCounters()
+        self._counted = StreamCounters()
+        self._told = StreamCounters()
+        self._told_s = self._heard_s = self._since_s = self._failed_s = 0.0
+        self._pause_s = RETRY_FIRST_S
+        self._recovery: asyncio.Task[Samples] | None = None
+
+    async def open(self) -> None:
+        """Open the card, still silent. Raises DeviceError: whoever starts a robot wants to know what is missing."""
+        await self._stream.open()
+
+    async def start(self) -> None:
+        """Begin to hear and to play. Raises DeviceError."""
+        await self._stream.start()
+        self._heard_s = self._since_s = self._told_s = self._clock()
+
+    @property
+    def latency_s(self) -> float:
+        """As `AudioStream.latency_s`, of the stream that is open or was the last."""
+        return self._stream.latency_s
+
+    @property
+    def flowing(self) -> bool:
+        """Whether there is sound."""
+        return self._recovery is None
+
+    @property
+    def counters(self) -> StreamCounters:
+        """What was lost since the start, of all streams."""
+        return _sum(self._before, self._stream.counters)
+
+    async def read(self) -> Block:
+        """The next block heard, or after GAP_S without sound one that only tells how much time has passed.
+
+        Raises DeviceError if the failed card cannot be let go of.
+        """
+        if self._recovery is not None:
+            return await self._wait(self._recovery)
+        try:
+            samples = await self._stream.read()
+        except DeviceError as error:
+            self._fail(str(error))
+            return Block(_NONE, self._passed(0))
+        self._heard_s = self._clock()
+        before, self._counted = self._counted, self.counters
+        lost = self._counted.input_dropped - before.input_dropped
+        gap = lost > 0 or self._counted.card_overflows > before.card_overflows
+        if self._heard_s - self._told_s >= LOSSES_EVERY_S:
+            self.tell_losses()
+        return Block(samples, lost if gap else None)
+
+    def write(self, samples: Samples) -> None:
+        """Have sound played, as long as what was read; without a card it goes nowhere."""
+        if self._recovery is None:
+            self._stream.write(samples)
+
+    async def close(self) -> None:
+        """Let go of the card. Never raises for a device."""
+        if self._recovery is not None:
+            self._recovery.cancel()
+            await asyncio.wait([self._recovery])
+        await self._stream.close()
+
+    def tell_losses(self) -> None:
+        """One line in the log, if something was lost since the last one."""
+        self._told_s = self._clock()
+        counters = self.counters
+        if counters != self._told:
+            self._told = counters
+            _log.warning("sound lost", **{name: count for name, count in asdict(counters).items() if count})
+
+    def _passed(self, n: int) -> int:
+        """Samples between what was accounted for and the `n` that have come now; from here on all is accounted for."""
+        now_s = self._clock()
+        lost = max(round((now_s - self._heard_s) * SAMPLE_RATE_HZ) - n, 0)
+        self._heard_s = now_s
+        return lost
+
+    def _fail(self, reason: str) -> None:
+        now_s = self._failed_s = self._clock()
+        if now_s - self._since_s >= STEADY_S:
+            self._pause_s = RETRY_FIRST_S
+        _log.error("sound failed", reason=reason, remedy="the robot stands still until it hears again")
+        self._recovery = asyncio.ensure_future(self._recover())
+
+    async def _wait(self, recovery: asyncio.Task[Samples]) -> Block:
+        ticker = asyncio.ensure_future(self._sleep(GAP_S))
+        try:
+            await asyncio.wait((ticker, recovery), return_when=asyncio.FIRST_COMPLETED)
+        finally:
+            ticker.cancel()
+        if not recovery.done():
+            return Block(_NONE, self._passed(0))
+        samples = recovery.result()
+        self._recovery = None
+        self._counted = self.counters  # by the clock, what this stream lost so far is accounted for
+        self._since_s = self._clock()
+        _log.info("sound is back", after_s=round(self._since_s - self._failed_s, 1), latency_s=round(self.latency_s, 3))
+        return Block(samples, self._passed(samples.size))
+
+    async def _recover(self) -> Samples:
+        """Let go of the card, open it again as often as it takes; returns the first that is heard."""
+        while True:
+            await self._let_go()
+            await self._sleep(self._pause_s)
+            self._pause_s = min(2 * self._pause_s, RETRY_MOST_S)
+            self._before = self._counted = self.counters
+            self._stream = self._make_stream()
+            try:
+                await self._stream.open(afresh=True)
+                await self._stream.start()
+                return await self._stream.read()
+            except DeviceError as error:
+                _log.warning("still no sound", reason=str(error), next_try_s=self._pause_s)
+
+    async def _let_go(self) -> None:
+        try:
+            await asyncio.wait_for(self._stream.close(), self._let_go_s)
+        except TimeoutError as error:
+            raise DeviceError(
+                f"the sound card was not let go of for {self._let_go_s:g} s; does the sound server hang? Restart it"
+            ) from error
+
+
+def _sum(one: StreamCounters, other: StreamCounters) -> StreamCounters:
+    return StreamCounters(*(getattr(one, part.name) + getattr(other, part.name) for part in fields(StreamCounters)))
