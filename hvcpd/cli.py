@@ -77,8 +77,9 @@ def main(arguments: Sequence[str] | None = None, devices: Devices | None = None)
         return preflight.exit_status
     set_up_logging(settings.log_level)
     from hvcpd.daemon.life import Daemon
+    from hvcpd.daemon.notify import ServiceManager
 
-    return _run(Daemon(preflight.outfit, devices))
+    return _run(Daemon(preflight.outfit, devices, ServiceManager()))
 
 
 def _show(preflight: Preflight, ok_too: bool) -> None:

@@ -11,6 +11,7 @@ from hvcpd.assembly import Roster, make_robot
 from hvcpd.daemon.devices import Devices
 from hvcpd.daemon.journal_service import JournalService, Remembered
 from hvcpd.daemon.lessons import Lessons
+from hvcpd.daemon.notify import ServiceManager
 from hvcpd.daemon.outfit import Outfit
 from hvcpd.daemon.rehearsal import rehearse
 from hvcpd.daemon.sound_service import SoundService
@@ -22,7 +23,9 @@ FAREWELL_S = 12.0
 """So long a robot that is told to end waits for its turn to say so (sample clock): somebody else's sentence of 5 s, a
 report that is still due, its own farewell."""
 FAREWELL_WALL_S = 20.0
-"""The same by the clock on the wall, should sound have stopped coming; well within systemd's 90 s."""
+"""The same by the clock on the wall, should sound have stopped coming; within the unit's TimeoutStopSec."""
+
+NO_SOUND = "without sound: the robot stands still, and tries again to open the sound card"
 
 _log = structlog.get_logger(__name__)
 
@@ -30,8 +33,9 @@ _log = structlog.get_logger(__name__)
 class Daemon:
     """One robot on its devices. `run` ends by `leave`, cancellation or an error; the wheels then stand still."""
 
-    def __init__(self, outfit: Outfit, devices: Devices) -> None:
+    def __init__(self, outfit: Outfit, devices: Devices, manager: ServiceManager | None = None) -> None:
         self._outfit = outfit
+        self._manager = manager or ServiceManager({})
         self._devices = devices
         self._journal = JournalService(outfit)
         self._wheels: WheelService | None = None
@@ -50,6 +54,7 @@ class Daemon:
         """Have `run` return once the robot has said that it leaves, after FAREWELL_S at the latest."""
         if self.robot is not None and self._leave_until_s is None:
             self._leave_until_s = self.robot.now + FAREWELL_S
+            self._manager.stopping("saying that it leaves")
             self.robot.coordination.leave(self.robot.now)
 
     async def run(self) -> None:
@@ -59,6 +64,7 @@ class Daemon:
         """
         settings = self._outfit.settings
         async with AsyncExitStack() as stack:
+            stack.callback(self._manager.close)
             stack.push_async_callback(self._journal.close)
             remembered = await self._journal.open()
             self._tell_start(remembered)
@@ -67,6 +73,7 @@ class Daemon:
             stack.push_async_callback(sound.close)
             await sound.open()
 
+            self._manager.status("making its words ready; the first time takes longest")
             acoustics = Acoustics(latency_s=sound.latency_s)
             plan = self._outfit.plan(remembered, acoustics, self._journal.names, self._journal.stopped)
             robot = self.robot = await asyncio.to_thread(make_robot, plan, self._outfit.sound)
@@ -77,11 +84,13 @@ class Daemon:
 
             wheels = self._devices.make_wheels(settings.wheels)
             if wheels is not None:
+                self._manager.status("looking for the wheels")
                 self._wheels = WheelService(wheels)
                 stack.push_async_callback(self._wheels.close)
                 await self._wheels.open()
 
             await sound.start()
+            self._manager.ready(self._listens)
             _log.info("listening", names=", ".join(plan.names), latency_s=round(sound.latency_s, 3))
             stack.callback(sound.tell_losses)
             await self._live(robot, sound)
@@ -108,7 +117,22 @@ class Daemon:
                 self._lessons.take(output.records)
             for record in output.records:
                 tell(record, self._outfit.tasks)
+            self._tell_manager(sound)
             await asyncio.sleep(0)  # signals and finished work get their turn even while sound waits
+
+    def _tell_manager(self, sound: SoundService) -> None:
+        """Only here: a block came, the robot took its step, and the loop turns.
+
+        While the card is gone, blocks without sound count too: a new process would not bring it back.
+        """
+        self._manager.beat()
+        if self._leave_until_s is None:
+            self._manager.status(self._listens if sound.flowing else NO_SOUND)
+
+    @property
+    def _listens(self) -> str:
+        settings = self._outfit.settings
+        return f"{settings.name} of team {settings.team} listens"
 
     def _has_left(self, robot: Robot) -> bool:
         if self._leave_until_s is None:

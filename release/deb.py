@@ -1,0 +1,180 @@
+"""The Debian package: hvcpd with its libraries inside, for this computer or for another kind.
+
+python -m release.deb [--python 3.13] [--architecture arm64] [--output dist]
+
+The libraries are wheels for the wanted computer, checked against the lock's hashes, unpacked and not run; so a
+package for Raspberry Pi OS can be made anywhere. Why it is done so: docs/decisions/packaging.md.
+"""
+
+from __future__ import annotations
+
+import argparse
+import hashlib
+import os
+import platform
+import shutil
+import subprocess
+import sys
+import tempfile
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+
+from hvcpd import __version__
+from release import sbom
+from release.lock import GLIBC, MACHINES, Locked, LockError, Target, needed, read_lock
+
+REPOSITORY = Path(__file__).parents[1]
+TEMPLATES = Path(__file__).parent / "debian"
+LIBRARIES = Path("usr/lib/hvcpd")
+MAINTAINER = "hvcpd maintainers <maintainers@hvcpd.invalid>"
+"""There is no mailing list; whoever hands the package on puts a name with DEBFULLNAME and DEBEMAIL."""
+
+BUILD_TOOLS = frozenset({"setuptools"})
+"""In the lock because `pip install .` runs it; nothing that runs imports it."""
+
+FILES = {
+    "etc/hvcpd.yaml": "etc/hvcpd/hvcpd.yaml",
+    "etc/lexicon.txt": "etc/hvcpd/lexicon.txt",
+    "etc/tasks.yaml": "etc/hvcpd/tasks.yaml",
+    "systemd/hvcpd.service": "usr/lib/systemd/system/hvcpd.service",
+    "systemd/hvcpd@.service": "usr/lib/systemd/system/hvcpd@.service",
+    "systemd/hvcpd.sysusers": "usr/lib/sysusers.d/hvcpd.conf",
+    "systemd/hvcpd.tmpfiles": "usr/lib/tmpfiles.d/hvcpd.conf",
+    "systemd/60-hvcpd.rules": "usr/lib/udev/rules.d/60-hvcpd.rules",
+    "README.md": "usr/share/doc/hvcpd/README.md",
+    "docs/install.md": "usr/share/doc/hvcpd/install.md",
+    "CHANGELOG.md": "usr/share/doc/hvcpd/changelog",
+    "release/debian/copyright": "usr/share/doc/hvcpd/copyright",
+}
+"""Where files of the repository go; those under etc/ are conffiles: what a person changed there stays."""
+
+COMMANDS = {"hvcpd": "hvcpd.cli", "hvcpctl": "hvcpd.control.cli"}
+
+
+def this_computer() -> Target:
+    """The kind of computer that this process runs on. Raises LockError for one that no package is made for."""
+    machine = platform.machine()
+    debian = {theirs: ours for ours, theirs in MACHINES.items()}.get(machine, machine)
+    return Target(f"{sys.version_info.major}.{sys.version_info.minor}", debian)
+
+
+def build(target: Target, output: Path, version: str = __version__) -> Path:
+    """Make the package in the folder `output`; its path.
+
+    Raises LockError, or CalledProcessError when pip or dpkg-deb fail (they have told why).
+    """
+    full_version = f"{version}+py{target.python.replace('.', '')}"
+    with tempfile.TemporaryDirectory(prefix="hvcpd-deb-") as scratch:
+        root = Path(scratch) / "root"
+        _put_libraries(root / LIBRARIES, target)
+        _put_files(root)
+        _put_control(root, target, full_version)
+        _set_modes(root)
+        output.mkdir(parents=True, exist_ok=True)
+        package = output / f"hvcpd_{full_version}_{target.architecture}.deb"
+        _run("dpkg-deb", "--root-owner-group", "-Zzstd", "--build", str(root), str(package))
+    return package
+
+
+def _put_libraries(folder: Path, target: Target) -> None:
+    """The locked wheels and our own two packages, without tests, compiled files and commands of theirs."""
+    folder.mkdir(parents=True)
+    wanted = [locked for locked in needed(read_lock(), target) if locked.name not in BUILD_TOOLS]
+    install_wheels(wanted, target, folder)
+    for name in ("hvcpd", "hil_fakes"):
+        shutil.copytree(REPOSITORY / name, folder / name)
+    shutil.rmtree(folder / "bin", ignore_errors=True)
+    for leftover in [path for name in ("tests", "__pycache__") for path in folder.rglob(name) if path.is_dir()]:
+        shutil.rmtree(leftover, ignore_errors=True)  # one may lie in another
+
+
+def install_wheels(wanted: Sequence[Locked], target: Target, folder: Path) -> None:
+    """Unpack the wheels of exactly these versions and hashes for `target`. Raises CalledProcessError."""
+    with tempfile.NamedTemporaryFile("w", suffix=".txt") as requirements:
+        requirements.write("".join(f"{locked.line}\n" for locked in wanted))
+        requirements.flush()
+        pip = [sys.executable, "-m", "pip", "install", "--quiet", "--disable-pip-version-check", "--no-deps"]
+        pip += ["--no-compile", "--require-hashes", "--target", str(folder), *target.pip_options()]
+        _run(*pip, "--requirement", requirements.name)
+
+
+def _put_files(root: Path) -> None:
+    for source, destination in FILES.items():
+        path = root / destination
+        path.parent.mkdir(parents=True, exist_ok=True)
+        shutil.copyfile(REPOSITORY / source, path)
+    changelog = root / "usr/share/doc/hvcpd/changelog"
+    _run("gzip", "--best", "--no-name", str(changelog))
+    sbom.main([str(root / "usr/share/doc/hvcpd/sbom.cdx.json")])
+    (root / "usr/bin").mkdir(parents=True)
+    launcher = (TEMPLATES / "launcher").read_text()
+    for command, module in COMMANDS.items():
+        (root / "usr/bin" / command).write_text(launcher.format(command=command, module=module))
+
+
+def _put_control(root: Path, target: Target, version: str) -> None:
+    control = root / "DEBIAN"
+    control.mkdir()
+    major, minor = target.python.split(".")
+    name, mail = os.environ.get("DEBFULLNAME"), os.environ.get("DEBEMAIL")
+    fields = {
+        "version": version,
+        "architecture": target.architecture,
+        "maintainer": f"{name} <{mail}>" if name and mail else MAINTAINER,
+        "installed_kib": sum(path.stat().st_size for path in _files(root)) // 1024,
+        "python": target.python,
+        "next_python": f"{major}.{int(minor) + 1}",
+        "glibc": GLIBC[target.python],
+    }
+    (control / "control").write_text((TEMPLATES / "control").read_text().format(**fields))
+    for script in ("postinst", "prerm", "postrm"):
+        shutil.copyfile(TEMPLATES / script, control / script)
+    conffiles = [f"/{destination}\n" for destination in FILES.values() if destination.startswith("etc/")]
+    (control / "conffiles").write_text("".join(conffiles))
+    sums = [(hashlib.md5(path.read_bytes()).hexdigest(), path.relative_to(root)) for path in _files(root)]
+    (control / "md5sums").write_text("".join(f"{digest}  {path}\n" for digest, path in sums))
+
+
+def _set_modes(root: Path) -> None:
+    """Whatever the builder's umask: folders and programs 0755, files 0644."""
+    programs = {root / "DEBIAN" / script for script in ("postinst", "prerm", "postrm")}
+    programs |= {root / "usr/bin" / command for command in COMMANDS}
+    for path in root.rglob("*"):
+        path.chmod(0o755 if path.is_dir() or path in programs else 0o644)
+    root.chmod(0o755)
+
+
+def _files(root: Path) -> Iterator[Path]:
+    """Every file of the package itself, in order."""
+    return (path for path in sorted(root.rglob("*")) if path.is_file() and "DEBIAN" not in path.relative_to(root).parts)
+
+
+def _run(*command: str) -> None:
+    subprocess.run(command, check=True, stdin=subprocess.DEVNULL)
+
+
+def main(arguments: Sequence[str]) -> int:
+    """Build one package; returns the exit status."""
+    parser = argparse.ArgumentParser(prog="release.deb", description="Build the Debian package.")
+    parser.add_argument("--python", choices=list(GLIBC), help="Python's version there (default: this one's)")
+    parser.add_argument("--architecture", choices=list(MACHINES), help="Debian's name for it (default: this one's)")
+    parser.add_argument("--output", type=Path, default=Path("dist"), metavar="DIR", help="default: dist")
+    options = parser.parse_args(arguments)
+    try:
+        if options.python and options.architecture:
+            target = Target(options.python, options.architecture)
+        else:
+            here = this_computer()
+            target = Target(options.python or here.python, options.architecture or here.architecture)
+        sys.stdout.write(f"{build(target, options.output)}\n")
+    except LockError as error:
+        sys.stderr.write(f"deb: {error}\n")
+        return 2
+    except (subprocess.CalledProcessError, FileNotFoundError) as error:
+        sys.stderr.write(f"deb: {error}; is dpkg-deb there, and is the package index reached?\n")
+        return 1
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))

@@ -1,0 +1,136 @@
+"""What the service manager is told, over a real AF_UNIX datagram socket."""
+
+from __future__ import annotations
+
+import asyncio
+import os
+import socket
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+from hvcpd.daemon.life import Daemon
+from hvcpd.daemon.notify import ServiceManager
+from hvcpd.daemon.outfit import equip
+from tests.daemon.test_life import settings_of
+from tests.daemon.virtual import devices_of, shared_room
+
+
+class Listener:
+    """The manager's end of the socket."""
+
+    def __init__(self, name: str) -> None:
+        self.environment = {"NOTIFY_SOCKET": name}
+        self._socket = socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM)
+        self._socket.bind("\0" + name[1:] if name.startswith("@") else name)
+        self._socket.setblocking(False)
+
+    def told(self) -> list[str]:
+        """Every datagram since the last call."""
+        datagrams = []
+        while True:
+            try:
+                datagrams.append(self._socket.recv(4096).decode())
+            except BlockingIOError:
+                return datagrams
+
+    def close(self) -> None:
+        self._socket.close()
+
+
+@pytest.fixture(params=["path", "abstract"])
+def listener(request: pytest.FixtureRequest, tmp_path: Path) -> Iterator[Listener]:
+    listener = Listener(str(tmp_path / "notify") if request.param == "path" else f"@hvcpd-test-{os.getpid()}")
+    yield listener
+    listener.close()
+
+
+class Clock:
+    now_s = 100.0
+
+    def __call__(self) -> float:
+        return self.now_s
+
+
+def test_each_message_is_one_datagram(listener: Listener) -> None:
+    manager = ServiceManager(listener.environment)
+    manager.status("looking for the wheels")
+    manager.status("looking for the wheels")
+    manager.ready("Rob listens")
+    manager.status("Rob listens")
+    manager.stopping("saying that it leaves")
+    manager.close()
+    manager.status("nobody is told this")
+    assert listener.told() == [
+        "STATUS=looking for the wheels",
+        "READY=1\nSTATUS=Rob listens",
+        "STOPPING=1\nSTATUS=saying that it leaves",
+    ]
+
+
+def test_beats_come_four_to_a_period_however_often_they_are_given(listener: Listener) -> None:
+    clock = Clock()
+    manager = ServiceManager(listener.environment | {"WATCHDOG_USEC": "10000000"}, clock)
+    beats = 0
+    for _ in range(401):  # blocks of 25 ms: 10 s
+        manager.beat()
+        beats += len(listener.told())
+        clock.now_s += 0.025
+    assert beats == 5, "at 0, 2.5, 5, 7.5 and 10 s"
+
+
+@pytest.mark.parametrize(
+    "watchdog", [{}, {"WATCHDOG_USEC": "ten"}, {"WATCHDOG_USEC": "10000000", "WATCHDOG_PID": "1"}], ids=str
+)
+def test_without_a_watchdog_of_its_own_there_is_no_beat(tmp_path: Path, watchdog: dict[str, str]) -> None:
+    listener = Listener(str(tmp_path / "notify"))
+    ServiceManager(listener.environment | watchdog).beat()
+    assert listener.told() == []
+    ServiceManager(listener.environment | {"WATCHDOG_USEC": "1", "WATCHDOG_PID": str(os.getpid())}).beat()
+    assert listener.told() == ["WATCHDOG=1"]
+    listener.close()
+
+
+def test_a_manager_that_is_gone_or_deaf_harms_nobody(tmp_path: Path) -> None:
+    ServiceManager({}).ready("nobody asked")
+    ServiceManager({"NOTIFY_SOCKET": str(tmp_path / "gone")}).ready("nobody is there")
+    deaf = Listener(str(tmp_path / "deaf"))
+    manager = ServiceManager(deaf.environment)
+    for number in range(10_000):  # far more than its queue takes: no call may wait
+        manager.status(str(number))
+    assert 0 < len(deaf.told()) < 10_000
+    deaf.close()
+
+
+@pytest.mark.slow
+def test_a_robot_tells_when_it_is_ready_that_sound_flows_and_that_it_ends(tmp_path: Path, units: Path) -> None:
+    listener = Listener(str(tmp_path / "notify"))
+    clock = Clock()
+    manager = ServiceManager(listener.environment | {"WATCHDOG_USEC": "4000000"}, clock)
+    settings = settings_of(tmp_path, units, "Rob")
+    beats_by: list[tuple[float, int]] = []
+    told: list[str] = []
+
+    def watch(now_s: float) -> None:
+        clock.now_s = 100.0 + now_s
+        told.extend(listener.told())
+        beats_by.append((now_s, told.count("WATCHDOG=1")))
+        if now_s >= 4.0:
+            daemon.leave()
+
+    with shared_room([settings], watch) as room:
+        daemon = Daemon(equip(settings), devices_of(room), manager)
+        room.streams[0].settled = daemon.settled
+        asyncio.run(daemon.run())
+    told.extend(listener.told())
+    listener.close()
+    states = [text for text in told if text != "WATCHDOG=1"]
+    assert states == [
+        "STATUS=making its words ready; the first time takes longest",
+        "STATUS=looking for the wheels",
+        "READY=1\nSTATUS=Rob of team plant listens",
+        "STOPPING=1\nSTATUS=saying that it leaves",
+    ]
+    assert told.index(states[2]) < told.index("WATCHDOG=1")
+    assert next(beats for now_s, beats in beats_by if now_s >= 3.9) == 4, "one a second of sound, at 0, 1, 2 and 3 s"
