@@ -143,8 +143,9 @@ class Timing:
     lease_s: float = 240.0
     """A claim whose owner was not heard of for so long is free again: a 20 m drive takes 100 s, and in a crowd a
     report waits for more than a minute until it is heard."""
-    lease_per_robot_s: float = 25.0
-    """But so long at least for each other robot: a claim and its confirmation take 12.5 s, and one may fail."""
+    lease_per_robot_s: float = 40.0
+    """But so long at least for each other robot: a turn, with its confirmation, takes 12.5 s, and where three of ten
+    sentences are lost a report waits for three rounds of them once in a hundred times."""
     unconfirmed_lease_s: float = 90.0
     """A claim that nobody was heard to confirm is free again sooner: it may have been denied, unheard."""
     renewal_s: float = 100.0

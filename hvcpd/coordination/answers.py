@@ -91,10 +91,11 @@ def left(c: Coordination, u: m.Utterance, s: m.Left, now: float) -> None:
             if number in s.numbers or c.task == number or entry.known_done:
                 continue
             if entry.state == DONE:
-                c.board.complete(number, entry.owner)  # heard twice
+                if entry.told_by != u.speaker:
+                    c.board.complete(number, entry.owner)  # two have told so, and neither has it from the other
             elif lapsed:
                 if entry.owner == c.role.name:
                     c.board.release(number)  # whoever has done it, this robot knows that it was not itself
-                c.board.complete(number, None, hearsay=True)
+                c.board.complete(number, None, hearsay=True, told_by=u.speaker)
     c.fire(Trigger.ANSWERED, now)
     c.reconsider(now)

@@ -25,6 +25,8 @@ class Entry:
     lease_end_s: float = 0.0
     failed_by: frozenset[str] = frozenset()
     hearsay: bool = False
+    told_by: str | None = None
+    """Who left a task that is done by hearsay out of a list of what is left; None: its own report was heard."""
     firm: bool = False
     """The claim is known to have been confirmed, or its owner to be at work: enough to deny it to others."""
     times_heard: int = 0
@@ -77,6 +79,11 @@ class Board:
         """The numbers of all tasks that are open or claimed."""
         return tuple(number for number, entry in self._entries.items() if entry.state != DONE)
 
+    def maybe_left(self) -> tuple[int, ...]:
+        """The same and those that are done only as somebody else has concluded, who may have misheard it."""
+        entries = self._entries.items()
+        return tuple(number for number, entry in entries if entry.state != DONE or entry.told_by is not None)
+
     def free_for(self, robot: str, now: float, unable: frozenset[int] = frozenset()) -> tuple[TaskDefinition, ...]:
         """The tasks that a robot may claim: its own claims, or else open ones, or else those with a lapsed lease; none
         that it gave up or is `unable` to do.
@@ -122,11 +129,12 @@ class Board:
         if self._entries[number].state == CLAIMED:
             self._set(number, OPEN, None)
 
-    def complete(self, number: int, owner: str | None, hearsay: bool = False) -> None:
+    def complete(self, number: int, owner: str | None, hearsay: bool = False, told_by: str | None = None) -> None:
         """Done, and known to be so, is final; the first who did it keeps it."""
         entry = self._entries[number]
         if not entry.known_done:
             self._set(number, DONE, owner or entry.owner, hearsay)
+            entry.told_by = told_by if hearsay else None
 
     def reopen(self, number: int) -> None:
         """What was heard of this task was wrong."""
@@ -146,6 +154,7 @@ class Board:
             self.changed.append(number)
             entry.times_heard = 0
         entry.state, entry.owner, entry.hearsay, entry.firm = state, owner, hearsay, False
+        entry.told_by = None
 
 
 def spoken_name(task: TaskDefinition) -> str:

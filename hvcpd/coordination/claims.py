@@ -109,7 +109,7 @@ def contend(c: Coordination, u: m.Utterance, other: str, entry: Entry, other_at_
     if entry.known_done and entry.owner != other:
         tell_done(c, other, entry, now)
         return False
-    if entry.hearsay and entry.owner != other:
+    if entry.hearsay and entry.told_by is None and entry.owner != other:
         _deny(c, other, number, entry.owner, confirming_slot(c, now) + UNSURE_SLOTS + c.rank(other, number, now), now)
         return False
     if c.task == number and c.state in PROPOSING | AT_WORK:

@@ -109,8 +109,9 @@ def occupation(c: Coordination, asker: str | None) -> m.Utterance:
 
 
 def left(c: Coordination, asker: str | None) -> m.Utterance:
-    """Which tasks are not done: open ones first, because those can be claimed."""
-    numbers = sorted(c.board.not_done(), key=lambda n: (c.board[n].owner is not None, n))
+    """Which tasks are not done: open ones first, because those can be claimed. What another one's list did not hold is
+    not passed off as known to be done."""
+    numbers = sorted(c.board.maybe_left(), key=lambda n: (c.board[n].owner is not None, n))
     refs = [m.TaskByNumber(n) for n in numbers[:3]] + [None] * 3
     return to_asker(c, asker, m.Left(refs[0], refs[1], refs[2], more=len(numbers) > 3))
 

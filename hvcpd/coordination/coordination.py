@@ -14,6 +14,7 @@ from functools import lru_cache
 from hvcpd.config.tasks import Place, TaskDefinition
 from hvcpd.coordination import choosing, claims, composing, effects, hearing, repair, strangers
 from hvcpd.coordination.actions import Action, Chance, Perform, Role, SavePeer, SaveTask, Say, Timing
+from hvcpd.coordination.addressing import whose_turn
 from hvcpd.coordination.board import Board
 from hvcpd.coordination.claims import HeardClaim, Quoted
 from hvcpd.coordination.effects import OWN_TURN
@@ -120,7 +121,7 @@ class Coordination:
             peer = self.peers.heard(utterance.speaker, team_of(utterance), now, confidence, snr_db)
             self._actions.append(SavePeer(peer.name, peer.team, now))
         self.floor.answer_slots = claims.confirming_slot(self, now) + CONFIRMERS
-        self.floor.understood(now, self._order_after(utterance.speaker, now))
+        self.floor.understood(now, self._order_after(whose_turn(utterance), now))
         if self._is_second(utterance, now):
             return
         hearing.react(self, utterance, confidence, now)
@@ -151,7 +152,8 @@ class Coordination:
 
     def spoken(self, now: float) -> None:
         """The sentence of the last `Say` is out."""
-        intent = self.floor.ended(now, self._order_after(self.role.name, now))
+        said = self.repair.last_said
+        intent = self.floor.ended(now, self._order_after(whose_turn(said) if said else self.role.name, now))
         if intent is not None and intent.trigger is not None:
             self.fire(intent.trigger, now)
 

@@ -6,9 +6,11 @@ import math
 
 import pytest
 
-from hil_fakes.word_mission import WordMission
+from hil_fakes.word_mission import WordMission, WordPlan
 from hil_fakes.word_plans import random_plan
+from hvcpd.coordination import composing
 from hvcpd.coordination.board import DONE, Board
+from hvcpd.language import messages as m
 from tests.coordination.mission import plants
 
 SEEDS = {
@@ -27,6 +29,10 @@ SEEDS = {
     "a misheard number confirmed, a report collided, its speaker switched off": 1486,
     "a report waited for its turn past the end of the lease, and a free task was left for that one": 1251,
     "who was at a task heard its report confirmed, not the report itself": 960,
+    "a report got no turn in a crowd until its lease had lapsed": 2275,
+    "the same between nine robots": 2560,
+    "the same where a quarter of all is lost": 5002,
+    "a number misheard once went round in lists of what is left and came back as certain": 2273,
     "found by a search: 797": 797,
     "found by a search: 1114": 1114,
     "found by a search: 1130": 1130,
@@ -54,5 +60,26 @@ def test_a_denied_claim_does_not_make_a_certainty_of_hearsay() -> None:
     assert not board[1].known_done
 
 
-def test_seed_2560_loses_nothing() -> None:
-    assert WordMission(random_plan(2560)).run().lost == 0
+def test_what_one_robot_has_concluded_does_not_come_back_to_it_as_another_ones_knowledge() -> None:
+    """Bot misheard once that task one is done. All who asked Bot what is left told each other, and Bot, so."""
+    mission = WordMission(WordPlan(("Rob", "Bot", "Max"), plants(2)))
+    rob, bot, max_ = (mission.robots[name] for name in ("Rob", "Bot", "Max"))
+    bot.board.complete(1, "Rob", hearsay=True)
+    for n, listener in enumerate((rob, max_)):
+        for again in range(2):
+            listener.heard(composing.left(bot, "Max"), 100.0 + 10.0 * n + again)
+        assert not listener.board[1].known_done, "the same list twice is one witness"
+        assert composing.left(listener, "Bot").statement == m.Left(m.TaskByNumber(1), m.TaskByNumber(2))
+    bot.heard(composing.left(rob, "Bot"), 130.0)
+    assert not bot.board[1].known_done
+    assert 1 in bot.board.not_done()
+
+
+def test_two_that_heard_of_it_independently_make_it_certain() -> None:
+    mission = WordMission(WordPlan(("Rob", "Bot", "Max"), plants(1)))
+    rob, bot, max_ = (mission.robots[name] for name in ("Rob", "Bot", "Max"))
+    for robot in (bot, max_):
+        robot.board.complete(1, "Rob", hearsay=True)
+    rob.heard(composing.left(bot, "Rob"), 100.0)
+    rob.heard(composing.left(max_, "Rob"), 110.0)
+    assert rob.board[1].known_done
