@@ -1,4 +1,4 @@
-"""The settings of one robot: from defaults, a YAML file and a command's options, the later over the earlier.
+"""The settings of one robot: from defaults, a YAML file, the environment and options, the later over the earlier.
 
 `etc/hvcpd.yaml` documents every key in place.
 """
@@ -7,14 +7,18 @@ from __future__ import annotations
 
 import dataclasses
 import math
+import os
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any, Literal, cast
+from typing import Literal
 
 from hvcpd.config.document import Document, KeyPath, Place, parse, read_bytes
-from hvcpd.config.loading import Parts, between, checked, did_you_mean, structure
+from hvcpd.config.environment import FILE_VARIABLE, overlay_environment
+from hvcpd.config.loading import Parts, between, checked, structure
+from hvcpd.config.name_checks import check_peers, check_reserved
 from hvcpd.config.names import NameCheck, VoiceName, repeated_names, valid_robot_name, valid_team_name
+from hvcpd.config.sources import Sourced, sources_of
 from hvcpd.config.tasks import default_tasks_path
 from hvcpd.ports import Pose
 
@@ -96,6 +100,23 @@ class WheelSettings:
 
 
 @dataclass(frozen=True)
+class ControlSettings:
+    """The socket by which `hvcpctl` and other programs of this computer ask the daemon; None is the usual place."""
+
+    enabled: bool = True
+    socket: Path | None = None
+
+
+@dataclass(frozen=True)
+class ClipSettings:
+    """Where recordings of what was not understood are kept, if at all, and how much of them at most."""
+
+    folder: Path | None = None
+    keep: int = field(default=200, metadata=between(1, 10_000))
+    keep_mb: float = field(default=20.0, metadata=between(1, 10_000))
+
+
+@dataclass(frozen=True)
 class PeerSettings:
     """How another robot speaks, if not with the voice that follows from its name."""
 
@@ -145,8 +166,20 @@ class Settings:
     start: StartSettings = StartSettings()
     audio: AudioSettings = AudioSettings()
     wheels: WheelSettings = WheelSettings()
+    control: ControlSettings = ControlSettings()
+    clips: ClipSettings = ClipSettings()
     seed: int | None = field(default=None, metadata=between(0, 2**32 - 1))
     log_level: Literal["debug", "info", "warning", "error"] = "info"
+    log_format: Literal["auto", "console", "keyvalue", "json"] = "auto"
+
+
+@dataclass(frozen=True)
+class Loaded:
+    """Settings, and every key of them with its source, in the order of etc/hvcpd.yaml."""
+
+    settings: Settings
+    sources: tuple[Sourced, ...]
+    file: Path | None = None
 
 
 def load_settings(
@@ -156,17 +189,42 @@ def load_settings(
     name_needed: bool = True,
     reserved: NameCheck | None = None,
     system_path: Path = SYSTEM_SETTINGS_PATH,
+    environment: Mapping[str, str] = os.environ,
 ) -> Settings:
-    """The settings in the file `path`, with a command's options over them.
+    """The settings of `load_with_sources` alone."""
+    return load_with_sources(
+        path,
+        overrides,
+        name_needed=name_needed,
+        reserved=reserved,
+        system_path=system_path,
+        environment=environment,
+    ).settings
 
-    Without `path` the file `system_path` is read if there is one. `overrides` maps a key such as `name` or
-    `audio.input_device` to an option's value; None means that the option was not given. With `name_needed` false
-    (commands that are no robot) STAND_IN_NAME takes the place of a missing name. `reserved` is the phrasebook's
-    check of names. File names in the file are relative to its directory. Raises ConfigError with every fault.
+
+def load_with_sources(
+    path: Path | None = None,
+    overrides: Mapping[str, object] | None = None,
+    *,
+    name_needed: bool = True,
+    reserved: NameCheck | None = None,
+    system_path: Path = SYSTEM_SETTINGS_PATH,
+    environment: Mapping[str, str] = os.environ,
+) -> Loaded:
+    """The settings in the file `path`, with the environment's variables and then a command's options over them.
+
+    Without `path` the file that FILE_VARIABLE names is read, or else `system_path` if there is one. `overrides` maps
+    a key such as `name` or `audio.input_device` to an option's value; None means that the option was not given. With
+    `name_needed` false (commands that are no robot) STAND_IN_NAME takes the place of a missing name. `reserved` is the
+    phrasebook's check of names. File names in the file are relative to its directory. Raises ConfigError with every
+    fault.
     """
+    if path is None and environment.get(FILE_VARIABLE):
+        path = Path(environment[FILE_VARIABLE])
     if path is None and system_path.exists():
         path = system_path
     document = parse(read_bytes(path), str(path)) if path is not None else Document(Place("settings"))
+    overlay_environment(document, Settings, environment)
     for key, value in (overrides or {}).items():
         if value is not None:
             plain = list(value) if isinstance(value, tuple) else value
@@ -175,53 +233,34 @@ def load_settings(
         if name_needed:
             document.fault(("name",), "the robot has no name; give --name NAME, or write `name: NAME` in the file")
         else:
-            document.overlay(("name",), STAND_IN_NAME, "settings")
+            document.overlay(("name",), STAND_IN_NAME, "default")
 
     def check(parts: Parts) -> None:
-        _check_reserved(parts, reserved)
-        _check_peers(parts)
+        check_reserved(parts, reserved)
+        check_peers(parts, DEFAULT_NAMES)
 
-    settings = structure(document, Settings, check)
+    settings = _with_whole_paths(structure(document, Settings, check), document, path)
+    return Loaded(settings, tuple(sources_of(settings, document)), path)
+
+
+def _with_whole_paths(settings: Settings, document: Document, path: Path | None) -> Settings:
+    """The same with file names that mean the same from anywhere, and with its own team among the teams."""
+
+    def whole(name: Path, *key: str) -> Path:
+        return _absolute(name, document, key, path)
+
+    control, clips = settings.control, settings.clips
     return dataclasses.replace(
         settings,
         teams=settings.teams if settings.team in settings.teams else (*settings.teams, settings.team),
-        tasks=_absolute(settings.tasks, document, ("tasks",), path),
-        voice_folder=settings.voice_folder and _absolute(settings.voice_folder, document, ("voice_folder",), path),
+        tasks=whole(settings.tasks, "tasks"),
+        voice_folder=settings.voice_folder and whole(settings.voice_folder, "voice_folder"),
         peers={name: _found(peer, document, name, path) for name, peer in settings.peers.items()},
-        lexicon=settings.lexicon and _absolute(settings.lexicon, document, ("lexicon",), path),
-        state_dir=_absolute(settings.state_dir, document, ("state_dir",), path),
+        lexicon=settings.lexicon and whole(settings.lexicon, "lexicon"),
+        state_dir=whole(settings.state_dir, "state_dir"),
+        control=dataclasses.replace(control, socket=control.socket and whole(control.socket, "control", "socket")),
+        clips=dataclasses.replace(clips, folder=clips.folder and whole(clips.folder, "clips", "folder")),
     )
-
-
-def _check_reserved(parts: Parts, reserved: NameCheck | None) -> None:
-    if reserved is None:
-        return
-    paths: list[KeyPath] = [("name",), *(("names", index) for index in range(parts.length(("names",))))]
-    for path in paths:
-        name = parts.get(path, str)
-        text = reserved(name) if name is not None else None
-        if text is not None:
-            parts.fault(path, text)
-
-
-def _check_peers(parts: Parts) -> None:
-    """Each peer is another robot among those that are known."""
-    names = parts.get(("names",), tuple[str, ...]) if parts.has(("names",)) else DEFAULT_NAMES
-    own = parts.get(("name",), str) or ""
-    peers = parts.get(("peers",), cast(type[Any], Any))
-    if names is None or not isinstance(peers, dict):
-        return
-    known = {name.casefold() for name in names}
-    told: list[str] = []
-    for peer in (peer for peer in peers if isinstance(peer, str)):
-        told.append(peer)
-        text = repeated_names(tuple(told))
-        if peer.casefold() == own.casefold():
-            text = f"{peer!r} is this robot itself; set its own `voice` or `voice_folder` instead"
-        elif text is None and peer.casefold() not in known:
-            text = f"{peer[:40]!r} is not one of `names`; {did_you_mean(peer[:40], names)}"
-        if text is not None:
-            parts.fault(("peers", peer), text)
 
 
 def _found(peer: PeerSettings, document: Document, name: str, path: Path | None) -> PeerSettings:

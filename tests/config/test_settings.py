@@ -20,6 +20,8 @@ from hvcpd.config.settings import (
     MAX_KNOWN_NAMES,
     MAX_TEAMS,
     AudioSettings,
+    ClipSettings,
+    ControlSettings,
     PeerSettings,
     Settings,
     SpeechSettings,
@@ -240,6 +242,8 @@ def all_settings(draw: st.DrawFn) -> Settings:
             speech=_of(SpeechSettings),
             audio=audios,
             wheels=wheels,
+            control=_of(ControlSettings, enabled=st.booleans(), socket=st.none() | paths),
+            clips=_of(ClipSettings, folder=st.none() | paths, keep=st.integers(1, 99), keep_mb=st.floats(1, 99)),
             seed=st.none() | st.integers(0, 2**32 - 1),
         )
     )
@@ -285,7 +289,7 @@ def test_the_documented_file_is_valid_and_its_comments_are_the_defaults(tmp_path
     text = (ETC / "hvcpd.yaml").read_text()
     assert load(tmp_path, text) == Settings(name="Rob")
     lines = [line[2:] for line in text.splitlines() if line.startswith("# ")]
-    groups = {"speech", "start", "audio", "wheels"}
+    groups = {"speech", "start", "audio", "wheels", "control", "clips"}
     keys = {field.name for field in dataclasses.fields(Settings)}
     kept = []
     for line in lines:
@@ -298,7 +302,13 @@ def test_the_documented_file_is_valid_and_its_comments_are_the_defaults(tmp_path
     assert read == Settings(name="Rob")
     written = yaml.safe_load(whole)
     assert set(written) == keys - {"tasks"}
-    for group, type_ in (("start", StartSettings), ("audio", AudioSettings), ("wheels", WheelSettings)):
+    for group, type_ in (
+        ("start", StartSettings),
+        ("audio", AudioSettings),
+        ("wheels", WheelSettings),
+        ("control", ControlSettings),
+        ("clips", ClipSettings),
+    ):
         assert set(written[group]) == {field.name for field in dataclasses.fields(type_)}
 
 

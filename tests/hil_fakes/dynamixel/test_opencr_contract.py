@@ -1,4 +1,4 @@
-"""OpenCR's contract: on the fake always, on a robot with `HVCPD_OPENCR_PORT=/dev/ttyACM0 pytest -m hardware`."""
+"""OpenCR's contract: on the fake always, on a robot with `REAL_OPENCR_PORT=/dev/ttyACM0 pytest -m hardware`."""
 
 import os
 import time
@@ -30,10 +30,10 @@ def test_fake_keeps_the_contract(opencr: tuple[FakeOpenCR, Rig], check: Callable
 
 
 @pytest.mark.hardware
-@pytest.mark.skipif("HVCPD_OPENCR_PORT" not in os.environ, reason="HVCPD_OPENCR_PORT names no port of a real robot")
+@pytest.mark.skipif("REAL_OPENCR_PORT" not in os.environ, reason="REAL_OPENCR_PORT names no port of a real robot")
 @pytest.mark.parametrize("check", CHECKS, ids=lambda check: check.__name__)
 def test_robot_keeps_the_contract(check: Callable[[Rig], None]) -> None:
-    port = PortHandler(os.environ["HVCPD_OPENCR_PORT"])
+    port = PortHandler(os.environ["REAL_OPENCR_PORT"])
     assert port.setBaudRate(1_000_000)
     try:
         check(Rig(port, PacketHandler(2.0), (DEVICE_ID, DEVICE_ID), time.sleep))

@@ -1,0 +1,125 @@
+"""Settings from the environment: over the file, under the options, as strict as both."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from hvcpd.config.settings import AudioSettings, PeerSettings, Settings, load_settings, load_with_sources
+from hvcpd.errors import ConfigError
+
+
+def of(environment: dict[str, str], path: Path | None = None, **options: object) -> Settings:
+    return load_settings(path, options, system_path=Path("/nonexistent/hvcpd.yaml"), environment=environment)
+
+
+def faults(environment: dict[str, str], path: Path | None = None) -> list[str]:
+    with pytest.raises(ConfigError) as error:
+        of(environment, path)
+    return str(error.value).splitlines()
+
+
+@pytest.fixture
+def file(tmp_path: Path) -> Path:
+    path = tmp_path / "hvcpd.yaml"
+    path.write_text("name: Rob\nmode: follow\naudio: {block_ms: 10, queue_s: 3}\n")
+    return path
+
+
+def test_option_over_environment_over_file_over_default(file: Path) -> None:
+    environment = {"HVCPD_MODE": "coordinate", "HVCPD_NAME": "Bot", "HVCPD_AUDIO__BLOCK_MS": "20"}
+    settings = of(environment, file, name="Max")
+    assert (settings.name, settings.mode, settings.pick) == ("Max", "coordinate", "random")
+    assert settings.audio == AudioSettings(block_ms=20, queue_s=3.0)
+
+
+def test_each_value_is_told_with_its_source(file: Path) -> None:
+    loaded = load_with_sources(
+        file, {"name": "Max"}, environment={"HVCPD_UNABLE": "[2]"}, system_path=Path("/nonexistent/x.yaml")
+    )
+    told = {each.key: (each.value, each.source) for each in loaded.sources}
+    assert told["name"] == ("Max", "--name")
+    assert told["unable"] == ([2], "HVCPD_UNABLE")
+    assert told["mode"] == ("follow", f"{file}:2")
+    assert told["audio.block_ms"] == (10, f"{file}:3")
+    assert told["audio.watchdog_s"] == (1.0, "default")
+    assert told["peers"] == ({}, "default")
+    assert next(iter(told)) == "name"
+
+
+def test_text_is_taken_as_it_stands_and_the_rest_as_in_the_file() -> None:
+    settings = of(
+        {
+            "HVCPD_NAME": "No",
+            "HVCPD_AUDIO__INPUT_DEVICE": "null",
+            "HVCPD_AUDIO__OUTPUT_DEVICE": "USB: 1, #2",
+            "HVCPD_NAMES": '["No", Bot]',
+            "HVCPD_PEERS": "{Bot: {voice: oak}}",
+            "HVCPD_SPEECH__REPEAT": "2",
+            "HVCPD_STATE_DIR": "state",
+            "HVCPD_SEED": "null",
+            "HVCPD_CONTROL__ENABLED": "false",
+        }
+    )
+    assert settings.name == "No"
+    assert settings.audio == AudioSettings(None, "USB: 1, #2")
+    assert settings.names == ("No", "Bot")
+    assert settings.peers == {"Bot": PeerSettings(voice="oak")}
+    assert settings.speech.repeat == 2
+    assert settings.state_dir == Path("state")
+    assert settings.seed is None
+    assert not settings.control.enabled
+
+
+def test_a_variable_names_the_file(file: Path) -> None:
+    assert of({"HVCPD_CONFIG": str(file)}).mode == "follow"
+    assert "no such file" in faults({"HVCPD_CONFIG": str(file.parent / "none.yaml")})[0]
+
+
+def test_all_faults_of_file_and_variables_at_once(file: Path) -> None:
+    file.write_text("name: Rob\nmod: follow\n")
+    found = faults(
+        {
+            "HVCPD_MOED": "follow",
+            "HVCPD_AUDIO__BLOCK_MS": "1000",
+            "HVCPD_SEED": "[",
+            "HVCPD_WHEELS__LEFT_ID": "one",
+            "HVCPD_NAMES": "{a: 1, a: 2}",
+            "HVCPD_PEERS": "{Bot: {vioce: oak}}",
+        },
+        file,
+    )
+    told = "\n".join(found)
+    assert f"{file}:2: unknown key 'mod'; did you mean 'mode'?" in told
+    assert "HVCPD_MOED: no setting has this variable; did you mean 'HVCPD_MODE'?" in told
+    assert "HVCPD_AUDIO__BLOCK_MS: block_ms: the number 1000 is out of range; give a number from 5 to 100" in told
+    assert "HVCPD_SEED: not valid YAML" in told
+    assert "HVCPD_WHEELS__LEFT_ID: left_id: expected a whole number, found the text 'one'" in told
+    assert "HVCPD_NAMES: the key 'a' is given twice" in told
+    assert "HVCPD_PEERS: unknown key 'vioce'; did you mean 'voice'?" in told
+    assert len(found) == 7
+
+
+def test_other_programs_variables_are_left_alone() -> None:
+    assert of({"HVCPD_NAME": "Rob", "HVCP_X": "1", "hvcpd_name": "Bot", "PATH": "/bin"}) == Settings(name="Rob")
+
+
+@given(
+    st.dictionaries(
+        st.sampled_from(
+            ["HVCPD_SEED", "HVCPD_NAMES", "HVCPD_PEERS", "HVCPD_TEAM", "HVCPD_WHEELS__BAUD_RATE", "HVCPD_"]
+        ),
+        st.text(st.characters(blacklist_characters="\0"), max_size=20),
+    )
+)
+def test_any_value_gives_settings_or_a_config_error_that_names_a_variable(environment: dict[str, str]) -> None:
+    try:
+        of(environment | {"HVCPD_NAME": "Rob"})
+    except ConfigError as error:
+        lines = str(error).splitlines()
+    else:
+        lines = []
+    assert all(line.startswith("HVCPD_") for line in lines)
