@@ -58,7 +58,7 @@ def make_parser() -> argparse.ArgumentParser:
 def main(arguments: Sequence[str] | None = None, devices: Devices | None = None) -> int:
     """Run `hvcpd`; returns the exit status. `devices` are the real ones by default."""
     options = make_parser().parse_args(arguments)
-    from hvcpd.config.settings import load_settings
+    from hvcpd.config.settings import load_with_sources
     from hvcpd.daemon.devices import Devices
     from hvcpd.daemon.outfit import name_fault
     from hvcpd.daemon.preflight import examine
@@ -67,10 +67,11 @@ def main(arguments: Sequence[str] | None = None, devices: Devices | None = None)
     devices = devices or Devices()
     overrides = {key: getattr(options, key) for key in ("name", "team", "tasks", "mode", "log_level")}
     try:
-        settings = load_settings(options.config, overrides, reserved=name_fault)
+        loaded = load_with_sources(options.config, overrides, reserved=name_fault)
     except HvcpdError as error:
         _complain(str(error))
         return error.exit_status
+    settings = loaded.settings
     preflight = examine(settings, devices, allow_confusable=options.allow_confusable)
     _show(preflight, options.check)
     if options.check or preflight.outfit is None or preflight.exit_status != EX_OK:
@@ -79,7 +80,7 @@ def main(arguments: Sequence[str] | None = None, devices: Devices | None = None)
     from hvcpd.daemon.life import Daemon
     from hvcpd.daemon.notify import ServiceManager
 
-    return _run(Daemon(preflight.outfit, devices, ServiceManager()))
+    return _run(Daemon(preflight.outfit, devices, ServiceManager(), loaded.sources))
 
 
 def _show(preflight: Preflight, ok_too: bool) -> None:

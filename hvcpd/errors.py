@@ -8,6 +8,9 @@ EX_OK = 0
 EX_FAILURE = 1
 EX_USER = 2
 """What `hvcpctl` returns for bad input."""
+EX_NOT_RUNNING, EX_NOT_ALLOWED = 3, 4
+EX_NOT_ALLOWED = 4
+"""What `hvcpctl` returns where no daemon runs, and where it may not be asked; as the Linux Standard Base has them."""
 
 # sysexits.h, for the daemon.
 EX_USAGE = 64
@@ -26,7 +29,9 @@ class HvcpdError(Exception):
     """Something outside is wrong, and the text says what and how to mend it."""
 
     exit_status = EX_SOFTWARE
-    """The daemon's exit status (sysexits.h); `hvcpctl` returns `EX_USER` for all of them."""
+    """The daemon's exit status (sysexits.h)."""
+    command_status = EX_USER
+    """And that of `hvcpctl`."""
 
 
 class ConfigError(HvcpdError):
@@ -57,3 +62,30 @@ class StoreError(HvcpdError):
     """The robot's memory cannot be opened or written."""
 
     exit_status = EX_CANTCREAT
+
+
+class RunningError(HvcpdError):
+    """A daemon of the same name runs already."""
+
+    exit_status = EX_UNAVAILABLE
+
+
+class NotRunningError(HvcpdError):
+    """There is no daemon to be asked."""
+
+    exit_status = EX_UNAVAILABLE
+    command_status = EX_NOT_RUNNING
+
+
+class NotAllowedError(HvcpdError):
+    """This user may not ask the daemon."""
+
+    exit_status = EX_NOPERM
+    command_status = EX_NOT_ALLOWED
+
+
+class NotDoneError(HvcpdError):
+    """The daemon was asked, and did not do it."""
+
+    exit_status = EX_UNAVAILABLE
+    command_status = EX_FAILURE

@@ -206,14 +206,15 @@ class TranscriptReader:
             raise StoreError(f"{path}: there is no robot's memory here; name another with --memory FILE")
         self._db = sqlite3.connect(f"{path.absolute().as_uri()}?mode=ro", uri=True, timeout=1.0)
 
-    def rows(self, after: int = 0, since_wall_s: float = float("-inf")) -> tuple[TranscriptRow, ...]:
-        """The utterances with numbers over `after`, written at `since_wall_s` or later, in the order they were kept."""
+    def rows(self, after: int = 0, since_wall_s: float = float("-inf"), limit: int = -1) -> tuple[TranscriptRow, ...]:
+        """The first `limit` utterances (-1: all) with numbers over `after`, written at `since_wall_s` or later, in the
+        order they were kept."""
         query = (
             "SELECT id, wall_s, at_s, kind, speaker, text, confidence FROM transcript "
-            "WHERE id > ? AND coalesce(wall_s, 0) >= ? ORDER BY id"
+            "WHERE id > ? AND coalesce(wall_s, 0) >= ? ORDER BY id LIMIT ?"
         )
         try:
-            found = self._db.execute(query, (after, max(since_wall_s, -1.0))).fetchall()
+            found = self._db.execute(query, (after, max(since_wall_s, -1.0), limit)).fetchall()
         except sqlite3.DatabaseError as error:
             raise StoreError(
                 f"{self._path}: no transcript can be read from it ({error}); start the daemon once to update it"

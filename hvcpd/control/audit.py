@@ -12,11 +12,11 @@ from contextlib import closing
 from dataclasses import dataclass, field
 
 from hvcpd.control.team import load_team
-from hvcpd.control.transcript import memory_of, since_wall_s
+from hvcpd.control.transcript import open_transcript, since_wall_s
 from hvcpd.errors import EX_OK, PhraseError
 from hvcpd.language import messages as m
 from hvcpd.language.phrasebook import Phrasebook
-from hvcpd.store import TranscriptReader, TranscriptRow
+from hvcpd.store import TranscriptRow
 
 REASONS: dict[type, str] = {
     m.Unable: "cannot",
@@ -123,7 +123,7 @@ def _addressee(u: m.Utterance) -> str:
 def run(options: argparse.Namespace, now_s: Callable[[], float] = time.time) -> int:
     """Print the counts."""
     since_s = since_wall_s(options.since, now_s())
-    with closing(TranscriptReader(memory_of(options))) as reader:
+    with closing(open_transcript(options)) as reader:
         rows = reader.rows(since_wall_s=since_s)
     speakers = {row.record.speaker for row in rows if row.record.speaker}
     team = load_team(options, more=tuple(sorted(speakers)))

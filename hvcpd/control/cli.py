@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import TypeAlias
 
 from hvcpd import __version__
+from hvcpd.control.daemon_parser import add_daemon_commands
 from hvcpd.control.drive_parser import add_doctor, add_drive
 from hvcpd.errors import EX_FAILURE, EX_OK, EX_USER, HvcpdError
 
@@ -73,7 +74,8 @@ def make_parser() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(
         prog="hvcpctl",
         description="Try, watch and control robots that coordinate by speaking English.",
-        epilog="Exit status: 0 success, 1 a mission or motion that did not end well, 2 bad input.",
+        epilog="Exit status: 0 success, 1 a mission, motion or request that did not end well, 2 bad input, "
+        "3 no daemon runs, 4 no permission to ask it, 130 interrupted.",
     )
     parser.add_argument("--version", action="version", version=f"hvcpctl {__version__}")
     commands = parser.add_subparsers(title="commands", metavar="COMMAND", required=True, dest="command")
@@ -86,6 +88,7 @@ def make_parser() -> argparse.ArgumentParser:
     _add_check_vocabulary(commands)
     _add_transcript(commands)
     _add_audit(commands)
+    add_daemon_commands(commands, _lazy)
     add_drive(commands, _lazy("drive"))
     add_doctor(commands, _lazy("doctor"))
     return parser
@@ -133,7 +136,14 @@ def _add_simulate(commands: _Commands) -> None:
 
 
 def _add_say(commands: _Commands) -> None:
-    c = commands.add_parser("say", help="speak one sentence of the phrasebook")
+    c = commands.add_parser(
+        "say",
+        help="speak one sentence of the phrasebook",
+        epilog="A robot that runs on this computer says what is said in its name itself, when its turn comes, so that "
+        "nobody is interrupted: '… I am Rob, …' is said by Rob. With an option that tells how or where it is to sound "
+        "(-o, --as, --voice, --rate, --gain-db, --lombard), with --local, and where no such robot runs, this command "
+        "plays it at once. Example: hvcpctl say 'Hi Rob, I am Bot, water the yellow rose' -o yellow.wav",
+    )
     _add_shared(c)
     c.add_argument("text", metavar="TEXT", help='for example "Hi Rob, I am Bot, water the yellow rose"')
     c.add_argument("--as", dest="voice_of", metavar="NAME", help="in this robot's voice (default: who says 'I am …')")
@@ -142,6 +152,10 @@ def _add_say(commands: _Commands) -> None:
     c.add_argument("--gain-db", type=_between(-60.0, 20.0), default=0.0, metavar="DB", help="louder or softer")
     c.add_argument("--lombard", action="store_true", help="as people speak in noise: slower, higher, brighter, louder")
     c.add_argument("--voice", type=Path, metavar="DIR", help="speak with recorded words, one WAV each: DIR/water.wav")
+    c.add_argument("--local", action="store_true", help="do not ask a running robot to say it")
+    c.add_argument("--name", metavar="NAME", help="have this robot say it, which must run here")
+    c.add_argument("--socket", type=Path, metavar="FILE", help="have the robot with this control socket say it")
+    c.add_argument("--json", action="store_true", help="print what was said as a JSON object")
     c.set_defaults(run=_lazy("say"))
 
 
@@ -178,6 +192,7 @@ def _add_memory(command: argparse.ArgumentParser) -> None:
     command.add_argument("--config", type=Path, metavar="FILE", help="settings file (default: /etc/hvcpd/hvcpd.yaml)")
     command.add_argument("--name", metavar="NAME", help="whose memory (default: the robot's of the settings)")
     command.add_argument("--memory", type=Path, metavar="FILE", help="this memory file, wherever it lies")
+    command.add_argument("--socket", type=Path, metavar="FILE", help="that of the robot with this control socket")
     command.add_argument("--since", metavar="WHEN", help="from then on: 30m, 8h, 2d ago, or 2026-11-21T08:00")
     command.add_argument("--json", action="store_true", help="print one JSON object a line")
 
@@ -231,7 +246,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         sys.stdout.flush()
     except HvcpdError as error:
         sys.stderr.write(f"hvcpctl: {error}\n")
-        return EX_USER
+        return error.command_status
     except BrokenPipeError:  # the reader of our output has gone, as in `hvcpctl hear x.wav | head -1`
         _drop_output()
         return EX_FAILURE if options.command == "simulate" else EX_OK  # a mission that was cut short is not done

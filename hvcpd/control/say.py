@@ -1,14 +1,23 @@
-"""`hvcpctl say`: one sentence of the phrasebook, to a file or the loudspeaker."""
+"""`hvcpctl say`: one sentence of the phrasebook, by a running robot, to the loudspeaker or to a file.
+
+A robot that runs on this computer says what is said in its name itself, on its turn of the floor; whatever tells how or
+where it is to sound (-o, --as, --voice, --rate, --gain-db, --lombard) or --local has this command make the sound.
+"""
 
 from __future__ import annotations
 
 import argparse
+import json
+import re
 import sys
+from contextlib import closing
 
 from hvcpd.config.names import valid_robot_name
+from hvcpd.control.daemon_client import DaemonClient, find_daemon, find_daemon_of
 from hvcpd.control.team import Team, load_team
-from hvcpd.errors import PhraseError
+from hvcpd.errors import EX_OK, NotAllowedError, NotDoneError, NotRunningError, PhraseError
 from hvcpd.hardware.soundfile import write_wav
+from hvcpd.ports import SAMPLE_RATE_HZ
 from hvcpd.synthesis.delivery import Delivery
 from hvcpd.synthesis.speaker import Speaker
 from hvcpd.synthesis.voices import VOICES
@@ -20,7 +29,55 @@ HEARD_DB = 0.05
 """A difference of level below this is not worth a note."""
 
 
+SAID_WITHIN_S = 60.0
+"""A robot's turn comes within seconds among few, within a minute in a crowd that never falls silent."""
+
+_SPEAKER = re.compile(r"\bi\s+am\s+([a-z][a-z0-9]*)", re.IGNORECASE)
+
+
 def run(options: argparse.Namespace) -> int:
+    """Have the sentence said by its speaker's daemon, or speak it in that voice."""
+    daemon = None if _makes_the_sound(options) else _daemon_that_says(options)
+    if daemon is None:
+        return _play(options)
+    with closing(daemon):
+        return _have_it_said(options, daemon)
+
+
+def _makes_the_sound(options: argparse.Namespace) -> bool:
+    chosen = (options.output, options.voice_of, options.voice)
+    delivery = (options.rate, options.gain_db, options.lombard) != (1.0, 0.0, False)
+    return bool(options.local or delivery or any(each is not None for each in chosen))
+
+
+def _daemon_that_says(options: argparse.Namespace) -> DaemonClient | None:
+    """The daemon of who says "I am …"; of a sentence without a name the one that the options mean."""
+    if options.name is not None or options.socket is not None:
+        return find_daemon(options)
+    speaker = _SPEAKER.search(options.text)
+    if speaker:
+        return find_daemon_of(speaker[1], options)
+    try:
+        return find_daemon(options)
+    except (NotRunningError, NotAllowedError):
+        return None
+
+
+def _have_it_said(options: argparse.Namespace, daemon: DaemonClient) -> int:
+    daemon.ask("subscribe", events=["said"])
+    text = daemon.ask("say", text=options.text)["text"]
+    try:
+        said = next(event for event in daemon.events(SAID_WITHIN_S) if event.get("text") == text)
+    except NotDoneError:
+        raise NotDoneError(f"{daemon.name} has not had a chance to say it for {SAID_WITHIN_S:g} s") from None
+    if options.json:
+        sys.stdout.write(json.dumps(said) + "\n")
+    else:
+        sys.stdout.write(f"{daemon.name} says: {text}\n")
+    return EX_OK
+
+
+def _play(options: argparse.Namespace) -> int:
     """Speak the sentence in the voice of its speaker."""
     voice_of: str | None = options.voice_of
     if voice_of is not None and (wrong := valid_robot_name(voice_of)):
@@ -46,7 +103,12 @@ def run(options: argparse.Namespace) -> int:
         from hvcpd.hardware.audio_play import play
 
         play(samples, team.settings.audio.output_device)
-    return 0
+    if options.json:
+        duration_s = len(samples) / SAMPLE_RATE_HZ
+        written = team.phrasebook.write(utterance)
+        file = str(options.output) if options.output is not None else None
+        sys.stdout.write(json.dumps({"text": written, "duration_s": round(duration_s, 3), "file": file}) + "\n")
+    return EX_OK
 
 
 def _speaker(

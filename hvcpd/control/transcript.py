@@ -1,4 +1,4 @@
-"""`hvcpctl transcript`: what a robot said and heard, from its memory, also while its daemon runs."""
+"""`hvcpctl transcript`: what a robot said and heard, asked of its daemon or else read from its memory file."""
 
 from __future__ import annotations
 
@@ -7,15 +7,17 @@ import json
 import re
 import sys
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from contextlib import closing
 from dataclasses import asdict
 from datetime import datetime
 from pathlib import Path
+from typing import Any, Protocol
 
 from hvcpd.config.settings import load_settings
-from hvcpd.errors import EX_OK, ConfigError
-from hvcpd.store import TranscriptReader, TranscriptRow
+from hvcpd.control.daemon_client import DaemonClient, find_daemon
+from hvcpd.errors import EX_OK, ConfigError, NotAllowedError, NotRunningError
+from hvcpd.store import TranscriptReader, TranscriptRecord, TranscriptRow
 
 POLL_S = 0.2
 """So often `--follow` looks for new lines: a sentence lasts seconds."""
@@ -23,12 +25,51 @@ POLL_S = 0.2
 _UNITS_S = {"s": 1.0, "m": 60.0, "h": 3600.0, "d": 86400.0}
 
 
-def memory_of(options: argparse.Namespace) -> Path:
-    """The file that the options mean: named, or that of the robot in the settings."""
+class Rows(Protocol):
+    """A transcript that can be read; the methods are `TranscriptReader`'s."""
+
+    def rows(self, after: int = 0, since_wall_s: float = float("-inf")) -> tuple[TranscriptRow, ...]: ...
+
+    def close(self) -> None: ...
+
+
+class AskedRows:
+    """The transcript that a daemon has; the service's file may be nobody else's to read."""
+
+    def __init__(self, daemon: DaemonClient) -> None:
+        self._daemon = daemon
+
+    def rows(self, after: int = 0, since_wall_s: float = float("-inf")) -> tuple[TranscriptRow, ...]:
+        """As `TranscriptReader` has it. Raises NotRunningError once the daemon has ended."""
+        found: list[TranscriptRow] = []
+        since = {"since_s": since_wall_s} if since_wall_s > 0 else {}
+        while True:
+            page = self._daemon.ask("transcript", after=found[-1].number if found else after, **since)["rows"]
+            if not page:
+                return tuple(found)
+            found += [_row(each) for each in page]
+
+    def close(self) -> None:
+        """Let go of the connection."""
+        self._daemon.close()
+
+
+def open_transcript(options: argparse.Namespace) -> Rows:
+    """What the options mean: the file that they name, or the running robot's, or that of the robot in the settings."""
     if options.memory is not None:
-        return Path(options.memory)
+        return TranscriptReader(Path(options.memory))
+    try:
+        return AskedRows(find_daemon(options))
+    except (NotRunningError, NotAllowedError):
+        if options.socket is not None:
+            raise
     settings = load_settings(options.config, {"name": options.name}, name_needed=False)
-    return settings.state_dir / f"{settings.name.lower()}.sqlite3"
+    return TranscriptReader(settings.state_dir / f"{settings.name.lower()}.sqlite3")
+
+
+def _row(each: Mapping[str, Any]) -> TranscriptRow:
+    record = {key: value for key, value in each.items() if key not in ("number", "wall_s")}
+    return TranscriptRow(each["number"], each["wall_s"], TranscriptRecord(**record))
 
 
 def since_wall_s(text: str | None, now_s: float) -> float:
@@ -51,7 +92,7 @@ def run(
 ) -> int:
     """Print the transcript, and with --follow whatever is added to it, until interrupted."""
     since_s = since_wall_s(options.since, now_s())
-    with closing(TranscriptReader(memory_of(options))) as reader:
+    with closing(open_transcript(options)) as reader:
         last = 0
         while True:
             for row in reader.rows(last, since_s):

@@ -5,6 +5,7 @@ from __future__ import annotations
 import asyncio
 from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
+from contextlib import closing
 
 import structlog
 
@@ -12,7 +13,7 @@ from hvcpd.daemon.outfit import Outfit
 from hvcpd.errors import StoreError
 from hvcpd.journal import Journal
 from hvcpd.records import Record
-from hvcpd.store import Store
+from hvcpd.store import Store, TranscriptReader, TranscriptRow
 
 MAX_WAITING = 1000
 """Records that may wait for the disk: more than a day's talk makes in ten minutes; beyond, new ones are not kept."""
@@ -59,6 +60,11 @@ class JournalService:
         self._flights.add(flight)
         flight.add_done_callback(lambda done: self._landed(done, len(records)))
 
+    async def transcript(self, after: int, since_wall_s: float, limit: int) -> tuple[TranscriptRow, ...]:
+        """What was kept, as `TranscriptReader.rows` has it, after what waits to be written. Raises StoreError."""
+        loop = asyncio.get_running_loop()
+        return await loop.run_in_executor(self._thread, self._transcript, after, since_wall_s, limit)
+
     async def settled(self) -> None:
         """Wait until all is written."""
         while self._flights:
@@ -78,6 +84,10 @@ class JournalService:
         self.stopped = self._journal.stopped
         self.names = self._journal.names
         return self._journal.remembered()
+
+    def _transcript(self, after: int, since_wall_s: float, limit: int) -> tuple[TranscriptRow, ...]:
+        with closing(TranscriptReader(self._outfit.memory_path)) as reader:
+            return reader.rows(after, since_wall_s, limit)
 
     def _write(self, records: Sequence[Record], now: float) -> None:
         if self._journal is None:

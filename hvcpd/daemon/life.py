@@ -8,6 +8,9 @@ from contextlib import AsyncExitStack
 import structlog
 
 from hvcpd.assembly import Roster, make_robot
+from hvcpd.config.sources import Sourced
+from hvcpd.daemon.control_service import ControlService
+from hvcpd.daemon.control_status import Body
 from hvcpd.daemon.devices import Devices
 from hvcpd.daemon.journal_service import JournalService, Remembered
 from hvcpd.daemon.lessons import Lessons
@@ -33,11 +36,18 @@ _log = structlog.get_logger(__name__)
 class Daemon:
     """One robot on its devices. `run` ends by `leave`, cancellation or an error; the wheels then stand still."""
 
-    def __init__(self, outfit: Outfit, devices: Devices, manager: ServiceManager | None = None) -> None:
+    def __init__(
+        self,
+        outfit: Outfit,
+        devices: Devices,
+        manager: ServiceManager | None = None,
+        sources: tuple[Sourced, ...] = (),
+    ) -> None:
         self._outfit = outfit
         self._manager = manager or ServiceManager({})
         self._devices = devices
         self._journal = JournalService(outfit)
+        self._control = ControlService(Body(outfit, self._journal), sources)
         self._wheels: WheelService | None = None
         self._lessons: Lessons | None = None
         self.sound: SoundService | None = None
@@ -60,16 +70,21 @@ class Daemon:
     async def run(self) -> None:
         """Start everything in order, live, and take it down in reverse order.
 
-        Raises StoreError, DeviceError and ConfigError.
+        Raises StoreError, DeviceError, ConfigError, and RunningError if a robot of this name runs here already.
         """
         settings = self._outfit.settings
         async with AsyncExitStack() as stack:
             stack.callback(self._manager.close)
+            stack.callback(self._control.release)
             stack.push_async_callback(self._journal.close)
+            stack.push_async_callback(self._control.close)
+            await self._control.open()
             remembered = await self._journal.open()
             self._tell_start(remembered)
 
-            sound = self.sound = SoundService(lambda: self._devices.make_stream(settings.audio))
+            sound = self.sound = self._control.body.sound = SoundService(
+                lambda: self._devices.make_stream(settings.audio)
+            )
             stack.push_async_callback(sound.close)
             await sound.open()
 
@@ -77,6 +92,7 @@ class Daemon:
             acoustics = Acoustics(latency_s=sound.latency_s)
             plan = self._outfit.plan(remembered, acoustics, self._journal.names, self._journal.stopped)
             robot = self.robot = await asyncio.to_thread(make_robot, plan, self._outfit.sound)
+            self._control.begin(robot)
             words = {*robot.phrasebook.graph.words, *robot.phrasebook.spelling_graph.words}
             await asyncio.to_thread(rehearse, settings.name, words, self._outfit.sound)
             self._lessons = Lessons(robot, Roster(plan, self._outfit.sound), settings.name, self._outfit.sound)
@@ -85,7 +101,7 @@ class Daemon:
             wheels = self._devices.make_wheels(settings.wheels)
             if wheels is not None:
                 self._manager.status("looking for the wheels")
-                self._wheels = WheelService(wheels)
+                self._wheels = self._control.body.wheels = WheelService(wheels)
                 stack.push_async_callback(self._wheels.close)
                 await self._wheels.open()
 
@@ -112,6 +128,7 @@ class Daemon:
             if self._wheels is not None:
                 self._wheels.serve(output.wheels, robot.now)  # first of all: a halt is not to wait
             sound.write(output.sound)
+            self._control.note(robot, block.samples, reading, output)
             self._journal.write(output.records, robot.now)
             if self._lessons is not None:
                 self._lessons.take(output.records)

@@ -68,6 +68,22 @@ class WheelService:
         reading, self._reading = self._reading, None
         return reading
 
+    @property
+    def fault(self) -> str | None:
+        """Why the wheels do not answer at present; None: they do."""
+        return self._reason if self._failing_since_s is not None else None
+
+    @property
+    def wanted(self) -> WheelCommand:
+        """How the wheels are to turn."""
+        return self._wanted
+
+    def halt(self) -> None:
+        """Standstill now, without waiting for the next block of sound."""
+        self._wanted, self._due = STANDSTILL, True
+        self._renew_lease()
+        self._send()
+
     async def settled(self) -> None:
         """Wait until no exchange is under way."""
         while self._flight is not None:

@@ -112,6 +112,27 @@ class Moved:
 
 
 @dataclass(frozen=True)
+class Level:
+    """How loud a robot's microphone is, RMS in dB below full scale: just now, and at the quietest of the last 3 s."""
+
+    at_s: float
+    robot: str
+    level_dbfs: float
+    floor_dbfs: float
+
+
+@dataclass(frozen=True)
+class StateChanged:
+    """A robot is at something else now: the state's name in docs/protocol.md, the same in words, and its task."""
+
+    at_s: float
+    robot: str
+    state: str
+    doing: str
+    task: int | None
+
+
+@dataclass(frozen=True)
 class Summary:
     tasks: int
     done: dict[str, str]
@@ -129,8 +150,11 @@ class Summary:
 
 Event = Started | Said | Heard | Garbled | Held | TaskChanged | Watered | Moved | Summary
 
+LiveEvent = Said | Heard | Garbled | Held | TaskChanged | Watered | Moved | Level | StateChanged
+"""What a daemon tells of its own robot; poses, and waterings' places, are then by its odometry."""
 
-def as_json(event: Event) -> dict[str, Any]:
+
+def as_json(event: Event | LiveEvent) -> dict[str, Any]:
     """The event as a JSON object, its kind under "event"."""
     return {"event": type(event).__name__.lower(), **asdict(event)}
 

@@ -13,7 +13,12 @@ from hvcpd.reporting.events import Event, as_json
 
 def line(event: Event) -> str:
     """The event as one line of strict JSON (RFC 8259) with a line break; what is not finite becomes null."""
-    return json.dumps(_finite(as_json(event)), allow_nan=False, default=float) + "\n"
+    return as_strict_json(as_json(event)) + "\n"
+
+
+def as_strict_json(value: Any) -> str:
+    """The value as strict JSON (RFC 8259) on one line, in ASCII; what is not finite becomes null."""
+    return json.dumps(_finite(value), allow_nan=False, default=float)
 
 
 def _finite(value: Any) -> Any:

@@ -1,0 +1,39 @@
+"""`hvcpctl stop`, `resume` and `reload`: a running robot is told to."""
+
+from __future__ import annotations
+
+import argparse
+import json
+import sys
+from contextlib import closing
+from typing import Any
+
+from hvcpd.control.daemon_client import find_daemon
+from hvcpd.errors import EX_OK
+
+
+def run(options: argparse.Namespace) -> int:
+    """Tell the robot, and say what became of it."""
+    with closing(find_daemon(options)) as daemon:
+        result = daemon.ask(options.command)
+        if options.json:
+            sys.stdout.write(json.dumps({"name": daemon.name, **result}) + "\n")
+        else:
+            sys.stdout.writelines(f"{line}\n" for line in _told(options.command, daemon.name, result))
+    return EX_OK
+
+
+def _told(command: str, name: str, result: dict[str, Any]) -> list[str]:
+    if command == "stop":
+        how = "was stopped already" if result["before"] else "stands still, and says so"
+        return [f"{name} {how}; `hvcpctl resume` lets it take on tasks again"]
+    if command == "resume":
+        return [f"{name} takes on tasks again" if result["before"] else f"{name} was not stopped"]
+    return _reloaded(name, result)
+
+
+def _reloaded(name: str, result: dict[str, Any]) -> list[str]:
+    lines = [f"{change['key']}: {change['before']} → {change['now']}" for change in result["changed"]]
+    if result["restart"]:
+        lines.append(f"needs a restart of {name}: {', '.join(result['restart'])}")
+    return lines or [f"{name}: nothing has changed"]

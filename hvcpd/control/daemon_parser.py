@@ -1,0 +1,52 @@
+"""The command line of what is asked of a running daemon; light, since every command builds the whole parser."""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Callable
+from pathlib import Path
+from typing import TypeAlias
+
+Commands: TypeAlias = "argparse._SubParsersAction[argparse.ArgumentParser]"
+Run = Callable[[argparse.Namespace], int]
+
+EXITS = (
+    "Exit status: 0 done, 1 not done (the daemon says why), 2 bad input, 3 no daemon runs, 4 no permission to ask it, "
+    "130 interrupted."
+)
+_WHICH = "Without --name the robot of the settings is meant, or else the only one that runs on this computer. "
+
+
+def add_daemon_commands(commands: Commands, lazy: Callable[[str], Run]) -> None:
+    """Add `status`, `tasks`, `stop`, `resume`, `reload` and `config`."""
+    status = _add(commands, "status", "show what a running robot is doing", lazy("status"), "hvcpctl status --watch")
+    _add_watch(status)
+    tasks = _add(commands, "tasks", "show the board: which tasks are open, claimed or done", lazy("status"))
+    _add_watch(tasks)
+    _add(commands, "stop", "halt a robot at once, until it is told to resume", lazy("bid"), "hvcpctl stop --name Rob")
+    _add(commands, "resume", "let a stopped robot take on tasks again", lazy("bid"))
+    _add(commands, "reload", "have a robot read its settings and tasks again", lazy("bid"))
+    config = _add(commands, "config", "show each setting and where it comes from", lazy("show_config"))
+    config.add_argument("--running", action="store_true", help="those of the running daemon, instead of a new one's")
+    config.add_argument("--changed", action="store_true", help="only those that are not the default")
+
+
+def add_which(command: argparse.ArgumentParser, name: bool = True) -> None:
+    """The options that say which daemon is meant."""
+    command.add_argument("--config", type=Path, metavar="FILE", help="settings file (default: /etc/hvcpd/hvcpd.yaml)")
+    if name:
+        command.add_argument("--name", metavar="NAME", help="which robot, if several run here")
+    command.add_argument("--socket", type=Path, metavar="FILE", help="this control socket, wherever it lies")
+
+
+def _add(commands: Commands, name: str, text: str, run: Run, example: str = "") -> argparse.ArgumentParser:
+    epilog = _WHICH + EXITS + (f" Example: {example}" if example else "")
+    command = commands.add_parser(name, help=text, description=text[0].upper() + text[1:] + ".", epilog=epilog)
+    add_which(command)
+    command.add_argument("--json", action="store_true", help="print one JSON object a line")
+    command.set_defaults(run=run)
+    return command
+
+
+def _add_watch(command: argparse.ArgumentParser) -> None:
+    command.add_argument("--watch", action="store_true", help="show it again every second, until interrupted")

@@ -1,0 +1,133 @@
+"""What `hvcpctl status` and `hvcpctl tasks` show to people, from the daemon's JSON."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from rich.console import Group, RenderableType
+from rich.padding import Padding
+from rich.table import Table
+from rich.text import Text
+
+from hvcpd.reporting.text import clean, number, plural
+
+WARN_BATTERY_V = 11.1
+"""A TurtleBot3's battery: nominal 11.1 V, cut off at 11.0 V (ROBOTIS e-Manual)."""
+
+_STATE_STYLES = {"done": "green", "claimed": "yellow", "failed": "red"}
+
+
+def status_screen(status: Mapping[str, Any]) -> RenderableType:
+    """The whole status: who, what it is doing, its body, and who is within earshot."""
+    head = Table.grid(expand=True)
+    head.add_column(ratio=1)
+    head.add_column(justify="right", no_wrap=True)
+    who = Text.assemble((clean(status["name"]), "bold"), f"  team {clean(status['team'])}, {clean(status['mode'])}")
+    head.add_row(who, Text(f"hvcpd {status['version']}, up {duration(status['uptime_s'])}", "dim"))
+    facts = Table.grid(padding=(0, 2))
+    facts.add_column(style="dim", no_wrap=True)
+    facts.add_column()
+    for label, value in _facts(status):
+        facts.add_row(label, value)
+    parts: list[RenderableType] = [head, Padding(facts, (0, 0, 0, 2))]
+    if status["stopped"]:
+        parts.insert(1, Text('STOPPED: stands until somebody says "resume", or hvcpctl resume', "bold red"))
+    parts.append(Padding(_peers(status["peers"]), (1, 0, 0, 2)))
+    return Group(*parts)
+
+
+def _facts(status: Mapping[str, Any]) -> list[tuple[str, RenderableType]]:
+    doing = clean(status["doing"])
+    if status["task"] is not None:
+        doing += f": task {status['task']['number']}, {clean(status['task']['name'])}"
+    if status["speaking"]:
+        doing += " (speaking)"
+    facts: list[tuple[str, RenderableType]] = [("Doing", doing), ("Tasks", _counts(status["tasks"]))]
+    pose = status["pose"]
+    if pose is not None and status["wheels"] is not None:
+        where = f"x {number(pose['x_m'])} m, y {number(pose['y_m'])} m, heading {number(pose['heading_deg'], 0)}°"
+        facts.append(("Place", where))
+    facts += [("Wheels", _wheels(status["wheels"])), ("Battery", _battery(status)), ("Sound", _sound(status["sound"]))]
+    if status["memory"]["lost"]:
+        lost = plural(status["memory"]["lost"], "record")
+        facts.append(("Memory", Text(f"{lost} not kept; see the log for the reason", "red")))
+    return facts
+
+
+def _counts(tasks: Mapping[str, int]) -> str:
+    order = ("open", "claimed", "done", "failed")
+    return ", ".join(f"{tasks[state]} {state}" for state in order if tasks.get(state)) or "none"
+
+
+def _wheels(wheels: Mapping[str, Any] | None) -> RenderableType:
+    if wheels is None:
+        return "none: the robot stands and talks"
+    if wheels["fault"] is not None:
+        return Text(f"no answer: {clean(wheels['fault'])}", "bold red")
+    return "turning" if wheels["turning"] else "standing"
+
+
+def _battery(status: Mapping[str, Any]) -> RenderableType:
+    voltage_v = status["battery_v"]
+    if voltage_v is None:
+        return Text("not measured", "dim")
+    low = voltage_v < WARN_BATTERY_V
+    return Text(f"{voltage_v:.1f} V" + (", charge it" if low else ""), "bold red" if low else "")
+
+
+def _sound(sound: Mapping[str, Any]) -> RenderableType:
+    if not sound["listening"]:
+        return Text("not listening", "bold red")
+    told = Text(f"{sound['level_dbfs']:.0f} dBFS now, {sound['floor_dbfs']:.0f} dBFS at the quietest; ")
+    lost = ", ".join(f"{name.replace('_', ' ')} {count}" for name, count in sound["lost"].items())
+    return told.append(f"lost: {lost}", "yellow") if lost else told.append("nothing lost")
+
+
+def _peers(peers: Sequence[Mapping[str, Any]]) -> RenderableType:
+    if not peers:
+        return Text("Nobody else was heard so far", "dim")
+    table = Table(box=None, padding=(0, 2, 0, 0), header_style="dim", pad_edge=False)
+    for title in ("Heard", "Team", "Last", "Sure", "SNR"):
+        table.add_column(title, justify="left" if title in ("Heard", "Team") else "right", no_wrap=True)
+    for peer in sorted(peers, key=lambda peer: float(peer["heard_ago_s"])):
+        snr = f"{peer['snr_db']:.0f} dB" if peer["snr_db"] is not None else "–"
+        team, ago = clean(peer["team"] or "–"), f"{duration(peer['heard_ago_s'])} ago"
+        style = "" if peer["present"] else "dim"
+        table.add_row(clean(peer["name"]), team, ago, f"{peer['confidence']:.0%}", snr, style=style)
+    return table
+
+
+def tasks_screen(tasks: Sequence[Mapping[str, Any]]) -> RenderableType:
+    """The board as a table."""
+    table = Table(box=None, padding=(0, 2, 0, 0), header_style="dim", pad_edge=False)
+    for title in ("No", "Task", "State", "By", ""):
+        table.add_column(title, justify="right" if title == "No" else "left", overflow="fold")
+    for task in tasks:
+        state = Text(task["state"], _STATE_STYLES.get(task["state"], ""))
+        table.add_row(str(task["number"]), clean(task["name"]), state, clean(task["owner"] or "–"), _remark(task))
+    return table
+
+
+def _remark(task: Mapping[str, Any]) -> str:
+    remarks = []
+    if task["hearsay"]:
+        remarks.append("by hearsay")
+    if task["lease_s"] is not None:
+        remarks.append(f"claim holds for {duration(task['lease_s'])}" if task["lease_s"] > 0 else "claim has lapsed")
+    if task["failed_by"]:
+        remarks.append(f"given up by {', '.join(map(clean, task['failed_by']))}")
+    if task["unable"]:
+        remarks.append("not for this robot")
+    return "; ".join(remarks)
+
+
+def duration(seconds: float) -> str:
+    """A length of time as people say it, in its two largest units: 3 h 12 min."""
+    left = max(round(seconds), 0)
+    parts: list[str] = []
+    for unit, length in (("d", 86400), ("h", 3600), ("min", 60), ("s", 1)):
+        count, left = divmod(left, length)
+        if count or (unit == "s" and not parts):
+            parts.append(f"{count} {unit}")
+    return " ".join(parts[:2])

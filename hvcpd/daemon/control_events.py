@@ -1,0 +1,136 @@
+"""What a daemon's robot does and hears, as the events that missions have too (hvcpd/reporting/events.py)."""
+
+from __future__ import annotations
+
+import math
+from collections import deque
+from collections.abc import Callable, Iterator, Sequence
+from typing import Any
+
+import numpy as np
+
+from hvcpd.coordination.actions import SaveTask
+from hvcpd.ports import SAMPLE_RATE_HZ, Pose, Samples
+from hvcpd.records import GarbledRecord, HeardRecord, HoldRecord, PerformedRecord, Record, SaidRecord
+from hvcpd.reporting.events import (
+    Garbled,
+    Heard,
+    Held,
+    Level,
+    LiveEvent,
+    Moved,
+    Said,
+    StateChanged,
+    TaskChanged,
+    Watered,
+)
+from hvcpd.robot import Robot
+
+PERIOD_S = 0.25
+"""Between two readings of the level, and of the pose: as fast as a person sees a meter move."""
+FLOOR_PERIODS = 12
+"""3 s, as the recogniser's own tracking of noise."""
+SILENCE_DBFS = -120.0
+"""Of digital silence: below one step of a 16-bit converter (-98 dBFS) by far."""
+MOVED_M, TURNED_RAD = 0.001, 0.002
+"""A pose that differs less is the same: the encoders' steps are 0.05 mm."""
+
+KINDS: dict[str, type] = {
+    each.__name__.lower(): each
+    for each in (Said, Heard, Garbled, Held, TaskChanged, Watered, StateChanged, Moved, Level)
+}
+"""The kinds of events by the names that they have as JSON."""
+FREQUENT = frozenset({"moved", "level"})
+"""Sent only to who asks for them by name."""
+
+
+class Meter:
+    """Level of the microphone, own voice included."""
+
+    def __init__(self) -> None:
+        self.level_dbfs = SILENCE_DBFS
+        self._power, self._count = 0.0, 0
+        self._recent: deque[float] = deque(maxlen=FLOOR_PERIODS)
+
+    @property
+    def floor_dbfs(self) -> float:
+        """The lowest level of the last 3 s."""
+        return min(self._recent, default=SILENCE_DBFS)
+
+    def take(self, heard: Samples) -> bool:
+        """Take a block of shape (n,), float32; True whenever a reading has become complete."""
+        self._power += float(np.dot(heard, heard))
+        self._count += heard.size
+        if self._count < PERIOD_S * SAMPLE_RATE_HZ:
+            return False
+        power = self._power / self._count
+        self.level_dbfs = max(10.0 * math.log10(power), SILENCE_DBFS) if power > 0.0 else SILENCE_DBFS
+        self._recent.append(self.level_dbfs)
+        self._power, self._count = 0.0, 0
+        return True
+
+
+class EventSource:
+    """Turns one robot's records into events; times are its sample clock's."""
+
+    def __init__(self, name: str, meter: Meter) -> None:
+        self._name = name
+        self._meter = meter
+        self._said = 0
+        self._state: tuple[str, int | None] | None = None
+        self._pose = Pose(math.inf, math.inf)
+
+    def of_step(self, robot: Robot, records: Sequence[Record], is_reading: bool) -> Iterator[LiveEvent]:
+        """The events of one block; `is_reading`: the meter has a new reading."""
+        for record in records:
+            event = self._of_record(record, robot)
+            if event is not None:
+                yield event
+        yield from self._state_change(robot)
+        if is_reading:
+            yield Level(robot.now, self._name, self._meter.level_dbfs, self._meter.floor_dbfs)
+            pose = robot.odometry.pose
+            if _differ(pose, self._pose):
+                self._pose = pose
+                yield Moved(robot.now, (pose,))
+
+    def _of_record(self, record: Record, robot: Robot) -> LiveEvent | None:
+        make = _MAKERS.get(type(record))
+        if isinstance(record, SaidRecord):
+            self._said += 1
+            return Said(
+                record.at_s, record.at_s + record.duration_s, self._said - 1, self._name, record.text, collided=False
+            )
+        return make(self._name, record, robot) if make is not None else None
+
+    def _state_change(self, robot: Robot) -> Iterator[LiveEvent]:
+        state = (robot.coordination.state.name, robot.coordination.task)
+        if state != self._state:
+            self._state = state
+            yield StateChanged(
+                robot.now, self._name, state[0].lower(), robot.coordination.state.value, robot.coordination.task
+            )
+
+
+def _heard(name: str, record: HeardRecord, _: Robot) -> LiveEvent:
+    speaker = record.utterance.speaker or "somebody"
+    return Heard(record.start_s, None, name, speaker, record.text, record.confidence, record.snr_db, words=record.words)
+
+
+def _performed(name: str, record: PerformedRecord, robot: Robot) -> LiveEvent:
+    pose = robot.odometry.pose
+    return Watered(record.at_s, name, record.task, pose.x_m, pose.y_m)
+
+
+_MAKERS: dict[type, Callable[[str, Any, Robot], LiveEvent]] = {
+    HeardRecord: _heard,
+    GarbledRecord: lambda name, record, _: Garbled(record.start_s, name),
+    HoldRecord: lambda name, record, _: Held(record.at_s, record.until_s, name),
+    SaveTask: lambda name, record, robot: TaskChanged(robot.now, name, record.number, record.state, record.owner),
+    PerformedRecord: _performed,
+}
+
+
+def _differ(one: Pose, other: Pose) -> bool:
+    moved_m = math.hypot(one.x_m - other.x_m, one.y_m - other.y_m)
+    return moved_m > MOVED_M or abs(one.heading_rad - other.heading_rad) > TURNED_RAD

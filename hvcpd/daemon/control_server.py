@@ -1,0 +1,182 @@
+"""The control socket's clients: each is served line by line, and none of them can hold up the robot.
+
+All of it runs in the event loop between two blocks of sound, so everything is bounded: clients, bytes of a line,
+requests a second, bytes that a client leaves unread.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import socket
+from collections.abc import Awaitable, Callable, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import structlog
+
+from hvcpd.daemon.control_protocol import (
+    MAX_LINE_BYTES,
+    RefusalError,
+    Request,
+    event_line,
+    id_of,
+    parse_request,
+    refusal_line,
+    reply_line,
+)
+from hvcpd.daemon.control_socket import BACKLOG, Caller, caller_of
+
+MAX_CLIENTS = 16
+"""A ROS bridge, a console with several windows, and people's commands."""
+MAX_FOLLOWERS = 12
+"""Of them so many may stay for events; the places that are left are for who has something to ask, such as to stop."""
+PAUSE_S = 0.01
+"""After each request of a client, so that 16 that ask without end take less than a tenth of a processor's time."""
+PATIENCE_S = 5.0
+"""A client that does not read its reply within so long is let go."""
+MAX_UNREAD_BYTES = 1 << 18
+"""256 KiB: many minutes of events; a client that lets more of them lie is let go."""
+FAREWELL_S = 0.5
+"""So long clients may read what they have been sent when the daemon ends."""
+
+_log = structlog.get_logger(__name__)
+
+
+@dataclass(eq=False)
+class Client:
+    """One connection."""
+
+    writer: asyncio.StreamWriter
+    caller: Caller
+    asked_s: float
+    """When it last asked something, by the event loop's clock."""
+    wanted: frozenset[str] = frozenset()
+    """The kinds of events that it follows."""
+
+    def send(self, line: bytes) -> bool:
+        """Have a line sent; False if the client has left too much unread, and is let go."""
+        if self.writer.transport.get_write_buffer_size() > MAX_UNREAD_BYTES:
+            self.writer.transport.abort()
+            return False
+        self.writer.write(line)
+        return True
+
+
+Serve = Callable[[Request, Client], Awaitable[Mapping[str, Any]]]
+"""Carries a request out; raises RefusalError."""
+
+
+class ControlServer:
+    """Serves the clients of a listening socket with `serve`; `hello` is what each is told first."""
+
+    def __init__(self, serve: Serve, hello: Callable[[], Mapping[str, Any]]) -> None:
+        self._serve = serve
+        self._hello = hello
+        self._server: asyncio.Server | None = None
+        self._clients: dict[Client, asyncio.Task[None]] = {}
+        self.dropped = 0
+        """Clients that were let go because they did not read."""
+
+    async def open(self, listener: socket.socket) -> None:
+        """Begin to serve."""
+        self._server = await asyncio.start_unix_server(
+            self._connected, sock=listener, limit=MAX_LINE_BYTES, backlog=BACKLOG
+        )
+
+    async def close(self) -> None:
+        """Serve nobody any more."""
+        if self._server is None:
+            return
+        self._server.close()
+        for client in self._clients:
+            client.writer.close()
+        if self._clients:
+            _, late = await asyncio.wait(self._clients.values(), timeout=FAREWELL_S)
+            for task in late:
+                task.cancel()
+
+    def followed(self, kind: str) -> bool:
+        """Whether somebody wants events of this kind."""
+        return any(kind in client.wanted for client in self._clients)
+
+    def publish(self, event: Mapping[str, Any]) -> None:
+        """Send an event to all who want its kind."""
+        kind = event["event"]
+        followers = [client for client in self._clients if kind in client.wanted]
+        if followers:
+            line = event_line(event)
+            for client in followers:
+                if not client.send(line):
+                    self._let_go(client)
+
+    def follow(self, client: Client, kinds: frozenset[str]) -> None:
+        """Let the client have events of these kinds from now on. Raises RefusalError if too many follow already."""
+        others = sum(bool(each.wanted) for each in self._clients if each is not client)
+        if kinds and others >= MAX_FOLLOWERS:
+            raise RefusalError("busy", f"{MAX_FOLLOWERS} programs follow this robot already; end one of them")
+        client.wanted = kinds
+
+    def _connected(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
+        now_s = asyncio.get_running_loop().time()
+        client = Client(writer, caller_of(writer.get_extra_info("socket")), now_s)
+        _log.debug("control client", pid=client.caller.pid, uid=client.caller.uid, gid=client.caller.gid)
+        if len(self._clients) >= MAX_CLIENTS:
+            self._make_room()
+        task = asyncio.get_running_loop().create_task(self._talk(client, reader))
+        self._clients[client] = task
+        task.add_done_callback(lambda done: self._gone(client, done))
+
+    def _make_room(self) -> None:
+        """Who asked something longest ago, and follows nothing, is most likely hanging."""
+        idle = min((c for c in self._clients if not c.wanted), key=lambda c: c.asked_s)
+        idle.send(refusal_line(None, RefusalError("busy", f"{MAX_CLIENTS} programs are connected, and others ask")))
+        idle.writer.close()
+        self._clients.pop(idle).cancel()
+
+    def _gone(self, client: Client, done: asyncio.Task[None]) -> None:
+        self._clients.pop(client, None)
+        client.writer.close()
+        error = None if done.cancelled() else done.exception()
+        if error is not None:  # our own mistake costs that client, not the robot
+            _log.error("control client failed", exc_info=error)
+
+    async def _talk(self, client: Client, reader: asyncio.StreamReader) -> None:
+        client.send(event_line(self._hello()))
+        try:
+            while await self._serve_line(client, reader):
+                async with asyncio.timeout(PATIENCE_S):
+                    await client.writer.drain()
+                await asyncio.sleep(PAUSE_S)
+        except TimeoutError:
+            client.writer.transport.abort()
+            self._let_go(client)
+        except ConnectionError:
+            return
+
+    def _let_go(self, client: Client) -> None:
+        self.dropped += 1
+        client.wanted = frozenset()
+        _log.warning("control client let go", reason="it does not read", pid=client.caller.pid, uid=client.caller.uid)
+
+    async def _serve_line(self, client: Client, reader: asyncio.StreamReader) -> bool:
+        """Whether more may come after this line."""
+        try:
+            line = await reader.readuntil(b"\n")
+        except asyncio.IncompleteReadError:
+            return False
+        except asyncio.LimitOverrunError:
+            text = f"a line has at most {MAX_LINE_BYTES} bytes"
+            client.send(refusal_line(None, RefusalError("too_long", text)))
+            return False
+        client.asked_s = asyncio.get_running_loop().time()
+        return client.send(await self._answer(client, line))
+
+    async def _answer(self, client: Client, line: bytes) -> bytes:
+        try:
+            request = parse_request(line)
+        except RefusalError as refusal:
+            return refusal_line(id_of(line), refusal)
+        try:
+            return reply_line(request.id, await self._serve(request, client))
+        except RefusalError as refusal:
+            return refusal_line(request.id, refusal)

@@ -1,0 +1,73 @@
+"""The control socket in a daemon's life: opened first, closed last, told of every step."""
+
+from __future__ import annotations
+
+import structlog
+
+from hvcpd.config.sources import Sourced
+from hvcpd.coordination import bidding
+from hvcpd.daemon.control_desk import Desk
+from hvcpd.daemon.control_events import FREQUENT, EventSource
+from hvcpd.daemon.control_server import ControlServer
+from hvcpd.daemon.control_socket import SocketFile, socket_path
+from hvcpd.daemon.control_status import Body
+from hvcpd.ports import Samples, WheelReading
+from hvcpd.reporting.events import as_json
+from hvcpd.robot import Robot, RobotOutput
+
+_log = structlog.get_logger(__name__)
+
+
+class ControlService:
+    """Lets other programs of this computer ask the daemon; without a socket the robot lives on all the same."""
+
+    def __init__(self, body: Body, sources: tuple[Sourced, ...] = ()) -> None:
+        self.body = body
+        self._desk = Desk(body, sources)
+        self._server = ControlServer(self._desk.serve, self._desk.hello)
+        self._desk.server = self._server
+        self._events = EventSource(body.outfit.settings.name, body.meter)
+        self._file: SocketFile | None = None
+
+    async def open(self) -> None:
+        """Begin to serve. Raises RunningError if another daemon has this one's socket."""
+        settings = self.body.outfit.settings
+        if not settings.control.enabled:
+            return
+        path = socket_path(settings)
+        self._file = SocketFile(path)
+        try:
+            await self._server.open(self._file.listen())
+        except OSError as error:
+            self._file.remove()
+            _log.warning(
+                "no control socket",
+                path=str(path),
+                reason=error.strerror or str(error),
+                remedy="make its folder, writable for the daemon's user, or set `control.socket` to another file",
+            )
+        else:
+            _log.info("control socket", path=str(path))
+
+    async def close(self) -> None:
+        """Serve nobody any more."""
+        await self._server.close()
+
+    def release(self) -> None:
+        """Let another daemon have this one's name."""
+        if self._file is not None:
+            self._file.remove()
+
+    def begin(self, robot: Robot) -> None:
+        """The robot is there, and can be asked."""
+        self.body.robot = robot
+        if self._desk.stop_at_start:
+            bidding.stop(robot.coordination, robot.now)
+
+    def note(self, robot: Robot, heard: Samples, reading: WheelReading | None, output: RobotOutput) -> None:
+        """Tell who listens of one step of the robot: `heard` went in, and `output` came out."""
+        self.body.heard |= heard.size > 0
+        self.body.take(reading)
+        is_reading = self.body.meter.take(heard) and any(map(self._server.followed, FREQUENT))
+        for event in self._events.of_step(robot, output.records, is_reading):
+            self._server.publish(as_json(event))

@@ -1,0 +1,134 @@
+"""The file of the control socket: where it lies, who may use it, and that only one daemon of a name has it."""
+
+from __future__ import annotations
+
+import fcntl
+import os
+import socket
+import stat
+import struct
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager, suppress
+from dataclasses import dataclass
+from pathlib import Path
+
+from hvcpd.config.settings import Settings
+from hvcpd.errors import RunningError
+
+SYSTEM_FOLDER = Path("/run/hvcpd")
+"""Where a service keeps its sockets, by the Filesystem Hierarchy Standard; systemd or the package makes it."""
+
+MODE = 0o660
+"""Owner and group: whoever may command the robot is put into the group."""
+
+BACKLOG = 8
+"""Connections that may wait to be accepted."""
+
+
+@dataclass(frozen=True)
+class Caller:
+    """Who is at the other end of a connection, as the kernel says (SO_PEERCRED, unix(7))."""
+
+    pid: int
+    uid: int
+    gid: int
+
+
+def socket_folders(settings: Settings, environment: Mapping[str, str] = os.environ) -> tuple[Path, ...]:
+    """The usual places of the socket, first the one that the daemon of these settings takes if it can."""
+    given = [Path(folder) for folder in environment.get("RUNTIME_DIRECTORY", "").split(":") if folder]
+    return (*given[:1], SYSTEM_FOLDER, settings.state_dir)
+
+
+def socket_name(name: str) -> str:
+    """The file name of the socket of the robot of that name."""
+    return f"{name.lower()}.sock"
+
+
+def socket_path(settings: Settings, environment: Mapping[str, str] = os.environ) -> Path:
+    """Where the daemon of these settings has its socket."""
+    if settings.control.socket is not None:
+        return settings.control.socket
+    folders = socket_folders(settings, environment)
+    usable = (folder for folder in folders if folder.is_dir() and os.access(folder, os.W_OK | os.X_OK))
+    return next(usable, settings.state_dir) / socket_name(settings.name)
+
+
+class SocketFile:
+    """A listening socket and the lock beside it, which is held as long as this process lives."""
+
+    def __init__(self, path: Path) -> None:
+        self.path = path
+        self._lock: int | None = None
+        self._made = False
+
+    def listen(self) -> socket.socket:
+        """The listening socket; a file that a daemon left which is no more is replaced.
+
+        Raises RunningError if a daemon has it, OSError if it cannot be made.
+        """
+        self.path.parent.mkdir(parents=True, exist_ok=True)
+        self._take_lock()
+        self._remove_stale()
+        listener = socket.socket(socket.AF_UNIX, socket.SOCK_STREAM)
+        try:
+            with short_address(self.path) as address:
+                listener.bind(address)
+            self._made = True
+            self.path.chmod(MODE)  # nobody can connect before `listen`, so nobody slips in
+            listener.listen(BACKLOG)
+        except OSError:
+            listener.close()
+            raise
+        return listener
+
+    def remove(self) -> None:
+        """Take the file away and let go of the lock; the lock's own file stays, so that nobody locks another one."""
+        if self._made:
+            with suppress(OSError):
+                self.path.unlink()
+            self._made = False
+        if self._lock is not None:
+            os.close(self._lock)
+            self._lock = None
+
+    def _take_lock(self) -> None:
+        flags = os.O_RDWR | os.O_CREAT | os.O_CLOEXEC | os.O_NOFOLLOW
+        self._lock = os.open(self.path.with_name(self.path.name + ".lock"), flags, 0o600)
+        try:
+            fcntl.flock(self._lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except BlockingIOError:
+            os.close(self._lock)
+            self._lock = None
+            raise RunningError(
+                f"a robot of this name runs on this computer already (it has {self.path}); stop it, or give this one "
+                "another name with --name NAME"
+            ) from None
+
+    def _remove_stale(self) -> None:
+        try:
+            status = self.path.lstat()
+        except FileNotFoundError:
+            return
+        if not stat.S_ISSOCK(status.st_mode):
+            raise FileExistsError(None, "something that is no socket lies there; move it away", str(self.path))
+        self.path.unlink()
+
+
+@contextmanager
+def short_address(path: Path) -> Iterator[str]:
+    """An address for `bind` and `connect` that is short however long the path: AF_UNIX takes 107 bytes (unix(7)).
+
+    Raises OSError if the folder is not there.
+    """
+    folder = os.open(path.parent, os.O_PATH | os.O_DIRECTORY | os.O_CLOEXEC)
+    try:
+        yield f"/proc/self/fd/{folder}/{path.name}"
+    finally:
+        os.close(folder)
+
+
+def caller_of(connection: socket.socket) -> Caller:
+    """Who has connected."""
+    size = struct.calcsize("3i")
+    return Caller(*struct.unpack("3i", connection.getsockopt(socket.SOL_SOCKET, socket.SO_PEERCRED, size)))

@@ -1,0 +1,149 @@
+"""What a daemon tells of itself when it is asked: its robot, its board and its body, as JSON has them."""
+
+from __future__ import annotations
+
+import math
+import os
+import time
+from collections import Counter
+from dataclasses import asdict, dataclass, field
+from typing import Any
+
+from hvcpd import __version__
+from hvcpd.coordination.board import Entry
+from hvcpd.coordination.peers import Peer
+from hvcpd.coordination.table import State
+from hvcpd.daemon.control_events import Meter
+from hvcpd.daemon.journal_service import JournalService
+from hvcpd.daemon.outfit import Outfit
+from hvcpd.daemon.sound_service import SoundService
+from hvcpd.daemon.wheel_service import WheelService
+from hvcpd.ports import STANDSTILL, WheelReading
+from hvcpd.robot import Robot
+
+
+@dataclass
+class Body:
+    """The parts of a daemon that there are so far; what is still None is being started."""
+
+    outfit: Outfit
+    journal: JournalService
+    meter: Meter = field(default_factory=Meter)
+    robot: Robot | None = None
+    sound: SoundService | None = None
+    wheels: WheelService | None = None
+    heard: bool = False
+    """Sound has come."""
+    voltage_v: float | None = None
+    """Of the battery, as the wheels measured it last."""
+    began_s: float = field(default_factory=time.monotonic)
+    """When the daemon was started, by the monotonic clock."""
+
+    def take(self, reading: WheelReading | None) -> None:
+        """Note what the wheels have measured."""
+        if reading is not None and reading.voltage_v is not None:
+            self.voltage_v = reading.voltage_v
+
+
+def status_of(body: Body) -> dict[str, Any]:
+    """All that `hvcpctl status` shows; docs/control.md lists the fields."""
+    settings = body.outfit.settings
+    return {
+        "name": settings.name,
+        "team": settings.team,
+        "mode": settings.mode,
+        "version": __version__,
+        "pid": os.getpid(),
+        "uptime_s": round(time.monotonic() - body.began_s, 1),
+        "wall_s": round(time.time(), 3),
+        **_conversation(body),
+        "battery_v": body.voltage_v,
+        "sound": _sound(body),
+        "wheels": _wheels(body),
+        "memory": {"file": str(body.outfit.memory_path), "lost": body.journal.lost},
+    }
+
+
+def tasks_of(body: Body, now: float) -> list[dict[str, Any]]:
+    """The board, as this robot knows it, by number."""
+    robot = body.robot
+    if robot is None:
+        return []
+    entries = sorted(robot.coordination.board.entries(), key=lambda entry: entry.definition.number)
+    return [_task(entry, robot, now) for entry in entries]
+
+
+def _conversation(body: Body) -> dict[str, Any]:
+    robot = body.robot
+    if robot is None:
+        nothing = {"now_s": 0.0, "pose": None, "stopped": body.journal.stopped, "speaking": False}
+        return {"state": "starting", "doing": "is starting", **nothing, "task": None, "tasks": {}, "peers": []}
+    c, now = robot.coordination, robot.now
+    task = body.outfit.tasks.by_number(c.task) if c.task is not None else None
+    pose = robot.odometry.pose
+    return {
+        "state": c.state.name.lower(),
+        "doing": c.state.value,
+        "now_s": round(now, 3),
+        "pose": {
+            "x_m": round(pose.x_m, 3),
+            "y_m": round(pose.y_m, 3),
+            "heading_deg": round(math.degrees(pose.heading_rad), 1),
+        },
+        "stopped": c.state is State.STOPPED,
+        "speaking": robot.speaking,
+        "task": {"number": task.number, "name": task.name} if task is not None else None,
+        "tasks": dict(Counter(entry.state for entry in c.board.entries())),
+        "peers": [_peer(peer, c.peers.is_present(peer.name, now), now) for peer in c.peers.all()],
+    }
+
+
+def _peer(peer: Peer, is_present: bool, now: float) -> dict[str, Any]:
+    return {
+        "name": peer.name,
+        "team": peer.team,
+        "present": is_present,
+        "heard_ago_s": round(now - peer.last_heard_s, 1),
+        "confidence": round(peer.confidence, 3),
+        "snr_db": round(peer.snr_db, 1) if peer.snr_db is not None else None,
+    }
+
+
+def _sound(body: Body) -> dict[str, Any]:
+    lost = {name: count for name, count in asdict(body.sound.counters).items() if count} if body.sound else {}
+    return {
+        "listening": body.heard and (body.sound is None or body.sound.flowing),
+        "level_dbfs": round(body.meter.level_dbfs, 1),
+        "floor_dbfs": round(body.meter.floor_dbfs, 1),
+        "lost": lost,
+    }
+
+
+def _wheels(body: Body) -> dict[str, Any] | None:
+    if body.wheels is None:
+        return None
+    wanted = body.wheels.wanted
+    return {
+        "driver": body.outfit.settings.wheels.driver,
+        "fault": body.wheels.fault,
+        "turning": wanted != STANDSTILL,
+        "left_rad_s": round(wanted.left_rad_s, 3),
+        "right_rad_s": round(wanted.right_rad_s, 3),
+    }
+
+
+def _task(entry: Entry, robot: Robot, now: float) -> dict[str, Any]:
+    definition = entry.definition
+    place = definition.place
+    claimed = entry.state == "claimed"
+    return {
+        "number": definition.number,
+        "name": definition.name,
+        "state": entry.state,
+        "owner": entry.owner,
+        "hearsay": entry.hearsay,
+        "lease_s": round(max(entry.lease_end_s - now, 0.0), 1) if claimed else None,
+        "failed_by": sorted(entry.failed_by),
+        "unable": definition.number in robot.coordination.role.unable,
+        "place": {"x_m": place.x_m, "y_m": place.y_m} if place is not None else None,
+    }

@@ -1,0 +1,209 @@
+"""The commands that ask a running daemon, over a real socket, as people type them."""
+
+from __future__ import annotations
+
+import asyncio
+import io
+import json
+import os
+import socket
+import threading
+from collections.abc import Callable, Iterator
+from contextlib import suppress
+from pathlib import Path
+
+import pytest
+import structlog
+
+from hvcpd.control.cli import main
+from hvcpd.control.status_screen import duration
+from hvcpd.coordination.table import State
+from hvcpd.daemon.control_socket import SYSTEM_FOLDER
+from hvcpd.daemon.telling import set_up_logging
+from tests.control.conftest import Refuse
+from tests.daemon.control_bench import ControlBench
+
+TICK_S = 0.002
+"""Real time between two blocks."""
+
+
+class RunningRobot:
+    """A robot that lives in a thread of its own, faster than in real time."""
+
+    def __init__(self, directory: Path) -> None:
+        self.directory = directory
+        self._ready = threading.Event()
+        self._thread = threading.Thread(target=lambda: asyncio.run(self._live()))
+
+    def __enter__(self) -> RunningRobot:
+        self._thread.start()
+        assert self._ready.wait(30.0)
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._loop.call_soon_threadsafe(self._ending.set)
+        self._thread.join()
+
+    async def _live(self) -> None:
+        self._loop, self._ending = asyncio.get_running_loop(), asyncio.Event()
+        self.bench = ControlBench(self.directory)
+        await self.bench.open()
+        self._ready.set()
+        while not self._ending.is_set():
+            await self.bench.live(blocks=2)
+            with suppress(TimeoutError):
+                await asyncio.wait_for(self._ending.wait(), TICK_S)
+        await self.bench.close()
+
+    @property
+    def state(self) -> State:
+        return self.bench.bench.robot.coordination.state
+
+
+@pytest.fixture(scope="module")
+def robot(tmp_path_factory: pytest.TempPathFactory) -> Iterator[RunningRobot]:
+    set_up_logging("info", io.StringIO())
+    with RunningRobot(tmp_path_factory.mktemp("robot")) as running:
+        yield running
+    structlog.reset_defaults()
+
+
+Ctl = Callable[..., str]
+
+
+@pytest.fixture
+def ctl(robot: RunningRobot, capsys: pytest.CaptureFixture[str]) -> Ctl:
+    """Run `hvcpctl` on the settings of that robot, successfully; what it printed."""
+    config = robot.directory / "hvcpd.yaml"
+    config.write_text("name: Rob\ntasks: tasks.yaml\nstate_dir: state\n")
+
+    def call(*arguments: str, status: int = 0) -> str:
+        assert main([*arguments, "--config", str(config)]) == status, capsys.readouterr().err
+        out, err = capsys.readouterr()
+        return err if status else out
+
+    return call
+
+
+def test_status_for_people_and_for_programs(ctl: Ctl) -> None:
+    screen = ctl("status")
+    assert screen.startswith("Rob  team plant, volunteer")
+    assert all(len(line) <= 80 for line in screen.splitlines())
+    assert "11.9 V" in screen
+    status = json.loads(ctl("status", "--json"))
+    assert (status["name"], status["sound"]["level_dbfs"]) == ("Rob", -20.0)
+
+
+def test_the_board(ctl: Ctl) -> None:
+    assert "water the green rose" in ctl("tasks")
+    assert json.loads(ctl("tasks", "--json"))["tasks"][0]["number"] == 1
+
+
+def test_stop_and_resume(ctl: Ctl, robot: RunningRobot) -> None:
+    assert "stands still" in ctl("stop")
+    assert robot.state is State.STOPPED
+    assert "STOPPED" in ctl("status")
+    assert "already" in ctl("stop")
+    assert json.loads(ctl("resume", "--json")) == {"name": "Rob", "stopped": False, "before": True}
+    assert robot.state is not State.STOPPED
+    assert "was not stopped" in ctl("resume")
+
+
+def test_say_goes_through_the_robot_whose_name_is_in_it(ctl: Ctl) -> None:
+    assert ctl("say", "hi bot i am rob what are you doing") == "Rob says: Hi Bot, I am Rob, what are you doing\n"
+    assert json.loads(ctl("say", "stop", "--json"))["text"] == "Stop"
+    assert "only when it is so" in ctl("say", "Hi all, I am Rob, task one complete", status=1)
+    assert "not in the phrasebook" in ctl("say", "Hi Bot, I am Rob, dance", status=2)
+    assert "this robot is Rob" in ctl("say", "Hi Rob, I am Bot, stop", "--name", "Rob", status=1)
+
+
+@pytest.mark.slow
+def test_say_with_an_output_or_in_another_name_makes_the_sound_itself(ctl: Ctl, tmp_path: Path) -> None:
+    told = json.loads(ctl("say", "Hi Bot, I am Rob, stop", "-o", str(tmp_path / "x.wav"), "--json"))
+    assert (tmp_path / "x.wav").stat().st_size > 2 * 8000 * told["duration_s"]
+    assert told["text"] == "Hi Bot, I am Rob, stop"
+    assert "loudspeaker" in ctl("say", "Hi Rob, I am Bot, stop", status=2)
+    assert "loudspeaker" in ctl("say", "Hi Bot, I am Rob, stop", "--local", status=2)
+
+
+def test_the_transcript_is_the_daemons_where_one_runs(
+    ctl: Ctl, robot: RunningRobot, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    ctl("say", "Hi Bot, I am Rob, what is left")
+    (tmp_path / "hvcpd.yaml").write_text(f"state_dir: {tmp_path}\n")  # with no memory in it
+    assert main(["transcript", "--config", str(tmp_path / "hvcpd.yaml"), "--socket", str(robot.bench.path)]) == 0
+    assert "Hi Bot, I am Rob, what is left" in capsys.readouterr().out
+    assert "Hi Bot, I am Rob, what is left" in ctl("transcript")
+    assert json.loads(ctl("transcript", "--json").splitlines()[0])["number"] == 1
+    assert ctl("transcript", "--since", "2999-01-01") == ""
+    assert json.loads(ctl("audit", "--json"))["sentences"]["Rob"] > 0
+
+
+def test_settings_with_their_sources(ctl: Ctl, robot: RunningRobot) -> None:
+    assert "hvcpd.yaml:1\n" in ctl("config", "--changed")
+    running = [json.loads(line) for line in ctl("config", "--running", "--json").splitlines()]
+    assert {"key": "name", "value": "Rob", "source": "--name"} in running
+    assert len(running) == len(ctl("config").splitlines())
+
+
+def test_no_daemon_is_status_3_and_says_who_does_run(ctl: Ctl, robot: RunningRobot, tmp_path: Path) -> None:
+    text = ctl("status", "--name", "Bot", status=3)
+    assert "Bot does not run here" in text
+    assert "running here: rob" in text
+    assert "no daemon answers" in ctl("stop", "--socket", str(tmp_path / "none.sock"), status=3)
+
+
+def test_faults_of_the_settings_keep_nobody_from_stopping(robot: RunningRobot, tmp_path: Path) -> None:
+    config = tmp_path / "hvcpd.yaml"
+    config.write_text("nmae: Rob\n")
+    file = str(robot.bench.path)
+    assert main(["stop", "--config", str(config), "--socket", file]) == 0
+    assert robot.state is State.STOPPED
+    assert main(["resume", "--config", str(config), "--socket", file]) == 0
+
+
+@pytest.mark.skipif(os.getuid() == 0, reason="root may ask every daemon")
+def test_no_permission_is_status_4_and_names_the_group(ctl: Ctl, robot: RunningRobot) -> None:
+    robot.bench.path.chmod(0)
+    assert "usermod" in ctl("status", status=4)
+    robot.bench.path.chmod(0o660)
+
+
+def test_without_a_name_the_only_robot_is_meant(robot: RunningRobot, tmp_path: Path, refused: Refuse) -> None:
+    config = tmp_path / "hvcpd.yaml"
+    config.write_text(f"state_dir: {robot.directory / 'state'}\n")
+    if any(SYSTEM_FOLDER.glob("*.sock")):
+        pytest.skip("another robot runs on this computer")
+    assert main(["tasks", "--config", str(config)]) == 0
+    with socket.socket(socket.AF_UNIX) as other:
+        other.bind(str(robot.directory / "state" / "bot.sock"))
+        other.listen()
+        text = refused("tasks", "--config", config)
+    (robot.directory / "state" / "bot.sock").unlink()
+    assert "choose one with --name" in text
+
+
+def test_a_daemon_that_does_not_answer_is_told(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    with socket.socket(socket.AF_UNIX) as silent:
+        silent.bind(str(tmp_path / "s"))
+        silent.listen()
+        thread = threading.Thread(target=lambda: silent.accept()[0].close())
+        thread.start()
+        assert main(["status", "--socket", str(tmp_path / "s")]) == 3
+        thread.join()
+    assert "has ended" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("seconds", "text"),
+    [
+        (0.4, "0 s"),
+        (59, "59 s"),
+        (61, "1 min 1 s"),
+        (3600, "1 h"),
+        (3 * 3600 + 12 * 60 + 5, "3 h 12 min"),
+        (90000, "1 d 1 h"),
+    ],
+)
+def test_lengths_of_time(seconds: float, text: str) -> None:
+    assert duration(seconds) == text

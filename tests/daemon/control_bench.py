@@ -1,0 +1,149 @@
+"""A daemon's control socket around a robot that is told what it hears: no sound card, no serial port, no waiting."""
+
+from __future__ import annotations
+
+import asyncio
+import json
+from collections.abc import AsyncIterator, Coroutine
+from contextlib import asynccontextmanager, suppress
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from hvcpd.config.settings import load_with_sources
+from hvcpd.config.tasks import Forward
+from hvcpd.daemon.control_service import ControlService
+from hvcpd.daemon.control_socket import short_address
+from hvcpd.daemon.control_status import Body
+from hvcpd.daemon.journal_service import JournalService
+from hvcpd.daemon.outfit import equip
+from hvcpd.daemon.wheel_service import WheelService
+from hvcpd.ports import WheelCommand, WheelReading
+from hvcpd.recognition.events import Event
+from tests.test_robot_hold import BLOCK, Bench
+
+ONE_TASK = "tasks:\n- {number: 1, name: water the green rose, place: {x_m: 0, y_m: 0}, actions: [{forward: 1}]}\n"
+
+
+def run(scene: Coroutine[Any, Any, None]) -> None:
+    asyncio.run(asyncio.wait_for(scene, 30.0))
+
+
+@dataclass
+class NotedWheels:
+    """Wheels that turn as they are told, and keep what they were told."""
+
+    told: list[WheelCommand] = field(default_factory=list)
+
+    def open(self) -> None:
+        """Nothing to open."""
+
+    def exchange(self, command: WheelCommand) -> WheelReading:
+        self.told.append(command)
+        return WheelReading(0.0, 0.0, voltage_v=11.9)
+
+    def close(self) -> None:
+        """Nothing to close."""
+
+
+class Talk:
+    """A client that writes what it likes, and reads lines."""
+
+    def __init__(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
+        self.reader, self.writer = reader, writer
+
+    async def line(self) -> dict[str, Any] | None:
+        """The next line; None when the daemon has hung up."""
+        try:
+            raw = await self.reader.readline()
+        except ConnectionError:
+            return None
+        return dict(json.loads(raw)) if raw else None
+
+    async def ask(self, command: str, **arguments: object) -> dict[str, Any]:
+        """The reply to a request, whatever events come before it."""
+        return await self.say(json.dumps({"command": command, **arguments}).encode() + b"\n")
+
+    async def say(self, raw: bytes) -> dict[str, Any]:
+        """The reply to these bytes."""
+        self.writer.write(raw)
+        while True:
+            line = await self.line()
+            assert line is not None, "the daemon has hung up"
+            if "ok" in line:
+                return line
+
+    async def hang_up(self) -> None:
+        self.writer.close()
+        with suppress(ConnectionError):
+            await self.writer.wait_closed()
+
+
+class ControlBench:
+    """The service, the robot behind it, and clients."""
+
+    def __init__(self, directory: Path, **more: object) -> None:
+        (directory / "tasks.yaml").write_text(ONE_TASK)
+        given = {"name": "Rob", "tasks": str(directory / "tasks.yaml"), "state_dir": str(directory / "state")}
+        loaded = load_with_sources(None, given | more, system_path=directory / "none.yaml", environment={})
+        self.bench = Bench(Forward(1.0))
+        self.wheels = NotedWheels()
+        outfit = equip(loaded.settings)
+        self.journal = JournalService(outfit)
+        self.body = Body(outfit, self.journal)
+        self.service = ControlService(self.body, loaded.sources)
+        self.path = loaded.settings.control.socket or directory / "state" / "rob.sock"
+
+    async def open(self, with_robot: bool = True) -> None:
+        await self.service.open()
+        await self.journal.open()
+        if with_robot:
+            self.begin()
+
+    def begin(self) -> None:
+        self.service.begin(self.bench.robot)
+        self.body.wheels = WheelService(self.wheels)
+
+    async def close(self) -> None:
+        await self.service.close()
+        if self.body.wheels is not None:
+            await self.body.wheels.close()
+        await self.journal.close()
+        self.service.release()
+
+    async def live(self, *events: Event, blocks: int = 1) -> None:
+        """Some blocks, after the first of which these events are known."""
+        robot, wheels = self.bench.robot, self.body.wheels
+        self.bench.ears.coming += events
+        for _ in range(blocks):
+            heard = np.full(BLOCK, 0.1, np.float32)
+            reading = wheels.take_reading() if wheels is not None else None
+            output = robot.step(heard, reading)
+            if wheels is not None:
+                wheels.serve(output.wheels, robot.now)
+                await wheels.settled()
+            self.journal.write(output.records, robot.now)
+            self.service.note(robot, heard, reading, output)
+            await asyncio.sleep(0)
+
+    async def connect(self) -> Talk:
+        """A client, and its first line read."""
+        with short_address(self.path) as address:
+            talk = Talk(*await asyncio.open_unix_connection(address))
+        first = await talk.line()
+        assert first is not None
+        assert first["event"] == "hello"
+        return talk
+
+
+@asynccontextmanager
+async def control(directory: Path, with_robot: bool = True, **more: object) -> AsyncIterator[ControlBench]:
+    """A bench that is open meanwhile."""
+    bench = ControlBench(directory, **more)
+    await bench.open(with_robot)
+    try:
+        yield bench
+    finally:
+        await bench.close()

@@ -1,0 +1,346 @@
+"""The control socket of a daemon: what it tells and does, and what bad clients cannot do."""
+
+from __future__ import annotations
+
+import asyncio
+import json
+import os
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+from hypothesis import given
+from hypothesis import settings as examples
+from hypothesis import strategies as st
+from structlog.testing import capture_logs
+
+from hvcpd import __version__
+from hvcpd.coordination.bidding import MAX_BIDS
+from hvcpd.coordination.table import State
+from hvcpd.daemon.control_protocol import MAX_LINE_BYTES
+from hvcpd.daemon.control_server import MAX_CLIENTS, MAX_FOLLOWERS, MAX_UNREAD_BYTES
+from hvcpd.errors import RunningError
+from hvcpd.ports import STANDSTILL, WheelCommand
+from hvcpd.recognition.events import Garbled, Recognised
+from tests.daemon.control_bench import ControlBench, Talk, control, run
+
+ORDER = tuple("hi rob i am bot water the green rose".split())
+
+
+def heard(words: tuple[str, ...] = ORDER) -> Recognised:
+    return Recognised(words, "oak", 0, 8000, 0.95, 20.0, ())
+
+
+def test_status_tells_who_it_is_and_what_it_does(tmp_path: Path) -> None:
+    async def scene() -> None:
+        async with control(tmp_path) as bench:
+            await bench.live(heard(), blocks=12)
+            talk = await bench.connect()
+            reply = await talk.say(b'{"id": 7, "command": "status"}\n')
+            assert reply["id"] == 7
+            status = reply["result"]
+            assert (status["name"], status["team"], status["version"]) == ("Rob", "plant", __version__)
+            assert status["pid"] == os.getpid()
+            assert status["tasks"] == {"open": 1}
+            assert status["peers"][0] | {"heard_ago_s": 0} == {
+                "name": "Bot",
+                "team": None,
+                "present": True,
+                "heard_ago_s": 0,
+                "confidence": 0.95,
+                "snr_db": 20.0,
+            }
+            assert status["sound"]["level_dbfs"] == -20.0
+            assert status["battery_v"] == 11.9
+            assert status["wheels"]["fault"] is None
+            board = (await talk.ask("tasks"))["result"]["tasks"]
+            assert [(task["number"], task["name"], task["state"]) for task in board] == [
+                (1, "water the green rose", "open")
+            ]
+            await talk.hang_up()
+
+    run(scene())
+
+
+def test_stop_halts_the_wheels_before_the_next_block_and_is_said_aloud(tmp_path: Path) -> None:
+    async def scene() -> None:
+        async with control(tmp_path) as bench:
+            wheels = bench.body.wheels
+            assert wheels is not None
+            wheels.serve(WheelCommand(3.0, 3.0), 0.0)
+            await wheels.settled()
+            assert bench.wheels.told[-1] == WheelCommand(3.0, 3.0)
+            talk = await bench.connect()
+            assert (await talk.ask("stop"))["result"] == {"stopped": True, "before": False}
+            await wheels.settled()
+            assert bench.wheels.told[-1] == STANDSTILL
+            assert bench.bench.robot.coordination.state is State.STOPPED
+            await talk.ask("subscribe", events=["said"])
+            await bench.live(blocks=60)
+            said = await talk.line()
+            assert said is not None
+            assert said["text"] == "Hi all, I am Rob, I have stopped"
+            assert (await talk.ask("stop"))["result"]["before"] is True
+            assert (await talk.ask("resume"))["result"] == {"stopped": False, "before": True}
+            assert (await talk.ask("resume"))["result"] == {"stopped": False, "before": False}
+            await talk.hang_up()
+
+    run(scene())
+
+
+def test_a_stop_before_the_robot_is_there_is_not_forgotten(tmp_path: Path) -> None:
+    async def scene() -> None:
+        async with control(tmp_path, with_robot=False) as bench:
+            talk = await bench.connect()
+            assert (await talk.ask("status"))["result"]["state"] == "starting"
+            assert (await talk.ask("tasks"))["error"]["code"] == "starting"
+            assert (await talk.ask("stop"))["ok"]
+            bench.begin()
+            assert (await talk.ask("status"))["result"]["stopped"] is True
+            await talk.hang_up()
+
+    run(scene())
+
+
+def test_sentences_are_said_in_turn_and_only_those_that_are_true(tmp_path: Path) -> None:
+    async def scene() -> None:
+        async with control(tmp_path) as bench:
+            talk = await bench.connect()
+            await talk.ask("subscribe", events=["said"])
+            asked = await talk.ask("say", text="hi bot, i am rob, what are you doing")
+            assert asked["result"] == {"text": "Hi Bot, I am Rob, what are you doing"}
+            await bench.live(blocks=200)
+            said = await talk.line()
+            assert said is not None
+            assert said["text"] == "Hi Bot, I am Rob, what are you doing"
+            for text, code in (
+                ("hi rob, i am bot, water the green rose", "refused"),
+                ("hi all, i am rob, task one complete", "refused"),
+                ("hi all, i am rob, i have stopped", "refused"),
+                ("open the pod bay doors", "not_in_phrasebook"),
+                ("", "bad_argument"),
+                ("x" * 300, "bad_argument"),
+            ):
+                assert (await talk.ask("say", text=text))["error"]["code"] == code
+            for _ in range(MAX_BIDS):
+                assert (await talk.ask("say", text="hi bot, i am rob, what is left"))["ok"]
+            assert "wait to be said" in (await talk.ask("say", text="stop"))["error"]["text"]
+            await talk.hang_up()
+
+    run(scene())
+
+
+def test_events_come_to_who_wants_them_and_readings_only_by_name(tmp_path: Path) -> None:
+    async def scene() -> None:
+        async with control(tmp_path) as bench:
+            everything, levels, nothing = [await bench.connect() for _ in range(3)]
+            assert "level" not in (await everything.ask("subscribe"))["result"]["events"]
+            await levels.ask("subscribe", events=["level"])
+            await bench.live(heard(), Garbled(8000, 9000), blocks=12)
+            kinds = [(await everything.line() or {})["event"] for _ in range(3)]
+            assert kinds[:2] == ["heard", "garbled"]
+            assert kinds[2] == "statechanged"
+            level = await levels.line()
+            assert level is not None
+            assert (level["event"], level["level_dbfs"]) == ("level", pytest.approx(-20.0, abs=1e-4))
+            bad = await nothing.ask("subscribe", events=["herd"])
+            assert "did you mean 'heard'" in bad["error"]["text"]
+            assert (await nothing.ask("subscribe", events=[[]]))["error"]["code"] == "bad_argument"
+            assert (await nothing.ask("status"))["ok"], "nothing else came before it"
+            for talk in (everything, levels, nothing):
+                await talk.hang_up()
+
+    run(scene())
+
+
+def test_the_transcript_comes_in_pages(tmp_path: Path) -> None:
+    async def scene() -> None:
+        async with control(tmp_path) as bench:
+            for _ in range(5):
+                await bench.live(heard(), blocks=2)
+            talk = await bench.connect()
+            first = (await talk.ask("transcript", limit=2))["result"]["rows"]
+            rest = (await talk.ask("transcript", after=first[-1]["number"]))["result"]["rows"]
+            assert [row["number"] for row in first + rest] == [1, 2, 3, 4, 5]
+            assert first[0]["text"] == "Hi Rob, I am Bot, water the green rose"
+            assert (await talk.ask("transcript", since_s=2.0**52))["result"]["rows"] == []
+            assert (await talk.ask("transcript", limit=0))["error"]["code"] == "bad_argument"
+            assert (await talk.ask("transcript", after=-1))["error"]["code"] == "bad_argument"
+            await talk.hang_up()
+
+    run(scene())
+
+
+def test_settings_come_with_their_sources(tmp_path: Path) -> None:
+    async def scene() -> None:
+        async with control(tmp_path) as bench:
+            talk = await bench.connect()
+            settings = {each["key"]: each for each in (await talk.ask("config"))["result"]["settings"]}
+            assert settings["name"] == {"key": "name", "value": "Rob", "source": "--name"}
+            assert settings["mode"]["source"] == "default"
+            await talk.hang_up()
+
+    run(scene())
+
+
+async def lives_on(bench: ControlBench, other: Talk) -> None:
+    """The robot takes its blocks, and another client is served."""
+    await bench.live(blocks=2)
+    assert (await other.ask("status"))["ok"]
+
+
+def test_who_does_not_read_is_let_go_and_holds_nobody_up(tmp_path: Path) -> None:
+    async def scene() -> None:
+        async with control(tmp_path) as bench:
+            deaf, other = await bench.connect(), await bench.connect()
+            await deaf.ask("subscribe", events=["heard"])
+            deaf.reader._transport.pause_reading()  # type: ignore[attr-defined]
+            words = [(word, 0.0, 1.0) for word in ORDER]
+            one = len(json.dumps({"event": "heard", "words": words}))
+            with capture_logs() as logs:
+                for _ in range(4 * MAX_UNREAD_BYTES // one):
+                    bench.service._server.publish({"event": "heard", "words": words})
+                await lives_on(bench, other)
+            assert [line["reason"] for line in logs if line["event"] == "control client let go"] == ["it does not read"]
+            deaf.writer.transport.abort()
+            await other.hang_up()
+
+    run(scene())
+
+
+def test_a_line_too_long_and_a_line_cut_short_end_only_their_client(tmp_path: Path) -> None:
+    async def scene() -> None:
+        async with control(tmp_path) as bench:
+            other = await bench.connect()
+            long = await bench.connect()
+            assert (await long.say(b"x" * (3 * MAX_LINE_BYTES)))["error"]["code"] == "too_long"
+            assert await long.line() is None
+            cut = await bench.connect()
+            cut.writer.write(b'{"command": "st')
+            await cut.hang_up()
+            longest = b'{"command":"status"' + b" " * (MAX_LINE_BYTES - 21) + b"}\n"
+            assert (await other.say(longest))["ok"]
+            await lives_on(bench, other)
+            await long.hang_up()
+            await other.hang_up()
+
+    run(scene())
+
+
+def test_places_are_kept_for_who_has_something_to_ask(tmp_path: Path) -> None:
+    async def scene() -> None:
+        async with control(tmp_path) as bench:
+            talks = [await bench.connect() for _ in range(MAX_CLIENTS)]
+            for number, talk in enumerate(talks[: MAX_FOLLOWERS + 1]):
+                reply = await talk.ask("subscribe", events=["heard"])
+                assert reply["ok"] == (number < MAX_FOLLOWERS)
+            hanging = talks[MAX_FOLLOWERS + 1]
+            late = await bench.connect()
+            assert (await late.ask("stop"))["ok"], "there is always room for who wants to stop the robot"
+            gone = await hanging.line()
+            assert gone is not None
+            assert gone["error"]["code"] == "busy"
+            assert await hanging.line() is None
+            await lives_on(bench, talks[0])
+            for talk in (*talks, late):
+                await talk.hang_up()
+
+    run(scene())
+
+
+def test_a_second_daemon_of_the_name_does_not_start(tmp_path: Path) -> None:
+    async def scene() -> None:
+        async with control(tmp_path) as bench:
+            second = ControlBench(tmp_path)
+            with pytest.raises(RunningError, match="runs on this computer already"):
+                await second.service.open()
+            await second.service.close()
+            second.service.release()
+            talk = await bench.connect()
+            await lives_on(bench, talk)
+            await talk.hang_up()
+
+    run(scene())
+
+
+def test_without_a_place_for_the_socket_the_robot_lives_on(tmp_path: Path) -> None:
+    (tmp_path / "file").write_text("")
+
+    async def scene() -> None:
+        with capture_logs() as logs:
+            async with control(tmp_path, **{"control.socket": str(tmp_path / "file" / "rob.sock")}) as bench:
+                await bench.live(blocks=2)
+        (warning,) = [line for line in logs if line["event"] == "no control socket"]
+        assert "control.socket" in warning["remedy"]
+        async with control(tmp_path, **{"control.enabled": False}) as bench:
+            assert not bench.path.exists()
+            await bench.live(blocks=2)
+
+    run(scene())
+
+
+def test_who_asked_for_what_is_in_the_log(tmp_path: Path) -> None:
+    async def scene() -> None:
+        async with control(tmp_path) as bench:
+            talk = await bench.connect()
+            with capture_logs() as logs:
+                await talk.ask("stop")
+                await talk.ask("status")
+            (line,) = [line for line in logs if line["event"] == "asked to"]
+            assert (line["command"], line["uid"], line["pid"]) == ("stop", os.getuid(), os.getpid())
+            await talk.hang_up()
+
+    run(scene())
+
+
+CHUNKS = st.one_of(
+    st.binary(max_size=80),
+    st.sampled_from([b"\n", b"\0", b"[" * 5000, b'{"command":', b'"status"}\n', b'{"command":"stop"}\n', b"x" * 9000]),
+    st.builds(
+        lambda command, arguments: json.dumps({"command": command, **arguments}).encode() + b"\n",
+        st.sampled_from(["status", "tasks", "say", "stop", "resume", "transcript", "config", "subscribe", "reload"]),
+        st.dictionaries(
+            st.sampled_from(["id", "text", "after", "since_s", "limit", "events"]),
+            st.none() | st.integers() | st.floats() | st.text(max_size=9) | st.lists(st.text(max_size=9), max_size=3),
+            max_size=3,
+        ),
+    ),
+)
+
+
+Lasting = tuple[asyncio.Runner, ControlBench]
+
+
+@pytest.fixture(scope="module")
+def lasting(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Lasting]:
+    """One bench for all examples: making one takes longer than many of them."""
+    with asyncio.Runner() as runner:
+        bench = ControlBench(tmp_path_factory.mktemp("lasting"))
+        runner.run(bench.open())
+        yield runner, bench
+        runner.run(bench.close())
+
+
+@given(chunks=st.lists(CHUNKS, max_size=6), reads=st.booleans())
+@examples(max_examples=60)
+def test_whatever_a_client_sends_the_robot_lives_and_others_are_served(
+    lasting: Lasting, chunks: list[bytes], reads: bool
+) -> None:
+    runner, bench = lasting
+
+    async def scene() -> None:
+        fuzzer, other = await bench.connect(), await bench.connect()
+        for chunk in chunks:
+            fuzzer.writer.write(chunk)
+            await asyncio.sleep(0)
+        if reads:
+            fuzzer.writer.write_eof()
+            while (line := await fuzzer.line()) is not None:
+                assert "ok" in line or "event" in line
+        await fuzzer.hang_up()
+        await lives_on(bench, other)
+        await other.hang_up()
+
+    with capture_logs() as logs:
+        runner.run(asyncio.wait_for(scene(), 30.0))
+    assert not [line for line in logs if line["log_level"] == "error"]
