@@ -6,6 +6,7 @@ from pathlib import Path
 
 import pytest
 from hypothesis import given
+from hypothesis import settings as examples
 from hypothesis import strategies as st
 
 from hvcpd.config.settings import AudioSettings, PeerSettings, Settings, load_settings, load_with_sources
@@ -115,6 +116,7 @@ def test_other_programs_variables_are_left_alone() -> None:
         st.text(st.characters(blacklist_characters="\0"), max_size=20),
     )
 )
+@examples(max_examples=40)
 def test_any_value_gives_settings_or_a_config_error_that_names_a_variable(environment: dict[str, str]) -> None:
     try:
         of(environment | {"HVCPD_NAME": "Rob"})

@@ -169,12 +169,15 @@ def test_no_permission_is_status_4_and_names_the_group(ctl: Ctl, robot: RunningR
     robot.bench.path.chmod(0o660)
 
 
-def test_without_a_name_the_only_robot_is_meant(robot: RunningRobot, tmp_path: Path, refused: Refuse) -> None:
+def test_without_a_name_the_only_robot_is_meant(
+    robot: RunningRobot, tmp_path: Path, refused: Refuse, capsys: pytest.CaptureFixture[str]
+) -> None:
     config = tmp_path / "hvcpd.yaml"
     config.write_text(f"state_dir: {robot.directory / 'state'}\n")
     if any(SYSTEM_FOLDER.glob("*.sock")):
         pytest.skip("another robot runs on this computer")
     assert main(["tasks", "--config", str(config)]) == 0
+    assert "water the green rose" in capsys.readouterr().out
     with socket.socket(socket.AF_UNIX) as other:
         other.bind(str(robot.directory / "state" / "bot.sock"))
         other.listen()
