@@ -47,6 +47,8 @@ class FakeBus:
         self.path = str(Path(self._directory.name) / "tty")
         self._master = self._slave = -1
         self._wake_read, self._wake_write = os.pipe()
+        self.heard_bytes = 0
+        """Of all that was written to the port so far; each is answered, if at all, before it is counted."""
         self._thread: threading.Thread | None = None
         self.replug()
 
@@ -72,6 +74,16 @@ class FakeBus:
     def reader(self) -> PacketReader:
         """What the devices made of the bytes that came, with its counters."""
         return self.line.reader
+
+    @property
+    def plugged(self) -> bool:
+        """Whether the adapter is in its socket."""
+        return self._thread is not None
+
+    @property
+    def caught_up(self) -> bool:
+        """Whether nothing that was written to the port waits to be heard."""
+        return not select.select([self._master], [], [], 0.0)[0]
 
     def advance(self, dt_s: float) -> None:
         """Let the devices' time pass; may be called from any thread."""
@@ -139,6 +151,7 @@ class FakeBus:
             wire = self.line.hear(data, _SPEEDS_HZ.get(termios.tcgetattr(self._master)[5]))
             if wire:
                 self._send(wire)
+            self.heard_bytes += len(data)
             self._lock.notify_all()
 
     def _send(self, wire: bytes) -> None:

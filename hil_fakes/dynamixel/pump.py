@@ -9,10 +9,13 @@ from types import TracebackType
 
 PERIOD_S = 0.005
 """Step of the motors' time; small against their time constant of 0.1 s."""
+LONGEST_STEP_S = 0.02
+"""When this thread was kept from running for longer, so was the rest of the fake, and what was sent to the motors
+meanwhile still waits to be heard: their time then falls behind the clock instead of passing without those words."""
 
 
 class RealTimePump:
-    """Calls `advance(dt_s)` from a thread of its own, as fast as real time passes.
+    """Calls `advance(dt_s)` from a thread of its own, as fast as real time passes, or slower on a busy machine.
 
     with FakeBus(turtlebot3_pair()) as bus, RealTimePump(bus.advance):
         ...
@@ -38,5 +41,5 @@ class RealTimePump:
         last_s = time.monotonic()
         while not self._stop.wait(self._period_s):
             now_s = time.monotonic()
-            self._advance(now_s - last_s)
+            self._advance(min(now_s - last_s, LONGEST_STEP_S))
             last_s = now_s

@@ -6,35 +6,39 @@ import argparse
 import math
 import signal
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager
 from types import FrameType
 
-from hvcpd.config.settings import Settings, WheelSettings, load_settings
+from hvcpd.config.settings import Settings, load_settings
 from hvcpd.control.drive_show import DriveShow
+from hvcpd.control.drive_tape import TapeMeasure
 from hvcpd.errors import EX_FAILURE, EX_OK, ConfigError, DeviceError
 from hvcpd.hardware.calibration import CalibrationError, Measured, calibrate
 from hvcpd.hardware.drive_session import DriveSession, RehearsedWheels
 from hvcpd.hardware.motion import Forward, MotionState, Turn
 from hvcpd.hardware.navigator import Dock, Journey, Waypoints
+from hvcpd.hardware.wheels_bus import MakePort
 from hvcpd.hardware.wheels_find import FoundWheels, drive_of, stop_anyway
+from hvcpd.hardware.wheels_port import WaitingPort
 from hvcpd.ports import STANDSTILL, Pose, Wheels
 
 SETTLE_S = 0.4
 """After a journey the wheels come to rest before their place is reported."""
 
-MakeWheels = Callable[[WheelSettings], Wheels]
 
-
-def run(options: argparse.Namespace, make_wheels: MakeWheels = FoundWheels) -> int:
+def run(options: argparse.Namespace, make_port: MakePort = WaitingPort) -> int:
     """Carry out one action; the wheels stand and are switched off when this returns."""
     settings = _settings(options)
     journeys = _journeys(options)
     show = DriveShow(options.json, options.action, options.dry_run)
     if options.action == "stop":
-        show.stopped(["nothing: a dry run"] if options.dry_run else stop_anyway(settings.wheels))
+        if options.dry_run:
+            show.would_stop()
+        else:
+            show.stopped(stop_anyway(settings.wheels, make_port))
         return EX_OK
-    wheels, session = _session(options, settings, make_wheels)
+    wheels, session = _session(options, settings, make_port)
     with _interruptible(), show:
         try:
             wheels.open()
@@ -56,12 +60,12 @@ def _settings(options: argparse.Namespace) -> Settings:
     return settings
 
 
-def _session(options: argparse.Namespace, settings: Settings, make_wheels: MakeWheels) -> tuple[Wheels, DriveSession]:
+def _session(options: argparse.Namespace, settings: Settings, make_port: MakePort) -> tuple[Wheels, DriveSession]:
     drive = drive_of(settings.wheels)
     if options.dry_run:
         paper = RehearsedWheels()
         return paper, DriveSession(paper, paper.clock, paper.sleep, drive)
-    wheels = make_wheels(settings.wheels)
+    wheels = FoundWheels(settings.wheels, make_port)
     return wheels, DriveSession(wheels, time.monotonic, time.sleep, drive)
 
 
@@ -99,6 +103,13 @@ def _report(options: argparse.Namespace, wheels: Wheels, session: DriveSession, 
 
 def _calibrate(options: argparse.Namespace, settings: Settings, session: DriveSession, show: DriveShow) -> int:
     drive = drive_of(settings.wheels)
+    tape = TapeMeasure()
+
+    def ready(name: str) -> None:
+        show.end_live()
+        if not options.dry_run:
+            tape.ready(name)
+            session.rest(SETTLE_S)  # the person may have moved it meanwhile
 
     def perform(journey: Journey) -> None:
         if session.carry_out(journey, show.moment) is not MotionState.ARRIVED:
@@ -106,14 +117,14 @@ def _calibrate(options: argparse.Namespace, settings: Settings, session: DriveSe
         session.rest(SETTLE_S)
 
     def ask(name: str) -> Measured:
+        show.end_live()
         if options.dry_run:
-            pose = session.odometry.pose
-            show.step(name, pose)
+            show.step(name, session.odometry.pose)
             return Measured(1.0, 0.0) if name == "straight on" else Measured(0.0, 0.0)
-        return show.ask(name)
+        return tape.ask(name)
 
     try:
-        result = calibrate(drive, lambda: session.odometry.pose, perform, ask)
+        result = calibrate(drive, lambda: session.odometry.pose, perform, ask, ready)
     except DeviceError as error:
         raise CalibrationError(str(error)) from error
     if not options.dry_run:

@@ -12,8 +12,6 @@ from rich.console import Console
 from rich.live import Live
 from rich.table import Table
 
-from hvcpd.errors import ConfigError
-from hvcpd.hardware.calibration import Measured
 from hvcpd.hardware.drive_session import Snapshot
 from hvcpd.hardware.kinematics import Drive
 from hvcpd.hardware.motion import MotionState
@@ -42,7 +40,7 @@ class DriveShow:
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
-        self._end_live()
+        self.end_live()
 
     def moment(self, moment: Snapshot) -> None:
         """Show one moment of a journey."""
@@ -84,37 +82,37 @@ class DriveShow:
         else:
             self._line(f"stopped and switched off: {', '.join(what)}")
 
+    def would_stop(self) -> None:
+        """Say what a stop would do."""
+        if self._json:
+            self._print({"event": "stopped", "dry_run": True, "confirmed": []})
+        else:
+            self._line("would stop the wheels and switch them off, whatever is wrong with them")
+
     def end(self, pose: Pose, way_m: float, state: MotionState, reason: str) -> None:
         """Show how a journey ended."""
-        self._end_live()
+        self.end_live()
         if self._json:
             fields = {"event": "end", "state": state.value, "reason": reason, "dry_run": self._rehearsal}
             self._print({**fields, **_pose(pose), "way_m": round(way_m, 3)})
             return
         tense = "would have " if self._rehearsal else ""
-        place = f"x {pose.x_m:.3f} m, y {pose.y_m:.3f} m, heading {math.degrees(pose.heading_rad):.1f}°"
-        self._line(f"{tense}{state.value}{': ' + reason if reason else ''}; at {place}, after {way_m:.2f} m")
+        where = f"x {_plain(pose.x_m, 3)} m, y {_plain(pose.y_m, 3)} m, heading {_degrees(pose)}°"
+        self._line(f"{tense}{state.value}{': ' + reason if reason else ''}; at {where}, after {way_m:.2f} m")
 
     def step(self, name: str, pose: Pose) -> None:
         """Say what a calibration's run would have been."""
-        self._end_live()
+        self.end_live()
         if self._json:
             self._print({"event": "run", "name": name, **_pose(pose)})
         else:
             self._line(f"would drive {name}, and then ask where the robot stands (x ahead, y left, in metres)")
 
-    def ask(self, name: str) -> Measured:
-        """Ask a person where the robot stands. Raises ConfigError for what is no pair of numbers."""
-        self._end_live()
-        question = f"{name}: measure from the start point, x ahead and y left, in metres, for example 0.012 -0.034: "
-        sys.stderr.write(question)
-        sys.stderr.flush()
-        answer = sys.stdin.readline()
-        try:
-            x_m, y_m = (float(part) for part in answer.replace(",", " ").split())
-        except ValueError:
-            raise ConfigError(f"{answer.strip()!r} is not two numbers; give x and y in metres") from None
-        return Measured(x_m, y_m)
+    def end_live(self) -> None:
+        """Take the live table down, so that something else can be said."""
+        if self._live is not None:
+            self._live.stop()
+            self._live = None
 
     def calibrated(self, before: Drive, after: Drive) -> None:
         """Show the result as lines for the settings file."""
@@ -131,11 +129,6 @@ class DriveShow:
         for (key, value), was in zip(values.items(), old, strict=True):
             self._line(f"  {key}: {value}  # was {was:g}")
 
-    def _end_live(self) -> None:
-        if self._live is not None:
-            self._live.stop()
-            self._live = None
-
     def _line(self, text: str) -> None:
         sys.stdout.write(f"{text}\n")
 
@@ -145,8 +138,17 @@ class DriveShow:
 
 
 def _pose(pose: Pose) -> dict[str, object]:
-    heading_deg = round(math.degrees(pose.heading_rad), 2)
-    return {"x_m": round(pose.x_m, 4), "y_m": round(pose.y_m, 4), "heading_deg": heading_deg}
+    heading_deg = round(math.degrees(pose.heading_rad), 2) + 0.0
+    return {"x_m": round(pose.x_m, 4) + 0.0, "y_m": round(pose.y_m, 4) + 0.0, "heading_deg": heading_deg}
+
+
+def _plain(value: float, digits: int) -> str:
+    """Without the minus sign of a number that is rounded to zero."""
+    return f"{round(value, digits) + 0.0:.{digits}f}"
+
+
+def _degrees(pose: Pose) -> str:
+    return _plain(math.degrees(pose.heading_rad), 1)
 
 
 def _reading(reading: WheelReading) -> dict[str, object]:
@@ -188,8 +190,8 @@ def _table(action: str, moment: Snapshot) -> Table:
     effort = f"{max(abs(reading.left_effort), abs(reading.right_effort)):.0%}" if reading is not None else "–"
     for name, value in (
         ("progress", f"{moment.progress:.0%}"),
-        ("place", f"x {moment.pose.x_m:.3f} m  y {moment.pose.y_m:.3f} m"),
-        ("heading", f"{math.degrees(moment.pose.heading_rad):.1f}°"),
+        ("place", f"x {_plain(moment.pose.x_m, 3)} m  y {_plain(moment.pose.y_m, 3)} m"),
+        ("heading", f"{_degrees(moment.pose)}°"),
         ("speed", f"{moment.twist.linear_m_s:.2f} m/s  {moment.twist.angular_rad_s:.2f} rad/s"),
         ("battery", voltage),
         ("effort", effort),

@@ -90,12 +90,17 @@ Perform = Callable[[Journey], None]
 """Drives a journey to its end; raises CalibrationError when it fails."""
 Ask = Callable[[str], Measured]
 """Tells a person what to measure and returns it."""
+Ready = Callable[[str], None]
+"""Has a person mark the start of a run and say that it may begin."""
 
 
-def calibrate(drive: Drive, believed: Callable[[], Pose], perform: Perform, ask: Ask) -> Drive:
+def calibrate(
+    drive: Drive, believed: Callable[[], Pose], perform: Perform, ask: Ask, ready: Ready = lambda _name: None
+) -> Drive:
     """Drive the three runs and ask after each. `believed` is the odometry's pose. Raises CalibrationError."""
     results = []
     for name in ("straight on", "a square to the left", "a square to the right"):
+        ready(name)
         start = believed()
         run = straight_run() if name == "straight on" else square_run(start, left=name.endswith("left"))
         for journey in run:

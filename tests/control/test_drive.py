@@ -3,6 +3,7 @@
 import json
 from collections.abc import Iterator
 from contextlib import contextmanager
+from functools import partial
 from typing import Any
 
 import pytest
@@ -10,16 +11,42 @@ import pytest
 from hil_fakes.dynamixel.bus import FakeBus
 from hil_fakes.dynamixel.motor import SHUTDOWN_OVERLOAD, FakeXL430, turtlebot3_pair
 from hil_fakes.dynamixel.opencr import FakeOpenCR
+from hil_fakes.dynamixel.paced import PacedPort
 from hil_fakes.dynamixel.pump import RealTimePump
-from hvcpd.control.cli import main
+from hvcpd.control.cli import main, make_parser
+from hvcpd.control.drive import run
+from hvcpd.errors import DeviceError
+from hvcpd.hardware.wheels_bus import MakePort
+from hvcpd.hardware.wheels_port import WaitingPort
 
 pytestmark = pytest.mark.slow
 
 
+class PatientPort(WaitingPort):
+    """Waits longer for a reply than any busy machine needs."""
+
+    def __init__(self, path: str, baud_rate: int, timeout_s: float) -> None:
+        super().__init__(path, baud_rate, max(timeout_s, 10.0))
+
+
 @contextmanager
-def robot(*devices: FakeXL430 | FakeOpenCR) -> Iterator[FakeBus]:
+def moving(*devices: FakeXL430 | FakeOpenCR) -> Iterator[FakeBus]:
+    """Fakes whose time passes by the clock on the wall; all of them answer."""
     with FakeBus(devices or turtlebot3_pair(), seed=1) as bus, RealTimePump(bus.advance):
         yield bus
+
+
+@contextmanager
+def robot(*devices: FakeXL430 | FakeOpenCR) -> Iterator[FakeBus]:
+    """Fakes whose time stands still."""
+    with FakeBus(devices or turtlebot3_pair(), seed=1) as bus:
+        yield bus
+
+
+def drive(bus: FakeBus, *arguments: str, make_port: MakePort | None = None) -> int:
+    """`hvcpctl drive` on that bus."""
+    options = make_parser().parse_args(["drive", *arguments, "--port", bus.path])
+    return run(options, make_port or partial(PacedPort, bus))
 
 
 def lines(capsys: pytest.CaptureFixture[str]) -> list[dict[str, Any]]:
@@ -69,6 +96,18 @@ def test_no_motion_without_a_bound(capsys: pytest.CaptureFixture[str], arguments
     assert part in capsys.readouterr().err
 
 
+def test_a_rehearsed_stop_says_what_it_would_do(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["drive", "stop", "--dry-run"]) == 0
+    assert "would stop the wheels" in capsys.readouterr().out
+    assert main(["drive", "stop", "--dry-run", "--json"]) == 0
+    assert lines(capsys) == [{"event": "stopped", "dry_run": True, "confirmed": []}]
+
+
+def test_nothing_is_minus_zero(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["drive", "goto", "1", "0", "1", "1", "--back", "--dry-run"]) == 0
+    assert "-0.0" not in capsys.readouterr().out
+
+
 def test_half_a_place_is_none(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["drive", "goto", "1", "2", "3", "--dry-run"]) == 2
     assert "give X Y for each" in capsys.readouterr().err
@@ -78,8 +117,9 @@ def test_half_a_place_is_none(capsys: pytest.CaptureFixture[str]) -> None:
 def test_forward_drives_and_leaves_the_wheels_off(
     capsys: pytest.CaptureFixture[str], devices: tuple[FakeOpenCR, ...]
 ) -> None:
-    with robot(*devices) as bus:
-        assert main(["drive", "forward", "0.05", "--port", bus.path, "--json"]) == 0
+    with moving(*devices) as bus:
+        kind = "opencr" if devices else "xl430"
+        assert drive(bus, "forward", "0.05", "--json", "--driver", kind, make_port=PatientPort) == 0
         motors = [*bus.motors.values()] or [devices[0].left, devices[0].right]
         assert [motor.true_angle_rad * 0.033 for motor in motors] == pytest.approx([0.05, 0.05], abs=0.01)
         assert [motor.memory.get("torque_enable") for motor in motors] == [0, 0]
@@ -89,8 +129,8 @@ def test_forward_drives_and_leaves_the_wheels_off(
 
 def test_status_tells_voltage_temperature_and_odometry(capsys: pytest.CaptureFixture[str]) -> None:
     with robot() as bus:
-        assert main(["drive", "status", "--port", bus.path, "--json"]) == 0
-        assert main(["drive", "status", "--port", bus.path]) == 0
+        assert drive(bus, "status", "--json") == 0
+        assert drive(bus, "status") == 0
     out = capsys.readouterr().out
     status = json.loads(out.splitlines()[0])
     assert status["voltage_v"] == pytest.approx(12.0)
@@ -99,10 +139,10 @@ def test_status_tells_voltage_temperature_and_odometry(capsys: pytest.CaptureFix
 
 
 def test_a_blocked_wheel_fails_with_status_1_and_the_reason(capsys: pytest.CaptureFixture[str]) -> None:
-    with robot() as bus:
+    with moving() as bus:
         for motor in bus.motors.values():
             motor.blocked = True
-        assert main(["drive", "forward", "0.5", "--port", bus.path]) == 1
+        assert drive(bus, "forward", "0.5", "--driver", "xl430", make_port=PatientPort) == 1
     assert "failed: a wheel is blocked" in capsys.readouterr().out
 
 
@@ -116,7 +156,7 @@ def test_stop_stops_whatever_is_wrong(capsys: pytest.CaptureFixture[str]) -> Non
     left.memory.set("firmware_version", 30)
     spin(left)
     with robot(left) as bus:  # the right motor is missing
-        assert main(["drive", "stop", "--port", bus.path]) == 0
+        assert drive(bus, "stop") == 0
         assert (left.memory.get("goal_velocity"), left.memory.get("torque_enable")) == (0, 0)
     assert "motor 1" in capsys.readouterr().out
 
@@ -124,24 +164,26 @@ def test_stop_stops_whatever_is_wrong(capsys: pytest.CaptureFixture[str]) -> Non
 def test_stop_stops_opencr_in_debug_mode(capsys: pytest.CaptureFixture[str]) -> None:
     controller = FakeOpenCR(debug_mode=True)
     with robot(controller) as bus:
-        assert main(["drive", "stop", "--port", bus.path, "--json"]) == 0
+        assert drive(bus, "stop", "--json") == 0
         assert controller.left.memory.get("torque_enable") == 0
     assert lines(capsys)[-1]["confirmed"] == [f"{bus.path}: OpenCR"]
 
 
-def test_a_stop_that_nobody_confirms_is_an_error(capsys: pytest.CaptureFixture[str]) -> None:
-    with robot(FakeXL430(9)) as bus:
-        assert main(["drive", "stop", "--port", bus.path]) == 2
-    assert "neither OpenCR (ID 200) nor motors 1 and 2 answer, but ID 9" in capsys.readouterr().err
+def test_a_stop_that_nobody_confirms_is_an_error() -> None:
+    with (
+        robot(FakeXL430(9)) as bus,
+        pytest.raises(DeviceError, match=r"neither OpenCR \(ID 200\) nor motors 1 and 2 answer, but ID 9"),
+    ):
+        drive(bus, "stop")
 
 
 def test_a_failed_motion_tells_what_the_wheels_said_last(capsys: pytest.CaptureFixture[str]) -> None:
     controller = FakeOpenCR()
     controller.left.raise_hardware_error(SHUTDOWN_OVERLOAD)
-    with robot(controller) as bus:
-        assert main(["drive", "forward", "0.2", "--port", bus.path]) == 1
+    with moving(controller) as bus:
+        assert drive(bus, "forward", "0.2", make_port=PatientPort) == 1
     out = capsys.readouterr().out
-    assert "the wheels have not answered for 4 s; " in out
+    assert out.startswith("failed: ")
     assert "a motor has shut itself down" in out
 
 
@@ -151,20 +193,20 @@ def test_a_controller_that_waits_for_a_motor_is_told_from_a_silent_one(
 ) -> None:
     controller = FakeOpenCR()
     controller.right.powered = False  # its cable came off after the controller had started
-    with robot(controller) as bus:
+    with moving(controller) as bus:
         assert main(["doctor", "--driver", driver, "--port", bus.path]) == 1
     assert "answers late, as it does while it waits for a motor" in capsys.readouterr().out
 
 
 def test_the_doctor_looks_where_it_is_told(capsys: pytest.CaptureFixture[str]) -> None:
-    with robot() as bus:
+    with moving() as bus:
         assert main(["doctor", "--port", bus.path]) == 0
         assert main(["doctor", "--port", bus.path, "--driver", "opencr"]) == 1
     assert "set it to xl430 or auto" in capsys.readouterr().out
 
 
 def test_the_doctor_tells_everything_at_once(capsys: pytest.CaptureFixture[str], tmp_path: Any) -> None:
-    with robot(FakeXL430(1, voltage_v=9.5), FakeXL430(5)) as bus:
+    with moving(FakeXL430(1, voltage_v=9.5), FakeXL430(5)) as bus:
         (tmp_path / "hvcpd.yaml").write_text(f"name: Rob\nwheels: {{port: {bus.path}}}\n")
         assert main(["doctor", "--config", str(tmp_path / "hvcpd.yaml"), "--json"]) == 1
     found = lines(capsys)
@@ -175,7 +217,7 @@ def test_the_doctor_tells_everything_at_once(capsys: pytest.CaptureFixture[str],
 
 
 def test_a_healthy_robot_is_told_so(capsys: pytest.CaptureFixture[str], tmp_path: Any) -> None:
-    with robot(FakeOpenCR()) as bus:
+    with moving(FakeOpenCR()) as bus:
         (tmp_path / "hvcpd.yaml").write_text(f"name: Rob\nwheels: {{port: {bus.path}}}\n")
         assert main(["doctor", "--config", str(tmp_path / "hvcpd.yaml")]) == 0
     assert "ok    wheels: OpenCR with TurtleBot3 firmware" in capsys.readouterr().out

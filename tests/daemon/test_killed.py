@@ -9,6 +9,7 @@ import pytest
 
 from hil_fakes.dynamixel.motor import FakeXL430, turtlebot3_pair
 from hil_fakes.dynamixel.opencr import FakeOpenCR
+from hil_fakes.dynamixel.pump import LONGEST_STEP_S
 from tests.hardware.driven import FAST_RAD_S, STANDING_RAD_S, Driven
 
 XL430_S = 0.5
@@ -47,5 +48,5 @@ def test_the_motors_stop_when_the_daemon_is_no_more(
         driven.when(lambda: driven.fastest_rad_s > FAST_RAD_S)  # it has claimed a task, and drives to it
         dead_s = driven.kill(number)
         stood_s = driven.when(lambda: driven.fastest_rad_s <= STANDING_RAD_S)
-    assert stood_s - dead_s <= limit_s + driven.longest_step_s
+    assert stood_s - dead_s <= limit_s + LONGEST_STEP_S
     assert stood_s - dead_s > 0.1, "it was standing before"

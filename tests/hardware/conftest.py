@@ -1,40 +1,55 @@
 """Fake motors with the driver on them, and a little robot in virtual time."""
 
 from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass, field
 
 import pytest
 
 from hil_fakes.dynamixel.bus import FakeBus
+from hil_fakes.dynamixel.line import Line
 from hil_fakes.dynamixel.motor import turtlebot3_pair
+from hil_fakes.dynamixel.virtual import VirtualPort, VirtualTime
 from hvcpd.hardware.kinematics import Odometry
 from hvcpd.hardware.motion import MotionState
 from hvcpd.hardware.navigator import Journey, Navigator
 from hvcpd.hardware.wheels import DynamixelSettings, DynamixelWheels
 from hvcpd.ports import STANDSTILL, Pose, WheelCommand, WheelReading
 
-PATIENT = DynamixelSettings(timeout_s=1.0)
-"""For tests in which every reply comes."""
-HASTY = DynamixelSettings(timeout_s=0.03, search_s=0.05)
-"""For tests in which some do not."""
+PATIENT = DynamixelSettings(timeout_s=20.0)
+"""For tests on a pty, in which every reply comes, however busy the machine is."""
 
 
-@dataclass
-class Clock:
-    """Virtual time in s."""
+class MemoryBus:
+    """As FakeBus, but in memory and virtual time: for tests in which replies fail to come, which none may do merely
+    because the machine is busy. For one driver."""
 
-    now_s: float = 0.0
+    path = "virtual"
 
-    def __call__(self) -> float:
-        return self.now_s
+    def __init__(self, seed: int = 1) -> None:
+        self.line = Line(turtlebot3_pair(), seed)
+        self.motors = self.line.motors
+        self.faults = self.line.faults
+        self.time = VirtualTime()
+        self.port: VirtualPort
+
+    def make_port(self, _path: str, baud_rate: int, timeout_s: float) -> VirtualPort:
+        self.port = VirtualPort(self.line, self.time, baud_rate, timeout_s)
+        return self.port
+
+    def unplug(self) -> None:
+        self.port.plugged = False
+
+    def replug(self) -> None:
+        self.port.plugged = True
 
 
 @dataclass
 class Robot:
     """Fake motors and the driver, advanced together by one clock."""
 
-    bus: FakeBus
-    clock: Clock
+    bus: FakeBus | MemoryBus
+    clock: VirtualTime
     wheels: DynamixelWheels
     odometry: Odometry = field(default_factory=lambda: Odometry(Pose(0.0, 0.0)))
     watchers: list[Callable[[], None]] = field(default_factory=list)
@@ -58,8 +73,7 @@ class Robot:
 
     def wait(self, dt_s: float) -> None:
         """Time passes without a word on the bus."""
-        self.bus.advance(dt_s)
-        self.clock.now_s += dt_s
+        self.clock.advance(dt_s)
         for watcher in self.watchers:
             watcher()
 
@@ -81,7 +95,8 @@ def bus() -> Iterator[FakeBus]:
 
 
 def make_robot(bus: FakeBus, settings: DynamixelSettings = PATIENT) -> Robot:
-    clock = Clock()
+    clock = VirtualTime()
+    clock.follow(bus.advance)
     return Robot(bus, clock, DynamixelWheels(bus.path, settings=settings, clock=clock))
 
 
@@ -93,9 +108,17 @@ def robot(bus: FakeBus) -> Iterator[Robot]:
     made.wheels.close()
 
 
-@pytest.fixture
-def hasty(bus: FakeBus) -> Iterator[Robot]:
-    made = make_robot(bus, HASTY)
+@contextmanager
+def faulty_robot(seed: int = 1) -> Iterator[Robot]:
+    """A robot whose motors may fail to answer."""
+    bus = MemoryBus(seed)
+    made = Robot(bus, bus.time, DynamixelWheels(bus.path, clock=bus.time, make_port=bus.make_port))
     made.wheels.open()
     yield made
     made.wheels.close()
+
+
+@pytest.fixture
+def faulty() -> Iterator[Robot]:
+    with faulty_robot() as made:
+        yield made

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import signal
 import subprocess
 import sys
@@ -33,8 +34,6 @@ class Driven:
             m for d in devices if isinstance(d, FakeOpenCR) for m in (d.left, d.right)
         ]
         self._changed = threading.Condition()
-        self.longest_step_s = 0.0
-        """Of the motors' time: so coarse is the clock on a loaded machine."""
         self._pump = RealTimePump(self._advance)
         self._command = command(self.bus.path)
 
@@ -60,11 +59,13 @@ class Driven:
         return [motor.memory.get("torque_enable") for motor in self._motors]
 
     def kill(self, number: signal.Signals = signal.SIGKILL) -> float:
-        """kill -9, or another signal; the motors' time (s) at which it was sent."""
-        with self._changed:
-            self.longest_step_s = 0.0
+        """kill -9, or SIGSTOP; the motors' time (s) at which the process has ceased and its last words are heard.
+
+        On a busy machine a process may run on for a while after it was sent a signal.
+        """
         self.process.send_signal(number)
-        return self.bus.line.now_s
+        os.waitid(os.P_PID, self.process.pid, os.WEXITED | os.WSTOPPED | os.WNOWAIT)
+        return self.when(lambda: self.bus.caught_up)
 
     def when(self, condition: Callable[[], bool]) -> float:
         """The motors' time (s) at which the condition holds."""
@@ -74,6 +75,5 @@ class Driven:
 
     def _advance(self, dt_s: float) -> None:
         with self._changed:
-            self.longest_step_s = max(self.longest_step_s, dt_s)
             self.bus.advance(dt_s)
             self._changed.notify_all()

@@ -1,16 +1,17 @@
 """The wheels' driver over the SDK, the pty and the fake motors, while nothing fails."""
 
 import math
+from dataclasses import replace
 
 import pytest
 
 from hil_fakes.dynamixel.bus import FakeBus
 from hil_fakes.dynamixel.motor import FakeXL430
 from hvcpd.errors import DeviceError
-from hvcpd.hardware.wheels import DynamixelSettings, DynamixelWheels
+from hvcpd.hardware.wheels import DynamixelWheels
 from hvcpd.hardware.xl430 import VELOCITY_UNIT_RAD_S
 from hvcpd.ports import STANDSTILL, WheelCommand, Wheels
-from tests.hardware.conftest import Clock, Robot
+from tests.hardware.conftest import PATIENT, Robot, make_robot
 
 LIMIT_RAD_S = 265 * VELOCITY_UNIT_RAD_S
 
@@ -50,8 +51,7 @@ def test_wheels_turn_as_told_and_forward_is_positive(robot: Robot) -> None:
 
 def test_a_motor_with_normal_drive_mode_on_the_right_needs_its_sign() -> None:
     with FakeBus([FakeXL430(1), FakeXL430(2, mounting=-1)]) as bus:
-        clock = Clock()
-        robot = Robot(bus, clock, DynamixelWheels(bus.path, settings=DynamixelSettings(right_sign=-1), clock=clock))
+        robot = make_robot(bus, replace(PATIENT, right_sign=-1))
         robot.wheels.open()
         reading = robot.run(WheelCommand(2.0, 2.0), 1.0)
         assert bus.motors[2].true_angle_rad > 1.0
@@ -89,8 +89,7 @@ def test_a_speed_that_is_no_number_is_our_own_mistake(robot: Robot) -> None:
 def test_the_angle_runs_on_over_the_end_of_32_bits(speed: float) -> None:
     start = math.copysign(2**31 - 1000, speed)
     with FakeBus([FakeXL430(1, start_ticks=int(start)), FakeXL430(2, start_ticks=int(start))]) as bus:
-        clock = Clock()
-        robot = Robot(bus, clock, DynamixelWheels(bus.path, clock=clock))
+        robot = make_robot(bus)
         robot.wheels.open()
         reading = robot.run(WheelCommand(speed, speed), 4.0)
         assert reading.left_rad == pytest.approx(speed * 4.0, rel=0.05)

@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator
 from contextlib import suppress
+from functools import partial
 
 import pytest
 from hypothesis import HealthCheck, given, settings
@@ -11,6 +12,7 @@ from hil_fakes.dynamixel.bus import FakeBus
 from hil_fakes.dynamixel.faults import ReplyFault
 from hil_fakes.dynamixel.line import Line
 from hil_fakes.dynamixel.motor import turtlebot3_pair
+from hil_fakes.dynamixel.paced import PacedPort
 from hil_fakes.dynamixel.virtual import VirtualPort, VirtualTime
 from hvcpd.hardware import xl430
 from hvcpd.hardware.wheels_bus import BusError, DynamixelBus, RefusedError
@@ -29,7 +31,7 @@ READABLE = {
 
 @pytest.fixture
 def line(bus: FakeBus) -> Iterator[DynamixelBus]:
-    opened = DynamixelBus(bus.path, 1_000_000, 0.01)
+    opened = DynamixelBus(bus.path, 1_000_000, 0.01, partial(PacedPort, bus))
     opened.open()
     yield opened
     opened.close()
@@ -88,7 +90,7 @@ def test_under_any_faults_a_read_is_right_or_fails(
     faults: list[ReplyFault], reads: list[tuple[int, xl430.Register]]
 ) -> None:
     with FakeBus(turtlebot3_pair()) as bus:
-        line = DynamixelBus(bus.path, 1_000_000, 0.002)
+        line = DynamixelBus(bus.path, 1_000_000, 0.002, partial(PacedPort, bus))
         line.open()
         bus.faults.schedule(*faults)
         for motor_id, register in reads:

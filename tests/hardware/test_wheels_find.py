@@ -9,10 +9,11 @@ import pytest
 from hil_fakes.dynamixel.bus import FakeBus
 from hil_fakes.dynamixel.motor import FakeXL430, turtlebot3_pair
 from hil_fakes.dynamixel.opencr import FakeOpenCR
+from hil_fakes.dynamixel.paced import PacedPort
 from hvcpd.config.settings import WheelSettings
 from hvcpd.errors import DeviceError
 from hvcpd.hardware.wheels import DynamixelWheels
-from hvcpd.hardware.wheels_bus import DynamixelBus
+from hvcpd.hardware.wheels_bus import DynamixelBus, MakePort
 from hvcpd.hardware.wheels_find import FoundWheels, candidate_ports, examine, holders, stable_name
 from hvcpd.hardware.wheels_opencr import OpenCRWheels
 from hvcpd.ports import STANDSTILL, Wheels
@@ -26,6 +27,16 @@ def devices(tmp_path: Path) -> Path:
     return tmp_path
 
 
+def paced(*buses: FakeBus) -> MakePort:
+    """Ports that wait for these fakes as long as it takes them."""
+
+    def make_port(path: str, baud_rate: int, timeout_s: float) -> PacedPort:
+        bus = next(bus for bus in buses if Path(bus.path).resolve() == Path(path).resolve())
+        return PacedPort(bus, path, baud_rate, timeout_s)
+
+    return make_port
+
+
 def plug(directory: Path, name: str, bus: FakeBus, by_id: str = "") -> None:
     (directory / name).symlink_to(os.path.realpath(bus.path))
     if by_id:
@@ -36,7 +47,7 @@ def test_opencr_is_found_behind_another_device(devices: Path) -> None:
     with FakeBus([FakeXL430(9)]) as arm, FakeBus([FakeOpenCR()]) as robot:
         plug(devices, "ttyACM0", arm)
         plug(devices, "ttyACM1", robot, "usb-ROBOTIS_OpenCR-if00")
-        finding = examine(WheelSettings(), directory=devices, timeout_s=0.2)
+        finding = examine(WheelSettings(), paced(arm, robot), devices)
     assert (finding.kind, finding.ok) == ("opencr", True)
     assert finding.port.endswith("usb-ROBOTIS_OpenCR-if00")
     assert finding.facts == ("12.0 V",)
@@ -45,7 +56,7 @@ def test_opencr_is_found_behind_another_device(devices: Path) -> None:
 def test_motors_are_found_and_their_state_told(devices: Path) -> None:
     with FakeBus(turtlebot3_pair()) as robot:
         plug(devices, "ttyUSB0", robot)
-        finding = examine(WheelSettings(), directory=devices, timeout_s=0.2)
+        finding = examine(WheelSettings(), paced(robot), devices)
     assert finding.kind == "xl430"
     assert finding.facts == ("left motor (ID 1) 12.0 V, 30 °C", "right motor (ID 2) 12.0 V, 30 °C")
 
@@ -58,7 +69,7 @@ def test_motors_at_another_speed_are_told_with_the_remedy(devices: Path) -> None
     with FakeBus([FakeXL430(1, baud_rate_hz=57_600), FakeXL430(2, baud_rate_hz=57_600)]) as robot:
         plug(devices, "ttyUSB0", robot)
         for driver in ("auto", "xl430"):
-            problems = " ".join(examine(WheelSettings(driver=driver), directory=devices).problems)
+            problems = " ".join(examine(WheelSettings(driver=driver), paced(robot), devices).problems)
             assert "set wheels.baud_rate to 57600" in problems
 
 
@@ -67,7 +78,7 @@ def test_silence_is_told_with_all_that_it_may_mean(devices: Path) -> None:
     silent.powered = False
     with FakeBus([silent]) as robot:
         plug(devices, "ttyUSB0", robot)
-        (problem,) = examine(WheelSettings(), directory=devices, timeout_s=0.01).problems
+        (problem,) = examine(WheelSettings(), paced(robot), devices).problems
     assert "nothing answers, neither OpenCR (ID 200) nor motors 1 and 2" in problem
     assert "switched on" in problem
 
@@ -75,7 +86,7 @@ def test_silence_is_told_with_all_that_it_may_mean(devices: Path) -> None:
 def test_motors_with_other_identifiers_are_named_with_the_settings_that_help(devices: Path) -> None:
     with FakeBus([FakeXL430(3), FakeXL430(4)]) as robot:
         plug(devices, "ttyUSB0", robot)
-        (problem,) = examine(WheelSettings(), directory=devices, timeout_s=0.2).problems
+        (problem,) = examine(WheelSettings(), paced(robot), devices).problems
     assert "ID 3 (XL430-W250), ID 4 (XL430-W250)" in problem
     assert "set wheels.left_id and wheels.right_id" in problem
 
@@ -88,7 +99,7 @@ def test_the_other_kind_of_wheels_is_told_with_the_remedy(
 ) -> None:
     with FakeBus(there) as robot:
         plug(devices, "ttyUSB0", robot)
-        (problem,) = examine(WheelSettings(driver=driver), directory=devices, timeout_s=0.2).problems
+        (problem,) = examine(WheelSettings(driver=driver), paced(robot), devices).problems
     assert f"wheels.driver is {driver}: set it to {'opencr' if driver == 'xl430' else 'xl430'} or auto" in problem
 
 
@@ -132,7 +143,7 @@ def test_a_device_is_listed_once_by_its_stable_name(devices: Path) -> None:
 def test_an_adapter_that_comes_back_under_another_number_is_found_again(devices: Path) -> None:
     with FakeBus(turtlebot3_pair()) as robot:
         plug(devices, "ttyUSB0", robot, "usb-FTDI_U2D2")
-        wheels = FoundWheels(WheelSettings(port=str(devices / "ttyUSB0")), directory=devices)
+        wheels = FoundWheels(WheelSettings(port=str(devices / "ttyUSB0")), paced(robot), devices)
         wheels.open()
         wheels.exchange(STANDSTILL)
         robot.unplug()
@@ -152,7 +163,7 @@ def test_found_wheels_are_driven_by_the_right_driver(devices: Path, fake: object
     made = fake()  # type: ignore[operator]
     with FakeBus(made if isinstance(made, tuple) else [made]) as robot:
         plug(devices, "ttyACM0", robot)
-        found = FoundWheels(WheelSettings(), directory=devices)
+        found = FoundWheels(WheelSettings(), paced(robot), devices)
         wheels: Wheels = found
         with pytest.raises(DeviceError, match="not open"):
             wheels.exchange(STANDSTILL)

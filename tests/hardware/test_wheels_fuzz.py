@@ -1,5 +1,9 @@
-"""Any bytes from the line: no crash, no hang, and never another value than the motor's."""
+"""Any bytes from the line: no crash, no hang, and never another value than the motor's.
 
+WHEELS_FUZZ_EXAMPLES=20000 gives each test so many examples instead of the few of every day.
+"""
+
+import os
 from collections.abc import Sequence
 from contextlib import suppress
 
@@ -22,6 +26,12 @@ from hvcpd.ports import WheelCommand
 AHEAD = WheelCommand(3.0, 3.0)
 LIMIT_S = 5.0
 """Of virtual time for one exchange, whatever comes; three tries and a handshake take less than 1.5 s."""
+
+
+def examples(usual: int) -> int:
+    """How many examples a test has."""
+    return int(os.environ.get("WHEELS_FUZZ_EXAMPLES", usual))
+
 
 status_packets = st.builds(
     encode_status, st.sampled_from([1, 2, 7, 200, 254]), st.integers(0, 255), st.binary(max_size=24)
@@ -70,7 +80,7 @@ def dirty_bus(script: Sequence[bytes]) -> tuple[DynamixelBus, VirtualTime]:
     return bus, time
 
 
-@settings(max_examples=150, deadline=None)
+@settings(max_examples=examples(150), deadline=None)
 @example([encode(1, b"\x55")])
 @given(st.lists(pieces | short_packets, max_size=8))
 def test_a_read_is_right_or_fails_whatever_comes_before(script: list[bytes]) -> None:
@@ -82,7 +92,7 @@ def test_a_read_is_right_or_fails_whatever_comes_before(script: list[bytes]) -> 
         assert time.now_s - start_s < LIMIT_S
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=examples(60), deadline=None)
 @given(st.sampled_from(["xl430", "opencr"]), st.lists(st.binary(max_size=60), max_size=12))
 def test_no_bytes_crash_or_hang_the_driver(kind: Kind, noise: list[bytes]) -> None:
     robot = VirtualRobot(kind, seed=1)
@@ -103,7 +113,7 @@ def test_no_bytes_crash_or_hang_the_driver(kind: Kind, noise: list[bytes]) -> No
     robot.wheels.close()
 
 
-@settings(max_examples=100, deadline=None, suppress_health_check=[HealthCheck.too_slow])
+@settings(max_examples=examples(100), deadline=None, suppress_health_check=[HealthCheck.too_slow])
 @given(st.sampled_from([*Instruction, 0x55, 0x00, 0xFF]), st.sampled_from([1, 2, 200, 254]), st.binary(max_size=40))
 def test_no_packet_crashes_a_device_or_makes_a_wheel_turn_without_torque(
     instruction: int, device_id: int, parameters: bytes
@@ -116,7 +126,7 @@ def test_no_packet_crashes_a_device_or_makes_a_wheel_turn_without_torque(
         assert motor.memory.get("torque_enable") or motor.true_angle_rad == 0.0
 
 
-@settings(max_examples=100, deadline=None)
+@settings(max_examples=examples(100), deadline=None)
 @given(st.lists(st.binary(max_size=200), max_size=5))
 def test_devices_survive_any_bytes_and_still_answer(chunks: list[bytes]) -> None:
     line = Line([*turtlebot3_pair(), FakeOpenCR()], 1)

@@ -2,6 +2,7 @@
 
 import grp
 import os
+from functools import partial
 from pathlib import Path
 
 import pytest
@@ -9,33 +10,38 @@ import pytest
 from hil_fakes.dynamixel.bus import FakeBus
 from hil_fakes.dynamixel.faults import ReplyFault
 from hil_fakes.dynamixel.motor import SHUTDOWN_OVERLOAD, FakeXL430
+from hil_fakes.dynamixel.paced import PacedPort
 from hil_fakes.virtual_robot import Kind, VirtualRobot
 from hvcpd.errors import DeviceError
-from hvcpd.hardware.wheels import DynamixelSettings, DynamixelWheels
-from hvcpd.hardware.wheels_bus import DynamixelBus, port_remedy
+from hvcpd.hardware.wheels import DynamixelWheels
+from hvcpd.hardware.wheels_bus import DynamixelBus, MakePort, port_remedy
+from hvcpd.hardware.wheels_port import WaitingPort
 
 pytestmark = pytest.mark.slow
 
-PATIENT_SEARCH = DynamixelSettings(timeout_s=0.1, search_s=0.5)
-"""On a loaded machine a reply may take longer than on the wire."""
+
+def refusal(bus: FakeBus, baud_rate: int = 1_000_000, ids: tuple[int, int] = (1, 2)) -> str:
+    return refusal_at(bus.path, baud_rate, ids, partial(PacedPort, bus))
 
 
-def refusal(path: str, baud_rate: int = 1_000_000, ids: tuple[int, int] = (1, 2)) -> str:
-    wheels = DynamixelWheels(path, baud_rate, ids, PATIENT_SEARCH)
+def refusal_at(
+    path: str, baud_rate: int = 1_000_000, ids: tuple[int, int] = (1, 2), make_port: MakePort = WaitingPort
+) -> str:
+    wheels = DynamixelWheels(path, baud_rate, ids, make_port=make_port)
     with pytest.raises(DeviceError) as caught:
         wheels.open()
     return str(caught.value)
 
 
 def test_no_such_port(tmp_path: Path) -> None:
-    text = refusal(str(tmp_path / "ttyUSB9"))
+    text = refusal_at(str(tmp_path / "ttyUSB9"))
     assert "ttyUSB9: no such port" in text
     assert "U2D2" in text
 
 
 def test_a_file_is_no_port(tmp_path: Path) -> None:
     (tmp_path / "tty").write_text("")
-    assert "does not open" in refusal(str(tmp_path / "tty"))
+    assert "does not open" in refusal_at(str(tmp_path / "tty"))
 
 
 @pytest.mark.parametrize(
@@ -62,7 +68,7 @@ def test_the_group_is_the_ports_own(tmp_path: Path) -> None:
 @pytest.mark.parametrize(("there", "remedy"), [(1, "the other motor answers"), (5, "the line has ID 5 (XL430-W250)")])
 def test_a_missing_motors_remedy_goes_by_what_else_answers(there: int, remedy: str) -> None:
     with FakeBus([FakeXL430(1), *([FakeXL430(there)] if there != 1 else [])]) as bus:
-        text = refusal(bus.path)
+        text = refusal(bus)
     assert text.count("no answer") == 1
     assert "right motor (ID 2): no answer" in text
     assert remedy in text
@@ -71,19 +77,19 @@ def test_a_missing_motors_remedy_goes_by_what_else_answers(there: int, remedy: s
 def test_a_second_program_is_kept_out(bus: FakeBus) -> None:
     first = DynamixelBus(bus.path, 1_000_000, 0.03)
     first.open()
-    assert "in use" in refusal(bus.path)
+    assert "in use" in refusal(bus)
     first.close()
 
 
 def test_one_id_for_both_wheels(bus: FakeBus) -> None:
-    assert "same ID 1" in refusal(bus.path, ids=(1, 1))
+    assert "same ID 1" in refusal(bus, ids=(1, 1))
 
 
 def test_everything_wrong_is_told_at_once() -> None:
     with FakeBus([FakeXL430(1, voltage_v=9.5), FakeXL430(5)]) as bus:
         bus.motors[1].memory.set("firmware_version", 37)
         bus.motors[1].raise_hardware_error(SHUTDOWN_OVERLOAD)
-        text = refusal(bus.path)
+        text = refusal(bus)
     for part in ("right motor (ID 2): no answer", "ID 5 (XL430-W250)", "firmware 37", "overload", "only 9.5 V"):
         assert part in text
     assert text.startswith(bus.path)
@@ -91,25 +97,25 @@ def test_everything_wrong_is_told_at_once() -> None:
 
 def test_another_model_is_named(bus: FakeBus) -> None:
     bus.motors[2].memory.set("model_number", 1020)
-    text = refusal(bus.path)
+    text = refusal(bus)
     assert "right motor (ID 2): model number 1020 is not an XL430-W250 (1060)" in text
     assert "left" not in text
 
 
 def test_a_wrong_speed_or_no_power(bus: FakeBus) -> None:
-    text = refusal(bus.path, baud_rate=57_600)
+    text = refusal(bus, baud_rate=57_600)
     assert text.count("no answer") == 2
     assert "57600 baud" in text
     assert "power" in text
 
 
 def test_a_speed_that_no_motor_knows(bus: FakeBus) -> None:
-    assert "12345 baud" in refusal(bus.path, baud_rate=12_345)
+    assert "12345 baud" in refusal(bus, baud_rate=12_345)
 
 
 def test_a_failed_open_leaves_the_motors_without_torque(bus: FakeBus) -> None:
     bus.motors[2].raise_hardware_error(SHUTDOWN_OVERLOAD)
-    refusal(bus.path)
+    refusal(bus)
     assert [motor.memory.get("torque_enable") for motor in bus.motors.values()] == [0, 0]
 
 

@@ -1,11 +1,13 @@
 """The fake's wire: speed, power, plugs, faults and fuzz, seen through the unmodified SDK or a bare serial port."""
 
+import subprocess
+import sys
 import termios
 import threading
 
 import pytest
 import serial
-from dynamixel_sdk import COMM_RX_CORRUPT, COMM_RX_TIMEOUT, COMM_SUCCESS, GroupSyncRead
+from dynamixel_sdk import COMM_RX_CORRUPT, COMM_RX_TIMEOUT, COMM_SUCCESS, GroupSyncRead, PacketHandler
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -120,3 +122,16 @@ def test_the_pump_advances_by_the_real_clock() -> None:
     with RealTimePump(advance, period_s=0.001):
         assert enough.wait(5.0)
     assert all(0.0 < dt_s < 5.0 for dt_s in steps)
+
+
+def test_the_fake_as_a_process_serves_until_it_is_told_to_end() -> None:
+    command = [sys.executable, "-m", "hil_fakes.dynamixel", "xl430"]
+    with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as process:
+        assert process.stdout is not None
+        port = PatientPort(process.stdout.readline().strip())
+        port.setBaudRate(1_000_000)
+        answers = (PacketHandler(2.0).ping(port, 1)[:2] for _ in range(20))
+        assert (1060, COMM_SUCCESS) in answers
+        port.closePort()
+        process.terminate()
+        assert process.wait(30) == 0

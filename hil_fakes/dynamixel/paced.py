@@ -1,0 +1,65 @@
+"""A serial port whose time-outs go by what the fake has done, not by the clock on the wall.
+
+On a busy machine a fake may answer later than any motor would, and a test of a lost reply would lose others too. A
+`PacedPort` gives up as soon as the fake has heard everything and has not answered, and no earlier. For fakes whose time
+the test itself makes pass (no `RealTimePump`), one port open at a time:
+
+    DynamixelWheels(bus.path, make_port=partial(PacedPort, bus))
+"""
+
+from __future__ import annotations
+
+import select
+import time
+from collections.abc import Sequence
+
+from hil_fakes.dynamixel.bus import FakeBus
+from hvcpd.hardware.wheels_port import WaitingPort
+
+LOOK_EVERY_S = 0.001
+PATIENCE_S = 60.0
+"""Of real time; a fake that has heard nothing for so long is unplugged or dead."""
+
+
+class PacedPort(WaitingPort):
+    """`hvcpd`'s own port on a FakeBus's pseudo-terminal, without its clock."""
+
+    def __init__(self, bus: FakeBus, path: str, baud_rate: int, timeout_s: float) -> None:
+        super().__init__(path, baud_rate, timeout_s)
+        self._bus = bus
+        self._to_hear = 0
+
+    def openPort(self) -> bool:  # noqa: N802 – the SDK's names
+        self._to_hear = self._bus.heard_bytes
+        return super().openPort()
+
+    def writePort(self, packet: Sequence[int]) -> int:  # noqa: N802
+        written = int(super().writePort(packet))
+        self._to_hear += written
+        return written
+
+    def readPort(self, length: int) -> bytes:  # noqa: N802
+        """Up to `length` bytes, as soon as there are some or the fake has nothing to answer."""
+        return bytes(self.ser.read(length)) if length > 0 and self._wait() else b""
+
+    def isPacketTimeout(self) -> bool:  # noqa: N802
+        """Whether nothing more can come."""
+        return not self._wait()
+
+    def overtime(self) -> bool:
+        """Never: a fake that babbles is heard to the end."""
+        return False
+
+    def drain(self) -> int:
+        """Throw away what still comes; the number of bytes thrown away."""
+        thrown = 0
+        while self._wait():
+            thrown += len(self.ser.read(max(self.ser.in_waiting, 1)))
+        return thrown
+
+    def _wait(self) -> bool:
+        """Whether there are bytes, once the fake has heard all that was written."""
+        end_s = time.monotonic() + PATIENCE_S
+        while self._bus.plugged and self._bus.heard_bytes < self._to_hear and time.monotonic() < end_s:
+            select.select([], [], [], LOOK_EVERY_S)
+        return bool(select.select([self.ser.fileno()], [], [], 0.0)[0])
