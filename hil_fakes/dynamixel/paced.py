@@ -2,9 +2,7 @@
 
 On a busy machine a fake may answer later than any motor would, and a test of a lost reply would lose others too. A
 `PacedPort` gives up as soon as the fake has heard everything and has not answered, and no earlier. For fakes whose time
-the test itself makes pass (no `RealTimePump`), one port open at a time:
-
-    DynamixelWheels(bus.path, make_port=partial(PacedPort, bus))
+the test itself makes pass (no `RealTimePump`), one port open at a time.
 """
 
 from __future__ import annotations
@@ -13,25 +11,36 @@ import select
 import time
 from collections.abc import Sequence
 
+from dynamixel_sdk import PortHandler
+
 from hil_fakes.dynamixel.bus import FakeBus
-from hvcpd.hardware.wheels_port import WaitingPort
 
 LOOK_EVERY_S = 0.001
 PATIENCE_S = 60.0
 """Of real time; a fake that has heard nothing for so long is unplugged or dead."""
 
 
-class PacedPort(WaitingPort):
-    """`hvcpd`'s own port on a FakeBus's pseudo-terminal, without its clock."""
+class PacedPort(PortHandler):  # type: ignore[misc]  # the SDK carries no types
+    """`dynamixel-sdk`'s port on a FakeBus's pseudo-terminal, without its clock."""
 
-    def __init__(self, bus: FakeBus, path: str, baud_rate: int, timeout_s: float) -> None:
-        super().__init__(path, baud_rate, timeout_s)
+    def __init__(self, bus: FakeBus, path: str = "", baud_rate: int = 1_000_000, _timeout_s: float = 0.0) -> None:
+        super().__init__(path or bus.path)
+        self.baudrate = baud_rate
         self._bus = bus
         self._to_hear = 0
 
     def openPort(self) -> bool:  # noqa: N802 – the SDK's names
+        """Open the port and lock it against a second program. Raises serial.SerialException."""
         self._to_hear = self._bus.heard_bytes
-        return super().openPort()
+        opened = bool(super().openPort())
+        self.ser.exclusive = True
+        return opened
+
+    def closePort(self) -> None:  # noqa: N802
+        """Let go of the port; safe to call when it is not open."""
+        if self.ser is not None:
+            self.ser.close()
+        self.is_open = self.is_using = False
 
     def writePort(self, packet: Sequence[int]) -> int:  # noqa: N802
         written = int(super().writePort(packet))

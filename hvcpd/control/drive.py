@@ -96,8 +96,7 @@ def _report(options: argparse.Namespace, wheels: Wheels, session: DriveSession, 
         return EX_OK
     if navigator.state is MotionState.ARRIVED:
         session.rest(SETTLE_S)
-    reason = "; ".join(text for text in (navigator.reason, session.fault) if text)
-    show.end(session.odometry.pose, session.way_m, navigator.state, reason)
+    show.end(session.odometry.pose, session.way_m, navigator.state, session.reason)
     return EX_OK if navigator.state is MotionState.ARRIVED else EX_FAILURE
 
 
@@ -113,7 +112,7 @@ def _calibrate(options: argparse.Namespace, settings: Settings, session: DriveSe
 
     def perform(journey: Journey) -> None:
         if session.carry_out(journey, show.moment) is not MotionState.ARRIVED:
-            raise CalibrationError(f"the run failed: {session.navigator.reason}; {session.fault}".removesuffix("; "))
+            raise CalibrationError(f"the run failed: {session.reason}")
         session.rest(SETTLE_S)
 
     def ask(name: str) -> Measured:

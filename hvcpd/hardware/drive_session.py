@@ -45,6 +45,11 @@ class DriveSession:
         self.way_m = 0.0
         """How far the robot's middle has moved so far."""
 
+    @property
+    def reason(self) -> str:
+        """Why the last journey failed, and what the wheels said last; empty if all is well."""
+        return "; ".join(text for text in (self.navigator.reason, self.fault) if text)
+
     def carry_out(self, journey: Journey, show: Callable[[Snapshot], None] = lambda _moment: None) -> MotionState:
         """Drive until it has arrived or failed (`navigator.reason` says why). The wheels stand when this returns."""
         self.navigator.start(journey, self.odometry.pose)

@@ -9,7 +9,7 @@ from typing import Any
 import pytest
 
 from hil_fakes.dynamixel.bus import FakeBus
-from hil_fakes.dynamixel.motor import SHUTDOWN_OVERLOAD, FakeXL430, turtlebot3_pair
+from hil_fakes.dynamixel.motor import FakeXL430, turtlebot3_pair
 from hil_fakes.dynamixel.opencr import FakeOpenCR
 from hil_fakes.dynamixel.paced import PacedPort
 from hil_fakes.dynamixel.pump import RealTimePump
@@ -175,16 +175,6 @@ def test_a_stop_that_nobody_confirms_is_an_error() -> None:
         pytest.raises(DeviceError, match=r"neither OpenCR \(ID 200\) nor motors 1 and 2 answer, but ID 9"),
     ):
         drive(bus, "stop")
-
-
-def test_a_failed_motion_tells_what_the_wheels_said_last(capsys: pytest.CaptureFixture[str]) -> None:
-    controller = FakeOpenCR()
-    controller.left.raise_hardware_error(SHUTDOWN_OVERLOAD)
-    with moving(controller) as bus:
-        assert drive(bus, "forward", "0.2", make_port=PatientPort) == 1
-    out = capsys.readouterr().out
-    assert out.startswith("failed: ")
-    assert "a motor has shut itself down" in out
 
 
 @pytest.mark.parametrize("driver", ["auto", "opencr"])

@@ -110,7 +110,7 @@ def test_a_wrong_speed_or_no_power(bus: FakeBus) -> None:
 
 
 def test_a_speed_that_no_motor_knows(bus: FakeBus) -> None:
-    assert "12345 baud" in refusal(bus, baud_rate=12_345)
+    assert "12345 baud" in refusal_at(bus.path, baud_rate=12_345)
 
 
 def test_a_failed_open_leaves_the_motors_without_torque(bus: FakeBus) -> None:

@@ -8,12 +8,13 @@ from dynamixel_sdk import PacketHandler, PortHandler
 from hil_fakes.dynamixel.bus import FakeBus
 from hil_fakes.dynamixel.contract import Rig
 from hil_fakes.dynamixel.motor import turtlebot3_pair
+from hil_fakes.dynamixel.paced import PacedPort
 
-PATIENCE_MS = 300.0
+PATIENCE_MS = 20_000.0
 
 
 class PatientPort(PortHandler):
-    """The SDK's port with more than its 34 ms for a reply: test machines are loaded, and the SDK spins meanwhile."""
+    """The SDK's port with more than its 34 ms for a reply that is sure to come: test machines are loaded."""
 
     def setPacketTimeout(self, packet_length: int) -> None:
         self.setPacketTimeoutMillis(PATIENCE_MS)
@@ -27,7 +28,7 @@ def bus() -> Iterator[FakeBus]:
 
 @pytest.fixture
 def rig(bus: FakeBus) -> Iterator[Rig]:
-    port = PatientPort(bus.path)
-    assert port.setBaudRate(1_000_000)
+    port = PacedPort(bus)
+    assert port.openPort()
     yield Rig(port, PacketHandler(2.0), (1, 2), bus.advance)
     port.closePort()

@@ -11,15 +11,15 @@ from hil_fakes.dynamixel.bus import FakeBus
 from hil_fakes.dynamixel.contract import Rig
 from hil_fakes.dynamixel.opencr import BOOT_S, DEVICE_ID, FakeOpenCR
 from hil_fakes.dynamixel.opencr_contract import CHECKS
-from tests.hil_fakes.dynamixel.conftest import PatientPort
+from hil_fakes.dynamixel.paced import PacedPort
 
 
 @pytest.fixture
 def opencr() -> Iterator[tuple[FakeOpenCR, Rig]]:
     controller = FakeOpenCR()
     with FakeBus([controller], seed=1) as bus:
-        port = PatientPort(bus.path)
-        assert port.setBaudRate(1_000_000)
+        port = PacedPort(bus)
+        assert port.openPort()
         yield controller, Rig(port, PacketHandler(2.0), (DEVICE_ID, DEVICE_ID), bus.advance)
         port.closePort()
 
