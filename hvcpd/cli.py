@@ -6,7 +6,7 @@ import argparse
 import asyncio
 import signal
 import sys
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, NoReturn
 
@@ -16,6 +16,7 @@ from hvcpd.errors import EX_OK, EX_SOFTWARE, EX_USAGE, HvcpdError
 if TYPE_CHECKING:
     from hvcpd.daemon.devices import Devices
     from hvcpd.daemon.life import Daemon
+    from hvcpd.daemon.log_lines import RateLimiter
     from hvcpd.daemon.preflight import Preflight
 
 _EPILOG = (
@@ -48,6 +49,7 @@ def make_parser() -> argparse.ArgumentParser:
     parser.add_argument(
         "--allow-confusable", action="store_true", help="use tasks and names that would be taken for one another too"
     )
+    parser.add_argument("--log-format", choices=("auto", "console", "keyvalue", "json"), help="default: auto")
     parser.add_argument("--log-level", choices=("debug", "info", "warning", "error"), help="default: info")
     parser.add_argument(
         "--check", action="store_true", help="only look for everything that is needed, and open nothing"
@@ -65,7 +67,7 @@ def main(arguments: Sequence[str] | None = None, devices: Devices | None = None)
     from hvcpd.daemon.telling import set_up_logging
 
     devices = devices or Devices()
-    overrides = {key: getattr(options, key) for key in ("name", "team", "tasks", "mode", "log_level")}
+    overrides = {key: getattr(options, key) for key in ("name", "team", "tasks", "mode", "log_level", "log_format")}
     try:
         loaded = load_with_sources(options.config, overrides, reserved=name_fault)
     except HvcpdError as error:
@@ -76,11 +78,11 @@ def main(arguments: Sequence[str] | None = None, devices: Devices | None = None)
     _show(preflight, options.check)
     if options.check or preflight.outfit is None or preflight.exit_status != EX_OK:
         return preflight.exit_status
-    set_up_logging(settings.log_level)
+    limiter = set_up_logging(settings.log_level, form=settings.log_format)
     from hvcpd.daemon.life import Daemon
     from hvcpd.daemon.notify import ServiceManager
 
-    return _run(Daemon(preflight.outfit, devices, ServiceManager(), loaded.sources))
+    return _run(Daemon(preflight.outfit, devices, ServiceManager(), loaded.sources), limiter)
 
 
 def _show(preflight: Preflight, ok_too: bool) -> None:
@@ -96,31 +98,41 @@ def _complain(text: str) -> None:
     sys.stderr.writelines(f"hvcpd: {line}\n" for line in text.splitlines())
 
 
-def _run(daemon: Daemon) -> int:
+def _run(daemon: Daemon, limiter: RateLimiter) -> int:
     import structlog
+
+    from hvcpd.daemon.telling import tell_held_back
 
     log = structlog.get_logger(__name__)
     try:
-        asyncio.run(_serve(daemon))
+        asyncio.run(_serve(daemon, lambda: tell_held_back(limiter)))
     except HvcpdError as error:
         log.error("failed", reason=str(error), exit_status=error.exit_status)
         return error.exit_status
     except Exception:  # the outermost: whatever it is, the log has it, and the wheels are stopped already
         log.exception("crashed", exit_status=EX_SOFTWARE)
         return EX_SOFTWARE
+    tell_held_back(limiter)
     log.info("stopped")
     return EX_OK
 
 
-async def _serve(daemon: Daemon) -> None:
+async def _serve(daemon: Daemon, tell_held_back: Callable[[], None]) -> None:
     """Let the daemon run until a signal; the wheels are stopped when this returns.
 
     At the first signal the robot says that it leaves; a second one ends it without a word.
     """
     from hvcpd.daemon.life import FAREWELL_WALL_S
+    from hvcpd.daemon.telling import HELD_BACK_EVERY_S
 
     life = asyncio.ensure_future(daemon.run())
     loop = asyncio.get_running_loop()
+
+    def look_after_log() -> None:
+        tell_held_back()
+        loop.call_later(HELD_BACK_EVERY_S, look_after_log)
+
+    look_after_log()
     asked: list[signal.Signals] = []
     ended: list[bool] = []
 

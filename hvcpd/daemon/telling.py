@@ -1,55 +1,77 @@
-"""What the daemon says of itself in its log: one line an event, for people on a terminal, as logfmt for a service."""
+"""What the daemon says of itself in its log: one line an event, for people on a terminal, else as logfmt or JSON."""
 
 from __future__ import annotations
 
 import logging
 import os
 import sys
-from collections.abc import Mapping
-from typing import Any, TextIO
+import time
+from collections.abc import Callable, Mapping
+from typing import Any, Literal, TextIO, cast
 
 import structlog
 
 from hvcpd.config.tasks import TaskRepository
 from hvcpd.coordination.actions import SavePeer, SaveTask
+from hvcpd.daemon.log_lines import LossyStream, RateLimiter, clean_values, hide_secrets, is_journal, with_priority
 from hvcpd.records import GarbledRecord, HeardRecord, HoldRecord, PerformedRecord, Record, SaidRecord
+from hvcpd.reporting.jsonlines import as_strict_json
 
-_PRIORITIES = {"debug": 7, "info": 6, "warning": 4, "error": 3, "critical": 2}
-"""syslog's numbers, which the journal reads from "<N>" at the beginning of a line (sd-daemon(3))."""
+LogFormat = Literal["auto", "console", "keyvalue", "json"]
+
+HELD_BACK_EVERY_S = 60.0
+"""Lines that were held back, and after which none of their kind has come, are told of so often."""
 
 _log = structlog.get_logger(__name__)
 
 
-def set_up_logging(level: str, stream: TextIO | None = None, environment: Mapping[str, str] = os.environ) -> None:
-    """Log to `stream` (standard error by default): readable on a terminal, logfmt otherwise.
+def set_up_logging(
+    level: str,
+    stream: TextIO | None = None,
+    environment: Mapping[str, str] = os.environ,
+    form: LogFormat = "auto",
+    clock: Callable[[], float] = time.monotonic,
+) -> RateLimiter:
+    """Log to `stream` (standard error by default), one line an event; see `log_format` in etc/hvcpd.yaml.
 
-    Under systemd (JOURNAL_STREAM is set) lines carry the journal's priority instead of a time, which it has itself.
+    Lines for the journal carry its priority instead of a time, which it has itself. Returns what holds back lines
+    that come too often, for `tell_held_back`.
     """
     out = stream or sys.stderr
-    journal = "JOURNAL_STREAM" in environment and not out.isatty()
-    processors: list[Any] = [structlog.processors.add_log_level, structlog.processors.format_exc_info]
+    if form == "auto":
+        form = "console" if out.isatty() else "keyvalue"
+    journal = is_journal(out, environment, os.fstat)
+    limiter = RateLimiter(clock)
+    processors: list[Any] = [limiter, hide_secrets, structlog.processors.add_log_level]
     if not journal:
-        processors.append(structlog.processors.TimeStamper(fmt="iso" if not out.isatty() else "%H:%M:%S", utc=False))
-    if out.isatty():
-        processors[1:2] = []  # the console's renderer formats exceptions itself
-        processors.append(structlog.dev.ConsoleRenderer(colors=True, pad_event_to=12))
-    else:
-        processors.append(
-            structlog.processors.LogfmtRenderer(key_order=["timestamp", "level", "event"], drop_missing=True)
-        )
+        short = form == "console" and out.isatty()
+        processors.append(structlog.processors.TimeStamper(fmt="%H:%M:%S" if short else "iso", utc=False))
+    processors += [structlog.processors.format_exc_info, clean_values, _renderer(form, out.isatty())]
     if journal:
-        processors.append(_with_priority)
+        processors.append(with_priority)
     structlog.configure(
         processors=processors,
         wrapper_class=structlog.make_filtering_bound_logger(getattr(logging, level.upper())),
-        logger_factory=lambda *_: structlog.WriteLogger(stream or sys.stderr),
+        logger_factory=lambda *_: structlog.WriteLogger(cast(TextIO, LossyStream(stream or sys.stderr))),
         cache_logger_on_first_use=False,
     )
+    return limiter
 
 
-def _with_priority(_logger: Any, method: str, line: str) -> str:
-    priority = _PRIORITIES.get(method, 6)
-    return "\n".join(f"<{priority}>{part}" for part in line.splitlines())
+def _renderer(form: LogFormat, colors: bool) -> Any:
+    if form == "json":
+        return structlog.processors.JSONRenderer(serializer=lambda event, **_: as_strict_json(event))
+    if form == "keyvalue":
+        order = ["timestamp", "level", "event"]
+        return structlog.processors.LogfmtRenderer(key_order=order, drop_missing=True, bool_as_flag=False)
+    plain = structlog.dev.plain_traceback  # the others show the values of variables
+    return structlog.dev.ConsoleRenderer(colors=colors, pad_event_to=12, exception_formatter=plain)
+
+
+def tell_held_back(limiter: RateLimiter) -> None:
+    """One line on every kind of line that was held back."""
+    for event, count in limiter.take_held_back().items():
+        _log.warning("lines held back", of=event, count=count)
 
 
 def tell(record: Record, tasks: TaskRepository) -> None:

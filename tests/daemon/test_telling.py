@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import io
+import os
 from collections.abc import Iterator
+from pathlib import Path
 
 import pytest
 import structlog
@@ -53,8 +55,15 @@ def test_logfmt_has_the_words_and_the_confidence() -> None:
     assert 'number=1 name="water the rose" state=claimed owner=Bot' in lines[3]
 
 
-def test_under_systemd_the_journal_keeps_the_time_and_learns_the_priority() -> None:
-    lines = written(io.StringIO(), {"JOURNAL_STREAM": "8:1234"})
+def test_under_systemd_the_journal_keeps_the_time_and_learns_the_priority(tmp_path: Path) -> None:
+    with (tmp_path / "journal").open("w+") as stream:
+        status = os.fstat(stream.fileno())
+        set_up_logging("info", stream, {"JOURNAL_STREAM": f"{status.st_dev}:{status.st_ino}"})
+        for record in RECORDS:
+            tell(record, TASKS)
+        stream.seek(0)
+        lines = stream.read().splitlines()
+    assert len(lines) == 5
     assert all(line.startswith("<6>level=info event=") for line in lines)
 
 
