@@ -14,9 +14,11 @@ from hvcpd import __version__
 from hvcpd.errors import EX_OK, EX_SOFTWARE, EX_USAGE, HvcpdError
 
 if TYPE_CHECKING:
+    from hvcpd.config.settings import Loaded, Settings
     from hvcpd.daemon.devices import Devices
     from hvcpd.daemon.life import Daemon
     from hvcpd.daemon.log_lines import RateLimiter
+    from hvcpd.daemon.outfit import Outfit
     from hvcpd.daemon.preflight import Preflight
 
 _EPILOG = (
@@ -62,7 +64,7 @@ def main(arguments: Sequence[str] | None = None, devices: Devices | None = None)
     options = make_parser().parse_args(arguments)
     from hvcpd.config.settings import load_with_sources
     from hvcpd.daemon.devices import Devices
-    from hvcpd.daemon.outfit import name_fault
+    from hvcpd.daemon.outfit import equip, name_fault
     from hvcpd.daemon.preflight import examine
     from hvcpd.daemon.telling import set_up_logging
 
@@ -79,10 +81,20 @@ def main(arguments: Sequence[str] | None = None, devices: Devices | None = None)
     if options.check or preflight.outfit is None or preflight.exit_status != EX_OK:
         return preflight.exit_status
     limiter = set_up_logging(settings.log_level, form=settings.log_format)
+
+    def read_again() -> tuple[Loaded, Outfit]:
+        again = load_with_sources(options.config, overrides, reserved=name_fault)
+        return again, equip(again.settings, options.allow_confusable)
+
+    def set_log(settings: Settings) -> None:
+        set_up_logging(settings.log_level, form=settings.log_format, limiter=limiter)
+
     from hvcpd.daemon.life import Daemon
     from hvcpd.daemon.notify import ServiceManager
+    from hvcpd.daemon.reloading import Rereading
 
-    return _run(Daemon(preflight.outfit, devices, ServiceManager(), loaded.sources), limiter)
+    rereading = Rereading(loaded.sources, read_again, set_log)
+    return _run(Daemon(preflight.outfit, devices, ServiceManager(), rereading), limiter)
 
 
 def _show(preflight: Preflight, ok_too: bool) -> None:
@@ -149,6 +161,14 @@ async def _serve(daemon: Daemon, tell_held_back: Callable[[], None]) -> None:
             ended.append(True)
             life.cancel()
 
+    reloads: set[asyncio.Task[None]] = set()
+
+    def reload() -> None:
+        task = loop.create_task(daemon.reload())
+        reloads.add(task)
+        task.add_done_callback(reloads.discard)
+
+    loop.add_signal_handler(signal.SIGHUP, reload)
     for number in (signal.SIGTERM, signal.SIGINT):
         loop.add_signal_handler(number, stop, number)
     try:

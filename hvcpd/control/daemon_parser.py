@@ -31,6 +31,19 @@ def add_daemon_commands(commands: Commands, lazy: Callable[[str], Run]) -> None:
     config.add_argument("--changed", action="store_true", help="only those that are not the default")
 
 
+def add_completion(commands: Commands, run: Run) -> None:
+    """Add `completion`."""
+    completion = commands.add_parser(
+        "completion",
+        help="print what the shell needs to complete this command's words",
+        epilog="Examples: hvcpctl completion bash > ~/.local/share/bash-completion/completions/hvcpctl; "
+        "hvcpctl completion fish > ~/.config/fish/completions/hvcpctl.fish; in ~/.zshrc: "
+        "source <(hvcpctl completion zsh)",
+    )
+    completion.add_argument("shell", choices=("bash", "zsh", "fish"), help="the shell")
+    completion.set_defaults(run=run)
+
+
 def add_which(command: argparse.ArgumentParser, name: bool = True) -> None:
     """The options that say which daemon is meant."""
     command.add_argument("--config", type=Path, metavar="FILE", help="settings file (default: /etc/hvcpd/hvcpd.yaml)")

@@ -48,7 +48,10 @@ def _facts(status: Mapping[str, Any]) -> list[tuple[str, RenderableType]]:
     if pose is not None and status["wheels"] is not None:
         where = f"x {number(pose['x_m'])} m, y {number(pose['y_m'])} m, heading {number(pose['heading_deg'], 0)}°"
         facts.append(("Place", where))
-    facts += [("Wheels", _wheels(status["wheels"])), ("Battery", _battery(status)), ("Sound", _sound(status["sound"]))]
+    facts.append(("Wheels", _wheels(status["wheels"])))
+    if status["wheels"] is not None:
+        facts.append(("Battery", _battery(status)))
+    facts.append(("Sound", _sound(status["sound"])))
     if status["memory"]["lost"]:
         lost = plural(status["memory"]["lost"], "record")
         facts.append(("Memory", Text(f"{lost} not kept; see the log for the reason", "red")))

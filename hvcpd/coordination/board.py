@@ -102,6 +102,11 @@ class Board:
         never_claimed = tuple(e.definition for e in live if e.state == OPEN)
         return never_claimed or tuple(e.definition for e in live if now >= e.lease_end_s)
 
+    def redefine(self, tasks: Iterable[TaskDefinition]) -> None:
+        """Take other places and actions for the tasks; their numbers and names stay."""
+        for task in tasks:
+            self._entries[task.number].definition = task
+
     def next_lapse(self, now: float) -> float | None:
         """When the next claim lapses, if nobody renews it."""
         ends = [e.lease_end_s for e in self._entries.values() if e.state == CLAIMED and e.lease_end_s > now]

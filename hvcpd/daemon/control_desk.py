@@ -11,13 +11,13 @@ import structlog
 
 from hvcpd import __version__
 from hvcpd.config.loading import did_you_mean
-from hvcpd.config.sources import Sourced
 from hvcpd.coordination import bidding
 from hvcpd.daemon.control_events import FREQUENT, KINDS
 from hvcpd.daemon.control_protocol import PROTOCOL, RefusalError, Request, checked_arguments
 from hvcpd.daemon.control_server import Client, ControlServer
 from hvcpd.daemon.control_status import Body, status_of, tasks_of
-from hvcpd.errors import PhraseError, StoreError
+from hvcpd.daemon.reloading import Reloader
+from hvcpd.errors import HvcpdError, PhraseError, StoreError
 from hvcpd.robot import Robot
 
 MAX_ROWS = 100
@@ -34,9 +34,9 @@ _log = structlog.get_logger(__name__)
 class Desk:
     """Carries out requests; what changes something is logged with who asked for it."""
 
-    def __init__(self, body: Body, sources: tuple[Sourced, ...]) -> None:
+    def __init__(self, body: Body, reloader: Reloader) -> None:
         self._body = body
-        self._sources = sources
+        self._reloader = reloader
         self.server: ControlServer | None = None
         self.stop_at_start = False
         """"stop" was asked for before there was a robot to be stopped."""
@@ -113,7 +113,13 @@ class Desk:
         return {"rows": [{"number": row.number, "wall_s": row.wall_s, **asdict(row.record)} for row in rows]}
 
     async def config(self, _: Arguments, _client: Client) -> Result:
-        return {"settings": [asdict(each) for each in self._sources]}
+        return {"settings": [asdict(each) for each in self._reloader.sources]}
+
+    async def reload(self, _: Arguments, _client: Client) -> Result:
+        try:
+            return await self._reloader.reload()
+        except HvcpdError as error:
+            raise RefusalError("bad_settings", str(error)) from None
 
     async def subscribe(self, arguments: Arguments, client: Client) -> Result:
         kinds = arguments.get("events", sorted(KINDS.keys() - FREQUENT))
@@ -143,6 +149,7 @@ COMMANDS: dict[str, tuple[ArgumentTypes, Command]] = {
     "resume": ({}, Desk.resume),
     "transcript": ({"after": (int,), "since_s": (int, float), "limit": (int,)}, Desk.transcript),
     "config": ({}, Desk.config),
+    "reload": ({}, Desk.reload),
     "subscribe": ({"events": (list,)}, Desk.subscribe),
 }
 """Each command with its arguments, none of which must be given but `say`'s."""

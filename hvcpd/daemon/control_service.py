@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import structlog
 
-from hvcpd.config.sources import Sourced
 from hvcpd.coordination import bidding
 from hvcpd.daemon.control_desk import Desk
 from hvcpd.daemon.control_events import FREQUENT, EventSource
 from hvcpd.daemon.control_server import ControlServer
 from hvcpd.daemon.control_socket import SocketFile, socket_path
 from hvcpd.daemon.control_status import Body
+from hvcpd.daemon.reloading import Reloader, Rereading
 from hvcpd.ports import Samples, WheelReading
 from hvcpd.reporting.events import as_json
 from hvcpd.robot import Robot, RobotOutput
@@ -21,9 +21,10 @@ _log = structlog.get_logger(__name__)
 class ControlService:
     """Lets other programs of this computer ask the daemon; without a socket the robot lives on all the same."""
 
-    def __init__(self, body: Body, sources: tuple[Sourced, ...] = ()) -> None:
+    def __init__(self, body: Body, rereading: Rereading | None = None) -> None:
         self.body = body
-        self._desk = Desk(body, sources)
+        self.reloader = Reloader(body, rereading or Rereading())
+        self._desk = Desk(body, self.reloader)
         self._server = ControlServer(self._desk.serve, self._desk.hello)
         self._desk.server = self._server
         self._events = EventSource(body.outfit.settings.name, body.meter)

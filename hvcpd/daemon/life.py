@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 import asyncio
-from contextlib import AsyncExitStack
+from contextlib import AsyncExitStack, suppress
 
 import structlog
 
 from hvcpd.assembly import Roster, make_robot
-from hvcpd.config.sources import Sourced
 from hvcpd.daemon.control_service import ControlService
 from hvcpd.daemon.control_status import Body
 from hvcpd.daemon.devices import Devices
@@ -17,9 +16,11 @@ from hvcpd.daemon.lessons import Lessons
 from hvcpd.daemon.notify import ServiceManager
 from hvcpd.daemon.outfit import Outfit
 from hvcpd.daemon.rehearsal import rehearse
+from hvcpd.daemon.reloading import Rereading
 from hvcpd.daemon.sound_service import SoundService
 from hvcpd.daemon.telling import tell
 from hvcpd.daemon.wheel_service import WheelService
+from hvcpd.errors import HvcpdError
 from hvcpd.robot import Acoustics, Robot
 
 FAREWELL_S = 12.0
@@ -41,13 +42,13 @@ class Daemon:
         outfit: Outfit,
         devices: Devices,
         manager: ServiceManager | None = None,
-        sources: tuple[Sourced, ...] = (),
+        rereading: Rereading | None = None,
     ) -> None:
         self._outfit = outfit
         self._manager = manager or ServiceManager({})
         self._devices = devices
         self._journal = JournalService(outfit)
-        self._control = ControlService(Body(outfit, self._journal), sources)
+        self._control = ControlService(Body(outfit, self._journal), rereading)
         self._wheels: WheelService | None = None
         self._lessons: Lessons | None = None
         self.sound: SoundService | None = None
@@ -66,6 +67,11 @@ class Daemon:
             self._leave_until_s = self.robot.now + FAREWELL_S
             self._manager.stopping("saying that it leaves")
             self.robot.coordination.leave(self.robot.now)
+
+    async def reload(self) -> None:
+        """Read the settings and tasks again; faults in them are told in the log and change nothing."""
+        with suppress(HvcpdError):
+            await self._control.reloader.reload()
 
     async def run(self) -> None:
         """Start everything in order, live, and take it down in reverse order.

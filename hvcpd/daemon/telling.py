@@ -31,17 +31,18 @@ def set_up_logging(
     environment: Mapping[str, str] = os.environ,
     form: LogFormat = "auto",
     clock: Callable[[], float] = time.monotonic,
+    limiter: RateLimiter | None = None,
 ) -> RateLimiter:
     """Log to `stream` (standard error by default), one line an event; see `log_format` in etc/hvcpd.yaml.
 
     Lines for the journal carry its priority instead of a time, which it has itself. Returns what holds back lines
-    that come too often, for `tell_held_back`.
+    that come too often, for `tell_held_back` and for setting it up anew.
     """
     out = stream or sys.stderr
     if form == "auto":
         form = "console" if out.isatty() else "keyvalue"
     journal = is_journal(out, environment, os.fstat)
-    limiter = RateLimiter(clock)
+    limiter = limiter or RateLimiter(clock)
     processors: list[Any] = [limiter, hide_secrets, structlog.processors.add_log_level]
     if not journal:
         short = form == "console" and out.isatty()

@@ -12,13 +12,14 @@ from typing import Any
 
 import numpy as np
 
-from hvcpd.config.settings import load_with_sources
+from hvcpd.config.settings import Loaded, load_with_sources
 from hvcpd.config.tasks import Forward
 from hvcpd.daemon.control_service import ControlService
 from hvcpd.daemon.control_socket import short_address
 from hvcpd.daemon.control_status import Body
 from hvcpd.daemon.journal_service import JournalService
-from hvcpd.daemon.outfit import equip
+from hvcpd.daemon.outfit import Outfit, equip
+from hvcpd.daemon.reloading import Rereading
 from hvcpd.daemon.wheel_service import WheelService
 from hvcpd.ports import WheelCommand, WheelReading
 from hvcpd.recognition.events import Event
@@ -86,14 +87,20 @@ class ControlBench:
 
     def __init__(self, directory: Path, **more: object) -> None:
         (directory / "tasks.yaml").write_text(ONE_TASK)
-        given = {"name": "Rob", "tasks": str(directory / "tasks.yaml"), "state_dir": str(directory / "state")}
-        loaded = load_with_sources(None, given | more, system_path=directory / "none.yaml", environment={})
+        self.file = directory / "bench.yaml"
+        self.file.write_text("mode: volunteer\n")
+        given = {"name": "Rob", "tasks": str(directory / "tasks.yaml"), "state_dir": str(directory / "state")} | more
+
+        def read() -> tuple[Loaded, Outfit]:
+            again = load_with_sources(self.file, given, environment={})
+            return again, equip(again.settings)
+
+        loaded, outfit = read()
         self.bench = Bench(Forward(1.0))
         self.wheels = NotedWheels()
-        outfit = equip(loaded.settings)
         self.journal = JournalService(outfit)
         self.body = Body(outfit, self.journal)
-        self.service = ControlService(self.body, loaded.sources)
+        self.service = ControlService(self.body, Rereading(loaded.sources, read))
         self.path = loaded.settings.control.socket or directory / "state" / "rob.sock"
 
     async def open(self, with_robot: bool = True) -> None:

@@ -22,7 +22,7 @@ from hvcpd.daemon.control_server import MAX_CLIENTS, MAX_FOLLOWERS, MAX_UNREAD_B
 from hvcpd.errors import RunningError
 from hvcpd.ports import STANDSTILL, WheelCommand
 from hvcpd.recognition.events import Garbled, Recognised
-from tests.daemon.control_bench import ControlBench, Talk, control, run
+from tests.daemon.control_bench import ONE_TASK, ControlBench, Talk, control, run
 
 ORDER = tuple("hi rob i am bot water the green rose".split())
 
@@ -177,7 +177,38 @@ def test_settings_come_with_their_sources(tmp_path: Path) -> None:
             talk = await bench.connect()
             settings = {each["key"]: each for each in (await talk.ask("config"))["result"]["settings"]}
             assert settings["name"] == {"key": "name", "value": "Rob", "source": "--name"}
-            assert settings["mode"]["source"] == "default"
+            assert settings["pick"]["source"] == "default"
+            await talk.hang_up()
+
+    run(scene())
+
+
+def test_reload_changes_what_it_can_and_names_what_it_cannot(tmp_path: Path) -> None:
+    async def scene() -> None:
+        async with control(tmp_path) as bench:
+            talk = await bench.connect()
+            assert (await talk.ask("reload"))["result"] == {"changed": [], "restart": []}
+            bench.file.write_text("mode: follow\nunable: [1]\naudio: {block_ms: 20}\n")
+            tasks = tmp_path / "tasks.yaml"
+            tasks.write_text(ONE_TASK.replace("x_m: 0", "x_m: 2"))
+            result = (await talk.ask("reload"))["result"]
+            assert result["restart"] == ["audio.block_ms"]
+            assert [change["key"] for change in result["changed"]] == ["mode", "unable", "task 1"]
+            role = bench.bench.robot.coordination.role
+            assert (role.volunteer, role.unable) == (False, frozenset({1}))
+            assert (await talk.ask("status"))["result"]["mode"] == "follow"
+            (task,) = (await talk.ask("tasks"))["result"]["tasks"]
+            assert (task["place"], task["unable"]) == ({"x_m": 2.0, "y_m": 0.0}, True)
+            settings = {each["key"]: each for each in (await talk.ask("config"))["result"]["settings"]}
+            assert settings["mode"]["source"] == f"{bench.file}:1"
+            assert settings["audio.block_ms"]["value"] == 25, "what is in force"
+            tasks.write_text(ONE_TASK.replace("green", "pink"))
+            assert (await talk.ask("reload"))["result"]["restart"] == ["audio.block_ms", "tasks"]
+            bench.file.write_text("mood: follow\nmode: volunteer\n")
+            refused = (await talk.ask("reload"))["error"]
+            assert refused["code"] == "bad_settings"
+            assert "did you mean 'mode'" in refused["text"]
+            assert bench.bench.robot.coordination.role.volunteer is False, "all or nothing"
             await talk.hang_up()
 
     run(scene())

@@ -1,0 +1,121 @@
+"""Reads settings and tasks again while the robot lives: what can change at once does, the rest waits for a restart."""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from typing import Any
+
+import structlog
+
+from hvcpd.config.settings import Loaded, Settings
+from hvcpd.config.sources import Sourced
+from hvcpd.config.tasks import SayAction, TaskRepository
+from hvcpd.daemon.control_status import Body
+from hvcpd.daemon.outfit import Outfit
+from hvcpd.errors import HvcpdError
+
+LIVE = ("mode", "pick", "unable", "clips", "log_level", "log_format")
+"""Settings, or groups of them, that take effect at once. All others are built into the recogniser, the voice, the
+wheels or the sound card's stream."""
+
+_log = structlog.get_logger(__name__)
+
+
+@dataclass(frozen=True)
+class Rereading:
+    """How a daemon came by its settings, to do so again. `read` raises HvcpdError with every fault."""
+
+    sources: tuple[Sourced, ...] = ()
+    read: Callable[[], tuple[Loaded, Outfit]] | None = None
+    set_log: Callable[[Settings], None] = lambda _: None
+
+
+class Reloader:
+    """One robot's settings in force, and where each comes from."""
+
+    def __init__(self, body: Body, rereading: Rereading) -> None:
+        self._body = body
+        self._rereading = rereading
+        self.sources = rereading.sources
+        self._turn = asyncio.Lock()
+
+    async def reload(self) -> dict[str, Any]:
+        """What has changed, and what needs a restart to change. Raises HvcpdError; then nothing has changed."""
+        if self._rereading.read is None:
+            return {"changed": [], "restart": []}
+        async with self._turn:
+            try:
+                loaded, outfit = await asyncio.to_thread(self._rereading.read)
+            except HvcpdError as error:
+                _log.error("not reloaded", reason=str(error))
+                raise
+            result = self._take(loaded, outfit)
+        _log.info("reloaded", changed=_keys(result["changed"]), needs_restart=", ".join(result["restart"]) or None)
+        return result
+
+    def _take(self, loaded: Loaded, read: Outfit) -> dict[str, Any]:
+        changed, restart, sources = [], [], []
+        for old, new in zip(self.sources, loaded.sources, strict=True):
+            live = new.key.split(".")[0] in LIVE
+            sources.append(new if live or old.value == new.value else old)
+            if old.value == new.value:
+                continue
+            if live:
+                changed.append({"key": new.key, "before": old.value, "now": new.value})
+            else:
+                restart.append(new.key)
+        self.sources = tuple(sources)
+        outfit = self._body.outfit
+        settings = replace(outfit.settings, **{key: getattr(read.settings, key) for key in LIVE})
+        tasks = outfit.tasks
+        if "tasks" not in restart and read.tasks != tasks:
+            if _words(read.tasks) != _words(tasks):
+                restart.append("tasks")
+            else:
+                changed += _task_changes(tasks, read.tasks)
+                tasks = read.tasks
+        self._body.outfit = replace(outfit, settings=settings, tasks=tasks)
+        self._rereading.set_log(settings)
+        self._tell_robot(self._body.outfit)
+        return {"changed": changed, "restart": restart}
+
+    def _tell_robot(self, outfit: Outfit) -> None:
+        robot, settings = self._body.robot, outfit.settings
+        if robot is None:
+            return
+        c = robot.coordination
+        c.role = replace(
+            c.role,
+            coordinator=settings.mode == "coordinate",
+            volunteer=settings.mode == "volunteer",
+            nearest_first=settings.pick == "nearest",
+            unable=frozenset(settings.unable),
+        )
+        c.board.redefine(outfit.tasks.tasks)
+        c.reconsider(robot.now)
+
+
+def _words(tasks: TaskRepository) -> tuple[object, ...]:
+    """What of the tasks can be spoken of, and is built into the recogniser."""
+    remarks = {a.text for task in tasks.tasks for a in task.actions if isinstance(a, SayAction)}
+    return {task.number: task.name for task in tasks.tasks}, remarks, tasks.other_tasks, tasks.alternatives
+
+
+def _task_changes(before: TaskRepository, now: TaskRepository) -> list[dict[str, Any]]:
+    pairs = ((task, before.by_number(task.number)) for task in now.tasks)
+    return [
+        {"key": f"task {new.number}", "before": _described(old), "now": _described(new)}
+        for new, old in pairs
+        if old is not None and old != new
+    ]
+
+
+def _described(task: Any) -> str:
+    place = f"at x {task.place.x_m:g} m, y {task.place.y_m:g} m" if task.place is not None else "without a place"
+    return f"{place}, {len(task.actions)} action{'s' * (len(task.actions) != 1)}"
+
+
+def _keys(changed: list[dict[str, Any]]) -> str | None:
+    return ", ".join(change["key"] for change in changed) or None
