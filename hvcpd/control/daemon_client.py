@@ -13,7 +13,16 @@ from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
-from hvcpd.config.settings import STAND_IN_NAME, Settings, load_with_sources
+from hvcpd.config.document import parse, read_bytes
+from hvcpd.config.environment import FILE_VARIABLE
+from hvcpd.config.settings import (
+    STAND_IN_NAME,
+    STATE_DIR,
+    SYSTEM_SETTINGS_PATH,
+    ControlSettings,
+    Settings,
+    load_with_sources,
+)
 from hvcpd.daemon.control_protocol import PROTOCOL
 from hvcpd.daemon.control_socket import short_address, socket_folders, socket_name
 from hvcpd.errors import ConfigError, HvcpdError, NotAllowedError, NotDoneError, NotRunningError, PhraseError
@@ -128,10 +137,28 @@ def _settings(options: argparse.Namespace, environment: Mapping[str, str]) -> tu
         loaded = load_with_sources(options.config, {"name": name}, name_needed=False, environment=environment)
     except ConfigError as error:
         first = str(error).splitlines()[0]
-        sys.stderr.write(f"hvcpctl: note: the settings have faults ({first}); looking in the usual places\n")
-        return Settings(name=name or STAND_IN_NAME), name
+        sys.stderr.write(f"hvcpctl: note: the settings have faults ({first})\n")
+        return _guessed(options.config or environment.get(FILE_VARIABLE) or SYSTEM_SETTINGS_PATH, name)
     source = next(each.source for each in loaded.sources if each.key == "name")
     return loaded.settings, None if source == "default" else loaded.settings.name
+
+
+def _guessed(file: str | Path, name: str | None) -> tuple[Settings, str | None]:
+    """What tells where the socket lies, as far as it can be read from a file with faults."""
+    path = Path(file)
+    try:
+        value = parse(read_bytes(path), str(path)).value
+    except ConfigError:
+        value = None
+    top = value if isinstance(value, dict) else {}
+    group = top.get("control")
+    told = {"name": top.get("name"), "state": top.get("state_dir")}
+    told["socket"] = group.get("socket") if isinstance(group, dict) else None
+    text = {key: each for key, each in told.items() if isinstance(each, str)}
+    name = name or text.get("name")
+    state_dir = path.parent / text["state"] if "state" in text else STATE_DIR
+    control = ControlSettings(socket=path.parent / text["socket"] if "socket" in text else None)
+    return Settings(name=name or STAND_IN_NAME, state_dir=state_dir, control=control), name
 
 
 def _first(paths: list[Path], name: str | None, folders: tuple[Path, ...]) -> DaemonClient:

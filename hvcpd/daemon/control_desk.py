@@ -17,7 +17,7 @@ from hvcpd.daemon.control_protocol import PROTOCOL, RefusalError, Request, check
 from hvcpd.daemon.control_server import Client, ControlServer
 from hvcpd.daemon.control_status import Body, status_of, tasks_of
 from hvcpd.daemon.reloading import Reloader
-from hvcpd.errors import HvcpdError, PhraseError, StoreError
+from hvcpd.errors import HvcpdError, NotDoneError, PhraseError, StoreError
 from hvcpd.robot import Robot
 
 MAX_ROWS = 100
@@ -118,6 +118,8 @@ class Desk:
     async def reload(self, _: Arguments, _client: Client) -> Result:
         try:
             return await self._reloader.reload()
+        except NotDoneError as error:
+            raise RefusalError("starting", str(error)) from None
         except HvcpdError as error:
             raise RefusalError("bad_settings", str(error)) from None
 

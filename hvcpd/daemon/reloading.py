@@ -14,7 +14,7 @@ from hvcpd.config.sources import Sourced
 from hvcpd.config.tasks import SayAction, TaskRepository
 from hvcpd.daemon.control_status import Body
 from hvcpd.daemon.outfit import Outfit
-from hvcpd.errors import HvcpdError
+from hvcpd.errors import HvcpdError, NotDoneError
 
 LIVE = ("mode", "pick", "unable", "clips", "log_level", "log_format")
 """Settings, or groups of them, that take effect at once. All others are built into the recogniser, the voice, the
@@ -43,6 +43,8 @@ class Reloader:
 
     async def reload(self) -> dict[str, Any]:
         """What has changed, and what needs a restart to change. Raises HvcpdError; then nothing has changed."""
+        if self._body.robot is None:
+            raise NotDoneError(f"{self._body.outfit.settings.name} is still starting; try again in a moment")
         if self._rereading.read is None:
             return {"changed": [], "restart": []}
         async with self._turn:
@@ -52,7 +54,8 @@ class Reloader:
                 _log.error("not reloaded", reason=str(error))
                 raise
             result = self._take(loaded, outfit)
-        _log.info("reloaded", changed=_keys(result["changed"]), needs_restart=", ".join(result["restart"]) or None)
+        changed = ", ".join(change["key"] for change in result["changed"])
+        _log.info("reloaded", changed=changed or "nothing", needs_restart=", ".join(result["restart"]) or "nothing")
         return result
 
     def _take(self, loaded: Loaded, read: Outfit) -> dict[str, Any]:
@@ -115,7 +118,3 @@ def _task_changes(before: TaskRepository, now: TaskRepository) -> list[dict[str,
 def _described(task: Any) -> str:
     place = f"at x {task.place.x_m:g} m, y {task.place.y_m:g} m" if task.place is not None else "without a place"
     return f"{place}, {len(task.actions)} action{'s' * (len(task.actions) != 1)}"
-
-
-def _keys(changed: list[dict[str, Any]]) -> str | None:
-    return ", ".join(change["key"] for change in changed) or None

@@ -155,11 +155,14 @@ def test_no_daemon_is_status_3_and_says_who_does_run(ctl: Ctl, robot: RunningRob
 
 def test_faults_of_the_settings_keep_nobody_from_stopping(robot: RunningRobot, tmp_path: Path) -> None:
     config = tmp_path / "hvcpd.yaml"
-    config.write_text("nmae: Rob\n")
-    file = str(robot.bench.path)
-    assert main(["stop", "--config", str(config), "--socket", file]) == 0
-    assert robot.state is State.STOPPED
-    assert main(["resume", "--config", str(config), "--socket", file]) == 0
+    for text in ("mdoe: follow\nname: Rob\nstate_dir: {}\n", "control: {{socket: {}/rob.sock}}\nx: 1\n"):
+        config.write_text(text.format(robot.directory / "state"))
+        assert main(["stop", "--config", str(config)]) == 0
+        assert robot.state is State.STOPPED
+        assert main(["resume", "--config", str(config)]) == 0
+    config.write_text("\t: [")
+    assert main(["stop", "--config", str(config), "--socket", str(robot.bench.path)]) == 0
+    assert main(["resume", "--config", str(config), "--socket", str(robot.bench.path)]) == 0
 
 
 @pytest.mark.skipif(os.getuid() == 0, reason="root may ask every daemon")

@@ -94,6 +94,7 @@ def test_a_stop_before_the_robot_is_there_is_not_forgotten(tmp_path: Path) -> No
             talk = await bench.connect()
             assert (await talk.ask("status"))["result"]["state"] == "starting"
             assert (await talk.ask("tasks"))["error"]["code"] == "starting"
+            assert (await talk.ask("reload"))["error"]["code"] == "starting", "the plan is made of what was read before"
             assert (await talk.ask("stop"))["ok"]
             bench.begin()
             assert (await talk.ask("status"))["result"]["stopped"] is True
