@@ -21,7 +21,7 @@ class Network:
     Chains (n_chains, sorted by target node): `first_row` and `length`, their frames in the template bank
     (`longest` is the longest one's);
     `source_node`, `target_node`; `word` and `word_number` (equal words have equal numbers).
-    Nodes (n_nodes): `may_pause`, `is_final`; `start_nodes` lists one node per voice.
+    Nodes (n_nodes): `may_pause`, `is_final`, `goes_on` (words may follow); `start_nodes` lists one node per voice.
     """
 
     def __init__(self, graph: WordGraph, bank: TemplateBank) -> None:
@@ -56,6 +56,8 @@ class Network:
 
     def _lay_out_chains(self, chains: list[tuple[int, int, str, int]], bank: TemplateBank) -> None:
         self.n_chains = len(chains)
+        self.goes_on = np.zeros(self.n_nodes, np.bool_)
+        self.goes_on[[c[1] for c in chains]] = True
         self.target_node: Index = np.array([c[0] for c in chains], np.intp)
         self.source_node: Index = np.array([c[1] for c in chains], np.intp)
         self.word = tuple(c[2] for c in chains)

@@ -33,6 +33,23 @@ STEADY_SPREAD = 1.15
 Speech 3 dB above a noise has 1.3 and more, in quiet 3 and more (both measured on our own voices)."""
 RISE_DB_PER_S = 2.0
 """While somebody speaks the estimate rises by no more, and falls at once: slow speech leaves too few gaps in 3 s."""
+TONE_FRAMES = 24
+"""A band's noise is known again when it was a steady tone, or lower than before, for 0.24 s: a motor changes its speed
+faster than the memory forgets, and hardly any vowel stays that long unchanged."""
+TONE_EVERY_FRAMES = 8
+"""...which is looked at every 80 ms."""
+TONE_SPREAD = 0.6
+"""A tone's spread in time is less than this much of steady noise's; speech has more than the noise."""
+TONE_DRIFT_NEPER = 0.35
+"""The halves of a tone may differ by this (1.5 dB)."""
+TONE_RISE_NEPER = 0.4
+"""What is 1.7 dB above the estimate is a rise..."""
+TONE_SHARE = 0.3
+"""...of a tone, if it has no more power than this share of the whole noise had: its pitch has moved. A vowel that is
+louder than the noise is none."""
+FALL_NEPER = 0.7
+"""A band that was this much (3 dB) below the estimate has become quieter: the mean of so many frames of steady noise
+spreads by 1 dB."""
 _RISE = np.float32(10.0 ** (RISE_DB_PER_S / 10.0 * HOP_SAMPLES / SAMPLE_RATE_HZ))
 
 
@@ -67,6 +84,7 @@ class NoiseTracker:
         self._ring = np.zeros((MEMORY_FRAMES, N_BANDS), np.float32)
         self._filled = 0
         self._next = 0
+        self._unseen = 0
         self._steady = steady_noise()
         self.estimate: NDArray[np.float32] = np.full(N_BANDS, ENERGY_FLOOR, np.float32)
         """Mean noise energy a band, shape (N_BANDS,), linear power."""
@@ -88,6 +106,32 @@ class NoiseTracker:
         if self.ready:
             self._renew(self.estimate * _RISE ** len(energies) if speech else None)
 
+        self._unseen += len(energies)
+        if self._unseen >= TONE_EVERY_FRAMES and self._filled >= TONE_FRAMES:
+            self._unseen = 0
+            self._follow_bands()
+
+    def _follow_bands(self) -> None:
+        """Forget the past of the bands in which a tone has come or gone."""
+        window = self._window(TONE_FRAMES)
+        level, estimate = window.mean(axis=0), self.estimate
+        rise = np.log(level / estimate)
+        moved = rise < -FALL_NEPER
+        risen = (rise > TONE_RISE_NEPER) & (level < TONE_SHARE * estimate.sum())
+        if risen.any():
+            logs = np.log(window)
+            half = TONE_FRAMES // 2
+            drift = np.abs(logs[:half].mean(axis=0) - logs[half:].mean(axis=0))
+            moved |= risen & (logs.std(axis=0) < TONE_SPREAD * self._steady.std_log) & (drift < TONE_DRIFT_NEPER)
+        if moved.any():
+            past = np.arange(self._next - self._filled, self._next - TONE_FRAMES) % MEMORY_FRAMES
+            self._ring[np.ix_(past, moved)] = (level * self._steady.percentile_ratio)[moved]
+            estimate[moved] = np.maximum(level, ENERGY_FLOOR)[moved]
+
+    def _window(self, n_frames: int) -> Energies:
+        """The last frames, shape (n_frames, N_BANDS)."""
+        return self._ring[np.arange(self._next - n_frames, self._next) % MEMORY_FRAMES]
+
     def _renew(self, most: NDArray[np.float32] | None) -> None:
         rank = int(PERCENTILE / 100.0 * (self._filled - 1))
         low = np.partition(self._ring[: self._filled], rank, axis=0)[rank]
@@ -99,7 +143,7 @@ class NoiseTracker:
         """Whether the last STEP_FRAMES are steady and well above the estimate; if so, they replace all the past."""
         if self._filled < STEP_FRAMES:
             return False
-        window = self._ring[np.arange(self._next - STEP_FRAMES, self._next) % MEMORY_FRAMES]
+        window = self._window(STEP_FRAMES)
         if float(np.log(window.mean(axis=0) / self.estimate).mean()) < STEP_NEPER or not self._is_steady(window):
             return False
         self._filled = 0

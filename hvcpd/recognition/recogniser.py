@@ -7,7 +7,6 @@ from the first sample, so the size of the blocks pushed never changes a result.
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
@@ -16,6 +15,7 @@ import numpy as np
 from hvcpd.language.graph import WordGraph
 from hvcpd.ports import Samples
 from hvcpd.recognition.activity import ActivityDetector, ActivitySettings
+from hvcpd.recognition.confidence import ConfidenceCurve, sentence_fare, word_fare
 from hvcpd.recognition.events import Event, Garbled, Recognised, WordSpan
 from hvcpd.recognition.frontend import HOP_SAMPLES, N_BANDS, power_weights
 from hvcpd.recognition.halting import Halting
@@ -28,31 +28,14 @@ from hvcpd.recognition.stream import CHUNK_FRAMES, Chunk, FrameStream
 from hvcpd.recognition.templates import TemplateBank
 from hvcpd.recognition.urgent import UrgentSpotter
 
-RECENT_FRAMES = 120
-"""1.2 s of frames are kept to be replayed into the network when it wakes."""
+RECENT_FRAMES = 160
+"""1.6 s of frames are kept to be replayed into the network when it wakes."""
 POWER_FRAMES = 2048
 """20 s of frame powers are kept for the signal-to-noise ratio of a sentence."""
 UNHEARD_LEAD_FRAMES = 28
 """A sentence this soon (0.28 s) after lost sound may be the end of a longer one."""
-
-
-@dataclass(frozen=True)
-class ConfidenceCurve:
-    """Logistic regression of whether a sentence is right, on how it fared; fitted by `benchmarks/confidence.py`."""
-
-    bias: float = -4.82
-    per_margin: float = 0.16
-    """For the cost of the closest other word in the same place, of the word where that is least."""
-    most_margin: float = 12.0
-    """More margin tells no more."""
-    per_deficit: float = -1.56
-    """For the words' mean distance beyond the frames' best templates (`Sentence.deficits`)..."""
-    per_worst: float = -6.11
-    """...and for that of the worst word: a word that nobody knows hides in a long sentence that is right otherwise."""
-    per_gain: float = 4.12
-    """For what the sentence fits better than the filler, a frame."""
-    per_log_gain: float = 1.36
-    """For the logarithm of that in all: long sentences do not come about by chance."""
+LATE_WAKE_FRAMES = 12
+"""A sentence this soon (0.12 s) after the first frame replayed into the network may have begun before it."""
 
 
 @dataclass(frozen=True)
@@ -68,9 +51,11 @@ class RecogniserSettings:
     """The share of those frames that must look like speech; clicks are shorter."""
     sleep_frames: int = 60
     """The network sleeps after 0.6 s without a sign of speech."""
-    min_confidence: float = 0.75
-    """Below it a sentence counts as garbled: of the right ones in white noise at -10 dB one in twenty, in motor and fan
-    noise at -5 dB a quarter of the wrong ones."""
+    min_confidence: float = 0.8
+    """Below it a sentence counts as garbled: of 1,102 right ones, most of them in noise, 49; of 253 wrong ones all but
+    17 (`benchmarks/confidence.py`)."""
+    doubtful_confidence: float = 0.2
+    """Above it, it does so even where nobody seemed to be speaking: in noise that hides speech."""
     max_lead_in: float = 0.4
     """A sentence must follow silence: nearer to noise than to speech in the 0.6 s before it, so that no sentence
     begins at a comma."""
@@ -202,6 +187,9 @@ class Recogniser:
         if self._spotter.awake:
             self._spotter.feed(energies, self._recent, noise)
         elif self._should_wake(len(energies)):
+            if len(self._recent) == RECENT_FRAMES:  # else what came before is dealt with
+                unheard = end_frame - RECENT_FRAMES + LATE_WAKE_FRAMES - UNHEARD_LEAD_FRAMES
+                self._lost_until = max(self._lost_until, unheard)
             self._spotter.wake(self._recent, end_frame - len(self._recent), noise)
         self._segments.push(chunk.first_frame, energies, self._activity.busy)
         events = self._conclude(end_frame)
@@ -237,12 +225,19 @@ class Recogniser:
                 self._listen_on(sentence.steps[-1].end_frame, end_frame)
                 return [recognised]
             self._spotter.forget()
+            if self._is_doubtful(sentence) and not self._segments.certify():
+                return [_garbled(Segment(sentence.steps[0].start_frame, sentence.steps[-1].end_frame))]
         segment = self._segments.ended(end_frame, self._spotter.under_way)
         if segment is None:
             return []
         self._segments.close(end_frame)
         self._listen_on(segment.end_frame, end_frame)
         return [_garbled(segment)]
+
+    def _is_doubtful(self, sentence: Sentence) -> bool:
+        """Whether a sentence that is not understood was probably one, so that it is garbled however faint it was."""
+        s = self._settings
+        return sentence.cost < -s.min_gain and s.confidence.chance(sentence_fare(sentence)) > s.doubtful_confidence
 
     def _listen_on(self, frame: int, end_frame: int) -> None:
         """What was said until `frame` is dealt with; whoever speaks next may be much fainter."""
@@ -254,8 +249,8 @@ class Recogniser:
         s = self._settings
         if sentence.steps[0].start_frame < self._lost_until + UNHEARD_LEAD_FRAMES:
             return None
-        confidence = self._confidence(sentence)
-        if confidence < s.min_confidence or sentence.cost > -s.min_gain:
+        confidence = s.confidence.chance(sentence_fare(sentence))
+        if sentence.unfinished or confidence < s.min_confidence or sentence.cost > -s.min_gain:
             return None
         if sentence.pause > s.max_pause or (sentence.lead_in > s.max_lead_in and not self._follows_murmur(sentence)):
             return None
@@ -264,10 +259,10 @@ class Recogniser:
                 self._spotter.word_of(step),
                 step.start_frame * HOP_SAMPLES,
                 step.end_frame * HOP_SAMPLES,
-                self._chance(sentence, step.margin, deficit, deficit),
+                s.confidence.chance(word_fare(sentence, k)),
                 deficit,
             )
-            for step, deficit in zip(sentence.steps, sentence.deficits, strict=True)
+            for k, (step, deficit) in enumerate(zip(sentence.steps, sentence.deficits, strict=True))
         )
         return Recognised(
             tuple(span.word for span in spans),
@@ -293,20 +288,6 @@ class Recogniser:
             return 0.0, 0.0
         noise = float(self._noise_power[slots].mean())
         return max(float(self._speech_power[slots].mean()) - noise, 0.0), noise
-
-    def _confidence(self, sentence: Sentence) -> float:
-        """The chance that every word is right."""
-        mean = sum(sentence.deficits) / len(sentence.deficits)
-        return self._chance(sentence, min(step.margin for step in sentence.steps), mean, max(sentence.deficits))
-
-    def _chance(self, sentence: Sentence, margin: float, mean: float, worst: float) -> float:
-        """The chance that words of the sentence with this margin, mean and worst deficit are right."""
-        c = self._settings.confidence
-        frames = sentence.steps[-1].end_frame - sentence.steps[0].start_frame
-        gain = max(-sentence.cost, 1.0)
-        logit = c.bias + c.per_margin * min(margin, c.most_margin) + c.per_deficit * mean + c.per_worst * worst
-        logit += c.per_gain * gain / max(frames, 1) + c.per_log_gain * math.log(gain)
-        return 1.0 / (1.0 + math.exp(-logit))
 
     def _snr_db(self, start_frame: int, end_frame: int) -> float:
         speech, noise = self._powers(start_frame, end_frame)

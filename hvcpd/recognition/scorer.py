@@ -22,6 +22,8 @@ MASK_DB = 16.0
 from one utterance to the next, and their logarithms would count as much as the vowels; clipping and reverberation fill
 the gaps between them. Measured: at 28 dB, 10 of 15 sentences with a tenth of their samples clipped; at 16 dB, 15."""
 
+NOISE_DISTANCE = 1.7
+"""Of a frame of steady noise to the noise's mean (measured, white and pink)."""
 
 CODEBOOK_FRAMES = 3000
 """Of all template frames so many, evenly chosen, stand for whatever a voice can utter (the cohort)."""
@@ -92,6 +94,15 @@ class Scorer:
         self._codebook_features = self._bank.compose(self._codebook, noise, gain)
         self._codebook_norms = _norms(self._codebook_features)
 
+    def promise(self, rows: NDArray[np.intp], most: float) -> float:
+        """What the very word, of the template's frames `rows`, would gain over the noise, a frame; `most` in each.
+
+        Its distance to its template is that of noise, and so is its distance to the noise, but for the template's own.
+        """
+        away = self._bank.compose(rows, self._noise, self._gain) - self._noise_features
+        squares = np.einsum("uf,uf->u", away, away) + NOISE_DISTANCE**2
+        return float(np.minimum(np.sqrt(squares) - NOISE_DISTANCE, most).mean())
+
     def follow(self, layout: Layout) -> None:
         """Have the features of this layout's states at hand; templates are composed when first needed."""
         features = np.empty((layout.n_states, N_FEATURES), np.float32)
@@ -108,10 +119,12 @@ class Scorer:
 
     def score(self, features: Features) -> Scores:
         """Euclidean distances of `features` (n, N_FEATURES) to every state, the noise and the cohort."""
-        states = _distances(features, self._features, self._norms)
-        codebook = _distances(features, self._codebook_features, self._codebook_norms)
+        own = _norms(features)
+        states = _squares(features, self._features, self._norms, own)
+        np.sqrt(states, out=states)
+        cohort = _squares(features, self._codebook_features, self._codebook_norms, own).min(axis=1)
         noise = np.sqrt(((features - self._noise_features) ** 2).sum(axis=1))
-        return Scores(states, noise, codebook.min(axis=1))
+        return Scores(states, noise, np.asarray(np.sqrt(cohort), np.float32))
 
 
 def _norms(features: Features) -> NDArray[np.float32]:
@@ -119,11 +132,13 @@ def _norms(features: Features) -> NDArray[np.float32]:
     return norms
 
 
-def _distances(features: Features, others: Features, norms: NDArray[np.float32]) -> NDArray[np.float32]:
+def _squares(
+    features: Features, others: Features, norms: NDArray[np.float32], own: NDArray[np.float32]
+) -> NDArray[np.float32]:
+    """Squared distances of `features`, whose squared norms are `own`, to `others` with `norms`; 0 or more."""
     d: NDArray[np.float32] = features @ others.T
     d *= -2.0
     d += norms
-    d += _norms(features)[:, None]
+    d += own[:, None]
     np.maximum(d, 0.0, out=d)
-    np.sqrt(d, out=d)
     return d

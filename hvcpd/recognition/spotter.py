@@ -32,9 +32,14 @@ class SpotterSettings:
     end_frames: int = 25
     """250 ms of rest end a sentence: longer than the pause at a comma (150 ms)."""
     late_end_frames: int = 40
-    """400 ms of rest, where a path inside a word is still cheaper or noise may hide how a word begins."""
-    hidden_db: float = 6.0
-    """A voice whose vowels are less than this above the noise begins many words unheard (k, h, f)."""
+    """400 ms of rest, where a path inside a word is still cheaper."""
+    hidden_end_frames: int = 48
+    """480 ms, where the sentence could go on and noise may hide how a word begins..."""
+    hidden_db: float = 10.0
+    """...since a voice whose vowels are less than this above the noise begins many words unheard (k, h, f)."""
+    going_on: float = 0.7
+    """If the sentence could go on, it has not ended while a path through the next words is this much cheaper; of right
+    sentences in noise one in 25 of those that could go on has, of those cut short all but one in 12."""
     longest_pause_frames: int = 60
     """0.6 s of pause inside a sentence, and the path is dropped: nobody pauses that long at a comma."""
     end_margin: float = 5.0
@@ -64,7 +69,9 @@ class Sentence:
     `deficits` holds, for each word, its mean distance per frame beyond the frame's best template, in units of
     `filler_cost`: near 0 for the very word, 1 and above for anything else. `lead_in` is the mean cost, in the same
     unit, of taking the 0.6 s before the sentence for noise: 0 when it was noise, 1 and more for speech. `pause` is the
-    dearest pause inside it, in the same unit times frames: how much speech it passes over.
+    dearest pause inside it, in the same unit times frames: how much speech it passes over. `promises` are what each
+    word would have gained over the filler if it was said (see `Scorer.promise`), `stretches` its frames over its
+    template's. `unfinished`: somebody seems to have gone on with words that were not understood.
     """
 
     steps: tuple[Step, ...]
@@ -72,7 +79,10 @@ class Sentence:
     deficits: tuple[float, ...]
     lead_in: float
     cost: float
-    pause: float = 0.0
+    pause: float
+    promises: tuple[float, ...]
+    stretches: tuple[float, ...]
+    unfinished: bool
 
 
 class Spotter:
@@ -175,8 +185,8 @@ class Spotter:
         best = self.best
         if best.node < 0 or best.cost >= 0.0 or best.rested_frames < self._settings.end_frames:
             return None
-        hidden = self._scorer.vowels_db(self._gain) < self._settings.hidden_db
-        if (best.behind > 0.0 or hidden) and best.rested_frames < self._settings.late_end_frames:
+        unfinished = bool(self._net.goes_on[best.node]) and best.behind > self._settings.going_on
+        if best.rested_frames < self._needed_rest(best):
             return None
         steps = tuple(self._decoder.trace(best.token))
         return Sentence(
@@ -186,7 +196,18 @@ class Spotter:
             self._lead_in(steps[0].start_frame),
             best.cost,
             max((self._pause(a.end_frame, b.start_frame) for a, b in pairwise(steps)), default=0.0),
+            tuple(self._promise(step) for step in steps),
+            tuple((step.end_frame - step.start_frame) / int(self._net.length[step.chain]) for step in steps),
+            unfinished,
         )
+
+    def _needed_rest(self, best: Best) -> int:
+        """So many frames of rest end a sentence with this path."""
+        s = self._settings
+        hidden = self._scorer.vowels_db(self._gain) < s.hidden_db
+        if self._net.goes_on[best.node] and (hidden or best.behind > s.going_on):
+            return s.hidden_end_frames
+        return s.late_end_frames if best.behind > 0.0 else s.end_frames
 
     def word_of(self, step: Step) -> str:
         """The word of a step."""
@@ -196,6 +217,11 @@ class Spotter:
         frames = np.arange(step.start_frame, step.end_frame)
         excess = float(self._filler_excess[frames % HISTORY_FRAMES].sum())
         return (step.cost + excess) / (max(len(frames), 1) * self._settings.filler_cost)
+
+    def _promise(self, step: Step) -> float:
+        first = int(self._net.first_row[step.chain])
+        rows = np.arange(first, first + int(self._net.length[step.chain]))
+        return max(self._scorer.promise(rows, self._settings.filler_cost), 0.01) * (step.end_frame - step.start_frame)
 
     def _lead_in(self, start_frame: int) -> float:
         frames = np.arange(max(start_frame - LEAD_FRAMES, self._first), start_frame - 3)

@@ -182,3 +182,10 @@ def test_missing_template_is_our_own_mistake() -> None:
     del voices["oak"]["rose"]
     with pytest.raises(ValueError, match="rose"):
         Recogniser(graph(), voices)
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_a_sentence_whose_end_is_hidden_by_noise_is_not_taken_for_a_shorter_one(seed: int) -> None:
+    faint_end = np.concatenate([sentence("hi rob,"), sentence("water green") * np.float32(0.5)])
+    [answer] = heard(in_noise(faint_end, before_s=2.0, after_s=1.5, noise_dbfs=-14.0, seed=seed))
+    assert answer in ("garbled", "hi rob water green")

@@ -1,0 +1,90 @@
+"""How likely a sentence is right, by how it fared: logistic regression, fitted by `benchmarks/confidence.py`.
+
+What a word gains over the filler says little by itself: near the noise even the very word gains hardly anything. So it
+is measured by what the very word would gain in this noise (`Scorer.promise`).
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import astuple, dataclass
+
+from hvcpd.recognition.spotter import Sentence
+
+LEAST_MARGIN, MOST_MARGIN = 0.3, 12.0
+"""Costs of the closest other word; more or less tells no more."""
+LEAST_FIT, MOST_FIT = 0.05, 1.0
+"""Gains, in those of the very word; the quietest voices gain twice as much by chance."""
+LEAST_WORD_FIT = -1.0
+SLOW, SLOWEST = 1.4, 2.4
+"""Frames of a word over its template's: right words have 1.25 at most, slow ones 1.4; a made-up one may have any."""
+FAST = 0.9
+
+
+@dataclass(frozen=True)
+class Fare:
+    """How a sentence, or one word of it, fared."""
+
+    log_margin: float
+    """Logarithm of the cost of the closest other word in the same place, of the word where that is least."""
+    deficit: float
+    """The words' mean distance beyond the frames' best templates (`Sentence.deficits`)..."""
+    worst: float
+    """...and that of the worst word: a word that nobody knows hides in a long sentence that is right otherwise."""
+    log_gain: float
+    """Logarithm of what the sentence fits better than the filler: long sentences do not come about by chance."""
+    log_fit: float
+    """Logarithm of that in gains of the very sentence..."""
+    word_fit: float
+    """...and of the word where it is least."""
+    slowness: float
+    """Of the slowest word, beyond SLOW: words made of a steady sound last."""
+    haste: float
+    """Of the fastest word, below FAST."""
+
+
+@dataclass(frozen=True)
+class ConfidenceCurve:
+    """Weights of what `Fare` tells, in its order."""
+
+    bias: float = -5.55
+    weights: Fare = Fare(0.32, -3.0, -4.97, 2.04, 0.87, 1.62, -4.26, -11.05)
+
+    def chance(self, fare: Fare) -> float:
+        """The chance, 0 to 1, that what fared so is right."""
+        logit = self.bias + sum(w * x for w, x in zip(astuple(self.weights), astuple(fare), strict=True))
+        return 1.0 / (1.0 + math.exp(-max(logit, -700.0)))
+
+
+def sentence_fare(sentence: Sentence) -> Fare:
+    """How the whole sentence fared."""
+    n, margins = len(sentence.steps), [step.margin for step in sentence.steps]
+    fits = [_fit(sentence, k) for k in range(n)]
+    mean = sum(sentence.deficits) / n
+    return _fare(sentence, min(margins), mean, max(sentence.deficits), min(fits), sentence.stretches)
+
+
+def word_fare(sentence: Sentence, k: int) -> Fare:
+    """How the `k`-th word fared in its sentence."""
+    deficit, stretch = sentence.deficits[k], sentence.stretches[k]
+    return _fare(sentence, sentence.steps[k].margin, deficit, deficit, _fit(sentence, k), (stretch,))
+
+
+def _fit(sentence: Sentence, k: int) -> float:
+    return -sentence.steps[k].cost / sentence.promises[k]
+
+
+def _fare(
+    sentence: Sentence, margin: float, mean: float, worst: float, word_fit: float, stretches: tuple[float, ...]
+) -> Fare:
+    gain = max(-sentence.cost, 1.0)
+    return Fare(
+        math.log(min(max(margin, LEAST_MARGIN), MOST_MARGIN)),
+        mean,
+        worst,
+        math.log(gain),
+        math.log(max(gain / sum(sentence.promises), LEAST_FIT)),
+        min(max(word_fit, LEAST_WORD_FIT), MOST_FIT),
+        min(max(max(stretches), SLOW), SLOWEST) - SLOW,
+        max(FAST - min(stretches), 0.0),
+    )
