@@ -54,8 +54,11 @@ class RecogniserSettings:
     min_confidence: float = 0.8
     """Below it a sentence counts as garbled: of 1,102 right ones, most of them in noise, 49; of 253 wrong ones all but
     17 (`benchmarks/confidence.py`)."""
+    min_margin: float = 1.0
+    """So much more another word must cost in every place ("two" against "three"): of the same right ones nine have less,
+    of the wrong ones that pass three."""
     doubtful_confidence: float = 0.2
-    """Above it, it does so even where nobody seemed to be speaking: in noise that hides speech."""
+    """Above it, a sentence does so even where nobody seemed to be speaking: in noise that hides speech."""
     max_lead_in: float = 0.4
     """A sentence must follow silence: nearer to noise than to speech in the 0.6 s before it, so that no sentence
     begins at a comma."""
@@ -102,6 +105,8 @@ class Recogniser:
         self._speech_power = np.zeros(POWER_FRAMES)
         self._noise_power = np.zeros(POWER_FRAMES)
         self._lost_until = -UNHEARD_LEAD_FRAMES
+        self._doubtful: Segment | None = None
+        """What was probably a sentence, or the beginning of the one that is under way; not told yet."""
 
     @property
     def busy(self) -> bool:
@@ -166,7 +171,8 @@ class Recogniser:
 
     def _break_off(self, frame: int) -> list[Event]:
         """Forget all paths; who spoke before `frame` is garbled."""
-        segment = self._segments.close(frame)
+        segment = self._segments.close(frame) or self._doubtful
+        self._doubtful = None
         self._spotter.sleep()
         self._activity.reset()
         self._recent = self._recent[:0]
@@ -224,9 +230,18 @@ class Recogniser:
                 self._segments.close(end_frame)
                 self._listen_on(sentence.steps[-1].end_frame, end_frame)
                 return [recognised]
-            self._spotter.forget()
-            if self._is_doubtful(sentence) and not self._segments.certify():
-                return [_garbled(Segment(sentence.steps[0].start_frame, sentence.steps[-1].end_frame))]
+            if self._is_doubtful(sentence):
+                self._doubtful = Segment(sentence.steps[0].start_frame, sentence.steps[-1].end_frame)
+            if not sentence.unfinished:
+                self._spotter.forget()
+        return self._conclude_garbled(end_frame)
+
+    def _conclude_garbled(self, end_frame: int) -> list[Event]:
+        doubtful = self._doubtful
+        if doubtful is not None and not self._spotter.under_way:
+            self._doubtful = None
+            if not self._segments.certify():
+                return [_garbled(doubtful)]
         segment = self._segments.ended(end_frame, self._spotter.under_way)
         if segment is None:
             return []
@@ -234,16 +249,17 @@ class Recogniser:
         self._listen_on(segment.end_frame, end_frame)
         return [_garbled(segment)]
 
+    def _listen_on(self, frame: int, end_frame: int) -> None:
+        """What was said until `frame` is dealt with; whoever speaks next may be much fainter."""
+        self._spotter.sleep()
+        self._doubtful = None
+        self._alert_age = self._alert_count = 0
+        self._recent = self._recent[len(self._recent) - max(end_frame - frame, 0) :]
+
     def _is_doubtful(self, sentence: Sentence) -> bool:
         """Whether a sentence that is not understood was probably one, so that it is garbled however faint it was."""
         s = self._settings
         return sentence.cost < -s.min_gain and s.confidence.chance(sentence_fare(sentence)) > s.doubtful_confidence
-
-    def _listen_on(self, frame: int, end_frame: int) -> None:
-        """What was said until `frame` is dealt with; whoever speaks next may be much fainter."""
-        self._spotter.sleep()
-        self._alert_age = self._alert_count = 0
-        self._recent = self._recent[len(self._recent) - max(end_frame - frame, 0) :]
 
     def _judge(self, sentence: Sentence) -> Recognised | None:
         s = self._settings
@@ -251,6 +267,8 @@ class Recogniser:
             return None
         confidence = s.confidence.chance(sentence_fare(sentence))
         if sentence.unfinished or confidence < s.min_confidence or sentence.cost > -s.min_gain:
+            return None
+        if min(step.margin for step in sentence.steps) < s.min_margin:
             return None
         if sentence.pause > s.max_pause or (sentence.lead_in > s.max_lead_in and not self._follows_murmur(sentence)):
             return None

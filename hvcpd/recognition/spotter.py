@@ -71,7 +71,7 @@ class Sentence:
     unit, of taking the 0.6 s before the sentence for noise: 0 when it was noise, 1 and more for speech. `pause` is the
     dearest pause inside it, in the same unit times frames: how much speech it passes over. `promises` are what each
     word would have gained over the filler if it was said (see `Scorer.promise`), `stretches` its frames over its
-    template's. `unfinished`: somebody seems to have gone on with words that were not understood.
+    template's. `unfinished`: somebody seems to go on with words that are not understood yet.
     """
 
     steps: tuple[Step, ...]
