@@ -55,7 +55,7 @@ class RecogniserSettings:
     """Below it a sentence counts as garbled: of 1,102 right ones, most of them in noise, 49; of 253 wrong ones all but
     17 (`benchmarks/confidence.py`)."""
     min_margin: float = 1.0
-    """So much more another word must cost in every place ("two" against "three"): of the same right ones nine have less,
+    """So much more another word must cost in every place ("two" against "three"): nine of the same right ones have less,
     of the wrong ones that pass three."""
     doubtful_confidence: float = 0.2
     """Above it, a sentence does so even where nobody seemed to be speaking: in noise that hides speech."""
