@@ -13,6 +13,12 @@ from hvcpd.language import messages as m
 if TYPE_CHECKING:
     from hvcpd.coordination.coordination import Coordination
 
+LISTS_OF_ONE = 4
+"""What one robot alone tells is believed after so many lists: one that has misheard it asks as often itself, and
+hears of the others that it is left."""
+LISTS_OF_TWO = 2
+"""Where only two are, the other one can have misheard only what this robot has said itself."""
+
 
 def confirmed(c: Coordination, u: m.Utterance, s: m.Confirmed, now: float) -> None:
     if u.speaker is None or not isinstance(u.addressee, m.ToRobot):
@@ -78,7 +84,10 @@ def negative(c: Coordination, u: m.Utterance, _s: m.Negative, now: float) -> Non
 
 
 def left(c: Coordination, u: m.Utterance, s: m.Left, now: float) -> None:
-    """Somebody told which tasks are not done: a complete list tells of the others, by hearsay, that they are."""
+    """Somebody told which tasks are not done: a complete list tells of the others, by hearsay, that they are.
+
+    Two that tell so are believed, neither of which has it from the other, or one that tells it over and over.
+    """
     c.floor.withdraw("left")
     for number in s.numbers:
         entry = c.board.find(m.TaskByNumber(number))
@@ -91,8 +100,10 @@ def left(c: Coordination, u: m.Utterance, s: m.Left, now: float) -> None:
             if number in s.numbers or c.task == number or entry.known_done:
                 continue
             if entry.state == DONE:
-                if entry.told_by != u.speaker:
-                    c.board.complete(number, entry.owner)  # two have told so, and neither has it from the other
+                entry.times_told += 1
+                lists = LISTS_OF_ONE if len(c.peers.present(now)) > 1 else LISTS_OF_TWO
+                if entry.told_by != u.speaker or entry.times_told >= lists:
+                    c.board.complete(number, entry.owner)
             elif lapsed:
                 if entry.owner == c.role.name:
                     c.board.release(number)  # whoever has done it, this robot knows that it was not itself

@@ -27,6 +27,8 @@ class Entry:
     hearsay: bool = False
     told_by: str | None = None
     """Who left a task that is done by hearsay out of a list of what is left; None: its own report was heard."""
+    times_told: int = 0
+    """So often."""
     firm: bool = False
     """The claim is known to have been confirmed, or its owner to be at work: enough to deny it to others."""
     times_heard: int = 0
@@ -140,6 +142,7 @@ class Board:
         if not entry.known_done:
             self._set(number, DONE, owner or entry.owner, hearsay)
             entry.told_by = told_by if hearsay else None
+            entry.times_told = int(hearsay)
 
     def reopen(self, number: int) -> None:
         """What was heard of this task was wrong."""
