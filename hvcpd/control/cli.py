@@ -179,6 +179,7 @@ def _add_phrases(commands: _Commands) -> None:
     c = commands.add_parser("phrases", help="print the card of all that can be said")
     _add_shared(c)
     c.add_argument("--format", choices=("text", "markdown", "html"), default="text")
+    c.add_argument("--json", action="store_true", help="print the card as one JSON object")
     c.set_defaults(run=_lazy("phrases"))
 
 
@@ -228,6 +229,7 @@ def _add_pronounce(commands: _Commands) -> None:
 def _add_prerender(commands: _Commands) -> None:
     c = commands.add_parser("prerender", help="make all words of the phrasebook beforehand")
     _add_shared(c)
+    c.add_argument("--json", action="store_true", help="print the result as one JSON object")
     c.set_defaults(run=_lazy("prerender"))
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import json
 import sys
 
 from rich.console import Console
@@ -19,5 +20,8 @@ def run(options: argparse.Namespace) -> int:
     console = Console(stderr=True)
     for name in team.names:
         rehearse(name, track(words, description=f"{name}'s voice", console=console), team.sound)
-    sys.stdout.write(f"{len(words)} words in the voices of {', '.join(team.names)} are ready\n")
+    if options.json:
+        sys.stdout.write(json.dumps({"words": len(words), "names": team.names}) + "\n")
+    else:
+        sys.stdout.write(f"{len(words)} words in the voices of {', '.join(team.names)} are ready\n")
     return 0

@@ -67,7 +67,7 @@ def _wheels(wheels: Mapping[str, Any] | None) -> RenderableType:
     if wheels is None:
         return "none: the robot stands and talks"
     if wheels["fault"] is not None:
-        return Text(f"no answer: {clean(wheels['fault'])}", "bold red")
+        return Text(f"failed: {clean(wheels['fault'])}", "bold red")
     return "turning" if wheels["turning"] else "standing"
 
 
@@ -105,7 +105,9 @@ def tasks_screen(tasks: Sequence[Mapping[str, Any]]) -> RenderableType:
     """The board as a table."""
     table = Table(box=None, padding=(0, 2, 0, 0), header_style="dim", pad_edge=False)
     for title in ("No", "Task", "State", "By", ""):
-        table.add_column(title, justify="right" if title == "No" else "left", overflow="fold")
+        table.add_column(
+            title, justify="right" if title == "No" else "left", overflow="fold", no_wrap=title in ("No", "State", "By")
+        )
     for task in tasks:
         state = Text(task["state"], _STATE_STYLES.get(task["state"], ""))
         table.add_row(str(task["number"]), clean(task["name"]), state, clean(task["owner"] or "–"), _remark(task))
@@ -126,11 +128,13 @@ def _remark(task: Mapping[str, Any]) -> str:
 
 
 def duration(seconds: float) -> str:
-    """A length of time as people say it, in its two largest units: 3 h 12 min."""
-    left = max(round(seconds), 0)
+    """A length of time as people say it, in its largest unit and the next: 3 h 12 min."""
+    whole = max(round(seconds), 0)
+    units = (("d", 86400), ("h", 3600), ("min", 60), ("s", 1))
+    first = next((index for index, (_, length) in enumerate(units) if whole >= length), len(units) - 1)
     parts: list[str] = []
-    for unit, length in (("d", 86400), ("h", 3600), ("min", 60), ("s", 1)):
-        count, left = divmod(left, length)
-        if count or (unit == "s" and not parts):
+    for unit, length in units[first : first + 2]:
+        count, whole = divmod(whole, length)
+        if count or not parts:
             parts.append(f"{count} {unit}")
-    return " ".join(parts[:2])
+    return " ".join(parts)

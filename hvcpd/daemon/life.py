@@ -8,6 +8,7 @@ from contextlib import AsyncExitStack, suppress
 import structlog
 
 from hvcpd.assembly import Roster, make_robot
+from hvcpd.daemon.clips import Clips
 from hvcpd.daemon.control_service import ControlService
 from hvcpd.daemon.control_status import Body
 from hvcpd.daemon.devices import Devices
@@ -49,6 +50,7 @@ class Daemon:
         self._devices = devices
         self._journal = JournalService(outfit)
         self._control = ControlService(Body(outfit, self._journal), rereading)
+        self._clips = Clips(lambda: self._control.body.outfit.settings.clips, outfit.settings.name)
         self._wheels: WheelService | None = None
         self._lessons: Lessons | None = None
         self.sound: SoundService | None = None
@@ -83,6 +85,7 @@ class Daemon:
             stack.callback(self._manager.close)
             stack.callback(self._control.release)
             stack.push_async_callback(self._journal.close)
+            stack.push_async_callback(self._clips.close)
             stack.push_async_callback(self._control.close)
             await self._control.open()
             remembered = await self._journal.open()
@@ -134,6 +137,7 @@ class Daemon:
             if self._wheels is not None:
                 self._wheels.serve(output.wheels, robot.now)  # first of all: a halt is not to wait
             sound.write(output.sound)
+            self._clips.take(block.samples, robot.now, output.records)
             self._control.note(robot, block.samples, reading, output)
             self._journal.write(output.records, robot.now)
             if self._lessons is not None:

@@ -207,6 +207,7 @@ def test_a_daemon_that_does_not_answer_is_told(tmp_path: Path, capsys: pytest.Ca
         (59, "59 s"),
         (61, "1 min 1 s"),
         (3600, "1 h"),
+        (7212, "2 h"),
         (3 * 3600 + 12 * 60 + 5, "3 h 12 min"),
         (90000, "1 d 1 h"),
     ],

@@ -1,0 +1,117 @@
+"""Recordings of speech that was not understood, to find out why: only when asked for, few and bounded.
+
+The last seconds of sound are kept in memory while a folder is set, and a stretch of them is written in a thread.
+"""
+
+from __future__ import annotations
+
+import asyncio
+from collections import deque
+from collections.abc import Callable, Iterable
+from datetime import datetime
+from pathlib import Path
+
+import numpy as np
+import structlog
+
+from hvcpd.config.settings import ClipSettings
+from hvcpd.errors import HvcpdError
+from hvcpd.hardware.soundfile import write_wav
+from hvcpd.ports import SAMPLE_RATE_HZ, Samples
+from hvcpd.records import GarbledRecord, Record
+
+KEPT_S = 20.0
+"""Of sound in memory, 1.3 MB: the longest that counts as one piece of speech, with what stands around it."""
+BEFORE_S, AFTER_S = 0.5, 0.2
+"""Kept around the speech: enough to hear the noise that it came out of."""
+MAX_WAITING = 4
+"""Clips that may wait for the disk; beyond, they are not kept."""
+
+_log = structlog.get_logger(__name__)
+
+
+def local_time() -> datetime:
+    """The time on the wall, for file names."""
+    return datetime.now()
+
+
+class Clips:
+    """`take` every block; `settings` is asked each time, so that a reload takes effect at once."""
+
+    def __init__(
+        self, settings: Callable[[], ClipSettings], name: str, clock: Callable[[], datetime] = local_time
+    ) -> None:
+        self._settings = settings
+        self._name = name.lower()
+        self._clock = clock
+        self._blocks: deque[tuple[float, Samples]] = deque()
+        self._length = 0
+        self._flights: set[asyncio.Task[None]] = set()
+        self.lost = 0
+        """Clips that were not kept, because the disk was too slow or failing."""
+
+    def take(self, heard: Samples, now: float, records: Iterable[Record]) -> None:
+        """Take a block of shape (n,), float32, that ended at `now` (sample clock, s), and what came of it."""
+        settings = self._settings()
+        if settings.folder is None:
+            self._blocks.clear()
+            self._length = 0
+            return
+        self._blocks.append((now, heard))
+        self._length += heard.size
+        while self._length - self._blocks[0][1].size > KEPT_S * SAMPLE_RATE_HZ:
+            self._length -= self._blocks.popleft()[1].size
+        for record in records:
+            if isinstance(record, GarbledRecord):
+                self._keep(self._stretch(record.start_s - BEFORE_S, record.end_s + AFTER_S), settings)
+
+    async def close(self) -> None:
+        """Write what waits."""
+        while self._flights:
+            await asyncio.wait(self._flights)
+            await asyncio.sleep(0)  # for what is called back when they are done
+
+    def _stretch(self, start_s: float, end_s: float) -> Samples:
+        """The blocks that lie in this time, whole."""
+        inside = [block for at_s, block in self._blocks if at_s > start_s and at_s - _length_s(block) < end_s]
+        return np.concatenate(inside) if inside else np.zeros(0, np.float32)
+
+    def _keep(self, samples: Samples, settings: ClipSettings) -> None:
+        if samples.size == 0:
+            return
+        if len(self._flights) >= MAX_WAITING:
+            self.lost += 1
+            return
+        flight = asyncio.get_running_loop().create_task(self._write(samples, settings))
+        self._flights.add(flight)
+        flight.add_done_callback(self._flights.discard)
+
+    async def _write(self, samples: Samples, settings: ClipSettings) -> None:
+        folder = settings.folder or Path()
+        path = folder / f"garbled-{self._name}-{self._clock():%Y%m%dT%H%M%S.%f}.wav"
+        try:
+            await asyncio.to_thread(self._store, path, samples, settings)
+        except (OSError, HvcpdError) as error:
+            self.lost += 1
+            _log.warning("clip not kept", path=str(path), reason=str(error))
+        else:
+            _log.info("clip kept", path=str(path), duration_s=round(samples.size / SAMPLE_RATE_HZ, 2))
+
+    def _store(self, path: Path, samples: Samples, settings: ClipSettings) -> None:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        write_wav(path, samples)
+        path.chmod(0o640)
+        self._delete_oldest(path.parent, settings)
+
+    def _delete_oldest(self, folder: Path, settings: ClipSettings) -> None:
+        """So that no more stay than may; only files that are named as ours."""
+        clips = sorted(folder.glob(f"garbled-{self._name}-*.wav"), reverse=True)
+        total = 0
+        for number, clip in enumerate(clips):
+            total += clip.stat().st_size
+            if number >= settings.keep or (number > 0 and total > settings.keep_mb * 1e6):
+                clip.unlink(missing_ok=True)
+
+
+def _length_s(block: Samples) -> float:
+    return block.size / SAMPLE_RATE_HZ
