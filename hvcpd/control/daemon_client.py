@@ -27,7 +27,7 @@ from hvcpd.daemon.control_protocol import PROTOCOL
 from hvcpd.daemon.control_socket import short_address, socket_folders, socket_name
 from hvcpd.errors import ConfigError, HvcpdError, NotAllowedError, NotDoneError, NotRunningError, PhraseError
 
-ANSWER_S = 5.0
+ANSWER_S = 10.0
 """A daemon that lives answers within some 0.05 s, two blocks of sound; more if its computer is overloaded."""
 
 _BAD_INPUT = {"bad_argument": ConfigError, "bad_settings": ConfigError, "not_in_phrasebook": PhraseError}

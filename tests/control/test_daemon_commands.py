@@ -23,8 +23,8 @@ from hvcpd.daemon.telling import set_up_logging
 from tests.control.conftest import Refuse
 from tests.daemon.control_bench import ControlBench
 
-TICK_S = 0.002
-"""Real time between two blocks."""
+TICK_S = 0.01
+"""Real time between two looks: a tenth of a second of the robot's own time."""
 
 
 class RunningRobot:
@@ -50,7 +50,7 @@ class RunningRobot:
         await self.bench.open()
         self._ready.set()
         while not self._ending.is_set():
-            await self.bench.live(blocks=2)
+            await self.bench.live(blocks=4)
             with suppress(TimeoutError):
                 await asyncio.wait_for(self._ending.wait(), TICK_S)
         await self.bench.close()
