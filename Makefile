@@ -6,7 +6,7 @@ SEED ?= 1
 # Small matrices: more threads only wait for each other.
 export OPENBLAS_NUM_THREADS ?= 1
 
-.PHONY: demo test check setup setup-dev lock clean
+.PHONY: demo test check setup setup-dev deb sbom lock clean
 
 demo: setup  ## two robots share out the watering, out loud
 	$(VENV)/bin/hvcpctl simulate --seed $(SEED) --report $(OUT)
@@ -39,6 +39,13 @@ $(VENV)/.dev-is-set-up: requirements/dev.txt pyproject.toml | $(VENV)/bin/pip
 	$(VENV)/bin/pip install --quiet --disable-pip-version-check --require-hashes --only-binary :all: -r requirements/dev.txt
 	$(VENV)/bin/pip install --quiet --disable-pip-version-check --no-deps --no-build-isolation --editable .
 	@touch $@ $(VENV)/.run-is-set-up
+
+# For a Raspberry Pi: make deb FOR="--architecture arm64 --python 3.11" (3.13 from Debian 13 on).
+deb: setup-dev  ## the Debian package, in dist/
+	$(VENV)/bin/python -m release.deb $(FOR)
+
+sbom: setup-dev  ## the software bill of materials, CycloneDX
+	$(VENV)/bin/python -m release.sbom dist/hvcpd.cdx.json
 
 lock: setup-dev  ## renew the hash-locked requirements (needs uv)
 	uv pip compile --universal --python-version 3.11 --generate-hashes --no-header --no-annotate --upgrade \

@@ -85,6 +85,7 @@ class Target:
         """What makes pip look for wheels of that computer instead of this one."""
         short = self.python.replace(".", "")
         options = ["--python-version", self.python, "--implementation", "cp", "--only-binary", ":all:"]
+        options += ["--ignore-requires-python"]  # `pip install` would compare with the Python that it runs on
         for abi in (f"cp{short}", "abi3", "none"):
             options += ["--abi", abi]
         for minor in range(GLIBC[self.python], OLDEST_GLIBC - 1, -1):

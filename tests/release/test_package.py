@@ -1,0 +1,81 @@
+"""The Debian package, built and then installed, upgraded, removed and purged in a Debian of its own."""
+
+from __future__ import annotations
+
+import shutil
+import subprocess
+from pathlib import Path
+
+import pytest
+
+from hvcpd import __version__
+from release.deb import FILES
+from tests.release.conftest import renamed
+from tests.release.container import Container
+
+pytestmark = pytest.mark.slow
+
+OWN_LINE = "# what somebody wrote into the settings\n"
+
+
+def listed(*command: str | Path) -> list[str]:
+    return subprocess.run(command, check=True, capture_output=True, text=True).stdout.splitlines()
+
+
+def test_its_contents_are_roots_and_where_debian_wants_them(package: Path) -> None:
+    contents = listed("dpkg-deb", "--contents", package)
+    modes = {line.split()[5].removeprefix("."): line.split()[0] for line in contents}
+    assert {line.split()[1] for line in contents} == {"root/root"}
+    assert {modes["/usr/bin/hvcpd"], modes["/usr/bin/hvcpctl"]} == {"-rwxr-xr-x"}
+    assert {f"/{path}" for path in FILES.values() if not path.endswith("changelog")} <= set(modes)
+    assert not [path for path in modes if "__pycache__" in path or "/tests/" in path or "/bin/f2py" in path]
+    assert all(mode[5] == mode[8] == "-" for mode in modes.values()), "nothing is writable for others"
+    conffiles = listed("dpkg-deb", "--info", package, "conffiles")
+    assert conffiles == [path for path in modes if path.startswith("/etc/") and not path.endswith("/")]
+
+
+def test_from_installation_to_purge(debian: Path, package: Path, tmp_path: Path) -> None:
+    later = renamed(package, "99.0", tmp_path)
+    with Container(debian, tmp_path) as robot:
+        for number, file in enumerate((package, later)):
+            shutil.copyfile(file, robot.root / f"root/{number}.deb")
+        robot.run("dpkg", "--install", "/root/0.deb")
+        check_installation(robot)
+
+        settings, memory = robot.root / "etc/hvcpd/hvcpd.yaml", robot.root / "var/lib/hvcpd/rob.sqlite3"
+        settings.write_text(settings.read_text() + OWN_LINE)
+        memory.write_text("what the robot remembers")
+        robot.run("dpkg", "--install", "/root/1.deb")
+        assert robot.run("dpkg-query", "--show", "--showformat=${Version} ${db:Status-Abbrev}", "hvcpd") == "99.0 ii"
+        assert OWN_LINE in settings.read_text(), "dpkg did not ask, as nobody else changed it"
+        assert memory.read_text() == "what the robot remembers"
+
+        robot.run("systemctl", "enable", "hvcpd")
+        robot.run("dpkg", "--remove", "hvcpd")
+        assert not (robot.root / "usr/lib/hvcpd").exists(), "compiled files go too"
+        assert not (robot.root / "usr/bin/hvcpd").exists()
+        assert not list((robot.root / "etc/systemd/system").rglob("hvcpd*")), "no link to a unit that is gone"
+        assert OWN_LINE in settings.read_text()
+        assert memory.exists()
+
+        robot.run("dpkg", "--purge", "hvcpd")
+        assert not settings.parent.exists()
+        assert not memory.parent.exists()
+
+
+def check_installation(robot: Container) -> None:
+    assert "hvcpd" in robot.run("id", "hvcpd")
+    groups = robot.run("id", "-nG", "hvcpd").split()
+    assert sorted(groups) == ["audio", "dialout", "hvcpd"]
+    assert robot.run("stat", "--format=%U:%G %a", "/var/lib/hvcpd") == "hvcpd:hvcpd 750"
+    assert not list((robot.root / "etc/systemd/system").rglob("hvcpd*")), "a robot starts when its name is set"
+    assert robot.run("hvcpd", "--version") == f"hvcpd {__version__}"
+    assert "Hi Rob, I am Bot" in robot.run("hvcpctl", "hear", spoken(robot))
+    compiled = robot.root / "usr/lib/hvcpd/numpy/__pycache__"
+    assert list(compiled.glob("*.pyc")), "else every start compiles anew, as the service may not write there"
+
+
+def spoken(robot: Container) -> str:
+    """A recording that the installed commands made: numpy, the phrasebook and the synthesizer are whole."""
+    robot.run("hvcpctl", "say", "Hi Rob, I am Bot, water the yellow rose", "-o", "/root/yellow.wav")
+    return "/root/yellow.wav"
