@@ -12,7 +12,7 @@ import os
 import shutil
 import subprocess
 import time
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from pathlib import Path
 from threading import Event
@@ -106,11 +106,11 @@ class Container:
         """What the command prints there; nothing else runs. Raises AssertionError with it if the command fails."""
         return _succeed([*NSPAWN, "--as-pid2", "-D", str(self.root), *command])
 
-    def boot(self, *binds: Path) -> None:
-        """Start systemd; the folders `binds` are seen inside under their own names."""
-        shown = [f"--bind={path}" for path in binds]
+    def boot(self, shown: Mapping[Path, str]) -> None:
+        """Start systemd; folders that are to be `shown` are seen inside under the names given."""
+        binds = [f"--bind={path}:{name}" for path, name in shown.items()]
         log = (self.root.parent / "boot.log").open("wb")
-        command = [*NSPAWN, "--boot", "--console=pipe", *shown, "-D", str(self.root)]
+        command = [*NSPAWN, "--boot", "--console=pipe", *binds, "-D", str(self.root)]
         self._process = subprocess.Popen(command, stdin=subprocess.DEVNULL, stdout=log, stderr=log)
         log.close()
         children = Path(f"/proc/{self._process.pid}/task/{self._process.pid}/children")
