@@ -41,7 +41,13 @@ def _write_lines(daemon: DaemonClient, options: argparse.Namespace, wait: Callab
 def _watch(daemon: DaemonClient, options: argparse.Namespace, wait: Callable[[float], None]) -> None:
     from rich.live import Live
 
-    with Live(console=_console(), auto_refresh=False) as live:
+    console = _console()
+    while not console.is_terminal:
+        console.print(_screen(options, daemon.ask(options.command)))
+        sys.stdout.write("\n")
+        sys.stdout.flush()
+        wait(EVERY_S)
+    with Live(console=console, auto_refresh=False) as live:
         while True:
             live.update(_screen(options, daemon.ask(options.command)), refresh=True)
             wait(EVERY_S)

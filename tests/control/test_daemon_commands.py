@@ -15,7 +15,8 @@ from pathlib import Path
 import pytest
 import structlog
 
-from hvcpd.control.cli import main
+from hvcpd.control import status
+from hvcpd.control.cli import main, make_parser
 from hvcpd.control.status_screen import duration
 from hvcpd.coordination.table import State
 from hvcpd.daemon.control_socket import SYSTEM_FOLDER
@@ -92,6 +93,29 @@ def test_status_for_people_and_for_programs(ctl: Ctl) -> None:
     assert "11.9 V" in screen
     status = json.loads(ctl("status", "--json"))
     assert (status["name"], status["sound"]["level_dbfs"]) == ("Rob", -20.0)
+
+
+class _EnoughError(Exception):
+    """Ends the watching."""
+
+
+@pytest.mark.parametrize("as_json", [False, True])
+def test_watching_shows_it_again_and_again(
+    as_json: bool, robot: RunningRobot, capsys: pytest.CaptureFixture[str]
+) -> None:
+    screens = []
+
+    def wait(_s: float) -> None:
+        screens.append(capsys.readouterr().out)
+        if len(screens) == 3:
+            raise _EnoughError
+
+    options = make_parser().parse_args(["status", "--watch", "--socket", str(robot.bench.path)])
+    options.json = as_json
+    with pytest.raises(_EnoughError):
+        status.run(options, wait)
+    assert all("Rob" in screen for screen in screens)
+    assert len(set(screens)) > 1, "time passes"
 
 
 def test_the_board(ctl: Ctl) -> None:
