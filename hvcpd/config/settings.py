@@ -67,6 +67,7 @@ class AudioSettings:
 
     input_device: str | None = None
     output_device: str | None = None
+    input_channel: int = field(default=1, metadata=between(1, 32))
     block_ms: int = field(default=25, metadata=between(5, 100))
     queue_s: float = field(default=2.0, metadata=between(0.1, 30))
     watchdog_s: float = field(default=1.0, metadata=between(0.1, 10))

@@ -8,7 +8,8 @@ from typing import Any, Protocol
 
 from hvcpd.config.settings import AudioSettings, WheelSettings
 from hvcpd.hardware.audio import load_backend
-from hvcpd.hardware.audio_stream import AudioStream, StreamCounters
+from hvcpd.hardware.audio_exchange import StreamCounters
+from hvcpd.hardware.audio_stream import AudioStream
 from hvcpd.ports import Samples, Wheels
 
 

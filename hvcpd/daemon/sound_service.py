@@ -15,7 +15,7 @@ import structlog
 
 from hvcpd.daemon.devices import SoundStream
 from hvcpd.errors import DeviceError
-from hvcpd.hardware.audio_stream import StreamCounters
+from hvcpd.hardware.audio_exchange import StreamCounters
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 
 LOSSES_EVERY_S = 60.0

@@ -7,6 +7,7 @@ the module as an argument, so that a fake card can stand in for it.
 
 from __future__ import annotations
 
+import atexit
 import difflib
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -38,6 +39,9 @@ def load_backend() -> Any:
     """The module sounddevice. Raises DeviceError, with the remedy, if it or PortAudio is missing."""
     try:
         import sounddevice
+
+        # Its farewell waits for streams; one that hangs would keep the process from ending. The kernel closes all.
+        atexit.unregister(sounddevice._exit_handler)
     except ImportError as error:
         raise DeviceError(f"the Python package sounddevice is missing ({error}); `pip install sounddevice`") from error
     except OSError as error:  # sounddevice's way to say that the PortAudio library cannot be loaded

@@ -64,3 +64,42 @@ def _filters(up: int, down: int) -> NDArray[np.float32]:
     # Each phase passes a constant unchanged.
     normalized: NDArray[np.float32] = (taps / taps.sum(axis=1, keepdims=True)).astype(np.float32)
     return normalized
+
+
+class StreamResampler:
+    """`resample` of a sound that comes block by block: the same samples, whatever the blocks, for hours.
+
+    Every output is given as soon as its window is in, so that what comes out lies `delay_s` behind what goes in, and
+    after n inputs there have been ceil((n - delay) * to_hz / from_hz) outputs, exactly. Raises ValueError for a rate
+    that is not positive.
+    """
+
+    def __init__(self, from_hz: int, to_hz: int) -> None:
+        if from_hz <= 0 or to_hz <= 0:
+            raise ValueError(f"rates must be positive, not {from_hz} and {to_hz} Hz")
+        divisor = math.gcd(from_hz, to_hz)
+        self._up, self._down = to_hz // divisor, from_hz // divisor
+        self._same = self._up == self._down
+        self._bank = np.zeros((1, 0), np.float32) if self._same else _filters(self._up, self._down)
+        self._reach = self._bank.shape[1] // 2
+        self._kept = np.zeros(max(self._reach - 1, 0), np.float32)
+        self._phase = 0
+        self.delay_s: float = self._reach / from_hz
+
+    def push(self, samples: Samples) -> Samples:
+        """The outputs that `samples`, shape (n,), float32, complete; shape (m,), float32."""
+        if self._same:
+            return samples
+        inputs = np.concatenate([self._kept, samples])
+        # The window of output m begins (phase + m * down) // up inputs after the first that is kept.
+        room = inputs.size - 2 * self._reach + 1
+        count = max(0, -(-(room * self._up - self._phase) // self._down))
+        steps = self._phase + np.arange(count) * self._down
+        windows = sliding_window_view(inputs, 2 * self._reach)[steps // self._up] if count else np.zeros((0, 0))
+        result: Samples = np.einsum("ij,ij->i", windows, self._bank[steps % self._up]) if count else _NOTHING
+        begin, self._phase = divmod(self._phase + count * self._down, self._up)
+        self._kept = inputs[begin:]
+        return result
+
+
+_NOTHING = np.zeros(0, np.float32)

@@ -13,7 +13,7 @@ import numpy as np
 from hvcpd.cli import main
 from hvcpd.config.settings import AudioSettings
 from hvcpd.daemon.devices import Devices
-from hvcpd.hardware.audio_stream import StreamCounters
+from hvcpd.hardware.audio_exchange import StreamCounters
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 from tests.daemon.virtual import BLOCK, TwoCards
 

@@ -13,7 +13,7 @@ from structlog.testing import capture_logs
 
 from hvcpd.daemon.sound_service import GAP_S, LET_GO_S, RETRY_FIRST_S, RETRY_MOST_S, STEADY_S, Block, SoundService
 from hvcpd.errors import DeviceError
-from hvcpd.hardware.audio_stream import StreamCounters
+from hvcpd.hardware.audio_exchange import StreamCounters
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 
 BLOCK = 400

@@ -14,7 +14,7 @@ from hil_fakes.room import Air, Room
 from hvcpd.config.settings import AudioSettings, Settings
 from hvcpd.daemon.devices import Devices
 from hvcpd.errors import HvcpdError
-from hvcpd.hardware.audio_stream import StreamCounters
+from hvcpd.hardware.audio_exchange import StreamCounters
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples, Wheels
 
 BLOCK = 400

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import threading
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
+from collections import deque
+from collections.abc import Sequence
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -38,7 +39,11 @@ class Status:
 
 
 class FakeCard:
-    """Devices, and the one stream that may be open on them."""
+    """Devices, and the streams that are open on them, one to hear and one to play.
+
+    `interrupt` is the clock: each call gives the microphone a block and plays as much from the loudspeaker's buffer.
+    `skew` makes the loudspeaker play more (or fewer) frames than that at each call, as another clock would.
+    """
 
     class PortAudioError(Exception):
         """As sounddevice has it."""
@@ -54,16 +59,29 @@ class FakeCard:
         self.rates_hz = rates_hz
         self.broken = False
         self.busy = False
-        self.stream: FakeStream | None = None
+        self.refuses_to_start = False
+        self.buffer_frames: int | None = None
+        self.inputs: list[FakeInput] = []
+        self.outputs: list[FakeOutput] = []
         self.listed_afresh = 0
-        self._started = threading.Event()
+        self.change = threading.Condition()
 
-    def running(self, timeout_s: float) -> FakeStream:
-        """The next stream that is started, once it is, for a thread that makes its interrupts."""
-        assert self._started.wait(timeout_s)
-        self._started.clear()
-        assert self.stream is not None
-        return self.stream
+    @property
+    def stream(self) -> FakeStream:
+        """The last stream that was opened."""
+        return self.outputs[-1] if self.outputs else self.inputs[-1]
+
+    @property
+    def played(self) -> list[Samples]:
+        """What the last loudspeaker was given, block by block; its first channel."""
+        return self.outputs[-1].played
+
+    def running(self, timeout_s: float, streams: int = 1) -> None:
+        """Wait until so many microphones have been started in all and the last one is waited for."""
+        with self.change:
+            assert self.change.wait_for(lambda: len(self.inputs) >= streams and self.inputs[-1].waiting, timeout_s), (
+                "nobody listens"
+            )
 
     def query_devices(self, device: object = None, kind: str | None = None) -> Any:
         if self.broken:
@@ -76,7 +94,7 @@ class FakeCard:
         return self.devices[index]
 
     def _terminate(self) -> None:
-        assert self.stream is None or self.stream.closed, "PortAudio frees a stream that is in use"
+        assert all(stream.closed for stream in (*self.inputs, *self.outputs)), "PortAudio frees what is in use"
         self.listed_afresh += 1
 
     def _initialize(self) -> None:
@@ -85,75 +103,157 @@ class FakeCard:
 
     def check_input_settings(self, device: int, channels: int, dtype: str, samplerate: int) -> None:
         assert self.devices[device]["max_input_channels"] >= channels
-        self._check(samplerate)
+        self._check(device, samplerate)
 
     def check_output_settings(self, device: int, channels: int, dtype: str, samplerate: int) -> None:
         assert self.devices[device]["max_output_channels"] >= channels
-        self._check(samplerate)
+        self._check(device, samplerate)
 
-    def _check(self, rate_hz: int) -> None:
-        if rate_hz not in self.rates_hz:
+    def _check(self, device: int, rate_hz: int) -> None:
+        if rate_hz not in self.devices[device].get("rates_hz", self.rates_hz):
             raise self.PortAudioError("Invalid sample rate [PaErrorCode -9997]")
 
-    def Stream(self, **options: Any) -> FakeStream:
-        return self._open(options)
+    def InputStream(self, **options: Any) -> FakeInput:
+        self._may_open(options)
+        self.inputs.append(FakeInput(self, options))
+        return self.inputs[-1]
 
-    def OutputStream(self, **options: Any) -> FakeStream:
-        self._check(options["samplerate"])
-        return self._open(options)
+    def OutputStream(self, **options: Any) -> FakeOutput:
+        self._may_open(options)
+        self.outputs.append(FakeOutput(self, options))
+        return self.outputs[-1]
 
-    def _open(self, options: dict[str, Any]) -> FakeStream:
+    def _may_open(self, options: dict[str, Any]) -> None:
+        self._check(options["device"], options["samplerate"])
         if self.busy:
             raise self.PortAudioError("Device unavailable [PaErrorCode -9985]")
-        self.stream = FakeStream(self, options)
-        return self.stream
+
+    def interrupt(self, heard: Samples, status: Status | None = None, skew: int = 0) -> Samples:
+        """The microphone has taken `heard`, shape (n,) or (n, channels); waits for what is written to be played then.
+
+        Returns what was written, its first channel.
+        """
+        microphone, loudspeaker = self.inputs[-1], self.outputs[-1]
+        with self.change:
+            assert microphone.active
+            before = len(loudspeaker.played)
+            frames = heard.reshape(len(heard), -1)
+            played = round(len(heard) * loudspeaker.options["samplerate"] / microphone.options["samplerate"])
+            loudspeaker.play(played + skew)
+            microphone.coming.append((frames, status or Status()))
+            loudspeaker.status = status or Status()
+            self.change.notify_all()
+            assert self.change.wait_for(
+                lambda: (microphone.waiting and not microphone.coming) or loudspeaker.waiting or microphone.gone, 20.0
+            ), "nobody listens"
+            new = loudspeaker.played[before:]
+        return np.concatenate(new) if new else np.zeros(0, np.float32)
+
+    def die(self) -> None:
+        """The devices are pulled out, or the sound server is killed."""
+        with self.change:
+            for stream in (*self.inputs[-1:], *self.outputs[-1:]):
+                stream.gone = True
+            self.change.notify_all()
 
 
-@dataclass
 class FakeStream:
-    """An open stream; `interrupt` is one call of PortAudio's callback."""
+    """What both directions have in common."""
 
-    card: FakeCard
-    options: dict[str, Any]
-    latency: tuple[float, float] = (0.02, 0.03)
-    active: bool = False
-    closed: bool = False
-    stopped: bool = False
-    gone: bool = False
-    played: list[Samples] = field(default_factory=list)
+    def __init__(self, card: FakeCard, options: dict[str, Any]) -> None:
+        self.card = card
+        self.options = options
+        self.latency = 0.02
+        self.active = self.stopped = self.closed = self.gone = False
 
     def start(self) -> None:
-        if self.gone:
+        if self.gone or self.card.refuses_to_start:
             raise self.card.PortAudioError("Device unavailable")
         self.active = True
-        self.card._started.set()
 
-    def stop(self) -> None:
+    def stop(self, ignore_errors: bool = True) -> None:
         self.stopped = True
         self.active = False
+
+    def abort(self, ignore_errors: bool = True) -> None:
+        with self.card.change:
+            self.gone = True
+            self.card.change.notify_all()
 
     def close(self, ignore_errors: bool = True) -> None:
         self.closed = True
         self.active = False
 
-    def write(self, samples: Any) -> None:
+
+class FakeInput(FakeStream):
+    """A microphone that waits for `FakeCard.interrupt`."""
+
+    def __init__(self, card: FakeCard, options: dict[str, Any]) -> None:
+        super().__init__(card, options)
+        self.coming: deque[tuple[Samples, Status]] = deque()
+        self.waiting = False
+        self._rest = np.zeros((0, options["channels"]), np.float32)
+
+    @property
+    def read_available(self) -> int:
+        with self.card.change:
+            return len(self._rest) + sum(len(heard) for heard, _ in self.coming)
+
+    def read(self, frames: int) -> tuple[Samples, bool]:
+        overflowed = False
+        with self.card.change:
+            while len(self._rest) < frames:
+                self.waiting = True
+                self.card.change.notify_all()
+                assert self.card.change.wait_for(lambda: self.coming or self.gone, 60.0), "the test forgot its robot"
+                self.waiting = False
+                if not self.coming:
+                    raise self.card.PortAudioError("Unanticipated host error [PaErrorCode -9999]")
+                heard, status = self.coming.popleft()
+                assert heard.shape[1] == self.options["channels"]
+                overflowed |= status.input_overflow
+                self._rest = np.concatenate([self._rest, heard])
+            taken, self._rest = self._rest[:frames], self._rest[frames:]
+        return taken.copy(), overflowed
+
+
+class FakeOutput(FakeStream):
+    """A loudspeaker with a buffer; what is written waits in it until `play` has made room."""
+
+    def __init__(self, card: FakeCard, options: dict[str, Any]) -> None:
+        super().__init__(card, options)
+        self.played: list[Samples] = []
+        self.frames: list[Samples] = []
+        self.status = Status()
+        self.buffer = card.buffer_frames or 4 * options.get("blocksize", 400)
+        self.level = 0
+        self.ran_dry = 0
+        self._wants = 0
+
+    @property
+    def write_available(self) -> int:
+        return self.buffer - self.level
+
+    @property
+    def waiting(self) -> bool:
+        """Whether `write` waits for room."""
+        return self._wants > self.write_available
+
+    def play(self, frames: int) -> None:
+        self.ran_dry += max(0, frames - self.level)
+        self.level = max(0, self.level - frames)
+
+    def write(self, samples: Any) -> bool:
         if self.gone:
             raise self.card.PortAudioError("Stream is stopped")
         assert samples.dtype == np.float32
-        assert samples.shape[1] == 1
+        assert samples.shape[1] == self.options["channels"]
+        with self.card.change:
+            self._wants = len(samples)
+            self.card.change.notify_all()
+            assert self.card.change.wait_for(lambda: not self.waiting or self.gone, 20.0), "nothing is played"
+            self._wants = 0
+            self.level += len(samples)
+        self.frames.append(samples)
         self.played.append(samples[:, 0])
-
-    def interrupt(self, heard: Samples, status: Status | None = None) -> Samples:
-        """The card has taken `heard` and wants as much to play."""
-        assert self.active
-        callback: Callable[..., None] = self.options["callback"]
-        out = np.full((len(heard), 1), np.nan, np.float32)
-        callback(heard[:, None].copy(), out, len(heard), None, status or Status())
-        assert not np.isnan(out).any(), "the callback must fill the whole block"
-        self.played.append(out[:, 0])
-        return out[:, 0]
-
-    def die(self) -> None:
-        """The device is pulled out."""
-        self.active = False
-        self.options["finished_callback"]()
+        return self.status.output_underflow

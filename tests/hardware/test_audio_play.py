@@ -14,7 +14,6 @@ def test_all_is_played_to_the_end_on_the_wanted_device() -> None:
     card = FakeCard((SPEAKER, HEADSET))
     sound = np.linspace(-1, 1, 1000, dtype=np.float32)
     play(sound, "headset", card)
-    assert card.stream is not None
     assert card.stream.options["device"] == 1
     assert card.stream.options["samplerate"] == 16_000
     np.testing.assert_array_equal(np.concatenate(card.stream.played), sound)
@@ -43,9 +42,7 @@ def test_a_loudspeaker_that_is_pulled_out_is_let_go() -> None:
     card = FakeCard()
     with Playback(None, card) as player:
         player(0.0, np.zeros(10, np.float32))
-        assert card.stream is not None
         card.stream.gone = True
         with pytest.raises(DeviceError, match="still connected"):
             player(0.0, np.zeros(10, np.float32))
-    assert card.stream is not None
     assert card.stream.closed

@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from hvcpd.hardware.audio_resample import resample
+from hvcpd.hardware.audio_resample import StreamResampler, resample
 from hvcpd.ports import Samples
 
 RATES_HZ = (8_000, 11_025, 22_050, 44_100, 48_000)
@@ -77,3 +77,35 @@ def test_the_same_rate_changes_nothing() -> None:
 def test_impossible_rates_are_our_own_mistake(from_hz: int, to_hz: int) -> None:
     with pytest.raises(ValueError, match="must be positive"):
         resample(np.zeros(10, np.float32), from_hz, to_hz)
+
+
+@given(
+    st.sampled_from([(48_000, 16_000), (16_000, 48_000), (44_100, 16_000), (16_000, 44_100), (16_000, 16_000)]),
+    st.lists(st.integers(0, 700), min_size=1, max_size=12),
+)
+def test_a_stream_gives_the_samples_of_the_whole_whatever_its_blocks(rates: tuple[int, int], cuts: list[int]) -> None:
+    from_hz, to_hz = rates
+    whole: Samples = np.random.default_rng(2).standard_normal(sum(cuts)).astype(np.float32)
+    stream = StreamResampler(from_hz, to_hz)
+    parts, begin = [], 0
+    for count in cuts:
+        parts.append(stream.push(whole[begin : begin + count]))
+        begin += count
+        reach = round(stream.delay_s * from_hz)
+        assert sum(map(len, parts)) == max(0, -(-(begin - reach) * to_hz // from_hz)), "not one more or less"
+    got = np.concatenate(parts)
+    np.testing.assert_allclose(got, resample(whole, from_hz, to_hz)[: len(got)], atol=1e-5)
+
+
+@pytest.mark.parametrize(("from_hz", "to_hz"), [(44_100, 16_000), (16_000, 44_100)])
+def test_a_stream_does_not_drift(from_hz: int, to_hz: int) -> None:
+    stream = StreamResampler(from_hz, to_hz)
+    block = np.zeros(from_hz // 10, np.float32)
+    count = sum(len(stream.push(block)) for _ in range(600))
+    assert count == -(-(len(block) * 600 - round(stream.delay_s * from_hz)) * to_hz // from_hz)
+
+
+@pytest.mark.parametrize(("from_hz", "to_hz"), [(0, 16_000), (16_000, -1)])
+def test_impossible_rates_of_a_stream(from_hz: int, to_hz: int) -> None:
+    with pytest.raises(ValueError, match="must be positive"):
+        StreamResampler(from_hz, to_hz)

@@ -1,0 +1,126 @@
+"""Sound on its way between the card's thread and the event loop: two bounded queues that stay aligned.
+
+What is written after the block that began at microphone sample n is played a fixed time after it was recorded. So
+sound that comes too late is left out, not played later, and the robot knows when it hears itself.
+"""
+
+from __future__ import annotations
+
+import threading
+from collections import deque
+from dataclasses import dataclass
+
+import numpy as np
+
+from hvcpd.ports import Samples
+
+LEAD_BLOCKS = 2
+"""Blocks of silence that are played before the first that is written: so late may the robot be without a gap. One is
+the block that it is thinking about, one is for the delays of a busy processor."""
+
+
+@dataclass(frozen=True)
+class StreamCounters:
+    """What was lost since the stream was opened, in samples, and the blocks in which the card lost sound itself.
+
+    `clock_dropped` and `clock_inserted` are silence left out or added because the loudspeaker's clock is slower or
+    faster than the microphone's, or because the card lost sound.
+    """
+
+    input_dropped: int = 0
+    output_dropped: int = 0
+    output_late: int = 0
+    card_overflows: int = 0
+    card_underflows: int = 0
+    clock_dropped: int = 0
+    clock_inserted: int = 0
+
+
+class SampleQueue:
+    """Blocks of sound that wait, no more than `capacity` samples of them; not locked."""
+
+    def __init__(self, capacity: int) -> None:
+        self._capacity = capacity
+        self._blocks: deque[Samples] = deque()
+        self._length = 0
+
+    def __len__(self) -> int:
+        return self._length
+
+    def put(self, block: Samples) -> int:
+        """Append a block of shape (n,) and drop the oldest samples that do not fit; returns how many those are."""
+        self._blocks.append(block)
+        self._length += block.size
+        excess = max(0, self._length - self._capacity)
+        self.take(excess)
+        return excess
+
+    def take(self, count: int) -> Samples:
+        """The oldest `count` samples, or all if there are fewer."""
+        taken: list[Samples] = []
+        missing = count
+        while missing > 0 and self._blocks:
+            block = self._blocks.popleft()
+            if block.size > missing:
+                self._blocks.appendleft(block[missing:])
+                block = block[:missing]
+            taken.append(block)
+            missing -= block.size
+        self._length -= count - missing
+        return np.concatenate(taken) if taken else np.zeros(0, np.float32)
+
+
+class SoundExchange:
+    """The card's thread calls `swap` and `count`, the event loop `take` and `write`; each for a moment only."""
+
+    def __init__(self, block: int, queue: int) -> None:
+        capacity = max((LEAD_BLOCKS + 2) * block, queue)
+        self._block = block
+        self._lock = threading.Lock()
+        self._heard = SampleQueue(capacity)
+        self._to_say = SampleQueue(capacity)
+        self._to_say.put(np.zeros(LEAD_BLOCKS * block, np.float32))
+        self._late = 0
+        self._counters: dict[str, int] = {}
+
+    def swap(self, heard: Samples) -> Samples:
+        """The card has taken `heard`, shape (n,), and wants as much to play."""
+        with self._lock:
+            lost = self._heard.put(heard)
+            self._add("input_dropped", lost)
+            out = self._to_say.take(heard.size)
+            missing = heard.size - out.size
+            # Nothing will ever be written for samples that the robot cannot read.
+            self._late = max(0, self._late + missing - lost)
+            return np.concatenate([out, np.zeros(missing, np.float32)]) if missing else out
+
+    def take(self) -> Samples:
+        """The oldest block heard, or what there is of it."""
+        with self._lock:
+            return self._heard.take(self._block)
+
+    def write(self, samples: Samples) -> None:
+        """Have sound of shape (n,) played after what waits already.
+
+        What should have been played by now is left out and counted as late, what does not fit as dropped.
+        """
+        with self._lock:
+            late = min(self._late, samples.size)
+            self._late -= late
+            self._add("output_late", late)
+            self._add("output_dropped", self._to_say.put(np.asarray(samples[late:], np.float32)))
+
+    def count(self, name: str, by: int) -> None:
+        """Add to one of the counters."""
+        with self._lock:
+            self._add(name, by)
+
+    @property
+    def counters(self) -> StreamCounters:
+        """What was lost so far."""
+        with self._lock:
+            return StreamCounters(**self._counters)
+
+    def _add(self, name: str, by: int) -> None:
+        if by:
+            self._counters[name] = self._counters.get(name, 0) + by
