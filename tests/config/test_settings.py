@@ -208,7 +208,13 @@ starts = st.builds(
     StartSettings, st.floats(-50, 50), st.floats(-50, 50), st.floats(-360, 360).map(lambda degrees: degrees + 0.0)
 )
 audios = st.builds(
-    AudioSettings, st.none() | texts, st.none() | texts, st.integers(5, 100), st.floats(0.1, 30), st.floats(0.1, 10)
+    AudioSettings,
+    input_device=st.none() | texts,
+    output_device=st.none() | texts,
+    input_channel=st.integers(1, 32),
+    block_ms=st.integers(5, 100),
+    queue_s=st.floats(0.1, 30),
+    watchdog_s=st.floats(0.1, 10),
 )
 wheels = _of(
     WheelSettings,

@@ -265,11 +265,11 @@ def test_the_real_stream_on_a_card_that_is_pulled_out_and_put_back(
     card = FakeCard((HEADSET,))
 
     def interrupts() -> None:
-        card.running(60.0)
+        card.running(300.0)
         for _ in range(200):
             card.interrupt(np.zeros(400, np.float32))
         card.die()
-        card.running(60.0, streams=2)
+        card.running(300.0, streams=2)
         card.interrupt(np.zeros(400, np.float32))
 
     class Ending(AudioStream):
