@@ -71,6 +71,7 @@ class AudioStream:
 
     async def read(self) -> Samples:
         """The next block heard, shape (n,), float32. Raises DeviceError if none comes for `settings.watchdog_s`."""
+        waited = False
         while True:
             self._ready.clear()
             self._wake_pending.clear()
@@ -80,13 +81,15 @@ class AudioStream:
                 return block
             if end is not None:
                 raise DeviceError(end)
-            try:
-                await asyncio.wait_for(self._ready.wait(), self._settings.watchdog_s)
-            except TimeoutError as error:
+            if waited:
                 raise DeviceError(
                     f"no sound came from {self._name!r} for {self._settings.watchdog_s:g} s; is it still connected, "
                     "and does the sound server run?"
-                ) from error
+                )
+            try:
+                await asyncio.wait_for(self._ready.wait(), self._settings.watchdog_s)
+            except TimeoutError:
+                waited = True  # but if it is this loop that was held up, sound has come meanwhile
 
     def write(self, samples: Samples) -> None:
         """Have sound of shape (n,) played after what waits already, as `SoundExchange.write`."""

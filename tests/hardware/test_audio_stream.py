@@ -220,6 +220,20 @@ def test_the_watchdog_tells_of_a_card_that_stalls() -> None:
     run(scene, AudioSettings(block_ms=10, watchdog_s=0.02))
 
 
+def test_a_loop_that_was_held_up_does_not_blame_the_card() -> None:
+    async def scene(stream: AudioStream, card: FakeCard) -> None:
+        reading = asyncio.ensure_future(stream.read())
+        await asyncio.sleep(0)
+        card.interrupt(ramp(0))
+        loop = asyncio.get_running_loop()
+        held_until_s = loop.time() + 0.03
+        while loop.time() < held_until_s:
+            pass
+        assert numbers(await reading) == list(range(BLOCK))
+
+    run(scene, AudioSettings(block_ms=10, watchdog_s=0.02))
+
+
 def test_a_card_that_dies_is_told_at_once_after_its_last_sound() -> None:
     async def scene(stream: AudioStream, card: FakeCard) -> None:
         card.interrupt(ramp(0))
