@@ -21,6 +21,7 @@ from hvcpd.language.phrasebook import Phrasebook, Vocabulary
 from hvcpd.performer import Performer
 from hvcpd.ports import Pose, Samples
 from hvcpd.recognition.listening import MIN_SPELLED_CONFIDENCE, Listening
+from hvcpd.recognition.overhearing import Overhearing
 from hvcpd.recognition.recogniser import Recogniser, RecogniserSettings
 from hvcpd.recognition.templates import trimmed_energies
 from hvcpd.recognition.urgent import UrgentSpotter, UrgentTemplates
@@ -207,15 +208,18 @@ def make_robot(plan: RobotPlan, sound: Sound) -> Robot:
         remembered=plan.remembered,
         stopped=plan.stopped,
     )
+    ears = make_ears(phrasebook, _others(plan, plan.names), sound, plan.strangers)
+    acoustics = plan.acoustics or Acoustics()
     return Robot(
         coordination,
         phrasebook,
-        make_ears(phrasebook, _others(plan, plan.names), sound, plan.strangers),
+        ears,
         sound.speaker_of(plan.role.name),
         Odometry(plan.start, plan.drive),
         Performer(Navigator(plan.drive)),
-        plan.acoustics,
+        acoustics,
         sound.speaker_of(plan.role.name, SLOW),
+        Overhearing(ears.urgent, acoustics.latency_s) if ears.urgent is not None else None,
     )
 
 

@@ -17,7 +17,7 @@ from hvcpd.coordination.actions import SECOND_PAUSE_S, Halt, Perform, SavePeer, 
 from hvcpd.coordination.coordination import Coordination
 from hvcpd.errors import PhraseError
 from hvcpd.hardware.kinematics import Odometry
-from hvcpd.language.messages import Spelled, Stop, Utterance
+from hvcpd.language.messages import Spelled, Stop, Stopped, Utterance
 from hvcpd.language.phrasebook import Phrasebook
 from hvcpd.performer import Outcome, Performer
 from hvcpd.ports import SAMPLE_RATE_HZ, STANDSTILL, Samples, WheelCommand, WheelReading
@@ -37,6 +37,18 @@ class Ears(Protocol):
     def lost(self, n_samples: int) -> list[HearingEvent]: ...
 
     def succeed(self, predecessor: Self) -> None: ...
+
+
+class Overhears(Protocol):
+    """`Overhearing`, as the robot needs it."""
+
+    def begin(self, now: int) -> None: ...
+
+    def play(self, samples: Samples) -> None: ...
+
+    def hear(self, samples: Samples, speaking: bool) -> Sequence[HearingEvent]: ...
+
+    def lost(self) -> None: ...
 
 
 class Mouth(Protocol):
@@ -79,6 +91,7 @@ class Robot:
         performer: Performer,
         acoustics: Acoustics | None = None,
         slow_mouth: Mouth | None = None,
+        overhearing: Overhears | None = None,
     ) -> None:
         self.coordination = coordination
         self.phrasebook = phrasebook
@@ -87,6 +100,7 @@ class Robot:
         self._mouth = mouth
         self._slow_mouth = slow_mouth or mouth
         self._performer = performer
+        self._overhearing = overhearing
         self._acoustics = acoustics or Acoustics()
         self._n_heard = 0
         self._speech: Samples = np.zeros(0, np.float32)
@@ -129,6 +143,8 @@ class Robot:
         self._take_lesson()
         masked = self._speaking or self.now < self._masked_until_s
         events = gap_events + self._ears.push(heard, masked=masked)
+        if self._overhearing is not None:
+            events += self._overhearing.hear(heard, masked)
         self._n_heard += len(heard)
         now = self.now
         self._locate(reading)
@@ -173,6 +189,8 @@ class Robot:
     def _skip(self, lost: int) -> list[HearingEvent]:
         """Time goes on; the own words wait, for nothing is played in place of sound that was not handed out."""
         self._n_heard += lost
+        if self._overhearing is not None:
+            self._overhearing.lost()
         if self._speaking:
             self._spoke_until_s += lost / SAMPLE_RATE_HZ
         return self._ears.lost(lost)
@@ -306,6 +324,8 @@ class Robot:
         self._speaking = True
         duration_s = len(self._speech) / SAMPLE_RATE_HZ
         self._spoke_until_s = now + duration_s + self._acoustics.latency_s
+        if self._overhearing is not None and not isinstance(utterance.statement, Stopped):  # it need not stop again
+            self._overhearing.begin(self._n_heard)
         self._records.append(SaidRecord(now, utterance, self.phrasebook.write(utterance), duration_s))
 
     def _next_sound(self, n: int) -> Samples:
@@ -314,4 +334,6 @@ class Robot:
             piece = self._speech[self._position : self._position + n]
             out[: len(piece)] = piece
             self._position += len(piece)
+        if self._overhearing is not None:
+            self._overhearing.play(out)
         return out

@@ -18,7 +18,7 @@ from hvcpd.performer import Performer
 from hvcpd.ports import SAMPLE_RATE_HZ, STANDSTILL, Pose, Samples, WheelReading
 from hvcpd.recognition.events import Event, Held, Released, Urgent
 from hvcpd.records import HoldRecord, PerformedRecord, Record
-from hvcpd.robot import Robot
+from hvcpd.robot import Overhears, Robot
 
 BLOCK = 400
 BLOCK_S = BLOCK / SAMPLE_RATE_HZ
@@ -50,13 +50,13 @@ class Mouth:
 class Bench:
     """A robot alone, with wheels that do what they are told."""
 
-    def __init__(self, *actions: Forward | Wait) -> None:
+    def __init__(self, *actions: Forward | Wait, overhearing: Overhears | None = None) -> None:
         tasks = TaskRepository((TaskDefinition(1, "water the green rose", Place(0.0, 0.0), actions),))
         self.ears, self.records = ScriptedEars(), list[Record]()
         coordination = Coordination(Role("Rob", "plant", volunteer=True), tasks.tasks, random.Random(1))
         book = make_phrasebook(("Rob", "Bot"), ("plant",), tasks)
         odometry, performer = Odometry(Pose(0.0, 0.0), BURGER), Performer(Navigator())
-        self.robot = Robot(coordination, book, self.ears, Mouth(), odometry, performer)
+        self.robot = Robot(coordination, book, self.ears, Mouth(), odometry, performer, overhearing=overhearing)
         self.angles = [0.0, 0.0]
         self.wheels = STANDSTILL
 
@@ -160,3 +160,38 @@ def test_a_hold_while_idle_leaves_no_trace() -> None:
     bench.live(Released(0, 1))
     bench.until_driving()
     assert not bench.noted(HoldRecord)
+
+
+class Overheard:
+    """Reports "stop" in the block in which it is told to."""
+
+    def __init__(self) -> None:
+        self.coming: list[Event] = []
+        self.begun: list[int] = []
+        self.played = 0
+
+    def begin(self, now: int) -> None:
+        self.begun.append(now)
+
+    def play(self, samples: Samples) -> None:
+        self.played += len(samples)
+
+    def hear(self, samples: Samples, speaking: bool) -> list[Event]:
+        told, self.coming = self.coming, []
+        return told
+
+    def lost(self) -> None:
+        raise AssertionError("nothing is lost here")
+
+
+def test_a_robot_that_speaks_halts_for_what_it_overhears() -> None:
+    overheard = Overheard()
+    bench = Bench(Forward(1.0), overhearing=overheard)
+    while not bench.robot.speaking:
+        bench.live()
+    assert overheard.begun == [round(bench.robot.now * SAMPLE_RATE_HZ)]
+    bench.live()
+    assert overheard.played >= 2 * BLOCK, "the first block is played over the block after the one that it was begun in"
+    overheard.coming = [Urgent(100, 200)]
+    bench.live()
+    assert bench.stopped

@@ -9,6 +9,7 @@ from __future__ import annotations
 from hvcpd.ports import Samples
 from hvcpd.recognition.events import Event, Garbled, Recognised
 from hvcpd.recognition.recogniser import Recogniser
+from hvcpd.recognition.urgent import UrgentSpotter
 
 MIN_SPELLED_CONFIDENCE = 0.95
 """A wrong letter makes a name that nobody has. Spelled names have 0.98 and more down to 0 dB; of 80 other sentences one
@@ -29,6 +30,11 @@ class Listening:
     def busy(self) -> bool:
         """Whether somebody else is speaking right now."""
         return self._sentences.busy
+
+    @property
+    def urgent(self) -> UrgentSpotter | None:
+        """What hears the urgent word."""
+        return self._sentences.urgent
 
     def push(self, samples: Samples, masked: bool = False) -> list[Event]:
         """As `Recogniser.push`."""

@@ -92,6 +92,7 @@ class Recogniser:
         self._settings = settings or RecogniserSettings()
         bank = TemplateBank(templates)
         self._spotter = Spotter(Network(graph, bank), bank, self._settings.spotter)
+        self.urgent = urgent
         self._halting = Halting(bank, urgent, hold)
         self._stream = FrameStream()
         self._noise = NoiseTracker()

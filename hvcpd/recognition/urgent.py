@@ -133,6 +133,7 @@ class UrgentSpotter:
         self._early = np.zeros((0, self._energies.shape[1]), np.float32)
         self._frame = 0
         self._level = 0.0
+        self._least_level = 1e-9
         self._pending: tuple[int, float] | None = None
         self._excuses: dict[int, float] = {}
 
@@ -152,8 +153,19 @@ class UrgentSpotter:
         weight *= np.clip((top_db - top_db.max() + s.frame_range_db) / (s.frame_range_db - s.frame_full_db), 0.0, 1.0)
         return np.asarray(weight / weight.sum(), np.float32)
 
-    def feed(self, first_frame: int, energies: Energies, noise: NDArray[np.float32]) -> None:
-        """Take frames from `first_frame` on, shape (n, N_BANDS), and the noise's energies, shape (N_BANDS,)."""
+    def again(self, gains_db: Sequence[float]) -> UrgentSpotter:
+        """Another one with the same templates, which may be so far from the level of all that is heard."""
+        other = copy(self)
+        other._gains = (10.0 ** (np.array(gains_db) / 10.0)).astype(np.float32)
+        other.reset()
+        return other
+
+    def feed(self, first_frame: int, energies: Energies, noise: NDArray[np.float32], least_level: float = 0.0) -> None:
+        """Take frames from `first_frame` on, shape (n, N_BANDS), and the noise's energies, shape (N_BANDS,).
+
+        `least_level`: of the word, as the sum of a frame's energies.
+        """
+        self._least_level = max(least_level, 1e-9)
         if not (len(self._early) or len(self._powers)):
             self._frame = first_frame
         for _ in self._advance(energies, noise):
@@ -188,7 +200,7 @@ class UrgentSpotter:
 
     def _tune(self, noise: NDArray[np.float32]) -> None:
         rank = int(LEVEL_QUANTILE * (len(self._powers) - 1))
-        level = max(float(np.partition(self._powers, rank)[rank]), 1e-9)
+        level = max(float(np.partition(self._powers, rank)[rank]), self._least_level)
         if self._level and abs(np.log(level / self._level)) <= RETUNE_NEPER:
             return
         self._level = level

@@ -1,0 +1,140 @@
+"""Is "stop" heard while the listening robot itself speaks? And how often is it heard where nobody said it?
+
+    python -m benchmarks.own_voice [--calls 20] [--call-db -10] [--rt60 0.3,0.45,0.6] [--shifts-ms 0,20,-20]
+        [--minutes 4] [--first 1] [--names Rob,Bot] [--seed 0]
+
+The robot's microphone is 10 cm from its loudspeaker, its latency is known to within the shift, and nobody else's. Rooms
+follow Polack's model (exponentially decaying noise, at the direct-to-reverberant ratio of 60 cubic metres). The call,
+2 m away, is --call-db louder than the own voice as the microphone has it; the robot has said --first sentences before, from
+which it knows the way through the room. A call counts as heard when it is told after its beginning and no later than
+0.5 s after its end.
+"""
+
+from __future__ import annotations
+
+import argparse
+import random
+import time
+
+import numpy as np
+from scipy.signal import fftconvolve
+
+from benchmarks.stop import IN_TIME_S, SPEECH_DBFS, Stage, at_level, room
+from hvcpd.ports import SAMPLE_RATE_HZ, Samples
+from hvcpd.recognition.overhearing import EARLIER_S, Overhearing
+
+BLOCK = 320
+OWN_DBFS = -15.0
+OWN_M, CALLER_M = 0.1, 2.0
+VOLUME_M3 = 60.0
+SOUND_SPEED_M_S = 343.0
+PAUSE_S, TAIL_S = 1.0, 0.12
+SWAY_DB = 0.03
+"""The way through the room sways by so much, as when somebody walks about."""
+
+
+def way(rt60_s: float, distance_m: float, rng: np.random.Generator) -> Samples:
+    """A room's impulse response; the direct sound has power 1 at any distance."""
+    n = round(SAMPLE_RATE_HZ * rt60_s)
+    critical_m = 0.057 * float(np.sqrt(VOLUME_M3 / rt60_s))
+    ringing = rng.standard_normal(n) * 10.0 ** (-3.0 * np.arange(n) / n)
+    ringing[: round(0.004 * SAMPLE_RATE_HZ)] = 0.0
+    ringing *= distance_m / critical_m / np.sqrt(np.square(ringing).sum())
+    ringing[0] = 1.0
+    lead = np.zeros(round(distance_m / SOUND_SPEED_M_S * SAMPLE_RATE_HZ))
+    return np.concatenate([lead, ringing]).astype(np.float32)
+
+
+class Trial:
+    """Some of the robot's own sentences, as they are played and as they are heard."""
+
+    def __init__(self, stage: Stage, n: int, rt60_s: float, shift_ms: float, seed: int) -> None:
+        chooser, rng = random.Random(seed), np.random.default_rng(seed)
+        talks = [at_level(stage.sentence(chooser, stage.names[0]), OWN_DBFS) for _ in range(n)]
+        gap = np.zeros(round(PAUSE_S * SAMPLE_RATE_HZ), np.float32)
+        self.spans: list[tuple[int, int]] = []
+        parts, at = [gap], len(gap)
+        for talk in talks:
+            self.spans.append((at, at + len(talk)))
+            parts += [talk, gap]
+            at += len(talk) + len(gap)
+        self.played = np.concatenate(parts)
+        late = round((EARLIER_S + shift_ms / 1000.0) * SAMPLE_RATE_HZ)
+        echo = np.concatenate([np.zeros(late), fftconvolve(self.played, way(rt60_s, OWN_M, rng))])[: len(self.played)]
+        self.own_rms = float(np.sqrt(np.mean(np.square(echo[np.abs(self.played) > 1e-4]))))
+        seconds = np.arange(len(echo)) / SAMPLE_RATE_HZ
+        sway = 10.0 ** (SWAY_DB / 20.0 * np.sin(2.0 * np.pi * 0.7 * seconds + seed))
+        self.heard = np.asarray(echo * sway + room(len(echo), seed), np.float32)
+
+    def call(self, stage: Stage, call_db: float, rt60_s: float, seed: int) -> tuple[float, float]:
+        """Have somebody call over the last sentence; when it begins and ends, s."""
+        chooser = random.Random(seed)
+        dry = at_level(stage.call(chooser), SPEECH_DBFS)
+        sound = fftconvolve(dry, way(rt60_s, CALLER_M, np.random.default_rng(seed + 1)))
+        rms = float(np.sqrt(np.mean(np.square(sound[: len(dry)]))))
+        begin, end = self.spans[-1]
+        at = begin + round(chooser.random() * max(end - begin - len(dry), 0))
+        sound = sound[: len(self.heard) - at]
+        self.heard[at : at + len(sound)] += sound * self.own_rms * 10.0 ** (call_db / 20.0) / rms
+        return at / SAMPLE_RATE_HZ, (at + len(dry)) / SAMPLE_RATE_HZ
+
+    def listen(self, ears: Overhearing) -> tuple[list[float], float]:
+        """When "stop" was told, s, and the processor time."""
+        told, began_s, speaking = [], time.process_time(), False
+        sound = np.clip(np.rint(self.heard * 32768.0) / 32768.0, -1.0, 1.0).astype(np.float32)
+        for at in range(0, len(sound), BLOCK):
+            begun = any(at <= begin < at + BLOCK for begin, _ in self.spans)
+            over = any(at - BLOCK < end + TAIL_S * SAMPLE_RATE_HZ <= at for _, end in self.spans)
+            if begun:
+                ears.begin(at)
+            speaking = (speaking or begun) and not over
+            ears.play(self.played[at : at + BLOCK])
+            if ears.hear(sound[at : at + BLOCK], speaking):
+                told.append((at + BLOCK) / SAMPLE_RATE_HZ)
+        return told, time.process_time() - began_s
+
+    @property
+    def own_s(self) -> float:
+        return sum(end - begin for begin, end in self.spans) / SAMPLE_RATE_HZ
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--calls", type=int, default=20)
+    parser.add_argument("--call-db", type=float, default=-10.0)
+    parser.add_argument("--rt60", default="0.3,0.45,0.6")
+    parser.add_argument("--shifts-ms", default="0,20,-20")
+    parser.add_argument("--minutes", type=float, default=4.0, help="of own talk for each room and shift")
+    parser.add_argument("--first", type=int, default=1)
+    parser.add_argument("--names", default="Rob,Bot")
+    parser.add_argument("--seed", type=int, default=0)
+    o = parser.parse_args()
+    stage = Stage(tuple(o.names.split(",")))
+    spotter = stage.urgent()
+    for rt60_s in map(float, o.rt60.split(",")):
+        for shift_ms in map(float, o.shifts_ms.split(",")):
+            lags, missed = [], []
+            for seed in range(o.seed, o.seed + o.calls):
+                trial = Trial(stage, o.first + 1, rt60_s, shift_ms, seed)
+                begin_s, end_s = trial.call(stage, o.call_db, rt60_s, seed)
+                told, _ = trial.listen(Overhearing(spotter, 0.0))
+                in_time = [t - end_s for t in told if begin_s < t <= end_s + IN_TIME_S]
+                lags += in_time[:1]
+                missed += [] if in_time else [seed]
+            own_s, false, spent_s, seed = 0.0, 0, 0.0, o.seed + 100_000
+            while own_s < 60.0 * o.minutes:
+                trial = Trial(stage, 10, rt60_s, shift_ms, seed)
+                told, cpu_s = trial.listen(Overhearing(spotter, 0.0))
+                own_s, false, spent_s, seed = own_s + trial.own_s, false + len(told), spent_s + cpu_s, seed + 1
+            cost = spent_s / max(own_s, 1e-9)
+            print(
+                f"RT60 {rt60_s} s, {shift_ms:+.0f} ms: {len(lags)} of {o.calls} calls at {o.call_db:+.0f} dB heard, "
+                f"{max(lags, default=0.0):.2f} s after them at the latest"
+                + (f" (not {missed})" if missed else "")
+                + f"; {own_s / 60.0:.1f} min of own talk: {false} false stops, {cost:.3f} of real time",
+                flush=True,
+            )
+
+
+if __name__ == "__main__":
+    main()

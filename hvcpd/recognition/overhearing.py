@@ -1,0 +1,91 @@
+"""Hears the urgent word while the robot itself speaks: its own voice is taken out of what the microphone hears.
+
+What is left has the own voice still in it, some 20 dB fainter, and fainter than anybody whom the robot should heed.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from hvcpd.ports import SAMPLE_RATE_HZ, Samples
+from hvcpd.recognition.echo import EchoCanceller
+from hvcpd.recognition.events import Urgent
+from hvcpd.recognition.frontend import ENERGY_FLOOR, HOP_SAMPLES, N_BANDS
+from hvcpd.recognition.stream import FrameStream
+from hvcpd.recognition.urgent import LEVEL_QUANTILE, Spotted, UrgentSpotter
+
+EARLIER_S = 0.02
+"""The own voice may be heard so much earlier, or later, than it is said to be."""
+GAINS_DB = (-4.0, 0.0, 4.0, 8.0, 12.0)
+"""The word's level may be so far from the level of all that is heard. It comes out of near silence, so that the level
+is known late."""
+FAINTEST_DB = -15.0
+"""The least level of the word, by the own voice's; the filter leaves -16 dB of it in its first sentence."""
+SILENCE = np.full(N_BANDS, ENERGY_FLOOR, np.float32)
+"""What the room's own noise is does not matter next to the own voice."""
+RECENT_FRAMES = 400
+"""The own level is that of the last 4 s of it."""
+
+
+class Overhearing:
+    """Tell it what is played and what is heard, block by block; it listens from `begin` until the own voice is gone."""
+
+    def __init__(self, spotter: UrgentSpotter, latency_s: float) -> None:
+        """`latency_s`: from when a block may be played until it is heard, within EARLIER_S."""
+        self._spotter = spotter.again(GAINS_DB)
+        self._echo = EchoCanceller()
+        self._delay = max(round((latency_s - EARLIER_S) * SAMPLE_RATE_HZ), 0)
+        self._own_powers = np.zeros(0)
+        self.begin(0)
+        self._listens = False
+
+    def begin(self, now: int) -> None:
+        """The robot begins to speak at sample `now`; of before, only the way through the room is kept."""
+        self._began = now
+        self._listens = True
+        self._echo.pause()
+        self._spotter.reset()
+        self._playing: Samples = np.zeros(self._delay, np.float32)
+        self._heard, self._rest = FrameStream(), FrameStream()
+
+    def lost(self) -> None:
+        """Sound was lost: what is played and what is heard are out of step, and may stay so."""
+        self._echo.reset()
+        self._spotter.reset()
+
+    def play(self, samples: Samples) -> None:
+        """This is played over the next block."""
+        if self._listens:
+            self._playing = np.concatenate([self._playing, samples])
+
+    def hear(self, samples: Samples, speaking: bool) -> list[Urgent]:
+        """Hear the next samples, shape (n,), float32, while the own voice may be in them or not: the word, if any."""
+        if not self._listens:
+            return []
+        if not speaking:
+            self._listens = False
+            return self._told(self._spotter.take())
+        missing = max(len(samples) - len(self._playing), 0)
+        line = np.pad(self._playing, (0, missing))
+        self._playing = line[len(samples) :]
+        found: list[Urgent] = []
+        least = self._least_level(samples)
+        for chunk in self._rest.push(self._echo.take(line[: len(samples)], samples), False):
+            self._spotter.feed(chunk.first_frame, chunk.energies, SILENCE, least)
+            found += self._told(self._spotter.ended(chunk.first_frame + len(chunk.energies), False))
+        return found
+
+    def _least_level(self, samples: Samples) -> float:
+        """Of the word, by how loud the own voice is."""
+        for chunk in self._heard.push(samples, False):
+            powers = chunk.energies.sum(axis=1, dtype=np.float64)
+            self._own_powers = np.concatenate([self._own_powers, powers])[-RECENT_FRAMES:]
+        if not len(self._own_powers):
+            return 0.0
+        return float(np.quantile(self._own_powers, LEVEL_QUANTILE) * 10.0 ** (FAINTEST_DB / 10.0))
+
+    def _told(self, word: Spotted | None) -> list[Urgent]:
+        if word is None:
+            return []
+        end = self._began + word.end_frame * HOP_SAMPLES
+        return [Urgent(end - self._spotter.length * HOP_SAMPLES, end)]

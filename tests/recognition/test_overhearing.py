@@ -1,0 +1,120 @@
+"""The robot's own voice is taken out of what it hears, and "stop" over it is heard."""
+
+from __future__ import annotations
+
+from functools import cache
+
+import numpy as np
+import pytest
+
+from hvcpd.assembly import Sound, make_sound, make_urgent
+from hvcpd.ports import SAMPLE_RATE_HZ, Samples
+from hvcpd.recognition.echo import BLOCK, EchoCanceller
+from hvcpd.recognition.events import Urgent
+from hvcpd.recognition.overhearing import Overhearing
+from hvcpd.recognition.urgent import UrgentSpotter
+
+RT60_S = 0.45
+SENTENCE = [["hi", "all"], ["i", "am", "rob"], ["task", "three", "complete"], ["i", "will", "complete", "task", "one"]]
+
+
+@cache
+def sound() -> Sound:
+    return make_sound()
+
+
+@cache
+def spotter() -> UrgentSpotter:
+    return make_urgent(sound())
+
+
+@cache
+def own_voice() -> Samples:
+    """Two sentences with a second of silence after each."""
+    said = sound().speaker_of("Rob").render(SENTENCE)
+    rest = np.zeros(SAMPLE_RATE_HZ, np.float32)
+    once = np.concatenate([0.2 * said / np.sqrt(np.mean(np.square(said))), rest])
+    both = np.concatenate([once, once]).astype(np.float32)
+    return both[: len(both) // BLOCK * BLOCK]
+
+
+def through_room(played: Samples, late_ms: float, seed: int) -> Samples:
+    """As the microphone beside the loudspeaker hears it: late, ringing, with a little noise."""
+    rng = np.random.default_rng(seed)
+    n = round(RT60_S * SAMPLE_RATE_HZ)
+    ringing = 0.006 * rng.standard_normal(n) * 10.0 ** (-3.0 * np.arange(n) / n)
+    ringing[0] = 1.0
+    way = np.concatenate([np.zeros(round(late_ms / 1000.0 * SAMPLE_RATE_HZ)), ringing])
+    size = len(played) + len(way)
+    heard = np.fft.irfft(np.fft.rfft(played, size) * np.fft.rfft(way, size), size)[: len(played)]
+    return np.asarray(0.5 * heard + 1e-4 * rng.standard_normal(len(heard)), np.float32)
+
+
+def level_db(samples: Samples) -> float:
+    return float(10.0 * np.log10(np.mean(np.square(samples))))
+
+
+@pytest.mark.parametrize("late_ms", [0.3, 20.0, 40.0])
+def test_little_is_left_of_the_own_voice_however_late_it_is_heard(late_ms: float) -> None:
+    heard = through_room(own_voice(), late_ms, 1)
+    rest = EchoCanceller().take(own_voice(), heard)
+    second = slice(len(heard) // 2, len(heard))
+    assert level_db(rest[second]) < level_db(heard[second]) - 18.0
+
+
+def test_what_somebody_else_says_is_left_as_it_is() -> None:
+    heard = through_room(own_voice(), 20.0, 1)
+    other = np.zeros(len(heard), np.float32)
+    at = len(heard) // 2 + 8000
+    other[at : at + 8000] = 0.03 * np.sin(0.3 * np.arange(8000))
+    rest = EchoCanceller().take(own_voice(), heard + other)
+    assert level_db(rest[at : at + 8000]) == pytest.approx(level_db(other[at : at + 8000]), abs=3.0)
+
+
+def test_blocks_of_any_size_give_the_same() -> None:
+    played, heard = own_voice()[:32000], through_room(own_voice(), 20.0, 2)[:32000]
+    filters = EchoCanceller(), EchoCanceller()
+    whole = filters[0].take(played, heard)
+    cut = np.concatenate([filters[1].take(played[i : i + 333], heard[i : i + 333]) for i in range(0, 32000, 333)])
+    np.testing.assert_array_equal(cut, whole[: len(cut)])
+
+
+def listen(heard: Samples, ears: Overhearing) -> list[Urgent]:
+    """To both sentences; the sound is played one block before it is heard."""
+    told: list[Urgent] = []
+    played = own_voice()
+    for at in range(0, len(heard), BLOCK):
+        if at in (0, len(heard) // 2 // BLOCK * BLOCK):
+            ears.begin(at)
+        ears.play(played[at : at + BLOCK])
+        told += ears.hear(heard[at : at + BLOCK], True)
+    return told + ears.hear(heard[:BLOCK], False)
+
+
+def call(voice: str, level: float) -> Samples:
+    said = sound().speaker_of(voice).render([["stop"]])
+    return np.asarray(level * said / np.sqrt(np.mean(np.square(said))), np.float32)
+
+
+def test_the_own_talk_is_not_taken_for_stop() -> None:
+    assert listen(through_room(own_voice(), 20.0, 3), Overhearing(spotter(), 0.0)) == []
+
+
+@pytest.mark.parametrize("late_ms", [0.3, 20.0, 40.0])
+def test_stop_is_heard_over_the_own_voice_that_is_three_times_as_loud(late_ms: float) -> None:
+    heard = through_room(own_voice(), late_ms, 4)
+    own = float(np.sqrt(np.mean(np.square(heard[np.abs(heard) > 1e-3]))))
+    stop = call("Max", own * 10.0 ** (-10.0 / 20.0))
+    at = len(heard) // 2 + SAMPLE_RATE_HZ
+    heard[at : at + len(stop)] += stop
+    told = listen(heard, Overhearing(spotter(), 0.0))
+    assert len(told) == 1
+    assert at < told[0].end_sample < at + len(stop) + 0.2 * SAMPLE_RATE_HZ
+
+
+def test_after_the_own_sentence_it_does_not_listen() -> None:
+    ears = Overhearing(spotter(), 0.0)
+    ears.begin(0)
+    ears.hear(np.zeros(BLOCK, np.float32), False)
+    stop = call("Max", 0.1)
+    assert not any(ears.hear(stop[i : i + BLOCK], True) for i in range(0, len(stop), BLOCK))
