@@ -3,7 +3,7 @@
     python -m benchmarks.own_voice [--calls 20] [--call-db -10] [--rt60 0.3,0.45,0.6] [--shifts-ms 0,20,-20]
         [--minutes 4] [--first 1] [--names Rob,Bot] [--seed 0]
 
-The robot's microphone is 10 cm from its loudspeaker, and its latency is known to within the shift. Rooms follow Polack's
+The robot's microphone is 10 cm from its loudspeaker, its latency known to within the shift. Rooms follow Polack's
 model (exponentially decaying noise, at the direct-to-reverberant ratio of 60 cubic metres). The call, 2 m away, is
 --call-db louder than the own voice as the microphone has it; the robot has said --first sentences before, from which it
 knows the way through the room. A call counts as heard when it is told after its beginning and no later than 0.5 s after
