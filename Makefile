@@ -11,7 +11,7 @@ export OPENBLAS_NUM_THREADS ?= 1
 demo: setup  ## two robots share out the watering, out loud
 	$(VENV)/bin/hvcpctl simulate --seed $(SEED) --report $(OUT)
 
-test: setup-dev lint  ## everything: under 10 minutes on 2 cores
+test: setup-dev $(VENV)/.parts-are-set-up lint  ## everything: under 10 minutes on 2 cores
 	$(VENV)/bin/python -m pytest -n 2 --dist worksteal
 
 check: setup-dev lint  ## the fast part
@@ -22,6 +22,10 @@ lint: setup-dev
 	$(VENV)/bin/ruff check .
 	$(VENV)/bin/mypy
 	$(VENV)/bin/lint-imports --cache-dir .import_linter_cache
+
+.PHONY: parts
+parts:  ## what tests over real sound need, by apt where that is possible
+	@sh .ci/install-parts
 
 setup: $(VENV)/.run-is-set-up
 setup-dev: $(VENV)/.dev-is-set-up
@@ -46,6 +50,11 @@ deb: setup-dev  ## the Debian package, in dist/
 
 sbom: setup-dev  ## the software bill of materials, CycloneDX
 	$(VENV)/bin/python -m release.sbom dist/hvcpd.cdx.json
+
+# Once; `make parts` tries again.
+$(VENV)/.parts-are-set-up: .ci/install-parts | $(VENV)/bin/pip
+	@sh .ci/install-parts
+	@touch $@
 
 lock: setup-dev  ## renew the hash-locked requirements (needs uv)
 	uv pip compile --universal --python-version 3.11 --generate-hashes --no-header --no-annotate --upgrade \

@@ -38,13 +38,16 @@ _SPEEDS_HZ = {
 
 
 class FakeBus:
-    """Several devices on one line. `path` is the port to open; it stays the same when the adapter is replugged."""
+    """Several devices on one line. `path` is the port to open; it stays the same when the adapter is replugged.
 
-    def __init__(self, devices: Sequence[FakeXL430 | FakeOpenCR], seed: int = 0) -> None:
+    Without a `path` of its own the port gets one in a directory for it alone.
+    """
+
+    def __init__(self, devices: Sequence[FakeXL430 | FakeOpenCR], seed: int = 0, path: Path | None = None) -> None:
         self.line = Line(devices, seed)
         self._lock = threading.Condition()
         self._directory = tempfile.TemporaryDirectory(prefix="fake-dynamixel-")
-        self.path = str(Path(self._directory.name) / "tty")
+        self.path = str(path or Path(self._directory.name) / "tty")
         self._master = self._slave = -1
         self._wake_read, self._wake_write = os.pipe()
         self.heard_bytes = 0
