@@ -11,7 +11,8 @@ from typing import TypeAlias
 
 from hvcpd import __version__
 from hvcpd.control.daemon_parser import add_completion, add_daemon_commands
-from hvcpd.control.drive_parser import add_doctor, add_drive
+from hvcpd.control.doctor_parser import add_calibrate, add_doctor
+from hvcpd.control.drive_parser import add_drive
 from hvcpd.errors import EX_FAILURE, EX_OK, EX_USER, HvcpdError
 
 Command = Callable[[argparse.Namespace], int]
@@ -91,6 +92,7 @@ def make_parser() -> argparse.ArgumentParser:
     add_daemon_commands(commands, _lazy)
     add_drive(commands, _lazy("drive"))
     add_doctor(commands, _lazy("doctor"))
+    add_calibrate(commands, _lazy("calibrate"))
     add_completion(commands, _lazy("completion"))
     return parser
 

@@ -1,4 +1,4 @@
-"""The command line of `hvcpctl drive` and `hvcpctl doctor`; light, since every command builds the whole parser."""
+"""The command line of `hvcpctl drive`; light, since every command builds the whole parser."""
 
 from __future__ import annotations
 
@@ -57,16 +57,8 @@ def add_drive(commands: Commands, run: Run) -> None:
     _add(actions, "calibrate", "find what the wheels really measure, with a tape measure", run)
 
 
-def add_doctor(commands: Commands, run: Run) -> None:
-    """Add `doctor`."""
-    doctor = commands.add_parser("doctor", help="say what is wrong with this robot, and how to mend it")
-    doctor.add_argument("--config", type=Path, metavar="FILE", help="settings file (default: /etc/hvcpd/hvcpd.yaml)")
-    _add_port(doctor)
-    doctor.add_argument("--json", action="store_true", help="print one JSON object a line")
-    doctor.set_defaults(run=run)
-
-
-def _add_port(parser: argparse.ArgumentParser) -> None:
+def add_port(parser: argparse.ArgumentParser) -> None:
+    """Which wheels, if not those of the settings."""
     parser.add_argument("--port", metavar="PORT", help="serial port (default: as in the settings)")
     parser.add_argument("--driver", choices=("auto", "opencr", "xl430"), help="kind of wheels (default: settings)")
 
@@ -74,7 +66,7 @@ def _add_port(parser: argparse.ArgumentParser) -> None:
 def _add(actions: Commands, name: str, text: str, run: Run) -> argparse.ArgumentParser:
     parser = actions.add_parser(name, help=text, epilog=_EPILOG)
     parser.add_argument("--config", type=Path, metavar="FILE", help="settings file (default: /etc/hvcpd/hvcpd.yaml)")
-    _add_port(parser)
+    add_port(parser)
     parser.add_argument("--dry-run", action="store_true", help="say what would happen; needs no robot")
     parser.add_argument("--json", action="store_true", help="print one JSON object a line")
     parser.set_defaults(run=run)

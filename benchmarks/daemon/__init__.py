@@ -1,0 +1,1 @@
+"""The whole daemon's figures: idle cost, start, time to reply, endurance."""

@@ -1,0 +1,46 @@
+"""One finding of `hvcpctl doctor`."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from enum import StrEnum
+
+
+class Grade(StrEnum):
+    """How much a finding matters."""
+
+    OK = "ok"
+    NOTE = "note"
+    """The robot works; it could work better."""
+    WRONG = "wrong"
+
+
+@dataclass(frozen=True)
+class Diagnosis:
+    """One thing that was looked at: what is there, or what is wrong and what to do."""
+
+    subject: str
+    grade: Grade
+    text: str
+    figures: Mapping[str, float] = field(default_factory=dict)
+
+    @property
+    def ok(self) -> bool:
+        """Whether the robot can work so."""
+        return self.grade is not Grade.WRONG
+
+
+def fine(subject: str, text: str, **figures: float) -> Diagnosis:
+    """All is well."""
+    return Diagnosis(subject, Grade.OK, text, figures)
+
+
+def note(subject: str, text: str, **figures: float) -> Diagnosis:
+    """It works, but."""
+    return Diagnosis(subject, Grade.NOTE, text, figures)
+
+
+def wrong(subject: str, text: str, **figures: float) -> Diagnosis:
+    """It does not work; the text has the remedy."""
+    return Diagnosis(subject, Grade.WRONG, text, figures)

@@ -1,0 +1,80 @@
+"""What a microphone's samples tell of a room: levels, clipping, and the own sound found again. Pure numpy."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from hvcpd.ports import SAMPLE_RATE_HZ, Samples
+
+SILENCE_DBFS = -120.0
+"""Instead of minus infinity for digital silence; a 16-bit converter's smallest step is at -90 dBFS."""
+CLIPPED_AT = 0.999
+"""Amplitude from which a sample counts as clipped; converters differ in their last step."""
+FOUND_SHARPNESS = 6.0
+"""The correlation's peak stands out so much over its RMS when the own sound is in the recording; the largest of some
+50,000 values of mere noise seldom passes 4.5 times its RMS (normal distribution)."""
+NEEDED_SNR_DB = 0.0
+"""At which all sentences are understood in steady noise (docs/recognition.md, "Noise": white, pink, fan at 0 dB)."""
+
+
+def level_dbfs(sound: Samples) -> float:
+    """RMS in dB re full scale (amplitude 1) of samples of shape (n,), without their mean."""
+    if sound.size == 0:
+        return SILENCE_DBFS
+    power = float(np.var(sound.astype(np.float64)))
+    return max(10.0 * math.log10(power), SILENCE_DBFS) if power > 0.0 else SILENCE_DBFS
+
+
+def clipped_share(sound: Samples) -> float:
+    """The share of samples at full scale, 0 to 1."""
+    return float(np.mean(np.abs(sound) >= CLIPPED_AT)) if sound.size else 0.0
+
+
+@dataclass(frozen=True)
+class Echo:
+    """The own sound, found again in a recording."""
+
+    delay_s: float
+    """From the first sample played to the first heard."""
+    level_dbfs: float
+    """Of what was heard of it, without the noise."""
+    peak: float
+    """The largest amplitude while it was heard."""
+    snr_db: float
+    """Its level over the noise before it."""
+
+
+def find_echo(played: Samples, heard: Samples, noise: Samples) -> Echo | None:
+    """The sound `played`, shape (n,), in what was `heard`, shape (m,) with m >= n; None if it is not there.
+
+    `noise` is a recording of the same room in silence. The delay is the peak of the cross-correlation, both whitened
+    by the played sound's spectrum (the phase transform; Knapp and Carter 1976), so that vowels do not blur it.
+    """
+    if played.size == 0 or heard.size < played.size or not np.any(heard):
+        return None
+    size = 1 << (heard.size + played.size - 1).bit_length()
+    cross = np.fft.rfft(heard, size) * np.conj(np.fft.rfft(played, size))
+    strength = np.abs(cross)
+    cross /= strength + 1e-3 * strength.max()
+    lags = np.fft.irfft(cross, size)[: heard.size - played.size + 1]
+    at = int(np.argmax(lags))
+    if lags[at] < FOUND_SHARPNESS * float(np.sqrt(np.mean(lags**2))):
+        return None
+    piece = heard[at : at + played.size]
+    noise_power = float(np.var(noise.astype(np.float64))) if noise.size else 0.0
+    power = max(float(np.var(piece.astype(np.float64))) - noise_power, 1e-12)
+    level = 10.0 * math.log10(power)
+    floor = level_dbfs(noise)
+    return Echo(at / SAMPLE_RATE_HZ, level, float(np.max(np.abs(piece))), level - floor)
+
+
+def predicted_range_m(own_level_dbfs: float, own_distance_m: float, floor_dbfs: float) -> float:
+    """How far away a peer of the same loudspeaker is still understood, in metres.
+
+    The inverse-distance law of a free field, L(r) = L0 - 20 log10(r / r0) (Kinsler et al., "Fundamentals of Acoustics",
+    ch. 5), until the level is NEEDED_SNR_DB over the floor. Walls may carry sound further, and blur it.
+    """
+    return float(own_distance_m * 10.0 ** ((own_level_dbfs - floor_dbfs - NEEDED_SNR_DB) / 20.0))

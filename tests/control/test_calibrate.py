@@ -1,0 +1,82 @@
+"""`hvcpctl calibrate` in a room in virtual time, with and without a mixer."""
+
+import argparse
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from hvcpd.control.calibrate import run
+from hvcpd.control.cli import make_parser
+from hvcpd.errors import DeviceError
+from hvcpd.hardware.acoustics import clipped_share, find_echo, level_dbfs, predicted_range_m
+from tests.control.echo_room import EchoRoom
+
+
+def options(tmp_path: Path, *more: str) -> argparse.Namespace:
+    (tmp_path / "hvcpd.yaml").write_text(f"name: Rob\nstate_dir: {tmp_path / 'state'}\n")
+    return make_parser().parse_args(["calibrate", "--config", str(tmp_path / "hvcpd.yaml"), *more])
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("gain", [0.03, 20.0], ids=["too soft", "clipping"])
+def test_the_mixer_is_set_so_that_the_own_voice_just_does_not_clip(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], gain: float
+) -> None:
+    room = EchoRoom(gain=gain, noise_rms=0.0001)
+    assert run(options(tmp_path), room.devices, room.amixer, lambda: 1e9) == 0
+    kept = json.loads((tmp_path / "state" / "calibration.json").read_text())
+    assert -9.5 <= kept["own_peak_dbfs"] <= -3.0
+    assert kept["date"] == "2001-09-09"
+    assert kept["understood"]
+    assert "microphone gain +0.0 dB ->" in capsys.readouterr().out
+
+
+@pytest.mark.slow
+def test_without_a_mixer_it_says_what_to_change_and_keeps_nothing_on_request(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert run(options(tmp_path, "--dry-run"), EchoRoom(gain=0.03).devices, lambda _command: None) == 0
+    out = capsys.readouterr().out
+    assert "should change by +" in out
+    assert "no mixer control" in out
+    assert not (tmp_path / "state").exists()
+
+
+@pytest.mark.slow
+def test_a_robot_that_does_not_hear_itself_is_not_calibrated(tmp_path: Path) -> None:
+    with pytest.raises(DeviceError, match="does not hear itself"):
+        run(options(tmp_path), EchoRoom(gain=0.0).devices, lambda _command: None)
+
+
+@settings(max_examples=20)
+@given(st.integers(0, 8000), st.floats(-40.0, 0.0), st.integers(0, 5))
+def test_an_echo_is_found_to_the_sample_and_its_level_to_a_decibel(delay: int, gain_db: float, seed: int) -> None:
+    chance = np.random.default_rng(seed)
+    played = (0.1 * chance.standard_normal(16000)).astype(np.float32)
+    noise = (1e-4 * chance.standard_normal(42000)).astype(np.float32)
+    heard = noise[16000:].copy()
+    heard[delay : delay + len(played)] += np.float32(10.0 ** (gain_db / 20.0)) * played
+    echo = find_echo(played, heard, noise[:16000])
+    assert echo is not None
+    assert round(echo.delay_s * 16000) == delay
+    assert echo.level_dbfs == pytest.approx(-20.0 + gain_db, abs=1.0)
+    assert echo.snr_db == pytest.approx(60.0 + gain_db, abs=1.5)
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_noise_alone_is_no_echo(seed: int) -> None:
+    chance = np.random.default_rng(seed)
+    played, heard = (0.1 * chance.standard_normal(n) for n in (16000, 60000))
+    assert find_echo(played.astype(np.float32), heard.astype(np.float32), heard[:8000].astype(np.float32)) is None
+
+
+def test_levels_clipping_and_range() -> None:
+    tone = np.sin(np.arange(16000) * 0.1).astype(np.float32)
+    assert level_dbfs(tone) == pytest.approx(-3.01, abs=0.01)
+    assert level_dbfs(np.zeros(100, np.float32)) == -120.0
+    assert clipped_share(np.array([1.0, -1.0, 0.5, 0.0], np.float32)) == 0.5
+    assert predicted_range_m(-20.0, 0.1, -60.0) == pytest.approx(10.0)
