@@ -14,6 +14,7 @@ from dataclasses import dataclass, field
 from typing import Protocol
 
 from hvcpd.language.messages import Stop, Utterance
+from hvcpd.security.trust import Trust
 
 WORD_S = 0.33
 """Mean duration of a spoken word with its share of the pauses; measured on our synthesizer's sentences."""
@@ -30,7 +31,9 @@ REMEMBERED_S = 30.0
 class Talker(Protocol):
     """What the channel needs of a robot; `hvcpd.coordination.Coordination` has it."""
 
-    def heard(self, utterance: Utterance, now: float) -> None: ...
+    def heard(
+        self, utterance: Utterance, now: float, confidence: float = 1.0, snr_db: float | None = None, trust: Trust = ...
+    ) -> None: ...
     def garbled(self, over_own_speech: bool, now: float) -> None: ...
     def channel(self, busy: bool, now: float) -> None: ...
     def spoken(self, now: float) -> None: ...
@@ -74,10 +77,10 @@ class Sound:
 class WordChannel:
     """Shared air for named talkers: `say` puts a sentence into it; `run_until` delivers what follows.
 
-        A sentence that overlaps another one, or the listener's own, is garbled. `touched` runs for every talker that
-        something happened to (to collect its actions). `earshot(speaker, listener)` tells who can hear whom now;
-    makes the wrong sentence. What a listener cannot follow, for names that it does not know, is garbled.
-
+    A sentence that overlaps another one, or the listener's own, is garbled. `touched` runs for every talker that
+    something happened to (to collect its actions). `earshot(speaker, listener)` tells who can hear whom now; `mishear`
+    makes the wrong sentence. What a listener cannot follow, for names that it does not know, is garbled. `judge` tells
+    what a listener thinks of a sentence's seal.
     """
 
     talkers: Mapping[str, Talker]
@@ -88,6 +91,7 @@ class WordChannel:
     earshot: Callable[[str, str], bool] | None = None
     mishear: Callable[[Utterance, random.Random], Utterance] = lambda utterance, _chance: utterance
     follows: Callable[[str, Utterance], bool] | None = None
+    judge: Callable[[str, Utterance], Trust] = lambda _listener, _utterance: Trust.OPEN
     now: float = 0.0
     sent: int = 0
     collisions: int = 0
@@ -241,7 +245,7 @@ class WordChannel:
         if self.conditions.mishearing and chance.random() < self.conditions.mishearing:
             utterance = self.mishear(utterance, chance)
             self.misheard += 1
-        talker.heard(utterance, self.now)
+        talker.heard(utterance, self.now, trust=self.judge(listener, utterance))
 
     def run_until(self, end_s: float) -> None:
         """Deliver everything, and tick the talkers when they are due, until `end_s`."""

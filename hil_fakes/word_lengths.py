@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import fields, is_dataclass
+from dataclasses import fields, is_dataclass, replace
 
 from hvcpd.language import messages as m
+from hvcpd.language.forms import Kind
+from hvcpd.language.marks import mark_words
 from hvcpd.language.phrasebook import Phrasebook, Vocabulary
 from hvcpd.language.words import NUMBER_MAX, spoken_words
 
@@ -22,8 +24,8 @@ class WordLengths:
     def __call__(self, utterance: m.Utterance) -> int:
         count = self._counts.get(utterance)
         if count is None:
-            count = self._counts[utterance] = _count(utterance)
-        return count
+            count = self._counts[utterance] = _count(replace(utterance, mark=None))
+        return count + (len(mark_words(utterance.mark)) if utterance.mark is not None else 0)
 
 
 def _count(u: m.Utterance) -> int:
@@ -35,7 +37,13 @@ def _count(u: m.Utterance) -> int:
         if isinstance(u.statement, m.Relayed):
             names.add(u.statement.speaker)
         book = Phrasebook(
-            Vocabulary(tuple(sorted(names)) or (_NAME,), tuple(dict.fromkeys(teams)), tasks, tuple(range(NUMBER_MAX)))
+            Vocabulary(
+                tuple(sorted(names)) or (_NAME,),
+                tuple(dict.fromkeys(teams)),
+                tasks,
+                tuple(range(NUMBER_MAX)),
+                kinds=frozenset(Kind),
+            )
         )
         _SHAPES[shape] = len(book.render(u))
     return _SHAPES[shape]

@@ -13,6 +13,7 @@ from dataclasses import dataclass, field, replace
 
 from hil_fakes.word_channel import Conditions, WordChannel
 from hil_fakes.word_lengths import WordLengths
+from hil_fakes.word_seals import WordSeals
 from hvcpd.config.tasks import Action, Forward, GoTo, Place, TaskDefinition, Wait
 from hvcpd.coordination.actions import (
     SECOND_PAUSE_S,
@@ -66,6 +67,8 @@ class WordPlan:
     speech: Speech = field(default_factory=Speech)
     """How all of them speak."""
     timing: Timing = field(default_factory=Timing)
+    seals: WordSeals | None = None
+    """Where the team has a key."""
     limit_s: float = 10_000.0
     settle_s: float = 20.0
 
@@ -138,6 +141,9 @@ class WordMission:
             mishear=self._mishear,
             follows=self._follows if plan.strangers else None,
         )
+        if plan.seals is not None:
+            seals = plan.seals
+            self.air.judge = lambda listener, utterance: seals.judge(listener, utterance, self.air.now)
         for name in plan.names:
             on_s = plan.late.get(name, 0.0)
             self._later(on_s, lambda name=name: self._switch_on(name)) if on_s else self._switch_on(name)
@@ -205,8 +211,10 @@ class WordMission:
             plan.unable.get(name, frozenset()),
             listed=not plan.strangers,
             roster=() if plan.strangers else plan.names,
-            speech=plan.speech,
+            speech=replace(plan.speech, sealed=plan.seals is not None),
         )
+        if plan.seals is not None:
+            plan.seals.switch_on(name)
         self.robots[name] = Coordination(
             role,
             plan.tasks,
@@ -244,6 +252,8 @@ class WordMission:
         for action in robot.actions():
             match action:
                 case Say(utterance, slowly, times):
+                    if self.plan.seals is not None:
+                        utterance = self.plan.seals.marked(name, utterance, self.air.now)
                     self._speak(name, utterance, slowly, times)
                 case Perform(task, actions):
                     self._perform(name, task, actions)

@@ -17,6 +17,7 @@ from hvcpd.coordination.coordination import Coordination
 from hvcpd.errors import PhraseError
 from hvcpd.hardware.kinematics import BURGER, Drive, Odometry
 from hvcpd.hardware.navigator import Navigator
+from hvcpd.language.forms import OPEN_KINDS, Kind
 from hvcpd.language.phrasebook import Phrasebook, Vocabulary
 from hvcpd.performer import Performer
 from hvcpd.ports import Pose, Samples
@@ -26,6 +27,9 @@ from hvcpd.recognition.recogniser import Recogniser, RecogniserSettings
 from hvcpd.recognition.templates import trimmed_energies
 from hvcpd.recognition.urgent import UrgentSpotter, UrgentTemplates
 from hvcpd.robot import Acoustics, Robot
+from hvcpd.sealing import Sealing
+from hvcpd.security.guard import Guard
+from hvcpd.security.keys import KeyRing
 from hvcpd.synthesis.lexicon import Lexicon
 from hvcpd.synthesis.likeness import sounds_alike
 from hvcpd.synthesis.recorded import RecordedSpeaker
@@ -98,10 +102,18 @@ class RobotPlan:
     drive: Drive = BURGER
     strangers: bool = False
     """Robots that it was not told of may come and spell their names."""
+    keys: KeyRing | None = None
+    """Where the team has a key: everything that matters is sealed, and nothing else is believed."""
+    counters: Mapping[str, int] | None = None
+    """Of seals and codes, as it remembers them."""
+    wall_s: float | None = None
+    """Seconds since 1970 when the sample clock begins, for the codes of authenticators; None without a clock."""
 
 
-def make_phrasebook(names: Sequence[str], teams: Iterable[str], tasks: TaskRepository) -> Phrasebook:
-    """The phrasebook of a team. Raises PhraseError when its words clash."""
+def make_phrasebook(
+    names: Sequence[str], teams: Iterable[str], tasks: TaskRepository, sealed: bool = False
+) -> Phrasebook:
+    """The phrasebook of a team, `sealed` if it has a key. Raises PhraseError when its words clash."""
     remarks = {a.text: None for task in tasks.tasks for a in task.actions if isinstance(a, SayAction)}
     return Phrasebook(
         Vocabulary(
@@ -111,6 +123,7 @@ def make_phrasebook(names: Sequence[str], teams: Iterable[str], tasks: TaskRepos
             numbers=tuple(task.number for task in tasks.tasks),
             remarks=tuple(remarks),
             alternatives=tasks.alternatives,
+            kinds=frozenset(Kind) if sealed else OPEN_KINDS,
         )
     )
 
@@ -120,7 +133,7 @@ def make_recogniser(phrasebook: Phrasebook, names: Sequence[str], sound: Sound) 
     speakers = {sound.voice_of(n).name: n for n in names if n.lower() not in sound.recorded}
     speakers |= {f"{name}, recorded": name for name in names if name.lower() in sound.recorded}
     bank = _RenderedWhenAsked(speakers, lambda name: _templates(phrasebook, sound.speaker_of(name)))
-    return Recogniser(phrasebook.graph, bank, urgent=make_urgent(sound, names))
+    return Recogniser(phrasebook.marked_graph, bank, urgent=make_urgent(sound, names))
 
 
 _Who = TypeVar("_Who")
@@ -185,7 +198,7 @@ def templates(phrasebook: Phrasebook, voice: Voice, sound: Sound) -> dict[str, l
 
 
 def _templates(phrasebook: Phrasebook, speaker: Speaker) -> dict[str, list[Samples]]:
-    found = {word: speaker.templates(word) for word in phrasebook.graph.words}
+    found = {word: speaker.templates(word) for word in phrasebook.marked_graph.words}
     for word, phrases in phrasebook.alternatives.items():
         for phrase in phrases:
             found[word] += speaker.phrase_templates(phrase)
@@ -201,8 +214,13 @@ def templates_of(words: Iterable[str], voice: Voice, sound: Sound) -> dict[str, 
 def make_robot(plan: RobotPlan, sound: Sound) -> Robot:
     """A whole robot. It listens for the voices of all names but its own."""
     phrasebook = _phrasebook(plan, plan.names)
+    role = replace(
+        plan.role,
+        roster=plan.names if plan.role.listed else (),
+        speech=replace(plan.role.speech, sealed=plan.keys is not None),
+    )
     coordination = Coordination(
-        replace(plan.role, roster=plan.names if plan.role.listed else ()),
+        role,
         plan.tasks.tasks,
         random.Random(plan.seed),
         remembered=plan.remembered,
@@ -220,11 +238,20 @@ def make_robot(plan: RobotPlan, sound: Sound) -> Robot:
         acoustics,
         sound.speaker_of(plan.role.name, SLOW),
         Overhearing(ears.urgent, acoustics.latency_s) if ears.urgent is not None else None,
+        make_sealing(plan),
     )
 
 
+def make_sealing(plan: RobotPlan) -> Sealing | None:
+    """What seals and judges for the robot, where there is a key."""
+    if plan.keys is None:
+        return None
+    return Sealing(Guard(plan.role.name, plan.keys, plan.counters, plan.wall_s))
+
+
 def _phrasebook(plan: RobotPlan, names: Sequence[str]) -> Phrasebook:
-    return make_phrasebook(names, (*plan.teams, *([plan.role.team] if plan.role.team else [])), plan.tasks)
+    teams = (*plan.teams, *([plan.role.team] if plan.role.team else []))
+    return make_phrasebook(names, teams, plan.tasks, sealed=plan.keys is not None)
 
 
 def _others(plan: RobotPlan, names: Sequence[str]) -> Sequence[str]:

@@ -7,7 +7,7 @@ from typing import cast
 
 from hvcpd.config.tasks import TaskRepository
 from hvcpd.coordination.actions import SavePeer, SaveStopped, SaveTask
-from hvcpd.records import GarbledRecord, HeardRecord, HoldRecord, Record, SaidRecord
+from hvcpd.records import DoubtRecord, GarbledRecord, HeardRecord, HoldRecord, Record, SaidRecord, SaveCounter
 from hvcpd.store import PeerRecord, Store, TaskRecord, TaskState, TranscriptRecord
 
 STOPPED = "stopped"
@@ -15,16 +15,26 @@ STOPPED = "stopped"
 
 
 class Journal:
-    """One robot's store, fed with its records."""
+    """One robot's store, fed with its records.
 
-    def __init__(self, store: Store, tasks: TaskRepository, own_name: str) -> None:
+    `seals` is where counters of seals and codes are kept: apart, since who deletes the tasks to begin anew must not
+    make old recordings good again.
+    """
+
+    def __init__(self, store: Store, tasks: TaskRepository, own_name: str, seals: Store | None = None) -> None:
         self._store = store
+        self._seals = seals
         self._names = {task.number: task.name for task in tasks.tasks}
         self._own_name = own_name
 
     def remembered(self) -> dict[int, tuple[str, str | None]]:
         """The tasks' states as the robot last knew them: number → (state, owner)."""
         return {task.number: (task.state, task.owner) for task in self._store.tasks() if task.number in self._names}
+
+    @property
+    def counters(self) -> dict[str, int]:
+        """The counters of seals and codes as they were last."""
+        return self._seals.counters() if self._seals is not None else {}
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -46,6 +56,12 @@ class Journal:
                     self._store.save_peer(PeerRecord(name, team, heard_at_s))
                 case SaveStopped(stopped):
                     self._store.set_flag(STOPPED, stopped)
+                case SaveCounter(name, value):
+                    if self._seals is not None:
+                        self._seals.raise_counter(name, value)
+                case DoubtRecord():
+                    doubt = f"not believed: {record.why}"
+                    self._store.append_transcript(TranscriptRecord(record.at_s, "garbled", record.speaker, doubt, None))
                 case SaidRecord():
                     self._store.append_transcript(
                         TranscriptRecord(record.at_s, "said", self._own_name, record.text, None)

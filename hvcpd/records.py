@@ -52,6 +52,25 @@ class HoldRecord:
 
 
 @dataclass(frozen=True)
+class DoubtRecord:
+    """The robot did not believe what it heard of `speaker`: why not, and for how long it will not listen to it (s)."""
+
+    at_s: float
+    speaker: str | None
+    text: str
+    why: str
+    silence_s: float | None = None
+
+
+@dataclass(frozen=True)
+class SaveCounter:
+    """Remember that this counter of seals or codes has come so far."""
+
+    name: str
+    value: int
+
+
+@dataclass(frozen=True)
 class PerformedRecord:
     """The robot carried out what there is to do at a task's place."""
 
@@ -71,8 +90,10 @@ Record = (
     | HeardRecord
     | GarbledRecord
     | HoldRecord
+    | DoubtRecord
     | PerformedRecord
     | LearnName
+    | SaveCounter
     | SaveTask
     | SavePeer
     | SaveStopped

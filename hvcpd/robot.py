@@ -23,7 +23,19 @@ from hvcpd.performer import Outcome, Performer
 from hvcpd.ports import SAMPLE_RATE_HZ, STANDSTILL, Samples, WheelCommand, WheelReading
 from hvcpd.recognition.events import Event as HearingEvent
 from hvcpd.recognition.events import Held, Recognised, Released, Urgent
-from hvcpd.records import GarbledRecord, HeardRecord, HoldRecord, LearnName, PerformedRecord, Record, SaidRecord
+from hvcpd.records import (
+    DoubtRecord,
+    GarbledRecord,
+    HeardRecord,
+    HoldRecord,
+    LearnName,
+    PerformedRecord,
+    Record,
+    SaidRecord,
+    SaveCounter,
+)
+from hvcpd.sealing import Sealing
+from hvcpd.security.trust import Trust
 
 
 class Ears(Protocol):
@@ -92,6 +104,7 @@ class Robot:
         acoustics: Acoustics | None = None,
         slow_mouth: Mouth | None = None,
         overhearing: Overhears | None = None,
+        sealing: Sealing | None = None,
     ) -> None:
         self.coordination = coordination
         self.phrasebook = phrasebook
@@ -101,6 +114,7 @@ class Robot:
         self._slow_mouth = slow_mouth or mouth
         self._performer = performer
         self._overhearing = overhearing
+        self._sealing = sealing
         self._acoustics = acoustics or Acoustics()
         self._n_heard = 0
         self._speech: Samples = np.zeros(0, np.float32)
@@ -204,7 +218,7 @@ class Robot:
         for name, event in tuple(self._strangers.items()):
             if self.phrasebook.known_name(name) is not None:
                 del self._strangers[name]
-                self.coordination.heard(self.phrasebook.parse(event.words), self.now, event.confidence, event.snr_db)
+                self._hear(self.phrasebook.parse(event.words), event, self.now)
 
     def _is_stranger(self, utterance: Utterance, event: Recognised) -> bool:
         """Whether a name was spelled that is still to be learned; its owner is answered then."""
@@ -243,7 +257,22 @@ class Robot:
             HeardRecord(now, utterance, text, start_s, end_s, event.confidence, event.snr_db, event.voice, words)
         )
         if not self._is_stranger(utterance, event):
-            self.coordination.heard(utterance, now, event.confidence, event.snr_db)
+            self._hear(utterance, event, now)
+
+    def _hear(self, utterance: Utterance, event: Recognised, now: float) -> None:
+        """Have its seal judged, and hand it on with the verdict; without a key everybody is believed."""
+        trust = Trust.OPEN
+        if self._sealing is not None:
+            verdict = self._sealing.judge(utterance, self.phrasebook, now)
+            self._save_counters(self._sealing)
+            trust = verdict.trust
+            if utterance.mark is not None and not trust.proves_speaker:
+                text = self.phrasebook.write(utterance)
+                self._records.append(DoubtRecord(now, utterance.speaker, text, trust.value, verdict.silence_s))
+        self.coordination.heard(utterance, now, event.confidence, event.snr_db, trust)
+
+    def _save_counters(self, sealing: Sealing) -> None:
+        self._records += [SaveCounter(name, value) for name, value in sealing.guard.saves().items()]
 
     def _hold(self, event: Held | Released | Urgent, now: float) -> None:
         """Stand still at once for what may be "stop" over talk; go on where it was not, stay where it was.
@@ -316,6 +345,9 @@ class Robot:
 
     def _say(self, say: Say, now: float) -> None:
         utterance = say.utterance
+        if self._sealing is not None:
+            utterance = self._sealing.marked(utterance, self.phrasebook, now)
+            self._save_counters(self._sealing)
         mouth = self._slow_mouth if say.slowly else self._mouth
         once = mouth.render(self.phrasebook.phrases(utterance))
         pause = np.zeros(round(SECOND_PAUSE_S * SAMPLE_RATE_HZ), np.float32)

@@ -159,6 +159,11 @@ class Store:
         query = "INSERT INTO counters VALUES (?, ?) ON CONFLICT (name) DO UPDATE SET value = value + excluded.value"
         self._write(query, (name, by))
 
+    def raise_counter(self, name: str, value: int) -> None:
+        """Remember a counter's value, unless a higher one is remembered."""
+        query = "INSERT INTO counters VALUES (?, ?) ON CONFLICT (name) DO UPDATE SET value = max(value, excluded.value)"
+        self._write(query, (name, value))
+
     def set_flag(self, name: str, on: bool) -> None:
         """Remember that something is so, or no longer."""
         self._write("INSERT OR IGNORE INTO flags VALUES (?)" if on else "DELETE FROM flags WHERE name = ?", (name,))

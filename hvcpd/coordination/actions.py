@@ -8,6 +8,7 @@ from typing import Protocol, Self, TypeVar
 
 from hvcpd.config.tasks import Action as TaskAction
 from hvcpd.language.messages import Utterance
+from hvcpd.security.trust import People
 
 _T = TypeVar("_T")
 
@@ -27,19 +28,23 @@ SECOND_GAP_S = 0.7
 left of the pause, 0.2 s for the onset, 0.1 s of ringing, and 0.15 s to be sure."""
 SLOW_STRETCH = 1.25
 """A sentence said slowly takes so much longer."""
+SEALED_STRETCH = 1.6
+"""A sentence with a seal, too: 2.1 s more than the usual 3.6 s."""
 
 
 @dataclass(frozen=True)
 class Speech:
-    """How everything is said, for long distances: `slowly`, and each sentence `times` (1 or 2) in a row."""
+    """How everything is said: for long distances `slowly`, and each sentence `times` (1 or 2) in a row; `sealed` where
+    a key is set."""
 
     slowly: bool = False
     times: int = 1
+    sealed: bool = False
 
     @property
     def stretch(self) -> float:
         """A sentence takes so many times as long as usual."""
-        return self.times * (SLOW_STRETCH if self.slowly else 1.0)
+        return self.times * (SLOW_STRETCH if self.slowly else 1.0) * (SEALED_STRETCH if self.sealed else 1.0)
 
 
 @dataclass(frozen=True)
@@ -207,3 +212,5 @@ class Role:
     listed: bool = True
     roster: tuple[str, ...] = ()
     speech: Speech = field(default_factory=Speech)
+    people: People = People.QUESTIONS
+    """What they may command without a key, where one is set."""

@@ -7,35 +7,28 @@ is due; after each call `actions` hands out what is to be done. Times are second
 from __future__ import annotations
 
 import math
-import zlib
 from collections.abc import Callable, Iterable, Mapping
-from functools import lru_cache
 
 from hvcpd.config.tasks import Place, TaskDefinition
-from hvcpd.coordination import choosing, claims, composing, effects, hearing, repair, strangers
-from hvcpd.coordination.actions import Action, Chance, Perform, Role, SavePeer, SaveTask, Say, Timing
+from hvcpd.coordination import choosing, claims, composing, effects, hearing, repair, strangers, trusting
+from hvcpd.coordination.actions import Action, Chance, Role, SavePeer, SaveTask, Say, Timing
 from hvcpd.coordination.addressing import whose_turn
 from hvcpd.coordination.board import Board
 from hvcpd.coordination.claims import HeardClaim, Quoted
 from hvcpd.coordination.effects import OWN_TURN
 from hvcpd.coordination.floor import RANK_MAX, Floor, Intent, Order, Urgency
-from hvcpd.coordination.peers import Peers, team_of
+from hvcpd.coordination.peers import Peers, lot, team_of
 from hvcpd.coordination.relaying import Relays
 from hvcpd.coordination.strangers import Acquaintance
 from hvcpd.coordination.table import AT_WORK, NEWCOMER, TRANSITIONS, State, Trigger
 from hvcpd.language import messages as m
+from hvcpd.security.trust import Trust
 
 SAME_WITHIN_S = 1.0
 """The same sentence, begun no later than this after it was understood, is its second saying: SECOND_GAP_S, and some
 more for ears that notice late. Nobody who waits for an answer says anything again so soon."""
 CONFIRMERS = 3
 """So many confirmations may still begin before a new turn does; that three in a row have missed a claim is rare."""
-
-
-@lru_cache(maxsize=4096)
-def _lot(name: str, salt: int) -> int:
-    """A number that everybody draws alike for a name."""
-    return zlib.crc32(f"{salt}/{name}".encode())
 
 
 class Coordination:
@@ -104,6 +97,7 @@ class Coordination:
         """When another voice used this robot's name."""
         self.acquaintance = Acquaintance()
         self.relays = Relays()
+        self.doubts = trusting.Doubts()
         self._last_heard: tuple[m.Utterance, float] | None = None
         self._timer_s: float | None = None
         self._actions: list[Action] = []
@@ -112,19 +106,34 @@ class Coordination:
 
     # --- what its owner tells it -------------------------------------------------------------------------------
 
-    def heard(self, utterance: m.Utterance, now: float, confidence: float = 1.0, snr_db: float | None = None) -> None:
-        """A sentence was understood, with a confidence of 0 to 1. The own name as speaker is never obeyed."""
+    def heard(
+        self,
+        utterance: m.Utterance,
+        now: float,
+        confidence: float = 1.0,
+        snr_db: float | None = None,
+        trust: Trust = Trust.OPEN,
+    ) -> None:
+        """A sentence was understood, with a confidence of 0 to 1. The own name as speaker is never obeyed.
+
+        `trust` is what its seal says; see `trusting`.
+        """
         if utterance.speaker is not None and utterance.speaker.lower() == self.role.name.lower():
-            hearing.hear_own_name(self, now)
+            if trust.proves_speaker:  # or else somebody without the key, or a recording of this robot
+                hearing.hear_own_name(self, now)
             return
-        if utterance.speaker is not None:
+        believed = trusting.admit(self, utterance, trust)
+        if utterance.speaker is not None and believed:
             peer = self.peers.heard(utterance.speaker, team_of(utterance), now, confidence, snr_db)
             self._actions.append(SavePeer(peer.name, peer.team, now))
         self.floor.answer_slots = claims.confirming_slot(self, now) + CONFIRMERS
         self.floor.understood(now, self._order_after(whose_turn(utterance), now))
         if self._is_second(utterance, now):
             return
-        hearing.react(self, utterance, confidence, now)
+        if not believed:
+            trusting.refuse(self, utterance, trust, now)
+            return
+        hearing.react(self, utterance, 1.0 if trust.checks_words else confidence, now)
         if self.state is State.READY and self._timer_s is None and not self.board.all_done:
             self.arm(now, self.timing.decide_s)
         self._save_changes()
@@ -249,8 +258,8 @@ class Coordination:
         order of all the rest: the first two answer in one slot only if the second does not know of the first.
         """
         own, asking = self.role.name.lower(), asker.lower()
-        lot = _lot(own, salt)
-        return min(sum(_lot(name, salt) < lot for name in self.peers.present(now) if name != asking), RANK_MAX)
+        own_lot = lot(own, salt)
+        return min(sum(lot(name, salt) < own_lot for name in self.peers.present(now) if name != asking), RANK_MAX)
 
     def _order_after(self, speaker: str | None, now: float) -> Order | None:
         """This robot's place in the round of turns that begins after a speaker; a newcomer knows of one only if it was
@@ -285,9 +294,6 @@ class Coordination:
     def do(self, action: Action) -> None:
         """Hand an action out with the next `actions`."""
         self._actions.append(action)
-
-    def perform(self, perform: Perform) -> None:
-        self._actions.append(perform)
 
     def my_task(self) -> int:
         if self.task is None:

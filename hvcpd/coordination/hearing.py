@@ -124,6 +124,12 @@ def _name_taken(c: Coordination, u: m.Utterance, _s: m.NameTaken, now: float) ->
         peer.silent_until_s = now + c.timing.name_conflict_s
 
 
+def _distrusted(c: Coordination, u: m.Utterance, _s: m.Distrusted, now: float) -> None:
+    """Who does not believe this robot's order is not asked again for a while."""
+    if c.state is State.ORDERED and u.speaker == c.partner and is_for_me_alone(c, u):
+        c.fire(Trigger.GAVE_UP, now)
+
+
 _REACTIONS: dict[type, Callable[[Coordination, m.Utterance, Any, float], None]] = {
     type(None): _greeting,
     m.Spelled: _spelled,
@@ -148,4 +154,5 @@ _REACTIONS: dict[type, Callable[[Coordination, m.Utterance, Any, float], None]] 
     m.Leaving: _let_go,
     m.NameTaken: _name_taken,
     m.Relayed: relaying.relayed,
+    m.Distrusted: _distrusted,
 }

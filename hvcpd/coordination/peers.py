@@ -2,9 +2,17 @@
 
 from __future__ import annotations
 
+import zlib
 from dataclasses import dataclass
+from functools import lru_cache
 
 from hvcpd.language import messages as m
+
+
+@lru_cache(maxsize=4096)
+def lot(name: str, salt: int) -> int:
+    """A number that everybody draws alike for a name."""
+    return zlib.crc32(f"{salt}/{name}".encode())
 
 
 @dataclass

@@ -19,6 +19,9 @@ ASK_MAX = 2
 ASK_AGAIN = "say again"
 """The topic of asking so; once the other one is understood it is no longer needed."""
 
+SENTENCE_S = 4.0
+"""The usual sentence, and some more."""
+
 REPEATING_ANYWAY = frozenset(
     {State.READ_BACK, State.ORDERED, State.REPORTED, State.PROPOSED, State.CHECKING, State.ASKED}
 )
@@ -75,6 +78,13 @@ def say_again(c: Coordination, slowly: bool, now: float) -> None:
         return
     c.repair.speak_slowly = c.repair.speak_slowly or slowly
     c.repair.was_asked += 1
-    c.want(Urgency.ANSWER, "again", lambda: last, now, slowly=c.repair.slow)
+    c.want(Urgency.ANSWER, "again", lambda: _once_more(c, last), now, slowly=c.repair.slow)
     if c.state in REPEATING_ANYWAY:
         c.postpone(c.timing.answer_s)
+
+
+def _once_more(c: Coordination, last: m.Utterance) -> m.Utterance:
+    """While it is said nobody answers it: who waits for an answer waits so much longer."""
+    if c.state in REPEATING_ANYWAY:
+        c.postpone(SENTENCE_S * c.role.speech.stretch)
+    return last

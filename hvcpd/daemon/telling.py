@@ -14,7 +14,15 @@ import structlog
 from hvcpd.config.tasks import TaskRepository
 from hvcpd.coordination.actions import SavePeer, SaveTask
 from hvcpd.daemon.log_lines import LossyStream, RateLimiter, clean_values, hide_secrets, is_journal, with_priority
-from hvcpd.records import GarbledRecord, HeardRecord, HoldRecord, PerformedRecord, Record, SaidRecord
+from hvcpd.records import (
+    DoubtRecord,
+    GarbledRecord,
+    HeardRecord,
+    HoldRecord,
+    PerformedRecord,
+    Record,
+    SaidRecord,
+)
 from hvcpd.reporting.jsonlines import as_strict_json
 
 LogFormat = Literal["auto", "console", "keyvalue", "json"]
@@ -94,6 +102,15 @@ def tell(record: Record, tasks: TaskRepository) -> None:
             _log.info("garbled", at_s=_s(record.start_s), duration_s=_s(record.end_s - record.start_s))
         case HoldRecord(at_s, until_s):
             _log.info("stood still for what sounded like stop", at_s=_s(at_s), duration_s=_s(until_s - at_s))
+        case DoubtRecord():
+            _log.warning(
+                "not believed",
+                text=record.text,
+                speaker=record.speaker,
+                reason=record.why,
+                not_listened_to_s=record.silence_s,
+                at_s=_s(record.at_s),
+            )
         case PerformedRecord():
             _log.info("performed", task=record.task, name=_name(record.task, tasks), at_s=_s(record.at_s))
         case SaveTask():

@@ -48,6 +48,12 @@ class Kind(Enum):
     RELAY = "relay"
     SPELLING = "spelling"
     """Has a network of its own, in every voice: nobody knows the voice of an unknown name."""
+    SEALED = "sealed"
+    """For teams with a key: sentences may end in a seal or a code."""
+
+
+OPEN_KINDS = frozenset(Kind) - {Kind.SEALED}
+"""What a team without a key uses."""
 
 
 @dataclass(frozen=True)
@@ -201,4 +207,8 @@ _SPELLED: tuple[Form, ...] = (
     ),
 )
 
-FORMS: tuple[Form, ...] = (*_CORE, *_PEOPLE, *_RELAYS, *_SPELLED)
+_SEALED: tuple[Form, ...] = (
+    Form(f"{OPENING}, i do not trust that", m.Distrusted, "Who said that? Its seal or code is wrong.", Kind.SEALED),
+)
+
+FORMS: tuple[Form, ...] = (*_CORE, *_PEOPLE, *_RELAYS, *_SPELLED, *_SEALED)

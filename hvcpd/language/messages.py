@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 
 @dataclass(frozen=True)
@@ -239,6 +239,11 @@ class Stopped:
 
 
 @dataclass(frozen=True)
+class Distrusted:
+    """The speaker does not believe that who seemed to say something did say it, and does nothing about it."""
+
+
+@dataclass(frozen=True)
 class Resume:
     """A halted robot may take on tasks again."""
 
@@ -273,7 +278,25 @@ Statement = (
     | WillMove
     | Spelled
     | Relayed
+    | Distrusted
 )
+
+
+@dataclass(frozen=True)
+class Seal:
+    """What a robot with a key says after a sentence, so that others know who said it: a number of four code words."""
+
+    value: int
+
+
+@dataclass(frozen=True)
+class Code:
+    """What a person says after a sentence for the same end: six digits that are good once."""
+
+    digits: str = field(repr=False)
+
+
+Mark = Seal | Code
 
 
 @dataclass(frozen=True)
@@ -282,9 +305,11 @@ class Utterance:
 
     `speaker` is None only for the calls that anybody may make without a name (stop, resume); `addressee` None
     speaks to nobody in particular; `team` is the speaker's, when it says so; `statement` None is a bare greeting.
+    `mark` proves who speaks, and is no part of the meaning: two utterances are equal whatever their marks.
     """
 
     speaker: str | None
     addressee: Addressee | None = None
     team: str | None = None
     statement: Statement | None = None
+    mark: Mark | None = field(default=None, compare=False)

@@ -5,21 +5,22 @@ from __future__ import annotations
 import difflib
 from collections import Counter
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Any, Protocol, TypeVar
+from typing import Protocol, TypeVar
 
 from hvcpd.errors import PhraseError
 from hvcpd.language import messages as m
 from hvcpd.language.alternatives import by_word, refuse_senseless
 from hvcpd.language.automaton import build_graph, expected_after
-from hvcpd.language.forms import FORMS, SLOT_FIELDS, Form, Kind
+from hvcpd.language.binding import CompiledForm, build, unbuild
+from hvcpd.language.forms import FORMS, OPEN_KINDS, Kind
 from hvcpd.language.graph import WordGraph, with_phrases
+from hvcpd.language.marks import mark_words, markable, split_mark, with_marks
 from hvcpd.language.pattern import (
     COMMA,
     LETTERS_SLOT,
     Bindings,
-    Node,
     SlotValues,
     Words,
     match,
@@ -28,7 +29,7 @@ from hvcpd.language.pattern import (
     slots_of,
     words_of,
 )
-from hvcpd.language.spelling import WORD_OF, letter_words, written_name
+from hvcpd.language.spelling import WORD_OF, letter_words
 from hvcpd.language.words import number_words, spoken_words, strict_words
 
 _T = TypeVar("_T")
@@ -47,7 +48,6 @@ _FREE = {"task": 99, "remark": 99, "team": 3, "addressee": 3, "speaker": 3}
 remarks are whole sentences and tried in all; names and teams stand in the opening, which all forms share."""
 
 _KEEP_CASE = {"i": "I"}
-_UTTERANCE_FIELDS = frozenset(f.name for f in fields(m.Utterance)) - {"statement"}
 
 
 class Chooser(Protocol):
@@ -67,18 +67,11 @@ class Vocabulary:
     remarks: tuple[str, ...] = ()
     alternatives: tuple[tuple[str, str], ...] = ()
     """Words, and phrases that count as them when they are heard: ("indigo", "in the go")."""
-    kinds: frozenset[Kind] = frozenset(Kind)
+    kinds: frozenset[Kind] = OPEN_KINDS
     """Which forms this team uses; each kind makes every listener's network larger."""
 
 
-@dataclass(frozen=True)
-class _CompiledForm:
-    form: Form
-    node: Node
-    slots: frozenset[str]
-
-
-_COMPILED = tuple(_CompiledForm(f, node := parse_pattern(f.pattern), slots_of(node)) for f in FORMS)
+_COMPILED = tuple(CompiledForm(f, node := parse_pattern(f.pattern), slots_of(node)) for f in FORMS)
 
 
 RESERVED_WORDS = frozenset({"all", "team"}).union(*(words_of(compiled.node) for compiled in _COMPILED))
@@ -131,8 +124,11 @@ class Phrasebook:
     def parse(self, words: Sequence[str]) -> m.Utterance:
         """The meaning of spoken words. Raises PhraseError naming the first word that no form has there."""
         given = tuple(words)
-        found = self._readings(given)
-        first = next(found, None)
+        first = next(self._readings(given), None)
+        if first is None and Kind.SEALED in self.vocabulary.kinds:
+            sentence, mark = split_mark(given)
+            first = next(self._readings(sentence), None) if mark is not None else None
+            first = first and replace(first, mark=mark)
         if first is None:
             raise PhraseError(self._why_not(given))
         return first
@@ -145,6 +141,13 @@ class Phrasebook:
     def graph(self) -> WordGraph:
         """The network of all sentences but spelled names, for the recogniser."""
         return build_graph([compiled.node for compiled in self._ordinary_forms()], self.slots)
+
+    @cached_property
+    def marked_graph(self) -> WordGraph:
+        """The same, for a team with a key, with a seal or a code after the sentences that have them."""
+        if Kind.SEALED not in self.vocabulary.kinds:
+            return self.graph
+        return with_marks(build_graph([markable(c.form, c.node) for c in self._ordinary_forms()], self.slots))
 
     @cached_property
     def spelling_graph(self) -> WordGraph:
@@ -173,12 +176,12 @@ class Phrasebook:
                 continue
             if not optional or chooser.choice((True, False)):
                 bindings[slot] = chooser.choice(list(self.slots[slot]))
-        return _build(compiled.form, bindings)
+        return build(compiled.form, bindings)
 
-    def _ordinary_forms(self) -> list[_CompiledForm]:
+    def _ordinary_forms(self) -> list[CompiledForm]:
         return [compiled for compiled in self._usable_forms() if not compiled.form.spelled]
 
-    def _usable_forms(self) -> Iterator[_CompiledForm]:
+    def _usable_forms(self) -> Iterator[CompiledForm]:
         for compiled in self._forms:
             needed = compiled.slots - _OPTIONAL - {LETTERS_SLOT}
             if all(self.slots[slot] for slot in needed):
@@ -186,14 +189,14 @@ class Phrasebook:
 
     def _tokens(self, utterance: m.Utterance) -> list[str]:
         for compiled in self._forms:
-            bindings = _unbuild(compiled, utterance)
+            bindings = unbuild(compiled, utterance)
             if bindings is None:
                 continue
             spoken = {slot: self._words_of(slot, value) for slot, value in bindings.items()}
             known = {slot: words for slot, words in spoken.items() if words is not None}
             tokens = render(compiled.node, known) if len(known) == len(spoken) else None
             if tokens is not None:
-                return tokens
+                return tokens if utterance.mark is None else [*tokens, COMMA, *mark_words(utterance.mark)]
         raise PhraseError(f"the phrasebook has no words for {utterance}")
 
     def _words_of(self, slot: str, value: object) -> Words | None:
@@ -206,7 +209,7 @@ class Phrasebook:
         for compiled in self._forms:
             for end, bindings in match(compiled.node, words, 0, self.slots):
                 if end == len(words):
-                    yield self._as_known(_build(compiled.form, bindings))
+                    yield self._as_known(build(compiled.form, bindings))
 
     def _as_known(self, utterance: m.Utterance) -> m.Utterance:
         """A spelled name that is known is written as it is known."""
@@ -241,9 +244,9 @@ class Phrasebook:
                     for value in self.slots[slot]:
                         self._refuse_second_reading(compiled, slot, value)
 
-    def _refuse_second_reading(self, compiled: _CompiledForm, slot: str, value: object) -> None:
+    def _refuse_second_reading(self, compiled: CompiledForm, slot: str, value: object) -> None:
         bindings = {s: next(iter(self.slots[s])) for s in compiled.slots if self.slots.get(s)} | {slot: value}
-        utterance = _build(compiled.form, bindings)
+        utterance = build(compiled.form, bindings)
         readings = set(self._readings(self.render(utterance)))
         if readings != {utterance}:
             name = _describe(slot, value)
@@ -281,59 +284,6 @@ def _slot_values(vocabulary: Vocabulary) -> SlotValues:
         "task": {m.TaskByName(name): spoken_words(name) for name in vocabulary.tasks},
         "remark": {text: spoken_words(text) for text in vocabulary.remarks},
     }
-
-
-def _build(form: Form, bindings: Bindings) -> m.Utterance:
-    bound: dict[str, Any] = {SLOT_FIELDS[slot]: value for slot, value in bindings.items()} | dict(form.constants)
-    if form.spelled:
-        bound["speaker"] = written_name(bound["letters"])
-    outer = {key: bound.pop(key) for key in list(bound) if key in _UTTERANCE_FIELDS}
-    other = bound.pop("other", None)
-    statement: Any = form.statement(**bound) if form.statement is not None else None
-    if form.will:
-        statement = m.WillMove(statement)
-    if form.relayed:
-        statement = m.Relayed(other, statement)
-    return m.Utterance(speaker=outer.pop("speaker", None), statement=statement, **outer)
-
-
-def _unbuild(compiled: _CompiledForm, utterance: m.Utterance) -> Bindings | None:
-    """What the slots of a form must bind to make the utterance; None if the form cannot make it."""
-    form, statement = compiled.form, utterance.statement
-    wanted: dict[str, object] = {}
-    if form.relayed:
-        if not isinstance(statement, m.Relayed):
-            return None
-        wanted["other"], statement = statement.speaker, statement.statement
-    if form.will:
-        if not isinstance(statement, m.WillMove):
-            return None
-        statement = statement.motion
-    if (type(statement) if statement is not None else None) is not form.statement:
-        return None
-    if form.spelled and isinstance(statement, m.Spelled):
-        if utterance.speaker is None or utterance.speaker.lower() != statement.letters:
-            return None
-        utterance = replace(utterance, speaker=None)
-    inner = {f.name: getattr(statement, f.name) for f in fields(statement)} if statement is not None else {}
-    if any(inner.pop(name) != value for name, value in form.constants.items()):
-        return None
-    wanted |= {"speaker": utterance.speaker, "addressee": utterance.addressee, "team": utterance.team} | inner
-    wanted = {k: v for k, v in wanted.items() if v is not None}
-    bindings: Bindings = {}
-    for slot in compiled.slots:
-        value = wanted.get(SLOT_FIELDS[slot])
-        if value is not None and _fits(slot, value):
-            bindings[slot] = wanted.pop(SLOT_FIELDS[slot])
-    return None if wanted else bindings
-
-
-def _fits(slot: str, value: object) -> bool:
-    if slot == "number":
-        return isinstance(value, m.TaskByNumber)
-    if slot == "task":
-        return isinstance(value, m.TaskByName)
-    return True
 
 
 def _describe(slot: str, value: object) -> str:

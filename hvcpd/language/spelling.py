@@ -11,11 +11,11 @@ from dataclasses import replace
 from hvcpd.language.graph import Arc, WordGraph
 from hvcpd.language.words import number_words
 
-_ALPHABET = (
+ALPHABET = (
     "alpha bravo charlie delta echo foxtrot golf hotel india juliet kilo lima mike november oscar papa quebec romeo "
     "sierra tango uniform victor whiskey xray yankee zulu"
 ).split()
-WORD_OF = {word[0]: word for word in _ALPHABET} | {str(digit): number_words(digit)[0] for digit in range(10)}
+WORD_OF = {word[0]: word for word in ALPHABET} | {str(digit): number_words(digit)[0] for digit in range(10)}
 """The word of each letter and digit."""
 _LETTER_OF = {word: letter for letter, word in WORD_OF.items()}
 

@@ -1,0 +1,60 @@
+"""Seals at the level of words: what each robot of a mission seals and judges, and what it remembers of it."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterable
+
+from hvcpd.config.tasks import TaskDefinition
+from hvcpd.language import messages as m
+from hvcpd.language.forms import Kind
+from hvcpd.language.phrasebook import Phrasebook, Vocabulary
+from hvcpd.sealing import Sealing
+from hvcpd.security.guard import Guard
+from hvcpd.security.keys import KeyRing
+from hvcpd.security.seal import SEAL_BITS
+from hvcpd.security.trust import Trust
+
+
+def keyed_book(names: Iterable[str], tasks: Iterable[TaskDefinition], teams: Iterable[str] = ("plant",)) -> Phrasebook:
+    """The phrasebook of a team with a key."""
+    given = tuple(tasks)
+    numbers = tuple(task.number for task in given)
+    vocabulary = Vocabulary(
+        tuple(names), tuple(teams), tuple(task.name for task in given), numbers, kinds=frozenset(Kind)
+    )
+    return Phrasebook(vocabulary)
+
+
+class WordSeals:
+    """One object for a whole team; each robot has its own guard, which is lost when it is switched off."""
+
+    def __init__(self, book: Phrasebook, keys: KeyRing, bits: int = SEAL_BITS) -> None:
+        self.book = book
+        self.keys = keys
+        self.verdicts: Counter[Trust] = Counter()
+        self._bits = bits
+        self._on: dict[str, Sealing] = {}
+        self.counters: dict[str, dict[str, int]] = {}
+        """What each robot has saved."""
+
+    def switch_on(self, name: str) -> None:
+        """A robot begins with what it had saved."""
+        self._on[name] = Sealing(Guard(name, self.keys, self.counters.setdefault(name, {}), bits=self._bits))
+
+    def marked(self, name: str, utterance: m.Utterance, now: float) -> m.Utterance:
+        """What the robot says instead."""
+        said = self._on[name].marked(utterance, self.book, now)
+        self._save(name)
+        return said
+
+    def judge(self, name: str, utterance: m.Utterance, now: float) -> Trust:
+        """What the robot makes of it."""
+        verdict = self._on[name].judge(utterance, self.book, now)
+        self._save(name)
+        if utterance.mark is not None:
+            self.verdicts[verdict.trust] += 1
+        return verdict.trust
+
+    def _save(self, name: str) -> None:
+        self.counters[name] |= self._on[name].guard.saves()

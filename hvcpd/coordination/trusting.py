@@ -1,0 +1,111 @@
+"""Which sentences a robot believes, by what their seals say; what it answers where it does not.
+
+One place decides. Statements that change what a robot does or believes need a seal or a code (`marks.SEALED`); those
+that set wheels in motion also need that their speaker is here, not only its recording. "Stop" is obeyed from anybody.
+Where no key is set all trust is OPEN, and everything is believed.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
+
+from hvcpd.coordination import composing
+from hvcpd.coordination.addressing import is_for, is_for_me_alone
+from hvcpd.coordination.floor import RANK_MAX, Urgency
+from hvcpd.coordination.table import DEPARTING
+from hvcpd.language import messages as m
+from hvcpd.language.marks import is_sealed
+from hvcpd.security.trust import People, Trust
+
+if TYPE_CHECKING:
+    from hvcpd.coordination.coordination import Coordination
+
+NEED_PRESENCE = (m.Order, m.Resume, m.ComeBack, m.MoveBy, m.TurnBy)
+"""A recording of one of these, made while this robot was away, would set its wheels in motion."""
+ASK_MAX = 2
+"""So often somebody is asked to say again what was not believed: misheard words fare better then, and
+the answer to the second is a proof of presence even if the first was misheard."""
+ASK_AGAIN_S = 300.0
+"""And not again before so long, unless something was believed meanwhile."""
+TELL_S = 10.0
+"""Not before then "I do not trust that" is said again to the same one; each time it takes twice as long,"""
+TELL_MOST_S = 640.0
+"""up to here: a recording that is played for hours does not make a robot talk for hours."""
+OTHERS_SLOT = 3
+"""Of what was said to many, those who believe it answer first."""
+
+
+@dataclass
+class Doubts:
+    """What was asked and told of each speaker, by name in lower case: when last, s, and how often."""
+
+    asked: dict[str, tuple[float, int]] = field(default_factory=dict)
+    told: dict[str, tuple[float, float]] = field(default_factory=dict)
+
+
+def believes(c: Coordination, u: m.Utterance, trust: Trust) -> bool:
+    """Whether the sentence may be acted on, and learned from."""
+    statement = u.statement.statement if isinstance(u.statement, m.Relayed) else u.statement
+    if trust is Trust.OPEN or isinstance(statement, m.Stop):
+        return True
+    if trust.proves_speaker:
+        return trust.proves_presence or not isinstance(statement, NEED_PRESENCE) or not is_for(c, u)
+    if isinstance(statement, m.SayAgain):
+        return True
+    person = not _is_robot(c, u.speaker)
+    if person and c.role.people is People.EVERYTHING and trust is Trust.BARE:
+        return True
+    return not is_sealed(u.statement) and not (person and c.role.people is People.NOTHING)
+
+
+def admit(c: Coordination, u: m.Utterance, trust: Trust) -> bool:
+    """The same, and who is believed with a seal may be asked again another time."""
+    believed = believes(c, u, trust)
+    if believed and u.mark is not None and u.speaker is not None:
+        c.doubts.asked.pop(u.speaker.lower(), None)
+    return believed
+
+
+def _is_robot(c: Coordination, name: str | None) -> bool:
+    """Whether it is one of the names that all were told: those have the key."""
+    return name is not None and any(name.lower() == known.lower() for known in c.role.roster)
+
+
+def refuse(c: Coordination, u: m.Utterance, trust: Trust, now: float) -> None:
+    """Ask for what may have been misheard once more; else say that it is not believed, and do nothing."""
+    if c.state in DEPARTING or not is_for(c, u) or not is_sealed(u.statement):
+        return
+    name = u.speaker
+    misheard = trust.may_be_misheard or (trust is Trust.BARE and _is_robot(c, name))
+    if misheard and name is not None and _may_ask(c, name, now):
+        _answer(c, u, composing.to_robot(c, name, m.SayAgain()), now)
+    elif _may_tell(c, name, now):
+        _answer(c, u, composing.to_asker(c, name, m.Distrusted()), now)
+
+
+def _answer(c: Coordination, u: m.Utterance, said: m.Utterance, now: float) -> None:
+    """Of many who heard it, one answers."""
+    name = u.speaker or ""
+    alone = is_for_me_alone(c, u)
+    slot = 0 if alone else OTHERS_SLOT + min(c.rank(name, 0, now), RANK_MAX)
+    call = None if alone else name.lower()
+    c.want(Urgency.ANSWER, f"trust {name}", lambda: said, now, slot=slot, call=call, tentative=not alone)
+
+
+def _may_ask(c: Coordination, name: str, now: float) -> bool:
+    since_s, times = c.doubts.asked.get(name.lower(), (now, 0))
+    if now - since_s > ASK_AGAIN_S:
+        since_s, times = now, 0
+    c.doubts.asked[name.lower()] = (since_s, times + 1)
+    return times < ASK_MAX
+
+
+def _may_tell(c: Coordination, name: str | None, now: float) -> bool:
+    key = (name or "").lower()
+    last_s, pause_s = c.doubts.told.get(key, (float("-inf"), 0.0))
+    if now - last_s < pause_s:
+        return False
+    forgotten = now - last_s > 4.0 * TELL_MOST_S
+    c.doubts.told[key] = (now, TELL_S if forgotten or not pause_s else min(2.0 * pause_s, TELL_MOST_S))
+    return True

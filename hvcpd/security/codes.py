@@ -1,0 +1,45 @@
+"""People's one-time codes, of the sheet and of the clock: each is taken once, and none before the last one."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from hvcpd.security.keys import TeamKey
+from hvcpd.security.one_time import counted_code, step_of
+
+SHEET_WINDOW = 10
+"""So many codes of the sheet may have been crossed out, or said to others, since the last one that was heard."""
+CLOCK_DRIFT = 1
+"""A robot's clock may be one step off, either way (RFC 6238, section 5.2)."""
+
+
+class Codes:
+    """The codes of one team key. `wall_s`: seconds since 1970 when the sample clock was 0, None without a clock.
+
+    `counters`: the last code taken of each kind, from a former life; `counters` as a property is what to remember.
+    """
+
+    def __init__(self, key: TeamKey, counters: Mapping[str, int], wall_s: float | None) -> None:
+        self._key = key
+        self._wall_s = wall_s
+        self._names = {kind: f"{kind}/{key.fingerprint}" for kind in ("sheet", "clock")}
+        self.counters = {name: counters[name] for name in self._names.values() if name in counters}
+
+    def take(self, digits: str, now: float) -> bool:
+        """Whether the code is good now; it is used up then."""
+        last = self.counters.get(self._names["sheet"], -1)
+        if self._take("sheet", self._key.sheet_key, digits, range(last + 1, last + 1 + SHEET_WINDOW)):
+            return True
+        if self._wall_s is None:
+            return False
+        step = step_of(self._wall_s + now)
+        last = self.counters.get(self._names["clock"], -1)
+        first = max(step - CLOCK_DRIFT, last + 1)
+        return self._take("clock", self._key.clock_key, digits, range(first, step + CLOCK_DRIFT + 1))
+
+    def _take(self, kind: str, key: bytes, digits: str, counts: range) -> bool:
+        found = next((count for count in counts if counted_code(key, count) == digits), None)
+        if found is None:
+            return False
+        self.counters[self._names[kind]] = found
+        return True

@@ -1,0 +1,215 @@
+"""Seals what one robot says, and judges the seals of what it hears.
+
+Counters as in HOTP (RFC 4226): a speaker's seals are numbered, and a listener takes none that is not after the last one
+that it took, within a look-ahead window (section 7.2). Farther ahead it takes the second of two that follow each other
+(section 7.4). What the counter cannot tell is whether a seal that was never heard is old: a robot that was away, or
+whose ears were covered, would believe a recording of what it missed. So presence is proved apart: by answering a
+challenge, which is the sealed "say again" of whoever doubts, and by every seal soon after that.
+"""
+
+from __future__ import annotations
+
+from collections import OrderedDict
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+
+from hvcpd.security.codes import Codes
+from hvcpd.security.keys import KeyRing, TeamKey
+from hvcpd.security.seal import SEAL_BITS, Seals, Sentence
+from hvcpd.security.silence import CODE_PATIENCE, GrowingSilence, Patience
+from hvcpd.security.trust import Trust
+
+NEAR = 16
+"""The look-ahead window: so many seals of a speaker may go unheard in a row. Each doubles what a guess is worth by its
+logarithm: 16 cost 4 of the 24 bits."""
+FAR = 4096
+"""So far ahead two seals in a row are taken: days of talk. Such a search takes 16 ms (x86, one key); only wrong seals
+need it."""
+RESERVED = 4
+"""Counters are kept on the disk in steps of so many, ahead of use: a power cut skips some and repeats none."""
+PRESENT_S = 300.0
+"""Who has proved to be here is taken to be for so long after each right seal."""
+CHALLENGE_S = 30.0
+"""A challenge holds so long: two sentences, said slowly, and their turns."""
+KEPT = 512
+"""Seals that were taken lately, kept word by word to tell a recording from a mistake."""
+CODE = "code"
+"""Codes are counted together, whoever says to be speaking; no robot is called so."""
+
+
+@dataclass(frozen=True)
+class Verdict:
+    """What is to be thought of a sentence; `silence_s`: its speaker will not be looked at for so long from now."""
+
+    trust: Trust
+    silence_s: float | None = None
+
+
+@dataclass(frozen=True)
+class _Heard:
+    """What is known of one speaker under one key."""
+
+    last: int = -1
+    far: int | None = None
+
+
+class Guard:
+    """One robot's. `counters` are those of `saves` in its former life; `wall_s` as for `Codes`."""
+
+    def __init__(
+        self,
+        own_name: str,
+        ring: KeyRing,
+        counters: Mapping[str, int] | None = None,
+        wall_s: float | None = None,
+        bits: int = SEAL_BITS,
+        patience: Patience | None = None,
+    ) -> None:
+        kept = dict(counters or {})
+        self._own = own_name.casefold()
+        self._ring = ring
+        self._bits = bits
+        self._silence = GrowingSilence(patience or Patience())
+        self._code_silence = GrowingSilence(CODE_PATIENCE)
+        self._codes = [Codes(key, kept, wall_s) for key in ring.accepted]
+        self._heard = {name: _Heard(last) for name, last in kept.items() if not name.startswith(("sheet/", "clock/"))}
+        self._own_counter = _name(ring.spoken, self._own)
+        self._next = self._reserved = kept.get(self._own_counter, -1) + 1
+        self._present_s: dict[str, float] = {}
+        self._asked: dict[str, tuple[int, float]] = {}
+        self._asked_by: dict[str, tuple[int, float]] = {}
+        self._overheard: dict[str, tuple[int, float]] = {}
+        self._taken: OrderedDict[tuple[Sentence, int], None] = OrderedDict()
+        self._saves: dict[str, int] = {}
+        self._voices: dict[tuple[str, str], bytes] = {}
+
+    def seal(self, sentence: Sentence, now: float, challenges: bool = False) -> int:
+        """The seal of what this robot is about to say. `challenges`: it asks its addressee to say something again."""
+        to = sentence.addressee.casefold()
+        challenge = _valid(self._asked_by.pop(to, None), now)
+        seal = Seals(self._voice(self._ring.spoken, self._own), sentence, challenge, self._bits).at(self._next)
+        self._next += 1
+        if self._next > self._reserved:
+            self._reserved = self._next + RESERVED - 1
+            self._saves[self._own_counter] = self._reserved - 1
+        if challenges:
+            self._asked[to] = (seal, now)
+        return seal
+
+    def judge(self, sentence: Sentence, seal: int | None, code: str | None, now: float, asks: bool = False) -> Verdict:
+        """What to think of a sentence with this seal or code, or neither. `asks`: it asks to say something again."""
+        name = sentence.speaker.casefold()
+        if code is not None:
+            return self._judge_code(code, now)
+        if seal is None:
+            return Verdict(Trust.BARE)
+        if self._ring.is_revoked(name):
+            return Verdict(Trust.REVOKED)
+        if self._silence.is_silent(name, now):
+            return Verdict(Trust.SILENCED)
+        trust = self._examine(name, sentence, seal, now)
+        if trust is Trust.WRONG:
+            return Verdict(trust, self._silence.wrong(name, now))
+        if trust.proves_speaker:
+            self._silence.right(name, now)
+            self._taken[sentence, seal] = None
+            if len(self._taken) > KEPT:
+                self._taken.popitem(last=False)
+            if asks:
+                to = sentence.addressee.casefold()
+                (self._asked_by if to == self._own else self._overheard)[name if to == self._own else to] = (seal, now)
+        return Verdict(trust)
+
+    def saves(self) -> dict[str, int]:
+        """Counters that have changed, to be kept; handed out once."""
+        saves, self._saves = self._saves, {}
+        return saves
+
+    def _judge_code(self, code: str, now: float) -> Verdict:
+        if self._code_silence.is_silent(CODE, now):
+            return Verdict(Trust.SILENCED)
+        for codes in self._codes:
+            if codes.take(code, now):
+                self._code_silence.right(CODE, now)
+                self._saves |= codes.counters
+                return Verdict(Trust.CODE)
+        return Verdict(Trust.WRONG, self._code_silence.wrong(CODE, now))
+
+    def _examine(self, name: str, sentence: Sentence, seal: int, now: float) -> Trust:
+        if (sentence, seal) in self._taken:
+            return Trust.USED
+        challenge = _valid(self._asked.get(name), now)
+        overheard = _valid(self._overheard.get(name), now)
+        verdict = Trust.WRONG
+        for key in self._ring.accepted:
+            if challenge is not None and self._take(key, name, sentence, seal, challenge):
+                del self._asked[name]
+                self._present_s[name] = now
+                return Trust.FRESH
+            if self._take(key, name, sentence, seal, None):
+                return self._presence(name, now)
+            if overheard is not None and self._take(key, name, sentence, seal, overheard):
+                return self._presence(name, now)
+            verdict = max(verdict, self._elsewhere(key, name, sentence, seal, challenge), key=_RANK.index)
+        return verdict
+
+    def _presence(self, name: str, now: float) -> Trust:
+        """Who was here a moment ago still is."""
+        if now - self._present_s.get(name, float("-inf")) > PRESENT_S:
+            return Trust.SEALED
+        self._present_s[name] = now
+        return Trust.FRESH
+
+    def _take(self, key: TeamKey, name: str, sentence: Sentence, seal: int, challenge: int | None) -> bool:
+        """Whether the seal is one of those that may come next, or follows one that was far ahead."""
+        seals = Seals(self._voice(key, name), sentence, challenge, self._bits)
+        heard = self._heard_of(key, name)
+        windows = [range(heard.last + 1, heard.last + 1 + NEAR)]
+        if heard.far is not None:
+            windows.append(range(heard.far + 1, heard.far + 1 + NEAR))
+        found = next((at for window in windows if (at := seals.find(seal, window)) is not None), None)
+        if found is None:
+            return False
+        if name != self._own:
+            self._heard[_name(key, name)] = _Heard(found)
+            self._saves[_name(key, name)] = found
+        return True
+
+    def _elsewhere(self, key: TeamKey, name: str, sentence: Sentence, seal: int, challenge: int | None) -> Trust:
+        """Why a seal was not taken: it is old, or far ahead, which is remembered."""
+        heard = self._heard_of(key, name)
+        plain = Seals(self._voice(key, name), sentence, None, self._bits)
+        if plain.find(seal, range(max(heard.last + 1 - KEPT, 0), heard.last + 1)) is not None:
+            return Trust.USED
+        ahead = range(heard.last + 1 + NEAR, heard.last + 1 + FAR)
+        found = plain.find(seal, ahead)
+        if found is None and challenge is not None:
+            found = Seals(self._voice(key, name), sentence, challenge, self._bits).find(seal, ahead)
+        if found is None:
+            return Trust.WRONG
+        self._heard[_name(key, name)] = replace(heard, far=found)
+        return Trust.AHEAD
+
+    def _heard_of(self, key: TeamKey, name: str) -> _Heard:
+        if name == self._own and key == self._ring.spoken:
+            return _Heard(self._next - 1)
+        return self._heard.get(_name(key, name), _Heard())
+
+    def _voice(self, key: TeamKey, name: str) -> bytes:
+        voice = (key.fingerprint, name)
+        if voice not in self._voices:
+            self._voices[voice] = key.voice_key(name)
+        return self._voices[voice]
+
+
+_RANK = (Trust.WRONG, Trust.USED, Trust.AHEAD)
+
+
+def _valid(challenge: tuple[int, float] | None, now: float) -> int | None:
+    """The challenge, if it still holds."""
+    return challenge[0] if challenge is not None and now - challenge[1] <= CHALLENGE_S else None
+
+
+def _name(key: TeamKey, name: str) -> str:
+    """What a counter is called on the disk."""
+    return f"{key.fingerprint}/{name}"

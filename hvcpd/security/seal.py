@@ -1,0 +1,52 @@
+"""The seal of a sentence: a truncated HMAC over its words, who says them to whom, and a counter.
+
+HMAC-SHA-256 (RFC 2104) cut to its first bits, as RFC 4226 does it with its own. With the counter no two seals of a
+speaker are alike; with a challenge the seal also proves that its speaker has just heard whoever asked.
+"""
+
+from __future__ import annotations
+
+import hmac
+from dataclasses import dataclass
+
+from hvcpd.security.hkdf import HASH
+
+SEAL_BITS = 24
+"""Four words of 64. See docs/security.md for what a guess is worth."""
+COUNTER_BYTES = 8
+_VERSION = b"hvcpd seal 1"
+
+
+@dataclass(frozen=True)
+class Sentence:
+    """What is sealed: the canonical words, as the phrasebook says the meaning, and who speaks to whom."""
+
+    speaker: str
+    addressee: str
+    words: tuple[str, ...]
+
+    def encoded(self) -> bytes:
+        """Each part after its length, so that no two sentences are encoded alike."""
+        parts = (self.speaker.casefold(), self.addressee.casefold(), *self.words)
+        return b"".join(len(p).to_bytes(4, "big") + p for p in map(str.encode, parts))
+
+
+class Seals:
+    """All seals of one sentence under one key; `challenge` is the seal that it answers, None for none."""
+
+    def __init__(self, key: bytes, sentence: Sentence, challenge: int | None = None, bits: int = SEAL_BITS) -> None:
+        said = sentence.encoded()
+        answered = b"" if challenge is None else challenge.to_bytes(COUNTER_BYTES, "big")
+        head = b"".join(len(part).to_bytes(4, "big") + part for part in (_VERSION, said, answered))
+        self._mac = hmac.new(key, head, HASH)
+        self._bits = bits
+
+    def at(self, counter: int) -> int:
+        """The seal number `counter`, 0 and up."""
+        mac = self._mac.copy()
+        mac.update(counter.to_bytes(COUNTER_BYTES, "big"))
+        return int.from_bytes(mac.digest(), "big") >> (mac.digest_size * 8 - self._bits)
+
+    def find(self, seal: int, counters: range) -> int | None:
+        """The first of `counters` with this seal."""
+        return next((counter for counter in counters if counter >= 0 and self.at(counter) == seal), None)

@@ -1,0 +1,77 @@
+"""Growing silence after wrong seals: who guesses is heard ever more rarely."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+
+@dataclass(frozen=True)
+class Patience:
+    """How much is forgiven; times in s of the sample clock."""
+
+    free: float = 4.0
+    """Wrong seals that cost nothing: misheard words are usual in noise."""
+    forgive_s: float = 300.0
+    """One is forgotten after so long,"""
+    per_right: float = 0.5
+    """and so many for each right one: who is well heard is not silenced for now and then."""
+    first_s: float = 10.0
+    """The first silence; each further wrong seal doubles it,"""
+    longest_s: float = 3600.0
+    """up to here: in the end a guess an hour."""
+
+
+CODE_PATIENCE = Patience(free=2.0, forgive_s=900.0)
+"""For six digits, which are guessed sixteen times as easily."""
+
+
+@dataclass
+class _Record:
+    level: float = 0.0
+    at_s: float = 0.0
+    silent_until_s: float = float("-inf")
+
+
+@dataclass
+class GrowingSilence:
+    """Keeps the score of everybody who is named as a speaker, by name in lower case."""
+
+    patience: Patience = field(default_factory=Patience)
+    _records: dict[str, _Record] = field(default_factory=dict)
+
+    def is_silent(self, name: str, now: float) -> bool:
+        """Whether nothing of that name is looked at now."""
+        record = self._records.get(name)
+        return record is not None and now < record.silent_until_s
+
+    def wrong(self, name: str, now: float) -> float | None:
+        """Note a wrong seal; for how long nothing more is looked at, s, or None."""
+        p, record = self.patience, self._records.setdefault(name, _Record(0.0, now))
+        self._forgive(record, now)
+        record.level += 1.0
+        if record.level <= p.free:
+            return None
+        silence_s = float(min(p.first_s * 2.0 ** (record.level - p.free - 1.0), p.longest_s))
+        record.silent_until_s = now + silence_s
+        return silence_s
+
+    def right(self, name: str, now: float) -> None:
+        """Note a right one."""
+        record = self._records.get(name)
+        if record is not None:
+            self._forgive(record, now)
+            record.level = max(record.level - self.patience.per_right, 0.0)
+            if record.level == 0.0:
+                del self._records[name]
+
+    def _forgive(self, record: _Record, now: float) -> None:
+        """Silence itself forgives nothing."""
+        since_s = max(record.at_s, min(record.silent_until_s, now))
+        record.level = max(record.level - max(now - since_s, 0.0) / self.patience.forgive_s, 0.0)
+        record.at_s = now
+
+    @property
+    def levels(self) -> Mapping[str, float]:
+        """How many wrong seals are remembered, by name."""
+        return {name: record.level for name, record in self._records.items()}

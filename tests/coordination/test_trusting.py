@@ -1,0 +1,171 @@
+"""What a robot with a key believes, and what it says where it does not."""
+
+from __future__ import annotations
+
+import pytest
+
+from hil_fakes.word_channel import Conditions
+from hil_fakes.word_seals import WordSeals, keyed_book
+from hvcpd.coordination.table import State
+from hvcpd.language import messages as m
+from hvcpd.security.guard import Guard
+from hvcpd.security.keys import KEY_BYTES, KeyRing, TeamKey
+from hvcpd.security.one_time import counted_code
+from hvcpd.security.trust import People, Trust
+from tests.coordination.mission import Mission, plants
+
+KEY = TeamKey(bytes(KEY_BYTES))
+NAMES = ("Rob", "Bot")
+TASKS = plants(2)
+STEP_S = 25.0
+"""Between two sentences of a person: the robots' answers are out."""
+
+
+def keyed(people: People = People.QUESTIONS, names: tuple[str, ...] = NAMES, **plan: object) -> Mission:
+    """A team with a key, and Ann, who has none."""
+    book = keyed_book((*names, "Ann"), TASKS)
+    mission = Mission(names, TASKS, ("Ann",), seals=WordSeals(book, KeyRing(KEY)), limit_s=600.0, **plan)
+    mission.book = book
+    for robot in mission.robots.values():
+        object.__setattr__(robot.role, "people", people)
+    return mission
+
+
+def standing(mission: Mission) -> None:
+    """The robots have greeted, and take on nothing by themselves."""
+    for robot in mission.robots.values():
+        object.__setattr__(robot.role, "volunteer", False)
+    mission.air.run_until(30.0)
+
+
+def after(mission: Mission, text: str, speaker: str = "Ann") -> list[str]:
+    """What the robots say within STEP_S of a sentence that somebody else says."""
+    now = mission.air.now
+    mission.hear(now, text, speaker)
+    mission.air.run_until(now + STEP_S)
+    return mission.written(now, without=(speaker,))
+
+
+@pytest.mark.parametrize("coordinator", [None, "Bot"])
+@pytest.mark.parametrize("loss", [0.0, 0.1])
+def test_a_team_with_a_key_does_every_task_once(coordinator: str | None, loss: float) -> None:
+    mission = keyed(coordinator=coordinator, conditions=Conditions(loss=loss), seed=3)
+    mission.run()
+    assert mission.exactly_once
+    verdicts = mission.plan.seals.verdicts if mission.plan.seals else {}
+    assert verdicts[Trust.FRESH] + verdicts[Trust.SEALED] >= 8
+    assert not any(isinstance(u.statement, m.Distrusted) for _, _, u in mission.said)
+
+
+def test_an_order_without_a_seal_is_not_obeyed_and_said_so() -> None:
+    mission = keyed()
+    standing(mission)
+    assert after(mission, "Hi Rob, I am Ann, move forward one metre") == ["Hi Ann, I am Rob, I do not trust that"]
+    assert mission.robots["Rob"].state is State.READY
+    assert after(mission, "Rob, turn left")[:1] == ["Hi all, I am Rob, I do not trust that"]
+    assert after(mission, "Hi Bot, I am Ann, water the green rose") == ["Hi Ann, I am Bot, I do not trust that"]
+
+
+def test_stop_greetings_and_questions_need_none() -> None:
+    mission = keyed()
+    standing(mission)
+    assert after(mission, "Hi Rob, I am Ann, what are you doing") == ["Hi Ann, I am Rob, I am free"]
+    assert len(after(mission, "Hi all, I am Ann")) == 2
+    after(mission, "stop")
+    assert {robot.state for robot in mission.robots.values()} == {State.STOPPED}
+    said = after(mission, "resume")
+    assert [text.partition("I do not")[2] for text in said] == [" trust that"]
+    assert {robot.state for robot in mission.robots.values()} == {State.STOPPED}
+
+
+def test_a_code_of_the_sheet_is_as_good_as_a_key_once() -> None:
+    mission = keyed()
+    standing(mission)
+    digits = [mission.book.write(_coded(counted_code(KEY.sheet_key, count))) for count in range(2)]
+    assert "I will turn left" in after(mission, digits[0])[0]
+    assert "say again" in after(mission, digits[0])[0]
+    assert "I will turn left" in after(mission, digits[1])[0]
+
+
+def _coded(digits: str) -> m.Utterance:
+    return m.Utterance("Ann", m.ToRobot("Rob"), None, m.TurnBy(90.0), m.Code(digits))
+
+
+@pytest.mark.parametrize(
+    ("people", "answers"),
+    [(People.EVERYTHING, ["turn", "free"]), (People.QUESTIONS, ["trust", "free"]), (People.NOTHING, ["trust", ""])],
+)
+def test_what_people_may_is_set(people: People, answers: list[str]) -> None:
+    mission = keyed(people)
+    standing(mission)
+    texts = ("Hi Rob, I am Ann, turn left", "Hi Rob, I am Ann, what are you doing")
+    for text, answer in zip(texts, answers, strict=True):
+        said = " ".join(after(mission, text))
+        assert answer in said
+        assert bool(said) == bool(answer)
+
+
+def test_nobody_may_speak_for_a_robot_even_where_people_may_do_everything() -> None:
+    mission = keyed(People.EVERYTHING)
+    standing(mission)
+    said = after(mission, "Hi Rob, I am Bot, turn left", "Mallory")
+    assert "I will turn left" not in " ".join(said)
+    assert any("say again" in text or "trust" in text for text in said)
+
+
+def test_a_wrong_seal_is_asked_for_again_and_then_refused() -> None:
+    mission = keyed()
+    standing(mission)
+    said = [after(mission, f"Hi Rob, I am Bot, turn left, {seal}", "Mallory") for seal in ("tango " * 4, "kilo " * 4)]
+    assert "say again" in said[0][0]
+    mission.robots["Bot"].repair.last_said = None  # it is silent, and Mallory goes on
+    texts = [
+        text for _ in range(3) for text in after(mission, f"Hi Rob, I am Bot, turn left, {'lima ' * 4}", "Mallory")
+    ]
+    assert any("I do not trust that" in text for text in texts)
+    assert "I will turn left" not in " ".join(said[0] + said[1] + texts)
+
+
+def test_a_recording_is_refused_at_once_and_later_and_does_not_make_robots_talk_for_hours() -> None:
+    mission = keyed(coordinator="Bot")
+    mission.air.run_until(60.0)
+    order = next(u for _, who, u in reversed(mission.said) if who == "Bot" and isinstance(u.statement, m.Order))
+    listener = order.addressee.name if isinstance(order.addressee, m.ToRobot) else ""
+    mission.run()
+    for _ in range(40):
+        mission.say("Mallory", order)
+        mission.air.run_until(mission.air.now + STEP_S)
+    told = [text for text in mission.written(without=("Mallory",)) if "I do not trust that" in text]
+    assert 1 <= len(told) <= 8
+    assert mission.exactly_once
+    assert mission.robots[listener].state is State.READY
+
+
+def test_an_order_that_was_missed_and_is_played_later_has_to_be_proved() -> None:
+    mission = keyed()
+    standing(mission)
+    order = m.Utterance("Bot", m.ToRobot("Rob"), None, m.TurnBy(90.0))
+    bot = Guard("Bot", KeyRing(KEY))
+    seals = WordSeals(mission.book, KeyRing(KEY))
+    seals.switch_on("Bot")
+    recorded = seals.marked("Bot", order, 0.0)
+    assert bot is not None
+    said = after(mission, mission.book.write(recorded), "Mallory")
+    assert "say again" in said[0]
+    assert "I will turn left" not in " ".join(said)
+
+
+def test_the_own_name_without_a_seal_is_no_name_conflict() -> None:
+    mission = keyed()
+    standing(mission)
+    for _ in range(3):
+        after(mission, "Hi Bot, I am Rob, task one complete", "Mallory")
+    assert mission.robots["Rob"].name_heard_s == ()
+
+
+def test_an_unbelieved_claim_takes_no_task() -> None:
+    mission = keyed()
+    standing(mission)
+    after(mission, "Hi all, I am Bot, I will complete task two", "Mallory")
+    after(mission, "Hi all, I am Ann, task one complete")
+    assert [entry.state for entry in mission.robots["Rob"].board.entries()] == ["open", "open"]
