@@ -26,6 +26,7 @@ from hvcpd.ports import SAMPLE_RATE_HZ, STANDSTILL, Pose, Samples, WheelCommand,
 from hvcpd.records import LearnName
 from hvcpd.reporting.events import Event, MissionRecord, Moved, Plant, Started, Summary, Trail
 from hvcpd.robot import Robot
+from hvcpd.security.keys import KeyRing
 from hvcpd.store import IN_MEMORY, Store
 
 BLOCK = 400
@@ -62,6 +63,8 @@ class BenchPlan:
     """Each robot knows no name but its own beforehand."""
     speech: Speech = field(default_factory=Speech)
     """How all of them speak."""
+    keys: KeyRing | None = None
+    """Where the team has a key."""
     limit_s: float = 1800.0
     """The mission is given up after this."""
 
@@ -179,7 +182,9 @@ class Bench:
             speech=plan.speech,
         )
         names = (name,) if plan.strangers else plan.names
-        robot_plan = RobotPlan(role, names, plan.tasks, start, own_seed(plan.seed, name), strangers=plan.strangers)
+        robot_plan = RobotPlan(
+            role, names, plan.tasks, start, own_seed(plan.seed, name), strangers=plan.strangers, keys=plan.keys
+        )
         store = Store(IN_MEMORY)
         stack.callback(store.close)
         body = stack.enter_context(Body(start, own_seed(plan.seed, f"body {name}")))

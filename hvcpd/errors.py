@@ -89,3 +89,9 @@ class NotDoneError(HvcpdError):
 
     exit_status = EX_UNAVAILABLE
     command_status = EX_FAILURE
+
+
+class KeyFileError(HvcpdError):
+    """The team's key is missing, open to others or broken; the text never holds any of it."""
+
+    exit_status = EX_CONFIG

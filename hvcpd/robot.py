@@ -24,7 +24,6 @@ from hvcpd.ports import SAMPLE_RATE_HZ, STANDSTILL, Samples, WheelCommand, Wheel
 from hvcpd.recognition.events import Event as HearingEvent
 from hvcpd.recognition.events import Held, Recognised, Released, Urgent
 from hvcpd.records import (
-    DoubtRecord,
     GarbledRecord,
     HeardRecord,
     HoldRecord,
@@ -32,9 +31,8 @@ from hvcpd.records import (
     PerformedRecord,
     Record,
     SaidRecord,
-    SaveCounter,
 )
-from hvcpd.sealing import Sealing
+from hvcpd.sealing import Sealing, written
 from hvcpd.security.trust import Trust
 
 
@@ -137,6 +135,11 @@ class Robot:
     @property
     def speaking(self) -> bool:
         return self._speaking
+
+    def set_clock(self, wall_s: float | None) -> None:
+        """Tell the time, seconds since 1970, for people's codes that depend on it; None if nobody knows it."""
+        if self._sealing is not None:
+            self._sealing.guard.set_clock(None if wall_s is None else wall_s - self.now)
 
     def adopt(self, phrasebook: Phrasebook, ears: Ears) -> None:
         """Understand what can be said with more names, as soon as nobody is in the midst of a sentence."""
@@ -251,7 +254,7 @@ class Robot:
             self._records.append(GarbledRecord(now, start_s, end_s))
             self.coordination.garbled(start_s <= self._spoke_until_s + self._acoustics.collision_s <= end_s, now)
             return
-        text = self.phrasebook.write(utterance)
+        text = written(utterance, self.phrasebook)
         words = tuple((s.word, s.start_sample / SAMPLE_RATE_HZ, s.end_sample / SAMPLE_RATE_HZ) for s in event.spans)
         self._records.append(
             HeardRecord(now, utterance, text, start_s, end_s, event.confidence, event.snr_db, event.voice, words)
@@ -263,16 +266,9 @@ class Robot:
         """Have its seal judged, and hand it on with the verdict; without a key everybody is believed."""
         trust = Trust.OPEN
         if self._sealing is not None:
-            verdict = self._sealing.judge(utterance, self.phrasebook, now)
-            self._save_counters(self._sealing)
-            trust = verdict.trust
-            if utterance.mark is not None and not trust.proves_speaker:
-                text = self.phrasebook.write(utterance)
-                self._records.append(DoubtRecord(now, utterance.speaker, text, trust.value, verdict.silence_s))
+            trust, records = self._sealing.heard(utterance, self.phrasebook, now)
+            self._records += records
         self.coordination.heard(utterance, now, event.confidence, event.snr_db, trust)
-
-    def _save_counters(self, sealing: Sealing) -> None:
-        self._records += [SaveCounter(name, value) for name, value in sealing.guard.saves().items()]
 
     def _hold(self, event: Held | Released | Urgent, now: float) -> None:
         """Stand still at once for what may be "stop" over talk; go on where it was not, stay where it was.
@@ -346,8 +342,8 @@ class Robot:
     def _say(self, say: Say, now: float) -> None:
         utterance = say.utterance
         if self._sealing is not None:
-            utterance = self._sealing.marked(utterance, self.phrasebook, now)
-            self._save_counters(self._sealing)
+            utterance, records = self._sealing.said(utterance, self.phrasebook, now)
+            self._records += records
         mouth = self._slow_mouth if say.slowly else self._mouth
         once = mouth.render(self.phrasebook.phrases(utterance))
         pause = np.zeros(round(SECOND_PAUSE_S * SAMPLE_RATE_HZ), np.float32)

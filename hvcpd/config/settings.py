@@ -125,6 +125,14 @@ class PeerSettings:
     voice_folder: Path | None = None
 
 
+@dataclass(frozen=True)
+class SecuritySettings:
+    """The file of the team's key, None for what systemd hands over or else none; what people may do without one."""
+
+    key: Path | None = None
+    people: Literal["everything", "questions", "nothing"] = "questions"
+
+
 def _valid_name(name: str) -> str | None:
     return valid_robot_name(name)
 
@@ -169,6 +177,7 @@ class Settings:
     wheels: WheelSettings = WheelSettings()
     control: ControlSettings = ControlSettings()
     clips: ClipSettings = ClipSettings()
+    security: SecuritySettings = SecuritySettings()
     seed: int | None = field(default=None, metadata=between(0, 2**32 - 1))
     log_level: Literal["debug", "info", "warning", "error"] = "info"
     log_format: Literal["auto", "console", "keyvalue", "json"] = "auto"
@@ -250,7 +259,7 @@ def _with_whole_paths(settings: Settings, document: Document, path: Path | None)
     def whole(name: Path, *key: str) -> Path:
         return _absolute(name, document, key, path)
 
-    control, clips = settings.control, settings.clips
+    control, clips, security = settings.control, settings.clips, settings.security
     return dataclasses.replace(
         settings,
         teams=settings.teams if settings.team in settings.teams else (*settings.teams, settings.team),
@@ -261,6 +270,7 @@ def _with_whole_paths(settings: Settings, document: Document, path: Path | None)
         state_dir=whole(settings.state_dir, "state_dir"),
         control=dataclasses.replace(control, socket=control.socket and whole(control.socket, "control", "socket")),
         clips=dataclasses.replace(clips, folder=clips.folder and whole(clips.folder, "clips", "folder")),
+        security=dataclasses.replace(security, key=security.key and whole(security.key, "security", "key")),
     )
 
 

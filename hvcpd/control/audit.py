@@ -126,7 +126,7 @@ def run(options: argparse.Namespace, now_s: Callable[[], float] = time.time) -> 
     with closing(open_transcript(options)) as reader:
         rows = reader.rows(since_wall_s=since_s)
     speakers = {row.record.speaker for row in rows if row.record.speaker}
-    team = load_team(options, more=tuple(sorted(speakers)))
+    team = load_team(options, more=tuple(sorted(speakers)), sealed=True)
     found = audit(rows, team.phrasebook)
     sys.stdout.write(_as_json(found) if options.json else _as_text(found))
     return EX_OK

@@ -13,6 +13,7 @@ from hvcpd import __version__
 from hvcpd.control.daemon_parser import add_completion, add_daemon_commands
 from hvcpd.control.doctor_parser import add_calibrate, add_doctor
 from hvcpd.control.drive_parser import add_drive
+from hvcpd.control.key_parser import add_key
 from hvcpd.errors import EX_FAILURE, EX_OK, EX_USER, HvcpdError
 
 Command = Callable[[argparse.Namespace], int]
@@ -90,6 +91,7 @@ def make_parser() -> argparse.ArgumentParser:
     _add_transcript(commands)
     _add_audit(commands)
     add_daemon_commands(commands, _lazy)
+    add_key(commands, _lazy("key"))
     add_drive(commands, _lazy("drive"))
     add_doctor(commands, _lazy("doctor"))
     add_calibrate(commands, _lazy("calibrate"))
@@ -102,6 +104,10 @@ def _add_shared(command: argparse.ArgumentParser, names: bool = True) -> None:
     command.add_argument("--tasks", type=Path, metavar="FILE", help="task repository (default: five plants)")
     if names:
         command.add_argument("--names", type=_names, metavar="Rob,Bot", help="the names known beforehand")
+
+
+def _add_key_option(command: argparse.ArgumentParser, text: str) -> None:
+    command.add_argument("--key", type=Path, nargs="?", const=Path(), metavar="FILE", help=text)
 
 
 def _add_simulate(commands: _Commands) -> None:
@@ -131,6 +137,7 @@ def _add_simulate(commands: _Commands) -> None:
     )
     c.add_argument("--slow", action="store_true", help="speak slowly, as for long distances")
     c.add_argument("--repeat", type=int, choices=(1, 2), help="say every sentence so often in a row (default 1)")
+    _add_key_option(c, "seal what the robots say; without a file with a key made for the occasion")
     c.add_argument("--mute", action="store_true", help="let no sound pass, to see that nothing else does")
     c.add_argument("--allow-confusable", action="store_true", help="use words that would be taken for one another too")
     c.add_argument("--report", type=Path, metavar="DIR", help="write report.html, mission.wav, transcript.jsonl")
@@ -173,6 +180,7 @@ def _add_hear(commands: _Commands) -> None:
         help="of what was not understood, propose phrases that count as a word, to paste into the task file",
     )
     c.add_argument("--said", metavar="TEXT", help="what was said there, if it is known")
+    _add_key_option(c, "hear seals too, and check them with the team's key if its file is given")
     c.add_argument("--plot", type=Path, metavar="FILE.png", help="draw spectrum, words, noise and confidence")
     c.set_defaults(run=_lazy("hear"))
 

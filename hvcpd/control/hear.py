@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import json
+import math
 import sys
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -13,9 +14,14 @@ from hvcpd.assembly import make_recogniser
 from hvcpd.control.team import Team, load_team
 from hvcpd.errors import AudioFileError, PhraseError
 from hvcpd.hardware.soundfile import read_wav
-from hvcpd.language.messages import ToAll, ToRobot, ToTeam, Utterance
+from hvcpd.keyring import keep_out_of_dumps, read_key_file
+from hvcpd.language.messages import Seal, ToAll, ToRobot, ToTeam, Utterance
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 from hvcpd.recognition.events import Event, Recognised
+from hvcpd.sealing import Sealing
+from hvcpd.security.guard import Guard
+from hvcpd.security.silence import Patience
+from hvcpd.security.trust import Trust
 
 BLOCK = 1600
 """Samples pushed at once, 0.1 s; the size changes no result."""
@@ -31,6 +37,8 @@ class HeardSentence:
     speaker: str | None
     addressee: str | None
     confidence: float
+    seal: str | None = None
+    """What the team's key says of its seal: "right", "wrong" or "used"; None without a seal, or without a key."""
 
 
 def run(options: argparse.Namespace) -> int:
@@ -45,7 +53,8 @@ def run(options: argparse.Namespace) -> int:
         raise AudioFileError("hear lists the sentences of one recording; several are for --learn-alternatives")
     [file] = options.file
     samples = read_wav(file)
-    team = load_team(options, options.names or ())
+    team = load_team(options, options.names or (), sealed=options.key is not None)
+    sealing = _sealing(options.key)
     if options.plot:
         _check_folder(options.plot)
     count = 0
@@ -54,7 +63,7 @@ def run(options: argparse.Namespace) -> int:
         events.append(event)
         if not isinstance(event, Recognised):
             continue
-        sentence = _sentence(event, team)
+        sentence = _sentence(event, team, sealing)
         count += 1
         sys.stdout.write((_as_json(sentence) if options.json else _as_text(sentence)) + "\n")
         sys.stdout.flush()
@@ -89,7 +98,7 @@ def _draw(path: Path, samples: Samples, events: list[Event], title: str) -> None
 
 def sentences(samples: Samples, team: Team) -> Iterator[HeardSentence]:
     """Every sentence that the recogniser reports in a recording, in order."""
-    return (_sentence(event, team) for event in events_in(samples, team) if isinstance(event, Recognised))
+    return (_sentence(event, team, None) for event in events_in(samples, team) if isinstance(event, Recognised))
 
 
 def events_in(samples: Samples, team: Team) -> Iterator[Event]:
@@ -100,8 +109,23 @@ def events_in(samples: Samples, team: Team) -> Iterator[Event]:
     yield from recogniser.flush()
 
 
-def _sentence(event: Recognised, team: Team) -> HeardSentence:
+def _sealing(path: Path | None) -> Sealing | None:
+    """Judges seals with the key in a file. What was heard before the recording is unknown: it may begin far ahead."""
+    if path is None or path == Path():
+        return None
+    keep_out_of_dumps()
+    return Sealing(Guard("", read_key_file(path).ring(None), patience=Patience(free=math.inf)))
+
+
+_SEALS = {Trust.FRESH: "right", Trust.SEALED: "right", Trust.AHEAD: "right", Trust.USED: "used"}
+
+
+def _sentence(event: Recognised, team: Team, sealing: Sealing | None) -> HeardSentence:
     utterance = team.phrasebook.parse(event.words)
+    seal = None
+    if sealing is not None and isinstance(utterance.mark, Seal):
+        trust = sealing.judge(utterance, team.phrasebook, event.end_sample / SAMPLE_RATE_HZ).trust
+        seal = _SEALS.get(trust, "wrong")
     return HeardSentence(
         event.start_sample / SAMPLE_RATE_HZ,
         event.end_sample / SAMPLE_RATE_HZ,
@@ -109,6 +133,7 @@ def _sentence(event: Recognised, team: Team) -> HeardSentence:
         utterance.speaker,
         _addressee(utterance),
         event.confidence,
+        seal,
     )
 
 
@@ -134,8 +159,10 @@ def _as_json(s: HeardSentence) -> str:
             "addressee": s.addressee,
             "confidence": round(s.confidence, 4),
         }
+        | ({"seal": s.seal} if s.seal is not None else {})
     )
 
 
 def _as_text(s: HeardSentence) -> str:
-    return f"{s.start_s:8.2f} – {s.end_s:6.2f} s  {s.confidence:4.0%}  {s.text}"
+    seal = f"  [seal {s.seal}]" if s.seal is not None else ""
+    return f"{s.start_s:8.2f} – {s.end_s:6.2f} s  {s.confidence:4.0%}  {s.text}{seal}"

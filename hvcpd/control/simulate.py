@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import random
 import sys
 import tempfile
 import time
@@ -16,12 +17,15 @@ import numpy as np
 from hil_fakes.bench import Bench, BenchPlan
 from hil_fakes.room import Air
 from hvcpd.config.settings import SpeechSettings
+from hvcpd.control.key import today
 from hvcpd.control.team import Team, load_team, vocabulary_cache
 from hvcpd.coordination.actions import Speech
 from hvcpd.errors import EX_FAILURE, EX_OK, AudioFileError, ConfigError, DeviceError
 from hvcpd.hardware.soundfile import write_wav
+from hvcpd.keyring import keep_out_of_dumps, read_key_file
 from hvcpd.ports import Samples
 from hvcpd.reporting.events import Event, MissionRecord, Started, Summary
+from hvcpd.security.keys import KEY_BYTES, KeyRing, TeamKey
 from hvcpd.vocabulary import check, refusal
 
 MAX_ROBOTS = 12
@@ -36,7 +40,8 @@ def run(options: argparse.Namespace) -> int:
     robots: tuple[str, ...] = options.robots
     if len(robots) > MAX_ROBOTS:
         raise ConfigError(f"--robots: {len(robots)} are too many; at most {MAX_ROBOTS}")
-    team = load_team(options, robots, allow_confusable=options.allow_confusable)
+    keys = _keys(options)
+    team = load_team(options, robots, allow_confusable=options.allow_confusable, sealed=keys is not None)
     plan = BenchPlan(
         names=robots,
         tasks=team.tasks,
@@ -46,6 +51,7 @@ def run(options: argparse.Namespace) -> int:
         nearest_first=options.pick == "nearest",
         strangers=options.strangers,
         speech=_speech(options, team.settings.speech),
+        keys=keys,
         air=Air(noise_db_spl=options.noise_db, muted=options.mute),
     )
     if not options.allow_confusable:
@@ -59,6 +65,16 @@ def run(options: argparse.Namespace) -> int:
         _write_report(options.report, record, bench, quiet=options.json)
     summary = next(e for e in record.events if isinstance(e, Summary))
     return EX_OK if summary.lost == 0 and summary.duplicates == 0 else EX_FAILURE
+
+
+def _keys(options: argparse.Namespace) -> KeyRing | None:
+    """The team's, or for a mission without a file one that follows from the seed, so that it can be run again."""
+    if options.key is None:
+        return None
+    if options.key == Path():
+        return KeyRing(TeamKey(random.Random(options.seed).randbytes(KEY_BYTES)))
+    keep_out_of_dumps()
+    return read_key_file(options.key).ring(today())
 
 
 def _speech(options: argparse.Namespace, settings: SpeechSettings) -> Speech:

@@ -41,10 +41,12 @@ def load_team(
     names: tuple[str, ...] = (),
     more: tuple[str, ...] = (),
     allow_confusable: bool = False,
+    sealed: bool = False,
 ) -> Team:
     """The team that a command line and the settings describe; `names` replace, `more` join the settings' names.
 
-    With `allow_confusable`, the names of tasks and robots may sound alike. Raises ConfigError and PhraseError.
+    With `allow_confusable`, the names of tasks and robots may sound alike; a `sealed` team has a key. Raises
+    ConfigError and PhraseError.
     """
     settings = load_settings(options.config, {"tasks": options.tasks and str(options.tasks)}, name_needed=False)
     sound = make_sound(settings.lexicon, user_cache_folder())
@@ -54,8 +56,8 @@ def load_team(
     used = tuple(known.values())
     if not allow_confusable:
         _refuse_same_sound(used, sound)
-    phrasebook = make_phrasebook(used, settings.teams, tasks)
-    return Team(settings, tasks, used, phrasebook, cast(sound, settings, phrasebook.graph.words))
+    phrasebook = make_phrasebook(used, settings.teams, tasks, sealed)
+    return Team(settings, tasks, used, phrasebook, cast(sound, settings, phrasebook.marked_graph.words))
 
 
 def _refuse_same_sound(names: Sequence[str], sound: Sound) -> None:

@@ -114,10 +114,7 @@ class Coordination:
         snr_db: float | None = None,
         trust: Trust = Trust.OPEN,
     ) -> None:
-        """A sentence was understood, with a confidence of 0 to 1. The own name as speaker is never obeyed.
-
-        `trust` is what its seal says; see `trusting`.
-        """
+        """A sentence was understood, with a confidence of 0 to 1; `trust`: its seal's. The own name is never obeyed."""
         if utterance.speaker is not None and utterance.speaker.lower() == self.role.name.lower():
             if trust.proves_speaker:  # or else somebody without the key, or a recording of this robot
                 hearing.hear_own_name(self, now)

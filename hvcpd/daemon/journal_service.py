@@ -29,7 +29,7 @@ class JournalService:
     def __init__(self, outfit: Outfit) -> None:
         self._outfit = outfit
         self._thread = ThreadPoolExecutor(max_workers=1, thread_name_prefix="memory")
-        self._store: Store | None = None
+        self._stores: list[Store] = []
         self._journal: Journal | None = None
         self._flights: set[asyncio.Future[None]] = set()
         self._waiting = 0
@@ -39,6 +39,8 @@ class JournalService:
         """Whether the robot was stopped when it was switched off; known once the memory is open."""
         self.names: tuple[str, ...] = ()
         """The robots that were heard before, who was heard last at the end; known once the memory is open."""
+        self.counters: dict[str, int] = {}
+        """Of seals and codes; known once the memory is open."""
         self.lost = 0
         """Records that were not kept."""
 
@@ -74,13 +76,18 @@ class JournalService:
     async def close(self) -> None:
         """Write what waits, close the file, end the thread."""
         await self.settled()
-        if self._store is not None:
-            await asyncio.get_running_loop().run_in_executor(self._thread, self._store.close)
+        for store in self._stores:
+            await asyncio.get_running_loop().run_in_executor(self._thread, store.close)
         self._thread.shutdown(wait=False)
 
     def _open(self) -> Remembered:
-        self._store = Store(self._outfit.memory_path)  # SQLite wants one thread from the opening on
-        self._journal = Journal(self._store, self._outfit.tasks, self._outfit.settings.name)
+        outfit = self._outfit
+        store = Store(outfit.memory_path)  # SQLite wants one thread from the opening on
+        self._stores.append(store)
+        seals = Store(outfit.seals_path) if outfit.keys is not None else None
+        self._stores += [seals] if seals is not None else []
+        self._journal = Journal(store, outfit.tasks, outfit.settings.name, seals)
+        self.counters = self._journal.counters
         self.stopped = self._journal.stopped
         self.names = self._journal.names
         return self._journal.remembered()

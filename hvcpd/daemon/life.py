@@ -99,10 +99,12 @@ class Daemon:
 
             self._manager.status("making its words ready; the first time takes longest")
             acoustics = Acoustics(latency_s=sound.latency_s)
-            plan = self._outfit.plan(remembered, acoustics, self._journal.names, self._journal.stopped)
+            plan = self._outfit.plan(
+                remembered, acoustics, self._journal.names, self._journal.stopped, self._journal.counters
+            )
             robot = self.robot = await asyncio.to_thread(make_robot, plan, self._outfit.sound)
             self._control.begin(robot)
-            words = {*robot.phrasebook.graph.words, *robot.phrasebook.spelling_graph.words}
+            words = {*robot.phrasebook.marked_graph.words, *robot.phrasebook.spelling_graph.words}
             await asyncio.to_thread(rehearse, settings.name, words, self._outfit.sound)
             self._lessons = Lessons(robot, Roster(plan, self._outfit.sound), settings.name, self._outfit.sound)
             stack.push_async_callback(self._lessons.close)
@@ -133,6 +135,8 @@ class Daemon:
         while not self._has_left(robot):
             block = await sound.read()
             reading = self._wheels.take_reading() if self._wheels is not None else None
+            if self._outfit.keys is not None:
+                robot.set_clock(self._outfit.wall_s())
             output = robot.step(block.samples, reading, block.lost)
             if self._wheels is not None:
                 self._wheels.serve(output.wheels, robot.now)  # first of all: a halt is not to wait

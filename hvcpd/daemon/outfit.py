@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import secrets
+import time
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from datetime import UTC, date, datetime, timedelta
 from functools import partial
 from pathlib import Path
 
@@ -18,8 +20,11 @@ from hvcpd.config.tasks import TaskRepository
 from hvcpd.coordination.actions import Role, Speech
 from hvcpd.errors import ConfigError, HvcpdError, PhraseError
 from hvcpd.hardware.kinematics import Drive
+from hvcpd.keyring import KeyFile, find_key_file, keep_out_of_dumps, read_key_file
 from hvcpd.language.phrasebook import RESERVED_WORDS
 from hvcpd.robot import Acoustics
+from hvcpd.security.keys import KeyRing
+from hvcpd.security.trust import People
 from hvcpd.synthesis.lexicon import Lexicon
 from hvcpd.synthesis.likeness import sounds_alike
 
@@ -29,6 +34,10 @@ SEED_BITS = 32
 """Of a fresh seed; as many as the settings' `seed` may have."""
 
 
+ONE_DAY = timedelta(days=1)
+"""Between the days of two places on Earth."""
+
+
 @dataclass(frozen=True)
 class Outfit:
     """What `equip` found good."""
@@ -36,6 +45,7 @@ class Outfit:
     settings: Settings
     tasks: TaskRepository
     sound: Sound
+    keys: KeyFile | None = None
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -48,6 +58,23 @@ class Outfit:
         """The robot's store: one file a robot, so that two on one computer share nothing."""
         return self.settings.state_dir / f"{self.settings.name.lower()}.sqlite3"
 
+    @property
+    def seals_path(self) -> Path:
+        """Where counters of seals are kept, apart from the tasks; see `Journal`."""
+        return self.settings.state_dir / f"{self.settings.name.lower()}.seals.sqlite3"
+
+    def wall_s(self) -> float | None:
+        """The time, seconds since 1970; None if the clock is set to before the newest key was made, so not at all."""
+        now_s = time.time()
+        made = max(entry.made for entry in self.keys.entries) if self.keys is not None else date.min
+        return now_s if datetime.fromtimestamp(now_s, UTC).date() >= made - ONE_DAY else None
+
+    def ring(self) -> KeyRing | None:
+        """The keys that count today, if the team has any."""
+        wall_s = self.wall_s()
+        today = datetime.fromtimestamp(wall_s, UTC).date() if wall_s is not None else None
+        return self.keys.ring(today) if self.keys is not None else None
+
     def names_with(self, heard: Sequence[str]) -> tuple[str, ...]:
         """All that were told and, as far as there is room, those `heard` last that can be told from them."""
         names = self.names
@@ -55,7 +82,7 @@ class Outfit:
             if len(names) >= MAX_KNOWN_NAMES or any(name.casefold() == known.casefold() for known in names):
                 continue
             try:
-                make_phrasebook((*names, name), self.settings.teams, self.tasks)
+                make_phrasebook((*names, name), self.settings.teams, self.tasks, self.keys is not None)
             except PhraseError as error:
                 _log.warning("name forgotten", name=name, reason=str(error))
             else:
@@ -68,6 +95,7 @@ class Outfit:
         acoustics: Acoustics,
         heard: Sequence[str] = (),
         stopped: bool = False,
+        counters: Mapping[str, int] | None = None,
     ) -> RobotPlan:
         """What makes this robot, with what it remembers: the tasks, the names that it `heard`, whether it is stopped.
 
@@ -83,6 +111,7 @@ class Outfit:
             unable=frozenset(settings.unable),
             speech=Speech(slowly=settings.speech.rate == "slow", times=settings.speech.repeat),
             listed=any(name.casefold() == settings.name.casefold() for name in settings.names),
+            people=People(settings.security.people),
         )
         seed = settings.seed if settings.seed is not None else secrets.randbits(SEED_BITS)
         return RobotPlan(
@@ -96,6 +125,8 @@ class Outfit:
             acoustics,
             stopped=stopped,
             strangers=True,
+            keys=self.ring(),
+            counters=counters,
             drive=Drive(settings.wheels.wheel_radius_m, settings.wheels.separation_m, settings.wheels.radius_ratio),
         )
 
@@ -110,13 +141,17 @@ def name_fault(name: str) -> str | None:
 
 
 def equip(settings: Settings, allow_confusable: bool = False) -> Outfit:
-    """Read the lexicon and the tasks and try the phrasebook. Raises ConfigError with the faults of all three,
-    or else with those of recorded voices.
+    """Read the lexicon, the tasks and the team's key, and try the phrasebook. Raises ConfigError with the faults of all
+    four, or else with those of recorded voices.
 
     With `allow_confusable`, task names may sound alike.
     """
     faults: list[str] = []
-    sound = tasks = None
+    sound = tasks = keys = None
+    try:
+        keys = _team_key(settings)
+    except HvcpdError as error:
+        faults.append(str(error))
     try:
         sound = make_sound(settings.lexicon, settings.state_dir / "units")
     except HvcpdError as error:
@@ -126,16 +161,25 @@ def equip(settings: Settings, allow_confusable: bool = False) -> Outfit:
         tasks = load_tasks(settings.tasks, None if allow_confusable else partial(sounds_alike, lexicon=lexicon))
     except HvcpdError as error:
         faults.append(str(error))
-    if sound is None or tasks is None:
+    if sound is None or tasks is None or faults:
         raise ConfigError("\n".join(faults))
     numbers = [task.number for task in tasks.tasks]
     for number in settings.unable:
         if number not in numbers:
             listed = ", ".join(map(str, numbers))
             raise ConfigError(f"unable: {settings.tasks} has no task {number}; its numbers are {listed}")
-    outfit = Outfit(settings, tasks, sound)
+    outfit = Outfit(settings, tasks, sound, keys)
     try:
-        phrasebook = make_phrasebook(outfit.names, settings.teams, tasks)
+        phrasebook = make_phrasebook(outfit.names, settings.teams, tasks, keys is not None)
     except HvcpdError as error:
         raise ConfigError(f"{settings.tasks}: {error}") from error
-    return replace(outfit, sound=cast(sound, settings, phrasebook.graph.words))
+    return replace(outfit, sound=cast(sound, settings, phrasebook.marked_graph.words))
+
+
+def _team_key(settings: Settings) -> KeyFile | None:
+    """The team's keys, if there are any; from then on this process shows nobody its memory."""
+    path = find_key_file(settings.security.key)
+    if path is None:
+        return None
+    keep_out_of_dumps()
+    return read_key_file(path)

@@ -21,7 +21,7 @@ class Codes:
 
     def __init__(self, key: TeamKey, counters: Mapping[str, int], wall_s: float | None) -> None:
         self._key = key
-        self._wall_s = wall_s
+        self.wall_s = wall_s
         self._names = {kind: f"{kind}/{key.fingerprint}" for kind in ("sheet", "clock")}
         self.counters = {name: counters[name] for name in self._names.values() if name in counters}
 
@@ -30,9 +30,9 @@ class Codes:
         last = self.counters.get(self._names["sheet"], -1)
         if self._take("sheet", self._key.sheet_key, digits, range(last + 1, last + 1 + SHEET_WINDOW)):
             return True
-        if self._wall_s is None:
+        if self.wall_s is None:
             return False
-        step = step_of(self._wall_s + now)
+        step = step_of(self.wall_s + now)
         last = self.counters.get(self._names["clock"], -1)
         first = max(step - CLOCK_DRIFT, last + 1)
         return self._take("clock", self._key.clock_key, digits, range(first, step + CLOCK_DRIFT + 1))

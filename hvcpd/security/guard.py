@@ -86,7 +86,8 @@ class Guard:
     def seal(self, sentence: Sentence, now: float, challenges: bool = False) -> int:
         """The seal of what this robot is about to say. `challenges`: it asks its addressee to say something again."""
         to = sentence.addressee.casefold()
-        challenge = _valid(self._asked_by.pop(to, None), now)
+        asker = max(self._asked_by, key=lambda name: self._asked_by[name][1], default=to) if sentence.is_for_many else to
+        challenge = _valid(self._asked_by.pop(asker, None), now)
         seal = Seals(self._voice(self._ring.spoken, self._own), sentence, challenge, self._bits).at(self._next)
         self._next += 1
         if self._next > self._reserved:
@@ -119,6 +120,11 @@ class Guard:
                 to = sentence.addressee.casefold()
                 (self._asked_by if to == self._own else self._overheard)[name if to == self._own else to] = (seal, now)
         return Verdict(trust)
+
+    def set_clock(self, wall_s: float | None) -> None:
+        """When the sample clock was 0, seconds since 1970: the two clocks part by some seconds a day."""
+        for codes in self._codes:
+            codes.wall_s = wall_s
 
     def saves(self) -> dict[str, int]:
         """Counters that have changed, to be kept; handed out once."""

@@ -25,6 +25,11 @@ class Sentence:
     addressee: str
     words: tuple[str, ...]
 
+    @property
+    def is_for_many(self) -> bool:
+        """Whether it is said to all, to a team or to nobody in particular; no robot is called so."""
+        return self.addressee in ("", "all") or self.addressee.startswith("team ")
+
     def encoded(self) -> bytes:
         """Each part after its length, so that no two sentences are encoded alike."""
         parts = (self.speaker.casefold(), self.addressee.casefold(), *self.words)

@@ -23,6 +23,7 @@ from hvcpd.config.settings import (
     ClipSettings,
     ControlSettings,
     PeerSettings,
+    SecuritySettings,
     Settings,
     SpeechSettings,
     StartSettings,
@@ -249,6 +250,7 @@ def all_settings(draw: st.DrawFn) -> Settings:
             audio=audios,
             wheels=wheels,
             control=_of(ControlSettings, enabled=st.booleans(), socket=st.none() | paths),
+            security=_of(SecuritySettings, key=st.none() | paths),
             clips=_of(ClipSettings, folder=st.none() | paths, keep=st.integers(1, 99), keep_mb=st.floats(1, 99)),
             seed=st.none() | st.integers(0, 2**32 - 1),
         )
@@ -295,7 +297,7 @@ def test_the_documented_file_is_valid_and_its_comments_are_the_defaults(tmp_path
     text = (ETC / "hvcpd.yaml").read_text()
     assert load(tmp_path, text) == Settings(name="Rob")
     lines = [line[2:] for line in text.splitlines() if line.startswith("# ")]
-    groups = {"speech", "start", "audio", "wheels", "control", "clips"}
+    groups = {"speech", "start", "audio", "wheels", "control", "clips", "security"}
     keys = {field.name for field in dataclasses.fields(Settings)}
     kept = []
     for line in lines:

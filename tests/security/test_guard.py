@@ -124,6 +124,15 @@ def test_an_answer_to_another_challenge_is_none() -> None:
     assert trust(bot, said(), recorded, 12.0) is Trust.WRONG
 
 
+def test_what_is_said_to_all_answers_the_last_challenge() -> None:
+    rob, bot = pair()
+    to_all = said("resume", to="all")
+    assert trust(bot, to_all, rob.seal(to_all, 0.0)) is Trust.SEALED
+    challenge = bot.seal(AGAIN, 2.0, challenges=True)
+    rob.judge(AGAIN, challenge, None, 3.0, asks=True)
+    assert trust(bot, to_all, rob.seal(to_all, 4.0), 5.0) is Trust.FRESH
+
+
 def test_a_challenge_does_not_hold_for_ever() -> None:
     rob, bot = pair()
     challenge = bot.seal(AGAIN, 0.0, challenges=True)

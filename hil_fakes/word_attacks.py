@@ -1,0 +1,183 @@
+"""Attacks on sealed speech at the level of words: somebody who hears all, says anything, and covers ears at will.
+
+Two honest robots talk to a third, the listener. Between their sentences the attacker, who has no key, says one of its
+own, made of what it has heard. Nothing here is silenced after wrong seals: the seals alone must keep it out.
+"""
+
+from __future__ import annotations
+
+import random
+from collections import Counter
+from collections.abc import Callable
+from dataclasses import dataclass, field, replace
+
+from hil_fakes.word_seals import keyed_book
+from hvcpd.config.tasks import TaskDefinition
+from hvcpd.coordination.actions import Role
+from hvcpd.coordination.coordination import Coordination
+from hvcpd.coordination.trusting import believes
+from hvcpd.language import messages as m
+from hvcpd.language.code_words import BITS
+from hvcpd.language.marks import SEAL_WORDS, is_sealed
+from hvcpd.language.phrasebook import Phrasebook
+from hvcpd.sealing import Sealing
+from hvcpd.security.guard import CHALLENGE_S, Guard
+from hvcpd.security.keys import KEY_BYTES, KeyRing, TeamKey
+from hvcpd.security.seal import SEAL_BITS
+from hvcpd.security.silence import Patience
+
+NAMES = ("Rob", "Zoe", "Bot")
+LISTENER = "Bot"
+PACE_S = 6.0
+"""Between two sentences."""
+UNHEARD = 0.2
+"""The share of honest sentences that the listener does not hear."""
+RESTARTS = 0.01
+"""The chance before each honest sentence that the listener is switched off and on."""
+MOVING = (m.TurnBy(90.0), m.MoveBy(1.0), m.Order(m.TaskByNumber(1)), m.ComeBack())
+"""What is worth a recording that the listener never heard."""
+
+
+@dataclass
+class Tally:
+    """How it went: attacks and those believed, by kind; honest sentences heard, and those believed."""
+
+    tried: Counter[str] = field(default_factory=Counter)
+    believed: Counter[str] = field(default_factory=Counter)
+    honest: int = 0
+    honest_believed: int = 0
+
+
+class WordAttacks:
+    """`run` makes attacks of all kinds in turn; `bits` shortens the seals, to see what a guess is worth."""
+
+    def __init__(self, seed: int, tasks: tuple[TaskDefinition, ...], bits: int = SEAL_BITS) -> None:
+        self._chance = random.Random(seed)
+        self._bits = bits
+        self._ring = KeyRing(TeamKey(self._chance.randbytes(KEY_BYTES)))
+        self._book: Phrasebook = keyed_book(NAMES, tasks)
+        self._counters: dict[str, int] = {}
+        self._speakers = {name: self._sealing(name) for name in NAMES}
+        self._ears = Coordination(Role(LISTENER, "plant", roster=NAMES), tasks, self._chance)
+        self._now = 0.0
+        self._heard: list[m.Utterance] = []
+        self._own: list[m.Utterance] = []
+        self.tally = Tally()
+        self._kinds: dict[str, Callable[[], m.Utterance]] = {
+            "replay at once": lambda: self._heard[-1],
+            "replay later": self._recording,
+            "replay after a restart": self._after_restart,
+            "replay of what was not heard": self._missed,
+            "replay as another robot": self._as_another,
+            "its own voice played back": lambda: self._chance.choice(self._own),
+            "seal of another sentence": lambda: replace(self._invented(), mark=self._recording().mark),
+            "other words under an unheard seal": lambda: replace(self._invented(), mark=self._missed().mark),
+            "other addressee under an unheard seal": self._readdressed,
+            "one word of an unheard seal changed": self._one_word_wrong,
+            "seal cut from two": self._spliced,
+            "guess": lambda: replace(self._invented(), mark=m.Seal(self._chance.getrandbits(self._bits))),
+            "no seal": self._invented,
+        }
+
+    def run(self, n: int) -> Tally:
+        """Make `n` attacks, one after each honest sentence."""
+        for _ in range(20):
+            self._honest()
+        for number in range(n):
+            self._honest()
+            kind = tuple(self._kinds)[number % len(self._kinds)]
+            attack = self._kinds[kind]()
+            self.tally.tried[kind] += 1
+            self.tally.believed[kind] += self._believes(attack)
+        return self.tally
+
+    def _sealing(self, name: str) -> Sealing:
+        counters = self._counters if name == LISTENER else None
+        return Sealing(Guard(name, self._ring, counters, bits=self._bits, patience=Patience(free=float("inf"))))
+
+    def _honest(self) -> None:
+        """Somebody says something; the listener may miss it, and doubts who has been silent for long."""
+        self._now += PACE_S
+        if self._chance.random() < RESTARTS:
+            self._restart()
+        said = self._sealed(self._chance.choice(NAMES[:2]), self._sample())
+        own = self._sealed(LISTENER, m.Utterance(LISTENER, m.ToRobot("Rob"), None, m.Confirmed()))
+        self._own = [*self._own[-50:], own]
+        for name in NAMES[:2]:
+            self._speakers[name].judge(own, self._book, self._now)
+        if self._chance.random() < UNHEARD:
+            return
+        self.tally.honest += 1
+        believed = self._believes(said) or self._proves(said)
+        self.tally.honest_believed += believed
+        self._heard = [*self._heard[-300:], said]
+
+    def _proves(self, said: m.Utterance) -> bool:
+        """The listener asks for it again, sealed, and is answered."""
+        name = said.speaker or ""
+        asked = self._sealed(LISTENER, m.Utterance(LISTENER, m.ToRobot(name), None, m.SayAgain()))
+        self._speakers[name].judge(asked, self._book, self._now)
+        again = self._sealed(name, replace(said, mark=None))
+        self._heard.append(again)
+        return self._believes(again)
+
+    def _sealed(self, name: str, utterance: m.Utterance) -> m.Utterance:
+        return self._speakers[name].marked(utterance, self._book, self._now)
+
+    def _believes(self, utterance: m.Utterance) -> bool:
+        ears = self._speakers[LISTENER]
+        trust = ears.judge(utterance, self._book, self._now).trust
+        self._counters |= ears.guard.saves()
+        own = utterance.speaker == LISTENER
+        return trust.proves_speaker if own else believes(self._ears, utterance, trust)
+
+    def _sample(self) -> m.Utterance:
+        """Something sealed that an honest robot says to the listener, or to all."""
+        while True:
+            drawn = self._book.sample(self._chance)
+            if is_sealed(drawn.statement) and not isinstance(drawn.statement, m.SayAgain) and drawn.speaker:
+                to = self._chance.choice((m.ToRobot(LISTENER), m.ToAll()))
+                return replace(drawn, speaker=self._chance.choice(NAMES[:2]), addressee=to)
+
+    def _invented(self) -> m.Utterance:
+        return replace(self._sample(), addressee=m.ToRobot(LISTENER))
+
+    def _recording(self) -> m.Utterance:
+        return self._chance.choice(self._heard)
+
+    def _restart(self) -> None:
+        self._speakers[LISTENER] = self._sealing(LISTENER)
+
+    def _after_restart(self) -> m.Utterance:
+        self._restart()
+        return self._recording()
+
+    def _missed(self) -> m.Utterance:
+        """An honest robot's order to the listener, which the attacker kept from it, to be played after a restart."""
+        said = m.Utterance("Rob", m.ToRobot(LISTENER), None, self._chance.choice(MOVING))
+        recorded = self._sealed("Rob", said)
+        self._restart()
+        self._now += 2.0 * CHALLENGE_S
+        return recorded
+
+    def _as_another(self) -> m.Utterance:
+        heard = self._recording()
+        return replace(heard, speaker="Zoe" if heard.speaker == "Rob" else "Rob")
+
+    def _readdressed(self) -> m.Utterance:
+        said = m.Utterance("Rob", m.ToRobot("Zoe"), None, self._chance.choice(MOVING))
+        return replace(self._sealed("Rob", said), addressee=m.ToRobot(LISTENER))
+
+    def _one_word_wrong(self) -> m.Utterance:
+        missed = self._missed()
+        value = missed.mark.value if isinstance(missed.mark, m.Seal) else 0
+        place, other = self._chance.randrange(SEAL_WORDS), self._chance.randrange(1, 1 << BITS)
+        return replace(missed, mark=m.Seal((value ^ other << BITS * place) & (1 << self._bits) - 1))
+
+    def _spliced(self) -> m.Utterance:
+        """The first half of one seal and the second of another, after words that both had."""
+        a, b = self._missed(), self._recording()
+        half = SEAL_WORDS // 2 * BITS
+        first = a.mark.value if isinstance(a.mark, m.Seal) else 0
+        second = b.mark.value if isinstance(b.mark, m.Seal) else 0
+        return replace(a, mark=m.Seal((first >> half << half | second & (1 << half) - 1) & (1 << self._bits) - 1))

@@ -1,0 +1,72 @@
+"""The part of `hvcpctl`'s parser that is about the team's key."""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Callable
+from pathlib import Path
+from typing import TypeAlias
+
+Command = Callable[[argparse.Namespace], int]
+_Commands: TypeAlias = "argparse._SubParsersAction[argparse.ArgumentParser]"
+
+MAX_CODES = 500
+"""On a sheet; more are never crossed out."""
+
+
+def _days(text: str) -> int:
+    if not text.isdecimal() or not text.isascii() or int(text[:9]) > 3650:
+        raise argparse.ArgumentTypeError(f"{text!r} is not a number of days from 0 to 3650")
+    return int(text)
+
+
+def _count(text: str) -> int:
+    if not text.isdecimal() or not text.isascii() or not 1 <= int(text[:9]) <= 100_000:
+        raise argparse.ArgumentTypeError(f"{text!r} is not a number from 1 to 100000")
+    return int(text)
+
+
+def _codes(text: str) -> int:
+    if not text.isdecimal() or not text.isascii() or int(text[:9]) > MAX_CODES:
+        raise argparse.ArgumentTypeError(f"{text!r} is not a number from 0 to {MAX_CODES}")
+    return int(text)
+
+
+def _name(text: str) -> str:
+    from hvcpd.config.names import valid_robot_name
+
+    wrong = valid_robot_name(text)
+    if wrong:
+        raise argparse.ArgumentTypeError(wrong)
+    return text
+
+
+def add_key(commands: _Commands, run: Command) -> None:
+    """`hvcpctl key ACTION`."""
+    key = commands.add_parser("key", help="make, print, change or revoke the team's key for sealed speech")
+    actions = key.add_subparsers(title="actions", metavar="ACTION", required=True, dest="action")
+    helps = {
+        "new": "make the team's key",
+        "show": "tell which keys count, without showing them",
+        "sheet": "print the key in words, and one-time codes for people",
+        "rotate": "make a new key; the old one stays good for a while",
+        "revoke": "believe one robot no more",
+        "restore": "make the key file again from the words of the sheet, typed in",
+    }
+    parsers = {name: actions.add_parser(name, help=text) for name, text in helps.items()}
+    for parser in parsers.values():
+        parser.add_argument("--key", type=Path, metavar="FILE", help="the key file (default: the settings')")
+        parser.add_argument("--config", type=Path, metavar="FILE", help="settings (default: /etc/hvcpd/hvcpd.yaml)")
+        parser.set_defaults(run=run)
+    rotate, sheet = parsers["rotate"], parsers["sheet"]
+    rotate.add_argument(
+        "--after", type=_days, default=7, metavar="DAYS", help="speak with the new key from then on (7)"
+    )
+    rotate.add_argument(
+        "--keep", type=_days, default=30, metavar="DAYS", help="believe the old one for so long after (30)"
+    )
+    sheet.add_argument("--codes", type=_codes, default=60, metavar="N", help="so many one-time codes (60)")
+    sheet.add_argument("--first", type=_count, default=1, metavar="N", help="from this number on (1)")
+    sheet.add_argument("--no-recovery", action="store_true", help="without the key itself: for who only commands")
+    sheet.add_argument("-o", "--output", type=Path, metavar="FILE", help="write it there, readable by you alone")
+    parsers["revoke"].add_argument("name", type=_name, metavar="NAME", help="whose voice")

@@ -1,0 +1,192 @@
+"""The file of a team's keys: read, checked, written, and kept from other eyes.
+
+One key a line, the oldest first, each with the days between which it counts:
+
+    key 000102030405060708090a0b0c0d0e0f made 2026-11-21 from 2026-11-21 until 2026-12-21
+    revoked Zoe
+
+A robot speaks with the newest key whose `from` has come, and accepts all whose `until` has not passed. So while robots
+are apart, those that have the new key already understand those that have not, and the other way round once all have it.
+"""
+
+from __future__ import annotations
+
+import os
+import re
+import secrets
+import stat
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from datetime import date, timedelta
+from pathlib import Path
+
+from hvcpd.errors import KeyFileError
+from hvcpd.security.keys import KEY_BYTES, KeyRing, TeamKey
+
+CREDENTIAL = "hvcpd.key"
+"""The name under which systemd hands the file to the service (systemd.exec(5), LoadCredential=)."""
+DEFAULT_PATH = Path("/etc/hvcpd/team.key")
+"""Where `hvcpctl key` keeps it if nothing else is said."""
+MAX_BYTES = 64 * 1024
+"""No team has so many keys; a device file or a film is not read to its end."""
+_ENTRY = re.compile(
+    rf"key (?P<secret>[0-9a-f]{{{2 * KEY_BYTES}}}) made (?P<made>\S+) from (?P<spoken>\S+)(?: until (?P<until>\S+))?"
+)
+_REVOKED = re.compile(r"revoked ([A-Za-z][A-Za-z0-9]{0,31})")
+_HEAD = "# The key of a team of robots (hvcpd). Whoever can read this file can speak as any of them.\n"
+
+
+@dataclass(frozen=True)
+class Entry:
+    """One key and its days."""
+
+    key: TeamKey
+    made: date
+    spoken_from: date
+    until: date | None = None
+
+
+@dataclass(frozen=True)
+class KeyFile:
+    """All entries, the oldest first, and the names whose voices are trusted no more."""
+
+    entries: tuple[Entry, ...] = field(repr=False)
+    revoked: tuple[str, ...] = ()
+
+    def ring(self, today: date | None) -> KeyRing:
+        """The keys that count on a day. None, or a day before the newest key was made, is the day when it was made: a
+        Raspberry Pi has no clock that outlives a power cut."""
+        newest = max(entry.made for entry in self.entries)
+        day = newest if today is None else max(today, newest)
+        valid = [entry for entry in self.entries if entry.until is None or entry.until >= day]
+        spoken = [entry for entry in valid if entry.spoken_from <= day] or valid
+        others = tuple(entry.key for entry in reversed(valid) if entry is not spoken[-1])
+        return KeyRing(spoken[-1].key, others, frozenset(self.revoked))
+
+    def rotated(self, today: date, after: timedelta, keep: timedelta) -> KeyFile:
+        """The same with a fresh key, spoken after a while; the older ones end a while after that."""
+        spoken_from = today + after
+        ending = [replace(e, until=min(e.until or date.max, spoken_from + keep)) for e in self.entries]
+        alive = tuple(entry for entry in ending if entry.until is None or entry.until >= today)
+        return replace(self, entries=(*alive, fresh_entry(today, spoken_from)))
+
+    def with_revoked(self, name: str) -> KeyFile:
+        known = {other.casefold() for other in self.revoked}
+        return self if name.casefold() in known else replace(self, revoked=(*self.revoked, name))
+
+
+def fresh_entry(today: date, spoken_from: date | None = None) -> Entry:
+    """A key that nobody has had before, from the system's source of randomness."""
+    return Entry(TeamKey(secrets.token_bytes(KEY_BYTES)), today, spoken_from or today)
+
+
+def find_key_file(named: Path | None, environment: Mapping[str, str] = os.environ) -> Path | None:
+    """The key file to use: the one that the settings name, or what systemd has handed over; None without a key."""
+    if named is not None:
+        return named
+    folder = environment.get("CREDENTIALS_DIRECTORY")
+    credential = Path(folder) / CREDENTIAL if folder else None
+    return credential if credential is not None and credential.is_file() else None
+
+
+def read_key_file(path: Path, environment: Mapping[str, str] = os.environ) -> KeyFile:
+    """Raises KeyFileError when it is missing, readable by others, or not understood; never with what stands in it."""
+    try:
+        handle = os.open(path, os.O_RDONLY | os.O_CLOEXEC | os.O_NONBLOCK)
+    except OSError as error:
+        raise KeyFileError(
+            f"{path}: the key cannot be read: {error.strerror}; make one with: hvcpctl key new"
+        ) from None
+    state = os.fstat(handle)
+    if not stat.S_ISREG(state.st_mode):
+        os.close(handle)
+        raise KeyFileError(f"{path}: this is no ordinary file; name the team's key file")
+    with os.fdopen(handle, "rb") as file:
+        handed = environment.get("CREDENTIALS_DIRECTORY")
+        if not (handed and path.parent == Path(handed)):  # systemd keeps those from others by itself
+            _refuse_open_doors(path, state)
+        content = file.read(MAX_BYTES + 1)
+    if len(content) > MAX_BYTES:
+        raise KeyFileError(f"{path}: too large for a key file; name the team's key file")
+    return parse_key_file(content.decode("utf-8", "replace"), str(path))
+
+
+def _refuse_open_doors(path: Path, state: os.stat_result) -> None:
+    if state.st_mode & 0o077:
+        raise KeyFileError(f"{path}: others can read this key; close it with: chmod 600 {path}")
+    if state.st_uid not in (os.geteuid(), 0):
+        raise KeyFileError(f"{path}: this key belongs to somebody else; take it over with: chown {os.geteuid()} {path}")
+
+
+def parse_key_file(text: str, source: str) -> KeyFile:
+    """The content of a key file. Raises KeyFileError naming the line, not its content."""
+    entries: list[Entry] = []
+    revoked: list[str] = []
+    for number, line in enumerate(text.splitlines(), 1):
+        line = line.strip()
+        if not line or line.startswith("#"):
+            continue
+        try:
+            if match := _ENTRY.fullmatch(line):
+                entries.append(_entry(match))
+            elif match := _REVOKED.fullmatch(line):
+                revoked.append(match[1])
+            else:
+                raise ValueError
+        except ValueError:
+            raise KeyFileError(
+                f"{source}, line {number}: not understood; restore the file from its copy or from the recovery sheet "
+                "(hvcpctl key restore)"
+            ) from None
+    if not entries:
+        raise KeyFileError(f"{source}: there is no key in it; make one with: hvcpctl key new")
+    return KeyFile(tuple(entries), tuple(revoked))
+
+
+def _entry(match: re.Match[str]) -> Entry:
+    until = match["until"]
+    return Entry(
+        TeamKey(bytes.fromhex(match["secret"])),
+        date.fromisoformat(match["made"]),
+        date.fromisoformat(match["spoken"]),
+        date.fromisoformat(until) if until else None,
+    )
+
+
+def written(keys: KeyFile) -> str:
+    """The content of the file."""
+    lines = [
+        f"key {e.key.secret.hex()} made {e.made} from {e.spoken_from}" + (f" until {e.until}" if e.until else "")
+        for e in keys.entries
+    ]
+    return _HEAD + "\n".join([*lines, *(f"revoked {name}" for name in keys.revoked)]) + "\n"
+
+
+def write_key_file(path: Path, keys: KeyFile, replaces: bool) -> None:
+    """Write it whole, readable by its owner alone. Raises KeyFileError; without `replaces` also if there is one."""
+    partial = path.with_name(path.name + ".new")
+    try:
+        if path.exists() and not replaces:
+            raise KeyFileError(f"{path}: there is a key already; change it with: hvcpctl key rotate")
+        partial.unlink(missing_ok=True)
+        handle = os.open(partial, os.O_WRONLY | os.O_CREAT | os.O_EXCL | os.O_NOFOLLOW, 0o600)
+        with os.fdopen(handle, "w", encoding="utf-8") as file:
+            file.write(written(keys))
+            file.flush()
+            os.fsync(file.fileno())
+        partial.replace(path)
+    except OSError as error:
+        raise KeyFileError(f"{path}: the key cannot be written: {error.strerror}; name another with --key") from None
+
+
+def keep_out_of_dumps() -> None:
+    """Let no core dump and no other process of the same user see this one's memory."""
+    import ctypes
+    import resource
+
+    resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
+    ctypes.CDLL(None, use_errno=True).prctl(_PR_SET_DUMPABLE, 0, 0, 0, 0)
+
+
+_PR_SET_DUMPABLE = 4
+"""prctl(2), from linux/prctl.h."""

@@ -1,0 +1,232 @@
+"""The team's key on disk and on paper: who may read it, what is shown of it, and how it is changed."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from datetime import date, timedelta
+from pathlib import Path
+
+import pytest
+
+from hvcpd.control.cli import main
+from hvcpd.errors import KeyFileError
+from hvcpd.keyring import (
+    CREDENTIAL,
+    KeyFile,
+    find_key_file,
+    fresh_entry,
+    parse_key_file,
+    read_key_file,
+    write_key_file,
+    written,
+)
+from hvcpd.language.code_words import number_of
+from hvcpd.security.one_time import counted_code
+from hvcpd.security.recovery import secret_of
+
+DAY = date(2026, 11, 21)
+WEEK, MONTH = timedelta(days=7), timedelta(days=30)
+
+
+@pytest.fixture
+def made(tmp_path: Path) -> Path:
+    path = tmp_path / "team.key"
+    write_key_file(path, KeyFile((fresh_entry(DAY),)), replaces=False)
+    return path
+
+
+def run(*words: str) -> int:
+    return main(["key", *words])
+
+
+def test_a_new_key_is_for_its_owner_alone_and_is_not_shown(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    path = tmp_path / "team.key"
+    assert run("new", "--key", str(path)) == 0
+    assert path.stat().st_mode & 0o777 == 0o600
+    keys = read_key_file(path)
+    assert run("show", "--key", str(path)) == 0
+    out = capsys.readouterr().out
+    assert keys.entries[0].key.fingerprint in out
+    assert keys.entries[0].key.secret.hex() not in out
+    assert list(tmp_path.iterdir()) == [path]
+
+
+def test_a_key_is_not_made_over_another(made: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    before = made.read_bytes()
+    assert run("new", "--key", str(made)) == 2
+    assert "hvcpctl key rotate" in capsys.readouterr().err
+    assert made.read_bytes() == before
+
+
+def test_two_new_keys_differ() -> None:
+    assert fresh_entry(DAY).key.secret != fresh_entry(DAY).key.secret
+
+
+@pytest.mark.parametrize("mode", [0o640, 0o604, 0o660])
+def test_a_key_that_others_can_read_is_refused_with_the_remedy(made: Path, mode: int) -> None:
+    made.chmod(mode)
+    with pytest.raises(KeyFileError, match=r"others can read this key; close it with: chmod 600"):
+        read_key_file(made)
+
+
+def test_what_systemd_hands_over_is_found_and_taken_as_it_is(made: Path) -> None:
+    credential = made.rename(made.with_name(CREDENTIAL))
+    credential.chmod(0o440)
+    environment = {"CREDENTIALS_DIRECTORY": str(credential.parent)}
+    assert find_key_file(None, environment) == credential
+    assert read_key_file(credential, environment).entries[0].made == DAY
+    assert find_key_file(None, {}) is None
+    assert find_key_file(made, environment) == made
+
+
+@pytest.mark.parametrize(
+    "content",
+    ["", "# nothing\n", "key 00 made 2026-11-21 from 2026-11-21\n", "revoked Rob\n", "\0\xff", "key " + "z" * 99],
+)
+def test_a_broken_key_file_is_refused_without_showing_it(tmp_path: Path, content: str) -> None:
+    path = tmp_path / "team.key"
+    path.write_text(content)
+    path.chmod(0o600)
+    with pytest.raises(KeyFileError) as caught:
+        read_key_file(path)
+    assert str(path) in str(caught.value)
+    assert "zzz" not in str(caught.value)
+
+
+@pytest.mark.parametrize("name", ["missing", "."])
+def test_what_is_no_file_is_refused(tmp_path: Path, name: str) -> None:
+    with pytest.raises(KeyFileError):
+        read_key_file(tmp_path / name)
+
+
+def test_a_film_is_not_read_to_its_end(tmp_path: Path) -> None:
+    path = tmp_path / "film"
+    path.write_bytes(bytes(100_000))
+    path.chmod(0o600)
+    with pytest.raises(KeyFileError, match="too large"):
+        read_key_file(path)
+
+
+def test_a_wrong_day_is_named_by_its_line(made: Path) -> None:
+    text = made.read_text().replace("made 2026-11-21", "made 2026-13-21")
+    with pytest.raises(KeyFileError, match="line 2"):
+        parse_key_file(text, "team.key")
+
+
+def test_a_key_file_is_read_as_it_was_written() -> None:
+    keys = KeyFile((fresh_entry(DAY),), ("Rob",)).rotated(DAY, WEEK, MONTH)
+    assert parse_key_file(written(keys), "here") == keys
+
+
+def test_rotation_lets_robots_be_apart() -> None:
+    old = KeyFile((fresh_entry(DAY),))
+    new = old.rotated(DAY, WEEK, MONTH)
+    first, second = new.entries[0].key, new.entries[1].key
+    for day, spoken, others in (
+        (DAY, first, (second,)),
+        (DAY + WEEK, second, (first,)),
+        (DAY + WEEK + MONTH, second, (first,)),
+        (DAY + WEEK + MONTH + timedelta(days=1), second, ()),
+    ):
+        assert (new.ring(day).spoken, new.ring(day).others) == (spoken, others)
+    assert old.ring(DAY + timedelta(days=9999)).spoken == first
+
+
+@pytest.mark.parametrize("day", [None, date(1970, 1, 1)])
+def test_without_a_clock_it_is_the_day_of_the_newest_key(day: date | None) -> None:
+    keys = KeyFile((fresh_entry(DAY),)).rotated(DAY + WEEK, timedelta(0), MONTH)
+    assert keys.ring(day).spoken == keys.entries[-1].key
+
+
+def test_an_ended_key_leaves_the_file_at_the_next_rotation() -> None:
+    keys = KeyFile((fresh_entry(DAY),)).rotated(DAY, timedelta(0), timedelta(0))
+    assert len(keys.rotated(DAY + WEEK, timedelta(0), MONTH).entries) == 2
+
+
+def test_rotate_and_revoke_change_the_file(made: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert run("rotate", "--key", str(made), "--after", "0", "--keep", "3650") == 0
+    assert run("revoke", "--key", str(made), "Bot") == 0
+    assert run("revoke", "--key", str(made), "bot") == 0
+    keys = read_key_file(made)
+    assert (len(keys.entries), keys.revoked) == (2, ("Bot",))
+    assert keys.ring(None).is_revoked("BOT")
+    assert made.stat().st_mode & 0o777 == 0o600
+    assert "rotate --keep 0" in capsys.readouterr().out
+
+
+def test_the_sheet_restores_the_key_and_has_the_codes(made: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    key = read_key_file(made).entries[0].key
+    assert run("sheet", "--key", str(made), "--codes", "12") == 0
+    lines = capsys.readouterr().out.splitlines()
+    words = " ".join(lines[5:9]).split()
+    assert secret_of(number_of(words) or 0) == key.secret
+    assert f"  12 {counted_code(key.sheet_key, 11)}" in "\n".join(lines)
+    assert any("otpauth://totp/hvcpd:plant?" in line for line in lines)
+
+
+def test_a_sheet_for_who_only_commands_has_no_key(made: Path, tmp_path: Path) -> None:
+    sheet = tmp_path / "sheet.txt"
+    assert run("sheet", "--key", str(made), "--no-recovery", "-o", str(sheet)) == 0
+    assert sheet.stat().st_mode & 0o777 == 0o600
+    assert "words" not in sheet.read_text()
+
+
+def recovery_words(path: Path, capsys: pytest.CaptureFixture[str]) -> list[str]:
+    run("sheet", "--key", str(path), "--codes", "0")
+    return " ".join(capsys.readouterr().out.splitlines()[5:9]).split()
+
+
+def test_a_key_is_restored_from_its_words(made: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    words = recovery_words(made, capsys)
+    copy = tmp_path / "copy.key"
+    command = [sys.executable, "-m", "hvcpd.control.cli", "key", "restore", "--key", str(copy)]
+    root = Path(__file__).parents[2]
+    done = subprocess.run(command, input=" ".join(words), text=True, capture_output=True, cwd=root, check=False)
+    assert done.returncode == 0, done.stderr
+    assert read_key_file(copy).entries[0].key == read_key_file(made).entries[0].key
+
+
+@pytest.mark.parametrize(
+    ("change", "said"),
+    [
+        (lambda w: [*w[:3], "carburettor", *w[4:]], "word 4 is no code word"),
+        (lambda w: w[:-1], "23 words, not 24"),
+        (lambda w: [w[1], w[0], *w[2:]], "do not fit together"),
+    ],
+)
+def test_wrong_words_are_not_taken(made: Path, tmp_path: Path, change: object, said: str) -> None:
+    key = KeyFile((fresh_entry(DAY),))
+    path = tmp_path / "known.key"
+    write_key_file(path, key, replaces=False)
+    out = subprocess.run(
+        [sys.executable, "-m", "hvcpd.control.cli", "key", "sheet", "--key", str(path), "--codes", "0"],
+        text=True,
+        capture_output=True,
+        cwd=Path(__file__).parents[2],
+        check=True,
+    ).stdout
+    words = " ".join(out.splitlines()[5:9]).split()
+    if words[0] == words[1]:
+        words[0] = next(word for word in ("tango", "kilo") if word != words[1])
+    done = subprocess.run(
+        [sys.executable, "-m", "hvcpd.control.cli", "key", "restore", "--key", str(tmp_path / "new.key")],
+        input=" ".join(change(words)),
+        text=True,
+        capture_output=True,
+        cwd=Path(__file__).parents[2],
+        check=False,  # type: ignore[operator]
+    )
+    assert (done.returncode, said in done.stderr) == (2, True), done.stderr
+    assert not (tmp_path / "new.key").exists()
+
+
+def test_a_process_with_a_key_leaves_no_core_and_lets_nobody_look() -> None:
+    look = (
+        "import ctypes, resource; from hvcpd.keyring import keep_out_of_dumps; keep_out_of_dumps(); "
+        "print(ctypes.CDLL(None).prctl(3, 0, 0, 0, 0), resource.getrlimit(resource.RLIMIT_CORE))"
+    )
+    done = subprocess.run(
+        [sys.executable, "-c", look], text=True, capture_output=True, check=True, cwd=Path(__file__).parents[2]
+    )
+    assert done.stdout.strip() == "0 (0, 0)"
