@@ -86,8 +86,8 @@ class Guard:
     def seal(self, sentence: Sentence, now: float, challenges: bool = False) -> int:
         """The seal of what this robot is about to say. `challenges`: it asks its addressee to say something again."""
         to = sentence.addressee.casefold()
-        asker = max(self._asked_by, key=lambda name: self._asked_by[name][1], default=to) if sentence.is_for_many else to
-        challenge = _valid(self._asked_by.pop(asker, None), now)
+        latest = max(self._asked_by, key=lambda name: self._asked_by[name][1], default=to)
+        challenge = _valid(self._asked_by.pop(latest if sentence.is_for_many else to, None), now)
         seal = Seals(self._voice(self._ring.spoken, self._own), sentence, challenge, self._bits).at(self._next)
         self._next += 1
         if self._next > self._reserved:
