@@ -6,7 +6,7 @@ import secrets
 import time
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from datetime import UTC, date, datetime, timedelta
+from datetime import UTC, datetime, timedelta
 from functools import partial
 from pathlib import Path
 
@@ -64,9 +64,12 @@ class Outfit:
         return self.settings.state_dir / f"{self.settings.name.lower()}.seals.sqlite3"
 
     def wall_s(self) -> float | None:
-        """The time, seconds since 1970; None if the clock is set to before the newest key was made, so not at all."""
+        """The time, seconds since 1970; None without a key, or if the clock is set to before the newest
+        key was made, so not at all."""
+        if self.keys is None:
+            return None
         now_s = time.time()
-        made = max(entry.made for entry in self.keys.entries) if self.keys is not None else date.min
+        made = max(entry.made for entry in self.keys.entries)
         return now_s if datetime.fromtimestamp(now_s, UTC).date() >= made - ONE_DAY else None
 
     def ring(self) -> KeyRing | None:
