@@ -6,9 +6,7 @@ in a test run the same code.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Protocol, Self
 
 import numpy as np
 
@@ -16,6 +14,7 @@ from hvcpd.config.tasks import Place
 from hvcpd.coordination.actions import SECOND_PAUSE_S, Halt, Perform, SavePeer, SaveStopped, SaveTask, Say
 from hvcpd.coordination.coordination import Coordination
 from hvcpd.errors import PhraseError
+from hvcpd.faculties import Ears, Mouth, Overhears
 from hvcpd.hardware.kinematics import Odometry
 from hvcpd.language.messages import Spelled, Stop, Stopped, Utterance
 from hvcpd.language.phrasebook import Phrasebook
@@ -34,37 +33,6 @@ from hvcpd.records import (
 )
 from hvcpd.sealing import Sealing, written
 from hvcpd.security.trust import Trust
-
-
-class Ears(Protocol):
-    """The recogniser, as the robot needs it."""
-
-    @property
-    def busy(self) -> bool: ...
-
-    def push(self, samples: Samples, masked: bool = False) -> list[HearingEvent]: ...
-
-    def lost(self, n_samples: int) -> list[HearingEvent]: ...
-
-    def succeed(self, predecessor: Self) -> None: ...
-
-
-class Overhears(Protocol):
-    """`Overhearing`, as the robot needs it."""
-
-    def begin(self, now: int) -> None: ...
-
-    def play(self, samples: Samples) -> None: ...
-
-    def hear(self, samples: Samples, speaking: bool) -> Sequence[HearingEvent]: ...
-
-    def lost(self) -> None: ...
-
-
-class Mouth(Protocol):
-    """The synthesizer, as the robot needs it."""
-
-    def render(self, phrases: Sequence[Sequence[str]]) -> Samples: ...
 
 
 @dataclass(frozen=True)

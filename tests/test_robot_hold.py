@@ -12,13 +12,14 @@ from hvcpd.config.tasks import Forward, Place, TaskDefinition, TaskRepository, W
 from hvcpd.coordination.actions import Role, SaveStopped
 from hvcpd.coordination.coordination import Coordination
 from hvcpd.coordination.table import State
+from hvcpd.faculties import Overhears
 from hvcpd.hardware.kinematics import BURGER, Odometry
 from hvcpd.hardware.navigator import Navigator
 from hvcpd.performer import Performer
 from hvcpd.ports import SAMPLE_RATE_HZ, STANDSTILL, Pose, Samples, WheelReading
 from hvcpd.recognition.events import Event, Held, Released, Urgent
 from hvcpd.records import HoldRecord, PerformedRecord, Record
-from hvcpd.robot import Overhears, Robot
+from hvcpd.robot import Robot
 
 BLOCK = 400
 BLOCK_S = BLOCK / SAMPLE_RATE_HZ

@@ -1,0 +1,40 @@
+"""What a robot needs of its ears and its mouth, whoever makes them."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Protocol, Self
+
+from hvcpd.ports import Samples
+from hvcpd.recognition.events import Event as HearingEvent
+
+
+class Ears(Protocol):
+    """The recogniser, as the robot needs it."""
+
+    @property
+    def busy(self) -> bool: ...
+
+    def push(self, samples: Samples, masked: bool = False) -> list[HearingEvent]: ...
+
+    def lost(self, n_samples: int) -> list[HearingEvent]: ...
+
+    def succeed(self, predecessor: Self) -> None: ...
+
+
+class Overhears(Protocol):
+    """`Overhearing`, as the robot needs it."""
+
+    def begin(self, now: int) -> None: ...
+
+    def play(self, samples: Samples) -> None: ...
+
+    def hear(self, samples: Samples, speaking: bool) -> Sequence[HearingEvent]: ...
+
+    def lost(self) -> None: ...
+
+
+class Mouth(Protocol):
+    """The synthesizer, as the robot needs it."""
+
+    def render(self, phrases: Sequence[Sequence[str]]) -> Samples: ...
