@@ -15,7 +15,7 @@ from hvcpd.config.settings import AudioSettings
 from hvcpd.daemon.devices import Devices
 from hvcpd.hardware.audio_exchange import StreamCounters
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
-from tests.daemon.virtual import BLOCK, TwoCards
+from tests.daemon.two_cards import BLOCK, TwoCards
 
 NOISE = 1e-4
 """Amplitude of the microphone's own noise: -80 dBFS."""

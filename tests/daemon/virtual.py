@@ -16,9 +16,7 @@ from hvcpd.daemon.devices import Devices
 from hvcpd.errors import HvcpdError
 from hvcpd.hardware.audio_exchange import StreamCounters
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples, Wheels
-
-BLOCK = 400
-"""Samples, 25 ms."""
+from tests.daemon.two_cards import BLOCK, TwoCards
 
 
 async def _at_once() -> None:
@@ -104,20 +102,6 @@ def shared_room(settings: list[Settings], watch: Callable[[float], None]) -> Ite
         for body in bodies:
             stack.push(body)
         yield SharedRoom(bodies, watch)
-
-
-class TwoCards:
-    """The list of a computer with one microphone and one loudspeaker, in sounddevice's terms."""
-
-    class PortAudioError(Exception):
-        """As sounddevice has it."""
-
-    def query_devices(self, device: object = None, kind: str | None = None) -> object:
-        cards = [
-            {"index": 0, "name": "mic", "max_input_channels": 1, "max_output_channels": 0, "default_samplerate": 16e3},
-            {"index": 1, "name": "box", "max_input_channels": 0, "max_output_channels": 2, "default_samplerate": 48e3},
-        ]
-        return cards if kind is None else cards[0 if kind == "input" else 1]
 
 
 def devices_of(room: SharedRoom, which: int = 0) -> Devices:
