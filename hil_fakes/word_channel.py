@@ -51,6 +51,8 @@ class Conditions:
     """A listener understands another sentence of the phrasebook, which differs in one word."""
     delay_s: float = 0.0
     """At most so much later than RECOGNITION_S is a sentence reported; drawn anew for each listener."""
+    latency_s: float = 0.0
+    """From the decision to speak until the first sample is in the air: what sound cards and their drivers hold back."""
     stop_through: float = 1.0
     """The chance that "stop" is understood over another voice; full-audio tests measure it."""
 
@@ -131,7 +133,8 @@ class WordChannel:
         Its speaker learns that it has spoken after the last time.
         """
         length_s = stretch * WORD_S * self.length_words(utterance) * (0.9 + 0.2 * self._chance.random())
-        sound = Sound(speaker, utterance, self.now, self.now + length_s)
+        start_s = self.now + self.conditions.latency_s
+        sound = Sound(speaker, utterance, start_s, start_s + length_s)
         if times > 1:
             sound.again = lambda: self.say(speaker, utterance, stretch, times - 1, pause_s)
             sound.pause_s = pause_s

@@ -12,7 +12,7 @@ from typing import Generic, TypeVar
 from hvcpd.config.settings import DEFAULT_TEAMS as DEFAULT_TEAMS
 from hvcpd.config.settings import MAX_KNOWN_NAMES
 from hvcpd.config.tasks import SayAction, TaskRepository
-from hvcpd.coordination.actions import SLOW_STRETCH, Role
+from hvcpd.coordination.actions import SLOW_STRETCH, Role, Timing
 from hvcpd.coordination.coordination import Coordination
 from hvcpd.errors import PhraseError
 from hvcpd.hardware.kinematics import BURGER, Drive, Odometry
@@ -225,15 +225,16 @@ def make_robot(plan: RobotPlan, sound: Sound) -> Robot:
         roster=plan.names if plan.role.listed else (),
         speech=replace(plan.role.speech, sealed=plan.keys is not None),
     )
+    acoustics = plan.acoustics or Acoustics()
     coordination = Coordination(
         role,
         plan.tasks.tasks,
         random.Random(plan.seed),
+        Timing().for_latency(acoustics.latency_s),
         remembered=plan.remembered,
         stopped=plan.stopped,
     )
     ears = make_ears(phrasebook, _others(plan, plan.names), sound, plan.strangers)
-    acoustics = plan.acoustics or Acoustics()
     return Robot(
         coordination,
         phrasebook,

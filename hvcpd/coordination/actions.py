@@ -194,6 +194,18 @@ class Timing:
         )
 
 
+    def for_latency(self, latency_s: float) -> Self:
+        """The same where sound cards hold a voice back: between who begins to speak and who notices it lies so much
+        more. All robots of a team are taken to have cards alike."""
+        return replace(
+            self,
+            slot_s=self.slot_s + latency_s,
+            # Before a turn all slots of answers pass, and the voice of who took the last one must be noticed.
+            turn_gap_s=self.turn_gap_s + self.reply_slots * latency_s,
+            objection_s=self.objection_s + 2.0 * latency_s,
+        )
+
+
 @dataclass(frozen=True)
 class Role:
     """Who this robot is in the team. A coordinator gives orders and does no task itself.
