@@ -11,7 +11,7 @@ from typing import Generic, TypeVar
 
 from hvcpd.config.settings import DEFAULT_TEAMS as DEFAULT_TEAMS
 from hvcpd.config.settings import MAX_KNOWN_NAMES
-from hvcpd.config.tasks import SayAction, TaskRepository
+from hvcpd.config.tasks import Place, SayAction, TaskRepository
 from hvcpd.coordination.actions import SLOW_STRETCH, Role, Timing
 from hvcpd.coordination.coordination import Coordination
 from hvcpd.errors import PhraseError
@@ -112,6 +112,8 @@ class RobotPlan:
     """Where the team has a key: everything that matters is sealed, and nothing else is believed."""
     counters: Mapping[str, int] | None = None
     """Of seals and codes, as it remembers them."""
+    home: Place | None = None
+    """Where it comes back to, if that is not where it is at first."""
 
 
 def make_phrasebook(
@@ -234,6 +236,7 @@ def make_robot(plan: RobotPlan, sound: Sound) -> Robot:
         remembered=plan.remembered,
         stopped=plan.stopped,
     )
+    coordination.home = plan.home
     ears = make_ears(phrasebook, _others(plan, plan.names), sound, plan.strangers)
     return Robot(
         coordination,

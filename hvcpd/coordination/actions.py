@@ -193,7 +193,6 @@ class Timing:
             unconfirmed_lease_s=self.unconfirmed_lease_s * speech.stretch,
         )
 
-
     def for_latency(self, latency_s: float) -> Self:
         """The same where sound cards hold a voice back: between who begins to speak and who notices it lies so much
         more. All robots of a team are taken to have cards alike."""

@@ -10,18 +10,21 @@ import structlog
 from hvcpd.assembly import Roster, make_robot
 from hvcpd.daemon.clips import Clips
 from hvcpd.daemon.control_service import ControlService
+from hvcpd.daemon.control_socket import socket_path
 from hvcpd.daemon.control_status import Body
 from hvcpd.daemon.devices import Devices
 from hvcpd.daemon.journal_service import JournalService, Remembered
 from hvcpd.daemon.lessons import Lessons
 from hvcpd.daemon.notify import ServiceManager
 from hvcpd.daemon.outfit import Outfit
+from hvcpd.daemon.pose_keeper import PoseKeeper
 from hvcpd.daemon.rehearsal import rehearse
 from hvcpd.daemon.reloading import Rereading
 from hvcpd.daemon.sound_service import SoundService
 from hvcpd.daemon.telling import tell
 from hvcpd.daemon.wheel_service import WheelService
 from hvcpd.errors import HvcpdError
+from hvcpd.ports import Pose
 from hvcpd.robot import Acoustics, Robot
 
 FAREWELL_S = 12.0
@@ -49,6 +52,7 @@ class Daemon:
         self._manager = manager or ServiceManager({})
         self._devices = devices
         self._journal = JournalService(outfit)
+        self._pose = PoseKeeper(socket_path(outfit.settings).with_suffix(".pose"))
         self._control = ControlService(Body(outfit, self._journal), rereading)
         self._clips = Clips(lambda: self._control.body.outfit.settings.clips, outfit.settings.name)
         self._wheels: WheelService | None = None
@@ -86,10 +90,12 @@ class Daemon:
             stack.callback(self._control.release)
             stack.push_async_callback(self._journal.close)
             stack.push_async_callback(self._clips.close)
+            stack.push_async_callback(self._pose.close)
             stack.push_async_callback(self._control.close)
             await self._control.open()
             remembered = await self._journal.open()
-            self._tell_start(remembered)
+            here = self._pose.recall()
+            self._tell_start(remembered, here)
 
             sound = self.sound = self._control.body.sound = SoundService(
                 lambda: self._devices.make_stream(settings.audio)
@@ -100,7 +106,7 @@ class Daemon:
             self._manager.status("making its words ready; the first time takes longest")
             acoustics = Acoustics(latency_s=sound.latency_s)
             plan = self._outfit.plan(
-                remembered, acoustics, self._journal.names, self._journal.stopped, self._journal.counters
+                remembered, acoustics, self._journal.names, self._journal.stopped, self._journal.counters, here
             )
             robot = self.robot = await asyncio.to_thread(make_robot, plan, self._outfit.sound)
             self._control.begin(robot)
@@ -120,7 +126,8 @@ class Daemon:
             self._manager.ready(self._listens)
             _log.info("listening", names=", ".join(plan.names), latency_s=round(sound.latency_s, 3))
             stack.callback(sound.tell_losses)
-            await self._live(robot, sound)
+            with self._pose.forgotten_at_the_end():
+                await self._live(robot, sound)
 
     async def settled(self) -> None:
         """Wait until wheels and memory have nothing under way; for those who make time pass themselves."""
@@ -129,6 +136,7 @@ class Daemon:
         if self._lessons is not None:
             await self._lessons.settled()
         await self._journal.settled()
+        await self._pose.settled()
 
     async def _live(self, robot: Robot, sound: SoundService) -> None:
         self._listening = True
@@ -144,6 +152,7 @@ class Daemon:
             self._clips.take(block.samples, robot.now, output.records)
             self._control.note(robot, block.samples, reading, output)
             self._journal.write(output.records, robot.now)
+            self._pose.note(robot.odometry.pose, robot.now)
             if self._lessons is not None:
                 self._lessons.take(output.records)
             for record in output.records:
@@ -170,7 +179,7 @@ class Daemon:
             return False
         return robot.now >= self._leave_until_s or (robot.coordination.has_left and not robot.speaking)
 
-    def _tell_start(self, remembered: Remembered) -> None:
+    def _tell_start(self, remembered: Remembered, here: Pose | None) -> None:
         settings = self._outfit.settings
         states = [state for state, _ in remembered.values()]
         _log.info(
@@ -181,6 +190,13 @@ class Daemon:
             tasks=len(self._outfit.tasks.tasks),
             done_before=states.count("done"),
         )
+        if here is not None:
+            _log.warning(
+                "going on where it was",
+                x_m=round(here.x_m, 2),
+                y_m=round(here.y_m, 2),
+                reason="the daemon did not end in order; if the robot was carried to its start, restart the service",
+            )
         if states.count("done") == len(self._outfit.tasks.tasks):
             _log.warning(
                 "nothing left to do", reason=f"every task was done before; to begin anew delete {self._memory_path}"

@@ -16,12 +16,13 @@ from hvcpd.assembly import RobotPlan, Sound, make_phrasebook, make_sound
 from hvcpd.casting import cast
 from hvcpd.config.settings import MAX_KNOWN_NAMES, Settings
 from hvcpd.config.task_file import load_tasks
-from hvcpd.config.tasks import TaskRepository
+from hvcpd.config.tasks import Place, TaskRepository
 from hvcpd.coordination.actions import Role, Speech
 from hvcpd.errors import ConfigError, HvcpdError, PhraseError
 from hvcpd.hardware.kinematics import Drive
 from hvcpd.keyring import KeyFile, find_key_file, keep_out_of_dumps, read_key_file
 from hvcpd.language.phrasebook import RESERVED_WORDS
+from hvcpd.ports import Pose
 from hvcpd.robot import Acoustics
 from hvcpd.security.keys import KeyRing
 from hvcpd.security.trust import People
@@ -99,8 +100,11 @@ class Outfit:
         heard: Sequence[str] = (),
         stopped: bool = False,
         counters: Mapping[str, int] | None = None,
+        here: Pose | None = None,
     ) -> RobotPlan:
         """What makes this robot, with what it remembers: the tasks, the names that it `heard`, whether it is stopped.
+
+        `here` is where it stands, if that is not where the settings have it start.
 
         Without a seed in the settings it gets a fresh one.
         """
@@ -121,7 +125,7 @@ class Outfit:
             role,
             self.names_with(heard),
             self.tasks,
-            settings.start.pose,
+            here or settings.start.pose,
             seed,
             settings.teams,
             dict(remembered),
@@ -130,6 +134,7 @@ class Outfit:
             strangers=True,
             keys=self.ring(),
             counters=counters,
+            home=Place(settings.start.pose.x_m, settings.start.pose.y_m),
             drive=Drive(settings.wheels.wheel_radius_m, settings.wheels.separation_m, settings.wheels.radius_ratio),
         )
 

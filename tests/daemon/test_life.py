@@ -152,6 +152,25 @@ def test_a_card_that_dies_while_driving_stops_the_wheels_and_the_task_is_done_wh
     assert room.streams[0].log == ["open", "start", "close", "open afresh", "start", "close"]
 
 
+def test_a_daemon_that_fails_on_the_way_goes_on_from_where_the_robot_stands(tmp_path: Path, units: Path) -> None:
+    settings = settings_of(tmp_path, units, "Rob")
+    failed: list[float] = []
+
+    def watch(now: float) -> None:
+        if not failed and room.bodies[0].pose.x_m > -4.8:
+            failed.append(now)
+            raise OverError("the daemon fails")
+        until(failed[0] + 90.0 if failed else 90.0, lambda: "Task one complete" in " ".join(said(logs)))(now)
+
+    with shared_room([settings], watch) as room, capture_logs() as logs:
+        live([equip(settings)], room)
+        live([equip(settings)], room)
+        assert failed
+        assert room.bodies[0].pose.x_m == pytest.approx(-4.6, abs=0.06)
+    assert [line["task"] for line in logs if line["event"] == "performed"] == [1]
+    assert "going on where it was" in {line["event"] for line in logs}
+
+
 @pytest.mark.slow
 def test_two_daemons_greet_each_other_and_share_one_task(tmp_path: Path, units: Path) -> None:
     outfits = [
