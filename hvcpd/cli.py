@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import asyncio
 import signal
 import sys
 from collections.abc import Callable, Sequence
@@ -63,6 +62,9 @@ def make_parser() -> argparse.ArgumentParser:
 def main(arguments: Sequence[str] | None = None, devices: Devices | None = None) -> int:
     """Run `hvcpd`; returns the exit status. `devices` are the real ones by default."""
     options = make_parser().parse_args(arguments)
+    from hvcpd.daemon.lean import load_libraries
+
+    load_libraries()  # before anything else loads them
     from hvcpd.config.settings import load_with_sources
     from hvcpd.daemon.devices import Devices
     from hvcpd.daemon.outfit import equip, name_fault
@@ -112,6 +114,8 @@ def _complain(text: str) -> None:
 
 
 def _run(daemon: Daemon, limiter: RateLimiter) -> int:
+    import asyncio
+
     import structlog
 
     from hvcpd.daemon.telling import tell_held_back
@@ -135,6 +139,8 @@ async def _serve(daemon: Daemon, tell_held_back: Callable[[], None]) -> None:
 
     At the first signal the robot says that it leaves; a second one ends it without a word.
     """
+    import asyncio
+
     from hvcpd.daemon.life import FAREWELL_WALL_S
     from hvcpd.daemon.telling import HELD_BACK_EVERY_S
 

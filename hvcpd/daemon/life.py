@@ -14,6 +14,7 @@ from hvcpd.daemon.control_socket import socket_path
 from hvcpd.daemon.control_status import Body
 from hvcpd.daemon.devices import Devices
 from hvcpd.daemon.journal_service import JournalService, Remembered
+from hvcpd.daemon.lean import give_back_memory
 from hvcpd.daemon.lessons import Lessons
 from hvcpd.daemon.notify import ServiceManager
 from hvcpd.daemon.outfit import Outfit
@@ -112,6 +113,7 @@ class Daemon:
             self._control.begin(robot)
             words = {*robot.phrasebook.marked_graph.words, *robot.phrasebook.spelling_graph.words}
             await asyncio.to_thread(rehearse, settings.name, words, self._outfit.sound)
+            give_back_memory()
             self._lessons = Lessons(robot, Roster(plan, self._outfit.sound), settings.name, self._outfit.sound)
             stack.push_async_callback(self._lessons.close)
 
