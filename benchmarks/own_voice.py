@@ -86,7 +86,7 @@ class Trial:
             begun = any(at <= begin < at + BLOCK for begin, _ in self.spans)
             over = any(at - BLOCK < end + TAIL_S * SAMPLE_RATE_HZ <= at for _, end in self.spans)
             if begun:
-                ears.begin(at)
+                ears.begin(at, 0.0)
             speaking = (speaking or begun) and not over
             ears.play(self.played[at : at + BLOCK])
             if ears.hear(sound[at : at + BLOCK], speaking):
@@ -117,14 +117,14 @@ def main() -> None:
             for seed in range(o.seed, o.seed + o.calls):
                 trial = Trial(stage, o.first + 1, rt60_s, shift_ms, seed)
                 begin_s, end_s = trial.call(stage, o.call_db, rt60_s, seed)
-                told, _ = trial.listen(Overhearing(spotter, 0.0))
+                told, _ = trial.listen(Overhearing(spotter))
                 in_time = [t - end_s for t in told if begin_s < t <= end_s + IN_TIME_S]
                 lags += in_time[:1]
                 missed += [] if in_time else [seed]
             own_s, false, spent_s, seed = 0.0, 0, 0.0, o.seed + 100_000
             while own_s < 60.0 * o.minutes:
                 trial = Trial(stage, 10, rt60_s, shift_ms, seed)
-                told, cpu_s = trial.listen(Overhearing(spotter, 0.0))
+                told, cpu_s = trial.listen(Overhearing(spotter))
                 own_s, false, spent_s, seed = own_s + trial.own_s, false + len(told), spent_s + cpu_s, seed + 1
             cost = spent_s / max(own_s, 1e-9)
             print(

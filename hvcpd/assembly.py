@@ -19,16 +19,18 @@ from hvcpd.hardware.kinematics import BURGER, Drive, Odometry
 from hvcpd.hardware.navigator import Navigator
 from hvcpd.language.forms import OPEN_KINDS, Kind
 from hvcpd.language.phrasebook import Phrasebook, Vocabulary
+from hvcpd.own_voice import Acoustics
 from hvcpd.performer import Performer
 from hvcpd.ports import Pose, Samples
 from hvcpd.recognition.listening import MIN_SPELLED_CONFIDENCE, Listening
 from hvcpd.recognition.overhearing import Overhearing
+from hvcpd.recognition.own_delay import OwnDelay
 from hvcpd.recognition.pruning import Beam
 from hvcpd.recognition.recogniser import Recogniser, RecogniserSettings
 from hvcpd.recognition.spotter import SpotterSettings
 from hvcpd.recognition.templates import trimmed_energies
 from hvcpd.recognition.urgent import UrgentSpotter, UrgentTemplates
-from hvcpd.robot import Acoustics, Robot
+from hvcpd.robot import Robot
 from hvcpd.sealing import Sealing
 from hvcpd.security.guard import Guard
 from hvcpd.security.keys import KeyRing
@@ -245,10 +247,11 @@ def make_robot(plan: RobotPlan, sound: Sound) -> Robot:
         sound.speaker_of(plan.role.name),
         Odometry(plan.start, plan.drive),
         Performer(Navigator(plan.drive)),
-        acoustics,
+        plan.acoustics,
         sound.speaker_of(plan.role.name, SLOW),
-        Overhearing(ears.urgent, acoustics.latency_s) if ears.urgent is not None else None,
+        Overhearing(ears.urgent) if ears.urgent is not None else None,
         make_sealing(plan),
+        OwnDelay(),
     )
 
 

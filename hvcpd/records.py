@@ -44,6 +44,15 @@ class GarbledRecord:
 
 
 @dataclass(frozen=True)
+class EchoRecord:
+    """The robot heard its own words come back later than it knew of, and took no notice."""
+
+    at_s: float
+    start_s: float
+    end_s: float
+
+
+@dataclass(frozen=True)
 class HoldRecord:
     """The robot stood still from `at_s` to `until_s` for what sounded like "stop" and turned out to be other talk."""
 
@@ -89,6 +98,7 @@ Record = (
     SaidRecord
     | HeardRecord
     | GarbledRecord
+    | EchoRecord
     | HoldRecord
     | DoubtRecord
     | PerformedRecord

@@ -18,11 +18,13 @@ from hvcpd.faculties import Ears, Mouth, Overhears
 from hvcpd.hardware.kinematics import Odometry
 from hvcpd.language.messages import Spelled, Stop, Stopped, Utterance
 from hvcpd.language.phrasebook import Phrasebook
+from hvcpd.own_voice import Acoustics, MeasuresDelay, OwnVoice
 from hvcpd.performer import Outcome, Performer
 from hvcpd.ports import SAMPLE_RATE_HZ, STANDSTILL, Samples, WheelCommand, WheelReading
 from hvcpd.recognition.events import Event as HearingEvent
 from hvcpd.recognition.events import Held, Recognised, Released, Urgent
 from hvcpd.records import (
+    EchoRecord,
     GarbledRecord,
     HeardRecord,
     HoldRecord,
@@ -44,18 +46,6 @@ class RobotOutput:
     records: tuple[Record, ...]
 
 
-@dataclass(frozen=True)
-class Acoustics:
-    """Delays of the robot's own sound, s."""
-
-    latency_s: float = 0.0
-    """From handing a block out until it is heard in the own microphone; the bench has none beyond the block."""
-    tail_s: float = 0.12
-    """The own voice rings on in the room for so long."""
-    collision_s: float = 0.4
-    """Speech that was garbled and began no later than this after the own speech ended overlapped it."""
-
-
 class Robot:
     """See the module. `here` and the parts passed in are this robot's own; nothing is shared with another robot."""
 
@@ -71,6 +61,7 @@ class Robot:
         slow_mouth: Mouth | None = None,
         overhearing: Overhears | None = None,
         sealing: Sealing | None = None,
+        own_delay: MeasuresDelay | None = None,
     ) -> None:
         self.coordination = coordination
         self.phrasebook = phrasebook
@@ -81,13 +72,8 @@ class Robot:
         self._performer = performer
         self._overhearing = overhearing
         self._sealing = sealing
-        self._acoustics = acoustics or Acoustics()
+        self._voice = OwnVoice(acoustics or Acoustics(), own_delay)
         self._n_heard = 0
-        self._speech: Samples = np.zeros(0, np.float32)
-        self._position = 0
-        self._speaking = False
-        self._spoke_until_s = -np.inf
-        self._masked_until_s = -np.inf
         self._busy = False
         self._held_s: float | None = None
         self._task = 0
@@ -102,7 +88,16 @@ class Robot:
 
     @property
     def speaking(self) -> bool:
-        return self._speaking
+        return self._voice.speaking
+
+    @property
+    def latency_s(self) -> float:
+        """How late the robot hears itself, as far as it knows."""
+        return self._voice.latency_s
+
+    def tell_latency(self, latency_s: float) -> None:
+        """The sound system's word for `Acoustics.latency_s`, which may change while the robot lives."""
+        self._voice.tell_latency(latency_s)
 
     def set_clock(self, wall_s: float | None) -> None:
         """Tell the time, seconds since 1970, for people's codes that depend on it; None if nobody knows it."""
@@ -126,7 +121,8 @@ class Robot:
         gap_events = self._skip(lost) if lost is not None else []
         self._finish_speaking()
         self._take_lesson()
-        masked = self._speaking or self.now < self._masked_until_s
+        masked = self._voice.masks(self.now)
+        self._voice.hear(heard)
         events = gap_events + self._ears.push(heard, masked=masked)
         if self._overhearing is not None:
             events += self._overhearing.hear(heard, masked)
@@ -150,8 +146,8 @@ class Robot:
         """
         self._n_heard += lost
         now = self.now
-        if self._speaking:
-            self._speech, self._speaking, self._spoke_until_s = self._speech[:0], False, now
+        if self._voice.speaking:
+            self._voice.break_off(now)
             self.coordination.spoken(now)
             self.coordination.garbled(True, now)
         if not self._busy:
@@ -176,8 +172,7 @@ class Robot:
         self._n_heard += lost
         if self._overhearing is not None:
             self._overhearing.lost()
-        if self._speaking:
-            self._spoke_until_s += lost / SAMPLE_RATE_HZ
+        self._voice.lose(lost / SAMPLE_RATE_HZ)
         return self._ears.lost(lost)
 
     def _take_lesson(self) -> None:
@@ -202,9 +197,7 @@ class Robot:
         return True
 
     def _finish_speaking(self) -> None:
-        if self._speaking and self._position >= len(self._speech) and self.now >= self._spoke_until_s:
-            self._speaking = False
-            self._masked_until_s = self.now + self._acoustics.tail_s
+        if self._voice.finished(self.now):
             self.coordination.spoken(self.now)
 
     def _notice_channel(self, now: float) -> None:
@@ -220,7 +213,10 @@ class Robot:
         utterance = self._parse(event)
         if not isinstance(event, Recognised) or utterance is None:
             self._records.append(GarbledRecord(now, start_s, end_s))
-            self.coordination.garbled(start_s <= self._spoke_until_s + self._acoustics.collision_s <= end_s, now)
+            self.coordination.garbled(self._voice.overlapped(start_s, end_s), now)
+            return
+        if not isinstance(utterance.statement, Stop) and self._voice.returns(event.words, end_s):
+            self._records.append(EchoRecord(now, start_s, end_s))
             return
         text = written(utterance, self.phrasebook)
         words = tuple((s.word, s.start_sample / SAMPLE_RATE_HZ, s.end_sample / SAMPLE_RATE_HZ) for s in event.spans)
@@ -313,23 +309,18 @@ class Robot:
             utterance, records = self._sealing.said(utterance, self.phrasebook, now)
             self._records += records
         mouth = self._slow_mouth if say.slowly else self._mouth
-        once = mouth.render(self.phrasebook.phrases(utterance))
+        phrases = self.phrasebook.phrases(utterance)
+        once = mouth.render(phrases)
         pause = np.zeros(round(SECOND_PAUSE_S * SAMPLE_RATE_HZ), np.float32)
-        self._speech = np.concatenate([once] + [pause, once] * (say.times - 1))
-        self._position = 0
-        self._speaking = True
-        duration_s = len(self._speech) / SAMPLE_RATE_HZ
-        self._spoke_until_s = now + duration_s + self._acoustics.latency_s
+        speech = np.concatenate([once] + [pause, once] * (say.times - 1))
+        duration_s = len(speech) / SAMPLE_RATE_HZ
+        self._voice.begin(speech, [word for phrase in phrases for word in phrase], now)
         if self._overhearing is not None and not isinstance(utterance.statement, Stopped):  # it need not stop again
-            self._overhearing.begin(self._n_heard)
+            self._overhearing.begin(self._n_heard, self._voice.latency_s)
         self._records.append(SaidRecord(now, utterance, self.phrasebook.write(utterance), duration_s))
 
     def _next_sound(self, n: int) -> Samples:
-        out = np.zeros(n, np.float32)
-        if self._speaking:
-            piece = self._speech[self._position : self._position + n]
-            out[: len(piece)] = piece
-            self._position += len(piece)
+        out = self._voice.take(n)
         if self._overhearing is not None:
             self._overhearing.play(out)
         return out

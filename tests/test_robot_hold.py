@@ -171,7 +171,7 @@ class Overheard:
         self.begun: list[int] = []
         self.played = 0
 
-    def begin(self, now: int) -> None:
+    def begin(self, now: int, latency_s: float) -> None:
         self.begun.append(now)
 
     def play(self, samples: Samples) -> None:

@@ -25,8 +25,9 @@ from hvcpd.daemon.sound_service import SoundService
 from hvcpd.daemon.telling import tell
 from hvcpd.daemon.wheel_service import WheelService
 from hvcpd.errors import HvcpdError
+from hvcpd.own_voice import Acoustics
 from hvcpd.ports import Pose
-from hvcpd.robot import Acoustics, Robot
+from hvcpd.robot import Robot
 
 FAREWELL_S = 12.0
 """So long a robot that is told to end waits for its turn to say so (sample clock): somebody else's sentence of 5 s, a
@@ -144,6 +145,7 @@ class Daemon:
         self._listening = True
         while not self._has_left(robot):
             block = await sound.read()
+            robot.tell_latency(sound.latency_s)
             reading = self._wheels.take_reading() if self._wheels is not None else None
             if self._outfit.keys is not None:
                 robot.set_clock(self._outfit.wall_s())

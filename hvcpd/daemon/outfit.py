@@ -22,8 +22,8 @@ from hvcpd.errors import ConfigError, HvcpdError, PhraseError
 from hvcpd.hardware.kinematics import Drive
 from hvcpd.keyring import KeyFile, find_key_file, keep_out_of_dumps, read_key_file
 from hvcpd.language.phrasebook import RESERVED_WORDS
+from hvcpd.own_voice import Acoustics
 from hvcpd.ports import Pose
-from hvcpd.robot import Acoustics
 from hvcpd.security.keys import KeyRing
 from hvcpd.security.trust import People
 from hvcpd.synthesis.lexicon import Lexicon

@@ -16,6 +16,7 @@ from hvcpd.coordination.actions import SavePeer, SaveTask
 from hvcpd.daemon.log_lines import LossyStream, RateLimiter, clean_values, hide_secrets, is_journal, with_priority
 from hvcpd.records import (
     DoubtRecord,
+    EchoRecord,
     GarbledRecord,
     HeardRecord,
     HoldRecord,
@@ -100,6 +101,10 @@ def tell(record: Record, tasks: TaskRepository) -> None:
             )
         case GarbledRecord():
             _log.info("garbled", at_s=_s(record.start_s), duration_s=_s(record.end_s - record.start_s))
+        case EchoRecord():
+            _log.warning(
+                "heard its own words late", at_s=_s(record.start_s), duration_s=_s(record.end_s - record.start_s)
+            )
         case HoldRecord(at_s, until_s):
             _log.info("stood still for what sounded like stop", at_s=_s(at_s), duration_s=_s(until_s - at_s))
         case DoubtRecord():

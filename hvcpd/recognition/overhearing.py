@@ -30,22 +30,28 @@ RECENT_FRAMES = 400
 class Overhearing:
     """Tell it what is played and what is heard, block by block; it listens from `begin` until the own voice is gone."""
 
-    def __init__(self, spotter: UrgentSpotter, latency_s: float) -> None:
-        """`latency_s`: from when a block may be played until it is heard, within EARLIER_S."""
+    def __init__(self, spotter: UrgentSpotter) -> None:
         self._spotter = spotter.again(GAINS_DB)
         self._echo = EchoCanceller()
-        self._delay = max(round((latency_s - EARLIER_S) * SAMPLE_RATE_HZ), 0)
+        self._latency_s = 0.0
         self._own_powers = np.zeros(0)
-        self.begin(0)
+        self.begin(0, 0.0)
         self._listens = False
 
-    def begin(self, now: int) -> None:
-        """The robot begins to speak at sample `now`; of before, only the way through the room is kept."""
+    def begin(self, now: int, latency_s: float) -> None:
+        """The robot begins to speak at sample `now`; of before, only the way through the room is kept.
+
+        `latency_s`: from when a block may be played until it is heard, within EARLIER_S. Little that it changes by is
+        left to the filter, for which all else is another way.
+        """
+        if abs(latency_s - self._latency_s) > EARLIER_S / 2:
+            self._latency_s = latency_s
+            self._echo.reset()
         self._began = now
         self._listens = True
         self._echo.pause()
         self._spotter.reset()
-        self._playing: Samples = np.zeros(self._delay, np.float32)
+        self._playing: Samples = np.zeros(max(round((self._latency_s - EARLIER_S) * SAMPLE_RATE_HZ), 0), np.float32)
         self._heard, self._rest = FrameStream(), FrameStream()
 
     def lost(self) -> None:

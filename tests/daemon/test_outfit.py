@@ -7,7 +7,7 @@ import pytest
 from hvcpd.config.settings import Settings
 from hvcpd.daemon.outfit import equip
 from hvcpd.errors import ConfigError
-from hvcpd.robot import Acoustics
+from hvcpd.own_voice import Acoustics
 
 
 def test_a_robot_knows_what_it_cannot_do(tmp_path: Path) -> None:

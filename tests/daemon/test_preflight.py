@@ -16,7 +16,7 @@ from hvcpd.coordination.actions import Speech
 from hvcpd.daemon.outfit import Outfit, equip, name_fault
 from hvcpd.daemon.preflight import find_memory, find_port
 from hvcpd.errors import EX_CANTCREAT, EX_OK, EX_UNAVAILABLE, ConfigError
-from hvcpd.robot import Acoustics
+from hvcpd.own_voice import Acoustics
 
 
 def test_a_fake_bus_is_a_port_like_any_other(tmp_path: Path) -> None:

@@ -85,7 +85,7 @@ def listen(heard: Samples, ears: Overhearing) -> list[Urgent]:
     played = own_voice()
     for at in range(0, len(heard), BLOCK):
         if at in (0, len(heard) // 2 // BLOCK * BLOCK):
-            ears.begin(at)
+            ears.begin(at, 0.0)
         ears.play(played[at : at + BLOCK])
         told += ears.hear(heard[at : at + BLOCK], True)
     return told + ears.hear(heard[:BLOCK], False)
@@ -97,7 +97,7 @@ def call(voice: str, level: float) -> Samples:
 
 
 def test_the_own_talk_is_not_taken_for_stop() -> None:
-    assert listen(through_room(own_voice(), 20.0, 3), Overhearing(spotter(), 0.0)) == []
+    assert listen(through_room(own_voice(), 20.0, 3), Overhearing(spotter())) == []
 
 
 @pytest.mark.parametrize("late_ms", [0.3, 20.0, 40.0])
@@ -107,14 +107,14 @@ def test_stop_is_heard_over_the_own_voice_that_is_three_times_as_loud(late_ms: f
     stop = call("Max", own * 10.0 ** (-10.0 / 20.0))
     at = len(heard) // 2 + SAMPLE_RATE_HZ
     heard[at : at + len(stop)] += stop
-    told = listen(heard, Overhearing(spotter(), 0.0))
+    told = listen(heard, Overhearing(spotter()))
     assert len(told) == 1
     assert at < told[0].end_sample < at + len(stop) + 0.2 * SAMPLE_RATE_HZ
 
 
 def test_after_the_own_sentence_it_does_not_listen() -> None:
-    ears = Overhearing(spotter(), 0.0)
-    ears.begin(0)
+    ears = Overhearing(spotter())
+    ears.begin(0, 0.0)
     ears.hear(np.zeros(BLOCK, np.float32), False)
     stop = call("Max", 0.1)
     assert not any(ears.hear(stop[i : i + BLOCK], True) for i in range(0, len(stop), BLOCK))

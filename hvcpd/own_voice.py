@@ -1,0 +1,148 @@
+"""What the robot itself says: what of it is still to be played, when the last of it is heard, and how late that is."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+
+from hvcpd.ports import SAMPLE_RATE_HZ, Samples
+
+NEAR_S = 0.012
+"""Delays that differ by less are taken for the same: half a block, and twice what a measurement may be wrong by."""
+ECHO_S = 1.0
+"""What ends no later than this after the own sentence should have, in its words, is its echo."""
+
+
+class MeasuresDelay(Protocol):
+    """`OwnDelay`, as the robot needs it."""
+
+    def begin(self) -> None: ...
+
+    def play(self, samples: Samples) -> None: ...
+
+    def hear(self, samples: Samples) -> None: ...
+
+    def measure(self) -> float | None: ...
+
+
+@dataclass(frozen=True)
+class Acoustics:
+    """Delays of the robot's own sound, s."""
+
+    latency_s: float = 0.0
+    """From handing a block out until it is heard in the own microphone, as the sound system tells it; the bench has
+    none beyond the block."""
+    tail_s: float = 0.12
+    """The own voice rings on in the room for so long."""
+    collision_s: float = 0.4
+    """Speech that was garbled and began no later than this after the own speech ended overlapped it."""
+
+
+class OwnVoice:
+    """`begin` a sentence, `hear` and `take` each block, and ask at each whether it is `finished`. Times are seconds."""
+
+    def __init__(self, acoustics: Acoustics, delay: MeasuresDelay | None = None) -> None:
+        """`delay` measures how late the voice is heard; without it the latency is what it is told to be."""
+        self._acoustics = acoustics
+        self._delay = delay
+        self._told_s = acoustics.latency_s
+        self._measured = False
+        self._shorter_s: float | None = None
+        self._speech: Samples = np.zeros(0, np.float32)
+        self._words: tuple[str, ...] = ()
+        self._position = 0
+        self._masked_until_s = -np.inf
+        self.latency_s = acoustics.latency_s
+        """From handing a block out until it is heard, by what was told and by what was measured."""
+        self.until_s = -np.inf
+        """When the last of the sentence is, or was, heard."""
+        self.speaking = False
+
+    def tell_latency(self, told_s: float) -> None:
+        """The sound system's word for the latency, which may change as it goes; what was measured beyond it stays."""
+        if told_s != self._told_s:
+            by_s, self._told_s = told_s - self._told_s, told_s
+            self._become(max(self.latency_s + by_s, 0.0))
+
+    def begin(self, speech: Samples, words: Sequence[str], now: float) -> None:
+        """Say `speech`, shape (n,), from the next block on; `words` are the last thing said in it."""
+        self._speech, self._words = speech, tuple(words)
+        self._position = 0
+        self._measured = False
+        self.speaking = True
+        self.until_s = now + len(speech) / SAMPLE_RATE_HZ + self.latency_s
+        if self._delay is not None:
+            self._delay.begin()
+
+    def take(self, n: int) -> Samples:
+        """The next `n` samples to be played."""
+        out = np.zeros(n, np.float32)
+        if self.speaking:
+            piece = self._speech[self._position : self._position + n]
+            out[: len(piece)] = piece
+            self._position += len(piece)
+            if self._delay is not None:
+                self._delay.play(out)
+        return out
+
+    def hear(self, heard: Samples) -> None:
+        """This came from the microphone; n samples were taken for each n that are heard."""
+        if self.speaking and self._delay is not None:
+            self._delay.hear(heard)
+
+    def finished(self, now: float) -> bool:
+        """Whether the last of the sentence has just been heard; the first time it seems so, its delay is measured."""
+        if not self.speaking or self._position < len(self._speech) or now < self.until_s:
+            return False
+        if self._delay is not None and not self._measured:
+            self._measured = True
+            self._believe(self._delay.measure())
+            if now < self.until_s:
+                return False
+        self.speaking = False
+        self._masked_until_s = now + self._acoustics.tail_s
+        return True
+
+    def break_off(self, now: float) -> None:
+        """There is no sound any more: nothing else of the sentence is heard."""
+        self._speech, self.speaking, self.until_s = self._speech[:0], False, now
+
+    def lose(self, lost_s: float) -> None:
+        """So much was not heard, and nothing was played in its place: the words wait, and cannot be compared."""
+        if self.speaking:
+            self.until_s += lost_s
+            self._measured = True
+
+    def masks(self, now: float) -> bool:
+        """Whether what is heard may be the own voice."""
+        return self.speaking or now < self._masked_until_s
+
+    def overlapped(self, start_s: float, end_s: float) -> bool:
+        """Whether speech that was garbled may have been so by the own."""
+        return start_s <= self.until_s + self._acoustics.collision_s <= end_s
+
+    def returns(self, words: Sequence[str], end_s: float) -> bool:
+        """Whether words that were heard are the end of what was just said, come back later than was known.
+
+        Another robot's same words are not: it would have begun to say them while this one still spoke.
+        """
+        is_end = len(words) > 0 and self._words[-len(words) :] == tuple(words)
+        return is_end and self.until_s < end_s <= self.until_s + ECHO_S
+
+    def _believe(self, measured_s: float | None) -> None:
+        """A longer delay at once, for then the own voice goes on; a shorter one when it is seen twice in a row."""
+        sooner, self._shorter_s = self._shorter_s, None
+        if measured_s is None or abs(measured_s - self.latency_s) < NEAR_S:
+            return
+        if measured_s > self.latency_s or (sooner is not None and abs(measured_s - sooner) < NEAR_S):
+            self._become(measured_s)
+        else:
+            self._shorter_s = measured_s
+
+    def _become(self, latency_s: float) -> None:
+        if self.speaking:
+            self.until_s += latency_s - self.latency_s
+        self.latency_s = latency_s
