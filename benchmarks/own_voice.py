@@ -1,13 +1,14 @@
 """Is "stop" heard while the listening robot itself speaks? And how often is it heard where nobody said it?
 
     python -m benchmarks.own_voice [--calls 20] [--call-db -10] [--rt60 0.3,0.45,0.6] [--shifts-ms 0,20,-20]
-        [--minutes 4] [--first 1] [--names Rob,Bot] [--seed 0]
+        [--minutes 4] [--first 1] [--names Rob,Bot] [--seed 0] [--overlaps 60] [--overlap-db -15,-10,-5]
 
 The robot's microphone is 10 cm from its loudspeaker, its latency known to within the shift. Rooms follow Polack's
 model (exponentially decaying noise, at the direct-to-reverberant ratio of 60 cubic metres). The call, 2 m away, is
 --call-db louder than the own voice as the microphone has it; the robot has said --first sentences before, from which it
 knows the way through the room. A call counts as heard when it is told after its beginning and no later than 0.5 s after
-its end.
+its end. --overlaps: so often another robot begins to speak from 0.2 s before to 0.4 s after this one, five people talk
+at once (babble), or somebody knocks at the table, each --overlap-db louder than the own voice; all names take turns.
 """
 
 from __future__ import annotations
@@ -15,6 +16,7 @@ from __future__ import annotations
 import argparse
 import random
 import time
+from itertools import product
 
 import numpy as np
 from scipy.signal import fftconvolve
@@ -22,6 +24,7 @@ from scipy.signal import fftconvolve
 from benchmarks.stop import IN_TIME_S, SPEECH_DBFS, Stage, at_level, room
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 from hvcpd.recognition.overhearing import EARLIER_S, Overhearing
+from hvcpd.recognition.urgent import UrgentSpotter
 
 BLOCK = 320
 OWN_DBFS = -15.0
@@ -29,6 +32,8 @@ OWN_M, CALLER_M = 0.1, 2.0
 VOLUME_M3 = 60.0
 SOUND_SPEED_M_S = 343.0
 PAUSE_S, TAIL_S = 1.0, 0.12
+UNHEARD_S = (-0.2, 0.4)
+"""Who begins so much before or after the robot did not hear it, nor was heard by it."""
 SWAY_DB = 0.03
 """The way through the room sways by so much, as when somebody walks about."""
 
@@ -48,9 +53,9 @@ def way(rt60_s: float, distance_m: float, rng: np.random.Generator) -> Samples:
 class Trial:
     """Some of the robot's own sentences, as they are played and as they are heard."""
 
-    def __init__(self, stage: Stage, n: int, rt60_s: float, shift_ms: float, seed: int) -> None:
+    def __init__(self, stage: Stage, n: int, rt60_s: float, shift_ms: float, seed: int, speaker: int = 0) -> None:
         chooser, rng = random.Random(seed), np.random.default_rng(seed)
-        talks = [at_level(stage.sentence(chooser, stage.names[0]), OWN_DBFS) for _ in range(n)]
+        talks = [at_level(stage.sentence(chooser, stage.names[speaker]), OWN_DBFS) for _ in range(n)]
         gap = np.zeros(round(PAUSE_S * SAMPLE_RATE_HZ), np.float32)
         self.spans: list[tuple[int, int]] = []
         parts, at = [gap], len(gap)
@@ -70,13 +75,18 @@ class Trial:
         """Have somebody call over the last sentence; when it begins and ends, s."""
         chooser = random.Random(seed)
         dry = at_level(stage.call(chooser), SPEECH_DBFS)
-        sound = fftconvolve(dry, way(rt60_s, CALLER_M, np.random.default_rng(seed + 1)))
-        rms = float(np.sqrt(np.mean(np.square(sound[: len(dry)]))))
         begin, end = self.spans[-1]
         at = begin + round(chooser.random() * max(end - begin - len(dry), 0))
-        sound = sound[: len(self.heard) - at]
-        self.heard[at : at + len(sound)] += sound * self.own_rms * 10.0 ** (call_db / 20.0) / rms
+        self.add(dry, at, call_db, rt60_s, seed)
         return at / SAMPLE_RATE_HZ, (at + len(dry)) / SAMPLE_RATE_HZ
+
+    def add(self, dry: Samples, at: int, louder_db: float, rt60_s: float, seed: int) -> None:
+        """Have something else sound in the room from sample `at` on."""
+        sound = fftconvolve(dry, way(rt60_s, CALLER_M, np.random.default_rng(seed + 1)))
+        active = sound[: len(dry)][np.abs(dry) > 1e-4]
+        sound = sound[: len(self.heard) - at]
+        rms = float(np.sqrt(np.mean(np.square(active))))
+        self.heard[at : at + len(sound)] += sound * self.own_rms * 10.0 ** (louder_db / 20.0) / rms
 
     def listen(self, ears: Overhearing) -> tuple[list[float], float]:
         """When "stop" was told, s, and the processor time."""
@@ -98,6 +108,39 @@ class Trial:
         return sum(end - begin for begin, end in self.spans) / SAMPLE_RATE_HZ
 
 
+def other_sound(stage: Stage, kind: str, chooser: random.Random, speaker: int) -> Samples:
+    """What sounds over a robot's sentence and does not say "stop"."""
+    if kind == "knock":
+        n = round(0.08 * SAMPLE_RATE_HZ)
+        noise = np.random.default_rng(chooser.getrandbits(32)).standard_normal(n)
+        return np.asarray(noise * np.exp(-6.0 * np.arange(n) / n), np.float32)
+    others = [name for name in stage.names if name != stage.names[speaker]]
+    voices = [chooser.choice(others)] if kind == "robot" else chooser.choices(others, k=5)
+    talks = [at_level(stage.sentence(chooser, name), SPEECH_DBFS) for name in voices]
+    mixed = np.zeros(max(map(len, talks)), np.float32)
+    for talk in talks:
+        mixed[: len(talk)] += talk
+    return mixed
+
+
+def overlaps(
+    stage: Stage, spotter: UrgentSpotter, kind: str, seeds: range, louder_db: float, rt60_s: float, n: int
+) -> None:
+    """Who halts where something else sounds over the last of `n` own sentences."""
+    stopped = list[int]()
+    for seed in seeds:
+        chooser, speaker = random.Random(seed), seed % len(stage.names)
+        trial = Trial(stage, n, rt60_s, 0.0, seed, speaker)
+        at = trial.spans[-1][0] + round(chooser.uniform(*UNHEARD_S) * SAMPLE_RATE_HZ)
+        trial.add(other_sound(stage, kind, chooser, speaker), at, louder_db, rt60_s, seed)
+        told, _ = trial.listen(Overhearing(spotter, 0.0))
+        stopped += [seed] if told else []
+    print(
+        f"{kind} at {louder_db:+.0f} dB, RT60 {rt60_s} s: {len(stopped)} of {len(seeds)} stopped the robot {stopped}",
+        flush=True,
+    )
+
+
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--calls", type=int, default=20)
@@ -108,9 +151,16 @@ def main() -> None:
     parser.add_argument("--first", type=int, default=1)
     parser.add_argument("--names", default="Rob,Bot")
     parser.add_argument("--seed", type=int, default=0)
+    parser.add_argument("--overlaps", type=int, default=0)
+    parser.add_argument("--overlap-db", default="-15,-10,-5")
     o = parser.parse_args()
     stage = Stage(tuple(o.names.split(",")))
     spotter = stage.urgent()
+    for rt60_s, db in product(map(float, o.rt60.split(",")), map(float, o.overlap_db.split(","))):
+        for kind in ("robot", "babble", "knock") if o.overlaps else ():
+            overlaps(stage, spotter, kind, range(o.seed, o.seed + o.overlaps), db, rt60_s, o.first + 1)
+    if not o.calls:
+        return
     for rt60_s in map(float, o.rt60.split(",")):
         for shift_ms in map(float, o.shifts_ms.split(",")):
             lags, missed = [], []
