@@ -96,7 +96,7 @@ def left(c: Coordination, u: m.Utterance, s: m.Left, now: float) -> None:
     if not s.more:
         for entry in c.board.entries():
             number = entry.definition.number
-            lapsed = entry.state != CLAIMED or now >= entry.lease_end_s or entry.owner == u.speaker
+            lapsed = entry.state != CLAIMED or now >= entry.lease_end_s or entry.owner in (None, u.speaker)
             if number in s.numbers or c.task == number or entry.known_done:
                 continue
             if entry.state == DONE:

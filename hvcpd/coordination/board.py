@@ -33,6 +33,8 @@ class Entry:
     """The claim is known to have been confirmed, or its owner to be at work: enough to deny it to others."""
     times_heard: int = 0
     """So often the owner, and another one in answer, was heard to say whose the task is: a word can be misheard."""
+    times_denied: int = 0
+    """So often this robot's claim of it was denied."""
 
     @property
     def known_done(self) -> bool:

@@ -16,6 +16,8 @@ if TYPE_CHECKING:
 
 BAD_AIR_REPEATS = 2
 """So often said without an answer, a sentence did not just collide with another one."""
+DENIED_OFTEN = 2
+"""A task that is another's is reported soon, or its lease lapses."""
 MARGIN_S = 10.0
 """Between the end of a task's actions and the end of its lease: for a stall, and for the report."""
 

@@ -163,15 +163,15 @@ def _contend_for_own(c: Coordination, other: str, number: int, other_at_work: bo
 
 
 def tell_done(c: Coordination, other: str, entry: Entry, now: float) -> None:
-    """It was not heard that the task is done: who did it says so at once, somebody else if that one does not."""
+    """It was not heard that the task is done: who did it says so at once, somebody else if that one does not; nobody
+    says of a task that it is done who knows neither that it did it itself nor who else."""
     number, doer = entry.definition.number, entry.owner
     done = m.Completed(m.TaskByNumber(number))
-    if doer is None or doer == c.role.name:
-        said = composing.to_all(c, done)
-        slot = DOER_SLOT if doer else OTHERS_SLOT
+    if doer == c.role.name:
+        said, slot = composing.to_all(c, done), DOER_SLOT
     else:
-        said = composing.to_robot(c, other, m.Relayed(doer, done))
-        c.quoted = Quoted(doer, c.role.name, number, now)
+        said = composing.to_robot(c, other, m.Relayed(doer, done) if doer is not None else m.Negative())
+        c.quoted = Quoted(doer, c.role.name, number, now) if doer is not None else c.quoted
         slot = _objection_slot(c, other, number, now)
     compose = lambda: said if c.board[number].known_done else None  # noqa: E731
     c.want(Urgency.ANSWER, f"done {number}", compose, now, slot=slot, call=other.lower())

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 from hvcpd.config.tasks import Action as TaskAction
 from hvcpd.config.tasks import Forward, GoTo, Turn
-from hvcpd.coordination import composing
+from hvcpd.coordination import choosing, composing
 from hvcpd.coordination.actions import Halt, Perform, SaveStopped
 from hvcpd.coordination.board import DONE
 from hvcpd.coordination.claims import confirming_slot
@@ -165,7 +165,11 @@ def drop_task(c: Coordination, now: float) -> None:
 
 
 def leave_to_others(c: Coordination, now: float) -> None:
-    """Somebody knows that the task is another's, without saying whose."""
+    """Somebody knows that the task is another's, without saying whose; or that it is done, and not by whom: whoever is
+    denied it again asks what is left."""
+    entry = c.board[c.my_task()]
+    entry.times_denied += 1
+    c.heard_work = c.heard_work or entry.times_denied >= choosing.DENIED_OFTEN
     c.board.claim(c.my_task(), None, now + c.timing.denied_s)
     rest(c, now)
 

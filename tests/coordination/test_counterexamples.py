@@ -11,7 +11,7 @@ from hil_fakes.word_plans import random_plan
 from hvcpd.coordination import composing
 from hvcpd.coordination.board import DONE, Board
 from hvcpd.language import messages as m
-from tests.coordination.mission import plants
+from tests.coordination.mission import Mission, plants
 
 SEEDS = {
     "who did the task and who is at it objected in one slot, again and again": 204,
@@ -87,3 +87,29 @@ def test_two_that_heard_of_it_independently_make_it_certain() -> None:
     rob.heard(composing.left(bot, "Rob"), 100.0)
     rob.heard(composing.left(max_, "Rob"), 110.0)
     assert rob.board[1].known_done
+
+
+def _of_unknown_doer() -> Mission:
+    """Bot and Max have it from two lists that task one is done, and nobody's name with it; Rob has heard nothing."""
+    mission = Mission(("Rob", "Bot", "Max"), plants(1), seed=3, coordinator="Nobody")
+    mission.air.run_until(30.0)
+    for name in ("Bot", "Max"):
+        mission.robots[name].board.complete(1, None)
+    return mission
+
+
+def test_who_does_not_know_who_did_a_task_does_not_say_that_it_did() -> None:
+    mission = _of_unknown_doer()
+    mission.hear(31.0, "Hi team plant, I am Rob, I will complete task one")
+    mission.air.run_until(45.0)
+    assert [text.split(", ", 2)[2] for text in mission.written(30.0, without=("Rob",))] == ["negative"]
+    assert {mission.robots[name].board[1].owner for name in ("Bot", "Max")} == {None}
+
+
+def test_who_is_denied_a_task_of_unknown_doer_again_and_again_asks_what_is_left() -> None:
+    mission = Mission(("Rob", "Bot", "Max"), plants(2), seed=1)
+    for name in ("Bot", "Max"):
+        mission.robots[name].board.complete(1, None)
+    assert not math.isinf(mission.run().ended_s)
+    assert mission.watered == {1: 0, 2: 1}
+    assert {robot.board[1].owner for robot in mission.robots.values()} == {None}
