@@ -116,6 +116,7 @@ class RobotPlan:
     """Of seals and codes, as it remembers them."""
     home: Place | None = None
     """Where it comes back to, if that is not where it is at first."""
+    timing: Timing | None = None
 
 
 def make_phrasebook(
@@ -234,7 +235,7 @@ def make_robot(plan: RobotPlan, sound: Sound) -> Robot:
         role,
         plan.tasks.tasks,
         random.Random(plan.seed),
-        Timing().for_latency(acoustics.latency_s),
+        (plan.timing or Timing()).for_latency(acoustics.latency_s),
         remembered=plan.remembered,
         stopped=plan.stopped,
     )

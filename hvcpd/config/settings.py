@@ -82,6 +82,15 @@ class SpeechSettings:
 
 
 @dataclass(frozen=True)
+class WaitSettings:
+    """How long the robot waits for others; the defaults, with their reasons, are those of coordination's `Timing`."""
+
+    absent_s: float = field(default=600.0, metadata=between(120, 86_400))
+    lease_s: float = field(default=240.0, metadata=between(120, 86_400))
+    answer_s: float = field(default=4.0, metadata=between(2, 60))
+
+
+@dataclass(frozen=True)
 class WheelSettings:
     """The wheels' motors; identifiers and dimensions are those of a TurtleBot3 Burger (ROBOTIS e-Manual)."""
 
@@ -164,6 +173,7 @@ class Settings:
     voice: VoiceName | None = None
     voice_folder: Path | None = None
     speech: SpeechSettings = SpeechSettings()
+    waits: WaitSettings = WaitSettings()
     peers: Mapping[str, PeerSettings] = field(default_factory=dict)
     lexicon: Path | None = None
     tasks: Path = field(default_factory=default_tasks_path)

@@ -17,7 +17,7 @@ from hvcpd.casting import cast
 from hvcpd.config.settings import MAX_KNOWN_NAMES, Settings
 from hvcpd.config.task_file import load_tasks
 from hvcpd.config.tasks import Place, TaskRepository
-from hvcpd.coordination.actions import Role, Speech
+from hvcpd.coordination.actions import Role, Speech, Timing
 from hvcpd.errors import ConfigError, HvcpdError, PhraseError
 from hvcpd.hardware.kinematics import Drive
 from hvcpd.keyring import KeyFile, find_key_file, keep_out_of_dumps, read_key_file
@@ -135,6 +135,9 @@ class Outfit:
             keys=self.ring(),
             counters=counters,
             home=Place(settings.start.pose.x_m, settings.start.pose.y_m),
+            timing=Timing(
+                absent_s=settings.waits.absent_s, lease_s=settings.waits.lease_s, answer_s=settings.waits.answer_s
+            ),
             drive=Drive(settings.wheels.wheel_radius_m, settings.wheels.separation_m, settings.wheels.radius_ratio),
         )
 

@@ -18,7 +18,7 @@ from hvcpd.errors import HvcpdError, NotDoneError
 
 LIVE = ("mode", "pick", "unable", "clips", "log_level", "log_format")
 """Settings, or groups of them, that take effect at once. All others are built into the recogniser, the voice, the
-wheels or the sound card's stream."""
+conversation, the wheels or the sound card's stream."""
 
 _log = structlog.get_logger(__name__)
 

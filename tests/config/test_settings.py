@@ -27,6 +27,7 @@ from hvcpd.config.settings import (
     Settings,
     SpeechSettings,
     StartSettings,
+    WaitSettings,
     WheelSettings,
     load_settings,
 )
@@ -142,6 +143,7 @@ def test_the_start_pose_in_radians() -> None:
         ("name: Rob\nseed: -1\n", "F:2", "from 0 to 4294967295"),
         ("name: Rob\nseed: 4294967296\n", "F:2", "from 0 to 4294967295"),
         ("name: Rob\nstart: {x_m: 51}\n", "F:2", "from -50 to 50"),
+        ("name: Rob\nwaits: {absent_s: 60}\n", "F:2", "from 120 to 86400"),
         ("name: Rob\nnames: [Rob, rob]\n", "F:2", "are the same aloud"),
         ("name: R2-D2\n", "F:1", "not a letter followed by letters and digits"),
         ("name: ''\n", "F:1", "has 1 to 16 letters"),
@@ -247,6 +249,9 @@ def all_settings(draw: st.DrawFn) -> Settings:
             unable=st.lists(st.integers(1, 99), max_size=5).map(tuple),
             start=starts,
             speech=_of(SpeechSettings),
+            waits=_of(
+                WaitSettings, absent_s=st.floats(120, 86400), lease_s=st.floats(120, 86400), answer_s=st.floats(2, 60)
+            ),
             audio=audios,
             wheels=wheels,
             control=_of(ControlSettings, enabled=st.booleans(), socket=st.none() | paths),
@@ -297,7 +302,7 @@ def test_the_documented_file_is_valid_and_its_comments_are_the_defaults(tmp_path
     text = (ETC / "hvcpd.yaml").read_text()
     assert load(tmp_path, text) == Settings(name="Rob")
     lines = [line[2:] for line in text.splitlines() if line.startswith("# ")]
-    groups = {"speech", "start", "audio", "wheels", "control", "clips", "security"}
+    groups = {"speech", "waits", "start", "audio", "wheels", "control", "clips", "security"}
     keys = {field.name for field in dataclasses.fields(Settings)}
     kept = []
     for line in lines:
@@ -311,6 +316,7 @@ def test_the_documented_file_is_valid_and_its_comments_are_the_defaults(tmp_path
     written = yaml.safe_load(whole)
     assert set(written) == keys - {"tasks"}
     for group, type_ in (
+        ("waits", WaitSettings),
         ("start", StartSettings),
         ("audio", AudioSettings),
         ("wheels", WheelSettings),

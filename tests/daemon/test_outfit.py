@@ -4,7 +4,9 @@ from pathlib import Path
 
 import pytest
 
-from hvcpd.config.settings import Settings
+from hvcpd.assembly import make_robot
+from hvcpd.config.settings import Settings, WaitSettings
+from hvcpd.coordination.actions import Timing
 from hvcpd.daemon.outfit import equip
 from hvcpd.errors import ConfigError
 from hvcpd.own_voice import Acoustics
@@ -13,6 +15,19 @@ from hvcpd.own_voice import Acoustics
 def test_a_robot_knows_what_it_cannot_do(tmp_path: Path) -> None:
     outfit = equip(Settings(name="Rob", state_dir=tmp_path, unable=(2, 3)))
     assert outfit.plan({}, Acoustics()).role.unable == {2, 3}
+
+
+def test_it_waits_for_others_as_long_as_it_is_told(tmp_path: Path) -> None:
+    outfit = equip(Settings(name="Rob", state_dir=tmp_path, waits=WaitSettings(900.0, 300.0, 8.0)))
+    timing = outfit.plan({}, Acoustics()).timing
+    assert timing == Timing(absent_s=900.0, lease_s=300.0, answer_s=8.0)
+    assert equip(Settings(name="Rob", state_dir=tmp_path)).plan({}, Acoustics()).timing == Timing(), "the same defaults"
+
+
+def test_a_robot_is_made_with_these_times(tmp_path: Path) -> None:
+    outfit = equip(Settings(name="Rob", state_dir=tmp_path, waits=WaitSettings(absent_s=900.0)))
+    robot = make_robot(outfit.plan({}, Acoustics()), outfit.sound)
+    assert robot.coordination.timing.absent_s == 900.0
 
 
 def test_a_task_that_is_not_there_is_told(tmp_path: Path) -> None:
