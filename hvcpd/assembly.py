@@ -34,6 +34,7 @@ from hvcpd.robot import Robot
 from hvcpd.sealing import Sealing
 from hvcpd.security.guard import Guard
 from hvcpd.security.keys import KeyRing
+from hvcpd.security.silence import Patience
 from hvcpd.synthesis.lexicon import Lexicon
 from hvcpd.synthesis.likeness import sounds_alike
 from hvcpd.synthesis.recorded import RecordedSpeaker
@@ -117,6 +118,8 @@ class RobotPlan:
     home: Place | None = None
     """Where it comes back to, if that is not where it is at first."""
     timing: Timing | None = None
+    patience: Patience | None = None
+    """With wrong seals; None for the usual."""
 
 
 def make_phrasebook(
@@ -260,7 +263,7 @@ def make_sealing(plan: RobotPlan) -> Sealing | None:
     """What seals and judges for the robot, where there is a key."""
     if plan.keys is None:
         return None
-    return Sealing(Guard(plan.role.name, plan.keys, plan.counters))
+    return Sealing(Guard(plan.role.name, plan.keys, plan.counters, patience=plan.patience))
 
 
 def _phrasebook(plan: RobotPlan, names: Sequence[str]) -> Phrasebook:

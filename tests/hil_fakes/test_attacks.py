@@ -2,9 +2,13 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import pytest
 
+from hil_fakes.audio_attacks import AudioAttacks
 from hil_fakes.word_attacks import WordAttacks
+from hvcpd.assembly import make_sound
 from hvcpd.security.guard import NEAR
 from tests.coordination.mission import plants
 
@@ -35,3 +39,12 @@ def test_shorter_seals_are_guessed_as_often_as_computed() -> None:
     found = tally.believed["guess"] + tally.believed["other words under an unheard seal"]
     assert 0.3 * expected < found < 4.0 * expected
     assert tally.believed["no seal"] == 0
+
+
+@pytest.mark.slow
+def test_no_attack_with_sound_is_believed_and_the_honest_robot_is(tmp_path: Path) -> None:
+    attacks = AudioAttacks(3, make_sound(None, tmp_path))
+    attacks.run(13)
+    assert set(attacks.tried.values()) == {1}
+    assert sum(attacks.believed.values()) == 0
+    assert attacks.honest[0] == attacks.honest[1] >= 5

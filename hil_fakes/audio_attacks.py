@@ -1,0 +1,215 @@
+"""Attacks on sealed speech at the level of sound: a loudspeaker and a recorder in the room of a whole robot.
+
+The listener is a robot that was stopped, so that nothing drives: an order that it believes it refuses with "I have
+stopped", and one that it does not believe in any other way, or not at all. An honest robot talks to it in between. The
+attacker has no key, but the honest robot's very voice, all recordings, a pair of scissors, and noise.
+"""
+
+from __future__ import annotations
+
+import random
+from collections import Counter
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from hil_fakes.room import PinkNoise
+from hvcpd.assembly import RobotPlan, Sound, make_robot
+from hvcpd.config.task_file import load_tasks
+from hvcpd.config.tasks import default_tasks_path
+from hvcpd.coordination.actions import Role
+from hvcpd.language import messages as m
+from hvcpd.language.code_words import BITS
+from hvcpd.language.marks import SEAL_WORDS
+from hvcpd.ports import SAMPLE_RATE_HZ, Pose, Samples
+from hvcpd.records import SaidRecord, SaveCounter
+from hvcpd.robot import Robot
+from hvcpd.sealing import Sealing
+from hvcpd.security.guard import Guard
+from hvcpd.security.keys import KEY_BYTES, KeyRing, TeamKey
+from hvcpd.security.seal import SEAL_BITS
+from hvcpd.security.silence import Patience
+from hvcpd.synthesis.leveling import audible
+
+NAMES = ("Rob", "Zoe", "Bot")
+LISTENER = "Bot"
+BLOCK = 400
+NOISE_RMS = 0.003
+"""20 dB below speech of LEVEL."""
+LEVEL = 0.3
+"""Of the synthesizer's own: about -30 dBFS at the microphone."""
+QUIET_S = 1.6
+"""After this without a word nobody answers any more: the longest gap of an answer, and some more."""
+MOTIONS = (m.TurnBy(90.0), m.TurnBy(-90.0), m.MoveBy(1.0), m.MoveBy(2.0), m.ComeBack())
+
+
+@dataclass(frozen=True)
+class Take:
+    """A sentence as it was said: its meaning with its seal, its sound, and where its seal begins in that, samples."""
+
+    utterance: m.Utterance
+    sound: Samples
+    seal_at: int
+
+
+class AudioAttacks:
+    """`run` makes attacks of all kinds in turn. `tried`, `believed`: how many of each kind; `honest`: sentences of the
+    honest robot that were believed, and all."""
+
+    def __init__(self, seed: int, sound: Sound) -> None:
+        self._chance = random.Random(seed)
+        self._sound = sound
+        self._ring = KeyRing(TeamKey(self._chance.randbytes(KEY_BYTES)))
+        self._counters: dict[str, int] = {}
+        self._noise = PinkNoise(NOISE_RMS, seed)
+        self._rob = Sealing(Guard("Rob", self._ring))
+        self._takes: list[Take] = []
+        self._robot = self._switch_on()
+        self.tried: Counter[str] = Counter()
+        self.believed: Counter[str] = Counter()
+        self.honest = [0, 0]
+        self._kinds: dict[str, Callable[[], Samples]] = {
+            "replay at once": lambda: self._takes[-1].sound,
+            "replay later": lambda: self._recording().sound,
+            "replay after a restart": self._after_restart,
+            "replay by another robot": lambda: self._spoken(self._recording().utterance, "Zoe").sound,
+            "sentence and seal of two recordings": self._scissors,
+            "guess": lambda: self._spoken(self._invented(self._chance.getrandbits(SEAL_BITS))).sound,
+            "guess in another voice": lambda: self._spoken(self._invented(self._chance.getrandbits(24)), "Zoe").sound,
+            "other words under an unheard seal": self._other_words,
+            "other addressee under an unheard seal": self._readdressed,
+            "one word of an unheard seal changed": self._one_word_wrong,
+            "jammed, and played after a restart": self._jammed,
+            "replay over other talk": self._overlapping,
+            "no seal": lambda: self._spoken(replace(self._invented(0), mark=None)).sound,
+        }
+
+    def run(self, n: int) -> None:
+        """Make `n` attacks, an honest sentence before each kind's first and then every few."""
+        for number in range(n):
+            if number % 3 == 0 or len(self._takes) < 3:
+                self._say_honestly()
+            kind = tuple(self._kinds)[number % len(self._kinds)]
+            attack = self._kinds[kind]()
+            self.tried[kind] += 1
+            self.believed[kind] += self._is_believed(self._play(attack))
+
+    def _switch_on(self) -> Robot:
+        tasks = load_tasks(default_tasks_path())
+        role = Role(LISTENER, "plant", volunteer=False)
+        plan = RobotPlan(
+            role,
+            NAMES,
+            tasks,
+            Pose(0.0, 0.0, 0.0),
+            self._chance.getrandbits(32),
+            keys=self._ring,
+            counters=dict(self._counters),
+            stopped=True,
+            patience=Patience(free=float("inf")),  # the seals alone must keep attacks out
+        )
+        robot = make_robot(plan, self._sound)
+        self._robot = robot
+        self._listen(np.zeros(2 * SAMPLE_RATE_HZ, np.float32))
+        return robot
+
+    def _listen(self, sound: Samples) -> list[m.Utterance]:
+        """What the listener says meanwhile; it hears noise as well."""
+        said: list[m.Utterance] = []
+        for start in range(0, len(sound), BLOCK):
+            block = np.zeros(BLOCK, np.float32)
+            piece = sound[start : start + BLOCK]
+            block[: len(piece)] = piece
+            output = self._robot.step(block + self._noise.take(BLOCK), None)
+            for record in output.records:
+                if isinstance(record, SaidRecord):
+                    said.append(record.utterance)
+                elif isinstance(record, SaveCounter):
+                    self._counters[record.name] = record.value
+        return said
+
+    def _play(self, sound: Samples) -> list[m.Utterance]:
+        """What the listener says to a sound, until it has said all."""
+        said = self._listen(sound)
+        quiet_s = 0.0
+        while quiet_s < QUIET_S:
+            said += self._listen(np.zeros(4 * BLOCK, np.float32))
+            quiet_s = 0.0 if self._robot.speaking else quiet_s + 4 * BLOCK / SAMPLE_RATE_HZ
+        return said
+
+    @staticmethod
+    def _is_believed(said: list[m.Utterance]) -> bool:
+        return any(not isinstance(u.statement, m.SayAgain | m.Distrusted) for u in said)
+
+    def _say_honestly(self) -> None:
+        """The honest robot orders something, and says it again when it is asked to."""
+        statement = self._chance.choice(MOTIONS)
+        for _ in range(3):
+            take = self._sealed(statement)
+            self._takes.append(take)
+            said = self._play(take.sound)
+            for utterance in said:
+                self._rob.judge(utterance, self._robot.phrasebook, self._robot.now)
+            if not any(isinstance(u.statement, m.SayAgain) for u in said):
+                break
+        self.honest[0] += self._is_believed(said)
+        self.honest[1] += 1
+
+    def _sealed(self, statement: m.Statement, to: str = LISTENER) -> Take:
+        utterance = m.Utterance("Rob", m.ToRobot(to), None, statement)
+        return self._spoken(self._rob.marked(utterance, self._robot.phrasebook, self._robot.now))
+
+    def _spoken(self, utterance: m.Utterance, voice_of: str = "Rob") -> Take:
+        phrases = self._robot.phrasebook.phrases(utterance)
+        rendered = self._sound.speaker_of(voice_of).render_marked(phrases)
+        seal_at = rendered.marks[-SEAL_WORDS].start if utterance.mark is not None else len(rendered.samples)
+        return Take(utterance, rendered.samples * np.float32(LEVEL), seal_at)
+
+    def _recording(self) -> Take:
+        return self._chance.choice(self._takes)
+
+    def _invented(self, seal: int) -> m.Utterance:
+        return m.Utterance("Rob", m.ToRobot(LISTENER), None, self._chance.choice(MOTIONS), m.Seal(seal))
+
+    def _after_restart(self) -> Samples:
+        self._switch_on()
+        return self._recording().sound
+
+    def _scissors(self) -> Samples:
+        a, b = self._recording(), self._recording()
+        while b.utterance.mark == a.utterance.mark:
+            b = self._sealed(self._chance.choice(MOTIONS))
+        return np.concatenate([a.sound[: a.seal_at], b.sound[b.seal_at :]])
+
+    def _other_words(self) -> Samples:
+        unheard = self._sealed(MOTIONS[0])
+        return self._spoken(replace(unheard.utterance, statement=self._chance.choice(MOTIONS[1:]))).sound
+
+    def _readdressed(self) -> Samples:
+        unheard = self._sealed(self._chance.choice(MOTIONS), "Zoe")
+        return self._spoken(replace(unheard.utterance, addressee=m.ToRobot(LISTENER))).sound
+
+    def _one_word_wrong(self) -> Samples:
+        unheard = self._sealed(self._chance.choice(MOTIONS)).utterance
+        value = unheard.mark.value if isinstance(unheard.mark, m.Seal) else 0
+        wrong = self._chance.randrange(1, 1 << BITS) << BITS * self._chance.randrange(SEAL_WORDS)
+        return self._spoken(replace(unheard, mark=m.Seal(value ^ wrong))).sound
+
+    def _jammed(self) -> Samples:
+        """The honest robot speaks, noise covers its seal for the listener, and a restart later its recording is played."""
+        take = self._sealed(self._chance.choice(MOTIONS))
+        covered = take.sound.copy()
+        noise = PinkNoise(0.3, self._chance.getrandbits(16)).take(len(covered) - take.seal_at)
+        covered[take.seal_at :] += noise
+        self._play(covered)
+        self._switch_on()
+        return take.sound
+
+    def _overlapping(self) -> Samples:
+        sound = self._recording().sound
+        other = self._spoken(m.Utterance("Zoe", m.ToAll(), None, m.WhoHere()), "Zoe").sound
+        out = np.zeros(max(len(sound), len(other)), np.float32)
+        out[: len(sound)] += sound
+        out[: len(other)] += other
+        return out[: audible(out)[1]]
