@@ -197,7 +197,7 @@ class AudioAttacks:
         return self._spoken(replace(unheard, mark=m.Seal(value ^ wrong))).sound
 
     def _jammed(self) -> Samples:
-        """The honest robot speaks, noise covers its seal for the listener, and a restart later its recording is played."""
+        """Noise covers the seal of the honest robot for the listener, and a restart later its recording is played."""
         take = self._sealed(self._chance.choice(MOTIONS))
         covered = take.sound.copy()
         noise = PinkNoise(0.3, self._chance.getrandbits(16)).take(len(covered) - take.seal_at)

@@ -1,0 +1,124 @@
+"""A robot with the team's key: where it gets it, what it remembers of it, and what it shows of it."""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import Coroutine
+from datetime import UTC, datetime, timedelta
+from pathlib import Path
+from typing import Any
+
+import pytest
+from structlog.testing import capture_logs
+
+from hil_fakes.word_seals import keyed_book
+from hvcpd.config.settings import SecuritySettings, Settings
+from hvcpd.config.task_file import load_tasks
+from hvcpd.config.tasks import default_tasks_path
+from hvcpd.daemon.journal_service import JournalService
+from hvcpd.daemon.outfit import Outfit, equip
+from hvcpd.daemon.telling import tell
+from hvcpd.errors import ConfigError
+from hvcpd.keyring import KeyFile, fresh_entry, write_key_file
+from hvcpd.language import messages as m
+from hvcpd.records import DoubtRecord, SaveCounter
+from hvcpd.robot import Acoustics
+from hvcpd.sealing import Sealing
+from hvcpd.security.guard import Guard
+from hvcpd.security.one_time import counted_code
+from hvcpd.security.trust import People, Trust
+
+TODAY = datetime.now(UTC).date()
+
+
+@pytest.fixture
+def key(tmp_path: Path) -> Path:
+    path = tmp_path / "team.key"
+    write_key_file(path, KeyFile((fresh_entry(TODAY),)), replaces=False)
+    return path
+
+
+def outfit_with(key: Path | None, tmp_path: Path, people: str = "questions") -> Outfit:
+    security = SecuritySettings(key, people)  # type: ignore[arg-type]
+    return equip(Settings(name="Rob", state_dir=tmp_path / "state", security=security))
+
+
+def run(scene: Coroutine[Any, Any, None]) -> None:
+    asyncio.run(asyncio.wait_for(scene, 20.0))
+
+
+def test_a_robot_is_given_the_key_that_its_settings_name(key: Path, tmp_path: Path) -> None:
+    outfit = outfit_with(key, tmp_path, "nothing")
+    plan = outfit.plan({}, Acoustics(), counters={"a": 1})
+    assert plan.keys == outfit.ring()
+    assert plan.keys is not None
+    assert (plan.counters, plan.role.people) == ({"a": 1}, People.NOTHING)
+
+
+def test_without_a_key_nothing_is_different(tmp_path: Path) -> None:
+    outfit = outfit_with(None, tmp_path)
+    assert (outfit.keys, outfit.ring(), outfit.wall_s(), outfit.plan({}, Acoustics()).keys) == (None,) * 4
+
+
+def test_a_key_that_others_can_read_keeps_the_robot_from_starting(key: Path, tmp_path: Path) -> None:
+    key.chmod(0o644)
+    with pytest.raises(ConfigError, match="chmod 600"):
+        outfit_with(key, tmp_path)
+
+
+def test_a_clock_that_was_never_set_is_none(key: Path, tmp_path: Path) -> None:
+    write_key_file(key, KeyFile((fresh_entry(TODAY + timedelta(days=400)),)), replaces=True)
+    outfit = outfit_with(key, tmp_path)
+    assert outfit.wall_s() is None
+    assert outfit.ring() is not None
+
+
+def test_counters_outlive_the_memory_of_tasks(key: Path, tmp_path: Path) -> None:
+    outfit = outfit_with(key, tmp_path)
+
+    async def scene(*counters: SaveCounter) -> dict[str, int]:
+        journal = JournalService(outfit)
+        await journal.open()
+        found = journal.counters
+        journal.write(counters, 1.0)
+        await journal.close()
+        return found
+
+    asyncio.run(scene(SaveCounter("k/bot", 7), SaveCounter("k/zoe", 3), SaveCounter("k/bot", 5)))
+    outfit.memory_path.unlink()
+    assert asyncio.run(scene()) == {"k/bot": 7, "k/zoe": 3}
+
+
+def test_what_is_not_believed_is_in_the_log_and_the_transcript(key: Path, tmp_path: Path) -> None:
+    outfit = outfit_with(key, tmp_path)
+    doubt = DoubtRecord(3.0, "Bot", "Hi Rob, I am Bot, turn left, tango tango tango tango", Trust.WRONG.value, 20.0)
+
+    async def scene() -> None:
+        journal = JournalService(outfit)
+        await journal.open()
+        journal.write((doubt,), 3.0)
+        rows = await journal.transcript(0, 0.0, 10)
+        assert [row.record.text for row in rows] == ["not believed: the seal is wrong"]
+        await journal.close()
+
+    run(scene())
+    with capture_logs() as logs:
+        tell(doubt, outfit.tasks)
+    [line] = logs
+    assert (line["log_level"], line["not_listened_to_s"], line["speaker"]) == ("warning", 20.0, "Bot")
+
+
+def test_neither_key_nor_code_is_in_what_is_recorded(key: Path, tmp_path: Path) -> None:
+    outfit = outfit_with(key, tmp_path)
+    ring = outfit.ring()
+    assert ring is not None
+    digits = counted_code(ring.spoken.sheet_key, 0)
+    sealing = Sealing(Guard("Rob", ring))
+    book = keyed_book(("Rob", "Ann"), load_tasks(default_tasks_path()).tasks)
+    said = m.Utterance("Ann", m.ToRobot("Rob"), None, m.TurnBy(90.0), m.Code(digits))
+    first, second = (sealing.heard(said, book, now) for now in (0.0, 1.0))
+    assert (first[0], second[0]) == (Trust.CODE, Trust.WRONG)
+    shown = repr((first, second, outfit.keys, ring))
+    assert "turn left" in shown
+    assert digits not in shown
+    assert ring.spoken.secret.hex() not in shown
