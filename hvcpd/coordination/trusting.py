@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 from hvcpd.coordination import composing
 from hvcpd.coordination.addressing import is_for, is_for_me_alone
 from hvcpd.coordination.floor import RANK_MAX, Urgency
-from hvcpd.coordination.table import DEPARTING
+from hvcpd.coordination.table import DEPARTING, State
 from hvcpd.language import messages as m
 from hvcpd.language.marks import is_sealed
 from hvcpd.security.trust import People, Trust
@@ -54,9 +54,16 @@ def believes(c: Coordination, u: m.Utterance, trust: Trust) -> bool:
     if isinstance(statement, m.SayAgain):
         return True
     person = not _is_robot(c, u.speaker)
-    if person and c.role.people is People.EVERYTHING and trust is Trust.BARE:
+    if person and trust is Trust.BARE and (c.role.people is People.EVERYTHING or _answers_read_back(c, u)):
         return True
     return not is_sealed(u.statement) and not (person and c.role.people is People.NOTHING)
+
+
+def _answers_read_back(c: Coordination, u: m.Utterance) -> bool:
+    """Whether a person whose code was good says yes or no to what was understood of it: codes are good once, and those
+    of a clock come every 30 s."""
+    answers = isinstance(u.statement, m.Confirmed | m.Negative) and is_for_me_alone(c, u)
+    return answers and c.state is State.READ_BACK and u.speaker is not None and u.speaker == c.partner
 
 
 def admit(c: Coordination, u: m.Utterance, trust: Trust) -> bool:

@@ -87,6 +87,24 @@ def test_a_code_of_the_sheet_is_as_good_as_a_key_once() -> None:
     assert "I will turn left" in after(mission, digits[1])[0]
 
 
+def test_who_gave_a_code_may_confirm_what_was_read_back_and_nobody_else_may() -> None:
+    mission = keyed()
+    standing(mission)
+    order = m.Utterance("Ann", m.ToRobot("Rob"), None, m.Order(m.TaskByNumber(1)))
+    text = f"{mission.book.write(order)}, code " + " ".join(counted_code(KEY.sheet_key, 0))
+    now = mission.air.now
+    mission.hear(now, text, "Ann")
+    mission.air.run_until(now + 12.0)
+    assert mission.robots["Rob"].state is State.READ_BACK
+    mission.hear(now + 12.0, "Hi Rob, I am Bot, confirmed", "Mallory")
+    mission.air.run_until(now + 16.0)
+    assert mission.robots["Rob"].state is State.READ_BACK
+    mission.hear(now + 27.0, "Hi Rob, I am Ann, confirmed", "Ann")
+    mission.air.run_until(now + 40.0)
+    assert mission.robots["Rob"].at_work
+    assert mission.robots["Rob"].task == 1
+
+
 def _coded(digits: str) -> m.Utterance:
     return m.Utterance("Ann", m.ToRobot("Rob"), None, m.TurnBy(90.0), m.Code(digits))
 
