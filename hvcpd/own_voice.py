@@ -50,6 +50,7 @@ class OwnVoice:
         self._delay = delay
         self._told_s = acoustics.latency_s
         self._measured = False
+        self._confirmed = delay is None
         self._shorter_s: float | None = None
         self._speech: Samples = np.zeros(0, np.float32)
         self._words: tuple[str, ...] = ()
@@ -61,10 +62,19 @@ class OwnVoice:
         """When the last of the sentence is, or was, heard."""
         self.speaking = False
 
+    @property
+    def is_latency_known(self) -> bool:
+        """Whether the last sentence came back when it should have, or the latency cannot be measured.
+
+        Not so before the first sentence, after sound was lost, and when the card has told anew.
+        """
+        return self._confirmed
+
     def tell_latency(self, told_s: float) -> None:
         """The sound system's word for the latency, which may change as it goes; what was measured beyond it stays."""
         if told_s != self._told_s:
             by_s, self._told_s = told_s - self._told_s, told_s
+            self._doubt()
             self._become(max(self.latency_s + by_s, 0.0))
 
     def begin(self, speech: Samples, words: Sequence[str], now: float) -> None:
@@ -108,10 +118,13 @@ class OwnVoice:
 
     def break_off(self, now: float) -> None:
         """There is no sound any more: nothing else of the sentence is heard."""
-        self._speech, self.speaking, self.until_s = self._speech[:0], False, now
+        self._doubt()
+        if self.speaking:
+            self._speech, self.speaking, self.until_s = self._speech[:0], False, now
 
     def lose(self, lost_s: float) -> None:
         """So much was not heard, and nothing was played in its place: the words wait, and cannot be compared."""
+        self._doubt()
         if self.speaking:
             self.until_s += lost_s
             self._measured = True
@@ -135,12 +148,17 @@ class OwnVoice:
     def _believe(self, measured_s: float | None) -> None:
         """A longer delay at once, for then the own voice goes on; a shorter one when it is seen twice in a row."""
         sooner, self._shorter_s = self._shorter_s, None
-        if measured_s is None or abs(measured_s - self.latency_s) < NEAR_S:
+        if measured_s is None:
             return
-        if measured_s > self.latency_s or (sooner is not None and abs(measured_s - sooner) < NEAR_S):
+        is_near = abs(measured_s - self.latency_s) < NEAR_S
+        if not is_near and (measured_s > self.latency_s or (sooner is not None and abs(measured_s - sooner) < NEAR_S)):
             self._become(measured_s)
-        else:
-            self._shorter_s = measured_s
+            is_near = True
+        self._confirmed = is_near
+        self._shorter_s = None if is_near else measured_s
+
+    def _doubt(self) -> None:
+        self._confirmed = self._delay is None
 
     def _become(self, latency_s: float) -> None:
         if self.speaking:

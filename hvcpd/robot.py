@@ -146,8 +146,9 @@ class Robot:
         """
         self._n_heard += lost
         now = self.now
-        if self._voice.speaking:
-            self._voice.break_off(now)
+        was_speaking = self._voice.speaking
+        self._voice.break_off(now)
+        if was_speaking:
             self.coordination.spoken(now)
             self.coordination.garbled(True, now)
         if not self._busy:
@@ -315,7 +316,9 @@ class Robot:
         speech = np.concatenate([once] + [pause, once] * (say.times - 1))
         duration_s = len(speech) / SAMPLE_RATE_HZ
         self._voice.begin(speech, [word for phrase in phrases for word in phrase], now)
-        if self._overhearing is not None and not isinstance(utterance.statement, Stopped):  # it need not stop again
+        # Stopped, it need not stop again; and a filter that is out of step would take the own voice for anything.
+        may_stop = not isinstance(utterance.statement, Stopped)
+        if self._overhearing is not None and may_stop and self._voice.is_latency_known:
             self._overhearing.begin(self._n_heard, self._voice.latency_s)
         self._records.append(SaidRecord(now, utterance, self.phrasebook.write(utterance), duration_s))
 

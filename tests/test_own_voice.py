@@ -164,3 +164,27 @@ def test_the_own_words_that_come_back_are_known() -> None:
 
 def test_before_the_first_sentence_nothing_comes_back() -> None:
     assert not OwnVoice(Acoustics(), None).returns(WORDS, 1.0)
+
+
+def test_the_latency_counts_as_known_once_a_sentence_came_back_in_time() -> None:
+    life = Life(0.15, Delay(0.6, None, 0.3, 0.3, 0.3))
+    assert not life.voice.is_latency_known
+    seen = []
+    for _ in range(5):
+        life.sentence()
+        seen.append(life.voice.is_latency_known)
+    assert seen == [True, True, False, True, True], "what is not found changes nothing, what is sooner once is in doubt"
+    assert Life(0.15, None).voice.is_latency_known, "there is nobody who could know better"
+
+
+def test_what_loses_sound_puts_the_latency_in_doubt() -> None:
+    for doubt in (
+        lambda voice: voice.lose(0.1),
+        lambda voice: voice.break_off(1.0),
+        lambda voice: voice.tell_latency(0.2),
+    ):
+        life = Life(0.15, Delay(0.15))
+        life.sentence()
+        assert life.voice.is_latency_known
+        doubt(life.voice)
+        assert not life.voice.is_latency_known
