@@ -21,7 +21,7 @@ from hvcpd.language.forms import OPEN_KINDS, Kind
 from hvcpd.language.phrasebook import Phrasebook, Vocabulary
 from hvcpd.own_voice import Acoustics
 from hvcpd.performer import Performer
-from hvcpd.ports import Pose, Samples
+from hvcpd.ports import Pose, Samples, WheelReading
 from hvcpd.recognition.listening import MIN_SPELLED_CONFIDENCE, Listening
 from hvcpd.recognition.overhearing import Overhearing
 from hvcpd.recognition.own_delay import OwnDelay
@@ -120,6 +120,8 @@ class RobotPlan:
     timing: Timing | None = None
     patience: Patience | None = None
     """With wrong seals; None for the usual."""
+    reading: WheelReading | None = None
+    """Of its wheels at `start`, if that was kept."""
 
 
 def make_phrasebook(
@@ -249,7 +251,7 @@ def make_robot(plan: RobotPlan, sound: Sound) -> Robot:
         phrasebook,
         ears,
         sound.speaker_of(plan.role.name),
-        Odometry(plan.start, plan.drive),
+        Odometry(plan.start, plan.drive, plan.reading),
         Performer(Navigator(plan.drive)),
         plan.acoustics,
         sound.speaker_of(plan.role.name, SLOW),

@@ -18,7 +18,7 @@ from hvcpd.daemon.lean import give_back_memory
 from hvcpd.daemon.lessons import Lessons
 from hvcpd.daemon.notify import ServiceManager
 from hvcpd.daemon.outfit import Outfit
-from hvcpd.daemon.pose_keeper import PoseKeeper
+from hvcpd.daemon.pose_keeper import KeptPose, PoseKeeper
 from hvcpd.daemon.rehearsal import rehearse
 from hvcpd.daemon.reloading import Rereading
 from hvcpd.daemon.sound_service import SoundService
@@ -26,7 +26,6 @@ from hvcpd.daemon.telling import tell
 from hvcpd.daemon.wheel_service import WheelService
 from hvcpd.errors import HvcpdError
 from hvcpd.own_voice import Acoustics
-from hvcpd.ports import Pose
 from hvcpd.robot import Robot
 
 FAREWELL_S = 12.0
@@ -156,7 +155,7 @@ class Daemon:
             self._clips.take(block.samples, robot.now, output.records)
             self._control.note(robot, block.samples, reading, output)
             self._journal.write(output.records, robot.now)
-            self._pose.note(robot.odometry.pose, robot.now)
+            self._pose.note(robot.odometry.pose, robot.odometry.last, robot.now)
             if self._lessons is not None:
                 self._lessons.take(output.records)
             for record in output.records:
@@ -183,7 +182,7 @@ class Daemon:
             return False
         return robot.now >= self._leave_until_s or (robot.coordination.has_left and not robot.speaking)
 
-    def _tell_start(self, remembered: Remembered, here: Pose | None) -> None:
+    def _tell_start(self, remembered: Remembered, here: KeptPose | None) -> None:
         settings = self._outfit.settings
         states = [state for state, _ in remembered.values()]
         _log.info(
@@ -197,8 +196,8 @@ class Daemon:
         if here is not None:
             _log.warning(
                 "going on where it was",
-                x_m=round(here.x_m, 2),
-                y_m=round(here.y_m, 2),
+                x_m=round(here.pose.x_m, 2),
+                y_m=round(here.pose.y_m, 2),
                 reason="the daemon did not end in order; if the robot was carried to its start, restart the service",
             )
         if states.count("done") == len(self._outfit.tasks.tasks):

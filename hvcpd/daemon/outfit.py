@@ -18,12 +18,12 @@ from hvcpd.config.settings import MAX_KNOWN_NAMES, Settings
 from hvcpd.config.task_file import load_tasks
 from hvcpd.config.tasks import Place, TaskRepository
 from hvcpd.coordination.actions import Role, Speech, Timing
+from hvcpd.daemon.pose_keeper import KeptPose
 from hvcpd.errors import ConfigError, HvcpdError, PhraseError
 from hvcpd.hardware.kinematics import Drive
 from hvcpd.keyring import KeyFile, find_key_file, keep_out_of_dumps, read_key_file
 from hvcpd.language.phrasebook import RESERVED_WORDS
 from hvcpd.own_voice import Acoustics
-from hvcpd.ports import Pose
 from hvcpd.security.keys import KeyRing
 from hvcpd.security.trust import People
 from hvcpd.synthesis.lexicon import Lexicon
@@ -100,7 +100,7 @@ class Outfit:
         heard: Sequence[str] = (),
         stopped: bool = False,
         counters: Mapping[str, int] | None = None,
-        here: Pose | None = None,
+        here: KeptPose | None = None,
     ) -> RobotPlan:
         """What makes this robot, with what it remembers: the tasks, the names that it `heard`, whether it is stopped.
 
@@ -125,7 +125,7 @@ class Outfit:
             role,
             self.names_with(heard),
             self.tasks,
-            here or settings.start.pose,
+            here.pose if here is not None else settings.start.pose,
             seed,
             settings.teams,
             dict(remembered),
@@ -138,6 +138,7 @@ class Outfit:
             timing=Timing(
                 absent_s=settings.waits.absent_s, lease_s=settings.waits.lease_s, answer_s=settings.waits.answer_s
             ),
+            reading=here.reading if here is not None else None,
             drive=Drive(settings.wheels.wheel_radius_m, settings.wheels.separation_m, settings.wheels.radius_ratio),
         )
 

@@ -13,16 +13,15 @@ import json
 import math
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
-from dataclasses import asdict
+from dataclasses import dataclass
 from pathlib import Path
 
 import structlog
 
-from hvcpd.ports import Pose
+from hvcpd.ports import Pose, WheelReading
 
 EVERY_S = 0.2
-"""A moving robot's pose is kept so often (sample clock): within 4 cm at 0.21 m/s. No sync: it need not outlive a loss
-of power."""
+"""A moving robot's pose is kept so often (sample clock). No sync: it need not outlive a loss of power."""
 
 BOOT_ID = Path("/proc/sys/kernel/random/boot_id")
 """Another text after each boot of the computer, random(4)."""
@@ -30,7 +29,18 @@ BOOT_ID = Path("/proc/sys/kernel/random/boot_id")
 MAX_BYTES = 1000
 """Of the file, which has about 150."""
 
+KEYS = ("x_m", "y_m", "heading_rad", "left_rad", "right_rad")
+"""Of the file, beside "boot"."""
+
 _log = structlog.get_logger(__name__)
+
+
+@dataclass(frozen=True)
+class KeptPose:
+    """Where the robot stood, and the angles of its wheels there, by the motors' own count."""
+
+    pose: Pose
+    reading: WheelReading
 
 
 class PoseKeeper:
@@ -45,24 +55,27 @@ class PoseKeeper:
         self._failing = False
         self._over = False
 
-    def recall(self) -> Pose | None:
+    def recall(self) -> KeptPose | None:
         """Where a daemon that did not end in order was last in this boot, or None."""
         try:
             with self._path.open("rb") as file:
                 found = json.loads(file.read(MAX_BYTES))
-            numbers = [float(found[key]) for key in asdict(Pose(0.0, 0.0))]
+            numbers = [float(found[key]) for key in KEYS]
             boot = found["boot"]
         except (OSError, ValueError, KeyError, TypeError, RecursionError):
             return None
         here = self._boot()
-        return Pose(*numbers) if here and boot == here and all(map(math.isfinite, numbers)) else None
+        if not (here and boot == here and all(map(math.isfinite, numbers))):
+            return None
+        return KeptPose(Pose(*numbers[:3]), WheelReading(*numbers[3:]))
 
-    def note(self, pose: Pose, now: float) -> None:
-        """Have the pose at time `now` (sample clock, s) kept, if it is another one."""
-        if pose == self._kept or now - self._kept_s < EVERY_S or self._flight is not None:
+    def note(self, pose: Pose, reading: WheelReading | None, now: float) -> None:
+        """Have the pose and the reading that goes with it kept at time `now` (sample clock, s), if it is another."""
+        if reading is None or pose == self._kept or now - self._kept_s < EVERY_S or self._flight is not None:
             return
         self._kept, self._kept_s = pose, now
-        self._flight = asyncio.get_running_loop().run_in_executor(None, self._write, pose)
+        numbers = (pose.x_m, pose.y_m, pose.heading_rad, reading.left_rad, reading.right_rad)
+        self._flight = asyncio.get_running_loop().run_in_executor(None, self._write, numbers)
         self._flight.add_done_callback(self._landed)
 
     async def settled(self) -> None:
@@ -94,9 +107,9 @@ class PoseKeeper:
         except OSError:
             return ""
 
-    def _write(self, pose: Pose) -> None:
+    def _write(self, numbers: tuple[float, ...]) -> None:
         fresh = self._path.with_name(f"{self._path.name}.new")
-        fresh.write_text(json.dumps({"boot": self._boot(), **asdict(pose)}))
+        fresh.write_text(json.dumps({"boot": self._boot(), **dict(zip(KEYS, numbers, strict=True))}))
         fresh.replace(self._path)
 
     def _landed(self, flight: asyncio.Future[None]) -> None:

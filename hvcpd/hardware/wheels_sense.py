@@ -47,7 +47,7 @@ class MotorHealth:
 
 
 class Encoder:
-    """Makes an unbounded angle of a motor's 32-bit position."""
+    """Makes an unbounded angle of a motor's 32-bit position; the motor's own count at first."""
 
     def __init__(self) -> None:
         self._last: int | None = None
@@ -61,8 +61,10 @@ class Encoder:
         return abs(_wrap(raw - self._last, 1 << 32)) > LEAP_TICKS + FASTEST_TICKS_S * dt_s
 
     def follow(self, raw: int, dt_s: float = 0.0) -> int:
-        """Ticks since the start, from the present position; an overflow of 32 bits is no jump."""
-        if self._last is not None:
+        """The ticks, from the present position; an overflow of 32 bits is no jump."""
+        if self._last is None:
+            self._ticks = raw
+        else:
             way = _wrap(raw - self._last, 1 << 32)
             self._ticks += way
             self._ticks_s = way / dt_s if dt_s > 0.0 else self._ticks_s
@@ -75,7 +77,9 @@ class Encoder:
         But a position that is not within the first turn was counted on, whatever befell the motor's torque; so was
         one that the wheel comes by if it went on as it did for some of the `dt_s` since it was last read.
         """
-        if self._last is not None:
+        if self._last is None:
+            self._ticks = raw
+        else:
             way = _wrap(raw - self._last, 1 << 32)
             first_turn = -RESTART_TICKS <= raw < xl430.TICKS_PER_TURN + RESTART_TICKS
             went_on = 0.0 < way * self._ticks_s <= self._ticks_s**2 * min(dt_s, WENT_ON_S) * WENT_ON

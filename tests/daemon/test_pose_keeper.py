@@ -11,11 +11,13 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from structlog.testing import capture_logs
 
-from hvcpd.daemon.pose_keeper import EVERY_S, PoseKeeper
+from hvcpd.daemon.pose_keeper import EVERY_S, KeptPose, PoseKeeper
 from hvcpd.errors import DeviceError
-from hvcpd.ports import Pose
+from hvcpd.ports import Pose, WheelReading
 
 THERE = Pose(1.25, -0.5, 0.75)
+ANGLES = WheelReading(31.5, -7.25)
+KEPT = KeptPose(THERE, ANGLES)
 
 
 @pytest.fixture
@@ -32,7 +34,7 @@ def live(keeper: PoseKeeper, *poses: Pose, end: Callable[[], None] = lambda: Non
         try:
             with keeper.forgotten_at_the_end():
                 for number, pose in enumerate(poses):
-                    keeper.note(pose, number * EVERY_S)
+                    keeper.note(pose, ANGLES, number * EVERY_S)
                     await keeper.settled()
                 end()
         finally:
@@ -52,14 +54,14 @@ def be_cancelled() -> None:
 def test_after_a_failure_it_is_where_it_was(tmp_path: Path, boot: Path) -> None:
     with pytest.raises(DeviceError):
         live(PoseKeeper(tmp_path / "rob.pose", boot), Pose(0.0, 0.0), THERE, end=fail)
-    assert PoseKeeper(tmp_path / "rob.pose", boot).recall() == THERE
+    assert PoseKeeper(tmp_path / "rob.pose", boot).recall() == KEPT
 
 
 def test_while_it_lives_the_file_is_there_for_whoever_comes_after_a_kill(tmp_path: Path, boot: Path) -> None:
-    seen: list[Pose | None] = []
+    seen: list[KeptPose | None] = []
     keeper = PoseKeeper(tmp_path / "rob.pose", boot)
     live(keeper, THERE, end=lambda: seen.append(PoseKeeper(tmp_path / "rob.pose", boot).recall()))
-    assert seen == [THERE]
+    assert seen == [KEPT]
 
 
 @pytest.mark.parametrize("end", [lambda: None, be_cancelled])
@@ -91,9 +93,9 @@ def test_a_computer_that_does_not_tell_its_boots_begins_at_the_start(tmp_path: P
         st.binary(max_size=300),
         st.sampled_from(
             [
-                b'{"boot": "first", "x_m": NaN, "y_m": 0, "heading_rad": 0}',
-                b'{"boot": "first", "x_m": 1e999, "y_m": 0, "heading_rad": 0}',
-                b'{"boot": "first", "x_m": [], "y_m": 0, "heading_rad": 0}',
+                b'{"boot": "first", "x_m": NaN, "y_m": 0, "heading_rad": 0, "left_rad": 0, "right_rad": 0}',
+                b'{"boot": "first", "x_m": 1e999, "y_m": 0, "heading_rad": 0, "left_rad": 0, "right_rad": 0}',
+                b'{"boot": "first", "x_m": [], "y_m": 0, "heading_rad": 0, "left_rad": 0, "right_rad": 0}',
                 b'{"boot": "first"}',
                 b"[" * 900,
                 b"7",
@@ -117,7 +119,7 @@ def test_a_standing_robot_writes_nothing(tmp_path: Path, boot: Path) -> None:
 
     def remove_it() -> None:
         (tmp_path / "rob.pose").unlink()
-        keeper.note(THERE, 100.0)
+        keeper.note(THERE, ANGLES, 100.0)
         assert not (tmp_path / "rob.pose").exists()
 
     live(keeper, THERE, end=remove_it)

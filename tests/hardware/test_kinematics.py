@@ -67,3 +67,18 @@ def test_no_wheel_exceeds_its_limit_and_the_turn_is_kept(linear: float, angular:
     assert max(abs(command.left_rad_s), abs(command.right_rad_s)) <= BURGER.max_wheel_rad_s + 1e-9
     possible = min(max(angular, -LIMIT_M_S / 0.08), LIMIT_M_S / 0.08)
     assert twist_of(command).angular_rad_s == pytest.approx(possible)
+
+
+def test_what_the_wheels_turned_while_nobody_read_them_is_added() -> None:
+    odometry = Odometry(Pose(1.0, 2.0, math.pi / 2.0), last=WheelReading(100.0, -50.0))
+    odometry.update(WheelReading(103.0, -47.0))
+    assert (odometry.pose.x_m, odometry.pose.y_m) == pytest.approx((1.0, 2.0 + 3.0 * 0.033))
+
+
+@pytest.mark.parametrize("left_rad", [0.2, 120.0])
+def test_motors_that_lost_count_leave_the_pose_as_it_was_kept(left_rad: float) -> None:
+    odometry = Odometry(Pose(1.0, 2.0), last=WheelReading(100.0, -50.0))
+    odometry.update(WheelReading(left_rad, 0.1))
+    assert odometry.pose == Pose(1.0, 2.0)
+    odometry.update(WheelReading(left_rad + 1.0, 1.1))
+    assert odometry.pose.x_m == pytest.approx(1.033)

@@ -92,8 +92,24 @@ def test_the_angle_runs_on_over_the_end_of_32_bits(speed: float) -> None:
         robot = make_robot(bus)
         robot.wheels.open()
         reading = robot.run(WheelCommand(speed, speed), 4.0)
-        assert reading.left_rad == pytest.approx(speed * 4.0, rel=0.05)
+        turned_rad = reading.left_rad - int(start) / 4096 * 2.0 * math.pi
+        assert turned_rad == pytest.approx(speed * 4.0, rel=0.05)
         robot.wheels.close()
+
+
+def test_the_angle_is_the_motors_own_count_so_that_another_process_can_go_on_from_it() -> None:
+    with FakeBus([FakeXL430(1), FakeXL430(2)]) as bus:
+        robot = make_robot(bus)
+        robot.wheels.open()
+        robot.run(WheelCommand(3.0, 3.0), 1.0)
+        before = robot.run(WheelCommand(0.0, 0.0), 1.0)
+        robot.wheels.close()
+        again = make_robot(bus)
+        again.wheels.open()
+        after = again.run(WheelCommand(0.0, 0.0), 0.1)
+        again.wheels.close()
+    assert before.left_rad > 2.0
+    assert (after.left_rad, after.right_rad) == pytest.approx((before.left_rad, before.right_rad), abs=0.01)
 
 
 def test_close_stops_and_lets_go(robot: Robot) -> None:
