@@ -40,6 +40,9 @@ def react(c: Coordination, u: m.Utterance, confidence: float, now: float) -> Non
     if isinstance(statement, m.ComeBack | m.MoveBy | m.TurnBy):
         people.motion(c, u, statement, confidence, now)
         return
+    if isinstance(statement, m.Resume):
+        people.resume(c, u, confidence, now)
+        return
     reaction = _REACTIONS.get(type(statement))
     if reaction is not None:
         reaction(c, u, statement, now)
@@ -98,11 +101,6 @@ def _stop(c: Coordination, u: m.Utterance, _s: m.Stop, now: float) -> None:
         c.fire(Trigger.STOP, now)
 
 
-def _resume(c: Coordination, u: m.Utterance, _s: m.Resume, now: float) -> None:
-    if is_for(c, u):
-        c.fire(Trigger.RESUME, now)
-
-
 def _let_go(c: Coordination, u: m.Utterance, s: m.Stopped | m.Leaving, now: float) -> None:
     """A robot that has halted, or leaves, has given its task back."""
     if u.speaker is None:
@@ -149,7 +147,6 @@ _REACTIONS: dict[type, Callable[[Coordination, m.Utterance, Any, float], None]] 
     m.WhoHere: _who_here,
     m.SayAgain: _say_again,
     m.Stop: _stop,
-    m.Resume: _resume,
     m.Stopped: _let_go,
     m.Leaving: _let_go,
     m.NameTaken: _name_taken,

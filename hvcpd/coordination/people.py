@@ -14,9 +14,11 @@ from hvcpd.language import messages as m
 if TYPE_CHECKING:
     from hvcpd.coordination.coordination import Coordination
 
-SURE = 0.8
+SURE = 0.95
 """Confidence from which an order that moves wheels is obeyed as soon as it is read back; below, only once the
-read-back is confirmed. See docs/protocol.md for what the recogniser gives."""
+read-back is confirmed. The recogniser reports sentences from 0.8; see docs/protocol.md."""
+SAID_AGAIN_S = 30.0
+"""A "resume" that was not heard surely counts if it is heard again within this time: nobody's talk gives two."""
 MOVABLE = frozenset({State.READY, State.MEETING, State.CLAIMING, State.READ_BACK, State.REPORTED, State.MOVING})
 """In the midst of a task a robot is not sent about; it can be stopped at any time."""
 SOMEBODY = ""
@@ -66,6 +68,15 @@ def motion(c: Coordination, u: m.Utterance, s: m.Motion, confidence: float, now:
     c.motion_sure = confidence >= SURE or heard_twice
     c.repeats = 0
     c.fire(Trigger.MOTION, now)
+
+
+def resume(c: Coordination, u: m.Utterance, confidence: float, now: float) -> None:
+    """Nothing but this ends a stop, so what only sounded like it must not: it is heard surely, or twice."""
+    if not is_for(c, u):
+        return
+    heard_s, c.repair.resume_s = c.repair.resume_s, now
+    if confidence >= SURE or now - heard_s <= SAID_AGAIN_S:
+        c.fire(Trigger.RESUME, now)
 
 
 def _alone_with(c: Coordination, speaker: str | None, now: float) -> bool:

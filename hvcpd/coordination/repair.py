@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -38,6 +39,8 @@ class Repair:
     was_asked: int = 0
     """so often it was told to say something again."""
     speak_slowly: bool = False
+    resume_s: float = -math.inf
+    """When "resume" was heard last."""
 
     @property
     def slow(self) -> bool:

@@ -153,3 +153,23 @@ def test_one_robot_refuses_and_an_able_one_takes_over() -> None:
     mission.run()
     assert mission.exactly_once
     assert set(mission.by.values()) == {"Max"}
+
+
+@pytest.mark.parametrize(
+    ("heard", "released"),
+    [
+        (((0.0, 0.97),), True),
+        (((0.0, 0.85),), False),
+        (((0.0, 0.85), (20.0, 0.85)), True),
+        (((0.0, 0.85), (40.0, 0.85)), False),
+    ],
+)
+def test_resume_is_heard_surely_or_twice(heard: tuple[tuple[float, float], ...], released: bool) -> None:
+    mission = _waiting("Rob")
+    robot = mission.robots["Rob"]
+    began_s = mission.air.now
+    robot.heard(m.Utterance(None, statement=m.Stop()), began_s)
+    assert robot.state is State.STOPPED
+    for after_s, confidence in heard:
+        robot.heard(m.Utterance(None, statement=m.Resume()), began_s + 1.0 + after_s, confidence=confidence)
+    assert (robot.state is not State.STOPPED) is released
