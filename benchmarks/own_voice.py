@@ -133,7 +133,7 @@ def overlaps(
         trial = Trial(stage, n, rt60_s, 0.0, seed, speaker)
         at = trial.spans[-1][0] + round(chooser.uniform(*UNHEARD_S) * SAMPLE_RATE_HZ)
         trial.add(other_sound(stage, kind, chooser, speaker), at, louder_db, rt60_s, seed)
-        told, _ = trial.listen(Overhearing(spotter, 0.0))
+        told, _ = trial.listen(Overhearing(spotter))
         stopped += [seed] if told else []
     print(
         f"{kind} at {louder_db:+.0f} dB, RT60 {rt60_s} s: {len(stopped)} of {len(seeds)} stopped the robot {stopped}",

@@ -273,4 +273,5 @@ def halt(c: Coordination, now: float) -> None:
     c.floor.clear()
     _report_before(c, Urgency.TURN, now)
     c.task = c.task_ref = c.partner = c.motion = c.unreported = None
-    c.want(Urgency.ALARM, "stopped", lambda: composing.to_all(c, m.Stopped()), now)
+    slot = c.rank("", 0, now)  # in turn: each wants to be heard by all others
+    c.want(Urgency.ALARM, "stopped", lambda: composing.to_all(c, m.Stopped()), now, slot=slot)

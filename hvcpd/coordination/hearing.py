@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
-from hvcpd.coordination import answers, claims, composing, orders, people, relaying, repair, strangers
+from hvcpd.coordination import answers, claims, composing, orders, people, relaying, repair, stopping, strangers
 from hvcpd.coordination.addressing import is_for, is_for_me_alone
 from hvcpd.coordination.floor import Urgency
 from hvcpd.coordination.table import DEPARTING, PROPOSING, State, Trigger
@@ -42,6 +42,9 @@ def react(c: Coordination, u: m.Utterance, confidence: float, now: float) -> Non
         return
     if isinstance(statement, m.Resume):
         people.resume(c, u, confidence, now)
+        return
+    if isinstance(statement, m.Stop):
+        stopping.stop(c, u, confidence, now)
         return
     reaction = _REACTIONS.get(type(statement))
     if reaction is not None:
@@ -96,15 +99,12 @@ def _say_again(c: Coordination, u: m.Utterance, s: m.SayAgain, now: float) -> No
         repair.say_again(c, s.slowly, now)
 
 
-def _stop(c: Coordination, u: m.Utterance, _s: m.Stop, now: float) -> None:
-    if is_for(c, u):
-        c.fire(Trigger.STOP, now)
-
-
 def _let_go(c: Coordination, u: m.Utterance, s: m.Stopped | m.Leaving, now: float) -> None:
     """A robot that has halted, or leaves, has given its task back."""
     if u.speaker is None:
         return
+    if isinstance(s, m.Stopped):
+        stopping.note_halted(c, u.speaker, now)
     for entry in c.board.entries():
         if entry.owner == u.speaker:
             c.board.release(entry.definition.number)
@@ -146,7 +146,6 @@ _REACTIONS: dict[type, Callable[[Coordination, m.Utterance, Any, float], None]] 
     m.WhatLeft: people.what_left,
     m.WhoHere: _who_here,
     m.SayAgain: _say_again,
-    m.Stop: _stop,
     m.Stopped: _let_go,
     m.Leaving: _let_go,
     m.NameTaken: _name_taken,
