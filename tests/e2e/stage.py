@@ -1,0 +1,106 @@
+"""Two robots on stage: processes, sound server, air and motors, and what is kept of it all when something fails."""
+
+from __future__ import annotations
+
+import shutil
+import subprocess
+import sys
+import tempfile
+from collections.abc import Callable, Iterator
+from contextlib import ExitStack, contextmanager
+from pathlib import Path
+
+from hil_fakes.sound_server import SoundServer, wait_until
+from hvcpd.ports import Pose
+from tests.e2e.parts import PRIORITY
+from tests.e2e.robot import Part, RobotProcess
+
+START_S = 120.0
+"""From nothing to listening: a cold start renders some thousand words, on a machine with other work to do."""
+MISSION_S = 480.0
+"""For five plants; takes a minute and a half on a machine with little else to do."""
+
+PARTS = (Part("Rob", Pose(0.0, 0.0), seed=1), Part("Bot", Pose(0.0, 0.2), seed=2))
+NAMES = [part.name.lower() for part in PARTS]
+"""As the sound server knows them."""
+
+PLACES = {
+    "green": (0.20, 0.00),
+    "violet": (0.25, 0.20),
+    "indigo": (0.15, 0.10),
+    "orange": (0.30, 0.10),
+    "yellow": (0.10, 0.25),
+}
+TASKS = {number: (f"water the {colour} rose", place) for number, (colour, place) in enumerate(PLACES.items(), 1)}
+"""The paper's five plants, so near to each other that nobody drives for long: number to name and place in m."""
+
+
+class Stage:
+    """The robots `robots`, and the means to do them harm."""
+
+    def __init__(self, folder: Path, units: Path, stack: ExitStack) -> None:
+        tasks = folder / "tasks.yaml"
+        tasks.write_text("tasks:\n" + "".join(_task(n, name, x, y) for n, (name, (x, y)) in TASKS.items()))
+        (folder / "units").symlink_to(units)
+        # Paths of sockets must be short, so they are not in the folder that is kept.
+        runtime = Path(stack.enter_context(tempfile.TemporaryDirectory(prefix="sound-")))
+        self.server = stack.enter_context(SoundServer(runtime, NAMES, folder / "server.log", PRIORITY))
+        self._air = _start_air(self.server, folder, stack)
+        self.robots = [RobotProcess(part, folder, tasks, self._environment(part, runtime)) for part in PARTS]
+        for robot in self.robots:
+            stack.callback(robot.close)
+
+    def _environment(self, part: Part, runtime: Path) -> dict[str, str]:
+        return {**self.server.environment(part.name.lower()), "RUNTIME_DIRECTORY": str(runtime)}
+
+    def start(self) -> None:
+        """Switch the robots on, one after the other, and wait until both listen."""
+        for robot in self.robots:
+            robot.start()
+        self.wait(lambda: all(robot.events("listening") for robot in self.robots), START_S, "both robots listen")
+
+    def wait(self, condition: Callable[[], bool], timeout_s: float, what: str) -> None:
+        """Wait in real time until `condition` holds; a daemon that loses its wheels for long begins anew."""
+
+        def holds() -> bool:
+            for robot in self.robots:
+                robot.restart_if_ended()
+            assert self._air.poll() is None, "there is no air; see air.log"
+            return condition()
+
+        wait_until(holds, timeout_s, what)
+
+    def wait_for_all_done(self) -> None:
+        """Until each robot knows that all plants are watered."""
+        self.wait(lambda: all(_all_done(robot) for robot in self.robots), MISSION_S, "every robot knows all as done")
+
+
+@contextmanager
+def staged(folder: Path, units: Path) -> Iterator[Stage]:
+    """A stage, set up and taken down; recordings and logs stay in `folder` if something fails, and else go."""
+    try:
+        with ExitStack() as stack:
+            yield Stage(folder, units, stack)
+    except BaseException as error:
+        error.add_note(f"What was heard (WAV), logs, memories and trails are in {folder}")
+        raise
+    shutil.rmtree(folder)
+
+
+def _all_done(robot: RobotProcess) -> bool:
+    states = [state for state, _ in robot.tasks().values()]
+    return states == ["done"] * len(TASKS)
+
+
+def _task(number: int, name: str, x_m: float, y_m: float) -> str:
+    place = f"{{x_m: {x_m}, y_m: {y_m}}}"
+    return f"  - {{number: {number}, name: {name}, place: {place}, actions: [go to place, {{water: 1}}]}}\n"
+
+
+def _start_air(server: SoundServer, folder: Path, stack: ExitStack) -> subprocess.Popen[bytes]:
+    options = ["--server", str(server.socket), "--robots", ",".join(NAMES), "--record", str(folder)]
+    command = [*PRIORITY, sys.executable, "-m", "hil_fakes.real_air", *options]
+    with (folder / "air.log").open("wb") as log:
+        air = subprocess.Popen(command, stdin=subprocess.PIPE, stderr=log)
+    stack.callback(air.communicate)
+    return air
