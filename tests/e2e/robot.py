@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import os
 import shlex
 import signal
@@ -75,8 +74,6 @@ class RobotProcess:
         )
         self._motors: subprocess.Popen[str] | None = None
         self.daemon: subprocess.Popen[bytes] | None = None
-        self.begins: list[Pose] = []
-        """Where it truly was whenever a daemon of it began; the daemon believes to be where its settings say."""
 
     # --- its two processes ------------------------------------------------------------------------------------------
 
@@ -98,7 +95,6 @@ class RobotProcess:
 
     def start_daemon(self) -> None:
         """Start the daemon, as a service manager does."""
-        self.begins.append(self.place)
         with self.log.open("ab") as log:
             self.daemon = subprocess.Popen(
                 self._command,
@@ -175,28 +171,14 @@ class RobotProcess:
         return read_trail(self._trail)
 
     @property
-    def place(self) -> Pose:
-        """Where it truly is."""
-        point = last_point(self._trail)
-        return Pose(point.x_m, point.y_m, point.heading_rad)
-
-    @property
     def drives(self) -> bool:
         """Whether its wheels truly turn."""
         return last_point(self._trail).fastest_rad_s > STANDING_RAD_S
 
-    def true_place(self, x_m: float, y_m: float, begin: int) -> tuple[float, float]:
-        """Where a place truly is that its daemon number `begin` (from 0) went to: each one trusts its settings anew."""
-        origin, x_m, y_m = self.begins[begin], x_m - self._start.x_m, y_m - self._start.y_m
-        cos, sin = math.cos(origin.heading_rad), math.sin(origin.heading_rad)
-        return origin.x_m + cos * x_m - sin * y_m, origin.y_m + sin * x_m + cos * y_m
-
     def events(self, name: str) -> list[dict[str, str]]:
-        """The lines of its log with this event; `begin` tells, beside the line's own keys, which daemon wrote it."""
-        found, begin = [], -1
-        for line in self.log.read_text().splitlines():
-            begin += " event=starting " in line
-            if f" event={name} " in line or f' event="{name}" ' in line:
-                fields = dict(part.split("=", 1) for part in shlex.split(line))
-                found.append({**fields, "begin": str(begin)})
-        return found
+        """The lines of its log with this event."""
+        return [
+            dict(part.split("=", 1) for part in shlex.split(line))
+            for line in self.log.read_text().splitlines()
+            if f" event={name} " in line or f' event="{name}" ' in line
+        ]
