@@ -115,6 +115,7 @@ def _sound(body: Body) -> dict[str, Any]:
         "listening": body.heard and (body.sound is None or body.sound.flowing),
         "level_dbfs": round(body.meter.level_dbfs, 1),
         "floor_dbfs": round(body.meter.floor_dbfs, 1),
+        "mute": body.sound is not None and body.sound.mute,
         "lost": lost,
     }
 

@@ -29,6 +29,8 @@ RETRY_MOST_S = 10.0
 somebody has to find is not, and an attempt costs some 0.1 s of processor time."""
 STEADY_S = 10.0
 """A stream that has lived for so long has shown that it works; the next failure is met with the short pause again."""
+MUTE_S = 10.0
+"""Nothing but digital zeros for so long, and the microphone is not one that hears."""
 LET_GO_S = 30.0
 """A card that is not let go of for so long is held by a library that hangs; then only a new process helps."""
 
@@ -63,9 +65,12 @@ class SoundService:
         self._sleep = sleep
         self._let_go_s = let_go_s
         self._stream = make_stream()
-        self._before = StreamCounters()
-        self._counted = StreamCounters()
-        self._told = StreamCounters()
+        self._before = self._counted = StreamCounters()
+        self._seen: StreamCounters | None = None
+        self._all = self._told = StreamCounters()
+        self._quiet_s = 0.0
+        self.mute = False
+        """The microphone has given nothing but zeros for MUTE_S."""
         self._told_s = self._heard_s = self._since_s = self._failed_s = 0.0
         self._pause_s = RETRY_FIRST_S
         self._recovery: asyncio.Task[Samples] | None = None
@@ -91,8 +96,12 @@ class SoundService:
 
     @property
     def counters(self) -> StreamCounters:
-        """What was lost since the start, of all streams."""
-        return _sum(self._before, self._stream.counters)
+        """What was lost since the start, of all streams; the same object until more is."""
+        now = self._stream.counters
+        if now is not self._seen:
+            self._seen = now
+            self._all = _sum(self._before, now)
+        return self._all
 
     async def read(self) -> Block:
         """The next block heard, or after GAP_S without sound one that only tells how much time has passed.
@@ -108,10 +117,13 @@ class SoundService:
             return Block(_NONE, self._passed(0))
         self._heard_s = self._clock()
         before, self._counted = self._counted, self.counters
-        lost = self._counted.input_dropped - before.input_dropped
-        gap = lost > 0 or self._counted.card_overflows > before.card_overflows
         if self._heard_s - self._told_s >= LOSSES_EVERY_S:
             self.tell_losses()
+        self._notice_zeros(samples)
+        if self._counted is before:
+            return Block(samples, None)
+        lost = self._counted.input_dropped + self._counted.card_lost - before.input_dropped - before.card_lost
+        gap = lost > 0 or self._counted.card_overflows > before.card_overflows
         return Block(samples, lost if gap else None)
 
     def write(self, samples: Samples) -> None:
@@ -124,7 +136,10 @@ class SoundService:
         if self._recovery is not None:
             self._recovery.cancel()
             await asyncio.wait([self._recovery])
-        await self._stream.close()
+        try:
+            await self._let_go()
+        except DeviceError as error:
+            _log.error("sound not ended", reason=str(error))
 
     def tell_losses(self) -> None:
         """One line in the log, if something was lost since the last one."""
@@ -133,6 +148,23 @@ class SoundService:
         if counters != self._told:
             self._told = counters
             _log.warning("sound lost", **{name: count for name, count in asdict(counters).items() if count})
+
+    def _notice_zeros(self, samples: Samples) -> None:
+        """Even the quietest room makes some noise in a microphone; a switch or a wrong channel gives none."""
+        if samples.any():
+            if self.mute:
+                _log.info("the microphone gives sound")
+            self._quiet_s, self.mute = 0.0, False
+            return
+        self._quiet_s += samples.size / SAMPLE_RATE_HZ
+        if self._quiet_s >= MUTE_S and not self.mute:
+            self.mute = True
+            _log.warning(
+                "the microphone is mute",
+                zeros_s=MUTE_S,
+                remedy="is it switched off, turned down in `alsamixer`, or another one than audio.input_device or "
+                "audio.input_channel tell?",
+            )
 
     def _passed(self, n: int) -> int:
         """Samples between what was accounted for and the `n` that have come now; from here on all is accounted for."""
@@ -170,6 +202,7 @@ class SoundService:
             await self._sleep(self._pause_s)
             self._pause_s = min(2 * self._pause_s, RETRY_MOST_S)
             self._before = self._counted = self.counters
+            self._seen = None
             self._stream = self._make_stream()
             try:
                 await self._stream.open(afresh=True)

@@ -7,6 +7,7 @@ Why no callbacks: docs/decisions/sound-thread.md.
 
 from __future__ import annotations
 
+import time
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from typing import Any
@@ -16,6 +17,7 @@ import numpy as np
 from hvcpd.config.settings import AudioSettings
 from hvcpd.errors import DeviceError
 from hvcpd.hardware.audio import SoundDevice, find_device
+from hvcpd.hardware.audio_losses import CaptureClock
 from hvcpd.hardware.audio_resample import StreamResampler
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 
@@ -34,6 +36,8 @@ BEHIND_BLOCKS = 2
 SLACK_BLOCKS = 0.75
 """The mean filling may stray by so much before silence is left out or added: 19 ms of 25 ms blocks, which two clocks
 100 ppm apart need three minutes for."""
+PATIENCE_S = 15.0
+"""Silence is waited for so long; then sound is left out, or silence added, within words. Sentences take 12 s."""
 
 
 @dataclass(frozen=True)
@@ -48,7 +52,7 @@ class Opened:
 class Microphone:
     """One channel of an input device. Raises the backend's PortAudioError when the device is gone."""
 
-    def __init__(self, backend: Any, settings: AudioSettings) -> None:
+    def __init__(self, backend: Any, settings: AudioSettings, clock: Callable[[], float] = time.monotonic) -> None:
         """Open, still silent. Raises DeviceError."""
         device = find_device(backend, "input", settings.input_device)
         self._channel = settings.input_channel
@@ -57,9 +61,10 @@ class Microphone:
                 f"audio.input_channel: {device.name!r} has {device.inputs} channel{'s' * (device.inputs != 1)}, "
                 f"not {self._channel}"
             )
-        self.opened = _fit(backend.check_input_settings, backend, device, (self._channel, device.inputs))
+        self.opened = fit(backend.check_input_settings, backend, device, (self._channel, device.inputs))
         self._frames = round(self.opened.rate_hz * settings.block_ms / 1000)
         self._to_ours = StreamResampler(self.opened.rate_hz, SAMPLE_RATE_HZ)
+        self._clock = CaptureClock(self.opened.rate_hz, clock)
         self.stream = _open(backend, backend.InputStream, self.opened, self._frames)
 
     @property
@@ -72,10 +77,12 @@ class Microphone:
         """Whether what is read is not of this moment."""
         return bool(self.stream.read_available >= BEHIND_BLOCKS * self._frames)
 
-    def read(self) -> tuple[Samples, bool]:
-        """Wait for the next block; at 16 kHz, and whether the card lost sound before it."""
+    def read(self) -> tuple[Samples, int | None]:
+        """Wait for the next block; at 16 kHz, and how much the card lost before it, None if nothing."""
         frames, overflowed = self.stream.read(self._frames)
-        return self._to_ours.push(np.array(frames[:, self._channel - 1], np.float32)), bool(overflowed)
+        lost = self._clock.block(len(frames), self.stream.read_available, bool(overflowed))
+        sound = self._to_ours.push(np.array(frames[:, self._channel - 1], np.float32))
+        return sound, round(lost * SAMPLE_RATE_HZ / self.opened.rate_hz) if overflowed else None
 
 
 class Loudspeaker:
@@ -87,7 +94,7 @@ class Loudspeaker:
     def __init__(self, backend: Any, settings: AudioSettings, count: Callable[[str, int], None]) -> None:
         """Open, still silent. Raises DeviceError."""
         device = find_device(backend, "output", settings.output_device)
-        self.opened = _fit(backend.check_output_settings, backend, device, (min(MOST_OUTPUTS, device.outputs), 1))
+        self.opened = fit(backend.check_output_settings, backend, device, (min(MOST_OUTPUTS, device.outputs), 1))
         self._frames = round(self.opened.rate_hz * settings.block_ms / 1000)
         self._to_card = StreamResampler(SAMPLE_RATE_HZ, self.opened.rate_hz)
         buffer_s = BUFFER_BLOCKS * settings.block_ms / 1000
@@ -96,11 +103,12 @@ class Loudspeaker:
         self._room = 0
         self._level: list[int] = []
         self._owed = 0
+        self._waited = 0
 
     @property
     def latency_s(self) -> float:
-        """Of what is kept in the card's buffer, and of the conversion, s."""
-        return FILLED_BLOCKS * self._frames / self.opened.rate_hz + self._to_card.delay_s
+        """Of what is kept in the card's buffer, more or less than it should be, and of the conversion, s."""
+        return (FILLED_BLOCKS * self._frames - self._owed) / self.opened.rate_hz + self._to_card.delay_s
 
     def start(self) -> None:
         """Begin to play, with silence."""
@@ -118,7 +126,8 @@ class Loudspeaker:
         if behind and self.stream.write_available < sound.size:
             self._count("output_late", samples.size)
             return False
-        if self._owed and not sound.any():
+        self._waited = self._waited + sound.size if self._owed else 0
+        if self._owed and (not sound.any() or self._waited > PATIENCE_S * self.opened.rate_hz):
             sound = self._pay(sound)
         underflowed = self._put(sound)
         self._watch()
@@ -137,23 +146,23 @@ class Loudspeaker:
         self._level.clear()
         self._owed = -round(stray) if abs(stray) > SLACK_BLOCKS * self._frames else 0
 
-    def _pay(self, silence: Samples) -> Samples:
+    def _pay(self, sound: Samples) -> Samples:
         """Add the silence that the buffer lacks, or leave out what is too much."""
         ours = SAMPLE_RATE_HZ / self.opened.rate_hz
         if self._owed > 0:
-            silence = np.zeros(silence.size + self._owed, np.float32)
+            sound = np.concatenate([np.zeros(self._owed, np.float32), sound])
             self._count("clock_inserted", round(self._owed * ours))
             self._owed = 0
         else:
-            left_out = min(-self._owed, silence.size)
-            silence = silence[left_out:]
+            left_out = min(-self._owed, sound.size)
+            sound = sound[left_out:]
             self._count("clock_dropped", round(left_out * ours))
             self._owed += left_out
         self._level.clear()
-        return silence
+        return sound
 
 
-def _fit(check: Callable[..., None], backend: Any, device: SoundDevice, channels: tuple[int, ...]) -> Opened:
+def fit(check: Callable[..., None], backend: Any, device: SoundDevice, channels: tuple[int, ...]) -> Opened:
     """The first way to open the device that it agrees to. Raises DeviceError."""
     reason: Exception | None = None
     for rate_hz in _rates(device):

@@ -24,7 +24,8 @@ class StreamCounters:
     """What was lost since the stream was opened, in samples, and the blocks in which the card lost sound itself.
 
     `clock_dropped` and `clock_inserted` are silence left out or added because the loudspeaker's clock is slower or
-    faster than the microphone's, or because the card lost sound.
+    faster than the microphone's, or because the card lost sound. `card_lost` is how much the microphone's overflows
+    took, by the computer's clock.
     """
 
     input_dropped: int = 0
@@ -34,6 +35,7 @@ class StreamCounters:
     card_underflows: int = 0
     clock_dropped: int = 0
     clock_inserted: int = 0
+    card_lost: int = 0
 
 
 class SampleQueue:
@@ -82,6 +84,7 @@ class SoundExchange:
         self._to_say.put(np.zeros(LEAD_BLOCKS * block, np.float32))
         self._late = 0
         self._counters: dict[str, int] = {}
+        self._counted: StreamCounters | None = StreamCounters()
 
     def swap(self, heard: Samples) -> Samples:
         """The card has taken `heard`, shape (n,), and wants as much to play."""
@@ -117,10 +120,13 @@ class SoundExchange:
 
     @property
     def counters(self) -> StreamCounters:
-        """What was lost so far."""
+        """What was lost so far; the same object as long as nothing more was, for it is asked for at every block."""
         with self._lock:
-            return StreamCounters(**self._counters)
+            if self._counted is None:
+                self._counted = StreamCounters(**self._counters)
+            return self._counted
 
     def _add(self, name: str, by: int) -> None:
         if by:
             self._counters[name] = self._counters.get(name, 0) + by
+            self._counted = None

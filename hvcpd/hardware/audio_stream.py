@@ -22,6 +22,8 @@ from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 
 END_S = 0.5
 """The thread ends by itself within a block; if it has not by then, it waits for a card that hangs."""
+OPEN_S = 20.0
+"""Opening takes some 0.1 s, some seconds on a computer with far too much to do; longer, and the sound system hangs."""
 
 
 class AudioStream:
@@ -32,9 +34,10 @@ class AudioStream:
     `counters.input_dropped`. `write` gives as many samples as were read.
     """
 
-    def __init__(self, settings: AudioSettings, backend: Any | None = None) -> None:
+    def __init__(self, settings: AudioSettings, backend: Any | None = None, open_s: float = OPEN_S) -> None:
         self._settings = settings
         self._backend = backend
+        self._open_s = open_s
         self._block = SAMPLE_RATE_HZ * settings.block_ms // 1000
         self._exchange = SoundExchange(self._block, round(settings.queue_s * SAMPLE_RATE_HZ))
         self._loop: asyncio.AbstractEventLoop | None = None
@@ -50,23 +53,27 @@ class AudioStream:
         self._card_s = 0.0
 
     async def open(self, afresh: bool = False) -> None:
-        """Find and open the devices, still silent. Raises DeviceError if one is missing or refuses.
+        """Find and open the devices, still silent. Raises DeviceError if one is missing, refuses or does not answer.
 
         `afresh`, PortAudio lists the devices anew; no other stream may be open then.
         """
         self._loop = asyncio.get_running_loop()
-        await self._through_door(lambda: self._open(afresh))
+        await self._in_time(lambda: self._open(afresh))
 
     async def start(self) -> None:
         """Begin to hear and to play. Raises DeviceError."""
-        await self._through_door(self._start)
+        await self._in_time(self._start)
 
     @property
     def latency_s(self) -> float:
         """From the end of a block that was read until what is then written is heard in the microphone, s.
 
-        The lead, what the card tells of its buffers, and the conversions of rates; known once the stream is open.
+        The lead, what the card tells of its buffers and how full they are, and the conversions of rates; known once
+        the stream is open, and may change as long as it is.
         """
+        microphone, loudspeaker = self._microphone, self._loudspeaker
+        if microphone is not None and loudspeaker is not None:
+            self._card_s = microphone.latency_s + loudspeaker.latency_s
         return LEAD_BLOCKS * self._block / SAMPLE_RATE_HZ + self._card_s
 
     async def read(self) -> Samples:
@@ -116,7 +123,6 @@ class AudioStream:
         self._microphone = Microphone(backend, self._settings)
         self._loudspeaker = Loudspeaker(backend, self._settings, self._exchange.count)
         self._name = self._microphone.opened.device.name
-        self._card_s = self._microphone.latency_s + self._loudspeaker.latency_s
         if self._ending.is_set():  # closed while it was being opened
             self._close()
 
@@ -141,11 +147,13 @@ class AudioStream:
         end = f"the thread of the sound card {self._name!r} ended"
         try:
             while not self._ending.is_set():
-                heard, overflowed = microphone.read()
+                heard, lost = microphone.read()
+                if lost is not None:  # told before the block that comes after it
+                    self._exchange.count("card_overflows", 1)
+                    self._exchange.count("card_lost", lost)
                 to_say = self._exchange.swap(heard)
                 self._wake()
                 underflowed = loudspeaker.write(to_say, microphone.behind)
-                self._exchange.count("card_overflows", int(overflowed))
                 self._exchange.count("card_underflows", int(underflowed))
         except fault as error:
             end = f"the sound card {self._name!r} stopped ({error}); is it still connected, does the sound server run?"
@@ -171,6 +179,14 @@ class AudioStream:
             return
         self._wake_pending.set()
         self._loop.call_soon_threadsafe(self._ready.set)
+
+    async def _in_time(self, function: Callable[[], None]) -> None:
+        try:
+            await asyncio.wait_for(self._through_door(function), self._open_s)
+        except TimeoutError as error:
+            raise DeviceError(
+                f"the sound system did not answer for {self._open_s:g} s; does the sound server hang? Restart it"
+            ) from error
 
     async def _through_door(self, function: Callable[[], None]) -> None:
         """Run `function` on a thread, one at a time; one that hangs in a library keeps no process from ending."""

@@ -11,7 +11,16 @@ import numpy as np
 import pytest
 from structlog.testing import capture_logs
 
-from hvcpd.daemon.sound_service import GAP_S, LET_GO_S, RETRY_FIRST_S, RETRY_MOST_S, STEADY_S, Block, SoundService
+from hvcpd.daemon.sound_service import (
+    GAP_S,
+    LET_GO_S,
+    MUTE_S,
+    RETRY_FIRST_S,
+    RETRY_MOST_S,
+    STEADY_S,
+    Block,
+    SoundService,
+)
 from hvcpd.errors import DeviceError
 from hvcpd.hardware.audio_exchange import StreamCounters
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
@@ -61,6 +70,7 @@ class Streams:
         self.lives = list(lives)
         self.log: list[tuple[float, str]] = []
         self.counters = StreamCounters()
+        self.level = 1.0
 
     def make(self) -> FakeStream:
         return FakeStream(self, self.lives.pop(0) if self.lives else 10**9)
@@ -96,7 +106,7 @@ class FakeStream:
             raise DeviceError("the sound card stopped")
         self._life -= 1
         self.counters = self._streams.counters
-        return np.ones(BLOCK, np.float32)
+        return np.full(BLOCK, self._streams.level, np.float32)
 
     def write(self, samples: Samples) -> None:
         self._note("write")
@@ -209,6 +219,8 @@ def test_losses_are_counted_over_all_streams_and_belong_to_the_block_after_them(
         assert service.counters == StreamCounters(input_dropped=140, output_late=10), "the second stream lost as much"
         streams.counters = StreamCounters(input_dropped=70, output_late=5, card_overflows=1)
         assert (await service.read()).lost == 0, "lost, but nobody knows how much"
+        streams.counters = StreamCounters(input_dropped=70, output_late=5, card_overflows=2, card_lost=300)
+        assert (await service.read()).lost == 300, "by the clock"
         assert (await service.read()).lost is None
 
     run(scene, 2)
@@ -244,5 +256,45 @@ def test_a_library_that_hangs_ends_the_robots_life() -> None:
         await service.start()
         with pytest.raises(DeviceError, match="was not let go of"):
             await until_heard(service)
+
+    asyncio.run(asyncio.wait_for(scene(), 20.0))
+
+
+def test_a_microphone_of_nothing_but_zeros_is_told_once() -> None:
+    async def scene(service: SoundService, streams: Streams) -> None:
+        with capture_logs() as logs:
+            for level in (0.0, 1e-6, 0.0):
+                streams.level = level
+                for _ in range(round(MUTE_S / BLOCK_S) - 1):
+                    await service.read()
+                    assert not service.mute
+            for _ in range(3 * round(MUTE_S / BLOCK_S)):
+                await service.read()
+            assert service.mute
+            streams.level = 1e-6
+            await service.read()
+            assert not service.mute
+        assert [line["event"] for line in logs] == ["the microphone is mute", "the microphone gives sound"]
+        assert "audio.input_channel" in logs[0]["remedy"]
+
+    run(scene)
+
+
+def test_a_library_that_hangs_while_it_is_opened_keeps_nobody_from_ending() -> None:
+    class Hanging(FakeStream):
+        async def open(self, afresh: bool = False) -> None:
+            raise DeviceError("the sound system did not answer")
+
+        async def close(self) -> None:
+            await asyncio.get_running_loop().create_future()
+
+    async def scene() -> None:
+        streams = Streams(Clock(), 0)
+        service = SoundService(lambda: Hanging(streams, 0), streams.clock, streams.clock.sleep, let_go_s=0.01)
+        with pytest.raises(DeviceError, match="did not answer"):
+            await service.open()
+        with capture_logs() as logs:
+            await service.close()
+        assert "was not let go of" in logs[0]["reason"]
 
     asyncio.run(asyncio.wait_for(scene(), 20.0))

@@ -60,6 +60,7 @@ class FakeCard:
         self.broken = False
         self.busy = False
         self.refuses_to_start = False
+        self.hangs: threading.Event | None = None
         self.buffer_frames: int | None = None
         self.inputs: list[FakeInput] = []
         self.outputs: list[FakeOutput] = []
@@ -107,6 +108,8 @@ class FakeCard:
 
     def check_output_settings(self, device: int, channels: int, dtype: str, samplerate: int) -> None:
         assert self.devices[device]["max_output_channels"] >= channels
+        if channels < self.devices[device].get("least_outputs", 1):
+            raise self.PortAudioError("Invalid number of channels [PaErrorCode -9998]")
         self._check(device, samplerate)
 
     def _check(self, device: int, rate_hz: int) -> None:
@@ -124,6 +127,8 @@ class FakeCard:
         return self.outputs[-1]
 
     def _may_open(self, options: dict[str, Any]) -> None:
+        if self.hangs is not None:
+            assert self.hangs.wait(60.0), "the test forgot its robot"
         self._check(options["device"], options["samplerate"])
         if self.busy:
             raise self.PortAudioError("Device unavailable [PaErrorCode -9985]")
@@ -144,7 +149,13 @@ class FakeCard:
             loudspeaker.status = status or Status()
             self.change.notify_all()
             assert self.change.wait_for(
-                lambda: (microphone.waiting and not microphone.coming) or loudspeaker.waiting or microphone.gone, 20.0
+                lambda: (
+                    (microphone.waiting and not microphone.coming)
+                    or loudspeaker.waiting
+                    or microphone.gone
+                    or microphone.closed
+                ),
+                20.0,
             ), "nobody listens"
             new = loudspeaker.played[before:]
         return np.concatenate(new) if new else np.zeros(0, np.float32)
@@ -181,8 +192,10 @@ class FakeStream:
             self.card.change.notify_all()
 
     def close(self, ignore_errors: bool = True) -> None:
-        self.closed = True
-        self.active = False
+        with self.card.change:
+            self.closed = True
+            self.active = False
+            self.card.change.notify_all()
 
 
 class FakeInput(FakeStream):

@@ -9,7 +9,7 @@ import pytest
 
 from hvcpd.config.settings import AudioSettings
 from hvcpd.errors import DeviceError
-from hvcpd.hardware.audio_card import BUFFER_BLOCKS, FILLED_BLOCKS, Loudspeaker, Microphone
+from hvcpd.hardware.audio_card import BUFFER_BLOCKS, FILLED_BLOCKS, PATIENCE_S, Loudspeaker, Microphone
 from hvcpd.hardware.audio_exchange import LEAD_BLOCKS
 from hvcpd.hardware.audio_stream import AudioStream
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
@@ -186,3 +186,39 @@ def test_sound_that_waits_in_the_card_is_behind() -> None:
         microphone.read()
         seen.append(microphone.behind)
     assert seen == [True, True, False, False]
+
+
+@pytest.mark.parametrize(("skew", "name"), [(1, "clock_inserted"), (-1, "clock_dropped")])
+def test_words_without_end_are_cut_for_the_clocks_at_last(skew: int, name: str) -> None:
+    card = FakeCard((device("both", 1, 1),))
+    counted: list[tuple[str, int, int]] = []
+    blocks = [0]
+    loudspeaker = Loudspeaker(card, SETTINGS, lambda name, by: counted.append((name, by, blocks[0])))
+    loudspeaker.start()
+    told_s = []
+    while not counted:
+        blocks[0] += 1
+        assert blocks[0] < 100 * 60
+        drifts = abs(card.outputs[-1].level - FILLED_BLOCKS * BLOCK) < 1.5 * BLOCK
+        card.outputs[-1].play(BLOCK + skew if drifts else BLOCK)
+        loudspeaker.write(np.full(BLOCK, 0.5, np.float32))
+        told_s.append(loudspeaker.latency_s)
+    assert counted[0][0] == name
+    assert counted[0][2] * 0.010 > PATIENCE_S
+    filled_s = FILLED_BLOCKS * 0.010
+    assert told_s[0] == filled_s
+    assert (told_s[-2] - filled_s) * -skew > 0.007, "meanwhile the latency is told as it is"
+
+
+def test_the_samples_that_an_overflow_took_are_estimated() -> None:
+    now = [0.0]
+    card = FakeCard((device("usb", 1, 1) | USB,))
+    microphone = Microphone(card, SETTINGS, lambda: now[0])
+    microphone.stream.start()
+    for _ in range(50):
+        now[0] += 0.010
+        microphone.stream.coming.append((np.zeros((480, 1), np.float32), Status()))
+        assert microphone.read()[1] is None
+    now[0] += 0.210
+    microphone.stream.coming.append((np.zeros((480, 1), np.float32), Status(input_overflow=True)))
+    assert microphone.read()[1] == 3200, "of 16 kHz"

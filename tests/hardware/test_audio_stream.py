@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import threading
 from collections.abc import Callable, Coroutine
 from typing import Any
 
@@ -316,6 +317,33 @@ def test_opened_afresh_the_cards_are_listed_anew() -> None:
         await second.close()
 
     asyncio.run(scene())
+
+
+def test_a_sound_system_that_hangs_while_it_is_opened_is_told_in_time() -> None:
+    async def scene() -> None:
+        card = FakeCard()
+        card.hangs = threading.Event()
+        stream = AudioStream(SETTINGS, card, open_s=0.02)
+        with pytest.raises(DeviceError, match=r"did not answer for 0\.02 s"):
+            await stream.open()
+        card.hangs.set()
+        await stream.close()
+        assert all(opened.closed for opened in (*card.inputs, *card.outputs)), "what it opened too late is let go of"
+
+    asyncio.run(asyncio.wait_for(scene(), 60.0))
+
+
+def test_counters_are_made_anew_only_when_something_was_lost() -> None:
+    async def scene(stream: AudioStream, card: FakeCard) -> None:
+        card.interrupt(ramp(0))
+        before = stream.counters
+        card.interrupt(ramp(BLOCK))
+        assert stream.counters is before
+        card.interrupt(ramp(2 * BLOCK), Status(input_overflow=True))
+        assert stream.counters is not before
+        assert stream.counters.card_overflows == 1
+
+    run(scene)
 
 
 def test_no_such_device() -> None:

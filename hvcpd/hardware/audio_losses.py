@@ -1,0 +1,33 @@
+"""How much sound a card lost where it only tells that it lost some."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+SMOOTH = 1.0 / 200.0
+"""Of the clock's lead, a block: over some 5 s, in which two clocks 100 ppm apart stray by 0.5 ms."""
+MOST_LOST_S = 10.0
+"""A longer stay away is the watchdog's, and not told by an overflow."""
+
+
+class CaptureClock:
+    """Compares the samples that came with the time that passed. `clock` is monotonic, s."""
+
+    def __init__(self, rate_hz: int, clock: Callable[[], float]) -> None:
+        self._rate_hz = rate_hz
+        self._clock = clock
+        self._captured = 0
+        self._lead: float | None = None
+
+    def block(self, read: int, waiting: int, overflowed: bool) -> int:
+        """So many samples were read and so many wait now; how many were lost before them: 0 but after an overflow."""
+        self._captured += read
+        lead = self._clock() * self._rate_hz - self._captured - waiting
+        if self._lead is None:
+            self._lead = lead
+        if not overflowed:
+            self._lead += SMOOTH * (lead - self._lead)
+            return 0
+        lost = min(max(round(lead - self._lead), 0), round(MOST_LOST_S * self._rate_hz))
+        self._captured += lost
+        return lost
