@@ -9,13 +9,24 @@ from __future__ import annotations
 
 import atexit
 import difflib
-from collections.abc import Sequence
+import re
+from collections.abc import Callable, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any, Literal
 
 from hvcpd.errors import DeviceError
 
 Direction = Literal["input", "output"]
+
+SOUND_CARDS = Path("/sys/class/sound")
+"""The kernel's list of sound cards; /proc/asound has the same, but the systemd unit shows the service no more of /proc
+than processes."""
+ALSA_NAME = re.compile(
+    r"(?:(?:plug|sys)?hw:(?:CARD=)?|CARD=)(?P<id>\w+)(?:,(?:DEV=)?(?P<device>\d+))?", re.I
+)
+"""As `aplay -L` and asound.conf write a card; PortAudio converts nothing by itself, so plughw is hw here."""
 
 _KIND = {"input": "microphone", "output": "loudspeaker"}
 
@@ -75,10 +86,22 @@ def list_afresh(backend: Any) -> None:
         raise DeviceError(f"PortAudio cannot be begun anew ({error}); does the sound server run?") from error
 
 
-def find_device(backend: Any, direction: Direction, wanted: str | None) -> SoundDevice:
+def card_ids(folder: Path = SOUND_CARDS) -> dict[str, int]:
+    """ALSA's numbers of the cards by their ids, which unlike the numbers outlive a boot; empty without ALSA."""
+    found = {}
+    for path in sorted(folder.glob("card*/id")):
+        with suppress(OSError, ValueError):  # pulled out this moment
+            found[path.read_text().strip()] = int(path.parent.name.removeprefix("card"))
+    return found
+
+
+def find_device(
+    backend: Any, direction: Direction, wanted: str | None, cards: Callable[[], Mapping[str, int]] = card_ids
+) -> SoundDevice:
     """The device whose name is, or else contains, `wanted` without regard to case; None is the system's default.
 
-    Raises DeviceError that names the nearest device, or all there are.
+    An ALSA name with a card's id, as "hw:CARD=Device" or "plughw:Device,0", is that card's device, whatever its number
+    is at present. Raises DeviceError that names the nearest device, or all there are.
     """
     able = [device for device in list_devices(backend) if device.can(direction)]
     kind = _KIND[direction]
@@ -87,6 +110,9 @@ def find_device(backend: Any, direction: Direction, wanted: str | None) -> Sound
     if wanted is None:
         return _default_device(backend, direction, able)
     key = f"audio.{direction}_device"
+    by_id = ALSA_NAME.fullmatch(wanted)
+    if by_id is not None and not by_id["id"].isdigit():
+        return _device_of_card(by_id, key, kind, able, cards())
     matches = [device for device in able if wanted.casefold() == device.name.casefold()]
     matches = matches or [device for device in able if wanted.casefold() in device.name.casefold()]
     if len(matches) > 1:
@@ -96,6 +122,25 @@ def find_device(backend: Any, direction: Direction, wanted: str | None) -> Sound
         hint = f"did you mean {near[0]!r}?" if near else f"choose one of {_listed(able)}"
         raise DeviceError(f"{key}: there is no {kind} {wanted!r}; {hint}")
     return matches[0]
+
+
+def _device_of_card(
+    wanted: re.Match[str], key: str, kind: str, able: Sequence[SoundDevice], cards: Mapping[str, int]
+) -> SoundDevice:
+    number = cards.get(wanted["id"])
+    if number is None:
+        near = difflib.get_close_matches(wanted["id"], cards, n=1, cutoff=0.5)
+        listed = ", ".join(map(repr, cards))
+        hint = f"did you mean {near[0]!r}?" if near else f"there is {listed}" if cards else "there is no sound card"
+        raise DeviceError(f"{key}: there is no sound card with the id {wanted['id']!r}; {hint}")
+    place = f"(hw:{number},{wanted['device']})" if wanted["device"] else f"(hw:{number},"
+    found = next((device for device in able if place in device.name), None)
+    if found is None:
+        raise DeviceError(
+            f"{key}: the sound card {wanted['id']!r} has no {kind} {place.rstrip(',')!r} that is free; is another "
+            f"program using it? Else choose one of {_listed(able)}"
+        )
+    return found
 
 
 def _default_device(backend: Any, direction: Direction, able: Sequence[SoundDevice]) -> SoundDevice:

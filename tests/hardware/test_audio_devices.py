@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import pytest
 
 from hvcpd.errors import DeviceError
-from hvcpd.hardware.audio import Direction, find_device, list_devices
+from hvcpd.hardware.audio import Direction, card_ids, find_device, list_devices
 from tests.hardware.fake_card import CAMERA, HEADSET, SPEAKER, FakeCard, device
 
 ALL = (SPEAKER, HEADSET, CAMERA)
@@ -75,3 +77,54 @@ def test_portaudio_that_cannot_tell() -> None:
     card = FakeCard(ALL)
     card.broken = True
     assert "cannot be listed" in fault(card, "input", None)
+
+
+CARDS = {"Headphones": 0, "Audio": 1, "Camera": 2}
+
+
+@pytest.mark.parametrize(
+    "wanted", ["hw:CARD=Camera", "plughw:CARD=Camera,DEV=0", "hw:Camera,0", "CARD=Camera", "plughw:Camera"]
+)
+def test_a_card_is_found_by_its_id_whatever_its_number(wanted: str) -> None:
+    card = FakeCard((device("one (hw:1,0)", 1, 1), device("two (hw:2,0)", 1, 1), device("twelve (hw:12,0)", 1, 1)))
+    for number, index in ((1, 0), (2, 1), (12, 2)):
+        assert find_device(card, "input", wanted, lambda at=number: CARDS | {"Camera": at}).index == index
+
+
+def test_one_of_a_cards_devices() -> None:
+    card = FakeCard((device("front (hw:1,0)", 1, 1), device("digital (hw:1,3)", 1, 1)))
+    assert find_device(card, "output", "hw:CARD=Audio,DEV=3", lambda: CARDS).index == 1
+    assert find_device(card, "output", "hw:CARD=Audio", lambda: CARDS).index == 0
+
+
+def card_fault(wanted: str, cards: dict[str, int], direction: Direction = "input") -> str:
+    with pytest.raises(DeviceError) as error:
+        find_device(FakeCard(ALL), direction, wanted, lambda: cards)
+    return str(error.value)
+
+
+def test_a_slip_of_the_pen_in_an_id_is_answered_with_the_nearest() -> None:
+    assert "audio.input_device: there is no sound card with the id 'Camra'; did you mean 'Camera'?" in card_fault(
+        "hw:CARD=Camra", CARDS
+    )
+    assert "there is 'Headphones', 'Audio', 'Camera'" in card_fault("hw:CARD=x", CARDS)
+    assert "there is no sound card" in card_fault("hw:CARD=x", {})
+
+
+def test_a_card_without_that_direction() -> None:
+    message = card_fault("hw:CARD=Camera", CARDS, "output")
+    assert "the sound card 'Camera' has no loudspeaker" in message
+    assert HEADSET["name"] in message
+
+
+def test_a_number_is_a_part_of_the_name_as_ever() -> None:
+    assert find_device(FakeCard(ALL), "output", "hw:1,0", dict).index == 1
+
+
+def test_the_kernels_list_of_cards(tmp_path: Path) -> None:
+    for number, name in ((0, "Headphones"), (10, "Device")):
+        (tmp_path / f"card{number}").mkdir()
+        (tmp_path / f"card{number}" / "id").write_text(name + "\n")
+    (tmp_path / "card3").mkdir()
+    assert card_ids(tmp_path) == {"Headphones": 0, "Device": 10}
+    assert card_ids(tmp_path / "nothing") == {}
