@@ -23,9 +23,7 @@ Direction = Literal["input", "output"]
 SOUND_CARDS = Path("/sys/class/sound")
 """The kernel's list of sound cards; /proc/asound has the same, but the systemd unit shows the service no more of /proc
 than processes."""
-ALSA_NAME = re.compile(
-    r"(?:(?:plug|sys)?hw:(?:CARD=)?|CARD=)(?P<id>\w+)(?:,(?:DEV=)?(?P<device>\d+))?", re.I
-)
+ALSA_NAME = re.compile(r"(?:(?:plug|sys)?hw:(?:CARD=)?|CARD=)(?P<id>\w+)(?:,(?:DEV=)?(?P<device>\d+))?", re.I)
 """As `aplay -L` and asound.conf write a card; PortAudio converts nothing by itself, so plughw is hw here."""
 
 _KIND = {"input": "microphone", "output": "loudspeaker"}
