@@ -10,7 +10,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from hvcpd.coordination import composing
+from hvcpd.coordination import composing, orders
 from hvcpd.coordination.addressing import is_for_me_alone
 from hvcpd.coordination.board import CLAIMED, Entry
 from hvcpd.coordination.floor import Urgency
@@ -79,7 +79,7 @@ def claim(c: Coordination, u: m.Utterance, s: m.Claim, now: float) -> None:
     if u.speaker is None:
         return
     entry = c.board.find(s.task)
-    if c.state is State.ORDERED and is_for_me_alone(c, u) and u.speaker == c.partner:
+    if orders.answers_order(c, u):
         c.fire(Trigger.RIGHT if entry is not None and entry.definition.number == c.task else Trigger.WRONG, now)
         return
     if entry is None:

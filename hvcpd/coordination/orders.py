@@ -72,8 +72,15 @@ def _answer(c: Coordination, name: str, statement: m.Statement, now: float) -> N
     c.want(Urgency.ANSWER, f"answer {name}", lambda: said, now)
 
 
+def answers_order(c: Coordination, u: m.Utterance) -> bool:
+    """Whether somebody answers this robot's order, be it after the time for that: in noise a sentence is understood
+    later than its voice seems to end."""
+    ordered = c.state is State.ORDERED or (c.state is State.ORDERING and c.repeats > 0)
+    return ordered and u.speaker == c.partner and is_for_me_alone(c, u)
+
+
 def unable(c: Coordination, u: m.Utterance, _s: m.Unable | m.Unknown, now: float) -> None:
-    if c.state is State.ORDERED and u.speaker == c.partner and is_for_me_alone(c, u):
+    if answers_order(c, u):
         c.fire(Trigger.REFUSED, now)
 
 

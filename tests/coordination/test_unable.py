@@ -2,6 +2,8 @@
 
 import pytest
 
+from hvcpd.coordination.table import State, Trigger
+from hvcpd.language import messages as m
 from tests.coordination.mission import Mission, plants
 
 CANNOT = {"Rob": frozenset({1, 2})}
@@ -37,3 +39,26 @@ def test_nobody_who_is_silent_for_long_is_waited_for() -> None:
     assert rob.peers.is_present("Bot", mission.air.now)
     absent_s = mission.plan.timing.absent_s
     assert not rob.peers.is_present("Bot", mission.air.now + absent_s)
+
+
+@pytest.mark.parametrize(
+    ("said", "state"),
+    [
+        ("Hi Rob, I am Max, I cannot water the green rose", State.READY),
+        ("Hi Rob, I am Max, I will water the green rose", State.CONFIRMING),
+        ("Hi Rob, I am Max, I will water the violet rose", State.DENYING),
+    ],
+)
+def test_what_is_understood_after_the_time_for_it_still_answers_the_order(said: str, state: State) -> None:
+    """In noise a voice seems to end earlier than it does: the order was said again and again, and never answered."""
+    mission = Mission(("Rob", "Max"), plants(2), seed=3, coordinator="Rob")
+    rob = mission.robots["Rob"]
+    while rob.state is not State.ORDERED:
+        mission.air.run_until(mission.air.now + 0.1)
+    rob.task, rob.task_ref, rob.repeats = 1, m.TaskByName("water the green rose"), 1
+    rob.fire(Trigger.TIMEOUT, mission.air.now)
+    rob.heard(mission.book.parse_text(said), mission.air.now)
+    assert rob.state is state
+    peer = rob.peers.get("Max")
+    assert peer is not None
+    assert (1 in peer.unable) is (state is State.READY)
