@@ -97,8 +97,8 @@ def test_there_is_no_network() -> None:
     assert unit["RestrictAddressFamilies"] == "AF_UNIX"
 
 
-def test_sounddevice_can_make_its_callbacks() -> None:
-    assert "MemoryDenyWriteExecute" not in service()
+def test_no_memory_is_written_and_executed() -> None:
+    assert service()["MemoryDenyWriteExecute"] == "yes"
 
 
 def test_udev_accepts_the_rules() -> None:
