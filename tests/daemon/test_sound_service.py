@@ -127,7 +127,7 @@ def run(scene: Callable[[SoundService, Streams], Coroutine[Any, Any, None]], *li
         finally:
             await service.close()
 
-    asyncio.run(asyncio.wait_for(whole(), 20.0))
+    asyncio.run(asyncio.wait_for(whole(), 300.0))  # of real time, which a busy machine may take
     return streams
 
 
