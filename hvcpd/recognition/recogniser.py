@@ -111,8 +111,8 @@ class Recogniser:
 
     @property
     def busy(self) -> bool:
-        """Whether somebody else is speaking right now."""
-        return self._activity.busy
+        """Whether somebody else is speaking right now, or has just ended a sentence that is still to be understood."""
+        return self._activity.busy or self._spotter.under_way
 
     def push(self, samples: Samples, masked: bool = False) -> list[Event]:
         """Hear the next samples, shape (n,), any n; `masked` while the robot itself speaks. Never raises on content."""

@@ -108,3 +108,18 @@ def test_a_name_is_not_left_out(sound: Sound) -> None:
     speaker = Speaker(voice_for("Rex"), sound.lexicon, sound.cache)
     speech = speaker.render([("hi", "basket"), ("i", "am", "rex"), ("what", "is", "left")])
     assert heard(speech * np.float32(0.3), sound, 30.0, 1) == []
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_the_floor_is_not_free_between_a_faint_voice_and_its_sentence(seed: int, sound: Sound) -> None:
+    """In noise a voice seems to end before the sentence is understood; who waits for it must know that it comes."""
+    speech = np.concatenate([np.zeros(32000, np.float32), said(SENTENCES[1], sound), np.zeros(32000, np.float32)])
+    noise = PinkNoise(SPEECH_RMS * 10.0 ** (5.0 / 20.0), seed).take(len(speech))
+    ears = make_ears(BOOK, NAMES, sound, strangers=False)
+    free_blocks = 0
+    for at in range(0, len(speech), 400):
+        if any(isinstance(event, Recognised) for event in ears.push(speech[at : at + 400] + noise[at : at + 400])):
+            break
+        free_blocks = 0 if ears.busy else free_blocks + 1
+    assert at < len(speech) - 400, "it was understood"
+    assert free_blocks <= 4, "0.1 s"
