@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 import argparse
+import os
 import signal
 import sys
 from collections.abc import Callable, Sequence
+from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, NoReturn
 
 from hvcpd import __version__
-from hvcpd.errors import EX_OK, EX_SOFTWARE, EX_USAGE, HvcpdError
+from hvcpd.errors import EX_INTERRUPTED, EX_OK, EX_SOFTWARE, EX_USAGE, HvcpdError
 
 if TYPE_CHECKING:
     from hvcpd.config.settings import Loaded, Settings
@@ -22,8 +24,9 @@ if TYPE_CHECKING:
 
 _EPILOG = (
     "Exit status, as in sysexits.h: 0 stopped by a signal, 64 wrong usage, 69 a device is missing or failed, 70 a "
-    "fault of hvcpd, 73 the memory cannot be written, 78 a fault in the settings or tasks. SIGHUP, or hvcpctl reload, "
-    "has it read its settings again; SIGTERM and SIGINT let it say that it leaves, a second one ends it at once."
+    "fault of hvcpd, 73 the memory cannot be written, 78 a fault in the settings or tasks, 130 interrupted before it "
+    "began. SIGHUP, or hvcpctl reload, has it read its settings again; SIGTERM and SIGINT let it say that it leaves, a "
+    "second one ends it at once."
 )
 
 
@@ -61,7 +64,15 @@ def make_parser() -> argparse.ArgumentParser:
 
 def main(arguments: Sequence[str] | None = None, devices: Devices | None = None) -> int:
     """Run `hvcpd`; returns the exit status. `devices` are the real ones by default."""
+    _replace_closed_streams()
     options = make_parser().parse_args(arguments)
+    try:
+        return _start(options, devices)
+    except KeyboardInterrupt:  # before there is a robot that could say that it leaves
+        return EX_INTERRUPTED
+
+
+def _start(options: argparse.Namespace, devices: Devices | None) -> int:
     from hvcpd.daemon.lean import load_libraries
 
     load_libraries()  # before anything else loads them
@@ -100,17 +111,35 @@ def main(arguments: Sequence[str] | None = None, devices: Devices | None = None)
     return _run(Daemon(preflight.outfit, devices, ServiceManager(), rereading), limiter)
 
 
+def _replace_closed_streams() -> None:
+    """What is written to a stream that whoever started us has closed goes nowhere."""
+    for name in ("stdout", "stderr"):
+        if getattr(sys, name) is None:
+            setattr(sys, name, Path(os.devnull).open("w"))  # noqa: SIM115 - open to the end
+
+
 def _show(preflight: Preflight, ok_too: bool) -> None:
+    """Tell the findings; the exit status is theirs, wherever the output goes."""
+    from hvcpd.reporting.jsonlines import let_go
+
+    try:
+        if ok_too:
+            good = (finding for finding in preflight.findings if finding.ok)
+            sys.stdout.writelines(f"ok  {finding.subject}: {finding.text}\n" for finding in good)
+        sys.stdout.flush()
+    except BrokenPipeError:
+        let_go(sys.stdout)
+    except OSError as error:
+        let_go(sys.stdout)
+        _complain(f"the output cannot be written: {error}; send it elsewhere")
     for finding in preflight.findings:
         if not finding.ok:
             _complain(finding.text)
-        elif ok_too:
-            sys.stdout.write(f"ok  {finding.subject}: {finding.text}\n")
-    sys.stdout.flush()
 
 
 def _complain(text: str) -> None:
-    sys.stderr.writelines(f"hvcpd: {line}\n" for line in text.splitlines())
+    with suppress(OSError):
+        sys.stderr.writelines(f"hvcpd: {line}\n" for line in text.splitlines())
 
 
 def _run(daemon: Daemon, limiter: RateLimiter) -> int:

@@ -23,6 +23,8 @@ EX_CANTCREAT = 73
 EX_IOERR = 74
 EX_NOPERM = 77
 EX_CONFIG = 78
+EX_INTERRUPTED = 130
+"""As a shell has it of a program that SIGINT ended: 128 and the signal's number."""
 
 
 class HvcpdError(Exception):

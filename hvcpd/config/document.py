@@ -76,15 +76,17 @@ class Document:
             yield f"{place}: {text}"
 
     def overlay(self, path: KeyPath, value: object, source: str) -> None:
-        """Put a value from elsewhere (a command's option) over what the file says; the way to it is made."""
-        if not isinstance(self.value, dict):
+        """Put a value from elsewhere (a command's option) over what the file says; the way to it is made.
+
+        What lies in the way and is no group of keys stays, as the fault that it is.
+        """
+        if self.value is None:
             self.value = {}
         group = self.value
         for key in path[:-1]:
-            if not isinstance(group.get(key), dict):
-                group[key] = {}
-            group = group[key]
-        group[path[-1]] = value
+            group = group.setdefault(key, {}) if isinstance(group, dict) else None
+        if isinstance(group, dict):
+            group[path[-1]] = value
         for places in (self.places, self.key_places):
             for inside in [known for known in places if known[: len(path)] == path]:
                 del places[inside]

@@ -14,7 +14,7 @@ from hvcpd.control.daemon_parser import add_completion, add_daemon_commands
 from hvcpd.control.doctor_parser import add_calibrate, add_doctor
 from hvcpd.control.drive_parser import add_drive
 from hvcpd.control.key_parser import add_key
-from hvcpd.errors import EX_FAILURE, EX_OK, EX_USER, HvcpdError
+from hvcpd.errors import EX_FAILURE, EX_INTERRUPTED, EX_OK, EX_USER, HvcpdError
 
 Command = Callable[[argparse.Namespace], int]
 _Commands: TypeAlias = "argparse._SubParsersAction[argparse.ArgumentParser]"
@@ -244,8 +244,9 @@ def _add_prerender(commands: _Commands) -> None:
 
 
 def _drop_output() -> None:
-    """Let the interpreter's last flush go nowhere."""
-    os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+    from hvcpd.reporting.jsonlines import let_go
+
+    let_go(sys.stdout)
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -269,7 +270,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         return EX_USER
     except KeyboardInterrupt:
         sys.stderr.write("\n")
-        return 130
+        return EX_INTERRUPTED
     return status
 
 

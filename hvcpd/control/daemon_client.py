@@ -45,7 +45,7 @@ class DaemonClient:
             with short_address(path) as address:
                 self._socket.connect(address)
         except PermissionError:
-            raise NotAllowedError(_not_allowed(path)) from None
+            raise NotAllowedError(_not_allowed(path, os.getuid())) from None
         except OSError as error:
             self._socket.close()
             raise NotRunningError(f"no daemon answers at {path} ({error.strerror}); start it with `hvcpd`") from None
@@ -96,7 +96,13 @@ class DaemonClient:
             raise NotRunningError(f"the daemon at {self.path} has ended ({error.strerror})") from None
         if not line.endswith(b"\n"):
             raise NotRunningError(f"the daemon at {self.path} has ended")
-        return dict(json.loads(line))
+        try:
+            value = json.loads(line)
+        except (ValueError, RecursionError):
+            value = None
+        if not isinstance(value, dict):
+            raise NotDoneError(f"what answers at {self.path} is no hvcpd; name its socket with --socket FILE")
+        return value
 
 
 def find_daemon(options: argparse.Namespace, environment: Mapping[str, str] = os.environ) -> DaemonClient:
@@ -200,9 +206,12 @@ def _answers(path: Path) -> bool:
     return True
 
 
-def _not_allowed(path: Path) -> str:
+def _not_allowed(path: Path, uid: int) -> str:
     """Whom to ask for permission: the socket's group, as far as it can be seen."""
-    user = pwd.getpwuid(os.getuid()).pw_name
+    try:
+        user = pwd.getpwuid(uid).pw_name
+    except KeyError:  # a container's users need no names
+        user = "USER"
     try:
         group = path.group()
     except (OSError, KeyError):

@@ -53,10 +53,10 @@ class JsonLines:
             self._stream.flush()
         except BrokenPipeError:
             self._heeded = False
-            _let_go(self._stream)
+            let_go(self._stream)
 
 
-def _let_go(stream: TextIO) -> None:
+def let_go(stream: TextIO) -> None:
     """Send what the stream still holds to nowhere; else Python complains of it when the process ends."""
     try:
         descriptor = stream.fileno()

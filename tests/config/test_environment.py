@@ -104,6 +104,24 @@ def test_all_faults_of_file_and_variables_at_once(file: Path) -> None:
     assert len(found) == 7
 
 
+@pytest.mark.parametrize(
+    ("text", "place"),
+    [
+        ("- Rob\n", "hvcpd.yaml:1: "),
+        ("Rob\n", "hvcpd.yaml:1: "),
+        ("mode: follow\naudio: 20\n", "hvcpd.yaml:2: audio: "),
+    ],
+)
+def test_a_file_that_is_no_group_of_keys_is_told_though_a_value_is_given_over_it(
+    text: str, place: str, file: Path
+) -> None:
+    file.write_text(text)
+    (fault,) = faults({"HVCPD_NAME": "Rob", "HVCPD_AUDIO__BLOCK_MS": "20"}, file)
+    assert f"{place}expected a group of keys" in fault
+    with pytest.raises(ConfigError, match="expected a group of keys"):
+        load_settings(file, {"audio.block_ms": 20}, name_needed=False, environment={})
+
+
 def test_other_programs_variables_are_left_alone() -> None:
     assert of({"HVCPD_NAME": "Rob", "HVCP_X": "1", "hvcpd_name": "Bot", "PATH": "/bin"}) == Settings(name="Rob")
 

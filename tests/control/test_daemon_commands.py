@@ -17,6 +17,7 @@ import structlog
 
 from hvcpd.control import status
 from hvcpd.control.cli import main, make_parser
+from hvcpd.control.daemon_client import _not_allowed
 from hvcpd.control.status_screen import duration
 from hvcpd.coordination.table import State
 from hvcpd.daemon.control_socket import SYSTEM_FOLDER
@@ -195,6 +196,11 @@ def test_no_permission_is_status_4_and_names_the_group(ctl: Ctl, robot: RunningR
     robot.bench.path.chmod(0o660)
 
 
+def test_a_user_without_a_name_is_told_the_group_too(tmp_path: Path) -> None:
+    nameless = 987_654_321
+    assert f"`sudo usermod -aG {tmp_path.group()} USER`" in _not_allowed(tmp_path, nameless)
+
+
 def test_without_a_name_the_only_robot_is_meant(
     robot: RunningRobot, tmp_path: Path, refused: Refuse, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -221,6 +227,25 @@ def test_a_daemon_that_does_not_answer_is_told(tmp_path: Path, capsys: pytest.Ca
         assert main(["status", "--socket", str(tmp_path / "s")]) == 3
         thread.join()
     assert "has ended" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("line", [b"SSH-2.0-OpenSSH\n", b"[1]\n", b"7\n", b"\xff\n", b"[" * 9000 + b"\n"])
+def test_another_program_behind_the_socket_is_told(
+    line: bytes, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    with socket.socket(socket.AF_UNIX) as other:
+        other.bind(str(tmp_path / "s"))
+        other.listen()
+
+        def greet() -> None:
+            with other.accept()[0] as client:
+                client.sendall(line)
+
+        thread = threading.Thread(target=greet)
+        thread.start()
+        assert main(["status", "--socket", str(tmp_path / "s")]) == 1
+        thread.join()
+    assert "is no hvcpd" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize(

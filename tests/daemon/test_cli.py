@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import signal
 import threading
+from contextlib import redirect_stderr, redirect_stdout
 from pathlib import Path
 from typing import Any
 
@@ -15,7 +16,16 @@ from hvcpd.cli import main
 from hvcpd.config.settings import WheelSettings, load_settings
 from hvcpd.daemon.devices import Devices, make_wheels
 from hvcpd.daemon.life import FAREWELL_S
-from hvcpd.errors import EX_CANTCREAT, EX_CONFIG, EX_OK, EX_SOFTWARE, EX_UNAVAILABLE, EX_USAGE, DeviceError
+from hvcpd.errors import (
+    EX_CANTCREAT,
+    EX_CONFIG,
+    EX_INTERRUPTED,
+    EX_OK,
+    EX_SOFTWARE,
+    EX_UNAVAILABLE,
+    EX_USAGE,
+    DeviceError,
+)
 from hvcpd.hardware.audio_stream import AudioStream
 from hvcpd.ports import Samples
 from tests.daemon.virtual import TwoCards, devices_of, shared_room
@@ -49,6 +59,10 @@ MISSING = Devices(NoCards, never, never)
 
 def no_library() -> Any:
     raise DeviceError("the PortAudio library is missing (libportaudio.so.2); `apt install libportaudio2`")
+
+
+def interrupted() -> Any:
+    raise KeyboardInterrupt
 
 
 @pytest.fixture
@@ -90,6 +104,26 @@ def test_check_tells_missing_and_present_apart(config: Path, capsys: pytest.Capt
     out, err = capsys.readouterr()
     assert out.count("ok  ") == 3
     assert len(err.splitlines()) == 3
+
+
+@pytest.mark.skipif(not Path("/dev/full").exists(), reason="this system has no /dev/full")
+def test_an_output_that_cannot_be_written_changes_no_exit_status(
+    config: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    with Path("/dev/full").open("w") as full, redirect_stdout(full):
+        assert main(["--config", str(config), "--name", "Rob", "--check"], MISSING) == EX_UNAVAILABLE
+    lines = capsys.readouterr().err.splitlines()
+    assert "cannot be written" in lines[0]
+    assert len(lines) == 4, "every fault is told all the same"
+
+
+def test_closed_streams_change_no_exit_status(config: Path) -> None:
+    with redirect_stdout(None), redirect_stderr(None):
+        assert main(["--config", str(config), "--name", "Rob", "--check"], MISSING) == EX_UNAVAILABLE
+
+
+def test_an_interrupt_before_it_began_is_no_traceback(config: Path) -> None:
+    assert main(["--config", str(config), "--name", "Rob"], Devices(interrupted, never, never)) == EX_INTERRUPTED
 
 
 def test_a_missing_library_is_one_line(config: Path, capsys: pytest.CaptureFixture[str]) -> None:

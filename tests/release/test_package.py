@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from hvcpd import __version__
-from release.deb import FILES
+from release.deb import FILES, TEMPLATES
 from tests.release.conftest import renamed
 from tests.release.container import Container
 
@@ -32,6 +32,26 @@ def test_its_contents_are_roots_and_where_debian_wants_them(package: Path) -> No
     assert all(mode[5] == mode[8] == "-" for mode in modes.values()), "nothing is writable for others"
     conffiles = listed("dpkg-deb", "--info", package, "conffiles")
     assert conffiles == [path for path in modes if path.startswith("/etc/") and not path.endswith("/")]
+
+
+def test_a_robot_that_does_not_come_up_again_does_not_fail_an_upgrade(tmp_path: Path) -> None:
+    running, tools = tmp_path / "run/systemd/system", tmp_path / "tools"
+    for folder in (running, tools):
+        folder.mkdir(parents=True)
+    for tool in ("systemd-sysusers", "systemd-tmpfiles", "py3compile", "udevadm", "systemctl"):
+        (tools / tool).write_text('#!/bin/sh\ncase "$*" in *restart*) echo "$*"; exit 1;; esac\n')
+        (tools / tool).chmod(0o755)
+    script = (TEMPLATES / "postinst").read_text().replace("/run/systemd/system", str(running))
+    done = subprocess.run(
+        ["/bin/sh", "-c", script, "postinst", "configure", "0.1.0"],
+        env={"PATH": str(tools)},
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert "try-restart hvcpd.service" in done.stdout
+    assert done.returncode == 0
+    assert "--no-block" in done.stdout, "making its words takes a robot minutes"
 
 
 def test_from_installation_to_purge(debian: Path, package: Path, tmp_path: Path) -> None:
