@@ -10,6 +10,7 @@ from contextlib import closing
 from typing import Any
 
 from hvcpd.config.settings import load_with_sources
+from hvcpd.config.sources import Sourced
 from hvcpd.control.daemon_client import find_daemon
 from hvcpd.errors import EX_OK
 
@@ -21,11 +22,16 @@ def run(options: argparse.Namespace) -> int:
             settings: list[dict[str, Any]] = daemon.ask("config")["settings"]
     else:
         loaded = load_with_sources(options.config, {"name": options.name}, name_needed=False)
-        settings = [vars(each) for each in loaded.sources]
+        settings = [_told(each) for each in loaded.sources]
     if options.changed:
         settings = [each for each in settings if each["source"] != "default"]
     sys.stdout.writelines(_as_json(settings) if options.json else _as_text(settings))
     return EX_OK
+
+
+def _told(each: Sourced) -> dict[str, Any]:
+    """Its fields; a robot's name has no default, and the name that stands in for it here is none."""
+    return {**vars(each), "value": None} if (each.key, each.source) == ("name", "default") else vars(each)
 
 
 def _as_json(settings: Iterable[dict[str, Any]]) -> Iterable[str]:

@@ -8,6 +8,7 @@ from __future__ import annotations
 import asyncio
 from collections import deque
 from collections.abc import Callable, Iterable
+from contextlib import suppress
 from datetime import datetime
 from pathlib import Path
 
@@ -108,7 +109,8 @@ class Clips:
         clips = sorted(folder.glob(f"garbled-{self._name}-*.wav"), reverse=True)
         total = 0
         for number, clip in enumerate(clips):
-            total += clip.stat().st_size
+            with suppress(FileNotFoundError):  # somebody else has deleted it meanwhile
+                total += clip.stat().st_size
             if number >= settings.keep or (number > 0 and total > settings.keep_mb * 1e6):
                 clip.unlink(missing_ok=True)
 

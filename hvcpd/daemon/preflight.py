@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import grp
 import os
 import stat
 from collections.abc import Callable, Iterator
@@ -135,7 +134,9 @@ def find_port(settings: WheelSettings, device_directory: Path, access: Access = 
     if not stat.S_ISCHR(status.st_mode):
         return _port_fault(f"wheels.port: {port} is no serial port; {_other_ports(device_directory)}")
     if not access(port, os.R_OK | os.W_OK):
-        group = _group(status.st_gid)
+        from hvcpd.hardware.wheels_bus import group_of
+
+        group = group_of(settings.port)
         return _port_fault(
             f"wheels.port: no permission to use {port}; `sudo usermod -aG {group} USER` for the daemon's user, "
             "then log in again"
@@ -156,10 +157,3 @@ def _other_ports(directory: Path) -> str:
 
 def _ports(directory: Path) -> list[str]:
     return [str(path) for pattern in SERIAL_PORTS for path in sorted(directory.glob(pattern))]
-
-
-def _group(number: int) -> str:
-    try:
-        return grp.getgrgid(number).gr_name
-    except KeyError:
-        return str(number)

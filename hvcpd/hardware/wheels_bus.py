@@ -30,6 +30,8 @@ STATUS_SIZE = 11
 
 USUAL_GROUP = "dialout"
 """Of serial ports on Debian, Ubuntu and Raspberry Pi OS; others have uucp."""
+OVERFLOW_GID = 65534
+"""How the kernel shows groups that a user namespace lacks (user_namespaces(7)): to the service, all but its own."""
 
 PING_PARAMETERS = 3
 """The answer to a ping: model number (2) and firmware (1). No register that we read has three bytes."""
@@ -249,13 +251,13 @@ def in_use(error: BaseException | None) -> bool:
     return getattr(error, "errno", None) in (errno.EBUSY, errno.EAGAIN)
 
 
-def _group_of(path: str) -> str:
+def group_of(path: str) -> str:
     """The group that may use the port: its own, or that of serial ports on Debian if that tells nothing."""
     try:
-        name = grp.getgrgid(Path(path).stat().st_gid).gr_name
+        number = Path(path).stat().st_gid
+        return USUAL_GROUP if number in (0, OVERFLOW_GID) else grp.getgrgid(number).gr_name
     except (OSError, KeyError):
         return USUAL_GROUP
-    return USUAL_GROUP if name == "root" else name
 
 
 def port_remedy(path: str, error: Exception) -> str:
@@ -264,7 +266,7 @@ def port_remedy(path: str, error: Exception) -> str:
     if number in (errno.ENOENT, errno.ENODEV, errno.ENXIO):
         return f"{path}: no such port. Plug in the U2D2 or OpenCR, or set wheels.port to the right one (auto finds it)"
     if number in (errno.EACCES, errno.EPERM):
-        group = _group_of(path)
+        group = group_of(path)
         return f"{path}: no permission. Join the group {group} (sudo usermod -aG {group} $USER) and log in again"
     if in_use(error):
         return (

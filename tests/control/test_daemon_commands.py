@@ -170,6 +170,14 @@ def test_settings_with_their_sources(ctl: Ctl, robot: RunningRobot) -> None:
     assert len(running) == len(ctl("config").splitlines())
 
 
+def test_a_name_that_nobody_gave_is_not_told_as_one(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    config = tmp_path / "hvcpd.yaml"
+    config.write_text("mode: follow\n")
+    assert main(["config", "--config", str(config), "--json"]) == 0
+    name = json.loads(capsys.readouterr().out.splitlines()[0])
+    assert name == {"key": "name", "value": None, "source": "default"}
+
+
 def test_no_daemon_is_status_3_and_says_who_does_run(ctl: Ctl, robot: RunningRobot, tmp_path: Path) -> None:
     text = ctl("status", "--name", "Bot", status=3)
     assert "Bot does not run here" in text

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import grp
 import os
 from collections.abc import Callable
 from pathlib import Path
@@ -16,6 +15,7 @@ from hvcpd.coordination.actions import Speech
 from hvcpd.daemon.outfit import Outfit, equip, name_fault
 from hvcpd.daemon.preflight import find_memory, find_port
 from hvcpd.errors import EX_CANTCREAT, EX_OK, EX_UNAVAILABLE, ConfigError
+from hvcpd.hardware.wheels_bus import group_of
 from hvcpd.own_voice import Acoustics
 
 
@@ -51,7 +51,7 @@ def test_a_port_without_permission_names_the_group(tmp_path: Path) -> None:
     with FakeBus(turtlebot3_pair()) as bus:
         assert find_port(WheelSettings(port=bus.path), tmp_path, may_only(os.R_OK | os.W_OK)).exit_status == EX_OK
         finding = find_port(WheelSettings(port=bus.path), tmp_path, may_only(os.R_OK))
-        group = grp.getgrgid(Path(bus.path).stat().st_gid).gr_name
+        group = group_of(bus.path)
     assert finding.exit_status == EX_UNAVAILABLE
     assert f"usermod -aG {group}" in finding.text
 

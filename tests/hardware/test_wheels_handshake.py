@@ -65,6 +65,14 @@ def test_the_group_is_the_ports_own(tmp_path: Path) -> None:
     assert f"usermod -aG {own} " in port_remedy(str(port), PermissionError(13, "Permission denied"))
 
 
+@pytest.mark.skipif(os.geteuid() != 0, reason="only root can give a file to any group")
+def test_nobodys_group_is_no_remedy(tmp_path: Path) -> None:
+    port = tmp_path / "ttyACM0"
+    port.touch()
+    os.chown(port, -1, 65534)  # as the service sees every group but its own and root's
+    assert "usermod -aG dialout " in port_remedy(str(port), PermissionError(13, "Permission denied"))
+
+
 @pytest.mark.parametrize(("there", "remedy"), [(1, "the other motor answers"), (5, "the line has ID 5 (XL430-W250)")])
 def test_a_missing_motors_remedy_goes_by_what_else_answers(there: int, remedy: str) -> None:
     with FakeBus([FakeXL430(1), *([FakeXL430(there)] if there != 1 else [])]) as bus:
