@@ -9,6 +9,7 @@ from contextlib import closing
 from typing import Any
 
 from hvcpd.control.daemon_client import find_daemon
+from hvcpd.control.show_config import value_text
 from hvcpd.errors import EX_OK
 
 
@@ -33,7 +34,9 @@ def _told(command: str, name: str, result: dict[str, Any]) -> list[str]:
 
 
 def _reloaded(name: str, result: dict[str, Any]) -> list[str]:
-    lines = [f"{change['key']}: {change['before']} → {change['now']}" for change in result["changed"]]
+    lines = [
+        f"{change['key']}: {value_text(change['before'])} → {value_text(change['now'])}" for change in result["changed"]
+    ]
     if result["restart"]:
         lines.append(f"needs a restart of {name}: {', '.join(result['restart'])}")
     return lines or [f"{name}: nothing has changed"]

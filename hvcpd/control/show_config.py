@@ -40,7 +40,7 @@ def _as_json(settings: Iterable[dict[str, Any]]) -> Iterable[str]:
 
 def _as_text(settings: list[dict[str, Any]]) -> Iterable[str]:
     """Three columns; a value stands as YAML has it, so that it can be copied."""
-    rows = [(each["key"], _value(each["value"]), each["source"]) for each in settings]
+    rows = [(each["key"], value_text(each["value"]), each["source"]) for each in settings]
     first, second = (max((len(row[column]) for row in rows), default=0) for column in (0, 1))
     second = min(second, WIDEST_VALUE)
     return (f"{key:{first}}  {value:{second}}  {source}\n" for key, value, source in rows)
@@ -50,6 +50,6 @@ WIDEST_VALUE = 32
 """Characters of the column; a longer value pushes its source to the right."""
 
 
-def _value(value: object) -> str:
-    """JSON is YAML too; text stands without its quotes."""
+def value_text(value: object) -> str:
+    """A setting as it is written in the file: JSON is YAML too; text stands without its quotes."""
     return value if isinstance(value, str) and value.isprintable() else json.dumps(value, ensure_ascii=False)
