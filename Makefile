@@ -12,7 +12,7 @@ demo: setup  ## two robots share out the watering, out loud
 	$(VENV)/bin/hvcpctl simulate --seed $(SEED) --report $(OUT)
 
 test: setup-dev $(VENV)/.parts-are-set-up lint  ## everything: under 10 minutes on 2 cores
-	$(VENV)/bin/python -m pytest -n 2 --dist worksteal
+	$(VENV)/bin/python -m pytest -n 3 --dist worksteal  # some only wait for real parts
 
 check: setup-dev lint  ## the fast part
 	$(VENV)/bin/python -m pytest -m "not slow" -n 2 -x

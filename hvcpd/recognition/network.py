@@ -19,7 +19,7 @@ class Network:
     """Arrays that describe the compiled network; none changes after construction.
 
     Chains (n_chains, sorted by target node): `first_row` and `length`, their frames in the template bank
-    (`longest` is the longest one's);
+    (`longest` is the longest one's); `word_shortest` and `word_longest`, frames of all takes of its word in its voice;
     `source_node`, `target_node`; `word` and `word_number` (equal words have equal numbers).
     Nodes (n_nodes): `may_pause`, `is_final`, `goes_on` (words may follow); `start_nodes` lists one node per voice.
     """
@@ -65,6 +65,12 @@ class Network:
         self.word_number: Index = np.array([numbers[word] for word in self.word], np.intp)
         self.length: Index = np.array([bank.templates[c[3]].length for c in chains], np.intp)
         self.longest = int(self.length.max())
+        takes: dict[tuple[str, str], list[int]] = {}
+        for template in bank.templates:
+            takes.setdefault((template.voice, template.word), []).append(template.length)
+        of_chain = [takes[bank.templates[c[3]].voice, bank.templates[c[3]].word] for c in chains]
+        self.word_shortest: Index = np.array([min(lengths) for lengths in of_chain], np.intp)
+        self.word_longest: Index = np.array([max(lengths) for lengths in of_chain], np.intp)
         self.first_row: Index = np.array([bank.templates[c[3]].first for c in chains], np.intp)
 
     def voice_of_node(self, node: int) -> str:

@@ -70,8 +70,8 @@ class Sentence:
     `filler_cost`: near 0 for the very word, 1 and above for anything else. `lead_in` is the mean cost, in the same
     unit, of taking the 0.6 s before the sentence for noise: 0 when it was noise, 1 and more for speech. `pause` is the
     dearest pause inside it, in the same unit times frames: how much speech it passes over. `promises` are what each
-    word would have gained over the filler if it was said (see `Scorer.promise`), `stretches` its frames over its
-    template's. `unfinished`: somebody seems to go on with words that are not understood yet.
+    word would have gained over the filler if it was said (see `Scorer.promise`), `stretches` its frames over those
+    of the nearest take of the word. `unfinished`: somebody seems to go on with words that are not understood yet.
     """
 
     steps: tuple[Step, ...]
@@ -197,7 +197,7 @@ class Spotter:
             best.cost,
             max((self._pause(a.end_frame, b.start_frame) for a, b in pairwise(steps)), default=0.0),
             tuple(self._promise(step) for step in steps),
-            tuple((step.end_frame - step.start_frame) / int(self._net.length[step.chain]) for step in steps),
+            tuple(self._stretch(step) for step in steps),
             unfinished,
         )
 
@@ -222,6 +222,12 @@ class Spotter:
         first = int(self._net.first_row[step.chain])
         rows = np.arange(first, first + int(self._net.length[step.chain]))
         return max(self._scorer.promise(rows, self._settings.filler_cost), 0.01) * (step.end_frame - step.start_frame)
+
+    def _stretch(self, step: Step) -> float:
+        """1 between the shortest and the longest take of the word: "I" has twice the length where it stands alone."""
+        frames = step.end_frame - step.start_frame
+        usual = min(max(frames, int(self._net.word_shortest[step.chain])), int(self._net.word_longest[step.chain]))
+        return frames / usual
 
     def _lead_in(self, start_frame: int) -> float:
         frames = np.arange(max(start_frame - LEAD_FRAMES, self._first), start_frame - 3)

@@ -25,6 +25,11 @@ def five_metres(port: str) -> list[str]:
     return [sys.executable, "-m", "hvcpd.control.cli", "drive", "forward", "5", "--port", port]
 
 
+def from_a_script(port: str) -> list[str]:
+    """The same as a shell starts it in the background: deaf to SIGINT."""
+    return ["sh", "-c", 'trap "" INT; exec "$@"', "sh", *five_metres(port)]
+
+
 class Driven:
     """A process that drives these devices, by `command` of the port; `when` waits until the motors do something."""
 

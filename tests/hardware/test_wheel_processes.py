@@ -1,13 +1,14 @@
 """A real process drives fake motors on a pty in real time, and dies."""
 
 import signal
+from collections.abc import Callable
 
 import pytest
 
 from hil_fakes.dynamixel.motor import turtlebot3_pair
 from hil_fakes.dynamixel.opencr import FakeOpenCR
 from hil_fakes.dynamixel.pump import LONGEST_STEP_S
-from tests.hardware.driven import FAST_RAD_S, PATIENCE_S, STANDING_RAD_S, Driven
+from tests.hardware.driven import FAST_RAD_S, PATIENCE_S, STANDING_RAD_S, Driven, five_metres, from_a_script
 
 pytestmark = pytest.mark.slow
 
@@ -30,8 +31,11 @@ def test_killed_in_mid_motion_opencr_stops_by_its_heartbeat() -> None:
 
 
 @pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGINT])
-def test_a_signal_stops_the_wheels_and_switches_them_off(number: signal.Signals) -> None:
-    with Driven(*turtlebot3_pair()) as driven:
+@pytest.mark.parametrize("command", [five_metres, from_a_script])
+def test_a_signal_stops_the_wheels_and_switches_them_off(
+    command: Callable[[str], list[str]], number: signal.Signals
+) -> None:
+    with Driven(*turtlebot3_pair(), command=command) as driven:
         driven.when(lambda: driven.fastest_rad_s > 1.0)
         driven.process.send_signal(number)
         assert driven.process.wait(PATIENCE_S) == 130
