@@ -55,7 +55,9 @@ class SayAction:
     text: str
 
 
-Action = GoTo | Forward | Turn | Wait | SayAction
+Motion = GoTo | Forward | Turn
+
+Action = Motion | Wait | SayAction
 
 
 @dataclass(frozen=True)

@@ -16,7 +16,7 @@ from hvcpd.assembly import RobotPlan, Sound, make_phrasebook, make_sound
 from hvcpd.casting import cast
 from hvcpd.config.settings import MAX_KNOWN_NAMES, Settings
 from hvcpd.config.task_file import load_tasks
-from hvcpd.config.tasks import Place, TaskRepository
+from hvcpd.config.tasks import Motion, Place, TaskRepository
 from hvcpd.coordination.actions import Role, Speech, Timing
 from hvcpd.daemon.pose_keeper import KeptPose
 from hvcpd.errors import ConfigError, HvcpdError, PhraseError
@@ -63,6 +63,13 @@ class Outfit:
     def seals_path(self) -> Path:
         """Where counters of seals are kept, apart from the tasks; see `Journal`."""
         return self.settings.state_dir / f"{self.settings.name.lower()}.seals.sqlite3"
+
+    @property
+    def unable(self) -> frozenset[int]:
+        """The tasks that the robot lacks the means for: what the settings name and, without wheels, what drives."""
+        wheeled = self.settings.wheels.driver != "none"
+        drives = {task.number for task in self.tasks.tasks if any(isinstance(a, Motion) for a in task.actions)}
+        return frozenset(self.settings.unable) | (frozenset() if wheeled else frozenset(drives))
 
     def wall_s(self) -> float | None:
         """The time, seconds since 1970; None without a key, or if the clock is set to before the newest
@@ -115,7 +122,7 @@ class Outfit:
             coordinator=settings.mode == "coordinate",
             volunteer=settings.mode == "volunteer",
             nearest_first=settings.pick == "nearest",
-            unable=frozenset(settings.unable),
+            unable=self.unable,
             speech=Speech(slowly=settings.speech.rate == "slow", times=settings.speech.repeat),
             listed=any(name.casefold() == settings.name.casefold() for name in settings.names),
             people=People(settings.security.people),

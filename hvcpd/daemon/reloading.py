@@ -94,7 +94,7 @@ class Reloader:
             coordinator=settings.mode == "coordinate",
             volunteer=settings.mode == "volunteer",
             nearest_first=settings.pick == "nearest",
-            unable=frozenset(settings.unable),
+            unable=outfit.unable,
         )
         c.board.redefine(outfit.tasks.tasks)
         c.reconsider(robot.now)

@@ -1,11 +1,12 @@
 """What the settings make of a robot."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
 
 from hvcpd.assembly import make_robot
-from hvcpd.config.settings import Settings, WaitSettings
+from hvcpd.config.settings import Settings, WaitSettings, WheelSettings
 from hvcpd.coordination.actions import Timing
 from hvcpd.daemon.outfit import equip
 from hvcpd.errors import ConfigError
@@ -15,6 +16,20 @@ from hvcpd.own_voice import Acoustics
 def test_a_robot_knows_what_it_cannot_do(tmp_path: Path) -> None:
     outfit = equip(Settings(name="Rob", state_dir=tmp_path, unable=(2, 3)))
     assert outfit.plan({}, Acoustics()).role.unable == {2, 3}
+
+
+def test_a_robot_without_wheels_cannot_do_what_drives(tmp_path: Path) -> None:
+    tasks = tmp_path / "tasks.yaml"
+    tasks.write_text(
+        "tasks:\n"
+        "  - {number: 1, name: water the rose, place: {x_m: 1, y_m: 0}, actions: [go to place, {water: 1}]}\n"
+        "  - {number: 2, name: water the lily, place: {x_m: 0, y_m: 0}, actions: [{water: 1}]}\n"
+        "  - {number: 3, name: clean the room, place: {x_m: 0, y_m: 0}, actions: [{turn: 90}]}\n"
+    )
+    standing = Settings(name="Rob", state_dir=tmp_path, tasks=tasks, wheels=WheelSettings(driver="none"))
+    assert equip(standing).plan({}, Acoustics()).role.unable == {1, 3}
+    assert equip(replace(standing, unable=(2,))).unable == {1, 2, 3}
+    assert equip(replace(standing, wheels=WheelSettings())).unable == frozenset()
 
 
 def test_it_waits_for_others_as_long_as_it_is_told(tmp_path: Path) -> None:
