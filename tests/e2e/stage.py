@@ -14,6 +14,7 @@ from hil_fakes.sound_server import SoundServer, wait_until
 from hvcpd.ports import Pose
 from tests.e2e.parts import PRIORITY
 from tests.e2e.robot import Part, RobotProcess
+from tests.undisturbed import undisturbed
 
 START_S = 120.0
 """From nothing to listening: a cold start renders some thousand words, on a machine with other work to do."""
@@ -54,10 +55,11 @@ class Stage:
         return {**self.server.environment(part.name.lower()), "RUNTIME_DIRECTORY": str(runtime)}
 
     def start(self) -> None:
-        """Switch the robots on, one after the other, and wait until both listen."""
-        for robot in self.robots:
-            robot.start()
-        self.wait(lambda: all(robot.events("listening") for robot in self.robots), START_S, "both robots listen")
+        """Switch the robots on, one after the other, and wait until both listen; it takes all of the processor."""
+        with undisturbed():
+            for robot in self.robots:
+                robot.start()
+            self.wait(lambda: all(robot.events("listening") for robot in self.robots), START_S, "both robots listen")
 
     def wait(self, condition: Callable[[], bool], timeout_s: float, what: str) -> None:
         """Wait in real time until `condition` holds; a daemon that loses its wheels for long begins anew."""

@@ -14,6 +14,7 @@ from hil_fakes.dynamixel.bus import FakeBus
 from hil_fakes.dynamixel.motor import FakeXL430
 from hil_fakes.dynamixel.opencr import FakeOpenCR
 from hil_fakes.dynamixel.pump import RealTimePump
+from tests.undisturbed import undisturbed
 
 PATIENCE_S = 150.0
 FAST_RAD_S = 3.0
@@ -41,8 +42,10 @@ class Driven:
         self._changed = threading.Condition()
         self._pump = RealTimePump(self._advance)
         self._command = command(self.bus.path)
+        self._quiet = undisturbed()
 
     def __enter__(self) -> Driven:
+        self._quiet.__enter__()
         self._pump.__enter__()
         self.process = subprocess.Popen(self._command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
         return self
@@ -53,6 +56,7 @@ class Driven:
         self.process.kill()
         self.process.communicate()
         self._pump.__exit__(kind, error, trace)
+        self._quiet.__exit__(kind, error, trace)
         self.bus.close()
 
     @property
