@@ -11,7 +11,7 @@ from typing import Generic, TypeVar
 
 from hvcpd.config.settings import DEFAULT_TEAMS as DEFAULT_TEAMS
 from hvcpd.config.settings import MAX_KNOWN_NAMES
-from hvcpd.config.tasks import Place, SayAction, TaskRepository
+from hvcpd.config.tasks import Place, TaskRepository
 from hvcpd.coordination.actions import SLOW_STRETCH, Role, Timing
 from hvcpd.coordination.coordination import Coordination
 from hvcpd.errors import PhraseError
@@ -128,14 +128,13 @@ def make_phrasebook(
     names: Sequence[str], teams: Iterable[str], tasks: TaskRepository, sealed: bool = False
 ) -> Phrasebook:
     """The phrasebook of a team, `sealed` if it has a key. Raises PhraseError when its words clash."""
-    remarks = {a.text: None for task in tasks.tasks for a in task.actions if isinstance(a, SayAction)}
     return Phrasebook(
         Vocabulary(
             names=tuple(dict.fromkeys(names)),
             teams=tuple(dict.fromkeys(team.lower() for team in teams)),
             tasks=(*(task.name for task in tasks.tasks), *tasks.other_tasks),
             numbers=tuple(task.number for task in tasks.tasks),
-            remarks=tuple(remarks),
+            remarks=tasks.remarks,
             alternatives=tasks.alternatives,
             kinds=frozenset(Kind) if sealed else OPEN_KINDS,
         )

@@ -9,7 +9,6 @@ EX_FAILURE = 1
 EX_USER = 2
 """What `hvcpctl` returns for bad input."""
 EX_NOT_RUNNING, EX_NOT_ALLOWED = 3, 4
-EX_NOT_ALLOWED = 4
 """What `hvcpctl` returns where no daemon runs, and where it may not be asked; as the Linux Standard Base has them."""
 
 # sysexits.h, for the daemon.

@@ -53,11 +53,15 @@ class KeyFile:
     entries: tuple[Entry, ...] = field(repr=False)
     revoked: tuple[str, ...] = ()
 
+    @property
+    def newest(self) -> date:
+        """When the newest key was made."""
+        return max(entry.made for entry in self.entries)
+
     def ring(self, today: date | None) -> KeyRing:
         """The keys that count on a day. None, or a day before the newest key was made, is the day when it was made: a
         Raspberry Pi has no clock that outlives a power cut."""
-        newest = max(entry.made for entry in self.entries)
-        day = newest if today is None else max(today, newest)
+        day = self.newest if today is None else max(today, self.newest)
         valid = [entry for entry in self.entries if entry.until is None or entry.until >= day]
         spoken = [entry for entry in valid if entry.spoken_from <= day] or valid
         others = tuple(entry.key for entry in reversed(valid) if entry is not spoken[-1])

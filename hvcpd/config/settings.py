@@ -192,6 +192,11 @@ class Settings:
     log_level: Literal["debug", "info", "warning", "error"] = "info"
     log_format: Literal["auto", "console", "keyvalue", "json"] = "auto"
 
+    @property
+    def memory_path(self) -> Path:
+        """The robot's memory: one file a robot, so that two on one computer share nothing."""
+        return self.state_dir / f"{self.name.lower()}.sqlite3"
+
 
 @dataclass(frozen=True)
 class Loaded:

@@ -79,6 +79,12 @@ class TaskRepository:
     alternatives: tuple[tuple[str, str], ...] = ()
     """Words, and phrases that count as them when they are heard: ("indigo", "in the go")."""
 
+    @property
+    def remarks(self) -> tuple[str, ...]:
+        """What its actions have robots say, each once."""
+        said = (a.text for task in self.tasks for a in task.actions if isinstance(a, SayAction))
+        return tuple(dict.fromkeys(said))
+
     def by_number(self, number: int) -> TaskDefinition | None:
         """The task of that number, or None."""
         return next((task for task in self.tasks if task.number == number), None)

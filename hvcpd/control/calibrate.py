@@ -10,9 +10,9 @@ import time
 from collections.abc import Callable
 from pathlib import Path
 
-from hvcpd.control.doctor_machine import run_command
-from hvcpd.control.mixer import CAPTURE, Control, Mixer, RunCommand
-from hvcpd.control.self_hearing import SelfHearing, hear_oneself
+from hvcpd.control.command import RunCommand, run_command
+from hvcpd.control.mixer import CAPTURE, Control, Mixer
+from hvcpd.control.self_hearing import SelfHearing, calibration_path, hear_oneself
 from hvcpd.control.team import Team, load_team
 from hvcpd.daemon.devices import Devices
 from hvcpd.errors import EX_FAILURE, EX_OK, DeviceError, StoreError
@@ -97,7 +97,7 @@ def _finish(
         "understood": heard.understood,
         "range_m": round(reach_m, 2),
     }
-    path = team.settings.state_dir / "calibration.json"
+    path = calibration_path(team)
     if not options.dry_run:
         _keep(path, result)
     if options.json:

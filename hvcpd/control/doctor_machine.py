@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-import grp
 import os
 import shutil
-import subprocess
 import time
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -15,16 +13,18 @@ import numpy as np
 
 import hvcpd
 from hvcpd.assembly import make_recogniser
+from hvcpd.control.command import RunCommand, run_command
 from hvcpd.control.diagnosis import Diagnosis, fine, note, wrong
 from hvcpd.control.team import Team
-from hvcpd.daemon.preflight import find_memory
+from hvcpd.daemon.preflight import find_memory, nearest_there
+from hvcpd.hardware.groups import group_of
 from hvcpd.language.messages import Free, Utterance
 from hvcpd.ports import SAMPLE_RATE_HZ
 
 GROUPS = {"audio": "snd/*", "dialout": "tty[AU][CS][MB][0-9]*"}
 """Who may use which devices on Debian, Ubuntu and Raspberry Pi OS."""
-LEAST_FREE_BYTES, FEW_FREE_BYTES = 20e6, 200e6
-"""A day's transcript is below a megabyte, the rendered words of a team some 10 MB."""
+LEAST_FREE_BYTES, FEW_FREE_BYTES = 60e6, 200e6
+"""The rendered words of a team take some 40 MB, a day's transcript less than one."""
 MOST_LOAD, HIGH_LOAD = 0.8, 0.4
 """Of one core for decoding speech as fast as it comes; wheels, sound and the rest of the system need some too."""
 HOT_C = 80.0
@@ -32,18 +32,6 @@ HOT_C = 80.0
 BENCHMARK_SENTENCES = 4
 NOISE_RMS = 0.001
 """-60 dBFS beneath the benchmark's sentences, as a quiet room's."""
-
-RunCommand = Callable[[Sequence[str]], str | None]
-"""Runs a command; its output, None if there is no such command."""
-
-
-def run_command(command: Sequence[str]) -> str | None:
-    """What the command prints; None if it is not there or takes longer than 10 s."""
-    try:
-        done = subprocess.run(list(command), capture_output=True, text=True, check=False, timeout=10.0)
-    except (OSError, subprocess.TimeoutExpired):
-        return None
-    return done.stdout
 
 
 @dataclass(frozen=True)
@@ -73,18 +61,10 @@ def _look_at_permissions(machine: Machine) -> Iterator[Diagnosis]:
         there = sorted(path for path in machine.devices.glob(pattern) if not path.is_dir())
         denied = [path for path in there if not machine.may(path, os.R_OK | os.W_OK)]
         if denied:
-            owner = _group_of(denied[0]) or group
-            remedy = f"`sudo usermod -aG {owner} $USER`, then log in again"
+            remedy = f"`sudo usermod -aG {group_of(denied[0], group)} $USER`, then log in again"
             yield wrong("permissions", f"no permission to use {', '.join(map(str, denied))}: {remedy}")
         elif there:
             yield fine("permissions", f"{len(there)} device{'s' * (len(there) != 1)} of the group {group} may be used")
-
-
-def _group_of(path: Path) -> str | None:
-    try:
-        return grp.getgrgid(path.stat().st_gid).gr_name
-    except (OSError, KeyError):
-        return None
 
 
 def _look_at_clock(machine: Machine) -> Diagnosis:
@@ -103,7 +83,7 @@ def _look_at_clock(machine: Machine) -> Diagnosis:
 def _look_at_disk(state_dir: Path) -> Iterator[Diagnosis]:
     memory = find_memory(state_dir)
     yield fine("memory", memory.text) if memory.ok else wrong("memory", memory.text)
-    nearest = next(path for path in (state_dir, *state_dir.absolute().parents) if path.exists())
+    nearest = nearest_there(state_dir)
     free = shutil.disk_usage(nearest).free
     text, figures = f"{free / 1e6:.0f} MB free at {nearest}", {"free_mb": round(free / 1e6)}
     if free < LEAST_FREE_BYTES:

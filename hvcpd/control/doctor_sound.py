@@ -8,9 +8,10 @@ from typing import Any
 
 from hvcpd.config.settings import AudioSettings
 from hvcpd.control.diagnosis import Diagnosis, fine, note, wrong
-from hvcpd.control.self_hearing import SelfHearing, hear_oneself, listen
+from hvcpd.control.self_hearing import SelfHearing, calibration_path, hear_oneself, listen
 from hvcpd.control.team import Team
 from hvcpd.daemon.devices import Devices
+from hvcpd.daemon.preflight import sides_of
 from hvcpd.errors import DeviceError
 from hvcpd.hardware.acoustics import SILENCE_DBFS
 from hvcpd.hardware.audio import Direction, find_device
@@ -47,11 +48,7 @@ def _look_at_devices(settings: AudioSettings, devices: Devices) -> Iterator[Diag
     except DeviceError as error:
         yield wrong("sound", str(error))
         return
-    sides: tuple[tuple[str, Direction, str | None], ...] = (
-        ("microphone", "input", settings.input_device),
-        ("loudspeaker", "output", settings.output_device),
-    )
-    for subject, direction, name in sides:
+    for subject, direction, name in sides_of(settings):
         try:
             device = find_device(backend, direction, name)
         except DeviceError as error:
@@ -121,9 +118,8 @@ def judge(heard: SelfHearing) -> Iterator[Diagnosis]:
 
 
 def _calibration(team: Team) -> Iterator[Diagnosis]:
-    path = team.settings.state_dir / "calibration.json"
     try:
-        found = json.loads(path.read_text(encoding="utf-8"))
+        found = json.loads(calibration_path(team).read_text(encoding="utf-8"))
         text = f"of {found['date']}: a peer is understood up to {found['range_m']:.1f} m"
     except (OSError, ValueError, KeyError, TypeError):
         yield note("calibration", "this robot's sound was never calibrated; see hvcpctl calibrate --help")

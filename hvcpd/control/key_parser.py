@@ -14,22 +14,13 @@ MAX_CODES = 500
 """On a sheet; more are never crossed out."""
 
 
-def _days(text: str) -> int:
-    if not text.isdecimal() or not text.isascii() or int(text[:9]) > 3650:
-        raise argparse.ArgumentTypeError(f"{text!r} is not a number of days from 0 to 3650")
-    return int(text)
+def _whole(least: int, most: int, what: str = "number") -> Callable[[str], int]:
+    def number(text: str) -> int:
+        if not text.isdecimal() or not text.isascii() or not least <= int(text[:9]) <= most:
+            raise argparse.ArgumentTypeError(f"{text!r} is not a {what} from {least} to {most}")
+        return int(text)
 
-
-def _count(text: str) -> int:
-    if not text.isdecimal() or not text.isascii() or not 1 <= int(text[:9]) <= 100_000:
-        raise argparse.ArgumentTypeError(f"{text!r} is not a number from 1 to 100000")
-    return int(text)
-
-
-def _codes(text: str) -> int:
-    if not text.isdecimal() or not text.isascii() or int(text[:9]) > MAX_CODES:
-        raise argparse.ArgumentTypeError(f"{text!r} is not a number from 0 to {MAX_CODES}")
-    return int(text)
+    return number
 
 
 def _name(text: str) -> str:
@@ -59,14 +50,13 @@ def add_key(commands: _Commands, run: Command) -> None:
         parser.add_argument("--config", type=Path, metavar="FILE", help="settings (default: /etc/hvcpd/hvcpd.yaml)")
         parser.set_defaults(run=run)
     rotate, sheet = parsers["rotate"], parsers["sheet"]
+    days, codes, first = _whole(0, 3650, "number of days"), _whole(0, MAX_CODES), _whole(1, 100_000)
+    rotate.add_argument("--after", type=days, default=7, metavar="DAYS", help="speak with the new key from then on (7)")
     rotate.add_argument(
-        "--after", type=_days, default=7, metavar="DAYS", help="speak with the new key from then on (7)"
+        "--keep", type=days, default=30, metavar="DAYS", help="believe the old one for so long after (30)"
     )
-    rotate.add_argument(
-        "--keep", type=_days, default=30, metavar="DAYS", help="believe the old one for so long after (30)"
-    )
-    sheet.add_argument("--codes", type=_codes, default=60, metavar="N", help="so many one-time codes (60)")
-    sheet.add_argument("--first", type=_count, default=1, metavar="N", help="from this number on (1)")
+    sheet.add_argument("--codes", type=codes, default=60, metavar="N", help="so many one-time codes (60)")
+    sheet.add_argument("--first", type=first, default=1, metavar="N", help="from this number on (1)")
     sheet.add_argument("--no-recovery", action="store_true", help="without the key itself: for who only commands")
     sheet.add_argument("-o", "--output", type=Path, metavar="FILE", help="write it there, readable by you alone")
     parsers["revoke"].add_argument("name", type=_name, metavar="NAME", help="whose voice")

@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 
-RunCommand = Callable[[Sequence[str]], str | None]
+from hvcpd.control.command import RunCommand
 
 CAPTURE = ("Mic", "Capture", "Input Gain", "ADC")
-PLAYBACK = ("Speaker", "PCM", "Master", "Headphone", "Digital")
 """What the controls of common cards are called (USB audio class, bcm2835, HiFiBerry, HDA), the likeliest first."""
 
 
@@ -28,7 +27,7 @@ def card_of(device_name: str) -> str | None:
 
 
 class Mixer:
-    """`run` starts a command, as `doctor_machine.run_command`."""
+    """`run` starts a command, as `command.run_command`."""
 
     def __init__(self, run: RunCommand) -> None:
         self._run = run

@@ -5,6 +5,7 @@ from __future__ import annotations
 import asyncio
 from collections.abc import Callable
 from dataclasses import dataclass
+from pathlib import Path
 
 import numpy as np
 
@@ -39,6 +40,11 @@ class SelfHearing:
     echo: Echo | None = None
     understood: bool = False
     confidence: float = 0.0
+
+
+def calibration_path(team: Team) -> Path:
+    """Where `hvcpctl calibrate` keeps what it found, beside the robot's memory."""
+    return team.settings.state_dir / "calibration.json"
 
 
 def listen(settings: AudioSettings, make_stream: MakeStream) -> SelfHearing:

@@ -64,7 +64,7 @@ def open_transcript(options: argparse.Namespace) -> Rows:
         if options.socket is not None:
             raise
     settings = load_settings(options.config, {"name": options.name}, name_needed=False)
-    return TranscriptReader(settings.state_dir / f"{settings.name.lower()}.sqlite3")
+    return TranscriptReader(settings.memory_path)
 
 
 def _row(each: Mapping[str, Any]) -> TranscriptRow:

@@ -38,7 +38,7 @@ def refuse_to_say(c: Coordination, u: m.Utterance) -> str | None:
     own = c.role.name
     if u.speaker is not None and u.speaker.lower() != own.lower():
         return f"this robot is {own}, not {u.speaker}; say '… I am {own}, …'"
-    statement = u.statement.statement if isinstance(u.statement, m.Relayed) else u.statement
+    statement = m.own_words(u.statement)
     if statement is not None and not isinstance(statement, FREE_SPEECH):
         return f"that tells what {own} itself does or knows; {own} says so only when it is so"
     if c.state in DEPARTING:

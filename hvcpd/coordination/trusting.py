@@ -46,7 +46,7 @@ class Doubts:
 
 def believes(c: Coordination, u: m.Utterance, trust: Trust) -> bool:
     """Whether the sentence may be acted on, and learned from."""
-    statement = u.statement.statement if isinstance(u.statement, m.Relayed) else u.statement
+    statement = m.own_words(u.statement)
     if trust is Trust.OPEN or isinstance(statement, m.Stop):
         return True
     if trust.proves_speaker:

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from hvcpd.coordination.actions import SaveTask
+from hvcpd.hardware.acoustics import SILENCE_DBFS, power_dbfs
 from hvcpd.ports import SAMPLE_RATE_HZ, Pose, Samples
 from hvcpd.records import GarbledRecord, HeardRecord, HoldRecord, PerformedRecord, Record, SaidRecord
 from hvcpd.reporting.events import (
@@ -30,8 +31,6 @@ PERIOD_S = 0.25
 """Between two readings of the level, and of the pose: as fast as a person sees a meter move."""
 FLOOR_PERIODS = 12
 """3 s, as the recogniser's own tracking of noise."""
-SILENCE_DBFS = -120.0
-"""Of digital silence: below one step of a 16-bit converter (-98 dBFS) by far."""
 MOVED_M, TURNED_RAD = 0.001, 0.002
 """A pose that differs less is the same: the encoders' steps are 0.05 mm."""
 
@@ -63,8 +62,7 @@ class Meter:
         self._count += heard.size
         if self._count < PERIOD_S * SAMPLE_RATE_HZ:
             return False
-        power = self._power / self._count
-        self.level_dbfs = max(10.0 * math.log10(power), SILENCE_DBFS) if power > 0.0 else SILENCE_DBFS
+        self.level_dbfs = power_dbfs(self._power / self._count)
         self._recent.append(self.level_dbfs)
         self._power, self._count = 0.0, 0
         return True

@@ -50,6 +50,7 @@ class Daemon:
         rereading: Rereading | None = None,
     ) -> None:
         self._outfit = outfit
+        self._listens = f"{outfit.settings.name} of team {outfit.settings.team} listens"
         self._manager = manager or ServiceManager({})
         self._devices = devices
         self._journal = JournalService(outfit)
@@ -171,11 +172,6 @@ class Daemon:
         self._manager.beat()
         if self._leave_until_s is None:
             self._manager.status(self._listens if sound.flowing else NO_SOUND)
-
-    @property
-    def _listens(self) -> str:
-        settings = self._outfit.settings
-        return f"{settings.name} of team {settings.team} listens"
 
     def _has_left(self, robot: Robot) -> bool:
         if self._leave_until_s is None:

@@ -57,7 +57,7 @@ class Outfit:
     @property
     def memory_path(self) -> Path:
         """The robot's store: one file a robot, so that two on one computer share nothing."""
-        return self.settings.state_dir / f"{self.settings.name.lower()}.sqlite3"
+        return self.settings.memory_path
 
     @property
     def seals_path(self) -> Path:
@@ -71,14 +71,24 @@ class Outfit:
         drives = {task.number for task in self.tasks.tasks if any(isinstance(a, Motion) for a in task.actions)}
         return frozenset(self.settings.unable) | (frozenset() if wheeled else frozenset(drives))
 
+    def with_live(self, role: Role) -> Role:
+        """The role with what of it may change while the robot lives."""
+        settings = self.settings
+        return replace(
+            role,
+            coordinator=settings.mode == "coordinate",
+            volunteer=settings.mode == "volunteer",
+            nearest_first=settings.pick == "nearest",
+            unable=self.unable,
+        )
+
     def wall_s(self) -> float | None:
         """The time, seconds since 1970; None without a key, or if the clock is set to before the newest
         key was made, so not at all."""
         if self.keys is None:
             return None
         now_s = time.time()
-        made = max(entry.made for entry in self.keys.entries)
-        return now_s if datetime.fromtimestamp(now_s, UTC).date() >= made - ONE_DAY else None
+        return now_s if datetime.fromtimestamp(now_s, UTC).date() >= self.keys.newest - ONE_DAY else None
 
     def ring(self) -> KeyRing | None:
         """The keys that count today, if the team has any."""
@@ -119,17 +129,13 @@ class Outfit:
         role = Role(
             settings.name,
             settings.team,
-            coordinator=settings.mode == "coordinate",
-            volunteer=settings.mode == "volunteer",
-            nearest_first=settings.pick == "nearest",
-            unable=self.unable,
             speech=Speech(slowly=settings.speech.rate == "slow", times=settings.speech.repeat),
             listed=any(name.casefold() == settings.name.casefold() for name in settings.names),
             people=People(settings.security.people),
         )
         seed = settings.seed if settings.seed is not None else secrets.randbits(SEED_BITS)
         return RobotPlan(
-            role,
+            self.with_live(role),
             self.names_with(heard),
             self.tasks,
             here.pose if here is not None else settings.start.pose,

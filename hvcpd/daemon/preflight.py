@@ -86,16 +86,26 @@ def find_confusable(outfit: Outfit) -> Finding:
     return Finding("vocabulary", "tasks and names can be told apart by ear")
 
 
+def nearest_there(directory: Path) -> Path:
+    """The directory itself, or the nearest above it that is there."""
+    return next(path for path in (directory, *directory.absolute().parents) if path.exists())
+
+
 def find_memory(directory: Path, access: Access = os.access) -> Finding:
     """Whether the robot's memory can be kept in `directory`, or the directory be made."""
     remedy = "make it, writable for the daemon's user, or set `state_dir` to another"
-    nearest = next(path for path in (directory, *directory.absolute().parents) if path.exists())
+    nearest = nearest_there(directory)
     if not nearest.is_dir():
         return Finding("memory", f"state_dir: {nearest} is no directory; set `state_dir` to another", EX_CANTCREAT)
     if not access(nearest, os.W_OK | os.X_OK):
         what = "cannot be written" if nearest == directory else f"cannot be made in {nearest}"
         return Finding("memory", f"state_dir: {directory} {what}; {remedy}", EX_CANTCREAT)
     return Finding("memory", f"{directory} {'is writable' if nearest == directory else 'will be made'}")
+
+
+def sides_of(settings: AudioSettings) -> tuple[tuple[str, Direction, str | None], ...]:
+    """What is needed of sound cards, which way it goes, and the device that the settings name for it."""
+    return ("microphone", "input", settings.input_device), ("loudspeaker", "output", settings.output_device)
 
 
 def find_sound(settings: AudioSettings, devices: Devices) -> Iterator[Finding]:
@@ -105,11 +115,7 @@ def find_sound(settings: AudioSettings, devices: Devices) -> Iterator[Finding]:
     except DeviceError as error:
         yield Finding("sound", str(error), error.exit_status)
         return
-    wanted: tuple[tuple[str, Direction, str | None], ...] = (
-        ("microphone", "input", settings.input_device),
-        ("loudspeaker", "output", settings.output_device),
-    )
-    for subject, direction, name in wanted:
+    for subject, direction, name in sides_of(settings):
         try:
             device = find_device(backend, direction, name)
             yield Finding(subject, f"{device.name!r}, {device.rate_hz:g} Hz by itself")
@@ -134,7 +140,7 @@ def find_port(settings: WheelSettings, device_directory: Path, access: Access = 
     if not stat.S_ISCHR(status.st_mode):
         return _port_fault(f"wheels.port: {port} is no serial port; {_other_ports(device_directory)}")
     if not access(port, os.R_OK | os.W_OK):
-        from hvcpd.hardware.wheels_bus import group_of
+        from hvcpd.hardware.groups import group_of
 
         group = group_of(settings.port)
         return _port_fault(

@@ -11,7 +11,7 @@ import structlog
 
 from hvcpd.config.settings import Loaded, Settings
 from hvcpd.config.sources import Sourced
-from hvcpd.config.tasks import SayAction, TaskRepository
+from hvcpd.config.tasks import TaskRepository
 from hvcpd.daemon.control_status import Body
 from hvcpd.daemon.outfit import Outfit
 from hvcpd.errors import HvcpdError, NotDoneError
@@ -85,25 +85,18 @@ class Reloader:
         return {"changed": changed, "restart": restart}
 
     def _tell_robot(self, outfit: Outfit) -> None:
-        robot, settings = self._body.robot, outfit.settings
+        robot = self._body.robot
         if robot is None:
             return
         c = robot.coordination
-        c.role = replace(
-            c.role,
-            coordinator=settings.mode == "coordinate",
-            volunteer=settings.mode == "volunteer",
-            nearest_first=settings.pick == "nearest",
-            unable=outfit.unable,
-        )
+        c.role = outfit.with_live(c.role)
         c.board.redefine(outfit.tasks.tasks)
         c.reconsider(robot.now)
 
 
 def _words(tasks: TaskRepository) -> tuple[object, ...]:
     """What of the tasks can be spoken of, and is built into the recogniser."""
-    remarks = {a.text for task in tasks.tasks for a in task.actions if isinstance(a, SayAction)}
-    return {task.number: task.name for task in tasks.tasks}, remarks, tasks.other_tasks, tasks.alternatives
+    return {task.number: task.name for task in tasks.tasks}, set(tasks.remarks), tasks.other_tasks, tasks.alternatives
 
 
 def _task_changes(before: TaskRepository, now: TaskRepository) -> list[dict[str, Any]]:

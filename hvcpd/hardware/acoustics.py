@@ -24,7 +24,11 @@ def level_dbfs(sound: Samples) -> float:
     """RMS in dB re full scale (amplitude 1) of samples of shape (n,), without their mean."""
     if sound.size == 0:
         return SILENCE_DBFS
-    power = float(np.var(sound.astype(np.float64)))
+    return power_dbfs(float(np.var(sound.astype(np.float64))))
+
+
+def power_dbfs(power: float) -> float:
+    """A mean square in dB re full scale; SILENCE_DBFS at least."""
     return max(10.0 * math.log10(power), SILENCE_DBFS) if power > 0.0 else SILENCE_DBFS
 
 
@@ -65,8 +69,7 @@ def find_echo(played: Samples, heard: Samples, noise: Samples) -> Echo | None:
         return None
     piece = heard[at : at + played.size]
     noise_power = float(np.var(noise.astype(np.float64))) if noise.size else 0.0
-    power = max(float(np.var(piece.astype(np.float64))) - noise_power, 1e-12)
-    level = 10.0 * math.log10(power)
+    level = power_dbfs(float(np.var(piece.astype(np.float64))) - noise_power)
     floor = level_dbfs(noise)
     return Echo(at / SAMPLE_RATE_HZ, level, float(np.max(np.abs(piece))), level - floor)
 

@@ -6,9 +6,7 @@ Knows Protocol 2.0 devices in general, no motor in particular; the drivers build
 from __future__ import annotations
 
 import errno
-import grp
 from collections.abc import Callable, Mapping, Sequence
-from pathlib import Path
 from typing import Any, TypeVar
 
 from dynamixel_sdk import (
@@ -19,6 +17,7 @@ from dynamixel_sdk import (
 )
 
 from hvcpd.errors import DeviceError
+from hvcpd.hardware.groups import group_of
 from hvcpd.hardware.wheels_port import PORT_ERRORS, PacketHandler, Port, WaitingPort
 from hvcpd.hardware.xl430 import Register
 
@@ -27,11 +26,6 @@ ALERT = 0x80
 
 STATUS_SIZE = 11
 """Bytes of a status packet without parameters: error at 8, parameters from 9 on (e-Manual, "Status Packet")."""
-
-USUAL_GROUP = "dialout"
-"""Of serial ports on Debian, Ubuntu and Raspberry Pi OS; others have uucp."""
-OVERFLOW_GID = 65534
-"""How the kernel shows groups that a user namespace lacks (user_namespaces(7)): to the service, all but its own."""
 
 PING_PARAMETERS = 3
 """The answer to a ping: model number (2) and firmware (1). No register that we read has three bytes."""
@@ -249,15 +243,6 @@ def _n_parameters(packet: Sequence[int]) -> int:
 def in_use(error: BaseException | None) -> bool:
     """Whether a port did not open because another program has it."""
     return getattr(error, "errno", None) in (errno.EBUSY, errno.EAGAIN)
-
-
-def group_of(path: str) -> str:
-    """The group that may use the port: its own, or that of serial ports on Debian if that tells nothing."""
-    try:
-        number = Path(path).stat().st_gid
-        return USUAL_GROUP if number in (0, OVERFLOW_GID) else grp.getgrgid(number).gr_name
-    except (OSError, KeyError):
-        return USUAL_GROUP
 
 
 def port_remedy(path: str, error: Exception) -> str:

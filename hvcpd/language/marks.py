@@ -53,7 +53,7 @@ ANY_SEAL, ANY_CODE = "SEAL", "CODE"
 
 def is_sealed(statement: m.Statement | None) -> bool:
     """Whether a statement is one of SEALED, or passes one on."""
-    return isinstance(statement.statement if isinstance(statement, m.Relayed) else statement, SEALED)
+    return isinstance(m.own_words(statement), SEALED)
 
 
 def mark_words(mark: m.Mark) -> tuple[str, ...]:

@@ -282,6 +282,11 @@ Statement = (
 )
 
 
+def own_words(statement: Statement | None) -> Statement | None:
+    """The statement itself, or what it passes on of somebody else."""
+    return statement.statement if isinstance(statement, Relayed) else statement
+
+
 @dataclass(frozen=True)
 class Seal:
     """What a robot with a key says after a sentence, so that others know who said it: a number of four code words."""

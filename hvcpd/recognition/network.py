@@ -42,6 +42,10 @@ class Network:
         chains.sort()
         self._lay_out_nodes(graph)
         self._lay_out_chains(chains, bank)
+        takes = [by_word[bank.templates[c[3]].voice, c[2]] for c in chains]
+        lengths = [[bank.templates[number].length for number in numbers] for numbers in takes]
+        self.word_shortest: Index = np.array([min(each) for each in lengths], np.intp)
+        self.word_longest: Index = np.array([max(each) for each in lengths], np.intp)
 
     def _lay_out_nodes(self, graph: WordGraph) -> None:
         self.nodes_per_voice = graph.n_nodes
@@ -65,12 +69,6 @@ class Network:
         self.word_number: Index = np.array([numbers[word] for word in self.word], np.intp)
         self.length: Index = np.array([bank.templates[c[3]].length for c in chains], np.intp)
         self.longest = int(self.length.max())
-        takes: dict[tuple[str, str], list[int]] = {}
-        for template in bank.templates:
-            takes.setdefault((template.voice, template.word), []).append(template.length)
-        of_chain = [takes[bank.templates[c[3]].voice, bank.templates[c[3]].word] for c in chains]
-        self.word_shortest: Index = np.array([min(lengths) for lengths in of_chain], np.intp)
-        self.word_longest: Index = np.array([max(lengths) for lengths in of_chain], np.intp)
         self.first_row: Index = np.array([bank.templates[c[3]].first for c in chains], np.intp)
 
     def voice_of_node(self, node: int) -> str:

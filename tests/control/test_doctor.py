@@ -122,7 +122,7 @@ def test_a_slow_processor_a_wrong_clock_and_missing_groups(tmp_path: Path, capsy
     told = found(capsys)
     assert "too slow" in told["processor"]["text"]
     assert told["clock"]["grade"] == "note"
-    assert "usermod -aG" in told["permissions"]["text"]
+    assert "usermod -aG audio" in told["permissions"]["text"]  # never root, who owns it here
 
 
 def test_the_wheels_alone(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

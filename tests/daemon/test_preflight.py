@@ -15,7 +15,7 @@ from hvcpd.coordination.actions import Speech
 from hvcpd.daemon.outfit import Outfit, equip, name_fault
 from hvcpd.daemon.preflight import find_memory, find_port
 from hvcpd.errors import EX_CANTCREAT, EX_OK, EX_UNAVAILABLE, ConfigError
-from hvcpd.hardware.wheels_bus import group_of
+from hvcpd.hardware.groups import group_of
 from hvcpd.own_voice import Acoustics
 
 
