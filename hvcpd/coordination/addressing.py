@@ -9,7 +9,7 @@ from hvcpd.language import messages as m
 if TYPE_CHECKING:
     from hvcpd.coordination.coordination import Coordination
 
-OPENERS = (m.Order, m.WhatDoing, m.WhatLeft, m.WhoHere, m.Completed, m.Failed)
+OPENERS = (m.Order, m.WhatDoing, m.WhatLeft, m.WhoHere, m.ReportWanted, m.Completed, m.Failed)
 """What is said to one robot unasked; everything else that is said to one answers it."""
 
 

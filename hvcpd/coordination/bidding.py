@@ -21,6 +21,7 @@ FREE_SPEECH = (
     m.WhatDoing,
     m.WhoHere,
     m.WhatLeft,
+    m.ReportWanted,
     m.ComeBack,
     m.MoveBy,
     m.TurnBy,

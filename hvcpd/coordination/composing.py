@@ -8,6 +8,7 @@ from hvcpd.coordination import choosing, strangers
 from hvcpd.coordination.board import DONE, spoken_name
 from hvcpd.coordination.table import AT_WORK, State
 from hvcpd.language import messages as m
+from hvcpd.language.phrasebook import VOLTS, VOLTS_STEP
 
 if TYPE_CHECKING:
     from hvcpd.coordination.coordination import Coordination
@@ -106,6 +107,25 @@ def occupation(c: Coordination, asker: str | None) -> m.Utterance:
     if c.motion is not None and c.state is State.MOVING:
         return to_asker(c, asker, m.WillMove(c.motion))
     return to_asker(c, asker, m.Free())
+
+
+def shift_report(c: Coordination, asker: str | None) -> m.Utterance:
+    """Name, team, task, state and battery in one sentence, for who asked."""
+    doing, task = m.Doing.FREE, None
+    if c.state is State.STOPPED:
+        doing = m.Doing.STOPPED
+    elif c.task is not None and c.state in AT_WORK:
+        doing, task = m.Doing.WORKING, m.TaskByNumber(c.task)
+    elif c.motion is not None:
+        doing = m.Doing.BUSY
+    to = m.ToRobot(asker) if asker else m.ToAll()
+    return m.Utterance(c.role.name, to, c.role.team, m.Report(doing, task, spoken_volts(c.battery_v)))
+
+
+def spoken_volts(battery_v: float | None) -> float | None:
+    """The highest step that can be said and is not above the measured voltage; None if that cannot be said."""
+    lower = [volts for volts in VOLTS if battery_v is not None and volts <= battery_v < volts + VOLTS_STEP]
+    return lower[0] if lower else None
 
 
 def left(c: Coordination, asker: str | None) -> m.Utterance:

@@ -80,6 +80,7 @@ class Coordination:
         """Where the robot believes to be, for the nearest task first."""
         self.home: Place | None = None
         """Where it was when it first knew: where "come back" leads."""
+        self.battery_v: float | None = None  # as it was measured last
         self.assured_s = -math.inf
         """Until when somebody who confirmed it keeps this robot's claim."""
         self.claimed_s = -math.inf

@@ -145,6 +145,7 @@ _REACTIONS: dict[type, Callable[[Coordination, m.Utterance, Any, float], None]] 
     m.WhatDoing: people.what_doing,
     m.WhatLeft: people.what_left,
     m.WhoHere: _who_here,
+    m.ReportWanted: people.report_wanted,
     m.SayAgain: _say_again,
     m.Stopped: _let_go,
     m.Leaving: _let_go,

@@ -44,6 +44,15 @@ def what_left(c: Coordination, u: m.Utterance, _s: m.WhatLeft, now: float) -> No
     c.want(Urgency.ANSWER, "left", lambda: composing.left(c, name), now, slot=slot, call=call)
 
 
+def report_wanted(c: Coordination, u: m.Utterance, _s: m.ReportWanted, now: float) -> None:
+    """Everybody who is asked reports, one after the other."""
+    if not is_for(c, u):
+        return
+    name = u.speaker
+    slot = 0 if is_for_me_alone(c, u) else c.rank(name or SOMEBODY, 0, now)
+    c.want(Urgency.ANSWER, "report", lambda: composing.shift_report(c, name), now, slot=slot)
+
+
 def motion(c: Coordination, u: m.Utterance, s: m.Motion, confidence: float, now: float) -> None:
     """A motion moves one robot: the one addressed, or, by a call to nobody, the only one there."""
     for_me = is_for_me_alone(c, u) or (u.addressee is None and _alone_with(c, u.speaker, now))

@@ -15,11 +15,12 @@ _UTTERANCE_FIELDS = frozenset(f.name for f in fields(m.Utterance)) - {"statement
 
 @dataclass(frozen=True)
 class CompiledForm:
-    """A form, its parsed pattern, and the slots of that."""
+    """A form, its parsed pattern, the slots of that, and those of them that must be bound."""
 
     form: Form
     node: Node
     slots: frozenset[str]
+    needed: frozenset[str]
 
 
 def build(form: Form, bindings: Bindings) -> m.Utterance:

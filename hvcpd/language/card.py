@@ -5,7 +5,7 @@ from __future__ import annotations
 import html
 from dataclasses import dataclass
 
-from hvcpd.language.forms import CALL, FORMS, OPENING
+from hvcpd.language.forms import CALL, CALL_TO, FORMS, OPENING, PLEASE, Form
 from hvcpd.language.messages import ToAll, ToRobot, ToTeam
 from hvcpd.language.phrasebook import Phrasebook
 from hvcpd.language.spelling import WORD_OF
@@ -24,6 +24,7 @@ _PLACEHOLDERS = {
     "<metres>": "DISTANCE",
     "<other>": "NAME",
     "<letters>": "LETTERS",
+    "<volts>": "VOLTS",
 }
 
 
@@ -50,8 +51,9 @@ def make_card(phrasebook: Phrasebook) -> Card:
     """The card of a team's phrasebook."""
     vocabulary = phrasebook.vocabulary
     calls, statements = [], []
-    called = {(f.pattern.removeprefix(CALL).strip(), f.meaning) for f in FORMS if f.pattern.startswith(CALL)}
+    called = {(_plain(f).removeprefix(CALL).removeprefix(CALL_TO).strip(), f.meaning) for f in FORMS if _is_call(f)}
     for form in FORMS:
+        pattern = _plain(form)
         if form.kind not in vocabulary.kinds or form.relayed or form.will:
             continue
         if "<remark>" in form.pattern and not vocabulary.remarks:
@@ -59,14 +61,14 @@ def make_card(phrasebook: Phrasebook) -> Card:
         if "<task>" in form.pattern and not vocabulary.tasks:
             continue
         if form.spelled:
-            spelled = _written(form.pattern.split(", ", 1)[1])
+            spelled = _written(pattern.split(", ", 1)[1])
             statements.append(Line(f"instead of the name: {spelled}", form.meaning))
-        elif form.pattern.startswith(OPENING):
-            rest = form.pattern[len(OPENING) :].lstrip(", ")
+        elif pattern.startswith(OPENING):
+            rest = pattern[len(OPENING) :].lstrip(", ")
             if rest and (rest, form.meaning) not in called:
                 statements.append(Line(_written(rest), form.meaning))
         else:
-            calls.append(Line(_call(form.pattern), form.meaning))
+            calls.append(Line(_call(pattern), form.meaning))
     addressees = [_addressee(value) for value in phrasebook.slots["addressee"]]
     words: list[tuple[str, tuple[str, ...]]] = [
         ("WHO", tuple(addressees)),
@@ -85,6 +87,11 @@ def make_card(phrasebook: Phrasebook) -> Card:
         tuple((slot, entries) for slot, entries in words if entries),
         _example(phrasebook),
     )
+
+
+def _plain(form: Form) -> str:
+    """The pattern without what is only politeness: the card says once where "please" may stand."""
+    return " ".join(form.pattern.replace(PLEASE, "").split())
 
 
 def _example(phrasebook: Phrasebook) -> str:
@@ -108,8 +115,11 @@ def _addressee(value: object) -> str:
 
 def _call(pattern: str) -> str:
     """A call as the card has it: "[WHO,] come back"."""
-    written = _written(pattern.replace(CALL, "[<addressee>,]"))
-    return written if written.startswith("[") else written.capitalize()
+    return _written(pattern.replace(CALL, "[<addressee>,]").replace(CALL_TO, "<addressee>,"))
+
+
+def _is_call(form: Form) -> bool:
+    return form.pattern.startswith((CALL, CALL_TO))
 
 
 def _written(pattern: str) -> str:
@@ -119,7 +129,10 @@ def _written(pattern: str) -> str:
     return "I " + pattern[2:] if pattern.startswith("i ") else pattern
 
 
-HELLO = '"Hello" is understood as "Hi"; parts in [brackets] may be left out; pause a little at the commas.'
+HELLO = (
+    '"Hello" is understood as "Hi", and "please" before what you ask for; '
+    "parts in [brackets] may be left out; pause a little at the commas."
+)
 
 
 def as_text(card: Card) -> str:

@@ -22,6 +22,12 @@ SPELLING = "(hi|hello) [<addressee>], i spell, <letters>"
 CALL = "[(hi|hello)] [<addressee> ,]"
 """How a person begins who gives no name."""
 
+CALL_TO = "[(hi|hello)] <addressee> ,"
+"""The same, where nobody is meant unless somebody is named: one word alone is too easily heard in other talk."""
+
+PLEASE = "[please]"
+"""Before what is asked for, and after what people ask for in a few words. Robots understand it and never say it."""
+
 SLOT_FIELDS = {
     "addressee": "addressee",
     "speaker": "speaker",
@@ -36,6 +42,7 @@ SLOT_FIELDS = {
     "remark": "text",
     "other": "other",
     "letters": "letters",
+    "volts": "battery_v",
 }
 """Which field of the utterance or of its statement a slot binds; `other` is who is quoted in a relayed one."""
 
@@ -76,27 +83,27 @@ class Form:
 
 def _motions() -> tuple[tuple[str, type[m.Statement], str, dict[str, object]], ...]:
     return (
-        ("come back", m.ComeBack, "Drive to where you started.", {}),
-        ("move forward <metres>", m.MoveBy, "Drive straight on.", {"back": False}),
-        ("move back <metres>", m.MoveBy, "Drive backward.", {"back": True}),
-        ("turn left", m.TurnBy, "Turn by a right angle.", {"angle_deg": 90.0}),
-        ("turn right", m.TurnBy, "Turn by a right angle.", {"angle_deg": -90.0}),
-        ("turn around", m.TurnBy, "Turn by half a circle.", {"angle_deg": 180.0}),
+        (f"come back {PLEASE}", m.ComeBack, "Drive to where you started.", {}),
+        (f"move forward <metres> {PLEASE}", m.MoveBy, "Drive straight on.", {"back": False}),
+        (f"move back <metres> {PLEASE}", m.MoveBy, "Drive backward.", {"back": True}),
+        (f"turn left {PLEASE}", m.TurnBy, "Turn by a right angle.", {"angle_deg": 90.0}),
+        (f"turn right {PLEASE}", m.TurnBy, "Turn by a right angle.", {"angle_deg": -90.0}),
+        (f"turn around {PLEASE}", m.TurnBy, "Turn by half a circle.", {"angle_deg": 180.0}),
     )
 
 
 _QUESTIONS: tuple[tuple[str, type[m.Statement], str], ...] = (
-    ("what are you doing", m.WhatDoing, "What is your task?"),
-    ("who is here", m.WhoHere, "Everybody who hears it says its name."),
-    ("what is left", m.WhatLeft, "Which tasks are not done yet? One robot answers."),
+    (f"what are you doing {PLEASE}", m.WhatDoing, "What is your task?"),
+    (f"who is here {PLEASE}", m.WhoHere, "Everybody who hears it says its name."),
+    (f"what is left {PLEASE}", m.WhatLeft, "Which tasks are not done yet? One robot answers."),
 )
 
 _CORE: tuple[Form, ...] = (
     Form(OPENING, None, "A greeting: whoever hears it knows that I am here."),
     Form(f"{OPENING}, i will complete task <number>", m.Claim, "I take this task; after an order: I read it back."),
     Form(f"{OPENING}, i will <task>", m.Claim, "I take this task; after an order: I read it back."),
-    Form(f"{OPENING}, complete task <number>", m.Order, "Please do this task."),
-    Form(f"{OPENING}, <task>", m.Order, "Please do this task."),
+    Form(f"{OPENING}, {PLEASE} complete task <number>", m.Order, "Please do this task."),
+    Form(f"{OPENING}, {PLEASE} <task>", m.Order, "Please do this task."),
     Form(f"{OPENING}, completing task <number>", m.Working, "I am at this task now."),
     Form(f"{OPENING}, completing task, <task>", m.Working, "I am at this task now."),
     Form(f"{OPENING}, task <number> complete", m.Completed, "This task is done."),
@@ -124,16 +131,18 @@ _CORE: tuple[Form, ...] = (
         constants={"complete": True},
     ),
     Form(f"{OPENING}, negative", m.Negative, "What you said is wrong: don't."),
-    Form(f"{OPENING}, say again", m.SayAgain, "I did not understand you.", constants={"slowly": False}),
-    Form(f"{OPENING}, say again slowly", m.SayAgain, "Once more, and more slowly.", constants={"slowly": True}),
+    Form(f"{OPENING}, {PLEASE} say again", m.SayAgain, "I did not understand you.", constants={"slowly": False}),
+    Form(
+        f"{OPENING}, {PLEASE} say again slowly", m.SayAgain, "Once more, and more slowly.", constants={"slowly": True}
+    ),
     Form(f"{OPENING}, i did not understand", m.NotUnderstood, "I give up asking."),
     Form(f"{OPENING}, <remark>", m.Remark, "A remark that a task has its robot make."),
-    Form(f"{OPENING}, stop", m.Stop, "Halt at once, and stay halted."),
-    Form("[<addressee>] stop", m.Stop, "Halt at once, and stay halted. Anybody may say it."),
+    Form(f"{OPENING}, {PLEASE} stop {PLEASE}", m.Stop, "Halt at once, and stay halted."),
+    Form(f"[<addressee>] {PLEASE} stop {PLEASE}", m.Stop, "Halt at once, and stay halted. Anybody may say it."),
     Form(f"{OPENING}, i have stopped", m.Stopped, "I have halted."),
-    Form(f"{OPENING}, resume", m.Resume, "After a stop: you may take on tasks again."),
-    Form("[<addressee>] resume", m.Resume, "After a stop: you may take on tasks again."),
-    Form(f"{OPENING}, what is left", m.WhatLeft, "Which tasks are not done yet? One robot answers."),
+    Form(f"{OPENING}, {PLEASE} resume {PLEASE}", m.Resume, "After a stop: you may take on tasks again."),
+    Form(f"[<addressee>] {PLEASE} resume {PLEASE}", m.Resume, "After a stop: you may take on tasks again."),
+    Form(f"{OPENING}, {PLEASE} what is left {PLEASE}", m.WhatLeft, "Which tasks are not done yet? One robot answers."),
     Form(f"{OPENING}, nothing left", m.Left, "Every task is done.", constants={"more": False}),
     Form(
         f"{OPENING}, task <first> [and <second> [and <third>]] left",
@@ -152,15 +161,36 @@ _CORE: tuple[Form, ...] = (
     Form(f"{OPENING}, my name is taken", m.NameTaken, "Somebody else uses my name: I do nothing more under it."),
 )
 
-_PEOPLE: tuple[Form, ...] = (
-    *(Form(f"{CALL} {words}", statement, means, Kind.PEOPLE) for words, statement, means in _QUESTIONS),
+_REPORT = "Each robot in turn tells its team, its task and its battery."
+_DOINGS: tuple[tuple[str, m.Doing, str], ...] = (
+    ("i am free", m.Doing.FREE, "I am at nothing."),
+    ("i am busy", m.Doing.BUSY, "I am at something that is no task."),
+    ("i have stopped", m.Doing.STOPPED, "I have halted."),
+    ("completing task <number>", m.Doing.WORKING, "I am at this task now."),
+)
+
+_REPORTS: tuple[Form, ...] = (
+    Form(f"{CALL_TO} {PLEASE} report {PLEASE}", m.ReportWanted, _REPORT, Kind.PEOPLE),
+    Form(f"{OPENING}, {PLEASE} report {PLEASE}", m.ReportWanted, _REPORT, Kind.PEOPLE),
     *(
-        Form(f"{OPENING}, {words}", statement, means, Kind.PEOPLE)
+        Form(f"{OPENING}, report, {words} [, battery <volts> volts]", m.Report, means, Kind.PEOPLE, {"doing": doing})
+        for words, doing, means in _DOINGS
+    ),
+)
+
+_PEOPLE: tuple[Form, ...] = (
+    *_REPORTS,
+    *(Form(f"{CALL} {PLEASE} {words}", statement, means, Kind.PEOPLE) for words, statement, means in _QUESTIONS),
+    *(
+        Form(f"{OPENING}, {PLEASE} {words}", statement, means, Kind.PEOPLE)
         for words, statement, means in _QUESTIONS
         if statement is not m.WhatLeft
     ),
-    *(Form(f"{CALL} {words}", kind, means, Kind.PEOPLE, fixed) for words, kind, means, fixed in _motions()),
-    *(Form(f"{OPENING}, {words}", kind, means, Kind.PEOPLE, fixed) for words, kind, means, fixed in _motions()),
+    *(Form(f"{CALL} {PLEASE} {words}", kind, means, Kind.PEOPLE, fixed) for words, kind, means, fixed in _motions()),
+    *(
+        Form(f"{OPENING}, {PLEASE} {words}", kind, means, Kind.PEOPLE, fixed)
+        for words, kind, means, fixed in _motions()
+    ),
     *(
         Form(f"{OPENING}, i will {words}", kind, "I read this motion back.", Kind.PEOPLE, fixed, will=True)
         for words, kind, _, fixed in _motions()

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from enum import Enum
 
 
 @dataclass(frozen=True)
@@ -143,6 +144,30 @@ class WhatLeft:
 
 
 @dataclass(frozen=True)
+class ReportWanted:
+    """Everybody who hears it shall say its team, task, state and battery: a shift changes."""
+
+
+class Doing(Enum):
+    """What somebody is at, in a report."""
+
+    FREE = "free"
+    WORKING = "working"
+    BUSY = "busy"
+    STOPPED = "stopped"
+
+
+@dataclass(frozen=True)
+class Report:
+    """What the speaker is at, its task if it is at one, and its battery's voltage if it knows that."""
+
+    doing: Doing
+    task: TaskByNumber | None = None
+    battery_v: float | None = None
+    """In the steps that can be said: half a volt, rounded down."""
+
+
+@dataclass(frozen=True)
 class Free:
     """The speaker is at nothing."""
 
@@ -268,6 +293,8 @@ Statement = (
     | WhatDoing
     | WhoHere
     | WhatLeft
+    | ReportWanted
+    | Report
     | Free
     | Left
     | Leaving

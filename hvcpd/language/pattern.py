@@ -112,6 +112,17 @@ def slots_of(node: Node) -> frozenset[str]:
             return frozenset()
 
 
+def needed_slots(node: Node) -> frozenset[str]:
+    """The names of the slots without which the pattern makes no sentence."""
+    match node:
+        case Series(children):
+            return frozenset().union(*(needed_slots(child) for child in children))
+        case Choice(options):
+            return frozenset.intersection(*(needed_slots(option) for option in options))
+        case _:
+            return slots_of(node)
+
+
 def words_of(node: Node) -> frozenset[str]:
     """All literal words below a node."""
     match node:

@@ -24,6 +24,7 @@ from hvcpd.language.pattern import (
     SlotValues,
     Words,
     match,
+    needed_slots,
     parse_pattern,
     render,
     slots_of,
@@ -37,11 +38,13 @@ _T = TypeVar("_T")
 HIGHEST_NUMBER_ALWAYS_KNOWN = 10
 """Task numbers up to here can be spoken of even when no such task exists, so that an order for one is refused aloud."""
 
-_OPTIONAL = frozenset({"addressee", "team", "second", "third"})
-"""Slots that stand in an optional part of their pattern."""
-
 DISTANCES_M = {0.5: "half a metre", 1.0: "one metre", 2.0: "two metres", 3.0: "three metres", 5.0: "five metres"}
 """How far a robot can be told to move in one go: far enough for a room, and few words to be confused."""
+
+VOLTS_STEP = 0.5
+VOLTS = {n + half: f"{n}{' and a half' if half else ''}" for n in range(9, 13) for half in (0.0, VOLTS_STEP)}
+"""Of a battery, in V: a TurtleBot3's has 12.6 V when full and is cut off at 11.0 V (ROBOTIS e-Manual); half a volt
+tells whether it lasts another shift."""
 
 _FREE = {"task": 99, "remark": 99, "team": 3, "addressee": 3, "speaker": 3}
 """Slots whose words a team chooses, and in how many forms each value is tried for a second reading. Task names and
@@ -71,7 +74,7 @@ class Vocabulary:
     """Which forms this team uses; each kind makes every listener's network larger."""
 
 
-_COMPILED = tuple(CompiledForm(f, node := parse_pattern(f.pattern), slots_of(node)) for f in FORMS)
+_COMPILED = tuple(CompiledForm(f, node := parse_pattern(f.pattern), slots_of(node), needed_slots(node)) for f in FORMS)
 
 
 RESERVED_WORDS = frozenset({"all", "team"}).union(*(words_of(compiled.node) for compiled in _COMPILED))
@@ -171,10 +174,9 @@ class Phrasebook:
         compiled = chooser.choice(self._ordinary_forms())
         bindings: Bindings = {}
         for slot in sorted(compiled.slots):
-            optional = slot in _OPTIONAL
             if slot == "third" and "second" not in bindings:
                 continue
-            if not optional or chooser.choice((True, False)):
+            if slot in compiled.needed or chooser.choice((True, False)):
                 bindings[slot] = chooser.choice(list(self.slots[slot]))
         return build(compiled.form, bindings)
 
@@ -183,8 +185,7 @@ class Phrasebook:
 
     def _usable_forms(self) -> Iterator[CompiledForm]:
         for compiled in self._forms:
-            needed = compiled.slots - _OPTIONAL - {LETTERS_SLOT}
-            if all(self.slots[slot] for slot in needed):
+            if all(self.slots[slot] for slot in compiled.needed - {LETTERS_SLOT}):
                 yield compiled
 
     def _tokens(self, utterance: m.Utterance) -> list[str]:
@@ -281,6 +282,7 @@ def _slot_values(vocabulary: Vocabulary) -> SlotValues:
         **dict.fromkeys(("number", "next", "first", "second", "third"), refs),
         "other": {name: (name.lower(),) for name in vocabulary.names},
         "metres": {distance_m: spoken_words(text) for distance_m, text in DISTANCES_M.items()},
+        "volts": {volts: spoken_words(text) for volts, text in VOLTS.items()},
         "task": {m.TaskByName(name): spoken_words(name) for name in vocabulary.tasks},
         "remark": {text: spoken_words(text) for text in vocabulary.remarks},
     }

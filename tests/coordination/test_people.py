@@ -4,7 +4,8 @@ import pytest
 
 from hvcpd.config.tasks import Forward, GoTo, Turn
 from hvcpd.coordination.actions import Perform, Role
-from hvcpd.coordination.table import State
+from hvcpd.coordination.composing import spoken_volts
+from hvcpd.coordination.table import State, Trigger
 from hvcpd.language import messages as m
 from tests.coordination.mission import Mission, plants
 
@@ -41,6 +42,44 @@ def test_what_are_you_doing() -> None:
 def test_who_is_here_is_answered_by_each_once() -> None:
     said = _answers(_waiting("Rob", "Bot", "Max"), "Hi all, I am Anna, who is here", 25.0)
     assert sorted(said) == [f"Hi Anna, I am {name}, member of team plant" for name in ("Bot", "Max", "Rob")]
+
+
+def test_a_report_is_given_by_each_in_turn_with_all_that_a_shift_needs() -> None:
+    mission = _waiting("Rob", "Bot", "Max")
+    mission.robots["Rob"].battery_v = 11.94
+    mission.robots["Bot"].battery_v = 12.0
+    mission.robots["Bot"].fire(Trigger.STOP, mission.air.now)
+    mission.air.run_until(mission.air.now + 10.0)
+    said = _answers(mission, "Hi all, I am Anna, report", 40.0)
+    assert sorted(text for text in said if ", report, " in text) == [
+        "Hi Anna, I am Bot, member of team plant, report, I have stopped, battery twelve volts",
+        "Hi Anna, I am Max, member of team plant, report, I am free",
+        "Hi Anna, I am Rob, member of team plant, report, I am free, battery eleven and a half volts",
+    ]
+
+
+def test_a_report_of_one_at_work_names_its_task() -> None:
+    mission = _at_work()
+    mission.robots["Rob"].battery_v = 7.4
+    said = _answers(mission, "Rob, report", 12.0)
+    assert said == ["Hi all, I am Rob, member of team plant, report, completing task three"]
+
+
+@pytest.mark.parametrize("size", [2, 5, 8])
+def test_reports_do_not_collide(size: int) -> None:
+    mission = _waiting(*("Rob", "Bot", "Max", "Ann", "Mia", "Ted", "Gus", "Rex")[:size])
+    collided = mission.air.collisions
+    said = _answers(mission, "Hi all, I am Anna, report", 15.0 * size)
+    assert len({text.split(", ")[1] for text in said if ", report, " in text}) == size
+    assert mission.air.collisions == collided
+
+
+@pytest.mark.parametrize(
+    ("battery_v", "said"),
+    [(None, None), (8.99, None), (9.0, 9.0), (11.49, 11.0), (11.5, 11.5), (12.99, 12.5), (13.0, None)],
+)
+def test_a_battery_is_never_said_to_hold_more_than_was_measured(battery_v: float | None, said: float | None) -> None:
+    assert spoken_volts(battery_v) == said
 
 
 def test_what_is_left_is_answered_by_one() -> None:

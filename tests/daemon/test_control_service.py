@@ -52,6 +52,7 @@ def test_status_tells_who_it_is_and_what_it_does(tmp_path: Path) -> None:
             }
             assert status["sound"]["level_dbfs"] == -20.0
             assert status["battery_v"] == 11.9
+            assert bench.bench.robot.coordination.battery_v == 11.9, "what a report says"
             assert status["wheels"]["fault"] is None
             board = (await talk.ask("tasks"))["result"]["tasks"]
             assert [(task["number"], task["name"], task["state"]) for task in board] == [
