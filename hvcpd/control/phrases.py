@@ -6,14 +6,24 @@ import argparse
 import json
 import sys
 from dataclasses import asdict
+from operator import attrgetter
 
 from hvcpd.control.team import load_team
-from hvcpd.language.card import as_html, as_markdown, as_text, make_card
+from hvcpd.errors import EX_OK
+from hvcpd.language.card import as_markdown, as_text, make_card
 
 
 def run(options: argparse.Namespace) -> int:
     """Print the card in the wanted format."""
-    card = make_card(load_team(options, options.names or ()).phrasebook)
-    write = {"text": as_text, "markdown": as_markdown, "html": as_html}[options.format]
-    sys.stdout.write(json.dumps(asdict(card)) + "\n" if options.json else write(card))
-    return 0
+    team = load_team(options, options.names or ())
+    card = make_card(team.phrasebook)
+    if options.json:
+        text = json.dumps(asdict(card), default=attrgetter("value")) + "\n"
+    elif options.format == "html":
+        from hvcpd.reporting.card_page import card_page
+
+        text = card_page(card, [(task.number, task.name) for task in team.tasks.tasks])
+    else:
+        text = {"text": as_text, "markdown": as_markdown}[options.format](card)
+    sys.stdout.write(text)
+    return EX_OK

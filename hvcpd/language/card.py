@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-import html
 from dataclasses import dataclass
+from enum import Enum
 
+from hvcpd.language import messages as m
 from hvcpd.language.forms import CALL, CALL_TO, FORMS, OPENING, PLEASE, Form
-from hvcpd.language.messages import ToAll, ToRobot, ToTeam
 from hvcpd.language.phrasebook import Phrasebook
 from hvcpd.language.spelling import WORD_OF
 
@@ -28,12 +28,41 @@ _PLACEHOLDERS = {
 }
 
 
+class Topic(Enum):
+    """What a line is for."""
+
+    STOP = "stop"
+    ASK = "ask"
+    MOVE = "move"
+    WORK = "give work"
+    ANSWER = "answer"
+    TELL = "tell"
+
+
+_TOPICS: dict[type[m.Statement], Topic] = {
+    m.Stop: Topic.STOP,
+    m.Resume: Topic.STOP,
+    **dict.fromkeys((m.WhatDoing, m.WhoHere, m.WhatLeft, m.ReportWanted), Topic.ASK),
+    **dict.fromkeys((m.ComeBack, m.MoveBy, m.TurnBy), Topic.MOVE),
+    m.Order: Topic.WORK,
+    **dict.fromkeys((m.Confirmed, m.Negative, m.SayAgain, m.NotUnderstood), Topic.ANSWER),
+}
+"""Every other statement tells of its speaker."""
+
+
 @dataclass(frozen=True)
 class Line:
-    """One way to say something, with words to be filled in written in capitals, and what it means."""
+    """One way to say something, with words to be filled in written in capitals, what it means, and what it is for."""
 
     say: str
     meaning: str
+    topic: Topic
+
+
+COURTESY = (
+    '"Hello" is understood as "Hi", and "please" before what you ask for; '
+    "parts in [brackets] may be left out; pause a little at the commas."
+)
 
 
 @dataclass(frozen=True)
@@ -45,6 +74,7 @@ class Card:
     statements: tuple[Line, ...]
     words: tuple[tuple[str, tuple[str, ...]], ...]
     example: str
+    courtesy: str
 
 
 def make_card(phrasebook: Phrasebook) -> Card:
@@ -53,7 +83,7 @@ def make_card(phrasebook: Phrasebook) -> Card:
     calls, statements = [], []
     called = {(_plain(f).removeprefix(CALL).removeprefix(CALL_TO).strip(), f.meaning) for f in FORMS if _is_call(f)}
     for form in FORMS:
-        pattern = _plain(form)
+        pattern, topic = _plain(form), _topic(form)
         if form.kind not in vocabulary.kinds or form.relayed or form.will:
             continue
         if "<remark>" in form.pattern and not vocabulary.remarks:
@@ -62,13 +92,13 @@ def make_card(phrasebook: Phrasebook) -> Card:
             continue
         if form.spelled:
             spelled = _written(pattern.split(", ", 1)[1])
-            statements.append(Line(f"instead of the name: {spelled}", form.meaning))
+            statements.append(Line(f"instead of the name: {spelled}", form.meaning, Topic.TELL))
         elif pattern.startswith(OPENING):
             rest = pattern[len(OPENING) :].lstrip(", ")
             if rest and (rest, form.meaning) not in called:
-                statements.append(Line(_written(rest), form.meaning))
+                statements.append(Line(_written(rest), form.meaning, topic))
         else:
-            calls.append(Line(_call(pattern), form.meaning))
+            calls.append(Line(_call(pattern), form.meaning, topic))
     addressees = [_addressee(value) for value in phrasebook.slots["addressee"]]
     words: list[tuple[str, tuple[str, ...]]] = [
         ("WHO", tuple(addressees)),
@@ -86,7 +116,12 @@ def make_card(phrasebook: Phrasebook) -> Card:
         tuple(statements),
         tuple((slot, entries) for slot, entries in words if entries),
         _example(phrasebook),
+        COURTESY,
     )
+
+
+def _topic(form: Form) -> Topic:
+    return _TOPICS.get(form.statement, Topic.TELL) if form.statement is not None else Topic.TELL
 
 
 def _plain(form: Form) -> str:
@@ -103,11 +138,11 @@ def _example(phrasebook: Phrasebook) -> str:
 
 def _addressee(value: object) -> str:
     match value:
-        case ToAll():
+        case m.ToAll():
             return "all"
-        case ToTeam(team):
+        case m.ToTeam(team):
             return f"team {team}"
-        case ToRobot(name):
+        case m.ToRobot(name):
             return name
         case _:
             return str(value)
@@ -129,12 +164,6 @@ def _written(pattern: str) -> str:
     return "I " + pattern[2:] if pattern.startswith("i ") else pattern
 
 
-HELLO = (
-    '"Hello" is understood as "Hi", and "please" before what you ask for; '
-    "parts in [brackets] may be left out; pause a little at the commas."
-)
-
-
 def as_text(card: Card) -> str:
     """For the terminal, within 80 columns where the words allow it."""
     width = max(len(line.say) for line in (*card.calls, *card.statements)) + 2
@@ -144,7 +173,7 @@ def as_text(card: Card) -> str:
     lines += [f"  {line.say:<{width}}{line.meaning}" for line in card.statements]
     lines += ["", "Words to fill in:"]
     lines += [f"  {slot:<10}{', '.join(entries)}" for slot, entries in card.words]
-    lines += ["", HELLO, f"For example:  {card.example}", ""]
+    lines += ["", card.courtesy, f"For example:  {card.example}", ""]
     return "\n".join(lines)
 
 
@@ -160,48 +189,9 @@ def as_markdown(card: Card) -> str:
     out += table(card.statements)
     out += ["## Words to fill in", ""]
     out += [f"- **{slot}**: {', '.join(_md(e) for e in entries)}" for slot, entries in card.words]
-    out += ["", HELLO, "", f"For example: *{_md(card.example)}*", ""]
+    out += ["", card.courtesy, "", f"For example: *{_md(card.example)}*", ""]
     return "\n".join(out)
 
 
 def _md(text: str) -> str:
     return text.replace("|", "\\|").replace("[", "\\[").replace("]", "\\]")
-
-
-_STYLE = """
-@page { size: A4; margin: 14mm }
-:root { color-scheme: light dark }
-body { font: 15px/1.45 system-ui, sans-serif; max-width: 46rem; margin: 2rem auto; padding: 0 1rem }
-h1 { font-size: 2rem; margin: 0 0 .5rem } h2 { font-size: 1.1rem; margin: 1.6rem 0 .4rem }
-table { border-collapse: collapse; width: 100% }
-caption { text-align: left; padding-bottom: .4rem }
-th, td { text-align: left; vertical-align: top; padding: .3rem .8rem .3rem 0; border-bottom: 1px solid #8886 }
-td:first-child { font-weight: 600; width: 45% }
-.call td:first-child { font-size: 1.3rem; color: #b3261e }
-@media (prefers-color-scheme: dark) { .call td:first-child { color: #ff8a80 } }
-.opening { font-size: 1.25rem; font-weight: 600; padding: .6rem .8rem; border-left: .3rem solid #2e7d32 }
-dt { font-weight: 600; margin-top: .5rem } dd { margin: 0 }
-@media print { body { margin: 0; font-size: 12px } }
-"""
-
-
-def as_html(card: Card) -> str:
-    """One self-contained page, to be printed on A4."""
-    e = html.escape
-
-    def table(lines: tuple[Line, ...], kind: str) -> str:
-        rows = "".join(f"<tr><td>{e(line.say)}</td><td>{e(line.meaning)}</td></tr>" for line in lines)
-        head = "<thead><tr><th scope='col'>Say</th><th scope='col'>It means</th></tr></thead>"
-        return f"<table class='{kind}'>{head}<tbody>{rows}</tbody></table>"
-
-    words = "".join(f"<dt>{slot}</dt><dd>{e(', '.join(entries))}</dd>" for slot, entries in card.words)
-    return (
-        "<!doctype html><html lang='en'><head><meta charset='utf-8'>"
-        "<meta name='viewport' content='width=device-width, initial-scale=1'>"
-        f"<title>What can be said</title><style>{_STYLE}</style></head><body><main><h1>What can be said</h1>"
-        f"<h2>Anybody, at any time</h2>{table(card.calls, 'call')}"
-        f"<h2>Everything else opens with</h2><p class='opening'>{e(card.opening)}</p>"
-        f"<h2>and goes on with nothing, or one of</h2>{table(card.statements, 'statement')}"
-        f"<h2>Words to fill in</h2><dl>{words}</dl><p>{e(HELLO)}</p>"
-        f"<p>For example: <q>{e(card.example)}</q></p></main></body></html>\n"
-    )

@@ -5,7 +5,6 @@ from __future__ import annotations
 import base64
 import hashlib
 import math
-from importlib import resources
 from pathlib import Path
 from string import Template
 
@@ -16,10 +15,11 @@ from hvcpd.reporting.events import MissionRecord, Trail
 from hvcpd.reporting.files import write_whole
 from hvcpd.reporting.map_svg import draw_map
 from hvcpd.reporting.markup import Markup, escaped, joined, tag
-from hvcpd.reporting.palette import ROBOT_DARK, ROBOT_LIGHT, plant_colour, robot_slot
+from hvcpd.reporting.palette import plant_colour, robot_slot
 from hvcpd.reporting.simplify import length_m, simplified
 from hvcpd.reporting.spectrogram import choose, figure
 from hvcpd.reporting.story import Story, TaskStory, tell
+from hvcpd.reporting.style import own_file, style_sheet
 from hvcpd.reporting.text import clock, listed, number, plural
 from hvcpd.reporting.timeline_svg import draw_timeline
 
@@ -39,8 +39,8 @@ def page(record: MissionRecord) -> str:
     clip = None
     if len(record.sound):
         clip = make_clip(record.sound, [(line.said.at_s, line.said.end_s) for line in story.lines])
-    style, script = _own("report.css") + _colours(), _own("report.js")
-    return Template(_own("report.html")).substitute(
+    style, script = style_sheet("theme.css", "report.css"), own_file("report.js")
+    return Template(own_file("report.html")).substitute(
         title=escaped(record.title),
         policy=_policy(script),
         style=style,
@@ -59,23 +59,11 @@ def page(record: MissionRecord) -> str:
     )
 
 
-def _own(name: str) -> str:
-    return resources.files("hvcpd.reporting").joinpath(name).read_text(encoding="utf-8")
-
-
 def _policy(script: str) -> str:
     """Forbids the page to load anything from outside, and to run any script but its own."""
     fingerprint = base64.b64encode(hashlib.sha256(script.encode("utf-8")).digest()).decode("ascii")
     allowed = "style-src 'unsafe-inline'; img-src data:; media-src data: blob:"
     return f"default-src 'none'; {allowed}; script-src 'sha256-{fingerprint}'"
-
-
-def _colours() -> str:
-    def block(colours: list[str]) -> str:
-        return "".join(f".r{k}{{--robot:{colour}}}" for k, colour in enumerate(colours))
-
-    light, dark = block(ROBOT_LIGHT), block(ROBOT_DARK)
-    return f"{light}@media screen and (prefers-color-scheme:dark){{{dark}}}"
 
 
 def _verdict(story: Story) -> Markup:
