@@ -30,6 +30,7 @@ from hvcpd.recognition.recogniser import Recogniser, RecogniserSettings
 from hvcpd.recognition.spotter import SpotterSettings
 from hvcpd.recognition.templates import trimmed_energies
 from hvcpd.recognition.urgent import UrgentSpotter, UrgentTemplates
+from hvcpd.recognition.watch import Watch
 from hvcpd.robot import Robot
 from hvcpd.sealing import Sealing
 from hvcpd.security.guard import Guard
@@ -173,15 +174,16 @@ class _RenderedWhenAsked(Mapping[str, dict[str, list[Samples]]], Generic[_Who]):
 
 def make_ears(phrasebook: Phrasebook, names: Sequence[str], sound: Sound, strangers: bool) -> Listening:
     """Ears for the voices of these robots; with `strangers` also for names that are spelled, in any voice."""
-    return Listening(make_recogniser(phrasebook, names, sound), make_spelled(phrasebook, sound) if strangers else None)
+    sentences = make_recogniser(phrasebook, names, sound)
+    return Listening(sentences, make_spelled(phrasebook, sound, sentences.watch) if strangers else None)
 
 
-def make_spelled(phrasebook: Phrasebook, sound: Sound) -> Recogniser:
-    """Hears names being spelled, in every voice."""
+def make_spelled(phrasebook: Phrasebook, sound: Sound, watch: Watch | None = None) -> Recogniser:
+    """Hears names being spelled, in every voice; `watch`: of another recogniser on the same microphone."""
     graph = phrasebook.spelling_graph
     voices = {voice.name: voice for voice in VOICES}
     bank = _RenderedWhenAsked(voices, lambda voice: templates_of(graph.words, voice, sound))
-    return Recogniser(graph, bank, RecogniserSettings(min_confidence=MIN_SPELLED_CONFIDENCE))
+    return Recogniser(graph, bank, RecogniserSettings(min_confidence=MIN_SPELLED_CONFIDENCE), watch=watch)
 
 
 def make_urgent(sound: Sound, names: Sequence[str] = ()) -> UrgentSpotter:

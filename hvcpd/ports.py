@@ -5,6 +5,7 @@ Whoever drives a robot (the daemon on real devices, the bench on fakes) talks to
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import Protocol
 
@@ -18,6 +19,10 @@ Samples = NDArray[np.float32]
 """Mono sound, shape (n,), float32, 1.0 = full scale."""
 
 
+STILL_M, STILL_RAD = 0.001, 0.002
+"""A pose that differs by no more is the same: the encoders' steps are 0.05 mm, and a standing wheel may flicker."""
+
+
 @dataclass(frozen=True)
 class Pose:
     """Where a robot is, by REP-103: metres, radians, x forward, counter-clockwise positive."""
@@ -25,6 +30,11 @@ class Pose:
     x_m: float
     y_m: float
     heading_rad: float = 0.0
+
+    def near(self, other: Pose) -> bool:
+        """Whether the robot has not moved between the two, but for a flicker of its encoders."""
+        apart_m = math.hypot(self.x_m - other.x_m, self.y_m - other.y_m)
+        return apart_m <= STILL_M and abs(self.heading_rad - other.heading_rad) <= STILL_RAD
 
 
 @dataclass(frozen=True)

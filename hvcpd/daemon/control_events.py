@@ -31,9 +31,6 @@ PERIOD_S = 0.25
 """Between two readings of the level, and of the pose: as fast as a person sees a meter move."""
 FLOOR_PERIODS = 12
 """3 s, as the recogniser's own tracking of noise."""
-MOVED_M, TURNED_RAD = 0.001, 0.002
-"""A pose that differs less is the same: the encoders' steps are 0.05 mm."""
-
 KINDS: dict[str, type] = {
     each.__name__.lower(): each
     for each in (Said, Heard, Garbled, Held, TaskChanged, Watered, StateChanged, Moved, Level)
@@ -88,7 +85,7 @@ class EventSource:
         if is_reading:
             yield Level(robot.now, self._name, self._meter.level_dbfs, self._meter.floor_dbfs)
             pose = robot.odometry.pose
-            if _differ(pose, self._pose):
+            if not pose.near(self._pose):
                 self._pose = pose
                 yield Moved(robot.now, (pose,))
 
@@ -127,8 +124,3 @@ _MAKERS: dict[type, Callable[[str, Any, Robot], LiveEvent]] = {
     SaveTask: lambda name, record, robot: TaskChanged(robot.now, name, record.number, record.state, record.owner),
     PerformedRecord: _performed,
 }
-
-
-def _differ(one: Pose, other: Pose) -> bool:
-    moved_m = math.hypot(one.x_m - other.x_m, one.y_m - other.y_m)
-    return moved_m > MOVED_M or abs(one.heading_rad - other.heading_rad) > TURNED_RAD

@@ -71,7 +71,9 @@ class PoseKeeper:
 
     def note(self, pose: Pose, reading: WheelReading | None, now: float) -> None:
         """Have the pose and the reading that goes with it kept at time `now` (sample clock, s), if it is another."""
-        if reading is None or pose == self._kept or now - self._kept_s < EVERY_S or self._flight is not None:
+        if reading is None or now - self._kept_s < EVERY_S or self._flight is not None:
+            return
+        if self._kept is not None and pose.near(self._kept):
             return
         self._kept, self._kept_s = pose, now
         numbers = (pose.x_m, pose.y_m, pose.heading_rad, reading.left_rad, reading.right_rad)

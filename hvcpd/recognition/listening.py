@@ -6,10 +6,14 @@ has few words, so that it costs less than the first.
 
 from __future__ import annotations
 
+from collections.abc import Iterable
+from itertools import chain
+
 from hvcpd.ports import Samples
 from hvcpd.recognition.events import Event, Garbled, Recognised
 from hvcpd.recognition.recogniser import Recogniser
 from hvcpd.recognition.urgent import UrgentSpotter
+from hvcpd.recognition.watch import Found
 
 MIN_SPELLED_CONFIDENCE = 0.95
 """A wrong letter makes a name that nobody has. Spelled names have 0.98 and more down to 0 dB; of 80 other sentences one
@@ -22,6 +26,9 @@ class Listening:
     """Events of both, each stretch of sound accounted for once."""
 
     def __init__(self, sentences: Recogniser, spelled: Recogniser | None) -> None:
+        """Raises ValueError if they do not share one watch."""
+        if spelled is not None and spelled.watch is not sentences.watch:
+            raise ValueError("two recognisers on one microphone share one watch")
         self._sentences = sentences
         self._spelled = spelled
         self._understood: list[Recognised] = []
@@ -36,21 +43,29 @@ class Listening:
         """What hears the urgent word."""
         return self._sentences.urgent
 
+    @property
+    def _all(self) -> list[Recogniser]:
+        return [self._sentences] if self._spelled is None else [self._sentences, self._spelled]
+
     def push(self, samples: Samples, masked: bool = False) -> list[Event]:
         """As `Recogniser.push`."""
-        spelled = self._spelled.push(samples, masked) if self._spelled is not None else []
-        return self._once(self._sentences.push(samples, masked), spelled)
+        return self._told(self._sentences.watch.push(samples, masked, self._all))
 
     def lost(self, n_samples: int) -> list[Event]:
         """As `Recogniser.lost`."""
-        spelled = self._spelled.lost(n_samples) if self._spelled is not None else []
-        return self._once(self._sentences.lost(n_samples), spelled)
+        told = self._told(self._sentences.watch.lose(n_samples, self._all))
+        for recogniser in self._all:
+            recogniser.begin_late()
+        return told
 
     def succeed(self, predecessor: Listening) -> None:
         """Go on where `predecessor` is: with its sample clock and what it knows of the noise."""
         self._sentences.succeed(predecessor._sentences)
         self._spelled = predecessor._spelled
         self._understood = predecessor._understood
+
+    def _told(self, found: Iterable[Found]) -> list[Event]:
+        return [event for sentences, *spelled in found for event in self._once(sentences, list(chain(*spelled)))]
 
     def _once(self, sentences: list[Event], spelled: list[Event]) -> list[Event]:
         if not sentences and not spelled:

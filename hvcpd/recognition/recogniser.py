@@ -1,6 +1,6 @@
 """The streaming recogniser: samples in, sentences out.
 
-While only noise is heard, a cheap stage follows it (noise tracker, activity detector) and the network sleeps. It wakes
+While only noise is heard, a cheap stage follows it (the `watch`) and the network sleeps. It wakes
 with the last frames replayed into it, so that no word is lost. Everything is decided at chunks of four frames counted
 from the first sample, so the size of the blocks pushed never changes a result.
 """
@@ -14,24 +14,20 @@ import numpy as np
 
 from hvcpd.language.graph import WordGraph
 from hvcpd.ports import Samples
-from hvcpd.recognition.activity import ActivityDetector, ActivitySettings
+from hvcpd.recognition.activity import ActivitySettings
 from hvcpd.recognition.confidence import ConfidenceCurve, sentence_fare, word_fare
 from hvcpd.recognition.events import Event, Garbled, Recognised, WordSpan
-from hvcpd.recognition.frontend import HOP_SAMPLES, N_BANDS, power_weights
+from hvcpd.recognition.frontend import HOP_SAMPLES
 from hvcpd.recognition.halting import Halting
 from hvcpd.recognition.hold import HoldSettings
 from hvcpd.recognition.network import Network
-from hvcpd.recognition.noise import STEP_FRAMES, NoiseTracker, steady_noise
 from hvcpd.recognition.segments import Segment, SegmentSettings, SegmentTracker
 from hvcpd.recognition.spotter import LEAD_FRAMES, Sentence, Spotter, SpotterSettings
-from hvcpd.recognition.stream import CHUNK_FRAMES, Chunk, FrameStream
+from hvcpd.recognition.stream import CHUNK_FRAMES, Chunk
 from hvcpd.recognition.templates import TemplateBank
 from hvcpd.recognition.urgent import UrgentSpotter
+from hvcpd.recognition.watch import RECENT_FRAMES, Watch
 
-RECENT_FRAMES = 160
-"""1.6 s of frames are kept to be replayed into the network when it wakes."""
-POWER_FRAMES = 2048
-"""20 s of frame powers are kept for the signal-to-noise ratio of a sentence."""
 UNHEARD_LEAD_FRAMES = 28
 """A sentence this soon (0.28 s) after lost sound may be the end of a longer one."""
 LATE_WAKE_FRAMES = 12
@@ -83,9 +79,11 @@ class Recogniser:
         settings: RecogniserSettings | None = None,
         urgent: UrgentSpotter | None = None,
         hold: HoldSettings | None = None,
+        watch: Watch | None = None,
     ) -> None:
         """`templates[voice][word]`: one or a few recordings of the word, 16 kHz, float32. `urgent` hears one word
-        even while somebody else speaks, `hold` says how it is told from other talk.
+        even while somebody else speaks, `hold` says how it is told from other talk. `watch`: what it shares with
+        other recognisers on the same microphone.
 
         Raises ValueError if a voice lacks a template of a word of `graph`.
         """
@@ -94,17 +92,13 @@ class Recogniser:
         self._spotter = Spotter(Network(graph, bank), bank, self._settings.spotter)
         self.urgent = urgent
         self._halting = Halting(bank, urgent, hold)
-        self._stream = FrameStream()
-        self._noise = NoiseTracker()
-        self._activity = ActivityDetector(self._settings.activity)
+        self.watch = watch or Watch(self._settings.activity)
         self._segments = SegmentTracker(self._settings.segments)
-        self._recent = np.zeros((0, N_BANDS), np.float32)
         self._alert_age = 0
         self._alert_count = 0
         self._calm_frames = 0
-        self._power_weights = power_weights()
-        self._speech_power = np.zeros(POWER_FRAMES)
-        self._noise_power = np.zeros(POWER_FRAMES)
+        self._dealt_with = 0
+        """Until this frame, everything was told."""
         self._lost_until = -UNHEARD_LEAD_FRAMES
         self._doubtful: Segment | None = None
         """What was probably a sentence, or the beginning of the one that is under way; not told yet."""
@@ -112,14 +106,21 @@ class Recogniser:
     @property
     def busy(self) -> bool:
         """Whether somebody else is speaking right now, or has just ended a sentence that is still to be understood."""
-        return self._activity.busy or self._spotter.under_way
+        return self.watch.activity.busy or self._spotter.under_way
+
+    @property
+    def under_way(self) -> bool:
+        """Whether some path looks like a sentence in progress."""
+        return self._spotter.under_way
+
+    @property
+    def follows(self) -> bool:
+        """Whether a sentence that was in progress half a second ago has gone on ever since."""
+        return self._spotter.follows
 
     def push(self, samples: Samples, masked: bool = False) -> list[Event]:
         """Hear the next samples, shape (n,), any n; `masked` while the robot itself speaks. Never raises on content."""
-        events: list[Event] = []
-        for chunk in self._stream.push(np.asarray(samples).reshape(-1), masked):
-            events += self._take(chunk)
-        return events
+        return [event for (events,) in self.watch.push(samples, masked, [self]) for event in events]
 
     def lost(self, n_samples: int) -> list[Event]:
         """Time goes on by `n_samples` that were lost before they came here, 0 if nobody knows how many.
@@ -127,90 +128,59 @@ class Recogniser:
         Whoever was speaking is garbled, and so is a sentence that seems to begin right after the gap: it may be the
         end of a longer one. Raises ValueError for a negative number.
         """
-        if n_samples < 0:
-            raise ValueError(f"{n_samples} samples cannot be lost")
-        events = self._interrupt(self._stream.next_frame)
-        for chunk in self._stream.lose(n_samples):
-            events += self._take(chunk)
-        self._lost_until = self._stream.next_frame + CHUNK_FRAMES
-        return events
+        found = [event for (events,) in self.watch.lose(n_samples, [self]) for event in events]
+        self.begin_late()
+        return found
+
+    def begin_late(self) -> None:
+        """What begins now may be the end of something longer that was lost."""
+        self._lost_until = self.watch.stream.next_frame + CHUNK_FRAMES
 
     def succeed(self, predecessor: Recogniser) -> None:
         """Go on where `predecessor` is, between two sentences: with its sample clock and what it knows of the noise."""
-        self._stream, self._noise = predecessor._stream, predecessor._noise
-        self._activity, self._segments = predecessor._activity, predecessor._segments
-        self._recent, self._lost_until = predecessor._recent, predecessor._lost_until
-        self._speech_power, self._noise_power = predecessor._speech_power, predecessor._noise_power
+        self.watch, self._segments = predecessor.watch, predecessor._segments
+        self._dealt_with, self._lost_until = predecessor._dealt_with, predecessor._lost_until
 
     def flush(self) -> list[Event]:
         """Report what the end of a file completes; to be called once, after the last `push`."""
-        rest = self._stream.rest()
-        events = self._take(rest) if len(rest.energies) else []
-        frame = rest.first_frame + len(rest.energies)
-        silence = np.tile(self._noise.estimate * np.exp(steady_noise().mean_log), (CHUNK_FRAMES, 1))
-        for _ in range(self._settings.segments.longer_wait_frames // CHUNK_FRAMES + 8):
-            events += self._hear(Chunk(frame, silence, masked=False))
-            frame += CHUNK_FRAMES
-        return events + self._halting.interrupt()
+        silent_chunks = self._settings.segments.longer_wait_frames // CHUNK_FRAMES + 8
+        found = [event for (events,) in self.watch.flush([self], silent_chunks) for event in events]
+        return found + self._halting.interrupt()
 
-    def _take(self, chunk: Chunk) -> list[Event]:
-        if chunk.masked:
-            return self._interrupt(chunk.first_frame)
-        self._noise.push(chunk.energies, speech=self._activity.busy or self._spotter.under_way)
-        stepped = not self._spotter.follows and self._noise.follow_step()
-        events = self._start_over(chunk.first_frame) if stepped else []
-        return events + self._hear(chunk)
-
-    def _start_over(self, frame: int) -> list[Event]:
-        """The noise stepped up: what was activity since then was noise, and whoever spoke before it is lost."""
-        step_frame = frame - STEP_FRAMES
-        return self._break_off(step_frame)
-
-    def _interrupt(self, frame: int) -> list[Event]:
-        """Our own voice covers everything: whoever was speaking is cut off."""
-        return self._break_off(frame)
-
-    def _break_off(self, frame: int) -> list[Event]:
+    def break_off(self, frame: int) -> list[Event]:
         """Forget all paths; who spoke before `frame` is garbled."""
         segment = self._segments.close(frame) or self._doubtful
         self._doubtful = None
         self._spotter.sleep()
-        self._activity.reset()
-        self._recent = self._recent[:0]
         self._alert_age = self._alert_count = 0
         garbled: list[Event] = [_garbled(segment)] if segment else []
         return garbled + self._halting.interrupt()
 
-    def _hear(self, chunk: Chunk) -> list[Event]:
-        energies, noise = chunk.energies, self._noise.estimate
-        self._recent = np.concatenate([self._recent, energies])[-RECENT_FRAMES:]
-        if not self._noise.ready:
-            return []
-        self._activity.push(energies, noise)
-        slots = np.arange(chunk.first_frame, chunk.first_frame + len(energies)) % POWER_FRAMES
-        self._speech_power[slots] = energies @ self._power_weights
-        self._noise_power[slots] = noise @ self._power_weights
+    def hear(self, chunk: Chunk) -> list[Event]:
+        """Take the frames that the watch has just heard."""
+        energies, noise = chunk.energies, self.watch.noise.estimate
         end_frame = chunk.first_frame + len(energies)
+        recent = self.watch.recent[-(end_frame - self._dealt_with) :]
         if self._spotter.awake:
-            self._spotter.feed(energies, self._recent, noise)
+            self._spotter.feed(energies, recent, noise)
         elif self._should_wake(len(energies)):
-            if len(self._recent) == RECENT_FRAMES:  # else what came before is dealt with
+            if len(recent) == RECENT_FRAMES:  # else what came before is dealt with
                 unheard = end_frame - RECENT_FRAMES + LATE_WAKE_FRAMES - UNHEARD_LEAD_FRAMES
                 self._lost_until = max(self._lost_until, unheard)
-            self._spotter.wake(self._recent, end_frame - len(self._recent), noise)
-        self._segments.push(chunk.first_frame, energies, self._activity.busy)
+            self._spotter.wake(recent, end_frame - len(recent), noise)
+        self._segments.push(chunk.first_frame, energies, self.watch.activity.busy)
         events = self._conclude(end_frame)
-        speech = self._spotter.awake or self._activity.alert
+        speech = self._spotter.awake or self.watch.activity.alert
         events += self._halting.hear(chunk, noise, events, speech, self._spotter.best.node >= 0)
         self._doze(len(energies))
         return events
 
     def _should_wake(self, n_frames: int) -> bool:
         """Count the signs of speech from the first one on."""
-        if self._alert_age == 0 and not self._activity.alert:
+        if self._alert_age == 0 and not self.watch.activity.alert:
             return False
         self._alert_age += n_frames
-        self._alert_count += n_frames * self._activity.alert
+        self._alert_count += n_frames * self.watch.activity.alert
         if self._alert_age < self._settings.wake_frames:
             return False
         enough = self._alert_count >= self._settings.wake_share * self._alert_age
@@ -218,7 +188,7 @@ class Recogniser:
         return enough
 
     def _doze(self, n_frames: int) -> None:
-        self._calm_frames = 0 if self._activity.alert else self._calm_frames + n_frames
+        self._calm_frames = 0 if self.watch.activity.alert else self._calm_frames + n_frames
         if self._spotter.awake and self._calm_frames >= self._settings.sleep_frames and not self._spotter.under_way:
             self._spotter.sleep()
 
@@ -229,7 +199,7 @@ class Recogniser:
             recognised = self._judge(sentence)
             if recognised is not None:
                 self._segments.close(end_frame)
-                self._listen_on(sentence.steps[-1].end_frame, end_frame)
+                self._listen_on(sentence.steps[-1].end_frame)
                 return [recognised]
             if self._is_doubtful(sentence):
                 self._doubtful = Segment(sentence.steps[0].start_frame, sentence.steps[-1].end_frame)
@@ -247,15 +217,15 @@ class Recogniser:
         if segment is None:
             return []
         self._segments.close(end_frame)
-        self._listen_on(segment.end_frame, end_frame)
+        self._listen_on(segment.end_frame)
         return [_garbled(segment)]
 
-    def _listen_on(self, frame: int, end_frame: int) -> None:
+    def _listen_on(self, frame: int) -> None:
         """What was said until `frame` is dealt with; whoever speaks next may be much fainter."""
         self._spotter.sleep()
         self._doubtful = None
         self._alert_age = self._alert_count = 0
-        self._recent = self._recent[len(self._recent) - max(end_frame - frame, 0) :]
+        self._dealt_with = frame
 
     def _is_doubtful(self, sentence: Sentence) -> bool:
         """Whether a sentence that is not understood was probably one, so that it is garbled however faint it was."""
@@ -296,20 +266,12 @@ class Recogniser:
     def _follows_murmur(self, sentence: Sentence) -> bool:
         """Whether what was heard before the sentence was too faint to be its beginning: others, farther away."""
         start, end = sentence.steps[0].start_frame, sentence.steps[-1].end_frame
-        before, _ = self._powers(max(start - LEAD_FRAMES, 0), start - 3)
-        within, _ = self._powers(start, end)
+        before, _ = self.watch.powers(max(start - LEAD_FRAMES, 0), start - 3)
+        within, _ = self.watch.powers(start, end)
         return before < self._settings.murmur * within
 
-    def _powers(self, start_frame: int, end_frame: int) -> tuple[float, float]:
-        """Mean power above the noise, 0 or more, and of the noise, linear; both 0 where there are no frames."""
-        slots = np.arange(start_frame, end_frame) % POWER_FRAMES
-        if not len(slots):
-            return 0.0, 0.0
-        noise = float(self._noise_power[slots].mean())
-        return max(float(self._speech_power[slots].mean()) - noise, 0.0), noise
-
     def _snr_db(self, start_frame: int, end_frame: int) -> float:
-        speech, noise = self._powers(start_frame, end_frame)
+        speech, noise = self.watch.powers(start_frame, end_frame)
         return float(10.0 * np.log10(max(speech / max(noise, 1e-12), 1e-3)))
 
 

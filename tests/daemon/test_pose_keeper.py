@@ -123,3 +123,15 @@ def test_a_standing_robot_writes_nothing(tmp_path: Path, boot: Path) -> None:
         assert not (tmp_path / "rob.pose").exists()
 
     live(keeper, THERE, end=remove_it)
+
+
+def test_a_flicker_of_the_encoders_is_no_motion(tmp_path: Path, boot: Path) -> None:
+    keeper = PoseKeeper(tmp_path / "rob.pose", boot)
+    flicker = (Pose(THERE.x_m + 5e-5 * step, THERE.y_m, THERE.heading_rad - 1e-4 * step) for step in (1, -1, 1, 2))
+    seen: list[KeptPose | None] = []
+    live(keeper, THERE, *flicker, end=lambda: seen.append(keeper.recall()))
+    creeping = [Pose(THERE.x_m + 0.0004 * step, THERE.y_m, THERE.heading_rad) for step in range(8)]
+    live(keeper, *creeping, end=lambda: seen.append(keeper.recall()))
+    assert seen[0] == KEPT
+    assert seen[1] is not None
+    assert creeping[-1].near(seen[1].pose)

@@ -1,9 +1,21 @@
 """Names being spelled, beside everything else that is said."""
 
+import random
+
 import numpy as np
 import pytest
 
-from hvcpd.assembly import RobotPlan, Roster, Sound, make_ears, make_phrasebook, make_robot, make_sound
+from hvcpd.assembly import (
+    RobotPlan,
+    Roster,
+    Sound,
+    make_ears,
+    make_phrasebook,
+    make_recogniser,
+    make_robot,
+    make_sound,
+    make_spelled,
+)
 from hvcpd.config.settings import DEFAULT_TEAMS
 from hvcpd.config.tasks import Place, TaskDefinition, TaskRepository, Water
 from hvcpd.coordination.actions import Role
@@ -100,3 +112,16 @@ def test_a_name_that_sounds_like_a_known_one_is_not_learned(sound: Sound) -> Non
     with pytest.raises(PhraseError, match="'Ann' sounds like 'Anne'"):
         roster.learn("Ann")
     assert roster.names == ("Bot", "Anne")
+
+
+def test_two_that_hear_different_sound_do_not_listen_together(sound: Sound) -> None:
+    sentences, spelled = make_recogniser(BOOK, ("Rob",), sound), make_spelled(BOOK, sound)
+    with pytest.raises(ValueError, match="one watch"):
+        Listening(sentences, spelled)
+
+
+def test_sentences_are_heard_as_if_nobody_listened_for_names(sound: Sound) -> None:
+    said = [_said(BOOK.sample(random.Random(seed)), VOICES[seed], BOOK, sound) for seed in range(4)]
+    stream = _noisy(np.concatenate(said))
+    alone, beside = (_hear(make_ears(BOOK, ("Rob",), sound, strangers), stream) for strangers in (False, True))
+    assert [e for e in alone if isinstance(e, Recognised)] == [e for e in beside if isinstance(e, Recognised)]

@@ -1,0 +1,115 @@
+"""What all recognisers on one microphone share: they cut it into frames, and follow its noise, once.
+
+While only noise is heard this is all that runs; the networks sleep.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from typing import Protocol
+
+import numpy as np
+
+from hvcpd.ports import Samples
+from hvcpd.recognition.activity import ActivityDetector, ActivitySettings
+from hvcpd.recognition.events import Event
+from hvcpd.recognition.frontend import N_BANDS, Energies, power_weights
+from hvcpd.recognition.noise import STEP_FRAMES, NoiseTracker, steady_noise
+from hvcpd.recognition.stream import CHUNK_FRAMES, Chunk, FrameStream
+
+RECENT_FRAMES = 160
+"""1.6 s of frames are kept to be replayed into a network when it wakes."""
+POWER_FRAMES = 2048
+"""20 s of frame powers are kept for the signal-to-noise ratio of a sentence."""
+
+Found = tuple[list[Event], ...]
+"""What each of the watchers found."""
+
+
+class Watcher(Protocol):
+    """Who is told what the watch hears. All are told of the same chunks."""
+
+    @property
+    def under_way(self) -> bool:
+        """Whether a sentence may be in progress, so that what is heard is not noise."""
+
+    @property
+    def follows(self) -> bool:
+        """Whether a sentence surely is, so that what has risen is no noise."""
+
+    def hear(self, chunk: Chunk) -> list[Event]:
+        """The next frames, once the noise is known."""
+
+    def break_off(self, frame: int) -> list[Event]:
+        """Who spoke before `frame` will not be understood."""
+
+
+class Watch:
+    """Follows one microphone for its watchers."""
+
+    def __init__(self, settings: ActivitySettings | None = None) -> None:
+        self.stream = FrameStream()
+        self.noise = NoiseTracker()
+        self.activity = ActivityDetector(settings or ActivitySettings())
+        self.recent: Energies = np.zeros((0, N_BANDS), np.float32)
+        """The last frames, shape (n, N_BANDS), n at most RECENT_FRAMES; none from before a break."""
+        self._power_weights = power_weights()
+        self._speech_power = np.zeros(POWER_FRAMES)
+        self._noise_power = np.zeros(POWER_FRAMES)
+
+    def push(self, samples: Samples, masked: bool, watchers: Sequence[Watcher]) -> Iterator[Found]:
+        """Tell the watchers of the next samples, shape (n,). Iterate to the end, or samples are lost."""
+        for chunk in self.stream.push(np.asarray(samples).reshape(-1), masked):
+            yield from self._take(chunk, watchers)
+
+    def lose(self, n_samples: int, watchers: Sequence[Watcher]) -> Iterator[Found]:
+        """Let time go on by samples that nobody heard; likewise. Raises ValueError for a negative number."""
+        if n_samples < 0:
+            raise ValueError(f"{n_samples} samples cannot be lost")
+        yield self._break_off(self.stream.next_frame, watchers)
+        for chunk in self.stream.lose(n_samples):
+            yield from self._take(chunk, watchers)
+
+    def flush(self, watchers: Sequence[Watcher], silent_chunks: int) -> Iterator[Found]:
+        """Tell of the frames that fill no chunk yet, and of so many chunks of the room's noise after them."""
+        rest = self.stream.rest()
+        if len(rest.energies):
+            yield from self._take(rest, watchers)
+        frame = rest.first_frame + len(rest.energies)
+        silence = np.tile(self.noise.estimate * np.exp(steady_noise().mean_log), (CHUNK_FRAMES, 1))
+        for at in range(frame, frame + silent_chunks * CHUNK_FRAMES, CHUNK_FRAMES):
+            yield from self._hear(Chunk(at, silence, masked=False), watchers)
+
+    def powers(self, start_frame: int, end_frame: int) -> tuple[float, float]:
+        """Mean power above the noise, 0 or more, and of the noise, linear; both 0 where there are no frames."""
+        slots = np.arange(start_frame, end_frame) % POWER_FRAMES
+        if not len(slots):
+            return 0.0, 0.0
+        noise = float(self._noise_power[slots].mean())
+        return max(float(self._speech_power[slots].mean()) - noise, 0.0), noise
+
+    def _take(self, chunk: Chunk, watchers: Sequence[Watcher]) -> Iterator[Found]:
+        if chunk.masked:  # our own voice covers everything
+            yield self._break_off(chunk.first_frame, watchers)
+            return
+        self.noise.push(chunk.energies, speech=self.activity.busy or any(w.under_way for w in watchers))
+        if not any(w.follows for w in watchers) and self.noise.follow_step():
+            # The noise stepped up: what was activity since then was noise, and whoever spoke before it is lost.
+            yield self._break_off(chunk.first_frame - STEP_FRAMES, watchers)
+        yield from self._hear(chunk, watchers)
+
+    def _break_off(self, frame: int, watchers: Sequence[Watcher]) -> Found:
+        found = tuple(w.break_off(frame) for w in watchers)
+        self.activity.reset()
+        self.recent = self.recent[:0]
+        return found
+
+    def _hear(self, chunk: Chunk, watchers: Sequence[Watcher]) -> Iterator[Found]:
+        self.recent = np.concatenate([self.recent, chunk.energies])[-RECENT_FRAMES:]
+        if not self.noise.ready:
+            return
+        self.activity.push(chunk.energies, self.noise.estimate)
+        slots = np.arange(chunk.first_frame, chunk.first_frame + len(chunk.energies)) % POWER_FRAMES
+        self._speech_power[slots] = chunk.energies @ self._power_weights
+        self._noise_power[slots] = self.noise.estimate @ self._power_weights
+        yield tuple(w.hear(chunk) for w in watchers)
