@@ -30,6 +30,9 @@ from hvcpd.errors import ConfigError, HvcpdError, NotAllowedError, NotDoneError,
 ANSWER_S = 10.0
 """A daemon that lives answers within some 0.05 s, two blocks of sound; more if its computer is overloaded."""
 
+CHUNK_BYTES = 65536
+"""Read at once: a line of events has some hundred."""
+
 _BAD_INPUT = {"bad_argument": ConfigError, "bad_settings": ConfigError, "not_in_phrasebook": PhraseError}
 """The protocol's codes for what the user can mend in the command."""
 
@@ -49,7 +52,7 @@ class DaemonClient:
         except OSError as error:
             self._socket.close()
             raise NotRunningError(f"no daemon answers at {path} ({error.strerror}); start it with `hvcpd`") from None
-        self._lines = self._socket.makefile("rb")
+        self._unread = bytearray()
         self.hello = self._read()
         self.name = str(self.hello.get("name"))
         if self.hello.get("protocol") != PROTOCOL:
@@ -81,21 +84,42 @@ class DaemonClient:
             self._socket.settimeout(timeout_s)
             yield self._read()
 
+    def event_within(self, timeout_s: float) -> dict[str, Any] | None:
+        """The next event after a `subscribe`; None if none comes for so long. Raises NotRunningError."""
+        self._socket.settimeout(timeout_s)
+        try:
+            return self._object(self._line())
+        except TimeoutError:
+            return None
+
     def close(self) -> None:
         """Let go of the connection."""
         self._socket.close()
 
     def _read(self) -> dict[str, Any]:
         try:
-            line = self._lines.readline()
+            return self._object(self._line())
         except TimeoutError:
             raise NotDoneError(
                 f"the daemon at {self.path} does not answer; is it frozen? See `systemctl status hvcpd`"
             ) from None
-        except OSError as error:
-            raise NotRunningError(f"the daemon at {self.path} has ended ({error.strerror})") from None
-        if not line.endswith(b"\n"):
-            raise NotRunningError(f"the daemon at {self.path} has ended")
+
+    def _line(self) -> bytes:
+        """One line; what came of it before a TimeoutError is kept for the next call."""
+        while b"\n" not in self._unread:
+            try:
+                more = self._socket.recv(CHUNK_BYTES)
+            except TimeoutError:
+                raise
+            except OSError as error:
+                raise NotRunningError(f"the daemon at {self.path} has ended ({error.strerror})") from None
+            if not more:
+                raise NotRunningError(f"the daemon at {self.path} has ended")
+            self._unread += more
+        line, _, self._unread = self._unread.partition(b"\n")
+        return bytes(line)
+
+    def _object(self, line: bytes) -> dict[str, Any]:
         try:
             value = json.loads(line)
         except (ValueError, RecursionError):

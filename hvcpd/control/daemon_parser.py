@@ -18,11 +18,12 @@ _WHICH = "Without --name the robot of the settings is meant, or else the only on
 
 
 def add_daemon_commands(commands: Commands, lazy: Callable[[str], Run]) -> None:
-    """Add `status`, `tasks`, `stop`, `resume`, `reload` and `config`."""
+    """Add `status`, `tasks`, `follow`, `stop`, `resume`, `reload` and `config`."""
     status = _add(commands, "status", "show what a running robot is doing", lazy("status"), "hvcpctl status --watch")
     _add_watch(status)
     tasks = _add(commands, "tasks", "show the board: which tasks are open, claimed or done", lazy("status"))
     _add_watch(tasks)
+    _add(commands, "follow", "show what a robot says, hears and does, as it happens", lazy("follow"))
     _add(commands, "stop", "halt a robot at once, until it is told to resume", lazy("bid"), "hvcpctl stop --name Rob")
     _add(commands, "resume", "let a stopped robot take on tasks again", lazy("bid"))
     _add(commands, "reload", "have a robot read its settings and tasks again", lazy("bid"))

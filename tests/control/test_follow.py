@@ -1,0 +1,157 @@
+"""`hvcpctl follow`, on a robot's real socket."""
+
+from __future__ import annotations
+
+import io
+import json
+import socket
+import threading
+from pathlib import Path
+
+import pytest
+from rich.console import Console
+
+from hvcpd.control import follow
+from hvcpd.control.cli import make_parser
+from hvcpd.control.daemon_client import DaemonClient
+from hvcpd.control.follow_lines import FollowLines
+from hvcpd.daemon.control_protocol import PROTOCOL
+from hvcpd.errors import NotRunningError
+
+STATUS = {"state": "ready", "wall_s": 1000.0, "now_s": 10.0, "name": "Rob"}
+HEARD = {
+    "event": "heard",
+    "at_s": 12.5,
+    "speaker": "Bot",
+    "text": "Hi all, I am Bot",
+    "confidence": 0.97,
+    "snr_db": 23.0,
+}
+
+
+class ScriptedDaemon:
+    """A daemon's socket: each client is told these events once it has subscribed, and then hung up on."""
+
+    def __init__(self, path: Path, events: list[dict[str, object]], lives: int) -> None:
+        self._server = socket.socket(socket.AF_UNIX)
+        self._server.bind(str(path))
+        self._server.listen()
+        self._events, self._lives = events, lives
+        self._thread = threading.Thread(target=self._serve)
+
+    def __enter__(self) -> ScriptedDaemon:
+        self._thread.start()
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._thread.join(10.0)
+        self._server.close()
+
+    def _serve(self) -> None:
+        for _ in range(self._lives):
+            asking, hearing = (self._welcome() for _ in range(2))
+            self._answer(hearing, {})
+            self._answer(asking, STATUS)
+            self._answer(asking, {"tasks": [{"number": 1, "name": "water the red rose"}]})
+            for event in self._events:
+                hearing.sendall(json.dumps(event).encode()[:20])  # a line may come in pieces
+                hearing.sendall(json.dumps(event).encode()[20:] + b"\n")
+            hearing.close()
+            asking.close()
+
+    def _welcome(self) -> socket.socket:
+        client, _ = self._server.accept()
+        client.sendall(json.dumps({"event": "hello", "protocol": PROTOCOL, "name": "Rob"}).encode() + b"\n")
+        return client
+
+    @staticmethod
+    def _answer(client: socket.socket, result: object) -> None:
+        assert client.recv(4096).endswith(b"\n")
+        client.sendall(json.dumps({"ok": True, "result": result}).encode() + b"\n")
+
+
+def followed(path: Path, *more: str, lives: int, n_events: int, events: list[dict[str, object]]) -> None:
+    options = make_parser().parse_args(["follow", "--socket", str(path), *more])
+    with ScriptedDaemon(path, events, lives):
+        follow.run(options, wait=lambda _s: None, n_events=n_events)
+
+
+def test_events_come_as_json_with_the_time_on_the_wall(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    followed(tmp_path / "rob.sock", "--json", lives=1, n_events=1, events=[HEARD])
+    event = json.loads(capsys.readouterr().out)
+    assert (event["text"], event["wall_s"]) == (HEARD["text"], 1002.5)
+
+
+def test_a_pipe_gets_a_line_for_each_event(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    changed = {"event": "taskchanged", "at_s": 13.0, "robot": "Rob", "task": 1, "state": "done", "owner": "Bot"}
+    followed(tmp_path / "rob.sock", lives=1, n_events=2, events=[HEARD, changed])
+    heard, done = capsys.readouterr().out.splitlines()
+    assert heard.endswith("Bot: Hi all, I am Bot  heard, 97 % sure, 23 dB over the noise")
+    assert done.endswith("task 1, water the red rose: done by Bot")
+
+
+def test_a_daemon_that_ends_is_waited_for(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(NotRunningError):
+        follow.run(make_parser().parse_args(["follow", "--socket", str(tmp_path / "rob.sock")]))
+    options = make_parser().parse_args(["follow", "--json", "--socket", str(tmp_path / "rob.sock")])
+    waits: list[float] = []
+    with ScriptedDaemon(tmp_path / "rob.sock", [HEARD], lives=2):
+
+        def wait(seconds: float) -> None:
+            waits.append(seconds)
+            if len(waits) > 1:
+                raise KeyboardInterrupt
+
+        with pytest.raises(KeyboardInterrupt):
+            follow.run(options, wait)
+    out, err = capsys.readouterr()
+    assert len(out.splitlines()) == 2, "one event of each life"
+    assert err.count("waiting for it to come back") == 2
+    assert "Rob is back" in err
+
+
+def test_an_event_that_comes_in_pieces_is_waited_for(tmp_path: Path) -> None:
+    server = socket.socket(socket.AF_UNIX)
+    server.bind(str(tmp_path / "rob.sock"))
+    server.listen()
+    accepted: list[socket.socket] = []
+
+    def accept() -> None:
+        client, _ = server.accept()
+        client.sendall(json.dumps({"event": "hello", "protocol": PROTOCOL, "name": "Rob"}).encode() + b"\n")
+        accepted.append(client)
+
+    thread = threading.Thread(target=accept)
+    thread.start()
+    daemon = DaemonClient(tmp_path / "rob.sock")
+    thread.join()
+    accepted[0].sendall(b'{"event": "gar')
+    assert daemon.event_within(0.01) is None
+    accepted[0].sendall(b'bled"}\n')
+    assert daemon.event_within(5.0) == {"event": "garbled"}
+    daemon.close()
+    accepted[0].close()
+    server.close()
+
+
+@pytest.mark.parametrize(
+    ("event", "part"),
+    [
+        ({"event": "said", "speaker": "Rob", "text": "Stop"}, "Rob: Stop"),
+        ({"event": "said", "speaker": "R\x1b[31mob", "text": "Stop\x07"}, "R\N{REPLACEMENT CHARACTER}[31mob: Stop"),
+        ({"event": "garbled", "listener": "Rob"}, "was not understood"),
+        ({"event": "held", "at_s": 1.0, "until_s": 1.5, "robot": "Rob"}, "stood still for 0.5 s"),
+        ({"event": "watered", "robot": "Rob", "task": 7}, "Rob has carried out task 7"),
+        ({"event": "statechanged", "state": "stopped"}, "stopped: stands"),
+    ],
+)
+def test_each_kind_of_event_has_its_line(event: dict[str, object], part: str) -> None:
+    line = FollowLines(Console(file=io.StringIO())).line(event, 0.0)
+    assert line is not None
+    assert part in line.plain
+
+
+def test_what_only_the_picture_shows_has_no_line() -> None:
+    lines = FollowLines(Console(file=io.StringIO()))
+    assert lines.line({"event": "statechanged", "state": "ready"}, 0.0) is None
+    assert lines.line({"event": "of another version"}, 0.0) is None
