@@ -128,6 +128,11 @@ class Timing:
     """After the own last word: then the others have understood it, and the round of turns begins for all at once."""
     settle_s: float = 0.5
     """After a voice falls silent: by then its sentence has been recognised."""
+    back_off_s: float = 6.0
+    """What was said and not answered is held back for a time drawn from so long, or more (`effects`), before it is said
+    again: two that do not hear each other speak at once for him who is between them, and the slots of a turn are
+    shorter than a sentence. Two sentences of 3.5 s that begin within 6 s at random miss each other once in six times,
+    within 24 s three times in four."""
     objection_s: float = 0.9
     """After a claim, besides a slot for each robot: recognition, reply gap, onset, and one for chance."""
     answer_s: float = 4.0

@@ -84,9 +84,8 @@ class Board:
         return tuple(number for number, entry in self._entries.items() if entry.state != DONE)
 
     def maybe_left(self) -> tuple[int, ...]:
-        """The same and those that are done only as somebody else has concluded, who may have misheard it."""
-        entries = self._entries.items()
-        return tuple(number for number, entry in entries if entry.state != DONE or entry.told_by is not None)
+        """The same and those that are done by hearsay only: heard once, concluded, or left out of somebody's list."""
+        return tuple(number for number, entry in self._entries.items() if not entry.known_done)
 
     def free_for(self, robot: str, now: float, unable: frozenset[int] = frozenset()) -> tuple[TaskDefinition, ...]:
         """The tasks that a robot may claim: its own claims, or else open ones, or else those with a lapsed lease; none

@@ -184,15 +184,15 @@ def confirm_at_once(c: Coordination, name: str, now: float) -> None:
 
 def _confirm_in_turn(c: Coordination, name: str, number: int, now: float, sure: bool = True) -> None:
     """Confirm what `name` said of a task, unless it is no longer true then or another one does."""
-    confirmed = m.Confirmed(m.TaskByNumber(number), complete=c.board[number].known_done)
-    statement = confirmed if sure else m.SayAgain()
+    complete = c.board[number].known_done
+    statement = m.Confirmed(m.TaskByNumber(number), complete=complete) if sure else m.SayAgain()
     said = composing.to_robot(c, name, statement)
     slot = (
         confirming_slot(c, now) + c.rank(name, number, now) + (UNSURE_SLOTS if c.state in NEWCOMER or not sure else 0)
     )
 
     def compose() -> m.Utterance | None:
-        if c.board[number].owner != name:
+        if c.board[number].owner != name and not complete:
             return None
         if sure:
             c.board.claim(number, name, c.lease_end_s(now))
@@ -212,7 +212,7 @@ def completed(c: Coordination, u: m.Utterance, s: m.Completed, now: float) -> No
         c.floor.withdraw(f"done {number}")
     new = not entry.known_done
     doubt = doubts(c, u.speaker, number, s.next is not None, now)
-    sure = not doubt and note_done(c, u.speaker, number, now)
+    sure = not doubt and (note_done(c, u.speaker, number, now) or not new)
     good, upon = True, number
     if s.next is not None and (following := c.board.find(s.next)) is not None:
         upon = following.definition.number

@@ -129,8 +129,8 @@ def spoken_volts(battery_v: float | None) -> float | None:
 
 
 def left(c: Coordination, asker: str | None) -> m.Utterance:
-    """Which tasks are not done: open ones first, because those can be claimed. What another one's list did not hold is
-    not passed off as known to be done."""
+    """Which tasks are not known to be done: open ones first, because those can be claimed. Hearsay is not passed on as
+    knowledge: two that have it from each other, or from one word that both misheard, would make a certainty of it."""
     numbers = sorted(c.board.maybe_left(), key=lambda n: (c.board[n].owner is not None, n))
     refs = [m.TaskByNumber(n) for n in numbers[:3]] + [None] * 3
     return to_asker(c, asker, m.Left(refs[0], refs[1], refs[2], more=len(numbers) > 3))

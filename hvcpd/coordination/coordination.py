@@ -139,9 +139,9 @@ class Coordination:
     def _is_second(self, u: m.Utterance, now: float) -> bool:
         """Whether this is the sentence that was understood just before, said once more: it is not acted on again."""
         last, self._last_heard = self._last_heard, (u, now)
-        if last is None or last[0] != u:
+        if last is None or not -math.inf < self.floor.busy_since_s <= last[1] + SAME_WITHIN_S:
             return False
-        return -math.inf < self.floor.busy_since_s <= last[1] + SAME_WITHIN_S
+        return last[0] == u
 
     def garbled(self, over_own_speech: bool, now: float) -> None:
         """Speech was noticed that could not be understood; over the own speech it tells that nobody heard us."""
@@ -149,6 +149,8 @@ class Coordination:
         self.floor.garbled()
         if self.floor.is_second:
             return  # what it was is known
+        if self.state is State.MEETING:
+            self.arm(now, self.timing.greeting_wait_s)  # somebody is there, who will say it again
         repair.after_garble(self, over_own_speech, now)
         if not over_own_speech:
             strangers.after_garble(self, now)
@@ -213,8 +215,8 @@ class Coordination:
 
     def next_deadline(self) -> float:
         """When `tick` must be called at the latest; infinity if nothing is due."""
-        times = [t for t in (self._timer_s, self.floor.next_deadline(), self._renewal_s()) if t is not None]
-        return min(times) if times else math.inf
+        deadline_s = min(self.floor.next_deadline(), self._renewal_s())
+        return deadline_s if self._timer_s is None else min(deadline_s, self._timer_s)
 
     def actions(self) -> tuple[Action, ...]:
         """What is to be done now, in order; handed out once."""
@@ -245,9 +247,10 @@ class Coordination:
         call: str | None = None,
         slowly: bool = False,
         tentative: bool = False,
+        after_s: float = 0.0,
     ) -> None:
-        """Want the floor for a sentence; see `Intent`."""
-        self.floor.want(Intent(urgency, topic, compose, trigger, slot, call, slowly, tentative), now)
+        """Want the floor for a sentence, not before `after_s`; see `Intent`."""
+        self.floor.want(Intent(urgency, topic, compose, trigger, slot, call, slowly, tentative, now + after_s), now)
 
     def rank(self, asker: str, salt: int, now: float) -> int:
         """This robot's place among those who could answer `asker`, in an order that `salt` shuffles.
@@ -323,16 +326,13 @@ class Coordination:
         speech = self.role.speech
         self._actions.append(Say(utterance, intent.slowly or self.repair.slow or speech.slowly, speech.times))
 
-    def _renewal_s(self) -> float | None:
-        if self.state is not State.GOING and self.state is not State.ACTING:
-            return None
-        if not self.peers.all():
-            return None
+    def _renewal_s(self) -> float:
+        if (self.state is not State.GOING and self.state is not State.ACTING) or not self.peers.all():
+            return math.inf
         return self.claimed_s + self.timing.renewal_s
 
     def _renew(self, now: float) -> None:
-        due_s = self._renewal_s()
-        if due_s is not None and now >= due_s:
+        if now >= self._renewal_s():
             self.claimed_s = now
             self.board.claim(self.my_task(), self.role.name, self.lease_end_s(now))
             self.want(Urgency.TURN, "renewal", lambda: composing.renewal(self), now)

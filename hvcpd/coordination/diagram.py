@@ -16,16 +16,16 @@ FROM_EVERYWHERE = (Trigger.STOP, Trigger.LEAVE)
 
 
 def diagram() -> str:
-    """All transitions but "stop" and "leave", which lead from every state to STOPPED and LEAVING; parallel ones share
-    an arrow."""
+    """All transitions but "stop" and "leave", which lead from every other state to STOPPED and LEAVING; parallel ones
+    share an arrow."""
     lines = ["stateDiagram-v2", f"    [*] --> {FIRST.name}"]
     arrows: dict[tuple[State, State], list[str]] = {}
     for (state, trigger), (following, _) in TRANSITIONS.items():
         if trigger not in FROM_EVERYWHERE:
             arrows.setdefault((state, following), []).append(trigger.name.lower().replace("_", " "))
     lines += [f"    {a.name} --> {b.name}: {', '.join(triggers)}" for (a, b), triggers in arrows.items()]
-    lines += [f"    {State.STOPPED.name}: STOPPED (by stop, from every state)"]
-    lines += [f"    {State.LEAVING.name}: LEAVING (by leave, from every state)"]
+    lines += [f"    {State.STOPPED.name}: STOPPED (by stop, from every state but LEAVING and GONE)"]
+    lines += [f"    {State.LEAVING.name}: LEAVING (by leave, from every state but GONE)"]
     return "\n".join(lines) + "\n"
 
 

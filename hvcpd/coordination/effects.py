@@ -20,6 +20,9 @@ if TYPE_CHECKING:
 OWN_TURN = "own turn"
 """The topic of what the state machine itself wants to say; answers to others have topics of their own."""
 
+BACK_OFF_DOUBLINGS = 2
+"""The time that back-off is drawn from doubles with each attempt, so many times: up to 24 s."""
+
 
 def rest(c: Coordination, now: float) -> None:
     c.task = c.task_ref = c.partner = c.motion = None
@@ -35,9 +38,17 @@ def end_report(c: Coordination, now: float) -> None:
     rest(c, now)
 
 
+def _back_off_s(c: Coordination, times: int) -> float:
+    """How long to hold back a sentence that was said so many times and not answered."""
+    if times == 0:
+        return 0.0
+    return c.chance.random() * c.timing.back_off_s * 2.0 ** min(times - 1, BACK_OFF_DOUBLINGS)
+
+
 def want_greeting(c: Coordination, now: float) -> None:
+    after_s = _back_off_s(c, c.greetings)
     c.greetings += 1
-    c.want(Urgency.TURN, OWN_TURN, lambda: composing.greeting(c), now, trigger=Trigger.SPOKEN)
+    c.want(Urgency.TURN, OWN_TURN, lambda: composing.greeting(c), now, trigger=Trigger.SPOKEN, after_s=after_s)
 
 
 def wait_for_greetings(c: Coordination, now: float) -> None:
@@ -53,7 +64,8 @@ def want_question(c: Coordination, now: float) -> None:
     if c.repeats == 0:
         c.asked_since_s = now
     ask = composing.to_all(c, m.WhatLeft())
-    c.want(Urgency.TURN, OWN_TURN, lambda: ask, now, trigger=Trigger.SPOKEN)
+    after_s = _back_off_s(c, c.repeats)
+    c.want(Urgency.TURN, OWN_TURN, lambda: ask, now, trigger=Trigger.SPOKEN, after_s=after_s)
 
 
 def end_question(c: Coordination, now: float) -> None:
@@ -69,7 +81,8 @@ def want_claim(c: Coordination, now: float) -> None:
 
 
 def want_claim_again(c: Coordination, now: float) -> None:
-    c.want(Urgency.AGAIN, OWN_TURN, lambda: composing.claim(c, now), now, trigger=Trigger.SPOKEN)
+    after_s = _back_off_s(c, c.repeats)
+    c.want(Urgency.AGAIN, OWN_TURN, lambda: composing.claim(c, now), now, trigger=Trigger.SPOKEN, after_s=after_s)
 
 
 def wait_for_objections(c: Coordination, now: float) -> None:
@@ -122,6 +135,7 @@ def want_announcement(c: Coordination, now: float) -> None:
         lambda: composing.working(c),
         now,
         trigger=Trigger.SPOKEN,
+        after_s=_back_off_s(c, c.repeats),
     )
 
 
@@ -149,6 +163,7 @@ def want_report(c: Coordination, now: float) -> None:
         lambda: composing.report(c, now),
         now,
         trigger=Trigger.SPOKEN,
+        after_s=_back_off_s(c, c.repeats),
     )
 
 
@@ -250,8 +265,24 @@ def want_farewell(c: Coordination, now: float) -> None:
     _report_before(c, Urgency.ALARM, now)
     c.task = c.task_ref = c.partner = c.motion = c.unreported = None
     c.arm_until(None)
+    _want_to_say_farewell(c, now)
+
+
+def _want_to_say_farewell(c: Coordination, now: float) -> None:
     farewell = composing.to_all(c, m.Leaving())
     c.want(Urgency.ANSWER, OWN_TURN, lambda: farewell, now, trigger=Trigger.SPOKEN_FAREWELL, slot=1)
+
+
+def stop_and_leave(c: Coordination, now: float) -> None:
+    """It stands, and leaves all the same; it will still be stopped when it is switched on again."""
+    latch(c, now)
+    if c.floor.speaking is None or c.floor.speaking.trigger is not Trigger.SPOKEN_FAREWELL:
+        _want_to_say_farewell(c, now)
+
+
+def latch(c: Coordination, _now: float) -> None:
+    c.do(Halt())
+    c.do(SaveStopped(True))
 
 
 def fall_silent(c: Coordination, _now: float) -> None:

@@ -63,6 +63,8 @@ class Intent:
     call: str | None = None
     slowly: bool = False
     tentative: bool = False
+    not_before_s: float = -math.inf
+    """It is held back until then, whoever's turn it is."""
     ready_s: float = 0.0
     wanted_s: float = 0.0
 
@@ -120,7 +122,7 @@ class Floor:
     def want(self, intent: Intent, now: float) -> None:
         self.withdraw(intent.topic)
         intent.wanted_s = now
-        intent.ready_s = now + self._gap(intent, now)
+        intent.ready_s = max(now + self._gap(intent, now), intent.not_before_s)
         self._intents.append(intent)
 
     def wants(self, topic: str) -> bool:
@@ -199,14 +201,14 @@ class Floor:
         self.hold_back(now + self._timing.recognition_s, order, own=True)
         return intent
 
-    def next_deadline(self) -> float | None:
+    def next_deadline(self) -> float:
         if not self._intents or self._busy or self.speaking is not None:
-            return None
+            return math.inf
         return min(intent.ready_s for intent in self._intents)
 
     def _back_off(self, now: float) -> None:
         for intent in self._intents:
-            ready_s = now + self._gap(intent, now)
+            ready_s = max(now + self._gap(intent, now), intent.not_before_s)
             if intent.urgency < Urgency.AGAIN or self._round is None:
                 ready_s = max(intent.ready_s, ready_s)
             intent.ready_s = ready_s

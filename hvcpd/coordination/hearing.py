@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
@@ -16,6 +17,9 @@ if TYPE_CHECKING:
 
 GREETING_ANSWERED_FOR_S = 10.0
 """A greeting repeated within so long is the same greeting: it was answered."""
+GREETED_AGAIN_WITHIN_S = 60.0
+"""And one repeated within so long tells that the answer was not heard: maybe because another one, whom this robot does
+not hear, answered at the same time. So the next answer waits for a while that chance draws."""
 
 
 def react(c: Coordination, u: m.Utterance, confidence: float, now: float) -> None:
@@ -67,12 +71,15 @@ def _greeting(c: Coordination, u: m.Utterance, _: m.Spelled | None, now: float) 
     if c.state is State.MEETING:
         c.arm(now, c.timing.greeting_wait_s)
     peer = c.peers.get(u.speaker)
-    answered = peer is not None and now - peer.answered_s < GREETING_ANSWERED_FOR_S
-    if answered or isinstance(u.addressee, m.ToRobot | m.ToTeam):  # an answer is not answered, nor an introduction
+    answered_ago_s = now - peer.answered_s if peer is not None else math.inf
+    if answered_ago_s < GREETING_ANSWERED_FOR_S:
+        return
+    if isinstance(u.addressee, m.ToRobot | m.ToTeam):  # an answer is not answered, nor an introduction
         return
     if peer is not None:
         peer.answered_s = now
-    _introduce(c, u.speaker, now)
+    unheard = answered_ago_s < GREETED_AGAIN_WITHIN_S
+    _introduce(c, u.speaker, now, after_s=2.0 * c.timing.back_off_s * c.chance.random() if unheard else 0.0)
 
 
 def _spelled(c: Coordination, u: m.Utterance, s: m.Spelled, now: float) -> None:
@@ -83,10 +90,11 @@ def _spelled(c: Coordination, u: m.Utterance, s: m.Spelled, now: float) -> None:
         _introduce(c, u.speaker, now)
 
 
-def _introduce(c: Coordination, name: str | None, now: float) -> None:
+def _introduce(c: Coordination, name: str | None, now: float, after_s: float = 0.0) -> None:
     """Say the own name; a robot that has not greeted yet has done so by this."""
     trigger = Trigger.GREETED if c.state in (State.WAKING, State.GREETING) else None
-    c.want(Urgency.TURN, f"greet {name}", lambda: composing.answer_to_greeting(c, name, now), now, trigger=trigger)
+    compose = lambda: composing.answer_to_greeting(c, name, now)  # noqa: E731
+    c.want(Urgency.TURN, f"greet {name}", compose, now, trigger=trigger, after_s=after_s)
 
 
 def _who_here(c: Coordination, u: m.Utterance, _s: m.WhoHere, now: float) -> None:
@@ -109,9 +117,8 @@ def _let_go(c: Coordination, u: m.Utterance, s: m.Stopped | m.Leaving, now: floa
         if entry.owner == u.speaker:
             c.board.release(entry.definition.number)
             claims.release_assignment(c, u.speaker, entry.definition.number)
-    peer = c.peers.get(u.speaker)
-    if peer is not None and isinstance(s, m.Leaving):
-        peer.silent = True
+    if isinstance(s, m.Leaving):
+        c.peers.has_left(u.speaker)
     c.reconsider(now)
 
 

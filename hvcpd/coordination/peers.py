@@ -53,6 +53,8 @@ class Peers:
     def __init__(self, absent_s: float) -> None:
         self._absent_s = absent_s
         self._peers: dict[str, Peer] = {}
+        self._present: tuple[float, list[str]] | None = None
+        """Who was present when that was asked last: it is asked many times about each sentence."""
         self.last_heard_s = float("-inf")
         """When anybody was heard last."""
 
@@ -64,8 +66,11 @@ class Peers:
 
     def present(self, now: float) -> list[str]:
         """The names, in lower case and sorted, of all who are believed to be within earshot."""
-        since_s = now - self._absent_s
-        return sorted(key for key, p in self._peers.items() if not p.silent and p.last_heard_s >= since_s)
+        if self._present is None or self._present[0] != now:
+            since_s = now - self._absent_s
+            names = [key for key, p in self._peers.items() if not p.silent and p.last_heard_s >= since_s]
+            self._present = (now, sorted(names))
+        return self._present[1]
 
     def is_present(self, name: str, now: float) -> bool:
         peer = self._peers.get(name.lower())
@@ -76,13 +81,22 @@ class Peers:
         peer = self._peers.get(name.lower())
         if peer is None:
             peer = self._peers[name.lower()] = Peer(name, team, now)
+        self._present = None
         self.last_heard_s = now
         peer.last_heard_s, peer.team = now, team or peer.team
         peer.confidence, peer.snr_db = confidence, snr_db
         peer.silent, peer.silent_until_s = False, float("-inf")
         return peer
 
+    def has_left(self, name: str) -> None:
+        """It said that it leaves."""
+        self._present = None
+        peer = self._peers.get(name.lower())
+        if peer is not None:
+            peer.silent = True
+
     def nobody_answers(self) -> None:
         """All were asked, often, and none has answered."""
+        self._present = None
         for peer in self._peers.values():
             peer.silent = True

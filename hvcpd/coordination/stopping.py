@@ -29,7 +29,7 @@ def stop(c: Coordination, u: m.Utterance, confidence: float, now: float) -> None
     if not is_for(c, u) or _stands(c):
         return
     c.fire(Trigger.STOP, now)
-    if confidence < SURE or isinstance(u.addressee, m.ToRobot):
+    if not _stands(c) or confidence < SURE or isinstance(u.addressee, m.ToRobot):
         return
     again = composing.utterance(c, u.addressee or m.ToAll(), m.Stop())
     compose = lambda: again if _stands(c) and _somebody_goes_on(c, u, now) else None  # noqa: E731

@@ -170,9 +170,9 @@ TRANSITIONS: dict[tuple[State, Trigger], tuple[State, str]] = {
     (S.MOVING, T.FAILED): (S.READY, "rest"),
     (S.STOPPED, T.RESUME): (S.READY, "release"),
     (S.LEAVING, T.SPOKEN_FAREWELL): (S.GONE, "fall_silent"),
+    (S.LEAVING, T.STOP): (S.LEAVING, "stop_and_leave"),
+    (S.GONE, T.STOP): (S.GONE, "latch"),
 }
-TRANSITIONS |= {(state, T.STOP): (S.STOPPED, "halt") for state in State if state is not S.STOPPED}
-TRANSITIONS |= {(state, T.LEAVE): (S.LEAVING, "want_farewell") for state in State if state not in (S.LEAVING, S.GONE)}
 
 AT_WORK = frozenset({S.GOING, S.ANNOUNCING, S.CHECKING, S.ACTING})
 """Has a task that is its own."""
@@ -182,5 +182,8 @@ NEWCOMER = frozenset({S.WAKING, S.GREETING, S.MEETING})
 """Has not heard enough to know better than others."""
 DEPARTING = frozenset({S.LEAVING, S.GONE})
 """Takes no part in the conversation any more; only "stop" is still obeyed."""
+
+TRANSITIONS |= {(state, T.STOP): (S.STOPPED, "halt") for state in State if state not in DEPARTING | {S.STOPPED}}
+TRANSITIONS |= {(state, T.LEAVE): (S.LEAVING, "want_farewell") for state in State if state not in DEPARTING}
 EXPECTING = frozenset({S.MEETING, S.ASKED, S.PROPOSED, S.CHECKING, S.REPORTED, S.READ_BACK, S.ORDERED})
 """Waits for somebody's answer, and stands still for it."""

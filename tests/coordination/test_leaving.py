@@ -2,6 +2,7 @@
 
 import pytest
 
+from hvcpd.coordination.actions import Halt, SaveStopped, Say
 from hvcpd.coordination.table import State, Trigger
 from hvcpd.language import messages as m
 from tests.coordination.mission import Mission, plants
@@ -84,13 +85,30 @@ def test_a_sentence_that_is_being_said_is_ended_before_the_farewell() -> None:
     assert said[-1] == LEAVING
 
 
-def test_stop_is_obeyed_by_who_leaves() -> None:
+@pytest.mark.parametrize("when", ["before", "during", "after"])
+def test_stop_is_obeyed_by_who_leaves_and_does_not_cut_its_farewell(when: str) -> None:
+    """It ended in STOPPED, and its owner waited for a farewell that never came."""
     mission = Mission(("Rob", "Bot"), plants(2), seed=4)
     _until_rob_is_at_work(mission)
-    rob = mission.robots["Rob"]
-    rob.leave(mission.air.now)
-    rob.heard(m.Utterance(None, m.ToAll(), None, m.Stop()), mission.air.now)
-    assert rob.state is State.STOPPED
+    rob, now = mission.robots["Rob"], mission.air.now
+    stop = m.Utterance(None, m.ToAll(), None, m.Stop())
+    rob.leave(now)
+    rob.actions()
+    if when == "before":
+        rob.heard(stop, now)
+    rob.tick(now + 5.0)
+    if when == "during":
+        rob.heard(stop, now + 6.0)
+    actions = rob.actions()
+    rob.spoken(now + 7.0)
+    if when == "after":
+        rob.heard(stop, now + 8.0)
+    rob.tick(now + 20.0)
+    actions += rob.actions()
+    assert [mission.book.write(a.utterance) for a in actions if isinstance(a, Say)] == [LEAVING]
+    assert SaveStopped(True) in actions, "it will stand when it is switched on again"
+    assert Halt() in actions
+    assert rob.has_left
 
 
 @pytest.mark.parametrize("seed", range(6))
