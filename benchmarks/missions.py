@@ -1,12 +1,14 @@
 """Whole missions by seed: every task done exactly once? How much is said for it, and how fast does it run?
 
     python -m benchmarks.missions audio [--seeds 1-20] [--modes volunteer,coordinate] [--robots Rob,Bot]
+        [--plants 5-12] [--noise-db 35-45]
     python -m benchmarks.missions words [--seeds 1-10000] [--loss 0-0.3] [--outages 2]
     python -m benchmarks.missions crowd [--seeds 1-5]
     python -m benchmarks.missions speed
 
-`audio` runs `hvcpctl simulate --json` for each seed; the figures are those of its last line. The others run the same
-state machines over air of words (hil_fakes), with random teams, places, losses and outages.
+`audio` runs `hvcpctl simulate --json` for each seed; the figures are those of its last line. With `--plants`, so many
+stand at random places, in noise of a random level. The others run the same state machines over air of words
+(hil_fakes), with random teams, places, losses and outages.
 """
 
 from __future__ import annotations
@@ -17,12 +19,17 @@ import math
 import random
 import subprocess
 import sys
+import tempfile
 import time
 from dataclasses import replace
-from typing import Any
+from pathlib import Path
+from typing import Any, TypeVar
 
+from benchmarks.random_plants import random_room
 from hil_fakes.word_mission import WordMission, WordPlan
 from hil_fakes.word_plans import NAMES, omniscient_airtime_s, random_plan, random_tasks
+
+_Number = TypeVar("_Number", int, float)
 
 
 def fly(seed: int, mode: str, robots: str, more: list[str]) -> tuple[int, dict[str, Any]]:
@@ -35,12 +42,27 @@ def fly(seed: int, mode: str, robots: str, more: list[str]) -> tuple[int, dict[s
     return done.returncode, json.loads(done.stdout.splitlines()[-1])
 
 
+def more_options(o: argparse.Namespace, seed: int) -> list[str]:
+    """The plants and the noise of a seed's room, as options of `simulate`; none if they are to be the usual ones."""
+    if o.plants is None:
+        return []
+    room = random_room(seed, _ends(o.plants, int), _ends(o.noise_db, float))
+    file = Path(o.folder) / f"tasks-{seed}.yaml"
+    room.write_tasks(file)
+    return ["--tasks", str(file), "--noise-db", str(room.noise_db)]
+
+
 def audio(o: argparse.Namespace) -> None:
+    with tempfile.TemporaryDirectory() as o.folder:
+        _audio(o)
+
+
+def _audio(o: argparse.Namespace) -> None:
     print("mode        seed  ok  done  twice  lost  sent  understood  collisions  virtual s  wall s  times real time")
     for mode in o.modes.split(","):
         factors, good = [], 0
         for seed in _range(o.seeds):
-            status, s = fly(seed, mode, o.robots, o.more)
+            status, s = fly(seed, mode, o.robots, [*more_options(o, seed), *o.more])
             factors.append(s["realtime_factor"])
             good += status == 0
             counts = (len(s["done"]), s["duplicates"], s["lost"], s["utterances_sent"], s["utterances_understood"])
@@ -54,8 +76,7 @@ def audio(o: argparse.Namespace) -> None:
 
 
 def words(o: argparse.Namespace) -> None:
-    low, _, high = o.loss.partition("-")
-    loss = (float(low), float(high or low))
+    loss = _ends(o.loss, float)
     twice = twice_whole = lost = endless = tasks = sent = n = 0
     began_s = time.perf_counter()
     for seed in _range(o.seeds):
@@ -116,8 +137,14 @@ def speed(_: argparse.Namespace) -> None:
 
 
 def _range(text: str) -> range:
+    first, last = _ends(text, int)
+    return range(first, last + 1)
+
+
+def _ends(text: str, kind: type[_Number]) -> tuple[_Number, _Number]:
+    """The two ends of a range written "1-20", or twice the same number."""
     first, _, last = text.partition("-")
-    return range(int(first), int(last or first) + 1)
+    return kind(first), kind(last or first)
 
 
 def main() -> None:
@@ -127,6 +154,8 @@ def main() -> None:
     c.add_argument("--seeds", default="1-20")
     c.add_argument("--modes", default="volunteer,coordinate")
     c.add_argument("--robots", default="Rob,Bot")
+    c.add_argument("--plants", help="so many at random places, as 5-12; the paper's five if it is not given")
+    c.add_argument("--noise-db", default="35-45", help="with --plants: dB SPL, drawn for each mission")
     c.add_argument("more", nargs="*", help="further options of simulate, after --")
     c.set_defaults(run=audio)
     c = kinds.add_parser("words")

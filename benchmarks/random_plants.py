@@ -1,0 +1,43 @@
+"""Plants strewn over a room by seed, and how loud it is there: for missions with sound."""
+
+from __future__ import annotations
+
+import random
+from dataclasses import dataclass
+from pathlib import Path
+
+COLOURS = "green violet indigo orange yellow white purple silver red blue brown golden".split()
+"""Names of plants, twelve at most, of which no two sound alike."""
+ROOM_M = 6.0
+"""Half the side of the room: the paper's plants stand within it."""
+WATERING_S = (2.0, 8.0)
+
+
+@dataclass(frozen=True)
+class PlantRoom:
+    """A room with its plants (name, x and y in metres, how long watering takes in seconds), and its noise."""
+
+    plants: tuple[tuple[str, float, float, float], ...]
+    noise_db: float
+    """Of ambient noise, dB SPL."""
+
+    def write_tasks(self, file: Path) -> None:
+        """Write the task repository that `hvcpctl simulate --tasks` reads."""
+        lines = ["tasks:"]
+        for number, (name, x_m, y_m, water_s) in enumerate(self.plants, 1):
+            lines += [
+                f"  - number: {number}",
+                f"    name: water the {name} rose",
+                f"    place: {{x_m: {x_m:.2f}, y_m: {y_m:.2f}}}",
+                f"    actions: [go to place, {{water: {water_s:.1f}}}]",
+            ]
+        file.write_text("\n".join(lines) + "\n", encoding="utf-8")
+
+
+def random_room(seed: int, plants: tuple[int, int], noise_db: tuple[float, float]) -> PlantRoom:
+    """A room drawn by seed: so many plants, in so much noise, both ends included."""
+    chance = random.Random(f"plants {seed}")
+    colours = chance.sample(COLOURS, chance.randint(*plants))
+    place = lambda: chance.uniform(-ROOM_M, ROOM_M)  # noqa: E731
+    drawn = tuple((colour, place(), place(), chance.uniform(*WATERING_S)) for colour in colours)
+    return PlantRoom(drawn, round(chance.uniform(*noise_db), 1))
