@@ -123,6 +123,8 @@ class RobotPlan:
     """With wrong seals; None for the usual."""
     reading: WheelReading | None = None
     """Of its wheels at `start`, if that was kept."""
+    navigator: Navigator | None = None
+    """Finds its ways; None for the usual one."""
 
 
 def make_phrasebook(
@@ -253,7 +255,7 @@ def make_robot(plan: RobotPlan, sound: Sound) -> Robot:
         ears,
         sound.speaker_of(plan.role.name),
         Odometry(plan.start, plan.drive, plan.reading),
-        Performer(Navigator(plan.drive)),
+        Performer(plan.navigator or Navigator(plan.drive)),
         plan.acoustics,
         sound.speaker_of(plan.role.name, SLOW),
         Overhearing(ears.urgent) if ears.urgent is not None else None,

@@ -52,7 +52,8 @@ STANDSTILL = WheelCommand()
 class WheelReading:
     """What the encoders say: angle of each wheel (rad, unbounded, forward positive) and its speed (rad/s).
 
-    Beside them each motor's effort, -1 to 1 of what it can do, and the battery's voltage (V) if it was measured.
+    Beside them each motor's effort, -1 to 1 of what it can do, and the battery's voltage (V) if it was measured. A base
+    that keeps account of its own way says no angles but its `pose`, in its own odometry frame (REP-105).
     """
 
     left_rad: float
@@ -62,6 +63,7 @@ class WheelReading:
     left_effort: float = 0.0
     right_effort: float = 0.0
     voltage_v: float | None = None
+    pose: Pose | None = None
 
 
 class Wheels(Protocol):

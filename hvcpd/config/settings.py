@@ -94,7 +94,8 @@ class WaitSettings:
 class WheelSettings:
     """The wheels' motors; identifiers and dimensions are those of a TurtleBot3 Burger (ROBOTIS e-Manual)."""
 
-    driver: Literal["auto", "opencr", "xl430", "none"] = "auto"
+    driver: Literal["auto", "opencr", "xl430", "ros", "none"] = "auto"
+    ros_mode: Literal["cmd_vel", "goal"] = "cmd_vel"
     port: str = "auto"
     baud_rate: Literal[9600, 57600, 115200, 1000000, 2000000, 3000000, 4000000, 4500000] = 1_000_000
     left_id: int = field(default=1, metadata=between(0, 252))

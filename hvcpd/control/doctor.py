@@ -52,6 +52,9 @@ def look_at_wheels(settings: WheelSettings, make_port: MakePort = WaitingPort) -
     if settings.driver == "none":
         yield fine("wheels", "none, as wheels.driver says")
         return
+    if settings.driver == "ros":
+        yield fine("wheels", "ROS has them, as wheels.driver says; see `hvcpctl status` while `hvcpctl ros` runs")
+        return
     finding = examine(settings, make_port)
     for problem in finding.problems:
         yield wrong("wheels", problem)

@@ -57,6 +57,8 @@ def _settings(options: argparse.Namespace) -> Settings:
     settings = load_settings(options.config, overrides, name_needed=False)
     if settings.wheels.driver == "none" and not options.dry_run:
         raise ConfigError("wheels.driver is none: this robot has no wheels; set it to auto, or give --driver")
+    if settings.wheels.driver == "ros" and not options.dry_run:
+        raise ConfigError("wheels.driver is ros: ROS has the wheels; drive them by cmd_vel, or give --driver")
     return settings
 
 

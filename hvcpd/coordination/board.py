@@ -156,6 +156,11 @@ class Board:
         if not entry.known_done:
             self._set(number, OPEN, None)
 
+    def forgive(self, owner: str, numbers: Iterable[int]) -> None:
+        """Let somebody try again what he gave up: the reason is gone."""
+        for number in numbers:
+            self._entries[number].failed_by -= {owner}
+
     def _set(self, number: int, state: str, owner: str | None, hearsay: bool = False) -> None:
         entry = self._entries[number]
         self._not_sure += entry.known_done - (state == DONE and not hearsay)

@@ -12,6 +12,7 @@ import structlog
 from hvcpd import __version__
 from hvcpd.config.loading import did_you_mean
 from hvcpd.coordination import bidding
+from hvcpd.daemon import base_desk
 from hvcpd.daemon.control_events import FREQUENT, KINDS
 from hvcpd.daemon.control_protocol import PROTOCOL, RefusalError, Request, checked_arguments
 from hvcpd.daemon.control_server import Client, ControlServer
@@ -99,6 +100,16 @@ class Desk:
         before = bidding.resume(robot.coordination, robot.now)
         return {"stopped": False, "before": before}
 
+    async def base(self, arguments: Arguments, _client: Client) -> Result:
+        if self._body.base is None:
+            driver = self._body.outfit.settings.wheels.driver
+            if driver == "ros":
+                raise RefusalError("starting", "the robot is still starting; try again in a moment")
+            text = f"hvcpd has the wheels (wheels.driver is {driver}); set it to ros to leave them to ROS"
+            raise RefusalError("refused", text)
+        self._body.base.take(arguments)
+        return {}
+
     async def transcript(self, arguments: Arguments, _client: Client) -> Result:
         after, since_s = arguments.get("after", 0), float(arguments.get("since_s", -math.inf))
         limit = arguments.get("limit", MAX_ROWS)
@@ -149,6 +160,7 @@ COMMANDS: dict[str, tuple[ArgumentTypes, Command]] = {
     "say": ({"text": (str,)}, Desk.say),
     "stop": ({}, Desk.stop),
     "resume": ({}, Desk.resume),
+    "base": (base_desk.ARGUMENTS, Desk.base),
     "transcript": ({"after": (int,), "since_s": (int, float), "limit": (int,)}, Desk.transcript),
     "config": ({}, Desk.config),
     "reload": ({}, Desk.reload),

@@ -11,15 +11,18 @@ import numpy as np
 
 from hvcpd.coordination.actions import SaveTask
 from hvcpd.hardware.acoustics import SILENCE_DBFS, power_dbfs
-from hvcpd.ports import SAMPLE_RATE_HZ, Pose, Samples
+from hvcpd.hardware.kinematics import twist_of
+from hvcpd.ports import SAMPLE_RATE_HZ, Pose, Samples, WheelCommand, WheelReading
 from hvcpd.records import GarbledRecord, HeardRecord, HoldRecord, PerformedRecord, Record, SaidRecord
 from hvcpd.reporting.events import (
+    Drive,
     Garbled,
     Heard,
     Held,
     Level,
     LiveEvent,
     Moved,
+    Odom,
     Said,
     StateChanged,
     TaskChanged,
@@ -33,10 +36,10 @@ FLOOR_PERIODS = 12
 """3 s, as the recogniser's own tracking of noise."""
 KINDS: dict[str, type] = {
     each.__name__.lower(): each
-    for each in (Said, Heard, Garbled, Held, TaskChanged, Watered, StateChanged, Moved, Level)
+    for each in (Said, Heard, Garbled, Held, TaskChanged, Watered, StateChanged, Moved, Level, Odom, Drive)
 }
 """The kinds of events by the names that they have as JSON."""
-FREQUENT = frozenset({"moved", "level"})
+FREQUENT = frozenset({"moved", "level", "odom", "drive"})
 """Sent only to who asks for them by name."""
 
 
@@ -105,6 +108,13 @@ class EventSource:
             yield StateChanged(
                 robot.now, self._name, state[0].lower(), robot.coordination.state.value, robot.coordination.task
             )
+
+
+def odom_of(robot: Robot, reading: WheelReading) -> Odom:
+    """Where the robot is, and how it moves, as its wheels were just read."""
+    pose = robot.odometry.pose
+    twist = twist_of(WheelCommand(reading.left_rad_s, reading.right_rad_s), robot.odometry.drive)
+    return Odom(robot.now, pose.x_m, pose.y_m, pose.heading_rad, twist.linear_m_s, twist.angular_rad_s)
 
 
 def _heard(name: str, record: HeardRecord, _: Robot) -> LiveEvent:

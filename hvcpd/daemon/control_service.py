@@ -6,7 +6,7 @@ import structlog
 
 from hvcpd.coordination import bidding
 from hvcpd.daemon.control_desk import Desk
-from hvcpd.daemon.control_events import FREQUENT, EventSource
+from hvcpd.daemon.control_events import FREQUENT, EventSource, odom_of
 from hvcpd.daemon.control_server import ControlServer
 from hvcpd.daemon.control_socket import SocketFile, socket_path
 from hvcpd.daemon.control_status import Body
@@ -72,3 +72,15 @@ class ControlService:
         is_reading = self.body.meter.take(heard) and any(map(self._server.followed, FREQUENT))
         for event in self._events.of_step(robot, output.records, is_reading):
             self._server.publish(as_json(event))
+        if reading is not None and self._server.followed("odom"):
+            self._server.publish(as_json(odom_of(robot, reading)))
+        self._move_base(robot)
+
+    def _move_base(self, robot: Robot) -> None:
+        base, wheels = self.body.base, self.body.wheels
+        if base is None or wheels is None:
+            return
+        base.watch(robot, self.body.outfit)
+        drive = base.drive(robot, wheels.wanted)
+        if drive is not None:
+            self._server.publish(as_json(drive))

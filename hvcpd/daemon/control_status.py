@@ -13,6 +13,7 @@ from hvcpd import __version__
 from hvcpd.coordination.board import Entry
 from hvcpd.coordination.peers import Peer
 from hvcpd.coordination.table import State
+from hvcpd.daemon.base_desk import BaseDesk
 from hvcpd.daemon.control_events import Meter
 from hvcpd.daemon.journal_service import JournalService
 from hvcpd.daemon.outfit import Outfit
@@ -32,6 +33,8 @@ class Body:
     robot: Robot | None = None
     sound: SoundService | None = None
     wheels: WheelService | None = None
+    base: BaseDesk | None = None
+    """Of a robot whose base ROS has."""
     heard: bool = False
     """Sound has come."""
     voltage_v: float | None = None
@@ -126,6 +129,7 @@ def _wheels(body: Body) -> dict[str, Any] | None:
     wanted = body.wheels.wanted
     return {
         "driver": body.outfit.settings.wheels.driver,
+        "ros_mode": body.outfit.settings.wheels.ros_mode if body.base is not None else None,
         "fault": body.wheels.fault,
         "turning": wanted != STANDSTILL,
         "left_rad_s": round(wanted.left_rad_s, 3),

@@ -10,6 +10,8 @@ from hvcpd.config.settings import AudioSettings, WheelSettings
 from hvcpd.hardware.audio import load_backend
 from hvcpd.hardware.audio_exchange import StreamCounters
 from hvcpd.hardware.audio_stream import AudioStream
+from hvcpd.hardware.kinematics import Drive
+from hvcpd.hardware.ros_base import RosBase
 from hvcpd.ports import Samples, Wheels
 
 
@@ -40,6 +42,8 @@ def make_wheels(settings: WheelSettings) -> Wheels | None:
     """The wheels that the settings ask for, not yet open; None for a robot that stands."""
     if settings.driver == "none":
         return None
+    if settings.driver == "ros":
+        return RosBase(Drive(settings.wheel_radius_m, settings.separation_m, settings.radius_ratio))
     from hvcpd.hardware.wheels_find import FoundWheels
 
     return FoundWheels(settings)

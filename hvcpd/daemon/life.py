@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import asyncio
+import math
 from contextlib import AsyncExitStack, suppress
 
 import structlog
 
 from hvcpd.assembly import Roster, make_robot
+from hvcpd.daemon.base_desk import BaseDesk
 from hvcpd.daemon.clips import Clips
 from hvcpd.daemon.control_service import ControlService
 from hvcpd.daemon.control_socket import socket_path
@@ -25,6 +27,8 @@ from hvcpd.daemon.sound_service import SoundService
 from hvcpd.daemon.telling import tell
 from hvcpd.daemon.wheel_service import WheelService
 from hvcpd.errors import HvcpdError
+from hvcpd.hardware.goals import GoalNavigator
+from hvcpd.hardware.ros_base import RosBase
 from hvcpd.own_voice import Acoustics
 from hvcpd.robot import Robot
 
@@ -107,8 +111,15 @@ class Daemon:
 
             self._manager.status("making its words ready; the first time takes longest")
             acoustics = Acoustics(latency_s=sound.latency_s)
+            navigator = self._goal_navigator()
             plan = self._outfit.plan(
-                remembered, acoustics, self._journal.names, self._journal.stopped, self._journal.counters, here
+                remembered,
+                acoustics,
+                self._journal.names,
+                self._journal.stopped,
+                self._journal.counters,
+                here,
+                navigator,
             )
             robot = self.robot = await asyncio.to_thread(make_robot, plan, self._outfit.sound)
             self._control.begin(robot)
@@ -118,19 +129,33 @@ class Daemon:
             self._lessons = Lessons(robot, Roster(plan, self._outfit.sound), settings.name, self._outfit.sound)
             stack.push_async_callback(self._lessons.close)
 
-            wheels = self._devices.make_wheels(settings.wheels)
-            if wheels is not None:
-                self._manager.status("looking for the wheels")
-                self._wheels = self._control.body.wheels = WheelService(wheels)
-                stack.push_async_callback(self._wheels.close)
-                await self._wheels.open()
-
+            await self._find_wheels(stack, navigator)
             await sound.start()
             self._manager.ready(self._listens)
             _log.info("listening", names=", ".join(plan.names), latency_s=round(sound.latency_s, 3))
             stack.callback(sound.tell_losses)
             with self._pose.forgotten_at_the_end():
                 await self._live(robot, sound)
+
+    def _goal_navigator(self) -> GoalNavigator | None:
+        wheels = self._outfit.settings.wheels
+        is_wanted = wheels.driver == "ros" and wheels.ros_mode == "goal"
+        return GoalNavigator(self._outfit.drive) if is_wanted else None
+
+    async def _find_wheels(self, stack: AsyncExitStack, navigator: GoalNavigator | None) -> None:
+        wheels = self._devices.make_wheels(self._outfit.settings.wheels)
+        if wheels is None:
+            return
+        self._manager.status("looking for the wheels")
+        body = self._control.body
+        if isinstance(wheels, RosBase):  # it comes and goes, and the robot talks on without it
+            body.base = BaseDesk(wheels, navigator)
+            self._wheels = WheelService(wheels, lost_s=math.inf)
+        else:
+            self._wheels = WheelService(wheels)
+        body.wheels = self._wheels
+        stack.push_async_callback(self._wheels.close)
+        await self._wheels.open()
 
     async def settled(self) -> None:
         """Wait until wheels and memory have nothing under way; for those who make time pass themselves."""

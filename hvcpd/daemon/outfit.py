@@ -21,6 +21,7 @@ from hvcpd.coordination.actions import Role, Speech, Timing
 from hvcpd.daemon.pose_keeper import KeptPose
 from hvcpd.errors import ConfigError, HvcpdError, PhraseError
 from hvcpd.hardware.kinematics import Drive
+from hvcpd.hardware.navigator import Navigator
 from hvcpd.keyring import KeyFile, find_key_file, keep_out_of_dumps, read_key_file
 from hvcpd.language.phrasebook import RESERVED_WORDS
 from hvcpd.own_voice import Acoustics
@@ -68,8 +69,18 @@ class Outfit:
     def unable(self) -> frozenset[int]:
         """The tasks that the robot lacks the means for: what the settings name and, without wheels, what drives."""
         wheeled = self.settings.wheels.driver != "none"
-        drives = {task.number for task in self.tasks.tasks if any(isinstance(a, Motion) for a in task.actions)}
-        return frozenset(self.settings.unable) | (frozenset() if wheeled else frozenset(drives))
+        return frozenset(self.settings.unable) | (frozenset() if wheeled else self.driving)
+
+    @property
+    def driving(self) -> frozenset[int]:
+        """The tasks that need wheels."""
+        return frozenset(t.number for t in self.tasks.tasks if any(isinstance(a, Motion) for a in t.actions))
+
+    @property
+    def drive(self) -> Drive:
+        """The robot's dimensions."""
+        wheels = self.settings.wheels
+        return Drive(wheels.wheel_radius_m, wheels.separation_m, wheels.radius_ratio)
 
     def with_live(self, role: Role) -> Role:
         """The role with what of it may change while the robot lives."""
@@ -118,10 +129,12 @@ class Outfit:
         stopped: bool = False,
         counters: Mapping[str, int] | None = None,
         here: KeptPose | None = None,
+        navigator: Navigator | None = None,
     ) -> RobotPlan:
         """What makes this robot, with what it remembers: the tasks, the names that it `heard`, whether it is stopped.
 
-        `here` is where it stands, if that is not where the settings have it start.
+        `here` is where it stands, if that is not where the settings have it start. `navigator` finds its ways; None:
+        the usual one.
 
         Without a seed in the settings it gets a fresh one.
         """
@@ -152,7 +165,8 @@ class Outfit:
                 absent_s=settings.waits.absent_s, lease_s=settings.waits.lease_s, answer_s=settings.waits.answer_s
             ),
             reading=here.reading if here is not None else None,
-            drive=Drive(settings.wheels.wheel_radius_m, settings.wheels.separation_m, settings.wheels.radius_ratio),
+            drive=self.drive,
+            navigator=navigator,
         )
 
 

@@ -67,7 +67,7 @@ class PoseKeeper:
         here = self._boot()
         if not (here and boot == here and all(map(math.isfinite, numbers))):
             return None
-        return KeptPose(Pose(*numbers[:3]), WheelReading(*numbers[3:]))
+        return KeptPose(Pose(*numbers[:3]), WheelReading(left_rad=numbers[3], right_rad=numbers[4]))
 
     def note(self, pose: Pose, reading: WheelReading | None, now: float) -> None:
         """Have the pose and the reading that goes with it kept at time `now` (sample clock, s), if it is another."""

@@ -127,6 +127,8 @@ def find_port(settings: WheelSettings, device_directory: Path, access: Access = 
     """The wheels' serial port: there, a device, and accessible."""
     if settings.driver == "none":
         return Finding("wheels", "none, as wheels.driver says; the robot stands")
+    if settings.driver == "ros":
+        return Finding("wheels", f"by ROS ({settings.ros_mode}); the robot stands until `hvcpctl ros` runs beside it")
     if settings.port == "auto":
         there = _ports(device_directory)
         if not there:

@@ -90,6 +90,8 @@ class Reloader:
             return
         c = robot.coordination
         c.role = outfit.with_live(c.role)
+        if self._body.base is not None:
+            c.role = replace(c.role, unable=self._body.base.unable(outfit))
         c.board.redefine(outfit.tasks.tasks)
         c.reconsider(robot.now)
 

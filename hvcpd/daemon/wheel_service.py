@@ -28,9 +28,10 @@ _log = structlog.get_logger(__name__)
 class WheelService:
     """`serve` at every block, `take_reading` before it; neither blocks. A halt goes out at once."""
 
-    def __init__(self, wheels: Wheels, lease_s: float = LEASE_S) -> None:
+    def __init__(self, wheels: Wheels, lease_s: float = LEASE_S, lost_s: float = LOST_S) -> None:
         self._wheels = wheels
         self._lease_s = lease_s
+        self._lost_s = lost_s
         self._thread = ThreadPoolExecutor(max_workers=1, thread_name_prefix="wheels")
         self._wanted = STANDSTILL
         self._sent = STANDSTILL
@@ -54,8 +55,8 @@ class WheelService:
         if self._broken is not None:
             raise self._broken
         self._now = now
-        if self._failing_since_s is not None and now - self._failing_since_s >= LOST_S:
-            raise DeviceError(f"the wheels have not answered for {LOST_S:g} s: {self._reason}")
+        if self._failing_since_s is not None and now - self._failing_since_s >= self._lost_s:
+            raise DeviceError(f"the wheels have not answered for {self._lost_s:g} s: {self._reason}")
         halt = command == STANDSTILL and STANDSTILL not in (self._sent, self._wanted)
         every_s = STANDING_S if command == STANDSTILL else MOVING_S
         self._wanted = command

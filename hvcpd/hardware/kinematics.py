@@ -85,9 +85,31 @@ def twist_of(command: WheelCommand, drive: Drive = BURGER) -> Twist:
     return Twist((right_m_s + left_m_s) / 2.0, (right_m_s - left_m_s) / drive.separation_m)
 
 
+def compose(frame: Pose, pose: Pose) -> Pose:
+    """A pose that is given in `frame`, as seen from where `frame` is given; heading within (-pi, pi]."""
+    cos, sin = math.cos(frame.heading_rad), math.sin(frame.heading_rad)
+    return Pose(
+        frame.x_m + cos * pose.x_m - sin * pose.y_m,
+        frame.y_m + sin * pose.x_m + cos * pose.y_m,
+        wrap_angle(frame.heading_rad + pose.heading_rad),
+    )
+
+
+def frame_between(here: Pose, there: Pose) -> Pose:
+    """The frame in which `there` is what is `here` outside: compose(frame, there) == here."""
+    heading_rad = here.heading_rad - there.heading_rad
+    turned = compose(Pose(0.0, 0.0, heading_rad), there)
+    return Pose(here.x_m - turned.x_m, here.y_m - turned.y_m, wrap_angle(heading_rad))
+
+
 RESUMED_RAD = 8.0
 """A wheel that turned no further than this since a kept reading still counts on from it (26 cm): a killed daemon's
 robot rolls on for 0.4 to 0.7 s, 4.5 rad at most. Further, the motor has lost count: it lost its power."""
+
+
+RESTARTED_M = 0.5
+"""A base that keeps account itself and is so far off its last word has begun a new account: by REP-105 its frame does
+not jump, and within the lease of 0.5 s a base of this size goes no further (1 m/s)."""
 
 
 class Odometry:
@@ -101,11 +123,17 @@ class Odometry:
         self._drive = drive
         self._kept = last
         self._last: WheelReading | None = None
+        self._frame: Pose | None = None
 
     @property
     def pose(self) -> Pose:
         """Where the robot believes that it is."""
         return self._pose
+
+    @property
+    def drive(self) -> Drive:
+        """The dimensions that it reckons with."""
+        return self._drive
 
     @property
     def last(self) -> WheelReading | None:
@@ -115,10 +143,19 @@ class Odometry:
     def update(self, reading: WheelReading) -> Pose:
         """Take in a reading; return the new pose."""
         before = self._last or self._kept
-        if before is not None:
+        if reading.pose is not None:
+            self._follow(reading.pose)
+        elif before is not None:
             left_rad = reading.left_rad - before.left_rad
             right_rad = reading.right_rad - before.right_rad
             if self._last is not None or max(abs(left_rad), abs(right_rad)) <= RESUMED_RAD:
                 self._pose = advance_pose(self._pose, left_rad, right_rad, self._drive)
         self._last = reading
         return self._pose
+
+    def _follow(self, told: Pose) -> None:
+        """Take the word of a base that keeps account itself; what it says first, or anew, is where the robot is now."""
+        last = self._last.pose if self._last is not None else None
+        if last is None or self._frame is None or math.hypot(told.x_m - last.x_m, told.y_m - last.y_m) > RESTARTED_M:
+            self._frame = frame_between(self._pose, told)
+        self._pose = compose(self._frame, told)

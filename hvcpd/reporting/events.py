@@ -122,6 +122,39 @@ class Level:
 
 
 @dataclass(frozen=True)
+class Odom:
+    """Where a robot believes that it is, in the room's frame, and how it moves, as its wheels were read."""
+
+    at_s: float
+    x_m: float
+    y_m: float
+    heading_rad: float
+    linear_m_s: float
+    angular_rad_s: float
+
+
+@dataclass(frozen=True)
+class DriveGoal:
+    """A place in the room's frame that somebody else is to bring the robot to."""
+
+    number: int
+    x_m: float
+    y_m: float
+
+
+@dataclass(frozen=True)
+class Drive:
+    """How a base that is not the daemon's own is to move now: by these speeds, or to that goal."""
+
+    at_s: float
+    linear_m_s: float
+    angular_rad_s: float
+    stopped: bool
+    """Somebody said "stop", and nobody "resume" yet."""
+    goal: DriveGoal | None
+
+
+@dataclass(frozen=True)
 class StateChanged:
     """A robot is at something else now: the state's name in docs/protocol.md, the same in words, and its task."""
 
@@ -150,7 +183,7 @@ class Summary:
 
 Event = Started | Said | Heard | Garbled | Held | TaskChanged | Watered | Moved | Summary
 
-LiveEvent = Said | Heard | Garbled | Held | TaskChanged | Watered | Moved | Level | StateChanged
+LiveEvent = Said | Heard | Garbled | Held | TaskChanged | Watered | Moved | Odom | Drive | Level | StateChanged
 """What a daemon tells of its own robot; poses, and waterings' places, are then by its odometry."""
 
 

@@ -6,7 +6,18 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from hvcpd.hardware.kinematics import BURGER, Odometry, Twist, advance_pose, twist_of, wheel_command, wrap_angle
+from hvcpd.hardware.kinematics import (
+    BURGER,
+    RESTARTED_M,
+    Odometry,
+    Twist,
+    advance_pose,
+    compose,
+    frame_between,
+    twist_of,
+    wheel_command,
+    wrap_angle,
+)
 from hvcpd.ports import Pose, WheelReading
 
 angles = st.floats(-50.0, 50.0)
@@ -82,3 +93,37 @@ def test_motors_that_lost_count_leave_the_pose_as_it_was_kept(left_rad: float) -
     assert odometry.pose == Pose(1.0, 2.0)
     odometry.update(WheelReading(left_rad + 1.0, 1.1))
     assert odometry.pose.x_m == pytest.approx(1.033)
+
+
+def told(x_m: float, y_m: float, heading_rad: float = 0.0) -> WheelReading:
+    return WheelReading(0.0, 0.0, pose=Pose(x_m, y_m, heading_rad))
+
+
+def as_numbers(pose: Pose) -> tuple[float, float, float, float]:
+    return pose.x_m, pose.y_m, math.cos(pose.heading_rad), math.sin(pose.heading_rad)
+
+
+poses = st.builds(Pose, st.floats(-9.0, 9.0), st.floats(-9.0, 9.0), st.floats(-3.1, 3.1))
+
+
+@given(poses, poses)
+def test_a_frame_brings_there_to_here(here: Pose, there: Pose) -> None:
+    assert as_numbers(compose(frame_between(here, there), there)) == pytest.approx(as_numbers(here), abs=1e-9)
+
+
+def test_the_word_of_a_base_counts_from_where_the_robot_was() -> None:
+    odometry = Odometry(Pose(1.0, 2.0, math.pi / 2))
+    assert as_numbers(odometry.update(told(5.0, 5.0))) == pytest.approx(as_numbers(Pose(1.0, 2.0, math.pi / 2)))
+    assert as_numbers(odometry.update(told(5.3, 5.0))) == pytest.approx(as_numbers(Pose(1.0, 2.3, math.pi / 2)))
+    assert as_numbers(odometry.update(told(5.3, 5.2, 0.1))) == pytest.approx(
+        as_numbers(Pose(0.8, 2.3, math.pi / 2 + 0.1))
+    )
+
+
+def test_a_base_that_begins_a_new_account_moves_nothing() -> None:
+    odometry = Odometry(Pose(0.0, 0.0))
+    odometry.update(told(0.0, 0.0))
+    before = odometry.update(told(RESTARTED_M - 0.01, 0.0))
+    assert before.x_m == pytest.approx(RESTARTED_M - 0.01)
+    assert odometry.update(told(-0.1, 0.0)) == before
+    assert odometry.update(told(0.0, 0.0)).x_m == pytest.approx(before.x_m + 0.1)
