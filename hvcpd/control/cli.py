@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import TypeAlias
 
 from hvcpd import __version__
-from hvcpd.control.daemon_parser import add_completion, add_daemon_commands
+from hvcpd.control.daemon_parser import add_completion, add_daemon_commands, add_ros
 from hvcpd.control.doctor_parser import add_calibrate, add_doctor
 from hvcpd.control.drive_parser import add_drive
 from hvcpd.control.key_parser import add_key
@@ -95,6 +95,7 @@ def make_parser() -> argparse.ArgumentParser:
     add_drive(commands, _lazy("drive"))
     add_doctor(commands, _lazy("doctor"))
     add_calibrate(commands, _lazy("calibrate"))
+    add_ros(commands, _lazy("ros"))
     add_completion(commands, _lazy("completion"))
     return parser
 

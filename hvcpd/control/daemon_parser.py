@@ -32,6 +32,23 @@ def add_daemon_commands(commands: Commands, lazy: Callable[[str], Run]) -> None:
     config.add_argument("--changed", action="store_true", help="only those that are not the default")
 
 
+def add_ros(commands: Commands, run: Run) -> None:
+    """Add `ros`."""
+    text = "bridge a running robot to ROS 1 or ROS 2, until interrupted"
+    command = commands.add_parser(
+        "ros",
+        help=text,
+        description=text[0].upper() + text[1:] + ".",
+        epilog=_WHICH + EXITS + " Examples: hvcpctl ros heard:=ears _base_frame:=base_footprint (ROS 1); "
+        "hvcpctl ros --ros-args -r __ns:=/rob -p publish_tf:=false (ROS 2)",
+    )
+    add_which(command)
+    command.add_argument("--ros", choices=("1", "2"), help="which one (default: ROS_VERSION, or what is installed)")
+    command.add_argument("remap", nargs="*", metavar="NAME:=VALUE", help="remappings and parameters, as ROS 1 has them")
+    command.add_argument("--ros-args", nargs=argparse.REMAINDER, metavar="…", help="the same, as ROS 2 has them")
+    command.set_defaults(run=run)
+
+
 def add_completion(commands: Commands, run: Run) -> None:
     """Add `completion`."""
     completion = commands.add_parser(

@@ -30,7 +30,7 @@ tasks: {tasks}
 state_dir: {state}
 start: {{x_m: {x_m}, y_m: {y_m}}}
 audio: {{input_device: {microphone}, output_device: {loudspeaker}}}
-wheels: {{driver: xl430, port: {port}}}
+wheels: {wheels}
 seed: {seed}
 """
 
@@ -66,7 +66,7 @@ class RobotProcess:
                 state=folder,
                 x_m=start.x_m,
                 y_m=start.y_m,
-                port=self._port,
+                wheels=self._wheels(),
                 microphone=MICROPHONE,
                 loudspeaker=LOUDSPEAKER,
                 seed=part.seed,
@@ -74,6 +74,10 @@ class RobotProcess:
         )
         self._motors: subprocess.Popen[str] | None = None
         self.daemon: subprocess.Popen[bytes] | None = None
+
+    def _wheels(self) -> str:
+        """The settings' wheels."""
+        return f"{{driver: xl430, port: {self._port}}}"
 
     # --- its two processes ------------------------------------------------------------------------------------------
 

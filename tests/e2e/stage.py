@@ -9,6 +9,7 @@ import tempfile
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager
 from pathlib import Path
+from typing import Generic, TypeVar
 
 from hil_fakes.sound_server import SoundServer, wait_until
 from hvcpd.ports import Pose
@@ -36,10 +37,13 @@ TASKS = {number: (f"water the {colour} rose", place) for number, (colour, place)
 """The paper's five plants, so near to each other that nobody drives for long: number to name and place in m."""
 
 
-class Stage:
+Robot = TypeVar("Robot", bound=RobotProcess)
+
+
+class Stage(Generic[Robot]):
     """The robots `robots`, and the means to do them harm."""
 
-    def __init__(self, folder: Path, units: Path, stack: ExitStack) -> None:
+    def __init__(self, folder: Path, units: Path, stack: ExitStack, kind: type[Robot]) -> None:
         tasks = folder / "tasks.yaml"
         tasks.write_text("tasks:\n" + "".join(_task(n, name, x, y) for n, (name, (x, y)) in TASKS.items()))
         (folder / "units").symlink_to(units)
@@ -47,7 +51,7 @@ class Stage:
         runtime = Path(stack.enter_context(tempfile.TemporaryDirectory(prefix="sound-")))
         self.server = stack.enter_context(SoundServer(runtime, NAMES, folder / "server.log", PRIORITY))
         self._air = _start_air(self.server, folder, stack)
-        self.robots = [RobotProcess(part, folder, tasks, self._environment(part, runtime)) for part in PARTS]
+        self.robots = [kind(part, folder, tasks, self._environment(part, runtime)) for part in PARTS]
         for robot in self.robots:
             stack.callback(robot.close)
 
@@ -78,11 +82,11 @@ class Stage:
 
 
 @contextmanager
-def staged(folder: Path, units: Path) -> Iterator[Stage]:
+def staged(folder: Path, units: Path, kind: type[Robot]) -> Iterator[Stage[Robot]]:
     """A stage, set up and taken down; recordings and logs stay in `folder` if something fails, and else go."""
     try:
         with ExitStack() as stack:
-            yield Stage(folder, units, stack)
+            yield Stage(folder, units, stack, kind)
     except BaseException as error:
         error.add_note(f"What was heard (WAV), logs, memories and trails are in {folder}")
         raise

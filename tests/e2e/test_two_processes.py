@@ -53,7 +53,7 @@ def stood_longest_s(trail: Iterable[TrailPoint], place: tuple[float, float]) -> 
     return longest_s
 
 
-def assert_each_plant_done_once(stage: Stage) -> None:
+def assert_each_plant_done_once(stage: Stage[RobotProcess]) -> None:
     rob, bot = stage.robots
     assert Counter(watered(rob) + watered(bot)) == dict.fromkeys(TASKS, 1)
     assert rob.tasks() == bot.tasks()
@@ -97,7 +97,7 @@ def skip_without_own_network() -> None:
 
 
 def test_two_processes_share_five_plants_by_voice_alone(tmp_path: Path, units: Path) -> None:
-    with staged(tmp_path, units) as stage:
+    with staged(tmp_path, units, RobotProcess) as stage:
         stage.start()
         for robot in stage.robots:
             assert_no_way_but_sound(robot)
@@ -117,7 +117,7 @@ def test_two_processes_share_five_plants_by_voice_alone(tmp_path: Path, units: P
 def test_sound_server_daemon_and_port_die_in_mid_mission_and_every_plant_is_done_once(
     tmp_path: Path, units: Path
 ) -> None:
-    with staged(tmp_path, units) as stage:
+    with staged(tmp_path, units, RobotProcess) as stage:
         stage.start()
         stage.wait(lambda: any(map(watered, stage.robots)), MISSION_S, "the first plant is watered")
         kill_sound_server(stage)
@@ -134,7 +134,7 @@ def test_sound_server_daemon_and_port_die_in_mid_mission_and_every_plant_is_done
     skip_without_own_network()
 
 
-def kill_sound_server(stage: Stage) -> None:
+def kill_sound_server(stage: Stage[RobotProcess]) -> None:
     """kill -9 and a restart; the robots stand still meanwhile, and go on by themselves."""
     before = [robot.daemon for robot in stage.robots]
     stage.server.kill()
@@ -145,14 +145,14 @@ def kill_sound_server(stage: Stage) -> None:
     assert [robot.daemon for robot in stage.robots] == before, "a daemon did not survive it"
 
 
-def kill_daemon(stage: Stage, victim: RobotProcess) -> None:
+def kill_daemon(stage: Stage[RobotProcess], victim: RobotProcess) -> None:
     """kill -9 and a restart; the motors stand still meanwhile, by themselves."""
     victim.kill_daemon()
     wait_until(lambda: not victim.drives, TROUBLE_S, "its motors stop by themselves")
     victim.start_daemon()
 
 
-def lose_port(stage: Stage, robot: RobotProcess) -> None:
+def lose_port(stage: Stage[RobotProcess], robot: RobotProcess) -> None:
     """The motors' adapter is pulled out and put back."""
     robot.command_motors("unplug")
     stage.wait(lambda: bool(robot.events("wheels failed")), TROUBLE_S, "it notices it")

@@ -1,0 +1,1 @@
+"""At home in ROS: a bridge process beside the daemon, over its control socket; docs/ros.md describes it."""

@@ -1,0 +1,265 @@
+"""The bridge itself, without ROS and without sockets: lines of the daemon and messages of ROS in, both kinds out.
+
+Time is passed in: `now_s` is monotonic; `stamp_s` is the time that ROS has, for headers.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+from hvcpd.ros import topics
+from hvcpd.ros.driving import Cancel, Driving, Go, Order, Speeds
+from hvcpd.ros.mapping import (
+    Line,
+    as_text,
+    base_arguments,
+    diagnostics_of,
+    heard_json,
+    odometry_of,
+    tf_of,
+    twist_of,
+)
+from hvcpd.ros.messages import Bool, Message, Odometry, String
+from hvcpd.ros.parameters import Parameters
+from hvcpd.ros.topics import Topic
+
+STATUS_S = 1.0
+"""Between two diagnoses: /diagnostics is read at 1 Hz by custom."""
+BASE_S = 0.03
+"""Between two words of odometry to the daemon: it reads its wheels every 0.05 s."""
+SILENT_S = 1.0
+"""A base without odometry for so long is told of, so that people see why the robot stands."""
+UNANSWERED_S = 1.0
+"""A reply that has not come by then is not waited for any more."""
+NO_DAEMON = "no daemon answers; start it with `hvcpd`"
+EVENT_KINDS = ("said", "heard", "garbled", "held", "taskchanged", "watered", "statechanged")
+
+
+@dataclass(frozen=True)
+class Publish:
+    """Have ROS told."""
+
+    topic: Topic
+    message: Message
+
+
+@dataclass(frozen=True)
+class Ask:
+    """Have the daemon told; the reply comes with this `id`."""
+
+    id: int
+    command: str
+    arguments: Mapping[str, Any] = field(default_factory=dict)
+
+
+@dataclass(frozen=True)
+class Log:
+    """Have people told, by ROS's log."""
+
+    text: str
+
+
+Output = Publish | Ask | Log | Go | Cancel
+
+
+class Bridge:
+    """One robot's. What is to be done is fetched with `outputs` after each call."""
+
+    def __init__(self, ros_drives: bool, parameters: Parameters) -> None:
+        self.ros_drives = ros_drives
+        self._parameters = parameters
+        self._status: Line | None = None
+        self._driving = Driving()
+        self._outputs: list[Output] = []
+        self._asked: dict[int, str] = {}
+        self._last_id = 0
+        self._sample_zero_s = 0.0
+        self._status_s = -math.inf
+        self._base_s = -math.inf
+        self._base_id: int | None = None
+        self._stop_id: int | None = None
+        self._stop_s = -math.inf
+        self._odometry_s = -math.inf
+        self._told_silent_s = -math.inf
+        self._stopped: bool | None = None
+        self._way_left_m: float | None = None
+        self._last_refusal = ""
+
+    def outputs(self) -> list[Output]:
+        """What is to be done since the last call, in order."""
+        done, self._outputs = self._outputs, []
+        return done
+
+    def begin(self, now_s: float) -> None:
+        """A daemon is there: follow it, and tell ROS how things are."""
+        self._asked.clear()
+        self._base_id = None
+        self._odometry_s = now_s
+        self._ask("subscribe", events=[*EVENT_KINDS, "drive" if self.ros_drives else "odom"])
+        self._ask("tasks")
+        self._ask_status(now_s)
+
+    def lost(self, now_s: float) -> None:
+        """The daemon has ended."""
+        self._status = None
+        self._asked.clear()
+        self._carry_out(self._driving.stand(now_s))
+
+    def master_lost(self, reason: str, now_s: float) -> None:
+        """ROS has ended, or can no longer be trusted to hold together: the robot stands, and is told why."""
+        self._carry_out(self._driving.stand(now_s))
+        if self.ros_drives:
+            self._ask("base", fault=reason)
+
+    def from_daemon(self, line: Line, now_s: float, stamp_s: float) -> None:
+        """A line of the daemon, event or reply."""
+        kind = line.get("event")
+        if kind is None:
+            self._replied(line, stamp_s)
+        elif kind == "drive":
+            if not self._is_stopping(now_s):
+                self._carry_out(self._driving.told(line, now_s))
+        elif kind == "odom":
+            self._tell_odometry(line, stamp_s)
+        elif kind in EVENT_KINDS:
+            self._tell_event(kind, line)
+
+    def from_ros(self, topic: Topic, message: Message, now_s: float) -> None:
+        """A message to the bridge."""
+        if topic == topics.SAY and isinstance(message, String):
+            self._ask("say", text=message.data)
+        elif topic == topics.ESTOP and isinstance(message, Bool):
+            self._stop_id = self._ask("stop" if message.data else "resume")
+            self._stop_s = now_s
+            if message.data:
+                self._carry_out(self._driving.stand(now_s))  # without waiting for the daemon's word
+        elif topic == topics.ODOM and isinstance(message, Odometry):
+            self._take_odometry(message, now_s)
+
+    def goal_progress(self, number: int, way_left_m: float) -> None:
+        """Navigation tells how far it is still."""
+        if self._driving.goal is not None and self._driving.goal.number == number:
+            self._way_left_m = way_left_m
+
+    def goal_ended(self, number: int, arrived: bool, reason: str) -> None:
+        """Navigation has ended with a goal."""
+        if self._driving.finished(number):
+            self._way_left_m = None
+            self._ask("base", goal=number, arrived=arrived, reason=reason)
+
+    def tick(self, now_s: float, stamp_s: float) -> None:
+        """Time passes; call it at least every 0.05 s."""
+        if self.ros_drives:
+            self._carry_out(self._driving.tick(now_s))
+            self._watch_base(now_s)
+        if now_s - self._status_s >= STATUS_S:
+            if self._status is None:
+                self._publish(topics.DIAGNOSTICS, diagnostics_of(None, stamp_s, NO_DAEMON, {}))
+            self._ask_status(now_s)
+
+    def _is_stopping(self, now_s: float) -> bool:
+        """What the daemon said before it has taken notice of a stop counts no more."""
+        return self._stop_id in self._asked and now_s - self._stop_s < UNANSWERED_S
+
+    def _ask_status(self, now_s: float) -> None:
+        self._status_s = now_s
+        self._ask("status")
+
+    def _watch_base(self, now_s: float) -> None:
+        silent_s = now_s - self._odometry_s
+        if silent_s > SILENT_S and now_s - self._told_silent_s > SILENT_S:
+            self._told_silent_s = now_s
+            self._ask("base", fault=f"no odometry comes on {topics.ODOM.name}; is the base's driver running?")
+
+    def _tell_odometry(self, event: Line, stamp_s: float) -> None:
+        odometry = odometry_of(event, stamp_s, self._parameters)
+        self._publish(topics.ODOM, odometry)
+        if self._parameters.publish_tf:
+            self._publish(topics.TF, tf_of(odometry))
+
+    def _tell_event(self, kind: str, event: Line) -> None:
+        self._publish(topics.EVENTS, String(as_text(dict(event))))
+        if kind in ("heard", "said"):
+            plain, as_json = (topics.HEARD, topics.HEARD_JSON) if kind == "heard" else (topics.SAID, topics.SAID_JSON)
+            self._publish(plain, String(str(event["text"])))
+            self._publish(as_json, String(heard_json(event, self._sample_zero_s)))
+        elif kind == "statechanged":
+            self._publish(topics.STATE, String(as_text({key: event[key] for key in ("state", "doing", "task")})))
+            self._tell_stopped(event["state"] == "stopped")
+        elif kind == "taskchanged":
+            self._ask("tasks")
+
+    def _tell_stopped(self, stopped: bool) -> None:
+        if stopped is not self._stopped:
+            self._stopped = stopped
+            self._publish(topics.STOPPED, Bool(stopped))
+
+    def _take_odometry(self, odometry: Odometry, now_s: float) -> None:
+        arguments = base_arguments(odometry)
+        if arguments is None:
+            return
+        self._odometry_s = now_s
+        waits = self._base_id in self._asked and now_s - self._base_s < UNANSWERED_S
+        if not waits and now_s - self._base_s >= BASE_S:
+            self._base_s = now_s
+            self._base_id = self._ask("base", **arguments)
+
+    def _replied(self, line: Line, stamp_s: float) -> None:
+        command = self._asked.pop(line.get("id") or 0, None)
+        if command is None:
+            return
+        if line.get("ok") is not True:
+            error = line.get("error", {})
+            self._tell_refusal(f"{command}: {error.get('text', 'refused without a reason')}", error.get("code"))
+            return
+        result = line["result"]
+        if command == "status":
+            self._take_status(result, stamp_s)
+        elif command == "tasks":
+            self._publish(topics.TASKS, String(as_text(result["tasks"])))
+
+    def _tell_refusal(self, text: str, code: object) -> None:
+        if code != "starting" and (text != self._last_refusal or not text.startswith("base")):
+            self._outputs.append(Log(text))
+        self._last_refusal = text
+
+    def _take_status(self, status: Line, stamp_s: float) -> None:
+        began = self._status is None or self._status["state"] == "starting"
+        self._status = status
+        self._sample_zero_s = stamp_s - float(status["now_s"])
+        self._tell_stopped(bool(status["stopped"]))
+        if began and status["state"] != "starting":
+            self._ask("tasks")
+        if began:
+            self._publish(topics.STATE, String(as_text(_state_of(status))))
+        self._publish(topics.DIAGNOSTICS, diagnostics_of(status, stamp_s, "", self._driving_values()))
+
+    def _driving_values(self) -> dict[str, str]:
+        if self._way_left_m is None:
+            return {}
+        return {"way left to the goal, m": f"{self._way_left_m:.2f}"}
+
+    def _carry_out(self, orders: list[Order]) -> None:
+        for order in orders:
+            if isinstance(order, Speeds):
+                self._publish(topics.CMD_VEL, twist_of(order.linear_m_s, order.angular_rad_s))
+            else:
+                self._way_left_m = None
+                self._outputs.append(order)
+
+    def _publish(self, topic: Topic, message: Message) -> None:
+        self._outputs.append(Publish(topic, message))
+
+    def _ask(self, command: str, **arguments: object) -> int:
+        self._last_id += 1
+        self._asked[self._last_id] = command
+        self._outputs.append(Ask(self._last_id, command, arguments))
+        return self._last_id
+
+
+def _state_of(status: Line) -> dict[str, Any]:
+    task = status.get("task")
+    return {"state": status["state"], "doing": status["doing"], "task": task["number"] if task else None}

@@ -1,0 +1,116 @@
+"""`hvcpctl ros`: the bridge as a process. Which ROS, which daemon, and what happens when either ends."""
+
+from __future__ import annotations
+
+import os
+import select
+import signal
+import sys
+from collections.abc import Callable, Mapping, Sequence
+from contextlib import suppress
+from dataclasses import dataclass
+from importlib.util import find_spec
+from pathlib import Path
+from types import FrameType
+from typing import Any, Literal
+
+from hvcpd.errors import ConfigError, NotRunningError
+from hvcpd.ros.bridge import Bridge
+from hvcpd.ros.link import DaemonLink
+from hvcpd.ros.master import master_pid, master_uri
+from hvcpd.ros.port import Report, RosPort, Wanted
+from hvcpd.ros.ros1 import find_rospy
+from hvcpd.ros.session import Inbox, Session
+
+Kind = Literal["ros1", "ros2"]
+WAIT_S = 0.5
+"""Between two looks for a master."""
+TELL_S = 1.0
+"""Between two times that the daemon is told that there is none."""
+
+
+@dataclass(frozen=True)
+class Base:
+    """What the daemon's settings say of the wheels."""
+
+    ros_drives: bool
+    takes_goals: bool
+
+
+def choose_ros(wanted: str | None, environment: Mapping[str, str] = os.environ) -> Kind:
+    """Which ROS to speak: the one asked for, that of the sourced setup.bash, or else what is installed.
+
+    Raises ConfigError if there is none.
+    """
+    version = wanted or environment.get("ROS_VERSION")
+    if version in ("1", "2"):
+        return "ros1" if version == "1" else "ros2"
+    if find_rospy():
+        return "ros1"
+    if find_spec("rclpy") is not None or find_spec("cyclonedds") is not None:
+        return "ros2"
+    raise ConfigError(
+        "no ROS is here: install python3-rospy (ROS 1), source the setup.bash of a ROS 2, or `pip install hvcpd[ros2]`"
+    )
+
+
+def base_of(settings: Sequence[Mapping[str, Any]]) -> Base:
+    """What the reply to `config` says of the wheels."""
+    values = {each["key"]: each["value"] for each in settings}
+    drives = values.get("wheels.driver") == "ros"
+    return Base(drives, drives and values.get("wheels.ros_mode") == "goal")
+
+
+def run_bridge(kind: Kind, base: Base, path: Path, arguments: Sequence[str]) -> str | None:
+    """Bridge until interrupted, or until this ROS is no more: then why. The daemon may come and go."""
+    signal.signal(signal.SIGTERM, _interrupt)  # as Ctrl-C: the base is to be told to stand
+    if kind == "ros1":
+        wait_for_master(path, base)
+    inbox = Inbox()
+    port = make_port(kind, Wanted(base.ros_drives, base.takes_goals, arguments), inbox.put)
+    bridge = Bridge(base.ros_drives, port.parameters)
+    with suppress(KeyboardInterrupt):
+        return Session(bridge, port, inbox, path).run()
+    return None
+
+
+def make_port(kind: Kind, wanted: Wanted, report: Report) -> RosPort:
+    """A node of that ROS. Raises ConfigError for wrong parameters or missing packages."""
+    if kind == "ros1":
+        from hvcpd.ros.ros1 import Ros1Port
+
+        return Ros1Port(wanted, report)
+    from hvcpd.ros.ros2 import make_ros2_port
+
+    return make_ros2_port(wanted, report)
+
+
+def wait_for_master(path: Path, base: Base, ask: Callable[[str], int] = master_pid) -> None:
+    """Return when a ROS 1 master answers; meanwhile the daemon is told why there is no base."""
+    uri, told = master_uri(), False
+    while True:
+        try:
+            ask(uri)
+        except OSError as error:
+            if not told:
+                sys.stderr.write(f"hvcpctl: waiting for a ROS master at {uri} ({error.strerror or error})\n")
+                told = True
+        else:
+            return
+        if base.ros_drives:
+            with suppress(NotRunningError):
+                link = DaemonLink(path)
+                link.ask(1, "base", {"fault": f"no ROS master at {uri}"})
+                link.close()
+        select.select([], [], [], WAIT_S)
+
+
+def start_again() -> None:
+    """Become the same command anew: a rospy node cannot be made twice in one process."""
+    sys.stdout.flush()
+    sys.stderr.flush()
+    os.execv(sys.executable, [sys.executable, *sys.orig_argv[1:]])
+
+
+def _interrupt(_number: int, _frame: FrameType | None) -> None:
+    raise KeyboardInterrupt

@@ -1,0 +1,136 @@
+"""A base that ROS has: what it is told, and for how long it is believed that the daemon still means it. Pure.
+
+Leases both ways end within half a second: the daemon stands when it hears no odometry (hvcpd/hardware/ros_base.py), and
+here the base is stopped when the daemon is silent. A TurtleBot3's own node goes on with the last `cmd_vel` for ever.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+LEASE_S = 0.4
+"""The daemon speaks every 0.05 s; after so long a silence the base is stopped."""
+PERIOD_S = 0.05
+"""Between two commands to a base that moves or is held, as Nav2 and move_base do (20 Hz)."""
+ZEROS_S = 0.5
+"""After a motion zero is commanded for so long, then nothing: others may drive the base by hand."""
+
+
+@dataclass(frozen=True)
+class Goal:
+    """A place in the map's frame, m, and the daemon's number of it."""
+
+    number: int
+    x_m: float
+    y_m: float
+
+
+@dataclass(frozen=True)
+class Speeds:
+    """Command these speeds now, m/s and rad/s."""
+
+    linear_m_s: float
+    angular_rad_s: float
+
+
+@dataclass(frozen=True)
+class Go:
+    """Give this goal to ROS's navigation."""
+
+    goal: Goal
+
+
+@dataclass(frozen=True)
+class Cancel:
+    """Withdraw the goal of that number."""
+
+    number: int
+
+
+Order = Speeds | Go | Cancel
+STAND = Speeds(0.0, 0.0)
+
+
+class Driving:
+    """`told` with each `drive` event of the daemon, `tick` at least every `PERIOD_S`; both give orders for ROS."""
+
+    def __init__(self) -> None:
+        self._speeds = STAND
+        self._stopped = False
+        self._goal: Goal | None = None
+        self._finished: int | None = None
+        self._told_s: float | None = None
+        self._sent_s = -math.inf
+        self._zeros_until_s = -math.inf
+
+    @property
+    def goal(self) -> Goal | None:
+        """What ROS's navigation has been given and not been relieved of."""
+        return self._goal
+
+    def told(self, event: Mapping[str, Any], now_s: float) -> list[Order]:
+        """The daemon says how the base is to move."""
+        self._told_s = now_s
+        self._stopped = bool(event["stopped"])
+        goal = goal_of(event.get("goal"))
+        if goal is not None and goal.number == self._finished:  # the daemon does not know yet
+            goal = None
+        orders = self._change_goal(goal)
+        speeds = Speeds(float(event["linear_m_s"]), float(event["angular_rad_s"]))
+        halts = speeds == STAND != self._speeds
+        self._set(speeds, now_s)
+        if halts or any(isinstance(order, Cancel) for order in orders):
+            self._zeros_until_s = now_s + ZEROS_S
+            self._sent_s = -math.inf
+        return orders + self._command(now_s)
+
+    def tick(self, now_s: float) -> list[Order]:
+        """Time passes; a daemon that has been silent for `LEASE_S` wants nothing any more."""
+        orders: list[Order] = []
+        if self._told_s is not None and now_s - self._told_s > LEASE_S:
+            orders = self.stand(now_s)
+        return orders + self._command(now_s)
+
+    def stand(self, now_s: float) -> list[Order]:
+        """Whoever had the word has lost it: the base stands, and navigation is relieved of its goal."""
+        self._told_s = self._finished = None
+        orders = self._change_goal(None)
+        if orders or self._speeds != STAND:
+            self._zeros_until_s = now_s + ZEROS_S
+            self._sent_s = -math.inf
+        self._speeds = STAND
+        return orders + self._command(now_s)
+
+    def finished(self, number: int) -> bool:
+        """Navigation is done with that goal; whether it still mattered."""
+        if self._goal is None or self._goal.number != number:
+            return False
+        self._goal, self._finished = None, number
+        return True
+
+    def _set(self, speeds: Speeds, now_s: float) -> None:
+        self._speeds = speeds
+        if speeds != STAND:
+            self._zeros_until_s = now_s + ZEROS_S
+
+    def _change_goal(self, goal: Goal | None) -> list[Order]:
+        before, self._goal = self._goal, goal
+        if goal == before:
+            return []
+        orders: list[Order] = [Cancel(before.number)] if before is not None else []
+        return [*orders, Go(goal)] if goal is not None else orders
+
+    def _command(self, now_s: float) -> list[Order]:
+        wanted = self._speeds != STAND or self._stopped or now_s < self._zeros_until_s
+        if self._goal is not None or not wanted or now_s - self._sent_s < PERIOD_S - 1e-6:
+            return []
+        self._sent_s = now_s
+        return [self._speeds]
+
+
+def goal_of(value: Mapping[str, Any] | None) -> Goal | None:
+    """The goal of a `drive` event."""
+    return None if value is None else Goal(int(value["number"]), float(value["x_m"]), float(value["y_m"]))

@@ -1,0 +1,144 @@
+"""Between the daemon's lines and ROS's messages: each function turns one into the other. Pure."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Mapping
+from typing import Any
+
+from hvcpd.ros.messages import (
+    DiagnosticArray,
+    DiagnosticStatus,
+    Header,
+    KeyValue,
+    Odometry,
+    Point,
+    Pose,
+    PoseWithCovariance,
+    Quaternion,
+    TFMessage,
+    Time,
+    Transform,
+    TransformStamped,
+    Twist,
+    TwistWithCovariance,
+    Vector3,
+)
+from hvcpd.ros.parameters import Parameters
+
+Line = Mapping[str, Any]
+"""One JSON object of the daemon's; docs/control.md lists their fields."""
+
+LOW_BATTERY_V = 11.1
+"""ROBOTIS e-Manual, TurtleBot3: its own battery warning (11.0 V ends it)."""
+
+
+def as_text(value: object) -> str:
+    """JSON for a topic: one line, plain ASCII."""
+    return json.dumps(value, separators=(", ", ": "), allow_nan=False)
+
+
+def heard_json(event: Line, wall_of: float) -> str:
+    """`heard` and `said` with all that is known; `wall_of` is the ROS time of the daemon's sample clock at 0."""
+    known = {key: value for key, value in event.items() if key not in ("event", "utterance", "collided")}
+    known["stamp"] = round(wall_of + float(event["at_s"]), 3)
+    return as_text(known)
+
+
+def odometry_of(event: Line, stamp_s: float, parameters: Parameters) -> Odometry:
+    """nav_msgs/Odometry of an `odom` event."""
+    pose = Pose(Point(float(event["x_m"]), float(event["y_m"])), Quaternion.about_z(float(event["heading_rad"])))
+    speeds = twist_of(float(event["linear_m_s"]), float(event["angular_rad_s"]))
+    header = Header(Time.of(stamp_s), parameters.odom_frame)
+    return Odometry(header, parameters.base_frame, PoseWithCovariance(pose), TwistWithCovariance(speeds))
+
+
+def tf_of(odometry: Odometry) -> TFMessage:
+    """The transform odom → base_link that goes with it."""
+    pose = odometry.pose.pose
+    move = Vector3(pose.position.x, pose.position.y, pose.position.z)
+    transform = Transform(move, pose.orientation)
+    return TFMessage((TransformStamped(odometry.header, odometry.child_frame_id, transform),))
+
+
+def twist_of(linear_m_s: float, angular_rad_s: float) -> Twist:
+    """geometry_msgs/Twist of a robot on the floor."""
+    return Twist(Vector3(x=linear_m_s), Vector3(z=angular_rad_s))
+
+
+def base_arguments(odometry: Odometry) -> dict[str, float] | None:
+    """The command `base` of what a base says; None for one that says no numbers."""
+    pose, twist = odometry.pose.pose, odometry.twist.twist
+    values = {
+        "x_m": pose.position.x,
+        "y_m": pose.position.y,
+        "heading_rad": pose.orientation.heading_rad,
+        "linear_m_s": twist.linear.x,
+        "angular_rad_s": twist.angular.z,
+    }
+    return values if all(map(math.isfinite, values.values())) else None
+
+
+def diagnostics_of(status: Line | None, stamp_s: float, why_none: str, driving: Mapping[str, str]) -> DiagnosticArray:
+    """What `status` says, as four parts: robot, sound, wheels, battery; or that there is no robot, and why."""
+    if status is None:
+        parts: tuple[DiagnosticStatus, ...] = (
+            DiagnosticStatus(DiagnosticStatus.STALE, "hvcpd: robot", why_none, "hvcpd"),
+        )
+    else:
+        name = str(status["name"])
+        made = (_robot(status), _sound(status["sound"]), _wheels(status.get("wheels"), driving), _battery(status))
+        parts = tuple(
+            DiagnosticStatus(level, f"hvcpd: {part}", message, name, _values(values))
+            for part, level, message, values in made
+        )
+    return DiagnosticArray(Header(Time.of(stamp_s)), parts)
+
+
+_Part = tuple[str, int, str, Mapping[str, object]]
+
+
+def _robot(status: Line) -> _Part:
+    level = DiagnosticStatus.WARN if status["stopped"] or status["state"] == "starting" else DiagnosticStatus.OK
+    task = status.get("task")
+    values = {
+        "state": status["state"],
+        "task": task["name"] if task else "",
+        "team": status["team"],
+        "version": status["version"],
+        "uptime_s": status["uptime_s"],
+        "within earshot": ", ".join(peer["name"] for peer in status["peers"] if peer["present"]),
+    }
+    return "robot", level, str(status["doing"]), values
+
+
+def _sound(sound: Line) -> _Part:
+    values = {"level_dbfs": sound["level_dbfs"], "floor_dbfs": sound["floor_dbfs"], **sound["lost"]}
+    if not sound["listening"]:
+        return "sound", DiagnosticStatus.ERROR, "hears nothing: there is no sound", values
+    if sound["mute"]:
+        return "sound", DiagnosticStatus.WARN, "the microphone is mute", values
+    return "sound", DiagnosticStatus.OK, "listens", values
+
+
+def _wheels(wheels: Line | None, driving: Mapping[str, str]) -> _Part:
+    if wheels is None:
+        return "wheels", DiagnosticStatus.OK, "none: it stands and talks", driving
+    values = {"driver": wheels["driver"], "turning": wheels["turning"], **driving}
+    if wheels["fault"]:
+        return "wheels", DiagnosticStatus.ERROR, str(wheels["fault"]), values
+    return "wheels", DiagnosticStatus.OK, "turning" if wheels["turning"] else "standing", values
+
+
+def _battery(status: Line) -> _Part:
+    voltage_v = status.get("battery_v")
+    if voltage_v is None:
+        return "battery", DiagnosticStatus.OK, "not measured", {}
+    low = voltage_v < LOW_BATTERY_V
+    level = DiagnosticStatus.WARN if low else DiagnosticStatus.OK
+    return "battery", level, "low: charge it" if low else "charged", {"voltage_v": voltage_v}
+
+
+def _values(values: Mapping[str, object]) -> tuple[KeyValue, ...]:
+    return tuple(KeyValue(key, str(value)) for key, value in values.items())

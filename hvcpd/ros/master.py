@@ -1,0 +1,85 @@
+"""Whether a ROS 1 master answers, by its XML-RPC interface (ROS wiki, "ROS/Master_API"); nothing of ROS is needed."""
+
+from __future__ import annotations
+
+import http.client
+import os
+import threading
+import xmlrpc.client
+from collections.abc import Callable, Mapping
+from typing import Any
+
+DEFAULT_URI = "http://localhost:11311"
+"""Where a master is if nothing else is said (ROS wiki, "ROS/EnvironmentVariables")."""
+ANSWER_S = 0.3
+"""A master answers within milliseconds; the robot is to stand within half a second of its end."""
+EVERY_S = 0.15
+"""Between two questions."""
+MISSES = 2
+"""So many answers in a row may be late or missing, if the master's port is still open: a busy machine."""
+
+
+class _Impatient(xmlrpc.client.Transport):
+    def make_connection(self, host: str) -> http.client.HTTPConnection:  # type: ignore[override]
+        return http.client.HTTPConnection(host, timeout=ANSWER_S)
+
+
+def master_uri(environment: Mapping[str, str] = os.environ) -> str:
+    """Where the master is to be."""
+    return environment.get("ROS_MASTER_URI") or DEFAULT_URI
+
+
+def master_pid(uri: str) -> int:
+    """The master's process. Raises OSError if none answers (TimeoutError if it is late)."""
+    try:
+        answer: Any = xmlrpc.client.ServerProxy(uri, transport=_Impatient()).getPid("/hvcpd")
+        code, _, pid = answer
+    except (http.client.HTTPException, xmlrpc.client.Error, ValueError, TypeError) as error:
+        raise ConnectionError(f"what answers there is no ROS master ({error})") from None
+    if code != 1 or not isinstance(pid, int):
+        raise ConnectionError("what answers there is no ROS master")
+    return pid
+
+
+class MasterWatch:
+    """Asks the master again and again, in a thread; another one in its place counts as gone, for it knows no node."""
+
+    def __init__(self, uri: str, ask: Callable[[str], int] = master_pid, every_s: float = EVERY_S) -> None:
+        self._uri = uri
+        self._ask = ask
+        self._every_s = every_s
+        self._over = threading.Event()
+        self._first: int | None = None
+        self._misses = 0
+        self.fault: str | None = None
+        self._thread = threading.Thread(target=self._watch, name="ros-master", daemon=True)
+
+    def start(self) -> None:
+        """Begin to ask."""
+        self._thread.start()
+
+    def close(self) -> None:
+        """Ask no more."""
+        self._over.set()
+        if self._thread.is_alive():
+            self._thread.join()
+
+    def look(self) -> None:
+        """Ask once."""
+        try:
+            pid = self._ask(self._uri)
+        except TimeoutError:
+            self._misses += 1
+            if self._misses >= MISSES:
+                self.fault = f"the ROS master at {self._uri} does not answer"
+        except OSError as error:
+            self.fault = f"no ROS master at {self._uri} ({error.strerror or error})"
+        else:
+            self._misses = 0
+            self._first = self._first or pid
+            if pid != self._first:
+                self.fault = f"another ROS master at {self._uri}"
+
+    def _watch(self) -> None:
+        while self.fault is None and not self._over.wait(self._every_s):
+            self.look()

@@ -1,0 +1,57 @@
+"""What the bridge needs of a ROS, whichever it is; `ros1.py` and `ros2.py` have it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Protocol
+
+from hvcpd.ros.bridge import Bridge
+from hvcpd.ros.driving import Goal
+from hvcpd.ros.messages import Message
+from hvcpd.ros.parameters import Parameters
+from hvcpd.ros.topics import Topic
+
+NODE = "hvcpd"
+"""The node's name, if it is not given another one."""
+
+Happening = Callable[[Bridge, float], None]
+"""Something that came from ROS, for the bridge to take at time `now_s` (monotonic)."""
+Report = Callable[[Happening], None]
+"""Hands it over; may be called from any thread."""
+
+
+@dataclass(frozen=True)
+class Wanted:
+    """What the daemon's settings and the command line ask of the port."""
+
+    ros_drives: bool = False
+    takes_goals: bool = False
+    arguments: Sequence[str] = ()
+    """Of ROS: remappings and parameters."""
+
+
+class RosPort(Protocol):
+    """A node of ROS."""
+
+    @property
+    def parameters(self) -> Parameters: ...
+
+    @property
+    def fault(self) -> str | None:
+        """Why this ROS is no more; the node is then to be made anew. None: it is well."""
+
+    def stamp_s(self) -> float:
+        """ROS's time."""
+
+    def publish(self, topic: Topic, message: Message) -> None: ...
+
+    def go(self, goal: Goal, now_s: float) -> None: ...
+
+    def cancel(self, number: int) -> None: ...
+
+    def log(self, text: str) -> None: ...
+
+    def tick(self, now_s: float) -> None: ...
+
+    def close(self) -> None: ...

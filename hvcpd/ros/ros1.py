@@ -1,0 +1,181 @@
+"""ROS 1 by rospy: a thin adapter.
+
+rospy is pure Python and comes with the distribution's packages, not from PyPI. Where hvcpd's environment does not see
+it, the folder of Debian's Python packages is added behind all others, for this process only.
+"""
+
+from __future__ import annotations
+
+import os
+import sys
+from collections.abc import Callable, Sequence
+from importlib import import_module
+from importlib.util import find_spec
+from pathlib import Path
+from typing import Any
+
+from hvcpd.errors import ConfigError
+from hvcpd.ros import topics
+from hvcpd.ros.convert import Dialect, from_ros, ros_class, to_ros
+from hvcpd.ros.driving import Goal
+from hvcpd.ros.master import MasterWatch, master_uri
+from hvcpd.ros.messages import Message
+from hvcpd.ros.move_base import MoveBase
+from hvcpd.ros.parameters import Parameters, parameters_from
+from hvcpd.ros.port import NODE, Report, Wanted
+from hvcpd.ros.topics import Topic
+
+DEBIAN_PACKAGES = Path("/usr/lib/python3/dist-packages")
+"""Debian's Python policy, section 3.1: of whichever Python 3 is the distribution's."""
+DEBIAN_PYTHON = Path("/usr/bin/python3")
+QUEUE = 50
+"""Messages that wait for a slow subscriber, of each topic."""
+MISSING = (
+    "rospy is not installed: on Debian `sudo apt install python3-rospy python3-std-msgs python3-geometry-msgs "
+    "python3-nav-msgs python3-diagnostic-msgs python3-tf2-msgs`, elsewhere source ROS's setup.bash first"
+)
+
+
+def find_rospy(path: list[str] = sys.path, packages: Path = DEBIAN_PACKAGES) -> bool:
+    """Whether rospy can be imported, with Debian's packages on the path if only so. They are for one version of Python;
+    that version must be ours."""
+    if find_spec("rospy") is not None:
+        return True
+    is_ours = DEBIAN_PYTHON.exists() and DEBIAN_PYTHON.resolve().name == f"python3.{sys.version_info.minor}"
+    if not is_ours or not (packages / "rospy").is_dir():
+        return False
+    path.append(str(packages))
+    return find_spec("rospy") is not None
+
+
+class Ros1Port:
+    """A node of the master that ROS_MASTER_URI names. Raises ConfigError for wrong parameters or missing packages."""
+
+    def __init__(self, wanted: Wanted, report: Report) -> None:
+        if not find_rospy():
+            raise ConfigError(MISSING)
+        self._rospy: Any = import_module("rospy")
+        genpy: Any = import_module("genpy")
+        self._dialect = Dialect(time=genpy.Time, byte=int)
+        self._watch = MasterWatch(master_uri())
+        argv = [NODE, *wanted.arguments]
+        os.environ.setdefault("ROSCONSOLE_FORMAT", "[${severity}] ${message}")
+        self._rospy.init_node(NODE, argv=argv, disable_signals=True)
+        self.parameters = _parameters(self._rospy)
+        self._report = report
+        self._publishers = {topic: self._publisher(topic) for topic in topics.published(wanted.ros_drives)}
+        for topic in topics.subscribed(wanted.ros_drives):
+            self._subscribe(topic)
+        self._move_base = self._make_move_base() if wanted.takes_goals else None
+        self._watch.start()
+
+    @property
+    def fault(self) -> str | None:
+        """Why the master is no more, or the node has been told to end."""
+        if self._rospy.is_shutdown():
+            return self._watch.fault or "the node was told to end"
+        return self._watch.fault
+
+    def stamp_s(self) -> float:
+        """ROS's time, s; 0 until a simulated clock has begun."""
+        return float(self._rospy.get_time())
+
+    def publish(self, topic: Topic, message: Message) -> None:
+        """Have subscribers told; without a connection nobody is."""
+        publisher = self._publishers[topic]
+        try:
+            publisher.publish(to_ros(message, self._dialect))
+        except self._rospy.ROSException:  # the node is ending
+            return
+
+    def go(self, goal: Goal, now_s: float) -> None:
+        """Give a goal to move_base."""
+        if self._move_base is not None:
+            self._move_base.go(goal, now_s, self.stamp_s())
+
+    def cancel(self, number: int) -> None:
+        """Withdraw it."""
+        if self._move_base is not None:
+            self._move_base.cancel(number)
+
+    def log(self, text: str) -> None:
+        """By rosout, and on the terminal."""
+        self._rospy.logwarn(text)
+
+    def tick(self, now_s: float) -> None:
+        """Time passes."""
+        if self._move_base is not None:
+            self._move_base.tick(now_s)
+
+    def close(self) -> None:
+        """End the node."""
+        self._watch.close()
+        self._rospy.signal_shutdown("the bridge ends")
+
+    def _publisher(self, topic: Topic) -> Any:
+        kind = _class_of(topic.type.ROS_TYPE)
+        return self._rospy.Publisher(topic.name, kind, queue_size=QUEUE, latch=topic.latched, tcp_nodelay=True)
+
+    def _subscribe(self, topic: Topic) -> None:
+        def taken(message: Any) -> None:
+            plain = from_ros(message, topic.type)
+            self._report(lambda bridge, now_s: bridge.from_ros(topic, plain, now_s))
+
+        kind = _class_of(topic.type.ROS_TYPE)
+        self._rospy.Subscriber(topic.name, kind, taken, queue_size=QUEUE, tcp_nodelay=True)
+
+    def _make_move_base(self) -> MoveBase:
+        name = self.parameters.action or "move_base"
+        make: Callable[[str, str], Any] = lambda suffix, kind: self._rospy.Publisher(  # noqa: E731
+            f"{name}/{suffix}", _class_of(kind), queue_size=QUEUE, tcp_nodelay=True
+        )
+        client = MoveBase(
+            name,
+            self.parameters.map_frame,
+            make("goal", "move_base_msgs/MoveBaseActionGoal").publish,
+            make("cancel", "actionlib_msgs/GoalID").publish,
+            self._ended,
+            self._progress,
+            self._dialect,
+        )
+        take: tuple[tuple[str, str, Callable[[Any, float], None]], ...] = (
+            ("status", "actionlib_msgs/GoalStatusArray", client.take_status),
+            ("feedback", "move_base_msgs/MoveBaseActionFeedback", client.take_feedback),
+            ("result", "move_base_msgs/MoveBaseActionResult", client.take_result),
+        )
+        for suffix, kind, taker in take:
+            self._rospy.Subscriber(f"{name}/{suffix}", _class_of(kind), self._in_turn(taker), queue_size=QUEUE)
+        return client
+
+    def _in_turn(self, take: Callable[[Any, float], None]) -> Callable[[Any], None]:
+        """A callback that has the loop's thread take the message."""
+        return lambda message: self._report(lambda _, now_s: take(message, now_s))
+
+    def _ended(self, number: int, arrived: bool, reason: str) -> None:
+        self._report(lambda bridge, _: bridge.goal_ended(number, arrived, reason))
+
+    def _progress(self, number: int, way_left_m: float) -> None:
+        self._report(lambda bridge, _: bridge.goal_progress(number, way_left_m))
+
+
+def _class_of(ros_type: str) -> Any:
+    try:
+        return ros_class(ros_type)
+    except ImportError:
+        package = ros_type.split("/")[0]
+        raise ConfigError(
+            f"the messages of {package} are not installed: on Debian `sudo apt install "
+            f"python3-{package.replace('_', '-')}`, with ROS Noetic `ros-noetic-{package.replace('_', '-')}`"
+        ) from None
+
+
+def _parameters(rospy: Any) -> Parameters:
+    given = rospy.get_param("~", {})
+    if not isinstance(given, dict):
+        raise ConfigError(f"the parameters of {rospy.get_name()} are no names with values: {given!r}")
+    return parameters_from(given)
+
+
+def remaining(arguments: Sequence[str]) -> list[str]:
+    """Arguments that rospy does not know: what is no `name:=value`."""
+    return [each for each in arguments if ":=" not in each]

@@ -1,0 +1,51 @@
+"""The bridge's topics, by names that can be remapped; docs/ros.md tells each one's meaning."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from hvcpd.ros.messages import Bool, DiagnosticArray, Message, Odometry, String, TFMessage, Twist
+
+
+@dataclass(frozen=True)
+class Topic:
+    """A name, relative to the node's namespace unless it begins with "/", and the type of its messages.
+
+    `latched`: who subscribes later is given the last message too ("transient local" in ROS 2).
+    """
+
+    name: str
+    type: type[Message]
+    latched: bool = False
+
+
+HEARD = Topic("heard", String)
+HEARD_JSON = Topic("heard/json", String)
+SAID = Topic("said", String)
+SAID_JSON = Topic("said/json", String)
+EVENTS = Topic("events", String)
+TASKS = Topic("tasks", String, latched=True)
+STATE = Topic("state", String, latched=True)
+STOPPED = Topic("estop/state", Bool, latched=True)
+CMD_VEL = Topic("cmd_vel", Twist)
+ODOM = Topic("odom", Odometry)
+TF = Topic("/tf", TFMessage)
+DIAGNOSTICS = Topic("/diagnostics", DiagnosticArray)
+
+SAY = Topic("say", String)
+ESTOP = Topic("estop", Bool)
+
+PUBLISHED = (HEARD, HEARD_JSON, SAID, SAID_JSON, EVENTS, TASKS, STATE, STOPPED, DIAGNOSTICS)
+"""In any case."""
+SUBSCRIBED = (SAY, ESTOP)
+"""In any case."""
+
+
+def published(ros_drives: bool) -> tuple[Topic, ...]:
+    """All that the bridge publishes."""
+    return (*PUBLISHED, CMD_VEL) if ros_drives else (*PUBLISHED, ODOM, TF)
+
+
+def subscribed(ros_drives: bool) -> tuple[Topic, ...]:
+    """All that it listens to; `cmd_vel` never: who has the wheels is settled in the settings."""
+    return (*SUBSCRIBED, ODOM) if ros_drives else SUBSCRIBED

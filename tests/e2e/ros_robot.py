@@ -1,0 +1,180 @@
+"""One robot as four processes: `hvcpd`, `hvcpctl ros`, a roscore of its own, and a fake base. Seen from ROS only."""
+
+from __future__ import annotations
+
+import json
+import os
+import shutil
+import signal
+import socket
+import subprocess
+import sys
+import xmlrpc.client
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from hil_fakes.sound_server import DIE_WITH_PARENT, wait_until
+from hvcpd.errors import ConfigError
+from hvcpd.ros.master import master_pid
+from hvcpd.ros.ros1 import _class_of, find_rospy
+from tests.e2e.parts import PRIORITY
+from tests.e2e.robot import END_S, Part, RobotProcess
+
+MOVES = 0.02
+"""m/s or rad/s; a base that is slower stands."""
+PACKAGES = ("std_msgs/String", "geometry_msgs/Twist", "nav_msgs/Odometry", "diagnostic_msgs/DiagnosticArray")
+
+
+def missing() -> str:
+    """What is missing for a real roscore, as a reason to skip; empty if nothing is."""
+    if shutil.which("roscore") is None:
+        return "not installed: roscore (`make parts` installs it as root)"
+    if not find_rospy():
+        return "not installed for this Python: rospy (`make parts` installs it as root, for Debian's)"
+    try:
+        for each in (*PACKAGES, "tf2_msgs/TFMessage", "move_base_msgs/MoveBaseActionGoal"):
+            _class_of(each)
+    except ConfigError as error:
+        return str(error)
+    return ""
+
+
+class RosRobot(RobotProcess):
+    """A robot whose base ROS has. Its files are in `folder`."""
+
+    def __init__(self, part: Part, folder: Path, tasks: Path, environment: Mapping[str, str]) -> None:
+        super().__init__(part, folder, tasks, environment)
+        self.record = folder / f"{part.name}-ros.jsonl"
+        self.port = _free_port()
+        self._runtime = environment["RUNTIME_DIRECTORY"]
+        self._pose = (part.start.x_m, part.start.y_m, 0.0)
+        self._folder = folder
+        self._core: subprocess.Popen[bytes] | None = None
+        self._base: subprocess.Popen[str] | None = None
+        self.bridge: subprocess.Popen[bytes] | None = None
+
+    def _wheels(self) -> str:
+        return "{driver: ros}"
+
+    @property
+    def uri(self) -> str:
+        """Of its own master."""
+        return f"http://127.0.0.1:{self.port}"
+
+    # --- its processes ----------------------------------------------------------------------------------------------
+
+    def start(self) -> None:
+        """Switch ROS on, then the daemon, then the bridge."""
+        self.start_ros()
+        self.start_daemon()
+        socket_file = Path(self._runtime) / f"{self.name.lower()}.sock"
+        wait_until(socket_file.exists, END_S, "the daemon has a control socket")
+        command = [*PRIORITY, *DIE_WITH_PARENT, sys.executable, "-m", "hvcpd.control.cli", "ros", "--ros", "1"]
+        with (self._folder / f"{self.name}-bridge.log").open("ab") as log:
+            self.bridge = subprocess.Popen(
+                [*command, "--socket", str(socket_file)], env=self._ros_environment(), stdout=log, stderr=log
+            )
+
+    def start_ros(self) -> None:
+        """A roscore, and a base that stands where it stood."""
+        with (self._folder / f"{self.name}-roscore.log").open("ab") as log:
+            self._core = subprocess.Popen(
+                [*DIE_WITH_PARENT, "roscore", "-p", str(self.port)],
+                env=self._ros_environment(),
+                stdout=log,
+                stderr=log,
+            )
+        wait_until(self.has_master, END_S, "the master answers")
+        pose = ",".join(map(str, self._pose))
+        with (self._folder / f"{self.name}-base.log").open("ab") as log:
+            self._base = subprocess.Popen(
+                [*PRIORITY, sys.executable, "-m", "tests.e2e.ros_base", "--record", str(self.record), f"--pose={pose}"],
+                env=self._ros_environment(),
+                stdin=subprocess.PIPE,
+                stderr=log,
+                text=True,
+            )
+
+    def kill_master(self) -> None:
+        """kill -9; roscore then ends too. The base and the bridge live on, connected to each other."""
+        core, self._core = self._core, None
+        assert core is not None
+        os.kill(master_pid(self.uri), signal.SIGKILL)
+        core.terminate()
+        core.wait(END_S)
+
+    def restart_ros(self) -> None:
+        """The base's node must register anew, so it ends too; the base itself stays where it is."""
+        self._pose = tuple(self.seen("pose")[-1][1][:3])
+        self._end_base()
+        self.start_ros()
+
+    def command(self, topic: str, value: object) -> None:
+        """Have somebody in ROS publish that."""
+        assert self._base is not None
+        assert self._base.stdin is not None
+        self._base.stdin.write(json.dumps([topic, value]) + "\n")
+        self._base.stdin.flush()
+
+    def close(self) -> None:
+        """End all."""
+        if self.bridge is not None:
+            self.bridge.terminate()
+            self.bridge.wait(END_S)
+        super().close()
+        self._end_base()
+        if self._core is not None:
+            self.kill_master()
+
+    def _end_base(self) -> None:
+        if self._base is not None:
+            self._base.communicate(timeout=END_S)  # it ends with its input
+            self._base = None
+
+    def _ros_environment(self) -> dict[str, str]:
+        home = {"ROS_HOME": str(self._folder / "ros"), "ROS_LOG_DIR": str(self._folder / "ros")}
+        return {**os.environ, "ROS_MASTER_URI": self.uri, "ROS_IP": "127.0.0.1", **home}
+
+    # --- what ROS has seen ------------------------------------------------------------------------------------------
+
+    def seen(self, kind: str) -> list[tuple[float, Any]]:
+        """All of one topic: when (monotonic, s), and what."""
+        lines = self.record.read_text().splitlines() if self.record.exists() else []
+        values = (json.loads(line) for line in lines if f'"kind": "{kind}"' in line and line.endswith("}"))
+        return [(value["at_s"], value["value"]) for value in values]
+
+    def board(self) -> dict[int, tuple[str, str | None]]:
+        """The tasks as last published: number to state and owner."""
+        boards = self.seen("tasks")
+        tasks = json.loads(boards[-1][1]) if boards else []
+        return {each["number"]: (each["state"], each["owner"]) for each in tasks}
+
+    def happened(self, kind: str) -> list[tuple[float, dict[str, Any]]]:
+        """The events of one kind."""
+        events = ((at_s, json.loads(text)) for at_s, text in self.seen("events"))
+        return [(at_s, event) for at_s, event in events if event["event"] == kind]
+
+    def has_master(self) -> bool:
+        """Whether its master answers."""
+        try:
+            return master_pid(self.uri) > 0
+        except OSError:
+            return False
+
+    @property
+    def drives(self) -> bool:
+        """Whether its base truly moves."""
+        trail = self.seen("pose")
+        return bool(trail) and max(map(abs, trail[-1][1][3:])) > MOVES
+
+    def nodes(self) -> set[str]:
+        """All nodes that its master knows."""
+        _, _, state = xmlrpc.client.ServerProxy(self.uri).getSystemState("/test")
+        return {node for part in state for _, nodes in part for node in nodes}
+
+
+def _free_port() -> int:
+    with socket.socket() as probe:
+        probe.bind(("127.0.0.1", 0))
+        return int(probe.getsockname()[1])

@@ -1,0 +1,84 @@
+"""Two robots, each with its own real roscore, share out five plants by voice: seen from ROS alone."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections import Counter
+from itertools import permutations
+from pathlib import Path
+
+import pytest
+
+from tests.e2e import parts, ros_robot
+from tests.e2e.ros_robot import MOVES, RosRobot
+from tests.e2e.stage import MISSION_S, TASKS, Stage, staged
+
+MISSING = parts.missing() or ros_robot.missing()
+pytestmark = [pytest.mark.slow, pytest.mark.skipif(bool(MISSING), reason=MISSING)]
+
+NEAR_M = 0.03
+WATERING_S = 0.8
+"""Of the second that watering takes; the trail has a point every 0.1 s."""
+TROUBLE_S = 60.0
+
+
+def knows_all_done(robot: RosRobot) -> bool:
+    board = robot.board()
+    return len(board) == len(TASKS) and all(state == "done" for state, _ in board.values())
+
+
+def stood_longest_s(robot: RosRobot, place: tuple[float, float]) -> float:
+    """The longest time that its base truly stood at a place."""
+    longest_s, since_s = 0.0, math.inf
+    for at_s, (x_m, y_m, _, linear, angular) in robot.seen("pose"):
+        if math.dist((x_m, y_m), place) < NEAR_M and max(abs(linear), abs(angular)) < MOVES:
+            since_s = min(since_s, at_s)
+            longest_s = max(longest_s, at_s - since_s)
+        else:
+            since_s = math.inf
+    return longest_s
+
+
+def watered(robot: RosRobot) -> list[int]:
+    return [event["task"] for _, event in robot.happened("watered")]
+
+
+def heard_after(robot: RosRobot, at_s: float) -> list[str]:
+    return [text for when_s, text in robot.seen("heard") if when_s > at_s]
+
+
+def kill_and_revive_a_master(stage: Stage[RosRobot]) -> RosRobot:
+    """The one of a robot that drives: it stands, goes on talking, and drives again when the master is back. The other
+    robot."""
+    stage.wait(lambda: any(robot.drives for robot in stage.robots), MISSION_S, "somebody drives")
+    victim, other = sorted(stage.robots, key=lambda robot: not robot.drives)
+    at_s = victim.seen("pose")[-1][0]
+    victim.kill_master()
+    assert not victim.has_master()
+    stage.wait(lambda: not victim.drives, TROUBLE_S, "its base stands")
+    stage.wait(lambda: bool(heard_after(other, at_s)), TROUBLE_S, "it goes on talking, and the other hears it")
+    assert victim.seen("cmd_vel")[-1][1] == [0.0, 0.0]
+    assert not victim.drives, "it drove without a master"
+    victim.restart_ros()
+    stage.wait(lambda: "/hvcpd" in victim.nodes(), TROUBLE_S, "the bridge is back")
+    return other
+
+
+def test_two_robots_with_a_roscore_each_do_five_plants_though_a_master_dies(tmp_path: Path, units: Path) -> None:
+    with staged(tmp_path, units, RosRobot) as stage:
+        stage.start()
+        untroubled = kill_and_revive_a_master(stage)
+        stage.wait(lambda: all(map(knows_all_done, stage.robots)), MISSION_S, "both know all as done")
+        rob, bot = stage.robots
+        assert Counter(watered(rob) + watered(bot)) == dict.fromkeys(TASKS, 1)
+        assert rob.board() == bot.board()
+        for robot, other in permutations(stage.robots):
+            assert robot.nodes() == {"/rosout", "/base", "/hvcpd"}, "its master knows others"
+            assert watered(robot), "it left everything to the other"
+            assert all(stood_longest_s(robot, TASKS[number][1]) > WATERING_S for number in watered(robot))
+            words = [json.loads(text) for _, text in robot.seen("heard/json")]
+            assert {each["speaker"] for each in words} == {other.name}
+            assert all(0.0 < each["confidence"] <= 1.0 for each in words)
+            if robot is untroubled:
+                assert {text for _, text in robot.seen("said")} >= {text for _, text in other.seen("heard")}

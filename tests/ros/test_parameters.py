@@ -1,0 +1,74 @@
+"""Parameters and the command: what is asked of ROS, and which ROS."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+
+import pytest
+
+from hvcpd.control import ros
+from hvcpd.control.cli import make_parser
+from hvcpd.errors import ConfigError
+from hvcpd.ros.command import Base, base_of, choose_ros, wait_for_master
+from hvcpd.ros.parameters import Parameters, parameters_from
+
+
+def test_parameters_are_taken_and_every_fault_is_told() -> None:
+    assert parameters_from({"base_frame": "base_footprint", "publish_tf": False}) == Parameters(
+        base_frame="base_footprint", publish_tf=False
+    )
+    with pytest.raises(ConfigError) as error:
+        parameters_from({"base_frme": "x", "publish_tf": "yes", "odom_frame": "/odom"})
+    text = str(error.value)
+    assert "did you mean 'base_frame'?" in text
+    assert "publish_tf: expected true or false, found 'yes'" in text
+    assert "odom_frame" in text
+
+
+def test_ros_is_the_one_asked_for_or_the_one_sourced() -> None:
+    assert choose_ros("2", {"ROS_VERSION": "1"}) == "ros2"
+    assert choose_ros(None, {"ROS_VERSION": "1"}) == "ros1"
+    assert choose_ros(None, {"ROS_VERSION": "2"}) == "ros2"
+
+
+@pytest.mark.parametrize(
+    ("driver", "mode", "base"),
+    [
+        ("ros", "cmd_vel", Base(True, False)),
+        ("ros", "goal", Base(True, True)),
+        ("opencr", "goal", Base(False, False)),
+    ],
+)
+def test_the_settings_say_who_drives(driver: str, mode: str, base: Base) -> None:
+    settings = [{"key": "wheels.driver", "value": driver}, {"key": "wheels.ros_mode", "value": mode}]
+    assert base_of(settings) == base
+
+
+def test_arguments_of_both_kinds_are_understood() -> None:
+    first = make_parser().parse_args(["ros", "--name", "Rob", "heard:=ears", "_publish_tf:=false"])
+    assert first.remap == ["heard:=ears", "_publish_tf:=false"]
+    second = make_parser().parse_args(
+        ["ros", "--ros", "2", "--ros-args", "-r", "__ns:=/rob", "-p", "publish_tf:=false"]
+    )
+    assert second.ros_args == ["-r", "__ns:=/rob", "-p", "publish_tf:=false"]
+
+
+def test_what_is_no_remapping_is_bad_input() -> None:
+    options = argparse.Namespace(remap=["heard"], ros_args=None, ros="1")
+    with pytest.raises(ConfigError, match="heard"):
+        ros.run(options)
+
+
+def test_it_waits_until_there_is_a_master(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    answers: list[OSError | int] = [ConnectionRefusedError(111, "refused"), 5]
+
+    def ask(_: str) -> int:
+        answer = answers.pop(0)
+        if isinstance(answer, OSError):
+            raise answer
+        return answer
+
+    wait_for_master(tmp_path / "nobody.sock", Base(True, False), ask)
+    assert answers == []
+    assert capsys.readouterr().err.count("waiting for a ROS master") == 1

@@ -1,0 +1,138 @@
+"""ROS 1's own message classes, without a master: conversion both ways, and the client of move_base."""
+
+from __future__ import annotations
+
+from io import BytesIO
+from pathlib import Path
+from typing import Any
+
+import pytest
+from hypothesis import given
+
+from hvcpd.ros.convert import Dialect, from_ros, ros_class, to_ros
+from hvcpd.ros.driving import Goal
+from hvcpd.ros.messages import DiagnosticArray, Message, Odometry, TFMessage
+from hvcpd.ros.move_base import SILENT_S, MoveBase
+from hvcpd.ros.ros1 import find_rospy
+from tests.e2e import ros_robot
+from tests.ros.samples import MESSAGES, messages
+
+MISSING = ros_robot.missing()
+pytestmark = pytest.mark.skipif(bool(MISSING), reason=MISSING)
+
+
+def dialect() -> Dialect:
+    import genpy  # type: ignore[import-not-found]
+
+    return Dialect(time=genpy.Time, byte=int)
+
+
+def through_bytes(message: Any) -> Any:
+    """Serialised and read again by ROS's own code."""
+    buffer = BytesIO()
+    message.serialize(buffer)
+    return type(message)().deserialize(buffer.getvalue())
+
+
+@pytest.mark.parametrize("kind", MESSAGES, ids=lambda kind: kind.__name__)
+def test_every_default_passes_through_ros(kind: type[Message]) -> None:
+    message = kind()
+    assert from_ros(through_bytes(to_ros(message, dialect())), kind) == message
+
+
+@given(messages())
+def test_every_message_passes_through_ros(message: Message) -> None:
+    assert from_ros(through_bytes(to_ros(message, dialect())), type(message)) == message
+
+
+def test_fields_are_where_ros_has_them() -> None:
+    odometry = to_ros(Odometry(child_frame_id="base_link"), dialect())
+    assert odometry.child_frame_id == "base_link"
+    assert len(odometry.pose.covariance) == 36
+    assert to_ros(TFMessage(), dialect()).transforms == []
+    assert to_ros(DiagnosticArray(), dialect()).status == []
+
+
+def test_rospy_of_another_python_is_not_used(tmp_path: Path) -> None:
+    assert find_rospy()
+    path: list[str] = []
+    (tmp_path / "elsewhere").mkdir()
+    assert find_rospy(path, tmp_path / "elsewhere"), "it is on the path already"
+    assert path == []
+
+
+class Server:
+    """move_base's side of the topics, and what the client made of its answers."""
+
+    def __init__(self) -> None:
+        self.goals: list[Any] = []
+        self.cancels: list[Any] = []
+        self.ended: list[tuple[int, bool, str]] = []
+        self.left_m: list[float] = []
+        self.client = MoveBase(
+            "move_base",
+            "map",
+            self.goals.append,
+            self.cancels.append,
+            lambda *how: self.ended.append(how),
+            lambda _, way_m: self.left_m.append(way_m),
+            dialect(),
+        )
+
+    def result(self, status: int, text: str = "", which: int = -1) -> None:
+        message = ros_class("move_base_msgs/MoveBaseActionResult")()
+        message.status.goal_id.id, message.status.status = self.goals[which].goal_id.id, status
+        message.status.text = text
+        self.client.take_result(through_bytes(message), 1.0)
+
+
+def test_a_goal_has_the_place_in_the_maps_frame_and_its_result_is_told() -> None:
+    server = Server()
+    server.client.go(Goal(4, 1.0, 2.0), 0.0, 99.5)
+    sent = through_bytes(server.goals[0])
+    target = sent.goal.target_pose
+    assert (target.header.frame_id, target.header.stamp.secs) == ("map", 99)
+    assert (target.pose.position.x, target.pose.position.y, target.pose.orientation.w) == (1.0, 2.0, 1.0)
+    server.result(3)
+    assert server.ended == [(4, True, "")]
+
+
+@pytest.mark.parametrize(
+    ("status", "word"), [(2, "preempted"), (4, "aborted"), (5, "rejected"), (9, "lost"), (77, "77")]
+)
+def test_a_goal_that_was_not_reached_is_told_with_the_reason(status: int, word: str) -> None:
+    server = Server()
+    server.client.go(Goal(4, 1.0, 2.0), 0.0, 0.0)
+    server.result(status, "wall")
+    ((number, arrived, reason),) = server.ended
+    assert (number, arrived) == (4, False)
+    assert word in reason
+    assert "wall" in reason
+
+
+def test_results_of_other_goals_do_not_count() -> None:
+    server = Server()
+    server.client.go(Goal(1, 0.0, 0.0), 0.0, 0.0)
+    server.client.go(Goal(2, 0.0, 0.0), 0.0, 0.0)
+    server.result(2, which=0)
+    assert server.ended == []
+    server.client.cancel(1)
+    assert server.cancels == []
+    server.client.cancel(2)
+    assert [each.id for each in server.cancels] == [server.goals[1].goal_id.id]
+    server.result(2)
+    assert server.ended == []
+
+
+def test_feedback_tells_how_far_it_is_and_a_silent_server_fails() -> None:
+    server = Server()
+    server.client.go(Goal(1, 3.0, 4.0), 0.0, 0.0)
+    message = ros_class("move_base_msgs/MoveBaseActionFeedback")()
+    message.status.goal_id.id = server.goals[0].goal_id.id
+    server.client.take_feedback(message, 2.0)
+    assert server.left_m == [5.0]
+    server.client.take_status(None, 3.0)
+    server.client.tick(3.0 + SILENT_S)
+    assert server.ended == []
+    server.client.tick(3.1 + SILENT_S)
+    assert server.ended == [(1, False, "no action server answers at move_base; is move_base running?")]

@@ -1,0 +1,186 @@
+"""The loop between a daemon's socket and a ROS: real sockets, a scripted daemon, a ROS that keeps what it is told."""
+
+from __future__ import annotations
+
+import json
+import socket
+import threading
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from hvcpd.errors import NotRunningError
+from hvcpd.ros import topics
+from hvcpd.ros.bridge import Bridge
+from hvcpd.ros.driving import Goal
+from hvcpd.ros.link import DaemonLink
+from hvcpd.ros.messages import Message, String, Twist, Vector3
+from hvcpd.ros.parameters import Parameters
+from hvcpd.ros.session import Inbox, Session
+from hvcpd.ros.topics import Topic
+
+MOVING = {"event": "drive", "at_s": 1.0, "linear_m_s": 0.1, "angular_rad_s": 0.0, "stopped": False, "goal": None}
+GOAL = MOVING | {"linear_m_s": 0.0, "goal": {"number": 1, "x_m": 1.0, "y_m": 2.0}}
+WAIT_S = 20.0
+
+
+@dataclass
+class NotedPort:
+    """A ROS that keeps what it is told; `on_publish` may end it."""
+
+    parameters: Parameters = field(default_factory=Parameters)
+    fault: str | None = None
+    published: list[tuple[Topic, Message]] = field(default_factory=list)
+    went: list[Goal] = field(default_factory=list)
+    cancelled: list[int] = field(default_factory=list)
+    logged: list[str] = field(default_factory=list)
+    closed: bool = False
+    on_change: Callable[[], None] = lambda: None
+
+    def stamp_s(self) -> float:
+        return 1.0
+
+    def publish(self, topic: Topic, message: Message) -> None:
+        self.published.append((topic, message))
+        self.on_change()
+
+    def go(self, goal: Goal, now_s: float) -> None:
+        self.went.append(goal)
+        self.on_change()
+
+    def cancel(self, number: int) -> None:
+        self.cancelled.append(number)
+
+    def log(self, text: str) -> None:
+        self.logged.append(text)
+        self.on_change()
+
+    def tick(self, now_s: float) -> None:
+        """Nothing to do."""
+
+    def close(self) -> None:
+        self.closed = True
+
+
+class ScriptedDaemon:
+    """Listens at `path`; sends the given lines to each client, and keeps what it is asked."""
+
+    def __init__(self, path: Path) -> None:
+        self.asked: list[dict[str, Any]] = []
+        self._listener = socket.socket(socket.AF_UNIX)
+        self._listener.bind(str(path))
+        self._listener.listen()
+        self.client: socket.socket | None = None
+        self.told = threading.Event()
+
+    def serve(self, *lines: object) -> threading.Thread:
+        """One client, in a thread, until it hangs up or is hung up on."""
+        thread = threading.Thread(target=self._serve, args=(lines,), daemon=True)
+        thread.start()
+        return thread
+
+    def _serve(self, lines: tuple[object, ...]) -> None:
+        self.client, _ = self._listener.accept()
+        for line in lines:
+            self.client.sendall((line if isinstance(line, str) else json.dumps(line)).encode() + b"\n")
+        with self.client.makefile("r") as wishes:
+            for wish in wishes:
+                self.asked.append(json.loads(wish))
+                self.told.set()
+
+    def close(self) -> None:
+        self._listener.close()
+        if self.client is not None:
+            self.client.close()
+
+
+@dataclass
+class Scene:
+    daemon: ScriptedDaemon
+    port: NotedPort
+    inbox: Inbox
+    session: Session
+
+
+@pytest.fixture
+def scene(tmp_path: Path) -> Scene:
+    path = tmp_path / "s.sock"
+    port, inbox = NotedPort(), Inbox()
+    session = Session(Bridge(True, port.parameters), port, inbox, path)
+    return Scene(ScriptedDaemon(path), port, inbox, session)
+
+
+def velocities(port: NotedPort) -> list[Message]:
+    return [message for topic, message in port.published if topic == topics.CMD_VEL]
+
+
+def test_lines_of_the_daemon_reach_ros_and_the_base_stands_at_the_end(scene: Scene) -> None:
+    thread = scene.daemon.serve({"event": "hello"}, "no JSON", [1], MOVING, GOAL)
+    assert scene.session.run(lambda: bool(scene.port.went)) is None
+    assert Twist(Vector3(x=0.1)) in velocities(scene.port)
+    assert scene.port.went == [Goal(1, 1.0, 2.0)]
+    assert velocities(scene.port)[-1] == Twist()
+    assert scene.port.cancelled == [1]
+    assert scene.port.closed
+    thread.join(WAIT_S)
+    assert [each["command"] for each in scene.daemon.asked][:3] == ["subscribe", "tasks", "status"]
+
+
+def test_what_comes_from_other_threads_reaches_the_daemon(scene: Scene) -> None:
+    thread = scene.daemon.serve({"event": "hello"})
+    scene.inbox.put(lambda bridge, now_s: bridge.from_ros(topics.SAY, String("hello"), now_s))
+    over = threading.Event()
+
+    def enough() -> bool:
+        return any(each["command"] == "say" for each in scene.daemon.asked) or over.is_set()
+
+    timer = threading.Timer(WAIT_S, over.set)
+    timer.start()
+    scene.session.run(enough)
+    timer.cancel()
+    thread.join(WAIT_S)
+    assert [each["text"] for each in scene.daemon.asked if each["command"] == "say"] == ["hello"]
+
+
+def test_a_ros_that_ends_is_told_of_and_the_daemon_knows_why(scene: Scene) -> None:
+    thread = scene.daemon.serve({"event": "hello"}, MOVING)
+
+    def end() -> None:
+        scene.port.fault = "no ROS master"
+
+    scene.port.on_change = end
+    assert scene.session.run() == "no ROS master"
+    thread.join(WAIT_S)
+    assert {"command": "base", "fault": "no ROS master"} in [
+        {key: each[key] for key in ("command", "fault")} for each in scene.daemon.asked if "fault" in each
+    ]
+    assert velocities(scene.port)[-1] == Twist()
+
+
+def test_a_daemon_that_ends_is_told_of_and_the_next_one_is_found(scene: Scene) -> None:
+    thread = scene.daemon.serve({"event": "hello"}, MOVING)
+    again: list[threading.Thread] = []
+
+    def hang_up() -> None:
+        if not again and velocities(scene.port):
+            assert scene.daemon.client is not None
+            scene.daemon.client.shutdown(socket.SHUT_RDWR)
+            again.append(scene.daemon.serve({"event": "hello"}, GOAL))
+
+    scene.port.on_change = hang_up
+    scene.session.run(lambda: bool(scene.port.went))
+    thread.join(WAIT_S)
+    assert len(scene.port.logged) == 1
+    assert "trying again" in scene.port.logged[0]
+    assert Twist() in velocities(scene.port)
+    again[0].join(WAIT_S)
+
+
+def test_where_no_daemon_is_nobody_is_reached(tmp_path: Path) -> None:
+    with pytest.raises(NotRunningError, match="start it with `hvcpd`"):
+        DaemonLink(tmp_path / "nobody.sock")
+    with pytest.raises(NotRunningError):
+        DaemonLink(tmp_path / "nowhere" / "nobody.sock")
