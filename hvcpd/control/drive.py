@@ -16,10 +16,11 @@ from hvcpd.control.drive_tape import TapeMeasure
 from hvcpd.errors import EX_FAILURE, EX_OK, ConfigError, DeviceError
 from hvcpd.hardware.calibration import CalibrationError, Measured, calibrate
 from hvcpd.hardware.drive_session import DriveSession, RehearsedWheels
+from hvcpd.hardware.kinematics import drive_of
 from hvcpd.hardware.motion import Forward, MotionState, Turn
 from hvcpd.hardware.navigator import Dock, Journey, Waypoints
 from hvcpd.hardware.wheels_bus import MakePort
-from hvcpd.hardware.wheels_find import FoundWheels, drive_of, stop_anyway
+from hvcpd.hardware.wheels_find import FoundWheels, stop_anyway
 from hvcpd.hardware.wheels_port import WaitingPort
 from hvcpd.ports import STANDSTILL, Pose, Wheels
 

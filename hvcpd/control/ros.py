@@ -9,11 +9,11 @@ from contextlib import closing
 from hvcpd.control.daemon_client import find_daemon
 from hvcpd.errors import EX_OK, ConfigError
 from hvcpd.ros.command import base_of, choose_ros, run_bridge, start_again
+from hvcpd.ros.ros_arguments import ros2_words
 
 
 def run(options: argparse.Namespace) -> int:
     """Find the daemon and its settings, then bridge; begin anew whenever ROS's master has ended."""
-    arguments = [*options.remap, *(["--ros-args", *options.ros_args] if options.ros_args else [])]
     for each in options.remap:
         if ":=" not in each:
             raise ConfigError(f"{each!r} is no remapping; write name:=other, _parameter:=value, or --ros-args …")
@@ -21,6 +21,10 @@ def run(options: argparse.Namespace) -> int:
     with closing(find_daemon(options)) as daemon:
         base = base_of(daemon.ask("config")["settings"])
         path = daemon.path
+    ros_args = options.ros_args or []
+    if kind == "ros1" and ros_args:
+        raise ConfigError("--ros-args are ROS 2's; for ROS 1 write name:=other or _parameter:=value")
+    arguments = options.remap if kind == "ros1" else ros2_words(options.remap, ros_args)
     reason = run_bridge(kind, base, path, arguments)
     if reason is not None:
         sys.stderr.write(f"hvcpctl: {reason}; the robot stands, and the bridge begins anew\n")

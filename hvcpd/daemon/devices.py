@@ -10,7 +10,7 @@ from hvcpd.config.settings import AudioSettings, WheelSettings
 from hvcpd.hardware.audio import load_backend
 from hvcpd.hardware.audio_exchange import StreamCounters
 from hvcpd.hardware.audio_stream import AudioStream
-from hvcpd.hardware.kinematics import Drive
+from hvcpd.hardware.kinematics import drive_of
 from hvcpd.hardware.ros_base import RosBase
 from hvcpd.ports import Samples, Wheels
 
@@ -43,7 +43,7 @@ def make_wheels(settings: WheelSettings) -> Wheels | None:
     if settings.driver == "none":
         return None
     if settings.driver == "ros":
-        return RosBase(Drive(settings.wheel_radius_m, settings.separation_m, settings.radius_ratio))
+        return RosBase(drive_of(settings))
     from hvcpd.hardware.wheels_find import FoundWheels
 
     return FoundWheels(settings)

@@ -20,7 +20,7 @@ from hvcpd.config.tasks import Motion, Place, TaskRepository
 from hvcpd.coordination.actions import Role, Speech, Timing
 from hvcpd.daemon.pose_keeper import KeptPose
 from hvcpd.errors import ConfigError, HvcpdError, PhraseError
-from hvcpd.hardware.kinematics import Drive
+from hvcpd.hardware.kinematics import Drive, drive_of
 from hvcpd.hardware.navigator import Navigator
 from hvcpd.keyring import KeyFile, find_key_file, keep_out_of_dumps, read_key_file
 from hvcpd.language.phrasebook import RESERVED_WORDS
@@ -79,8 +79,7 @@ class Outfit:
     @property
     def drive(self) -> Drive:
         """The robot's dimensions."""
-        wheels = self.settings.wheels
-        return Drive(wheels.wheel_radius_m, wheels.separation_m, wheels.radius_ratio)
+        return drive_of(self.settings.wheels)
 
     def with_live(self, role: Role) -> Role:
         """The role with what of it may change while the robot lives."""

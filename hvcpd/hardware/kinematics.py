@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
+from hvcpd.config.settings import WheelSettings
 from hvcpd.ports import Pose, WheelCommand, WheelReading
 
 
@@ -38,6 +39,11 @@ class Drive:
 
 BURGER = Drive()
 """TurtleBot3 Burger: ROBOTIS e-Manual, TurtleBot3, "Features"; the firmware limits its wheels to 61 rev/min."""
+
+
+def drive_of(settings: WheelSettings) -> Drive:
+    """The robot's dimensions by its settings."""
+    return Drive(settings.wheel_radius_m, settings.separation_m, settings.radius_ratio)
 
 
 @dataclass(frozen=True)

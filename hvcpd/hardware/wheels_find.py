@@ -14,7 +14,6 @@ from typing import Literal
 from hvcpd.config.settings import WheelSettings
 from hvcpd.errors import DeviceError
 from hvcpd.hardware import opencr, wheels_handshake, wheels_opencr_handshake, xl430
-from hvcpd.hardware.kinematics import Drive
 from hvcpd.hardware.wheels import DynamixelSettings, DynamixelWheels
 from hvcpd.hardware.wheels_base import BusWheels
 from hvcpd.hardware.wheels_bus import BusError, DynamixelBus, MakePort, PortLostError, RefusedError, in_use, twice
@@ -46,11 +45,6 @@ class WheelFinding:
     def ok(self) -> bool:
         """Whether the wheels may be driven."""
         return not self.problems
-
-
-def drive_of(settings: WheelSettings) -> Drive:
-    """The robot's dimensions by its settings."""
-    return Drive(settings.wheel_radius_m, settings.separation_m, settings.radius_ratio)
 
 
 def candidate_ports(directory: Path = Path("/dev")) -> list[str]:

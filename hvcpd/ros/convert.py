@@ -47,13 +47,16 @@ def to_ros(value: Any, dialect: Dialect) -> Any:
 
 def from_ros(message: Any, plain: type[T]) -> T:
     """Our message with the content of a ROS message."""
-    types: dict[str, Any] = field_types(plain)  # type: ignore[arg-type]
-    return plain(**{name: _plain(getattr(message, name), hint) for name, hint in types.items()})
+    return plain(**{name: _plain(getattr(message, name), hint) for name, hint in field_types(plain).items()})
+
+
+def field_types(plain: Any) -> dict[str, Any]:
+    """Each field with its type, in ROS's order."""
+    return _field_types(plain)
 
 
 @cache
-def field_types(plain: type) -> dict[str, Any]:
-    """Each field with its type, in ROS's order."""
+def _field_types(plain: Any) -> dict[str, Any]:
     hints = get_type_hints(plain, include_extras=True)
     return {each.name: hints[each.name] for each in dataclasses.fields(plain)}
 

@@ -14,6 +14,8 @@ from hvcpd.ros.topics import Topic
 
 NODE = "hvcpd"
 """The node's name, if it is not given another one."""
+QUEUE = 50
+"""Messages that wait for a slow subscriber, of each topic."""
 
 Happening = Callable[[Bridge, float], None]
 """Something that came from ROS, for the bridge to take at time `now_s` (monotonic)."""

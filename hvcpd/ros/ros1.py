@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import os
 import sys
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from importlib import import_module
 from importlib.util import find_spec
 from pathlib import Path
@@ -22,14 +22,12 @@ from hvcpd.ros.master import MasterWatch, master_uri
 from hvcpd.ros.messages import Message
 from hvcpd.ros.move_base import MoveBase
 from hvcpd.ros.parameters import Parameters, parameters_from
-from hvcpd.ros.port import NODE, Report, Wanted
+from hvcpd.ros.port import NODE, QUEUE, Report, Wanted
 from hvcpd.ros.topics import Topic
 
 DEBIAN_PACKAGES = Path("/usr/lib/python3/dist-packages")
 """Debian's Python policy, section 3.1: of whichever Python 3 is the distribution's."""
 DEBIAN_PYTHON = Path("/usr/bin/python3")
-QUEUE = 50
-"""Messages that wait for a slow subscriber, of each topic."""
 MISSING = (
     "rospy is not installed: on Debian `sudo apt install python3-rospy python3-std-msgs python3-geometry-msgs "
     "python3-nav-msgs python3-diagnostic-msgs python3-tf2-msgs`, elsewhere source ROS's setup.bash first"
@@ -113,7 +111,7 @@ class Ros1Port:
         self._rospy.signal_shutdown("the bridge ends")
 
     def _publisher(self, topic: Topic) -> Any:
-        kind = _class_of(topic.type.ROS_TYPE)
+        kind = class_of(topic.type.ROS_TYPE)
         return self._rospy.Publisher(topic.name, kind, queue_size=QUEUE, latch=topic.latched, tcp_nodelay=True)
 
     def _subscribe(self, topic: Topic) -> None:
@@ -121,13 +119,13 @@ class Ros1Port:
             plain = from_ros(message, topic.type)
             self._report(lambda bridge, now_s: bridge.from_ros(topic, plain, now_s))
 
-        kind = _class_of(topic.type.ROS_TYPE)
+        kind = class_of(topic.type.ROS_TYPE)
         self._rospy.Subscriber(topic.name, kind, taken, queue_size=QUEUE, tcp_nodelay=True)
 
     def _make_move_base(self) -> MoveBase:
         name = self.parameters.action or "move_base"
         make: Callable[[str, str], Any] = lambda suffix, kind: self._rospy.Publisher(  # noqa: E731
-            f"{name}/{suffix}", _class_of(kind), queue_size=QUEUE, tcp_nodelay=True
+            f"{name}/{suffix}", class_of(kind), queue_size=QUEUE, tcp_nodelay=True
         )
         client = MoveBase(
             name,
@@ -144,7 +142,7 @@ class Ros1Port:
             ("result", "move_base_msgs/MoveBaseActionResult", client.take_result),
         )
         for suffix, kind, taker in take:
-            self._rospy.Subscriber(f"{name}/{suffix}", _class_of(kind), self._in_turn(taker), queue_size=QUEUE)
+            self._rospy.Subscriber(f"{name}/{suffix}", class_of(kind), self._in_turn(taker), queue_size=QUEUE)
         return client
 
     def _in_turn(self, take: Callable[[Any, float], None]) -> Callable[[Any], None]:
@@ -158,7 +156,8 @@ class Ros1Port:
         self._report(lambda bridge, _: bridge.goal_progress(number, way_left_m))
 
 
-def _class_of(ros_type: str) -> Any:
+def class_of(ros_type: str) -> Any:
+    """The class of a message type. Raises ConfigError if its package is not installed."""
     try:
         return ros_class(ros_type)
     except ImportError:
@@ -174,8 +173,3 @@ def _parameters(rospy: Any) -> Parameters:
     if not isinstance(given, dict):
         raise ConfigError(f"the parameters of {rospy.get_name()} are no names with values: {given!r}")
     return parameters_from(given)
-
-
-def remaining(arguments: Sequence[str]) -> list[str]:
-    """Arguments that rospy does not know: what is no `name:=value`."""
-    return [each for each in arguments if ":=" not in each]

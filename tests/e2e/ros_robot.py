@@ -17,7 +17,7 @@ from typing import Any
 from hil_fakes.sound_server import DIE_WITH_PARENT, wait_until
 from hvcpd.errors import ConfigError
 from hvcpd.ros.master import master_pid
-from hvcpd.ros.ros1 import _class_of, find_rospy
+from hvcpd.ros.ros1 import class_of, find_rospy
 from tests.e2e.parts import PRIORITY
 from tests.e2e.robot import END_S, Part, RobotProcess
 
@@ -34,7 +34,7 @@ def missing() -> str:
         return "not installed for this Python: rospy (`make parts` installs it as root, for Debian's)"
     try:
         for each in (*PACKAGES, "tf2_msgs/TFMessage", "move_base_msgs/MoveBaseActionGoal"):
-            _class_of(each)
+            class_of(each)
     except ConfigError as error:
         return str(error)
     return ""

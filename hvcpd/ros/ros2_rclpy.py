@@ -1,0 +1,144 @@
+"""ROS 2 by rclpy: a thin adapter. rclpy belongs to a ROS 2, whose setup.bash must be sourced, and to its Python."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Callable
+from importlib import import_module
+from typing import Any
+
+from hvcpd.errors import ConfigError
+from hvcpd.ros import topics
+from hvcpd.ros.convert import Dialect, from_ros, ros_class, to_ros
+from hvcpd.ros.driving import Goal
+from hvcpd.ros.messages import Message
+from hvcpd.ros.nav2 import Nav2
+from hvcpd.ros.parameters import NAMES, Parameters, parameters_from
+from hvcpd.ros.port import NODE, QUEUE, Report, Wanted
+from hvcpd.ros.topics import Topic
+
+JOIN_S = 2.0
+"""For the thread that serves callbacks to end."""
+
+
+class RclpyPort:
+    """A node. Raises ConfigError for wrong parameters or missing packages."""
+
+    def __init__(self, wanted: Wanted, report: Report) -> None:
+        self._rclpy: Any = import_module("rclpy")
+        time: Any = ros_class("builtin_interfaces/Time")
+        self._dialect = Dialect(time=lambda sec, nanosec: time(sec=sec, nanosec=nanosec), byte=lambda n: bytes([n]))
+        signals: Any = import_module("rclpy.signals")
+        self._rclpy.init(args=[NODE, *wanted.arguments], signal_handler_options=signals.SignalHandlerOptions.NO)
+        self._node: Any = self._rclpy.create_node(NODE)
+        self._report = report
+        try:
+            self.parameters = self._read_parameters()
+            wanted_topics = topics.published(wanted.ros_drives)
+            if not self.parameters.publish_tf:
+                wanted_topics = tuple(topic for topic in wanted_topics if topic != topics.TF)
+            self._publishers = {topic: self._publisher(topic) for topic in wanted_topics}
+            for topic in topics.subscribed(wanted.ros_drives):
+                self._subscribe(topic)
+            self._nav2 = self._make_nav2() if wanted.takes_goals else None
+        except ConfigError:
+            self._rclpy.shutdown()
+            raise
+        executors: Any = import_module("rclpy.executors")
+        self._executor = executors.SingleThreadedExecutor()
+        self._executor.add_node(self._node)
+        self._thread = threading.Thread(target=self._serve, name="ros2", daemon=True)
+        self._thread.start()
+
+    @property
+    def fault(self) -> str | None:
+        """Why this node is no more."""
+        return None if self._rclpy.ok() else "the node was told to end"
+
+    def stamp_s(self) -> float:
+        """ROS's time, s."""
+        return float(self._node.get_clock().now().nanoseconds) * 1e-9
+
+    def publish(self, topic: Topic, message: Message) -> None:
+        """Have subscribers told."""
+        if self._rclpy.ok():
+            self._publishers[topic].publish(to_ros(message, self._dialect))
+
+    def go(self, goal: Goal, now_s: float) -> None:
+        """Give a goal to Nav2."""
+        if self._nav2 is not None:
+            self._nav2.go(goal, now_s, self.stamp_s())
+
+    def cancel(self, number: int) -> None:
+        """Withdraw it."""
+        if self._nav2 is not None:
+            self._nav2.cancel(number)
+
+    def log(self, text: str) -> None:
+        """By rosout, and on the terminal."""
+        self._node.get_logger().warning(text)
+
+    def tick(self, now_s: float) -> None:
+        """Time passes."""
+        if self._nav2 is not None:
+            self._nav2.tick(now_s)
+
+    def close(self) -> None:
+        """End the node."""
+        self._executor.shutdown(timeout_sec=JOIN_S)
+        self._thread.join(JOIN_S)
+        self._node.destroy_node()
+        self._rclpy.try_shutdown()
+
+    def _serve(self) -> None:
+        while self._rclpy.ok() and not self._executor._is_shutdown:
+            self._executor.spin_once(timeout_sec=0.1)
+
+    def _read_parameters(self) -> Parameters:
+        exceptions: Any = import_module("rclpy.exceptions")
+        try:
+            given = {name: self._node.declare_parameter(name, getattr(Parameters(), name)).value for name in NAMES}
+        except exceptions.InvalidParameterTypeException as error:
+            raise ConfigError(str(error)) from None
+        return parameters_from(given)
+
+    def _qos(self, topic: Topic) -> Any:
+        qos: Any = import_module("rclpy.qos")
+        durability = qos.DurabilityPolicy.TRANSIENT_LOCAL if topic.latched else qos.DurabilityPolicy.VOLATILE
+        return qos.QoSProfile(depth=1 if topic.latched else QUEUE, durability=durability)
+
+    def _publisher(self, topic: Topic) -> Any:
+        return self._node.create_publisher(class_of(topic.type.ROS_TYPE), topic.name, self._qos(topic))
+
+    def _subscribe(self, topic: Topic) -> None:
+        def taken(message: Any) -> None:
+            plain = from_ros(message, topic.type)
+            self._report(lambda bridge, now_s: bridge.from_ros(topic, plain, now_s))
+
+        self._node.create_subscription(class_of(topic.type.ROS_TYPE), topic.name, taken, self._qos(topic))
+
+    def _make_nav2(self) -> Nav2:
+        try:
+            kind: Any = import_module("nav2_msgs.action").NavigateToPose
+        except ImportError:
+            raise ConfigError("nav2_msgs is not installed: `sudo apt install ros-$ROS_DISTRO-nav2-msgs`") from None
+        name = self.parameters.action or "navigate_to_pose"
+        action: Any = import_module("rclpy.action")
+        client = action.ActionClient(self._node, kind, name)
+
+        def in_turn(happening: Callable[[], None]) -> None:
+            self._report(lambda _, __: happening())
+
+        return Nav2(name, self.parameters.map_frame, client, kind.Goal, self._dialect, in_turn, self._report)
+
+
+def class_of(ros_type: str) -> Any:
+    """The class of a message type. Raises ConfigError if its package is not installed."""
+    try:
+        return ros_class(ros_type)
+    except ImportError:
+        package = ros_type.split("/")[0].replace("_", "-")
+        raise ConfigError(
+            f"the messages of {package} are not installed: `sudo apt install ros-$ROS_DISTRO-{package}`"
+            + (", or set the parameter publish_tf to false" if ros_type.startswith("tf2") else "")
+        ) from None
