@@ -50,8 +50,8 @@ def show(tried: Mapping[str, int], believed: Mapping[str, int]) -> None:
     print(f"{'all':45} {sum(tried.values()):6} tried {sum(believed.values()):4} believed")
 
 
-def words(n: int, seed: int, _sound: Sound) -> None:
-    attacks = WordAttacks(seed, load_tasks(default_tasks_path()).tasks)
+def words(n: int, seed: int, _sound: Sound, encrypts: bool = False) -> None:
+    attacks = WordAttacks(seed, load_tasks(default_tasks_path()).tasks, encrypts=encrypts)
     tally = attacks.run(n)
     show(tally.tried, tally.believed)
     print(f"honest sentences: {tally.honest_believed} of {tally.honest} believed")
@@ -105,8 +105,8 @@ def _accepted(book: Phrasebook, heard: np.ndarray, sound: Sound) -> int:  # type
     events = [event for start in range(0, len(heard), BLOCK) for event in ears.push(heard[start : start + BLOCK])]
     for event in [*events, *ears.flush()]:
         if isinstance(event, Recognised):
-            trust = sealing.judge(book.parse(event.words), book, event.end_sample / SAMPLE_RATE_HZ).trust
-            n += trust.proves_speaker
+            _, verdict = sealing.judge(book.parse(event.words), book, event.end_sample / SAMPLE_RATE_HZ)
+            n += verdict.trust.proves_speaker
     return n
 
 

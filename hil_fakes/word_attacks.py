@@ -49,11 +49,15 @@ class Tally:
 
 
 class WordAttacks:
-    """`run` makes attacks of all kinds in turn; `bits` shortens the seals, to see what a guess is worth."""
+    """`run` makes attacks of all kinds in turn; `bits` shortens the seals, to see what a guess is worth. With
+    `encrypts` the honest robots hide what they say, and the attacks are on their messages."""
 
-    def __init__(self, seed: int, tasks: tuple[TaskDefinition, ...], bits: int = SEAL_BITS) -> None:
+    def __init__(
+        self, seed: int, tasks: tuple[TaskDefinition, ...], bits: int = SEAL_BITS, encrypts: bool = False
+    ) -> None:
         self._chance = random.Random(seed)
         self._bits = bits
+        self._encrypts = encrypts
         self._ring = KeyRing(TeamKey(self._chance.randbytes(KEY_BYTES)))
         self._book: Phrasebook = keyed_book(NAMES, tasks)
         self._counters: dict[str, int] = {}
@@ -75,7 +79,8 @@ class WordAttacks:
             "other addressee under an unheard seal": self._readdressed,
             "one word of an unheard seal changed": self._one_word_wrong,
             "seal cut from two": self._spliced,
-            "guess": lambda: replace(self._invented(), mark=m.Seal(self._chance.getrandbits(self._bits))),
+            "guess": self._guess,
+            "code words of a message for a seal": self._recast,
             "no seal": self._invented,
         }
 
@@ -93,14 +98,16 @@ class WordAttacks:
 
     def _sealing(self, name: str) -> Sealing:
         counters = self._counters if name == LISTENER else None
-        return Sealing(Guard(name, self._ring, counters, bits=self._bits, patience=Patience(free=float("inf"))))
+        guard = Guard(name, self._ring, counters, bits=self._bits, patience=Patience(free=float("inf")))
+        return Sealing(guard, self._encrypts)
 
     def _honest(self) -> None:
         """Somebody says something; the listener may miss it, and doubts who has been silent for long."""
         self._now += PACE_S
         if self._chance.random() < RESTARTS:
             self._restart()
-        said = self._sealed(self._chance.choice(NAMES[:2]), self._sample())
+        drawn = self._sample()
+        said = self._sealed(drawn.speaker or "", drawn)
         own = self._sealed(LISTENER, m.Utterance(LISTENER, m.ToRobot("Rob"), None, m.Confirmed()))
         self._own = [*self._own[-50:], own]
         for name in NAMES[:2]:
@@ -126,10 +133,10 @@ class WordAttacks:
 
     def _believes(self, utterance: m.Utterance) -> bool:
         ears = self._speakers[LISTENER]
-        trust = ears.judge(utterance, self._book, self._now).trust
+        opened, verdict = ears.judge(utterance, self._book, self._now)
         self._counters |= ears.guard.saves()
         own = utterance.speaker == LISTENER
-        return trust.proves_speaker if own else believes(self._ears, utterance, trust)
+        return verdict.trust.proves_speaker if own else believes(self._ears, opened, verdict.trust)
 
     def _sample(self) -> m.Utterance:
         """Something sealed that an honest robot says to the listener, or to all."""
@@ -168,16 +175,44 @@ class WordAttacks:
         said = m.Utterance("Rob", m.ToRobot("Zoe"), None, self._chance.choice(MOVING))
         return replace(self._sealed("Rob", said), addressee=m.ToRobot(LISTENER))
 
+    def _guess(self) -> m.Utterance:
+        """A seal, or the packet of a message, drawn at random."""
+        mark: m.Mark = m.Seal(self._chance.getrandbits(self._bits))
+        if self._encrypts:
+            n_words = self._book.cipher_words
+            mark = m.Cipher(self._chance.getrandbits(BITS * n_words), n_words)
+        return replace(self._invented(), mark=mark)
+
+    def _recast(self) -> m.Utterance:
+        """The code words of a message, or the last of them, as if they were the seal of a plain sentence."""
+        value, _ = _value_of(self._missed())
+        return replace(self._invented(), mark=m.Seal(value & (1 << self._bits) - 1))
+
     def _one_word_wrong(self) -> m.Utterance:
         missed = self._missed()
-        value = missed.mark.value if isinstance(missed.mark, m.Seal) else 0
-        place, other = self._chance.randrange(SEAL_WORDS), self._chance.randrange(1, 1 << BITS)
-        return replace(missed, mark=m.Seal((value ^ other << BITS * place) & (1 << self._bits) - 1))
+        value, n_words = _value_of(missed)
+        place, other = self._chance.randrange(n_words), self._chance.randrange(1, 1 << BITS)
+        return self._with_value(missed, value ^ other << BITS * place)
 
     def _spliced(self) -> m.Utterance:
         """The first half of one seal and the second of another, after words that both had."""
         a, b = self._missed(), self._recording()
-        half = SEAL_WORDS // 2 * BITS
-        first = a.mark.value if isinstance(a.mark, m.Seal) else 0
-        second = b.mark.value if isinstance(b.mark, m.Seal) else 0
-        return replace(a, mark=m.Seal((first >> half << half | second & (1 << half) - 1) & (1 << self._bits) - 1))
+        (first, n_words), (second, _) = _value_of(a), _value_of(b)
+        half = n_words // 2 * BITS
+        return self._with_value(a, first >> half << half | second & (1 << half) - 1)
+
+    def _with_value(self, utterance: m.Utterance, value: int) -> m.Utterance:
+        if isinstance(utterance.mark, m.Cipher):
+            return replace(utterance, mark=replace(utterance.mark, value=value))
+        return replace(utterance, mark=m.Seal(value & (1 << self._bits) - 1))
+
+
+def _value_of(utterance: m.Utterance) -> tuple[int, int]:
+    """The number that the code words say, and how many there are."""
+    match utterance.mark:
+        case m.Cipher(value, n_words):
+            return value, n_words
+        case m.Seal(value):
+            return value, SEAL_WORDS
+        case _:
+            return 0, SEAL_WORDS

@@ -82,7 +82,7 @@ class WordChannel:
     A sentence that overlaps another one, or the listener's own, is garbled. `touched` runs for every talker that
     something happened to (to collect its actions). `earshot(speaker, listener)` tells who can hear whom now; `mishear`
     makes the wrong sentence. What a listener cannot follow, for names that it does not know, is garbled. `judge` tells
-    what a listener thinks of a sentence's seal.
+    what a listener makes of a sentence with a seal.
     """
 
     talkers: Mapping[str, Talker]
@@ -93,7 +93,7 @@ class WordChannel:
     earshot: Callable[[str, str], bool] | None = None
     mishear: Callable[[Utterance, random.Random], Utterance] = lambda utterance, _chance: utterance
     follows: Callable[[str, Utterance], bool] | None = None
-    judge: Callable[[str, Utterance], Trust] = lambda _listener, _utterance: Trust.OPEN
+    judge: Callable[[str, Utterance], tuple[Utterance, Trust]] = lambda _listener, utterance: (utterance, Trust.OPEN)
     now: float = 0.0
     sent: int = 0
     collisions: int = 0
@@ -248,7 +248,8 @@ class WordChannel:
         if self.conditions.mishearing and chance.random() < self.conditions.mishearing:
             utterance = self.mishear(utterance, chance)
             self.misheard += 1
-        talker.heard(utterance, self.now, trust=self.judge(listener, utterance))
+        utterance, trust = self.judge(listener, utterance)
+        talker.heard(utterance, self.now, trust=trust)
 
     def run_until(self, end_s: float) -> None:
         """Deliver everything, and tick the talkers when they are due, until `end_s`."""

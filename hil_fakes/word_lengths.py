@@ -6,7 +6,7 @@ from dataclasses import fields, is_dataclass, replace
 
 from hvcpd.language import messages as m
 from hvcpd.language.forms import Kind
-from hvcpd.language.marks import mark_words
+from hvcpd.language.marks import hidden, mark_words
 from hvcpd.language.phrasebook import Phrasebook, Vocabulary
 from hvcpd.language.words import NUMBER_MAX, spoken_words
 
@@ -22,9 +22,10 @@ class WordLengths:
         self._counts: dict[m.Utterance, int] = {}
 
     def __call__(self, utterance: m.Utterance) -> int:
-        count = self._counts.get(utterance)
+        audible = replace(hidden(utterance), mark=None)
+        count = self._counts.get(audible)
         if count is None:
-            count = self._counts[utterance] = _count(replace(utterance, mark=None))
+            count = self._counts[audible] = _count(audible)
         return count + (len(mark_words(utterance.mark)) if utterance.mark is not None else 0)
 
 

@@ -211,10 +211,12 @@ class WordMission:
             plan.unable.get(name, frozenset()),
             listed=not plan.strangers,
             roster=() if plan.strangers else plan.names,
-            speech=replace(plan.speech, sealed=plan.seals is not None),
+            speech=replace(
+                plan.speech, sealed=plan.seals is not None, encrypted=plan.seals is not None and plan.seals.encrypts
+            ),
         )
         if plan.seals is not None:
-            plan.seals.switch_on(name)
+            plan.seals.switch_on(name, role.roster)
         self.robots[name] = Coordination(
             role,
             plan.tasks,

@@ -29,18 +29,20 @@ def keyed_book(names: Iterable[str], tasks: Iterable[TaskDefinition], teams: Ite
 class WordSeals:
     """One object for a whole team; each robot has its own guard, which is lost when it is switched off."""
 
-    def __init__(self, book: Phrasebook, keys: KeyRing, bits: int = SEAL_BITS) -> None:
+    def __init__(self, book: Phrasebook, keys: KeyRing, bits: int = SEAL_BITS, encrypts: bool = False) -> None:
         self.book = book
         self.keys = keys
+        self.encrypts = encrypts
         self.verdicts: Counter[Trust] = Counter()
         self._bits = bits
         self._on: dict[str, Sealing] = {}
         self.counters: dict[str, dict[str, int]] = {}
         """What each robot has saved."""
 
-    def switch_on(self, name: str) -> None:
-        """A robot begins with what it had saved."""
-        self._on[name] = Sealing(Guard(name, self.keys, self.counters.setdefault(name, {}), bits=self._bits))
+    def switch_on(self, name: str, roster: Iterable[str] = ()) -> None:
+        """A robot begins with what it had saved; the robots of the `roster` have the key."""
+        guard = Guard(name, self.keys, self.counters.setdefault(name, {}), bits=self._bits)
+        self._on[name] = Sealing(guard, self.encrypts, roster)
 
     def marked(self, name: str, utterance: m.Utterance, now: float) -> m.Utterance:
         """What the robot says instead."""
@@ -48,13 +50,13 @@ class WordSeals:
         self._save(name)
         return said
 
-    def judge(self, name: str, utterance: m.Utterance, now: float) -> Trust:
+    def judge(self, name: str, utterance: m.Utterance, now: float) -> tuple[m.Utterance, Trust]:
         """What the robot makes of it."""
-        verdict = self._on[name].judge(utterance, self.book, now)
+        opened, verdict = self._on[name].judge(utterance, self.book, now)
         self._save(name)
         if utterance.mark is not None:
             self.verdicts[verdict.trust] += 1
-        return verdict.trust
+        return opened, verdict.trust
 
     def _save(self, name: str) -> None:
         self.counters[name] |= self._on[name].guard.saves()

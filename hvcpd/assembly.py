@@ -17,7 +17,7 @@ from hvcpd.coordination.coordination import Coordination
 from hvcpd.errors import PhraseError
 from hvcpd.hardware.kinematics import BURGER, Drive, Odometry
 from hvcpd.hardware.navigator import Navigator
-from hvcpd.language.forms import OPEN_KINDS, Kind
+from hvcpd.language.forms import OPEN_KINDS, SEALED_KINDS, Kind
 from hvcpd.language.phrasebook import Phrasebook, Vocabulary
 from hvcpd.own_voice import Acoustics
 from hvcpd.performer import Performer
@@ -114,6 +114,8 @@ class RobotPlan:
     """Robots that it was not told of may come and spell their names."""
     keys: KeyRing | None = None
     """Where the team has a key: everything that matters is sealed, and nothing else is believed."""
+    encrypts: bool = False
+    """It has a key, and hides what it says from all who have not."""
     counters: Mapping[str, int] | None = None
     """Of seals and codes, as it remembers them."""
     home: Place | None = None
@@ -128,9 +130,10 @@ class RobotPlan:
 
 
 def make_phrasebook(
-    names: Sequence[str], teams: Iterable[str], tasks: TaskRepository, sealed: bool = False
+    names: Sequence[str], teams: Iterable[str], tasks: TaskRepository, sealed: bool = False, encrypted: bool = False
 ) -> Phrasebook:
-    """The phrasebook of a team, `sealed` if it has a key. Raises PhraseError when its words clash."""
+    """The phrasebook of a team, `sealed` if it has a key, `encrypted` if it hides what it says. Raises PhraseError when
+    its words clash."""
     return Phrasebook(
         Vocabulary(
             names=tuple(dict.fromkeys(names)),
@@ -139,7 +142,7 @@ def make_phrasebook(
             numbers=tuple(task.number for task in tasks.tasks),
             remarks=tasks.remarks,
             alternatives=tasks.alternatives,
-            kinds=frozenset(Kind) if sealed else OPEN_KINDS,
+            kinds=frozenset(Kind) if encrypted else SEALED_KINDS if sealed else OPEN_KINDS,
         )
     )
 
@@ -236,7 +239,7 @@ def make_robot(plan: RobotPlan, sound: Sound) -> Robot:
     role = replace(
         plan.role,
         roster=plan.names if plan.role.listed else (),
-        speech=replace(plan.role.speech, sealed=plan.keys is not None),
+        speech=replace(plan.role.speech, sealed=plan.keys is not None, encrypted=plan.encrypts),
     )
     acoustics = plan.acoustics or Acoustics()
     coordination = Coordination(
@@ -268,12 +271,13 @@ def make_sealing(plan: RobotPlan) -> Sealing | None:
     """What seals and judges for the robot, where there is a key."""
     if plan.keys is None:
         return None
-    return Sealing(Guard(plan.role.name, plan.keys, plan.counters, patience=plan.patience))
+    roster = plan.names if plan.role.listed else ()
+    return Sealing(Guard(plan.role.name, plan.keys, plan.counters, patience=plan.patience), plan.encrypts, roster)
 
 
 def _phrasebook(plan: RobotPlan, names: Sequence[str]) -> Phrasebook:
     teams = (*plan.teams, *([plan.role.team] if plan.role.team else []))
-    return make_phrasebook(names, teams, plan.tasks, sealed=plan.keys is not None)
+    return make_phrasebook(names, teams, plan.tasks, plan.keys is not None, plan.encrypts)
 
 
 def _others(plan: RobotPlan, names: Sequence[str]) -> Sequence[str]:

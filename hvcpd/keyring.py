@@ -60,9 +60,11 @@ class KeyFile:
 
     def ring(self, today: date | None) -> KeyRing:
         """The keys that count on a day. None, or a day before the newest key was made, is the day when it was made: a
-        Raspberry Pi has no clock that outlives a power cut."""
+        Raspberry Pi has no clock that outlives a power cut. Raises KeyFileError if none does."""
         day = self.newest if today is None else max(today, self.newest)
         valid = [entry for entry in self.entries if entry.until is None or entry.until >= day]
+        if not valid:
+            raise KeyFileError("every key of the team has ended; make one that has not with: hvcpctl key rotate")
         spoken = [entry for entry in valid if entry.spoken_from <= day] or valid
         others = tuple(entry.key for entry in reversed(valid) if entry is not spoken[-1])
         return KeyRing(spoken[-1].key, others, frozenset(self.revoked))

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 from hvcpd.coordination.actions import SavePeer, SaveStopped, SaveTask
 from hvcpd.language.messages import Utterance
+from hvcpd.security.trust import Trust
 
 
 @dataclass(frozen=True)
@@ -32,6 +33,8 @@ class HeardRecord:
     voice: str
     words: tuple[tuple[str, float, float], ...] = ()
     """Each word, and where it was heard to begin and to end, s."""
+    trust: Trust = Trust.OPEN
+    """What its seal says of it."""
 
 
 @dataclass(frozen=True)

@@ -6,6 +6,7 @@ in a test run the same code.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -16,7 +17,7 @@ from hvcpd.coordination.coordination import Coordination
 from hvcpd.errors import PhraseError
 from hvcpd.faculties import Ears, Mouth, Overhears
 from hvcpd.hardware.kinematics import Odometry
-from hvcpd.language.messages import Spelled, Stop, Stopped, Utterance
+from hvcpd.language.messages import Cipher, Spelled, Stop, Stopped, Utterance
 from hvcpd.language.phrasebook import Phrasebook
 from hvcpd.own_voice import Acoustics, MeasuresDelay, OwnVoice
 from hvcpd.performer import Outcome, Performer
@@ -33,8 +34,11 @@ from hvcpd.records import (
     Record,
     SaidRecord,
 )
-from hvcpd.sealing import Sealing, written
+from hvcpd.sealing import Judged, Sealing, written
 from hvcpd.security.trust import Trust
+
+CIPHER_PAUSE_S = 0.4
+"""Longer than the rest that ends a sentence, 0.25 s, and shorter than what no speaker pauses inside one, 0.6 s."""
 
 
 @dataclass(frozen=True)
@@ -187,7 +191,8 @@ class Robot:
         for name, event in tuple(self._strangers.items()):
             if self.phrasebook.known_name(name) is not None:
                 del self._strangers[name]
-                self._hear(self.phrasebook.parse(event.words), event, self.now)
+                judged = self._judge(self.phrasebook.parse(event.words), self.now)
+                self.coordination.heard(judged.utterance, self.now, event.confidence, event.snr_db, judged.trust)
 
     def _is_stranger(self, utterance: Utterance, event: Recognised) -> bool:
         """Whether a name was spelled that is still to be learned; its owner is answered then."""
@@ -221,21 +226,23 @@ class Robot:
         if not isinstance(utterance.statement, Stop) and self._voice.returns(event.words, end_s):
             self._records.append(EchoRecord(now, start_s, end_s))
             return
+        judged = self._judge(utterance, now)
+        utterance = judged.utterance
         text = written(utterance, self.phrasebook)
         words = tuple((s.word, s.start_sample / SAMPLE_RATE_HZ, s.end_sample / SAMPLE_RATE_HZ) for s in event.spans)
+        sure, snr_db = event.confidence, event.snr_db
         self._records.append(
-            HeardRecord(now, utterance, text, start_s, end_s, event.confidence, event.snr_db, event.voice, words)
+            HeardRecord(now, utterance, text, start_s, end_s, sure, snr_db, event.voice, words, judged.trust)
         )
+        self._records += judged.records
         if not self._is_stranger(utterance, event):
-            self._hear(utterance, event, now)
+            self.coordination.heard(utterance, now, sure, snr_db, judged.trust)
 
-    def _hear(self, utterance: Utterance, event: Recognised, now: float) -> None:
-        """Have its seal judged, and hand it on with the verdict; without a key everybody is believed."""
-        trust = Trust.OPEN
-        if self._sealing is not None:
-            trust, records = self._sealing.heard(utterance, self.phrasebook, now)
-            self._records += records
-        self.coordination.heard(utterance, now, event.confidence, event.snr_db, trust)
+    def _judge(self, utterance: Utterance, now: float) -> Judged:
+        """What it says, and how far to trust it; without a key everybody is believed."""
+        if self._sealing is None:
+            return Judged(utterance, Trust.OPEN, ())
+        return self._sealing.heard(utterance, self.phrasebook, now)
 
     def _hold(self, event: Held | Released | Urgent, now: float) -> None:
         """Stand still at once for what may be "stop" over talk; go on where it was not, stay where it was.
@@ -313,7 +320,7 @@ class Robot:
             self._records += records
         mouth = self._slow_mouth if say.slowly else self._mouth
         phrases = self.phrasebook.phrases(utterance)
-        once = mouth.render(phrases)
+        once = self._rendered(mouth, phrases, isinstance(utterance.mark, Cipher))
         pause = np.zeros(round(SECOND_PAUSE_S * SAMPLE_RATE_HZ), np.float32)
         speech = np.concatenate([once] + [pause, once] * (say.times - 1))
         duration_s = len(speech) / SAMPLE_RATE_HZ
@@ -322,7 +329,15 @@ class Robot:
         may_stop = not isinstance(utterance.statement, Stopped)
         if self._overhearing is not None and may_stop and self._voice.is_latency_known:
             self._overhearing.begin(self._n_heard, self._voice.latency_s)
-        self._records.append(SaidRecord(now, utterance, self.phrasebook.write(utterance), duration_s))
+        self._records.append(SaidRecord(now, utterance, written(utterance, self.phrasebook), duration_s))
+
+    @staticmethod
+    def _rendered(mouth: Mouth, phrases: Sequence[Sequence[str]], is_cipher: bool) -> Samples:
+        """Speech. Before a cipher's words a longer pause, in which who has no key understands what it was."""
+        if not is_cipher:
+            return mouth.render(phrases)
+        pause = np.zeros(round(CIPHER_PAUSE_S * SAMPLE_RATE_HZ), np.float32)
+        return np.concatenate([mouth.render(phrases[:-1]), pause, mouth.render(phrases[-1:])])
 
     def _next_sound(self, n: int) -> Samples:
         out = self._voice.take(n)

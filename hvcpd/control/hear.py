@@ -15,14 +15,16 @@ from hvcpd.control.team import Team, load_team
 from hvcpd.errors import AudioFileError, PhraseError
 from hvcpd.hardware.soundfile import read_wav
 from hvcpd.keyring import keep_out_of_dumps, read_key_file
-from hvcpd.language.messages import Seal, ToAll, ToRobot, ToTeam, Utterance
+from hvcpd.language.messages import Cipher, Seal, ToAll, ToRobot, ToTeam, Utterance
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 from hvcpd.recognition.events import Event, Recognised
-from hvcpd.sealing import Sealing
+from hvcpd.sealing import Sealing, written
 from hvcpd.security.guard import Guard
 from hvcpd.security.silence import Patience
 from hvcpd.security.trust import Trust
 
+FAR_CIPHER = 1 << 18
+"""Messages of a robot that has spoken for months are found from the second on; the search takes 2 s (x86)."""
 BLOCK = 1600
 """Samples pushed at once, 0.1 s; the size changes no result."""
 
@@ -39,6 +41,8 @@ class HeardSentence:
     confidence: float
     seal: str | None = None
     """What the team's key says of its seal: "right", "wrong" or "used"; None without a seal, or without a key."""
+    encrypted: bool = False
+    """It was said in code words; with the key `text` is what was meant."""
 
 
 def run(options: argparse.Namespace) -> int:
@@ -53,7 +57,9 @@ def run(options: argparse.Namespace) -> int:
         raise AudioFileError("hear lists the sentences of one recording; several are for --learn-alternatives")
     [file] = options.file
     samples = read_wav(file)
-    team = load_team(options, options.names or (), sealed=options.key is not None)
+    team = load_team(
+        options, options.names or (), sealed=options.key is not None, encrypted=options.key not in (None, Path())
+    )
     sealing = _sealing(options.key)
     if options.plot:
         _check_folder(options.plot)
@@ -114,7 +120,7 @@ def _sealing(path: Path | None) -> Sealing | None:
     if path is None or path == Path():
         return None
     keep_out_of_dumps()
-    return Sealing(Guard("", read_key_file(path).ring(None), patience=Patience(free=math.inf)))
+    return Sealing(Guard("", read_key_file(path).ring(None), patience=Patience(free=math.inf), far_cipher=FAR_CIPHER))
 
 
 _SEALS = {Trust.FRESH: "right", Trust.SEALED: "right", Trust.AHEAD: "right", Trust.USED: "used"}
@@ -122,18 +128,19 @@ _SEALS = {Trust.FRESH: "right", Trust.SEALED: "right", Trust.AHEAD: "right", Tru
 
 def _sentence(event: Recognised, team: Team, sealing: Sealing | None) -> HeardSentence:
     utterance = team.phrasebook.parse(event.words)
-    seal = None
-    if sealing is not None and isinstance(utterance.mark, Seal):
-        trust = sealing.judge(utterance, team.phrasebook, event.end_sample / SAMPLE_RATE_HZ).trust
-        seal = _SEALS.get(trust, "wrong")
+    seal, is_cipher = None, isinstance(utterance.mark, Cipher)
+    if sealing is not None and isinstance(utterance.mark, Seal | Cipher):
+        utterance, verdict = sealing.judge(utterance, team.phrasebook, event.end_sample / SAMPLE_RATE_HZ)
+        seal = _SEALS.get(verdict.trust, "wrong")
     return HeardSentence(
         event.start_sample / SAMPLE_RATE_HZ,
         event.end_sample / SAMPLE_RATE_HZ,
-        team.phrasebook.write(utterance),
+        written(utterance, team.phrasebook) if is_cipher else team.phrasebook.write(utterance),
         utterance.speaker,
         _addressee(utterance),
         event.confidence,
         seal,
+        is_cipher,
     )
 
 
@@ -160,9 +167,11 @@ def _as_json(s: HeardSentence) -> str:
             "confidence": round(s.confidence, 4),
         }
         | ({"seal": s.seal} if s.seal is not None else {})
+        | ({"encrypted": True} if s.encrypted else {})
     )
 
 
 def _as_text(s: HeardSentence) -> str:
-    seal = f"  [seal {s.seal}]" if s.seal is not None else ""
+    kind = "encrypted, seal" if s.encrypted else "seal"
+    seal = f"  [{kind} {s.seal}]" if s.seal is not None else ""
     return f"{s.start_s:8.2f} – {s.end_s:6.2f} s  {s.confidence:4.0%}  {s.text}{seal}"

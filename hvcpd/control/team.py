@@ -42,11 +42,12 @@ def load_team(
     more: tuple[str, ...] = (),
     allow_confusable: bool = False,
     sealed: bool = False,
+    encrypted: bool = False,
 ) -> Team:
     """The team that a command line and the settings describe; `names` replace, `more` join the settings' names.
 
-    With `allow_confusable`, the names of tasks and robots may sound alike; a `sealed` team has a key. Raises
-    ConfigError and PhraseError.
+    With `allow_confusable`, the names of tasks and robots may sound alike; a `sealed` team has a key, and an
+    `encrypted` one hides what it says. Raises ConfigError and PhraseError.
     """
     settings = load_settings(options.config, {"tasks": options.tasks and str(options.tasks)}, name_needed=False)
     sound = make_sound(settings.lexicon, user_cache_folder())
@@ -56,7 +57,7 @@ def load_team(
     used = tuple(known.values())
     if not allow_confusable:
         _refuse_same_sound(used, sound)
-    phrasebook = make_phrasebook(used, settings.teams, tasks, sealed)
+    phrasebook = make_phrasebook(used, settings.teams, tasks, sealed, encrypted)
     return Team(settings, tasks, used, phrasebook, cast(sound, settings, phrasebook.marked_graph.words))
 
 

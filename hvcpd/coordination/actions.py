@@ -30,21 +30,25 @@ SLOW_STRETCH = 1.25
 """A sentence said slowly takes so much longer."""
 SEALED_STRETCH = 1.6
 """A sentence with a seal, too: 2.1 s more than the usual 3.6 s."""
+ENCRYPTED_STRETCH = 1.9
+"""A sentence whose statement is encrypted."""
 
 
 @dataclass(frozen=True)
 class Speech:
     """How everything is said: for long distances `slowly`, and each sentence `times` (1 or 2) in a row; `sealed` where
-    a key is set."""
+    a key is set, `encrypted` where it also hides what is said."""
 
     slowly: bool = False
     times: int = 1
     sealed: bool = False
+    encrypted: bool = False
 
     @property
     def stretch(self) -> float:
         """A sentence takes so many times as long as usual."""
-        return self.times * (SLOW_STRETCH if self.slowly else 1.0) * (SEALED_STRETCH if self.sealed else 1.0)
+        marked = ENCRYPTED_STRETCH if self.encrypted else SEALED_STRETCH if self.sealed else 1.0
+        return self.times * (SLOW_STRETCH if self.slowly else 1.0) * marked
 
 
 @dataclass(frozen=True)

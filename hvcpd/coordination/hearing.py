@@ -21,6 +21,9 @@ GREETED_AGAIN_WITHIN_S = 60.0
 """And one repeated within so long tells that the answer was not heard: maybe because another one, whom this robot does
 not hear, answered at the same time. So the next answer waits for a while that chance draws."""
 
+FOREIGN_S = 8.0
+"""The code words of a message for others take 4 to 6 s, said slowly 7.5 s."""
+
 
 def react(c: Coordination, u: m.Utterance, confidence: float, now: float) -> None:
     """Note what everybody may learn from the sentence, and act on it where it is meant for this robot."""
@@ -129,6 +132,11 @@ def _name_taken(c: Coordination, u: m.Utterance, _s: m.NameTaken, now: float) ->
         peer.silent_until_s = now + c.timing.name_conflict_s
 
 
+def _sealed_message(c: Coordination, u: m.Utterance, _s: m.SealedMessage, now: float) -> None:
+    """Somebody speaks to those who have a key that this robot has not; the code words follow."""
+    c.foreign_until_s = now + FOREIGN_S
+
+
 def _distrusted(c: Coordination, u: m.Utterance, _s: m.Distrusted, now: float) -> None:
     """Who does not believe this robot's order is not asked again for a while."""
     if c.state is State.ORDERED and u.speaker == c.partner and is_for_me_alone(c, u):
@@ -159,4 +167,5 @@ _REACTIONS: dict[type, Callable[[Coordination, m.Utterance, Any, float], None]] 
     m.NameTaken: _name_taken,
     m.Relayed: relaying.relayed,
     m.Distrusted: _distrusted,
+    m.SealedMessage: _sealed_message,
 }

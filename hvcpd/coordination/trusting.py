@@ -56,7 +56,12 @@ def believes(c: Coordination, u: m.Utterance, trust: Trust) -> bool:
     person = not _is_robot(c, u.speaker)
     if person and trust is Trust.BARE and (c.role.people is People.EVERYTHING or _answers_read_back(c, u)):
         return True
-    return not is_sealed(u.statement) and not (person and c.role.people is People.NOTHING)
+    return not _needs_proof(u) and not (person and c.role.people is People.NOTHING)
+
+
+def _needs_proof(u: m.Utterance) -> bool:
+    """Whether it is one of those that need a seal, or may be: who knows what was encrypted?"""
+    return is_sealed(u.statement) or isinstance(u.mark, m.Cipher)
 
 
 def _answers_read_back(c: Coordination, u: m.Utterance) -> bool:
@@ -81,7 +86,7 @@ def _is_robot(c: Coordination, name: str | None) -> bool:
 
 def refuse(c: Coordination, u: m.Utterance, trust: Trust, now: float) -> None:
     """Ask for what may have been misheard once more; else say that it is not believed, and do nothing."""
-    if c.state in DEPARTING or not is_for(c, u) or not is_sealed(u.statement):
+    if c.state in DEPARTING or not is_for(c, u) or not _needs_proof(u):
         return
     name = u.speaker
     misheard = trust.may_be_misheard or (trust is Trust.BARE and _is_robot(c, name))

@@ -21,6 +21,11 @@ BITS = 6
 _NUMBER_OF = {word: number for number, word in enumerate(CODE_WORDS)}
 
 
+def words_for(bits: int) -> int:
+    """So many words hold a number of that size."""
+    return -(-bits // BITS)
+
+
 def words_of(value: int, n_words: int) -> tuple[str, ...]:
     """A number of up to `n_words` times BITS bits, the highest first. Raises ValueError for any other."""
     if not 0 <= value < 1 << (BITS * n_words):

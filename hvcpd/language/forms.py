@@ -57,10 +57,14 @@ class Kind(Enum):
     """Has a network of its own, in every voice: nobody knows the voice of an unknown name."""
     SEALED = "sealed"
     """For teams with a key: sentences may end in a seal or a code."""
+    ENCRYPTED = "encrypted"
+    """For teams with a key that hide what they say: code words may stand in a statement's place."""
 
 
-OPEN_KINDS = frozenset(Kind) - {Kind.SEALED}
+OPEN_KINDS = frozenset(Kind) - {Kind.SEALED, Kind.ENCRYPTED}
 """What a team without a key uses."""
+SEALED_KINDS = OPEN_KINDS | {Kind.SEALED}
+"""What one with a key uses."""
 
 
 @dataclass(frozen=True)
@@ -159,6 +163,7 @@ _CORE: tuple[Form, ...] = (
     Form(f"{OPENING}, i am free", m.Free, "I am at nothing."),
     Form(f"{OPENING}, i am leaving", m.Leaving, "I go, and give back what I had claimed."),
     Form(f"{OPENING}, my name is taken", m.NameTaken, "Somebody else uses my name: I do nothing more under it."),
+    Form(f"{OPENING}, sealed message", m.SealedMessage, "Something that only those with the team's key understand."),
 )
 
 _REPORT = "Each robot in turn tells its team, its task and its battery."
@@ -210,6 +215,7 @@ RELAYABLE = (
     m.WhatDoing,
     m.Confirmed,
     m.Negative,
+    m.SealedMessage,
 )
 """What is passed on for somebody else, in a form of its own each."""
 _RELAYS: tuple[Form, ...] = tuple(

@@ -1,7 +1,8 @@
-"""What may follow a sentence to prove who said it: a seal of code words, or a one-time code.
+"""What may follow a sentence to prove who said it: a seal of code words, a one-time code, or the sentence encrypted.
 
 Which sentences carry one is decided here alone: those that change what a robot does or believes. Greetings, questions
-and "stop" never do: whoever sees a robot run into something has no time for proofs.
+and "stop" never do: whoever sees a robot run into something has no time for proofs. Encrypted is all but greetings,
+names that are spelled, "stop", and "I do not trust that".
 """
 
 from __future__ import annotations
@@ -19,8 +20,13 @@ from hvcpd.language.words import number_words
 SEAL_WORDS = 4
 """24 bits: what a guess is worth then is in docs/security.md; each word more costs half a second of every sentence."""
 CODE_DIGITS = 6
+CIPHER_TAG_BYTES = 4
+"""Of an encrypted statement: the shortest tag that AES-CCM has (NIST SP 800-38C, 5.4). A guess is worth 2^8 times less
+than a seal's."""
 CODE_CALL = "code"
 """The word before the digits."""
+CIPHER_CALL = ("sealed", "message")
+"""The words before a statement's code words."""
 _DIGIT_OF = {number_words(digit)[0]: str(digit) for digit in range(10)}
 
 SEALED = (
@@ -47,8 +53,11 @@ SEALED = (
 """Statements that are sealed where a key is set, themselves or passed on. Of these only SayAgain is heeded without: its
 seal is a challenge to whoever says something again."""
 
-ANY_SEAL, ANY_CODE = "SEAL", "CODE"
-"""Stand in a network for a seal and for a code: `with_marks` puts them there. No word is in capitals."""
+NEVER_HIDDEN = (m.Stop, m.Spelled, m.Distrusted, m.SealedMessage)
+"""Statements that are said plainly even where all else is encrypted; so are greetings."""
+
+ANY_SEAL, ANY_CODE, ANY_CIPHER = "SEAL", "CODE", "CIPHER"
+"""Stand in a network for a seal, a code and a cipher: `with_marks` puts them there. No word is in capitals."""
 
 
 def is_sealed(statement: m.Statement | None) -> bool:
@@ -58,19 +67,29 @@ def is_sealed(statement: m.Statement | None) -> bool:
 
 def mark_words(mark: m.Mark) -> tuple[str, ...]:
     """How a mark is said."""
-    if isinstance(mark, m.Seal):
-        return words_of(mark.value, SEAL_WORDS)
+    match mark:
+        case m.Seal(value):
+            return words_of(value, SEAL_WORDS)
+        case m.Cipher(value, n_words):
+            return words_of(value, n_words)
+        case m.Code():
+            pass
     return (CODE_CALL, *(number_words(int(digit))[0] for digit in mark.digits))
 
 
 def split_mark(words: Sequence[str]) -> tuple[tuple[str, ...], m.Mark | None]:
     """The sentence without the mark at its end, and the mark, if there is one."""
+    call = next((i for i in range(len(words) - 1) if tuple(words[i : i + 2]) == CIPHER_CALL), len(words))
+    ciphered = words[call + len(CIPHER_CALL) :]
+    value = number_of(ciphered) if len(ciphered) > SEAL_WORDS else None  # a task may end in "message", too
+    if value is not None:
+        return tuple(words[: call + len(CIPHER_CALL)]), m.Cipher(value, len(ciphered))
     sentence, last = tuple(words[:-SEAL_WORDS]), words[-SEAL_WORDS:]
     value = number_of(last) if len(last) == SEAL_WORDS else None
     if value is not None:
         return sentence, m.Seal(value)
-    call, digits = words[-CODE_DIGITS - 1 : -CODE_DIGITS], words[-CODE_DIGITS:]
-    if list(call) == [CODE_CALL] and all(word in _DIGIT_OF for word in digits):
+    code_call, digits = words[-CODE_DIGITS - 1 : -CODE_DIGITS], words[-CODE_DIGITS:]
+    if list(code_call) == [CODE_CALL] and all(word in _DIGIT_OF for word in digits):
         return tuple(words[: -CODE_DIGITS - 1]), m.Code("".join(_DIGIT_OF[word] for word in digits))
     return tuple(words), None
 
@@ -80,8 +99,33 @@ def without_mark(utterance: m.Utterance) -> m.Utterance:
     return replace(utterance, mark=None)
 
 
-def markable(form: Form, node: Node) -> Node:
-    """The pattern `node` of a form with the marks that may follow it; who gives no name can have no seal."""
+def hidden(utterance: m.Utterance) -> m.Utterance:
+    """The same as those hear it who have no key: "sealed message" in place of what a cipher hides."""
+    if not isinstance(utterance.mark, m.Cipher):
+        return utterance
+    return with_statement(utterance, m.SealedMessage())
+
+
+def said_in(utterance: m.Utterance) -> m.Statement | None:
+    """The statement, or the one that is passed on."""
+    statement = utterance.statement
+    return statement.statement if isinstance(statement, m.Relayed) else statement
+
+
+def with_statement(utterance: m.Utterance, statement: m.Statement) -> m.Utterance:
+    """The same with another statement, passed on from whom the first was."""
+    if isinstance(utterance.statement, m.Relayed):
+        statement = m.Relayed(utterance.statement.speaker, statement)
+    return replace(utterance, statement=statement)
+
+
+def markable(form: Form, node: Node, encrypts: bool = False) -> Node:
+    """The pattern `node` of a form with the marks that may follow it; who gives no name can have no seal.
+
+    Where a team `encrypts`, code words must follow "sealed message".
+    """
+    if encrypts and form.statement is m.SealedMessage:
+        return Series((node, Pause(), Word(ANY_CIPHER)))
     if form.statement not in SEALED or form.will:
         return node
     marks = (ANY_SEAL, ANY_CODE) if form.pattern.startswith(OPENING) else (ANY_CODE,)
@@ -89,12 +133,17 @@ def markable(form: Form, node: Node) -> Node:
     return Series((node, Choice((Series(()), *follow))))
 
 
-def with_marks(graph: WordGraph) -> WordGraph:
-    """The network with all seals in place of each arc ANY_SEAL, and all codes in place of each ANY_CODE.
+def with_marks(graph: WordGraph, cipher_words: int = 0) -> WordGraph:
+    """The network with all seals in place of each arc ANY_SEAL, all codes in place of each ANY_CODE, and all ciphers
+    of `cipher_words` in place of each ANY_CIPHER.
 
-    They are said after a pause. All seals share their words but the first, and all codes.
+    They are said after a pause. All seals share their words but the first; so do all codes, and all ciphers.
     """
-    fillers = {ANY_SEAL: [CODE_WORDS] * SEAL_WORDS, ANY_CODE: [(CODE_CALL,), *[tuple(_DIGIT_OF)] * CODE_DIGITS]}
+    fillers: dict[str, list[tuple[str, ...]]] = {
+        ANY_SEAL: [CODE_WORDS] * SEAL_WORDS,
+        ANY_CODE: [(CODE_CALL,), *[tuple(_DIGIT_OF)] * CODE_DIGITS],
+        ANY_CIPHER: [CODE_WORDS] * cipher_words,
+    }
     arcs = [arc for arc in graph.arcs if arc.word not in fillers]
     pauses, n_nodes = set(graph.pauses), graph.n_nodes
     chains: dict[tuple[str, int], int] = {}

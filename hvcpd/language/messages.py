@@ -269,6 +269,11 @@ class Distrusted:
 
 
 @dataclass(frozen=True)
+class SealedMessage:
+    """The speaker says something that only those understand who have the key; a `Cipher` holds what."""
+
+
+@dataclass(frozen=True)
 class Resume:
     """A halted robot may take on tasks again."""
 
@@ -306,6 +311,7 @@ Statement = (
     | Spelled
     | Relayed
     | Distrusted
+    | SealedMessage
 )
 
 
@@ -328,7 +334,15 @@ class Code:
     digits: str = field(repr=False)
 
 
-Mark = Seal | Code
+@dataclass(frozen=True)
+class Cipher:
+    """A statement, encrypted: a number of `n_words` code words, said in the statement's place."""
+
+    value: int
+    n_words: int
+
+
+Mark = Seal | Code | Cipher
 
 
 @dataclass(frozen=True)
@@ -337,7 +351,8 @@ class Utterance:
 
     `speaker` is None only for the calls that anybody may make without a name (stop, resume); `addressee` None
     speaks to nobody in particular; `team` is the speaker's, when it says so; `statement` None is a bare greeting.
-    `mark` proves who speaks, and is no part of the meaning: two utterances are equal whatever their marks.
+    `mark` proves who speaks, and is no part of the meaning: two utterances are equal whatever their marks. With a
+    `Cipher`, "sealed message" is said in place of the statement, which whoever has no key does not learn.
     """
 
     speaker: str | None

@@ -14,9 +14,11 @@ from hvcpd.language import messages as m
 from hvcpd.language.alternatives import by_word, refuse_senseless
 from hvcpd.language.automaton import build_graph, expected_after
 from hvcpd.language.binding import CompiledForm, build, unbuild
+from hvcpd.language.code_words import words_for
+from hvcpd.language.codebook import Codebook
 from hvcpd.language.forms import FORMS, OPEN_KINDS, Kind
 from hvcpd.language.graph import WordGraph, with_phrases
-from hvcpd.language.marks import mark_words, markable, split_mark, with_marks
+from hvcpd.language.marks import CIPHER_TAG_BYTES, hidden, mark_words, markable, split_mark, with_marks
 from hvcpd.language.pattern import (
     COMMA,
     LETTERS_SLOT,
@@ -150,7 +152,19 @@ class Phrasebook:
         """The same, for a team with a key, with a seal or a code after the sentences that have them."""
         if Kind.SEALED not in self.vocabulary.kinds:
             return self.graph
-        return with_marks(build_graph([markable(c.form, c.node) for c in self._ordinary_forms()], self.slots))
+        encrypts = Kind.ENCRYPTED in self.vocabulary.kinds
+        patterns = [markable(c.form, c.node, encrypts) for c in self._ordinary_forms()]
+        return with_marks(build_graph(patterns, self.slots), self.cipher_words if encrypts else 0)
+
+    @cached_property
+    def codebook(self) -> Codebook:
+        """The numbers of all statements, for encryption."""
+        return Codebook(self._ordinary_forms(), self.slots)
+
+    @property
+    def cipher_words(self) -> int:
+        """So many code words has an encrypted statement, whichever it is."""
+        return words_for(8 * (self.codebook.n_bytes + CIPHER_TAG_BYTES))
 
     @cached_property
     def spelling_graph(self) -> WordGraph:
@@ -189,8 +203,9 @@ class Phrasebook:
                 yield compiled
 
     def _tokens(self, utterance: m.Utterance) -> list[str]:
+        audible = hidden(utterance)
         for compiled in self._forms:
-            bindings = unbuild(compiled, utterance)
+            bindings = unbuild(compiled, audible)
             if bindings is None:
                 continue
             spoken = {slot: self._words_of(slot, value) for slot, value in bindings.items()}

@@ -1,4 +1,4 @@
-"""Seals what one robot says, and judges the seals of what it hears.
+"""Seals or encrypts what one robot says, and judges what it hears.
 
 Counters as in HOTP (RFC 4226): a speaker's seals are numbered, and a listener takes none that is not after the last one
 that it took, within a look-ahead window (section 7.2). Farther ahead it takes the second of two that follow each other
@@ -11,8 +11,9 @@ from __future__ import annotations
 
 from collections import OrderedDict
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
+from hvcpd.security.cipher import Ciphers, Message
 from hvcpd.security.codes import Codes
 from hvcpd.security.keys import KeyRing, TeamKey
 from hvcpd.security.seal import SEAL_BITS, Seals, Sentence
@@ -25,6 +26,8 @@ logarithm: 16 cost 4 of the 24 bits."""
 FAR = 4096
 """So far ahead two seals in a row are taken: days of talk. Such a search takes 16 ms (x86, one key); only wrong seals
 need it."""
+FAR_CIPHER = 2048
+"""The same of encrypted statements, each of which takes twice as long to try."""
 RESERVED = 4
 """Counters are kept on the disk in steps of so many, ahead of use: a power cut skips some and repeats none."""
 PRESENT_S = 300.0
@@ -39,10 +42,52 @@ CODE = "code"
 
 @dataclass(frozen=True)
 class Verdict:
-    """What is to be thought of a sentence; `silence_s`: its speaker will not be looked at for so long from now."""
+    """What is to be thought of a sentence; `silence_s`: its speaker will not be looked at for so long from now.
+
+    `plain`: what was encrypted, if it was and the key fits.
+    """
 
     trust: Trust
     silence_s: float | None = None
+    plain: bytes | None = field(default=None, repr=False)
+
+
+@dataclass(frozen=True)
+class _Sealed:
+    """A sentence and the seal that was said after it."""
+
+    sentence: Sentence
+    seal: int
+    bits: int
+
+    def find(self, key: TeamKey, challenge: int | None, counters: range) -> tuple[int, None] | None:
+        """Which of `counters` it fits under the speaker's key."""
+        seals = Seals(key.voice_key(self.sentence.speaker), self.sentence, challenge, self.bits)
+        found = seals.find(self.seal, counters)
+        return (found, None) if found is not None else None
+
+
+@dataclass(frozen=True)
+class _Encrypted:
+    """The same of an encrypted statement."""
+
+    message: Message
+
+    @property
+    def sentence(self) -> Sentence:
+        return self.message.sentence
+
+    @property
+    def seal(self) -> int:
+        return self.message.packet
+
+    def find(self, key: TeamKey, challenge: int | None, counters: range) -> tuple[int, bytes] | None:
+        """Which of `counters` it fits, and what was encrypted."""
+        ciphers = Ciphers(key.cipher_key(self.sentence.speaker), self.sentence, challenge)
+        return ciphers.find(self.message, counters)
+
+
+_Proof = _Sealed | _Encrypted
 
 
 @dataclass(frozen=True)
@@ -64,11 +109,15 @@ class Guard:
         wall_s: float | None = None,
         bits: int = SEAL_BITS,
         patience: Patience | None = None,
+        far_cipher: int = FAR_CIPHER,
     ) -> None:
+        """`bits` of a seal, and how far ahead encrypted statements are looked for, are others in tests and for who
+        only listens."""
         kept = dict(counters or {})
         self._own = own_name.casefold()
         self._ring = ring
         self._bits = bits
+        self._far_cipher = far_cipher
         self._silence = GrowingSilence(patience or Patience())
         self._code_silence = GrowingSilence(CODE_PATIENCE)
         self._codes = [Codes(key, kept, wall_s) for key in ring.accepted]
@@ -79,47 +128,77 @@ class Guard:
         self._asked: dict[str, tuple[int, float]] = {}
         self._asked_by: dict[str, tuple[int, float]] = {}
         self._overheard: dict[str, tuple[int, float]] = {}
-        self._taken: OrderedDict[tuple[Sentence, int], None] = OrderedDict()
+        self._taken: OrderedDict[_Proof, bytes | None] = OrderedDict()
         self._saves: dict[str, int] = {}
-        self._voices: dict[tuple[str, str], bytes] = {}
 
     def seal(self, sentence: Sentence, now: float, challenges: bool = False) -> int:
         """The seal of what this robot is about to say. `challenges`: it asks its addressee to say something again."""
+        challenge = self._answered_by(sentence, now)
+        seals = Seals(self._ring.spoken.voice_key(self._own), sentence, challenge, self._bits)
+        return self._sent(seals.at(self._count()), sentence, now, challenges)
+
+    def encrypt(self, sentence: Sentence, plain: bytes, now: float, challenges: bool = False) -> int:
+        """The packet that says `plain` within `sentence`; otherwise as `seal`."""
+        challenge = self._answered_by(sentence, now)
+        ciphers = Ciphers(self._ring.spoken.cipher_key(self._own), sentence, challenge)
+        return self._sent(ciphers.at(self._count(), plain), sentence, now, challenges)
+
+    def _answered_by(self, sentence: Sentence, now: float) -> int | None:
+        """The challenge that this sentence answers: its addressee's, or the latest where it is said to many."""
         to = sentence.addressee.casefold()
         latest = max(self._asked_by, key=lambda name: self._asked_by[name][1], default=to)
-        challenge = _valid(self._asked_by.pop(latest if sentence.is_for_many else to, None), now)
-        seal = Seals(self._voice(self._ring.spoken, self._own), sentence, challenge, self._bits).at(self._next)
-        self._next += 1
+        return _valid(self._asked_by.pop(latest if sentence.is_for_many else to, None), now)
+
+    def _count(self) -> int:
+        """The own next number, used up by this."""
+        number, self._next = self._next, self._next + 1
         if self._next > self._reserved:
             self._reserved = self._next + RESERVED - 1
             self._saves[self._own_counter] = self._reserved - 1
+        return number
+
+    def _sent(self, seal: int, sentence: Sentence, now: float, challenges: bool) -> int:
         if challenges:
-            self._asked[to] = (seal, now)
+            self._asked[sentence.addressee.casefold()] = (seal, now)
         return seal
 
     def judge(self, sentence: Sentence, seal: int | None, code: str | None, now: float, asks: bool = False) -> Verdict:
         """What to think of a sentence with this seal or code, or neither. `asks`: it asks to say something again."""
-        name = sentence.speaker.casefold()
         if code is not None:
             return self._judge_code(code, now)
         if seal is None:
             return Verdict(Trust.BARE)
+        verdict = self._judge(_Sealed(sentence, seal, self._bits), now)
+        if asks:
+            self.challenged(sentence, seal, verdict, now)
+        return verdict
+
+    def judge_message(self, message: Message, now: float) -> Verdict:
+        """What to think of an encrypted statement, and what it is. Who finds that it asks to say something again tells
+        it by `challenged`."""
+        return self._judge(_Encrypted(message), now)
+
+    def challenged(self, sentence: Sentence, seal: int, verdict: Verdict, now: float) -> None:
+        """Note that what was just judged asks somebody to say something again."""
+        if verdict.trust.proves_speaker:
+            name, to = sentence.speaker.casefold(), sentence.addressee.casefold()
+            (self._asked_by if to == self._own else self._overheard)[name if to == self._own else to] = (seal, now)
+
+    def _judge(self, proof: _Proof, now: float) -> Verdict:
+        name = proof.sentence.speaker.casefold()
         if self._ring.is_revoked(name):
             return Verdict(Trust.REVOKED)
         if self._silence.is_silent(name, now):
             return Verdict(Trust.SILENCED)
-        trust = self._examine(name, sentence, seal, now)
-        if trust is Trust.WRONG:
-            return Verdict(trust, self._silence.wrong(name, now))
-        if trust.proves_speaker:
+        verdict = self._examine(name, proof, now)
+        if verdict.trust is Trust.WRONG:
+            return Verdict(Trust.WRONG, self._silence.wrong(name, now))
+        if verdict.trust.proves_speaker:
             self._silence.right(name, now)
-            self._taken[sentence, seal] = None
+            self._taken[proof] = verdict.plain
             if len(self._taken) > KEPT:
                 self._taken.popitem(last=False)
-            if asks:
-                to = sentence.addressee.casefold()
-                (self._asked_by if to == self._own else self._overheard)[name if to == self._own else to] = (seal, now)
-        return Verdict(trust)
+        return verdict
 
     def set_clock(self, wall_s: float | None) -> None:
         """When the sample clock was 0, seconds since 1970: the two clocks part by some seconds a day."""
@@ -141,22 +220,22 @@ class Guard:
                 return Verdict(Trust.CODE)
         return Verdict(Trust.WRONG, self._code_silence.wrong(CODE, now))
 
-    def _examine(self, name: str, sentence: Sentence, seal: int, now: float) -> Trust:
-        if (sentence, seal) in self._taken:
-            return Trust.USED
+    def _examine(self, name: str, proof: _Proof, now: float) -> Verdict:
+        if proof in self._taken:
+            return Verdict(Trust.USED, plain=self._taken[proof])
         challenge = _valid(self._asked.get(name), now)
         overheard = _valid(self._overheard.get(name), now)
-        verdict = Trust.WRONG
+        verdict = Verdict(Trust.WRONG)
         for key in self._ring.accepted:
-            if challenge is not None and self._take(key, name, sentence, seal, challenge):
+            if challenge is not None and (found := self._take(key, name, proof, challenge)):
                 del self._asked[name]
                 self._present_s[name] = now
-                return Trust.FRESH
-            if self._take(key, name, sentence, seal, None):
-                return self._presence(name, now)
-            if overheard is not None and self._take(key, name, sentence, seal, overheard):
-                return self._presence(name, now)
-            verdict = max(verdict, self._elsewhere(key, name, sentence, seal, challenge), key=_RANK.index)
+                return Verdict(Trust.FRESH, plain=found[1])
+            if found := self._take(key, name, proof, None):
+                return Verdict(self._presence(name, now), plain=found[1])
+            if overheard is not None and (found := self._take(key, name, proof, overheard)):
+                return Verdict(self._presence(name, now), plain=found[1])
+            verdict = max(verdict, self._elsewhere(key, name, proof, challenge), key=lambda v: _RANK.index(v.trust))
         return verdict
 
     def _presence(self, name: str, now: float) -> Trust:
@@ -166,46 +245,37 @@ class Guard:
         self._present_s[name] = now
         return Trust.FRESH
 
-    def _take(self, key: TeamKey, name: str, sentence: Sentence, seal: int, challenge: int | None) -> bool:
-        """Whether the seal is one of those that may come next, or follows one that was far ahead."""
-        seals = Seals(self._voice(key, name), sentence, challenge, self._bits)
+    def _take(self, key: TeamKey, name: str, proof: _Proof, challenge: int | None) -> tuple[int, bytes | None] | None:
+        """The number of a seal that is one of those that may come next, or follows one that was far ahead."""
         heard = self._heard_of(key, name)
         windows = [range(heard.last + 1, heard.last + 1 + NEAR)]
         if heard.far is not None:
             windows.append(range(heard.far + 1, heard.far + 1 + NEAR))
-        found = next((at for window in windows if (at := seals.find(seal, window)) is not None), None)
-        if found is None:
-            return False
-        if name != self._own:
-            self._heard[_name(key, name)] = _Heard(found)
-            self._saves[_name(key, name)] = found
-        return True
+        found = next((found for window in windows if (found := proof.find(key, challenge, window))), None)
+        if found is not None and name != self._own:
+            self._heard[_name(key, name)] = _Heard(found[0])
+            self._saves[_name(key, name)] = found[0]
+        return found
 
-    def _elsewhere(self, key: TeamKey, name: str, sentence: Sentence, seal: int, challenge: int | None) -> Trust:
+    def _elsewhere(self, key: TeamKey, name: str, proof: _Proof, challenge: int | None) -> Verdict:
         """Why a seal was not taken: it is old, or far ahead, which is remembered."""
         heard = self._heard_of(key, name)
-        plain = Seals(self._voice(key, name), sentence, None, self._bits)
-        if plain.find(seal, range(max(heard.last + 1 - KEPT, 0), heard.last + 1)) is not None:
-            return Trust.USED
-        ahead = range(heard.last + 1 + NEAR, heard.last + 1 + FAR)
-        found = plain.find(seal, ahead)
+        if found := proof.find(key, None, range(max(heard.last + 1 - KEPT, 0), heard.last + 1)):
+            return Verdict(Trust.USED, plain=found[1])
+        far = self._far_cipher if isinstance(proof, _Encrypted) else FAR
+        ahead = range(heard.last + 1 + NEAR, heard.last + 1 + far)
+        found = proof.find(key, None, ahead)
         if found is None and challenge is not None:
-            found = Seals(self._voice(key, name), sentence, challenge, self._bits).find(seal, ahead)
+            found = proof.find(key, challenge, ahead)
         if found is None:
-            return Trust.WRONG
-        self._heard[_name(key, name)] = replace(heard, far=found)
-        return Trust.AHEAD
+            return Verdict(Trust.WRONG)
+        self._heard[_name(key, name)] = replace(heard, far=found[0])
+        return Verdict(Trust.AHEAD, plain=found[1])
 
     def _heard_of(self, key: TeamKey, name: str) -> _Heard:
         if name == self._own and key == self._ring.spoken:
             return _Heard(self._next - 1)
         return self._heard.get(_name(key, name), _Heard())
-
-    def _voice(self, key: TeamKey, name: str) -> bytes:
-        voice = (key.fingerprint, name)
-        if voice not in self._voices:
-            self._voices[voice] = key.voice_key(name)
-        return self._voices[voice]
 
 
 _RANK = (Trust.WRONG, Trust.USED, Trust.AHEAD)

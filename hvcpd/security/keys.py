@@ -35,6 +35,10 @@ class TeamKey:
         """With which the robot of that name seals what it says; upper and lower case are the same."""
         return self._derived(b"voice/" + name.casefold().encode(), HASH_BYTES)
 
+    def cipher_key(self, name: str) -> bytes:
+        """With which it encrypts; AES-128."""
+        return self._derived(b"cipher/" + name.casefold().encode(), KEY_BYTES)
+
     @cached_property
     def sheet_key(self) -> bytes:
         """Of the codes on the printed sheet."""

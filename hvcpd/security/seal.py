@@ -36,14 +36,17 @@ class Sentence:
         return b"".join(len(p).to_bytes(4, "big") + p for p in map(str.encode, parts))
 
 
+def framed(version: bytes, sentence: Sentence, challenge: int | None) -> bytes:
+    """What is authenticated, each part after its length; `challenge` is what the sentence answers, None for none."""
+    answered = b"" if challenge is None else challenge.to_bytes(COUNTER_BYTES, "big")
+    return b"".join(len(part).to_bytes(4, "big") + part for part in (version, sentence.encoded(), answered))
+
+
 class Seals:
     """All seals of one sentence under one key; `challenge` is the seal that it answers, None for none."""
 
     def __init__(self, key: bytes, sentence: Sentence, challenge: int | None = None, bits: int = SEAL_BITS) -> None:
-        said = sentence.encoded()
-        answered = b"" if challenge is None else challenge.to_bytes(COUNTER_BYTES, "big")
-        head = b"".join(len(part).to_bytes(4, "big") + part for part in (_VERSION, said, answered))
-        self._mac = hmac.new(key, head, HASH)
+        self._mac = hmac.new(key, framed(_VERSION, sentence, challenge), HASH)
         self._bits = bits
 
     def at(self, counter: int) -> int:

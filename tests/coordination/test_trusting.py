@@ -21,10 +21,14 @@ STEP_S = 25.0
 """Between two sentences of a person: the robots' answers are out."""
 
 
-def keyed(people: People = People.QUESTIONS, names: tuple[str, ...] = NAMES, **plan: object) -> Mission:
+def keyed(
+    people: People = People.QUESTIONS, names: tuple[str, ...] = NAMES, encrypts: bool = False, **plan: object
+) -> Mission:
     """A team with a key, and Ann, who has none."""
     book = keyed_book((*names, "Ann"), TASKS)
-    mission = Mission(names, TASKS, ("Ann",), seals=WordSeals(book, KeyRing(KEY)), limit_s=600.0, **plan)
+    mission = Mission(
+        names, TASKS, ("Ann",), seals=WordSeals(book, KeyRing(KEY), encrypts=encrypts), limit_s=600.0, **plan
+    )
     mission.book = book
     for robot in mission.robots.values():
         object.__setattr__(robot.role, "people", people)
@@ -48,10 +52,13 @@ def after(mission: Mission, text: str, speaker: str = "Ann") -> list[str]:
 
 @pytest.mark.parametrize("coordinator", [None, "Bot"])
 @pytest.mark.parametrize("loss", [0.0, 0.1])
-def test_a_team_with_a_key_does_every_task_once(coordinator: str | None, loss: float) -> None:
-    mission = keyed(coordinator=coordinator, conditions=Conditions(loss=loss), seed=3)
+@pytest.mark.parametrize("encrypts", [False, True])
+def test_a_team_with_a_key_does_every_task_once(coordinator: str | None, loss: float, encrypts: bool) -> None:
+    mission = keyed(coordinator=coordinator, conditions=Conditions(loss=loss), seed=3, encrypts=encrypts)
     mission.run()
     assert mission.exactly_once
+    plain = [u for _, _, u in mission.said if u.statement is not None and not isinstance(u.mark, m.Cipher)]
+    assert bool(plain) != encrypts
     verdicts = mission.plan.seals.verdicts if mission.plan.seals else {}
     assert verdicts[Trust.FRESH] + verdicts[Trust.SEALED] >= 8
     assert not any(isinstance(u.statement, m.Distrusted) for _, _, u in mission.said)

@@ -117,7 +117,7 @@ def test_neither_key_nor_code_is_in_what_is_recorded(key: Path, tmp_path: Path) 
     book = keyed_book(("Rob", "Ann"), load_tasks(default_tasks_path()).tasks)
     said = m.Utterance("Ann", m.ToRobot("Rob"), None, m.TurnBy(90.0), m.Code(digits))
     first, second = (sealing.heard(said, book, now) for now in (0.0, 1.0))
-    assert (first[0], second[0]) == (Trust.CODE, Trust.WRONG)
+    assert (first.trust, second.trust) == (Trust.CODE, Trust.WRONG)
     shown = repr((first, second, outfit.keys, ring))
     assert "turn left" in shown
     assert digits not in shown

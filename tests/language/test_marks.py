@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import random
+from dataclasses import replace
 
 import pytest
 from hypothesis import given
@@ -11,14 +12,15 @@ from hypothesis import strategies as st
 from hvcpd.errors import PhraseError
 from hvcpd.language import messages as m
 from hvcpd.language.code_words import CODE_WORDS, number_of, words_of
-from hvcpd.language.forms import Kind
+from hvcpd.language.forms import SEALED_KINDS, Kind
 from hvcpd.language.graph import ends_of
-from hvcpd.language.marks import SEAL_WORDS, is_sealed, mark_words
+from hvcpd.language.marks import SEAL_WORDS, hidden, is_sealed, mark_words, said_in
 from hvcpd.language.phrasebook import Phrasebook, Vocabulary
 
 TASKS = ("water the green rose", "water the violet rose")
 WORDS = Vocabulary(("Rob", "Bot", "Oscar"), ("plant",), TASKS, (1, 2))
-KEYED = Phrasebook(Vocabulary(WORDS.names, WORDS.teams, WORDS.tasks, WORDS.numbers, kinds=frozenset(Kind)))
+KEYED = Phrasebook(Vocabulary(WORDS.names, WORDS.teams, WORDS.tasks, WORDS.numbers, kinds=SEALED_KINDS))
+SECRET = Phrasebook(Vocabulary(WORDS.names, WORDS.teams, WORDS.tasks, WORDS.numbers, kinds=frozenset(Kind)))
 OPEN = Phrasebook(WORDS)
 marks = st.builds(m.Seal, st.integers(0, 2**24 - 1)) | st.builds(m.Code, st.text("0123456789", min_size=6, max_size=6))
 
@@ -56,6 +58,36 @@ def test_the_network_holds_the_marks_of_what_is_sealed_and_no_others(seed: int, 
     assert ends_of(graph, graph.start, words) & graph.finals
     assert bool(ends_of(graph, graph.start, (*words, *mark_words(mark))) & graph.finals) == allowed
     assert not ends_of(graph, graph.start, (*words, *mark_words(mark)[:-1])) & graph.finals
+
+
+@given(st.integers(0, 2**32), st.integers(0, 2**48 - 1))
+def test_an_encrypted_sentence_is_heard_as_such_and_tells_nothing_else(seed: int, packet: int) -> None:
+    plain = SECRET.sample(random.Random(seed))
+    if plain.speaker is None or SECRET.codebook.number_of(said_in(plain)) is None:
+        return
+    said = replace(plain, mark=m.Cipher(packet, SECRET.cipher_words))
+    words, graph = SECRET.render(said), SECRET.marked_graph
+    assert ends_of(graph, graph.start, words) & graph.finals
+    assert not ends_of(graph, graph.start, words[:-1]) & graph.finals
+    found = SECRET.parse(words)
+    assert isinstance(said_in(found), m.SealedMessage)
+    assert (found.mark, found.speaker, found.addressee, found.team) == (
+        said.mark,
+        plain.speaker,
+        plain.addressee,
+        plain.team,
+    )
+    plainly = SECRET.render(replace(hidden(said), mark=None))
+    assert words == (*plainly, *mark_words(said.mark))
+
+
+def test_who_has_no_key_hears_that_a_message_was_sealed() -> None:
+    words = "hi bot i am rob sealed message".split()
+    for book in (OPEN, KEYED):
+        assert ends_of(book.marked_graph, book.marked_graph.start, words) & book.marked_graph.finals
+        assert book.parse(words).statement == m.SealedMessage()
+    graph = SECRET.marked_graph
+    assert not ends_of(graph, graph.start, words) & graph.finals
 
 
 def test_stop_greetings_and_questions_have_no_mark_in_the_network() -> None:
