@@ -65,6 +65,8 @@ class BenchPlan:
     """How all of them speak."""
     keys: KeyRing | None = None
     """Where the team has a key."""
+    encrypts: bool = False
+    """It has one, and its robots hide what they say."""
     limit_s: float = 1800.0
     """The mission is given up after this."""
 
@@ -183,7 +185,14 @@ class Bench:
         )
         names = (name,) if plan.strangers else plan.names
         robot_plan = RobotPlan(
-            role, names, plan.tasks, start, own_seed(plan.seed, name), strangers=plan.strangers, keys=plan.keys
+            role,
+            names,
+            plan.tasks,
+            start,
+            own_seed(plan.seed, name),
+            strangers=plan.strangers,
+            keys=plan.keys,
+            encrypts=plan.encrypts,
         )
         store = Store(IN_MEMORY)
         stack.callback(store.close)

@@ -53,8 +53,8 @@ class Judged:
 
 
 class Sealing:
-    """One robot's. Where it `encrypts`, what it says to those who have the key is hidden from all others: to groups, and
-    to the robots of the `roster`, if there is one; people are answered plainly."""
+    """One robot's. Where it `encrypts`, what it says to those who have the key is hidden from all others: to groups,
+    and to the robots of the `roster`, if there is one; people are answered plainly."""
 
     def __init__(self, guard: Guard, encrypts: bool = False, roster: Iterable[str] = ()) -> None:
         self.guard = guard

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import sqlite3
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import ExitStack, contextmanager
+from contextlib import ExitStack, closing, contextmanager
 from dataclasses import astuple, dataclass
 from pathlib import Path
 from typing import Any, Literal, cast
@@ -62,8 +62,6 @@ CREATE TABLE counters (
 ) STRICT;
 CREATE TABLE flags (name TEXT PRIMARY KEY) STRICT;
 """
-
-_TABLES = {"tasks", "transcript", "peers", "counters", "flags"}
 
 _WALL_CLOCK_S = "(julianday('now') - 2440587.5) * 86400.0"
 """SQLite's clock in seconds since 1970: for people who ask what was said this morning; the robot itself never does."""
@@ -267,7 +265,8 @@ def _open(path: Path, connect: Connect) -> sqlite3.Connection:
         try:
             return _checked(connect(path))
         except sqlite3.DatabaseError as error:
-            damaged = sqlite3.SQLITE_CORRUPT, sqlite3.SQLITE_NOTADB
+            # ERROR: our statements are right, so a schema or a format that SQLite cannot read is the file's fault.
+            damaged = sqlite3.SQLITE_CORRUPT, sqlite3.SQLITE_NOTADB, sqlite3.SQLITE_ERROR
             if (getattr(error, "sqlite_errorcode", sqlite3.SQLITE_ERROR) & 0xFF) not in damaged:
                 raise
             _set_aside(path, str(error))
@@ -304,11 +303,26 @@ def _checked(db: sqlite3.Connection) -> sqlite3.Connection:
         (verdict,) = db.execute("PRAGMA quick_check(1)").fetchone()
         if verdict != "ok":
             raise _damage(verdict)
-        found = {name for (name,) in db.execute("SELECT name FROM sqlite_master WHERE type = 'table'")}
-        if not found >= _TABLES:
-            raise _damage(f"tables are missing: {', '.join(sorted(_TABLES - found))}")
+        missing = _columns_of_ours() - _columns(db)
+        if missing:
+            raise _damage(f"tables or columns are missing: {', '.join(sorted(missing))}")
         stack.pop_all()
     return db
+
+
+def _columns(db: sqlite3.Connection) -> set[str]:
+    """Every column of every table, with its place: "peers.1 team"."""
+    query = (
+        "SELECT m.name || '.' || p.cid || ' ' || p.name FROM sqlite_master m, pragma_table_info(m.name) p "
+        "WHERE m.type = 'table'"
+    )
+    return {name for (name,) in db.execute(query)}
+
+
+def _columns_of_ours() -> set[str]:
+    with closing(sqlite3.connect(":memory:")) as db:
+        db.executescript(_SCHEMA)
+        return _columns(db)
 
 
 def _damage(text: str) -> sqlite3.DatabaseError:

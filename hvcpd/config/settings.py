@@ -137,10 +137,12 @@ class PeerSettings:
 
 @dataclass(frozen=True)
 class SecuritySettings:
-    """The file of the team's key, None for what systemd hands over or else none; what people may do without one."""
+    """The file of the team's key, None for what systemd hands over or else none; what people may do without one;
+    whether what robots tell each other is hidden from all who have none."""
 
     key: Path | None = None
     people: Literal["everything", "questions", "nothing"] = "questions"
+    encrypted: bool = False
 
 
 def _valid_name(name: str) -> str | None:

@@ -139,6 +139,7 @@ def _add_simulate(commands: _Commands) -> None:
     c.add_argument("--slow", action="store_true", help="speak slowly, as for long distances")
     c.add_argument("--repeat", type=int, choices=(1, 2), help="say every sentence so often in a row (default 1)")
     _add_key_option(c, "seal what the robots say; without a file with a key made for the occasion")
+    c.add_argument("--encrypted", action="store_true", help="with --key: in code words that nobody else understands")
     c.add_argument("--mute", action="store_true", help="let no sound pass, to see that nothing else does")
     c.add_argument("--allow-confusable", action="store_true", help="use words that would be taken for one another too")
     c.add_argument("--report", type=Path, metavar="DIR", help="write report.html, mission.wav, transcript.jsonl")

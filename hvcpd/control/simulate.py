@@ -41,7 +41,15 @@ def run(options: argparse.Namespace) -> int:
     if len(robots) > MAX_ROBOTS:
         raise ConfigError(f"--robots: {len(robots)} are too many; at most {MAX_ROBOTS}")
     keys = _keys(options)
-    team = load_team(options, robots, allow_confusable=options.allow_confusable, sealed=keys is not None)
+    if options.encrypted and keys is None:
+        raise ConfigError("--encrypted: there is no key to encrypt with; add --key, or --key FILE")
+    team = load_team(
+        options,
+        robots,
+        allow_confusable=options.allow_confusable,
+        sealed=keys is not None,
+        encrypted=options.encrypted,
+    )
     plan = BenchPlan(
         names=robots,
         tasks=team.tasks,
@@ -52,6 +60,7 @@ def run(options: argparse.Namespace) -> int:
         strangers=options.strangers,
         speech=_speech(options, team.settings.speech),
         keys=keys,
+        encrypts=options.encrypted,
         air=Air(noise_db_spl=options.noise_db, muted=options.mute),
     )
     if not options.allow_confusable:

@@ -99,8 +99,6 @@ class Coordination:
         self.acquaintance = Acquaintance()
         self.relays = Relays()
         self.doubts = trusting.Doubts()
-        self.foreign_until_s = -math.inf
-        """Until then what is not understood may be code words of a message for others."""
         self._last_heard: tuple[m.Utterance, float] | None = None
         self._timer_s: float | None = None
         self._actions: list[Action] = []
@@ -149,7 +147,7 @@ class Coordination:
         """Speech was noticed that could not be understood; over the own speech it tells that nobody heard us."""
         self.floor.hold_back(now)
         self.floor.garbled()
-        if self.floor.is_second or now < self.foreign_until_s:
+        if self.floor.is_second or now < self.repair.foreign_until_s:
             return  # what it was is known
         if self.state is State.MEETING:
             self.arm(now, self.timing.greeting_wait_s)  # somebody is there, who will say it again

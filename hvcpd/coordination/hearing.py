@@ -132,9 +132,9 @@ def _name_taken(c: Coordination, u: m.Utterance, _s: m.NameTaken, now: float) ->
         peer.silent_until_s = now + c.timing.name_conflict_s
 
 
-def _sealed_message(c: Coordination, u: m.Utterance, _s: m.SealedMessage, now: float) -> None:
+def _sealed_message(c: Coordination, _u: m.Utterance, _s: m.SealedMessage, now: float) -> None:
     """Somebody speaks to those who have a key that this robot has not; the code words follow."""
-    c.foreign_until_s = now + FOREIGN_S
+    c.repair.foreign_until_s = now + FOREIGN_S
 
 
 def _distrusted(c: Coordination, u: m.Utterance, _s: m.Distrusted, now: float) -> None:

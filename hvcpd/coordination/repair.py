@@ -41,6 +41,8 @@ class Repair:
     speak_slowly: bool = False
     resume_s: float = -math.inf
     """When "resume" was heard last."""
+    foreign_until_s: float = -math.inf
+    """Until then what is not understood may be code words of a message for others."""
 
     @property
     def slow(self) -> bool:

@@ -23,7 +23,7 @@ from hvcpd.errors import ConfigError, HvcpdError, PhraseError
 from hvcpd.hardware.kinematics import Drive, drive_of
 from hvcpd.hardware.navigator import Navigator
 from hvcpd.keyring import KeyFile, find_key_file, keep_out_of_dumps, read_key_file
-from hvcpd.language.phrasebook import RESERVED_WORDS
+from hvcpd.language.phrasebook import RESERVED_WORDS, Phrasebook
 from hvcpd.own_voice import Acoustics
 from hvcpd.security.keys import KeyRing
 from hvcpd.security.trust import People
@@ -106,6 +106,14 @@ class Outfit:
         today = datetime.fromtimestamp(wall_s, UTC).date() if wall_s is not None else None
         return self.keys.ring(today) if self.keys is not None else None
 
+    def _phrasebook(self, names: Sequence[str]) -> Phrasebook:
+        settings = self.settings
+        return make_phrasebook(names, settings.teams, self.tasks, self.keys is not None, settings.security.encrypted)
+
+    def phrasebook(self) -> Phrasebook:
+        """Of the names known beforehand. Raises PhraseError."""
+        return self._phrasebook(self.names)
+
     def names_with(self, heard: Sequence[str]) -> tuple[str, ...]:
         """All that were told and, as far as there is room, those `heard` last that can be told from them."""
         names = self.names
@@ -113,7 +121,7 @@ class Outfit:
             if len(names) >= MAX_KNOWN_NAMES or any(name.casefold() == known.casefold() for known in names):
                 continue
             try:
-                make_phrasebook((*names, name), self.settings.teams, self.tasks, self.keys is not None)
+                self._phrasebook((*names, name))
             except PhraseError as error:
                 _log.warning("name forgotten", name=name, reason=str(error))
             else:
@@ -158,6 +166,7 @@ class Outfit:
             stopped=stopped,
             strangers=True,
             keys=self.ring(),
+            encrypts=settings.security.encrypted,
             counters=counters,
             home=Place(settings.start.pose.x_m, settings.start.pose.y_m),
             timing=Timing(
@@ -208,7 +217,7 @@ def equip(settings: Settings, allow_confusable: bool = False) -> Outfit:
             raise ConfigError(f"unable: {settings.tasks} has no task {number}; its numbers are {listed}")
     outfit = Outfit(settings, tasks, sound, keys)
     try:
-        phrasebook = make_phrasebook(outfit.names, settings.teams, tasks, keys is not None)
+        phrasebook = outfit.phrasebook()
     except HvcpdError as error:
         raise ConfigError(f"{settings.tasks}: {error}") from error
     return replace(outfit, sound=cast(sound, settings, phrasebook.marked_graph.words))
@@ -218,6 +227,8 @@ def _team_key(settings: Settings) -> KeyFile | None:
     """The team's keys, if there are any; from then on this process shows nobody its memory."""
     path = find_key_file(settings.security.key)
     if path is None:
+        if settings.security.encrypted:
+            raise ConfigError("security.encrypted: there is no key to encrypt with; make one with: hvcpctl key new")
         return None
     keep_out_of_dumps()
     return read_key_file(path)

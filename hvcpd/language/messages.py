@@ -5,6 +5,11 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from enum import Enum
 
+from hvcpd.language.proofs import Cipher as Cipher
+from hvcpd.language.proofs import Code as Code
+from hvcpd.language.proofs import Mark as Mark
+from hvcpd.language.proofs import Seal as Seal
+
 
 @dataclass(frozen=True)
 class ToAll:
@@ -318,31 +323,6 @@ Statement = (
 def own_words(statement: Statement | None) -> Statement | None:
     """The statement itself, or what it passes on of somebody else."""
     return statement.statement if isinstance(statement, Relayed) else statement
-
-
-@dataclass(frozen=True)
-class Seal:
-    """What a robot with a key says after a sentence, so that others know who said it: a number of four code words."""
-
-    value: int
-
-
-@dataclass(frozen=True)
-class Code:
-    """What a person says after a sentence for the same end: six digits that are good once."""
-
-    digits: str = field(repr=False)
-
-
-@dataclass(frozen=True)
-class Cipher:
-    """A statement, encrypted: a number of `n_words` code words, said in the statement's place."""
-
-    value: int
-    n_words: int
-
-
-Mark = Seal | Code | Cipher
 
 
 @dataclass(frozen=True)

@@ -123,6 +123,22 @@ def needed_slots(node: Node) -> frozenset[str]:
             return slots_of(node)
 
 
+def slot_sets(node: Node) -> frozenset[frozenset[str]]:
+    """The slots that can be bound together: one set for each combination of optional parts that differs in them."""
+    match node:
+        case Slot() | Letters():
+            return frozenset({slots_of(node)})
+        case Series(parts):
+            found = frozenset({frozenset[str]()})
+            for part in parts:
+                found = frozenset(one | other for one in found for other in slot_sets(part))
+            return found
+        case Choice(options):
+            return frozenset().union(*(slot_sets(option) for option in options))
+        case _:
+            return frozenset({frozenset()})
+
+
 def words_of(node: Node) -> frozenset[str]:
     """All literal words below a node."""
     match node:

@@ -1,8 +1,8 @@
 """Statements that are encrypted and authenticated: AES-128 in counter mode with CBC-MAC (NIST SP 800-38C, RFC 3610).
 
-The tag has 32 bits, the least that CCM allows, since each more is airtime. Of the common modes CCM is the one that bears
-it: its tag is a cut of a block cipher's output, and a forgery is worth 2^-32 whatever is changed, whereas short tags of
-GCM leak its key (Ferguson 2005), and Poly1305's are no longer uniform.
+The tag has 32 bits, the least that CCM allows, since each more is airtime. Of the common modes CCM is the one that
+bears it: its tag is a cut of a block cipher's output, and a forgery is worth 2^-32 whatever is changed, whereas short
+tags of GCM leak its key (Ferguson 2005), and Poly1305's, cut short, can be guessed.
 
 The nonce is the speaker's counter, which is not spoken: as with seals, a listener tries those that may come next.
 """

@@ -255,7 +255,7 @@ def all_settings(draw: st.DrawFn) -> Settings:
             audio=audios,
             wheels=wheels,
             control=_of(ControlSettings, enabled=st.booleans(), socket=st.none() | paths),
-            security=_of(SecuritySettings, key=st.none() | paths),
+            security=_of(SecuritySettings, key=st.none() | paths, encrypted=st.booleans()),
             clips=_of(ClipSettings, folder=st.none() | paths, keep=st.integers(1, 99), keep_mb=st.floats(1, 99)),
             seed=st.none() | st.integers(0, 2**32 - 1),
         )

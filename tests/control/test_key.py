@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import subprocess
 import sys
+from dataclasses import replace
 from datetime import date, timedelta
 from pathlib import Path
 
@@ -137,6 +138,12 @@ def test_rotation_lets_robots_be_apart() -> None:
 def test_without_a_clock_it_is_the_day_of_the_newest_key(day: date | None) -> None:
     keys = KeyFile((fresh_entry(DAY),)).rotated(DAY + WEEK, timedelta(0), MONTH)
     assert keys.ring(day).spoken == keys.entries[-1].key
+
+
+def test_a_file_whose_keys_have_all_ended_is_refused_with_the_remedy() -> None:
+    ended = KeyFile((replace(fresh_entry(DAY + WEEK), until=DAY),))
+    with pytest.raises(KeyFileError, match="hvcpctl key rotate"):
+        ended.ring(DAY)
 
 
 def test_an_ended_key_leaves_the_file_at_the_next_rotation() -> None:

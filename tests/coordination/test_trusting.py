@@ -116,6 +116,44 @@ def _coded(digits: str) -> m.Utterance:
     return m.Utterance("Ann", m.ToRobot("Rob"), None, m.TurnBy(90.0), m.Code(digits))
 
 
+def test_people_order_robots_that_encrypt_and_are_answered_plainly() -> None:
+    mission = keyed(encrypts=True)
+    standing(mission)
+    [read_back] = after(mission, mission.book.write(_coded(counted_code(KEY.sheet_key, 0))))[:1]
+    assert read_back.startswith("Hi Ann, I am Rob, I will turn left")
+
+
+def test_a_message_that_was_misheard_is_asked_for_again_and_one_of_another_team_is_not_believed() -> None:
+    mission = keyed(encrypts=True)
+    standing(mission)
+    wrong = m.Utterance("Bot", m.ToRobot("Rob"), None, m.SealedMessage(), m.Cipher(12345, mission.book.cipher_words))
+    now = mission.air.now
+    for number in range(3):
+        mission.tell(now + STEP_S * number, "Mallory", wrong)
+    mission.air.run_until(now + 3.0 * STEP_S)
+    said = [u.statement for at_s, who, u in mission.said if who == "Rob" and at_s > now]
+    assert [type(statement) for statement in said] == [m.SayAgain, m.SayAgain, m.Distrusted]
+
+
+@pytest.mark.parametrize("is_sealed", [False, True])
+def test_a_robot_without_a_key_keeps_out_of_a_sealed_message(is_sealed: bool) -> None:
+    """Asked to confirm, it would else ask for the code words again."""
+    mission = Mission(NAMES, TASKS, ("Ann",))
+    standing(mission)
+    rob, now = mission.robots["Rob"], mission.air.now
+    mission.hear(now, "Hi Rob, I am Ann, water the green rose", "Ann")
+    mission.air.run_until(now + 11.0)
+    assert rob.state is State.READ_BACK
+    if is_sealed:
+        mission.hear(now + 11.0, "Hi all, I am Ann, sealed message", "Ann")
+        mission.air.run_until(now + 15.0)
+    rob.garbled(False, mission.air.now)
+    mission.air.refresh()
+    garbled_s = mission.air.now
+    mission.air.run_until(garbled_s + 4.0)
+    assert ("say again" in " ".join(mission.written(garbled_s))) != is_sealed
+
+
 @pytest.mark.parametrize(
     ("people", "answers"),
     [(People.EVERYTHING, ["turn", "free"]), (People.QUESTIONS, ["trust", "free"]), (People.NOTHING, ["trust", ""])],

@@ -21,6 +21,7 @@ from hvcpd.daemon.telling import tell
 from hvcpd.errors import ConfigError
 from hvcpd.keyring import KeyFile, fresh_entry, write_key_file
 from hvcpd.language import messages as m
+from hvcpd.language.forms import Kind
 from hvcpd.records import DoubtRecord, SaveCounter
 from hvcpd.robot import Acoustics
 from hvcpd.sealing import Sealing
@@ -53,6 +54,17 @@ def test_a_robot_is_given_the_key_that_its_settings_name(key: Path, tmp_path: Pa
     assert plan.keys == outfit.ring()
     assert plan.keys is not None
     assert (plan.counters, plan.role.people) == ({"a": 1}, People.NOTHING)
+
+
+def test_encryption_is_what_its_settings_say_and_needs_a_key(key: Path, tmp_path: Path) -> None:
+    state = tmp_path / "state"
+    settings = Settings(name="Rob", state_dir=state, security=SecuritySettings(key, encrypted=True))
+    outfit = equip(settings)
+    assert outfit.plan({}, Acoustics()).encrypts
+    assert Kind.ENCRYPTED in outfit.phrasebook().vocabulary.kinds
+    assert Kind.ENCRYPTED not in outfit_with(key, tmp_path).phrasebook().vocabulary.kinds
+    with pytest.raises(ConfigError, match="hvcpctl key new"):
+        equip(Settings(name="Rob", state_dir=state, security=SecuritySettings(None, encrypted=True)))
 
 
 def test_without_a_key_nothing_is_different(tmp_path: Path) -> None:

@@ -168,7 +168,25 @@ def _somebody_elses(path: Path) -> None:
         db.execute("CREATE TABLE recipes (name TEXT)")
 
 
-@pytest.mark.parametrize("damage", [_break_header, _break_page, _cut, _from_the_future, _drop_a_table, _somebody_elses])
+def _rename_a_column(path: Path) -> None:
+    with closing(sqlite3.connect(path)) as db:
+        db.execute("ALTER TABLE peers RENAME COLUMN team TO colour")
+
+
+def _unknown_format(path: Path) -> None:
+    """The schema's format number (sqlite.org/fileformat.html, 1.3.12) is one that SQLite does not know."""
+    data = bytearray(path.read_bytes())
+    data[44:48] = (9).to_bytes(4, "big")
+    path.write_bytes(bytes(data))
+
+
+DAMAGES = [
+    *(_break_header, _break_page, _cut, _from_the_future, _drop_a_table, _somebody_elses),
+    *(_rename_a_column, _unknown_format),
+]
+
+
+@pytest.mark.parametrize("damage", DAMAGES)
 def test_a_damaged_file_is_set_aside_whole_and_a_new_one_begun(damage: object, path: Path) -> None:
     with closing(Store(path)) as store:
         store.save_task(GREEN)
