@@ -73,8 +73,9 @@ def main(arguments: Sequence[str] | None = None, devices: Devices | None = None)
 
 
 def _start(options: argparse.Namespace, devices: Devices | None) -> int:
-    from hvcpd.daemon.lean import load_libraries
+    from hvcpd.daemon.lean import load_libraries, tune_allocator
 
+    tune_allocator()
     load_libraries()  # before anything else loads them
     from hvcpd.config.settings import load_with_sources
     from hvcpd.daemon.devices import Devices

@@ -132,7 +132,8 @@ def replies(orders: int) -> list[float]:
     """From the last sample of "Rob, what are you doing" at the microphone to the first of the answer, s."""
     with tempfile.TemporaryDirectory() as directory:
         book, sound = phrasebook_and_sound(Path(directory))
-        plan = RobotPlan(Role("Rob", "plant", volunteer=False), ("Rob", "Bot"), load_tasks(default_tasks_path()), Pose(0.0, 0.0), 1)
+        role = Role("Rob", "plant", volunteer=False)  # a volunteer would talk into the order
+        plan = RobotPlan(role, ("Rob", "Bot"), load_tasks(default_tasks_path()), Pose(0.0, 0.0), 1)
         robot = make_robot(plan, sound)
         asked = Utterance("Bot", ToRobot("Rob"), statement=WhatDoing())
         spoken = sound.speaker_of("Bot").render(book.phrases(asked))

@@ -97,6 +97,7 @@ class Decoder:
     def reset(self, frame: int) -> None:
         """Forget all paths; the next column is that of `frame`."""
         self._frame = frame
+        self._lattice.clear()
         self._rest.fill(UNREACHABLE)
         self._rest_best = float(UNREACHABLE)
         nothing = np.zeros(0, np.intp)

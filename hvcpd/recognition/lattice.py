@@ -11,8 +11,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-CAPACITY = 1 << 18
-"""Records: about ten a frame while somebody speaks, so over a minute; 1.6 MB."""
+CAPACITY = 1 << 17
+"""Records: about ten a frame while somebody speaks, so two minutes; 3 MB, if ever a path lives that long."""
 PAUSE = -1
 """Stands for the chain in the record of a pause's end."""
 
@@ -49,6 +49,10 @@ class Lattice:
         self._rival = np.zeros(CAPACITY, np.float32)
         self._start = np.zeros(CAPACITY, np.int32)
         self._frame = np.zeros(CAPACITY, np.int32)
+        self._count = 0
+
+    def clear(self) -> None:
+        """Forget all records: no path is left that points to one."""
         self._count = 0
 
     def add(self, frame: int, chain: NDArray[np.intp] | int, token: Tokens, cost: Costs, rival: Costs) -> Tokens:

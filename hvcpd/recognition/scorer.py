@@ -47,14 +47,19 @@ class Scorer:
         self._codebook = np.unique(np.linspace(0, bank.n_frames - 1, CODEBOOK_FRAMES).astype(np.intp))
         self._codebook_features = np.zeros((0, N_FEATURES), np.float32)
         self._codebook_norms = np.zeros(0, np.float32)
-        self._composed = np.zeros((len(ladder_db), bank.n_frames, N_FEATURES), np.float32)
-        self._is_composed = np.zeros((len(ladder_db), bank.n_frames), np.bool_)
+        self.rest()
         self._features = np.zeros((0, N_FEATURES), np.float32)
         self._norms = np.zeros(0, np.float32)
         self._noise_features = np.zeros(N_FEATURES, np.float32)
         self._noise = np.zeros(N_BANDS, np.float32)
         self._gain = 0.0
         self._mask_energy = 10.0 ** (-MASK_DB / 10.0) * float(bank.loud_spectrum.mean())
+
+    def rest(self) -> None:
+        """Give back the memory of composed templates, most of what a scorer needs: nothing is decoded for a while."""
+        shape = (len(self._ladder), self._bank.n_frames)
+        self._composed = np.zeros((*shape, N_FEATURES), np.float32)  # takes pages only where it is written
+        self._is_composed = np.zeros(shape, np.bool_)
 
     def level_of(self, energies: Energies, noise: NDArray[np.float32]) -> float:
         """Power gain from the templates to the loudest syllable in `energies`; 0 when nothing is above the noise.

@@ -130,6 +130,8 @@ class Spotter:
 
     def sleep(self) -> None:
         """Stop decoding; forget all paths."""
+        if self.awake:
+            self._scorer.rest()
         self.awake = False
         self.best = Best(0.0)
 

@@ -5,8 +5,13 @@ python -m tests.daemon.quiet_robot --config FILE --name Rob
 
 from __future__ import annotations
 
-import asyncio
 import sys
+
+from hvcpd.daemon.lean import load_libraries
+
+load_libraries()  # as hvcpd itself does, before anything else loads them
+
+import asyncio
 
 import numpy as np
 
