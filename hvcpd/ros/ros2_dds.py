@@ -25,11 +25,13 @@ from hvcpd.ros.topics import Topic
 
 BLOCKING_S = 0.1
 """A reliable writer waits so long at most for a reader that does not keep up."""
-LOCAL_CONFIGURATION = (
-    "<CycloneDDS><Domain><General><Interfaces><NetworkInterface name='lo' multicast='false'/></Interfaces>"
+COMMON = "<Compatibility><IgnoreTypeInformation>1.1,1.15,1.16</IgnoreTypeInformation></Compatibility>"
+"""ROS 2 nodes match by the types' names. Some makers' DDS also tells how types are built, by the book but not as Cyclone's
+Python has it, and would not match: RTI Connext, Fast DDS and Cyclone by their vendor numbers (OMG, DDSI-RTPS)."""
+LOCAL = (
+    "<General><Interfaces><NetworkInterface name='lo' multicast='false'/></Interfaces>"
     "<AllowMulticast>false</AllowMulticast></General><Discovery><ParticipantIndex>auto</ParticipantIndex>"
     "<MaxAutoParticipantIndex>119</MaxAutoParticipantIndex><Peers><Peer address='localhost'/></Peers></Discovery>"
-    "</Domain></CycloneDDS>"
 )
 """Only this computer, found by asking each possible port; as rmw_cyclonedds does for ROS_LOCALHOST_ONLY."""
 
@@ -46,6 +48,13 @@ def is_local(environment: Mapping[str, str] = os.environ) -> bool:
     """Whether ROS is to keep to this computer."""
     wide = environment.get("ROS_AUTOMATIC_DISCOVERY_RANGE", "").upper()
     return wide in ("LOCALHOST", "OFF") or environment.get("ROS_LOCALHOST_ONLY") == "1"
+
+
+def configuration(environment: Mapping[str, str] = os.environ) -> str:
+    """Cyclone's configuration: the user's own (CYCLONEDDS_URI), and over it what ROS's variables ask for."""
+    own = environment.get("CYCLONEDDS_URI", "")
+    ours = f"<CycloneDDS><Domain>{COMMON}{LOCAL if is_local(environment) else ''}</Domain></CycloneDDS>"
+    return f"{own},{ours}" if own else ours
 
 
 class DdsPort:
@@ -66,10 +75,9 @@ class DdsPort:
             import_module(f"cyclonedds.{part}") for part in ("core", "pub", "sub", "topic")
         )
         domain = domain_of(environment)
-        self._own_domain: Any = None
-        if is_local(environment):
-            self._own_domain = import_module("cyclonedds.domain").Domain(domain, LOCAL_CONFIGURATION)
-        self._participant: Any = import_module("cyclonedds.domain").DomainParticipant(domain)
+        domains: Any = import_module("cyclonedds.domain")
+        self._domain: Any = domains.Domain(domain, configuration(environment))
+        self._participant: Any = domains.DomainParticipant(domain)
         self._core: Any = core
         self._writers = {topic: self._writer(topic) for topic in topics.published(wanted.ros_drives)}
         self._readers = {topic: self._reader(topic) for topic in topics.subscribed(wanted.ros_drives)}
@@ -106,7 +114,7 @@ class DdsPort:
         """Leave the domain."""
         self._writers.clear()
         self._readers.clear()
-        self._participant = self._own_domain = None
+        self._participant = self._domain = None
 
     def _take(self, topic: Topic, message: Message, _now_s: float) -> None:
         self._report(lambda bridge, now_s: bridge.from_ros(topic, message, now_s))
