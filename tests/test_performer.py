@@ -4,9 +4,10 @@ import pytest
 
 from hil_fakes.virtual_robot import PERIOD_S, VirtualRobot
 from hvcpd.config.tasks import Action, Forward, GoTo, Place, SayAction, Turn, Wait
+from hvcpd.hardware.goals import GoalNavigator, PlaceGoal
 from hvcpd.hardware.navigator import Navigator
 from hvcpd.performer import Outcome, Performer
-from hvcpd.ports import STANDSTILL, Pose
+from hvcpd.ports import STANDSTILL, Pose, WheelReading
 
 
 def perform(robot: VirtualRobot, *actions: Action) -> tuple[Outcome, list[str]]:
@@ -71,3 +72,22 @@ def test_a_plan_begun_in_a_rest_waits_for_its_end() -> None:
     performer.rest(60.0)
     assert performer.step(pose, 60.9, None).outcome is Outcome.GOING_ON
     assert performer.step(pose, 61.1, None).outcome is Outcome.DONE
+
+
+def test_where_somebody_else_finds_the_way_a_place_is_a_goal_and_the_rest_goes_on_by_itself() -> None:
+    navigator = GoalNavigator()
+    performer, here, reading = Performer(navigator), Pose(0.0, 0.0), WheelReading(0.0, 0.0)
+    performer.begin((GoTo(Place(3.0, 4.0)), Wait(0.5), GoTo(Place(1.0, 1.0))))
+    assert performer.step(here, 0.0, reading).wheels == STANDSTILL
+    assert navigator.goal == PlaceGoal(1, 3.0, 4.0)
+    performer.rest(0.1)
+    assert navigator.goal is None
+    performer.step(here, 0.2, reading)
+    navigator.tell(2, arrived=True)
+    performer.step(here, 0.3, reading)
+    assert navigator.goal is None
+    performer.step(here, 1.0, reading)
+    assert navigator.goal == PlaceGoal(3, 1.0, 1.0)
+    navigator.tell(3, arrived=False, reason="a wall")
+    assert performer.step(here, 1.1, reading).outcome is Outcome.FAILED
+    assert navigator.goal is None

@@ -22,7 +22,10 @@ SILENT_S = 3.0
 
 
 class MoveBase:
-    """One goal at a time. `send` and `withdraw` publish; `ended` and `progress` are told what becomes of it."""
+    """One goal at a time. `send` and `withdraw` publish; `ended` and `progress` are told what becomes of it.
+
+    Nothing is sent before `is_connected`: what is published to nobody is lost.
+    """
 
     def __init__(
         self,
@@ -30,6 +33,7 @@ class MoveBase:
         frame: str,
         send: Callable[[Any], None],
         withdraw: Callable[[Any], None],
+        is_connected: Callable[[], bool],
         ended: Callable[[int, bool, str], None],
         progress: Callable[[int, float], None],
         dialect: Dialect,
@@ -38,11 +42,13 @@ class MoveBase:
         self._frame = frame
         self._send = send
         self._withdraw = withdraw
+        self._is_connected = is_connected
         self._ended = ended
         self._progress = progress
         self._dialect = dialect
         self._run = secrets.token_hex(4)
         self._goal: Goal | None = None
+        self._unsent: Any = None
         self._heard_s = -math.inf
         self._serial = 0
         self._id = ""
@@ -58,19 +64,28 @@ class MoveBase:
         message.header = to_ros(Header(stamp), self._dialect)
         message.goal_id.stamp, message.goal_id.id = to_ros(stamp, self._dialect), self._id
         message.goal.target_pose = to_ros(PoseStamped(Header(stamp, self._frame), pose), self._dialect)
-        self._send(message)
+        self._unsent = message
+        self._send_if_connected()
+
+    def _send_if_connected(self) -> None:
+        if self._unsent is not None and self._is_connected():
+            message, self._unsent = self._unsent, None
+            self._send(message)
 
     def cancel(self, number: int) -> None:
         """Withdraw the goal of that number."""
-        if self._goal is not None and self._goal.number == number:
+        if self._goal is None or self._goal.number != number:
+            return
+        if self._unsent is None:
             message = ros_class("actionlib_msgs/GoalID")()
             message.id = self._id
             self._withdraw(message)
-            self._goal = None
+        self._goal = self._unsent = None
 
     def take_status(self, _message: Any, now_s: float) -> None:
         """The server lives."""
-        self._heard_s = now_s
+        if self._unsent is None:
+            self._heard_s = now_s
 
     def take_feedback(self, message: Any, now_s: float) -> None:
         """Where the base is by now."""
@@ -91,6 +106,7 @@ class MoveBase:
 
     def tick(self, now_s: float) -> None:
         """A server that is not there will not bring the base anywhere."""
+        self._send_if_connected()
         if self._goal is not None and now_s - self._heard_s > SILENT_S:
-            number, self._goal = self._goal.number, None
+            number, self._goal, self._unsent = self._goal.number, None, None
             self._ended(number, False, f"no action server answers at {self._name}; is move_base running?")

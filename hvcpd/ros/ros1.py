@@ -111,8 +111,10 @@ class Ros1Port:
         self._rospy.signal_shutdown("the bridge ends")
 
     def _publisher(self, topic: Topic) -> Any:
-        kind = class_of(topic.type.ROS_TYPE)
-        return self._rospy.Publisher(topic.name, kind, queue_size=QUEUE, latch=topic.latched, tcp_nodelay=True)
+        return self._plain_publisher(topic.name, topic.type.ROS_TYPE, topic.latched)
+
+    def _plain_publisher(self, name: str, ros_type: str, latched: bool = False) -> Any:
+        return self._rospy.Publisher(name, class_of(ros_type), queue_size=QUEUE, latch=latched, tcp_nodelay=True)
 
     def _subscribe(self, topic: Topic) -> None:
         def taken(message: Any) -> None:
@@ -124,14 +126,14 @@ class Ros1Port:
 
     def _make_move_base(self) -> MoveBase:
         name = self.parameters.action or "move_base"
-        make: Callable[[str, str], Any] = lambda suffix, kind: self._rospy.Publisher(  # noqa: E731
-            f"{name}/{suffix}", class_of(kind), queue_size=QUEUE, tcp_nodelay=True
-        )
+        goals = self._plain_publisher(f"{name}/goal", "move_base_msgs/MoveBaseActionGoal")
+        cancels = self._plain_publisher(f"{name}/cancel", "actionlib_msgs/GoalID")
         client = MoveBase(
             name,
             self.parameters.map_frame,
-            make("goal", "move_base_msgs/MoveBaseActionGoal").publish,
-            make("cancel", "actionlib_msgs/GoalID").publish,
+            goals.publish,
+            cancels.publish,
+            lambda: goals.get_num_connections() > 0 and cancels.get_num_connections() > 0,
             self._ended,
             self._progress,
             self._dialect,

@@ -16,9 +16,11 @@ from hvcpd.daemon.base_desk import BaseDesk
 from hvcpd.daemon.devices import make_wheels
 from hvcpd.daemon.wheel_service import WheelService
 from hvcpd.errors import DeviceError
+from hvcpd.hardware.goals import GoalNavigator
 from hvcpd.hardware.kinematics import Twist
+from hvcpd.hardware.motion import GoTo, MotionState
 from hvcpd.hardware.ros_base import FRESH_S, LASTING_S, BaseReport, RosBase
-from hvcpd.ports import STANDSTILL, Pose
+from hvcpd.ports import STANDSTILL, Pose, WheelReading
 from tests.daemon.control_bench import ControlBench, Talk, run
 
 ODOMETRY = {"x_m": 0.0, "y_m": 0.0, "heading_rad": 0.0, "linear_m_s": 0.0, "angular_rad_s": 0.0}
@@ -66,13 +68,15 @@ def test_the_settings_make_such_a_base_without_a_port() -> None:
 
 
 @asynccontextmanager
-async def ros_bench(directory: Path, clock: Hand) -> AsyncIterator[tuple[ControlBench, Talk]]:
+async def ros_bench(
+    directory: Path, clock: Hand, navigator: GoalNavigator | None = None
+) -> AsyncIterator[tuple[ControlBench, Talk]]:
     """A daemon whose base ROS has, and a bridge that follows `drive`."""
     bench = ControlBench(directory, **{"wheels.driver": "ros"})
     await bench.open(with_robot=False)
     bench.service.begin(bench.bench.robot)
     base = RosBase(clock=clock)
-    bench.body.base, bench.body.wheels = BaseDesk(base), WheelService(base, lost_s=float("inf"))
+    bench.body.base, bench.body.wheels = BaseDesk(base, navigator), WheelService(base, lost_s=float("inf"))
     try:
         talk = await bench.connect()
         await talk.ask("subscribe", events=["drive"])
@@ -140,6 +144,26 @@ def test_when_the_odometry_stops_the_base_is_told_to_stand_and_the_task_is_free_
             assert robot.coordination.board[1].failed_by == frozenset()
             assert bench.body.wheels is not None
             assert bench.body.wheels.fault is None
+
+    run(scene())
+
+
+def test_a_goal_is_told_while_there_is_a_base_and_its_end_is_taken(tmp_path: Path) -> None:
+    async def scene() -> None:
+        clock, navigator = Hand(), GoalNavigator()
+        navigator.start(GoTo(1.0, 2.0), Pose(0.0, 0.0))
+        async with ros_bench(tmp_path, clock, navigator) as (bench, talk):
+            reading = WheelReading(0.0, 0.0)
+            navigator.step(Pose(0.0, 0.0), 0.0, reading)
+            await bench.live(blocks=4)
+            await until(talk, goal=None)
+            await told(talk)
+            await bench.live(blocks=1)
+            await until(talk, goal={"number": 1, "x_m": 1.0, "y_m": 2.0})
+            assert (await talk.ask("base", goal=1, arrived=False, reason="a wall"))["ok"]
+            assert (navigator.state, navigator.reason) == (MotionState.FAILED, "a wall")
+            await bench.live(blocks=1)
+            await until(talk, goal=None)
 
     run(scene())
 

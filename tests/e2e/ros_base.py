@@ -1,4 +1,4 @@
-"""A node of ROS 1 that stands for a base, and an ear at all that the bridge publishes. It knows nothing of hvcpd.
+"""A node of ROS 1 that stands for a base and for move_base, and an ear at all that the bridge publishes.
 
 As a TurtleBot3's own node it goes on with the last `cmd_vel` for ever. What it sees is written to a file, one JSON
 object a line; sentences for `say` come on the standard input, and with its end the node ends.
@@ -22,6 +22,9 @@ from hvcpd.ros.ros1 import find_rospy
 STEP_S = 0.02
 ODOM_STEPS, TRAIL_STEPS = 2, 5
 """Odometry 25 times a second, a point of the trail 10 times."""
+STATUS_STEPS = 10
+"""actionlib tells its status 5 times a second."""
+NEAR_M = 0.02
 LAG_S = 0.1
 """The wheels follow what they are told like that, as a TurtleBot3's do."""
 
@@ -55,6 +58,56 @@ class Record:
             self._file.write(json.dumps({"at_s": time.monotonic(), "kind": kind, "value": value}) + "\n")
 
 
+class FakeMoveBase:
+    """Drives the base straight ahead to the x of a goal, by actionlib's topics, and tells of it five times a second."""
+
+    def __init__(self, rospy: Any, base: Base, record: Record) -> None:
+        from actionlib_msgs.msg import GoalID, GoalStatusArray  # type: ignore[import-not-found]
+        from move_base_msgs import msg  # type: ignore[import-not-found]
+
+        self._msg, self._base, self._record, self._goal = msg, base, record, None
+        self._status = rospy.Publisher("move_base/status", GoalStatusArray, queue_size=1)
+        self._feedback = rospy.Publisher("move_base/feedback", msg.MoveBaseActionFeedback, queue_size=1)
+        self._result = rospy.Publisher("move_base/result", msg.MoveBaseActionResult, queue_size=5)
+        self._new_status = GoalStatusArray
+        self._withdrawn: set[str] = set()
+        rospy.Subscriber("move_base/goal", msg.MoveBaseActionGoal, self._take)
+        rospy.Subscriber("move_base/cancel", GoalID, self._cancel)
+
+    def _take(self, goal: Any) -> None:
+        self._record.write("move_base", ["goal", goal.goal.target_pose.header.frame_id])
+        self._goal = goal
+        if goal.goal_id.id in self._withdrawn:  # a cancellation can overtake its goal
+            self._end(8)
+
+    def _cancel(self, which: Any) -> None:
+        self._record.write("move_base", ["cancel", which.id])
+        self._withdrawn.add(which.id)
+        if self._goal is not None and which.id in ("", self._goal.goal_id.id):
+            self._end(2)
+
+    def _end(self, status: int) -> None:
+        result = self._msg.MoveBaseActionResult()
+        result.status.goal_id, result.status.status = self._goal.goal_id, status
+        self._goal, self._base.told = None, (0.0, 0.0)
+        self._result.publish(result)
+
+    def step(self) -> None:
+        """Time passes."""
+        self._status.publish(self._new_status())
+        if self._goal is None:
+            return
+        left_m = self._goal.goal.target_pose.pose.position.x - self._base.pose[0]
+        feedback = self._msg.MoveBaseActionFeedback()
+        feedback.status.goal_id = self._goal.goal_id
+        feedback.feedback.base_position.pose.position.x = self._base.pose[0]
+        self._feedback.publish(feedback)
+        if left_m < NEAR_M:
+            self._end(3)
+        else:
+            self._base.told = (min(left_m, 0.2), 0.0)
+
+
 def listen(rospy: Any, base: Base, record: Record) -> None:
     """Subscribe to everything."""
     from diagnostic_msgs.msg import DiagnosticArray  # type: ignore[import-not-found]
@@ -72,7 +125,11 @@ def listen(rospy: Any, base: Base, record: Record) -> None:
     for name in ("heard", "heard/json", "said", "said/json", "events", "tasks", "state"):
         note(name, String)
     note("estop/state", Bool)
-    note("/diagnostics", DiagnosticArray, lambda m: {each.name: [each.level, each.message] for each in m.status})
+    note("/diagnostics", DiagnosticArray, _parts)
+
+
+def _parts(array: Any) -> dict[str, Any]:
+    return {each.name: [each.level, each.message, {v.key: v.value for v in each.values}] for each in array.status}
 
 
 def main() -> int:
@@ -89,6 +146,7 @@ def main() -> int:
     rospy.init_node("base", disable_signals=True)
     base, record = Base(*map(float, options.pose.split(","))), Record(options.record)
     listen(rospy, base, record)
+    move_base = FakeMoveBase(rospy, base, record)
     odom = rospy.Publisher("odom", Odometry, queue_size=1, tcp_nodelay=True)
     words = {"say": rospy.Publisher("say", String, queue_size=5), "estop": rospy.Publisher("estop", Bool, queue_size=5)}
     over = threading.Event()
@@ -106,6 +164,8 @@ def main() -> int:
         step += 1
         if step % ODOM_STEPS == 0:
             odom.publish(_odometry(Odometry(), rospy.Time.now(), base))
+        if step % STATUS_STEPS == 0:
+            move_base.step()
         if step % TRAIL_STEPS == 0:
             record.write("pose", [*base.pose, *base.speeds])
     return 0

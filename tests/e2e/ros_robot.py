@@ -40,27 +40,80 @@ def missing() -> str:
     return ""
 
 
+class Roscore:
+    """A real roscore on a port of its own; `environment` leads to it. Its files are in `folder`."""
+
+    def __init__(self, folder: Path, name: str) -> None:
+        self._log = folder / f"{name}-roscore.log"
+        self._port = _free_port()
+        self.uri = f"http://127.0.0.1:{self._port}"
+        home = {"ROS_HOME": str(folder / "ros"), "ROS_LOG_DIR": str(folder / "ros")}
+        self.environment = {"ROS_MASTER_URI": self.uri, "ROS_IP": "127.0.0.1", **home}
+        self._process: subprocess.Popen[bytes] | None = None
+        self.start()
+
+    def start(self) -> None:
+        """Start it, and wait until it answers."""
+        with self._log.open("ab") as log:
+            self._process = subprocess.Popen(
+                [*DIE_WITH_PARENT, "roscore", "-p", str(self._port)],
+                env={**os.environ, **self.environment},
+                stdout=log,
+                stderr=log,
+            )
+        wait_until(self.answers, END_S, "the master answers")
+
+    def answers(self) -> bool:
+        """Whether the master answers."""
+        try:
+            return master_pid(self.uri) > 0
+        except OSError:
+            return False
+
+    def kill_master(self) -> None:
+        """kill -9; roscore then ends too. Nodes live on, connected to each other."""
+        os.kill(master_pid(self.uri), signal.SIGKILL)
+        self._end()
+
+    def close(self) -> None:
+        """End it in order."""
+        if self._process is not None:
+            self._end()
+
+    def nodes(self) -> set[str]:
+        """All nodes that its master knows."""
+        _, _, state = xmlrpc.client.ServerProxy(self.uri).getSystemState("/test")
+        return {node for part in state for _, nodes in part for node in nodes}
+
+    def _end(self) -> None:
+        process, self._process = self._process, None
+        assert process is not None
+        process.terminate()
+        process.wait(END_S)
+
+
+def read_record(path: Path, kind: str) -> list[tuple[float, Any]]:
+    """All that a base has seen of one kind: when (monotonic, s), and what."""
+    lines = path.read_text().splitlines() if path.exists() else []
+    values = (json.loads(line) for line in lines if f'"kind": "{kind}"' in line and line.endswith("}"))
+    return [(value["at_s"], value["value"]) for value in values]
+
+
 class RosRobot(RobotProcess):
     """A robot whose base ROS has. Its files are in `folder`."""
 
     def __init__(self, part: Part, folder: Path, tasks: Path, environment: Mapping[str, str]) -> None:
         super().__init__(part, folder, tasks, environment)
         self.record = folder / f"{part.name}-ros.jsonl"
-        self.port = _free_port()
         self._runtime = environment["RUNTIME_DIRECTORY"]
         self._pose = (part.start.x_m, part.start.y_m, 0.0)
         self._folder = folder
-        self._core: subprocess.Popen[bytes] | None = None
+        self.core: Roscore | None = None
         self._base: subprocess.Popen[str] | None = None
         self.bridge: subprocess.Popen[bytes] | None = None
 
     def _wheels(self) -> str:
         return "{driver: ros}"
-
-    @property
-    def uri(self) -> str:
-        """Of its own master."""
-        return f"http://127.0.0.1:{self.port}"
 
     # --- its processes ----------------------------------------------------------------------------------------------
 
@@ -78,14 +131,10 @@ class RosRobot(RobotProcess):
 
     def start_ros(self) -> None:
         """A roscore, and a base that stands where it stood."""
-        with (self._folder / f"{self.name}-roscore.log").open("ab") as log:
-            self._core = subprocess.Popen(
-                [*DIE_WITH_PARENT, "roscore", "-p", str(self.port)],
-                env=self._ros_environment(),
-                stdout=log,
-                stderr=log,
-            )
-        wait_until(self.has_master, END_S, "the master answers")
+        if self.core is None:
+            self.core = Roscore(self._folder, self.name)
+        else:
+            self.core.start()
         pose = ",".join(map(str, self._pose))
         with (self._folder / f"{self.name}-base.log").open("ab") as log:
             self._base = subprocess.Popen(
@@ -96,26 +145,11 @@ class RosRobot(RobotProcess):
                 text=True,
             )
 
-    def kill_master(self) -> None:
-        """kill -9; roscore then ends too. The base and the bridge live on, connected to each other."""
-        core, self._core = self._core, None
-        assert core is not None
-        os.kill(master_pid(self.uri), signal.SIGKILL)
-        core.terminate()
-        core.wait(END_S)
-
     def restart_ros(self) -> None:
         """The base's node must register anew, so it ends too; the base itself stays where it is."""
         self._pose = tuple(self.seen("pose")[-1][1][:3])
         self._end_base()
         self.start_ros()
-
-    def command(self, topic: str, value: object) -> None:
-        """Have somebody in ROS publish that."""
-        assert self._base is not None
-        assert self._base.stdin is not None
-        self._base.stdin.write(json.dumps([topic, value]) + "\n")
-        self._base.stdin.flush()
 
     def close(self) -> None:
         """End all."""
@@ -124,8 +158,8 @@ class RosRobot(RobotProcess):
             self.bridge.wait(END_S)
         super().close()
         self._end_base()
-        if self._core is not None:
-            self.kill_master()
+        if self.core is not None:
+            self.core.close()
 
     def _end_base(self) -> None:
         if self._base is not None:
@@ -133,16 +167,14 @@ class RosRobot(RobotProcess):
             self._base = None
 
     def _ros_environment(self) -> dict[str, str]:
-        home = {"ROS_HOME": str(self._folder / "ros"), "ROS_LOG_DIR": str(self._folder / "ros")}
-        return {**os.environ, "ROS_MASTER_URI": self.uri, "ROS_IP": "127.0.0.1", **home}
+        assert self.core is not None
+        return {**os.environ, **self.core.environment}
 
     # --- what ROS has seen ------------------------------------------------------------------------------------------
 
     def seen(self, kind: str) -> list[tuple[float, Any]]:
         """All of one topic: when (monotonic, s), and what."""
-        lines = self.record.read_text().splitlines() if self.record.exists() else []
-        values = (json.loads(line) for line in lines if f'"kind": "{kind}"' in line and line.endswith("}"))
-        return [(value["at_s"], value["value"]) for value in values]
+        return read_record(self.record, kind)
 
     def board(self) -> dict[int, tuple[str, str | None]]:
         """The tasks as last published: number to state and owner."""
@@ -155,23 +187,11 @@ class RosRobot(RobotProcess):
         events = ((at_s, json.loads(text)) for at_s, text in self.seen("events"))
         return [(at_s, event) for at_s, event in events if event["event"] == kind]
 
-    def has_master(self) -> bool:
-        """Whether its master answers."""
-        try:
-            return master_pid(self.uri) > 0
-        except OSError:
-            return False
-
     @property
     def drives(self) -> bool:
         """Whether its base truly moves."""
         trail = self.seen("pose")
         return bool(trail) and max(map(abs, trail[-1][1][3:])) > MOVES
-
-    def nodes(self) -> set[str]:
-        """All nodes that its master knows."""
-        _, _, state = xmlrpc.client.ServerProxy(self.uri).getSystemState("/test")
-        return {node for part in state for _, nodes in part for node in nodes}
 
 
 def _free_port() -> int:

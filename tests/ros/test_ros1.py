@@ -69,11 +69,13 @@ class Server:
         self.cancels: list[Any] = []
         self.ended: list[tuple[int, bool, str]] = []
         self.left_m: list[float] = []
+        self.connected = True
         self.client = MoveBase(
             "move_base",
             "map",
             self.goals.append,
             self.cancels.append,
+            lambda: self.connected,
             lambda *how: self.ended.append(how),
             lambda _, way_m: self.left_m.append(way_m),
             dialect(),
@@ -136,3 +138,27 @@ def test_feedback_tells_how_far_it_is_and_a_silent_server_fails() -> None:
     assert server.ended == []
     server.client.tick(3.1 + SILENT_S)
     assert server.ended == [(1, False, "no action server answers at move_base; is move_base running?")]
+
+
+def test_nothing_is_sent_to_a_server_that_is_not_connected_yet() -> None:
+    server = Server()
+    server.connected = False
+    server.client.go(Goal(1, 3.0, 4.0), 0.0, 0.0)
+    server.client.tick(0.1)
+    assert server.goals == []
+    server.client.cancel(1)
+    server.client.go(Goal(2, 1.0, 1.0), 0.2, 0.0)
+    server.connected = True
+    server.client.tick(0.3)
+    server.client.tick(0.4)
+    assert [each.goal.target_pose.pose.position.x for each in server.goals] == [1.0]
+    assert server.cancels == []
+
+
+def test_a_server_that_never_connects_fails_the_goal_though_its_status_is_heard() -> None:
+    server = Server()
+    server.connected = False
+    server.client.go(Goal(1, 3.0, 4.0), 0.0, 0.0)
+    server.client.take_status(None, SILENT_S)
+    server.client.tick(SILENT_S + 0.1)
+    assert [(number, arrived) for number, arrived, _ in server.ended] == [(1, False)]

@@ -1,0 +1,108 @@
+"""A daemon that is only its control socket, and the real `hvcpctl ros` as a process beside it."""
+
+from __future__ import annotations
+
+import json
+import os
+import socket
+import subprocess
+import sys
+import threading
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager, suppress
+from pathlib import Path
+from typing import Any
+
+from hil_fakes.sound_server import wait_until
+from tests.ros.test_bridge import STATUS
+
+END_S = 30.0
+
+
+class SocketDaemon:
+    """Answers as a daemon whose base ROS has; `tell` sends an event to all clients, `asked` has what they wanted."""
+
+    def __init__(self, path: Path, mode: str) -> None:
+        self.path = path
+        self.asked: list[dict[str, Any]] = []
+        settings = [{"key": "wheels.driver", "value": "ros"}, {"key": "wheels.ros_mode", "value": mode}]
+        self._replies: dict[str, Any] = {
+            "config": {"settings": settings},
+            "status": STATUS,
+            "tasks": {"now_s": 0.0, "tasks": [{"number": 1, "state": "open"}]},
+        }
+        self._listener = socket.socket(socket.AF_UNIX)
+        self._listener.bind(str(path))
+        self._listener.listen()
+        self._clients: list[socket.socket] = []
+        threading.Thread(target=self._accept, daemon=True).start()
+
+    def tell(self, event: Mapping[str, Any]) -> None:
+        """Send an event to everybody."""
+        for client in self._clients:
+            with suppress(OSError):
+                client.sendall(json.dumps(event).encode() + b"\n")
+
+    def arguments(self, command: str) -> list[dict[str, Any]]:
+        """What was asked with this command."""
+        return [each for each in list(self.asked) if each["command"] == command]
+
+    def close(self) -> None:
+        self._listener.close()
+        for client in self._clients:
+            client.close()
+
+    def _accept(self) -> None:
+        with suppress(OSError):
+            while True:
+                client, _ = self._listener.accept()
+                client.sendall(b'{"event": "hello", "protocol": 1, "name": "Rob", "version": "1"}\n')
+                self._clients.append(client)
+                threading.Thread(target=self._serve, args=(client,), daemon=True).start()
+
+    def _serve(self, client: socket.socket) -> None:
+        with suppress(OSError, ValueError), client.makefile("r") as lines:
+            for line in lines:
+                request = json.loads(line)
+                self.asked.append(request)
+                reply = {"id": request.get("id"), "ok": True, "result": self._replies.get(request["command"], {})}
+                client.sendall(json.dumps(reply).encode() + b"\n")
+
+
+@contextmanager
+def daemon_at(path: Path, mode: str) -> Iterator[SocketDaemon]:
+    """Such a daemon, for a while."""
+    daemon = SocketDaemon(path, mode)
+    try:
+        yield daemon
+    finally:
+        daemon.close()
+
+
+@contextmanager
+def bridge_to(
+    daemon: SocketDaemon, environment: Mapping[str, str], *options: str, python: str = sys.executable
+) -> Iterator[subprocess.Popen[bytes]]:
+    """`hvcpctl ros` beside that daemon; it has subscribed when the context begins."""
+    command = [python, "-m", "hvcpd.control.cli", "ros", "--socket", str(daemon.path), *options]
+    with daemon.path.with_suffix(".log").open("ab") as log:
+        process = subprocess.Popen(command, env={**os.environ, **environment}, stdout=log, stderr=log)
+    try:
+        wait_until(lambda: bool(daemon.arguments("subscribe")), END_S, "the bridge follows the daemon")
+        yield process
+    finally:
+        process.terminate()
+        process.wait(END_S)
+
+
+@contextmanager
+def running(command: Sequence[str], environment: Mapping[str, str], log: Path) -> Iterator[subprocess.Popen[str]]:
+    """A process that is spoken to by its standard input, and ends with it."""
+    with log.open("ab") as errors:
+        process = subprocess.Popen(
+            command, env={**os.environ, **environment}, stdin=subprocess.PIPE, stderr=errors, text=True
+        )
+    try:
+        yield process
+    finally:
+        process.communicate(timeout=END_S)
