@@ -17,6 +17,7 @@ from hil_fakes.sound_server import wait_until
 from tests.ros.test_bridge import STATUS
 
 END_S = 30.0
+BRIDGE = (sys.executable, "-m", "hvcpd.control.cli", "ros")
 
 
 class SocketDaemon:
@@ -81,10 +82,9 @@ def daemon_at(path: Path, mode: str) -> Iterator[SocketDaemon]:
 
 @contextmanager
 def bridge_to(
-    daemon: SocketDaemon, environment: Mapping[str, str], *options: str, python: str = sys.executable
+    daemon: SocketDaemon, environment: Mapping[str, str], command: Sequence[str]
 ) -> Iterator[subprocess.Popen[bytes]]:
-    """`hvcpctl ros` beside that daemon; it has subscribed when the context begins."""
-    command = [python, "-m", "hvcpd.control.cli", "ros", "--socket", str(daemon.path), *options]
+    """The bridge beside that daemon, started by this command; it has subscribed when the context begins."""
     with daemon.path.with_suffix(".log").open("ab") as log:
         process = subprocess.Popen(command, env={**os.environ, **environment}, stdout=log, stderr=log)
     try:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 import sys
 from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager
@@ -15,12 +16,13 @@ import pytest
 from hil_fakes.sound_server import wait_until
 from tests.e2e import ros_robot
 from tests.e2e.ros_robot import MOVES, Roscore, read_record
-from tests.ros.live import SocketDaemon, bridge_to, daemon_at, running
+from tests.ros.live import BRIDGE, SocketDaemon, bridge_to, daemon_at, running
 from tests.ros.test_bridge import HEARD
 
 MISSING = ros_robot.missing()
 pytestmark = [pytest.mark.slow, pytest.mark.skipif(bool(MISSING), reason=MISSING)]
 WAIT_S = 30.0
+PACKAGE = Path(__file__).parents[2] / "release" / "ros"
 STANDING = {"event": "drive", "at_s": 1.0, "linear_m_s": 0.0, "angular_rad_s": 0.0, "stopped": False, "goal": None}
 FORWARD = STANDING | {"linear_m_s": 0.2}
 STOPPED = STANDING | {"stopped": True}
@@ -61,7 +63,8 @@ class Scene:
 
 
 @contextmanager
-def on_stage(folder: Path, mode: str) -> Iterator[Scene]:
+def on_stage(folder: Path, mode: str, launch: bool = False) -> Iterator[Scene]:
+    """`launch`: the bridge is started by the launch file, from the package for ROS users."""
     record = folder / "ros.jsonl"
     with ExitStack() as stack:
         core = Roscore(folder, "core")
@@ -69,7 +72,10 @@ def on_stage(folder: Path, mode: str) -> Iterator[Scene]:
         daemon = stack.enter_context(daemon_at(folder / "d.sock", mode))
         command = [sys.executable, "-m", "tests.e2e.ros_base", "--record", str(record)]
         base = stack.enter_context(running(command, core.environment, folder / "base.log"))
-        stack.enter_context(bridge_to(daemon, core.environment, "--ros", "1", "_base_frame:=base_footprint"))
+        how = ("roslaunch", "hvcpd", "hvcpd.launch", f"socket:={daemon.path}") if launch else BRIDGE
+        options = () if launch else ("--socket", str(daemon.path), "--ros", "1", "_base_frame:=base_footprint")
+        places = {"ROS_PACKAGE_PATH": str(PACKAGE), "PATH": f"{Path(sys.executable).parent}:{os.environ['PATH']}"}
+        stack.enter_context(bridge_to(daemon, {**core.environment, **places}, (*how, *options)))
         scene = Scene(daemon, record, base, core)
         wait_until(lambda: bool(scene.base_told("x_m")), WAIT_S, "odometry reaches the daemon")
         yield scene
@@ -102,7 +108,7 @@ def test_speech_speed_and_stop_pass_and_a_dead_master_or_daemon_stops_the_base(t
 
 
 def test_a_goal_is_reached_with_feedback_and_another_one_cancelled_by_stop(tmp_path: Path) -> None:
-    with on_stage(tmp_path, "goal") as scene:
+    with on_stage(tmp_path, "goal", launch=True) as scene:
         near = STANDING | {"goal": {"number": 1, "x_m": 0.15, "y_m": 0.0}}
         scene.keep_telling(near, lambda: scene.base_told("goal"), "the goal has ended")
         (ended,) = [each for each in scene.daemon.arguments("base") if "goal" in each]
