@@ -19,6 +19,8 @@ from hvcpd.ros.topics import Topic
 
 JOIN_S = 2.0
 """For the thread that serves callbacks to end."""
+SPIN_S = 0.1
+"""It looks so often whether it is to end."""
 
 
 class RclpyPort:
@@ -47,6 +49,7 @@ class RclpyPort:
         executors: Any = import_module("rclpy.executors")
         self._executor = executors.SingleThreadedExecutor()
         self._executor.add_node(self._node)
+        self._over = threading.Event()
         self._thread = threading.Thread(target=self._serve, name="ros2", daemon=True)
         self._thread.start()
 
@@ -85,14 +88,15 @@ class RclpyPort:
 
     def close(self) -> None:
         """End the node."""
-        self._executor.shutdown(timeout_sec=JOIN_S)
+        self._over.set()
         self._thread.join(JOIN_S)
+        self._executor.shutdown(timeout_sec=JOIN_S)
         self._node.destroy_node()
         self._rclpy.try_shutdown()
 
     def _serve(self) -> None:
-        while self._rclpy.ok() and not self._executor._is_shutdown:
-            self._executor.spin_once(timeout_sec=0.1)
+        while self._rclpy.ok() and not self._over.is_set():
+            self._executor.spin_once(timeout_sec=SPIN_S)
 
     def _read_parameters(self) -> Parameters:
         exceptions: Any = import_module("rclpy.exceptions")

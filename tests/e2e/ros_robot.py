@@ -53,7 +53,7 @@ class Roscore:
         self.start()
 
     def start(self) -> None:
-        """Start it, and wait until it answers."""
+        """Start it; who needs the master waits for it by themselves."""
         with self._log.open("ab") as log:
             self._process = subprocess.Popen(
                 [*DIE_WITH_PARENT, "roscore", "-p", str(self._port)],
@@ -61,7 +61,6 @@ class Roscore:
                 stdout=log,
                 stderr=log,
             )
-        wait_until(self.answers, END_S, "the master answers")
 
     def answers(self) -> bool:
         """Whether the master answers."""

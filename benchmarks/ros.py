@@ -1,0 +1,96 @@
+"""How late `heard` comes in ROS, and what the bridge costs: two daemons over a private PulseAudio, two roscores.
+
+    python -m benchmarks.ros [--sentences 12]
+
+Late is counted from the end of a sentence at its speaker: when ROS was told `said`, and as long after as the sentence
+lasts. So the speaker's and the listener's sound buffers count, as they do between real robots; their sum is told.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import os
+import sys
+import tempfile
+from itertools import permutations
+from pathlib import Path
+from statistics import median
+
+from tests.e2e import parts, ros_robot
+from tests.e2e.ros_robot import RosRobot
+from tests.e2e.stage import MISSION_S, Stage, staged
+
+TICKS_HZ = os.sysconf("SC_CLK_TCK")
+
+
+def main() -> int:
+    """Run part of a mission and print the figures."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--sentences", type=int, default=12, help="so many must be heard")
+    wanted = parser.parse_args().sentences
+    missing = parts.missing() or ros_robot.missing()
+    if missing:
+        print(f"cannot run: {missing}", file=sys.stderr)
+        return 1
+    with tempfile.TemporaryDirectory(prefix="ros-") as place:
+        folder, units = Path(place) / "stage", Path(place) / "units"
+        folder.mkdir()
+        units.mkdir()
+        with staged(folder, units, RosRobot) as stage:
+            stage.start()
+            begun_s = {robot.name: (_cpu_s(robot), _uptime_s()) for robot in stage.robots}
+            stage.wait(lambda: sum(len(r.seen("heard")) for r in stage.robots) >= wanted, MISSION_S, "enough is heard")
+            _print_latency(stage)
+            for robot in stage.robots:
+                cpu_s, at_s = begun_s[robot.name]
+                load = (_cpu_s(robot) - cpu_s) / (_uptime_s() - at_s)
+                print(f"bridge of {robot.name}: {_rss_mb(robot):.0f} MB RSS, {100.0 * load:.1f} % of one processor")
+    return 0
+
+
+def _print_latency(stage: Stage[RosRobot]) -> None:
+    late_s = sorted(
+        each for listener, speaker in permutations(stage.robots) for each in _latencies_s(listener, speaker)
+    )
+    sound_s = sum(float(robot.events("listening")[0]["latency_s"]) for robot in stage.robots) / len(stage.robots)
+    print(f"`heard` after the end of the sentence, {len(late_s)} sentences:")
+    print(f"  median {median(late_s):.2f} s, fastest {late_s[0]:.2f} s, slowest {late_s[-1]:.2f} s")
+    print(f"  of it in sound buffers, as the daemons estimate: {sound_s:.2f} s")
+
+
+def _latencies_s(listener: RosRobot, speaker: RosRobot) -> list[float]:
+    """From the end of each sentence to the moment when ROS was told that it was heard."""
+    ends = []
+    for told_s, text in speaker.seen("said/json"):
+        said = json.loads(text)
+        ends.append((said["text"], told_s + said["end_s"] - said["at_s"]))
+    found = []
+    for heard_s, text in listener.seen("heard"):
+        before = [end_s for sentence, end_s in ends if sentence == text and end_s < heard_s + 1.0]
+        found += [heard_s - before[-1]] if before else []
+    return found
+
+
+def _pid(robot: RosRobot) -> int:
+    assert robot.bridge is not None
+    return robot.bridge.pid
+
+
+def _cpu_s(robot: RosRobot) -> float:
+    """Processor time that the bridge has used, s (proc(5): utime and stime)."""
+    fields = Path(f"/proc/{_pid(robot)}/stat").read_text().rsplit(")", 1)[1].split()
+    return (int(fields[11]) + int(fields[12])) / TICKS_HZ
+
+
+def _rss_mb(robot: RosRobot) -> float:
+    lines = Path(f"/proc/{_pid(robot)}/status").read_text().splitlines()
+    return next(float(line.split()[1]) for line in lines if line.startswith("VmRSS")) / 1024.0
+
+
+def _uptime_s() -> float:
+    return float(Path("/proc/uptime").read_text().split()[0])
+
+
+if __name__ == "__main__":
+    sys.exit(main())
