@@ -115,15 +115,16 @@ def _await_ready(notified: socket.socket, process: subprocess.Popen[bytes]) -> N
 
 def cost(pid: int, duration_s: float) -> tuple[float, float]:
     """Of a process over so long: share of one core, resident memory in MB."""
-    before = _cpu_s(pid)
+    before = cpu_s(pid)
     began_s = time.monotonic()
     time.sleep(duration_s)
-    share = (_cpu_s(pid) - before) / (time.monotonic() - began_s)
+    share = (cpu_s(pid) - before) / (time.monotonic() - began_s)
     status = Path(f"/proc/{pid}/status").read_text(encoding="ascii")
     return share, int(status.split("VmRSS:")[1].split()[0]) * 1024 / 1e6
 
 
-def _cpu_s(pid: int) -> float:
+def cpu_s(pid: int) -> float:
+    """Processor time that a process has had, s."""
     fields = Path(f"/proc/{pid}/stat").read_text(encoding="ascii").rsplit(")", 1)[1].split()
     return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
 

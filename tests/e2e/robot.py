@@ -75,6 +75,11 @@ class RobotProcess:
         self._motors: subprocess.Popen[str] | None = None
         self.daemon: subprocess.Popen[bytes] | None = None
 
+    @property
+    def control_socket(self) -> Path:
+        """Where the daemon listens for hvcpctl."""
+        return Path(self._environment["RUNTIME_DIRECTORY"]) / f"{self.name.lower()}.sock"
+
     def _wheels(self) -> str:
         """The settings' wheels."""
         return f"{{driver: xl430, port: {self._port}}}"

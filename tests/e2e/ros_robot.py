@@ -104,7 +104,6 @@ class RosRobot(RobotProcess):
     def __init__(self, part: Part, folder: Path, tasks: Path, environment: Mapping[str, str]) -> None:
         super().__init__(part, folder, tasks, environment)
         self.record = folder / f"{part.name}-ros.jsonl"
-        self._runtime = environment["RUNTIME_DIRECTORY"]
         self._pose = (part.start.x_m, part.start.y_m, 0.0)
         self._folder = folder
         self.core: Roscore | None = None
@@ -120,12 +119,11 @@ class RosRobot(RobotProcess):
         """Switch ROS on, then the daemon, then the bridge."""
         self.start_ros()
         self.start_daemon()
-        socket_file = Path(self._runtime) / f"{self.name.lower()}.sock"
-        wait_until(socket_file.exists, END_S, "the daemon has a control socket")
+        wait_until(self.control_socket.exists, END_S, "the daemon has a control socket")
         command = [*PRIORITY, *DIE_WITH_PARENT, sys.executable, "-m", "hvcpd.control.cli", "ros", "--ros", "1"]
         with (self._folder / f"{self.name}-bridge.log").open("ab") as log:
             self.bridge = subprocess.Popen(
-                [*command, "--socket", str(socket_file)], env=self._ros_environment(), stdout=log, stderr=log
+                [*command, "--socket", str(self.control_socket)], env=self._ros_environment(), stdout=log, stderr=log
             )
 
     def start_ros(self) -> None:
