@@ -27,7 +27,8 @@ from hvcpd.records import LearnName
 from hvcpd.reporting.events import Event, MissionRecord, Moved, Plant, Started, Summary, Trail
 from hvcpd.robot import Robot
 from hvcpd.security.keys import KeyRing
-from hvcpd.store import IN_MEMORY, Store
+from hvcpd.store import Store
+from hvcpd.store_file import IN_MEMORY
 
 BLOCK = 400
 """Samples a step, 25 ms: a robot reacts one block after what it hears."""

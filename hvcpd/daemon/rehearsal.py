@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from collections.abc import Iterable
 
 from hvcpd.assembly import Sound
@@ -10,7 +11,8 @@ from hvcpd.synthesis.speaker import PITCH_STEPS, UnitPosition
 
 
 def rehearse(name: str, words: Iterable[str], sound: Sound) -> None:
-    """Put every unit that the robot's voice can need into the cache; from then on a sentence only loads them.
+    """Put every unit that the robot's voice can need into the cache; from then on a sentence only loads them. What no
+    start has needed for long is deleted.
 
     Takes some seconds at the first start, and little at those after it. Without a cache it does nothing.
     """
@@ -22,3 +24,4 @@ def rehearse(name: str, words: Iterable[str], sound: Sound) -> None:
             for pitch in PITCH_STEPS:
                 for place in (None, *Place):
                     speaker.unit(word, position, pitch, place)
+    sound.cache.tidy(time.time())

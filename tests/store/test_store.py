@@ -16,15 +16,8 @@ from hypothesis import strategies as st
 from structlog.testing import capture_logs
 
 from hvcpd.errors import StoreError
-from hvcpd.store import (
-    SCHEMA_VERSION,
-    PeerRecord,
-    Store,
-    TaskRecord,
-    TranscriptReader,
-    TranscriptRecord,
-    connect,
-)
+from hvcpd.store import FORGET_EVERY, PeerRecord, Store, TaskRecord, TranscriptReader, TranscriptRecord
+from hvcpd.store_file import SCHEMA_VERSION, connect
 
 GREEN = TaskRecord(1, "water the green rose", "claimed", "Rob", 12.5)
 HEARD = TranscriptRecord(3.0, "heard", "Bot", "Hi all, I am Bot", 0.97)
@@ -359,3 +352,13 @@ def test_who_was_heard_last_is_the_last_name(store: Store) -> None:
     for name, at_s in (("Rob", 1.0), ("Bot", 2.0), ("Max", 3.0), ("rob", 4.0)):
         store.save_peer(PeerRecord(name, None, at_s))
     assert store.names_heard() == ("Bot", "Max", "rob")
+
+
+def test_the_oldest_utterances_are_forgotten_and_the_newest_never(path: Path) -> None:
+    with closing(Store(path, utterances=500)) as store:
+        for number in range(3 * FORGET_EVERY + 10):
+            store.append_transcript(TranscriptRecord(float(number), "said", "Rob", "Hi all, I am Rob"))
+            if number % 100 == 0:
+                assert len(store.transcript()) <= 500 + FORGET_EVERY
+        kept = [record.at_s for record in store.transcript()]
+    assert kept == [float(number) for number in range(3 * FORGET_EVERY - 500, 3 * FORGET_EVERY + 10)]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from pathlib import Path
 
 import numpy as np
@@ -10,7 +11,7 @@ import pytest
 from hvcpd.ports import Samples
 from hvcpd.synthesis.lexicon import Lexicon
 from hvcpd.synthesis.speaker import Speaker
-from hvcpd.synthesis.unit_cache import UnitCache
+from hvcpd.synthesis.unit_cache import DAY_S, KEPT_S, UnitCache
 from hvcpd.synthesis.voices import voice_named
 
 UNIT = np.linspace(-0.5, 0.5, 100, dtype=np.float32)
@@ -85,3 +86,27 @@ def test_a_speaker_sounds_the_same_with_and_without_a_cache(tmp_path: Path) -> N
     for _ in range(2):
         assert np.array_equal(Speaker(voice, lexicon, UnitCache(tmp_path)).render(sentence), plain)
     assert len(list(tmp_path.glob("*.npy"))) == 3
+
+
+def test_what_nobody_needs_any_more_is_deleted_after_a_month(tmp_path: Path) -> None:
+    maker = Maker()
+    for content in ("old", "needed", "recent"):
+        UnitCache(tmp_path).get(content, maker)
+    (old, needed, recent) = sorted(tmp_path.glob("*.npy"), key=lambda path: path.stat().st_mtime_ns)
+    stranger, partial = tmp_path / "notes.txt", tmp_path / "broken.part"
+    for path in (stranger, partial):
+        path.touch()
+    now_s = recent.stat().st_mtime
+    for path in (old, needed, stranger, partial):
+        os.utime(path, (now_s - KEPT_S - 1.0,) * 2)
+    cache = UnitCache(tmp_path)
+    cache.get("needed", maker)
+    cache.tidy(now_s)
+    assert sorted(tmp_path.iterdir()) == sorted([needed, recent, stranger])
+    assert needed.stat().st_mtime > now_s - DAY_S
+    assert np.array_equal(cache.get("old", maker), UNIT)
+
+
+def test_a_folder_that_is_not_there_needs_no_tidying(tmp_path: Path) -> None:
+    UnitCache(tmp_path / "units").tidy(0.0)
+    assert not (tmp_path / "units").exists()

@@ -1,0 +1,188 @@
+"""The file of a robot's memory: opened, brought up to date, checked, and set aside when it is damaged."""
+
+from __future__ import annotations
+
+import sqlite3
+from collections.abc import Callable, Iterator
+from contextlib import ExitStack, closing, contextmanager
+from pathlib import Path
+from typing import cast
+
+import structlog
+
+from hvcpd.errors import StoreError
+
+SCHEMA_VERSION = 2
+"""Kept in SQLite's `user_version`; raised with every change of the tables."""
+
+_UPGRADES = {
+    1: "ALTER TABLE transcript ADD COLUMN wall_s REAL; " + "CREATE TABLE flags (name TEXT PRIMARY KEY) STRICT;"
+}
+"""What leads from a version to the next one; a store is upgraded when it is opened."""
+
+MAX_SET_ASIDE = 100
+"""Damaged files kept beside the store; beyond, something is wrong that a new file does not mend."""
+
+IN_MEMORY = Path(":memory:")
+"""A store that is gone when it is closed, for simulations."""
+
+_SCHEMA = """
+CREATE TABLE tasks (
+    number INTEGER PRIMARY KEY,
+    name TEXT NOT NULL UNIQUE,
+    state TEXT NOT NULL CHECK (state IN ('open', 'claimed', 'done', 'failed')),
+    owner TEXT,
+    changed_at_s REAL NOT NULL
+) STRICT;
+CREATE TABLE transcript (
+    id INTEGER PRIMARY KEY,
+    at_s REAL NOT NULL,
+    kind TEXT NOT NULL CHECK (kind IN ('said', 'heard', 'garbled')),
+    speaker TEXT,
+    text TEXT NOT NULL,
+    confidence REAL,
+    wall_s REAL
+) STRICT;
+CREATE INDEX transcript_at ON transcript (at_s);
+CREATE TABLE peers (
+    name TEXT PRIMARY KEY COLLATE NOCASE,
+    team TEXT,
+    last_heard_s REAL NOT NULL
+) STRICT;
+CREATE TABLE counters (
+    name TEXT PRIMARY KEY,
+    value INTEGER NOT NULL
+) STRICT;
+CREATE TABLE flags (name TEXT PRIMARY KEY) STRICT;
+"""
+
+Connect = Callable[[Path], sqlite3.Connection]
+"""How SQLite opens a file; a test hands in one with limits of its own."""
+
+_log = structlog.get_logger(__name__)
+
+
+def connect(path: Path) -> sqlite3.Connection:
+    """A connection that commits each statement and waits 1 s for another process."""
+    return sqlite3.connect(path, timeout=1.0, isolation_level=None)
+
+
+@contextmanager
+def failures(path: Path) -> Iterator[None]:
+    """SQLite's complaints about the disk as StoreError; those about our own queries are left as they are."""
+    try:
+        yield
+    except sqlite3.DatabaseError as error:
+        remedy = _remedy(error)
+        if remedy is None:
+            raise
+        raise StoreError(f"{path}: the robot's memory cannot be used ({error}); {remedy}") from error
+
+
+def _remedy(error: sqlite3.DatabaseError) -> str | None:
+    """What a person can do about a failure, or None if it is our own mistake. Codes: sqlite.org/rescode.html."""
+    match cast(int, getattr(error, "sqlite_errorcode", sqlite3.SQLITE_ERROR)) & 0xFF:
+        case sqlite3.SQLITE_FULL:
+            return "free some space on its disk"
+        case sqlite3.SQLITE_READONLY | sqlite3.SQLITE_PERM | sqlite3.SQLITE_AUTH:
+            return "make the file and its directory writable for the daemon's user"
+        case sqlite3.SQLITE_CANTOPEN:
+            return "make its directory, writable for the daemon's user, or set `state_dir` to another"
+        case sqlite3.SQLITE_BUSY | sqlite3.SQLITE_LOCKED:
+            return "another process uses it; stop that one, or set `state_dir` to another directory"
+        case sqlite3.SQLITE_IOERR | sqlite3.SQLITE_CORRUPT | sqlite3.SQLITE_NOTADB:
+            return "check the disk and start again; a damaged file is then set aside"
+        case _:
+            return None
+
+
+def open_store(path: Path, connect: Connect) -> sqlite3.Connection:
+    """The store in the file, or a new one; a damaged one is set aside. Raises StoreError."""
+    if path != IN_MEMORY:
+        _make_directory(path.parent)
+    with failures(path):
+        try:
+            return _checked(connect(path))
+        except sqlite3.DatabaseError as error:
+            # ERROR: our statements are right, so a schema or a format that SQLite cannot read is the file's fault.
+            damaged = sqlite3.SQLITE_CORRUPT, sqlite3.SQLITE_NOTADB, sqlite3.SQLITE_ERROR
+            if (getattr(error, "sqlite_errorcode", sqlite3.SQLITE_ERROR) & 0xFF) not in damaged:
+                raise
+            _set_aside(path, str(error))
+        return _checked(connect(path))
+
+
+def _make_directory(directory: Path) -> None:
+    try:
+        directory.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise StoreError(
+            f"{directory}: the directory of the robot's memory cannot be made ({error.strerror}); "
+            "make it, writable for the daemon's user, or set `state_dir` to another"
+        ) from error
+
+
+def _checked(db: sqlite3.Connection) -> sqlite3.Connection:
+    """The store with our schema in it. Raises sqlite3.DatabaseError, with the code CORRUPT or NOTADB if it is damaged;
+    the connection is closed then."""
+    with ExitStack() as stack:
+        stack.callback(db.close)
+        (version,) = db.execute("PRAGMA user_version").fetchone()
+        (tables,) = db.execute("SELECT count(*) FROM sqlite_master").fetchone()
+        if version in _UPGRADES and tables:
+            db.executescript(f"BEGIN; {_UPGRADES[version]} PRAGMA user_version = {version + 1}; COMMIT;")
+            version += 1
+        if not (version == 0 and tables == 0) and version != SCHEMA_VERSION:
+            raise _damage(f"its version is {version}, ours {SCHEMA_VERSION}")
+        db.execute("PRAGMA journal_mode = WAL")
+        # A power cut may lose the last writes but never the file (sqlite.org/pragma.html#pragma_synchronous).
+        db.execute("PRAGMA synchronous = NORMAL")
+        if version == 0:
+            db.executescript(f"BEGIN; {_SCHEMA} PRAGMA user_version = {SCHEMA_VERSION}; COMMIT;")
+        (verdict,) = db.execute("PRAGMA quick_check(1)").fetchone()
+        if verdict != "ok":
+            raise _damage(verdict)
+        missing = _columns_of_ours() - _columns(db)
+        if missing:
+            raise _damage(f"tables or columns are missing: {', '.join(sorted(missing))}")
+        stack.pop_all()
+    return db
+
+
+def _columns(db: sqlite3.Connection) -> set[str]:
+    """Every column of every table, with its place: "peers.1 team"."""
+    query = (
+        "SELECT m.name || '.' || p.cid || ' ' || p.name FROM sqlite_master m, pragma_table_info(m.name) p "
+        "WHERE m.type = 'table'"
+    )
+    return {name for (name,) in db.execute(query)}
+
+
+def _columns_of_ours() -> set[str]:
+    with closing(sqlite3.connect(":memory:")) as db:
+        db.executescript(_SCHEMA)
+        return _columns(db)
+
+
+def _damage(text: str) -> sqlite3.DatabaseError:
+    error = sqlite3.DatabaseError(text)
+    error.sqlite_errorcode = sqlite3.SQLITE_CORRUPT
+    return error
+
+
+def _set_aside(path: Path, reason: str) -> None:
+    """Rename a damaged store, with its journals, so that a person can look at it and the robot can begin anew."""
+    for number in range(1, MAX_SET_ASIDE + 1):
+        aside = path.with_name(f"{path.name}.corrupt-{number}")
+        if not aside.exists():
+            break
+    else:
+        raise StoreError(f"{path}: {MAX_SET_ASIDE} damaged files lie beside it; check the disk and delete them")
+    try:
+        for suffix in ("", "-wal", "-shm"):
+            part = path.with_name(path.name + suffix)
+            if part.exists():
+                part.rename(aside.with_name(aside.name + suffix))
+    except OSError as error:
+        raise StoreError(f"{path}: damaged, and cannot be set aside ({error.strerror}); move it away") from error
+    _log.warning("store set aside", path=str(path), aside=str(aside), reason=reason)
