@@ -1,13 +1,15 @@
 """What sealed speech keeps out, lets in, and costs.
 
-    python -m benchmarks.security words|audio|honest|airtime [--n N] [--seed SEED]
+    python -m benchmarks.security words|audio|honest|airtime|guess [--encrypted] [--n N] [--seed SEED]
 
 words    attacks at the level of words, by kind: tried and believed
 audio    the same with sound, against a whole robot
 honest   sealed sentences of all kinds, each robot in its own voice, in noise at 0 dB: how many are heard with a seal
          that fits, at the first saying
-airtime  how much longer a sealed sentence takes at the usual rate, s
+airtime  how much longer a sealed, or encrypted, sentence takes than the plain one at the usual rate, s
 guess    seals of fewer bits: guesses believed, beside the chance computed
+
+With --encrypted the honest robots hide what they say, and the attacks are on their messages.
 """
 
 from __future__ import annotations
@@ -27,6 +29,7 @@ from hil_fakes.word_attacks import WordAttacks
 from hvcpd.assembly import DEFAULT_TEAMS, Sound, make_phrasebook, make_recogniser, make_sound, user_cache_folder
 from hvcpd.config.task_file import load_tasks
 from hvcpd.config.tasks import default_tasks_path
+from hvcpd.faculties import spoken
 from hvcpd.language import messages as m
 from hvcpd.language.marks import is_sealed
 from hvcpd.language.phrasebook import Phrasebook
@@ -50,29 +53,29 @@ def show(tried: Mapping[str, int], believed: Mapping[str, int]) -> None:
     print(f"{'all':45} {sum(tried.values()):6} tried {sum(believed.values()):4} believed")
 
 
-def words(n: int, seed: int, _sound: Sound, encrypts: bool = False) -> None:
+def words(n: int, seed: int, _sound: Sound, encrypts: bool) -> None:
     attacks = WordAttacks(seed, load_tasks(default_tasks_path()).tasks, encrypts=encrypts)
     tally = attacks.run(n)
     show(tally.tried, tally.believed)
     print(f"honest sentences: {tally.honest_believed} of {tally.honest} believed")
 
 
-def audio(n: int, seed: int, sound: Sound) -> None:
-    attacks = AudioAttacks(seed, sound)
+def audio(n: int, seed: int, sound: Sound, encrypts: bool) -> None:
+    attacks = AudioAttacks(seed, sound, encrypts)
     attacks.run(n)
     show(attacks.tried, attacks.believed)
     print("honest orders, said again when asked: {} of {} believed".format(*attacks.honest))
 
 
-def book_of_team() -> Phrasebook:
-    return make_phrasebook(NAMES, DEFAULT_TEAMS, load_tasks(default_tasks_path()), sealed=True)
+def book_of_team(encrypts: bool) -> Phrasebook:
+    return make_phrasebook(NAMES, DEFAULT_TEAMS, load_tasks(default_tasks_path()), True, encrypts)
 
 
-def sealed_sentences(book: Phrasebook, n: int, seed: int) -> list[m.Utterance]:
-    """Random ones of those that have a seal, sealed by their speakers in turn."""
+def sealed_sentences(book: Phrasebook, n: int, seed: int, encrypts: bool) -> list[m.Utterance]:
+    """Random ones of those that have a seal, sealed or encrypted by their speakers."""
     chance = random.Random(seed)
     ring = KeyRing(TeamKey(bytes(KEY_BYTES)))
-    sealings = {name: Sealing(Guard(name, ring)) for name in NAMES}
+    sealings = {name: Sealing(Guard(name, ring), encrypts) for name in NAMES}
     found: list[m.Utterance] = []
     while len(found) < n:
         drawn = book.sample(chance)
@@ -81,19 +84,19 @@ def sealed_sentences(book: Phrasebook, n: int, seed: int) -> list[m.Utterance]:
     return found
 
 
-def honest(n: int, seed: int, sound: Sound) -> None:
-    book = book_of_team()
+def honest(n: int, seed: int, sound: Sound, encrypts: bool) -> None:
+    book = book_of_team(encrypts)
     chance = random.Random(seed)
     for colour in ("white", "pink"):
-        utterances = sealed_sentences(book, n, seed)
+        utterances = sealed_sentences(book, n, seed, encrypts)
         pieces = [np.zeros(round(LEAD_S * SAMPLE_RATE_HZ), np.float32)]
-        at, spoken = len(pieces[0]), []
+        at, places = len(pieces[0]), []
         for utterance in utterances:
-            said = sound.speaker_of(utterance.speaker or "").render(book.phrases(utterance))
-            spoken.append(Spoken(book.render(utterance), at, at + audible(said)[1]))
+            said = spoken(sound.speaker_of(utterance.speaker or ""), utterance, book)
+            places.append(Spoken(book.render(utterance), at, at + audible(said)[1]))
             pieces += [said, np.zeros(round(chance.uniform(*GAP_S) * SAMPLE_RATE_HZ), np.float32)]
             at += len(pieces[-2]) + len(pieces[-1])
-        heard = add_noise(np.concatenate(pieces), spoken, 0.0, colour, SPEECH_DBFS, seed)
+        heard = add_noise(np.concatenate(pieces), places, 0.0, colour, SPEECH_DBFS, seed)
         print(f"{colour} noise, 0 dB: {_accepted(book, heard, sound)} of {n} accepted")
 
 
@@ -110,22 +113,22 @@ def _accepted(book: Phrasebook, heard: np.ndarray, sound: Sound) -> int:  # type
     return n
 
 
-def airtime(n: int, seed: int, sound: Sound) -> None:
-    book = book_of_team()
-    longer = []
-    for utterance in sealed_sentences(book, n, seed):
+def airtime(n: int, seed: int, sound: Sound, encrypts: bool) -> None:
+    book = book_of_team(encrypts)
+    longer, whole = [], []
+    for utterance in sealed_sentences(book, n, seed, encrypts):
         speaker = sound.speaker_of(utterance.speaker or "")
-        sealed, plain = (
-            audible(speaker.render(book.phrases(u)))[1] for u in (utterance, replace(utterance, mark=None))
-        )
-        longer.append((sealed - plain) / SAMPLE_RATE_HZ)
+        marked, plain = (audible(spoken(speaker, u, book))[1] for u in (utterance, replace(utterance, mark=None)))
+        longer.append((marked - plain) / SAMPLE_RATE_HZ)
+        whole.append(marked / SAMPLE_RATE_HZ)
     print(
-        f"a seal takes {np.mean(longer):.2f} s on average of {n} sentences, {np.quantile(longer, 0.95):.2f} s in 95 %, "
-        f"{max(longer):.2f} s at most"
+        f"{'encryption' if encrypts else 'a seal'} takes {np.mean(longer):.2f} s on average of {n} sentences, "
+        f"{np.quantile(longer, 0.95):.2f} s in 95 %, {max(longer):.2f} s at most; the sentence then takes "
+        f"{np.mean(whole):.2f} s on average"
     )
 
 
-def guess(n: int, seed: int, _sound: Sound) -> None:
+def guess(n: int, seed: int, _sound: Sound, _encrypts: bool) -> None:
     ring = KeyRing(TeamKey(bytes(KEY_BYTES)))
     chance = random.Random(seed)
     sentence = Sentence("Rob", "Bot", ("hi", "bot"))
@@ -147,8 +150,10 @@ def main() -> None:
     parser.add_argument("mode", choices=modes)
     parser.add_argument("--n", type=int)
     parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--encrypted", action="store_true")
     options = parser.parse_args()
-    modes[options.mode](options.n or usual[options.mode], options.seed, make_sound(None, user_cache_folder()))
+    sound = make_sound(None, user_cache_folder())
+    modes[options.mode](options.n or usual[options.mode], options.seed, sound, options.encrypted)
 
 
 if __name__ == "__main__":

@@ -19,6 +19,7 @@ from hvcpd.assembly import RobotPlan, Sound, make_robot
 from hvcpd.config.task_file import load_tasks
 from hvcpd.config.tasks import default_tasks_path
 from hvcpd.coordination.actions import Role
+from hvcpd.faculties import spoken
 from hvcpd.language import messages as m
 from hvcpd.language.code_words import BITS
 from hvcpd.language.marks import SEAL_WORDS
@@ -55,15 +56,16 @@ class Take:
 
 class AudioAttacks:
     """`run` makes attacks of all kinds in turn. `tried`, `believed`: how many of each kind; `honest`: sentences of the
-    honest robot that were believed, and all."""
+    honest robot that were believed, and all. With `encrypts` it hides what it says, and its messages are attacked."""
 
-    def __init__(self, seed: int, sound: Sound) -> None:
+    def __init__(self, seed: int, sound: Sound, encrypts: bool = False) -> None:
         self._chance = random.Random(seed)
         self._sound = sound
         self._ring = KeyRing(TeamKey(self._chance.randbytes(KEY_BYTES)))
         self._counters: dict[str, int] = {}
         self._noise = PinkNoise(NOISE_RMS, seed)
-        self._rob = Sealing(Guard("Rob", self._ring))
+        self._encrypts = encrypts
+        self._rob = Sealing(Guard("Rob", self._ring), encrypts)
         self._takes: list[Take] = []
         self._robot = self._switch_on()
         self.tried: Counter[str] = Counter()
@@ -75,14 +77,14 @@ class AudioAttacks:
             "replay after a restart": self._after_restart,
             "replay by another robot": lambda: self._spoken(self._recording().utterance, "Zoe").sound,
             "sentence and seal of two recordings": self._scissors,
-            "guess": lambda: self._spoken(self._invented(self._chance.getrandbits(SEAL_BITS))).sound,
-            "guess in another voice": lambda: self._spoken(self._invented(self._chance.getrandbits(24)), "Zoe").sound,
+            "guess": lambda: self._spoken(self._guessed()).sound,
+            "guess in another voice": lambda: self._spoken(self._guessed(), "Zoe").sound,
             "other words under an unheard seal": self._other_words,
             "other addressee under an unheard seal": self._readdressed,
             "one word of an unheard seal changed": self._one_word_wrong,
             "jammed, and played after a restart": self._jammed,
             "replay over other talk": self._overlapping,
-            "no seal": lambda: self._spoken(replace(self._invented(0), mark=None)).sound,
+            "no seal": lambda: self._spoken(self._invented(None)).sound,
         }
 
     def run(self, n: int) -> None:
@@ -105,6 +107,7 @@ class AudioAttacks:
             Pose(0.0, 0.0, 0.0),
             self._chance.getrandbits(32),
             keys=self._ring,
+            encrypts=self._encrypts,
             counters=dict(self._counters),
             stopped=True,
             patience=Patience(free=float("inf")),  # the seals alone must keep attacks out
@@ -161,16 +164,21 @@ class AudioAttacks:
         return self._spoken(self._rob.marked(utterance, self._robot.phrasebook, self._robot.now))
 
     def _spoken(self, utterance: m.Utterance, voice_of: str = "Rob") -> Take:
-        phrases = self._robot.phrasebook.phrases(utterance)
-        rendered = self._sound.speaker_of(voice_of).render_marked(phrases)
-        seal_at = rendered.marks[-SEAL_WORDS].start if utterance.mark is not None else len(rendered.samples)
-        return Take(utterance, rendered.samples * np.float32(LEVEL), seal_at)
+        speaker, book = self._sound.speaker_of(voice_of), self._robot.phrasebook
+        sound = spoken(speaker, utterance, book)
+        end = speaker.render(book.phrases(utterance)[-1:]) if utterance.mark is not None else sound[:0]
+        return Take(utterance, sound * np.float32(LEVEL), len(sound) - len(end))
 
     def _recording(self) -> Take:
         return self._chance.choice(self._takes)
 
-    def _invented(self, seal: int) -> m.Utterance:
-        return m.Utterance("Rob", m.ToRobot(LISTENER), None, self._chance.choice(MOTIONS), m.Seal(seal))
+    def _invented(self, mark: m.Mark | None) -> m.Utterance:
+        return m.Utterance("Rob", m.ToRobot(LISTENER), None, self._chance.choice(MOTIONS), mark)
+
+    def _guessed(self) -> m.Utterance:
+        n_words = self._robot.phrasebook.cipher_words if self._encrypts else SEAL_WORDS
+        value = self._chance.getrandbits(BITS * n_words)
+        return self._invented(m.Cipher(value, n_words) if self._encrypts else m.Seal(value))
 
     def _after_restart(self) -> Samples:
         self._switch_on()
@@ -183,8 +191,12 @@ class AudioAttacks:
         return np.concatenate([a.sound[: a.seal_at], b.sound[b.seal_at :]])
 
     def _other_words(self) -> Samples:
-        unheard = self._sealed(MOTIONS[0])
-        return self._spoken(replace(unheard.utterance, statement=self._chance.choice(MOTIONS[1:]))).sound
+        """Of a message the words are hidden; so here its code words are the seal of a plain sentence."""
+        unheard = self._sealed(MOTIONS[0]).utterance
+        mark = unheard.mark
+        if isinstance(mark, m.Cipher):
+            mark = m.Seal(mark.value % (1 << SEAL_BITS))
+        return self._spoken(replace(unheard, statement=self._chance.choice(MOTIONS[1:]), mark=mark)).sound
 
     def _readdressed(self) -> Samples:
         unheard = self._sealed(self._chance.choice(MOTIONS), "Zoe")
@@ -192,9 +204,12 @@ class AudioAttacks:
 
     def _one_word_wrong(self) -> Samples:
         unheard = self._sealed(self._chance.choice(MOTIONS)).utterance
-        value = unheard.mark.value if isinstance(unheard.mark, m.Seal) else 0
-        wrong = self._chance.randrange(1, 1 << BITS) << BITS * self._chance.randrange(SEAL_WORDS)
-        return self._spoken(replace(unheard, mark=m.Seal(value ^ wrong))).sound
+        mark = unheard.mark
+        n_words = mark.n_words if isinstance(mark, m.Cipher) else SEAL_WORDS
+        wrong = self._chance.randrange(1, 1 << BITS) << BITS * self._chance.randrange(n_words)
+        if isinstance(mark, m.Seal | m.Cipher):
+            mark = replace(mark, value=mark.value ^ wrong)
+        return self._spoken(replace(unheard, mark=mark)).sound
 
     def _jammed(self) -> Samples:
         """Noise covers the seal of the honest robot for the listener, and a restart later its recording is played."""

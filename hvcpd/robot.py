@@ -6,7 +6,6 @@ in a test run the same code.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -15,9 +14,9 @@ from hvcpd.config.tasks import Place
 from hvcpd.coordination.actions import SECOND_PAUSE_S, Halt, Perform, SavePeer, SaveStopped, SaveTask, Say
 from hvcpd.coordination.coordination import Coordination
 from hvcpd.errors import PhraseError
-from hvcpd.faculties import Ears, Mouth, Overhears
+from hvcpd.faculties import Ears, Mouth, Overhears, spoken
 from hvcpd.hardware.kinematics import Odometry
-from hvcpd.language.messages import Cipher, Spelled, Stop, Stopped, Utterance
+from hvcpd.language.messages import Spelled, Stop, Stopped, Utterance
 from hvcpd.language.phrasebook import Phrasebook
 from hvcpd.own_voice import Acoustics, MeasuresDelay, OwnVoice
 from hvcpd.performer import Outcome, Performer
@@ -36,9 +35,6 @@ from hvcpd.records import (
 )
 from hvcpd.sealing import Judged, Sealing, written
 from hvcpd.security.trust import Trust
-
-CIPHER_PAUSE_S = 0.4
-"""Longer than the rest that ends a sentence, 0.25 s, and shorter than what no speaker pauses inside one, 0.6 s."""
 
 
 @dataclass(frozen=True)
@@ -320,7 +316,7 @@ class Robot:
             self._records += records
         mouth = self._slow_mouth if say.slowly else self._mouth
         phrases = self.phrasebook.phrases(utterance)
-        once = self._rendered(mouth, phrases, isinstance(utterance.mark, Cipher))
+        once = spoken(mouth, utterance, self.phrasebook)
         pause = np.zeros(round(SECOND_PAUSE_S * SAMPLE_RATE_HZ), np.float32)
         speech = np.concatenate([once] + [pause, once] * (say.times - 1))
         duration_s = len(speech) / SAMPLE_RATE_HZ
@@ -330,14 +326,6 @@ class Robot:
         if self._overhearing is not None and may_stop and self._voice.is_latency_known:
             self._overhearing.begin(self._n_heard, self._voice.latency_s)
         self._records.append(SaidRecord(now, utterance, written(utterance, self.phrasebook), duration_s))
-
-    @staticmethod
-    def _rendered(mouth: Mouth, phrases: Sequence[Sequence[str]], is_cipher: bool) -> Samples:
-        """Speech. Before a cipher's words a longer pause, in which who has no key understands what it was."""
-        if not is_cipher:
-            return mouth.render(phrases)
-        pause = np.zeros(round(CIPHER_PAUSE_S * SAMPLE_RATE_HZ), np.float32)
-        return np.concatenate([mouth.render(phrases[:-1]), pause, mouth.render(phrases[-1:])])
 
     def _next_sound(self, n: int) -> Samples:
         out = self._voice.take(n)
