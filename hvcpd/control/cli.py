@@ -84,6 +84,7 @@ def make_parser() -> argparse.ArgumentParser:
     _add_simulate(commands)
     _add_say(commands)
     _add_hear(commands)
+    _add_listen(commands)
     _add_phrases(commands)
     _add_pronounce(commands)
     _add_prerender(commands)
@@ -182,9 +183,18 @@ def _add_hear(commands: _Commands) -> None:
         help="of what was not understood, propose phrases that count as a word, to paste into the task file",
     )
     c.add_argument("--said", metavar="TEXT", help="what was said there, if it is known")
-    _add_key_option(c, "hear seals too, and check them with the team's key if its file is given")
+    _add_key_option(c, "hear seals too; with the team's key, check them, and read what is encrypted")
     c.add_argument("--plot", type=Path, metavar="FILE.png", help="draw spectrum, words, noise and confidence")
     c.set_defaults(run=_lazy("hear"))
+
+
+def _add_listen(commands: _Commands) -> None:
+    c = commands.add_parser("listen", help="follow by ear what robots say, from the microphone, until interrupted")
+    _add_shared(c)
+    _add_key_option(c, "hear seals too; with the team's key, check them, and read what is encrypted")
+    c.add_argument("--device", metavar="NAME", help="a part of the microphone's name (default: the settings')")
+    c.add_argument("--json", action="store_true", help="print one JSON object a line")
+    c.set_defaults(run=_lazy("listen"))
 
 
 def _add_phrases(commands: _Commands) -> None:

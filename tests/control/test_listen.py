@@ -1,0 +1,96 @@
+"""`hvcpctl listen`: what a microphone takes is followed, and read with the team's key."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import replace
+from datetime import date
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from hvcpd.assembly import DEFAULT_TEAMS, make_phrasebook, make_sound, user_cache_folder
+from hvcpd.config.settings import AudioSettings
+from hvcpd.config.task_file import load_tasks
+from hvcpd.config.tasks import default_tasks_path
+from hvcpd.control import listen
+from hvcpd.control.cli import main, make_parser
+from hvcpd.errors import DeviceError
+from hvcpd.faculties import spoken
+from hvcpd.hardware.audio_capture import Block, capture
+from hvcpd.hardware.soundfile import write_wav
+from hvcpd.keyring import KeyFile, fresh_entry, write_key_file
+from hvcpd.language import messages as m
+from hvcpd.ports import SAMPLE_RATE_HZ, Samples
+from hvcpd.sealing import Sealing
+from hvcpd.security.guard import Guard
+from tests.hardware.fake_card import HEADSET, FakeCard
+
+DAY = date(2026, 11, 21)
+
+
+def test_a_microphone_gives_its_blocks_in_order_until_it_is_gone() -> None:
+    card = FakeCard([HEADSET])
+    heard = np.linspace(-0.5, 0.5, 1600, dtype=np.float32)
+    taken: list[Samples] = []
+
+    def listen_to_the_end() -> None:
+        with capture(AudioSettings(), card) as blocks:
+            microphone = card.inputs[-1]
+            frames = np.repeat(heard.reshape(-1, 1), microphone.options["channels"], axis=1)
+            microphone.coming.append((frames, _NoFault()))
+            microphone.gone = True
+            taken.extend(sound for sound, lost in blocks if lost is None)
+
+    with pytest.raises(DeviceError, match="is gone"):
+        listen_to_the_end()
+    np.testing.assert_allclose(np.concatenate(taken), heard, atol=1e-6)
+    assert card.inputs[-1].closed
+
+
+class _NoFault:
+    input_overflow = False
+
+
+def test_without_a_microphone_it_says_so(capsys: pytest.CaptureFixture[str]) -> None:
+    def no_card(settings: AudioSettings) -> object:
+        return capture(settings, FakeCard([]))
+
+    with pytest.raises(DeviceError, match="microphone"):
+        listen.run(make_parser().parse_args(["listen"]), no_card)  # type: ignore[arg-type]
+
+
+@pytest.mark.slow
+def test_people_with_the_key_read_what_others_hear_as_sealed(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    keys = KeyFile((fresh_entry(DAY),))
+    write_key_file(tmp_path / "team.key", keys, replaces=False)
+    book = make_phrasebook(("Rob", "Bot"), DEFAULT_TEAMS, load_tasks(default_tasks_path()), True, True)
+    order = m.Utterance("Bot", m.ToRobot("Rob"), None, m.TurnBy(90.0))
+    right = Sealing(Guard("Bot", keys.ring(DAY)), encrypts=True).marked(order, book, 0.0)
+    assert isinstance(right.mark, m.Cipher)
+    wrong = replace(order, mark=replace(right.mark, value=right.mark.value ^ 1))
+    speaker = make_sound(None, user_cache_folder()).speaker_of("Bot")
+    gap = np.zeros(2 * SAMPLE_RATE_HZ, np.float32)
+    sound = np.concatenate([gap] + [part for u in (right, wrong) for part in (spoken(speaker, u, book), gap)])
+    write_wav(tmp_path / "said.wav", sound)
+
+    @contextmanager
+    def microphone(settings: AudioSettings) -> Iterator[Iterator[Block]]:
+        yield ((sound[at : at + 400], None) for at in range(0, len(sound), 400))
+
+    plain = "Hi Rob, I am Bot, turn left"
+    with_key = ["--json", "--key", str(tmp_path / "team.key")]
+    assert listen.run(make_parser().parse_args(["listen", *with_key]), microphone) == 0
+    read = [json.loads(line) for line in capsys.readouterr().out.splitlines()]
+    assert [(each["text"], each["seal"]) for each in read] == [
+        (plain, "right"),
+        ("Hi Rob, I am Bot, sealed message", "wrong"),
+    ]
+    assert main(["hear", str(tmp_path / "said.wav"), "--json"]) == 0
+    others = [json.loads(line) for line in capsys.readouterr().out.splitlines()]
+    assert [each["text"] for each in others] == ["Hi Rob, I am Bot, sealed message"] * 2
