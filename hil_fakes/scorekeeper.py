@@ -12,6 +12,7 @@ from hvcpd.language.messages import ToRobot
 from hvcpd.ports import Pose
 from hvcpd.records import GarbledRecord, HeardRecord, HoldRecord, PerformedRecord, SaidRecord
 from hvcpd.reporting.events import Event, Garbled, Heard, Held, Said, Summary, TaskChanged, Watered
+from hvcpd.sealing import seal_shown
 
 WATERING_REACH_M = 0.3
 """A plant is watered only by a robot that truly stands this near: a burger's half length and a short arm."""
@@ -61,7 +62,8 @@ class Scorekeeper:
 
     def _said(self, robot: str, on_s: float, record: SaidRecord) -> None:
         start_s = on_s + record.at_s
-        said = Said(start_s, start_s + record.duration_s, len(self._sentences), robot, record.text, False)
+        seal, number = seal_shown(record.utterance), len(self._sentences)
+        said = Said(start_s, start_s + record.duration_s, number, robot, record.text, False, seal)
         for other in self._sentences[-len(self._names) :]:
             if other.said.end_s > start_s:
                 other.said = replace(other.said, collided=True)
@@ -85,7 +87,9 @@ class Scorekeeper:
         utterance = best.said.utterance if best else None
         speaker = record.utterance.speaker or "somebody"
         words = tuple((word, on_s + from_s, on_s + to_s) for word, from_s, to_s in record.words)
-        self.emit(Heard(start_s, utterance, robot, speaker, record.text, record.confidence, record.snr_db, words))
+        seal = seal_shown(record.utterance, record.trust)
+        sure, snr_db = record.confidence, record.snr_db
+        self.emit(Heard(start_s, utterance, robot, speaker, record.text, sure, snr_db, words, seal))
 
     def _performed(self, robot: str, number: int, pose: Pose, now: float) -> None:
         task = self._tasks.by_number(number)

@@ -8,6 +8,7 @@ from typing import cast
 from hvcpd.config.tasks import TaskRepository
 from hvcpd.coordination.actions import SavePeer, SaveStopped, SaveTask
 from hvcpd.records import DoubtRecord, GarbledRecord, HeardRecord, HoldRecord, Record, SaidRecord, SaveCounter
+from hvcpd.sealing import seal_shown
 from hvcpd.store import PeerRecord, Store, TaskRecord, TaskState, TranscriptRecord
 
 STOPPED = "stopped"
@@ -64,12 +65,15 @@ class Journal:
                     self._store.append_transcript(TranscriptRecord(record.at_s, "garbled", record.speaker, doubt, None))
                 case SaidRecord():
                     self._store.append_transcript(
-                        TranscriptRecord(record.at_s, "said", self._own_name, record.text, None)
+                        TranscriptRecord(
+                            record.at_s, "said", self._own_name, record.text, None, seal_shown(record.utterance) or None
+                        )
                     )
                 case HeardRecord():
                     speaker = record.utterance.speaker
+                    seal = seal_shown(record.utterance, record.trust) or None
                     self._store.append_transcript(
-                        TranscriptRecord(record.start_s, "heard", speaker, record.text, record.confidence)
+                        TranscriptRecord(record.start_s, "heard", speaker, record.text, record.confidence, seal)
                     )
                 case GarbledRecord():
                     self._store.append_transcript(TranscriptRecord(record.start_s, "garbled", None, "", None))

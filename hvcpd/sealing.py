@@ -43,6 +43,22 @@ def written(utterance: m.Utterance, book: Phrasebook) -> str:
     return book.write(without_mark(utterance) if isinstance(utterance.mark, m.Code | m.Cipher) else utterance)
 
 
+def seal_shown(utterance: m.Utterance, trust: Trust | None = None) -> str:
+    """What people are shown of an utterance's seal: "sealed", "encrypted", "code", or, of one that was heard with a
+    `trust` that proves nothing, "not trusted"; empty without any."""
+    match utterance.mark:
+        case None:
+            return ""
+        case _ if trust is not None and not trust.proves_speaker:
+            return "not trusted"
+        case m.Cipher():
+            return "encrypted"
+        case m.Seal():
+            return "sealed"
+        case m.Code():
+            return "code"
+
+
 @dataclass(frozen=True)
 class Judged:
     """A sentence with what was encrypted in it, how far it is to be trusted, and what is to be remembered of it."""

@@ -47,6 +47,8 @@ class TranscriptRecord:
     speaker: str | None
     text: str
     confidence: float | None = None
+    seal: str | None = None
+    """How it was said or heard where there is a key: "sealed", "encrypted", "code", "not trusted"."""
 
 
 @dataclass(frozen=True)
@@ -81,8 +83,8 @@ class Store:
     def append_transcript(self, record: TranscriptRecord) -> None:
         """Add an utterance to the transcript; the oldest beyond `utterances` are forgotten now and then."""
         number = self._write(
-            "INSERT INTO transcript (at_s, kind, speaker, text, confidence, wall_s) "
-            f"VALUES (?, ?, ?, ?, ?, {_WALL_CLOCK_S})",
+            "INSERT INTO transcript (at_s, kind, speaker, text, confidence, seal, wall_s) "
+            f"VALUES (?, ?, ?, ?, ?, ?, {_WALL_CLOCK_S})",
             astuple(record),
         )
         if number % FORGET_EVERY == 0:
@@ -90,7 +92,7 @@ class Store:
 
     def transcript(self, since_s: float = float("-inf")) -> tuple[TranscriptRecord, ...]:
         """The utterances from `since_s` on, in the order of their times."""
-        query = "SELECT at_s, kind, speaker, text, confidence FROM transcript WHERE at_s >= ? ORDER BY at_s, id"
+        query = "SELECT at_s, kind, speaker, text, confidence, seal FROM transcript WHERE at_s >= ? ORDER BY at_s, id"
         return tuple(TranscriptRecord(*row) for row in self._read(query, (since_s,)))
 
     def save_peer(self, peer: PeerRecord) -> None:
@@ -167,7 +169,7 @@ class TranscriptReader:
         """The first `limit` utterances (-1: all) with numbers over `after`, written at `since_wall_s` or later, in the
         order they were kept."""
         query = (
-            "SELECT id, wall_s, at_s, kind, speaker, text, confidence FROM transcript "
+            "SELECT id, wall_s, at_s, kind, speaker, text, confidence, seal FROM transcript "
             "WHERE id > ? AND coalesce(wall_s, 0) >= ? ORDER BY id LIMIT ?"
         )
         try:

@@ -12,11 +12,12 @@ import structlog
 
 from hvcpd.errors import StoreError
 
-SCHEMA_VERSION = 2
+SCHEMA_VERSION = 3
 """Kept in SQLite's `user_version`; raised with every change of the tables."""
 
 _UPGRADES = {
-    1: "ALTER TABLE transcript ADD COLUMN wall_s REAL; " + "CREATE TABLE flags (name TEXT PRIMARY KEY) STRICT;"
+    1: "ALTER TABLE transcript ADD COLUMN wall_s REAL; " + "CREATE TABLE flags (name TEXT PRIMARY KEY) STRICT;",
+    2: "ALTER TABLE transcript ADD COLUMN seal TEXT;",
 }
 """What leads from a version to the next one; a store is upgraded when it is opened."""
 
@@ -41,7 +42,8 @@ CREATE TABLE transcript (
     speaker TEXT,
     text TEXT NOT NULL,
     confidence REAL,
-    wall_s REAL
+    wall_s REAL,
+    seal TEXT
 ) STRICT;
 CREATE INDEX transcript_at ON transcript (at_s);
 CREATE TABLE peers (
@@ -129,7 +131,7 @@ def _checked(db: sqlite3.Connection) -> sqlite3.Connection:
         stack.callback(db.close)
         (version,) = db.execute("PRAGMA user_version").fetchone()
         (tables,) = db.execute("SELECT count(*) FROM sqlite_master").fetchone()
-        if version in _UPGRADES and tables:
+        while version in _UPGRADES and tables:
             db.executescript(f"BEGIN; {_UPGRADES[version]} PRAGMA user_version = {version + 1}; COMMIT;")
             version += 1
         if not (version == 0 and tables == 0) and version != SCHEMA_VERSION:

@@ -13,7 +13,7 @@ from rich.text import Text
 
 from hvcpd.control.status_screen import status_screen, tasks_screen
 from hvcpd.reporting.palette import ROBOT_TERMINAL
-from hvcpd.reporting.text import clean, percent
+from hvcpd.reporting.text import clean, percent, seal_words
 
 SURE = 0.9
 """Confidence below which a sentence is shown as doubtful: the recogniser reports sentences from 0.75."""
@@ -84,13 +84,19 @@ class FollowLines:
 
 
 def _said(show: FollowLines, event: Event) -> Parts:
-    return show.speech(event)
+    return [*show.speech(event), *_seal(event)]
+
+
+def _seal(event: Event) -> Parts:
+    """What is known of its seal, where there is a key."""
+    seal = clean(event.get("seal", ""))
+    return [(f"  {seal_words(seal)}", "bold yellow" if seal == "not trusted" else "green")] if seal else []
 
 
 def _heard(show: FollowLines, event: Event) -> Parts:
     sure = event["confidence"] >= SURE
     how = f"  heard, {percent(event['confidence'])} sure, {event['snr_db']:.0f} dB over the noise"
-    return [*show.speech(event), (how, "dim" if sure else "yellow")]
+    return [*show.speech(event), (how, "dim" if sure else "yellow"), *_seal(event)]
 
 
 def _garbled(_show: FollowLines, _event: Event) -> Parts:

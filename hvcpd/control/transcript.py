@@ -17,6 +17,7 @@ from typing import Any, Protocol
 from hvcpd.config.settings import load_settings
 from hvcpd.control.daemon_client import DaemonClient, find_daemon
 from hvcpd.errors import EX_OK, ConfigError, NotAllowedError, NotRunningError
+from hvcpd.reporting.text import seal_words
 from hvcpd.store import TranscriptReader, TranscriptRecord, TranscriptRow
 
 POLL_S = 0.2
@@ -111,7 +112,8 @@ def line_of(row: TranscriptRow, as_json: bool) -> str:
         return json.dumps({"number": row.number, "wall_s": row.wall_s, **asdict(record)})
     at = datetime.fromtimestamp(row.wall_s).strftime("%Y-%m-%d %H:%M:%S") if row.wall_s else f"{record.at_s:19.1f}"
     sure = f"  ({record.confidence:.0%})" if record.confidence is not None else ""
-    return f"{at}  {record.kind:7}  {_plain(record.text) or '…'}{sure}"
+    seal = f"  {seal_words(_plain(record.seal))}" if record.seal else ""
+    return f"{at}  {record.kind:7}  {_plain(record.text) or '…'}{sure}{seal}"
 
 
 def _plain(text: str) -> str:

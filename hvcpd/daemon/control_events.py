@@ -29,6 +29,7 @@ from hvcpd.reporting.events import (
     Watered,
 )
 from hvcpd.robot import Robot
+from hvcpd.sealing import seal_shown
 
 PERIOD_S = 0.25
 """Between two readings of the level, and of the pose: as fast as a person sees a meter move."""
@@ -97,7 +98,13 @@ class EventSource:
         if isinstance(record, SaidRecord):
             self._said += 1
             return Said(
-                record.at_s, record.at_s + record.duration_s, self._said - 1, self._name, record.text, collided=False
+                record.at_s,
+                record.at_s + record.duration_s,
+                self._said - 1,
+                self._name,
+                record.text,
+                collided=False,
+                seal=seal_shown(record.utterance),
             )
         return make(self._name, record, robot) if make is not None else None
 
@@ -119,7 +126,9 @@ def odom_of(robot: Robot, reading: WheelReading) -> Odom:
 
 def _heard(name: str, record: HeardRecord, _: Robot) -> LiveEvent:
     speaker = record.utterance.speaker or "somebody"
-    return Heard(record.start_s, None, name, speaker, record.text, record.confidence, record.snr_db, words=record.words)
+    seal = seal_shown(record.utterance, record.trust)
+    sure, snr_db = record.confidence, record.snr_db
+    return Heard(record.start_s, None, name, speaker, record.text, sure, snr_db, words=record.words, seal=seal)
 
 
 def _performed(name: str, record: PerformedRecord, robot: Robot) -> LiveEvent:

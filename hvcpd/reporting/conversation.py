@@ -8,7 +8,7 @@ from hvcpd.reporting.events import Garbled, Heard, Watered
 from hvcpd.reporting.markup import Markup, joined, tag
 from hvcpd.reporting.palette import plant_colour, robot_slot
 from hvcpd.reporting.story import Line, Story
-from hvcpd.reporting.text import clock, listed, percent, plural
+from hvcpd.reporting.text import clock, listed, percent, plural, seal_words
 
 MAX_NAMED = 3
 """Listeners named in a line; of more the page tells the number, and the names on demand."""
@@ -32,7 +32,8 @@ def _utterance(line: Line, slot: int, side: int, playable: bool, others: int) ->
     said = line.said
     label = f"Play {said.speaker} at {clock(said.at_s)}: {said.text}"
     button = tag("button", type="button", class_="play", aria_label=label, aria_pressed="false") if playable else None
-    head = tag("div", tag("b", said.speaker), tag("time", clock(said.at_s)), class_="who")
+    seal = tag("span", seal_words(said.seal), class_="seal") if said.seal else None
+    head = tag("div", tag("b", said.speaker), tag("time", clock(said.at_s)), seal, class_="who")
     return tag(
         "li",
         button,
@@ -50,6 +51,9 @@ def _marks(line: Line, others: int) -> list[Markup]:
     if line.said.collided:
         marks.append(tag("li", "collided with another voice", class_="bad"))
     right = sorted((h for h in line.heard if h.text == line.said.text), key=lambda h: h.listener)
+    doubting = [h.listener for h in line.heard if h.seal == "not trusted"]
+    if doubting:
+        marks.append(tag("li", f"not trusted by {listed(doubting)}", class_="odd"))
     if len(right) > MAX_NAMED:
         lowest = min(h.confidence for h in right)
         named = listed(f"{h.listener} {percent(h.confidence)}" for h in right)
@@ -69,7 +73,9 @@ def _marks(line: Line, others: int) -> list[Markup]:
 
 def _heard(heard: Heard) -> Markup:
     title = f"signal-to-noise ratio {heard.snr_db:.0f} dB"
-    return tag("li", f"heard by {heard.listener}, confidence {percent(heard.confidence)}", class_="good", title=title)
+    told = f"heard by {heard.listener}, confidence {percent(heard.confidence)}"
+    seal = f", {seal_words(heard.seal)}" if heard.seal and heard.seal != "not trusted" else ""
+    return tag("li", told + seal, class_="good", title=title)
 
 
 def _watering(act: Watered, story: Story) -> Markup:

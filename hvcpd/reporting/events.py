@@ -47,6 +47,8 @@ class Said:
     speaker: str
     text: str
     collided: bool
+    seal: str = ""
+    """Where there is a key: "sealed" or "encrypted"; empty if neither."""
 
 
 @dataclass(frozen=True)
@@ -62,6 +64,8 @@ class Heard:
     snr_db: float
     words: tuple[tuple[str, float, float], ...] = ()
     """Each word as it was recognised, and where it begins and ends, s; empty if the listener kept no account."""
+    seal: str = ""
+    """What the listener makes of its seal: "sealed", "encrypted", "code" or "not trusted"; empty if it has none."""
 
 
 @dataclass(frozen=True)

@@ -13,7 +13,7 @@ from rich.text import Text
 from hvcpd.reporting.events import Garbled, Heard, Plant, Started, Summary, Watered
 from hvcpd.reporting.palette import ROBOT_TERMINAL, plant_style
 from hvcpd.reporting.story import Line
-from hvcpd.reporting.text import clean, clock, listed, percent, plural, without_common_start
+from hvcpd.reporting.text import clean, clock, listed, percent, plural, seal_words, without_common_start
 from hvcpd.reporting.watching import BoardRow, GaveUp, Note, Watch
 
 _ASCII = str.maketrans({"✿": "*", "×": "x", "–": "-", "…": "~", "·": ".", "✓": "+", "≠": "!"})
@@ -64,7 +64,12 @@ class Artist:
                 lowest = min(h.confidence for h in right)
                 named = f"{len(right)} of {len(self._started.robots) - 1}, {percent(lowest)} or more"
             parts.append((f"heard by {named}", "green"))
+        if right and right[0].seal and right[0].seal != "not trusted":
+            parts.append((seal_words(right[0].seal), "green"))
         parts += [(f"{h.listener} understood: {h.text}", "yellow") for h in line.heard if h not in right]
+        doubting = tuple(h.listener for h in line.heard if h.seal == "not trusted")
+        if doubting:
+            parts.append((f"not trusted by {_named(doubting)}", "bold yellow"))
         if line.garbled:
             parts.append((f"garbled at {_named(line.garbled)}", "red"))
         if line.missed and final:

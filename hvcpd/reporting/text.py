@@ -48,6 +48,11 @@ def plural(count: int, one: str, many: str | None = None) -> str:
     return f"{count} {one if count == 1 else many or one + 's'}"
 
 
+def seal_words(seal: str) -> str:
+    """What is shown of an event's seal: "sealed ✓", "not trusted"; empty without one."""
+    return f"{seal} ✓" if seal and seal != "not trusted" else seal
+
+
 def listed(names: Iterable[str]) -> str:
     """Rob; Rob and Bot; Rob, Bot and Zoe."""
     each = list(names)

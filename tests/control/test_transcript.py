@@ -52,6 +52,15 @@ def test_the_transcript_as_text_and_as_json(memory: Path, capsys: pytest.Capture
     assert [(o["kind"], o["speaker"], o["text"]) for o in objects] == list(TALK)
 
 
+def test_seals_are_told(memory: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    with closing(Store(memory)) as store:
+        for seal in ("encrypted", "not trusted"):
+            store.append_transcript(TranscriptRecord(99.0, "heard", "Bot", "Hi all, I am Bot, I am busy", 0.9, seal))
+    assert main(["transcript", "--memory", str(memory)]) == 0
+    lines = capsys.readouterr().out.splitlines()
+    assert [line.rpartition("(90%)")[2].strip() for line in lines[-2:]] == ["encrypted ✓", "not trusted"]
+
+
 def test_since_leaves_out_what_is_older(memory: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["transcript", "--memory", str(memory), "--since", "1h"]) == 0
     assert len(capsys.readouterr().out.splitlines()) == len(TALK)

@@ -14,7 +14,7 @@ import numpy as np
 import pytest
 
 from hvcpd.ports import SAMPLE_RATE_HZ
-from hvcpd.reporting.events import MissionRecord, Said, Summary, Watered
+from hvcpd.reporting.events import Heard, MissionRecord, Said, Summary, Watered
 from hvcpd.reporting.html import page, write_report
 from hvcpd.reporting.markup import VOID
 from tests.reporting.example import example, pitch_of
@@ -201,3 +201,22 @@ def test_a_mission_without_anything() -> None:
 def test_no_sound_no_buttons() -> None:
     parsed = Page(page(example(sound=False)))
     assert parsed.of_class("play") == parsed.all("audio") == []
+
+
+def test_seals_are_shown_with_what_they_are_worth(record: MissionRecord) -> None:
+    seals = {"Rob": "sealed", "Rob1": "not trusted"}
+    events = tuple(
+        replace(event, seal="sealed")
+        if isinstance(event, Said)
+        else replace(event, seal=seals.get(event.listener, ""))
+        if isinstance(event, Heard)
+        else event
+        for event in record.events
+    )
+    shown = "".join(Page(page(replace(record, events=events))).text)
+    assert "sealed ✓" in shown
+    listeners = {event.listener for event in events if isinstance(event, Heard) and event.seal == "not trusted"}
+    assert listeners
+    for listener in listeners:
+        assert f"not trusted by {listener}" in shown
+    assert "sealed" not in "".join(Page(page(record)).text)

@@ -6,6 +6,7 @@ import io
 import itertools
 import re
 from collections.abc import Sequence
+from dataclasses import replace
 
 import pytest
 from hypothesis import given, settings
@@ -73,6 +74,18 @@ def test_who_heard_it_and_how_well() -> None:
     out = show([started, ev.Heard(1.0, None, "Bot", "somebody", "stop", 0.9, 20.0), ev.Garbled(5.0, "Ada")])
     assert "no robot's (90 %): stop" in out
     assert "Ada heard speech, from no robot" in out
+
+
+def test_what_a_seal_is_worth_is_shown() -> None:
+    started = ev.Started(0.0, ("Rob", "Bot"), (), (), "volunteer", 1, 40.0)
+    said = ev.Said(1.0, 4.0, 0, "Rob", "Hi Bot, I am Rob, confirmed", False, "encrypted")
+    heard = ev.Heard(1.0, 0, "Bot", "Rob", said.text, 0.87, 20.0, seal="encrypted")
+    assert "encrypted ✓" in show([started, said, heard])
+    forged = ev.Heard(1.0, 0, "Bot", "Rob", said.text, 0.87, 20.0, seal="not trusted")
+    out = show([started, said, forged])
+    assert "not trusted by Bot" in out
+    assert "✓" not in out
+    assert "✓" not in show([started, replace(said, seal=""), replace(heard, seal="")])
 
 
 @pytest.mark.parametrize(("width", "height"), [(80, 24), (40, 12), (20, 5), (200, 60)])

@@ -278,19 +278,30 @@ def test_closing_twice_is_harmless(path: Path) -> None:
     store.close()
 
 
-def test_a_store_of_the_version_before_is_upgraded_with_all_that_is_in_it(path: Path) -> None:
+@pytest.mark.parametrize(
+    ("script", "is_dated"),
+    [
+        ("ALTER TABLE transcript DROP COLUMN seal; PRAGMA user_version = 2;", True),
+        (
+            "ALTER TABLE transcript DROP COLUMN seal; ALTER TABLE transcript DROP COLUMN wall_s; DROP TABLE flags; "
+            "PRAGMA user_version = 1;",
+            False,
+        ),
+    ],
+)
+def test_a_store_of_a_version_before_is_upgraded_with_all_that_is_in_it(path: Path, script: str, is_dated: bool) -> None:
     with closing(Store(path)) as store:
         store.save_task(GREEN)
         store.append_transcript(HEARD)
     with closing(sqlite3.connect(path)) as db:
-        db.executescript("ALTER TABLE transcript DROP COLUMN wall_s; DROP TABLE flags; PRAGMA user_version = 1;")
+        db.executescript(script)
     with closing(Store(path)) as again:
         assert again.tasks() == (GREEN,)
         assert again.transcript() == (HEARD,)
         again.append_transcript(HEARD)
     assert not list(path.parent.glob("*.corrupt-*"))
     with closing(TranscriptReader(path)) as reader:
-        assert [row.wall_s is None for row in reader.rows()] == [True, False]
+        assert [row.wall_s is None for row in reader.rows()] == [not is_dated, False]
 
 
 def test_flags_are_kept(path: Path) -> None:
