@@ -9,7 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from hvcpd.security.cipher import TAG_BYTES, Ciphers, Message
-from hvcpd.security.guard import FAR_CIPHER, NEAR, PRESENT_S, Guard
+from hvcpd.security.guard import FAR, NEAR, PRESENT_S, Guard
 from hvcpd.security.keys import KEY_BYTES, KeyRing, TeamKey
 from hvcpd.security.seal import Sentence
 from hvcpd.security.silence import Patience
@@ -106,9 +106,7 @@ def test_presence_is_proved_by_an_encrypted_answer() -> None:
     assert trust(bot, said(rob, b"\1\2", 9.0), 10.0 + PRESENT_S) is Trust.SEALED
 
 
-@pytest.mark.parametrize(
-    ("lost", "first"), [(NEAR - 1, Trust.SEALED), (NEAR, Trust.AHEAD), (FAR_CIPHER - 2, Trust.AHEAD)]
-)
+@pytest.mark.parametrize(("lost", "first"), [(NEAR - 1, Trust.SEALED), (NEAR, Trust.AHEAD), (FAR - 2, Trust.AHEAD)])
 def test_who_missed_many_is_brought_back_by_two_in_a_row(lost: int, first: Trust) -> None:
     rob, bot = pair()
     for _ in range(lost):
