@@ -289,9 +289,7 @@ def test_closing_twice_is_harmless(path: Path) -> None:
         ),
     ],
 )
-def test_an_older_store_is_upgraded_with_all_that_is_in_it(
-    path: Path, script: str, is_dated: bool
-) -> None:
+def test_an_older_store_is_upgraded_with_all_that_is_in_it(path: Path, script: str, is_dated: bool) -> None:
     with closing(Store(path)) as store:
         store.save_task(GREEN)
         store.append_transcript(HEARD)
