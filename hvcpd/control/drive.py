@@ -59,7 +59,7 @@ def _settings(options: argparse.Namespace) -> Settings:
     if settings.wheels.driver == "none" and not options.dry_run:
         raise ConfigError("wheels.driver is none: this robot has no wheels; set it to auto, or give --driver")
     if settings.wheels.driver == "ros" and not options.dry_run:
-        raise ConfigError("wheels.driver is ros: ROS has the wheels; drive them by cmd_vel, or give --driver")
+        raise ConfigError("wheels.driver is ros: ROS has the wheels; stop them with `hvcpctl stop`, or give --driver")
     return settings
 
 

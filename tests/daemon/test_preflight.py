@@ -37,6 +37,12 @@ def test_a_missing_port_without_any_other(tmp_path: Path) -> None:
     assert "plug in the motors' adapter" in finding.text
 
 
+def test_wheels_that_ros_has_need_no_port(tmp_path: Path) -> None:
+    finding = find_port(WheelSettings(driver="ros", ros_mode="goal"), tmp_path)
+    assert finding.exit_status == EX_OK
+    assert "hvcpctl ros" in finding.text
+
+
 def test_a_file_is_no_port(tmp_path: Path) -> None:
     (tmp_path / "file").touch()
     assert "is no serial port" in find_port(WheelSettings(port=str(tmp_path / "file")), tmp_path).text

@@ -113,6 +113,7 @@ def listen(rospy: Any, base: Base, record: Record) -> None:
     from diagnostic_msgs.msg import DiagnosticArray  # type: ignore[import-not-found]
     from geometry_msgs.msg import Twist  # type: ignore[import-not-found]
     from std_msgs.msg import Bool, String  # type: ignore[import-not-found]
+    from tf2_msgs.msg import TFMessage  # type: ignore[import-not-found]
 
     def obey(twist: Any) -> None:
         base.told = (twist.linear.x, twist.angular.z)
@@ -125,7 +126,12 @@ def listen(rospy: Any, base: Base, record: Record) -> None:
     for name in ("heard", "heard/json", "said", "said/json", "events", "tasks", "state"):
         note(name, String)
     note("estop/state", Bool)
+    note("/tf", TFMessage, lambda m: [[t.header.frame_id, t.child_frame_id, _xy(t)] for t in m.transforms])
     note("/diagnostics", DiagnosticArray, _parts)
+
+
+def _xy(transform: Any) -> tuple[float, float]:
+    return transform.transform.translation.x, transform.transform.translation.y
 
 
 def _parts(array: Any) -> dict[str, Any]:

@@ -21,6 +21,8 @@ from hvcpd.ros.ros1 import class_of, find_rospy
 from tests.e2e.parts import PRIORITY
 from tests.e2e.robot import END_S, Part, RobotProcess
 
+END_WITH_PARENT = ("setpriv", "--pdeathsig", "TERM", "--")
+"""A test that is killed leaves no roscore behind: told to end, it ends its children too (util-linux, setpriv(1))."""
 MOVES = 0.02
 """m/s or rad/s; a base that is slower stands."""
 PACKAGES = ("std_msgs/String", "geometry_msgs/Twist", "nav_msgs/Odometry", "diagnostic_msgs/DiagnosticArray")
@@ -28,8 +30,8 @@ PACKAGES = ("std_msgs/String", "geometry_msgs/Twist", "nav_msgs/Odometry", "diag
 
 def missing() -> str:
     """What is missing for a real roscore, as a reason to skip; empty if nothing is."""
-    if shutil.which("roscore") is None:
-        return "not installed: roscore (`make parts` installs it as root)"
+    if shutil.which("roscore") is None or shutil.which("setpriv") is None:
+        return "not installed: roscore, or setpriv (`make parts` installs them as root)"
     if not find_rospy():
         return "not installed for this Python: rospy (`make parts` installs it as root, for Debian's)"
     try:
@@ -56,7 +58,7 @@ class Roscore:
         """Start it; who needs the master waits for it by themselves."""
         with self._log.open("ab") as log:
             self._process = subprocess.Popen(
-                [*DIE_WITH_PARENT, "roscore", "-p", str(self._port)],
+                [*END_WITH_PARENT, "roscore", "-p", str(self._port)],
                 env={**os.environ, **self.environment},
                 stdout=log,
                 stderr=log,
@@ -83,6 +85,11 @@ class Roscore:
         """All nodes that its master knows."""
         _, _, state = xmlrpc.client.ServerProxy(self.uri).getSystemState("/test")
         return {node for part in state for _, nodes in part for node in nodes}
+
+    def subscribers(self) -> dict[str, list[str]]:
+        """Each topic with the nodes that listen to it."""
+        _, _, state = xmlrpc.client.ServerProxy(self.uri).getSystemState("/test")
+        return dict(state[1])
 
     def _end(self) -> None:
         process, self._process = self._process, None

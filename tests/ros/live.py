@@ -14,6 +14,7 @@ from pathlib import Path
 from typing import Any
 
 from hil_fakes.sound_server import wait_until
+from tests.e2e.ros_robot import END_WITH_PARENT
 from tests.ros.test_bridge import STATUS
 
 END_S = 30.0
@@ -21,12 +22,12 @@ BRIDGE = (sys.executable, "-m", "hvcpd.control.cli", "ros")
 
 
 class SocketDaemon:
-    """Answers as a daemon whose base ROS has; `tell` sends an event to all clients, `asked` has what they wanted."""
+    """Answers as a daemon with wheels of this `driver`. `tell` sends an event to all; `asked` has what they wanted."""
 
-    def __init__(self, path: Path, mode: str) -> None:
+    def __init__(self, path: Path, mode: str, driver: str) -> None:
         self.path = path
         self.asked: list[dict[str, Any]] = []
-        settings = [{"key": "wheels.driver", "value": "ros"}, {"key": "wheels.ros_mode", "value": mode}]
+        settings = [{"key": "wheels.driver", "value": driver}, {"key": "wheels.ros_mode", "value": mode}]
         self._replies: dict[str, Any] = {
             "config": {"settings": settings},
             "status": STATUS,
@@ -54,15 +55,15 @@ class SocketDaemon:
             client.close()
 
     def _accept(self) -> None:
-        with suppress(OSError):
+        with suppress(OSError):  # closed
             while True:
                 client, _ = self._listener.accept()
-                client.sendall(b'{"event": "hello", "protocol": 1, "name": "Rob", "version": "1"}\n')
                 self._clients.append(client)
                 threading.Thread(target=self._serve, args=(client,), daemon=True).start()
 
     def _serve(self, client: socket.socket) -> None:
         with suppress(OSError, ValueError), client.makefile("r") as lines:
+            client.sendall(b'{"event": "hello", "protocol": 1, "name": "Rob", "version": "1"}\n')
             for line in lines:
                 request = json.loads(line)
                 self.asked.append(request)
@@ -71,9 +72,9 @@ class SocketDaemon:
 
 
 @contextmanager
-def daemon_at(path: Path, mode: str) -> Iterator[SocketDaemon]:
+def daemon_at(path: Path, mode: str, driver: str = "ros") -> Iterator[SocketDaemon]:
     """Such a daemon, for a while."""
-    daemon = SocketDaemon(path, mode)
+    daemon = SocketDaemon(path, mode, driver)
     try:
         yield daemon
     finally:
@@ -86,7 +87,9 @@ def bridge_to(
 ) -> Iterator[subprocess.Popen[bytes]]:
     """The bridge beside that daemon, started by this command; it has subscribed when the context begins."""
     with daemon.path.with_suffix(".log").open("ab") as log:
-        process = subprocess.Popen(command, env={**os.environ, **environment}, stdout=log, stderr=log)
+        process = subprocess.Popen(
+            [*END_WITH_PARENT, *command], env={**os.environ, **environment}, stdout=log, stderr=log
+        )
     try:
         wait_until(lambda: bool(daemon.arguments("subscribe")), END_S, "the bridge follows the daemon")
         yield process

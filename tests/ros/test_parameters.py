@@ -8,8 +8,8 @@ from pathlib import Path
 import pytest
 
 from hvcpd.control import ros
-from hvcpd.control.cli import make_parser
-from hvcpd.errors import ConfigError
+from hvcpd.control.cli import main, make_parser
+from hvcpd.errors import EX_OK, EX_USER, ConfigError
 from hvcpd.ros.command import Base, base_of, choose_ros, wait_for_master
 from hvcpd.ros.parameters import Parameters, parameters_from
 
@@ -52,6 +52,15 @@ def test_arguments_of_both_kinds_are_understood() -> None:
         ["ros", "--ros", "2", "--ros-args", "-r", "__ns:=/rob", "-p", "publish_tf:=false"]
     )
     assert second.ros_args == ["-r", "__ns:=/rob", "-p", "publish_tf:=false"]
+
+
+def test_other_commands_leave_the_wheels_to_ros(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    settings = tmp_path / "hvcpd.yaml"
+    settings.write_text("name: Rob\nwheels: {driver: ros}\n")
+    assert main(["drive", "forward", "1", "--config", str(settings)]) == EX_USER
+    assert "hvcpctl stop" in capsys.readouterr().err
+    assert main(["doctor", "--only", "wheels", "--config", str(settings)]) == EX_OK
+    assert "ROS has them" in capsys.readouterr().out
 
 
 def test_what_is_no_remapping_is_bad_input() -> None:

@@ -63,21 +63,23 @@ class Scene:
 
 
 @contextmanager
-def on_stage(folder: Path, mode: str, launch: bool = False) -> Iterator[Scene]:
+def on_stage(folder: Path, mode: str, launch: bool = False, driver: str = "ros") -> Iterator[Scene]:
     """`launch`: the bridge is started by the launch file, from the package for ROS users."""
     record = folder / "ros.jsonl"
     with ExitStack() as stack:
         core = Roscore(folder, "core")
         stack.callback(core.close)
-        daemon = stack.enter_context(daemon_at(folder / "d.sock", mode))
+        daemon = stack.enter_context(daemon_at(folder / "d.sock", mode, driver))
         command = [sys.executable, "-m", "tests.e2e.ros_base", "--record", str(record)]
         base = stack.enter_context(running(command, core.environment, folder / "base.log"))
+        wait_until(core.answers, WAIT_S, "there is a master")  # roslaunch would start one of its own
         how = ("roslaunch", "hvcpd", "hvcpd.launch", f"socket:={daemon.path}") if launch else BRIDGE
         options = () if launch else ("--socket", str(daemon.path), "--ros", "1", "_base_frame:=base_footprint")
         places = {"ROS_PACKAGE_PATH": str(PACKAGE), "PATH": f"{Path(sys.executable).parent}:{os.environ['PATH']}"}
         stack.enter_context(bridge_to(daemon, {**core.environment, **places}, (*how, *options)))
         scene = Scene(daemon, record, base, core)
-        wait_until(lambda: bool(scene.base_told("x_m")), WAIT_S, "odometry reaches the daemon")
+        if driver == "ros":
+            wait_until(lambda: bool(scene.base_told("x_m")), WAIT_S, "odometry reaches the daemon")
         yield scene
 
 
@@ -121,3 +123,13 @@ def test_a_goal_is_reached_with_feedback_and_another_one_cancelled_by_stop(tmp_p
         assert [each[0] for each in scene.seen("move_base")] == ["goal", "goal", "cancel"]
         assert scene.base_told("goal") == [1], "a goal that was withdrawn matters no more"
         assert scene.seen("pose")[-1][0] < 4.0
+
+
+def test_a_robot_with_wheels_of_its_own_tells_where_it_is_and_obeys_no_cmd_vel(tmp_path: Path) -> None:
+    with on_stage(tmp_path, "cmd_vel", driver="opencr") as scene:
+        odom = {"event": "odom", "at_s": 1.0, "x_m": 2.5, "y_m": -1.0, "heading_rad": 0.0}
+        odom |= {"linear_m_s": 0.1, "angular_rad_s": 0.0}
+        scene.keep_telling(odom, lambda: scene.seen("/tf"), "tf is told")
+        assert scene.seen("/tf")[0] == [["odom", "base_footprint", [2.5, -1.0]]]
+        subscribers = {topic for topic, nodes in scene.core.subscribers().items() if "/hvcpd" in nodes}
+        assert subscribers == {"/say", "/estop"}
