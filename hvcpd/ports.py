@@ -19,6 +19,10 @@ Samples = NDArray[np.float32]
 """Mono sound, shape (n,), float32, 1.0 = full scale."""
 
 
+WARN_BATTERY_V = 11.1
+"""Below this a person should charge: a TurtleBot3's battery has 11.1 V nominally and is cut off at 11.0 V (ROBOTIS
+e-Manual)."""
+
 STILL_M, STILL_RAD = 0.001, 0.002
 """A pose that differs by no more is the same: the encoders' steps are 0.05 mm, and a standing wheel may flicker."""
 

@@ -18,12 +18,13 @@ _WHICH = "Without --name the robot of the settings is meant, or else the only on
 
 
 def add_daemon_commands(commands: Commands, lazy: Callable[[str], Run]) -> None:
-    """Add `status`, `tasks`, `follow`, `stop`, `resume`, `reload` and `config`."""
+    """Add `status`, `tasks`, `follow`, `console`, `stop`, `resume`, `reload` and `config`."""
     status = _add(commands, "status", "show what a running robot is doing", lazy("status"), "hvcpctl status --watch")
     _add_watch(status)
     tasks = _add(commands, "tasks", "show the board: which tasks are open, claimed or done", lazy("status"))
     _add_watch(tasks)
     _add(commands, "follow", "show what a robot says, hears and does, as it happens", lazy("follow"))
+    _add_console(commands, lazy("console"))
     _add(commands, "stop", "halt a robot at once, until it is told to resume", lazy("bid"), "hvcpctl stop --name Rob")
     _add(commands, "resume", "let a stopped robot take on tasks again", lazy("bid"))
     _add(commands, "reload", "have a robot read its settings and tasks again", lazy("bid"))
@@ -47,6 +48,22 @@ def add_ros(commands: Commands, run: Run) -> None:
     command.add_argument("remap", nargs="*", metavar="NAME:=VALUE", help="remappings and parameters, as ROS 1 has them")
     command.add_argument("--ros-args", nargs=argparse.REMAINDER, metavar="…", help="the same, as ROS 2 has them")
     command.set_defaults(run=run)
+
+
+def _add_console(commands: Commands, run: Run) -> None:
+    c = commands.add_parser(
+        "console",
+        help="show a robot, or a recorded mission, as a live page in the browser",
+        description="Serve a page of this computer: the conversation, tasks, map, level, alarms, and a stop button.",
+        epilog=_WHICH + EXITS + " Examples: hvcpctl console; hvcpctl console --replay out/demo",
+    )
+    add_which(c)
+    c.add_argument("--port", type=int, default=8765, metavar="N", help="the page's port (default: %(default)s; 0: any)")
+    c.add_argument("--unix", type=Path, metavar="FILE", help="a UNIX socket instead of a port, for behind a tunnel")
+    c.add_argument("--listen", default="127.0.0.1", metavar="ADDRESS", help="address (default: only this computer)")
+    c.add_argument("--expose", action="store_true", help="allow an address that other computers can reach, unencrypted")
+    c.add_argument("--replay", type=Path, metavar="DIR", help="a mission that `simulate --report DIR` has recorded")
+    c.set_defaults(run=run)
 
 
 def add_completion(commands: Commands, run: Run) -> None:

@@ -195,11 +195,12 @@ def _make_directory(path: Path) -> None:
 
 def _write_report(directory: Path, record: MissionRecord, bench: Bench, quiet: bool) -> None:
     from hvcpd.reporting.html import write_report
-    from hvcpd.reporting.transcript import write_transcript
+    from hvcpd.reporting.transcript import write_trails, write_transcript
 
     try:
         write_report(record, directory / "report.html")
         write_transcript(record.events, directory / "transcript.jsonl")
+        write_trails(record.trails, directory / "trails.jsonl")
     except OSError as error:
         raise AudioFileError(f"--report: {directory} cannot be written: {error.strerror}; name another") from None
     write_wav(directory / "mission.wav", _audible(record.sound))
@@ -208,7 +209,8 @@ def _write_report(directory: Path, record: MissionRecord, bench: Bench, quiet: b
     if not quiet:
         sys.stdout.write(
             f"\nReport: {directory / 'report.html'} (open it in a browser), and beside it mission.wav, "
-            "transcript.jsonl and what each robot heard.\n"
+            "transcript.jsonl, trails.jsonl and what each robot heard.\n"
+            f"To see and hear it again as it happened: hvcpctl console --replay {directory}\n"
         )
 
 

@@ -10,10 +10,8 @@ from rich.padding import Padding
 from rich.table import Table
 from rich.text import Text
 
+from hvcpd.ports import WARN_BATTERY_V
 from hvcpd.reporting.text import clean, number, plural
-
-WARN_BATTERY_V = 11.1
-"""A TurtleBot3's battery: nominal 11.1 V, cut off at 11.0 V (ROBOTIS e-Manual)."""
 
 _STATE_STYLES = {"done": "green", "claimed": "yellow", "failed": "red"}
 

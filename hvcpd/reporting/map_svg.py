@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
-from hvcpd.reporting.events import Plant, Trail
+from hvcpd.reporting.events import Plant, Trail, Watered
 from hvcpd.reporting.markup import Markup, joined, tag
 from hvcpd.reporting.palette import plant_colour, robot_slot
 from hvcpd.reporting.story import Story
@@ -72,6 +72,36 @@ def fit(points: Sequence[tuple[float, float]]) -> Frame:
     return Frame(edges[0][0], edges[1][0], edges[0][1], edges[1][1], step_m)
 
 
+def draw_plan(plants: Sequence[Plant], others: Sequence[tuple[float, float]] = ()) -> Markup:
+    """The room with its plants, none of them watered yet, and room for `others`: (x_m, y_m).
+
+    The picture tells in its data how metres become its units, for a script that draws robots into it: x is
+    `pad + (x_m - left) * scale`, y is `pad + (high - (y_m - bottom)) * scale`.
+    """
+    frame = fit([(plant.x_m, plant.y_m) for plant in plants] + list(others))
+    labels = _Labels(frame)
+    for plant in plants:
+        labels.block(*frame.at(plant.x_m, plant.y_m), 16.0)
+    return tag(
+        "svg",
+        tag("title", f"The room from above, {number(frame.wide_m)} m by {number(frame.high_m)} m"),
+        _grid(frame),
+        tag("g", joined(_plants(frame, plants, {}, labels))),
+        **_canvas(frame),
+        data_left=frame.left_m,
+        data_bottom=frame.bottom_m,
+        data_high=frame.high_m,
+        data_wide=frame.wide_m,
+        data_scale=f"{frame.scale:.6f}",
+        data_pad=_PAD,
+    )
+
+
+def _canvas(frame: Frame) -> dict[str, str]:
+    width, height = (side + 2 * _PAD for side in frame.size)
+    return {"class_": "map", "viewBox": f"0 0 {width:.0f} {height:.0f}", "role": "img"}
+
+
 def draw_map(story: Story, trails: Sequence[Trail]) -> Markup:
     """The map; `trails` are simplified already."""
     plants = story.started.plants
@@ -88,19 +118,16 @@ def draw_map(story: Story, trails: Sequence[Trail]) -> Markup:
         labels.block(*frame.at(trail.x_m[0], trail.y_m[0]), 9.0)
         labels.block(*frame.at(trail.x_m[-1], trail.y_m[-1]), 16.0)
         labels.avoid(frame, trail)
-    width, height = (side + 2 * _PAD for side in frame.size)
     title = f"The room from above, {number(frame.wide_m)} m by {number(frame.high_m)} m, with the robots' trails"
     return tag(
         "svg",
         tag("title", title),
         _grid(frame),
         tag("g", joined(_trail(frame, trail, order.get(trail.robot, 0)) for trail in drawn)),
-        tag("g", joined(_plants(frame, plants, story, labels))),
+        tag("g", joined(_plants(frame, plants, _acts(story), labels))),
         tag("g", joined(_ends(frame, trail, order.get(trail.robot, 0), labels) for trail in drawn)),
         tag("g", joined(_puck(frame, trail, order.get(trail.robot, 0)) for trail in drawn)),
-        class_="map",
-        viewBox=f"0 0 {width:.0f} {height:.0f}",
-        role="img",
+        **_canvas(frame),
     )
 
 
@@ -158,9 +185,13 @@ def _arrows(points: list[tuple[float, float]], slot: int) -> list[Markup]:
     return arrows
 
 
-def _plants(frame: Frame, plants: Sequence[Plant], story: Story, labels: _Labels) -> list[Markup]:
+def _acts(story: Story) -> dict[int, Watered]:
+    """The first watering of each plant that was watered."""
+    return {watering.task: watering for watering in reversed(story.waterings)}
+
+
+def _plants(frame: Frame, plants: Sequence[Plant], done: Mapping[int, Watered], labels: _Labels) -> list[Markup]:
     parts = []
-    done = {watering.task: watering for watering in reversed(story.waterings)}
     for plant, short in zip(plants, without_common_start([p.name for p in plants]), strict=True):
         x, y = frame.at(plant.x_m, plant.y_m)
         act = done.get(plant.task)
@@ -177,6 +208,7 @@ def _plants(frame: Frame, plants: Sequence[Plant], story: Story, labels: _Labels
             class_="plant" if act else "plant dry",
             fill=plant_colour(plant.name),
             transform=f"translate({number(x, 1)} {number(y, 1)})",
+            data_task=plant.task,
         )
         label = f"{plant.task} {short}" if len(plants) <= MAX_NAMED_PLANTS else f"{plant.task}"
         parts += [flower, labels.place(label, x, y, 16.0, "label")]

@@ -1,13 +1,36 @@
-"""The transcript: what was said, who heard it, what was garbled, how the tasks went; one JSON object a line."""
+"""What is kept of a mission for programs: the transcript, and the robots' trails; one JSON object a line."""
 
 from __future__ import annotations
 
+import json
+import math
 from collections.abc import Iterable
 from pathlib import Path
+from typing import Any
 
-from hvcpd.reporting.events import Event, Moved, Summary
+import cattrs
+import numpy as np
+
+from hvcpd.errors import ConfigError
+from hvcpd.reporting.events import (
+    Event,
+    Garbled,
+    Heard,
+    Held,
+    Moved,
+    Said,
+    Started,
+    Summary,
+    TaskChanged,
+    Trail,
+    Watered,
+)
 from hvcpd.reporting.files import write_whole
-from hvcpd.reporting.jsonlines import line
+from hvcpd.reporting.jsonlines import as_strict_json, line
+from hvcpd.reporting.simplify import simplified
+
+_TOLD = (Started, Said, Heard, Garbled, Held, TaskChanged, Watered, Summary)
+_KINDS: dict[str, type[Event]] = {each.__name__.lower(): each for each in _TOLD}
 
 
 def write_transcript(events: Iterable[Event], path: Path) -> None:
@@ -16,3 +39,61 @@ def write_transcript(events: Iterable[Event], path: Path) -> None:
     in_order = sorted((event for event in kept if not isinstance(event, Summary)), key=lambda event: event.at_s)
     last = [event for event in kept if isinstance(event, Summary)]
     write_whole(path, "".join(map(line, [*in_order, *last])).encode("utf-8"))
+
+
+def write_trails(trails: Iterable[Trail], path: Path) -> None:
+    """Write the trails by the points that matter, a robot a line. Raises OSError."""
+    kept = [simplified(trail) for trail in trails]
+    rows = [{"robot": t.robot, "t_s": _rounded(t.t_s), "x_m": _rounded(t.x_m), "y_m": _rounded(t.y_m)} for t in kept]
+    write_whole(path, "".join(as_strict_json(row) + "\n" for row in rows).encode("utf-8"))
+
+
+def _rounded(values: Any) -> list[float]:
+    return [round(float(value), 3) for value in values]
+
+
+def read_transcript(path: Path) -> tuple[Event, ...]:
+    """The events that `write_transcript` has written. Raises ConfigError, with the line that is wrong."""
+    converter = cattrs.Converter()
+    converter.register_structure_hook(float, lambda value, _: math.nan if value is None else float(value))
+    events: list[Event] = []
+    for number, value in _objects(path):
+        kind = _KINDS.get(str(value.pop("event", None)))
+        if kind is None:
+            continue  # of a newer version
+        try:
+            events.append(converter.structure(value, kind))
+        except (cattrs.BaseValidationError, TypeError, ValueError, KeyError) as error:
+            raise ConfigError(
+                f"{path}, line {number}: no {kind.__name__.lower()} as a mission has it ({error})"
+            ) from None
+    return tuple(events)
+
+
+def read_trails(path: Path) -> tuple[Trail, ...]:
+    """The trails that `write_trails` has written. Raises ConfigError, with the line that is wrong."""
+    trails = []
+    for number, value in _objects(path):
+        try:
+            columns = [np.asarray(value[key], np.float64) for key in ("t_s", "x_m", "y_m")]
+            trails.append(Trail(str(value["robot"]), *columns))
+        except (KeyError, TypeError, ValueError) as error:
+            raise ConfigError(f"{path}, line {number}: no trail ({error})") from None
+        if len({column.shape for column in columns}) != 1 or columns[0].ndim != 1:
+            raise ConfigError(f"{path}, line {number}: no trail (its columns differ in length)")
+    return tuple(trails)
+
+
+def _objects(path: Path) -> Iterable[tuple[int, dict[str, Any]]]:
+    try:
+        lines = path.read_text(encoding="utf-8").splitlines()
+    except (OSError, UnicodeDecodeError) as error:
+        raise ConfigError(f"{path} cannot be read: {error}") from None
+    for number, text in enumerate(lines, 1):
+        try:
+            value = json.loads(text)
+        except (ValueError, RecursionError):
+            value = None
+        if not isinstance(value, dict):
+            raise ConfigError(f"{path}, line {number}: no JSON object; is this a mission's transcript?")
+        yield number, value

@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-import asyncio
 import io
 import json
 import os
 import socket
 import threading
 from collections.abc import Callable, Iterator
-from contextlib import suppress
 from pathlib import Path
 
 import pytest
@@ -24,43 +22,7 @@ from hvcpd.coordination.table import State
 from hvcpd.daemon.control_socket import SYSTEM_FOLDER
 from hvcpd.daemon.telling import set_up_logging
 from tests.control.conftest import Refuse
-from tests.daemon.control_bench import ControlBench
-
-TICK_S = 0.01
-"""Real time between two looks: a tenth of a second of the robot's own time."""
-
-
-class RunningRobot:
-    """A robot that lives in a thread of its own, faster than in real time."""
-
-    def __init__(self, directory: Path) -> None:
-        self.directory = directory
-        self._ready = threading.Event()
-        self._thread = threading.Thread(target=lambda: asyncio.run(self._live()))
-
-    def __enter__(self) -> RunningRobot:
-        self._thread.start()
-        assert self._ready.wait(30.0)
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        self._loop.call_soon_threadsafe(self._ending.set)
-        self._thread.join()
-
-    async def _live(self) -> None:
-        self._loop, self._ending = asyncio.get_running_loop(), asyncio.Event()
-        self.bench = ControlBench(self.directory)
-        await self.bench.open()
-        self._ready.set()
-        while not self._ending.is_set():
-            await self.bench.live(blocks=4)
-            with suppress(TimeoutError):
-                await asyncio.wait_for(self._ending.wait(), TICK_S)
-        await self.bench.close()
-
-    @property
-    def state(self) -> State:
-        return self.bench.bench.robot.coordination.state
+from tests.daemon.running import RunningRobot
 
 
 @pytest.fixture(scope="module")

@@ -1,0 +1,42 @@
+"""What of a robot's state a person must see at once."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Any
+
+from hvcpd.ports import WARN_BATTERY_V
+
+State = Mapping[str, Any]
+Alarm = dict[str, str]
+
+
+def alarms_of(status: State, tasks: Sequence[State]) -> list[Alarm]:
+    """The alarms of a `status` and a `tasks` reply (docs/control.md), each with an id that it keeps as long as it
+    lasts."""
+    return [{"id": id_, "text": text} for id_, text in _found(status, tasks)]
+
+
+def _found(status: State, tasks: Sequence[State]) -> Iterator[tuple[str, str]]:
+    name = status["name"]
+    if status["stopped"]:
+        yield "stopped", f"{name} is stopped, and stands until somebody says “resume”"
+    wheels, sound = status["wheels"], status["sound"]
+    if wheels is not None and wheels["fault"] is not None:
+        yield "wheels", f"The wheels have failed: {wheels['fault']}"
+    if status["state"] != "starting" and not sound["listening"]:
+        yield "deaf", f"{name} hears nothing: no sound comes from the microphone"
+    if sound.get("mute"):
+        yield "mute", "The microphone is mute: it gives nothing but zeros"
+    battery_v = status["battery_v"]
+    if battery_v is not None and battery_v < WARN_BATTERY_V:
+        yield "battery", f"The battery has {battery_v:.1f} V: charge it"
+    if status["memory"]["lost"]:
+        yield "memory", f"{status['memory']['lost']} records could not be kept: is the disk full?"
+    for task in tasks:
+        if task["state"] == "failed":
+            who = " and ".join(task["failed_by"])
+            yield (
+                f"task {task['number']}",
+                f"Task {task['number']}, {task['name']}, was given up" + (who and f" by {who}"),
+            )

@@ -1,0 +1,195 @@
+"""The page's addresses: the page itself, its parts, what happens as a stream, and the buttons."""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+import json
+from collections.abc import AsyncIterator, Awaitable, Callable, Coroutine
+from contextlib import asynccontextmanager
+from http import HTTPStatus
+from importlib import resources
+from string import Template
+from typing import Any, Protocol
+
+from starlette.applications import Starlette
+from starlette.middleware import Middleware
+from starlette.requests import Request
+from starlette.responses import FileResponse, JSONResponse, PlainTextResponse, Response, StreamingResponse
+from starlette.routing import Route
+
+from hvcpd.console.guard import MAX_BODY_BYTES, Door, Guard
+from hvcpd.console.lines import Lines
+from hvcpd.console.viewers import Message, Viewers
+from hvcpd.errors import HvcpdError, NotRunningError
+from hvcpd.reporting.jsonlines import as_strict_json
+from hvcpd.reporting.markup import escaped
+from hvcpd.reporting.style import style_sheet
+
+KEEP_ALIVE_S = 15.0
+"""Something is sent at least so often: else a tunnel between may take the connection for dead."""
+
+_TYPES = {"js": "text/javascript", "css": "text/css", "svg": "image/svg+xml"}
+
+
+class Stage(Protocol):
+    """What is shown live; `hvcpd.console.scene.Scene` is."""
+
+    viewers: Viewers
+    lines: Lines
+
+    @property
+    def name(self) -> str: ...
+
+    def snapshot(self) -> Message: ...
+
+
+Ask = Callable[..., Awaitable[dict[str, Any]]]
+
+
+def live_app(stage: Stage, ask: Ask, run: Callable[[], Coroutine[Any, Any, None]], door: Door) -> Starlette:
+    """The page of a running robot; `ask` passes a command on to it, `run` follows it as long as the page is up."""
+
+    async def events(_: Request) -> Response:
+        if stage.viewers.full:
+            return PlainTextResponse("too many pages are open\n", HTTPStatus.SERVICE_UNAVAILABLE)
+        return StreamingResponse(_stream(stage), media_type="text/event-stream")
+
+    async def lines(request: Request) -> Response:
+        before, after = (_number(request.query_params.get(key)) for key in ("before", "after"))
+        return _json({"lines": stage.lines.page(before, after), "first": stage.lines.first})
+
+    async def act(request: Request) -> Response:
+        wanted = await _body(request)
+        if wanted is None or wanted.get("do") not in ("stop", "resume"):
+            return _json({"error": "give what to do: stop or resume"}, HTTPStatus.BAD_REQUEST)
+        if wanted["do"] == "resume" and wanted.get("confirmed") is not True:
+            return _json({"error": "resuming must be confirmed"}, HTTPStatus.BAD_REQUEST)
+        try:
+            return _json(await _act(wanted, ask, stage.name))
+        except NotRunningError as error:
+            return _json({"error": f"{error}. Stop it by voice: “stop”!"}, HTTPStatus.SERVICE_UNAVAILABLE)
+        except HvcpdError as error:
+            return _json({"error": str(error)}, HTTPStatus.CONFLICT)
+
+    @asynccontextmanager
+    async def following(_: Starlette) -> AsyncIterator[None]:
+        task = asyncio.create_task(run())
+        yield
+        task.cancel()
+        with contextlib.suppress(asyncio.CancelledError):
+            await task
+
+    routes = [Route("/events", events), Route("/lines", lines), Route("/act", act, methods=["POST"])]
+    index = _page("live", door, lambda: stage.name)
+    return _app([Route("/", index), *routes], door, following)
+
+
+def replay_app(recording: Message, sound: str | None, title: str, door: Door) -> Starlette:
+    """The page of a recorded mission; `sound` is the path of its WAV file."""
+    body = as_strict_json(recording)
+
+    async def replay(_: Request) -> Response:
+        return Response(body, media_type="application/json")
+
+    async def play(_: Request) -> Response:
+        if sound is None:
+            return PlainTextResponse("no sound was recorded\n", HTTPStatus.NOT_FOUND)
+        return FileResponse(sound, media_type="audio/wav")
+
+    routes = [Route("/", _page("replay", door, lambda: title)), Route("/replay", replay), Route("/sound", play)]
+    return _app(routes, door, None)
+
+
+def _app(routes: list[Route], door: Door, lifespan: Any) -> Starlette:
+    parts = [Route("/style.css", _style), Route("/part/{name:str}", _part)]
+    return Starlette(routes=[*routes, *parts], middleware=[Middleware(Guard, door=door)], lifespan=lifespan)
+
+
+def _page(mode: str, door: Door, title: Callable[[], str]) -> Callable[[Request], Awaitable[Response]]:
+    template = Template(_own("index.html"))
+
+    async def page(_: Request) -> Response:
+        text = template.substitute(mode=mode, token=door.token, title=escaped(title() or "a robot"))
+        return Response(text, media_type="text/html; charset=utf-8")
+
+    return page
+
+
+async def _style(_: Request) -> Response:
+    style = style_sheet("theme.css", "report.css") + _own("console.css")
+    return Response(style, media_type="text/css", headers={"cache-control": "no-cache"})
+
+
+async def _part(request: Request) -> Response:
+    name = request.path_params["name"]
+    if name not in _PARTS:
+        return PlainTextResponse("there is no such part\n", HTTPStatus.NOT_FOUND)
+    kind = _TYPES[name.rpartition(".")[2]]
+    return Response(_own(name), media_type=kind, headers={"cache-control": "no-cache"})
+
+
+def _own(name: str) -> str:
+    return resources.files("hvcpd.console").joinpath("page", name).read_text(encoding="utf-8")
+
+
+_PARTS = frozenset(
+    each.name for each in resources.files("hvcpd.console").joinpath("page").iterdir() if not each.name.endswith("html")
+)
+
+
+async def _stream(stage: Stage) -> AsyncIterator[str]:
+    """Server-sent events (HTML standard, 9.2): a snapshot, then each change."""
+    viewer = stage.viewers.join()
+    try:
+        yield _event(stage.snapshot())
+        while True:
+            try:
+                async with asyncio.timeout(KEEP_ALIVE_S):
+                    messages = await viewer.take(stage.snapshot)
+            except TimeoutError:
+                yield ": still here\n\n"
+            else:
+                yield "".join(map(_event, messages))
+    finally:
+        stage.viewers.leave(viewer)
+
+
+def _event(message: Message) -> str:
+    return f"data: {as_strict_json(message)}\n\n"
+
+
+async def _act(wanted: dict[str, Any], ask: Ask, name: str) -> dict[str, Any]:
+    """Stop or resume this robot, and with `all` have it call the same to all others. The robot itself comes first."""
+    word = wanted["do"]
+    done = await ask(word)
+    told = f"{name} is stopped" if word == "stop" else f"{name} may take on tasks again"
+    if wanted.get("all") is True:
+        try:
+            await ask("say", text=f"Hi all, I am {name}, {word}")
+            told += f", and says “{word}” to all others as soon as nobody else speaks"
+        except HvcpdError as error:
+            told += f"; but the others could not be told: {error}"
+    return {"told": told, **done}
+
+
+async def _body(request: Request) -> dict[str, Any] | None:
+    """The request's JSON object; None if it has none, or too much."""
+    raw = b""
+    async for chunk in request.stream():
+        raw += chunk
+        if len(raw) > MAX_BODY_BYTES:
+            return None
+    try:
+        value = json.loads(raw)
+    except (ValueError, RecursionError):
+        return None
+    return value if isinstance(value, dict) else None
+
+
+def _json(value: dict[str, Any], status: HTTPStatus = HTTPStatus.OK) -> Response:
+    return JSONResponse(value, status)
+
+
+def _number(text: str | None) -> int | None:
+    return int(text) if text is not None and text.isascii() and text.isdigit() and len(text) <= 12 else None

@@ -1,0 +1,130 @@
+"""The conversation as the page lists it: numbered lines, of which many are kept and few are sent at once."""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Callable, Mapping
+from typing import Any
+
+from hvcpd.reporting.palette import robot_slot
+from hvcpd.reporting.text import clean
+
+Line = dict[str, Any]
+
+MAX_LINES = 40_000
+"""Kept: a day of a busy team, some 20 MB."""
+PAGE_LINES = 150
+"""Sent at once: some screens full."""
+SURE = 0.9
+"""Confidence below which a sentence is marked as doubtful; the recogniser reports sentences from 0.75."""
+
+
+class Slots:
+    """Gives each speaker a colour, in the order in which they appear."""
+
+    def __init__(self) -> None:
+        self._slots: dict[str, int] = {}
+
+    def of(self, name: str) -> int:
+        """The colour's number: see `hvcpd.reporting.palette`."""
+        return self._slots.setdefault(name.lower(), robot_slot(len(self._slots)))
+
+
+class Lines:
+    """The newest MAX_LINES lines, each with a number that it keeps; from 0."""
+
+    def __init__(self) -> None:
+        self._lines: deque[Line] = deque(maxlen=MAX_LINES)
+        self._next = 0
+
+    @property
+    def first(self) -> int:
+        """The number of the oldest line that is kept."""
+        return self._next - len(self._lines)
+
+    def add(self, line: Line) -> Line:
+        """Number a line and keep it."""
+        line["n"] = self._next
+        self._next += 1
+        self._lines.append(line)
+        return line
+
+    def page(self, before: int | None = None, after: int | None = None) -> list[Line]:
+        """At most PAGE_LINES lines, in their order: those right after the line `after`, or right before the line
+        `before`, or the newest."""
+        if after is not None:
+            begin = max(after + 1 - self.first, 0)
+            return [self._lines[i] for i in range(begin, min(begin + PAGE_LINES, len(self._lines)))]
+        end = len(self._lines) if before is None else min(max(before - self.first, 0), len(self._lines))
+        return [self._lines[i] for i in range(max(end - PAGE_LINES, 0), end)]
+
+
+Event = Mapping[str, Any]
+Sort = tuple[str, str | None, str, list[dict[str, str]]]
+
+
+def line_of(event: Event, at_s: float, slots: Slots, task: Callable[[int], str]) -> Line | None:
+    """The line for a daemon's event (docs/control.md), None if it has none; `task` tells a task as people do.
+
+    `at_s` is when it was, as the page counts. Text is as it was heard, cleaned of what steers a terminal; the page
+    shows it as text and never as markup.
+    """
+    make = _MAKERS.get(str(event.get("event")))
+    if make is None:
+        return None
+    sort, who, text, marks = make(event, task)
+    slot = slots.of(who) if who is not None else None
+    return {"at_s": round(at_s, 3), "sort": sort, "who": who and clean(who), "slot": slot, "text": text, "marks": marks}
+
+
+def mark(kind: str, text: str) -> dict[str, str]:
+    """What stands small below a line: good, unsure, odd (understood otherwise) or bad."""
+    return {"kind": kind, "text": text}
+
+
+def how_sure(confidence: float, snr_db: float | None = None) -> dict[str, str]:
+    """How surely a sentence was heard."""
+    noise = f", {snr_db:.0f} dB over the noise" if snr_db is not None else ""
+    return mark("good" if confidence >= SURE else "unsure", f"heard, {100 * confidence:.0f} % sure{noise}")
+
+
+def _said(event: Event, _task: Callable[[int], str]) -> Sort:
+    return "said", event["speaker"], clean(event["text"]), []
+
+
+def _heard(event: Event, _task: Callable[[int], str]) -> Sort:
+    return "heard", event["speaker"], clean(event["text"]), [how_sure(event["confidence"], event["snr_db"])]
+
+
+def _garbled(_event: Event, _task: Callable[[int], str]) -> Sort:
+    return "garbled", None, "Somebody spoke and was not understood", []
+
+
+def _held(event: Event, _task: Callable[[int], str]) -> Sort:
+    return "act", None, f"Stood still for {event['until_s'] - event['at_s']:.1f} s for what sounded like “stop”", []
+
+
+def _watered(event: Event, task: Callable[[int], str]) -> Sort:
+    return "act", event["robot"], f"has carried out {task(event['task'])}", []
+
+
+_MAKERS: dict[str, Callable[[Event, Callable[[int], str]], Sort]] = {
+    "said": _said,
+    "heard": _heard,
+    "garbled": _garbled,
+    "held": _held,
+    "watered": _watered,
+}
+
+
+def line_of_row(row: Event, slots: Slots) -> Line:
+    """The line for a row of a daemon's transcript."""
+    kind, text, who = row["kind"], clean(row["text"]), row["speaker"]
+    marks = [how_sure(row["confidence"])] if row["confidence"] is not None else []
+    if kind == "garbled":
+        who, text = None, text or "Somebody spoke and was not understood"
+    elif kind == "heard":
+        who = who or "somebody"
+    slot = slots.of(who) if who else None
+    at_s = round(row["wall_s"] or 0.0, 3)
+    return {"at_s": at_s, "sort": kind, "who": who and clean(who), "slot": slot, "text": text, "marks": marks}

@@ -1,0 +1,178 @@
+"""The way to the robot: one connection to its control socket, made again whenever it breaks."""
+
+from __future__ import annotations
+
+import asyncio
+import json
+import time
+from collections.abc import Callable
+from contextlib import suppress
+from pathlib import Path
+from typing import Any, Protocol
+
+from hvcpd.daemon.control_protocol import PROTOCOL
+from hvcpd.daemon.control_socket import short_address
+from hvcpd.errors import HvcpdError, NotDoneError, NotRunningError
+
+LOOK_S = 1.0
+"""Between two looks at the state."""
+ANSWER_S = 5.0
+"""A daemon that lives answers within some 0.05 s."""
+RETRY_S = (0.25, 0.5, 1.0, 2.0)
+"""Waits before it is looked for again; the last one for ever."""
+MAX_LINE_BYTES = 4 * 1024 * 1024
+"""A reply's line; a hundred rows of transcript have some 30 kB."""
+BACK_S = 8 * 3600.0
+"""So much of the past is asked for: a shift."""
+EVENTS = ["said", "heard", "garbled", "held", "taskchanged", "watered", "statechanged", "moved", "level"]
+
+Reply = dict[str, Any]
+
+
+class Taker(Protocol):
+    """Who is told; `hvcpd.console.scene.Scene` does."""
+
+    def link(self, up: bool, text: str) -> None: ...
+
+    def status(self, status: Reply) -> None: ...
+
+    def tasks(self, tasks: list[Reply]) -> None: ...
+
+    def rows(self, rows: list[Reply]) -> None: ...
+
+    def event(self, event: Reply) -> None: ...
+
+
+class Link:
+    """Keeps a taker told of the daemon at `path`, and passes requests on to it."""
+
+    def __init__(self, path: Path, taker: Taker, wall_s: Callable[[], float] = time.time) -> None:
+        self._path = path
+        self._taker = taker
+        self._wall_s = wall_s
+        self._writer: asyncio.StreamWriter | None = None
+        self._asked: dict[int, asyncio.Future[Reply]] = {}
+        self._next_id = 1
+        self._last_row = 0
+        self._changed = asyncio.Event()
+        self._early: list[Reply] | None = None
+
+    async def run(self) -> None:
+        """Follow the daemon until cancelled."""
+        failures = 0
+        while True:
+            try:
+                await self._follow()
+                failures = 0
+            except HvcpdError as error:
+                self._taker.link(False, f"{error}; looking for it again")
+            except OSError as error:
+                why = error.strerror or "no connection"
+                self._taker.link(False, f"No robot answers at {self._path} ({why}); looking for it again")
+            except (LookupError, TypeError, ValueError) as error:  # a reply of another shape than docs/control.md has
+                self._taker.link(False, f"That daemon answers in a way unknown here ({error}); looking again")
+            await asyncio.sleep(RETRY_S[min(failures, len(RETRY_S) - 1)])
+            failures += 1
+
+    async def ask(self, command: str, **arguments: Any) -> Reply:
+        """The result of a command. Raises NotRunningError without a daemon, NotDoneError with the daemon's reason."""
+        if self._writer is None:
+            raise NotRunningError("The robot cannot be reached: its daemon does not answer")
+        number, self._next_id = self._next_id, self._next_id + 1
+        answer = self._asked[number] = asyncio.get_running_loop().create_future()
+        try:
+            self._writer.write(json.dumps({"id": number, "command": command, **arguments}).encode() + b"\n")
+            async with asyncio.timeout(ANSWER_S):
+                await self._writer.drain()
+                reply = await answer
+        except (TimeoutError, OSError):
+            raise NotRunningError("The robot's daemon does not answer") from None
+        finally:
+            self._asked.pop(number, None)
+        if reply.get("ok") is not True:
+            raise NotDoneError(str(reply.get("error", {}).get("text", "the daemon gave no reason")))
+        return dict(reply["result"])
+
+    async def _follow(self) -> None:
+        """One connection, until it ends. Raises OSError, NotRunningError and NotDoneError."""
+        with short_address(self._path) as address:
+            reader, self._writer = await asyncio.open_unix_connection(address, limit=MAX_LINE_BYTES)
+        try:
+            hello = await self._line(reader)
+            if hello.get("protocol") != PROTOCOL:
+                raise NotDoneError("That daemon talks another protocol than this console; restart it after an upgrade")
+            # No TaskGroup: Python 3.11's forgets that it was cancelled if a task of it fails at that moment.
+            tasks = [asyncio.create_task(self._read(reader)), asyncio.create_task(self._look())]
+            try:
+                done, _ = await asyncio.wait(tasks, return_when=asyncio.FIRST_COMPLETED)
+                for task in done:
+                    task.result()
+            finally:
+                for task in tasks:
+                    task.cancel()
+                await asyncio.gather(*tasks, return_exceptions=True)
+        finally:
+            self._writer.close()
+            with suppress(OSError):
+                await self._writer.wait_closed()
+            self._writer = None
+            for answer in self._asked.values():
+                if not answer.done():
+                    answer.set_exception(NotRunningError("The robot's daemon has ended"))
+
+    async def _read(self, reader: asyncio.StreamReader) -> None:
+        while True:
+            line = await self._line(reader)
+            if "ok" in line:
+                answer = self._asked.get(line.get("id", 0))
+                if answer is not None and not answer.done():
+                    answer.set_result(line)
+            elif self._early is not None:
+                self._early.append(line)
+            else:
+                self._event(line)
+
+    async def _line(self, reader: asyncio.StreamReader) -> Reply:
+        try:
+            value = json.loads(await reader.readuntil(b"\n"))
+        except asyncio.IncompleteReadError:
+            raise NotRunningError("The robot's daemon has ended") from None
+        except (ValueError, RecursionError, asyncio.LimitOverrunError):
+            value = None
+        if not isinstance(value, dict):
+            raise NotDoneError(f"What answers at {self._path} is no hvcpd")
+        return value
+
+    async def _look(self) -> None:
+        """Subscribe, read what was said before, then look at state and board now and then."""
+        self._early = []
+        await self.ask("subscribe", events=EVENTS)
+        self._taker.status(await self.ask("status"))
+        await self._read_back()
+        early, self._early = self._early, None
+        for event in early:
+            self._event(event)
+        while True:
+            self._changed.clear()
+            status = await self.ask("status")
+            self._taker.status(status)
+            if status["state"] != "starting":
+                self._taker.tasks((await self.ask("tasks"))["tasks"])
+            self._taker.link(True, f"Connected to {status['name']}")
+            with suppress(TimeoutError):
+                async with asyncio.timeout(LOOK_S):
+                    await self._changed.wait()
+
+    async def _read_back(self) -> None:
+        since_s = self._wall_s() - BACK_S
+        while True:
+            rows = (await self.ask("transcript", after=self._last_row, since_s=since_s))["rows"]
+            if not rows:
+                return
+            self._last_row = rows[-1]["number"]
+            self._taker.rows(rows)
+
+    def _event(self, event: Reply) -> None:
+        self._taker.event(event)
+        if event.get("event") in ("taskchanged", "statechanged"):
+            self._changed.set()

@@ -1,0 +1,192 @@
+"""Everything that the page shows of a running robot, as it is now; told to viewers as it changes."""
+
+from __future__ import annotations
+
+import math
+from collections import deque
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from hvcpd.console.alarms import alarms_of
+from hvcpd.console.lines import Lines, Slots, line_of, line_of_row
+from hvcpd.console.viewers import Message, Viewers
+from hvcpd.reporting.events import Plant
+from hvcpd.reporting.map_svg import draw_plan
+from hvcpd.reporting.text import clean
+
+MAX_TRAIL = 4000
+"""Points kept of a trail: 200 m, by STEP_M."""
+STEP_M = 0.05
+"""Between two points of a trail: less than the line's width on the map."""
+SAME_WITHIN_S = 60.0
+"""A row of the transcript is the event of the same kind, text and sample time within so much of the wall's clock."""
+KEPT_KEYS = 2000
+
+Reply = Mapping[str, Any]
+
+
+class Scene:
+    """Takes what a daemon tells; `snapshot` is all of it, and every change goes to the viewers."""
+
+    def __init__(self, viewers: Viewers) -> None:
+        self.viewers = viewers
+        self.lines = Lines()
+        self._slots = Slots()
+        self._status: Reply | None = None
+        self._tasks: Sequence[Reply] = ()
+        self._link: Message = {"kind": "link", "up": False, "text": "Looking for the robot …"}
+        self._level: Message | None = None
+        self._trail: deque[tuple[float, float]] = deque(maxlen=MAX_TRAIL)
+        self._moved: Message | None = None
+        self._plan, self._framed = "", (0.0, 0.0, 0.0, 0.0)
+        self._offset_s = 0.0
+        self._shown: deque[tuple[str, float, str, float]] = deque(maxlen=KEPT_KEYS)
+
+    @property
+    def name(self) -> str:
+        """The robot's name; empty before it is known."""
+        return clean(self._status["name"]) if self._status else ""
+
+    def snapshot(self) -> Message:
+        """All that a page needs to begin with."""
+        told = [self._robots(), self._board(), self._alarms(), self._link, *([self._level] if self._level else [])]
+        return {"kind": "snapshot", "parts": told, "plan": self._plan_message(), **self.newest_lines()}
+
+    def newest_lines(self) -> dict[str, Any]:
+        """The last page of the conversation, and the number of the oldest line that there is."""
+        return {"lines": self.lines.page(), "first": self.lines.first}
+
+    def link(self, up: bool, text: str) -> None:
+        """Whether the daemon answers."""
+        begins = up and not self._link["up"]
+        self._link = {"kind": "link", "up": up, "text": text}
+        self.viewers.tell(self.snapshot() if begins else self._link)
+
+    def status(self, status: Reply) -> None:
+        """Take a reply to `status`."""
+        before = self.name
+        self._status = status
+        self._offset_s = status["wall_s"] - status["now_s"]
+        self._slots.of(self.name)
+        if before != self.name:
+            self._trail.clear()
+        self.viewers.tell(self._robots())
+        self.viewers.tell(self._alarms())
+        if status["pose"] is not None:
+            self._move(status["pose"]["x_m"], status["pose"]["y_m"], status["pose"]["heading_deg"])
+
+    def tasks(self, tasks: Sequence[Reply]) -> None:
+        """Take a reply to `tasks`."""
+        board, places = self._board(), [task["place"] for task in self._tasks]
+        self._tasks = tasks
+        if self._board() != board:
+            self.viewers.tell(self._board())
+            self.viewers.tell(self._alarms())
+        if [task["place"] for task in tasks] != places:
+            self._draw()
+
+    def rows(self, rows: Sequence[Reply]) -> None:
+        """Take rows of the transcript, oldest first, but for those that were shown already as events."""
+        for row in rows:
+            at_s = row["wall_s"] or 0.0
+            key = (row["kind"], round(row["at_s"], 3), row["text"] if row["kind"] != "garbled" else "")
+            if not any(shown[:3] == key and abs(shown[3] - at_s) < SAME_WITHIN_S for shown in self._shown):
+                self.lines.add(line_of_row(row, self._slots))
+
+    def event(self, event: Reply) -> None:
+        """Take an event."""
+        match event.get("event"):
+            case "moved":
+                pose = event["poses"][0]
+                self._move(pose["x_m"], pose["y_m"], math.degrees(pose["heading_rad"]))
+            case "level":
+                self._level = {"kind": "level", "level_dbfs": event["level_dbfs"], "floor_dbfs": event["floor_dbfs"]}
+                self.viewers.tell(self._level)
+            case _:
+                self._line(event)
+
+    def _line(self, event: Reply) -> None:
+        line = line_of(event, event.get("at_s", 0.0) + self._offset_s, self._slots, self._task)
+        if line is None:
+            return
+        text = line["text"] if line["sort"] != "garbled" else ""
+        self._shown.append((line["sort"], round(event["at_s"], 3), text, line["at_s"]))
+        self.viewers.tell({"kind": "line", "line": self.lines.add(line)})
+
+    def _task(self, number: int) -> str:
+        name = next((task["name"] for task in self._tasks if task["number"] == number), None)
+        return f"task {number}, {clean(name)}" if name else f"task {number}"
+
+    def _move(self, x_m: float, y_m: float, heading_deg: float) -> None:
+        if not (math.isfinite(x_m) and math.isfinite(y_m)):
+            return
+        if not self._trail or math.dist(self._trail[-1], (x_m, y_m)) >= STEP_M:
+            self._trail.append((round(x_m, 3), round(y_m, 3)))
+        place = {"x_m": round(x_m, 3), "y_m": round(y_m, 3), "heading_deg": round(heading_deg, 1)}
+        moved = {"kind": "moved", "name": self.name, "slot": self._slots.of(self.name), **place}
+        if moved != self._moved:
+            self._moved = moved
+            self.viewers.tell(moved)
+            left, bottom, right, top = self._framed
+            if not (left <= x_m <= right and bottom <= y_m <= top):
+                self._draw()
+
+    def _draw(self) -> None:
+        """Draw the room anew, with place for all plants and the whole trail."""
+        placed = [task for task in self._tasks if task["place"] is not None]
+        plants = [Plant(t["number"], t["name"], t["place"]["x_m"], t["place"]["y_m"]) for t in placed]
+        points = [(plant.x_m, plant.y_m) for plant in plants] + list(self._trail)
+        if points:
+            xs, ys = zip(*points, strict=True)
+            self._framed = (min(xs) - 0.5, min(ys) - 0.5, max(xs) + 0.5, max(ys) + 0.5)
+        self._plan = draw_plan(plants, list(self._trail))
+        self.viewers.tell(self._plan_message())
+
+    def _plan_message(self) -> Message:
+        trails = [{**self._moved, "points": list(self._trail)}] if self._moved is not None else []
+        return {"kind": "plan", "svg": self._plan, "trails": trails}
+
+    def _robots(self) -> Message:
+        status = self._status
+        if status is None:
+            return {"kind": "robots", "robots": [], "stopped": False}
+        own = {
+            "name": self.name,
+            "slot": self._slots.of(self.name),
+            "team": clean(status["team"] or ""),
+            "doing": self._doing(status),
+            "present": True,
+            "note": f"{status['battery_v']:.1f} V" if status["battery_v"] is not None else "",
+        }
+        peers = [self._peer(peer) for peer in sorted(status["peers"], key=lambda p: float(p["heard_ago_s"]))]
+        return {"kind": "robots", "robots": [own, *peers], "stopped": status["stopped"], "speaking": status["speaking"]}
+
+    def _doing(self, status: Reply) -> str:
+        task = status["task"]
+        return clean(status["doing"]) + (f": task {task['number']}, {clean(task['name'])}" if task else "")
+
+    def _peer(self, peer: Reply) -> dict[str, Any]:
+        own = next((t for t in self._tasks if t["owner"] == peer["name"] and t["state"] == "claimed"), None)
+        ago_s = float(peer["heard_ago_s"])
+        ago = f"{ago_s:.0f} s" if ago_s < 90 else f"{ago_s / 60:.0f} min"
+        return {
+            "name": clean(peer["name"]),
+            "slot": self._slots.of(peer["name"]),
+            "team": clean(peer["team"] or ""),
+            "doing": f"has task {own['number']}, {clean(own['name'])}" if own else "",
+            "present": peer["present"],
+            "note": f"heard {ago} ago, {100 * peer['confidence']:.0f} % sure",
+        }
+
+    def _board(self) -> Message:
+        kept = ("number", "state", "hearsay")
+        rows = [
+            {**{key: task[key] for key in kept}, "name": clean(task["name"]), "owner": clean(task["owner"] or "")}
+            for task in self._tasks
+        ]
+        for row in rows:
+            row["slot"] = self._slots.of(row["owner"]) if row["owner"] else None
+        return {"kind": "board", "tasks": rows}
+
+    def _alarms(self) -> Message:
+        return {"kind": "alarms", "alarms": alarms_of(self._status, self._tasks) if self._status else []}

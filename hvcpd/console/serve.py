@@ -1,0 +1,104 @@
+"""Puts the page where a browser finds it: on a port of this computer, or in a UNIX socket behind a tunnel."""
+
+from __future__ import annotations
+
+import asyncio
+import ipaddress
+import socket
+import stat
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+import uvicorn
+from starlette.types import ASGIApp
+
+from hvcpd.daemon.control_socket import short_address
+from hvcpd.errors import ConfigError
+
+BACKLOG = 64
+GRACE_S = 1
+"""Open pages are given so long when the console ends."""
+SOCKET_MODE = 0o600
+"""Only who started the console: whoever may connect may stop and resume the robot."""
+
+
+def is_loopback(address: str) -> bool:
+    """Whether only this computer can reach an address. Raises ConfigError if it is none."""
+    try:
+        return ipaddress.ip_address(address).is_loopback
+    except ValueError:
+        raise ConfigError(f"--listen {address}: give an address of this computer, as 127.0.0.1") from None
+
+
+@contextmanager
+def open_port(address: str, port: int) -> Iterator[socket.socket]:
+    """A listening socket. Raises ConfigError if it cannot be had."""
+    family = socket.AF_INET6 if ":" in address else socket.AF_INET
+    try:
+        listener = socket.create_server((address, port), family=family, backlog=BACKLOG)
+    except (OSError, OverflowError) as error:
+        why = getattr(error, "strerror", None) or str(error)
+        raise ConfigError(f"no page can be had at {address}, port {port}: {why}; choose another with --port") from None
+    with listener:
+        yield listener
+
+
+@contextmanager
+def open_file(path: Path) -> Iterator[socket.socket]:
+    """A listening UNIX socket; one that nobody listens at any more is replaced. Raises ConfigError."""
+    listener = socket.socket(socket.AF_UNIX)
+    try:
+        _remove_stale(path)
+        with short_address(path) as address:
+            listener.bind(address)
+        path.chmod(SOCKET_MODE)  # nobody can connect before `listen`
+        listener.listen(BACKLOG)
+    except OSError as error:
+        listener.close()
+        raise ConfigError(f"--unix {path}: {error.strerror or error}; name another file") from None
+    try:
+        yield listener
+    finally:
+        listener.close()
+        path.unlink(missing_ok=True)
+
+
+def _remove_stale(path: Path) -> None:
+    try:
+        status = path.lstat()
+    except FileNotFoundError:
+        return
+    if not stat.S_ISSOCK(status.st_mode):
+        raise FileExistsError(None, "something that is no socket lies there")
+    with socket.socket(socket.AF_UNIX) as probe, short_address(path) as address:
+        if probe.connect_ex(address) == 0:
+            raise FileExistsError(None, "another console has that socket")
+    path.unlink()
+
+
+class PageServer(uvicorn.Server):
+    """Serves a page; `ready` is called once it can be had."""
+
+    def __init__(self, app: ASGIApp, ready: Callable[[], None]) -> None:
+        super().__init__(
+            uvicorn.Config(
+                app,
+                log_level="warning",
+                access_log=False,
+                server_header=False,
+                proxy_headers=False,
+                ws="none",
+                timeout_graceful_shutdown=GRACE_S,
+            )
+        )
+        self._ready = ready
+
+    def serve_on(self, listener: socket.socket) -> None:
+        """Serve until SIGINT or SIGTERM, or until `should_exit` is set."""
+        asyncio.run(self.serve(sockets=[listener]))
+
+    async def startup(self, sockets: list[socket.socket] | None = None) -> None:
+        """As uvicorn has it, and tell."""
+        await super().startup(sockets)
+        self._ready()

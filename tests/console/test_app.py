@@ -1,0 +1,91 @@
+"""What the page's addresses give."""
+
+from __future__ import annotations
+
+import pytest
+
+from hvcpd.console.lines import PAGE_LINES
+from hvcpd.console.viewers import MAX_VIEWERS
+from hvcpd.errors import NotDoneError, NotRunningError
+from tests.console.asking import Page, heard, status
+
+
+def test_stopping_halts_this_robot_first_and_then_tells_the_others() -> None:
+    page = Page()
+    answer = page.act({"do": "stop", "all": True})
+    assert page.robot.asked == [("stop", {}), ("say", {"text": "Hi all, I am Rob, stop"})]
+    assert "Rob is stopped" in answer.json()["told"]
+
+
+def test_a_stop_counts_even_if_the_others_cannot_be_told() -> None:
+    page = Page()
+    page.robot.refusals["say"] = NotDoneError("8 sentences wait")
+    answer = page.act({"do": "stop", "all": True})
+    assert answer.status == 200
+    assert answer.json()["told"] == "Rob is stopped; but the others could not be told: 8 sentences wait"
+
+
+def test_without_a_daemon_a_stop_says_what_to_do() -> None:
+    page = Page()
+    page.robot.refusals["stop"] = NotRunningError("The robot's daemon does not answer")
+    answer = page.act({"do": "stop"})
+    assert answer.status == 503
+    assert "by voice" in answer.json()["error"]
+
+
+def test_resuming_must_be_confirmed() -> None:
+    page = Page()
+    for wanted in ({"do": "resume"}, {"do": "resume", "confirmed": "true"}):
+        assert page.act(wanted).status == 400
+    assert page.robot.asked == []
+    assert page.act({"do": "resume", "confirmed": True}).status == 200
+    assert page.robot.asked == [("resume", {})]
+
+
+@pytest.mark.parametrize("wanted", [{}, {"do": "say"}, [], "stop", {"do": ["stop"]}, {"do": "stop", "x": "y" * 5000}])
+def test_anything_else_is_refused(wanted: object) -> None:
+    page = Page()
+    assert page.act(wanted).status == 400
+    assert page.robot.asked == []
+
+
+def test_the_conversation_is_had_in_pages() -> None:
+    page = Page()
+    for number in range(1000):
+        page.scene.event(heard(f"task {number}", at_s=float(number)))
+    newest = page.get("/lines").json()
+    assert [line["n"] for line in newest["lines"]] == list(range(1000 - PAGE_LINES, 1000))
+    before = page.get(f"/lines?before={newest['lines'][0]['n']}").json()["lines"]
+    assert before[-1]["n"] == newest["lines"][0]["n"] - 1
+    after = page.get("/lines?after=10").json()["lines"]
+    assert (after[0]["n"], len(after)) == (11, PAGE_LINES)
+    assert page.get("/lines?before=0").json()["lines"] == []
+    assert page.get("/lines?after=999").json()["lines"] == []
+    assert page.get("/lines?before=-1&after=x").json() == newest, "what is no number is not heeded"
+
+
+def test_names_are_never_markup() -> None:
+    page = Page()
+    page.scene.status(status(name="<img src=x>"))
+    assert "<img" not in page.get("/").text
+
+
+def test_more_pages_than_there_is_room_for_are_refused() -> None:
+    page = Page()
+    for _ in range(MAX_VIEWERS):
+        page.scene.viewers.join()
+    assert page.get("/events").status == 503
+
+
+@pytest.mark.parametrize(
+    "name", ["main.js", "talk.js", "board.js", "map.js", "controls.js", "replay.js", "dom.js", "icon.svg"]
+)
+def test_the_pages_parts_can_be_had(name: str) -> None:
+    answer = Page().get(f"/part/{name}")
+    assert answer.status == 200
+    assert answer.headers["content-type"].startswith(("text/javascript", "image/svg+xml"))
+
+
+@pytest.mark.parametrize("name", ["index.html", "../app.py", "..%2fapp.py", "app.py", ""])
+def test_nothing_else_can(name: str) -> None:
+    assert Page().get(f"/part/{name}").status == 404

@@ -1,0 +1,194 @@
+"""The page in a real browser: what a person sees, presses, and has read out."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from hvcpd.console.app import live_app, replay_app
+from hvcpd.console.guard import Door
+from hvcpd.console.link import Link
+from hvcpd.console.replay import read_recording
+from hvcpd.console.scene import Scene
+from hvcpd.console.viewers import Viewers
+from hvcpd.coordination.table import State
+from hvcpd.hardware.soundfile import write_wav
+from tests.console.asking import heard, status, task
+from tests.daemon.running import RunningRobot
+from tests.daemon.test_control_service import heard as recognised
+from tests.reporting.example import example
+
+browser = pytest.importorskip("tests.console.browser", reason="needs selenium and axe-core-python (dev)")
+
+pytestmark = [pytest.mark.slow, pytest.mark.skipif(browser.MISSING, reason=browser.WHY)]
+
+
+@pytest.fixture(scope="module")
+def driver() -> Iterator[browser.webdriver.Chrome]:
+    with browser.chromium() as running:
+        yield running
+
+
+@pytest.fixture
+def show(driver: browser.webdriver.Chrome) -> Iterator[browser.Show]:
+    browser.look_like(driver, 1280, 900)
+    with browser.Show().up() as served:
+        driver.get(served.url)
+        browser.until(lambda: text(driver, "#robots li b") == "Rob")
+        yield served
+        driver.get("about:blank")
+
+
+def text(driver: browser.webdriver.Chrome, selector: str) -> str:
+    """The shown text of the last element of this kind; empty if there is none."""
+    found = driver.find_elements("css selector", selector)
+    return str(found[-1].text) if found else ""
+
+
+def press(driver: browser.webdriver.Chrome, selector: str) -> None:
+    driver.find_element("css selector", selector).click()
+
+
+def complaints(driver: browser.webdriver.Chrome) -> list[str]:
+    return [entry["message"] for entry in driver.get_log("browser")]
+
+
+def test_a_sentence_is_shown_with_how_sure_it_was_heard(driver: browser.webdriver.Chrome, show: browser.Show) -> None:
+    show.do(show.scene.event, heard("Hi all, I am Bot, what is left"))
+    browser.until(lambda: text(driver, "#chat li p") == "Hi all, I am Bot, what is left")
+    assert "97 % sure" in text(driver, "#chat li .marks")
+    announced = driver.find_element("css selector", "#news").get_attribute("textContent")
+    assert "Bot: Hi all, I am Bot, what is left" in str(announced), "and read out"
+    assert complaints(driver) == []
+
+
+def test_what_is_heard_is_never_run(driver: browser.webdriver.Chrome, show: browser.Show) -> None:
+    evil = "<img src=x onerror=document.title='run'><script>document.title='run'</script>"
+    show.do(show.scene.tasks, [task(name=evil, owner=evil, state="failed", failed_by=[evil])])
+    show.do(show.scene.event, heard(evil, speaker=evil))
+    show.do(show.scene.status, status(doing=evil, wheels={"fault": evil}))
+    browser.until(lambda: evil in text(driver, "#chat li p"))
+    browser.until(lambda: evil in text(driver, "#robots"))
+    assert driver.find_elements("css selector", "main img, main script") == []
+    assert driver.title.startswith("Rob")
+
+
+def test_the_stop_button_stops_at_once_and_resuming_asks(driver: browser.webdriver.Chrome, show: browser.Show) -> None:
+    press(driver, "#stop")
+    browser.until(lambda: "Rob is stopped" in text(driver, "#told"))
+    assert show.robot.asked == [("stop", {}), ("say", {"text": "Hi all, I am Rob, stop"})]
+    show.do(show.scene.status, status(stopped=True))
+    browser.until(lambda: "stopped" in text(driver, "#alarms"))
+    show.robot.asked.clear()
+    press(driver, "#resume")
+    press(driver, "dialog button[value=no]")
+    assert show.robot.asked == []
+    press(driver, "#resume")
+    press(driver, "#ask-one")
+    browser.until(lambda: show.robot.asked == [("resume", {})])
+
+
+def test_the_stop_button_is_had_by_keyboard(driver: browser.webdriver.Chrome, show: browser.Show) -> None:
+    for _ in range(6):
+        driver.switch_to.active_element.send_keys(browser.TAB)
+        if driver.switch_to.active_element.get_attribute("id") == "stop":
+            break
+    driver.switch_to.active_element.send_keys(browser.ENTER)
+    browser.until(lambda: show.robot.asked[:1] == [("stop", {})])
+
+
+def test_eight_hours_of_talk_are_shown_a_window_at_a_time(driver: browser.webdriver.Chrome, show: browser.Show) -> None:
+    def talk() -> None:
+        for number in range(6000):
+            show.scene.event(heard(f"sentence {number}", at_s=100.0 + 5.0 * number))
+        show.scene.link(False, "")
+        show.scene.link(True, "Connected to Rob")
+
+    def items() -> int:
+        return len(driver.find_elements("css selector", "#chat > li"))
+
+    show.do(talk)
+    browser.until(lambda: text(driver, "#chat li p") == "sentence 5999")
+    seen: set[int] = set()
+    for _ in range(8):
+        first = driver.execute_script("chat.scrollTop = 0; return Number(chat.firstChild.dataset.n)")
+        browser.until(lambda n=first: driver.execute_script("return Number(chat.firstChild.dataset.n)") < n)
+        seen.add(items())
+    assert max(seen) <= 600
+    press(driver, "#latest")
+    browser.until(lambda: text(driver, "#chat li p") == "sentence 5999")
+
+
+def test_who_reads_further_up_is_not_pulled_away(driver: browser.webdriver.Chrome, show: browser.Show) -> None:
+    for number in range(60):
+        show.do(show.scene.event, heard(f"sentence {number}"))
+    browser.until(lambda: text(driver, "#chat li p") == "sentence 59")
+    driver.execute_script("chat.scrollTop = 100")
+    show.do(show.scene.event, heard("one more"))
+    browser.until(lambda: "(1)" in text(driver, "#latest"))
+    assert driver.execute_script("return chat.scrollTop") == 100
+    press(driver, "#latest")
+    browser.until(lambda: driver.execute_script("return chat.scrollHeight - chat.scrollTop - chat.clientHeight") < 2)
+
+
+@pytest.mark.parametrize(
+    ("width", "height", "phone", "scheme"), [(1280, 900, False, "light"), (390, 844, True, "dark")]
+)
+def test_nobody_is_kept_out(
+    width: int, height: int, phone: bool, scheme: str, driver: browser.webdriver.Chrome, show: browser.Show
+) -> None:
+    browser.look_like(driver, width, height, scheme, phone)
+    show.do(show.scene.tasks, [task(), task(2, state="done", owner="Bot"), task(3, state="failed")])
+    peer = {"name": "Bot", "team": "plant", "present": False, "heard_ago_s": 9.0, "confidence": 0.9, "snr_db": 20.0}
+    show.do(show.scene.status, status(stopped=True, peers=[peer], speaking=True))
+    show.do(show.scene.event, heard(confidence=0.8))
+    show.do(show.scene.event, {"event": "garbled", "at_s": 101.0, "listener": "Rob"})
+    show.do(show.scene.event, {"event": "level", "level_dbfs": -30.0, "floor_dbfs": -50.0})
+    browser.until(lambda: text(driver, "#alarms li") and text(driver, "#chat li.act"))
+    press(driver, "#resume")
+    assert browser.faults(driver) == []
+    wide = driver.execute_script("return document.documentElement.scrollWidth - document.documentElement.clientWidth")
+    assert wide <= 0, "nothing sticks out sideways"
+
+
+def test_a_real_robot_is_stopped_lost_and_found_again(driver: browser.webdriver.Chrome, tmp_path: Path) -> None:
+    scene = Scene(Viewers())
+    link = Link(tmp_path / "state" / "rob.sock", scene)
+    with browser.Served(live_app(scene, link.ask, link.run, Door(key="k")), "k").up() as served:
+        driver.get(served.url)
+        browser.until(lambda: "looking for it again" in text(driver, "#link"))
+        with RunningRobot(tmp_path) as robot:
+            browser.until(lambda: text(driver, "#link") == "Connected to Rob")
+            robot.bench.bench.ears.coming.append(recognised())
+            browser.until(lambda: "Hi Rob, I am Bot, water the green rose" in text(driver, "#chat"))
+            press(driver, "#stop")
+            browser.until(lambda: robot.state is State.STOPPED)
+            browser.until(lambda: "stopped" in text(driver, "#alarms"))
+        browser.until(lambda: "looking for it again" in text(driver, "#link"))
+        press(driver, "#stop")
+        browser.until(lambda: "by voice" in text(driver, "#told"))
+        driver.get("about:blank")
+
+
+def test_a_recorded_mission_is_played_and_wound_back(driver: browser.webdriver.Chrome, tmp_path: Path) -> None:
+    from tests.console.test_replay import recorded
+
+    record = example(sound=False)
+    end_s = int(max(trail.t_s[-1] for trail in record.trails)) + 2
+    write_wav(tmp_path / "mission.wav", np.zeros(16_000 * end_s, np.float32))
+    recording = read_recording(recorded(tmp_path, record))
+    browser.look_like(driver, 1280, 900)
+    with browser.Served(replay_app(recording.messages, str(recording.sound), recording.title, Door())).up() as served:
+        complaints(driver)
+        driver.get(served.url)
+        browser.until(lambda: driver.execute_script("return sound.readyState >= 1"))
+        driver.execute_script("sound.currentTime = sound.duration - 1")
+        browser.until(lambda: len(driver.find_elements("css selector", ".state-done")) == 5)
+        assert "has carried out" in text(driver, "#chat li.act")
+        driver.execute_script("sound.currentTime = 0")
+        browser.until(lambda: not driver.find_elements("css selector", ".state-done"))
+        assert complaints(driver) == []
+        driver.get("about:blank")

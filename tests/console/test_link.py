@@ -1,0 +1,128 @@
+"""The way to the robot, over a real control socket."""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import Callable, Coroutine
+from contextlib import asynccontextmanager
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from hvcpd.console.link import Link
+from hvcpd.console.scene import Scene
+from hvcpd.console.viewers import Viewers
+from hvcpd.coordination.table import State
+from hvcpd.errors import NotDoneError, NotRunningError
+from tests.daemon.control_bench import ControlBench, control
+from tests.daemon.test_control_service import heard
+
+
+def run(scene: Coroutine[Any, Any, None]) -> None:
+    asyncio.run(asyncio.wait_for(scene, 30.0))
+
+
+async def until(true: Callable[[], bool], bench: ControlBench | None = None) -> None:
+    """Let the robot live until something is so."""
+    while not true():
+        if bench is not None:
+            await bench.live()
+        await asyncio.sleep(0.001)
+
+
+@asynccontextmanager
+async def linked(path: Path):  # type: ignore[no-untyped-def]
+    scene = Scene(Viewers())
+    link = Link(path, scene)
+    task = asyncio.create_task(link.run())
+    try:
+        yield scene, link
+    finally:
+        task.cancel()
+        with pytest.raises(asyncio.CancelledError):
+            await task
+
+
+def is_up(scene: Scene) -> bool:
+    return any(part["kind"] == "link" and part["up"] for part in scene.snapshot()["parts"])
+
+
+def texts(scene: Scene) -> list[str]:
+    return [line["text"] for line in scene.lines.page()]
+
+
+def test_what_was_said_before_and_what_is_said_now_are_shown_once_each(tmp_path: Path) -> None:
+    async def scene() -> None:
+        async with control(tmp_path) as bench:
+            await bench.live(heard(), blocks=12)
+            await bench.journal.settled()
+            async with linked(bench.path) as (shown, _):
+                await until(lambda: is_up(shown), bench)
+                assert texts(shown).count("Hi Rob, I am Bot, water the green rose") == 1
+                assert shown.name == "Rob"
+                await bench.live(heard(("bot", "come", "back")))
+                await until(lambda: "Bot, come back" in texts(shown), bench)
+                assert texts(shown).count("Hi Rob, I am Bot, water the green rose") == 1
+
+    run(scene())
+
+
+def test_commands_are_passed_on_with_the_daemons_reason_if_it_refuses(tmp_path: Path) -> None:
+    async def scene() -> None:
+        async with control(tmp_path) as bench, linked(bench.path) as (shown, link):
+            await until(lambda: is_up(shown), bench)
+            assert (await link.ask("stop"))["stopped"] is True
+            assert bench.bench.robot.coordination.state is State.STOPPED
+            with pytest.raises(NotDoneError, match="only when it is so"):
+                await link.ask("say", text="Hi all, I am Rob, task one complete")
+
+    run(scene())
+
+
+def test_a_daemon_that_ends_is_told_and_found_again(tmp_path: Path) -> None:
+    async def scene() -> None:
+        async with linked(tmp_path / "state" / "rob.sock") as (shown, link):
+            with pytest.raises(NotRunningError):
+                await link.ask("stop")
+            async with control(tmp_path) as bench:
+                await until(lambda: is_up(shown), bench)
+                await bench.live(heard())
+                await until(lambda: texts(shown) != [], bench)
+            await until(lambda: not is_up(shown))
+            with pytest.raises(NotRunningError):
+                await link.ask("stop")
+            async with control(tmp_path) as again:
+                await until(lambda: is_up(shown), again)
+                assert texts(shown).count("Hi Rob, I am Bot, water the green rose") == 1
+
+    run(scene())
+
+
+@pytest.mark.parametrize(
+    "line",
+    [
+        b"no JSON\n",
+        b"[]\n",
+        b'{"event": "hello", "protocol": 99}\n',
+        b"",
+        b'{"event": "hello", "protocol": 1}\n{"ok": 1}\n',
+    ],
+)
+def test_what_is_no_daemon_is_told_so_and_looked_at_again(line: bytes, tmp_path: Path) -> None:
+    async def scene() -> None:
+        visits = 0
+
+        async def answer(_reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
+            nonlocal visits
+            visits += 1
+            writer.write(line)
+            await writer.drain()
+            writer.close()
+
+        server = await asyncio.start_unix_server(answer, tmp_path / "x.sock")
+        async with server, linked(tmp_path / "x.sock") as (shown, _):
+            await until(lambda: visits > 1)
+            assert not is_up(shown)
+
+    run(scene())
