@@ -50,9 +50,12 @@ def request(app: ASGIApp, path: str, method: str = "GET", body: bytes = b"", **h
         "client": ("127.0.0.1", 50000),
     }
     told: list[Message] = []
+    coming = [{"type": "http.request", "body": body, "more_body": False}]
 
     async def receive() -> Message:
-        return {"type": "http.request", "body": body, "more_body": False}
+        if not coming:
+            await asyncio.Event().wait()  # the client stays, and says no more
+        return coming.pop()
 
     async def send(message: Message) -> None:
         told.append(message)
