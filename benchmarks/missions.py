@@ -2,12 +2,14 @@
 
     python -m benchmarks.missions audio [--seeds 1-20] [--modes volunteer,coordinate] [--robots Rob,Bot]
         [--plants 5-12] [--noise-db 35-45]
+    python -m benchmarks.missions relay [--seeds 1-3]
     python -m benchmarks.missions words [--seeds 1-10000] [--loss 0-0.3] [--outages 2]
     python -m benchmarks.missions crowd [--seeds 1-5]
     python -m benchmarks.missions speed
 
 `audio` runs `hvcpctl simulate --json` for each seed; the figures are those of its last line. With `--plants`, so many
-stand at random places, in noise of a random level. The others run the same state machines over air of words
+stand at random places, in noise of a random level. `relay`: whole robots with sound, too; three in a row, an order from
+one end to the other, which do not hear each other. The others run the same state machines over air of words
 (hil_fakes), with random teams, places, losses and outages.
 """
 
@@ -26,8 +28,12 @@ from pathlib import Path
 from typing import Any, TypeVar
 
 from benchmarks.random_plants import random_room
+from hil_fakes.bench import Bench
+from hil_fakes.bench_plans import relay_plan
 from hil_fakes.word_mission import WordMission, WordPlan
 from hil_fakes.word_plans import NAMES, omniscient_airtime_s, random_plan, random_tasks
+from hvcpd.assembly import make_sound
+from hvcpd.reporting.events import Said, Summary
 
 _Number = TypeVar("_Number", int, float)
 
@@ -73,6 +79,20 @@ def _audio(o: argparse.Namespace) -> None:
                 flush=True,
             )
         print(f"{mode}: {good} of {len(factors)} good, {min(factors):.1f} to {max(factors):.1f} times real time\n")
+
+
+def relay(o: argparse.Namespace) -> None:
+    print("seed  done  twice  sent  passed on  collisions  virtual s  wall s")
+    sound = make_sound()
+    for seed in _range(o.seeds):
+        events = Bench(relay_plan(seed), sound).run().events
+        passed_on = sum(isinstance(e, Said) and " says, " in e.text for e in events)
+        (s,) = (e for e in events if isinstance(e, Summary))
+        print(
+            f"{seed:4} {len(s.done):5} {s.duplicates:6} {s.utterances_sent:5} {passed_on:10} {s.collisions:11}",
+            f"{s.virtual_s:10.1f} {s.wall_s:7.1f}",
+            flush=True,
+        )
 
 
 def words(o: argparse.Namespace) -> None:
@@ -158,6 +178,9 @@ def main() -> None:
     c.add_argument("--noise-db", default="35-45", help="with --plants: dB SPL, drawn for each mission")
     c.add_argument("more", nargs="*", help="further options of simulate, after --")
     c.set_defaults(run=audio)
+    c = kinds.add_parser("relay")
+    c.add_argument("--seeds", default="1-3")
+    c.set_defaults(run=relay)
     c = kinds.add_parser("words")
     c.add_argument("--seeds", default="1-10000")
     c.add_argument("--loss", default="0-0.3")

@@ -7,8 +7,9 @@ own motors on its own pty. Between the robots there is nothing but the room's so
 from __future__ import annotations
 
 import hashlib
+import math
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import ExitStack, suppress
 from dataclasses import dataclass, field
 
@@ -68,6 +69,14 @@ class BenchPlan:
     """Where the team has a key."""
     encrypts: bool = False
     """It has one, and its robots hide what they say."""
+    starts: tuple[Pose, ...] | None = None
+    """Where the robots start; None: in rows, a metre apart."""
+    earshot_m: float = math.inf
+    """Robots farther from each other than this hear nothing of each other, whatever the air,"""
+    earshot_from_s: float = 0.0
+    """from this time on: so that they can meet before."""
+    unable: Mapping[str, frozenset[int]] = field(default_factory=dict)
+    """What each robot cannot do, by the tasks' numbers."""
     limit_s: float = 1800.0
     """The mission is given up after this."""
 
@@ -152,7 +161,7 @@ class Bench:
     def run(self) -> MissionRecord:
         """Run the mission to its end. Raises what a robot raises: there is no fault from outside on this bench."""
         began_s = time.perf_counter()
-        starts = start_poses(len(self.plan.names))
+        starts = self.plan.starts or start_poses(len(self.plan.names))
         plants = tuple(
             Plant(t.number, t.name, t.place.x_m, t.place.y_m) for t in self.plan.tasks.tasks if t.place is not None
         )
@@ -181,6 +190,7 @@ class Bench:
             coordinator=name == plan.coordinator,
             volunteer=plan.coordinator is None,
             nearest_first=plan.nearest_first,
+            unable=plan.unable.get(name, frozenset()),
             listed=not plan.strangers,
             speech=plan.speech,
         )
@@ -209,6 +219,7 @@ class Bench:
         block = 0
         for block in self._blocks(places):
             now = (block + 1) * BLOCK_S
+            room.earshot_m = self.plan.earshot_m if now >= self.plan.earshot_from_s else math.inf
             taken = room.advance([p.playing for p in places], [(p.body.pose.x_m, p.body.pose.y_m) for p in places])
             heard_by_listener.append(taken[-1])
             for place, heard in zip(places, taken, strict=False):

@@ -146,6 +146,8 @@ class Room:
         self._noises = [PinkNoise(air.noise_rms, seed=seed * 1000 + k) for k in range(n_robots + 1)]
         self._listener = listener
         self._before: dict[tuple[int, int], float] = {}
+        self.earshot_m = math.inf
+        """Robots farther from each other than this hear nothing of each other, as behind walls; the listener does."""
 
     def advance(self, played: Sequence[Samples], places: Sequence[Point]) -> list[Samples]:
         """Let one block pass: `played` by each loudspeaker while the robots moved to `places` (m).
@@ -163,7 +165,7 @@ class Room:
                 distance_m = self._distance_m(source, ear, places[source], place)
                 before_m = self._before.get((source, ear), distance_m)
                 self._before[source, ear] = distance_m
-                if self.air.muted and source != ear:
+                if source != ear and (self.air.muted or (ear < len(places) and distance_m > self.earshot_m)):
                     continue
                 delay = distance_m / self.air.sound_speed_m_s * SAMPLE_RATE_HZ
                 if line.is_silent(n, delay):

@@ -93,6 +93,8 @@ def left(c: Coordination, u: m.Utterance, s: m.Left, now: float) -> None:
         entry = c.board.find(m.TaskByNumber(number))
         if entry is not None and entry.state == DONE and entry.hearsay:
             c.board.reopen(number)
+        elif entry is not None and entry.known_done and entry.owner is not None and u.speaker is not None:
+            claims.tell_done(c, u.speaker, entry, now)  # else those who know of more than fits in a list ask for ever
     if not s.more:
         for entry in c.board.entries():
             number = entry.definition.number

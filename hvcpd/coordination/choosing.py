@@ -6,10 +6,12 @@ import math
 from typing import TYPE_CHECKING
 
 from hvcpd.config.tasks import Place, TaskDefinition, Wait
-from hvcpd.coordination import strangers
+from hvcpd.coordination import composing, strangers
 from hvcpd.coordination.board import CLAIMED
+from hvcpd.coordination.floor import Urgency
 from hvcpd.coordination.peers import Peer
 from hvcpd.coordination.table import State, Trigger
+from hvcpd.language import messages as m
 
 if TYPE_CHECKING:
     from hvcpd.coordination.coordination import Coordination
@@ -18,6 +20,10 @@ BAD_AIR_REPEATS = 2
 """So often said without an answer, a sentence did not just collide with another one."""
 DENIED_OFTEN = 2
 """A task that is another's is reported soon, or its lease lapses."""
+CALL_S = 15.0
+"""Who has answered a greeting has done so by then; doubled each time."""
+CALLS_MAX = 3
+"""So often somebody is looked for who is not there."""
 MARGIN_S = 10.0
 """Between the end of a task's actions and the end of its lease: for a stall, and for the report."""
 
@@ -64,6 +70,7 @@ def _choose(c: Coordination, now: float) -> None:
             c.repeats = 0
             c.fire(Trigger.CHOSE_ORDER, now)
             return
+        _look_for_robots(c, now)
     elif may_volunteer(c, now) and task_is_free(c, now):
         c.fire(Trigger.CHOSE_CLAIM, now)
         return
@@ -83,12 +90,27 @@ def _choose(c: Coordination, now: float) -> None:
     waits = [
         c.board.next_lapse(now),
         c.ask_again_s if c.board.hearsay() else None,
+        c.acquaintance.call_s,
         *(p.silent_until_s for p in c.peers.all() if p.silent_until_s > now),
     ]
     if c.name_heard_s:
         waits.append(c.name_heard_s[-1] + c.timing.name_conflict_s)
     later = [t for t in waits if t is not None and t > now]
     c.arm_until(min(later, default=None))
+
+
+def _look_for_robots(c: Coordination, now: float) -> None:
+    """Who is to give orders, and has nobody that could take one, asks who is there: the answers to its greeting may
+    have met each other, and who only takes orders says nothing of itself."""
+    a = c.acquaintance
+    if not c.board.not_done() or a.calls >= CALLS_MAX or any(_is_at_work(c, peer, now) for peer in c.peers.all()):
+        a.call_s = None
+    elif a.call_s is None:
+        a.call_s = now + CALL_S * 2.0**a.calls
+    elif now >= a.call_s:
+        a.calls, a.call_s = a.calls + 1, None
+        c.want(Urgency.TURN, "who is here", lambda: composing.to_all(c, m.WhoHere()), now)
+        c.reconsider(now)
 
 
 def _ask(c: Coordination, now: float) -> None:
@@ -133,8 +155,8 @@ def is_assured(c: Coordination, now: float) -> bool:
     """Whether nobody can take the robot's task over before it is carried out."""
     if c.partner is not None or not c.peers.present(now):
         return True
-    if now - c.missed_s < c.timing.bad_air_s:
-        return False
+    if now - c.missed_s < c.timing.bad_air_s or c.owner_before not in (None, c.role.name):
+        return False  # who had the task before may have done it, and its objection may have been lost
     actions = c.board[c.my_task()].definition.actions
     needs_s = sum(a.duration_s for a in actions if isinstance(a, Wait))
     return now + needs_s + MARGIN_S <= c.assured_s

@@ -15,7 +15,7 @@ from hvcpd.language import messages as m
 if TYPE_CHECKING:
     from hvcpd.coordination.coordination import Coordination
 
-GREETING_ANSWERED_FOR_S = 10.0
+GREETING_ANSWERED_FOR_S = 5.0
 """A greeting repeated within so long is the same greeting: it was answered."""
 GREETED_AGAIN_WITHIN_S = 60.0
 """And one repeated within so long tells that the answer was not heard: maybe because another one, whom this robot does
@@ -79,10 +79,7 @@ def _greeting(c: Coordination, u: m.Utterance, _: m.Spelled | None, now: float) 
         return
     if isinstance(u.addressee, m.ToRobot | m.ToTeam):  # an answer is not answered, nor an introduction
         return
-    if peer is not None:
-        peer.answered_s = now
-    unheard = answered_ago_s < GREETED_AGAIN_WITHIN_S
-    _introduce(c, u.speaker, now, after_s=2.0 * c.timing.back_off_s * c.chance.random() if unheard else 0.0)
+    _introduce(c, u.speaker, now)
 
 
 def _spelled(c: Coordination, u: m.Utterance, s: m.Spelled, now: float) -> None:
@@ -93,8 +90,13 @@ def _spelled(c: Coordination, u: m.Utterance, s: m.Spelled, now: float) -> None:
         _introduce(c, u.speaker, now)
 
 
-def _introduce(c: Coordination, name: str | None, now: float, after_s: float = 0.0) -> None:
+def _introduce(c: Coordination, name: str | None, now: float) -> None:
     """Say the own name; a robot that has not greeted yet has done so by this."""
+    peer, after_s = c.peers.get(name) if name else None, 0.0
+    if peer is not None:
+        if now - peer.answered_s < GREETED_AGAIN_WITHIN_S:
+            after_s = 2.0 * c.timing.back_off_s * c.chance.random()
+        peer.answered_s = now
     trigger = Trigger.GREETED if c.state in (State.WAKING, State.GREETING) else None
     compose = lambda: composing.answer_to_greeting(c, name, now)  # noqa: E731
     c.want(Urgency.TURN, f"greet {name}", compose, now, trigger=trigger, after_s=after_s)

@@ -42,6 +42,10 @@ class Acquaintance:
     """When this robot last spelled its name."""
     strangers: bool = False
     """Somebody has spelled its name: there are robots about that were not known beforehand."""
+    call_s: float | None = None
+    """When this robot asks who is here, for want of somebody to give an order to;"""
+    calls: int = 0
+    """so often it has."""
     garbled_s: tuple[float, ...] = ()
     ask_s: float = -math.inf
     pause_s: float = ASK_AGAIN_S

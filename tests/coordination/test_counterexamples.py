@@ -37,6 +37,8 @@ SEEDS = {
     "two concluded from claims that were denied later that the task was done": 3076,
     "the same among twelve, that lose three sentences of ten": 6464,
     "of two, one had misheard that the task was done, and heard it back from the other": 6855,
+    "three that knew of more tasks by hearsay than fit in a list asked each other for ever": 4550,
+    "whose task was taken over objected, and was not heard": 4992,
     "found by a search: 797": 797,
     "found by a search: 1114": 1114,
     "found by a search: 1130": 1130,

@@ -64,3 +64,14 @@ def test_a_report_of_what_somebody_else_has_done_too_is_confirmed() -> None:
     assert len(answers) == 1
     assert answers[0].endswith("confirmed one complete")
     assert mission.robots["Max"].board[1].state == DONE
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_a_coordinator_with_nobody_to_order_finds_who_was_not_heard_to_greet(seed: int) -> None:
+    """Rob cannot do it, and answers at once with Zoe, whom it does not hear; Zoe takes orders, and says no more."""
+    mission = row(1, seed=seed, coordinator="Max", unable={"Rob": frozenset({1})})
+    for robot in mission.robots.values():
+        robot.arm(0.0, 2.0)
+    mission.air.refresh()
+    mission.air.run_until(300.0)
+    assert mission.by == {1: "Zoe"}

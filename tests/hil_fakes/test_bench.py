@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 from hil_fakes.bench import Bench, BenchPlan
+from hil_fakes.bench_plans import relay_plan
 from hil_fakes.room import Air
 from hvcpd.assembly import Sound, make_phrasebook, make_recogniser, make_sound
 from hvcpd.config.settings import DEFAULT_TEAMS
@@ -86,6 +87,28 @@ def test_said_slowly_and_twice_everything_is_done_once_and_the_floor_is_kept_bet
     for before, after in pairwise(said):  # two may begin at the same moment, before either can be heard
         assert after.at_s >= before.end_s or after.at_s - before.at_s < 0.3
     assert len(heard) > 1.8 * score.utterances_understood, "each sentence was heard twice"
+
+
+def test_an_order_and_its_report_cross_the_robot_between_two_that_do_not_hear_each_other() -> None:
+    plan = relay_plan(1)
+    record = Bench(plan, sound()).run()
+    score = summary(record)
+    assert (score.done, score.duplicates, score.lost) == ({"water the green rose": "Zoe"}, 0, 0)
+    said = {e.utterance: e for e in record.events if isinstance(e, Said)}
+    crossed = [
+        (e.robot, said[e.utterance].speaker)
+        for e in record.events
+        if isinstance(e, Heard) and e.utterance is not None and e.at_s > plan.earshot_from_s
+    ]
+    assert {("Zoe", "Max"), ("Rob", "Max")} <= set(crossed)
+    assert not {("Zoe", "Rob"), ("Rob", "Zoe")} & set(crossed)
+    relays = [e.text for e in said.values() if " says, " in e.text]
+    for text in (
+        "Hi Zoe, I am Max, Rob says, water the green rose",
+        "Hi Rob, I am Max, Zoe says, I will water the green rose",
+        "Hi Rob, I am Max, Zoe says, task one complete",
+    ):
+        assert text in relays
 
 
 def test_a_robot_alone_is_understood_by_nobody() -> None:
