@@ -160,7 +160,8 @@ def _add_say(commands: _Commands) -> None:
     _add_shared(c)
     c.add_argument("text", metavar="TEXT", help='for example "Hi Rob, I am Bot, water the yellow rose"')
     c.add_argument("--as", dest="voice_of", metavar="NAME", help="in this robot's voice (default: who says 'I am …')")
-    c.add_argument("-o", "--output", type=Path, metavar="FILE.wav", help="write a WAV instead of using the loudspeaker")
+    text = "write a WAV instead of using the loudspeaker; - for a pipe"
+    c.add_argument("-o", "--output", type=_sound_out, metavar="FILE.wav", help=text)
     c.add_argument("--rate", type=_between(0.5, 2.0), default=1.0, metavar="R", help="above 1 faster, below slower")
     c.add_argument("--gain-db", type=_between(-60.0, 20.0), default=0.0, metavar="DB", help="louder or softer")
     c.add_argument("--lombard", action="store_true", help="as people speak in noise: slower, higher, brighter, louder")
@@ -172,10 +173,23 @@ def _add_say(commands: _Commands) -> None:
     c.set_defaults(run=_lazy("say"))
 
 
+def _sound_in(text: str) -> Path:
+    return Path("/dev/stdin" if text == "-" else text)
+
+
+def _sound_out(text: str) -> Path:
+    """Raises argparse's error for a terminal, which bytes of sound would upset."""
+    if text != "-":
+        return Path(text)
+    if sys.stdout.isatty():
+        raise argparse.ArgumentTypeError("no sound is written to a terminal; name a file, or pipe it: … -o - | aplay")
+    return Path("/dev/stdout")
+
+
 def _add_hear(commands: _Commands) -> None:
     c = commands.add_parser("hear", help="list every sentence in a recording")
     _add_shared(c)
-    c.add_argument("file", type=Path, nargs="+", metavar="FILE.wav", help="any WAV, 8 to 48 kHz")
+    c.add_argument("file", type=_sound_in, nargs="+", metavar="FILE.wav", help="any WAV, 8 to 192 kHz; - for a pipe")
     c.add_argument("--json", action="store_true", help="print one JSON object a line")
     c.add_argument(
         "--learn-alternatives",
@@ -242,7 +256,7 @@ def _add_pronounce(commands: _Commands) -> None:
     c.add_argument("--lexicon", type=Path, metavar="FILE", help="your own pronunciations (default: the settings')")
     c.add_argument("--paper-table", action="store_true", help="the words of the paper's table I")
     c.add_argument("--as", dest="voice_of", default="Rob", metavar="NAME", help="whose voice, for -o and --track")
-    c.add_argument("-o", "--output", type=Path, metavar="FILE.wav", help="write the words as sound")
+    c.add_argument("-o", "--output", type=_sound_out, metavar="FILE.wav", help="write the words as sound; - for a pipe")
     c.add_argument("--track", type=Path, metavar="FILE.csv", help="write the synthesizer's frames of one word")
     c.add_argument("--json", action="store_true", help="print one JSON object a word")
     c.set_defaults(run=_lazy("pronounce"))

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import argparse
 import json
+import subprocess
+import sys
 from html.parser import HTMLParser
 from pathlib import Path
 
@@ -159,3 +161,13 @@ def test_speed_chooses_the_pace() -> None:
         assert isinstance(pace, simulate._RealTime)
     with simulate._pacing(pacing(False)) as pace:
         assert not isinstance(pace, simulate._RealTime)
+
+
+@pytest.mark.slow
+def test_what_is_said_can_be_piped_to_who_hears_it() -> None:
+    hvcpctl = [sys.executable, "-m", "hvcpd.control.cli"]
+    said = subprocess.run([*hvcpctl, "say", "Hi Rob, I am Bot, water the yellow rose", "-o", "-"], capture_output=True)
+    assert said.stdout[:4] == b"RIFF"
+    silence = bytes(2 * 16_000)
+    heard = subprocess.run([*hvcpctl, "hear", "-"], input=said.stdout + silence, capture_output=True, check=True)
+    assert b"water the yellow rose" in heard.stdout
