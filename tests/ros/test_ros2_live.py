@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import json
 import os
+import subprocess
 import sys
 from contextlib import ExitStack
 from pathlib import Path
@@ -17,6 +18,7 @@ from typing import Any
 import pytest
 
 from hil_fakes.sound_server import wait_until
+from hvcpd.errors import EX_USER
 from tests.e2e.ros_robot import read_record
 from tests.ros.live import bridge_to, daemon_at, running
 from tests.ros.test_bridge import HEARD, moving
@@ -66,3 +68,20 @@ def test_topics_of_the_bridge_and_of_a_ros_2_node_meet(tmp_path: Path, bridge: s
             node.stdin.flush()
         wait_until(lambda: bool(daemon.arguments("stop")), WAIT_S, "it is to stop")
         assert daemon.arguments("say")[0]["text"] == "Hi all, I am Rob, who is here"
+
+
+@pytest.mark.parametrize("bridge", [PYTHON, sys.executable], ids=["rclpy", "cyclonedds"])
+def test_a_wrong_parameter_ends_the_bridge_with_the_reason(tmp_path: Path, bridge: str) -> None:
+    environment = {**os.environ, "ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST"}
+    with daemon_at(tmp_path / "d.sock", "cmd_vel") as daemon:
+        command = [bridge, "-m", "hvcpd.control.cli", "ros", "--ros", "2", "--socket", str(daemon.path)]
+        ended = subprocess.run(
+            [*command, "--ros-args", "-p", "base_frame:=5"],
+            env=environment,
+            capture_output=True,
+            text=True,
+            timeout=WAIT_S,
+            check=False,
+        )
+    assert ended.returncode == EX_USER, ended.stderr
+    assert "base_frame" in ended.stderr
