@@ -174,6 +174,7 @@ def main() -> int:
             move_base.step()
         if step % TRAIL_STEPS == 0:
             record.write("pose", [*base.pose, *base.speeds])
+    rospy.signal_shutdown("the input has ended")
     return 0
 
 
