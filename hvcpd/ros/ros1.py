@@ -106,9 +106,10 @@ class Ros1Port:
             self._move_base.tick(now_s)
 
     def close(self) -> None:
-        """End the node."""
+        """End the node; a master that has gone, or hangs, is not told, for that could take for ever."""
         self._watch.close()
-        self._rospy.signal_shutdown("the bridge ends")
+        if self._watch.fault is None:
+            self._rospy.signal_shutdown("the bridge ends")
 
     def _publisher(self, topic: Topic) -> Any:
         return self._plain_publisher(topic.name, topic.type.ROS_TYPE, topic.latched)
