@@ -90,6 +90,7 @@ def make_parser() -> argparse.ArgumentParser:
     _add_prerender(commands)
     _add_check_vocabulary(commands)
     _add_transcript(commands)
+    _add_report(commands)
     _add_audit(commands)
     add_daemon_commands(commands, _lazy)
     add_key(commands, _lazy("key"))
@@ -247,6 +248,15 @@ def _add_audit(commands: _Commands) -> None:
     _add_memory(c)
     c.add_argument("--tasks", type=Path, metavar="FILE", help="task repository (default: five plants)")
     c.set_defaults(run=_lazy("audit"))
+
+
+def _add_report(commands: _Commands) -> None:
+    c = commands.add_parser("report", help="tell and draw a shift: who did what, and what went wrong")
+    _add_memory(c)
+    c.set_defaults(since="8h")
+    c.add_argument("--tasks", type=Path, metavar="FILE", help="task repository (default: five plants)")
+    c.add_argument("--html", type=Path, metavar="FILE", help="draw it, too, as one page")
+    c.set_defaults(run=_lazy("report"))
 
 
 def _add_pronounce(commands: _Commands) -> None:

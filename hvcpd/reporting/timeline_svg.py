@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 import numpy as np
 
@@ -28,18 +28,18 @@ _STEP_S = 0.5
 _TICKS_S = (5, 10, 15, 30, 60, 120, 300, 600, 1200, 3600)
 
 
-def draw_timeline(story: Story, trails: Sequence[Trail]) -> Markup:
-    """The chart, with the names before it in a column that stays when the chart scrolls."""
+def draw_timeline(story: Story, trails: Sequence[Trail], told: Callable[[float], str] = clock) -> Markup:
+    """The chart, with the names before it in a column that stays when the chart scrolls; `told` writes a time."""
     width = min(max(_MIN_WIDTH, story.end_s * _MIN_UNITS_PER_S), _MAX_WIDTH)
     scale = width / story.end_s
     height = LANE * len(story.robots) + _AXIS
     shorts = dict(
         zip((t.number for t in story.tasks), without_common_start([t.name for t in story.tasks]), strict=True)
     )
-    parts = [_axis(story.end_s, scale, height - _AXIS)]
+    parts = [_axis(story.end_s, scale, height - _AXIS, told)]
     for k, robot in enumerate(story.robots):
         moving = next((driving(trail) for trail in trails if trail.robot == robot), [])
-        parts.append(_lane(story, k, robot, moving, shorts, scale))
+        parts.append(_lane(story, k, robot, moving, shorts, scale, told))
     parts.append(
         tag("line", class_="cursor", id="cursor", x1=0, x2=0, y1=0, y2=height - _AXIS, data_scale=f"{scale:.6f}")
     )
@@ -75,26 +75,32 @@ def driving(trail: Trail) -> list[tuple[float, float]]:
     return [(float(times[a]), float(times[b])) for a, b in edges.reshape(-1, 2)]
 
 
-def _axis(end_s: float, scale: float, height: float) -> Markup:
+def _axis(end_s: float, scale: float, height: float, told: Callable[[float], str]) -> Markup:
     step_s = next((step for step in _TICKS_S if step * scale >= 56), _TICKS_S[-1])
     parts = []
     for k in range(int(end_s / step_s) + 1):
         x = k * step_s * scale
         parts.append(tag("line", class_="grid", x1=x, x2=x, y1=0, y2=height))
-        parts.append(tag("text", clock(k * step_s), class_="scale", x=x, y=height + 18, text_anchor="middle"))
+        parts.append(tag("text", told(k * step_s), class_="scale", x=x, y=height + 18, text_anchor="middle"))
     return joined(parts)
 
 
 def _lane(
-    story: Story, k: int, robot: str, moving: list[tuple[float, float]], shorts: dict[int, str], scale: float
+    story: Story,
+    k: int,
+    robot: str,
+    moving: list[tuple[float, float]],
+    shorts: dict[int, str],
+    scale: float,
+    told: Callable[[float], str],
 ) -> Markup:
-    spans = [_span(span, story, shorts, scale) for span in story.spans if span.robot == robot]
-    drives = [_drive(from_s, to_s, scale) for from_s, to_s in moving]
-    speech = [_speech(line, robot_slot(k), scale) for line in story.lines if line.said.speaker == robot]
+    spans = [_span(span, story, shorts, scale, told) for span in story.spans if span.robot == robot]
+    drives = [_drive(from_s, to_s, scale, told) for from_s, to_s in moving]
+    speech = [_speech(line, robot_slot(k), scale, told) for line in story.lines if line.said.speaker == robot]
     drops = []
     for act in story.waterings:
         if act.robot == robot:
-            title = tag("title", f"{robot} finished task {act.task} at {clock(act.at_s)}")
+            title = tag("title", f"{robot} finished task {act.task} at {told(act.at_s)}")
             at = f"translate({act.at_s * scale:.1f} {_TASK_Y + _TASK_HEIGHT / 2:g})"
             drops.append(
                 tag("path", title, class_="drop", d="M0-9C4-3 6 0 6 3A6 6 0 0 1-6 3C-6 0-4-3 0-9Z", transform=at)
@@ -103,11 +109,11 @@ def _lane(
     return tag("g", base, *spans, *drives, *speech, *drops, transform=f"translate(0 {k * LANE:g})")
 
 
-def _span(span: Span, story: Story, shorts: dict[int, str], scale: float) -> Markup:
+def _span(span: Span, story: Story, shorts: dict[int, str], scale: float, told: Callable[[float], str]) -> Markup:
     task = next((t for t in story.tasks if t.number == span.task), None)
     name = task.name if task else f"task {span.task}"
     x, wide = span.from_s * scale, max((span.to_s - span.from_s) * scale, 2.0)
-    title = f"{span.robot}, task {span.task}: {name}, {clock(span.from_s)} to {clock(span.to_s)}, {span.ended}"
+    title = f"{span.robot}, task {span.task}: {name}, {told(span.from_s)} to {told(span.to_s)}, {span.ended}"
     fit = int((wide - 12) / _CHARACTER)
     words = next((w for w in (f"{span.task} {shorts.get(span.task, '')}", f"{span.task}") if len(w) <= fit), "")
     bar = tag("rect", x=x, y=_TASK_Y, width=wide, height=_TASK_HEIGHT, rx=3, fill=plant_colour(name))
@@ -115,17 +121,17 @@ def _span(span: Span, story: Story, shorts: dict[int, str], scale: float) -> Mar
     return tag("g", tag("title", title), bar, text, class_="span" if span.ended == "done" else "span broken")
 
 
-def _drive(from_s: float, to_s: float, scale: float) -> Markup:
+def _drive(from_s: float, to_s: float, scale: float, told: Callable[[float], str]) -> Markup:
     y = _TASK_Y + _TASK_HEIGHT - _DRIVE_HEIGHT
-    title = tag("title", f"driving, {clock(from_s)} to {clock(to_s)}")
+    title = tag("title", f"driving, {told(from_s)} to {told(to_s)}")
     wide = max((to_s - from_s) * scale, 1.0)
     return tag("rect", title, class_="drive", x=from_s * scale, y=y, width=wide, height=_DRIVE_HEIGHT)
 
 
-def _speech(line: Line, slot: int, scale: float) -> Markup:
+def _speech(line: Line, slot: int, scale: float, told: Callable[[float], str]) -> Markup:
     said = line.said
     kind = " collided" if said.collided else "" if any(h.text == said.text for h in line.heard) else " unheard"
-    title = tag("title", f"{clock(said.at_s)} {said.speaker}: {said.text}")
+    title = tag("title", f"{told(said.at_s)} {said.speaker}: {said.text}")
     wide = max((said.end_s - said.at_s) * scale, 2.0)
     return tag(
         "rect",

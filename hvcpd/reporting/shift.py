@@ -1,0 +1,202 @@
+"""A shift, read from one robot's transcript: who did what, how well they understood each other, what went wrong."""
+
+from __future__ import annotations
+
+import math
+from collections import Counter
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from hvcpd.config.tasks import TaskDefinition
+from hvcpd.errors import PhraseError
+from hvcpd.language import messages as m
+from hvcpd.language.phrasebook import Phrasebook
+from hvcpd.reporting.events import Event, Garbled, Heard, MissionRecord, Said, Started, TaskChanged, Watered
+from hvcpd.reporting.story import Story, tell
+from hvcpd.store import TranscriptRow
+
+WORD_S = 0.4
+"""How long a word is drawn: the transcript keeps when a sentence began. An utterance of nine words lasts some 3.6 s."""
+SAME_REPORT_S = 600.0
+"""A report is repeated until somebody confirms it; what is reported later than this was done again."""
+BINS = 32
+"""Parts in which a shift's talk is counted: a quarter of an hour each where it lasts eight hours."""
+
+
+@dataclass
+class Member:
+    """Somebody who spoke. `confidence` is the mean of what was heard, None for the robot whose transcript it is."""
+
+    name: str
+    team: str | None = None
+    sentences: int = 0
+    confidences: list[float] = field(default_factory=list)
+    done: list[int] = field(default_factory=list)
+    failed: list[int] = field(default_factory=list)
+    report: m.Report | None = None
+    """Its last one."""
+
+    @property
+    def confidence(self) -> float | None:
+        """The mean."""
+        return sum(self.confidences) / len(self.confidences) if self.confidences else None
+
+
+@dataclass(frozen=True)
+class Bin:
+    """A part of the shift: when it begins (seconds since 1970), sentences understood, and speech not understood."""
+
+    from_s: float
+    understood: int
+    garbled: int
+
+
+@dataclass(frozen=True)
+class Trouble:
+    """What a person should know of: when (seconds since 1970), and what."""
+
+    wall_s: float
+    text: str
+
+
+@dataclass(frozen=True)
+class Shift:
+    """Times are seconds since 1970; those of the `story` count from `begin_s`."""
+
+    own: str
+    begin_s: float
+    end_s: float
+    members: tuple[Member, ...]
+    bins: tuple[Bin, ...]
+    troubles: tuple[Trouble, ...]
+    garbled: int
+    unknown: int
+    """Sentences that today's phrasebook does not have, as after a change of names."""
+    story: Story
+
+    @property
+    def sentences(self) -> int:
+        """How many were said and understood."""
+        return sum(member.sentences for member in self.members)
+
+    @property
+    def done(self) -> Counter[int]:
+        """How often each task was done."""
+        return Counter(number for member in self.members for number in member.done)
+
+
+def read_shift(
+    rows: Sequence[TranscriptRow], phrasebook: Phrasebook, tasks: Sequence[TaskDefinition], span_s: tuple[float, float]
+) -> Shift:
+    """The shift that lasted from `span_s[0]` to `span_s[1]`, by the rows of that time that the clock was known at."""
+    timed = [row for row in rows if row.wall_s is not None and span_s[0] <= row.wall_s <= span_s[1]]
+    own = next((row.record.speaker for row in timed if row.record.kind == "said" and row.record.speaker), "the robot")
+    begin_s = max(span_s[0], timed[0].wall_s or 0.0) if timed else span_s[0]
+    reader = _Reader(own, begin_s, {task.name: task.number for task in tasks})
+    for row in timed:
+        reader.take(row, phrasebook)
+    names = tuple(reader.members)
+    started = Started(0.0, names, (), (), "shift", 0, math.nan, tuple((task.number, task.name) for task in tasks))
+    record = MissionRecord((started, *reader.events), (), np.zeros(0, np.float32))
+    return Shift(
+        own,
+        begin_s,
+        span_s[1],
+        tuple(reader.members.values()),
+        _bins(timed, begin_s, span_s[1]),
+        tuple(reader.troubles),
+        reader.garbled,
+        reader.unknown,
+        tell(record),
+    )
+
+
+def _bins(rows: Iterable[TranscriptRow], begin_s: float, end_s: float) -> tuple[Bin, ...]:
+    length_s = max(end_s - begin_s, 1.0) / BINS
+    understood, garbled = Counter[int](), Counter[int]()
+    for row in rows:
+        k = min(int(((row.wall_s or 0.0) - begin_s) / length_s), BINS - 1)
+        (garbled if row.record.kind == "garbled" else understood)[k] += 1
+    return tuple(Bin(begin_s + k * length_s, understood[k], garbled[k]) for k in range(BINS))
+
+
+class _Reader:
+    """Takes rows one after the other."""
+
+    def __init__(self, own: str, begin_s: float, numbers: dict[str, int]) -> None:
+        self.members: dict[str, Member] = {own: Member(own)}
+        self.events: list[Event] = []
+        self.troubles: list[Trouble] = []
+        self.garbled = self.unknown = 0
+        self._own, self._begin_s, self._numbers = own, begin_s, numbers
+        self._done_s: dict[tuple[str, int], float] = {}
+        self._next = 0
+
+    def take(self, row: TranscriptRow, phrasebook: Phrasebook) -> None:
+        """Count a row, and note what it tells of tasks."""
+        record, wall_s = row.record, row.wall_s or 0.0
+        at_s = wall_s - self._begin_s
+        if record.kind == "garbled":
+            self.garbled += 1
+            self.events.append(Garbled(at_s, self._own))
+            if record.text:
+                self.troubles.append(Trouble(wall_s, record.text))
+            return
+        speaker = record.speaker or "somebody"
+        member = self.members.setdefault(speaker, Member(speaker))
+        member.sentences += 1
+        if record.confidence is not None:
+            member.confidences.append(record.confidence)
+        self._speak(at_s, speaker, record.text, record.confidence)
+        try:
+            utterance = phrasebook.parse_text(record.text)
+        except PhraseError:
+            self.unknown += 1
+            return
+        member.team = utterance.team or member.team
+        self._tell(utterance.statement, member, wall_s)
+
+    def _speak(self, at_s: float, speaker: str, text: str, confidence: float | None) -> None:
+        number, self._next = self._next, self._next + 1
+        self.events.append(Said(at_s, at_s + WORD_S * len(text.split()), number, speaker, text, collided=False))
+        heard = Heard(at_s, number, self._own, speaker, text, 1.0 if confidence is None else confidence, math.nan)
+        self.events.append(heard)
+
+    def _tell(self, statement: m.Statement | None, member: Member, wall_s: float) -> None:
+        match statement:
+            case m.Claim(ref) | m.Working(ref):
+                self._change(ref, "claimed", member.name, wall_s)
+            case m.Completed(ref, following):
+                self._complete(ref, member, wall_s)
+                if following is not None:
+                    self._change(following, "claimed", member.name, wall_s)
+            case m.Failed(ref):
+                member.failed.append(ref.number)
+                self._change(ref, "open", None, wall_s, member.name)
+                self.troubles.append(Trouble(wall_s, f"{member.name} gave task {ref.number} up"))
+            case m.Report():
+                member.report = statement
+            case m.Stop():
+                self.troubles.append(Trouble(wall_s, f"“stop”, said by {member.name}"))
+            case m.Unable(m.TaskByNumber(number)):
+                self.troubles.append(Trouble(wall_s, f"{member.name} cannot do task {number}"))
+            case m.NameTaken():
+                self.troubles.append(Trouble(wall_s, f"two robots answer to the name {member.name}"))
+
+    def _complete(self, ref: m.TaskByNumber, member: Member, wall_s: float) -> None:
+        key = (member.name, ref.number)
+        again = wall_s - self._done_s.get(key, -math.inf) < SAME_REPORT_S
+        self._done_s[key] = wall_s
+        if again:
+            return
+        member.done.append(ref.number)
+        self.events.append(Watered(wall_s - self._begin_s, member.name, ref.number, math.nan, math.nan))
+        self._change(ref, "done", member.name, wall_s)
+
+    def _change(self, ref: m.TaskRef, state: str, owner: str | None, wall_s: float, robot: str | None = None) -> None:
+        number = ref.number if isinstance(ref, m.TaskByNumber) else self._numbers.get(ref.name)
+        if number is not None:
+            at_s = wall_s - self._begin_s
+            self.events.append(TaskChanged(at_s, robot or owner or self._own, number, state, owner))
