@@ -10,18 +10,16 @@ from __future__ import annotations
 
 import argparse
 import json
-import os
 import sys
 import tempfile
 from itertools import permutations
 from pathlib import Path
 from statistics import median
 
+from benchmarks.processes import Cost
 from tests.e2e import parts, ros_robot
 from tests.e2e.ros_robot import RosRobot
 from tests.e2e.stage import MISSION_S, Stage, staged
-
-TICKS_HZ = os.sysconf("SC_CLK_TCK")
 
 
 def main() -> int:
@@ -39,13 +37,11 @@ def main() -> int:
         units.mkdir()
         with staged(folder, units, RosRobot) as stage:
             stage.start()
-            begun_s = {robot.name: (_cpu_s(robot), _uptime_s()) for robot in stage.robots}
+            costs = {robot.name: Cost(robot.bridge.pid) for robot in stage.robots if robot.bridge is not None}
             stage.wait(lambda: sum(len(r.seen("heard")) for r in stage.robots) >= wanted, MISSION_S, "enough is heard")
             _print_latency(stage)
-            for robot in stage.robots:
-                cpu_s, at_s = begun_s[robot.name]
-                load = (_cpu_s(robot) - cpu_s) / (_uptime_s() - at_s)
-                print(f"bridge of {robot.name}: {_rss_mb(robot):.0f} MB RSS, {100.0 * load:.1f} % of one processor")
+            for name, cost in costs.items():
+                print(f"bridge of {name}: {cost}")
     return 0
 
 
@@ -70,26 +66,6 @@ def _latencies_s(listener: RosRobot, speaker: RosRobot) -> list[float]:
         before = [end_s for sentence, end_s in ends if sentence == text and end_s < heard_s + 1.0]
         found += [heard_s - before[-1]] if before else []
     return found
-
-
-def _pid(robot: RosRobot) -> int:
-    assert robot.bridge is not None
-    return robot.bridge.pid
-
-
-def _cpu_s(robot: RosRobot) -> float:
-    """Processor time that the bridge has used, s (proc(5): utime and stime)."""
-    fields = Path(f"/proc/{_pid(robot)}/stat").read_text().rsplit(")", 1)[1].split()
-    return (int(fields[11]) + int(fields[12])) / TICKS_HZ
-
-
-def _rss_mb(robot: RosRobot) -> float:
-    lines = Path(f"/proc/{_pid(robot)}/status").read_text().splitlines()
-    return next(float(line.split()[1]) for line in lines if line.startswith("VmRSS")) / 1024.0
-
-
-def _uptime_s() -> float:
-    return float(Path("/proc/uptime").read_text().split()[0])
 
 
 if __name__ == "__main__":
