@@ -82,7 +82,9 @@ class Roscore:
             self._end()
 
     def nodes(self) -> set[str]:
-        """All nodes that its master knows."""
+        """All nodes that its master knows; none while there is none."""
+        if not self.answers():
+            return set()
         _, _, state = xmlrpc.client.ServerProxy(self.uri).getSystemState("/test")
         return {node for part in state for _, nodes in part for node in nodes}
 
