@@ -40,6 +40,13 @@ class Entry:
     def known_done(self) -> bool:
         return self.state == DONE and not self.hearsay
 
+    @property
+    def lasting_state(self) -> str:
+        """The state to be remembered over a restart: what is done by hearsay only would come back as known."""
+        if self.state == DONE and self.hearsay:
+            return OPEN if self.owner is None else CLAIMED
+        return self.state
+
 
 class Board:
     """All tasks by number. `changed` collects the numbers of entries that changed since it was last emptied."""
@@ -165,8 +172,9 @@ class Board:
         entry = self._entries[number]
         self._not_sure += entry.known_done - (state == DONE and not hearsay)
         if (entry.state, entry.owner) != (state, owner):
-            self.changed.append(number)
             entry.times_heard = 0
+        if (entry.state, entry.owner, entry.hearsay) != (state, owner, hearsay):
+            self.changed.append(number)
         entry.state, entry.owner, entry.hearsay, entry.firm = state, owner, hearsay, False
         entry.told_by = None
 

@@ -16,7 +16,7 @@ from hvcpd.coordination.addressing import whose_turn
 from hvcpd.coordination.board import Board
 from hvcpd.coordination.claims import HeardClaim, Quoted
 from hvcpd.coordination.effects import OWN_TURN
-from hvcpd.coordination.floor import RANK_MAX, Floor, Intent, Order, Urgency
+from hvcpd.coordination.floor import RANK_MAX, Floor, Intent, Order, Urgency, round_of_turns
 from hvcpd.coordination.peers import Peers, lot, team_of
 from hvcpd.coordination.relaying import Relays
 from hvcpd.coordination.strangers import Acquaintance
@@ -267,9 +267,7 @@ class Coordination:
         told the names."""
         if speaker is None or (self.state in NEWCOMER and not self.role.roster):
             return None
-        own, last = self.role.name.lower(), speaker.lower()
-        names = sorted({*self.peers.present(now), *self._roster, own, last})
-        return (names.index(own) - names.index(last) - 1) % len(names), len(names)
+        return round_of_turns(self._roster, self.peers.present(now), self.role.name.lower(), speaker.lower())
 
     def reconsider(self, now: float) -> None:
         """Something became free."""
@@ -342,7 +340,7 @@ class Coordination:
         if changed:
             for number in changed:
                 entry = self.board[number]
-                self._actions.append(SaveTask(number, entry.state, entry.owner))
+                self._actions.append(SaveTask(number, entry.lasting_state, entry.owner))
             changed.clear()
 
     @property

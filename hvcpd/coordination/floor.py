@@ -14,6 +14,7 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from enum import IntEnum
+from functools import lru_cache
 
 from hvcpd.coordination.actions import Chance, Timing
 from hvcpd.coordination.table import Trigger
@@ -71,6 +72,13 @@ class Intent:
 
 Order = tuple[int, int]
 """A robot's place in the round of turns, from 0, and how many take part."""
+
+
+@lru_cache(maxsize=4096)
+def round_of_turns(roster: frozenset[str], present: tuple[str, ...], own: str, last: str) -> Order:
+    """The place of `own` among all who take part, from 0, in alphabetical order after `last`."""
+    names = sorted({*roster, *present, own, last})
+    return (names.index(own) - names.index(last) - 1) % len(names), len(names)
 
 
 @dataclass(frozen=True)

@@ -53,8 +53,10 @@ class Peers:
     def __init__(self, absent_s: float) -> None:
         self._absent_s = absent_s
         self._peers: dict[str, Peer] = {}
-        self._present: tuple[float, list[str]] | None = None
-        """Who was present when that was asked last: it is asked many times about each sentence."""
+        self._present: tuple[str, ...] | None = None
+        """Who is present, if it is known: it is asked many times about each sentence;"""
+        self._present_until_s = float("-inf")
+        """and no later than this."""
         self.last_heard_s = float("-inf")
         """When anybody was heard last."""
 
@@ -64,13 +66,13 @@ class Peers:
     def all(self) -> tuple[Peer, ...]:
         return tuple(self._peers.values())
 
-    def present(self, now: float) -> list[str]:
+    def present(self, now: float) -> tuple[str, ...]:
         """The names, in lower case and sorted, of all who are believed to be within earshot."""
-        if self._present is None or self._present[0] != now:
-            since_s = now - self._absent_s
-            names = [key for key, p in self._peers.items() if not p.silent and p.last_heard_s >= since_s]
-            self._present = (now, sorted(names))
-        return self._present[1]
+        if self._present is None or now > self._present_until_s:
+            there = {key: p.last_heard_s for key, p in self._peers.items() if self.is_present(key, now)}
+            self._present = tuple(sorted(there))
+            self._present_until_s = min(there.values(), default=float("inf")) + self._absent_s
+        return self._present
 
     def is_present(self, name: str, now: float) -> bool:
         peer = self._peers.get(name.lower())
@@ -78,10 +80,11 @@ class Peers:
 
     def heard(self, name: str, team: str | None, now: float, confidence: float, snr_db: float | None) -> Peer:
         """Note that somebody spoke; a team once announced is kept."""
+        if not self.is_present(name, now):
+            self._present = None
         peer = self._peers.get(name.lower())
         if peer is None:
             peer = self._peers[name.lower()] = Peer(name, team, now)
-        self._present = None
         self.last_heard_s = now
         peer.last_heard_s, peer.team = now, team or peer.team
         peer.confidence, peer.snr_db = confidence, snr_db

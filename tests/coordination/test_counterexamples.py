@@ -6,7 +6,7 @@ import math
 
 import pytest
 
-from hil_fakes.word_mission import WordMission, WordPlan
+from hil_fakes.word_mission import Outage, WordMission, WordPlan
 from hil_fakes.word_plans import random_plan
 from hvcpd.coordination import composing
 from hvcpd.coordination.board import DONE, Board
@@ -39,6 +39,7 @@ SEEDS = {
     "of two, one had misheard that the task was done, and heard it back from the other": 6855,
     "three that knew of more tasks by hearsay than fit in a list asked each other for ever": 4550,
     "whose task was taken over objected, and was not heard": 4992,
+    "hearsay came back as knowledge from a restart": 20105,
     "found by a search: 797": 797,
     "found by a search: 1114": 1114,
     "found by a search: 1130": 1130,
@@ -64,6 +65,20 @@ def test_a_denied_claim_does_not_make_a_certainty_of_hearsay() -> None:
     board.restore(1, before)
     assert board[1].state == DONE
     assert not board[1].known_done
+
+
+def test_hearsay_is_not_knowledge_after_a_restart() -> None:
+    """Seed 20105: who had misheard once that a task was done was switched off and on, and told so as certain."""
+    unable = {name: frozenset({1}) for name in ("Rob", "Bot")}
+    mission = WordMission(WordPlan(("Rob", "Bot"), plants(1), outages=(Outage("Bot", 15.0, 5.0),), unable=unable))
+    mission.robots["Bot"].board.complete(1, "Rob", hearsay=True)
+    mission.air.run_until(16.0)
+    assert "Bot" not in mission.robots
+    mission.air.run_until(21.0)
+    assert not mission.robots["Bot"].board[1].known_done
+    mission.robots["Bot"].board.complete(1, "Rob")
+    mission.air.run_until(30.0)
+    assert mission.saved["Bot"][1] == ("done", "Rob")
 
 
 def test_what_one_robot_has_concluded_does_not_come_back_to_it_as_another_ones_knowledge() -> None:

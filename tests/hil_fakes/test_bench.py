@@ -96,7 +96,7 @@ def test_an_order_and_its_report_cross_the_robot_between_two_that_do_not_hear_ea
     assert (score.done, score.duplicates, score.lost) == ({"water the green rose": "Zoe"}, 0, 0)
     said = {e.utterance: e for e in record.events if isinstance(e, Said)}
     crossed = [
-        (e.robot, said[e.utterance].speaker)
+        (e.listener, said[e.utterance].speaker)
         for e in record.events
         if isinstance(e, Heard) and e.utterance is not None and e.at_s > plan.earshot_from_s
     ]
