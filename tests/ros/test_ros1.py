@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import cache
 from io import BytesIO
 from pathlib import Path
 from typing import Any
@@ -43,6 +44,24 @@ def test_every_default_passes_through_ros(kind: type[Message]) -> None:
 @given(messages())
 def test_every_message_passes_through_ros(message: Message) -> None:
     assert from_ros(through_bytes(to_ros(message, dialect())), type(message)) == message
+
+
+@cache
+def noetic() -> Any:
+    """The message definitions of ROS Noetic as rosbags has them, and the one of them that it lacks."""
+    rosbags = pytest.importorskip("rosbags.typesys", reason="rosbags is not installed: make setup-dev")
+    store = rosbags.get_typestore(rosbags.Stores.ROS1_NOETIC)
+    text = "geometry_msgs/TransformStamped[] transforms"
+    store.register(rosbags.get_types_from_msg(text, "tf2_msgs/msg/TFMessage"))
+    return store
+
+
+@given(messages())
+def test_another_implementation_reads_the_same_from_the_bytes(message: Message) -> None:
+    buffer = BytesIO()
+    to_ros(message, dialect()).serialize(buffer)
+    package, name = type(message).ROS_TYPE.split("/")
+    assert from_ros(noetic().deserialize_ros1(buffer.getvalue(), f"{package}/msg/{name}"), type(message)) == message
 
 
 def test_fields_are_where_ros_has_them() -> None:
