@@ -186,9 +186,19 @@ class AudioAttacks:
 
     def _scissors(self) -> Samples:
         a, b = self._recording(), self._recording()
+        if isinstance(a.utterance.mark, m.Cipher) and isinstance(b.utterance.mark, m.Cipher):
+            return self._spliced(a.utterance, a.utterance.mark, b.utterance.mark)
         while b.utterance.mark == a.utterance.mark:
             b = self._sealed(self._chance.choice(MOTIONS))
         return np.concatenate([a.sound[: a.seal_at], b.sound[b.seal_at :]])
+
+    def _spliced(self, said: m.Utterance, first: m.Cipher, second: m.Cipher) -> Samples:
+        """The openings of all messages are alike: only cuts between the code words are worth a try."""
+        half = first.n_words // 2 * BITS
+        if first.value >> half == second.value >> half:  # of one recording
+            second = replace(second, value=~second.value & (1 << BITS * second.n_words) - 1)
+        value = first.value >> half << half | second.value & (1 << half) - 1
+        return self._spoken(replace(said, mark=replace(first, value=value))).sound
 
     def _other_words(self) -> Samples:
         """Of a message the words are hidden; so here its code words are the seal of a plain sentence."""

@@ -216,6 +216,7 @@ def _add_phrases(commands: _Commands) -> None:
     c = commands.add_parser("phrases", help="print the card of all that can be said")
     _add_shared(c)
     c.add_argument("--format", choices=("text", "markdown", "html"), default="text")
+    c.add_argument("--key", action="store_true", help="of a team with a key (default: if the settings name one)")
     c.add_argument("--json", action="store_true", help="print the card as one JSON object")
     c.set_defaults(run=_lazy("phrases"))
 

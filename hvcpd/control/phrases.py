@@ -15,7 +15,7 @@ from hvcpd.language.card import as_markdown, as_text, make_card
 
 def run(options: argparse.Namespace) -> int:
     """Print the card in the wanted format."""
-    team = load_team(options, options.names or ())
+    team = load_team(options, options.names or (), sealed=options.key)
     card = make_card(team.phrasebook)
     if options.json:
         text = json.dumps(asdict(card), default=attrgetter("value")) + "\n"

@@ -57,7 +57,9 @@ def load_team(
     used = tuple(known.values())
     if not allow_confusable:
         _refuse_same_sound(used, sound)
-    phrasebook = make_phrasebook(used, settings.teams, tasks, sealed, encrypted)
+    security = settings.security
+    has_key = sealed or security.key is not None
+    phrasebook = make_phrasebook(used, settings.teams, tasks, has_key, encrypted or (has_key and security.encrypted))
     return Team(settings, tasks, used, phrasebook, cast(sound, settings, phrasebook.marked_graph.words))
 
 

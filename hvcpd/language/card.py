@@ -6,7 +6,9 @@ from dataclasses import dataclass
 from enum import Enum
 
 from hvcpd.language import messages as m
-from hvcpd.language.forms import CALL, CALL_TO, FORMS, OPENING, PLEASE, Form
+from hvcpd.language.code_words import BITS, CODE_WORDS
+from hvcpd.language.forms import CALL, CALL_TO, FORMS, OPENING, PLEASE, Form, Kind
+from hvcpd.language.marks import CIPHER_CALL, SEAL_WORDS, mark_words
 from hvcpd.language.phrasebook import Phrasebook
 from hvcpd.language.spelling import WORD_OF
 
@@ -88,7 +90,7 @@ def make_card(phrasebook: Phrasebook) -> Card:
             continue
         if "<remark>" in form.pattern and not vocabulary.remarks:
             continue
-        if "<task>" in form.pattern and not vocabulary.tasks:
+        if ("<task>" in form.pattern and not vocabulary.tasks) or form.statement is m.SealedMessage:
             continue
         if form.spelled:
             spelled = _written(pattern.split(", ", 1)[1])
@@ -99,6 +101,7 @@ def make_card(phrasebook: Phrasebook) -> Card:
                 statements.append(Line(_written(rest), form.meaning, topic))
         else:
             calls.append(Line(_call(pattern), form.meaning, topic))
+    statements += _proofs(phrasebook)
     addressees = [_addressee(value) for value in phrasebook.slots["addressee"]]
     words: list[tuple[str, tuple[str, ...]]] = [
         ("WHO", tuple(addressees)),
@@ -109,6 +112,7 @@ def make_card(phrasebook: Phrasebook) -> Card:
         ("DISTANCE", tuple(" ".join(spoken) for spoken in phrasebook.slots["metres"].values())),
         ("REMARK", vocabulary.remarks),
         ("LETTERS", tuple(word for letter, word in WORD_OF.items() if letter.isalpha())),
+        ("CODE WORD", CODE_WORDS if Kind.SEALED in vocabulary.kinds else ()),
     ]
     return Card(
         tuple(calls),
@@ -118,6 +122,24 @@ def make_card(phrasebook: Phrasebook) -> Card:
         _example(phrasebook),
         COURTESY,
     )
+
+
+def _proofs(phrasebook: Phrasebook) -> list[Line]:
+    """What a team with a key says after its sentences, or in their place; the code words are an example."""
+    kinds, lines = phrasebook.vocabulary.kinds, []
+    if Kind.SEALED in kinds:
+        seal, code = m.Seal(_EXAMPLE % (1 << BITS * SEAL_WORDS)), m.Code("123456")
+        lines.append(Line(f"…, {' '.join(mark_words(seal))}", "A robot's seal: it said that, and now.", Topic.TELL))
+        lines.append(Line(f"…, {' '.join(mark_words(code))}", "A person's one-time code.", Topic.WORK))
+    if Kind.ENCRYPTED in kinds:
+        cipher = m.Cipher(_EXAMPLE, phrasebook.cipher_words)
+        said = f"{' '.join(CIPHER_CALL)}, {' '.join(mark_words(cipher))}"
+        lines.append(Line(said, "Something for robots with the key.", Topic.TELL))
+    return lines
+
+
+_EXAMPLE = 0xC0FFEE15BAD
+"""No robot's seal: any number shows what one sounds like."""
 
 
 def _topic(form: Form) -> Topic:

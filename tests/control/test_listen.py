@@ -24,6 +24,7 @@ from hvcpd.hardware.audio_capture import Block, capture
 from hvcpd.hardware.soundfile import write_wav
 from hvcpd.keyring import KeyFile, fresh_entry, write_key_file
 from hvcpd.language import messages as m
+from hvcpd.language.code_words import CODE_WORDS, number_of
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 from hvcpd.sealing import Sealing
 from hvcpd.security.guard import Guard
@@ -94,3 +95,24 @@ def test_people_with_the_key_read_what_others_hear_as_sealed(
     assert main(["hear", str(tmp_path / "said.wav"), "--json"]) == 0
     others = [json.loads(line) for line in capsys.readouterr().out.splitlines()]
     assert [each["text"] for each in others] == ["Hi Rob, I am Bot, sealed message"] * 2
+
+
+@pytest.mark.parametrize("encrypted", [False, True])
+def test_the_card_of_a_team_with_a_key_shows_what_a_seal_sounds_like(
+    encrypted: bool, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    settings = tmp_path / "hvcpd.yaml"
+    settings.write_text(f"security: {{key: team.key, encrypted: {str(encrypted).lower()}}}\n")
+    assert main(["phrases", "--json", "--config", str(settings)]) == 0
+    card = json.loads(capsys.readouterr().out)
+    said = [line["say"] for line in card["statements"]]
+    seals = [number_of(text.removeprefix("…, ").split()) for text in said if text.startswith("…, ")]
+    assert len(seals) == 2
+    assert any(seals)
+    assert "…, code one two three four five six" in said
+    assert any(text.startswith("sealed message, ") for text in said) == encrypted
+    assert dict(card["words"])["CODE WORD"] == list(CODE_WORDS)
+    assert main(["phrases"]) == 0
+    plain = capsys.readouterr().out
+    assert "CODE WORD" not in plain
+    assert "sealed" not in plain
