@@ -20,6 +20,7 @@ from hvcpd.coordination.actions import Speech
 from hvcpd.ports import Samples
 from hvcpd.recognition.events import Recognised
 from hvcpd.reporting.events import Heard, MissionRecord, Said, Summary
+from hvcpd.security.keys import KEY_BYTES, KeyRing, TeamKey
 
 pytestmark = pytest.mark.slow
 NAMES = ("Rob", "Bot")
@@ -109,6 +110,23 @@ def test_an_order_and_its_report_cross_the_robot_between_two_that_do_not_hear_ea
         "Hi Rob, I am Max, Zoe says, task one complete",
     ):
         assert text in relays
+
+
+def test_robots_that_encrypt_do_every_task_once_and_say_no_word_of_it() -> None:
+    """One task: sentences of eight code words take their time."""
+    tasks = TaskRepository(THREE.tasks[:1])
+    keys = KeyRing(TeamKey(bytes(KEY_BYTES)))
+    bench = Bench(BenchPlan(NAMES, tasks, 3, keys=keys, encrypts=True, limit_s=200.0), sound())
+    record = bench.run()
+    score = summary(record)
+    assert (len(score.done), score.duplicates, score.lost) == (1, 0, 0)
+    said = [e for e in record.events if isinstance(e, Said)]
+    heard = [e for e in record.events if isinstance(e, Heard)]
+    assert all(e.seal == "encrypted" for e in said if "task" in e.text or "confirmed" in e.text)
+    assert sum(e.seal == "encrypted" and "task" in e.text for e in heard) >= 2
+    words = {word for e in heard if e.seal for word, _, _ in e.words}
+    assert {"sealed", "message"} < words
+    assert not {"task", "complete", "confirmed"} & words
 
 
 def test_a_robot_alone_is_understood_by_nobody() -> None:
