@@ -85,12 +85,16 @@ def _is_robot(c: Coordination, name: str | None) -> bool:
 
 
 def refuse(c: Coordination, u: m.Utterance, trust: Trust, now: float) -> None:
-    """Ask for what may have been misheard once more; else say that it is not believed, and do nothing."""
+    """Ask for what may have been misheard once more; else say that it is not believed, and do nothing.
+
+    A right seal is asked about however often: each is good once, so nobody can play it again and again.
+    """
     if c.state in DEPARTING or not is_for(c, u) or not _needs_proof(u):
         return
     name = u.speaker
     misheard = trust.may_be_misheard or (trust is Trust.BARE and _is_robot(c, name))
-    if misheard and name is not None and _may_ask(c, name, now):
+    asks = trust is Trust.SEALED or (misheard and name is not None and _may_ask(c, name, now))
+    if asks and name is not None:
         _answer(c, u, composing.to_robot(c, name, m.SayAgain()), now)
     elif _may_tell(c, name, now):
         _answer(c, u, composing.to_asker(c, name, m.Distrusted()), now)

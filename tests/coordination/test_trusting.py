@@ -116,6 +116,19 @@ def _coded(digits: str) -> m.Utterance:
     return m.Utterance("Ann", m.ToRobot("Rob"), None, m.TurnBy(90.0), m.Code(digits))
 
 
+def test_who_has_the_key_is_asked_however_often_its_answer_is_lost() -> None:
+    mission = keyed()
+    standing(mission)
+    bot, began_s = mission.robots["Bot"], mission.air.now
+    order = m.Utterance("Rob", m.ToRobot("Bot"), None, m.Order(m.TaskByNumber(1)))
+    for number in range(4):
+        bot.heard(order, began_s + STEP_S * number, trust=Trust.SEALED)
+        mission.air.refresh(("Bot",))
+        mission.air.run_until(began_s + STEP_S * (number + 1))
+    said = [u.statement for at_s, who, u in mission.said if who == "Bot" and at_s > began_s]
+    assert [s for s in said if isinstance(s, m.SayAgain | m.Distrusted)] == [m.SayAgain()] * 4
+
+
 def test_people_order_robots_that_encrypt_and_are_answered_plainly() -> None:
     mission = keyed(encrypts=True)
     standing(mission)
