@@ -143,7 +143,7 @@ async def _stream(stage: Stage) -> AsyncIterator[str]:
     viewer = stage.viewers.join()
     try:
         yield _event(stage.snapshot())
-        while True:
+        while not viewer.ended:
             try:
                 async with asyncio.timeout(KEEP_ALIVE_S):
                     messages = await viewer.take(stage.snapshot)

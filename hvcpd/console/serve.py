@@ -78,9 +78,9 @@ def _remove_stale(path: Path) -> None:
 
 
 class PageServer(uvicorn.Server):
-    """Serves a page; `ready` is called once it can be had."""
+    """Serves a page; `ready` is called once it can be had, and `ending` before its open connections are waited for."""
 
-    def __init__(self, app: ASGIApp, ready: Callable[[], None]) -> None:
+    def __init__(self, app: ASGIApp, ready: Callable[[], None], ending: Callable[[], None] = lambda: None) -> None:
         super().__init__(
             uvicorn.Config(
                 app,
@@ -92,7 +92,7 @@ class PageServer(uvicorn.Server):
                 timeout_graceful_shutdown=GRACE_S,
             )
         )
-        self._ready = ready
+        self._ready, self._ending = ready, ending
 
     def serve_on(self, listener: socket.socket) -> None:
         """Serve until SIGINT or SIGTERM, or until `should_exit` is set."""
@@ -102,3 +102,8 @@ class PageServer(uvicorn.Server):
         """As uvicorn has it, and tell."""
         await super().startup(sockets)
         self._ready()
+
+    async def shutdown(self, sockets: list[socket.socket] | None = None) -> None:
+        """Tell, and go on as uvicorn has it."""
+        self._ending()
+        await super().shutdown(sockets)

@@ -25,6 +25,8 @@ class Viewer:
         self._newest: dict[tuple[str, str], Message] = {}
         self._wake = asyncio.Event()
         self._overrun = False
+        self.ended = False
+        """Nothing more will be told."""
 
     def put(self, message: Message) -> None:
         """Have it told; of kinds in REPLACED the newest only. Never waits."""
@@ -34,6 +36,11 @@ class Viewer:
             self._waiting.append(message)
         else:
             self._overrun = True
+        self._wake.set()
+
+    def end(self) -> None:
+        """Tell what waits, and then no more."""
+        self.ended = True
         self._wake.set()
 
     async def take(self, snapshot: Callable[[], Message]) -> list[Message]:
@@ -71,6 +78,11 @@ class Viewers:
         viewer = Viewer()
         self._viewers.add(viewer)
         return viewer
+
+    def end(self) -> None:
+        """Let all pages go: the console ends."""
+        for viewer in self._viewers:
+            viewer.end()
 
     def leave(self, viewer: Viewer) -> None:
         """The page was closed."""

@@ -32,8 +32,8 @@ def run(options: argparse.Namespace) -> int:
 
     if options.unix is not None:
         with open_file(options.unix) as listener:
-            app = _app(options, Door())
-            PageServer(app, _telling(options.unix)).serve_on(listener)
+            app, end = _app(options, Door())
+            PageServer(app, _telling(options.unix), end).serve_on(listener)
         return EX_OK
     if not is_loopback(options.listen) and not options.expose:
         raise ConfigError(
@@ -49,12 +49,13 @@ def run(options: argparse.Namespace) -> int:
                 f"hvcpctl: warning: {address} is not encrypted: who is on that network can read the page's key and all "
                 "that is said, and stop and resume the robot\n"
             )
-        app = _app(options, Door(frozenset({address}), key))
-        PageServer(app, _telling_address(f"http://{address}/?key={key}")).serve_on(listener)
+        app, end = _app(options, Door(frozenset({address}), key))
+        PageServer(app, _telling_address(f"http://{address}/?key={key}"), end).serve_on(listener)
     return EX_OK
 
 
-def _app(options: argparse.Namespace, door: Door) -> ASGIApp:
+def _app(options: argparse.Namespace, door: Door) -> tuple[ASGIApp, Callable[[], None]]:
+    """The page, and what lets its viewers go."""
     from hvcpd.console.app import live_app, replay_app
 
     if options.replay is not None:
@@ -62,7 +63,7 @@ def _app(options: argparse.Namespace, door: Door) -> ASGIApp:
 
         recording = read_recording(options.replay)
         sound = str(recording.sound) if recording.sound is not None else None
-        return replay_app(recording.messages, sound, recording.title, door)
+        return replay_app(recording.messages, sound, recording.title, door), lambda: None
     from hvcpd.console.link import Link
     from hvcpd.console.scene import Scene
     from hvcpd.console.viewers import Viewers
@@ -71,7 +72,7 @@ def _app(options: argparse.Namespace, door: Door) -> ASGIApp:
         path = daemon.path.absolute()
     scene = Scene(Viewers())
     link = Link(path, scene)
-    return live_app(scene, link.ask, link.run, door)
+    return live_app(scene, link.ask, link.run, door), scene.viewers.end
 
 
 def _telling(path: Path) -> Callable[[], None]:

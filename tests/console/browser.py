@@ -80,9 +80,9 @@ def faults(driver: webdriver.Chrome) -> list[str]:
 class Served:
     """A page on a port of this computer."""
 
-    def __init__(self, app: ASGIApp, key: str | None = None) -> None:
+    def __init__(self, app: ASGIApp, key: str | None = None, ending: Callable[[], None] = lambda: None) -> None:
         self._ready = threading.Event()
-        self._server = PageServer(app, self._ready.set)
+        self._server = PageServer(app, self._ready.set, ending)
         self._key = key
         self.url = ""
 
@@ -111,7 +111,7 @@ class Show(Served):
         self.robot = Robot()
         self.scene = Scene(Viewers())
         self._loop: asyncio.AbstractEventLoop | None = None
-        super().__init__(live_app(self.scene, self.robot.ask, self._run, Door()))
+        super().__init__(live_app(self.scene, self.robot.ask, self._run, Door()), ending=self.scene.viewers.end)
 
     async def _run(self) -> None:
         self._loop = asyncio.get_running_loop()

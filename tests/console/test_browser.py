@@ -157,7 +157,8 @@ def test_nobody_is_kept_out(
 def test_a_real_robot_is_stopped_lost_and_found_again(driver: browser.webdriver.Chrome, tmp_path: Path) -> None:
     scene = Scene(Viewers())
     link = Link(tmp_path / "state" / "rob.sock", scene)
-    with browser.Served(live_app(scene, link.ask, link.run, Door(key="k")), "k").up() as served:
+    app = live_app(scene, link.ask, link.run, Door(key="k"))
+    with browser.Served(app, "k", scene.viewers.end).up() as served:
         driver.get(served.url)
         browser.until(lambda: "looking for it again" in text(driver, "#link"))
         with RunningRobot(tmp_path) as robot:

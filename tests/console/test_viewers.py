@@ -60,3 +60,12 @@ def test_who_has_left_is_told_no_more_and_makes_room() -> None:
     assert not viewers.full
     viewers.tell(line(1))
     assert not all_[0]._waiting
+
+
+def test_who_is_let_go_is_told_what_waited_and_then_no_more() -> None:
+    viewers = Viewers()
+    viewer = viewers.join()
+    viewers.tell(line(1))
+    viewers.end()
+    assert taken(viewer) == [line(1)]
+    assert viewer.ended
