@@ -1,4 +1,4 @@
-"""What the benchmarks of the voice share: the talkers, the noise, and PocketSphinx as the listener."""
+"""What the benchmarks of the voice share: the talkers and the noise."""
 
 from __future__ import annotations
 
@@ -8,13 +8,9 @@ import tempfile
 import wave
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from pathlib import Path
-from typing import Any
 
 import numpy as np
-from pocketsphinx import Decoder, get_model_path
 
-from hvcpd.language.graph import WordGraph
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 from hvcpd.synthesis.lexicon import Lexicon
 from hvcpd.synthesis.speaker import Speaker
@@ -34,47 +30,6 @@ class Talker:
 
     speak: Callable[[Phrases], Samples]
     own: bool
-
-
-def judge(graph: WordGraph, folder: Path, lexicon: Lexicon, **settings: Any) -> Decoder:
-    """A PocketSphinx decoder with the network as its grammar, knowing our pronunciations beside its own.
-
-    `settings` are PocketSphinx's own, such as `beam`.
-    """
-    lines = ["FSG_BEGIN phrasebook", f"NUM_STATES {graph.n_nodes + 1}", f"START_STATE {graph.start}"]
-    lines.append(f"FINAL_STATE {graph.n_nodes}")
-    lines += [f"TRANSITION {arc.source} {arc.target} 1.0 {arc.word}" for arc in graph.arcs]
-    lines += [f"TRANSITION {node} {graph.n_nodes} 1.0" for node in sorted(graph.finals)]
-    grammar = folder / "phrasebook.fsg"
-    grammar.write_text("\n".join([*lines, "FSG_END", ""]))
-    decoder = Decoder(
-        hmm=get_model_path("en-us/en-us"),
-        dict=get_model_path("en-us/cmudict-en-us.dict"),
-        lm=None,
-        loglevel="FATAL",
-        **settings,
-    )
-    for word in graph.words:
-        ours = " ".join(phone.rstrip("012") for phone in lexicon.pronounce(word))
-        known = decoder.lookup_word(word)
-        if known is None:
-            decoder.add_word(word, ours, False)
-        elif ours not in (known, *(decoder.lookup_word(f"{word}({n})") for n in range(2, 6))):
-            # All programs say "bot" as we do, and not as the dictionary has it (B AO T).
-            decoder.add_word(f"{word}(9)", ours, False)
-    decoder.add_fsg("phrasebook", decoder.read_fsg(str(grammar)))
-    decoder.activate_search("phrasebook")
-    return decoder
-
-
-def heard(decoder: Decoder, sound: Samples) -> str:
-    """What the judge makes of a sound."""
-    decoder.reinit_feat()
-    decoder.start_utt()
-    decoder.process_raw((np.clip(sound, -1, 1) * 32767).astype("<i2").tobytes(), full_utt=True)
-    decoder.end_utt()
-    hypothesis = decoder.hyp()
-    return hypothesis.hypstr if hypothesis else ""
 
 
 def in_noise(sound: Samples, snr_db: float | None, seed: int, floor: float = QUIET_RMS) -> Samples:

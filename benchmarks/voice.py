@@ -18,8 +18,9 @@ from pathlib import Path
 
 import numpy as np
 
-from benchmarks.judging import heard, in_noise, judge, talkers
+from benchmarks.judging import in_noise, talkers
 from hvcpd.language.phrasebook import Phrasebook, Vocabulary
+from hvcpd.people.sphinx import heard, make_decoder
 from hvcpd.ports import SAMPLE_RATE_HZ
 from hvcpd.synthesis.lexicon import Lexicon
 from hvcpd.synthesis.speaker import Speaker
@@ -75,7 +76,7 @@ def main() -> None:
     sentences = [book.phrases(book.sample(chooser)) for _ in range(options.sentences)]
     conditions: dict[str, float | None] = {"quiet": None, "20 dB": 20.0}
     with tempfile.TemporaryDirectory() as folder:
-        decoder = judge(book.graph, Path(folder), lexicon)
+        decoder = make_decoder(book.graph, Path(folder), lexicon)
     print_speed(lexicon, sentences)
     print(f"{'talker':12}" + "".join(f"{name:>8}" for name in conditions) + f"{'length':>9}")
     for name, talker in talkers(lexicon).items():

@@ -46,10 +46,10 @@ _SPHINX = """
 import sys, time, tempfile, numpy as np
 from pathlib import Path
 from benchmarks.daemon.figures import NOISE_RMS, phrasebook_and_sound
-from benchmarks.judging import judge
+from hvcpd.people.sphinx import make_decoder
 book, sound = phrasebook_and_sound(None)
 with tempfile.TemporaryDirectory() as folder:
-    decoder = judge(book.graph, Path(folder), sound.lexicon)
+    decoder = make_decoder(book.graph, Path(folder), sound.lexicon)
 chance = np.random.default_rng(1)
 decoder.start_utt()
 print("ready", flush=True)

@@ -1,10 +1,8 @@
 """Who listens: our recogniser, told nothing; and PocketSphinx, told where each sentence is.
 
-PocketSphinx gets the phrasebook's network as a finite-state grammar, which is what it compiles a JSGF into: from the
-JSGF itself it did not finish compiling in 7 minutes. It hears each sentence alone with half a second of the
-condition's noise at both ends (in digital silence it fares worse), with beams wider than its own: of 40 sentences at
-40, 20 and 12 dB in white noise they gave 40, 40 and 36, its own beams 37, 40 and 35, at two thirds of the cost. Its
-other settings (noise removal, cepstral means of the whole, language weight) gave no more.
+PocketSphinx gets the phrasebook's network as a finite-state grammar, as `hvcpd.people.sphinx` makes it. It hears each
+sentence alone with half a second of the condition's noise at both ends (in digital silence it fares worse), with beams
+wider than its own. Its other settings (noise removal, cepstral means of the whole, language weight) gave no more.
 """
 
 from __future__ import annotations
@@ -19,14 +17,13 @@ import numpy as np
 
 from benchmarks.hearing.material import BLOCK, Spoken, Team
 from benchmarks.hearing.scoring import Outcome, Score, judge_events
+from hvcpd.people.sphinx import WIDE_BEAMS, heard, make_decoder
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 from hvcpd.recognition.events import Event
 from hvcpd.recognition.recogniser import Recogniser
 
 PAD_S = 0.5
 """Of noise before and after a sentence, for PocketSphinx."""
-WIDE_BEAMS = {"beam": 1e-60, "pbeam": 1e-60, "wbeam": 1e-40}
-"""PocketSphinx's own are 1e-48, 1e-48, 7e-29."""
 
 
 def listen(recogniser: Recogniser, sound: Samples) -> tuple[list[tuple[int, Event]], float]:
@@ -52,15 +49,11 @@ class Peer:
 
     def __init__(self, team: Team, **settings: Any) -> None:
         """`settings` instead of WIDE_BEAMS. Raises ImportError without pocketsphinx."""
-        from benchmarks.judging import judge
-
         with tempfile.TemporaryDirectory() as folder:
-            self._decoder = judge(team.book.graph, Path(folder), team.sound.lexicon, **(settings or WIDE_BEAMS))
+            self._decoder = make_decoder(team.book.graph, Path(folder), team.sound.lexicon, **(settings or WIDE_BEAMS))
 
     def hear(self, sound: Samples) -> str:
         """The sentence that it takes the whole sound for; empty if none."""
-        from benchmarks.judging import heard
-
         return heard(self._decoder, sound)
 
     def score(self, sound: Samples, spoken: Sequence[Spoken]) -> Score:

@@ -24,8 +24,9 @@ class Network:
     Nodes (n_nodes): `may_pause`, `is_final`, `goes_on` (words may follow); `start_nodes` lists one node per voice.
     """
 
-    def __init__(self, graph: WordGraph, bank: TemplateBank) -> None:
-        """Raises ValueError for a word of the graph that a voice has no template of."""
+    def __init__(self, graph: WordGraph, bank: TemplateBank, partial: frozenset[str] = frozenset()) -> None:
+        """Raises ValueError for a word of the graph that a voice has no template of, unless it is one of `partial`:
+        such a voice says only the sentences that it has all words of."""
         self.voices = tuple(dict.fromkeys(t.voice for t in bank.templates))
         by_word: dict[tuple[str, str], list[int]] = {}
         for number, t in enumerate(bank.templates):
@@ -34,10 +35,10 @@ class Network:
         for v, voice in enumerate(self.voices):
             base = v * graph.n_nodes
             missing = [word for word in graph.words if (voice, word) not in by_word]
-            if missing:
+            if missing and voice not in partial:
                 raise ValueError(f"voice {voice!r} has no template of: {', '.join(missing)}")
             for arc in graph.arcs:
-                for number in by_word[voice, arc.word]:
+                for number in by_word.get((voice, arc.word), ()):
                     chains.append((base + arc.target, base + arc.source, arc.word, number))
         chains.sort()
         self._lay_out_nodes(graph)

@@ -24,7 +24,7 @@ from hvcpd.recognition.network import Network
 from hvcpd.recognition.segments import Segment, SegmentSettings, SegmentTracker
 from hvcpd.recognition.spotter import LEAD_FRAMES, Sentence, Spotter, SpotterSettings
 from hvcpd.recognition.stream import CHUNK_FRAMES, Chunk
-from hvcpd.recognition.templates import TemplateBank
+from hvcpd.recognition.templates import Take, TemplateBank
 from hvcpd.recognition.urgent import UrgentSpotter
 from hvcpd.recognition.watch import RECENT_FRAMES, Watch
 
@@ -75,21 +75,22 @@ class Recogniser:
     def __init__(
         self,
         graph: WordGraph,
-        templates: Mapping[str, Mapping[str, Sequence[Samples]]],
+        templates: Mapping[str, Mapping[str, Sequence[Take]]],
         settings: RecogniserSettings | None = None,
         urgent: UrgentSpotter | None = None,
         hold: HoldSettings | None = None,
         watch: Watch | None = None,
+        partial: frozenset[str] = frozenset(),
     ) -> None:
-        """`templates[voice][word]`: one or a few recordings of the word, 16 kHz, float32. `urgent` hears one word
+        """`templates[voice][word]`: one or a few takes of the word. `urgent` hears one word
         even while somebody else speaks, `hold` says how it is told from other talk. `watch`: what it shares with
         other recognisers on the same microphone.
 
-        Raises ValueError if a voice lacks a template of a word of `graph`.
+        Raises ValueError if a voice that is not in `partial` lacks a template of a word of `graph`.
         """
         self._settings = settings or RecogniserSettings()
         bank = TemplateBank(templates)
-        self._spotter = Spotter(Network(graph, bank), bank, self._settings.spotter)
+        self._spotter = Spotter(Network(graph, bank, partial), bank, self._settings.spotter)
         self.urgent = urgent
         self._halting = Halting(bank, urgent, hold)
         self.watch = watch or Watch(self._settings.activity)

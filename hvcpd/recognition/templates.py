@@ -42,6 +42,9 @@ LOUD_FRACTION = 0.5
 OFFSETS = (-DELTA_REACH, -1, 0, 1, DELTA_REACH)
 """The neighbours that a frame's deltas need."""
 Noise = NDArray[np.float32]
+Take = Samples | Energies
+"""One rendering of a word: a recording at 16 kHz, shape (n,), or its energies without noise and the silence around it,
+shape (frames, N_BANDS)."""
 
 
 @dataclass(frozen=True)
@@ -83,19 +86,23 @@ def reverberated(energies: Energies) -> Energies:
     return out
 
 
+def _as_energies(take: Take) -> Energies:
+    return take if take.ndim == 2 else trimmed_energies(take)
+
+
 class TemplateBank:
     """All templates of all voices, one below the other.
 
     Each voice is scaled to the same mean power, so one gain describes how loud a speaker is heard.
     """
 
-    def __init__(self, waveforms: Mapping[str, Mapping[str, Sequence[Samples]]]) -> None:
-        """`waveforms[voice][word]`: one or more recordings; raises ValueError if there are none at all."""
+    def __init__(self, takes: Mapping[str, Mapping[str, Sequence[Take]]]) -> None:
+        """`takes[voice][word]`: one or more; raises ValueError if there are none at all."""
         templates: list[Template] = []
         blocks: list[Energies] = []
         first = 0
-        for voice, words in waveforms.items():
-            rows = [(word, trimmed_energies(w)) for word, takes in words.items() for w in takes]
+        for voice, words in takes.items():
+            rows = [(word, _as_energies(take)) for word, of_word in words.items() for take in of_word]
             if not rows:
                 raise ValueError(f"voice {voice!r} has no templates")
             scale = np.float32(1.0) / np.concatenate([energies for _, energies in rows]).sum(axis=1).mean()

@@ -1,0 +1,1 @@
+"""People who are no robots: their voices, enrolled or not."""

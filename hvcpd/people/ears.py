@@ -1,0 +1,164 @@
+"""Ears that look twice: speech that the robots' recogniser rejects is handed to a listener that knows people.
+
+Nothing here waits: a worker looks at a piece of sound, at once or in a thread, and what it finds is told with a later
+block. Until then, and for MOST_WAIT_S at most, the speech counts as still going on.
+"""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Protocol, Self
+
+import numpy as np
+
+from hvcpd.faculties import Ears
+from hvcpd.ports import SAMPLE_RATE_HZ, Samples
+from hvcpd.recognition.events import Event, Garbled, Recognised
+
+LEAD_S = 3.0
+"""Before the speech, for its noise: the noise tracker's memory."""
+BEFORE_S, AFTER_S = 0.5, 0.4
+"""Around what was noticed as speech, for its faint beginning and end; AFTER_S is heard by the time it is told."""
+LONGEST_S = 12.0
+"""No sentence of the phrasebook takes longer; other talk does."""
+MOST_WAIT_S = 3.0
+"""Then the speech is garbled: a robot that has not answered by then is asked again anyway."""
+
+
+@dataclass(frozen=True, eq=False)
+class Piece:
+    """Speech that was not understood, with the sound around it.
+
+    `sound`, shape (n,), begins with `lead` samples of what was heard before it; `start` and `end` are where the speech
+    was noticed and `origin` where the sound begins, in samples since the ears were made. What the robot itself said
+    is left out of the sound.
+    """
+
+    sound: Samples
+    lead: int
+    start: int
+    end: int
+    origin: int
+
+    @property
+    def speech(self) -> Samples:
+        """The speech, with BEFORE_S and AFTER_S around it."""
+        return self.sound[max(self.lead - round(BEFORE_S * SAMPLE_RATE_HZ), 0) :]
+
+
+Finding = tuple[Piece, Recognised | None]
+
+
+class Worker(Protocol):
+    """Looks at pieces of sound, one after the other."""
+
+    def submit(self, piece: Piece) -> bool:
+        """Have it looked at; false if there is too much to do already."""
+
+    def findings(self) -> Sequence[Finding]:
+        """What was found since the last call."""
+
+
+class LooksAgain(Protocol):
+    """A listener that is slower than sound, and knows more voices."""
+
+    def look(self, piece: Piece) -> Recognised | None:
+        """The sentence in it, at the sample numbers of the piece's own clock; None if there is none."""
+
+
+class AtOnce:
+    """A worker that has looked before `submit` returns: for recordings, and where time is simulated."""
+
+    def __init__(self, listener: LooksAgain) -> None:
+        self._listener = listener
+        self._found: list[Finding] = []
+
+    def submit(self, piece: Piece) -> bool:
+        self._found.append((piece, self._listener.look(piece)))
+        return True
+
+    def findings(self) -> Sequence[Finding]:
+        found, self._found = self._found, []
+        return found
+
+
+class SecondEars:
+    """`Ears` around others."""
+
+    def __init__(self, ears: Ears, worker: Worker) -> None:
+        self._ears = ears
+        self._worker = worker
+        self._blocks: deque[tuple[int, Samples]] = deque()
+        self._kept = 0
+        self._now = 0
+        self._waiting: list[Piece] = []
+
+    @property
+    def busy(self) -> bool:
+        """Whether somebody else is speaking, or has spoken and may still be understood."""
+        return self._ears.busy or bool(self._waiting)
+
+    def push(self, samples: Samples, masked: bool = False) -> list[Event]:
+        """As `Recogniser.push`; what a second look finds comes with a later push."""
+        events = self._ears.push(samples, masked)
+        self._now += len(samples)
+        if not masked:
+            self._keep(samples)
+        return self._through(events)
+
+    def lost(self, n_samples: int) -> list[Event]:
+        """As `Recogniser.lost`."""
+        events = self._ears.lost(n_samples)
+        self._now += n_samples
+        return self._through(events)
+
+    def succeed(self, predecessor: Self) -> None:
+        """Go on where `predecessor` is, with what it still waits for."""
+        self._ears.succeed(predecessor._ears)
+        self._blocks, self._kept, self._now = predecessor._blocks, predecessor._kept, predecessor._now
+        self._waiting, self._worker = predecessor._waiting, predecessor._worker
+
+    def _keep(self, samples: Samples) -> None:
+        self._blocks.append((self._now - len(samples), np.asarray(samples, np.float32)))
+        self._kept += len(samples)
+        most = round((LEAD_S + LONGEST_S + 2 * MOST_WAIT_S) * SAMPLE_RATE_HZ)
+        while self._kept - len(self._blocks[0][1]) > most:
+            self._kept -= len(self._blocks.popleft()[1])
+
+    def _through(self, events: list[Event]) -> list[Event]:
+        out: list[Event] = []
+        for event in events:
+            piece = self._piece(event) if isinstance(event, Garbled) else None
+            if piece is not None and self._worker.submit(piece):
+                self._waiting.append(piece)
+            else:
+                out.append(event)
+        for piece, found in self._worker.findings():
+            if piece in self._waiting:
+                self._waiting.remove(piece)
+                out.append(found or Garbled(piece.start, piece.end))
+        return out + self._given_up()
+
+    def _given_up(self) -> list[Event]:
+        late = [piece for piece in self._waiting if self._now - piece.end > MOST_WAIT_S * SAMPLE_RATE_HZ]
+        for piece in late:
+            self._waiting.remove(piece)
+        return [Garbled(piece.start, piece.end) for piece in late]
+
+    def _piece(self, event: Garbled) -> Piece | None:
+        """The sound of an event; None if it was too long, or is not kept any more."""
+        if event.end_sample - event.start_sample > LONGEST_S * SAMPLE_RATE_HZ or self._waiting_at(event):
+            return None
+        begin = event.start_sample - round(LEAD_S * SAMPLE_RATE_HZ)
+        end = event.end_sample + round(AFTER_S * SAMPLE_RATE_HZ)
+        parts = [(at, block) for at, block in self._blocks if at + len(block) > begin and at < end]
+        sound = np.concatenate([block for _, block in parts]) if parts else np.zeros(0, np.float32)
+        lead = sum(min(len(block), max(event.start_sample - at, 0)) for at, block in parts)
+        if len(sound) - lead < event.end_sample - event.start_sample:
+            return None
+        return Piece(sound, lead, event.start_sample, event.end_sample, event.start_sample - lead)
+
+    def _waiting_at(self, event: Garbled) -> bool:
+        return any(p.start < event.end_sample and event.start_sample < p.end for p in self._waiting)

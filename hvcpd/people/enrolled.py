@@ -1,0 +1,211 @@
+"""People whose voices a robot knows: their words as mel energies, one file each, which may come from anywhere.
+
+Energies and not recordings: they are what the recogniser needs, a tenth of the size, and nobody can be heard in them.
+"""
+
+from __future__ import annotations
+
+import os
+import zipfile
+from collections.abc import Iterable, Mapping, Sequence
+from contextlib import suppress
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+
+import numpy as np
+
+from hvcpd.config.names import MAX_NAME_LENGTH, MAX_WORD_LENGTH, valid_robot_name
+from hvcpd.errors import StoreError
+from hvcpd.recognition.frontend import HOP_SAMPLES, N_BANDS, Energies, mel_filterbank
+
+FORMAT = 1
+"""Of the file; raised with every change of it, or of the front end's bands."""
+SUFFIX = ".npz"
+MAX_FILE_BYTES = 32_000_000
+"""The phrasebook's 100 words in MAX_TAKES takes have 6 MB unpacked; a file that is larger is none of ours."""
+MAX_WORDS = 1000
+MAX_TAKES = 6
+"""Of one word that are kept, the newest: each is one more path for the recogniser wherever its word may come."""
+MAX_FRAMES = 250
+"""2.5 s: nobody takes as long for one word."""
+MIN_FRAMES = 5
+PEOPLE_FOLDER = "people"
+"""Below `state_dir`."""
+
+Takes = Mapping[str, Sequence[Energies]]
+"""For each word, in lower case, its takes: shape (frames, N_BANDS), without the silence around them."""
+
+
+@dataclass(frozen=True)
+class Person:
+    """A person's name, as it is written, and takes of words."""
+
+    name: str
+    takes: Takes = field(default_factory=dict)
+
+    @property
+    def words(self) -> frozenset[str]:
+        """The words that there are takes of."""
+        return frozenset(self.takes)
+
+    @property
+    def voice(self) -> str:
+        """What the recogniser calls this voice."""
+        return voice_of(self.name)
+
+    def with_takes(self, more: Takes) -> Person:
+        """The same with more takes, the oldest beyond MAX_TAKES of a word left out."""
+        known = {word: [*self.takes.get(word, ()), *new][-MAX_TAKES:] for word, new in more.items()}
+        return replace(self, takes={**self.takes, **known})
+
+
+def voice_of(name: str) -> str:
+    """What the recogniser calls an enrolled person's voice; no synthesizer's has a comma."""
+    return f"{name.lower()}, enrolled"
+
+
+FLUENT = 0.75
+"""Words in a sentence take so much of the time that they take alone (measured: 0.6 to 0.85 in espeak-ng's sentences)."""
+
+
+def spoken_takes(person: Person, words: Iterable[str]) -> dict[str, list[Energies]]:
+    """The takes of those of `words` that the person has, each also as short as in a sentence. Each take has the same
+    loudness, since people do not keep theirs from one word to the next."""
+    found: dict[str, list[Energies]] = {}
+    for word in person.words.intersection(words):
+        takes = [levelled(take) for take in person.takes[word]]
+        found[word] = [*takes, *(stretched(take, FLUENT) for take in takes)]
+    return found
+
+
+def levelled(energies: Energies) -> Energies:
+    """The take with a mean power of 1 in the louder half of its frames."""
+    power = energies.sum(axis=1)
+    out: Energies = energies / power[power >= np.median(power)].mean()
+    return out
+
+
+def stretched(energies: Energies, factor: float) -> Energies:
+    """The take in so many times the number of its frames, linearly interpolated; MIN_FRAMES at least."""
+    n = max(round(len(energies) * factor), MIN_FRAMES)
+    at = np.linspace(0.0, len(energies) - 1.0, n)
+    low = np.minimum(at.astype(np.intp), len(energies) - 2)
+    part = (at - low).astype(np.float32)[:, None]
+    out: Energies = (1 - part) * energies[low] + part * energies[low + 1]
+    return out
+
+
+def person_path(state_dir: Path, name: str) -> Path:
+    """Where a person's words are kept."""
+    return state_dir / PEOPLE_FOLDER / f"{name.lower()}{SUFFIX}"
+
+
+def enrolled_people(state_dir: Path) -> dict[str, Person]:
+    """Everybody enrolled, by name in lower case. Raises StoreError for the first file that cannot be used."""
+    folder = state_dir / PEOPLE_FOLDER
+    files = sorted(folder.glob(f"*{SUFFIX}")) if folder.is_dir() else []
+    people = [read_person(path) for path in files]
+    return {person.name.lower(): person for person in people}
+
+
+def write_person(path: Path, person: Person) -> None:
+    """Write the file whole, for its owner and group alone. Raises StoreError."""
+    arrays = {f"{word}/{k}": take for word, takes in person.takes.items() for k, take in enumerate(takes)}
+    head = np.array([FORMAT, N_BANDS, HOP_SAMPLES], np.int64)
+    partial = path.with_name(f".{path.name}.new")
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        partial.unlink(missing_ok=True)
+        handle = os.open(partial, os.O_WRONLY | os.O_CREAT | os.O_EXCL | os.O_NOFOLLOW, 0o640)
+        with os.fdopen(handle, "wb") as file:
+            # The energies' digits beyond float16's of the logarithm are noise of the microphone.
+            logs = {key: np.log(take).astype(np.float16) for key, take in arrays.items()}
+            np.savez_compressed(file, head=head, name=np.array(person.name), filters=_filters(), **logs)  # type: ignore[arg-type]
+            file.flush()
+            os.fsync(file.fileno())
+        partial.replace(path)
+    except OSError as error:
+        raise StoreError(
+            f"{path} cannot be written ({error.strerror}); run this as the daemon's user, or name another place"
+        ) from error
+
+
+def remove_person(path: Path) -> bool:
+    """Forget a person; whether there was one. Raises StoreError."""
+    try:
+        path.unlink()
+    except FileNotFoundError:
+        return False
+    except OSError as error:
+        raise StoreError(f"{path} cannot be deleted ({error.strerror}); run this as the daemon's user") from error
+    return True
+
+
+def read_person(path: Path) -> Person:
+    """The person in a file, of which nothing is trusted. Raises StoreError that names the file and what is wrong."""
+    try:
+        if path.stat().st_size > MAX_FILE_BYTES:
+            raise _Wrong(f"it is larger than {MAX_FILE_BYTES // 1_000_000} MB")
+        with zipfile.ZipFile(path) as archive:
+            if sum(entry.file_size for entry in archive.infolist()) > MAX_FILE_BYTES:
+                raise _Wrong(f"unpacked it is larger than {MAX_FILE_BYTES // 1_000_000} MB")
+        with np.load(path, allow_pickle=False) as file:
+            return _person(file)
+    except _Wrong as wrong:
+        raise StoreError(f"{path}: this is no enrolment of ours: {wrong}; enrol the person anew") from None
+    except OSError as error:
+        raise StoreError(f"{path} cannot be read: {error.strerror or error}; name another file") from None
+    except (ValueError, KeyError, EOFError, zipfile.BadZipFile, NotImplementedError, RuntimeError) as error:
+        raise StoreError(f"{path}: this is no enrolment of ours ({error}); enrol the person anew") from None
+
+
+class _Wrong(Exception):
+    """What is wrong with a file."""
+
+
+def _filters() -> np.ndarray:
+    """The centre of each band, as a fingerprint of the front end."""
+    filters = mel_filterbank()
+    return np.asarray((np.arange(len(filters)) @ filters / filters.sum(axis=0)).astype(np.float32))
+
+
+def _person(file: Mapping[str, np.ndarray]) -> Person:
+    head = file["head"]
+    if head.shape != (3,) or head.dtype.kind != "i" or tuple(head) != (FORMAT, N_BANDS, HOP_SAMPLES):
+        raise _Wrong("it was made by another version")
+    filters = file["filters"]
+    if filters.shape != (N_BANDS,) or filters.dtype.kind != "f" or not np.allclose(filters, _filters()):
+        raise _Wrong("it was made with another front end")
+    raw = file["name"]
+    if raw.shape != () or raw.dtype.kind != "U" or raw.dtype.itemsize > 4 * MAX_NAME_LENGTH:
+        raise _Wrong("it names nobody")
+    name = str(raw)
+    fault = valid_robot_name(name)
+    if fault is not None:
+        raise _Wrong(fault)
+    keys = [key for key in file if key not in ("head", "name", "filters")]
+    if len(keys) > MAX_WORDS * MAX_TAKES:
+        raise _Wrong("it has too many takes")
+    takes: dict[str, list[Energies]] = {}
+    for key in sorted(keys):
+        word, _, number = key.partition("/")
+        if not (word.isascii() and word.isalnum() and word == word.lower() and len(word) <= MAX_WORD_LENGTH):
+            raise _Wrong("a take is of no word")
+        if not number.isdecimal() or int(number) >= MAX_TAKES:
+            raise _Wrong(f"a take of '{word}' has no number")
+        takes.setdefault(word, []).append(_take(word, file[key]))
+    return Person(name, takes)
+
+
+def _take(word: str, logs: np.ndarray) -> Energies:
+    right_shape = logs.ndim == 2 and logs.shape[1] == N_BANDS and MIN_FRAMES <= len(logs) <= MAX_FRAMES
+    if not right_shape or logs.dtype != np.float16:
+        raise _Wrong(f"a take of '{word}' has the wrong shape")
+    if not np.isfinite(logs).all() or float(np.abs(logs).max()) > 40.0:
+        raise _Wrong(f"a take of '{word}' holds no sound")
+    return np.exp(logs.astype(np.float32))
+
+
+def names_of(people: Iterable[Person]) -> tuple[str, ...]:
+    """Their names, as they are written, sorted."""
+    return tuple(sorted(person.name for person in people))

@@ -1,0 +1,171 @@
+"""PocketSphinx with the phrasebook's network as its grammar: hears anybody, in quiet and not far away.
+
+The grammar is handed over as a finite-state network, which is what PocketSphinx compiles a JSGF into: from the JSGF
+itself it did not finish compiling in 7 minutes.
+"""
+
+from __future__ import annotations
+
+import math
+import tempfile
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from hvcpd.language.graph import WordGraph
+from hvcpd.ports import Samples
+from hvcpd.synthesis.lexicon import Lexicon
+
+WIDE_BEAMS = {"beam": 1e-60, "pbeam": 1e-60, "wbeam": 1e-40}
+"""PocketSphinx's own are 1e-48, 1e-48, 7e-29: of 40 sentences at 40, 20 and 12 dB in white noise these gave 40, 40 and
+36, its own 37, 40 and 35, at two thirds of the cost."""
+FRAME_SAMPLES = 160
+"""PocketSphinx's frames are 10 ms apart."""
+SCORE_BASE = 1.0001
+"""Its scores are logarithms to this base (`logbase`); so a score of 10,000 is a natural logarithm of 1."""
+LEVEL_RMS = 0.1
+"""Speech is brought to this level, full scale 1: the 16 bits handed over keep 60 dB below it."""
+MOST_PRONUNCIATIONS = 6
+"""Of a word, that accents add: each costs time wherever the word may come."""
+
+_VOWELS = frozenset("AA AE AH AO AW AY EH ER EY IH IY OW OY UH UW".split())
+_ACCENTS = {"AA": ("AO",), "AE": ("AA", "AH"), "ER": ("AH",), "OW": ("AO",)}
+"""Vowels as they are said in other accents than the model's American (J. C. Wells, "Accents of English", Cambridge
+1982, the lexical sets LOT, TRAP, NURSE and letter, GOAT)."""
+
+
+@dataclass(frozen=True)
+class Guess:
+    """The sentence that fits best, each word with its first frame and the one after its last, and how well it fits.
+
+    `misfit` is the mean over the words' frames of how much less likely each frame is than in the best of all sounds,
+    in thousandths of a natural logarithm; `worst` that of the worst word, `noise` that of the worst pause.
+    """
+
+    words: tuple[str, ...]
+    spans: tuple[tuple[int, int], ...]
+    misfit: float
+    worst: float
+    noise: float
+
+
+def make_decoder(graph: WordGraph, folder: Path, lexicon: Lexicon, accents: bool = False, **settings: Any) -> Any:
+    """A PocketSphinx decoder with the network as its grammar, knowing our pronunciations beside its own.
+
+    `folder` holds the grammar while this runs. `accents` adds pronunciations of other parts of the world. `settings`
+    are PocketSphinx's own, such as `beam`. Raises ImportError where it is not installed.
+    """
+    from pocketsphinx import Decoder, get_model_path
+
+    grammar = folder / "phrasebook.fsg"
+    grammar.write_text(_grammar(graph))
+    decoder = Decoder(
+        hmm=get_model_path("en-us/en-us"),
+        dict=get_model_path("en-us/cmudict-en-us.dict"),
+        lm=None,
+        loglevel="FATAL",
+        **settings,
+    )
+    for word in graph.words:
+        ours = " ".join(phone.rstrip("012") for phone in lexicon.pronounce(word))
+        known = decoder.lookup_word(word)
+        if known is None:
+            decoder.add_word(word, ours, False)
+        elif ours not in (known, *(decoder.lookup_word(f"{word}({n})") for n in range(2, 6))):
+            # All programs say "bot" as we do, and not as the dictionary has it (B AO T).
+            decoder.add_word(f"{word}(9)", ours, False)
+        if accents:
+            _add_accents(decoder, word)
+    decoder.add_fsg("phrasebook", decoder.read_fsg(str(grammar)))
+    decoder.activate_search("phrasebook")
+    return decoder
+
+
+def _grammar(graph: WordGraph) -> str:
+    lines = ["FSG_BEGIN phrasebook", f"NUM_STATES {graph.n_nodes + 1}", f"START_STATE {graph.start}"]
+    lines.append(f"FINAL_STATE {graph.n_nodes}")
+    lines += [f"TRANSITION {arc.source} {arc.target} 1.0 {arc.word}" for arc in graph.arcs]
+    lines += [f"TRANSITION {node} {graph.n_nodes} 1.0" for node in sorted(graph.finals)]
+    return "\n".join([*lines, "FSG_END", ""])
+
+
+def _add_accents(decoder: Any, word: str) -> None:
+    numbered = (decoder.lookup_word(f"{word}({n})") for n in range(2, 10))
+    known = {tuple(said.split()) for said in (decoder.lookup_word(word), *numbered) if said}
+    others = dict.fromkeys(other for said in sorted(known) for other in accented(said) if other not in known)
+    for number, other in enumerate(list(others)[:MOST_PRONUNCIATIONS], 20):
+        decoder.add_word(f"{word}({number})", " ".join(other), False)
+
+
+def accented(phones: Sequence[str]) -> Iterator[tuple[str, ...]]:
+    """The same word in other accents: other vowels, and no R but before a vowel."""
+    found = [tuple(phones)]
+    for k, phone in enumerate(phones):
+        found += [(*said[:k], other, *said[k + 1 :]) for said in found for other in _ACCENTS.get(phone, ())]
+    for said in found:
+        silent = {k for k, phone in enumerate(said) if phone == "R" and said[k + 1 : k + 2] not in _BEFORE_R}
+        yield from (said, tuple(phone for k, phone in enumerate(said) if k not in silent))
+
+
+_BEFORE_R = frozenset((vowel,) for vowel in _VOWELS)
+
+
+def heard(decoder: Any, sound: Samples) -> str:
+    """The sentence that a decoder takes the whole sound for; empty if none."""
+    _decode(decoder, sound)
+    hypothesis = decoder.hyp()
+    return hypothesis.hypstr if hypothesis else ""
+
+
+def _decode(decoder: Any, sound: Samples) -> None:
+    decoder.reinit_feat()
+    decoder.start_utt()
+    decoder.process_raw((np.clip(sound, -1, 1) * 32767).astype("<i2").tobytes(), full_utt=True)
+    decoder.end_utt()
+
+
+class Sphinx:
+    """Guesses what anybody says; made when first asked, since it takes a second and 40 MB."""
+
+    def __init__(self, graph: WordGraph, lexicon: Lexicon) -> None:
+        self._graph = graph
+        self._lexicon = lexicon
+        self._decoder: Any = None
+
+    def guess(self, sound: Samples) -> Guess | None:
+        """What is said in a sound, shape (n,), that holds one utterance and a little of what is around it.
+
+        Raises ImportError where PocketSphinx is not installed.
+        """
+        if self._decoder is None:
+            with tempfile.TemporaryDirectory() as folder:
+                # The search of the lattice for a better path costs a quarter of the sentences of foreign voices.
+                self._decoder = make_decoder(
+                    self._graph, Path(folder), self._lexicon, accents=True, bestpath=False, **WIDE_BEAMS
+                )
+        loud = np.sort(np.abs(sound))[-max(len(sound) // 4, 1) :]
+        level = float(np.sqrt(np.mean(loud.astype(np.float64) ** 2)))
+        _decode(self._decoder, sound * np.float32(min(LEVEL_RMS / max(level, 1e-6), 1e3)))
+        hypothesis = self._decoder.hyp()
+        return _guess(list(self._decoder.seg())) if hypothesis and hypothesis.hypstr else None
+
+
+def _guess(segments: Sequence[Any]) -> Guess | None:
+    words, spans, lost, noise = [], [], [], [0.0]
+    for segment in segments:
+        frames = segment.end_frame - segment.start_frame + 1
+        misfit = -1000.0 * math.log(max(segment.ascore, 1e-12)) / frames
+        if segment.word == "<sil>":
+            noise.append(misfit)
+        elif segment.word[0] not in "<+(":
+            words.append(segment.word.partition("(")[0])
+            spans.append((segment.start_frame, segment.end_frame + 1))
+            lost.append(misfit)
+    if not words:
+        return None
+    lengths = [end - start for start, end in spans]
+    mean = sum(n * misfit for n, misfit in zip(lengths, lost, strict=True)) / sum(lengths)
+    return Guess(tuple(words), tuple(spans), mean, max(lost), max(noise))
