@@ -15,11 +15,15 @@ from hvcpd.config.tasks import Place, TaskRepository
 from hvcpd.coordination.actions import SLOW_STRETCH, Role, Timing
 from hvcpd.coordination.coordination import Coordination
 from hvcpd.errors import PhraseError
+from hvcpd.faculties import Ears
 from hvcpd.hardware.kinematics import BURGER, Drive, Odometry
 from hvcpd.hardware.navigator import Navigator
 from hvcpd.language.forms import OPEN_KINDS, SEALED_KINDS, Kind
 from hvcpd.language.phrasebook import Phrasebook, Vocabulary
 from hvcpd.own_voice import Acoustics
+from hvcpd.people.ears import LooksAgain, SecondEars, Worker
+from hvcpd.people.enrolled import Person
+from hvcpd.people.opinion import SecondOpinion, strangers_possible
 from hvcpd.performer import Performer
 from hvcpd.ports import Pose, Samples, WheelReading
 from hvcpd.recognition.listening import MIN_SPELLED_CONFIDENCE, Listening
@@ -59,13 +63,14 @@ class Sound:
     """Where pronunciations come from, where rendered units are kept, and which robot speaks how.
 
     `voices` and `recorded` have the robots, by name in lower case, whose voice was chosen and does not follow from the
-    name.
+    name; `people` those who are enrolled, and no robots.
     """
 
     lexicon: Lexicon
     cache: UnitCache | None = None
     voices: Mapping[str, Voice] = field(default_factory=dict)
     recorded: Mapping[str, RecordedSpeaker] = field(default_factory=dict)
+    people: Mapping[str, Person] = field(default_factory=dict)
 
     def voice_of(self, name: str) -> Voice:
         """The synthesizer's voice of that robot."""
@@ -112,6 +117,10 @@ class RobotPlan:
     drive: Drive = BURGER
     strangers: bool = False
     """Robots that it was not told of may come and spell their names."""
+    second: Worker | None = None
+    """Looks again at what the voices of robots do not explain; None: nobody does."""
+    any_voice: bool = True
+    """It looks for people who are not enrolled too."""
     keys: KeyRing | None = None
     """Where the team has a key: everything that matters is sealed, and nothing else is believed."""
     encrypts: bool = False
@@ -238,7 +247,7 @@ def make_robot(plan: RobotPlan, sound: Sound) -> Robot:
     phrasebook = _phrasebook(plan, plan.names)
     role = replace(
         plan.role,
-        roster=plan.names if plan.role.listed else (),
+        roster=_robots(plan, sound) if plan.role.listed else (),
         speech=replace(plan.role.speech, sealed=plan.keys is not None, encrypted=plan.encrypts),
     )
     acoustics = plan.acoustics or Acoustics()
@@ -251,28 +260,47 @@ def make_robot(plan: RobotPlan, sound: Sound) -> Robot:
         stopped=plan.stopped,
     )
     coordination.home = plan.home
-    ears = make_ears(phrasebook, _others(plan, plan.names), sound, plan.strangers)
+    ears = make_ears(phrasebook, _others(plan, _robots(plan, sound)), sound, plan.strangers)
     return Robot(
         coordination,
         phrasebook,
-        ears,
+        _looking_twice(plan, phrasebook, ears, sound),
         sound.speaker_of(plan.role.name),
         Odometry(plan.start, plan.drive, plan.reading),
         Performer(plan.navigator or Navigator(plan.drive)),
         plan.acoustics,
         sound.speaker_of(plan.role.name, SLOW),
         Overhearing(ears.urgent) if ears.urgent is not None else None,
-        make_sealing(plan),
+        make_sealing(plan, _robots(plan, sound)),
         OwnDelay(),
     )
 
 
-def make_sealing(plan: RobotPlan) -> Sealing | None:
-    """What seals and judges for the robot, where there is a key."""
+def make_sealing(plan: RobotPlan, robots: tuple[str, ...] | None = None) -> Sealing | None:
+    """What seals and judges for the robot, where there is a key; `robots`: of the names, those that have it too."""
     if plan.keys is None:
         return None
-    roster = plan.names if plan.role.listed else ()
+    roster = (plan.names if robots is None else robots) if plan.role.listed else ()
     return Sealing(Guard(plan.role.name, plan.keys, plan.counters, patience=plan.patience), plan.encrypts, roster)
+
+
+def make_second(phrasebook: Phrasebook, sound: Sound, strangers: bool) -> LooksAgain | None:
+    """Who looks again at what robots' voices do not explain: for enrolled people and, where PocketSphinx is installed
+    and `strangers` are to be understood, for anybody. None if there is nobody to look for."""
+    anybody = strangers and strangers_possible()
+    if not anybody and not sound.people:
+        return None
+    return SecondOpinion(phrasebook.people_graph, sound.lexicon, tuple(sound.people.values()), anybody)
+
+
+def _looking_twice(plan: RobotPlan, phrasebook: Phrasebook, ears: Listening, sound: Sound) -> Ears:
+    listener = make_second(phrasebook, sound, plan.any_voice) if plan.second is not None else None
+    return SecondEars(ears, listener, plan.second) if listener is not None and plan.second is not None else ears
+
+
+def _robots(plan: RobotPlan, sound: Sound) -> tuple[str, ...]:
+    """The names without those of people."""
+    return tuple(name for name in plan.names if name.lower() not in sound.people)
 
 
 def _phrasebook(plan: RobotPlan, names: Sequence[str]) -> Phrasebook:
@@ -293,7 +321,7 @@ class Roster:
         self._told = plan.names
         self.names = plan.names
 
-    def learn(self, name: str) -> tuple[Phrasebook, Listening]:
+    def learn(self, name: str) -> tuple[Phrasebook, Ears]:
         """What a robot needs to understand one name more. Takes seconds. Raises PhraseError for a name that sounds
         like a known one, or is a word of the phrasebook."""
         rival = next((known for known in self.names if sounds_alike(name, known, self._sound.lexicon)), None)
@@ -303,6 +331,7 @@ class Roster:
         room = max(MAX_KNOWN_NAMES - len(self._told), 1)
         names = (*self._told, *[*learned, name][-room:])
         book = _phrasebook(self._plan, names)
-        ears = make_ears(book, _others(self._plan, names), self._sound, strangers=False)
+        robots = [known for known in names if known.lower() not in self._sound.people]
+        ears = make_ears(book, _others(self._plan, robots), self._sound, strangers=False)
         self.names = names
-        return book, ears
+        return book, _looking_twice(self._plan, book, ears, self._sound)

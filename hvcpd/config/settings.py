@@ -190,6 +190,7 @@ class Settings:
     wheels: WheelSettings = WheelSettings()
     control: ControlSettings = ControlSettings()
     clips: ClipSettings = ClipSettings()
+    voices: Literal["robots", "enrolled", "any"] = "any"
     security: SecuritySettings = SecuritySettings()
     seed: int | None = field(default=None, metadata=between(0, 2**32 - 1))
     log_level: Literal["debug", "info", "warning", "error"] = "info"

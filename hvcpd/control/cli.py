@@ -13,6 +13,7 @@ from hvcpd import __version__
 from hvcpd.control.daemon_parser import add_completion, add_daemon_commands, add_ros
 from hvcpd.control.doctor_parser import add_calibrate, add_doctor
 from hvcpd.control.drive_parser import add_drive
+from hvcpd.control.enrol_parser import add_enrol
 from hvcpd.control.key_parser import add_key
 from hvcpd.errors import EX_FAILURE, EX_INTERRUPTED, EX_OK, EX_USER, HvcpdError
 
@@ -85,6 +86,7 @@ def make_parser() -> argparse.ArgumentParser:
     _add_say(commands)
     _add_hear(commands)
     _add_listen(commands)
+    add_enrol(commands, _lazy("enrol"))
     _add_phrases(commands)
     _add_pronounce(commands)
     _add_prerender(commands)

@@ -7,11 +7,12 @@ import sys
 from collections.abc import Iterator
 from pathlib import Path
 
-from hvcpd.assembly import make_recogniser
+from hvcpd.assembly import make_recogniser, make_second
 from hvcpd.control.heard_sentences import as_json, as_text, sealing_of, sentence_of
 from hvcpd.control.team import Team, load_team
 from hvcpd.errors import AudioFileError, PhraseError
 from hvcpd.hardware.soundfile import read_wav
+from hvcpd.people.ears import AtOnce, SecondEars
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 from hvcpd.recognition.events import Event, Recognised
 
@@ -78,7 +79,12 @@ def _draw(path: Path, samples: Samples, events: list[Event], title: str) -> None
 
 def events_in(samples: Samples, team: Team) -> Iterator[Event]:
     """Everything that the recogniser reports in a recording, garbled speech too, in order."""
-    recogniser = make_recogniser(team.phrasebook, team.names, team.sound)
+    robots = [name for name in team.names if name.lower() not in team.sound.people]
+    recogniser = make_recogniser(team.phrasebook, robots or team.names, team.sound)
+    voices = team.settings.voices
+    listener = make_second(team.phrasebook, team.sound, voices == "any") if voices != "robots" else None
+    ears = SecondEars(recogniser, listener, AtOnce()) if listener is not None else None
     for start in range(0, len(samples), BLOCK):
-        yield from recogniser.push(samples[start : start + BLOCK])
-    yield from recogniser.flush()
+        yield from (ears or recogniser).push(samples[start : start + BLOCK])
+    rest = recogniser.flush()
+    yield from rest if ears is None else ears.take(rest)

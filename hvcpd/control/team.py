@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import argparse
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from itertools import combinations
 from pathlib import Path
@@ -16,6 +16,7 @@ from hvcpd.config.task_file import load_tasks
 from hvcpd.config.tasks import TaskRepository
 from hvcpd.errors import ConfigError
 from hvcpd.language.phrasebook import Phrasebook
+from hvcpd.people.enrolled import enrolled_people
 from hvcpd.synthesis.likeness import sounds_alike
 
 
@@ -53,7 +54,10 @@ def load_team(
     sound = make_sound(settings.lexicon, user_cache_folder())
     alike = None if allow_confusable else partial(sounds_alike, lexicon=sound.lexicon)
     tasks = load_tasks(settings.tasks, alike)
-    known = {name.lower(): name for name in (*(names or settings.names), *more)}
+    people = enrolled_people(settings.state_dir)[0] if settings.voices != "robots" else {}
+    enrolled = tuple(person.name for person in people.values())
+    known = {name.lower(): name for name in (*(names or (*settings.names, *enrolled)), *more)}
+    sound = replace(sound, people={key: person for key, person in people.items() if key in known})
     used = tuple(known.values())
     if not allow_confusable:
         _refuse_same_sound(used, sound)

@@ -10,8 +10,8 @@ import structlog
 from hvcpd.assembly import Roster, Sound
 from hvcpd.daemon.rehearsal import rehearse
 from hvcpd.errors import PhraseError
+from hvcpd.faculties import Ears
 from hvcpd.language.phrasebook import Phrasebook
-from hvcpd.recognition.listening import Listening
 from hvcpd.records import LearnName, Record
 from hvcpd.robot import Robot
 
@@ -59,7 +59,7 @@ class Lessons:
             else:
                 _log.info("name learned", name=name, names=", ".join(self._roster.names))
 
-    def _make_ready(self, name: str) -> tuple[Phrasebook, Listening]:
+    def _make_ready(self, name: str) -> tuple[Phrasebook, Ears]:
         ready = self._roster.learn(name)
         rehearse(self._own_name, (name.lower(),), self._sound)
         return ready

@@ -23,6 +23,7 @@ from hvcpd.daemon.outfit import Outfit
 from hvcpd.daemon.pose_keeper import KeptPose, PoseKeeper
 from hvcpd.daemon.rehearsal import rehearse
 from hvcpd.daemon.reloading import Rereading
+from hvcpd.daemon.second_look import SecondLook
 from hvcpd.daemon.sound_service import SoundService
 from hvcpd.daemon.telling import tell
 from hvcpd.daemon.wheel_service import WheelService
@@ -63,6 +64,7 @@ class Daemon:
         self._clips = Clips(lambda: self._control.body.outfit.settings.clips, outfit.settings.name)
         self._wheels: WheelService | None = None
         self._lessons: Lessons | None = None
+        self._second = SecondLook()
         self.sound: SoundService | None = None
         self.robot: Robot | None = None
         self._listening = False
@@ -96,6 +98,7 @@ class Daemon:
             stack.callback(self._control.release)
             stack.push_async_callback(self._journal.close)
             stack.push_async_callback(self._clips.close)
+            stack.push_async_callback(self._second.close)
             stack.push_async_callback(self._pose.close)
             stack.push_async_callback(self._control.close)
             await self._control.open()
@@ -120,6 +123,7 @@ class Daemon:
                 self._journal.counters,
                 here,
                 navigator,
+                self._second,
             )
             robot = self.robot = await asyncio.to_thread(make_robot, plan, self._outfit.sound)
             self._control.begin(robot)
@@ -163,6 +167,7 @@ class Daemon:
             await self._wheels.settled()
         if self._lessons is not None:
             await self._lessons.settled()
+        await self._second.settled()
         await self._journal.settled()
         await self._pose.settled()
 

@@ -25,6 +25,8 @@ from hvcpd.hardware.navigator import Navigator
 from hvcpd.keyring import KeyFile, find_key_file, keep_out_of_dumps, read_key_file
 from hvcpd.language.phrasebook import RESERVED_WORDS, Phrasebook
 from hvcpd.own_voice import Acoustics
+from hvcpd.people.ears import Worker
+from hvcpd.people.enrolled import Person, enrolled_people
 from hvcpd.security.keys import KeyRing
 from hvcpd.security.trust import People
 from hvcpd.synthesis.lexicon import Lexicon
@@ -51,9 +53,11 @@ class Outfit:
 
     @property
     def names(self) -> tuple[str, ...]:
-        """All robots known beforehand, this one first."""
+        """All robots and people known beforehand, this one first."""
         own = self.settings.name
-        return own, *(name for name in self.settings.names if name.casefold() != own.casefold())
+        people = (person.name for person in self.sound.people.values())
+        others = {name.casefold(): name for name in (*people, *self.settings.names)}
+        return own, *(name for key, name in others.items() if key != own.casefold())
 
     @property
     def memory_path(self) -> Path:
@@ -137,11 +141,12 @@ class Outfit:
         counters: Mapping[str, int] | None = None,
         here: KeptPose | None = None,
         navigator: Navigator | None = None,
+        second: Worker | None = None,
     ) -> RobotPlan:
         """What makes this robot, with what it remembers: the tasks, the names that it `heard`, whether it is stopped.
 
         `here` is where it stands, if that is not where the settings have it start. `navigator` finds its ways; None:
-        the usual one.
+        the usual one. `second` looks again at what the voices of robots do not explain.
 
         Without a seed in the settings it gets a fresh one.
         """
@@ -175,6 +180,8 @@ class Outfit:
             reading=here.reading if here is not None else None,
             drive=self.drive,
             navigator=navigator,
+            second=second if settings.voices != "robots" else None,
+            any_voice=settings.voices == "any",
         )
 
 
@@ -201,6 +208,7 @@ def equip(settings: Settings, allow_confusable: bool = False) -> Outfit:
         faults.append(str(error))
     try:
         sound = make_sound(settings.lexicon, settings.state_dir / "units")
+        sound = replace(sound, people=_people(settings))
     except HvcpdError as error:
         faults.append(str(error))
     lexicon = sound.lexicon if sound is not None else Lexicon.load()
@@ -221,6 +229,16 @@ def equip(settings: Settings, allow_confusable: bool = False) -> Outfit:
     except HvcpdError as error:
         raise ConfigError(f"{settings.tasks}: {error}") from error
     return replace(outfit, sound=cast(sound, settings, phrasebook.marked_graph.words))
+
+
+def _people(settings: Settings) -> dict[str, Person]:
+    """Who is enrolled; a file that cannot be used costs that person's voice, not the mission."""
+    if settings.voices == "robots":
+        return {}
+    people, faults = enrolled_people(settings.state_dir)
+    for fault in faults:
+        _log.warning("person not known", reason=fault)
+    return {name: person for name, person in people.items() if name != settings.name.lower()}
 
 
 def _team_key(settings: Settings) -> KeyFile | None:

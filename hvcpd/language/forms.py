@@ -72,7 +72,8 @@ class Form:
     """One sentence form: its pattern, the statement it makes, and its meaning in a person's words.
 
     `constants` are fields of the statement that the pattern fixes. A form with `will` reads the statement, a motion,
-    back; a `relayed` one quotes it from somebody else; in a `spelled` one the letters are the speaker's name.
+    back; a `relayed` one quotes it from somebody else; in a `spelled` one the letters are the speaker's name. A
+    `casual` one is listened for only where it cannot spoil what robots say to each other: in a second look at a sound.
     """
 
     pattern: str
@@ -83,6 +84,7 @@ class Form:
     will: bool = False
     relayed: bool = False
     spelled: bool = False
+    casual: bool = False
 
 
 def _motions() -> tuple[tuple[str, type[m.Statement], str, dict[str, object]], ...]:
@@ -247,4 +249,23 @@ _SEALED: tuple[Form, ...] = (
     Form(f"{OPENING}, i do not trust that", m.Distrusted, "Who said that? Its seal or code is wrong.", Kind.SEALED),
 )
 
-FORMS: tuple[Form, ...] = (*_CORE, *_PEOPLE, *_RELAYS, *_SPELLED, *_SEALED)
+SMALL_STEP_M = 0.5
+"""Who does not say how far means not far: the least that can be said."""
+
+_CASUAL: tuple[Form, ...] = (
+    Form("(hi|hello) <addressee>", m.WhoHere, "Everybody who hears it says its name.", Kind.PEOPLE, casual=True),
+    *(
+        Form(
+            f"{CALL} {PLEASE} move {words} {PLEASE}",
+            m.MoveBy,
+            "Drive half a metre.",
+            Kind.PEOPLE,
+            {"back": words == "back", "distance_m": SMALL_STEP_M},
+            casual=True,
+        )
+        for words in ("forward", "back")
+    ),
+)
+"""What people say who have not read the card."""
+
+FORMS: tuple[Form, ...] = (*_CORE, *_PEOPLE, *_RELAYS, *_SPELLED, *_SEALED, *_CASUAL)

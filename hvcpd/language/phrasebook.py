@@ -167,6 +167,11 @@ class Phrasebook:
         return words_for(8 * (self.codebook.n_bytes + CIPHER_TAG_BYTES))
 
     @cached_property
+    def people_graph(self) -> WordGraph:
+        """The network `graph` and what people say who do not know the phrasebook."""
+        return build_graph([c.node for c in self._usable_forms() if not c.form.spelled], self.slots)
+
+    @cached_property
     def spelling_graph(self) -> WordGraph:
         """The network of spelled names; it holds no name, so that it is the same for all who have the same teams."""
         addressees = {to: words for to, words in self.slots["addressee"].items() if not isinstance(to, m.ToRobot)}
@@ -195,7 +200,7 @@ class Phrasebook:
         return build(compiled.form, bindings)
 
     def _ordinary_forms(self) -> list[CompiledForm]:
-        return [compiled for compiled in self._usable_forms() if not compiled.form.spelled]
+        return [c for c in self._usable_forms() if not c.form.spelled and not c.form.casual]
 
     def _usable_forms(self) -> Iterator[CompiledForm]:
         for compiled in self._forms:

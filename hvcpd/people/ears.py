@@ -51,35 +51,36 @@ class Piece:
 Finding = tuple[Piece, Recognised | None]
 
 
-class Worker(Protocol):
-    """Looks at pieces of sound, one after the other."""
+class LooksAgain(Protocol):
+    """A listener that is slower than sound, and knows more voices."""
 
-    def submit(self, piece: Piece) -> bool:
+    def look(self, piece: Piece) -> Recognised | None:
+        """The sentence in it, at the samples of the piece's own clock; None if there is none."""
+
+
+class Worker(Protocol):
+    """Has pieces of sound looked at, one after the other."""
+
+    def submit(self, piece: Piece, listener: LooksAgain) -> bool:
         """Have it looked at; false if there is too much to do already."""
 
     def findings(self) -> Sequence[Finding]:
         """What was found since the last call."""
 
 
-class LooksAgain(Protocol):
-    """A listener that is slower than sound, and knows more voices."""
-
-    def look(self, piece: Piece) -> Recognised | None:
-        """The sentence in it, at the sample numbers of the piece's own clock; None if there is none."""
-
-
 class AtOnce:
     """A worker that has looked before `submit` returns: for recordings, and where time is simulated."""
 
-    def __init__(self, listener: LooksAgain) -> None:
-        self._listener = listener
+    def __init__(self) -> None:
         self._found: list[Finding] = []
 
-    def submit(self, piece: Piece) -> bool:
-        self._found.append((piece, self._listener.look(piece)))
+    def submit(self, piece: Piece, listener: LooksAgain) -> bool:
+        """As `Worker.submit`."""
+        self._found.append((piece, listener.look(piece)))
         return True
 
     def findings(self) -> Sequence[Finding]:
+        """As `Worker.findings`."""
         found, self._found = self._found, []
         return found
 
@@ -87,8 +88,9 @@ class AtOnce:
 class SecondEars:
     """`Ears` around others."""
 
-    def __init__(self, ears: Ears, worker: Worker) -> None:
+    def __init__(self, ears: Ears, listener: LooksAgain, worker: Worker) -> None:
         self._ears = ears
+        self._listener = listener
         self._worker = worker
         self._blocks: deque[tuple[int, Samples]] = deque()
         self._kept = 0
@@ -106,13 +108,13 @@ class SecondEars:
         self._now += len(samples)
         if not masked:
             self._keep(samples)
-        return self._through(events)
+        return self.take(events)
 
     def lost(self, n_samples: int) -> list[Event]:
         """As `Recogniser.lost`."""
         events = self._ears.lost(n_samples)
         self._now += n_samples
-        return self._through(events)
+        return self.take(events)
 
     def succeed(self, predecessor: Self) -> None:
         """Go on where `predecessor` is, with what it still waits for."""
@@ -127,11 +129,12 @@ class SecondEars:
         while self._kept - len(self._blocks[0][1]) > most:
             self._kept -= len(self._blocks.popleft()[1])
 
-    def _through(self, events: list[Event]) -> list[Event]:
+    def take(self, events: list[Event]) -> list[Event]:
+        """What comes of events that the first ears told, and of looks that have ended."""
         out: list[Event] = []
         for event in events:
             piece = self._piece(event) if isinstance(event, Garbled) else None
-            if piece is not None and self._worker.submit(piece):
+            if piece is not None and self._worker.submit(piece, self._listener):
                 self._waiting.append(piece)
             else:
                 out.append(event)

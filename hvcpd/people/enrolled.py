@@ -7,8 +7,8 @@ from __future__ import annotations
 
 import os
 import zipfile
+import zlib
 from collections.abc import Iterable, Mapping, Sequence
-from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
@@ -65,7 +65,7 @@ def voice_of(name: str) -> str:
 
 
 FLUENT = 0.75
-"""Words in a sentence take so much of the time that they take alone (measured: 0.6 to 0.85 in espeak-ng's sentences)."""
+"""Words in a sentence are shorter than the same words alone; the decoder's steps span the rest."""
 
 
 def spoken_takes(person: Person, words: Iterable[str]) -> dict[str, list[Energies]]:
@@ -100,12 +100,24 @@ def person_path(state_dir: Path, name: str) -> Path:
     return state_dir / PEOPLE_FOLDER / f"{name.lower()}{SUFFIX}"
 
 
-def enrolled_people(state_dir: Path) -> dict[str, Person]:
-    """Everybody enrolled, by name in lower case. Raises StoreError for the first file that cannot be used."""
+_BROKEN = (ValueError, KeyError, EOFError, NotImplementedError, RuntimeError, zipfile.BadZipFile, zlib.error)
+"""What zipfile and numpy raise for files that are damaged, or were made to do harm."""
+
+
+def enrolled_people(state_dir: Path) -> tuple[dict[str, Person], tuple[str, ...]]:
+    """Everybody enrolled, by name in lower case, and what is wrong with files that cannot be used."""
     folder = state_dir / PEOPLE_FOLDER
-    files = sorted(folder.glob(f"*{SUFFIX}")) if folder.is_dir() else []
-    people = [read_person(path) for path in files]
-    return {person.name.lower(): person for person in people}
+    files = sorted(folder.glob(f"[!.]*{SUFFIX}")) if folder.is_dir() else []
+    people: dict[str, Person] = {}
+    faults = []
+    for path in files:
+        try:
+            person = read_person(path)
+        except StoreError as error:
+            faults.append(str(error))
+        else:
+            people[person.name.lower()] = person
+    return people, tuple(faults)
 
 
 def write_person(path: Path, person: Person) -> None:
@@ -145,21 +157,21 @@ def read_person(path: Path) -> Person:
     """The person in a file, of which nothing is trusted. Raises StoreError that names the file and what is wrong."""
     try:
         if path.stat().st_size > MAX_FILE_BYTES:
-            raise _Wrong(f"it is larger than {MAX_FILE_BYTES // 1_000_000} MB")
+            raise _WrongError(f"it is larger than {MAX_FILE_BYTES // 1_000_000} MB")
         with zipfile.ZipFile(path) as archive:
             if sum(entry.file_size for entry in archive.infolist()) > MAX_FILE_BYTES:
-                raise _Wrong(f"unpacked it is larger than {MAX_FILE_BYTES // 1_000_000} MB")
+                raise _WrongError(f"unpacked it is larger than {MAX_FILE_BYTES // 1_000_000} MB")
         with np.load(path, allow_pickle=False) as file:
             return _person(file)
-    except _Wrong as wrong:
+    except _WrongError as wrong:
         raise StoreError(f"{path}: this is no enrolment of ours: {wrong}; enrol the person anew") from None
     except OSError as error:
         raise StoreError(f"{path} cannot be read: {error.strerror or error}; name another file") from None
-    except (ValueError, KeyError, EOFError, zipfile.BadZipFile, NotImplementedError, RuntimeError) as error:
+    except _BROKEN as error:
         raise StoreError(f"{path}: this is no enrolment of ours ({error}); enrol the person anew") from None
 
 
-class _Wrong(Exception):
+class _WrongError(Exception):
     """What is wrong with a file."""
 
 
@@ -172,27 +184,27 @@ def _filters() -> np.ndarray:
 def _person(file: Mapping[str, np.ndarray]) -> Person:
     head = file["head"]
     if head.shape != (3,) or head.dtype.kind != "i" or tuple(head) != (FORMAT, N_BANDS, HOP_SAMPLES):
-        raise _Wrong("it was made by another version")
+        raise _WrongError("it was made by another version")
     filters = file["filters"]
     if filters.shape != (N_BANDS,) or filters.dtype.kind != "f" or not np.allclose(filters, _filters()):
-        raise _Wrong("it was made with another front end")
+        raise _WrongError("it was made with another front end")
     raw = file["name"]
     if raw.shape != () or raw.dtype.kind != "U" or raw.dtype.itemsize > 4 * MAX_NAME_LENGTH:
-        raise _Wrong("it names nobody")
+        raise _WrongError("it names nobody")
     name = str(raw)
     fault = valid_robot_name(name)
     if fault is not None:
-        raise _Wrong(fault)
+        raise _WrongError(fault)
     keys = [key for key in file if key not in ("head", "name", "filters")]
     if len(keys) > MAX_WORDS * MAX_TAKES:
-        raise _Wrong("it has too many takes")
+        raise _WrongError("it has too many takes")
     takes: dict[str, list[Energies]] = {}
     for key in sorted(keys):
         word, _, number = key.partition("/")
         if not (word.isascii() and word.isalnum() and word == word.lower() and len(word) <= MAX_WORD_LENGTH):
-            raise _Wrong("a take is of no word")
+            raise _WrongError("a take is of no word")
         if not number.isdecimal() or int(number) >= MAX_TAKES:
-            raise _Wrong(f"a take of '{word}' has no number")
+            raise _WrongError(f"a take of '{word}' has no number")
         takes.setdefault(word, []).append(_take(word, file[key]))
     return Person(name, takes)
 
@@ -200,12 +212,7 @@ def _person(file: Mapping[str, np.ndarray]) -> Person:
 def _take(word: str, logs: np.ndarray) -> Energies:
     right_shape = logs.ndim == 2 and logs.shape[1] == N_BANDS and MIN_FRAMES <= len(logs) <= MAX_FRAMES
     if not right_shape or logs.dtype != np.float16:
-        raise _Wrong(f"a take of '{word}' has the wrong shape")
+        raise _WrongError(f"a take of '{word}' has the wrong shape")
     if not np.isfinite(logs).all() or float(np.abs(logs).max()) > 40.0:
-        raise _Wrong(f"a take of '{word}' holds no sound")
+        raise _WrongError(f"a take of '{word}' holds no sound")
     return np.exp(logs.astype(np.float32))
-
-
-def names_of(people: Iterable[Person]) -> tuple[str, ...]:
-    """Their names, as they are written, sorted."""
-    return tuple(sorted(person.name for person in people))

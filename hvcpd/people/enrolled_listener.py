@@ -59,9 +59,5 @@ class EnrolledListener:
 
 
 def _moved(sentence: Recognised, by: int) -> Recognised:
-    spans = tuple(
-        replace(s, start_sample=s.start_sample + by, end_sample=s.end_sample + by) for s in sentence.spans
-    )
-    return replace(
-        sentence, start_sample=sentence.start_sample + by, end_sample=sentence.end_sample + by, spans=spans
-    )
+    spans = tuple(replace(s, start_sample=s.start_sample + by, end_sample=s.end_sample + by) for s in sentence.spans)
+    return replace(sentence, start_sample=sentence.start_sample + by, end_sample=sentence.end_sample + by, spans=spans)

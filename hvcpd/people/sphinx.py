@@ -28,6 +28,10 @@ SCORE_BASE = 1.0001
 """Its scores are logarithms to this base (`logbase`); so a score of 10,000 is a natural logarithm of 1."""
 LEVEL_RMS = 0.1
 """Speech is brought to this level, full scale 1: the 16 bits handed over keep 60 dB below it."""
+WARPS = ("1.0", "1.1")
+"""The frequency axis is warped by these factors in turn, and what fits best counts: voices differ in the length of their
+vocal tract (L. Lee & R. Rose, "Speaker normalization using efficient frequency warping procedures", ICASSP 1996). A high
+voice had 26 of 31 sentences right instead of 21; 0.9 gained nothing for three others."""
 MOST_PRONUNCIATIONS = 6
 """Of a word, that accents add: each costs time wherever the word may come."""
 
@@ -120,8 +124,8 @@ def heard(decoder: Any, sound: Samples) -> str:
     return hypothesis.hypstr if hypothesis else ""
 
 
-def _decode(decoder: Any, sound: Samples) -> None:
-    decoder.reinit_feat()
+def _decode(decoder: Any, sound: Samples, config: Any = None) -> None:
+    decoder.reinit_feat(config)
     decoder.start_utt()
     decoder.process_raw((np.clip(sound, -1, 1) * 32767).astype("<i2").tobytes(), full_utt=True)
     decoder.end_utt()
@@ -144,11 +148,25 @@ class Sphinx:
             with tempfile.TemporaryDirectory() as folder:
                 # The search of the lattice for a better path costs a quarter of the sentences of foreign voices.
                 self._decoder = make_decoder(
-                    self._graph, Path(folder), self._lexicon, accents=True, bestpath=False, **WIDE_BEAMS
+                    self._graph,
+                    Path(folder),
+                    self._lexicon,
+                    accents=True,
+                    bestpath=False,
+                    warp_type="inverse_linear",
+                    warp_params=WARPS[0],
+                    **WIDE_BEAMS,
                 )
         loud = np.sort(np.abs(sound))[-max(len(sound) // 4, 1) :]
         level = float(np.sqrt(np.mean(loud.astype(np.float64) ** 2)))
-        _decode(self._decoder, sound * np.float32(min(LEVEL_RMS / max(level, 1e-6), 1e3)))
+        sound = sound * np.float32(min(LEVEL_RMS / max(level, 1e-6), 1e3))
+        guesses = [guess for warp in WARPS if (guess := self._warped(sound, warp)) is not None]
+        return min(guesses, key=lambda guess: guess.misfit, default=None)
+
+    def _warped(self, sound: Samples, warp: str) -> Guess | None:
+        config = self._decoder.config
+        config["warp_params"] = warp
+        _decode(self._decoder, sound, config)
         hypothesis = self._decoder.hyp()
         return _guess(list(self._decoder.seg())) if hypothesis and hypothesis.hypstr else None
 

@@ -1,0 +1,123 @@
+"""Leads a person through the words at the microphone: asks, listens, shows the level, and asks again where it must."""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import Sequence
+from typing import TextIO
+
+import numpy as np
+
+from hvcpd.daemon.devices import SoundStream
+from hvcpd.people.takes import check_take
+from hvcpd.ports import SAMPLE_RATE_HZ, Samples
+from hvcpd.recognition.frontend import Energies
+
+SETTLE_S = 0.5
+"""Sound cards click and adapt when they are opened."""
+NOISE_S = 1.0
+"""Listened to before the first word."""
+BEFORE_S = 0.3
+"""Kept before the word."""
+AFTER_S = 0.5
+"""Of quiet ends it."""
+WAIT_S = 6.0
+"""For a word to begin, before it is asked for again."""
+LONGEST_S = 3.0
+ONSET_DB = 12.0
+"""Over the noise."""
+TRIES = 4
+"""For one take; then the word is left out, and can be enrolled later."""
+_BARS = " ▁▂▃▄▅▆▇█"
+_BAR_DB = 7.0
+"""One step of the meter, from -70 dBFS on."""
+
+
+def record_takes(words: Sequence[str], takes: int, stream: SoundStream, out: TextIO) -> dict[str, list[Energies]]:
+    """`takes` takes of each word. Raises DeviceError. What was said until an interrupt is kept."""
+    found: dict[str, list[Energies]] = {}
+    try:
+        asyncio.run(_Session(stream, out).lead(words, takes, found))
+    except KeyboardInterrupt:
+        out.write("\ninterrupted; what was said is kept\n")
+    return found
+
+
+class _Session:
+    def __init__(self, stream: SoundStream, out: TextIO) -> None:
+        self._stream = stream
+        self._out = out
+        self._noise_rms = 1e-4
+
+    async def lead(self, words: Sequence[str], takes: int, found: dict[str, list[Energies]]) -> None:
+        """Word by word; a take is in `found` as soon as it is good."""
+        try:
+            await self._stream.open()
+            await self._stream.start()
+            await self._hear_noise()
+            total = len(words) * takes
+            self._out.write(f"{len(words)} words, {takes} times each. Say each one as you would to a robot.\n")
+            for number in range(total):  # all words once, then again: repeated at once, they are sung
+                word = words[number % len(words)]
+                take = await self._take(word, f"[{number + 1}/{total}]")
+                if take is not None:
+                    found.setdefault(word, []).append(take)
+        finally:
+            await self._stream.close()
+
+    async def _hear_noise(self) -> None:
+        await self._read(SETTLE_S)
+        self._out.write("Be quiet for a second.\n")
+        self._out.flush()
+        self._noise_rms = max(_rms(await self._read(NOISE_S)), 1e-5)
+
+    async def _take(self, word: str, progress: str) -> Energies | None:
+        for _ in range(TRIES):
+            self._out.write(f"{progress} {word.upper()}  ")
+            self._out.flush()
+            check = check_take(await self._utterance())
+            if check.energies is not None:
+                self._out.write("good\n")
+                return check.energies
+            self._out.write(f"once more: {check.fault}\n")
+        self._out.write(f"'{word}' is left out; enrol it later with --words {word}\n")
+        return None
+
+    async def _utterance(self) -> Samples:
+        """What is said from now on, until it is quiet; empty after WAIT_S of quiet."""
+        blocks: list[Samples] = []
+        heard = quiet = 0
+        began: int | None = None
+        while began is None or (quiet < AFTER_S * SAMPLE_RATE_HZ and heard - began < LONGEST_S * SAMPLE_RATE_HZ):
+            block = await self._block()
+            blocks.append(block)
+            heard += len(block)
+            loud = _rms(block) > self._noise_rms * 10.0 ** (ONSET_DB / 20.0)
+            self._meter(block)
+            quiet = 0 if loud else quiet + len(block)
+            if loud and began is None:
+                began = heard - len(block)
+            if began is None and heard > WAIT_S * SAMPLE_RATE_HZ:
+                return np.zeros(0, np.float32)
+        return np.concatenate(blocks)[max(began - round(BEFORE_S * SAMPLE_RATE_HZ), 0) :]
+
+    def _meter(self, block: Samples) -> None:
+        if self._out.isatty():
+            step = int((20.0 * np.log10(max(_rms(block), 1e-6)) + 70.0) / _BAR_DB)
+            self._out.write(_BARS[min(max(step, 0), len(_BARS) - 1)] + "\b")
+            self._out.flush()
+
+    async def _read(self, seconds: float) -> Samples:
+        blocks: list[Samples] = []
+        while sum(map(len, blocks)) < seconds * SAMPLE_RATE_HZ:
+            blocks.append(await self._block())
+        return np.concatenate(blocks)
+
+    async def _block(self) -> Samples:
+        block = await self._stream.read()
+        self._stream.write(np.zeros(len(block), np.float32))
+        return block
+
+
+def _rms(block: Samples) -> float:
+    return float(np.sqrt(np.mean(block.astype(np.float64) ** 2))) if len(block) else 0.0

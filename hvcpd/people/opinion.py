@@ -1,0 +1,118 @@
+"""A second opinion on speech that the robots' recogniser rejects: of enrolled people's words, and of PocketSphinx.
+
+Each listener's sentence gets a chance of being right from how well it fits, by a logistic curve. The curves were fitted
+to fluent sentences of four synthetic voices at 20 dB SNR against people's talk to each other (59 stretches of it; see
+docs/people.md). Where both hear the same, that counts for it: no talk made both hear one sentence.
+"""
+
+from __future__ import annotations
+
+import importlib.util
+import math
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from hvcpd.language.graph import WordGraph
+from hvcpd.people.ears import BEFORE_S, Piece
+from hvcpd.people.enrolled import Person
+from hvcpd.people.enrolled_listener import EnrolledListener
+from hvcpd.people.sphinx import FRAME_SAMPLES, Guess, Sphinx
+from hvcpd.ports import SAMPLE_RATE_HZ
+from hvcpd.recognition.events import Recognised, WordSpan
+from hvcpd.synthesis.lexicon import Lexicon
+
+STRANGER = "stranger"
+"""What the voice is called of who is neither a robot nor enrolled."""
+MIN_CHANCE = 0.8
+"""As the robots' own recogniser asks for."""
+AGREEMENT = 4.0
+"""Added to the logit where both listeners hear the same words, which they did in no talk that addressed nobody."""
+MIN_SNR_DB = 6.0
+"""Speech that is less above what was heard before it is left to the enrolled people's templates: in white noise
+PocketSphinx has 34 of 40 sentences of clear voices right at 10 dB, 7 at 5 dB, none at 0 dB (docs/recognition.md)."""
+MIN_LEAD_S = 0.3
+"""Of sound before the speech, to know its noise."""
+
+
+def enrolled_chance(sentence: Recognised) -> float:
+    """How likely a sentence of `EnrolledListener` is right, 0 to 1."""
+    lengths = [span.end_sample - span.start_sample for span in sentence.spans]
+    deficit = sum(n * span.deficit for n, span in zip(lengths, sentence.spans, strict=True)) / sum(lengths)
+    return _sigmoid(4.9 - 21.5 * deficit + 0.9 * math.log(len(lengths)))
+
+
+def guess_chance(guess: Guess) -> float:
+    """How likely a sentence of `Sphinx` is right, 0 to 1."""
+    n_words = math.log(len(guess.words))
+    return _sigmoid(21.24 - 2.24 * guess.misfit - 1.03 * guess.worst - 0.36 * n_words - 1.02 * guess.noise)
+
+
+def _sigmoid(logit: float) -> float:
+    return 1.0 / (1.0 + math.exp(-min(max(logit, -500.0), 500.0)))
+
+
+def _agreed(one: float, other: float) -> float:
+    odds = [math.log(max(p, 1e-9) / max(1.0 - p, 1e-9)) for p in (one, other)]
+    return _sigmoid(max(odds) + AGREEMENT)
+
+
+class SecondOpinion:
+    """Looks at pieces of sound; its listeners are made when they are first needed, in the thread that looks."""
+
+    def __init__(self, graph: WordGraph, lexicon: Lexicon, people: Sequence[Person], strangers: bool) -> None:
+        """`people`: those enrolled; with `strangers`, PocketSphinx listens for all others."""
+        self._graph = graph
+        self._people = [person for person in people if person.words & set(graph.words)]
+        self._enrolled: EnrolledListener | None = None
+        self._sphinx = Sphinx(graph, lexicon) if strangers else None
+
+    def look(self, piece: Piece) -> Recognised | None:
+        """The sentence in a piece, as sure as it is; None if none is sure enough."""
+        snr_db = snr_of(piece)
+        known = self._look_for_enrolled(piece)
+        guess = self._sphinx.guess(piece.speech) if self._sphinx is not None and snr_db >= MIN_SNR_DB else None
+        chance = enrolled_chance(known) if known is not None else 0.0
+        other = guess_chance(guess) if guess is not None else 0.0
+        if known is not None and guess is not None and known.words == guess.words:
+            chance = _agreed(chance, other)
+        if known is not None and chance >= max(other, MIN_CHANCE):
+            return replace(known, confidence=chance, snr_db=snr_db)
+        if guess is None or other < MIN_CHANCE:
+            return None
+        return _recognised(guess, piece, other, snr_db)
+
+    def _look_for_enrolled(self, piece: Piece) -> Recognised | None:
+        if not self._people:
+            return None
+        if self._enrolled is None:
+            self._enrolled = EnrolledListener(self._graph, self._people)
+        return self._enrolled.sentence(piece)
+
+
+def strangers_possible() -> bool:
+    """Whether PocketSphinx is installed; it is not loaded."""
+    return importlib.util.find_spec("pocketsphinx") is not None
+
+
+def snr_of(piece: Piece) -> float:
+    """The mean power of the speech over that of what was heard before it, dB; infinite without enough of that."""
+    lead = piece.sound[: piece.lead].astype(np.float64)
+    if len(lead) < MIN_LEAD_S * SAMPLE_RATE_HZ:
+        return math.inf
+    frame = SAMPLE_RATE_HZ // 50
+    # Somebody may have spoken before: the noise is what is left in the quieter parts.
+    powers = np.mean(lead[: len(lead) // frame * frame].reshape(-1, frame) ** 2, axis=1)
+    noise = float(np.quantile(powers, 0.3))
+    speech = float(np.mean(piece.sound[piece.lead : piece.lead + piece.end - piece.start].astype(np.float64) ** 2))
+    return 10.0 * math.log10(max(speech / max(noise, 1e-12) - 1.0, 1e-3))
+
+
+def _recognised(guess: Guess, piece: Piece, chance: float, snr_db: float) -> Recognised:
+    first = max(piece.lead - round(BEFORE_S * SAMPLE_RATE_HZ), 0) + piece.origin
+    spans = tuple(
+        WordSpan(word, first + start * FRAME_SAMPLES, first + end * FRAME_SAMPLES, chance)
+        for word, (start, end) in zip(guess.words, guess.spans, strict=True)
+    )
+    return Recognised(guess.words, STRANGER, spans[0].start_sample, spans[-1].end_sample, chance, snr_db, spans)

@@ -1,0 +1,175 @@
+"""One word from one recording: where it is, whether it can be used, and how far it is from other takes."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from itertools import combinations
+
+import numpy as np
+
+from hvcpd.people.enrolled import MAX_FRAMES, Takes, levelled
+from hvcpd.ports import SAMPLE_RATE_HZ, Samples
+from hvcpd.recognition.decoder import StepCosts, dtw_column
+from hvcpd.recognition.frontend import (
+    CONTEXT_FRAMES,
+    ENERGY_FLOOR,
+    HOP_SAMPLES,
+    WINDOW_SAMPLES,
+    Energies,
+    Features,
+    energies_of,
+    features_of,
+    smoothed,
+)
+from hvcpd.recognition.scorer import MASK_DB
+
+FULL_SCALE = 0.985
+"""A converter that is overdriven stays at one value, near its end."""
+MOST_CLIPPED = 0.002
+"""Of the word's samples: a few peaks do no harm, flat vowels do."""
+LEAST_SNR_DB = 15.0
+"""A word's loud frames over the noise around it: below, faint consonants are lost for good."""
+EDGE_S = 0.1
+"""At both ends of a recording, where the speaker does not speak yet."""
+EDGE_DB = 12.0
+"""Ends that are so far below the word's loudest frame are noise; else the recording was cut at the word."""
+BEGIN_DB = 6.0
+"""The word begins and ends where it is so far above the noise..."""
+RANGE_DB = 35.0
+"""...and no further below its loudest frame."""
+LONGEST_GAP_S = 0.2
+"""Within a word, as before a T; longer, and two words were said."""
+SHORTEST_S, LONGEST_S = 0.1, 1.6
+INCONSISTENT = 3.2
+"""Mean distance a frame of two takes of one word. Of people's digits (takes 0 to 4, four speakers) 95 % of the pairs of
+one word and speaker are nearer; of different words of a speaker 10 %."""
+CONFUSABLE = 0.9
+"""Two words of a person are confusable if takes of them are nearer than this much of how far takes of one word are."""
+APART = 4.5
+"""First takes of two words that are so far apart leave no doubt: the others are not compared."""
+_FAR = np.float32(1e9)
+
+
+@dataclass(frozen=True)
+class TakeCheck:
+    """What a recording holds: a word's energies without noise, or the fault that makes it useless."""
+
+    energies: Energies | None
+    fault: str
+    level_dbfs: float
+    snr_db: float
+
+
+def check_take(sound: Samples) -> TakeCheck:
+    """The one word in a recording, shape (n,), 16 kHz."""
+    sound = np.asarray(sound, np.float32)
+    peak = float(np.abs(sound).max(initial=0.0))
+    if len(sound) < SHORTEST_S * SAMPLE_RATE_HZ or peak < 1e-4:
+        return TakeCheck(None, "nothing is to be heard; is the microphone on?", -99.0, 0.0)
+    pad = (WINDOW_SAMPLES - HOP_SAMPLES) // 2
+    energies = energies_of(np.pad(sound - sound.mean(), (pad, pad + HOP_SAMPLES)))
+    power = energies.sum(axis=1)
+    noise = _noise(energies, power)
+    begin, end, gap = _span(power, float(noise.sum()))
+    word = energies[begin:end]
+    loud = np.sort(power[begin:end])[-max((end - begin) // 4, 1) :].mean()
+    snr_db = float(10.0 * np.log10(loud / float(noise.sum())))
+    level_dbfs = float(20.0 * np.log10(peak))
+    samples = sound[begin * HOP_SAMPLES : end * HOP_SAMPLES]
+    fault = _fault(end - begin, gap, float(np.mean(np.abs(samples) >= FULL_SCALE)), snr_db)
+    if fault:
+        return TakeCheck(None, fault, level_dbfs, snr_db)
+    clean = smoothed(np.pad(np.maximum(word - noise, ENERGY_FLOOR), ((1, 1), (0, 0)), mode="edge"))
+    return TakeCheck(clean, "", level_dbfs, snr_db)
+
+
+def _noise(energies: Energies, power: np.ndarray) -> Energies:
+    """Mean energies of the noise around the word, shape (N_BANDS,); next to none if the recording was cut at it."""
+    n = max(round(EDGE_S * SAMPLE_RATE_HZ / HOP_SAMPLES), 1)
+    edges = [part for part in (slice(0, n), slice(len(power) - n, len(power))) if _is_quiet(power, part)]
+    if not edges:
+        return np.full(energies.shape[1], ENERGY_FLOOR, np.float32)
+    return np.asarray(np.concatenate([energies[part] for part in edges]).mean(axis=0), np.float32)
+
+
+def _is_quiet(power: np.ndarray, part: slice) -> bool:
+    return bool(power[part].max() < power.max() * 10.0 ** (-EDGE_DB / 10.0))
+
+
+def _span(power: np.ndarray, noise: float) -> tuple[int, int, int]:
+    """First frame of the word, the one after its last, and the longest gap in it, frames."""
+    least = max(noise * 10.0 ** (BEGIN_DB / 10.0), float(power.max()) * 10.0 ** (-RANGE_DB / 10.0))
+    above = np.flatnonzero(power >= min(least, float(power.max())))
+    gap = int(np.diff(above).max(initial=1)) - 1
+    return int(above[0]), int(above[-1]) + 1, gap
+
+
+def _fault(n_frames: int, gap: int, clipped: float, snr_db: float) -> str:
+    length_s = n_frames * HOP_SAMPLES / SAMPLE_RATE_HZ
+    if clipped > MOST_CLIPPED:
+        return "it is too loud for the microphone: step back, or turn the gain down (hvcpctl calibrate)"
+    if snr_db < LEAST_SNR_DB:
+        return f"the room is too loud, or you too far away: the word is {snr_db:.0f} dB above the noise, not 15"
+    if gap * HOP_SAMPLES > LONGEST_GAP_S * SAMPLE_RATE_HZ:
+        return "there is a pause in it; say the one word, and nothing else"
+    if not SHORTEST_S <= length_s <= LONGEST_S or n_frames > MAX_FRAMES:
+        return f"it takes {length_s:.1f} s; say the one word, neither hurried nor drawn out"
+    return ""
+
+
+def features(take: Energies) -> Features:
+    """A take in a quiet room at one loudness, shape (frames, N_FEATURES)."""
+    level = levelled(take)
+    mask = np.float32(10.0 ** (-MASK_DB / 10.0)) * level[level.sum(axis=1) >= 1.0].mean()
+    padded = np.pad(level + mask, ((CONTEXT_FRAMES, CONTEXT_FRAMES), (0, 0)), mode="edge")
+    return features_of(padded)
+
+
+def distance(one: Features, other: Features) -> float:
+    """The decoder's own distance of two takes, a frame: the mean of both directions."""
+    return (_cost(one, other) + _cost(other, one)) / 2.0
+
+
+def _cost(heard: Features, template: Features) -> float:
+    """Of hearing one take as the other, a frame of the one."""
+    squares = (heard**2).sum(axis=1)[:, None] + (template**2).sum(axis=1) - 2.0 * heard @ template.T
+    distances = np.pad(np.sqrt(np.maximum(squares, 0.0)), ((0, 0), (2, 0)), constant_values=_FAR).astype(np.float32)
+    costs = np.full(distances.shape[1], _FAR, np.float32)
+    costs[1] = 0.0  # from which the first frame is one step, the second one skip
+    out = np.full_like(costs, _FAR)
+    for row in distances:
+        dtw_column(costs, row, StepCosts(), out)
+        costs, out = out, costs
+        out[:2] = costs[:2] = _FAR
+    return float(costs[-1]) / len(heard)
+
+
+def odd_takes(takes: Sequence[Energies]) -> list[int]:
+    """Which takes of one word are unlike all others of it."""
+    sounds = [features(take) for take in takes]
+    nearest = [
+        min((distance(one, other) for k, other in enumerate(sounds) if k != n), default=0.0)
+        for n, one in enumerate(sounds)
+    ]
+    return [n for n, apart in enumerate(nearest) if apart > INCONSISTENT]
+
+
+def confusable(takes: Takes, pairs: Iterable[tuple[str, str]]) -> list[tuple[str, str]]:
+    """Those of `pairs` of words of which takes are as near to one another as takes of one word are; worst first."""
+    sounds = {word: [features(take) for take in of_word] for word, of_word in takes.items()}
+    found = []
+    for first, second in pairs:
+        if first not in sounds or second not in sounds or distance(sounds[first][0], sounds[second][0]) > APART:
+            continue
+        apart = min(distance(a, b) for a in sounds[first] for b in sounds[second])
+        usual = (_spread(sounds[first]) + _spread(sounds[second])) / 2.0
+        if apart < CONFUSABLE * usual:
+            found.append((apart / usual, first, second))
+    return [(first, second) for _, first, second in sorted(found)]
+
+
+def _spread(sounds: Sequence[Features]) -> float:
+    """How far takes of one word are from one another, a frame; of a single one half of INCONSISTENT, as is usual."""
+    apart = [distance(a, b) for a, b in combinations(sounds, 2)]
+    return min(float(np.median(apart)), INCONSISTENT) if apart else INCONSISTENT / 2.0

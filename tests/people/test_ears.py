@@ -1,0 +1,151 @@
+"""Speech that was not understood is looked at again, and the robot waits for it, but not for long."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from hvcpd.people.ears import AtOnce, Finding, LooksAgain, Piece, SecondEars
+from hvcpd.ports import SAMPLE_RATE_HZ, Samples
+from hvcpd.recognition.events import Event, Garbled, Recognised
+
+BLOCK = 1600
+SENTENCE = Recognised(("stop",), "stranger", 32000, 40000, 0.9, 20.0, ())
+
+
+class Script:
+    """First ears that tell what they are told to tell at a block, counted from 0."""
+
+    busy = False
+
+    def __init__(self, events: dict[int, list[Event]]) -> None:
+        self.events = events
+        self.blocks = 0
+
+    def push(self, samples: Samples, masked: bool = False) -> list[Event]:
+        self.blocks += 1
+        return self.events.get(self.blocks - 1, [])
+
+    def lost(self, n_samples: int) -> list[Event]:
+        return []
+
+    def succeed(self, predecessor: object) -> None:
+        self.blocks = predecessor.blocks  # type: ignore[attr-defined]
+
+
+class Looker:
+    """Finds what it is told to find, and keeps what it was shown."""
+
+    def __init__(self, found: Recognised | None) -> None:
+        self.found = found
+        self.pieces: list[Piece] = []
+
+    def look(self, piece: Piece) -> Recognised | None:
+        self.pieces.append(piece)
+        return self.found
+
+
+class Slow:
+    """A worker that has not ended until it is told to."""
+
+    def __init__(self, room: int = 9) -> None:
+        self.waiting: list[tuple[Piece, LooksAgain]] = []
+        self.room = room
+        self.done: list[Finding] = []
+
+    def submit(self, piece: Piece, listener: LooksAgain) -> bool:
+        if len(self.waiting) >= self.room:
+            return False
+        self.waiting.append((piece, listener))
+        return True
+
+    def end(self) -> None:
+        self.done += [(piece, listener.look(piece)) for piece, listener in self.waiting]
+        self.waiting.clear()
+
+    def findings(self) -> list[Finding]:
+        done, self.done = self.done, []
+        return done
+
+
+def block(value: float) -> Samples:
+    return np.full(BLOCK, value, np.float32)
+
+
+def run(ears: SecondEars, n: int, first: int = 0) -> list[Event]:
+    return [event for k in range(first, first + n) for event in ears.push(block(k))]
+
+
+def test_a_sentence_takes_the_place_of_what_was_garbled() -> None:
+    looker = Looker(SENTENCE)
+    ears = SecondEars(Script({29: [Garbled(32000, 40000)]}), looker, AtOnce())
+    assert run(ears, 40) == [SENTENCE]
+    [piece] = looker.pieces
+    assert (piece.start, piece.end) == (32000, 40000)
+    # The sound tells its own place: each block holds its number.
+    assert piece.sound[piece.lead] == 32000 // BLOCK
+    assert piece.origin == piece.start - piece.lead
+    assert len(piece.sound) - piece.lead >= 8000
+
+
+def test_what_nobody_understands_stays_garbled() -> None:
+    ears = SecondEars(Script({29: [Garbled(32000, 40000)]}), Looker(None), AtOnce())
+    assert run(ears, 40) == [Garbled(32000, 40000)]
+
+
+def test_a_sentence_that_was_understood_is_not_looked_at() -> None:
+    looker = Looker(None)
+    ears = SecondEars(Script({29: [SENTENCE]}), looker, AtOnce())
+    assert run(ears, 40) == [SENTENCE]
+    assert looker.pieces == []
+
+
+def test_the_robot_waits_for_a_slow_look_and_then_hears_it() -> None:
+    worker = Slow()
+    ears = SecondEars(Script({29: [Garbled(32000, 40000)]}), Looker(SENTENCE), worker)
+    assert run(ears, 35) == []
+    assert ears.busy
+    worker.end()
+    assert ears.push(block(35)) == [SENTENCE]
+    assert not ears.busy
+
+
+def test_who_waits_too_long_calls_it_garbled_and_hears_no_more_of_it() -> None:
+    worker = Slow()
+    ears = SecondEars(Script({29: [Garbled(32000, 40000)]}), Looker(SENTENCE), worker)
+    assert run(ears, 60) == [Garbled(32000, 40000)]
+    worker.end()
+    assert run(ears, 5) == []
+
+
+def test_too_much_to_do_is_garbled_at_once() -> None:
+    worker = Slow(room=1)
+    events: dict[int, list[Event]] = {29: [Garbled(32000, 40000)], 32: [Garbled(44000, 50000)]}
+    ears = SecondEars(Script(events), Looker(None), worker)
+    assert run(ears, 33) == [Garbled(44000, 50000)]
+
+
+def test_endless_talk_is_not_looked_at() -> None:
+    looker = Looker(SENTENCE)
+    long = Garbled(32000, 32000 + 13 * SAMPLE_RATE_HZ)
+    ears = SecondEars(Script({155: [long]}), looker, AtOnce())
+    assert run(ears, 157) == [long]
+    assert looker.pieces == []
+
+
+def test_the_own_voice_is_not_in_the_sound() -> None:
+    looker = Looker(None)
+    ears = SecondEars(Script({29: [Garbled(32000, 40000)]}), looker, AtOnce())
+    for k in range(30):
+        ears.push(block(k), masked=10 <= k < 18)
+    assert not set(range(10, 18)) & {int(x) for x in looker.pieces[0].sound}
+
+
+def test_new_ears_go_on_waiting_for_what_the_old_ones_asked() -> None:
+    worker = Slow()
+    old = SecondEars(Script({29: [Garbled(32000, 40000)]}), Looker(SENTENCE), worker)
+    run(old, 30)
+    new = SecondEars(Script({}), Looker(None), Slow())
+    new.succeed(old)
+    assert new.busy
+    worker.end()
+    assert new.push(block(30)) == [SENTENCE]

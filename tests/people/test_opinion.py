@@ -1,0 +1,134 @@
+"""Voices that no robot has: understood if they are enrolled, or by PocketSphinx."""
+
+from __future__ import annotations
+
+import random
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from hvcpd.assembly import DEFAULT_TEAMS, Sound, make_phrasebook, make_recogniser, make_sound
+from hvcpd.config.task_file import load_tasks
+from hvcpd.config.tasks import default_tasks_path
+from hvcpd.language.phrasebook import Phrasebook
+from hvcpd.people.ears import AtOnce, Piece, SecondEars
+from hvcpd.people.enrolled import Person
+from hvcpd.people.opinion import STRANGER, SecondOpinion, enrolled_chance, guess_chance, snr_of
+from hvcpd.people.sphinx import Guess, accented
+from hvcpd.people.takes import check_take
+from hvcpd.ports import SAMPLE_RATE_HZ, Samples
+from hvcpd.recognition.events import Event, Garbled, Recognised, WordSpan
+from hvcpd.synthesis.speaker import Speaker
+from hvcpd.synthesis.voices import VOICES, Voice, voice_for
+
+SENTENCES = ("hi rob, i am anna, what is left", "bot, turn left", "hi all, i am anna, complete task two", "rob stop")
+
+CHILD = Voice("child", 240.0, 1.35, 0.92, -32.0, 0.6, 3000.0)
+"""Unlike all robots' voices."""
+
+
+@pytest.fixture(scope="module")
+def sound(units: Path) -> Sound:
+    return make_sound(None, units)
+
+
+@pytest.fixture(scope="module")
+def book() -> Phrasebook:
+    return make_phrasebook(("Rob", "Bot", "Anna"), DEFAULT_TEAMS, load_tasks(default_tasks_path()))
+
+
+def stranger(sound: Sound) -> Speaker:
+    """A voice that neither Rob nor Bot has."""
+    robots = {voice_for(name).name for name in ("Rob", "Bot")}
+    return Speaker(next(v for v in VOICES if v.name not in robots), sound.lexicon, sound.cache)
+
+
+def in_room(sounds: Sequence[Samples], gain: float, noise_rms: float = 3e-4) -> Samples:
+    gap = np.zeros(round(1.6 * SAMPLE_RATE_HZ), np.float32)
+    clean = np.concatenate([gap, gap, *[part for s in sounds for part in (gain * s, gap)], gap])
+    return np.asarray(clean + noise_rms * np.random.default_rng(4).standard_normal(len(clean)), np.float32)
+
+
+def phrases(text: str) -> list[list[str]]:
+    return [part.split() for part in text.split(", ")]
+
+
+def heard(book: Phrasebook, sound: Sound, people: Sequence[Person], strangers: bool, room: Samples) -> list[Event]:
+    opinion = SecondOpinion(book.people_graph, sound.lexicon, people, strangers)
+    ears = SecondEars(make_recogniser(book, ("Rob", "Bot"), sound), opinion, AtOnce())
+    return [e for at in range(0, len(room), 1600) for e in ears.push(room[at : at + 1600])]
+
+
+@pytest.mark.slow
+def test_an_enrolled_voice_is_understood_from_single_words(book: Phrasebook, sound: Sound) -> None:
+    speaker = Speaker(CHILD, sound.lexicon, sound.cache)
+    takes = {}
+    for word in book.people_graph.words:
+        check = check_take(np.pad(speaker.render([[word]]), 4000))
+        if check.energies is not None:
+            takes[word] = [check.energies]
+    assert len(takes) > 0.9 * len(book.people_graph.words)
+    room = in_room([speaker.render(phrases(text)) for text in SENTENCES], 0.5)
+    events = heard(book, sound, [Person("Anna", takes)], False, room)
+    wanted = [tuple(text.replace(",", "").split()) for text in SENTENCES]
+    assert [e.words for e in events if isinstance(e, Recognised)] == wanted
+    assert {e.voice for e in events if isinstance(e, Recognised)} == {"anna, enrolled"}
+    # Where each sentence was is told in the robot's own time.
+    first = next(e for e in events if isinstance(e, Recognised))
+    assert abs(first.start_sample / SAMPLE_RATE_HZ - 3.2) < 0.3
+
+
+@pytest.mark.slow
+def test_pocketsphinx_hears_who_is_not_enrolled(book: Phrasebook, sound: Sound) -> None:
+    pytest.importorskip("pocketsphinx")
+    texts = ("who is here", "hi all", "what is left", "move forward")
+    room = in_room([stranger(sound).render(phrases(text)) for text in texts], 0.5)
+    events = heard(book, sound, [], True, room)
+    understood = [e for e in events if isinstance(e, Recognised)]
+    assert [" ".join(e.words) for e in understood] == list(texts)
+    assert {e.voice for e in understood} == {STRANGER}
+    assert all(book.parse(e.words) for e in understood)
+
+
+@pytest.mark.slow
+def test_words_of_nobody_stay_garbled(book: Phrasebook, sound: Sound) -> None:
+    pytest.importorskip("pocketsphinx")
+    chooser = random.Random(5)
+    lexicon = sorted(w for w in sound.lexicon.entries if w.isalpha() and w not in book.graph.words)
+    talk = [stranger(sound).render([[chooser.choice(lexicon) for _ in range(5)]]) for _ in range(5)]
+    events = heard(book, sound, [], True, in_room(talk, 0.5))
+    assert not [e for e in events if isinstance(e, Recognised)]
+    assert sum(isinstance(e, Garbled) for e in events) >= 5
+
+
+def test_what_fits_worse_is_less_sure() -> None:
+    def guess(misfit: float, worst: float) -> float:
+        return guess_chance(Guess(("turn", "left"), ((0, 20), (20, 45)), misfit, worst, 1.0))
+
+    assert guess(3.0, 4.0) > 0.95 > guess(5.0, 6.5) > guess(5.5, 9.0)
+    assert guess(6.5, 9.0) < 0.1
+
+    def sentence(deficit: float) -> float:
+        spans = tuple(WordSpan(w, k * 100, k * 100 + 100, 0.5, deficit) for k, w in enumerate(("turn", "left")))
+        return enrolled_chance(Recognised(("turn", "left"), "anna, enrolled", 0, 200, 0.5, 20.0, spans))
+
+    assert sentence(0.1) > 0.95 > sentence(0.25) > sentence(0.45)
+    assert sentence(0.45) < 0.1
+
+
+def test_the_noise_is_that_of_the_quiet_before_the_speech() -> None:
+    noise = 0.01 * np.random.default_rng(1).standard_normal(3 * SAMPLE_RATE_HZ)
+    speech = 0.1 * np.sin(np.arange(SAMPLE_RATE_HZ))
+    lead = noise.copy()
+    lead[:16000] += 0.3 * np.sin(np.arange(16000))  # somebody has spoken before
+    piece = Piece(np.concatenate([lead, speech]).astype(np.float32), len(lead), 0, SAMPLE_RATE_HZ, 0)
+    assert snr_of(piece) == pytest.approx(17.0, abs=2.0)
+    assert snr_of(Piece(speech.astype(np.float32), 0, 0, SAMPLE_RATE_HZ, 0)) > 1e6
+
+
+def test_other_accents_have_other_vowels_and_drop_their_r() -> None:
+    assert ("S", "T", "AO", "P") in set(accented(("S", "T", "AA", "P")))
+    assert ("F", "AO", "W", "AH", "D") in set(accented(("F", "AO", "R", "W", "ER", "D")))
+    assert all("R" in said for said in accented(("R", "OW", "Z")))
