@@ -1,0 +1,161 @@
+"""`hvcpctl enrol`: a person's words from WAVs and from the microphone, and what can be done with them."""
+
+from __future__ import annotations
+
+import argparse
+import io
+import json
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from hvcpd.control.cli import main, make_parser
+from hvcpd.control.enrol import run
+from hvcpd.control.enrol_session import record_takes
+from hvcpd.daemon.devices import Devices
+from hvcpd.hardware.audio_exchange import StreamCounters
+from hvcpd.hardware.soundfile import write_wav
+from hvcpd.people.enrolled import person_path, read_person
+from hvcpd.ports import SAMPLE_RATE_HZ, Samples
+from tests.recognition.signals import word
+
+QUIET = np.zeros(SAMPLE_RATE_HZ // 3, np.float32)
+SAID = ("stop", "rob", "bot", "water")
+
+
+def spoken(name: str, pitch_hz: float = 120.0) -> Samples:
+    return np.concatenate([QUIET, word(name, pitch_hz), QUIET])
+
+
+def room(sound: Samples, seed: int = 1) -> Samples:
+    return np.asarray(sound + 1e-4 * np.random.default_rng(seed).standard_normal(len(sound)), np.float32)
+
+
+@pytest.fixture
+def folder(tmp_path: Path) -> Path:
+    takes = tmp_path / "takes"
+    takes.mkdir()
+    for name in SAID:
+        for k, pitch_hz in enumerate((118.0, 122.0, 126.0), 1):
+            write_wav(takes / f"{name}_{k}.wav", room(spoken(name, pitch_hz)))
+    return takes
+
+
+def enrol(tmp_path: Path, *more: str) -> int:
+    return main(["enrol", "--state-dir", str(tmp_path / "state"), *more])
+
+
+def test_words_from_wavs_are_kept(tmp_path: Path, folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    write_wav(folder / "hi_1.wav", np.clip(60.0 * spoken("hi"), -1.0, 1.0))
+    write_wav(folder / "holiday.wav", room(spoken("rose")))
+    write_wav(folder / "stop_4.wav", room(spoken("rose")))
+    assert enrol(tmp_path, "Anna", "--from", str(folder), "--json") == 0
+    told: dict[str, Any] = json.loads(capsys.readouterr().out)
+    assert told["words"] == len(SAID)
+    assert told["takes"] == 3 * len(SAID)
+    assert "hi" in told["missing"]
+    reasons = "\n".join(told["rejected"])
+    assert "hi_1.wav: it is too loud for the microphone" in reasons
+    assert "holiday.wav: not named after a word" in reasons
+    assert "'stop', take 4: unlike the others" in reasons
+    person = read_person(person_path(tmp_path / "state", "Anna"))
+    assert person.words == set(SAID)
+    assert len(person.takes["stop"]) == 3
+
+
+def test_people_come_go_and_move(tmp_path: Path, folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    file = tmp_path / "anna.npz"
+    assert enrol(tmp_path, "Anna", "--from", str(folder)) == 0
+    assert enrol(tmp_path, "Anna", "--export", str(file)) == 0
+    assert enrol(tmp_path, "Anna", "--remove") == 0
+    capsys.readouterr()
+    assert enrol(tmp_path, "--list") == 0
+    assert "nobody is enrolled" in capsys.readouterr().out
+    assert enrol(tmp_path, "Anna", "--remove") == 2
+    assert "not enrolled" in capsys.readouterr().err
+    assert enrol(tmp_path, "Ben", "--import", str(file)) == 2
+    assert "this is Anna, not Ben" in capsys.readouterr().err
+    assert enrol(tmp_path, "--import", str(file)) == 0
+    capsys.readouterr()
+    assert enrol(tmp_path, "--list", "--json") == 0
+    assert json.loads(capsys.readouterr().out) == [{"name": "Anna", "words": 4, "takes": 12}]
+
+
+@pytest.mark.parametrize(
+    ("arguments", "why"),
+    [
+        ((), "whose voice"),
+        (("A b",), "not a letter followed by"),
+        (("Anna", "--from", "nowhere"), "no folder nowhere"),
+        (("Anna", "--from", ".", "--words", "stop,banana"), "'banana' is no word"),
+        (("--import", "nothing.npz"), "nothing.npz"),
+    ],
+)
+def test_what_is_wrong_is_told(
+    tmp_path: Path, arguments: tuple[str, ...], why: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert enrol(tmp_path, *arguments) == 2
+    assert why in capsys.readouterr().err
+
+
+class Microphone:
+    """A person who says what is on the script, one item for each time that there is quiet for long."""
+
+    latency_s = 0.0
+    counters = StreamCounters()
+
+    def __init__(self, script: list[Samples]) -> None:
+        self.sound = room(np.concatenate([np.zeros(2 * SAMPLE_RATE_HZ, np.float32), *script]), seed=3)
+        self.at = 0
+        self.open_now = False
+
+    async def open(self, afresh: bool = False) -> None:
+        self.open_now = True
+
+    async def start(self) -> None:
+        pass
+
+    async def read(self) -> Samples:
+        self.at += 400
+        if self.at > len(self.sound):
+            return room(np.zeros(400, np.float32), self.at)
+        return self.sound[self.at - 400 : self.at]
+
+    def write(self, samples: Samples) -> None:
+        assert not samples.any()
+
+    async def close(self) -> None:
+        self.open_now = False
+
+
+def said(name: str, pitch_hz: float = 120.0) -> Samples:
+    return np.concatenate([word(name, pitch_hz), np.zeros(SAMPLE_RATE_HZ, np.float32)])
+
+
+def test_the_session_asks_again_for_what_was_no_good() -> None:
+    two_at_once = np.concatenate([word("rob"), np.zeros(5000, np.float32), said("bot")])
+    script = [said("stop"), two_at_once, said("rob"), said("stop", 124.0), said("rob", 124.0)]
+    microphone, out = Microphone(script), io.StringIO()
+    found = record_takes(["stop", "rob"], 2, microphone, out)
+    assert {name: len(takes) for name, takes in found.items()} == {"stop": 2, "rob": 2}
+    assert out.getvalue().count("once more: there is a pause in it") == 1
+    assert out.getvalue().count("good") == 4
+    assert "[4/4] ROB" in out.getvalue()
+    assert not microphone.open_now
+
+
+def test_who_says_nothing_is_not_waited_for_for_ever() -> None:
+    out = io.StringIO()
+    assert record_takes(["stop"], 1, Microphone([]), out) == {}
+    assert "'stop' is left out; enrol it later with --words stop" in out.getvalue()
+
+
+def test_the_command_records_from_the_microphone(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    script = [said("stop"), said("stop", 123.0), said("stop", 126.0)]
+    arguments = ["enrol", "Anna", "--state-dir", str(tmp_path), "--words", "stop"]
+    options: argparse.Namespace = make_parser().parse_args(arguments)
+    assert run(options, Devices(make_stream=lambda _settings: Microphone(script))) == 0
+    assert "1 words, 3 takes" in capsys.readouterr().out
+    assert len(read_person(person_path(tmp_path, "Anna")).takes["stop"]) == 3
