@@ -147,7 +147,9 @@ class Link:
         """Subscribe, read what was said before, then look at state and board now and then."""
         self._early = []
         await self.ask("subscribe", events=EVENTS)
-        self._taker.status(await self.ask("status"))
+        status = await self.ask("status")
+        self._taker.status(status)
+        self._taker.link(True, f"Connected to {status['name']}; reading what was said before …")
         await self._read_back()
         early, self._early = self._early, None
         for event in early:

@@ -57,10 +57,12 @@ class Scene:
         return {"lines": self.lines.page(), "first": self.lines.first}
 
     def link(self, up: bool, text: str) -> None:
-        """Whether the daemon answers."""
-        begins = up and not self._link["up"]
-        self._link = {"kind": "link", "up": up, "text": text}
-        self.viewers.tell(self.snapshot() if begins else self._link)
+        """Whether the daemon answers, and what there is to say of that; when that changes, much may have."""
+        before, self._link = self._link, {"kind": "link", "up": up, "text": text}
+        if up and before != self._link:
+            self.viewers.renew()
+        elif before != self._link:
+            self.viewers.tell(self._link)
 
     def status(self, status: Reply) -> None:
         """Take a reply to `status`."""

@@ -24,11 +24,17 @@ SOCKET_MODE = 0o600
 
 
 def is_loopback(address: str) -> bool:
-    """Whether only this computer can reach an address. Raises ConfigError if it is none."""
+    """Whether only this computer can reach an address. Raises ConfigError if it is none, or stands for all.
+
+    A page at all addresses could not tell its own name from one that was made to lead here.
+    """
     try:
-        return ipaddress.ip_address(address).is_loopback
+        given = ipaddress.ip_address(address)
     except ValueError:
-        raise ConfigError(f"--listen {address}: give an address of this computer, as 127.0.0.1") from None
+        given = None
+    if given is None or given.is_unspecified:
+        raise ConfigError(f"--listen {address}: give one address of this computer, as 127.0.0.1")
+    return given.is_loopback
 
 
 @contextmanager

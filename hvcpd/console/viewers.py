@@ -38,6 +38,11 @@ class Viewer:
             self._overrun = True
         self._wake.set()
 
+    def renew(self) -> None:
+        """Have it shown everything anew."""
+        self._overrun = True
+        self._wake.set()
+
     def end(self) -> None:
         """Tell what waits, and then no more."""
         self.ended = True
@@ -67,6 +72,11 @@ class Viewers:
         """Tell all. Never waits."""
         for viewer in self._viewers:
             viewer.put(message)
+
+    def renew(self) -> None:
+        """Show everything anew to all."""
+        for viewer in self._viewers:
+            viewer.renew()
 
     @property
     def full(self) -> bool:

@@ -11,12 +11,10 @@ from rich.live import Live
 from rich.rule import Rule
 from rich.text import Text
 
+from hvcpd.console.lines import SURE
 from hvcpd.control.status_screen import status_screen, tasks_screen
 from hvcpd.reporting.palette import ROBOT_TERMINAL
 from hvcpd.reporting.text import clean, percent, seal_words
-
-SURE = 0.9
-"""Confidence below which a sentence is shown as doubtful: the recogniser reports sentences from 0.75."""
 
 Event = dict[str, Any]
 Parts = list[Any]

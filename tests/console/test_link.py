@@ -28,7 +28,7 @@ async def until(true: Callable[[], bool], bench: ControlBench | None = None) -> 
     while not true():
         if bench is not None:
             await bench.live()
-        await asyncio.sleep(0.001)
+        await asyncio.sleep(0)
 
 
 @asynccontextmanager
@@ -45,7 +45,7 @@ async def linked(path: Path):  # type: ignore[no-untyped-def]
 
 
 def is_up(scene: Scene) -> bool:
-    return any(part["kind"] == "link" and part["up"] for part in scene.snapshot()["parts"])
+    return {"kind": "link", "up": True, "text": "Connected to Rob"} in scene.snapshot()["parts"]
 
 
 def texts(scene: Scene) -> list[str]:

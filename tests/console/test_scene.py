@@ -109,8 +109,7 @@ def test_a_daemon_that_is_back_is_shown_whole() -> None:
     made.link(False, "gone")
     made.event(heard("while nobody looked"))
     made.link(True, "Connected to Rob")
-    told = asyncio.run(viewer.take(dict))
-    snapshot = next(message for message in told if message["kind"] == "snapshot")
+    (snapshot,) = asyncio.run(viewer.take(made.snapshot))
     assert part(snapshot, "link") == {"kind": "link", "up": True, "text": "Connected to Rob"}
     assert snapshot["lines"][-1]["text"] == "while nobody looked"
 

@@ -22,9 +22,10 @@ from tests.reporting.example import example
 @pytest.mark.parametrize(
     ("arguments", "part"),
     [
-        (["--listen", "0.0.0.0"], "add --expose"),
-        (["--listen", "::"], "add --expose"),
-        (["--listen", "everywhere"], "give an address of this computer"),
+        (["--listen", "10.0.0.1"], "add --expose"),
+        (["--listen", "fd00::1"], "add --expose"),
+        (["--listen", "0.0.0.0", "--expose"], "give one address of this computer"),
+        (["--listen", "everywhere"], "give one address of this computer"),
         (["--replay", "nowhere", "--port", "0"], "simulate --report"),
         (["--listen", "192.0.2.1", "--expose", "--port", "0"], "no page can be had at 192.0.2.1"),
         (["--port", "70000"], "port 70000"),
@@ -45,7 +46,7 @@ def test_without_a_daemon_there_is_nothing_to_show(tmp_path: Path, capsys: pytes
 
 def test_what_is_loopback() -> None:
     assert all(map(is_loopback, ("127.0.0.1", "127.8.8.8", "::1")))
-    assert not any(map(is_loopback, ("0.0.0.0", "10.0.0.1", "::")))
+    assert not any(map(is_loopback, ("192.0.2.1", "10.0.0.1", "fd00::1")))
 
 
 def test_a_socket_that_was_left_is_replaced_and_one_in_use_is_not(tmp_path: Path) -> None:
