@@ -107,6 +107,8 @@ def test_speech_speed_and_stop_pass_and_a_dead_master_or_daemon_stops_the_base(t
         scene.keep_telling(FORWARD, lambda: scene.speed < MOVES, "a dead master stops it, whatever the daemon wants")
         wait_until(lambda: bool(scene.base_told("fault")), WAIT_S, "the daemon is told why")
         assert "no ROS master" in scene.base_told("fault")[-1]
+        scene.core.start()
+        wait_until(lambda: "/hvcpd" in scene.core.nodes(), WAIT_S, "the bridge is back when its master is")
 
 
 def test_a_goal_is_reached_with_feedback_and_another_one_cancelled_by_stop(tmp_path: Path) -> None:
