@@ -136,6 +136,14 @@ class RobotPlan:
     """Of its wheels at `start`, if that was kept."""
     navigator: Navigator | None = None
     """Finds its ways; None for the usual one."""
+    told: tuple[str, ...] | None = None
+    """The names that all robots were told, where `names` has others that it has learned; None: all."""
+
+    @property
+    def roster(self) -> tuple[str, ...]:
+        """The names that all were told, if its own is one of them."""
+        known = self.names if self.told is None else self.told
+        return known if self.role.listed else ()
 
 
 def make_phrasebook(
@@ -247,7 +255,7 @@ def make_robot(plan: RobotPlan, sound: Sound) -> Robot:
     phrasebook = _phrasebook(plan, plan.names)
     role = replace(
         plan.role,
-        roster=_robots(plan, sound) if plan.role.listed else (),
+        roster=_robots(plan, sound),
         speech=replace(plan.role.speech, sealed=plan.keys is not None, encrypted=plan.encrypts),
     )
     acoustics = plan.acoustics or Acoustics()
@@ -280,8 +288,8 @@ def make_sealing(plan: RobotPlan, robots: tuple[str, ...] | None = None) -> Seal
     """What seals and judges for the robot, where there is a key; `robots`: of the names, those that have it too."""
     if plan.keys is None:
         return None
-    roster = (plan.names if robots is None else robots) if plan.role.listed else ()
-    return Sealing(Guard(plan.role.name, plan.keys, plan.counters, patience=plan.patience), plan.encrypts, roster)
+    guard = Guard(plan.role.name, plan.keys, plan.counters, patience=plan.patience)
+    return Sealing(guard, plan.encrypts, plan.roster if robots is None else robots)
 
 
 def make_second(phrasebook: Phrasebook, sound: Sound, strangers: bool) -> LooksAgain | None:
@@ -299,8 +307,8 @@ def _looking_twice(plan: RobotPlan, phrasebook: Phrasebook, ears: Listening, sou
 
 
 def _robots(plan: RobotPlan, sound: Sound) -> tuple[str, ...]:
-    """The names without those of people."""
-    return tuple(name for name in plan.names if name.lower() not in sound.people)
+    """The names that all were told, without those of people."""
+    return tuple(name for name in plan.roster if name.lower() not in sound.people)
 
 
 def _phrasebook(plan: RobotPlan, names: Sequence[str]) -> Phrasebook:

@@ -172,6 +172,7 @@ class Outfit:
             strangers=True,
             keys=self.ring(),
             encrypts=settings.security.encrypted,
+            told=self.names,
             counters=counters,
             home=Place(settings.start.pose.x_m, settings.start.pose.y_m),
             timing=Timing(

@@ -67,6 +67,12 @@ def test_encryption_is_what_its_settings_say_and_needs_a_key(key: Path, tmp_path
         equip(Settings(name="Rob", state_dir=state, security=SecuritySettings(None, encrypted=True)))
 
 
+def test_people_who_were_heard_before_a_restart_are_no_robots_of_the_team(key: Path, tmp_path: Path) -> None:
+    plan = outfit_with(key, tmp_path).plan({}, Acoustics(), heard=("Wendy",))
+    assert "Wendy" in plan.names
+    assert set(plan.roster) == {"Rob", "Bot"}
+
+
 def test_without_a_key_nothing_is_different(tmp_path: Path) -> None:
     outfit = outfit_with(None, tmp_path)
     assert (outfit.keys, outfit.ring(), outfit.wall_s(), outfit.plan({}, Acoustics()).keys) == (None,) * 4
