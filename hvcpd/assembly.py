@@ -166,8 +166,7 @@ def make_phrasebook(
 
 def make_recogniser(phrasebook: Phrasebook, names: Sequence[str], sound: Sound) -> Recogniser:
     """A recogniser for the voices of these robots: templates are the very signals that their synthesizers make."""
-    speakers = {sound.voice_of(n).name: n for n in names if n.lower() not in sound.recorded}
-    speakers |= {f"{name}, recorded": name for name in names if name.lower() in sound.recorded}
+    speakers = {_robot_voice(name, sound): name for name in names}
     bank = _RenderedWhenAsked(speakers, lambda name: _templates(phrasebook, sound.speaker_of(name)))
     sealed = Kind.SEALED in phrasebook.vocabulary.kinds
     settings = RecogniserSettings(spotter=SpotterSettings(beam=Beam(max_pairs=SEALED_PAIRS))) if sealed else None
@@ -175,6 +174,17 @@ def make_recogniser(phrasebook: Phrasebook, names: Sequence[str], sound: Sound) 
 
 
 _Who = TypeVar("_Who")
+
+
+def _robot_voice(name: str, sound: Sound) -> str:
+    """What the recogniser calls a robot's voice."""
+    return f"{name}, recorded" if name.lower() in sound.recorded else sound.voice_of(name).name
+
+
+def _voices(names: Iterable[str], sound: Sound) -> dict[str, str]:
+    """The same of robots and people, by name in lower case."""
+    people = {key: person.voice for key, person in sound.people.items()}
+    return {name.lower(): people.get(name.lower()) or _robot_voice(name, sound) for name in names}
 
 
 class _RenderedWhenAsked(Mapping[str, dict[str, list[Samples]]], Generic[_Who]):
@@ -281,6 +291,7 @@ def make_robot(plan: RobotPlan, sound: Sound) -> Robot:
         Overhearing(ears.urgent) if ears.urgent is not None else None,
         make_sealing(plan, _robots(plan, sound)),
         OwnDelay(),
+        _voices(plan.names, sound),
     )
 
 

@@ -7,7 +7,16 @@ from typing import cast
 
 from hvcpd.config.tasks import TaskRepository
 from hvcpd.coordination.actions import SavePeer, SaveStopped, SaveTask
-from hvcpd.records import DoubtRecord, GarbledRecord, HeardRecord, HoldRecord, Record, SaidRecord, SaveCounter
+from hvcpd.records import (
+    DoubtRecord,
+    GarbledRecord,
+    HeardRecord,
+    HoldRecord,
+    Record,
+    SaidRecord,
+    SaveCounter,
+    VoiceRecord,
+)
 from hvcpd.sealing import seal_shown
 from hvcpd.store import PeerRecord, Store, TaskRecord, TaskState, TranscriptRecord
 
@@ -77,6 +86,9 @@ class Journal:
                     )
                 case GarbledRecord():
                     self._store.append_transcript(TranscriptRecord(record.start_s, "garbled", None, "", None))
+                case VoiceRecord(at_s, name, voice, expected):
+                    other = f"another voice than {name}'s: {voice}, not {expected}"
+                    self._store.append_transcript(TranscriptRecord(at_s, "garbled", name, other, None))
                 case HoldRecord(at_s, until_s):
                     stood = f"stop? no: stood still for {until_s - at_s:.1f} s"
                     self._store.append_transcript(TranscriptRecord(at_s, "garbled", None, stood, None))

@@ -75,6 +75,16 @@ class DoubtRecord:
 
 
 @dataclass(frozen=True)
+class VoiceRecord:
+    """Who called itself `speaker` did not have that one's voice, `expected`, but `voice`."""
+
+    at_s: float
+    speaker: str
+    voice: str
+    expected: str
+
+
+@dataclass(frozen=True)
 class SaveCounter:
     """Remember that this counter of seals or codes has come so far."""
 
@@ -104,6 +114,7 @@ Record = (
     | EchoRecord
     | HoldRecord
     | DoubtRecord
+    | VoiceRecord
     | PerformedRecord
     | LearnName
     | SaveCounter

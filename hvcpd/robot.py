@@ -6,6 +6,7 @@ in a test run the same code.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -32,6 +33,7 @@ from hvcpd.records import (
     PerformedRecord,
     Record,
     SaidRecord,
+    VoiceRecord,
 )
 from hvcpd.sealing import Judged, Sealing, written
 from hvcpd.security.trust import Trust
@@ -62,7 +64,9 @@ class Robot:
         overhearing: Overhears | None = None,
         sealing: Sealing | None = None,
         own_delay: MeasuresDelay | None = None,
+        voices: Mapping[str, str] | None = None,
     ) -> None:
+        """`voices`: what the recogniser calls each speaker's voice, by name in lower case."""
         self.coordination = coordination
         self.phrasebook = phrasebook
         self.odometry = odometry
@@ -72,6 +76,7 @@ class Robot:
         self._performer = performer
         self._overhearing = overhearing
         self._sealing = sealing
+        self._voices = voices or {}
         self._voice = OwnVoice(acoustics or Acoustics(), own_delay)
         self._n_heard = 0
         self._busy = False
@@ -231,6 +236,9 @@ class Robot:
             HeardRecord(now, utterance, text, start_s, end_s, sure, snr_db, event.voice, words, judged.trust)
         )
         self._records += judged.records
+        expected = self._voices.get((utterance.speaker or "").lower(), event.voice)
+        if utterance.speaker is not None and event.voice != expected:
+            self._records.append(VoiceRecord(start_s, utterance.speaker, event.voice, expected))
         if not self._is_stranger(utterance, event):
             self.coordination.heard(utterance, now, sure, snr_db, judged.trust)
 

@@ -23,6 +23,7 @@ from hvcpd.records import (
     PerformedRecord,
     Record,
     SaidRecord,
+    VoiceRecord,
 )
 from hvcpd.reporting.jsonlines import as_strict_json
 
@@ -114,6 +115,14 @@ def tell(record: Record, tasks: TaskRepository) -> None:
                 speaker=record.speaker,
                 reason=record.why,
                 not_listened_to_s=record.silence_s,
+                at_s=_s(record.at_s),
+            )
+        case VoiceRecord():
+            _log.warning(
+                "another voice",
+                speaker=record.speaker,
+                voice=record.voice,
+                expected=record.expected,
                 at_s=_s(record.at_s),
             )
         case PerformedRecord():

@@ -1,0 +1,72 @@
+"""A robot notes who speaks in another voice than its name has, and takes it for what it is worth."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from hvcpd.assembly import RobotPlan, Sound, make_robot, make_sound
+from hvcpd.config.task_file import load_tasks
+from hvcpd.config.tasks import default_tasks_path
+from hvcpd.coordination.actions import Role
+from hvcpd.journal import Journal
+from hvcpd.people.enrolled import Person
+from hvcpd.ports import Pose, Samples
+from hvcpd.recognition.events import Event, Recognised
+from hvcpd.records import HeardRecord, VoiceRecord
+from hvcpd.store import Store
+from hvcpd.synthesis.voices import voice_for
+
+BLOCK = np.zeros(400, np.float32)
+
+
+class Told:
+    """Ears that tell one sentence in one voice."""
+
+    busy = False
+
+    def __init__(self, words: str, voice: str) -> None:
+        self.event = Recognised(tuple(words.split()), voice, 0, 400, 0.99, 20.0, ())
+
+    def push(self, samples: Samples, masked: bool = False) -> list[Event]:
+        return [self.event]
+
+    def lost(self, n_samples: int) -> list[Event]:
+        return []
+
+    def succeed(self, predecessor: object) -> None:
+        """Nothing to go on with."""
+
+
+@pytest.fixture(scope="module")
+def sound(units: Path) -> Sound:
+    take = np.ones((20, 24), np.float32)
+    made = make_sound(None, units)
+    return Sound(made.lexicon, made.cache, people={"anna": Person("Anna", {"stop": [take]})})
+
+
+@pytest.mark.parametrize(
+    ("words", "voice", "other"),
+    [
+        ("hi rob i am bot i am free", voice_for("Bot").name, False),
+        ("hi rob i am bot i am free", "stranger", True),
+        ("hi rob i am bot i am free", "anna, enrolled", True),
+        ("hi rob i am anna what is left", "anna, enrolled", False),
+        ("hi rob i am anna what is left", voice_for("Bot").name, True),
+        ("who is here", "stranger", False),
+    ],
+)
+def test_a_name_in_another_voice_is_noted(sound: Sound, words: str, voice: str, other: bool) -> None:
+    tasks = load_tasks(default_tasks_path())
+    robot = make_robot(RobotPlan(Role("Rob", "plant"), ("Rob", "Bot", "Anna"), tasks, Pose(0.0, 0.0), 1), sound)
+    robot.adopt(robot.phrasebook, Told(words, voice))
+    records = robot.step(BLOCK, None).records
+    assert any(isinstance(r, HeardRecord) for r in records)
+    noted = [r for r in records if isinstance(r, VoiceRecord)]
+    assert bool(noted) == other
+    store = Store()
+    Journal(store, tasks, "Rob").write(records, 0.0)
+    texts = [row.text for row in store.transcript() if row.kind == "garbled"]
+    assert texts == [f"another voice than {r.speaker}'s: {r.voice}, not {r.expected}" for r in noted]
