@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import base64
+import re
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -16,6 +18,9 @@ from hvcpd.console.scene import Scene
 from hvcpd.console.viewers import Viewers
 from hvcpd.coordination.table import State
 from hvcpd.hardware.soundfile import write_wav
+from hvcpd.language.card import make_card
+from hvcpd.language.phrasebook import Phrasebook, Vocabulary
+from hvcpd.reporting.card_page import card_page
 from tests.console.asking import heard, status, task
 from tests.daemon.running import RunningRobot
 from tests.daemon.test_control_service import heard as recognised
@@ -193,3 +198,16 @@ def test_a_recorded_mission_is_played_and_wound_back(driver: browser.webdriver.C
         browser.until(lambda: not driver.find_elements("css selector", ".state-done"))
         assert complaints(driver) == []
         driver.get("about:blank")
+
+
+@pytest.mark.parametrize("n_names", [2, 12])
+def test_the_phrase_card_prints_on_two_sheets(n_names: int, driver: browser.webdriver.Chrome, tmp_path: Path) -> None:
+    names = "Rob Bot Max Ann Mia Ted Gus Rex Zoe Kim Oda Cal".split()[:n_names]
+    tasks = tuple(f"water the {colour} rose" for colour in "green violet indigo orange yellow".split())
+    book = Phrasebook(Vocabulary(tuple(names), ("plant", "a", "b"), tasks, (1, 2, 3, 4, 5)))
+    (tmp_path / "card.html").write_text(card_page(make_card(book), list(enumerate(tasks, 1))), encoding="utf-8")
+    driver.get((tmp_path / "card.html").as_uri())
+    printed = driver.execute_cdp_cmd("Page.printToPDF", {"preferCSSPageSize": True, "printBackground": True})
+    pdf = base64.b64decode(printed["data"])
+    assert len(re.findall(rb"/Type\s*/Page\b", pdf)) == 2
+    assert b"595" in pdf, "A4 is 595 points wide"
