@@ -82,6 +82,11 @@ def mark(kind: str, text: str) -> dict[str, str]:
     return {"kind": kind, "text": text}
 
 
+def sealed(seal: str | None) -> list[dict[str, str]]:
+    """What stands below a sentence of its seal; nothing if it has none."""
+    return [mark("bad" if seal == "not trusted" else "good", clean(seal))] if seal else []
+
+
 def how_sure(confidence: float, snr_db: float | None = None) -> dict[str, str]:
     """How surely a sentence was heard."""
     noise = f", {snr_db:.0f} dB over the noise" if snr_db is not None else ""
@@ -89,11 +94,12 @@ def how_sure(confidence: float, snr_db: float | None = None) -> dict[str, str]:
 
 
 def _said(event: Event, _task: Callable[[int], str]) -> Sort:
-    return "said", event["speaker"], clean(event["text"]), []
+    return "said", event["speaker"], clean(event["text"]), sealed(event.get("seal"))
 
 
 def _heard(event: Event, _task: Callable[[int], str]) -> Sort:
-    return "heard", event["speaker"], clean(event["text"]), [how_sure(event["confidence"], event["snr_db"])]
+    marks = [how_sure(event["confidence"], event["snr_db"]), *sealed(event.get("seal"))]
+    return "heard", event["speaker"], clean(event["text"]), marks
 
 
 def _garbled(_event: Event, _task: Callable[[int], str]) -> Sort:
@@ -121,6 +127,7 @@ def line_of_row(row: Event, slots: Slots) -> Line:
     """The line for a row of a daemon's transcript."""
     kind, text, who = row["kind"], clean(row["text"]), row["speaker"]
     marks = [how_sure(row["confidence"])] if row["confidence"] is not None else []
+    marks += sealed(row.get("seal"))
     if kind == "garbled":
         who, text = None, text or "Somebody spoke and was not understood"
     elif kind == "heard":

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from hvcpd.console.lines import how_sure, mark
+from hvcpd.console.lines import how_sure, mark, sealed
 from hvcpd.console.viewers import Message
 from hvcpd.errors import ConfigError
 from hvcpd.reporting.events import MissionRecord, TaskChanged, Trail, Watered
@@ -107,6 +107,7 @@ def _line(at_s: float, sort: str, who: str, slot: int | None, text: str, marks: 
 def _marks(line: Line) -> list[dict[str, str]]:
     """Who heard it, how surely, and who did not."""
     marks = [mark("bad", "collided with another voice")] if line.said.collided else []
+    marks += sealed(line.said.seal)
     for heard in line.heard:
         if heard.text == line.said.text:
             sure = how_sure(heard.confidence, heard.snr_db)

@@ -114,9 +114,10 @@ def make_card(phrasebook: Phrasebook) -> Card:
         ("LETTERS", tuple(word for letter, word in WORD_OF.items() if letter.isalpha())),
         ("CODE WORD", CODE_WORDS if Kind.SEALED in vocabulary.kinds else ()),
     ]
+    opening = _written(OPENING)
     return Card(
         tuple(calls),
-        _written(OPENING).replace("(hi|hello)", "Hi"),
+        opening[:1].upper() + opening[1:],
         tuple(statements),
         tuple((slot, entries) for slot, entries in words if entries),
         _example(phrasebook),
@@ -182,7 +183,7 @@ def _is_call(form: Form) -> bool:
 def _written(pattern: str) -> str:
     for slot, placeholder in _PLACEHOLDERS.items():
         pattern = pattern.replace(slot, placeholder)
-    pattern = pattern.replace(" [, ", "[, ").replace(" i ", " I ")
+    pattern = pattern.replace(" [, ", "[, ").replace(" i ", " I ").replace("(hi|hello)", "hi")
     return "I " + pattern[2:] if pattern.startswith("i ") else pattern
 
 

@@ -24,6 +24,8 @@ _HEADINGS = {
     Topic.ANSWER: "Answer",
     Topic.TELL: "Take part, and what robots say",
 }
+_ELSEWHERE = ("TASK", "NAME", "CODE WORD")
+"""Words that the sheet has in another place, or that no person has to say."""
 _SLOT = re.compile(r"\b[A-Z]{3,}\b")
 """A word to be filled in stands in capitals on the card."""
 
@@ -116,7 +118,7 @@ def _dot(name: str) -> Markup:
 
 
 def _words(card: Card) -> Markup:
-    shown = {slot: ", ".join(entries) for slot, entries in card.words if slot not in ("TASK", "NAME")}
+    shown = {slot: ", ".join(entries) for slot, entries in card.words if slot not in _ELSEWHERE}
     names = dict(card.words).get("NAME", ())
     others = [entry for entry in dict(card.words).get("WHO", ()) if entry not in names]
     shown["WHO"] = ", ".join([*others, *(["or a robot's name"] if names else [])])

@@ -207,6 +207,8 @@ def test_the_phrase_card_prints_on_two_sheets(n_names: int, driver: browser.webd
     book = Phrasebook(Vocabulary(tuple(names), ("plant", "a", "b"), tasks, (1, 2, 3, 4, 5)))
     (tmp_path / "card.html").write_text(card_page(make_card(book), list(enumerate(tasks, 1))), encoding="utf-8")
     driver.get((tmp_path / "card.html").as_uri())
+    driver.execute_cdp_cmd("Emulation.clearDeviceMetricsOverride", {})
+    driver.execute_cdp_cmd("Emulation.setEmulatedMedia", {"media": "", "features": []})
     printed = driver.execute_cdp_cmd("Page.printToPDF", {"preferCSSPageSize": True, "printBackground": True})
     pdf = base64.b64decode(printed["data"])
     assert len(re.findall(rb"/Type\s*/Page\b", pdf)) == 2

@@ -40,6 +40,14 @@ def test_a_heard_sentence_is_a_line_with_its_time_on_the_wall_and_how_sure_it_wa
     assert made.lines.page()[-1]["marks"][0]["kind"] == "unsure"
 
 
+def test_a_seal_is_shown_and_a_wrong_one_as_wrong() -> None:
+    made = scene()
+    for seal in ("sealed", "not trusted", ""):
+        made.event(heard(seal=seal))
+    kinds = [[mark["kind"] for mark in line["marks"][1:]] for line in made.lines.page()]
+    assert kinds == [["good"], ["bad"], []]
+
+
 def test_each_speaker_keeps_a_colour() -> None:
     made = scene()
     for speaker in ("Bot", "Max", "Bot", "rob"):

@@ -43,3 +43,9 @@ def test_every_line_is_for_something() -> None:
     assert {line.topic for line in (*card.calls, *card.statements)} == set(Topic)
     stops = {line.say for line in card.calls if line.topic is Topic.STOP}
     assert stops == {"[WHO] stop", "[WHO] resume"}
+
+
+def test_a_pattern_is_never_shown_as_the_forms_write_it() -> None:
+    card = make_card(Phrasebook(Vocabulary(("Rob", "Bot"), ("plant",), ("water the red rose",), (1,))))
+    shown = [card.opening, *(line.say for line in (*card.calls, *card.statements))]
+    assert not [text for text in shown if "|" in text or "<" in text or "please" in text]
