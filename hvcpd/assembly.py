@@ -265,7 +265,7 @@ def make_robot(plan: RobotPlan, sound: Sound) -> Robot:
     phrasebook = _phrasebook(plan, plan.names)
     role = replace(
         plan.role,
-        roster=_robots(plan, sound),
+        roster=_robots(plan.roster, sound),
         speech=replace(plan.role.speech, sealed=plan.keys is not None, encrypted=plan.encrypts),
     )
     acoustics = plan.acoustics or Acoustics()
@@ -278,7 +278,7 @@ def make_robot(plan: RobotPlan, sound: Sound) -> Robot:
         stopped=plan.stopped,
     )
     coordination.home = plan.home
-    ears = make_ears(phrasebook, _others(plan, _robots(plan, sound)), sound, plan.strangers)
+    ears = make_ears(phrasebook, _others(plan, _robots(plan.names, sound)), sound, plan.strangers)
     return Robot(
         coordination,
         phrasebook,
@@ -289,7 +289,7 @@ def make_robot(plan: RobotPlan, sound: Sound) -> Robot:
         plan.acoustics,
         sound.speaker_of(plan.role.name, SLOW),
         Overhearing(ears.urgent) if ears.urgent is not None else None,
-        make_sealing(plan, _robots(plan, sound)),
+        make_sealing(plan, _robots(plan.roster, sound)),
         OwnDelay(),
         _voices(plan.names, sound),
     )
@@ -317,9 +317,9 @@ def _looking_twice(plan: RobotPlan, phrasebook: Phrasebook, ears: Listening, sou
     return SecondEars(ears, listener, plan.second) if listener is not None and plan.second is not None else ears
 
 
-def _robots(plan: RobotPlan, sound: Sound) -> tuple[str, ...]:
-    """The names that all were told, without those of people."""
-    return tuple(name for name in plan.roster if name.lower() not in sound.people)
+def _robots(names: Iterable[str], sound: Sound) -> tuple[str, ...]:
+    """Of the names those that are no enrolled person's."""
+    return tuple(name for name in names if name.lower() not in sound.people)
 
 
 def _phrasebook(plan: RobotPlan, names: Sequence[str]) -> Phrasebook:
