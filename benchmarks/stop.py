@@ -120,7 +120,7 @@ class Listener:
             case Urgent():
                 self._held = None
                 self.stopped_s.append(self.now_s)
-            case Recognised(words=(*_, "stop")):
+            case Recognised(words=words) if "stop" in words:  # or "stop please"
                 self.stopped_s.append(self.now_s)
 
     @property
