@@ -118,7 +118,10 @@ def _bins(rows: Iterable[TranscriptRow], begin_s: float, end_s: float) -> tuple[
     understood, garbled = Counter[int](), Counter[int]()
     for row in rows:
         k = min(int(((row.wall_s or 0.0) - begin_s) / length_s), BINS - 1)
-        (garbled if row.record.kind == "garbled" else understood)[k] += 1
+        if row.record.kind != "garbled":
+            understood[k] += 1
+        elif not row.record.text:
+            garbled[k] += 1
     return tuple(Bin(begin_s + k * length_s, understood[k], garbled[k]) for k in range(BINS))
 
 
@@ -138,11 +141,14 @@ class _Reader:
         """Count a row, and note what it tells of tasks."""
         record, wall_s = row.record, row.wall_s or 0.0
         at_s = wall_s - self._begin_s
+        if (
+            record.kind == "garbled" and record.text
+        ):  # a note of the robot's: what it did not believe, or stood still for
+            self.troubles.append(Trouble(wall_s, record.text))
+            return
         if record.kind == "garbled":
             self.garbled += 1
             self.events.append(Garbled(at_s, self._own))
-            if record.text:
-                self.troubles.append(Trouble(wall_s, record.text))
             return
         speaker = record.speaker or "somebody"
         member = self.members.setdefault(speaker, Member(speaker))

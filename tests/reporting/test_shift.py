@@ -61,6 +61,12 @@ def test_what_went_wrong() -> None:
     assert [trouble.text for trouble in shift().troubles] == ["“stop”, said by somebody", "Bot gave task 2 up"]
 
 
+def test_a_note_of_the_robots_is_no_speech_that_it_did_not_understand() -> None:
+    found = shift(talk=((0.0, "garbled", "Bot", "another voice than Bot's: oak, not elm"), (1.0, "garbled", None, "")))
+    assert found.garbled == sum(part.garbled for part in found.bins) == 1
+    assert [trouble.text for trouble in found.troubles] == ["another voice than Bot's: oak, not elm"]
+
+
 def test_a_task_counts_once_however_often_it_is_reported_and_again_if_it_is_done_again() -> None:
     text = "Hi all, I am Bot, task one complete"
     talk = ((0.0, "heard", "Bot", text), (100.0, "heard", "Bot", text), (200.0 + SAME_REPORT_S, "heard", "Bot", text))
