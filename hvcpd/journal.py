@@ -69,9 +69,9 @@ class Journal:
                 case SaveCounter(name, value):
                     if self._seals is not None:
                         self._seals.raise_counter(name, value)
-                case DoubtRecord():
-                    doubt = f"not believed: {record.why}"
-                    self._store.append_transcript(TranscriptRecord(record.at_s, "garbled", record.speaker, doubt, None))
+                case DoubtRecord() | VoiceRecord():
+                    note = TranscriptRecord(record.at_s, "garbled", record.speaker, record.note, None)
+                    self._store.append_transcript(note)
                 case SaidRecord():
                     self._store.append_transcript(
                         TranscriptRecord(
@@ -86,9 +86,6 @@ class Journal:
                     )
                 case GarbledRecord():
                     self._store.append_transcript(TranscriptRecord(record.start_s, "garbled", None, "", None))
-                case VoiceRecord(at_s, name, voice, expected):
-                    other = f"another voice than {name}'s: {voice}, not {expected}"
-                    self._store.append_transcript(TranscriptRecord(at_s, "garbled", name, other, None))
                 case HoldRecord(at_s, until_s):
                     stood = f"stop? no: stood still for {until_s - at_s:.1f} s"
                     self._store.append_transcript(TranscriptRecord(at_s, "garbled", None, stood, None))

@@ -73,6 +73,11 @@ class DoubtRecord:
     why: str
     silence_s: float | None = None
 
+    @property
+    def note(self) -> str:
+        """As the transcript has it."""
+        return f"not believed: {self.why}"
+
 
 @dataclass(frozen=True)
 class VoiceRecord:
@@ -82,6 +87,11 @@ class VoiceRecord:
     speaker: str
     voice: str
     expected: str
+
+    @property
+    def note(self) -> str:
+        """As the transcript has it."""
+        return f"another voice than {self.speaker}'s: {self.voice}, not {self.expected}"
 
 
 @dataclass(frozen=True)

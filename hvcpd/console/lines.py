@@ -110,6 +110,10 @@ def _held(event: Event, _task: Callable[[int], str]) -> Sort:
     return "act", None, f"Stood still for {event['until_s'] - event['at_s']:.1f} s for what sounded like “stop”", []
 
 
+def _noted(event: Event, _task: Callable[[int], str]) -> Sort:
+    return "note", None, clean(event["text"]), []
+
+
 def _watered(event: Event, task: Callable[[int], str]) -> Sort:
     return "act", event["robot"], f"has carried out {task(event['task'])}", []
 
@@ -119,6 +123,7 @@ _MAKERS: dict[str, Callable[[Event, Callable[[int], str]], Sort]] = {
     "heard": _heard,
     "garbled": _garbled,
     "held": _held,
+    "noted": _noted,
     "watered": _watered,
 }
 
@@ -129,7 +134,7 @@ def line_of_row(row: Event, slots: Slots) -> Line:
     marks = [how_sure(row["confidence"])] if row["confidence"] is not None else []
     marks += sealed(row.get("seal"))
     if kind == "garbled":
-        who, text = None, text or "Somebody spoke and was not understood"
+        who, kind, text = None, "note" if text else kind, text or "Somebody spoke and was not understood"
     elif kind == "heard":
         who = who or "somebody"
     slot = slots.of(who) if who else None

@@ -24,7 +24,7 @@ MAX_LINE_BYTES = 4 * 1024 * 1024
 """A reply's line; a hundred rows of transcript have some 30 kB."""
 BACK_S = 8 * 3600.0
 """So much of the past is asked for: a shift."""
-EVENTS = ["said", "heard", "garbled", "held", "taskchanged", "watered", "statechanged", "moved", "level"]
+EVENTS = ["said", "heard", "garbled", "held", "noted", "taskchanged", "watered", "statechanged", "moved", "level"]
 
 Reply = dict[str, Any]
 

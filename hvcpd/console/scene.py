@@ -111,8 +111,9 @@ class Scene:
         line = line_of(event, event.get("at_s", 0.0) + self._offset_s, self._slots, self._task)
         if line is None:
             return
-        text = line["text"] if line["sort"] != "garbled" else ""
-        self._shown.append((line["sort"], round(event["at_s"], 3), text, line["at_s"]))
+        spoken = line["sort"] in ("said", "heard")  # the transcript has all else as garbled, worded otherwise
+        kind, text = (line["sort"], line["text"]) if spoken else ("garbled", "")
+        self._shown.append((kind, round(event["at_s"], 3), text, line["at_s"]))
         self.viewers.tell({"kind": "line", "line": self.lines.add(line)})
 
     def _task(self, number: int) -> str:

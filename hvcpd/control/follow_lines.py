@@ -105,6 +105,10 @@ def _held(_show: FollowLines, event: Event) -> Parts:
     return [(f'stood still for {event["until_s"] - event["at_s"]:.1f} s for what sounded like "stop"', "yellow")]
 
 
+def _noted(_show: FollowLines, event: Event) -> Parts:
+    return [(clean(event["text"]), "bold yellow")]
+
+
 def _watered(show: FollowLines, event: Event) -> Parts:
     return [(f"{event['robot']} has carried out {show.task(event['task'])}", "green")]
 
@@ -123,6 +127,7 @@ _TELLERS: dict[str, Callable[[FollowLines, Event], Parts]] = {
     "heard": _heard,
     "garbled": _garbled,
     "held": _held,
+    "noted": _noted,
     "watered": _watered,
     "taskchanged": _task_changed,
     "stopped": _stopped,

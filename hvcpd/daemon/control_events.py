@@ -13,7 +13,16 @@ from hvcpd.coordination.actions import SaveTask
 from hvcpd.hardware.acoustics import SILENCE_DBFS, power_dbfs
 from hvcpd.hardware.kinematics import twist_of
 from hvcpd.ports import SAMPLE_RATE_HZ, Pose, Samples, WheelCommand, WheelReading
-from hvcpd.records import GarbledRecord, HeardRecord, HoldRecord, PerformedRecord, Record, SaidRecord
+from hvcpd.records import (
+    DoubtRecord,
+    GarbledRecord,
+    HeardRecord,
+    HoldRecord,
+    PerformedRecord,
+    Record,
+    SaidRecord,
+    VoiceRecord,
+)
 from hvcpd.reporting.events import (
     Drive,
     Garbled,
@@ -22,6 +31,7 @@ from hvcpd.reporting.events import (
     Level,
     LiveEvent,
     Moved,
+    Noted,
     Odom,
     Said,
     StateChanged,
@@ -37,7 +47,7 @@ FLOOR_PERIODS = 12
 """3 s, as the recogniser's own tracking of noise."""
 KINDS: dict[str, type] = {
     each.__name__.lower(): each
-    for each in (Said, Heard, Garbled, Held, TaskChanged, Watered, StateChanged, Moved, Level, Odom, Drive)
+    for each in (Said, Heard, Garbled, Held, Noted, TaskChanged, Watered, StateChanged, Moved, Level, Odom, Drive)
 }
 """The kinds of events by the names that they have as JSON."""
 FREQUENT = frozenset({"moved", "level", "odom", "drive"})
@@ -140,6 +150,8 @@ _MAKERS: dict[type, Callable[[str, Any, Robot], LiveEvent]] = {
     HeardRecord: _heard,
     GarbledRecord: lambda name, record, _: Garbled(record.start_s, name),
     HoldRecord: lambda name, record, _: Held(record.at_s, record.until_s, name),
+    DoubtRecord: lambda name, record, _: Noted(record.at_s, name, record.speaker, record.note),
+    VoiceRecord: lambda name, record, _: Noted(record.at_s, name, record.speaker, record.note),
     SaveTask: lambda name, record, robot: TaskChanged(robot.now, name, record.number, record.state, record.owner),
     PerformedRecord: _performed,
 }

@@ -86,6 +86,16 @@ class Held:
 
 
 @dataclass(frozen=True)
+class Noted:
+    """What a robot thinks of who spoke: that it does not believe it, or that the voice is not the name's."""
+
+    at_s: float
+    robot: str
+    speaker: str | None
+    text: str
+
+
+@dataclass(frozen=True)
 class TaskChanged:
     """A robot's own view of a task changed: open, claimed, done or failed, by `owner`."""
 
@@ -187,7 +197,7 @@ class Summary:
 
 Event = Started | Said | Heard | Garbled | Held | TaskChanged | Watered | Moved | Summary
 
-LiveEvent = Said | Heard | Garbled | Held | TaskChanged | Watered | Moved | Odom | Drive | Level | StateChanged
+LiveEvent = Said | Heard | Garbled | Held | Noted | TaskChanged | Watered | Moved | Odom | Drive | Level | StateChanged
 """What a daemon tells of its own robot; poses, and waterings' places, are then by its odometry."""
 
 

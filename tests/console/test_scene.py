@@ -73,6 +73,16 @@ def test_what_was_shown_as_it_happened_is_not_shown_again_from_the_transcript() 
     ]
 
 
+def test_what_a_robot_notes_of_a_speaker_is_shown_once() -> None:
+    made = scene()
+    made.event({"event": "noted", "at_s": 103.0, "robot": "Rob", "speaker": "Bot", "text": "another voice than Bot's"})
+    made.rows([row(1, 1_000_003.1, 103.0, "garbled", "another voice than Bot's")])
+    (line,) = made.lines.page()
+    assert (line["sort"], line["text"]) == ("note", "another voice than Bot's")
+    made.rows([row(2, 1_000_009.0, 109.0, "garbled", "not believed: no seal")])
+    assert made.lines.page()[-1]["sort"] == "note"
+
+
 def test_only_changes_are_told() -> None:
     made = scene()
     made.tasks([task()])
