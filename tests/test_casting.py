@@ -8,16 +8,19 @@ from typing import get_args
 import numpy as np
 import pytest
 
-from hvcpd.assembly import Sound, make_phrasebook, make_recogniser
+from hvcpd.assembly import RobotPlan, Sound, make_phrasebook, make_recogniser, make_robot, make_sound
 from hvcpd.casting import cast
 from hvcpd.config.names import VoiceName
 from hvcpd.config.settings import PeerSettings, Settings
 from hvcpd.config.task_file import load_tasks
+from hvcpd.config.tasks import default_tasks_path
+from hvcpd.coordination.actions import Role
 from hvcpd.daemon.outfit import equip
 from hvcpd.errors import ConfigError
 from hvcpd.hardware.soundfile import write_wav
-from hvcpd.ports import SAMPLE_RATE_HZ, Samples
+from hvcpd.ports import SAMPLE_RATE_HZ, Pose, Samples
 from hvcpd.recognition.events import Recognised
+from hvcpd.records import HeardRecord
 from hvcpd.synthesis.lexicon import Lexicon
 from hvcpd.synthesis.speaker import Speaker, UnitPosition
 from hvcpd.synthesis.voices import VOICES, voice_for, voice_named
@@ -97,3 +100,22 @@ def test_every_word_that_a_folder_lacks_is_told_at_once(tmp_path: Path) -> None:
     assert "no recording of" in lines[1]
     assert "am" in lines[1]
     assert "nowhere: there is no such folder" in lines[0]
+
+
+def test_a_robot_that_learned_a_name_listens_for_its_voice_after_a_restart() -> None:
+    role = Role("Rob", "plant", volunteer=False)
+    tasks = load_tasks(default_tasks_path())
+    sound = make_sound()
+    robot = make_robot(RobotPlan(role, ("Rob", "Bot", "Gus"), tasks, Pose(0, 0, 0), 1, told=("Rob", "Bot")), sound)
+    greeting = robot.phrasebook.phrases(robot.phrasebook.parse_text("Hi all, I am Gus"))
+    quiet = np.zeros(2 * SAMPLE_RATE_HZ, np.float32)
+    noise = np.random.default_rng(1).normal(0.0, 1e-4, 10 * SAMPLE_RATE_HZ).astype(np.float32)
+    said = np.concatenate([quiet[:8000], 0.1 * sound.speaker_of("Gus").render(greeting), quiet])
+    heard = [
+        record.voice
+        for at in range(0, len(said) - 400, 400)
+        for record in robot.step(said[at : at + 400] + noise[at : at + 400], None).records
+        if isinstance(record, HeardRecord)
+    ]
+    assert heard == [voice_for("Gus").name]
+    assert robot.coordination.role.roster == ("Rob", "Bot")
