@@ -81,8 +81,9 @@ def test_two_robots_with_a_roscore_each_do_five_plants_though_a_master_dies(tmp_
         for robot, other in permutations(stage.robots):
             assert nodes_of(robot) == {"/rosout", "/base", "/hvcpd"}, "its master knows others"
             assert watered(robot), "it left everything to the other"
-            assert robot.daemon is not None
-            assert network.socket_kinds(robot.daemon.pid) == {network.UNIX}, "ROS has come into the daemon"
+            if parts.own_network():
+                assert robot.daemon is not None
+                assert network.interfaces(robot.daemon.pid) == {"lo": 0}, "ROS has come into the daemon"
             assert all(stood_longest_s(robot, TASKS[number][1]) > WATERING_S for number in watered(robot))
             words = [json.loads(text) for _, text in robot.seen("heard/json")]
             assert {each["speaker"] for each in words} == {other.name}
