@@ -21,6 +21,7 @@ from hvcpd.daemon.lessons import Lessons
 from hvcpd.daemon.notify import ServiceManager
 from hvcpd.daemon.outfit import Outfit
 from hvcpd.daemon.pose_keeper import KeptPose, PoseKeeper
+from hvcpd.daemon.pupil import Pupil
 from hvcpd.daemon.rehearsal import rehearse
 from hvcpd.daemon.reloading import Rereading
 from hvcpd.daemon.second_look import SecondLook
@@ -64,6 +65,7 @@ class Daemon:
         self._clips = Clips(lambda: self._control.body.outfit.settings.clips, outfit.settings.name)
         self._wheels: WheelService | None = None
         self._lessons: Lessons | None = None
+        self._pupil: Pupil | None = None
         self._second = SecondLook()
         self.sound: SoundService | None = None
         self.robot: Robot | None = None
@@ -132,6 +134,9 @@ class Daemon:
             give_back_memory()
             self._lessons = Lessons(robot, Roster(plan, self._outfit.sound), settings.name, self._outfit.sound)
             stack.push_async_callback(self._lessons.close)
+            people = self._outfit.sound.people
+            self._pupil = Pupil(settings.name, people, settings.state_dir, self._second)
+            stack.push_async_callback(self._pupil.settled)
 
             await self._find_wheels(stack, navigator)
             await sound.start()
@@ -167,6 +172,8 @@ class Daemon:
             await self._wheels.settled()
         if self._lessons is not None:
             await self._lessons.settled()
+        if self._pupil is not None:
+            await self._pupil.settled()
         await self._second.settled()
         await self._journal.settled()
         await self._pose.settled()
@@ -189,6 +196,8 @@ class Daemon:
             self._pose.note(robot.odometry.pose, robot.odometry.last, robot.now)
             if self._lessons is not None:
                 self._lessons.take(output.records)
+            if self._pupil is not None:
+                self._pupil.take(output.records)
             for record in output.records:
                 tell(record, self._outfit.tasks)
             self._tell_manager(sound)

@@ -29,6 +29,7 @@ class SecondLook:
         self._thread = ThreadPoolExecutor(1, "second-look", initializer=_give_way)
         self._under_way: set[Future[Recognised | None]] = set()
         self._found: deque[Finding] = deque()
+        self._sentences: list[tuple[Piece, Recognised]] = []
 
     def submit(self, piece: Piece, listener: LooksAgain) -> bool:
         """As `Worker.submit`."""
@@ -42,7 +43,15 @@ class SecondLook:
     def findings(self) -> Sequence[Finding]:
         """As `Worker.findings`."""
         self._under_way = {future for future in self._under_way if not future.done()}
-        return [self._found.popleft() for _ in range(len(self._found))]
+        found = [self._found.popleft() for _ in range(len(self._found))]
+        self._sentences += [(piece, sentence) for piece, sentence in found if sentence is not None]
+        del self._sentences[:-MOST_WAITING]
+        return found
+
+    def take_sentences(self) -> list[tuple[Piece, Recognised]]:
+        """The sentences among the findings, each told once; the newest if nobody asked for long."""
+        sentences, self._sentences = self._sentences, []
+        return sentences
 
     async def settled(self) -> None:
         """Wait until nothing is being looked at."""

@@ -1,0 +1,86 @@
+"""Learning as it goes: what a person says again when asked, and then confirms, becomes takes of its words.
+
+Only then is it known what was said: the robot has read it back, and the same person has said that it is right.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from hvcpd.language.messages import Confirmed, SayAgain, Utterance
+from hvcpd.people.ears import Piece
+from hvcpd.people.enrolled import MIN_FRAMES, Takes
+from hvcpd.people.takes import check_take
+from hvcpd.ports import SAMPLE_RATE_HZ
+from hvcpd.recognition.events import Recognised
+from hvcpd.recognition.frontend import Energies
+
+ASKED_S = 15.0
+"""After "say again" so long what is said counts as said again."""
+CONFIRMED_S = 20.0
+"""And so long after it, a confirmation is of it: the robot has read it back by then."""
+EDGE_S = 0.02
+"""Kept around a word, since its ends are not known to the frame."""
+
+
+@dataclass
+class _Candidate:
+    speaker: str
+    at_s: float
+    takes: dict[str, list[Energies]]
+
+
+class Learning:
+    """Told what the robot says, what it finds and what it hears, in order; gives takes when they are confirmed."""
+
+    def __init__(self, own_name: str) -> None:
+        self._own_name = own_name.lower()
+        self._asked_s = float("-inf")
+        self._found: tuple[Piece, Recognised] | None = None
+        self._candidate: _Candidate | None = None
+
+    def said(self, utterance: Utterance, now: float) -> None:
+        """The robot says this."""
+        if isinstance(utterance.statement, SayAgain):
+            self._asked_s = now
+
+    def found(self, piece: Piece, sentence: Recognised) -> None:
+        """A second look made this of a piece of sound."""
+        self._found = (piece, sentence)
+
+    def heard(self, utterance: Utterance, start_s: float, now: float) -> tuple[str, Takes] | None:
+        """The robot understood this, begun at `start_s`; the speaker's name and takes if it confirms some."""
+        speaker = (utterance.speaker or "").lower()
+        if not speaker or speaker == self._own_name:
+            return None
+        if isinstance(utterance.statement, Confirmed):
+            candidate, self._candidate = self._candidate, None
+            if candidate is None or candidate.speaker != speaker or now - candidate.at_s > CONFIRMED_S:
+                return None
+            return utterance.speaker or "", candidate.takes
+        found, self._found = self._found, None
+        self._candidate = None
+        if found is None or now - self._asked_s > ASKED_S:
+            return None
+        piece, sentence = found
+        if abs(sentence.start_sample / SAMPLE_RATE_HZ - start_s) < 0.001:
+            takes = words_in(piece, sentence)
+            self._candidate = _Candidate(speaker, now, takes)
+        return None
+
+
+def words_in(piece: Piece, sentence: Recognised) -> dict[str, list[Energies]]:
+    """Each word of a sentence, cut out of its piece of sound with the noise before it taken away."""
+    edge = round(EDGE_S * SAMPLE_RATE_HZ)
+    noise = piece.sound[: min(piece.lead, SAMPLE_RATE_HZ // 5)]
+    found: dict[str, list[Energies]] = {}
+    for span in sentence.spans:
+        begin, end = span.start_sample - piece.origin - edge, span.end_sample - piece.origin + edge
+        # The room's noise at both ends tells what is not the word.
+        sound = np.concatenate([noise, piece.sound[max(begin, 0) : end], noise])
+        check = check_take(sound)
+        if check.energies is not None and len(check.energies) >= MIN_FRAMES:
+            found.setdefault(span.word, []).append(check.energies)
+    return found
