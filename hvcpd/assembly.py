@@ -21,9 +21,9 @@ from hvcpd.hardware.navigator import Navigator
 from hvcpd.language.forms import OPEN_KINDS, SEALED_KINDS, Kind
 from hvcpd.language.phrasebook import Phrasebook, Vocabulary
 from hvcpd.own_voice import Acoustics
-from hvcpd.people.ears import LooksAgain, SecondEars, Worker
+from hvcpd.people.ears import Worker
 from hvcpd.people.enrolled import Person
-from hvcpd.people.opinion import SecondOpinion, strangers_possible
+from hvcpd.people.making import looking_twice, make_second
 from hvcpd.performer import Performer
 from hvcpd.ports import Pose, Samples, WheelReading
 from hvcpd.recognition.listening import MIN_SPELLED_CONFIDENCE, Listening
@@ -303,18 +303,10 @@ def make_sealing(plan: RobotPlan, robots: tuple[str, ...] | None = None) -> Seal
     return Sealing(guard, plan.encrypts, plan.roster if robots is None else robots)
 
 
-def make_second(phrasebook: Phrasebook, sound: Sound, strangers: bool) -> LooksAgain | None:
-    """Who looks again at what robots' voices do not explain: for enrolled people and, where PocketSphinx is installed
-    and `strangers` are to be understood, for anybody. None if there is nobody to look for."""
-    anybody = strangers and strangers_possible()
-    if not anybody and not sound.people:
-        return None
-    return SecondOpinion(phrasebook.people_graph, sound.lexicon, tuple(sound.people.values()), anybody)
-
-
 def _looking_twice(plan: RobotPlan, phrasebook: Phrasebook, ears: Listening, sound: Sound) -> Ears:
-    listener = make_second(phrasebook, sound, plan.any_voice) if plan.second is not None else None
-    return SecondEars(ears, listener, plan.second) if listener is not None and plan.second is not None else ears
+    if plan.second is None:
+        return ears
+    return looking_twice(ears, make_second(phrasebook, sound.lexicon, sound.people, plan.any_voice), plan.second)
 
 
 def _robots(names: Iterable[str], sound: Sound) -> tuple[str, ...]:

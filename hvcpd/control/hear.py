@@ -7,12 +7,13 @@ import sys
 from collections.abc import Iterator
 from pathlib import Path
 
-from hvcpd.assembly import make_recogniser, make_second
+from hvcpd.assembly import make_recogniser
 from hvcpd.control.heard_sentences import as_json, as_text, sealing_of, sentence_of
 from hvcpd.control.team import Team, load_team
 from hvcpd.errors import AudioFileError, PhraseError
 from hvcpd.hardware.soundfile import read_wav
 from hvcpd.people.ears import AtOnce, SecondEars
+from hvcpd.people.making import make_second
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 from hvcpd.recognition.events import Event, Recognised
 
@@ -82,7 +83,11 @@ def events_in(samples: Samples, team: Team) -> Iterator[Event]:
     robots = [name for name in team.names if name.lower() not in team.sound.people]
     recogniser = make_recogniser(team.phrasebook, robots or team.names, team.sound)
     voices = team.settings.voices
-    listener = make_second(team.phrasebook, team.sound, voices == "any") if voices != "robots" else None
+    listener = (
+        make_second(team.phrasebook, team.sound.lexicon, team.sound.people, voices == "any")
+        if voices != "robots"
+        else None
+    )
     ears = SecondEars(recogniser, listener, AtOnce()) if listener is not None else None
     for start in range(0, len(samples), BLOCK):
         yield from (ears or recogniser).push(samples[start : start + BLOCK])

@@ -1,0 +1,28 @@
+"""Puts the second look together."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from hvcpd.faculties import Ears
+from hvcpd.language.phrasebook import Phrasebook
+from hvcpd.people.ears import LooksAgain, SecondEars, Worker
+from hvcpd.people.enrolled import Person
+from hvcpd.people.opinion import SecondOpinion, strangers_possible
+from hvcpd.synthesis.lexicon import Lexicon
+
+
+def make_second(
+    phrasebook: Phrasebook, lexicon: Lexicon, people: Mapping[str, Person], strangers: bool
+) -> LooksAgain | None:
+    """Who looks again at what robots' voices do not explain: for enrolled people and, where PocketSphinx is installed
+    and `strangers` are to be understood, for anybody. None if there is nobody to look for."""
+    anybody = strangers and strangers_possible()
+    if not anybody and not people:
+        return None
+    return SecondOpinion(phrasebook.people_graph, lexicon, tuple(people.values()), anybody)
+
+
+def looking_twice(ears: Ears, listener: LooksAgain | None, worker: Worker) -> Ears:
+    """The ears with a second look, if there is anybody who looks."""
+    return ears if listener is None else SecondEars(ears, listener, worker)
