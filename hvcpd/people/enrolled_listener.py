@@ -45,17 +45,17 @@ class EnrolledListener:
         """Has heard nothing; what listens is a copy, so that no piece of sound changes how the next is heard."""
 
     def sentence(self, piece: Piece) -> Recognised | None:
-        """The longest sentence in the speech of a piece, at the samples of its own clock; None if there is none.
+        """The sentence that covers most of the speech of a piece, at the samples of its own clock; None if none does.
 
         Its confidence is that of a voice known to the sample, and says little.
         """
         ears = deepcopy(self._fresh)
         speech = (piece.lead, piece.lead + piece.end - piece.start)
         events = ears.push(piece.sound) + ears.flush()
-        found = [e for e in events if isinstance(e, Recognised) and e.start_sample < speech[1]]
-        found = [e for e in found if e.end_sample > speech[0]]
-        longest = max(found, key=lambda e: e.end_sample - e.start_sample, default=None)
-        return None if longest is None else _moved(longest, piece.origin)
+        found = [e for e in events if isinstance(e, Recognised)]
+        shared = [min(e.end_sample, speech[1]) - max(e.start_sample, speech[0]) for e in found]
+        most = max(shared, default=0)  # words may also be found in the noise after it
+        return _moved(found[shared.index(most)], piece.origin) if most > 0 else None
 
 
 def _moved(sentence: Recognised, by: int) -> Recognised:
