@@ -120,6 +120,42 @@ def test_what_fits_worse_is_less_sure() -> None:
     assert sentence(0.45) < 0.1
 
 
+class Fixed:
+    """Stands for PocketSphinx: the same misfits for whatever is heard."""
+
+    def __init__(self, words: str, misfit: float, call_misfit: float, call_noise: float) -> None:
+        said = tuple(words.split())
+        self._guess = Guess(said, tuple((60 + 30 * k, 90 + 30 * k) for k in range(len(said))), misfit, misfit, 0.5)
+        self._call = Guess(("stop",), ((60, 100),), call_misfit, call_misfit, call_noise)
+
+    def guess(self, _sound: Samples) -> Guess | None:
+        return self._guess
+
+    def call(self, _sound: Samples) -> Guess | None:
+        return self._call
+
+
+@pytest.mark.parametrize(
+    ("fixed", "understood"),
+    [
+        (Fixed("turn left", 3.5, 3.0, 0.5), ("stop",)),
+        (Fixed("turn left", 3.0, 3.0, 0.5), ("turn", "left")),
+        (Fixed("turn left", 3.5, 3.0, 4.0), ("turn", "left")),
+        (Fixed("stop", 3.0, 3.0, 4.0), None),
+        (Fixed("hi rob i am anna stop", 3.0, 3.0, 4.0), ("hi", "rob", "i", "am", "anna", "stop")),
+        (Fixed("turn left", 7.0, 6.0, 2.0), None),
+    ],
+)
+def test_stop_is_heard_where_it_fits_as_a_call(
+    book: Phrasebook, sound: Sound, fixed: Fixed, understood: tuple[str, ...] | None
+) -> None:
+    opinion = SecondOpinion(book.people_graph, sound.lexicon, [], True, fixed)
+    speech = np.concatenate([np.zeros(SAMPLE_RATE_HZ), 0.1 * np.sin(np.arange(SAMPLE_RATE_HZ))]).astype(np.float32)
+    found = opinion.look(Piece(speech, SAMPLE_RATE_HZ, 50_000, 50_000 + SAMPLE_RATE_HZ, 50_000 - SAMPLE_RATE_HZ))
+    assert (found.words if found is not None else None) == understood
+    assert found is None or found.confidence < SURE
+
+
 def test_the_noise_is_that_of_the_quiet_before_the_speech() -> None:
     noise = 0.01 * np.random.default_rng(1).standard_normal(3 * SAMPLE_RATE_HZ)
     speech = 0.1 * np.sin(np.arange(SAMPLE_RATE_HZ))
