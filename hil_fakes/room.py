@@ -43,14 +43,15 @@ class Air:
     @property
     def source_gain(self) -> float:
         """From a loudspeaker's samples to a microphone's samples at 1 m."""
-        return _amplitude(self.speech_db_spl - self.microphone_full_scale_db_spl - self.speech_dbfs)
+        return amplitude(self.speech_db_spl - self.microphone_full_scale_db_spl - self.speech_dbfs)
 
     @property
     def noise_rms(self) -> float:
-        return _amplitude(self.noise_db_spl - self.microphone_full_scale_db_spl)
+        return amplitude(self.noise_db_spl - self.microphone_full_scale_db_spl)
 
 
-def _amplitude(level_db: float) -> float:
+def amplitude(level_db: float) -> float:
+    """The factor that a level in dB stands for."""
     return float(10.0 ** (level_db / 20.0))
 
 
@@ -173,7 +174,7 @@ class Room:
                 ways_m = np.linspace(before_m, distance_m, n)
                 delays = np.maximum(ways_m / self.air.sound_speed_m_s * SAMPLE_RATE_HZ, 2.0)
                 heard += self.air.source_gain / ways_m * line.read(n, delays)
-            taken.append(_digitize(heard))
+            taken.append(digitize(heard))
         return taken
 
     def _distance_m(self, source: int, ear: int, a: Point, b: Point) -> float:
@@ -182,6 +183,6 @@ class Room:
         return min(max(math.dist(a, b), self.air.own_distance_m), MAX_DISTANCE_M)
 
 
-def _digitize(sound: NDArray[np.float64]) -> Samples:
+def digitize(sound: NDArray[np.float64]) -> Samples:
     """As a 16-bit converter gives it."""
     return (np.clip(np.rint(sound * 32768.0), -32768, 32767) / 32768.0).astype(np.float32)

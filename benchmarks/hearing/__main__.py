@@ -20,13 +20,14 @@ from pathlib import Path
 from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 
-from benchmarks.hearing import cost, rooms
+from benchmarks.hearing import cost
 from benchmarks.hearing.conditions import Options, Stage
 from benchmarks.hearing.distance import ranges
 from benchmarks.hearing.listeners import Peer, make_peer, ours
 from benchmarks.hearing.material import make_team
 from benchmarks.hearing.noises import KINDS
 from benchmarks.hearing.table import HEADING, PEER_HEADING, Result, joined, line, read_csv, result, totals, write_csv
+from hil_fakes import reverberation
 
 SCORED = ("noise", "slow", "level", "channel", "clock", "rate", "steps", "range", "rooms")
 COSTS = ("cost", "vocabulary", "names")
@@ -64,7 +65,7 @@ def _rows(text: str) -> list[str]:
 
 def _score(stage: Stage, rows: list[str], peer: Peer | None, wrong: bool, console: Console) -> Iterator[Result]:
     groups = {name: group for name, group in stage.groups().items() if name in rows}
-    if "rooms" in groups and not rooms.available():
+    if "rooms" in groups and not reverberation.available():
         console.print("rooms: skipped, needs pyroomacoustics (pip install 'hvcpd\\[eval]')")
         del groups["rooms"]
     columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())

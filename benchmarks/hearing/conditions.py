@@ -9,9 +9,11 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from benchmarks.hearing import mixing, rooms
+from benchmarks.hearing import mixing
 from benchmarks.hearing.material import Spoken, Team, make_stream
 from benchmarks.hearing.noises import make_noise
+from hil_fakes import reverberation, transducers
+from hil_fakes.reverberation import Hall
 from hvcpd.assembly import SLOW
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 
@@ -27,6 +29,10 @@ RANGE_SNR_DB = 20.0
 """At 1 m."""
 RANGE_DBFS = -25.0
 """At 1 m."""
+HALL_M = (14.0, 6.0, 3.0)
+"""A hall in which 10 m fit."""
+RT60_S = (0.3, 0.45, 0.6)
+DISTANCES_M = (0.5, 1.0, 2.0, 5.0, 10.0)
 
 
 @dataclass(frozen=True)
@@ -112,9 +118,9 @@ class Stage:
         flat = self.clean
         filters: tuple[tuple[str, Callable[[Samples], Samples]], ...] = (
             ("flat", lambda x: x),
-            ("300 to 6,000 Hz", lambda x: mixing.band(x, 300.0, 6000.0)),
-            ("+3 dB an octave", lambda x: mixing.tilt(x, 3.0)),
-            ("-3 dB an octave", lambda x: mixing.tilt(x, -3.0)),
+            ("300 to 6,000 Hz", lambda x: transducers.band(x, 300.0, 6000.0)),
+            ("+3 dB an octave", lambda x: transducers.tilt(x, 3.0)),
+            ("-3 dB an octave", lambda x: transducers.tilt(x, -3.0)),
         )
         for name, through in filters:
             for snr_db in (20.0, 0.0):
@@ -161,10 +167,10 @@ class Stage:
         kind = self.options.range_noise
         noise = self.noise(kind, len(self.clean)) * 10.0 ** ((RANGE_DBFS - RANGE_SNR_DB) / 20.0)
         gain = 10.0 ** (RANGE_DBFS / 20.0) / mixing.speech_rms(self.clean, self.spoken)
-        for rt60_s in rooms.RT60_S:
-            for distance_m in rooms.DISTANCES_M:
-                response, delay = rooms.response(rt60_s, distance_m)
-                far = rooms.through(self.clean, response)[delay:]
+        for rt60_s in RT60_S:
+            for distance_m in DISTANCES_M:
+                response, delay = reverberation.response(Hall(HALL_M, rt60_s), distance_m)
+                far = reverberation.through(self.clean, response)[delay:]
                 far = np.pad(far, (0, len(self.clean) - len(far)))
                 sound = mixing.digitized(far * gain + noise)
                 label = f"room, RT60 {rt60_s:g} s, {distance_m:g} m, {kind} noise"
@@ -182,7 +188,7 @@ class Stage:
             "rate": (len(RATES), self.rates),
             "steps": (2, self.steps),
             "range": (len(FREE_M), self.free_field),
-            "rooms": (len(rooms.RT60_S) * len(rooms.DISTANCES_M), self.rooms),
+            "rooms": (len(RT60_S) * len(DISTANCES_M), self.rooms),
         }
 
     @property

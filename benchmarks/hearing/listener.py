@@ -72,8 +72,9 @@ def _ours(
 def _peer(
     who: str, names: list[str], n_words: int, speech: Path, noise: Path, truth: list[tuple[list[str], int, int]]
 ) -> dict[str, object]:
-    from benchmarks.hearing.listeners import PAD_S, WIDE_BEAMS, Peer
+    from benchmarks.hearing.listeners import PAD_S, Peer
     from benchmarks.hearing.material import make_team, more_tasks
+    from hvcpd.people.sphinx import WIDE_BEAMS
 
     began = time.process_time()
     team = make_team(names, more_tasks(n_words))

@@ -43,26 +43,6 @@ def digitized(sound: NDArray[np.float64]) -> Samples:
     return np.asarray(np.round(np.clip(sound, -1.0, 1.0) * 32767.0) / 32767.0, np.float32)
 
 
-def band(sound: Samples, low_hz: float, high_hz: float) -> Samples:
-    """Through a small loudspeaker: 12 dB an octave below `low_hz` and above `high_hz` (Butterworth of order 2)."""
-    return _filtered(
-        sound,
-        lambda hz: (1.0 + (low_hz / np.maximum(hz, 1.0)) ** 4) ** -0.5 * (1.0 + (hz / high_hz) ** 4) ** -0.5,
-    )
-
-
-def tilt(sound: Samples, db_per_octave: float) -> Samples:
-    """Through a microphone whose sensitivity rises by so much an octave; the same at 1 kHz, held below 100 Hz."""
-    return _filtered(sound, lambda hz: 10.0 ** (db_per_octave / 20.0 * np.log2(np.clip(hz, 100.0, None) / 1000.0)))
-
-
-def _filtered(sound: Samples, gain_at: object) -> Samples:
-    size = 1 << (len(sound) - 1).bit_length()
-    hz = np.fft.rfftfreq(size, 1.0 / SAMPLE_RATE_HZ)
-    gain = gain_at(hz)  # type: ignore[operator]
-    return np.asarray(np.fft.irfft(np.fft.rfft(sound, size) * gain, size)[: len(sound)], np.float32)
-
-
 def off_clock(sound: Samples, spoken: Sequence[Spoken], ppm: float) -> tuple[Samples, list[Spoken]]:
     """What a microphone takes whose clock is slow by `ppm` millionths against the speaker's: fewer samples."""
     ratio = 1.0 - ppm * 1e-6

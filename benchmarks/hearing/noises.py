@@ -7,9 +7,9 @@ from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.signal import lfilter
 
 from benchmarks.hearing.material import Team
+from hil_fakes.robot_noise import fan, motor, unit
 from hil_fakes.room import PinkNoise
 from hvcpd.hardware.soundfile import read_wav
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
@@ -20,22 +20,6 @@ KINDS = ("white", "pink", "babble", "fan", "motor")
 TALKERS = 6
 """People who talk at once in a babble: of that many no single one is understood (Miller, "The masking of speech",
 Psychological Bulletin 44, 1947)."""
-
-FAN_BLADES_HZ = 280.0
-"""A 40 mm fan of 7 blades at 2,400 rpm; its tones are the harmonics of this."""
-FAN_CORNER_HZ = 700.0
-"""Broad-band noise of the air falls by 6 dB an octave above."""
-FAN_TONE_DB = -6.0
-"""Its tones together, relative to the broad-band noise."""
-
-MOTOR_HZ = 258.0
-"""An XL430-W250's motor turns 258.5 times (ROBOTIS e-Manual) as fast as the wheel, which turns about once a second."""
-MESH = (1.0, 3.0, 6.0, 10.0, 20.0)
-"""Orders of that rotation which sound: the shaft, the commutator (three poles, both brushes) and the first pinion."""
-MOTOR_HISS_DB = -10.0
-"""The gears' broad-band noise, relative to the tones."""
-MOTOR_SPEEDS = (0.5, 1.0)
-"""Slowest and fastest of the full speed; a robot that drives to a place changes it every few seconds."""
 
 
 def make_noise(kind: str, n: int, seed: int, team: Team, data: Path | None = None) -> NDArray[np.float64]:
@@ -55,11 +39,6 @@ def make_noise(kind: str, n: int, seed: int, team: Team, data: Path | None = Non
     else:
         raise ValueError(f"no noise is called {kind!r}; there are {', '.join(KINDS)}")
     return unit(sound)
-
-
-def unit(sound: NDArray[np.float64]) -> NDArray[np.float64]:
-    """The sound at RMS 1."""
-    return np.asarray(sound / np.sqrt(np.mean(sound**2)))
 
 
 def steady(colour: str, n: int, seed: int) -> NDArray[np.float64]:
@@ -93,37 +72,3 @@ def babble(n: int, seed: int, team: Team, data: Path | None) -> NDArray[np.float
             total[begin : begin + len(piece)] += piece
             at = begin + len(piece)
     return total
-
-
-def fan(n: int, random_: np.random.Generator) -> NDArray[np.float64]:
-    """Air noise that falls above FAN_CORNER_HZ, and blade tones of slightly wandering speed."""
-    pole = np.exp(-2.0 * np.pi * FAN_CORNER_HZ / SAMPLE_RATE_HZ)
-    air = unit(lfilter([1.0], [1.0, -pole], random_.standard_normal(n)))
-    phase = np.cumsum(FAN_BLADES_HZ * (1.0 + 0.004 * _wander(n, 2.0, random_))) * 2.0 * np.pi / SAMPLE_RATE_HZ
-    tones = sum(np.sin(k * phase + k * k) / k for k in range(1, 6))
-    return np.asarray(air + unit(np.asarray(tones)) * 10.0 ** (FAN_TONE_DB / 20.0))
-
-
-def motor(n: int, random_: np.random.Generator) -> NDArray[np.float64]:
-    """Gears and commutator of a motor that changes its speed every 2 to 6 s, within 0.3 s, and wobbles by 1 %."""
-    speed = np.empty(n)
-    at = 0
-    while at < n:
-        length = int(random_.uniform(2.0, 6.0) * SAMPLE_RATE_HZ)
-        speed[at : at + length] = random_.uniform(*MOTOR_SPEEDS)
-        at += length
-    ramp = int(0.3 * SAMPLE_RATE_HZ)
-    sums = np.cumsum(np.concatenate([np.full(ramp, speed[0]), speed]))
-    speed = (sums[ramp:] - sums[:-ramp]) / ramp * (1.0 + 0.01 * _wander(n, 8.0, random_))
-    phase = np.cumsum(MOTOR_HZ * speed) * 2.0 * np.pi / SAMPLE_RATE_HZ
-    tones = sum(np.sin(order * phase + order) / np.sqrt(order) for order in MESH)
-    pole = np.exp(-2.0 * np.pi * 2000.0 / SAMPLE_RATE_HZ)
-    hiss = unit(lfilter([1.0], [1.0, -pole], random_.standard_normal(n))) * 10.0 ** (MOTOR_HISS_DB / 20.0)
-    return np.asarray((unit(np.asarray(tones)) + hiss) * speed)
-
-
-def _wander(n: int, hz: float, random_: np.random.Generator) -> NDArray[np.float64]:
-    """A slow random walk around 0, standard deviation about 1, that changes at rates up to `hz`."""
-    points = max(int(n / SAMPLE_RATE_HZ * hz), 2) + 2
-    values = random_.standard_normal(points)
-    return np.interp(np.linspace(0.0, points - 1.0, n), np.arange(points), values)

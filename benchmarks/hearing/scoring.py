@@ -2,17 +2,14 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 from enum import Enum
 
 from benchmarks.hearing.material import Spoken
+from hvcpd.evaluation.statistics import wilson
 from hvcpd.ports import SAMPLE_RATE_HZ
 from hvcpd.recognition.events import Event, Recognised, Urgent
-
-Z = 1.959964
-"""Of the normal distribution: two-sided 95 %."""
 
 
 class Outcome(Enum):
@@ -62,17 +59,6 @@ class Score:
         if outcome is not Outcome.RIGHT:
             at_s = spoken.start / SAMPLE_RATE_HZ
             self.notes.append(f"{at_s:7.1f} s {' '.join(spoken.words)} -> {instead or outcome.value}")
-
-
-def wilson(right: int, n: int) -> tuple[float, float]:
-    """95 % confidence interval of a share (E. B. Wilson, JASA 22, 1927); (0, 1) for n = 0."""
-    if n == 0:
-        return 0.0, 1.0
-    p, z2 = right / n, Z * Z
-    centre = p + z2 / (2 * n)
-    half = Z * math.sqrt(p * (1.0 - p) / n + z2 / (4.0 * n * n))
-    low, high = ((centre + sign * half) / (1.0 + z2 / n) for sign in (-1.0, 1.0))
-    return max(low, 0.0), min(high, 1.0)
 
 
 def judge_events(events: Iterable[tuple[int, Event]], spoken: Sequence[Spoken]) -> Score:

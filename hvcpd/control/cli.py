@@ -14,6 +14,7 @@ from hvcpd.control.daemon_parser import add_completion, add_daemon_commands, add
 from hvcpd.control.doctor_parser import add_calibrate, add_doctor
 from hvcpd.control.drive_parser import add_drive
 from hvcpd.control.enrol_parser import add_enrol
+from hvcpd.control.evaluate_parser import add_evaluate
 from hvcpd.control.key_parser import add_key
 from hvcpd.errors import EX_FAILURE, EX_INTERRUPTED, EX_OK, EX_USER, HvcpdError
 
@@ -100,6 +101,7 @@ def make_parser() -> argparse.ArgumentParser:
     add_doctor(commands, _lazy("doctor"))
     add_calibrate(commands, _lazy("calibrate"))
     add_ros(commands, _lazy("ros"))
+    add_evaluate(commands, _lazy("evaluate"), _seed)
     add_completion(commands, _lazy("completion"))
     return parser
 

@@ -16,7 +16,7 @@ from hvcpd.errors import AudioFileError, PhraseError
 from hvcpd.hardware.soundfile import write_wav
 from hvcpd.language.words import spoken_words
 from hvcpd.synthesis.articulation import controls_for
-from hvcpd.synthesis.explain import PLACE_WORDS, Known, explain, respelled
+from hvcpd.synthesis.explain import PAPER_TABLE, PLACE_WORDS, Known, explain, paper_row, respelled
 from hvcpd.synthesis.frames import frame_table
 from hvcpd.synthesis.homographs import Place
 from hvcpd.synthesis.lexicon import Lexicon
@@ -25,13 +25,6 @@ from hvcpd.synthesis.voices import voice_for
 
 MAX_WORDS = 1000
 """Words explained at once; more is a mistake, such as a file pasted in."""
-
-PAPER_TABLE = {
-    "read": "r-eed", "bass": "b-ase", "row": "r-oh", "bow": "b-oh", "tear": "t-e-rh", "live": "l-eye-ve",
-    "wind": "w-in-d", "wound": "w-oo-nd", "close": "cl-oh-s", "excuse": "eh-cs-oos", "polish": "p-o-l-i-sh",
-    "lead": "l-eed", "dove": "d-uh-ve", "graduate": "g-rad-u-at",
-}  # fmt: skip
-"""The words of the paper's table I, in its order, each with the one pronunciation that its speech service used."""
 
 
 def run(options: argparse.Namespace) -> int:
@@ -85,13 +78,7 @@ def _print_word(word: str, known: Sequence[Known], as_json: bool) -> None:
 
 def _print_table(lexicon: Lexicon, as_json: bool) -> None:
     """The paper's table I, with what our voices say where the paper's said one and the same everywhere."""
-    rows = []
-    for word, paper in PAPER_TABLE.items():
-        row = {"word": word, "possible": [respelled(p) for p in lexicon.pronunciations(word)], "paper": paper}
-        row["alone"] = respelled(lexicon.pronounce(word))
-        places = lexicon.places.get(word, {})
-        row.update({place.value: respelled(places[place]) for place in Place if place in places})
-        rows.append(row)
+    rows = [paper_row(word, lexicon) for word in PAPER_TABLE]
     if as_json:
         for row in rows:
             sys.stdout.write(json.dumps(row) + "\n")

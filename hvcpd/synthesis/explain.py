@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 from hvcpd.synthesis.homographs import Place, place_in
 from hvcpd.synthesis.lexicon import Lexicon, Pronunciation
@@ -14,6 +15,13 @@ PLACE_WORDS = {
     Place.NOUN: "a noun: it follows 'the', 'a' or 'my'",
     Place.PAST: "a participle: it follows 'have'",
 }
+
+PAPER_TABLE = {
+    "read": "r-eed", "bass": "b-ase", "row": "r-oh", "bow": "b-oh", "tear": "t-e-rh", "live": "l-eye-ve",
+    "wind": "w-in-d", "wound": "w-oo-nd", "close": "cl-oh-s", "excuse": "eh-cs-oos", "polish": "p-o-l-i-sh",
+    "lead": "l-eed", "dove": "d-uh-ve", "graduate": "g-rad-u-at",
+}  # fmt: skip
+"""The words of the paper's table I, in its order, each with the one pronunciation that its speech service used."""
 
 
 @dataclass(frozen=True)
@@ -103,3 +111,16 @@ def _letters(syllable: Sequence[str], alone: bool) -> str:
     text = "".join(_VOWELS.get(p.rstrip("012")) or _CONSONANTS.get(p, p.lower()) for p in syllable)
     stressed = any(phone.endswith("1") for phone in syllable)
     return text.upper() if stressed and not alone else text
+
+
+def paper_row(word: str, lexicon: Lexicon) -> dict[str, Any]:
+    """A row of PAPER_TABLE, respelled as there: `possible` pronunciations, the `paper`'s one, ours said `alone` and, by
+    the values of Place, where the words around decide."""
+    places = lexicon.places.get(word, {})
+    return {
+        "word": word,
+        "possible": [respelled(p) for p in lexicon.pronunciations(word)],
+        "paper": PAPER_TABLE[word],
+        "alone": respelled(lexicon.pronounce(word)),
+        **{place.value: respelled(places[place]) for place in Place if place in places},
+    }

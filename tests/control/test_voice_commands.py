@@ -12,9 +12,9 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from hvcpd.control.cli import main
-from hvcpd.control.pronounce import PAPER_TABLE
 from hvcpd.hardware.soundfile import read_wav, write_wav
 from hvcpd.ports import SAMPLE_RATE_HZ
+from hvcpd.synthesis.explain import PAPER_TABLE
 from hvcpd.synthesis.lexicon import Lexicon
 from hvcpd.synthesis.speaker import Speaker, UnitPosition
 from hvcpd.synthesis.voices import voice_named

@@ -3,24 +3,24 @@
 from __future__ import annotations
 
 import importlib.util
-from functools import cache
+from dataclasses import dataclass
+from functools import cache, lru_cache
 
 import numpy as np
-from scipy.signal import fftconvolve
 
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 
-RT60_S = (0.3, 0.45, 0.6)
-DISTANCES_M = (0.5, 1.0, 2.0, 5.0, 10.0)
-SIZE_M = (14.0, 6.0, 3.0)
-"""A hall in which 10 m fit."""
-SPEAKER_M = (2.0, 2.7, 0.25)
-"""Where the speaker stands; loudspeakers and microphones are 25 cm above the floor, as on a TurtleBot3."""
+HEIGHT_M = 0.25
+"""Of loudspeakers and microphones above the floor, as on a TurtleBot3."""
+START_M = 2.0
+"""From the end wall to the speaker."""
+SPEAKER_SHARE = 0.45
+"""Where the speaker stands across the hall, of its width."""
 ASIDE_M = 0.4
 """The listener stands this far aside of the straight line along the hall."""
 MAX_ORDER = 40
 """Reflections of higher order are left out, as their number grows with the cube: of the shortest way, between floor and
-ceiling, they arrive after 0.35 s and some 35 dB down."""
+ceiling of 3 m, they arrive after 0.35 s and some 35 dB down."""
 SOUND_SPEED_M_S = 343.0
 
 
@@ -29,21 +29,32 @@ def available() -> bool:
     return importlib.util.find_spec("pyroomacoustics") is not None
 
 
-@cache
-def response(rt60_s: float, distance_m: float) -> tuple[Samples, int]:
-    """Impulse response at that distance, scaled so that the direct sound at 1 m has power 1; and its delay, samples."""
+@dataclass(frozen=True)
+class Hall:
+    """A box with walls of one material: length, width and height in m, and its reverberation time T20 in s."""
+
+    size_m: tuple[float, float, float]
+    rt60_s: float
+
+
+@lru_cache(maxsize=64)  # some 180 KB each
+def response(hall: Hall, distance_m: float, shift_m: float = 0.0) -> tuple[Samples, int]:
+    """Impulse response at that distance, scaled so that the direct sound at 1 m has power 1; and its delay, samples.
+
+    `shift_m` moves both robots along the hall. Raises ImportError without pyroomacoustics.
+    """
     import pyroomacoustics
 
-    impulse = _simulated(_absorption(rt60_s), MAX_ORDER, distance_m) / _direct_gain()
+    impulse = _simulated(hall, _absorption(hall), MAX_ORDER, distance_m, shift_m) / _direct_gain()
     lead = pyroomacoustics.constants.get("frac_delay_length") // 2
     return impulse, lead + round(distance_m / SOUND_SPEED_M_S * SAMPLE_RATE_HZ)
 
 
-def _simulated(absorption: float, order: int, distance_m: float) -> Samples:
+def _simulated(hall: Hall, absorption: float, order: int, distance_m: float, shift_m: float = 0.0) -> Samples:
     import pyroomacoustics
 
     room = pyroomacoustics.ShoeBox(
-        list(SIZE_M),
+        list(hall.size_m),
         fs=SAMPLE_RATE_HZ,
         materials=pyroomacoustics.Material(absorption),
         max_order=order,
@@ -51,7 +62,7 @@ def _simulated(absorption: float, order: int, distance_m: float) -> Samples:
     )
     aside_m = min(ASIDE_M, 0.5 * distance_m)
     along_m = float(np.sqrt(distance_m**2 - aside_m**2))
-    x, y, z = SPEAKER_M
+    x, y, z = START_M + shift_m, SPEAKER_SHARE * hall.size_m[1], HEIGHT_M
     room.add_source([x, y, z])
     room.add_microphone([x + along_m, y + aside_m, z])
     room.compute_rir()
@@ -61,21 +72,22 @@ def _simulated(absorption: float, order: int, distance_m: float) -> Samples:
 @cache
 def _direct_gain() -> float:
     """The library's own scale, which differs between its versions."""
-    return float(np.sqrt(np.square(_simulated(1.0 - 1e-6, 0, 1.0)).sum()))
+    return float(np.sqrt(np.square(_simulated(Hall((14.0, 6.0, 3.0), 0.0), 1.0 - 1e-6, 0, 1.0)).sum()))
 
 
 @cache
-def _absorption(rt60_s: float) -> float:
+def _absorption(hall: Hall) -> float:
     """Of all six walls: Sabine's, made greater until the response at 5 m decays as fast as is wanted.
 
     Sabine's formula supposes a diffuse field; in a low hall of even walls the sound decays half as slowly again.
     """
     import pyroomacoustics
 
-    absorption = float(pyroomacoustics.inverse_sabine(rt60_s, list(SIZE_M))[0])
+    absorption = float(pyroomacoustics.inverse_sabine(hall.rt60_s, list(hall.size_m))[0])
     for _ in range(6):
-        measured_s = decay_s(_simulated(absorption, MAX_ORDER, 5.0))
-        absorption = 1.0 - (1.0 - absorption) ** (measured_s / rt60_s)  # Eyring: RT60 is as 1 / -log(1 - absorption)
+        measured_s = decay_s(_simulated(hall, absorption, MAX_ORDER, 5.0))
+        # Eyring: RT60 is as 1 / -log(1 - absorption)
+        absorption = 1.0 - (1.0 - absorption) ** (measured_s / hall.rt60_s)
     return absorption
 
 
@@ -88,4 +100,6 @@ def decay_s(impulse: Samples) -> float:
 
 def through(sound: Samples, impulse: Samples) -> Samples:
     """The sound as it is heard there, of the same length."""
-    return np.asarray(fftconvolve(sound, impulse)[: len(sound)], np.float32)
+    size = 1 << (len(sound) + len(impulse) - 1).bit_length()
+    heard = np.fft.irfft(np.fft.rfft(sound, size) * np.fft.rfft(impulse, size), size)
+    return np.asarray(heard[: len(sound)], np.float32)

@@ -1,0 +1,89 @@
+"""`hvcpctl evaluate`: the paper's experiments, on a simulated bench."""
+
+from __future__ import annotations
+
+import argparse
+import importlib.util
+import os
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+
+from hvcpd.errors import EX_OK, AudioFileError, ConfigError
+from hvcpd.evaluation.experiments import ALL, experiment, missing
+from hvcpd.evaluation.report import plots_available, write_findings, write_page
+from hvcpd.evaluation.runner import KeptRows, Workers, sweep
+from hvcpd.evaluation.trials import Findings, Row, Scale, Trial
+
+INSTALL = "pip install 'hvcpd[eval]'"
+
+
+def run(options: argparse.Namespace) -> int:
+    """Run one experiment or all, write what was found, and say where."""
+    names: Sequence[str] = ALL if options.experiment == "all" else (options.experiment,)
+    names = _possible(names, alone=options.experiment != "all")
+    scale = Scale(options.seed, options.trials, options.quick)
+    try:
+        options.out.mkdir(parents=True, exist_ok=True)
+        found = _run_all(names, scale, options)
+        page = write_page(found, _about(scale), options.out)
+    except OSError as error:
+        raise AudioFileError(f"--out: {options.out} cannot be written: {error.strerror}; name another") from None
+    for _, one in found:
+        sys.stdout.write("\n".join((one.title, *(f"  {text}" for text in one.paragraphs), "")) + "\n")
+    if not plots_available():
+        sys.stderr.write(f"hvcpctl: note: no plots without matplotlib ({INSTALL})\n")
+    sys.stdout.write(f"Report: {page}; beside it a CSV and a plot of each experiment, and the rows of all trials.\n")
+    return EX_OK
+
+
+def _possible(names: Sequence[str], alone: bool) -> Sequence[str]:
+    """Those that this machine can run; what is left out is told, or is an error where nothing else was asked for."""
+    lacking = {name: modules for name in names if (modules := missing(name))}
+    for name, modules in lacking.items():
+        text = f"evaluate {name} needs {' and '.join(modules)}, not installed: {INSTALL}"
+        if alone:
+            raise ConfigError(text)
+        sys.stderr.write(f"hvcpctl: note: left out: {text}\n")
+    return [name for name in names if name not in lacking]
+
+
+def _run_all(names: Sequence[str], scale: Scale, options: argparse.Namespace) -> list[tuple[str, Findings]]:
+    from rich.console import Console
+    from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
+
+    columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
+    found = []
+    with (
+        Workers(_jobs(options), options.scheduler) as workers,
+        Progress(*columns, console=Console(stderr=True)) as progress,
+    ):
+        for name in names:
+            bar = progress.add_task(name, total=None)
+            rows = _sweep(
+                name, scale, options.out, workers, lambda n, of, bar=bar: progress.update(bar, completed=n, total=of)
+            )
+            one = experiment(name).summarise(rows)
+            write_findings(name, one, options.out)
+            found.append((name, one))
+    return found
+
+
+def _sweep(name: str, scale: Scale, out: Path, workers: Workers, progress: object) -> list[Row]:
+    trials: Sequence[Trial] = experiment(name).trials(scale)
+    return sweep(experiment(name).run, trials, KeptRows(out / f"{name}.rows.jsonl"), workers, progress)  # type: ignore[arg-type]
+
+
+def _jobs(options: argparse.Namespace) -> int:
+    """As asked for; else a process for each core, or one where there is no dask to start more."""
+    if options.jobs is not None:
+        return int(options.jobs)
+    return (os.cpu_count() or 1) if importlib.util.find_spec("distributed") is not None else 1
+
+
+def _about(scale: Scale) -> str:
+    size = "a quick look with few steps" if scale.quick else "all steps"
+    return (
+        f"Seed {scale.seed}, {scale.trials} trials a step, {size}. Everything here is simulated: no robot, no "
+        "air. Intervals are of 95 % (shares: Wilson; pivotal distances: profile likelihood)."
+    )

@@ -1,0 +1,35 @@
+"""The command line of `hvcpctl evaluate`."""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Callable
+from pathlib import Path
+from typing import TypeAlias
+
+_Commands: TypeAlias = "argparse._SubParsersAction[argparse.ArgumentParser]"
+
+
+def _count(text: str) -> int:
+    if not text.isdecimal() or not 1 <= int(text[:9]) <= 100_000:
+        raise argparse.ArgumentTypeError(f"{text!r} is not a whole number from 1 to 100000")
+    return int(text)
+
+
+def add_evaluate(commands: _Commands, run: Callable[[argparse.Namespace], int], seed: Callable[[str], int]) -> None:
+    """Add the command; `seed` reads a seed."""
+    from hvcpd.evaluation.experiments import NAMES
+
+    c = commands.add_parser(
+        "evaluate",
+        help="run the paper's experiments in a simulated room",
+        epilog="What has been run is kept in --out: the same command again goes on where it was interrupted.",
+    )
+    c.add_argument("experiment", choices=(*NAMES, "all"), metavar="NAME", help=f"one of {', '.join(NAMES)}, or all")
+    c.add_argument("--jobs", type=_count, metavar="N", help="processes (default: one for each core)")
+    c.add_argument("--scheduler", metavar="ADDRESS", help="of a dask cluster to run on, as tcp://10.0.0.1:8786")
+    c.add_argument("--seed", type=seed, default=1, metavar="N", help="same seed, same results (default 1)")
+    c.add_argument("--trials", type=_count, default=20, metavar="N", help="at each step (default 20, as in the paper)")
+    c.add_argument("--out", type=Path, default=Path("out/evaluation"), metavar="DIR", help="(default out/evaluation)")
+    c.add_argument("--quick", action="store_true", help="fewer steps: a look within minutes")
+    c.set_defaults(run=run)

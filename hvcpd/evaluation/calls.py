@@ -1,0 +1,73 @@
+"""A block of trials with sound: the same sentences through all listeners, at one distance."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from hvcpd.evaluation import listeners
+from hvcpd.evaluation.scene import Bench, heard_at, stream
+from hvcpd.evaluation.trials import Row, Trial
+
+BLOCK_CALLS = 4
+"""Calls in one stream, from one pair of places in the hall: few, for places differ more than calls do."""
+WAKE = f"Hi {listeners.CALLED}, I am {listeners.CALLER}"
+"""How one robot calls another: what the wake word was to the paper's."""
+
+
+def blocks(experiment: str, seed: int, trials: int, settings: dict[str, Any]) -> list[Trial]:
+    """`trials` calls in blocks of BLOCK_CALLS."""
+    sizes = [min(BLOCK_CALLS, trials - first) for first in range(0, trials, BLOCK_CALLS)]
+    return [Trial(experiment, seed, {**settings, "calls": n, "block": k}) for k, n in enumerate(sizes)]
+
+
+def call(trial: Trial) -> Row:
+    """Run a block: how many of its calls each listener understands as they were said, and what it took others for.
+
+    Settings: `text`, `calls`, `distance_m`, `robot_noise_db_spl` (or null), `listeners`.
+    """
+    s, chance = trial.settings, trial.generator()
+    bench = replace(Bench(), robot_noise_db_spl=s["robot_noise_db_spl"])
+    book = listeners.book()
+    sentence = listeners.spoken(s["text"], book)
+    sound, said = stream([sentence] * s["calls"], bench, chance)
+    heard = heard_at(sound, s["distance_m"], bench, chance)
+    words = " ".join(sentence[0])
+    row: dict[str, Any] = dict(s)
+    for name in s["listeners"]:
+        got = LISTENERS[name](heard, said, book)
+        row[name] = sum(text == words for text in got)
+        row[f"{name} wrong"] = sorted(text for text in got if text not in ("", words))
+    return row
+
+
+LISTENERS = {listeners.OURS: listeners.ours, listeners.PEER: listeners.peer}
+
+
+def who() -> list[str]:
+    """Who can listen on this machine."""
+    return [listeners.OURS, *([listeners.PEER] if listeners.peer_available() else [])]
+
+
+def summed(rows: Sequence[Row], by: Sequence[str]) -> dict[tuple[Any, ...], dict[str, Any]]:
+    """Rows of blocks with the same settings `by`, added up: calls, right ones and substitutions of each listener."""
+    found: dict[tuple[Any, ...], dict[str, Any]] = {}
+    for row in rows:
+        total = found.setdefault(tuple(row[name] for name in by), {"calls": 0})
+        total["calls"] += row["calls"]
+        for name in row["listeners"]:
+            total[name] = total.get(name, 0) + row[name]
+            total[f"{name} wrong"] = total.get(f"{name} wrong", 0) + len(row[f"{name} wrong"])
+    return found
+
+
+def distances(quick: bool) -> tuple[float, ...]:
+    """The paper's steps of 10 cm to 4 m, then on to 20 m; for a quick look a few of them, densest where the paper's
+    pivotal point is."""
+    if quick:
+        return (0.6, 1.0, 1.2, 1.4, 2.0, 4.0, 7.0, 10.0, 14.0, 20.0)
+    near = tuple(round(float(x), 1) for x in np.arange(1, 41) / 10.0)
+    return (*near, 5.0, 6.0, 7.0, 8.0, 10.0, 12.0, 14.0, 17.0, 20.0)

@@ -1,0 +1,82 @@
+"""Plots with matplotlib (the `eval` extra): shares with their intervals, and the assumptions below."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from hvcpd.evaluation.listeners import OURS, PEER
+from hvcpd.evaluation.statistics import Pivot, Step, wilson
+
+COLOURS = {OURS: "#0072b2", PEER: "#d55e00"}
+"""Okabe & Ito's, which the colour-blind can tell apart."""
+OTHERS = ("#009e73", "#cc79a7", "#7f7f00", "#56b4e9", "#e69f00")
+STYLES = ("-", (0, (4, 2)), (0, (1, 1.5)), (0, (6, 2, 1, 2)))
+PNG_DPI = 130
+
+
+@dataclass(frozen=True)
+class Series:
+    """What one listener does in one condition."""
+
+    condition: str
+    listener: str
+    steps: tuple[Step, ...]
+    pivot: Pivot | None = None
+
+
+def save(draw: Any, assumptions: Sequence[str], size_in: tuple[float, float], path: Path) -> None:
+    """`path` with .png and .svg: what `draw` makes of a figure, with the assumptions below it. Raises OSError."""
+    import matplotlib
+
+    matplotlib.use("Agg")
+    from matplotlib import pyplot
+
+    style = {"font.size": 9, "axes.spines.top": False, "axes.spines.right": False, "svg.hashsalt": path.name}
+    with pyplot.rc_context(style):
+        figure = pyplot.figure(figsize=size_in, layout="constrained")
+        draw(figure)
+        if assumptions:
+            figure.supxlabel("\n".join(("Simulated:", *assumptions)), fontsize=6.5, color="#444444", x=0.01, ha="left")
+        figure.savefig(path.with_suffix(".png"), dpi=PNG_DPI)
+        figure.savefig(path.with_suffix(".svg"), metadata={"Date": None})
+        pyplot.close(figure)
+
+
+def against(figure: Any, series: Sequence[Series], xlabel: str, ylabel: str) -> Any:
+    """Shares against anything; returns the axes."""
+    axes = figure.add_subplot()
+    conditions = list(dict.fromkeys(s.condition for s in series))
+    for s in series:
+        x = np.array([step.at for step in s.steps])
+        shares = [100 * step.right / step.n for step in s.steps]
+        low, high = (np.array([100 * wilson(step.right, step.n)[end] for step in s.steps]) for end in (0, 1))
+        colour = COLOURS.get(s.listener, OTHERS[0])
+        style = STYLES[conditions.index(s.condition) % len(STYLES)]
+        label = s.listener if len(conditions) == 1 else f"{s.listener}, {s.condition}"
+        axes.plot(x, shares, color=colour, ls=style, marker="o", ms=3.5, lw=1.2, label=label)
+        axes.fill_between(x, low, high, color=colour, alpha=0.12, lw=0)
+    axes.set(xlabel=xlabel, ylabel=ylabel, ylim=(-2, 102))
+    axes.grid(alpha=0.25)
+    axes.legend(frameon=False, fontsize=8)
+    return axes
+
+
+def against_distance(figure: Any, series: Sequence[Series], ylabel: str, paper_m: float) -> None:
+    """Shares against distance (m, logarithmic), the paper's pivotal distance marked."""
+    from matplotlib.ticker import StrMethodFormatter
+
+    axes = against(figure, series, "distance, m", ylabel)
+    axes.axvline(paper_m, color="black", lw=0.8, ls=":")
+    axes.annotate(
+        "the paper's pivotal\ndistance, 120 cm", (paper_m, 3), xytext=(3, 0), textcoords="offset points", fontsize=7
+    )
+    axes.set_xscale("log")
+    farthest = max(step.at for s in series for step in s.steps)
+    axes.set_xticks([x for x in (0.1, 0.2, 0.5, 1, 2, 5, 10, 20) if x <= farthest])
+    axes.xaxis.set_major_formatter(StrMethodFormatter("{x:g}"))
+    axes.minorticks_off()

@@ -1,0 +1,113 @@
+"""Runs trials in this process, in several, or on a cluster, and keeps each one's row as soon as it is there."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import ExitStack
+from pathlib import Path
+from typing import Any
+
+from hvcpd.errors import ConfigError
+from hvcpd.evaluation.trials import Row, Trial
+
+Run = Callable[[Trial], Row]
+WITHOUT_DASK = (
+    "several processes need dask.distributed: pip install 'hvcpd[eval]', or run in one with --jobs 1 and no --scheduler"
+)
+
+
+class KeptRows:
+    """The rows of earlier runs and of this one: a line of JSON each, `[key, row]`, written at once."""
+
+    def __init__(self, path: Path) -> None:
+        self._path = path
+        self.rows = dict(_read(path))
+
+    def add(self, trial: Trial, row: Row) -> None:
+        """Keep a finished trial's row. Raises OSError."""
+        line = json.dumps([trial.key, row], sort_keys=True)
+        self.rows[trial.key] = json.loads(line)[1]  # as a later run will read it
+        with self._path.open("a", encoding="utf-8") as file:
+            file.write(line + "\n")
+
+
+def _read(path: Path) -> Iterator[tuple[str, Row]]:
+    """What can be read of a file; a last line that was cut off is dropped from it."""
+    if not path.exists():
+        return
+    text = path.read_text(encoding="utf-8", errors="replace")
+    whole = text[: text.rfind("\n") + 1]
+    if whole != text:
+        path.write_text(whole, encoding="utf-8")
+    for line in whole.splitlines():
+        try:
+            key, row = json.loads(line)
+        except ValueError:
+            continue
+        if isinstance(key, str) and isinstance(row, dict):
+            yield key, row
+
+
+class Workers:
+    """Who runs the trials: this process with one job, else a dask cluster, one of this machine or the one named.
+
+    Raises ConfigError where dask is needed and not installed, or the scheduler does not answer.
+    """
+
+    def __init__(self, jobs: int = 1, scheduler: str | None = None) -> None:
+        self._jobs, self._scheduler = jobs, scheduler
+        self._stack = ExitStack()
+        self._client: Any = None
+
+    def __enter__(self) -> Workers:
+        if self._jobs > 1 or self._scheduler is not None:
+            self._client = self._stack.enter_context(_client(self._jobs, self._scheduler))
+        return self
+
+    def __exit__(self, *exception: object) -> None:
+        self._stack.close()
+
+    def each(self, run: Run, trials: Sequence[Trial]) -> Iterator[tuple[Trial, Row]]:
+        """Every trial with its row, in the order in which they are finished. Raises what a trial raises."""
+        if self._client is None:
+            for trial in trials:
+                yield trial, run(trial)
+            return
+        from distributed import as_completed
+
+        futures = self._client.map(run, trials, pure=False)
+        of = dict(zip((future.key for future in futures), trials, strict=True))
+        for future, row in as_completed(futures, with_results=True):
+            yield of[future.key], row
+
+
+def _client(jobs: int, scheduler: str | None) -> Any:
+    try:
+        from distributed import Client
+    except ImportError:
+        raise ConfigError(WITHOUT_DASK) from None
+    if scheduler is None:
+        return Client(n_workers=jobs, threads_per_worker=1, dashboard_address=None, host="127.0.0.1")
+    try:
+        return Client(scheduler, timeout="10s")
+    except (OSError, ValueError) as error:
+        raise ConfigError(f"--scheduler {scheduler}: no dask scheduler answers there ({error})") from None
+
+
+def sweep(
+    run: Run,
+    trials: Sequence[Trial],
+    kept: KeptRows,
+    workers: Workers,
+    progress: Callable[[int, int], None] = lambda _done, _of: None,
+) -> list[Row]:
+    """The rows of all trials, in the trials' order whoever ran them; those that were kept are not run again."""
+    wanted = [trial for trial in trials if trial.key not in kept.rows]
+    done = len(trials) - len(wanted)
+    progress(done, len(trials))
+    for trial, row in workers.each(run, wanted):
+        kept.add(trial, row)
+        done += 1
+        progress(done, len(trials))
+    return [kept.rows[trial.key] for trial in trials]

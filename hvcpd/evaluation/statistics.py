@@ -1,0 +1,103 @@
+"""Shares and pivotal distances, with their intervals. Pure arithmetic; every interval is of 95 %."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+Z = 1.959964
+"""Of the normal distribution: two-sided 95 %."""
+CHI2 = Z * Z
+"""Of the chi-squared distribution with one degree of freedom, its 95 % point."""
+STEEPNESS = np.geomspace(0.5, 100.0, 120)
+"""Slopes that are tried: the logit changes by so much while the distance grows by a factor of e. 100 is a cliff: from
+99 to 1 % within a tenth of the distance."""
+FINE = 600
+"""Pivotal points that are tried."""
+BEYOND = 2.0
+"""They reach so much nearer and farther than what was tried."""
+
+
+def wilson(right: int, n: int) -> tuple[float, float]:
+    """95 % confidence interval of a share (E. B. Wilson, JASA 22, 1927); (0, 1) for n = 0."""
+    if n == 0:
+        return 0.0, 1.0
+    p, z2 = right / n, Z * Z
+    centre = p + z2 / (2 * n)
+    half = Z * math.sqrt(p * (1.0 - p) / n + z2 / (4.0 * n * n))
+    low, high = ((centre + sign * half) / (1.0 + z2 / n) for sign in (-1.0, 1.0))
+    return max(low, 0.0), min(high, 1.0)
+
+
+@dataclass(frozen=True)
+class Step:
+    """At `at` (m, or dB as a positive factor), `right` of `n` trials succeeded."""
+
+    at: float
+    right: int
+    n: int
+
+
+@dataclass(frozen=True)
+class Pivot:
+    """Where half of the trials succeed, and the interval in which that point lies.
+
+    `sign` is "<" or ">" where all that was tried lies on one side of it: `at` is then the interval's end that is known.
+    """
+
+    at: float
+    low: float
+    high: float
+    slope: float
+    sign: str = ""
+
+    def share(self, at: float) -> float:
+        """The fitted share at a distance."""
+        return float(1.0 / (1.0 + np.exp(np.clip(self.slope * math.log(at / self.at), -500.0, 500.0))))
+
+    def text(self, unit: str = "m", digits: int = 2) -> str:
+        """As a sentence has it: "1.23 m (95 %: 1.10 to 1.40 m)", or "> 20 m"."""
+        if self.sign:
+            return f"{self.sign} {self.at:.{digits}f} {unit}"
+        return f"{self.at:.{digits}f} {unit} (95 %: {self.low:.{digits}f} to {self.high:.{digits}f} {unit})"
+
+
+def pivot(steps: Sequence[Step]) -> Pivot:
+    """The 50 % point of the logistic curve in log distance that is likeliest, falling with distance.
+
+    Its interval is of the profile likelihood (Venzon & Moolgavkar, Applied Statistics 37, 1988), which stands where a
+    cliff leaves the slope without bound and an estimate by the curvature without sense. Raises ValueError without two
+    distances.
+    """
+    ordered = sorted(steps, key=lambda s: s.at)
+    if len({s.at for s in ordered}) < 2:
+        raise ValueError("a pivotal point needs trials at two distances at least")
+    near, far = ordered[0].at, ordered[-1].at
+    points = np.geomspace(near / BEYOND, far * BEYOND, FINE)
+    profile, slopes = _profile(ordered, points)
+    best = int(np.argmax(profile))
+    inside = np.flatnonzero(2.0 * (profile[best] - profile) <= CHI2)
+    low, high = float(points[max(inside[0] - 1, 0)]), float(points[min(inside[-1] + 1, FINE - 1)])  # on the safe side
+    at, slope = float(points[best]), float(slopes[best])
+    if at > far and all(2 * s.right >= s.n for s in ordered):
+        return Pivot(max(low, near), low, math.inf, slope, ">")
+    if at < near and all(2 * s.right <= s.n for s in ordered):
+        return Pivot(min(high, far), 0.0, high, slope, "<")
+    return Pivot(at, low, high, slope)
+
+
+def _profile(steps: Sequence[Step], points: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """For each point the log likelihood with the best slope, and that slope."""
+    x = np.log([s.at for s in steps])
+    right = np.array([s.right for s in steps], np.float64)
+    wrong = np.array([s.n - s.right for s in steps], np.float64)
+    away = x[None, None, :] - np.log(points)[:, None, None]
+    logit = -STEEPNESS[None, :, None] * away
+    # log p = -log(1 + exp(-logit)), log(1 - p) = -log(1 + exp(logit))
+    total = -(right * np.logaddexp(0.0, -logit) + wrong * np.logaddexp(0.0, logit)).sum(axis=2)
+    best = np.argmax(total, axis=1)
+    return total[np.arange(len(points)), best], STEEPNESS[best]

@@ -1,0 +1,79 @@
+"""A trial: the smallest part of an experiment that is run, kept and repeated by itself."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+Row = Mapping[str, Any]
+"""What came of a trial, as JSON can hold it."""
+
+
+@dataclass(frozen=True)
+class Trial:
+    """What distinguishes it from all others: the experiment, what is set in it, and the seed of the whole."""
+
+    experiment: str
+    seed: int
+    settings: Mapping[str, Any]
+
+    @property
+    def key(self) -> str:
+        """The same for the same trial, whatever the order in which its settings are given."""
+        return json.dumps([self.experiment, self.seed, self.settings], sort_keys=True)
+
+    def generator(self) -> np.random.Generator:
+        """Its own chance: independent of every other trial's, the same wherever and whenever it is run."""
+        digest = hashlib.sha256(self.key.encode()).digest()
+        return np.random.default_rng(np.random.SeedSequence([self.seed, int.from_bytes(digest[:16], "big")]))
+
+
+@dataclass(frozen=True)
+class Scale:
+    """How much of an experiment is run: `trials` at each step."""
+
+    seed: int = 1
+    trials: int = 20
+    quick: bool = False
+
+
+@dataclass(frozen=True)
+class Table:
+    """Columns and rows of text or numbers, as the CSV and the report have them."""
+
+    columns: tuple[str, ...]
+    rows: tuple[tuple[Any, ...], ...]
+
+
+@dataclass(frozen=True)
+class Findings:
+    """What an experiment found: paragraphs for the report, its table, what draws its plot on a matplotlib figure (if it
+    has one), and the assumptions printed on that plot."""
+
+    title: str
+    paragraphs: tuple[str, ...]
+    table: Table
+    draw: Callable[[Any], None] | None = None
+    assumptions: tuple[str, ...] = ()
+    size_in: tuple[float, float] = (7.2, 4.6)
+
+
+@dataclass(frozen=True)
+class Experiment:
+    """One of the paper's: which trials there are, how one is run, what all their rows mean together.
+
+    `run` must be a function of a module, for it is sent to other processes; it raises nothing that a trial can bring
+    about. `needs` names the modules without which it cannot be run.
+    """
+
+    name: str
+    about: str
+    trials: Callable[[Scale], Sequence[Trial]]
+    run: Callable[[Trial], Row]
+    summarise: Callable[[Sequence[Row]], Findings]
+    needs: tuple[str, ...] = ()

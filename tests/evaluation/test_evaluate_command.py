@@ -1,0 +1,60 @@
+"""`hvcpctl evaluate` as a person runs it."""
+
+from __future__ import annotations
+
+import csv
+import json
+from pathlib import Path
+
+import pytest
+
+from hvcpd.control.cli import main
+from hvcpd.evaluation.experiments import NAMES, experiment
+from hvcpd.evaluation.report import write_findings, write_page
+from hvcpd.evaluation.trials import Findings, Table
+from hvcpd.synthesis.explain import PAPER_TABLE
+
+
+def test_the_papers_first_table(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["evaluate", "pronunciation", "--jobs", "1", "--out", str(tmp_path)]) == 0
+    with (tmp_path / "pronunciation.csv").open(newline="") as file:
+        rows = list(csv.DictReader(file))
+    assert [row["word"] for row in rows] == list(PAPER_TABLE)
+    read = rows[0]
+    assert (read["paper"], read["alone"], read["past"]) == ("r-eed", "reed", "rehd")
+    page = (tmp_path / "report.html").read_text()
+    assert "r-eed" in page
+    assert "http" not in page.replace("http://www.w3.org", "")
+    kept = [json.loads(line) for line in (tmp_path / "pronunciation.rows.jsonl").read_text().splitlines()]
+    assert len(kept) == len(PAPER_TABLE)
+    assert str(tmp_path / "report.html") in capsys.readouterr().out
+
+
+@pytest.mark.parametrize(
+    "arguments", [["nonsense"], ["wake", "--trials", "0"], ["wake", "--jobs", "many"], ["wake", "--seed", "-1"]]
+)
+def test_wrong_arguments_are_refused(arguments: list[str], capsys: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(SystemExit) as exit_:
+        main(["evaluate", *arguments])
+    assert exit_.value.code == 2
+    assert "evaluate" in capsys.readouterr().err
+
+
+def test_a_place_that_cannot_be_written_is_named(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    (tmp_path / "file").write_text("")
+    assert main(["evaluate", "pronunciation", "--jobs", "1", "--out", str(tmp_path / "file" / "x")]) == 2
+    assert "--out" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_every_experiment_is_there(name: str) -> None:
+    assert experiment(name).name == name
+
+
+def test_what_was_found_is_no_markup(tmp_path: Path) -> None:
+    found = Findings("<script>", ("a & b",), Table(("x",), (("<b>",),)), assumptions=("<i>",))
+    write_findings("one", found, tmp_path)
+    page = write_page([("one", found)], "about", tmp_path).read_text()
+    assert "<script>" not in page
+    assert "&lt;b&gt;" in page
+    assert (tmp_path / "one.csv").read_text() == "x\n<b>\n"

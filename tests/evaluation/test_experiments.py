@@ -1,0 +1,87 @@
+"""What the experiments make of their rows."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import pytest
+
+from hvcpd.evaluation import calls, confusions, robots, wake
+from hvcpd.evaluation.listeners import OURS, PEER
+from hvcpd.evaluation.trials import Scale
+
+
+def called(noise: float | None, distance_m: float, right: dict[str, int]) -> dict[str, Any]:
+    counts = {**right, **{f"{name} wrong": [] for name in right}}
+    return {"robot_noise_db_spl": noise, "distance_m": distance_m, "calls": 20, "listeners": list(right), **counts}
+
+
+def test_the_call_tells_how_many_times_as_far_ours_reaches() -> None:
+    rows = [
+        called(50.0, d, {OURS: 20 if d < 9 else 0, PEER: 20 if d < 1.2 else 0}) for d in (0.5, 1.0, 1.44, 8.0, 10.125)
+    ]
+    found = wake.EXPERIMENT.summarise(rows)
+    text = " ".join(found.paragraphs)
+    assert "reaches 1.20 m, ours reaches 9.0 m: 7.5 times as far" in text
+    cells = [dict(zip(found.table.columns, row, strict=True)) for row in found.table.rows]
+    far = next(c for c in cells if (c["listener"], c["distance_m"]) == (PEER, 8.0))
+    assert (far["right"], far["calls"], far["low"], far["high"]) == (0, 20, 0.0, pytest.approx(0.1611, abs=1e-3))
+
+
+def test_where_ours_never_fails_only_a_bound_is_told() -> None:
+    rows = [called(50.0, d, {OURS: 20, PEER: 20 if d < 1.2 else 0}) for d in (0.5, 1.0, 1.44, 20.0)]
+    text = " ".join(wake.EXPERIMENT.summarise(rows).paragraphs)
+    assert f"{OURS}, {wake.AS_FITTED}: > " in text
+    assert "ours reaches more than" in text
+
+
+def test_a_missing_peer_is_no_fault() -> None:
+    rows = [called(50.0, d, {OURS: 20 if d < 9 else 0}) for d in (0.5, 8.0, 10.0)]
+    text = " ".join(wake.EXPERIMENT.summarise(rows).paragraphs)
+    assert "times as far" not in text
+
+
+def test_the_papers_steps_are_tried() -> None:
+    near = [d for d in calls.distances(quick=False) if d <= 4.0]
+    assert near == pytest.approx([k / 10 for k in range(1, 41)])
+    assert set(calls.distances(quick=True)) <= set(calls.distances(quick=False))
+    trials = wake.EXPERIMENT.trials(Scale(trials=20))
+    here = [t for t in trials if t.settings["distance_m"] == 1.2 and t.settings["robot_noise_db_spl"] is None]
+    assert sum(t.settings["calls"] for t in here) == 20
+
+
+def test_missions_of_two_robots_are_the_same_again_and_are_counted() -> None:
+    trials = [t for t in robots.EXPERIMENT.trials(Scale(seed=3, trials=2)) if t.settings["robots"] == 2]
+    rows = [robots.EXPERIMENT.run(t) for t in trials]
+    assert rows == [robots.EXPERIMENT.run(t) for t in trials]
+    assert rows[0] != rows[1]
+    found = robots.EXPERIMENT.summarise([*rows, {**rows[0], "complete": False, "ended_s": None}])
+    line = dict(zip(found.table.columns, found.table.rows[0], strict=True))
+    assert (line["missions"], line["complete"]) == (3, 2)
+    assert line["airtime_s"] == pytest.approx((2 * rows[0]["airtime_s"] + rows[1]["airtime_s"]) / 3, abs=0.01)
+    assert line["ended_s"] == pytest.approx((rows[0]["ended_s"] + rows[1]["ended_s"]) / 2, abs=0.1)
+
+
+def test_confusions_are_counted_by_what_was_said() -> None:
+    said = ["indigo", "yellow"]
+    rows = [
+        {"variant": "plain", "said": said, "taken": {OURS: said, PEER: ["orange", confusions.NOTHING]}},
+        {"variant": "plain", "said": said[::-1], "taken": {OURS: said[::-1], PEER: [confusions.OTHER, "indigo"]}},
+    ]
+    found = confusions.EXPERIMENT.summarise(rows)
+    cells = {row[1:3]: dict(zip(found.table.columns, row, strict=True)) for row in found.table.rows}
+    assert (cells[PEER, "indigo"]["orange"], cells[PEER, "indigo"]["indigo"]) == (1, 1)
+    assert (cells[PEER, "yellow"]["nothing"], cells[PEER, "yellow"]["another sentence"]) == (1, 1)
+    assert (cells[OURS, "yellow"]["yellow"], cells[OURS, "indigo"]["indigo"]) == (2, 2)
+    assert f"{PEER}, plain: of 4 orders 2 were taken for something else" in " ".join(found.paragraphs)
+
+
+@pytest.mark.slow
+def test_objectives_are_understood_at_the_papers_distance() -> None:
+    pytest.importorskip("pyroomacoustics", reason="needs pyroomacoustics, of the eval extra")
+    trial = next(
+        t for t in confusions.EXPERIMENT.trials(Scale(trials=1)) if t.settings["variant"] == "with alternatives"
+    )
+    row = confusions.EXPERIMENT.run(trial)
+    assert sorted(row["said"]) == sorted(confusions.OBJECTIVES)
+    assert row["taken"] == {OURS: row["said"]}

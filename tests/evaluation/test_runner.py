@@ -1,0 +1,90 @@
+"""Trials: their own chance, kept rows, the same results whoever runs them."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from hvcpd.errors import ConfigError
+from hvcpd.evaluation.runner import KeptRows, Workers, sweep
+from hvcpd.evaluation.trials import Row, Trial
+
+TRIALS = [Trial("dice", 7, {"sides": sides, "throw": k}) for sides in (6, 20) for k in range(3)]
+
+
+def throw(trial: Trial) -> Row:
+    return {"sides": trial.settings["sides"], "shown": int(trial.generator().integers(1, trial.settings["sides"] + 1))}
+
+
+def test_each_trial_has_a_chance_of_its_own_that_follows_from_what_it_is() -> None:
+    draws = [trial.generator().random() for trial in TRIALS]
+    assert len(set(draws)) == len(TRIALS)
+    again = Trial("dice", 7, {"throw": 0, "sides": 6})
+    assert again.key == TRIALS[0].key
+    assert again.generator().random() == draws[0]
+    assert Trial("dice", 8, {"sides": 6, "throw": 0}).generator().random() != draws[0]
+
+
+def test_an_interrupted_sweep_goes_on_from_what_it_has(tmp_path: Path) -> None:
+    path = tmp_path / "rows.jsonl"
+    run: list[str] = []
+
+    def until_the_fourth(trial: Trial) -> Row:
+        if len(run) == 3:
+            raise KeyboardInterrupt
+        run.append(trial.key)
+        return throw(trial)
+
+    def counted(trial: Trial) -> Row:
+        run.append(trial.key)
+        return throw(trial)
+
+    with Workers() as workers:
+        with pytest.raises(KeyboardInterrupt):
+            sweep(until_the_fourth, TRIALS, KeptRows(path), workers)
+        with path.open("a") as file:
+            file.write('["half a li')  # as a process that is killed leaves it
+        rows = sweep(counted, TRIALS, KeptRows(path), workers)
+    assert run == [trial.key for trial in TRIALS]
+    assert rows == [throw(trial) for trial in TRIALS]
+    with Workers() as workers:
+        assert sweep(until_the_fourth, TRIALS[::-1], KeptRows(path), workers) == rows[::-1]
+
+
+def test_rows_of_other_settings_or_seeds_are_not_taken(tmp_path: Path) -> None:
+    path = tmp_path / "rows.jsonl"
+    others = [Trial("dice", 8, trial.settings) for trial in TRIALS]
+    with Workers() as workers:
+        first = sweep(throw, TRIALS, KeptRows(path), workers)
+        second = sweep(throw, others, KeptRows(path), workers)
+    assert second == [throw(trial) for trial in others] != first
+
+
+def test_progress_counts_what_was_kept(tmp_path: Path) -> None:
+    told: list[tuple[int, int]] = []
+    with Workers() as workers:
+        sweep(throw, TRIALS[:2], KeptRows(tmp_path / "r"), workers)
+        sweep(throw, TRIALS[:4], KeptRows(tmp_path / "r"), workers, lambda n, of: told.append((n, of)))
+    assert told == [(2, 4), (3, 4), (4, 4)]
+
+
+@pytest.mark.slow
+def test_results_are_the_same_whatever_the_number_of_workers(tmp_path: Path) -> None:
+    pytest.importorskip("distributed", reason="needs dask.distributed, of the eval extra")
+    found = []
+    for jobs in (1, 2):
+        with Workers(jobs) as workers:
+            found.append(sweep(throw, TRIALS, KeptRows(tmp_path / str(jobs)), workers))
+    assert found[0] == found[1] == [throw(trial) for trial in TRIALS]
+
+
+def test_a_scheduler_that_is_not_there_is_named() -> None:
+    try:
+        import distributed  # noqa: F401
+    except ImportError:
+        remedy = "pip install"
+    else:
+        pytest.skip("where dask is installed it looks for the scheduler for 10 s")
+    with pytest.raises(ConfigError, match=remedy), Workers(scheduler="tcp://127.0.0.1:1"):
+        pass
