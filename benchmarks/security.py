@@ -129,16 +129,14 @@ def airtime(n: int, seed: int, sound: Sound, encrypts: bool) -> None:
 
 
 def guess(n: int, seed: int, _sound: Sound, _encrypts: bool) -> None:
-    ring = KeyRing(TeamKey(bytes(KEY_BYTES)))
     chance = random.Random(seed)
     sentence = Sentence("Rob", "Bot", ("hi", "bot"))
     for bits in (6, 8):
         hits: Counter[bool] = Counter()
-        bot = Guard("Bot", ring, bits=bits, patience=CALM)
         for _ in range(n):
-            right = bot.judge(sentence, chance.getrandbits(bits), None, 0.0).trust.proves_speaker
-            hits[right] += 1
+            ring = KeyRing(TeamKey(chance.randbytes(KEY_BYTES)))  # the seals that fit one sentence are always the same
             bot = Guard("Bot", ring, bits=bits, patience=CALM)
+            hits[bot.judge(sentence, chance.getrandbits(bits), None, 0.0).trust.proves_speaker] += 1
         computed = 1.0 - (1.0 - 2.0**-bits) ** NEAR
         print(f"{bits} bits: {hits[True]} of {n} guesses believed, {hits[True] / n:.3%}; computed {computed:.3%}")
 
