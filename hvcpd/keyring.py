@@ -11,11 +11,13 @@ are apart, those that have the new key already understand those that have not, a
 
 from __future__ import annotations
 
+import fcntl
 import os
 import re
 import secrets
 import stat
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 from datetime import date, timedelta
 from pathlib import Path
@@ -70,11 +72,14 @@ class KeyFile:
         return KeyRing(spoken[-1].key, others, frozenset(self.revoked))
 
     def rotated(self, today: date, after: timedelta, keep: timedelta) -> KeyFile:
-        """The same with a fresh key, spoken after a while; the older ones end a while after that."""
-        spoken_from = today + after
+        """The same with a fresh key, spoken after a while; the older ones are believed for a while from then on, and
+        where that is no time at all, they leave the file at once. The clock is as for `ring`."""
+        day = max(today, self.newest)
+        spoken_from = day + after
         ending = [replace(e, until=min(e.until or date.max, spoken_from + keep)) for e in self.entries]
-        alive = tuple(entry for entry in ending if entry.until is None or entry.until >= today)
-        return replace(self, entries=(*alive, fresh_entry(today, spoken_from)))
+        ends_now = not after and not keep  # a robot without a clock would believe them for ever
+        alive = () if ends_now else tuple(entry for entry in ending if entry.until is None or entry.until >= day)
+        return replace(self, entries=(*alive, fresh_entry(day, spoken_from)))
 
     def with_revoked(self, name: str) -> KeyFile:
         known = {other.casefold() for other in self.revoked}
@@ -169,8 +174,10 @@ def written(keys: KeyFile) -> str:
 
 
 def write_key_file(path: Path, keys: KeyFile, replaces: bool) -> None:
-    """Write it whole, readable by its owner alone. Raises KeyFileError; without `replaces` also if there is one."""
-    partial = path.with_name(path.name + ".new")
+    """Write it whole, readable by its owner alone; where a link points, if it is one. Raises KeyFileError; without
+    `replaces` also if there is one."""
+    target = Path(os.path.realpath(path))
+    partial = target.with_name(target.name + ".new")
     try:
         if path.exists() and not replaces:
             raise KeyFileError(f"{path}: there is a key already; change it with: hvcpctl key rotate")
@@ -180,9 +187,23 @@ def write_key_file(path: Path, keys: KeyFile, replaces: bool) -> None:
             file.write(written(keys))
             file.flush()
             os.fsync(file.fileno())
-        partial.replace(path)
+        partial.replace(target)
     except OSError as error:
         raise KeyFileError(f"{path}: the key cannot be written: {error.strerror}; name another with --key") from None
+
+
+@contextmanager
+def changing(path: Path) -> Iterator[None]:
+    """Let nobody else change the file between its reading and its writing: two who revoke at once would lose one."""
+    try:
+        folder = os.open(Path(os.path.realpath(path)).parent, os.O_RDONLY | os.O_DIRECTORY | os.O_CLOEXEC)
+    except OSError as error:
+        raise KeyFileError(f"{path}: its folder cannot be opened: {error.strerror}; name another with --key") from None
+    try:
+        fcntl.flock(folder, fcntl.LOCK_EX)
+        yield
+    finally:
+        os.close(folder)
 
 
 def keep_out_of_dumps() -> None:

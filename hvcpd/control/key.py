@@ -6,6 +6,7 @@ import argparse
 import os
 import sys
 from collections.abc import Callable
+from contextlib import nullcontext
 from datetime import UTC, date, datetime, timedelta
 from pathlib import Path
 
@@ -17,6 +18,7 @@ from hvcpd.keyring import (
     DEFAULT_PATH,
     Entry,
     KeyFile,
+    changing,
     find_key_file,
     fresh_entry,
     keep_out_of_dumps,
@@ -40,7 +42,8 @@ def run(options: argparse.Namespace, day: Today = today) -> int:
     """Do what was asked for; keys go into their file, and nowhere else unless a sheet is asked for."""
     keep_out_of_dumps()
     path = _path(options)
-    _ACTIONS[options.action](options, path, day())
+    with nullcontext() if options.action in _ONLY_READ else changing(path):
+        _ACTIONS[options.action](options, path, day())
     return EX_OK
 
 
@@ -92,7 +95,14 @@ def _show(_options: argparse.Namespace, path: Path, day: date) -> None:
 def _sheet(options: argparse.Namespace, path: Path, day: date) -> None:
     keys = read_key_file(path)
     settings = load_settings(options.config, name_needed=False)
-    text = sheet(keys.ring(day).spoken, settings.team, day, options.first, options.codes, not options.no_recovery)
+    ring = keys.ring(day)
+    text = sheet(ring.spoken, settings.team, day, options.first, options.codes, not options.no_recovery)
+    for entry in keys.entries:
+        if entry.key in ring.others and entry.spoken_from > max(day, keys.newest):
+            sys.stderr.write(
+                f"hvcpctl: this is the sheet of {ring.spoken.fingerprint}; the newer key {entry.key.fingerprint} "
+                f"has its own from {entry.spoken_from} on: print that then\n"
+            )
     if options.output is None:
         sys.stdout.write(text)
         return
@@ -109,17 +119,29 @@ def _rotate(options: argparse.Namespace, path: Path, day: date) -> None:
     keys = read_key_file(path).rotated(day, after, keep)
     write_key_file(path, keys, replaces=True)
     newest = keys.entries[-1]
+    if len(keys.entries) == 1:
+        _tell(
+            f"A new key: fingerprint {newest.key.fingerprint}; the old one is no longer believed, where this file is: "
+            f"copy {path} to every other robot and restart hvcpd there. Print `hvcpctl key sheet` anew."
+        )
+        return
     _tell(
         f"A new key: fingerprint {newest.key.fingerprint}, spoken from {newest.spoken_from}. Copy {path} to every "
-        f"robot before then and restart hvcpd there; the old key is believed until {newest.spoken_from + keep}."
+        f"robot before then and restart hvcpd there; the old key is believed until {newest.spoken_from + keep}. "
+        "Print `hvcpctl key sheet` anew on the first day of the new one."
     )
 
 
 def _revoke(options: argparse.Namespace, path: Path, _day: date) -> None:
+    names = load_settings(options.config, name_needed=False).names
+    if options.name.casefold() not in map(str.casefold, names):
+        sys.stderr.write(
+            f"hvcpctl: {options.name} is none of the names in the settings ({', '.join(names)}); is it spelled so?\n"
+        )
     write_key_file(path, read_key_file(path).with_revoked(options.name), replaces=True)
     _tell(
         f"{options.name} is no longer believed, where this file is: copy {path} to every other robot and restart hvcpd "
-        "there. If somebody may have read its memory card, that is not enough: hvcpctl key rotate --keep 0"
+        "there. If somebody may have read its memory card, that is not enough: hvcpctl key rotate --after 0 --keep 0"
     )
 
 
@@ -127,6 +149,7 @@ def _tell(text: str) -> None:
     sys.stdout.write(text + "\n")
 
 
+_ONLY_READ = ("show", "sheet")
 _ACTIONS: dict[str, Callable[[argparse.Namespace, Path, date], None]] = {
     "new": _new,
     "show": _show,

@@ -16,7 +16,7 @@ MAX_CODES = 500
 
 def _whole(least: int, most: int, what: str = "number") -> Callable[[str], int]:
     def number(text: str) -> int:
-        if not text.isdecimal() or not text.isascii() or not least <= int(text[:9]) <= most:
+        if not text.isdecimal() or not text.isascii() or len(text) > 9 or not least <= int(text) <= most:
             raise argparse.ArgumentTypeError(f"{text!r} is not a {what} from {least} to {most}")
         return int(text)
 

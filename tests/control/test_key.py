@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import subprocess
 import sys
 from dataclasses import replace
@@ -10,11 +11,13 @@ from pathlib import Path
 
 import pytest
 
+from hil_fakes.word_seals import keyed_book
 from hvcpd.control.cli import main
 from hvcpd.errors import KeyFileError
 from hvcpd.keyring import (
     CREDENTIAL,
     KeyFile,
+    changing,
     find_key_file,
     fresh_entry,
     parse_key_file,
@@ -23,9 +26,12 @@ from hvcpd.keyring import (
     written,
 )
 from hvcpd.language.code_words import number_of
+from hvcpd.language.messages import Code
 from hvcpd.security.one_time import counted_code
 from hvcpd.security.recovery import secret_of
+from tests.coordination.mission import plants
 
+ROOT = Path(__file__).parents[2]
 DAY = date(2026, 11, 21)
 WEEK, MONTH = timedelta(days=7), timedelta(days=30)
 
@@ -147,8 +153,74 @@ def test_a_file_whose_keys_have_all_ended_is_refused_with_the_remedy() -> None:
 
 
 def test_an_ended_key_leaves_the_file_at_the_next_rotation() -> None:
-    keys = KeyFile((fresh_entry(DAY),)).rotated(DAY, timedelta(0), timedelta(0))
+    keys = KeyFile((fresh_entry(DAY),)).rotated(DAY, timedelta(0), timedelta(1))
     assert len(keys.rotated(DAY + WEEK, timedelta(0), MONTH).entries) == 2
+
+
+@pytest.mark.parametrize("day", [None, DAY])
+def test_a_stolen_key_can_be_ended_at_once(made: Path, day: date | None, capsys: pytest.CaptureFixture[str]) -> None:
+    stolen = read_key_file(made).entries[0].key
+    assert run("revoke", "--key", str(made), "Bot") == 0
+    advised = capsys.readouterr().out.split("hvcpctl key rotate ")[1].split()
+    assert run("rotate", "--key", str(made), *advised) == 0
+    assert stolen not in read_key_file(made).ring(day).accepted
+    assert stolen.secret.hex() not in made.read_text()
+    assert "no longer believed" in capsys.readouterr().out
+
+
+def test_a_computer_without_a_clock_ends_no_key_by_rotating() -> None:
+    old = KeyFile((fresh_entry(DAY),))
+    new = old.rotated(date(1970, 1, 1), WEEK, MONTH)
+    assert new.ring(None).spoken == old.entries[0].key
+    assert new.ring(DAY + WEEK).accepted == (new.entries[1].key, old.entries[0].key)
+
+
+def test_who_changes_a_key_file_waits_for_who_is_at_it(made: Path) -> None:
+    command = [sys.executable, "-m", "hvcpd.control.cli", "key", "revoke", "--key", str(made), "Bot"]
+    with changing(made):
+        other = subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, cwd=ROOT)
+        with pytest.raises(subprocess.TimeoutExpired):
+            other.wait(2.0)
+        write_key_file(made, read_key_file(made).with_revoked("Zoe"), replaces=True)
+    assert other.wait(30.0) == 0
+    assert read_key_file(made).revoked == ("Zoe", "Bot")
+
+
+def test_a_link_to_a_key_file_stays_a_link(made: Path, tmp_path: Path) -> None:
+    link = tmp_path / "link.key"
+    link.symlink_to(made.name)
+    assert run("revoke", "--key", str(link), "Bot") == 0
+    assert read_key_file(made).revoked == ("Bot",)
+    assert link.is_symlink()
+
+
+@pytest.mark.parametrize("days", ["3651", "-1", "000000000999999999", "9" * 5000, "\u0663"])
+def test_days_are_a_number_of_days(made: Path, days: str, capsys: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(SystemExit) as ended:
+        run("rotate", "--key", str(made), "--keep", days)
+    assert ended.value.code == 2
+    assert "number of days from 0 to 3650" in capsys.readouterr().err
+
+
+def test_a_name_that_is_not_of_the_team_is_revoked_with_a_warning(
+    made: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert run("revoke", "--key", str(made), "bot") == 0
+    assert capsys.readouterr().err == ""
+    assert run("revoke", "--key", str(made), "Bott") == 0
+    assert "Bott is none of the names in the settings (Rob, Bot)" in capsys.readouterr().err
+    assert read_key_file(made).revoked == ("bot", "Bott")
+
+
+def test_a_sheet_tells_of_the_key_that_is_to_follow(made: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert run("sheet", "--key", str(made)) == 0
+    assert capsys.readouterr().err == ""
+    assert run("rotate", "--key", str(made), "--after", "3650") == 0
+    assert run("sheet", "--key", str(made)) == 0
+    old, new = read_key_file(made).entries
+    said = capsys.readouterr().err
+    assert f"sheet of {old.key.fingerprint}" in said
+    assert f"{new.key.fingerprint} has its own from {new.spoken_from} on" in said
 
 
 def test_rotate_and_revoke_change_the_file(made: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -159,7 +231,7 @@ def test_rotate_and_revoke_change_the_file(made: Path, capsys: pytest.CaptureFix
     assert (len(keys.entries), keys.revoked) == (2, ("Bot",))
     assert keys.ring(None).is_revoked("BOT")
     assert made.stat().st_mode & 0o777 == 0o600
-    assert "rotate --keep 0" in capsys.readouterr().out
+    assert "rotate --after 0 --keep 0" in capsys.readouterr().out
 
 
 def test_the_sheet_restores_the_key_and_has_the_codes(made: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -170,6 +242,9 @@ def test_the_sheet_restores_the_key_and_has_the_codes(made: Path, capsys: pytest
     assert secret_of(number_of(words) or 0) == key.secret
     assert f"  12 {counted_code(key.sheet_key, 11)}" in "\n".join(lines)
     assert any("otpauth://totp/hvcpd:plant?" in line for line in lines)
+    [example] = re.findall('as in "(.*?)"', " ".join(lines))
+    book = keyed_book(("Rob", "Bot"), plants(2))
+    assert book.parse(example.lower().replace(",", "").split()).mark == Code("123456")
 
 
 def test_a_sheet_for_who_only_commands_has_no_key(made: Path, tmp_path: Path) -> None:
@@ -188,8 +263,7 @@ def test_a_key_is_restored_from_its_words(made: Path, tmp_path: Path, capsys: py
     words = recovery_words(made, capsys)
     copy = tmp_path / "copy.key"
     command = [sys.executable, "-m", "hvcpd.control.cli", "key", "restore", "--key", str(copy)]
-    root = Path(__file__).parents[2]
-    done = subprocess.run(command, input=" ".join(words), text=True, capture_output=True, cwd=root, check=False)
+    done = subprocess.run(command, input=" ".join(words), text=True, capture_output=True, cwd=ROOT, check=False)
     assert done.returncode == 0, done.stderr
     assert read_key_file(copy).entries[0].key == read_key_file(made).entries[0].key
 
