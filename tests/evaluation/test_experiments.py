@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import math
+from dataclasses import replace
 from typing import Any
 
 import pytest
 
-from hvcpd.evaluation import calls, confusions, robots, wake
+from hvcpd.evaluation import calls, confusions, robots, trails, wake
 from hvcpd.evaluation.listeners import OURS, PEER
 from hvcpd.evaluation.trials import Scale
 
@@ -85,3 +87,32 @@ def test_objectives_are_understood_at_the_papers_distance() -> None:
     row = confusions.EXPERIMENT.run(trial)
     assert sorted(row["said"]) == sorted(confusions.OBJECTIVES)
     assert row["taken"] == {OURS: row["said"]}
+
+
+@pytest.mark.slow
+def test_two_robots_water_a_plant_once_and_their_trails_lead_there() -> None:
+    (whole,) = trails.EXPERIMENT.trials(Scale())
+    row = trails.EXPERIMENT.run(replace(whole, settings={**whole.settings, "plants": 1}))
+    assert (row["lost"], row["duplicates"]) == (0, 0)
+    ((robot, number, _),) = row["watered"]
+    ((_, _, x_m, y_m),) = row["plants"]
+    nearest = {who: min(math.dist(p, (x_m, y_m)) for p in points) for who, points in row["trails"].items()}
+    assert nearest[robot] < 0.3 < min(d for who, d in nearest.items() if who != robot)
+    found = trails.EXPERIMENT.summarise([row])
+    assert found.table.rows[0][:2] == (robot, number)
+
+
+def test_a_missions_plants_are_counted_by_robot() -> None:
+    row = {
+        "plants": [[1, "water the green rose", 4.0, 1.0], [2, "water the violet rose", 4.0, -1.0]],
+        "trails": {"Rob": [[0.0, 0.0], [4.0, 1.0]], "Bot": [[1.0, 0.0]]},
+        "watered": [["Rob", 1, 30.0], ["Rob", 2, 60.0]],
+        "lost": 0,
+        "duplicates": 0,
+        "virtual_s": 90.0,
+    }
+    found = trails.EXPERIMENT.summarise([row])
+    assert "2 of 2 plants were watered, each exactly once, in 1.5 min: Rob 2 and Bot 0" in found.paragraphs[0]
+    assert found.table.rows[1] == ("Rob", 2, "water the violet rose", 60.0)
+    worse = trails.EXPERIMENT.summarise([{**row, "lost": 1, "watered": []}])
+    assert "0 of 2 plants were watered, 1 lost, 0 done more than once" in worse.paragraphs[0]
