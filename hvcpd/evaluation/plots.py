@@ -72,11 +72,11 @@ def against_distance(figure: Any, series: Sequence[Series], ylabel: str, paper_m
 
     axes = against(figure, series, "distance, m", ylabel)
     axes.axvline(paper_m, color="black", lw=0.8, ls=":")
-    axes.annotate(
-        "the paper's pivotal\ndistance, 120 cm", (paper_m, 3), xytext=(3, 0), textcoords="offset points", fontsize=7
-    )
+    place: dict[str, Any] = {"xytext": (4, 0), "textcoords": "offset points", "fontsize": 7}
+    axes.annotate("the paper's pivotal\ndistance, 120 cm", (paper_m, 45), **place)
     axes.set_xscale("log")
-    farthest = max(step.at for s in series for step in s.steps)
-    axes.set_xticks([x for x in (0.1, 0.2, 0.5, 1, 2, 5, 10, 20) if x <= farthest])
+    nearest, *_, farthest = sorted(step.at for s in series for step in s.steps)
+    axes.set_xlim(nearest / 1.1, farthest * 1.1)
+    axes.set_xticks([x for x in (0.1, 0.2, 0.5, 1, 2, 5, 10, 20) if nearest <= x <= farthest])
     axes.xaxis.set_major_formatter(StrMethodFormatter("{x:g}"))
     axes.minorticks_off()

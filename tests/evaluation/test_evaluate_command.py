@@ -5,6 +5,7 @@ from __future__ import annotations
 import csv
 import json
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -58,3 +59,22 @@ def test_what_was_found_is_no_markup(tmp_path: Path) -> None:
     assert "<script>" not in page
     assert "&lt;b&gt;" in page
     assert (tmp_path / "one.csv").read_text() == "x\n<b>\n"
+
+
+def test_plots_are_drawn_the_same_again_with_their_assumptions(tmp_path: Path) -> None:
+    pytest.importorskip("matplotlib", reason="needs matplotlib, of the eval extra")
+    texts: list[str] = []
+
+    def draw(figure: Any) -> None:
+        figure.add_subplot().plot([1, 2], [3, 4])
+
+    def draw_and_look(figure: Any) -> None:
+        draw(figure)
+        figure.canvas.mpl_connect("draw_event", lambda _: texts.append(figure.get_supxlabel()))
+
+    for name, drawing in (("a", draw), ("b", draw_and_look)):
+        (tmp_path / name).mkdir()
+        write_findings("x", Findings("t", (), Table((), ()), drawing, ("a hall of 24 m",)), tmp_path / name)
+    assert (tmp_path / "a" / "x.svg").read_bytes() == (tmp_path / "b" / "x.svg").read_bytes()
+    assert (tmp_path / "a" / "x.png").read_bytes().startswith(b"\x89PNG")
+    assert any("Simulated:\na hall of 24 m" in text for text in texts)
