@@ -8,6 +8,9 @@ import threading
 import xmlrpc.client
 from collections.abc import Callable, Mapping
 from typing import Any
+from urllib.parse import urlsplit
+
+from hvcpd.errors import ConfigError
 
 DEFAULT_URI = "http://localhost:11311"
 """Where a master is if nothing else is said (ROS wiki, "ROS/EnvironmentVariables")."""
@@ -25,8 +28,15 @@ class _Impatient(xmlrpc.client.Transport):
 
 
 def master_uri(environment: Mapping[str, str] = os.environ) -> str:
-    """Where the master is to be."""
-    return environment.get("ROS_MASTER_URI") or DEFAULT_URI
+    """Where the master is to be. Raises ConfigError for what leads nowhere."""
+    uri = environment.get("ROS_MASTER_URI") or DEFAULT_URI
+    try:
+        leads_somewhere = uri.startswith("http://") and bool(urlsplit(uri).hostname)
+    except ValueError:  # of a broken IPv6 address
+        leads_somewhere = False
+    if not leads_somewhere:
+        raise ConfigError(f"ROS_MASTER_URI is {uri!r}; it looks like {DEFAULT_URI}")
+    return uri
 
 
 def master_pid(uri: str) -> int:

@@ -10,6 +10,7 @@ from xmlrpc.server import SimpleXMLRPCRequestHandler, SimpleXMLRPCServer
 
 import pytest
 
+from hvcpd.errors import ConfigError
 from hvcpd.ros.master import DEFAULT_URI, MISSES, MasterWatch, master_pid, master_uri
 
 
@@ -93,3 +94,9 @@ def test_the_watch_notices_it_by_itself() -> None:
 def test_the_environment_says_where_it_is() -> None:
     assert master_uri({}) == DEFAULT_URI
     assert master_uri({"ROS_MASTER_URI": "http://robot:11311"}) == "http://robot:11311"
+
+
+@pytest.mark.parametrize("uri", ["localhost:11311", "http://", "http://[1"])
+def test_a_place_that_is_none_is_not_waited_for(uri: str) -> None:
+    with pytest.raises(ConfigError, match="it looks like http://localhost:11311"):
+        master_uri({"ROS_MASTER_URI": uri})
