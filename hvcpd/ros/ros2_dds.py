@@ -61,6 +61,7 @@ class DdsPort:
     """The topics of a node. Raises ConfigError for wrong parameters, and for goals."""
 
     fault: str | None = None
+    dismissed: str | None = None
 
     def __init__(self, wanted: Wanted, report: Report, environment: Mapping[str, str] = os.environ) -> None:
         if wanted.takes_goals:
@@ -76,9 +77,12 @@ class DdsPort:
         )
         domain = domain_of(environment)
         domains: Any = import_module("cyclonedds.domain")
-        self._domain: Any = domains.Domain(domain, configuration(environment))
-        self._participant: Any = domains.DomainParticipant(domain)
         self._core: Any = core
+        try:
+            self._domain: Any = domains.Domain(domain, configuration(environment))
+            self._participant: Any = domains.DomainParticipant(domain)
+        except core.DDSException as error:
+            raise ConfigError(f"Cyclone DDS does not start ({error}); is CYCLONEDDS_URI right?") from None
         self._writers = {topic: self._writer(topic) for topic in topics.published(wanted.ros_drives)}
         self._readers = {topic: self._reader(topic) for topic in topics.subscribed(wanted.ros_drives)}
 
@@ -126,7 +130,11 @@ class DdsPort:
         return self._sub.DataReader(self._participant, self._dds_topic(topic), qos=self._qos(topic.latched))
 
     def _dds_topic(self, topic: Topic) -> Any:
-        return self._topic.Topic(self._participant, f"rt{self._names.resolve(topic.name)}", dds_class(topic.type))
+        name = self._names.resolve(topic.name)
+        try:
+            return self._topic.Topic(self._participant, f"rt{name}", dds_class(topic.type))
+        except self._core.DDSException:
+            raise ConfigError(f"{topic.name}: {name!r} is no name for a topic") from None
 
     def _qos(self, latched: bool) -> Any:
         qos: Any = import_module("cyclonedds.qos")

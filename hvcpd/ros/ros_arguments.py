@@ -15,7 +15,9 @@ from hvcpd.config.document import read_bytes
 from hvcpd.errors import ConfigError
 
 FLAGS_WITH_VALUE = {"-r": "remap", "--remap": "remap", "-p": "param", "--param": "param", "--params-file": "file"}
-IGNORED = {"--log-level": 1, "--enable-rosout-logs": 0, "--disable-rosout-logs": 0, "--disable-stdout-logs": 0}
+LOGS = ("rosout", "stdout", "external-lib")
+IGNORED = {f"--{switch}-{logs}-logs": 0 for switch in ("enable", "disable") for logs in LOGS}
+IGNORED |= {"--log-level": 1, "--log-config-file": 1, "--log-file-name": 1, "--enclave": 1, "-e": 1}
 """What a launch file may give that means nothing here, with how many words follow it."""
 
 
@@ -74,6 +76,7 @@ def parse_ros_arguments(words: Sequence[str], node: str) -> RosArguments:
     for each in found["param"]:
         name, text = _pair(each)
         parameters[name] = _value(text)
+    parameters.pop("use_sim_time", None)  # this node has no clock but the system's
     return RosArguments(node, namespace, remaps, parameters)
 
 
@@ -100,4 +103,4 @@ def _from_file(path: Path, nodes: Sequence[str]) -> dict[str, object]:
     for name, part in (document if isinstance(document, dict) else {}).items():
         if name in nodes and isinstance(part, dict) and isinstance(part.get("ros__parameters"), dict):
             found |= part["ros__parameters"]
-    return {name: value for name, value in found.items() if name != "use_sim_time"}
+    return found

@@ -187,6 +187,17 @@ def asked(port: DdsPort, reported: list[Happening]) -> set[str]:
     return {getattr(output, "command", "") for output in bridge.outputs()}
 
 
+def test_a_name_that_is_none_and_a_wrong_configuration_are_told() -> None:
+    with (
+        pytest.raises(ConfigError, match="'/bad name' is no name for a topic"),
+        on_the_air(domain_for(4), ("-r", "heard:=bad name")),
+    ):
+        pass
+    environment = {"ROS_DOMAIN_ID": str(domain_for(5)), "CYCLONEDDS_URI": "<bad"}
+    with pytest.raises(ConfigError, match="is CYCLONEDDS_URI right"):
+        DdsPort(Wanted(), lambda _: None, environment)
+
+
 def test_two_domains_hear_nothing_of_each_other() -> None:
     with on_the_air(domain_for(2)) as (one, peer, _), on_the_air(domain_for(3)) as (other, _, _):
         reader = peer.reader("rt/heard", String)

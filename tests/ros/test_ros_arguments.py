@@ -36,6 +36,13 @@ def test_a_file_of_parameters_counts_for_this_node_and_for_all(tmp_path: Path) -
     assert found.parameters == {"odom_frame": "o", "base_frame": "c"}
 
 
+@pytest.mark.parametrize(
+    "words", [["--enable-stdout-logs"], ["--log-config-file", "x"], ["-e", "/x"], ["-p", "use_sim_time:=true"]]
+)
+def test_what_every_node_may_be_given_is_no_fault(words: list[str]) -> None:
+    assert parse_ros_arguments(["--ros-args", *words], "hvcpd").parameters == {}
+
+
 @pytest.mark.parametrize("words", [["-r"], ["-r", "heard"], ["--remap", ":=x"], ["heard:=x"], ["-p", "x:={"]])
 def test_what_cannot_be_understood_is_told(words: list[str]) -> None:
     with pytest.raises(ConfigError, match="--ros-args"):
