@@ -27,6 +27,7 @@ def run(options: argparse.Namespace) -> int:
     arguments = options.remap if kind == "ros1" else ros2_words(options.remap, ros_args)
     reason = run_bridge(kind, base, path, arguments)
     if reason is not None:
-        sys.stderr.write(f"hvcpctl: {reason}; the robot stands, and the bridge begins anew\n")
+        stands = "the robot stands, and " if base.ros_drives else ""
+        sys.stderr.write(f"hvcpctl: {reason}; {stands}the bridge begins anew\n")
         start_again()
     return EX_OK

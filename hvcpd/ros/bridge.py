@@ -98,6 +98,7 @@ class Bridge:
         self._asked.clear()
         self._base_id = None
         self._odometry_s = now_s
+        self._driving.begin(now_s)
         self._ask("subscribe", events=[*EVENT_KINDS, "drive" if self.ros_drives else "odom"])
         self._ask("tasks")
         self._ask_status(now_s)

@@ -14,7 +14,7 @@ from pathlib import Path
 from types import FrameType
 from typing import Any, Literal
 
-from hvcpd.errors import ConfigError, NotRunningError
+from hvcpd.errors import ConfigError, NotDoneError, NotRunningError
 from hvcpd.ros.bridge import Bridge
 from hvcpd.ros.link import DaemonLink
 from hvcpd.ros.master import master_pid, master_uri
@@ -62,15 +62,21 @@ def base_of(settings: Sequence[Mapping[str, Any]]) -> Base:
 
 
 def run_bridge(kind: Kind, base: Base, path: Path, arguments: Sequence[str]) -> str | None:
-    """Bridge until interrupted, or until this ROS is no more: then why. The daemon may come and go."""
+    """Bridge until interrupted, or until this ROS is no more: then why. The daemon may come and go.
+
+    Raises NotDoneError if ROS has ended the bridge: there is another one, or somebody wants none.
+    """
     signal.signal(signal.SIGTERM, _interrupt)  # as Ctrl-C: the base is to be told to stand
-    if kind == "ros1":
-        wait_for_master(path, base)
-    inbox = Inbox()
-    port = make_port(kind, Wanted(base.ros_drives, base.takes_goals, arguments), inbox.put)
-    bridge = Bridge(base.ros_drives, port.parameters)
     with suppress(KeyboardInterrupt):
-        return Session(bridge, port, inbox, path).run()
+        if kind == "ros1":
+            wait_for_master(path, base)
+        inbox = Inbox()
+        port = make_port(kind, Wanted(base.ros_drives, base.takes_goals, arguments), inbox.put)
+        bridge = Bridge(base.ros_drives, port.parameters)
+        reason = Session(bridge, port, inbox, path).run()
+        if port.dismissed is not None and reason == port.dismissed:
+            raise NotDoneError(reason)
+        return reason
     return None
 
 

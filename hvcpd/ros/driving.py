@@ -71,6 +71,10 @@ class Driving:
         """What ROS's navigation has been given and not been relieved of."""
         return self._goal
 
+    def begin(self, now_s: float) -> None:
+        """Zero is commanded first: an earlier bridge that was killed may have left the base under way."""
+        self._zeros_until_s = now_s + ZEROS_S
+
     def told(self, event: Mapping[str, Any], now_s: float) -> list[Order]:
         """The daemon says how the base is to move."""
         self._told_s = now_s

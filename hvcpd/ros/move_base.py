@@ -74,9 +74,12 @@ class MoveBase:
 
     def cancel(self, number: int) -> None:
         """Withdraw the goal of that number."""
-        if self._goal is None or self._goal.number != number:
-            return
-        if self._unsent is None:
+        if self._goal is not None and self._goal.number == number:
+            self.cancel_any()
+
+    def cancel_any(self) -> None:
+        """Withdraw the goal that there is."""
+        if self._goal is not None and self._unsent is None:
             message = ros_class("actionlib_msgs/GoalID")()
             message.id = self._id
             self._withdraw(message)

@@ -43,6 +43,10 @@ class RosPort(Protocol):
     def fault(self) -> str | None:
         """Why this ROS is no more; the node is then to be made anew. None: it is well."""
 
+    @property
+    def dismissed(self) -> str | None:
+        """Who reigns in this ROS has ended the node, and why; then it is not made anew. None: nobody has."""
+
     def stamp_s(self) -> float:
         """ROS's time."""
 

@@ -8,7 +8,9 @@ from __future__ import annotations
 
 import os
 import sys
-from collections.abc import Callable
+import time
+from collections.abc import Callable, Sequence
+from contextlib import suppress
 from importlib import import_module
 from importlib.util import find_spec
 from pathlib import Path
@@ -19,7 +21,7 @@ from hvcpd.ros import topics
 from hvcpd.ros.convert import Dialect, from_ros, ros_class, to_ros
 from hvcpd.ros.driving import Goal
 from hvcpd.ros.master import MasterWatch, master_uri
-from hvcpd.ros.messages import Message
+from hvcpd.ros.messages import Message, Twist
 from hvcpd.ros.move_base import MoveBase
 from hvcpd.ros.parameters import Parameters, parameters_from
 from hvcpd.ros.port import NODE, QUEUE, Report, Wanted
@@ -28,6 +30,8 @@ from hvcpd.ros.topics import Topic
 DEBIAN_PACKAGES = Path("/usr/lib/python3/dist-packages")
 """Debian's Python policy, section 3.1: of whichever Python 3 is the distribution's."""
 DEBIAN_PYTHON = Path("/usr/bin/python3")
+LAST_WORDS_S = 0.05
+"""For rospy's own threads to send what was published last, before it closes all connections."""
 MISSING = (
     "rospy is not installed: on Debian `sudo apt install python3-rospy python3-std-msgs python3-geometry-msgs "
     "python3-nav-msgs python3-diagnostic-msgs python3-tf2-msgs`, elsewhere source ROS's setup.bash first"
@@ -56,23 +60,29 @@ class Ros1Port:
         genpy: Any = import_module("genpy")
         self._dialect = Dialect(time=genpy.Time, byte=int)
         self._watch = MasterWatch(master_uri())
+        self.dismissed: str | None = None
+        self._is_ending = False
         argv = [NODE, *wanted.arguments]
         os.environ.setdefault("ROSCONSOLE_FORMAT", "[${severity}] ${message}")
-        self._rospy.init_node(NODE, argv=argv, disable_signals=True)
-        self.parameters = _parameters(self._rospy)
+        try:
+            self._rospy.init_node(NODE, argv=argv, disable_signals=True)
+        except self._rospy.ROSInitException as error:
+            raise ConfigError(f"ROS takes no node with {' '.join(wanted.arguments)!r}: {error}") from None
+        self.parameters = read_parameters(self._rospy, wanted.arguments)
         self._report = report
         self._publishers = {topic: self._publisher(topic) for topic in topics.published(wanted.ros_drives)}
         for topic in topics.subscribed(wanted.ros_drives):
             self._subscribe(topic)
         self._move_base = self._make_move_base() if wanted.takes_goals else None
+        self._rospy.on_shutdown(self._say_last_words)
+        core: Any = import_module("rospy.core")
+        core.add_preshutdown_hook(self._dismiss)
         self._watch.start()
 
     @property
     def fault(self) -> str | None:
         """Why the master is no more, or the node has been told to end."""
-        if self._rospy.is_shutdown():
-            return self._watch.fault or "the node was told to end"
-        return self._watch.fault
+        return self._watch.fault or self.dismissed
 
     def stamp_s(self) -> float:
         """ROS's time, s; 0 until a simulated clock has begun."""
@@ -80,11 +90,8 @@ class Ros1Port:
 
     def publish(self, topic: Topic, message: Message) -> None:
         """Have subscribers told; without a connection nobody is."""
-        publisher = self._publishers[topic]
-        try:
-            publisher.publish(to_ros(message, self._dialect))
-        except self._rospy.ROSException:  # the node is ending
-            return
+        if not self._is_ending:
+            self._send(topic, message)
 
     def go(self, goal: Goal, now_s: float) -> None:
         """Give a goal to move_base."""
@@ -110,6 +117,25 @@ class Ros1Port:
         self._watch.close()
         if self._watch.fault is None:
             self._rospy.signal_shutdown("the bridge ends")
+
+    def _say_last_words(self) -> None:
+        """In a thread of rospy's, which closes all connections next: whoever ends the node, the base is to stand."""
+        self._is_ending = True
+        if self._move_base is not None:
+            self._move_base.cancel_any()
+        for _ in range(2):  # the loop's thread may be about to say something else
+            if topics.CMD_VEL in self._publishers:
+                self._send(topics.CMD_VEL, Twist())
+            time.sleep(LAST_WORDS_S)
+
+    def _dismiss(self, reason: str) -> None:
+        """rospy tells why; the connections are closed by now."""
+        why = reason.split("]: ")[-1].split("Reason: ")[-1].strip("[]")
+        self.dismissed = f"ROS has ended the bridge: {why}"
+
+    def _send(self, topic: Topic, message: Message) -> None:
+        with suppress(self._rospy.ROSException):  # the node has ended
+            self._publishers[topic].publish(to_ros(message, self._dialect))
 
     def _publisher(self, topic: Topic) -> Any:
         return self._plain_publisher(topic.name, topic.type.ROS_TYPE, topic.latched)
@@ -171,8 +197,20 @@ def class_of(ros_type: str) -> Any:
         ) from None
 
 
-def _parameters(rospy: Any) -> Parameters:
+def read_parameters(rospy: Any, arguments: Sequence[str]) -> Parameters:
+    """What ROS's master has for this node; of a command line with a fault nothing stays there."""
+    node = rospy.get_name()
     given = rospy.get_param("~", {})
     if not isinstance(given, dict):
-        raise ConfigError(f"the parameters of {rospy.get_name()} are no names with values: {given!r}")
-    return parameters_from(given)
+        raise ConfigError(f"the parameters of {node} are no names with values: {given!r}")
+    try:
+        return parameters_from(given)
+    except ConfigError as error:
+        ours = {each[1:].partition(":=")[0] for each in arguments if each.startswith("_")} & given.keys()
+        for name in ours:
+            rospy.delete_param(f"~{name}")
+        if ours == given.keys():
+            raise
+        raise ConfigError(
+            f"{error}\nROS's master keeps parameters from one start to the next; `rosparam delete {node}` forgets them"
+        ) from None

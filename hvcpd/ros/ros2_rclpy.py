@@ -26,6 +26,8 @@ SPIN_S = 0.1
 class RclpyPort:
     """A node. Raises ConfigError for wrong parameters or missing packages."""
 
+    dismissed: str | None = None
+
     def __init__(self, wanted: Wanted, report: Report) -> None:
         self._rclpy: Any = import_module("rclpy")
         time: Any = ros_class("builtin_interfaces/Time")

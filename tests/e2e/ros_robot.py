@@ -76,6 +76,11 @@ class Roscore:
         os.kill(master_pid(self.uri), signal.SIGKILL)
         self._end()
 
+    def kill_node(self, name: str) -> None:
+        """As `rosnode kill` does."""
+        _, _, uri = xmlrpc.client.ServerProxy(self.uri).lookupNode("/rosnode", name)
+        xmlrpc.client.ServerProxy(str(uri)).shutdown("/rosnode", "user request")
+
     def close(self) -> None:
         """End it in order."""
         if self._process is not None:

@@ -149,6 +149,11 @@ def test_speeds_reach_cmd_vel() -> None:
     assert twist == Twist(Vector3(x=0.15), Vector3(z=0.5))
 
 
+def test_a_base_that_ros_has_is_told_to_stand_before_anything_else() -> None:
+    assert on(topics.CMD_VEL, Talk().tick(AT_S + 0.05)) == [Twist()]
+    assert on(topics.CMD_VEL, Talk(ros_drives=False).tick(AT_S + 0.05)) == []
+
+
 def test_estop_stands_at_once_and_no_older_word_moves_the_base_again() -> None:
     talk = Talk()
     talk.daemon(moving(0.2))

@@ -46,6 +46,14 @@ def test_stopped_means_zero_until_released() -> None:
     assert driving.told(drive(), 6.0) == []
 
 
+def test_a_base_that_an_earlier_bridge_left_under_way_is_stopped_at_the_beginning() -> None:
+    driving = Driving()
+    driving.begin(0.0)
+    orders = after(driving, 0.0, 2.0)
+    assert {order for _, order in orders} == {STAND}
+    assert max(at_s for at_s, _ in orders) == pytest.approx(ZEROS_S, abs=PERIOD_S + 0.011)
+
+
 def test_a_silent_daemon_stops_the_base_within_half_a_second() -> None:
     driving = Driving()
     driving.told(drive(0.2, 0.1), 0.0)

@@ -10,11 +10,12 @@ from typing import Any
 import pytest
 from hypothesis import given
 
+from hvcpd.errors import ConfigError
 from hvcpd.ros.convert import Dialect, from_ros, ros_class, to_ros
 from hvcpd.ros.driving import Goal
 from hvcpd.ros.messages import DiagnosticArray, Message, Odometry, TFMessage
 from hvcpd.ros.move_base import SILENT_S, MoveBase
-from hvcpd.ros.ros1 import find_rospy
+from hvcpd.ros.ros1 import find_rospy, read_parameters
 from tests.e2e import ros_robot
 from tests.ros.samples import MESSAGES, messages
 
@@ -78,6 +79,34 @@ def test_rospy_of_another_python_is_not_used(tmp_path: Path) -> None:
     (tmp_path / "elsewhere").mkdir()
     assert find_rospy(path, tmp_path / "elsewhere"), "it is on the path already"
     assert path == []
+
+
+class ParameterServer:
+    """What a master keeps for one node, as rospy tells it."""
+
+    def __init__(self, **kept: object) -> None:
+        self.kept = dict(kept)
+
+    def get_name(self) -> str:
+        return "/hvcpd"
+
+    def get_param(self, _: str, default: object) -> object:
+        return dict(self.kept) or default
+
+    def delete_param(self, name: str) -> None:
+        del self.kept[name.removeprefix("~")]
+
+
+def test_a_wrong_parameter_of_a_command_line_is_wrong_only_once() -> None:
+    master = ParameterServer(base_frme="x", map_frame="hall")
+    with pytest.raises(ConfigError, match="did you mean 'base_frame'"):
+        read_parameters(master, ["heard:=ears", "_base_frme:=x"])
+    assert read_parameters(master, []).map_frame == "hall"
+
+
+def test_of_a_wrong_parameter_that_others_left_it_is_said_where_it_is() -> None:
+    with pytest.raises(ConfigError, match="`rosparam delete /hvcpd` forgets them"):
+        read_parameters(ParameterServer(base_frme="x"), [])
 
 
 class Server:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import subprocess
 import sys
 from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager
@@ -14,6 +15,7 @@ from typing import Any
 import pytest
 
 from hil_fakes.sound_server import wait_until
+from hvcpd.errors import EX_FAILURE
 from tests.e2e import ros_robot
 from tests.e2e.ros_robot import MOVES, Roscore, read_record
 from tests.ros.live import BRIDGE, SocketDaemon, bridge_to, daemon_at, running
@@ -36,6 +38,7 @@ class Scene:
     record: Path
     base: Any
     core: Roscore
+    bridge: subprocess.Popen[bytes]
 
     def seen(self, kind: str) -> list[Any]:
         return [value for _, value in read_record(self.record, kind)]
@@ -76,8 +79,8 @@ def on_stage(folder: Path, mode: str, launch: bool = False, driver: str = "ros")
         how = ("roslaunch", "hvcpd", "hvcpd.launch", f"socket:={daemon.path}") if launch else BRIDGE
         options = () if launch else ("--socket", str(daemon.path), "--ros", "1", "_base_frame:=base_footprint")
         places = {"ROS_PACKAGE_PATH": str(PACKAGE), "PATH": f"{Path(sys.executable).parent}:{os.environ['PATH']}"}
-        stack.enter_context(bridge_to(daemon, {**core.environment, **places}, (*how, *options)))
-        scene = Scene(daemon, record, base, core)
+        bridge = stack.enter_context(bridge_to(daemon, {**core.environment, **places}, (*how, *options)))
+        scene = Scene(daemon, record, base, core, bridge)
         if driver == "ros":
             wait_until(lambda: bool(scene.base_told("x_m")), WAIT_S, "odometry reaches the daemon")
         yield scene
@@ -109,6 +112,16 @@ def test_speech_speed_and_stop_pass_and_a_dead_master_or_daemon_stops_the_base(t
         assert "no ROS master" in scene.base_told("fault")[-1]
         scene.core.start()
         wait_until(lambda: "/hvcpd" in scene.core.nodes(), WAIT_S, "the bridge is back when its master is")
+
+
+def test_a_node_that_is_killed_by_ros_stops_the_base_and_does_not_come_back(tmp_path: Path) -> None:
+    with on_stage(tmp_path, "cmd_vel") as scene:
+        scene.keep_telling(FORWARD, lambda: scene.speed > MOVES, "it drives")
+        scene.core.kill_node("/hvcpd")
+        wait_until(lambda: scene.bridge.poll() is not None, WAIT_S, "the bridge ends")
+        assert scene.bridge.returncode == EX_FAILURE
+        assert "ROS has ended the bridge: user request" in scene.daemon.path.with_suffix(".log").read_text()
+        wait_until(lambda: scene.speed < MOVES, WAIT_S, "the base stands")
 
 
 def test_a_goal_is_reached_with_feedback_and_another_one_cancelled_by_stop(tmp_path: Path) -> None:

@@ -29,10 +29,11 @@ WAIT_S = 20.0
 
 @dataclass
 class NotedPort:
-    """A ROS that keeps what it is told; `on_publish` may end it."""
+    """A ROS that keeps what it is told; `on_change` may end it."""
 
     parameters: Parameters = field(default_factory=Parameters)
     fault: str | None = None
+    dismissed: str | None = None
     published: list[tuple[Topic, Message]] = field(default_factory=list)
     went: list[Goal] = field(default_factory=list)
     cancelled: list[int] = field(default_factory=list)
