@@ -34,7 +34,12 @@ SILENT_S = 1.0
 """A base without odometry for so long is told of, so that people see why the robot stands."""
 UNANSWERED_S = 1.0
 """A reply that has not come by then is not waited for any more."""
+MAX_SAY_LENGTH = 500
+"""Characters; more than any sentence of the phrasebook. The daemon hangs up on a line of more than 8192 bytes."""
+MAX_SAYS = 5
+"""Sentences that wait for the daemon's reply, which comes at once; more would keep a stop or odometry waiting."""
 NO_DAEMON = "no daemon answers; start it with `hvcpd`"
+TOO_MANY = "say: too many sentences at once; this one and others are left out"
 EVENT_KINDS = ("said", "heard", "garbled", "held", "taskchanged", "watered", "statechanged")
 
 
@@ -131,9 +136,11 @@ class Bridge:
     def from_ros(self, topic: Topic, message: Message, now_s: float) -> None:
         """A message to the bridge."""
         if topic == topics.SAY and isinstance(message, String):
-            self._ask("say", text=message.data)
+            self._take_say(message.data)
         elif topic == topics.ESTOP and isinstance(message, Bool):
-            self._stop_id = self._ask("stop" if message.data else "resume")
+            command = "stop" if message.data else "resume"
+            if self._asked.get(self._stop_id or 0) != command:  # else it is on its way, however often it is said
+                self._stop_id = self._ask(command)
             self._stop_s = now_s
             if message.data:
                 self._carry_out(self._driving.stand(now_s))  # without waiting for the daemon's word
@@ -197,6 +204,14 @@ class Bridge:
         if stopped is not self._stopped:
             self._stopped = stopped
             self._publish(topics.STOPPED, Bool(stopped))
+
+    def _take_say(self, text: str) -> None:
+        if len(text) > MAX_SAY_LENGTH:
+            self._tell_refusal(f"say: {len(text)} characters are no sentence; {text[:40]!r}…", None)
+        elif sum(command == "say" for command in self._asked.values()) < MAX_SAYS:
+            self._ask("say", text=text)
+        elif self._last_refusal != TOO_MANY:
+            self._tell_refusal(TOO_MANY, None)
 
     def _take_odometry(self, odometry: Odometry, now_s: float) -> None:
         arguments = base_arguments(odometry)

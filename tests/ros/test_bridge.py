@@ -10,7 +10,7 @@ from typing import Any
 import pytest
 
 from hvcpd.ros import topics
-from hvcpd.ros.bridge import NO_DAEMON, SILENT_S, Ask, Bridge, Log, Output, Publish
+from hvcpd.ros.bridge import MAX_SAYS, NO_DAEMON, SILENT_S, TOO_MANY, Ask, Bridge, Log, Output, Publish
 from hvcpd.ros.driving import Cancel, Go, Goal
 from hvcpd.ros.messages import (
     Bool,
@@ -144,6 +144,18 @@ def test_what_is_to_be_said_is_asked_for_and_a_refusal_is_told() -> None:
     assert talk.answer("say", code="not_in_phrasebook", text="nobody says coffee") == [Log("say: nobody says coffee")]
 
 
+def test_what_is_too_long_or_too_much_to_be_said_keeps_nothing_else_from_the_daemon() -> None:
+    talk = Talk()
+    (log,) = talk.ros(topics.SAY, String("x" * 10_000))
+    assert isinstance(log, Log)
+    assert "10000 characters" in log.text
+    out = [each for _ in range(1000) for each in talk.ros(topics.SAY, String("hello"))]
+    assert len(asked("say", out)) == MAX_SAYS
+    assert [each.text for each in out if isinstance(each, Log)] == [TOO_MANY]
+    talk.answer("say", {"text": "hello"})
+    assert asked("say", talk.ros(topics.SAY, String("hello"))) == [{"text": "hello"}]
+
+
 def test_speeds_reach_cmd_vel() -> None:
     (twist,) = on(topics.CMD_VEL, Talk().daemon(moving(0.15)))
     assert twist == Twist(Vector3(x=0.15), Vector3(z=0.5))
@@ -164,6 +176,16 @@ def test_estop_stands_at_once_and_no_older_word_moves_the_base_again() -> None:
     talk.answer("stop", {"stopped": True, "before": False})
     assert on(topics.CMD_VEL, talk.daemon(moving(0.2), AT_S + 0.1)) != []
     assert asked("resume", talk.ros(topics.ESTOP, Bool(False))) == [{}]
+
+
+def test_a_stop_that_is_said_again_and_again_is_asked_for_once_at_a_time() -> None:
+    talk = Talk()
+    out = [each for _ in range(100) for each in talk.ros(topics.ESTOP, Bool(True))]
+    assert len(asked("stop", out)) == 1
+    assert len(asked("resume", talk.ros(topics.ESTOP, Bool(False)))) == 1
+    assert len(asked("stop", talk.ros(topics.ESTOP, Bool(True)))) == 1
+    talk.answer("stop", {})
+    assert len(asked("stop", talk.ros(topics.ESTOP, Bool(True)))) == 1
 
 
 def test_odometry_reaches_the_daemon_but_no_faster_than_it_can_use_it() -> None:
