@@ -29,7 +29,10 @@ FAR = 2048
 RESERVED = 4
 """Counters are kept on the disk in steps of so many, ahead of use: a power cut skips some and repeats none."""
 PRESENT_S = 300.0
-"""Who has proved to be here is taken to be for so long after each right seal."""
+"""Who has proved to be here is taken to be for so long after each right seal,"""
+PROVED_S = 1800.0
+"""and no longer than so long after the proof: who holds back many orders and plays one every few minutes would keep
+their speaker here for ever. It costs two sentences each half an hour."""
 CHALLENGE_S = 30.0
 """A challenge holds so long: two sentences, said slowly, and their turns."""
 KEPT = 512
@@ -122,7 +125,7 @@ class Guard:
         self._heard = {name: _Heard(last) for name, last in kept.items() if not name.startswith(("sheet/", "clock/"))}
         self._own_counter = _name(ring.spoken, self._own)
         self._next = self._reserved = kept.get(self._own_counter, -1) + 1
-        self._present_s: dict[str, float] = {}
+        self._present_s: dict[str, tuple[float, float]] = {}
         self._asked: dict[str, tuple[int, float]] = {}
         self._asked_by: dict[str, tuple[int, float]] = {}
         self._overheard: dict[str, tuple[int, float]] = {}
@@ -227,7 +230,7 @@ class Guard:
         for key in self._ring.accepted:
             if challenge is not None and (found := self._take(key, name, proof, challenge)):
                 del self._asked[name]
-                self._present_s[name] = now
+                self._present_s[name] = (now, now)
                 return Verdict(Trust.FRESH, plain=found[1])
             if found := self._take(key, name, proof, None):
                 return Verdict(self._presence(name, now), plain=found[1])
@@ -238,9 +241,10 @@ class Guard:
 
     def _presence(self, name: str, now: float) -> Trust:
         """Who was here a moment ago still is."""
-        if now - self._present_s.get(name, float("-inf")) > PRESENT_S:
+        proved_s, last_s = self._present_s.get(name, (float("-inf"), float("-inf")))
+        if now - last_s > PRESENT_S or now - proved_s > PROVED_S:
             return Trust.SEALED
-        self._present_s[name] = now
+        self._present_s[name] = (proved_s, now)
         return Trust.FRESH
 
     def _take(self, key: TeamKey, name: str, proof: _Proof, challenge: int | None) -> tuple[int, bytes | None] | None:

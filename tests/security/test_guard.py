@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import pytest
 
-from hvcpd.security.guard import CHALLENGE_S, FAR, NEAR, PRESENT_S, Guard
+from hvcpd.security.guard import CHALLENGE_S, FAR, NEAR, PRESENT_S, PROVED_S, Guard
 from hvcpd.security.keys import KEY_BYTES, KeyRing, TeamKey
 from hvcpd.security.one_time import STEP_S, counted_code
 from hvcpd.security.seal import Sentence
@@ -113,6 +113,19 @@ def test_an_answer_to_a_challenge_proves_presence_and_a_recording_does_not() -> 
     assert trust(bot, said("turn left"), later, PRESENT_S + 5.0) is Trust.FRESH
     late = rob.seal(said("turn left"), 8.0)
     assert trust(bot, said("turn left"), late, 3.0 * PRESENT_S) is Trust.SEALED
+
+
+def test_orders_that_were_held_back_do_not_keep_their_speaker_here_for_ever() -> None:
+    rob, bot = pair()
+    for proved_s in (0.0, 2.0 * PROVED_S):
+        challenge = bot.seal(AGAIN, proved_s, challenges=True)
+        rob.judge(AGAIN, challenge, None, proved_s, asks=True)
+        assert trust(bot, said(), rob.seal(said(), proved_s), proved_s) is Trust.FRESH
+        played = [
+            trust(bot, said("turn left"), rob.seal(said("turn left"), proved_s), proved_s + 0.9 * PRESENT_S * n)
+            for n in range(1, 10)
+        ]
+        assert played == [Trust.FRESH] * 6 + [Trust.SEALED] * 3
 
 
 def test_an_answer_to_another_challenge_is_none() -> None:
