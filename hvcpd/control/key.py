@@ -98,7 +98,8 @@ def _sheet(options: argparse.Namespace, path: Path, day: date) -> None:
     ring = keys.ring(day)
     text = sheet(ring.spoken, settings.team, day, options.first, options.codes, not options.no_recovery)
     for entry in keys.entries:
-        if entry.key in ring.others and entry.spoken_from > max(day, keys.newest):
+        will_be_spoken = entry.until is None and entry.spoken_from > max(day, keys.newest)
+        if entry.key != ring.spoken and will_be_spoken:
             sys.stderr.write(
                 f"hvcpctl: this is the sheet of {ring.spoken.fingerprint}; the newer key {entry.key.fingerprint} "
                 f"has its own from {entry.spoken_from} on: print that then\n"

@@ -221,6 +221,9 @@ def test_a_sheet_tells_of_the_key_that_is_to_follow(made: Path, capsys: pytest.C
     said = capsys.readouterr().err
     assert f"sheet of {old.key.fingerprint}" in said
     assert f"{new.key.fingerprint} has its own from {new.spoken_from} on" in said
+    assert run("rotate", "--key", str(made), "--after", "0") == 0
+    assert run("sheet", "--key", str(made)) == 0
+    assert capsys.readouterr().err == ""  # the one that was to follow is overtaken
 
 
 def test_rotate_and_revoke_change_the_file(made: Path, capsys: pytest.CaptureFixture[str]) -> None:
