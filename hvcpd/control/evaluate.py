@@ -15,18 +15,24 @@ from hvcpd.evaluation.report import plots_available, write_findings, write_page
 from hvcpd.evaluation.runner import KeptRows, Workers, sweep
 from hvcpd.evaluation.trials import Findings, Row, Scale, Trial
 
+INTERVALS = "Intervals are of 95 % (shares: Wilson; pivotal distances: profile likelihood)."
 INSTALL = "pip install 'hvcpd[eval]'"
 
 
 def run(options: argparse.Namespace) -> int:
     """Run one experiment or all, write what was found, and say where."""
+    if options.from_recordings is not None and options.experiment != "wake":
+        raise ConfigError(f"--from-recordings: there is nothing recorded of {options.experiment}; it goes with wake")
     names: Sequence[str] = ALL if options.experiment == "all" else (options.experiment,)
-    names = _possible(names, alone=options.experiment != "all")
     scale = Scale(options.seed, options.trials, options.quick)
     try:
         options.out.mkdir(parents=True, exist_ok=True)
-        found = _run_all(names, scale, options)
-        page = write_page(found, _about(scale), options.out)
+        if options.from_recordings is not None:
+            found = [_of_recordings(options.from_recordings, options.out)]
+            about = f"From the recordings in {options.from_recordings}. {INTERVALS}"
+        else:
+            found, about = _run_all(_possible(names, alone=options.experiment != "all"), scale, options), _about(scale)
+        page = write_page(found, about, options.out)
     except OSError as error:
         raise AudioFileError(f"--out: {options.out} cannot be written: {error.strerror}; name another") from None
     for _, one in found:
@@ -35,6 +41,14 @@ def run(options: argparse.Namespace) -> int:
         sys.stderr.write(f"hvcpctl: note: no plots without matplotlib ({INSTALL})\n")
     sys.stdout.write(f"Report: {page}; beside it a CSV and a plot of each experiment, and the rows of all trials.\n")
     return EX_OK
+
+
+def _of_recordings(folder: Path, out: Path) -> tuple[str, Findings]:
+    from hvcpd.evaluation.recordings import analyse
+
+    name, found = "wake-recorded", analyse(folder)
+    write_findings(name, found, out)
+    return name, found
 
 
 def _possible(names: Sequence[str], alone: bool) -> Sequence[str]:
@@ -85,5 +99,5 @@ def _about(scale: Scale) -> str:
     size = "a quick look with few steps" if scale.quick else "all steps"
     return (
         f"Seed {scale.seed}, {scale.trials} trials a step, {size}. Everything here is simulated: no robot, no "
-        "air. Intervals are of 95 % (shares: Wilson; pivotal distances: profile likelihood)."
+        f"air. {INTERVALS}"
     )

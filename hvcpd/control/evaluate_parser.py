@@ -31,5 +31,11 @@ def add_evaluate(commands: _Commands, run: Callable[[argparse.Namespace], int], 
     c.add_argument("--seed", type=seed, default=1, metavar="N", help="same seed, same results (default 1)")
     c.add_argument("--trials", type=_count, default=20, metavar="N", help="at each step (default 20, as in the paper)")
     c.add_argument("--out", type=Path, default=Path("out/evaluation"), metavar="DIR", help="(default out/evaluation)")
+    c.add_argument(
+        "--from-recordings",
+        type=Path,
+        metavar="DIR",
+        help="with wake: of real robots (docs/experiment.md), not simulated",
+    )
     c.add_argument("--quick", action="store_true", help="fewer steps: a look within minutes")
     c.set_defaults(run=run)

@@ -1,0 +1,129 @@
+"""The call from recordings of real robots: `evaluate wake --from-recordings DIR`, as docs/experiment.md has it."""
+
+from __future__ import annotations
+
+import csv
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from functools import cache
+from pathlib import Path
+
+from hvcpd.assembly import DEFAULT_TEAMS, make_phrasebook, make_recogniser
+from hvcpd.config.names import valid_robot_name
+from hvcpd.config.task_file import load_tasks
+from hvcpd.config.tasks import default_tasks_path
+from hvcpd.errors import ConfigError
+from hvcpd.evaluation import plots
+from hvcpd.evaluation.listeners import BLOCK, OURS, sound
+from hvcpd.evaluation.statistics import Step, pivot, wilson
+from hvcpd.evaluation.trials import Findings, Table
+from hvcpd.evaluation.wake import PAPER_PIVOT_M
+from hvcpd.hardware.soundfile import read_wav
+from hvcpd.language.phrasebook import Phrasebook
+from hvcpd.recognition.events import Recognised
+
+LIST = "recordings.csv"
+COLUMNS = ("file", "distance_m", "speaker", "listener", "said")
+
+
+@dataclass(frozen=True)
+class Recording:
+    """A file in which `speaker` calls `listener` `said` times from `distance_m` away."""
+
+    path: Path
+    distance_m: float
+    speaker: str
+    listener: str
+    said: int
+
+
+def read_list(folder: Path) -> list[Recording]:
+    """The recordings that LIST in `folder` names. Raises ConfigError with all that is wrong with it."""
+    path = folder / LIST
+    try:
+        text = path.read_text(encoding="utf-8-sig")
+    except (OSError, UnicodeDecodeError) as error:
+        raise ConfigError(f"{path}: cannot be read ({error}); see docs/experiment.md for what it holds") from None
+    rows = csv.DictReader(text.splitlines())
+    if tuple(rows.fieldnames or ()) != COLUMNS:
+        raise ConfigError(f"{path}: its first line must be: {','.join(COLUMNS)}")
+    found: list[Recording] = []
+    faults: list[str] = []
+    for number, row in enumerate(rows, 2):
+        wrong = list(_wrong(row, folder))
+        faults += [f"{path}, line {number}: {fault}" for fault in wrong]
+        if not wrong:
+            distance_m, said = float(row["distance_m"]), int(row["said"])
+            found.append(Recording(folder / row["file"], distance_m, row["speaker"], row["listener"], said))
+    if not faults and len({recording.distance_m for recording in found}) < 2:
+        faults.append(f"{path}: give recordings from two distances at least")
+    if faults:
+        raise ConfigError("\n".join(faults))
+    return found
+
+
+def _wrong(row: Mapping[str, str | None], folder: Path) -> Iterator[str]:
+    if None in row or None in row.values():
+        yield f"give {len(COLUMNS)} values: {','.join(COLUMNS)}"
+        return
+    cells = {name: value or "" for name, value in row.items()}
+    if not (folder / cells["file"]).is_file():
+        yield f"there is no file {cells['file']!r} beside it"
+    try:
+        if not 0.01 <= float(cells["distance_m"]) <= 10_000.0:
+            yield f"distance_m is {cells['distance_m']}, not from 0.01 to 10000"
+    except ValueError:
+        yield f"distance_m is {cells['distance_m']!r}, not a number of metres"
+    if not cells["said"].isdecimal() or not 1 <= int(cells["said"][:6]) <= 10_000:
+        yield f"said is {cells['said']!r}, not how often it was called (1 to 10000)"
+    yield from (f"{who}: {wrong}" for who in ("speaker", "listener") if (wrong := valid_robot_name(cells[who])))
+    if cells["speaker"].lower() == cells["listener"].lower():
+        yield "speaker and listener are the same"
+
+
+@cache
+def _book(listener: str, speaker: str) -> Phrasebook:
+    return make_phrasebook((listener, speaker), DEFAULT_TEAMS, load_tasks(default_tasks_path()))
+
+
+def understood(recording: Recording) -> int:
+    """How many of the calls of a recording our recogniser understands. Raises AudioFileError."""
+    book = _book(recording.listener, recording.speaker)
+    call = book.parse_text(f"Hi {recording.listener}, I am {recording.speaker}")
+    heard = read_wav(recording.path)
+    recogniser = make_recogniser(book, (recording.speaker,), sound())
+    events = [e for at in range(0, len(heard), BLOCK) for e in recogniser.push(heard[at : at + BLOCK])]
+    events += recogniser.flush()
+    calls = sum(isinstance(e, Recognised) and e.words == book.render(call) for e in events)
+    return min(calls, recording.said)
+
+
+def analyse(folder: Path) -> Findings:
+    """What our recogniser makes of all recordings of a folder. Raises ConfigError and AudioFileError."""
+    recordings = read_list(folder)
+    return findings(recordings, [understood(recording) for recording in recordings])
+
+
+def findings(recordings: Sequence[Recording], right: Sequence[int]) -> Findings:
+    """Shares by distance and the pivotal distance; of each recording so many calls are `right`."""
+    distances = sorted({recording.distance_m for recording in recordings})
+    steps = tuple(
+        Step(
+            at,
+            sum(n for n, recording in zip(right, recordings, strict=True) if recording.distance_m == at),
+            sum(recording.said for recording in recordings if recording.distance_m == at),
+        )
+        for at in distances
+    )
+    half = pivot(steps)
+    series = [plots.Series("recorded", OURS, steps, half)]
+    table = tuple((s.at, s.n, s.right, *(round(x, 4) for x in (s.right / s.n, *wilson(s.right, s.n)))) for s in steps)
+    return Findings(
+        "The call, recorded",
+        (
+            f"{sum(s.right for s in steps)} of {sum(s.n for s in steps)} recorded calls were understood; half "
+            f"of them at {half.text()}. The paper's pivotal distance is {PAPER_PIVOT_M * 100:.0f} cm.",
+        ),
+        Table(("distance_m", "calls", "right", "share", "low", "high"), table),
+        lambda figure: plots.against_distance(figure, series, "calls understood, %", PAPER_PIVOT_M),
+    )
