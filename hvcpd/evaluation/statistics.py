@@ -13,7 +13,7 @@ Z = 1.959964
 """Of the normal distribution: two-sided 95 %."""
 CHI2 = Z * Z
 """Of the chi-squared distribution with one degree of freedom, its 95 % point."""
-STEEPNESS = np.geomspace(0.5, 100.0, 120)
+STEEPNESS = np.geomspace(0.5, 100.0, 48)
 """Slopes that are tried: the logit changes by so much while the distance grows by a factor of e. 100 is a cliff: from
 99 to 1 % within a tenth of the distance."""
 FINE = 600
@@ -97,7 +97,7 @@ def _profile(steps: Sequence[Step], points: NDArray[np.float64]) -> tuple[NDArra
     wrong = np.array([s.n - s.right for s in steps], np.float64)
     away = x[None, None, :] - np.log(points)[:, None, None]
     logit = -STEEPNESS[None, :, None] * away
-    # log p = -log(1 + exp(-logit)), log(1 - p) = -log(1 + exp(logit))
-    total = -(right * np.logaddexp(0.0, -logit) + wrong * np.logaddexp(0.0, logit)).sum(axis=2)
+    # log p = -log(1 + exp(-logit)), log(1 - p) = log p - logit
+    total = -((right + wrong) * np.logaddexp(0.0, -logit) + wrong * logit).sum(axis=2)
     best = np.argmax(total, axis=1)
     return total[np.arange(len(points)), best], STEEPNESS[best]

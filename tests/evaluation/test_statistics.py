@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from hvcpd.evaluation.statistics import Step, pivot, wilson
@@ -35,6 +35,7 @@ def curve(at_m: float, slope: float, n: int) -> list[Step]:
     return [Step(float(d), round(n / (1.0 + (d / at_m) ** slope)), n) for d in distances]
 
 
+@settings(max_examples=25)
 @given(st.floats(0.6, 10.0), st.floats(1.0, 12.0))
 def test_a_known_curve_is_found_again(at_m: float, slope: float) -> None:
     found = pivot(curve(at_m, slope, 1000))
@@ -55,11 +56,11 @@ def test_intervals_hold_the_truth_19_times_of_20() -> None:
     chance = np.random.default_rng(3)
     distances, n = [0.5, 1.0, 1.5, 2.0, 3.0, 4.0], 100
     held = 0
-    for _ in range(300):
+    for _ in range(150):
         steps = [Step(d, int(chance.binomial(n, 1.0 / (1.0 + (d / 1.7) ** 5.0))), n) for d in distances]
         found = pivot(steps)
         held += found.low <= 1.7 <= found.high
-    low, high = wilson(held, 300)
+    low, high = wilson(held, 150)
     assert low <= 0.95 <= high
 
 
