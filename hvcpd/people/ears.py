@@ -95,6 +95,8 @@ class SecondEars:
         self._blocks: deque[tuple[int, Samples]] = deque()
         self._kept = 0
         self._now = 0
+        self._lost_until = 0
+        """Until this sample, some sound was lost."""
         self._waiting: list[Piece] = []
 
     @property
@@ -114,6 +116,7 @@ class SecondEars:
         """As `Recogniser.lost`."""
         events = self._ears.lost(n_samples)
         self._now += n_samples
+        self._lost_until = self._now
         return self.take(events)
 
     def succeed(self, predecessor: Self) -> None:
@@ -121,6 +124,7 @@ class SecondEars:
         self._ears.succeed(predecessor._ears)
         self._blocks, self._kept, self._now = predecessor._blocks, predecessor._kept, predecessor._now
         self._waiting, self._worker = predecessor._waiting, predecessor._worker
+        self._lost_until = predecessor._lost_until
 
     def _keep(self, samples: Samples) -> None:
         self._blocks.append((self._now - len(samples), np.asarray(samples, np.float32)))
@@ -151,7 +155,12 @@ class SecondEars:
         return [Garbled(piece.start, piece.end) for piece in late]
 
     def _piece(self, event: Garbled) -> Piece | None:
-        """The sound of an event; None if it was too long, or is not kept any more."""
+        """The sound of an event; None if it was too long, has gaps, or is not kept any more.
+
+        Torn speech has been heard as "stop".
+        """
+        if event.start_sample - BEFORE_S * SAMPLE_RATE_HZ < self._lost_until:
+            return None
         if event.end_sample - event.start_sample > LONGEST_S * SAMPLE_RATE_HZ or self._waiting_at(event):
             return None
         begin = event.start_sample - round(LEAD_S * SAMPLE_RATE_HZ)

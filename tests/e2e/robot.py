@@ -32,7 +32,9 @@ start: {{x_m: {x_m}, y_m: {y_m}}}
 audio: {{input_device: {microphone}, output_device: {loudspeaker}}}
 wheels: {wheels}
 seed: {seed}
+voices: robots
 """
+"""Only robots speak here. PocketSphinx, where it is installed, would take processor time that the rest needs."""
 
 
 @dataclass(frozen=True)

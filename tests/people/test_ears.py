@@ -149,3 +149,13 @@ def test_new_ears_go_on_waiting_for_what_the_old_ones_asked() -> None:
     assert new.busy
     worker.end()
     assert new.push(block(30)) == [SENTENCE]
+
+
+def test_speech_with_gaps_is_not_looked_at() -> None:
+    for blocks_before, seen in ((10, 1), (21, 0)):
+        looker = Looker(SENTENCE)
+        ears = SecondEars(Script({29: [Garbled(32000 + BLOCK, 40000 + BLOCK)]}), looker, AtOnce())
+        run(ears, blocks_before)
+        ears.lost(BLOCK)
+        run(ears, 30 - blocks_before, blocks_before)
+        assert len(looker.pieces) == seen
