@@ -4,11 +4,10 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable
-from contextlib import suppress
 from dataclasses import dataclass
 
 from hvcpd.hardware import xl430
-from hvcpd.hardware.wheels_base import BusWheels
+from hvcpd.hardware.wheels_base import TRIES, BusWheels
 from hvcpd.hardware.wheels_bus import BusError, DynamixelBus, MakePort
 from hvcpd.hardware.wheels_handshake import SEARCH_S, arm, inspect, prepare, read_health, read_states
 from hvcpd.hardware.wheels_port import WaitingPort
@@ -138,5 +137,11 @@ class DynamixelWheels(BusWheels):
 
     def _torque_off(self) -> None:
         for motor_id in self._ids:
-            with suppress(BusError):  # a motor that does not answer stops by its watchdog
-                self._bus.write(motor_id, xl430.TORQUE_ENABLE, 0)
+            any(self._lets_go(motor_id) for _ in range(TRIES))  # one that never answers stops by its watchdog
+
+    def _lets_go(self, motor_id: int) -> bool:
+        try:
+            self._bus.write(motor_id, xl430.TORQUE_ENABLE, 0)
+        except BusError:
+            return False
+        return True

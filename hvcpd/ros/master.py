@@ -18,8 +18,9 @@ ANSWER_S = 0.3
 """A master answers within milliseconds; the robot is to stand within half a second of its end."""
 EVERY_S = 0.15
 """Between two questions."""
-MISSES = 2
-"""So many answers in a row may be late or missing, if the master's port is still open: a busy machine."""
+MISSES = 5
+"""So many answers in a row are late, if the master's port is still open, before it counts as hanging: twice in three
+minutes two of them were, on a busy machine. A master that has ended is noticed at once."""
 
 
 class _Impatient(xmlrpc.client.Transport):
