@@ -153,10 +153,11 @@ def _plain(form: Form) -> str:
 
 
 def _example(phrasebook: Phrasebook) -> str:
-    names, tasks = phrasebook.vocabulary.names, phrasebook.vocabulary.tasks
-    if len(names) < 2 or not tasks:
-        return "Hi all, I am " + (names[0] if names else "…")
-    return f"Hi {names[0]}, I am {names[1]}, {tasks[-1]}"
+    words = phrasebook.vocabulary
+    if len(words.names) < 2 or not words.tasks:
+        return "Hi all, I am " + (words.names[0] if words.names else "…")
+    last = words.tasks[len(words.numbers) - 1]  # of the team's own; after them come others that it may hear of
+    return f"Hi {words.names[0]}, I am {words.names[1]}, {last}"
 
 
 def _addressee(value: object) -> str:

@@ -49,3 +49,9 @@ def test_a_pattern_is_never_shown_as_the_forms_write_it() -> None:
     card = make_card(Phrasebook(Vocabulary(("Rob", "Bot"), ("plant",), ("water the red rose",), (1,))))
     shown = [card.opening, *(line.say for line in (*card.calls, *card.statements))]
     assert not [text for text in shown if "|" in text or "<" in text or "please" in text]
+
+
+def test_the_example_is_a_task_of_the_team() -> None:
+    tasks = ("water the red rose", "water the white rose", "water the blue rose")
+    card = make_card(Phrasebook(Vocabulary(("Rob", "Bot"), ("plant",), tasks, (1, 2))))
+    assert card.example == "Hi Rob, I am Bot, water the white rose"
