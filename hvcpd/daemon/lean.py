@@ -33,7 +33,10 @@ FREE_TOP_BYTES = 1 << 24
 
 
 def tune_allocator() -> None:
-    """One heap for all threads, and pages of their own for what is large; 3 MB less when idle. glibc only; before any thread."""
+    """One heap for all threads, and pages of their own for what is large; 3 MB less when idle.
+
+    glibc only; to be called before there are threads.
+    """
     mallopt = getattr(ctypes.CDLL(None), "mallopt", None)
     if mallopt is not None:
         mallopt(M_ARENA_MAX, 1)
