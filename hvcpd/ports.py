@@ -42,6 +42,15 @@ class Pose:
 
 
 @dataclass(frozen=True)
+class PlaceGoal:
+    """A place in the room (m) to bring the base to, whatever its heading there; every request has its own number."""
+
+    number: int
+    x_m: float
+    y_m: float
+
+
+@dataclass(frozen=True)
 class WheelCommand:
     """Wanted wheel speeds, rad/s at the wheel, forward positive."""
 

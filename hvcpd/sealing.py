@@ -9,7 +9,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass, replace
 
 from hvcpd.language import messages as m
-from hvcpd.language.marks import CIPHER_TAG_BYTES, hidden, is_sealed, said_in, with_statement, without_mark
+from hvcpd.language.marks import CIPHER_TAG_BYTES, hidden, is_sealed, with_statement, without_mark
 from hvcpd.language.phrasebook import Phrasebook
 from hvcpd.records import DoubtRecord, Record, SaveCounter
 from hvcpd.security.cipher import Message
@@ -95,7 +95,9 @@ class Sealing:
 
     def marked(self, utterance: m.Utterance, book: Phrasebook, now: float) -> m.Utterance:
         """What the robot says instead: encrypted, or else with its seal, if it is of those that have one."""
-        number = book.codebook.number_of(said_in(utterance)) if self._hides_from_others(utterance) else None
+        number = (
+            book.codebook.number_of(m.own_words(utterance.statement)) if self._hides_from_others(utterance) else None
+        )
         asks = isinstance(utterance.statement, m.SayAgain)
         if number is not None:
             said = replace(utterance, mark=m.Cipher(0, book.cipher_words))

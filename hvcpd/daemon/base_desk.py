@@ -20,7 +20,7 @@ from hvcpd.hardware.goals import GoalNavigator
 from hvcpd.hardware.kinematics import Twist, twist_of
 from hvcpd.hardware.ros_base import BaseReport, RosBase
 from hvcpd.ports import STANDSTILL, Pose, WheelCommand
-from hvcpd.reporting.events import Drive, DriveGoal
+from hvcpd.reporting.events import Drive
 from hvcpd.robot import Robot
 
 MAX_POSE_M = 1e6
@@ -78,8 +78,7 @@ class BaseDesk:
         goal = self._navigator.goal if self._navigator is not None and there else None
         twist = twist_of(wanted if there else STANDSTILL, robot.odometry.drive)
         stopped = robot.coordination.state is State.STOPPED
-        to = DriveGoal(goal.number, goal.x_m, goal.y_m) if goal is not None else None
-        new = Drive(robot.now, twist.linear_m_s, twist.angular_rad_s, stopped, to)
+        new = Drive(robot.now, twist.linear_m_s, twist.angular_rad_s, stopped, goal)
         if self._last is not None and not _is_due(self._last, new):
             return None
         self._last = new

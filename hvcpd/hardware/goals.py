@@ -5,21 +5,10 @@ Turning on the spot and driving straight on stay our own: they need no map.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 from hvcpd.hardware.kinematics import BURGER, Drive
 from hvcpd.hardware.motion import GoTo, MotionState
 from hvcpd.hardware.navigator import BLIND_LIMIT_S, Journey, Navigator
-from hvcpd.ports import STANDSTILL, Pose, WheelCommand, WheelReading
-
-
-@dataclass(frozen=True)
-class PlaceGoal:
-    """A place in the room (m) to bring the base to, whatever its heading there; every request has its own number."""
-
-    number: int
-    x_m: float
-    y_m: float
+from hvcpd.ports import STANDSTILL, PlaceGoal, Pose, WheelCommand, WheelReading
 
 
 class GoalNavigator(Navigator):

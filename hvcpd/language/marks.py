@@ -106,12 +106,6 @@ def hidden(utterance: m.Utterance) -> m.Utterance:
     return with_statement(utterance, m.SealedMessage())
 
 
-def said_in(utterance: m.Utterance) -> m.Statement | None:
-    """The statement, or the one that is passed on."""
-    statement = utterance.statement
-    return statement.statement if isinstance(statement, m.Relayed) else statement
-
-
 def with_statement(utterance: m.Utterance, statement: m.Statement) -> m.Utterance:
     """The same with another statement, passed on from whom the first was."""
     if isinstance(utterance.statement, m.Relayed):

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from hvcpd.ports import Pose, Samples
+from hvcpd.ports import PlaceGoal, Pose, Samples
 
 
 @dataclass(frozen=True)
@@ -148,15 +148,6 @@ class Odom:
 
 
 @dataclass(frozen=True)
-class DriveGoal:
-    """A place in the room's frame that somebody else is to bring the robot to."""
-
-    number: int
-    x_m: float
-    y_m: float
-
-
-@dataclass(frozen=True)
 class Drive:
     """How a base that is not the daemon's own is to move now: by these speeds, or to that goal."""
 
@@ -165,7 +156,7 @@ class Drive:
     angular_rad_s: float
     stopped: bool
     """Somebody said "stop", and nobody "resume" yet."""
-    goal: DriveGoal | None
+    goal: PlaceGoal | None
 
 
 @dataclass(frozen=True)

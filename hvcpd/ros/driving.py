@@ -11,21 +11,14 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
+from hvcpd.ports import PlaceGoal
+
 LEASE_S = 0.4
 """The daemon speaks every 0.05 s; after so long a silence the base is stopped."""
 PERIOD_S = 0.05
 """Between two commands to a base that moves or is held, as Nav2 and move_base do (20 Hz)."""
 ZEROS_S = 0.5
 """After a motion zero is commanded for so long, then nothing: others may drive the base by hand."""
-
-
-@dataclass(frozen=True)
-class Goal:
-    """A place in the map's frame, m, and the daemon's number of it."""
-
-    number: int
-    x_m: float
-    y_m: float
 
 
 @dataclass(frozen=True)
@@ -40,7 +33,7 @@ class Speeds:
 class Go:
     """Give this goal to ROS's navigation."""
 
-    goal: Goal
+    goal: PlaceGoal
 
 
 @dataclass(frozen=True)
@@ -60,14 +53,14 @@ class Driving:
     def __init__(self) -> None:
         self._speeds = STAND
         self._stopped = False
-        self._goal: Goal | None = None
+        self._goal: PlaceGoal | None = None
         self._finished: int | None = None
         self._told_s: float | None = None
         self._sent_s = -math.inf
         self._zeros_until_s = -math.inf
 
     @property
-    def goal(self) -> Goal | None:
+    def goal(self) -> PlaceGoal | None:
         """What ROS's navigation has been given and not been relieved of."""
         return self._goal
 
@@ -120,7 +113,7 @@ class Driving:
         if speeds != STAND:
             self._zeros_until_s = now_s + ZEROS_S
 
-    def _change_goal(self, goal: Goal | None) -> list[Order]:
+    def _change_goal(self, goal: PlaceGoal | None) -> list[Order]:
         before, self._goal = self._goal, goal
         if goal == before:
             return []
@@ -135,6 +128,6 @@ class Driving:
         return [self._speeds]
 
 
-def goal_of(value: Mapping[str, Any] | None) -> Goal | None:
+def goal_of(value: Mapping[str, Any] | None) -> PlaceGoal | None:
     """The goal of a `drive` event."""
-    return None if value is None else Goal(int(value["number"]), float(value["x_m"]), float(value["y_m"]))
+    return None if value is None else PlaceGoal(int(value["number"]), float(value["x_m"]), float(value["y_m"]))

@@ -7,6 +7,7 @@ import math
 from collections.abc import Mapping
 from typing import Any
 
+from hvcpd.ports import WARN_BATTERY_V
 from hvcpd.ros.messages import (
     DiagnosticArray,
     DiagnosticStatus,
@@ -29,9 +30,6 @@ from hvcpd.ros.parameters import Parameters
 
 Line = Mapping[str, Any]
 """One JSON object of the daemon's; docs/control.md lists their fields."""
-
-LOW_BATTERY_V = 11.1
-"""ROBOTIS e-Manual, TurtleBot3: its own battery warning (11.0 V ends it)."""
 
 
 def as_text(value: object) -> str:
@@ -135,7 +133,7 @@ def _battery(status: Line) -> _Part:
     voltage_v = status.get("battery_v")
     if voltage_v is None:
         return "battery", DiagnosticStatus.OK, "not measured", {}
-    low = voltage_v < LOW_BATTERY_V
+    low = voltage_v < WARN_BATTERY_V
     level = DiagnosticStatus.WARN if low else DiagnosticStatus.OK
     return "battery", level, "low: charge it" if low else "charged", {"voltage_v": voltage_v}
 

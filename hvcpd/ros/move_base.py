@@ -10,8 +10,8 @@ import secrets
 from collections.abc import Callable
 from typing import Any
 
+from hvcpd.ports import PlaceGoal
 from hvcpd.ros.convert import Dialect, ros_class, to_ros
-from hvcpd.ros.driving import Goal
 from hvcpd.ros.messages import Header, Point, Pose, PoseStamped, Quaternion, Time
 
 SUCCEEDED = 3
@@ -47,13 +47,13 @@ class MoveBase:
         self._progress = progress
         self._dialect = dialect
         self._run = secrets.token_hex(4)
-        self._goal: Goal | None = None
+        self._goal: PlaceGoal | None = None
         self._unsent: Any = None
         self._heard_s = -math.inf
         self._serial = 0
         self._id = ""
 
-    def go(self, goal: Goal, now_s: float, stamp_s: float) -> None:
+    def go(self, goal: PlaceGoal, now_s: float, stamp_s: float) -> None:
         """Ask for a goal; the server forgets any other. The base may come to rest with any heading."""
         self._goal, self._heard_s = goal, now_s
         self._serial += 1

@@ -6,8 +6,8 @@ import math
 from collections.abc import Callable
 from typing import Any
 
+from hvcpd.ports import PlaceGoal
 from hvcpd.ros.convert import Dialect, to_ros
-from hvcpd.ros.driving import Goal
 from hvcpd.ros.messages import Header, Point, Pose, PoseStamped, Quaternion, Time
 from hvcpd.ros.port import Report
 
@@ -38,11 +38,11 @@ class Nav2:
         self._dialect = dialect
         self._in_turn = in_turn
         self._report = report
-        self._goal: Goal | None = None
+        self._goal: PlaceGoal | None = None
         self._asked_s = -math.inf
         self._handle: Any = None
 
-    def go(self, goal: Goal, now_s: float, stamp_s: float) -> None:
+    def go(self, goal: PlaceGoal, now_s: float, stamp_s: float) -> None:
         """Ask for a goal; the base may come to rest with any heading."""
         self._goal, self._handle, self._asked_s = goal, None, now_s
         message = self._make_goal()
@@ -68,7 +68,7 @@ class Nav2:
         if self._goal is not None and self._handle is None and now_s - self._asked_s > ANSWER_S:
             self._end(self._goal, False, f"no action server answers at {self._name}; is Nav2 running?")
 
-    def _answered(self, goal: Goal, handle: Any) -> None:
+    def _answered(self, goal: PlaceGoal, handle: Any) -> None:
         if goal != self._goal:
             if handle.accepted:
                 handle.cancel_goal_async()
@@ -79,11 +79,11 @@ class Nav2:
             ended = handle.get_result_async()
             ended.add_done_callback(lambda done: self._in_turn(lambda: self._ended(goal, done.result().status)))
 
-    def _ended(self, goal: Goal, status: int) -> None:
+    def _ended(self, goal: PlaceGoal, status: int) -> None:
         if goal == self._goal:
             how = "" if status == SUCCEEDED else ENDS.get(status, f"ended with status {status}")
             self._end(goal, status == SUCCEEDED, how)
 
-    def _end(self, goal: Goal, arrived: bool, reason: str) -> None:
+    def _end(self, goal: PlaceGoal, arrived: bool, reason: str) -> None:
         self._goal, self._handle = None, None
         self._report(lambda bridge, _: bridge.goal_ended(goal.number, arrived, reason))

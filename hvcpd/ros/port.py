@@ -6,8 +6,8 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Protocol
 
+from hvcpd.ports import PlaceGoal
 from hvcpd.ros.bridge import Bridge
-from hvcpd.ros.driving import Goal
 from hvcpd.ros.messages import Message
 from hvcpd.ros.parameters import Parameters
 from hvcpd.ros.topics import Topic
@@ -52,7 +52,7 @@ class RosPort(Protocol):
 
     def publish(self, topic: Topic, message: Message) -> None: ...
 
-    def go(self, goal: Goal, now_s: float) -> None: ...
+    def go(self, goal: PlaceGoal, now_s: float) -> None: ...
 
     def cancel(self, number: int) -> None: ...
 

@@ -17,9 +17,9 @@ from pathlib import Path
 from typing import Any
 
 from hvcpd.errors import ConfigError
+from hvcpd.ports import PlaceGoal
 from hvcpd.ros import topics
 from hvcpd.ros.convert import Dialect, from_ros, ros_class, to_ros
-from hvcpd.ros.driving import Goal
 from hvcpd.ros.master import MasterWatch, master_uri
 from hvcpd.ros.messages import Message, Twist
 from hvcpd.ros.move_base import MoveBase
@@ -93,7 +93,7 @@ class Ros1Port:
         if not self._is_ending:
             self._send(topic, message)
 
-    def go(self, goal: Goal, now_s: float) -> None:
+    def go(self, goal: PlaceGoal, now_s: float) -> None:
         """Give a goal to move_base."""
         if self._move_base is not None:
             self._move_base.go(goal, now_s, self.stamp_s())

@@ -13,10 +13,10 @@ from importlib import import_module
 from typing import Any
 
 from hvcpd.errors import ConfigError
+from hvcpd.ports import PlaceGoal
 from hvcpd.ros import topics
 from hvcpd.ros.convert import from_ros
 from hvcpd.ros.dds_types import dds_class, to_dds
-from hvcpd.ros.driving import Goal
 from hvcpd.ros.messages import Message
 from hvcpd.ros.parameters import Parameters, parameters_from
 from hvcpd.ros.port import NODE, QUEUE, Report, Wanted
@@ -97,7 +97,7 @@ class DdsPort:
         except self._core.DDSException as error:
             self.log(f"{topic.name}: {error}")
 
-    def go(self, goal: Goal, now_s: float) -> None:
+    def go(self, goal: PlaceGoal, now_s: float) -> None:
         """Never asked for: see the constructor."""
 
     def cancel(self, number: int) -> None:

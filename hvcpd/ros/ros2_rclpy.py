@@ -8,9 +8,9 @@ from importlib import import_module
 from typing import Any
 
 from hvcpd.errors import ConfigError
+from hvcpd.ports import PlaceGoal
 from hvcpd.ros import topics
 from hvcpd.ros.convert import Dialect, from_ros, ros_class, to_ros
-from hvcpd.ros.driving import Goal
 from hvcpd.ros.messages import Message
 from hvcpd.ros.nav2 import Nav2
 from hvcpd.ros.parameters import NAMES, Parameters, parameters_from
@@ -69,7 +69,7 @@ class RclpyPort:
         if self._rclpy.ok():
             self._publishers[topic].publish(to_ros(message, self._dialect))
 
-    def go(self, goal: Goal, now_s: float) -> None:
+    def go(self, goal: PlaceGoal, now_s: float) -> None:
         """Give a goal to Nav2."""
         if self._nav2 is not None:
             self._nav2.go(goal, now_s, self.stamp_s())

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from hvcpd.language import messages as m
 from hvcpd.language.codebook import Codebook
 from hvcpd.language.forms import Kind
-from hvcpd.language.marks import NEVER_HIDDEN, said_in
+from hvcpd.language.marks import NEVER_HIDDEN
 from hvcpd.language.phrasebook import Phrasebook, Vocabulary
 
 TASKS = ("water the green rose", "water the violet rose")
@@ -39,7 +39,7 @@ def test_every_number_is_of_one_statement_that_can_be_said() -> None:
 
 @given(st.integers(0, 2**32))
 def test_all_that_can_be_said_has_a_number_but_what_is_never_hidden(seed: int) -> None:
-    statement = said_in(BOOK.sample(random.Random(seed)))
+    statement = m.own_words(BOOK.sample(random.Random(seed)).statement)
     hidden = statement is not None and not isinstance(statement, NEVER_HIDDEN)
     number = BOOK.codebook.number_of(statement)
     assert (number is not None) == hidden

@@ -14,7 +14,7 @@ from hvcpd.language import messages as m
 from hvcpd.language.code_words import CODE_WORDS, number_of, words_of
 from hvcpd.language.forms import SEALED_KINDS, Kind
 from hvcpd.language.graph import ends_of
-from hvcpd.language.marks import SEAL_WORDS, hidden, is_sealed, mark_words, said_in
+from hvcpd.language.marks import SEAL_WORDS, hidden, is_sealed, mark_words
 from hvcpd.language.phrasebook import Phrasebook, Vocabulary
 
 TASKS = ("water the green rose", "water the violet rose")
@@ -63,14 +63,14 @@ def test_the_network_holds_the_marks_of_what_is_sealed_and_no_others(seed: int, 
 @given(st.integers(0, 2**32), st.integers(0, 2**48 - 1))
 def test_an_encrypted_sentence_is_heard_as_such_and_tells_nothing_else(seed: int, packet: int) -> None:
     plain = SECRET.sample(random.Random(seed))
-    if plain.speaker is None or SECRET.codebook.number_of(said_in(plain)) is None:
+    if plain.speaker is None or SECRET.codebook.number_of(m.own_words(plain.statement)) is None:
         return
     said = replace(plain, mark=m.Cipher(packet, SECRET.cipher_words))
     words, graph = SECRET.render(said), SECRET.marked_graph
     assert ends_of(graph, graph.start, words) & graph.finals
     assert not ends_of(graph, graph.start, words[:-1]) & graph.finals
     found = SECRET.parse(words)
-    assert isinstance(said_in(found), m.SealedMessage)
+    assert isinstance(m.own_words(found.statement), m.SealedMessage)
     assert (found.mark, found.speaker, found.addressee, found.team) == (
         said.mark,
         plain.speaker,

@@ -9,9 +9,10 @@ from typing import Any
 
 import pytest
 
+from hvcpd.ports import PlaceGoal
 from hvcpd.ros import topics
 from hvcpd.ros.bridge import MAX_SAYS, NO_DAEMON, SILENT_S, TOO_MANY, Ask, Bridge, Log, Output, Publish
-from hvcpd.ros.driving import Cancel, Go, Goal
+from hvcpd.ros.driving import Cancel, Go
 from hvcpd.ros.messages import (
     Bool,
     DiagnosticArray,
@@ -236,7 +237,7 @@ def test_nobody_is_told_where_tf_is_not_wanted_and_cmd_vel_is_never_obeyed() -> 
 
 def test_a_goal_goes_to_navigation_and_its_end_to_the_daemon() -> None:
     talk = Talk()
-    assert talk.daemon(moving(0.0, goal=7))[:1] == [Go(Goal(7, 3.0, 4.0))]
+    assert talk.daemon(moving(0.0, goal=7))[:1] == [Go(PlaceGoal(7, 3.0, 4.0))]
     talk.bridge.goal_progress(7, 1.25)
     (array,) = on(topics.DIAGNOSTICS, talk.answer("status", STATUS))
     assert isinstance(array, DiagnosticArray)

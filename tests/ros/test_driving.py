@@ -6,7 +6,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from hvcpd.ros.driving import LEASE_S, PERIOD_S, STAND, ZEROS_S, Cancel, Driving, Go, Goal, Order, Speeds
+from hvcpd.ports import PlaceGoal
+from hvcpd.ros.driving import LEASE_S, PERIOD_S, STAND, ZEROS_S, Cancel, Driving, Go, Order, Speeds
 
 
 def drive(
@@ -67,15 +68,15 @@ def test_a_silent_daemon_stops_the_base_within_half_a_second() -> None:
 def test_a_goal_is_given_once_and_keeps_cmd_vel_silent() -> None:
     driving = Driving()
     orders = [each for k in range(100) for each in driving.told(drive(goal=1), k * 0.01)]
-    assert orders == [Go(Goal(1, 1.0, 2.0))]
+    assert orders == [Go(PlaceGoal(1, 1.0, 2.0))]
 
 
 def test_a_withdrawn_goal_is_cancelled_and_the_base_told_to_stand() -> None:
     driving = Driving()
     driving.told(drive(goal=1), 0.0)
     assert driving.told(drive(stopped=True), 0.05) == [Cancel(1), STAND]
-    assert driving.told(drive(goal=2), 0.1) == [Go(Goal(2, 1.0, 2.0))]
-    assert driving.told(drive(goal=3), 0.2) == [Cancel(2), Go(Goal(3, 1.0, 2.0)), *([])]
+    assert driving.told(drive(goal=2), 0.1) == [Go(PlaceGoal(2, 1.0, 2.0))]
+    assert driving.told(drive(goal=3), 0.2) == [Cancel(2), Go(PlaceGoal(3, 1.0, 2.0)), *([])]
 
 
 def test_a_finished_goal_is_not_given_again_though_the_daemon_knows_not_yet() -> None:
@@ -84,7 +85,7 @@ def test_a_finished_goal_is_not_given_again_though_the_daemon_knows_not_yet() ->
     assert driving.finished(1)
     assert not driving.finished(1)
     assert not any(isinstance(each, Go | Cancel) for each in driving.told(drive(goal=1), 0.05))
-    assert driving.told(drive(goal=2), 0.1)[0] == Go(Goal(2, 1.0, 2.0))
+    assert driving.told(drive(goal=2), 0.1)[0] == Go(PlaceGoal(2, 1.0, 2.0))
 
 
 def test_when_the_daemon_is_lost_the_goal_is_withdrawn() -> None:
@@ -92,7 +93,7 @@ def test_when_the_daemon_is_lost_the_goal_is_withdrawn() -> None:
     driving.told(drive(goal=1), 0.0)
     assert after(driving, 0.0, LEASE_S + 0.02)[0][1] == Cancel(1)
     assert driving.goal is None
-    assert Go(Goal(1, 1.0, 2.0)) in driving.told(drive(goal=1), 2.0), "a daemon that was only late"
+    assert Go(PlaceGoal(1, 1.0, 2.0)) in driving.told(drive(goal=1), 2.0), "a daemon that was only late"
 
 
 commands = st.builds(drive, st.floats(-1, 1), st.floats(-1, 1), st.booleans(), st.none() | st.integers(1, 3))

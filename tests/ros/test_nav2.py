@@ -9,8 +9,8 @@ from typing import Any
 
 import pytest
 
+from hvcpd.ports import PlaceGoal
 from hvcpd.ros.bridge import Bridge
-from hvcpd.ros.driving import Goal
 from hvcpd.ros.nav2 import ANSWER_S, Nav2
 from hvcpd.ros.parameters import Parameters
 from tests.e2e import ros_robot
@@ -75,7 +75,7 @@ class Server:
     def go(self, number: int) -> None:
         """The daemon wants that goal, and the bridge asks for it."""
         self.bridge.from_daemon(moving(0.0, goal=number), 0.0, 0.0)
-        self.client.go(Goal(number, 3.0, 4.0), 0.0, 7.5)
+        self.client.go(PlaceGoal(number, 3.0, 4.0), 0.0, 7.5)
 
     def told(self) -> list[tuple[int, bool, str]]:
         """What the daemon was told of goals."""

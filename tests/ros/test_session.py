@@ -13,9 +13,9 @@ from typing import Any
 import pytest
 
 from hvcpd.errors import NotRunningError
+from hvcpd.ports import PlaceGoal
 from hvcpd.ros import topics
 from hvcpd.ros.bridge import Bridge
-from hvcpd.ros.driving import Goal
 from hvcpd.ros.link import DaemonLink
 from hvcpd.ros.messages import Message, String, Twist, Vector3
 from hvcpd.ros.parameters import Parameters
@@ -35,7 +35,7 @@ class NotedPort:
     fault: str | None = None
     dismissed: str | None = None
     published: list[tuple[Topic, Message]] = field(default_factory=list)
-    went: list[Goal] = field(default_factory=list)
+    went: list[PlaceGoal] = field(default_factory=list)
     cancelled: list[int] = field(default_factory=list)
     logged: list[str] = field(default_factory=list)
     closed: bool = False
@@ -48,7 +48,7 @@ class NotedPort:
         self.published.append((topic, message))
         self.on_change()
 
-    def go(self, goal: Goal, now_s: float) -> None:
+    def go(self, goal: PlaceGoal, now_s: float) -> None:
         self.went.append(goal)
         self.on_change()
 
@@ -122,7 +122,7 @@ def test_lines_of_the_daemon_reach_ros_and_the_base_stands_at_the_end(scene: Sce
     thread = scene.daemon.serve({"event": "hello"}, "no JSON", [1], MOVING, GOAL)
     assert scene.session.run(lambda: bool(scene.port.went)) is None
     assert Twist(Vector3(x=0.1)) in velocities(scene.port)
-    assert scene.port.went == [Goal(1, 1.0, 2.0)]
+    assert scene.port.went == [PlaceGoal(1, 1.0, 2.0)]
     assert velocities(scene.port)[-1] == Twist()
     assert scene.port.cancelled == [1]
     assert scene.port.closed
