@@ -78,6 +78,7 @@ class AudioStream:
 
     async def read(self) -> Samples:
         """The next block heard, shape (n,), float32. Raises DeviceError if none comes for `settings.watchdog_s`."""
+        loop = asyncio.get_running_loop()
         waited = False
         while True:
             self._ready.clear()
@@ -93,10 +94,13 @@ class AudioStream:
                     f"no sound came from {self._name!r} for {self._settings.watchdog_s:g} s; is it still connected, "
                     "and does the sound server run?"
                 )
+            # Not wait_for, which makes a task each time: at forty blocks a second that is felt.
+            watchdog = loop.call_later(self._settings.watchdog_s, self._ready.set)
             try:
-                await asyncio.wait_for(self._ready.wait(), self._settings.watchdog_s)
-            except TimeoutError:
-                waited = True  # but if it is this loop that was held up, sound has come meanwhile
+                await self._ready.wait()
+            finally:
+                watchdog.cancel()
+            waited = loop.time() >= watchdog.when()  # but if this loop was held up, sound has come meanwhile
 
     def write(self, samples: Samples) -> None:
         """Have sound of shape (n,) played after what waits already, as `SoundExchange.write`."""

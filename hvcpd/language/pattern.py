@@ -123,6 +123,19 @@ def needed_slots(node: Node) -> frozenset[str]:
             return slots_of(node)
 
 
+def needed_words(node: Node) -> frozenset[str]:
+    """The pattern's own words that every sentence of it has."""
+    match node:
+        case Word(text):
+            return frozenset({text})
+        case Series(children):
+            return frozenset().union(*(needed_words(child) for child in children))
+        case Choice(options):
+            return frozenset.intersection(*(needed_words(option) for option in options))
+        case _:
+            return frozenset()
+
+
 def slot_sets(node: Node) -> frozenset[frozenset[str]]:
     """The slots that can be bound together: one set for each combination of optional parts that differs in them."""
     match node:

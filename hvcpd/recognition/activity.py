@@ -22,6 +22,7 @@ LONG_FRAMES = 48
 """480 ms, about a short word: for speech below the noise. The network is woken with what was heard since."""
 RATIO_RANGE = (-1.0, 3.0)
 """Natural log of a band's energy over the noise, clipped (-4 to 13 dB): one loud band does not decide alone."""
+_LEAST, _MOST = map(np.float32, RATIO_RANGE)
 N_GROUPS = 3
 """Low, middle and high bands are looked at separately, and all together."""
 
@@ -51,12 +52,21 @@ def _group_matrix() -> NDArray[np.float32]:
     return groups
 
 
+def _window_matrix() -> NDArray[np.float32]:
+    """Weights of the history's frames in the means over its last FAST_FRAMES, SLOW_FRAMES and LONG_FRAMES."""
+    windows = np.zeros((3, LONG_FRAMES), np.float32)
+    for row, length in zip(windows, (FAST_FRAMES, SLOW_FRAMES, LONG_FRAMES), strict=True):
+        row[-length:] = 1.0 / length
+    return windows
+
+
 class ActivityDetector:
     """Follows energies and noise, chunk by chunk; `busy` and `alert` tell what it heard last."""
 
     def __init__(self, settings: ActivitySettings) -> None:
         self._settings = settings
         self._groups = _group_matrix()
+        self._windows = _window_matrix()
         self._history = np.zeros((LONG_FRAMES, N_GROUPS + 1), np.float32)
         self._quiet_frames = 0
         self.busy = False
@@ -68,12 +78,10 @@ class ActivityDetector:
         """Take the next frames, shape (n, N_BANDS), n at most FAST_FRAMES, and the noise estimate (N_BANDS,)."""
         n = len(energies)
         ratio = np.log(energies / noise) - steady_noise().mean_log
-        np.clip(ratio, *RATIO_RANGE, out=ratio)
+        np.minimum(np.maximum(ratio, _LEAST, out=ratio), _MOST, out=ratio)
         self._history[:-n] = self._history[n:].copy()
         self._history[-n:] = ratio @ self._groups
-        fast = float(self._history[-FAST_FRAMES:].mean(axis=0).max())
-        slow = float(self._history[-SLOW_FRAMES:].mean(axis=0).max())
-        long = float(self._history.mean(axis=0).max())
+        fast, slow, long = np.maximum.reduce(self._windows @ self._history, axis=1).tolist()
         s = self._settings
         self.alert = slow > s.alert or fast > s.onset or long > s.long_alert
         if fast > self._settings.onset:

@@ -100,16 +100,20 @@ def energies_of(samples: Samples) -> Energies:
     """Mel energies of every whole frame in `samples`, shape (frames, N_BANDS); zero rows when it is too short."""
     if samples.size < WINDOW_SAMPLES:
         return np.zeros((0, N_BANDS), np.float32)
-    frames = np.lib.stride_tricks.sliding_window_view(samples, WINDOW_SAMPLES)[::HOP_SAMPLES]
-    if len(frames) <= FRAMES_AT_ONCE:
+    sound = np.ascontiguousarray(samples, np.float32)
+    n = 1 + (sound.size - WINDOW_SAMPLES) // HOP_SAMPLES
+    # Overlapping rows of one array, as sliding_window_view has them, without its half a hundred lines of Python.
+    strides = (HOP_SAMPLES * sound.itemsize, sound.itemsize)
+    frames: NDArray[np.float32] = np.ndarray((n, WINDOW_SAMPLES), np.float32, sound, 0, strides)
+    if n <= FRAMES_AT_ONCE:
         return _energies(frames)
-    return np.concatenate([_energies(frames[i : i + FRAMES_AT_ONCE]) for i in range(0, len(frames), FRAMES_AT_ONCE)])
+    return np.concatenate([_energies(frames[i : i + FRAMES_AT_ONCE]) for i in range(0, n, FRAMES_AT_ONCE)])
 
 
 def _energies(frames: NDArray[np.float32]) -> Energies:
-    frames = frames - frames.mean(axis=1, keepdims=True)  # a DC offset would leak into the low bands
-    spectra = np.fft.rfft(frames * _WINDOW, FFT_SIZE)
-    power = (spectra.real**2 + spectra.imag**2).astype(np.float32)
+    offset = np.add.reduce(frames, axis=1, keepdims=True) / np.float32(WINDOW_SAMPLES)
+    spectra = np.fft.rfft((frames - offset) * _WINDOW, FFT_SIZE)  # the offset would leak into the low bands
+    power = np.asarray(spectra.real**2 + spectra.imag**2, np.float32)
     return (power @ _FILTERS) + ENERGY_FLOOR
 
 

@@ -99,9 +99,10 @@ class NoiseTracker:
 
         `speech`: somebody speaks, as far as is known.
         """
-        for row in energies:
-            self._ring[self._next] = row
-            self._next = (self._next + 1) % MEMORY_FRAMES
+        room = MEMORY_FRAMES - self._next
+        self._ring[self._next : self._next + len(energies)] = energies[:room]
+        self._ring[: max(len(energies) - room, 0)] = energies[room:]
+        self._next = (self._next + len(energies)) % MEMORY_FRAMES
         self._filled = min(self._filled + len(energies), MEMORY_FRAMES)
         if self.ready:
             self._renew(self.estimate * _RISE ** len(energies) if speech else None)
@@ -130,12 +131,15 @@ class NoiseTracker:
 
     def _window(self, n_frames: int) -> Energies:
         """The last frames, shape (n_frames, N_BANDS)."""
-        return self._ring[np.arange(self._next - n_frames, self._next) % MEMORY_FRAMES]
+        if self._next >= n_frames:
+            return self._ring[self._next - n_frames : self._next]
+        return np.concatenate([self._ring[self._next - n_frames :], self._ring[: self._next]])
 
     def _renew(self, most: NDArray[np.float32] | None) -> None:
         rank = int(PERCENTILE / 100.0 * (self._filled - 1))
-        low = np.partition(self._ring[: self._filled], rank, axis=0)[rank]
-        np.maximum(low / self._steady.percentile_ratio, ENERGY_FLOOR, out=self.estimate)
+        sorted_so_far = self._ring[: self._filled].copy()
+        sorted_so_far.partition(rank, axis=0)
+        np.maximum(sorted_so_far[rank] / self._steady.percentile_ratio, ENERGY_FLOOR, out=self.estimate)
         if most is not None:
             np.minimum(self.estimate, most, out=self.estimate)
 
@@ -144,7 +148,8 @@ class NoiseTracker:
         if self._filled < STEP_FRAMES:
             return False
         window = self._window(STEP_FRAMES)
-        if float(np.log(window.mean(axis=0) / self.estimate).mean()) < STEP_NEPER or not self._is_steady(window):
+        rise = np.log(np.add.reduce(window, axis=0) / (STEP_FRAMES * self.estimate))
+        if float(np.add.reduce(rise)) < N_BANDS * STEP_NEPER or not self._is_steady(window):
             return False
         self._filled = 0
         self._next = 0

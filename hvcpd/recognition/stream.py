@@ -41,18 +41,23 @@ class FrameStream:
     """Keeps the samples that no whole chunk has used yet."""
 
     def __init__(self) -> None:
-        self._samples = np.zeros(0, np.float32)
-        self._masked = np.zeros(0, np.bool_)
+        self._parts: list[Samples] = []
+        self._length = 0
+        self._hidden: list[tuple[int, int]] = []
+        """Of the samples kept, those that are masked: from the first up to but not including the second."""
         self.next_frame = 0
         """The first frame of the chunk to come."""
 
     def push(self, samples: Samples, masked: bool) -> Iterator[Chunk]:
         """Yield the chunks that `samples` complete. Iterate to the end, or samples are lost."""
         for begin in range(0, len(samples), _SLICE_SAMPLES):
-            part = cleaned(samples[begin : begin + _SLICE_SAMPLES])
-            self._samples = np.concatenate([self._samples, part])
-            self._masked = np.concatenate([self._masked, np.full(len(part), masked)])
-            yield from self._chunks()
+            part = np.array(samples[begin : begin + _SLICE_SAMPLES], np.float32)
+            if masked:
+                self._hidden.append((self._length, self._length + len(part)))
+            self._parts.append(part)
+            self._length += len(part)
+            if self._length >= _NEEDED_SAMPLES:
+                yield from self._chunks()
 
     def lose(self, n_samples: int) -> Iterator[Chunk]:
         """Let time go on by samples that nobody heard, as `push` of masked silence, in bounded time and memory."""
@@ -63,18 +68,23 @@ class FrameStream:
         yield from self.push(np.zeros(max(remaining, 0), np.float32), masked=True)
 
     def _chunks(self) -> Iterator[Chunk]:
+        samples = self._joined()
         used = 0
-        while len(self._samples) - used >= _NEEDED_SAMPLES:
-            window = slice(used, used + _NEEDED_SAMPLES)
-            hidden = bool(self._masked[window].any())
-            energies = energies_of(self._samples[window])
-            first = self.next_frame
+        while len(samples) - used >= _NEEDED_SAMPLES:
+            end = used + _NEEDED_SAMPLES
+            hidden = any(first < end and last > used for first, last in self._hidden)
+            energies = energies_of(samples[used:end])
+            first_frame = self.next_frame
             self.next_frame += CHUNK_FRAMES
             used += CHUNK_SAMPLES
-            yield Chunk(first, energies, hidden)
-        self._samples = self._samples[used:]
-        self._masked = self._masked[used:]
+            yield Chunk(first_frame, energies, hidden)
+        self._parts, self._length = [samples[used:].copy()], len(samples) - used
+        self._hidden = [(max(first - used, 0), last - used) for first, last in self._hidden if last > used]
 
     def rest(self) -> Chunk:
         """The whole frames of the incomplete chunk, fewer than CHUNK_FRAMES; they stay in the stream."""
-        return Chunk(self.next_frame, energies_of(self._samples), bool(self._masked.any()))
+        return Chunk(self.next_frame, energies_of(self._joined()), bool(self._hidden))
+
+    def _joined(self) -> Samples:
+        """All that is kept, without what is no sound."""
+        return cleaned(np.concatenate(self._parts)) if self._parts else np.zeros(0, np.float32)

@@ -63,10 +63,15 @@ def trimmed_energies(samples: Samples) -> Energies:
     The samples are padded by half a window, so that the first and the last sound keep their frames.
     """
     pad = (WINDOW_SAMPLES - HOP_SAMPLES) // 2
-    energies = energies_of(np.pad(np.asarray(samples, np.float32), (pad, pad + HOP_SAMPLES)))
+    padded = np.zeros(len(samples) + 2 * pad + HOP_SAMPLES, np.float32)
+    padded[pad : pad + len(samples)] = samples
+    energies = energies_of(padded)
     power = energies.sum(axis=1)
     loud = np.flatnonzero(power >= power.max() * 10.0 ** (-TRIM_DB / 10.0))
-    return smoothed(np.pad(energies[loud[0] : loud[-1] + 1], ((1, 1), (0, 0)), mode="edge"))
+    first, last = loud[0], loud[-1]
+    return smoothed(
+        np.concatenate([energies[first : first + 1], energies[first : last + 1], energies[last : last + 1]])
+    )
 
 
 def reverberated(energies: Energies) -> Energies:
@@ -78,11 +83,11 @@ def reverberated(energies: Energies) -> Energies:
     last frame is left out.
     """
     left = np.float32(10.0 ** (-6.0 * HOP_SAMPLES / SAMPLE_RATE_HZ / ROOM_RT60_S))
-    out = np.empty_like(energies)
-    sound = np.zeros(energies.shape[1], np.float32)
-    for frame, arrived in enumerate(energies):
-        sound = left * sound + (1 - left) * arrived
-        out[frame] = sound
+    out = (1 - left) * energies
+    reach = 1
+    while reach < len(out) and left > 0.0:  # each frame has what came in the last `reach`: twice as many each time
+        out[reach:] += left * out[:-reach]
+        left, reach = left * left, 2 * reach
     return out
 
 

@@ -162,7 +162,7 @@ def test_prerendering_fills_the_cache(
 ) -> None:
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
     assert "ready" in ran(capsys, "prerender", "--names", "Rob")
-    units = list((tmp_path / "hvcpd" / "units").glob("*.npy"))
+    units = list((tmp_path / "hvcpd" / "units").glob("*.unit"))
     assert len(units) > 300
     ran(capsys, "say", "Hi, I am Rob", "-o", tmp_path / "x.wav")
-    assert sorted((tmp_path / "hvcpd" / "units").glob("*.npy")) == sorted(units)
+    assert sorted((tmp_path / "hvcpd" / "units").glob("*.unit")) == sorted(units)
