@@ -238,7 +238,7 @@ class FakeOutput(FakeStream):
         self.played: list[Samples] = []
         self.frames: list[Samples] = []
         self.status = Status()
-        self.buffer = card.buffer_frames or 4 * options.get("blocksize", 400)
+        self.buffer = card.buffer_frames or round(options.get("latency", 0.1) * options["samplerate"])
         self.level = 0
         self.ran_dry = 0
         self._wants = 0
