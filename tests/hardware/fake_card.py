@@ -238,7 +238,9 @@ class FakeOutput(FakeStream):
         self.played: list[Samples] = []
         self.frames: list[Samples] = []
         self.status = Status()
-        self.buffer = card.buffer_frames or round(options.get("latency", 0.1) * options["samplerate"])
+        block = options.get("blocksize", 400)
+        asked = round(options["latency"] * options["samplerate"]) if "latency" in options else 3 * block
+        self.buffer = card.buffer_frames or asked + block  # PortAudio gives a block more than it is asked for
         self.level = 0
         self.ran_dry = 0
         self._wants = 0

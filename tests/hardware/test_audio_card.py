@@ -9,7 +9,7 @@ import pytest
 
 from hvcpd.config.settings import AudioSettings
 from hvcpd.errors import DeviceError
-from hvcpd.hardware.audio_card import BUFFER_BLOCKS, FILLED_BLOCKS, PATIENCE_S, Loudspeaker, Microphone
+from hvcpd.hardware.audio_card import FILLED_BLOCKS, PATIENCE_S, Loudspeaker, Microphone
 from hvcpd.hardware.audio_exchange import LEAD_BLOCKS
 from hvcpd.hardware.audio_stream import AudioStream
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
@@ -128,7 +128,7 @@ def test_clocks_that_drift_apart_are_kept_together_by_silence_while_nobody_speak
             card.interrupt(np.zeros(BLOCK, np.float32), skew=skew if block % 5 == 0 else 0)
             stream.write(await stream.read())
             if block % 100 == 0:
-                assert 0 < card.outputs[-1].level < BUFFER_BLOCKS * BLOCK
+                assert 0 < card.outputs[-1].level < card.outputs[-1].buffer
         card.die()
         await stream.close()
         return stream
@@ -169,11 +169,13 @@ def test_a_buffer_that_ran_dry_is_filled_again() -> None:
 
 def test_what_answers_to_old_sound_is_left_out_and_not_waited_for() -> None:
     counted: list[tuple[str, int]] = []
-    loudspeaker = Loudspeaker(FakeCard(), SETTINGS, lambda name, by: counted.append((name, by)))
+    card = FakeCard()
+    loudspeaker = Loudspeaker(card, SETTINGS, lambda name, by: counted.append((name, by)))
     loudspeaker.start()
-    for _ in range(BUFFER_BLOCKS + 3):
+    room = card.outputs[-1].write_available // BLOCK
+    for _ in range(room + 3):
         loudspeaker.write(np.full(BLOCK, 0.5, np.float32), behind=True)
-    assert counted == [("output_late", BLOCK)] * (FILLED_BLOCKS + 3)
+    assert counted == [("output_late", BLOCK)] * 3
 
 
 def test_sound_that_waits_in_the_card_is_behind() -> None:
