@@ -26,8 +26,8 @@ OTHER_RATES_HZ = (48_000, 44_100, 32_000, 96_000)
 MOST_OUTPUTS = 2
 """The voice is played on so many channels: both loudspeakers of a pair. Beyond them are those of a cinema."""
 BUFFER_BLOCKS = 3
-"""Asked of the loudspeaker's buffer. With 4, PulseAudio takes two blocks at a time, all that is kept, and every block that
-comes a little late leaves a gap: 20 in 40 s on a computer with much to do. With 3 it takes one: 2 gaps."""
+"""Asked of the loudspeaker's buffer. With 4, PulseAudio takes two blocks at a time, all that is kept, and every block
+that comes a little late leaves a gap: 20 in 40 s on a computer with much to do. With 3 it takes one: 2 gaps."""
 FILLED_BLOCKS = 2
 """Kept in it, so that the thread may be late by as much, and the buffer take as much, before a sample is lost."""
 WATCHED_BLOCKS = 40
