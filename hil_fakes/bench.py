@@ -16,7 +16,8 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from hil_fakes.body import Body
-from hil_fakes.room import Air, Point, Room
+from hil_fakes.haste import Haste
+from hil_fakes.room import Air, Noise, Point, Room, Ways
 from hil_fakes.scorekeeper import Scorekeeper
 from hvcpd.assembly import RobotPlan, Roster, Sound, make_robot
 from hvcpd.config.tasks import TaskRepository
@@ -61,6 +62,12 @@ class BenchPlan:
     team: str = "plant"
     nearest_first: bool = False
     air: Air = field(default_factory=Air)
+    ways: Ways | None = None
+    """Of sound between two robots; None: through free air."""
+    noise_at: Callable[[int], Noise] | None = None
+    """Makes what the microphone of each robot takes in quiet; None: pink noise, as loud as `air` has it."""
+    hasty: bool = False
+    """Who claims a task drives off at once, as the paper's robots do; ours stand still until they are heard."""
     strangers: bool = False
     """Each robot knows no name but its own beforehand."""
     speech: Speech = field(default_factory=Speech)
@@ -102,6 +109,7 @@ class _Place:
     journal: Journal
     off_blocks: int
     roster: Roster
+    haste: Haste | None = None
     playing: Samples = field(default_factory=lambda: np.zeros(BLOCK, np.float32))
     wheels: WheelCommand = STANDSTILL
     served_block: int = -(10**6)
@@ -121,11 +129,15 @@ class _Place:
         self.recording.append(heard)
         if block < self.off_blocks:
             return
-        output = self.robot.step(heard, self.serve_wheels(block))
+        reading = self.serve_wheels(block)
+        output = self.robot.step(heard, reading)
         self.playing = output.sound
-        if output.wheels == STANDSTILL and self.wheels != STANDSTILL:
+        wheels = output.wheels
+        if self.haste is not None:
+            wheels = self.haste.wheels(output, self.robot.odometry.pose, self.robot.now, reading)
+        if wheels == STANDSTILL and self.wheels != STANDSTILL:
             self.served_block = -(10**6)  # a halt goes out with the next block
-        self.wheels = output.wheels
+        self.wheels = wheels
         self.records = output.records
         self.journal.write(output.records, self.robot.now)
         for record in output.records:
@@ -210,10 +222,13 @@ class Bench:
         body = stack.enter_context(Body(start, own_seed(plan.seed, f"body {name}")))
         off_blocks = round(chance.random() * SWITCH_ON_SPREAD_S / BLOCK_S)
         robot, roster = make_robot(robot_plan, self._sound), Roster(robot_plan, self._sound)
-        return _Place(name, robot, body, Journal(store, plan.tasks, name), off_blocks, roster)
+        haste = Haste(plan.tasks) if plan.hasty else None
+        return _Place(name, robot, body, Journal(store, plan.tasks, name), off_blocks, roster, haste)
 
     def _live(self, places: list[_Place], score: Scorekeeper) -> tuple[Samples, tuple[Trail, ...], float]:
-        room = Room(len(places), self.plan.air, self.plan.seed, _middle(self.plan.tasks))
+        plan = self.plan
+        noises = None if plan.noise_at is None else [plan.noise_at(k) for k in range(len(places))]
+        room = Room(len(places), plan.air, plan.seed, _middle(plan.tasks), plan.ways, noises)
         heard_by_listener: list[Samples] = []
         path: list[list[Pose]] = []
         block = 0

@@ -1,8 +1,8 @@
 """A room full of air at the level of samples: what every microphone hears of every loudspeaker.
 
-Free field: each source reaches each microphone with the inverse distance as gain and the flight time as delay
-(Kinsler et al., *Fundamentals of Acoustics*, ch. 5), both following the positions sample by sample, over ambient
-noise. Levels are in dB SPL re 20 µPa; reverberation is not modelled.
+Free field, unless other ways are handed in: each source reaches each microphone with the inverse distance as gain and
+the flight time as delay (Kinsler et al., *Fundamentals of Acoustics*, ch. 5), both following the positions sample by
+sample, over ambient noise. Levels are in dB SPL re 20 µPa.
 """
 
 from __future__ import annotations
@@ -10,6 +10,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -98,22 +99,26 @@ class PinkNoise:
 
 
 MAX_DISTANCE_M = 60.0
-"""Longest way that the delay lines hold: at it speech is at 29 dB SPL, below any room's noise."""
-_LINE = 1 << 12
-"""Samples in a delay line: more than the longest way and a block."""
+"""Longest way in free air: at it speech is at 29 dB SPL, below any room's noise."""
+_MARGIN = 1024
+"""Samples that a delay line holds beyond the longest way: a block, and what interpolation needs."""
 
 
-class _DelayLine:
-    """The last samples of one loudspeaker, read at fractional delays by cubic interpolation (Lagrange)."""
+class DelayLine:
+    """The last samples of one loudspeaker, read at fractional delays by cubic interpolation (Lagrange).
 
-    def __init__(self) -> None:
-        self._ring = np.zeros(_LINE)
+    It holds `longest` samples and some more.
+    """
+
+    def __init__(self, longest: int) -> None:
+        self._size = 1 << (longest + _MARGIN - 1).bit_length()
+        self._ring = np.zeros(self._size)
         self._written = 0
         self._loud_until = -1
 
     def write(self, block: Samples) -> None:
         n = len(block)
-        at = (self._written + np.arange(n)) % _LINE
+        at = (self._written + np.arange(n)) % self._size
         self._ring[at] = block
         self._written += n
         if np.any(block):
@@ -128,7 +133,7 @@ class _DelayLine:
         time = self._written - n + np.arange(n) - delays
         base = np.floor(time).astype(np.int64)
         x = time - base
-        y = [self._ring[(base + k) % _LINE] for k in (-1, 0, 1, 2)]
+        y = [self._ring[(base + k) % self._size] for k in (-1, 0, 1, 2)]
         interpolated: NDArray[np.float64] = (
             y[0] * (-x * (x - 1) * (x - 2) / 6)
             + y[1] * ((x + 1) * (x - 1) * (x - 2) / 2)
@@ -137,14 +142,76 @@ class _DelayLine:
         )
         return interpolated
 
+    def last(self, n: int) -> NDArray[np.float64]:
+        """The last `n` samples."""
+        recent: NDArray[np.float64] = self._ring[(self._written - n + np.arange(n)) % self._size]
+        return recent
+
+
+class Ways(Protocol):
+    """How sound gets from a loudspeaker to a microphone."""
+
+    max_distance_m: float
+    """Who is farther away counts as that far."""
+    reach: int
+    """The latest that any of a sound still arrives, samples."""
+
+    def latest(self, distance_m: float) -> float:
+        """The latest that any of a sound still arrives from so far, samples."""
+        ...
+
+    def carry(self, line: DelayLine, n: int, before_m: float, distance_m: float, gain: float) -> NDArray[np.float64]:
+        """What arrives of `line` over the last `n` samples, while the distance went from one to the other, float64;
+        `gain`: at 1 m."""
+        ...
+
+
+class FreeField:
+    """Straight on, without echo."""
+
+    def __init__(self, sound_speed_m_s: float = 343.0, max_distance_m: float = MAX_DISTANCE_M) -> None:
+        self._samples_a_m = SAMPLE_RATE_HZ / sound_speed_m_s
+        self.max_distance_m = max_distance_m
+        self.reach = math.ceil(max_distance_m * self._samples_a_m)
+
+    def latest(self, distance_m: float) -> float:
+        return distance_m * self._samples_a_m
+
+    def carry(self, line: DelayLine, n: int, before_m: float, distance_m: float, gain: float) -> NDArray[np.float64]:
+        ways_m = np.linspace(before_m, distance_m, n)
+        return gain / ways_m * line.read(n, np.maximum(ways_m * self._samples_a_m, 2.0))
+
+
+class Noise(Protocol):
+    """What a microphone takes while nobody speaks."""
+
+    def take(self, n: int) -> Samples:
+        """The next `n` samples, float32."""
+        ...
+
 
 class Room:
-    """Loudspeakers and microphones of `n_robots`, and one more microphone for a listener at `listener`."""
+    """Loudspeakers and microphones of `n_robots`, and one more microphone for a listener at `listener`.
 
-    def __init__(self, n_robots: int, air: Air, seed: int, listener: Point = (0.0, 0.0)) -> None:
+    `ways`: between two robots, in place of free air. `noises`: at each robot's microphone, in place of pink noise.
+    Robots hear themselves, and the listener hears them, through free air.
+    """
+
+    def __init__(
+        self,
+        n_robots: int,
+        air: Air,
+        seed: int,
+        listener: Point = (0.0, 0.0),
+        ways: Ways | None = None,
+        noises: Sequence[Noise] | None = None,
+    ) -> None:
         self.air = air
-        self._lines = [_DelayLine() for _ in range(n_robots)]
-        self._noises = [PinkNoise(air.noise_rms, seed=seed * 1000 + k) for k in range(n_robots + 1)]
+        self._free = FreeField(air.sound_speed_m_s)
+        self._ways = ways or self._free
+        self._lines = [DelayLine(max(self._free.reach, self._ways.reach)) for _ in range(n_robots)]
+        pink = [PinkNoise(air.noise_rms, seed=seed * 1000 + k) for k in range(n_robots + 1)]
+        self._noises: list[Noise] = [*(noises if noises is not None else pink[:-1]), pink[-1]]
         self._listener = listener
         self._before: dict[tuple[int, int], float] = {}
         self.earshot_m = math.inf
@@ -163,24 +230,21 @@ class Room:
         for ear, place in enumerate([*places, self._listener]):
             heard = self._noises[ear].take(n).astype(np.float64)
             for source, line in enumerate(self._lines):
-                distance_m = self._distance_m(source, ear, places[source], place)
+                ways = self._free if ear in (source, len(places)) else self._ways
+                distance_m = self._distance_m(source, ear, places[source], place, ways)
                 before_m = self._before.get((source, ear), distance_m)
                 self._before[source, ear] = distance_m
                 if source != ear and (self.air.muted or (ear < len(places) and distance_m > self.earshot_m)):
                     continue
-                delay = distance_m / self.air.sound_speed_m_s * SAMPLE_RATE_HZ
-                if line.is_silent(n, delay):
-                    continue
-                ways_m = np.linspace(before_m, distance_m, n)
-                delays = np.maximum(ways_m / self.air.sound_speed_m_s * SAMPLE_RATE_HZ, 2.0)
-                heard += self.air.source_gain / ways_m * line.read(n, delays)
+                if not line.is_silent(n, ways.latest(distance_m)):
+                    heard += ways.carry(line, n, before_m, distance_m, self.air.source_gain)
             taken.append(digitize(heard))
         return taken
 
-    def _distance_m(self, source: int, ear: int, a: Point, b: Point) -> float:
+    def _distance_m(self, source: int, ear: int, a: Point, b: Point, ways: Ways) -> float:
         if source == ear:
             return self.air.own_distance_m
-        return min(max(math.dist(a, b), self.air.own_distance_m), MAX_DISTANCE_M)
+        return min(max(math.dist(a, b), self.air.own_distance_m), ways.max_distance_m)
 
 
 def digitize(sound: NDArray[np.float64]) -> Samples:

@@ -6,14 +6,18 @@ import argparse
 import importlib.util
 import os
 import sys
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from hvcpd.errors import EX_OK, AudioFileError, ConfigError
 from hvcpd.evaluation.experiments import ALL, experiment, missing
 from hvcpd.evaluation.report import plots_available, write_findings, write_page
 from hvcpd.evaluation.runner import KeptRows, Workers, sweep
 from hvcpd.evaluation.trials import Findings, Row, Scale, Trial
+
+if TYPE_CHECKING:
+    from rich.progress import Progress
 
 INTERVALS = "Intervals are of 95 % (shares: Wilson; pivotal distances: profile likelihood)."
 INSTALL = "pip install 'hvcpd[eval]'"
@@ -73,19 +77,21 @@ def _run_all(names: Sequence[str], scale: Scale, options: argparse.Namespace) ->
         Progress(*columns, console=Console(stderr=True)) as progress,
     ):
         for name in names:
-            bar = progress.add_task(name, total=None)
-            rows = _sweep(
-                name, scale, options.out, workers, lambda n, of, bar=bar: progress.update(bar, completed=n, total=of)
-            )
+            rows = _sweep(name, scale, options.out, workers, _bar(progress, name))
             one = experiment(name).summarise(rows)
             write_findings(name, one, options.out)
             found.append((name, one))
     return found
 
 
-def _sweep(name: str, scale: Scale, out: Path, workers: Workers, progress: object) -> list[Row]:
+def _bar(progress: Progress, name: str) -> Callable[[int, int], None]:
+    bar = progress.add_task(name, total=None)
+    return lambda done, of: progress.update(bar, completed=done, total=of)
+
+
+def _sweep(name: str, scale: Scale, out: Path, workers: Workers, progress: Callable[[int, int], None]) -> list[Row]:
     trials: Sequence[Trial] = experiment(name).trials(scale)
-    return sweep(experiment(name).run, trials, KeptRows(out / f"{name}.rows.jsonl"), workers, progress)  # type: ignore[arg-type]
+    return sweep(experiment(name).run, trials, KeptRows(out / f"{name}.rows.jsonl"), workers, progress)
 
 
 def _jobs(options: argparse.Namespace) -> int:

@@ -11,6 +11,8 @@ import numpy as np
 from hvcpd.evaluation import listeners
 from hvcpd.evaluation.scene import Bench, heard_at, stream
 from hvcpd.evaluation.trials import Row, Trial
+from hvcpd.language.phrasebook import Phrasebook
+from hvcpd.ports import Samples
 
 BLOCK_CALLS = 4
 """Calls in one stream, from one pair of places in the hall: few, for places differ more than calls do."""
@@ -33,15 +35,26 @@ def call(trial: Trial) -> Row:
     bench = replace(Bench(), robot_noise_db_spl=s["robot_noise_db_spl"])
     book = listeners.book()
     sentence = listeners.spoken(s["text"], book)
-    sound, said = stream([sentence] * s["calls"], bench, chance)
-    heard = heard_at(sound, s["distance_m"], bench, chance)
     words = " ".join(sentence[0])
     row: dict[str, Any] = dict(s)
-    for name in s["listeners"]:
-        got = LISTENERS[name](heard, said, book)
+    for name, got in hear([sentence] * s["calls"], s["distance_m"], bench, chance, s["listeners"], book).items():
         row[name] = sum(text == words for text in got)
         row[f"{name} wrong"] = sorted(text for text in got if text not in ("", words))
     return row
+
+
+def hear(
+    sentences: Sequence[tuple[tuple[str, ...], Samples]],
+    distance_m: float,
+    bench: Bench,
+    chance: np.random.Generator,
+    who_listens: Sequence[str],
+    book: Phrasebook,
+) -> dict[str, list[str]]:
+    """What each listener takes each sentence for, said one after the other so far away; "" for nothing."""
+    sound, said = stream(sentences, bench, chance)
+    heard = heard_at(sound, distance_m, bench, chance)
+    return {name: LISTENERS[name](heard, said, book) for name in who_listens}
 
 
 LISTENERS = {listeners.OURS: listeners.ours, listeners.PEER: listeners.peer}

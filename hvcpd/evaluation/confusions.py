@@ -9,13 +9,11 @@ from functools import cache
 from typing import Any
 
 from hvcpd.assembly import DEFAULT_TEAMS, make_phrasebook
-from hvcpd.config.task_file import load_tasks
-from hvcpd.config.tasks import default_tasks_path
 from hvcpd.errors import PhraseError
 from hvcpd.evaluation import listeners
-from hvcpd.evaluation.calls import LISTENERS, who
+from hvcpd.evaluation.calls import hear, who
 from hvcpd.evaluation.listeners import CALLED, CALLER, OURS
-from hvcpd.evaluation.scene import Bench, heard_at, stream
+from hvcpd.evaluation.scene import Bench
 from hvcpd.evaluation.statistics import wilson
 from hvcpd.evaluation.trials import Experiment, Findings, Row, Scale, Table, Trial
 from hvcpd.language.messages import Order, TaskByName, TaskByNumber
@@ -38,7 +36,7 @@ NOTHING, OTHER = "nothing", "another sentence"
 @cache
 def _book(variant: str) -> Phrasebook:
     """As listeners.book; with alternatives also the paper's phrases, those that no sentence of ours holds."""
-    tasks = load_tasks(default_tasks_path())
+    tasks = listeners.tasks()
     for word, phrases in PAPER_TABLE.items() if variant == LEARNED else ():
         for phrase in phrases:
             more = replace(tasks, alternatives=(*tasks.alternatives, (word, phrase)))
@@ -68,9 +66,9 @@ def _run(trial: Trial) -> Row:
     bench, book = replace(Bench(), robot_noise_db_spl=s["robot_noise_db_spl"]), _book(s["variant"])
     order = [OBJECTIVES[k] for k in chance.permutation(len(OBJECTIVES))]
     texts = [f"Hi {CALLED}, I am {CALLER}, water the {objective} rose" for objective in order]
-    sound, said = stream([listeners.spoken(text, book) for text in texts], bench, chance)
-    heard = heard_at(sound, s["distance_m"], bench, chance)
-    taken = {name: [_objective(text, book) for text in LISTENERS[name](heard, said, book)] for name in s["listeners"]}
+    spoken = [listeners.spoken(text, book) for text in texts]
+    heard = hear(spoken, s["distance_m"], bench, chance, s["listeners"], book)
+    taken = {name: [_objective(text, book) for text in got] for name, got in heard.items()}
     return {**s, "said": order, "taken": taken}
 
 
@@ -85,8 +83,7 @@ def _objective(text: str, book: Phrasebook) -> str:
     if not isinstance(statement, Order):
         return OTHER
     task = statement.task
-    tasks = load_tasks(default_tasks_path())
-    number = tasks.by_number(task.number) if isinstance(task, TaskByNumber) else None
+    number = listeners.tasks().by_number(task.number) if isinstance(task, TaskByNumber) else None
     name = task.name if isinstance(task, TaskByName) else number.name if number is not None else ""
     return next((objective for objective in OBJECTIVES if objective in name), OTHER)
 

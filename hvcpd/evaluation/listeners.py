@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import importlib.util
 import tempfile
 from collections.abc import Sequence
 from functools import cache
@@ -11,13 +10,15 @@ from typing import Any
 
 from hvcpd.assembly import DEFAULT_TEAMS, Sound, make_phrasebook, make_recogniser, make_sound, user_cache_folder
 from hvcpd.config.task_file import load_tasks
-from hvcpd.config.tasks import default_tasks_path
+from hvcpd.config.tasks import TaskRepository, default_tasks_path
 from hvcpd.evaluation.scene import Said
 from hvcpd.language.phrasebook import Phrasebook
+from hvcpd.people.opinion import strangers_possible
 from hvcpd.people.sphinx import WIDE_BEAMS, make_decoder
 from hvcpd.people.sphinx import heard as heard_by_sphinx
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 from hvcpd.recognition.events import Recognised
+from hvcpd.recognition.recogniser import Recogniser
 
 OURS, PEER = "hvcpd", "PocketSphinx"
 CALLED, CALLER = "Ted", "Mia"
@@ -30,9 +31,7 @@ PAD_S = 0.5
 """Of what is around a sentence, for PocketSphinx: at a sentence cut off sharply it fares worse."""
 
 
-def peer_available() -> bool:
-    """Whether PocketSphinx is installed."""
-    return importlib.util.find_spec("pocketsphinx") is not None
+peer_available = strangers_possible
 
 
 @cache
@@ -42,9 +41,15 @@ def sound() -> Sound:
 
 
 @cache
+def tasks() -> TaskRepository:
+    """The paper's five plants."""
+    return load_tasks(default_tasks_path())
+
+
+@cache
 def book() -> Phrasebook:
     """All that the two robots can say about the paper's five plants."""
-    return make_phrasebook((CALLED, CALLER), DEFAULT_TEAMS, load_tasks(default_tasks_path()))
+    return make_phrasebook((CALLED, CALLER), DEFAULT_TEAMS, tasks())
 
 
 def spoken(text: str, book: Phrasebook) -> tuple[tuple[str, ...], Samples]:
@@ -53,12 +58,15 @@ def spoken(text: str, book: Phrasebook) -> tuple[tuple[str, ...], Samples]:
     return tuple(word for phrase in phrases for word in phrase), sound().speaker_of(CALLER).render(phrases)
 
 
+def sentences(recogniser: Recogniser, heard: Samples) -> list[Recognised]:
+    """What a recogniser understands of a sound, to its end."""
+    events = [e for at in range(0, len(heard), BLOCK) for e in recogniser.push(heard[at : at + BLOCK])]
+    return [e for e in (*events, *recogniser.flush()) if isinstance(e, Recognised)]
+
+
 def ours(heard: Samples, said: Sequence[Said], book: Phrasebook) -> list[str]:
     """What a robot that has heard nothing yet understands of each sentence: its words, or "" for nothing."""
-    recogniser = make_recogniser(book, (CALLER,), sound())
-    events = [e for at in range(0, len(heard), BLOCK) for e in recogniser.push(heard[at : at + BLOCK])]
-    events += recogniser.flush()
-    understood = [e for e in events if isinstance(e, Recognised)]
+    understood = sentences(make_recogniser(book, (CALLER,), sound()), heard)
     return [
         " + ".join(" ".join(e.words) for e in understood if e.start_sample < s.end and e.end_sample > s.start)
         for s in said

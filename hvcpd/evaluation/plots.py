@@ -66,14 +66,16 @@ def against(figure: Any, series: Sequence[Series], xlabel: str, ylabel: str) -> 
     return axes
 
 
-def against_distance(figure: Any, series: Sequence[Series], ylabel: str, paper_m: float) -> None:
-    """Shares against distance (m, logarithmic), the paper's pivotal distance marked."""
+def against_distance(
+    figure: Any, series: Sequence[Series], ylabel: str, paper_m: float, paper: str = "the paper's pivotal\ndistance"
+) -> None:
+    """Shares against distance (m, logarithmic), with the paper's distance marked for what it is."""
     from matplotlib.ticker import StrMethodFormatter
 
     axes = against(figure, series, "distance, m", ylabel)
     axes.axvline(paper_m, color="black", lw=0.8, ls=":")
     place: dict[str, Any] = {"xytext": (4, 0), "textcoords": "offset points", "fontsize": 7}
-    axes.annotate("the paper's pivotal\ndistance, 120 cm", (paper_m, 45), **place)
+    axes.annotate(f"{paper}, {paper_m * 100:.0f} cm", (paper_m, 45), **place)
     axes.set_xscale("log")
     nearest, *_, farthest = sorted(step.at for s in series for step in s.steps)
     axes.set_xlim(nearest / 1.1, farthest * 1.1)

@@ -10,17 +10,14 @@ from pathlib import Path
 
 from hvcpd.assembly import DEFAULT_TEAMS, make_phrasebook, make_recogniser
 from hvcpd.config.names import valid_robot_name
-from hvcpd.config.task_file import load_tasks
-from hvcpd.config.tasks import default_tasks_path
 from hvcpd.errors import ConfigError
 from hvcpd.evaluation import plots
-from hvcpd.evaluation.listeners import BLOCK, OURS, sound
+from hvcpd.evaluation.listeners import OURS, sentences, sound, tasks
 from hvcpd.evaluation.statistics import Step, pivot, wilson
 from hvcpd.evaluation.trials import Findings, Table
 from hvcpd.evaluation.wake import PAPER_PIVOT_M
 from hvcpd.hardware.soundfile import read_wav
 from hvcpd.language.phrasebook import Phrasebook
-from hvcpd.recognition.events import Recognised
 
 LIST = "recordings.csv"
 COLUMNS = ("file", "distance_m", "speaker", "listener", "said")
@@ -83,18 +80,15 @@ def _wrong(row: Mapping[str, str | None], folder: Path) -> Iterator[str]:
 
 @cache
 def _book(listener: str, speaker: str) -> Phrasebook:
-    return make_phrasebook((listener, speaker), DEFAULT_TEAMS, load_tasks(default_tasks_path()))
+    return make_phrasebook((listener, speaker), DEFAULT_TEAMS, tasks())
 
 
 def understood(recording: Recording) -> int:
     """How many of the calls of a recording our recogniser understands. Raises AudioFileError."""
     book = _book(recording.listener, recording.speaker)
     call = book.parse_text(f"Hi {recording.listener}, I am {recording.speaker}")
-    heard = read_wav(recording.path)
-    recogniser = make_recogniser(book, (recording.speaker,), sound())
-    events = [e for at in range(0, len(heard), BLOCK) for e in recogniser.push(heard[at : at + BLOCK])]
-    events += recogniser.flush()
-    calls = sum(isinstance(e, Recognised) and e.words == book.render(call) for e in events)
+    understood = sentences(make_recogniser(book, (recording.speaker,), sound()), read_wav(recording.path))
+    calls = sum(e.words == book.render(call) for e in understood)
     return min(calls, recording.said)
 
 

@@ -8,8 +8,6 @@ from typing import Any
 
 from hil_fakes.bench import Bench, BenchPlan
 from hil_fakes.room import Air
-from hvcpd.config.task_file import load_tasks
-from hvcpd.config.tasks import default_tasks_path
 from hvcpd.evaluation import listeners
 from hvcpd.evaluation.trials import Experiment, Findings, Row, Scale, Table, Trial
 from hvcpd.reporting.events import Summary, Watered
@@ -24,12 +22,12 @@ NOISE_DB_SPL = Air().noise_db_spl
 
 
 def _trials(scale: Scale) -> Sequence[Trial]:
-    plants = len(load_tasks(default_tasks_path()).tasks)
+    plants = len(listeners.tasks().tasks)
     return [Trial("trails", scale.seed, {"robots": list(ROBOTS), "plants": plants, "noise_db_spl": NOISE_DB_SPL})]
 
 
 def _run(trial: Trial) -> Row:
-    s, tasks = trial.settings, load_tasks(default_tasks_path())
+    s, tasks = trial.settings, listeners.tasks()
     tasks = replace(tasks, tasks=tasks.tasks[: s["plants"]])
     seed = int(trial.generator().integers(2**31))
     plan = BenchPlan(tuple(s["robots"]), tasks, seed, air=Air(noise_db_spl=s["noise_db_spl"]))

@@ -8,9 +8,10 @@ from typing import Any
 
 import pytest
 
-from hvcpd.evaluation import calls, confusions, robots, trails, wake
+from hvcpd.evaluation import calls, confusions, coordinate, missions, modes, robots, trails, volunteer, wake
 from hvcpd.evaluation.listeners import OURS, PEER
 from hvcpd.evaluation.trials import Scale
+from hvcpd.reporting.events import TaskChanged, Watered
 
 
 def called(noise: float | None, distance_m: float, right: dict[str, int]) -> dict[str, Any]:
@@ -76,6 +77,53 @@ def test_confusions_are_counted_by_what_was_said() -> None:
     assert (cells[PEER, "yellow"]["nothing"], cells[PEER, "yellow"]["another sentence"]) == (1, 1)
     assert (cells[OURS, "yellow"]["yellow"], cells[OURS, "indigo"]["indigo"]) == (2, 2)
     assert f"{PEER}, plain: of 4 orders 2 were taken for something else" in " ".join(found.paragraphs)
+
+
+def mode_rows(variant: str, listener: str, reach_m: float) -> list[dict[str, Any]]:
+    return [
+        {"variant": variant, "distance_m": d, "calls": 4, "listeners": [listener], listener: 4 * (d < reach_m)}
+        | {f"{listener} wrong": []}
+        for d in (0.5, 1.0, 1.44, 4.0, 9.0, 12.0)
+    ]
+
+
+def test_each_way_of_coordinating_has_its_own_pivotal_distance() -> None:
+    rows = [*mode_rows(modes.SAID_ONCE, PEER, 1.2), *mode_rows(modes.WHOLE, OURS, 10.0)]
+    found = coordinate.EXPERIMENT.summarise(rows[::-1])
+    assert f"{PEER}, {modes.SAID_ONCE}: 1.2" in " ".join(found.paragraphs)
+    assert f"{OURS}, {modes.WHOLE}: 10." in " ".join(found.paragraphs)
+    cells = [dict(zip(found.table.columns, row, strict=True)) for row in found.table.rows]
+    assert [c["right"] for c in cells if c["listener"] == OURS] == [4, 4, 4, 4, 4, 0]
+
+
+def test_volunteers_are_tried_driving_off_and_standing_still_at_the_same_distances() -> None:
+    trials = volunteer.EXPERIMENT.trials(Scale(trials=2))
+    at = {how: [t.settings["distance_m"] for t in trials if t.settings["drives"] == how] for how in (True, False)}
+    assert at[True] == at[False]
+    assert len({t.key for t in trials}) == len(trials)
+    assert 0.4 < volunteer.way_m() < 1.0, "what the paper's pivotal distance and its drop differ by is 0.5 m"
+    rows = [*mode_rows("driving", PEER, 0.7), *mode_rows("standing", PEER, 1.2)]
+    text = " ".join(volunteer.EXPERIMENT.summarise(rows).paragraphs)
+    assert f"{PEER}, driving: 0.7" in text
+    assert f"{PEER}, standing: 1.2" in text
+
+
+def test_who_knows_of_a_task_is_who_noted_its_owner_last() -> None:
+    def noted(robot: str, state: str, owner: str | None) -> TaskChanged:
+        return TaskChanged(1.0, robot, 1, state, owner)
+
+    events = [noted("Rob", "claimed", "Rob"), noted("Bot", "claimed", "Bot"), Watered(2.0, "Bot", 1, 0.0, 0.0)]
+    assert not missions.knows(events, "Rob", 1, "Bot")
+    assert missions.knows([*events, noted("Rob", "done", "Bot")], "Rob", 1, "Bot")
+    assert not missions.knows([*events, noted("Bot", "open", None)], "Bot", 1, "Bot")
+    assert missions.waterers([*events, Watered(3.0, "Rob", 1, 0.0, 0.0)]) == {1: ["Bot", "Rob"]}
+
+
+@pytest.mark.slow
+def test_robots_in_the_hall_order_and_obey() -> None:
+    pytest.importorskip("pyroomacoustics", reason="needs pyroomacoustics, of the eval extra")
+    trial = next(t for t in coordinate.EXPERIMENT.trials(Scale(quick=True, trials=1)) if "mission" in t.settings)
+    assert coordinate.EXPERIMENT.run(trial)[OURS] == 1
 
 
 @pytest.mark.slow

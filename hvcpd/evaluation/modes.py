@@ -1,0 +1,70 @@
+"""What the experiments with the paper's two working modes have in common."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+from hvcpd.evaluation import plots
+from hvcpd.evaluation.calls import summed
+from hvcpd.evaluation.listeners import OURS
+from hvcpd.evaluation.statistics import Step, pivot, wilson
+from hvcpd.evaluation.trials import Row, Scale, Table, Trial
+
+SAID_ONCE, WHOLE = "said once", "whole robots"
+QUICK_MISSIONS = 3
+"""Missions at each distance for a quick look; each is a minute of two robots' life."""
+
+
+def mission_distances(quick: bool) -> tuple[float, ...]:
+    """Fewer than of calls, for missions cost more: round the pivotal distances of the paper and of ours."""
+    if quick:
+        return (1.2, 4.0, 8.0, 12.0)
+    return (0.4, 0.7, 1.0, 1.2, 1.4, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0, 9.0, 10.0, 12.0, 14.0, 17.0)
+
+
+def missions(
+    experiment: str, scale: Scale, variant: str, noise_db_spl: float, at_m: Sequence[float], **settings: Any
+) -> list[Trial]:
+    """Trials of one mission of whole robots each."""
+    count = min(scale.trials, QUICK_MISSIONS) if scale.quick else scale.trials
+    common = {"variant": variant, "robot_noise_db_spl": noise_db_spl, "listeners": [OURS], "calls": 1, **settings}
+    return [
+        Trial(experiment, scale.seed, {**common, "distance_m": distance_m, "mission": k})
+        for distance_m in at_m
+        for k in range(count)
+    ]
+
+
+def series_of(rows: Sequence[Row]) -> list[plots.Series]:
+    """A line for each variant and listener, with its pivotal distance."""
+    found: dict[tuple[str, str], list[Step]] = {}
+    for listener in dict.fromkeys(name for row in rows for name in row["listeners"]):
+        heard = [row for row in rows if listener in row["listeners"]]
+        for (variant, distance_m), total in sorted(summed(heard, ("variant", "distance_m")).items()):
+            found.setdefault((variant, listener), []).append(Step(distance_m, total[listener], total["calls"]))
+    return [plots.Series(variant, listener, tuple(steps), pivot(steps)) for (variant, listener), steps in found.items()]
+
+
+def table_of(series: Sequence[plots.Series]) -> Table:
+    """The lines' points."""
+    return Table(
+        ("variant", "listener", "distance_m", "trials", "right", "share", "low", "high"),
+        tuple(
+            (
+                s.condition,
+                s.listener,
+                at.at,
+                at.n,
+                at.right,
+                *(round(x, 4) for x in (at.right / at.n, *wilson(at.right, at.n))),
+            )
+            for s in series
+            for at in s.steps
+        ),
+    )
+
+
+def told(series: Sequence[plots.Series]) -> tuple[str, ...]:
+    """The lines' pivotal distances."""
+    return tuple(f"{s.listener}, {s.condition}: {s.pivot.text()}." for s in series if s.pivot is not None)
