@@ -72,6 +72,10 @@ class Sound:
     recorded: Mapping[str, RecordedSpeaker] = field(default_factory=dict)
     people: Mapping[str, Person] = field(default_factory=dict)
 
+    def robots(self, names: Iterable[str]) -> tuple[str, ...]:
+        """Of the names those that are no enrolled person's."""
+        return tuple(name for name in names if name.lower() not in self.people)
+
     def voice_of(self, name: str) -> Voice:
         """The synthesizer's voice of that robot."""
         return self.voices.get(name.lower()) or voice_for(name)
@@ -265,7 +269,7 @@ def make_robot(plan: RobotPlan, sound: Sound) -> Robot:
     phrasebook = _phrasebook(plan, plan.names)
     role = replace(
         plan.role,
-        roster=_robots(plan.roster, sound),
+        roster=sound.robots(plan.roster),
         speech=replace(plan.role.speech, sealed=plan.keys is not None, encrypted=plan.encrypts),
     )
     acoustics = plan.acoustics or Acoustics()
@@ -278,7 +282,7 @@ def make_robot(plan: RobotPlan, sound: Sound) -> Robot:
         stopped=plan.stopped,
     )
     coordination.home = plan.home
-    ears = make_ears(phrasebook, _others(plan, _robots(plan.names, sound)), sound, plan.strangers)
+    ears = make_ears(phrasebook, _others(plan, sound.robots(plan.names)), sound, plan.strangers)
     return Robot(
         coordination,
         phrasebook,
@@ -289,7 +293,7 @@ def make_robot(plan: RobotPlan, sound: Sound) -> Robot:
         plan.acoustics,
         sound.speaker_of(plan.role.name, SLOW),
         Overhearing(ears.urgent) if ears.urgent is not None else None,
-        make_sealing(plan, _robots(plan.roster, sound)),
+        make_sealing(plan, sound.robots(plan.roster)),
         OwnDelay(),
         _voices(plan.names, sound),
     )
@@ -307,11 +311,6 @@ def _looking_twice(plan: RobotPlan, phrasebook: Phrasebook, ears: Listening, sou
     if plan.second is None:
         return ears
     return looking_twice(ears, make_second(phrasebook, sound.lexicon, sound.people, plan.any_voice), plan.second)
-
-
-def _robots(names: Iterable[str], sound: Sound) -> tuple[str, ...]:
-    """Of the names those that are no enrolled person's."""
-    return tuple(name for name in names if name.lower() not in sound.people)
 
 
 def _phrasebook(plan: RobotPlan, names: Sequence[str]) -> Phrasebook:
@@ -342,7 +341,6 @@ class Roster:
         room = max(MAX_KNOWN_NAMES - len(self._told), 1)
         names = (*self._told, *[*learned, name][-room:])
         book = _phrasebook(self._plan, names)
-        robots = [known for known in names if known.lower() not in self._sound.people]
-        ears = make_ears(book, _others(self._plan, robots), self._sound, strangers=False)
+        ears = make_ears(book, _others(self._plan, self._sound.robots(names)), self._sound, strangers=False)
         self.names = names
         return book, _looking_twice(self._plan, book, ears, self._sound)

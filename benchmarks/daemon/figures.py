@@ -93,6 +93,10 @@ def daemon(directory: Path) -> Iterator[tuple[subprocess.Popen[bytes], float]]:
         config.write_text(f"state_dir: {directory / 'state'}\nwheels: {{port: {fake.stdout.readline().strip()}}}\n")
         command = [sys.executable, "-m", "tests.daemon.quiet_robot", "--config", str(config), "--name", "Rob"]
         environment = {**os.environ, "NOTIFY_SOCKET": str(path), "OPENBLAS_NUM_THREADS": "1"}
+        environment.pop(
+            "PYTHONDONTWRITEBYTECODE", None
+        )  # with bytecode, as what is installed; here from the second start
+        environment["PYTHONPYCACHEPREFIX"] = str(directory / "bytecode")
         began_s = time.monotonic()
         process = subprocess.Popen([*command, "--mode", "follow", "--log-level", "error"], env=environment)
         try:

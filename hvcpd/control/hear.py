@@ -80,7 +80,7 @@ def _draw(path: Path, samples: Samples, events: list[Event], title: str) -> None
 
 def events_in(samples: Samples, team: Team) -> Iterator[Event]:
     """Everything that the recogniser reports in a recording, garbled speech too, in order."""
-    robots = [name for name in team.names if name.lower() not in team.sound.people]
+    robots = team.sound.robots(team.names)
     recogniser = make_recogniser(team.phrasebook, robots or team.names, team.sound)
     voices = team.settings.voices
     listener = (

@@ -63,7 +63,7 @@ def status_of(body: Body) -> dict[str, Any]:
         "battery_v": body.voltage_v,
         "sound": _sound(body),
         "wheels": _wheels(body),
-        "memory": {"file": str(body.outfit.memory_path), "lost": body.journal.lost},
+        "memory": {"file": str(body.outfit.settings.memory_path), "lost": body.journal.lost},
     }
 
 

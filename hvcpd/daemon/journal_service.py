@@ -82,7 +82,7 @@ class JournalService:
 
     def _open(self) -> Remembered:
         outfit = self._outfit
-        store = Store(outfit.memory_path)  # SQLite wants one thread from the opening on
+        store = Store(outfit.settings.memory_path)  # SQLite wants one thread from the opening on
         self._stores.append(store)
         seals = Store(outfit.seals_path) if outfit.keys is not None else None
         self._stores += [seals] if seals is not None else []
@@ -93,7 +93,7 @@ class JournalService:
         return self._journal.remembered()
 
     def _transcript(self, after: int, since_wall_s: float, limit: int) -> tuple[TranscriptRow, ...]:
-        with closing(TranscriptReader(self._outfit.memory_path)) as reader:
+        with closing(TranscriptReader(self._outfit.settings.memory_path)) as reader:
             return reader.rows(after, since_wall_s, limit)
 
     def _write(self, records: Sequence[Record], now: float) -> None:

@@ -236,10 +236,5 @@ class Daemon:
                 reason="the daemon did not end in order; if the robot was carried to its start, restart the service",
             )
         if states.count("done") == len(self._outfit.tasks.tasks):
-            _log.warning(
-                "nothing left to do", reason=f"every task was done before; to begin anew delete {self._memory_path}"
-            )
-
-    @property
-    def _memory_path(self) -> str:
-        return str(self._outfit.memory_path)
+            path = self._outfit.settings.memory_path
+            _log.warning("nothing left to do", reason=f"every task was done before; to begin anew delete {path}")

@@ -60,11 +60,6 @@ class Outfit:
         return own, *(name for key, name in others.items() if key != own.casefold())
 
     @property
-    def memory_path(self) -> Path:
-        """The robot's store: one file a robot, so that two on one computer share nothing."""
-        return self.settings.memory_path
-
-    @property
     def seals_path(self) -> Path:
         """Where counters of seals are kept, apart from the tasks; see `Journal`."""
         return self.settings.state_dir / f"{self.settings.name.lower()}.seals.sqlite3"

@@ -39,7 +39,7 @@ def test_all_that_was_written_is_there_after_closing(outfit: Outfit) -> None:
         await journal.close()
 
     run(scene())
-    store = Store(outfit.memory_path)
+    store = Store(outfit.settings.memory_path)
     assert [record.at_s for record in store.transcript()] == [float(second) for second in range(100)]
     assert [(task.number, task.state) for task in store.tasks()] == [(2, "done")]
     store.close()
@@ -62,7 +62,7 @@ def test_another_process_at_the_memory_costs_records_but_not_the_mission(outfit:
     async def scene() -> None:
         journal = JournalService(outfit)
         await journal.open()
-        other = sqlite3.connect(outfit.memory_path, isolation_level=None)
+        other = sqlite3.connect(outfit.settings.memory_path, isolation_level=None)
         other.execute("BEGIN EXCLUSIVE")
         journal.write((GarbledRecord(1.0, 1.0, 2.0),), 1.0)
         await journal.settled()

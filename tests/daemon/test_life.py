@@ -101,7 +101,7 @@ def test_every_event_is_one_log_line(lonely: tuple[list[Any], SharedRoom, Outfit
 
 def test_it_remembers_across_a_restart(lonely: tuple[list[Any], SharedRoom, Outfit]) -> None:
     logs, _, outfit = lonely
-    store = Store(outfit.memory_path)
+    store = Store(outfit.settings.memory_path)
     try:
         assert [(task.state, task.owner) for task in store.tasks()] == [("done", "Rob")]
         assert [record.text for record in store.transcript()] == said(logs)
@@ -211,7 +211,7 @@ def test_two_daemons_that_know_only_their_own_names_meet_and_remember_each_other
     assert {line["name"] for line in logs if line["event"] == "name learned"} == {"Rob", "Zorg"}
     assert any(text.startswith(("Hi Rob, I am Zorg, confirmed", "Hi Zorg, I am Rob, confirmed")) for text in said(logs))
     for outfit, other in zip(outfits, ("Zorg", "Rob"), strict=True):
-        store = Store(outfit.memory_path)
+        store = Store(outfit.settings.memory_path)
         try:
             assert store.names_heard() == (other,)
             assert outfit.names_with(store.names_heard()) == (*outfit.names, other)

@@ -108,7 +108,7 @@ def test_the_plan_follows_the_settings(tmp_path: Path) -> None:
     assert plan.role.team == "garden"
     assert plan.remembered == {1: ("done", "Bot")}
     assert plan.acoustics == Acoustics(latency_s=0.1)
-    assert made.memory_path == tmp_path / "rob.sqlite3"
+    assert made.settings.memory_path == tmp_path / "rob.sqlite3"
 
 
 def test_without_a_seed_every_start_differs(tmp_path: Path) -> None:

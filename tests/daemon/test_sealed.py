@@ -103,7 +103,7 @@ def test_counters_outlive_the_memory_of_tasks(key: Path, tmp_path: Path) -> None
         return found
 
     asyncio.run(scene(SaveCounter("k/bot", 7), SaveCounter("k/zoe", 3), SaveCounter("k/bot", 5)))
-    outfit.memory_path.unlink()
+    outfit.settings.memory_path.unlink()
     assert asyncio.run(scene()) == {"k/bot": 7, "k/zoe": 3}
 
 
