@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import tempfile
 from collections.abc import Sequence
+from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -11,7 +12,6 @@ from typing import Any
 from hvcpd.assembly import DEFAULT_TEAMS, Sound, make_phrasebook, make_recogniser, make_sound, user_cache_folder
 from hvcpd.config.task_file import load_tasks
 from hvcpd.config.tasks import TaskRepository, default_tasks_path
-from hvcpd.evaluation.scene import Said
 from hvcpd.language.phrasebook import Phrasebook
 from hvcpd.people.opinion import strangers_possible
 from hvcpd.people.sphinx import WIDE_BEAMS, make_decoder
@@ -29,6 +29,15 @@ BLOCK = 400
 """Samples pushed at once, as on the bench."""
 PAD_S = 0.5
 """Of what is around a sentence, for PocketSphinx: at a sentence cut off sharply it fares worse."""
+
+
+@dataclass(frozen=True)
+class Said:
+    """A sentence in a stream: samples `start` up to `end`."""
+
+    words: tuple[str, ...]
+    start: int
+    end: int
 
 
 peer_available = strangers_possible
@@ -74,7 +83,8 @@ def ours(heard: Samples, said: Sequence[Said], book: Phrasebook) -> list[str]:
 
 
 @cache
-def _decoder(book: Phrasebook) -> Any:
+def decoder(book: Phrasebook) -> Any:
+    """PocketSphinx with that grammar. Raises ImportError."""
     with tempfile.TemporaryDirectory() as folder:
         return make_decoder(book.graph, Path(folder), sound().lexicon, accents=False, **WIDE_BEAMS)
 
@@ -82,5 +92,5 @@ def _decoder(book: Phrasebook) -> Any:
 def peer(heard: Samples, said: Sequence[Said], book: Phrasebook) -> list[str]:
     """What PocketSphinx takes each sentence for, with the same grammar; "" for nothing."""
     pad = round(PAD_S * SAMPLE_RATE_HZ)
-    decoder = _decoder(book)
-    return [heard_by_sphinx(decoder, heard[max(s.start - pad, 0) : s.end + pad]) for s in said]
+    known = decoder(book)
+    return [heard_by_sphinx(known, heard[max(s.start - pad, 0) : s.end + pad]) for s in said]

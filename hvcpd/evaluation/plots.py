@@ -10,9 +10,10 @@ from typing import Any
 import numpy as np
 
 from hvcpd.evaluation.listeners import OURS, PEER
+from hvcpd.evaluation.porcupine import PORCUPINE
 from hvcpd.evaluation.statistics import Pivot, Step, wilson
 
-COLOURS = {OURS: "#0072b2", PEER: "#d55e00"}
+COLOURS = {OURS: "#0072b2", PEER: "#d55e00", PORCUPINE: "#009e73"}
 """Okabe & Ito's, which the colour-blind can tell apart."""
 OTHERS = ("#009e73", "#cc79a7", "#7f7f00", "#56b4e9", "#e69f00")
 STYLES = ("-", (0, (4, 2)), (0, (1, 1.5)), (0, (6, 2, 1, 2)))
@@ -50,32 +51,42 @@ def save(draw: Any, assumptions: Sequence[str], size_in: tuple[float, float], pa
 def against(figure: Any, series: Sequence[Series], xlabel: str, ylabel: str) -> Any:
     """Shares against anything; returns the axes."""
     axes = figure.add_subplot()
+    shares(axes, series, xlabel, ylabel)
+    return axes
+
+
+def shares(axes: Any, series: Sequence[Series], xlabel: str, ylabel: str) -> None:
+    """Lines with their intervals, and whose they are."""
     conditions = list(dict.fromkeys(s.condition for s in series))
     for s in series:
         x = np.array([step.at for step in s.steps])
-        shares = [100 * step.right / step.n for step in s.steps]
+        percent = [100 * step.right / step.n for step in s.steps]
         low, high = (np.array([100 * wilson(step.right, step.n)[end] for step in s.steps]) for end in (0, 1))
         colour = COLOURS.get(s.listener, OTHERS[0])
         style = STYLES[conditions.index(s.condition) % len(STYLES)]
         label = s.listener if len(conditions) == 1 else f"{s.listener}, {s.condition}"
-        axes.plot(x, shares, color=colour, ls=style, marker="o", ms=3.5, lw=1.2, label=label)
+        axes.plot(x, percent, color=colour, ls=style, marker="o", ms=3.5, lw=1.2, label=label)
         axes.fill_between(x, low, high, color=colour, alpha=0.12, lw=0)
     axes.set(xlabel=xlabel, ylabel=ylabel, ylim=(-2, 102))
     axes.grid(alpha=0.25)
-    axes.legend(frameon=False, fontsize=8)
-    return axes
+    axes.legend(frameon=False, fontsize=8, ncols=2, loc="lower center", bbox_to_anchor=(0.5, 1.0))
 
 
 def against_distance(
     figure: Any, series: Sequence[Series], ylabel: str, paper_m: float, paper: str = "the paper's pivotal\ndistance"
 ) -> None:
     """Shares against distance (m, logarithmic), with the paper's distance marked for what it is."""
-    from matplotlib.ticker import StrMethodFormatter
-
     axes = against(figure, series, "distance, m", ylabel)
     axes.axvline(paper_m, color="black", lw=0.8, ls=":")
     place: dict[str, Any] = {"xytext": (4, 0), "textcoords": "offset points", "fontsize": 7}
     axes.annotate(f"{paper}, {paper_m * 100:.0f} cm", (paper_m, 45), **place)
+    by_distance(axes, series)
+
+
+def by_distance(axes: Any, series: Sequence[Series]) -> None:
+    """A logarithmic axis of distances, m."""
+    from matplotlib.ticker import StrMethodFormatter
+
     axes.set_xscale("log")
     nearest, *_, farthest = sorted(step.at for s in series for step in s.steps)
     axes.set_xlim(nearest / 1.1, farthest * 1.1)

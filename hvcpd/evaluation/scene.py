@@ -15,6 +15,7 @@ from hil_fakes.reverberation import START_M, Hall, response, through
 from hil_fakes.robot_noise import fan
 from hil_fakes.room import Air, PinkNoise, amplitude, digitize
 from hil_fakes.transducers import band
+from hvcpd.evaluation.listeners import Said
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 from hvcpd.synthesis.leveling import audible
 
@@ -58,15 +59,6 @@ class Bench:
             f"noise at the microphone, dB SPL: ambient {self.ambient_db_spl:g} dB (pink), microphone "
             f"{self.self_noise_db_spl:g} dB (white), robot {robot}; full scale {self.full_scale_db_spl:g} dB, 16 bits",
         )
-
-
-@dataclass(frozen=True)
-class Said:
-    """A sentence in a stream: samples `start` up to `end`."""
-
-    words: tuple[str, ...]
-    start: int
-    end: int
 
 
 def stream(

@@ -1,0 +1,49 @@
+"""Who is compared: ours, and the recognisers that are installed. Light, for what each of them costs is measured too."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from functools import cache
+
+import numpy as np
+
+from hvcpd.assembly import DEFAULT_TEAMS, make_phrasebook, make_recogniser
+from hvcpd.evaluation import listeners, porcupine
+from hvcpd.evaluation.listeners import CALLER, OURS, PEER, Said
+from hvcpd.evaluation.porcupine import NAMES, PORCUPINE
+from hvcpd.language.phrasebook import Phrasebook
+from hvcpd.ports import Samples
+
+Listen = Callable[[Samples, Sequence[Said]], object]
+"""To a sound; and where in it each sentence is, for who is told."""
+
+
+@cache
+def book() -> Phrasebook:
+    """All that one robot can say to four whose names are words that Porcupine knows."""
+    return make_phrasebook((*NAMES, CALLER), DEFAULT_TEAMS, listeners.tasks())
+
+
+def everybody() -> list[str]:
+    """Who can listen on this machine."""
+    installed = {OURS: True, PEER: listeners.peer_available(), PORCUPINE: porcupine.available()}
+    return [name for name, there in installed.items() if there]
+
+
+def _ours() -> Listen:
+    recogniser = make_recogniser(book(), (CALLER,), listeners.sound())
+    return lambda heard, _said: listeners.sentences(recogniser, heard)
+
+
+def _peer() -> Listen:
+    listeners.decoder(book())  # is kept
+    return lambda heard, said: listeners.peer(heard, said, book())
+
+
+def _porcupine() -> Listen:
+    porcupine.detections(np.zeros(0, np.float32))
+    return lambda heard, _said: porcupine.detections(heard)
+
+
+MAKERS = {OURS: _ours, PEER: _peer, PORCUPINE: _porcupine}
+"""What makes each listener, for its cost."""
