@@ -30,6 +30,8 @@ OWN_PAGES_BYTES = 1 << 18
 """Larger arrays have pages of their own, which go back at once: a voice's templates while they are made."""
 FREE_TOP_BYTES = 1 << 24
 """Kept at the heap's end until `give_back_memory`: with 128 KB a first start takes twice as long."""
+FREE_TOP_LATER_BYTES = 1 << 21
+"""And from then on."""
 
 
 def tune_allocator() -> None:
@@ -45,7 +47,8 @@ def tune_allocator() -> None:
 
 
 def give_back_memory() -> None:
-    """Return to the system what building the templates needed for a while, some 5 MB; malloc_trim(3), glibc only."""
-    trim = getattr(ctypes.CDLL(None), "malloc_trim", None)
-    if trim is not None:
-        trim(0)
+    """Return to the system what building templates needed for a while, 5 to 25 MB; malloc_trim(3), glibc only."""
+    library = ctypes.CDLL(None)
+    if hasattr(library, "malloc_trim") and hasattr(library, "mallopt"):
+        library.mallopt(M_TRIM_THRESHOLD, FREE_TOP_LATER_BYTES)
+        library.malloc_trim(0)

@@ -8,6 +8,7 @@ from collections.abc import Iterable
 import structlog
 
 from hvcpd.assembly import Roster, Sound
+from hvcpd.daemon.lean import give_back_memory
 from hvcpd.daemon.rehearsal import rehearse
 from hvcpd.errors import PhraseError
 from hvcpd.faculties import Ears
@@ -62,4 +63,5 @@ class Lessons:
     def _make_ready(self, name: str) -> tuple[Phrasebook, Ears]:
         ready = self._roster.learn(name)
         rehearse(self._own_name, (name.lower(),), self._sound)
+        give_back_memory()
         return ready

@@ -11,7 +11,7 @@ import pytest
 
 from hvcpd.ports import Samples
 from hvcpd.synthesis.lexicon import Lexicon
-from hvcpd.synthesis.speaker import Speaker
+from hvcpd.synthesis.speaker import UNITS_KEPT, Speaker, UnitPosition
 from hvcpd.synthesis.unit_cache import DAY_S, KEPT_S, SUFFIX, UnitCache
 from hvcpd.synthesis.voices import voice_named
 
@@ -94,6 +94,37 @@ def test_a_speaker_sounds_the_same_with_and_without_a_cache(tmp_path: Path) -> N
     for _ in range(2):
         assert np.array_equal(Speaker(voice, lexicon, UnitCache(tmp_path)).render(sentence), plain)
     assert len(list(tmp_path.glob(f"*{SUFFIX}"))) == 3
+
+
+class Reads(UnitCache):
+    """Has every unit, and counts how often it is read."""
+
+    def __init__(self, folder: Path) -> None:
+        super().__init__(folder)
+        self.read = 0
+
+    def get(self, content: object, make: Callable[[], Samples]) -> Samples:
+        self.read += 1
+        return UNIT.copy()
+
+
+def test_of_what_is_on_disk_only_the_last_is_kept_in_memory(tmp_path: Path) -> None:
+    """Or a robot that talks all day keeps every unit that it can say."""
+    cache = Reads(tmp_path)
+    speaker = Speaker(voice_named("lark"), Lexicon.load(), cache)
+    words = [*"abcdefghijklmnopqrstuvwxyz", *(first + second for first in "bdgk" for second in ("ay", "ee", "o", "ow"))]
+    for _ in range(2):
+        speaker.unit("rob", UnitPosition.FINAL)
+    assert cache.read == 1
+    for word in words:
+        for position in UnitPosition:
+            speaker.unit(word, position)
+    assert cache.read > UNITS_KEPT + 1
+    before = cache.read
+    speaker.unit(words[-1], UnitPosition.FINAL)
+    assert cache.read == before
+    speaker.unit("rob", UnitPosition.FINAL)
+    assert cache.read == before + 1
 
 
 def test_what_nobody_needs_any_more_is_deleted_after_a_month(tmp_path: Path) -> None:
