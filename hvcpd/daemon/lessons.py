@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import math
 from collections.abc import Iterable
 
 import structlog
@@ -15,6 +16,9 @@ from hvcpd.faculties import Ears
 from hvcpd.language.phrasebook import Phrasebook
 from hvcpd.records import LearnName, Record
 from hvcpd.robot import Robot
+
+ADOPTED_S = 10.0
+"""By then (sample clock) the robot has what it learned, unless somebody speaks without end, and what it had is free."""
 
 _log = structlog.get_logger(__name__)
 
@@ -29,9 +33,13 @@ class Lessons:
         self._sound = sound
         self._turn = asyncio.Lock()
         self._under_way: set[asyncio.Task[None]] = set()
+        self._tidy_s = math.inf
 
     def take(self, records: Iterable[Record]) -> None:
-        """Begin to learn every name that is to be learned."""
+        """Begin to learn every name that is to be learned; to be called at every block."""
+        if self._robot.now >= self._tidy_s:
+            self._tidy_s = math.inf
+            give_back_memory()
         for record in records:
             if isinstance(record, LearnName):
                 lesson = asyncio.get_running_loop().create_task(self._learn(record.name))
@@ -58,10 +66,10 @@ class Lessons:
             except PhraseError as error:
                 _log.warning("name not learned", name=name, reason=str(error))
             else:
+                self._tidy_s = self._robot.now + ADOPTED_S
                 _log.info("name learned", name=name, names=", ".join(self._roster.names))
 
     def _make_ready(self, name: str) -> tuple[Phrasebook, Ears]:
         ready = self._roster.learn(name)
         rehearse(self._own_name, (name.lower(),), self._sound)
-        give_back_memory()
         return ready
