@@ -21,7 +21,7 @@ from hil_fakes.room import Air, Noise, Point, Room, Ways
 from hil_fakes.scorekeeper import Scorekeeper
 from hvcpd.assembly import RobotPlan, Roster, Sound, make_robot
 from hvcpd.config.tasks import TaskRepository
-from hvcpd.coordination.actions import Role, Speech
+from hvcpd.coordination.actions import Role, Speech, Timing
 from hvcpd.errors import PhraseError
 from hvcpd.journal import Journal
 from hvcpd.ports import SAMPLE_RATE_HZ, STANDSTILL, Pose, Samples, WheelCommand, WheelReading
@@ -78,6 +78,10 @@ class BenchPlan:
     """It has one, and its robots hide what they say."""
     starts: tuple[Pose, ...] | None = None
     """Where the robots start; None: in rows, a metre apart."""
+    met_s: float = 0.0
+    """Until then they hear each other as if they stood in rows a metre apart: who has met knows who is there."""
+    timing: Timing | None = None
+    """How long they wait for each other; None for the usual."""
     earshot_m: float = math.inf
     """Robots farther from each other than this hear nothing of each other, whatever the air,"""
     earshot_from_s: float = 0.0
@@ -216,6 +220,7 @@ class Bench:
             strangers=plan.strangers,
             keys=plan.keys,
             encrypts=plan.encrypts,
+            timing=plan.timing,
         )
         store = Store(IN_MEMORY)
         stack.callback(store.close)
@@ -235,7 +240,8 @@ class Bench:
         for block in self._blocks(places):
             now = (block + 1) * BLOCK_S
             room.earshot_m = self.plan.earshot_m if now >= self.plan.earshot_from_s else math.inf
-            taken = room.advance([p.playing for p in places], [(p.body.pose.x_m, p.body.pose.y_m) for p in places])
+            poses = [p.body.pose for p in places] if now >= self.plan.met_s else start_poses(len(places))
+            taken = room.advance([p.playing for p in places], [(pose.x_m, pose.y_m) for pose in poses])
             heard_by_listener.append(taken[-1])
             for place, heard in zip(places, taken, strict=False):
                 place.records = ()

@@ -100,6 +100,8 @@ class PinkNoise:
 
 MAX_DISTANCE_M = 60.0
 """Longest way in free air: at it speech is at 29 dB SPL, below any room's noise."""
+CARRIED_M = 5.0
+"""Who moves so far in a block did not drive: it was carried there, and there is no sound of the way."""
 _MARGIN = 1024
 """Samples that a delay line holds beyond the longest way: a block, and what interpolation needs."""
 
@@ -233,6 +235,8 @@ class Room:
                 ways = self._free if ear in (source, len(places)) else self._ways
                 distance_m = self._distance_m(source, ear, places[source], place, ways)
                 before_m = self._before.get((source, ear), distance_m)
+                if abs(distance_m - before_m) > CARRIED_M:
+                    before_m = distance_m
                 self._before[source, ear] = distance_m
                 if source != ear and (self.air.muted or (ear < len(places) and distance_m > self.earshot_m)):
                     continue

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from hvcpd.evaluation.trials import Experiment  # numpy, which a list of names does not need
 
-NAMES = ("wake", "coordinate", "volunteer", "trails", "pronunciation", "confusions", "robots", "peers", "fit")
+NAMES = ("wake", "coordinate", "volunteer", "trails", "pronunciation", "confusions", "robots", "medium", "peers", "fit")
 ALL = tuple(name for name in NAMES if name != "fit")
 """What `all` runs: `fit` finds the room's one free value and is no experiment of the paper's."""
 

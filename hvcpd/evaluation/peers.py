@@ -111,11 +111,7 @@ def _summarise(rows: Sequence[Row]) -> Findings:
         (_about(), *_reached(series), *(_costs(name, row) for name, row in costs.items())),
         Table(tuple(columns), tuple(table)),
         lambda figure: _draw(figure, series),
-        Bench().assumptions()[:2]
-        + tuple(
-            text.replace(f"robot {FITTED_ROBOT_NOISE_DB_SPL:g} dB (fan)", "robot as titled (fan)")
-            for text in Bench().assumptions()[2:]
-        ),
+        Bench().assumptions("as titled"),
         (3.6 * len({s.condition for s in series}), 4.6),
     )
 

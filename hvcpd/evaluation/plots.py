@@ -73,14 +73,18 @@ def shares(axes: Any, series: Sequence[Series], xlabel: str, ylabel: str) -> Non
 
 
 def against_distance(
-    figure: Any, series: Sequence[Series], ylabel: str, paper_m: float, paper: str = "the paper's pivotal\ndistance"
+    figure: Any, series: Sequence[Series], ylabel: str, paper_m: float, paper: str = "the paper's pivotal\ndistance,"
 ) -> None:
     """Shares against distance (m, logarithmic), with the paper's distance marked for what it is."""
     axes = against(figure, series, "distance, m", ylabel)
-    axes.axvline(paper_m, color="black", lw=0.8, ls=":")
-    place: dict[str, Any] = {"xytext": (4, 0), "textcoords": "offset points", "fontsize": 7}
-    axes.annotate(f"{paper}, {paper_m * 100:.0f} cm", (paper_m, 45), **place)
+    mark(axes, paper_m, f"{paper} {paper_m * 100:.0f} cm")
     by_distance(axes, series)
+
+
+def mark(axes: Any, at: float, text: str) -> None:
+    """A dotted line at a distance of the paper's."""
+    axes.axvline(at, color="black", lw=0.8, ls=":")
+    axes.annotate(text, (at, 45), xytext=(4, 0), textcoords="offset points", fontsize=7)
 
 
 def by_distance(axes: Any, series: Sequence[Series]) -> None:
@@ -90,6 +94,8 @@ def by_distance(axes: Any, series: Sequence[Series]) -> None:
     axes.set_xscale("log")
     nearest, *_, farthest = sorted(step.at for s in series for step in s.steps)
     axes.set_xlim(nearest / 1.1, farthest * 1.1)
-    axes.set_xticks([x for x in (0.1, 0.2, 0.5, 1, 2, 5, 10, 20) if nearest <= x <= farthest])
+    axes.set_xticks(
+        [x for x in (0.1, 0.2, 0.5, 1, 2, 5, 10, 20, 50, 100, 200, 500, 1000, 2000, 5000) if nearest <= x <= farthest]
+    )
     axes.xaxis.set_major_formatter(StrMethodFormatter("{x:g}"))
     axes.minorticks_off()

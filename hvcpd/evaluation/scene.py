@@ -48,11 +48,12 @@ class Bench:
     """Fan and electronics of the robot that listens, at its own microphone; None: it is silent."""
     full_scale_db_spl: float = Air().microphone_full_scale_db_spl
 
-    def assumptions(self) -> tuple[str, ...]:
-        """As a reader of a plot needs them."""
+    def assumptions(self, robot: str | None = None) -> tuple[str, ...]:
+        """As a reader of a plot needs them; `robot`: how loud it is, where that is not the same all over the plot."""
         length, width, height = self.hall.size_m
         low, high = self.loudspeaker_hz
-        robot = "none" if self.robot_noise_db_spl is None else f"{self.robot_noise_db_spl:g} dB (fan)"
+        if robot is None:
+            robot = "none" if self.robot_noise_db_spl is None else f"{self.robot_noise_db_spl:g} dB (fan)"
         return (
             f"hall {length:g} × {width:g} × {height:g} m, RT60 {self.hall.rt60_s:g} s (image sources); both 25 cm high",
             f"speech {self.speech_db_spl:g} dB SPL at 1 m, loudspeaker {low:g} to {high:g} Hz",

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 from hvcpd.evaluation import listeners, plots
-from hvcpd.evaluation.calls import blocks, distances, hear
+from hvcpd.evaluation.calls import blocks, hear
 from hvcpd.evaluation.listeners import CALLER, OURS, PEER
 from hvcpd.evaluation.missions import LIMIT_S, ONE, OTHER, Plot, knows, repository, run, waterers
 from hvcpd.evaluation.modes import SAID_ONCE, WHOLE, mission_distances, missions, series_of, table_of, told
@@ -27,6 +27,9 @@ ANSWER_S = 1.0
 CLAIMS = tuple(f"Hi all, I am {CALLER}, I will complete task {number}" for number in ("one", "two"))
 """Both in the one voice that listeners are tried with."""
 FIRST, SECOND = 1, 2
+SAID_M = (0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 1.0, 1.1, 1.2, 1.4, 1.7, 2.0)
+QUICK_SAID_M = (0.1, 0.3, 0.5, 0.7, 0.9, 1.2, 1.6)
+"""Nearer than calls: two long sentences must be heard."""
 
 
 def _trials(scale: Scale) -> Sequence[Trial]:
@@ -35,8 +38,8 @@ def _trials(scale: Scale) -> Sequence[Trial]:
     found: list[Trial] = []
     for drives in (True, False):
         how = DRIVING if drives else STANDING
-        for distance_m in distances(scale.quick):
-            if listeners.peer_available() and distance_m <= 4.0:
+        for distance_m in QUICK_SAID_M if scale.quick else SAID_M:
+            if listeners.peer_available():
                 common = {"variant": f"{SAID_ONCE}, {how}", "drives": drives, "listeners": [PEER]}
                 at = {"distance_m": distance_m, "robot_noise_db_spl": noise}
                 found += blocks("volunteer", scale.seed, scale.trials, {**common, **at})

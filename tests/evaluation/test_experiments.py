@@ -8,7 +8,7 @@ from typing import Any
 
 import pytest
 
-from hvcpd.evaluation import calls, confusions, coordinate, missions, modes, robots, trails, volunteer, wake
+from hvcpd.evaluation import calls, confusions, coordinate, medium, missions, modes, robots, trails, volunteer, wake
 from hvcpd.evaluation.listeners import OURS, PEER
 from hvcpd.evaluation.trials import Scale
 from hvcpd.reporting.events import Event, TaskChanged, Watered
@@ -94,6 +94,16 @@ def test_each_way_of_coordinating_has_its_own_pivotal_distance() -> None:
     assert f"{OURS}, {modes.WHOLE}: 10." in " ".join(found.paragraphs)
     cells = [dict(zip(found.table.columns, row, strict=True)) for row in found.table.rows]
     assert [c["right"] for c in cells if c["listener"] == OURS] == [4, 4, 4, 4, 4, 0]
+
+
+def test_the_papers_distances_in_both_media_are_tried_alone_and_relayed() -> None:
+    trials = medium.EXPERIMENT.trials(Scale(trials=1))
+    tried = {(t.settings["medium"], t.settings["distance_m"], t.settings["relayed"]) for t in trials}
+    assert {(name, m, r) for name, m in (("air", 180.0), ("water", 2030.0)) for r in (False, True)} <= tried
+    rows = [{**t.settings, OURS: int(t.settings["distance_m"] < 300.0), f"{OURS} wrong": []} for t in trials]
+    text = " ".join(medium.EXPERIMENT.summarise(rows).paragraphs)
+    assert "1 of 1 at the paper's 180 m" in text
+    assert "0 of 1 at the paper's 2,030 m" in text
 
 
 def test_volunteers_are_tried_driving_off_and_standing_still_at_the_same_distances() -> None:

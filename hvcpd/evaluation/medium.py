@@ -1,0 +1,174 @@
+"""The paper's other media: robots that order and report across open air, to 180 m, and across water, to 2,030 m;
+alone, and with a third one half-way that passes on what is not heard. Simulation only."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cache
+from typing import Any
+
+from hil_fakes.bench import Bench, BenchPlan
+from hil_fakes.medium import WATER_M_S, Absorbing, Absorption, air_db_m, water_db_m
+from hil_fakes.room import Air
+from hvcpd.coordination.actions import Timing
+from hvcpd.evaluation import listeners, plots, scene
+from hvcpd.evaluation.listeners import OURS
+from hvcpd.evaluation.missions import Plot, knows, repository, spoken_dbfs, waterers
+from hvcpd.evaluation.modes import missions, series_of, table_of
+from hvcpd.evaluation.trials import Experiment, Findings, Row, Scale, Trial
+from hvcpd.ports import Pose
+
+NEAR, FAR, BETWEEN = "Rob", "Zoe", "Max"
+PLANT = 1
+MET_S = 20.0
+"""By then all have greeted, at switch-on times of up to 1.5 s; then they are where they are tried."""
+LIMIT_S = 150.0
+ALONE, RELAYED = "alone", "with one half-way"
+QUICK_MISSIONS = 2
+
+
+@dataclass(frozen=True)
+class Medium:
+    """What sound goes through, between what equipment. Levels of water are re 1 µPa, those of air re 20 µPa."""
+
+    name: str
+    paper_m: float
+    """As far as verbal signals travel in it, by the paper's introduction."""
+    sound_speed_m_s: float
+    absorption: Absorption
+    speech_db: float
+    """At 1 m."""
+    noise_db: float
+    """Pink, 0 to 8 kHz."""
+    full_scale_db: float
+    distances_m: tuple[float, ...]
+    quick_m: tuple[float, ...]
+    assumed: str
+
+    def air(self) -> Air:
+        """The same for the bench."""
+        return Air(
+            sound_speed_m_s=self.sound_speed_m_s,
+            speech_db_spl=self.speech_db,
+            speech_dbfs=spoken_dbfs((NEAR, FAR, BETWEEN)),
+            microphone_full_scale_db_spl=self.full_scale_db,
+            noise_db_spl=self.noise_db,
+        )
+
+
+AIR = Medium(
+    "air",
+    180.0,
+    343.0,
+    air_db_m,
+    85.0,  # a person shouting (ISO 9921:2003, table A.1: shouted 78, very loud 84 dB)
+    scene.Bench().self_noise_db_spl,  # a quiet night: 20 dB, as the paper has it, drown in the microphone's own noise
+    Air().microphone_full_scale_db_spl,
+    (10.0, 20.0, 40.0, 60.0, 80.0, 100.0, 120.0, 150.0, 180.0, 240.0, 320.0),
+    (60.0, 120.0, 180.0, 280.0),
+    "open air of 20 °C and 50 %, absorption as ISO 9613-1, no ground, no wind; a shout, 85 dB SPL at 1 m; noise 33 dB",
+)
+WATER = Medium(
+    "water",
+    2030.0,
+    WATER_M_S,
+    water_db_m,
+    160.0,  # a small underwater loudspeaker; large ones have 180 dB (Lubell LL916, datasheet)
+    101.0,  # sea state 3: 63 dB re 1 µPa²/Hz at 1 kHz, less by 17 dB a decade (Knudsen et al. 1948), 0.1 to 8 kHz
+    170.0,
+    (50.0, 100.0, 200.0, 400.0, 700.0, 1000.0, 1400.0, 2030.0, 2800.0, 4000.0),
+    (700.0, 1400.0, 2030.0, 3500.0),
+    "sea water of 10 °C, absorption as Ainslie & McColm, no surface, no ground; 160 dB re 1 µPa at 1 m; noise 101 dB",
+)
+MEDIA = {medium.name: medium for medium in (AIR, WATER)}
+
+
+def _trials(scale: Scale) -> Sequence[Trial]:
+    found: list[Trial] = []
+    for medium in MEDIA.values():
+        for relayed in (False, True):
+            variant = f"{medium.name}, {RELAYED if relayed else ALONE}"
+            at_m = medium.quick_m if scale.quick else medium.distances_m
+            sized = Scale(scale.seed, min(scale.trials, QUICK_MISSIONS) if scale.quick else scale.trials, scale.quick)
+            found += missions("medium", sized, variant, medium.noise_db, at_m, medium=medium.name, relayed=relayed)
+    return found
+
+
+@cache
+def _ways(name: str) -> Absorbing:
+    medium = MEDIA[name]
+    return Absorbing(medium.sound_speed_m_s, 1.1 * max(medium.distances_m), medium.absorption)
+
+
+def _run(trial: Trial) -> Row:
+    """Whether the plant was watered once, by who is far away, and who gave the order knows."""
+    s = trial.settings
+    medium, distance_m = MEDIA[s["medium"]], s["distance_m"]
+    places = {NEAR: 0.0, **({BETWEEN: 0.5 * distance_m} if s["relayed"] else {}), FAR: distance_m}
+    flight_s = distance_m / medium.sound_speed_m_s
+    plan = BenchPlan(
+        tuple(places),
+        repository([Plot(PLANT)]),
+        int(trial.generator().integers(2**31)),
+        coordinator=NEAR,
+        air=medium.air(),
+        ways=_ways(medium.name),
+        starts=tuple(Pose(x_m, 0.0) for x_m in places.values()),
+        met_s=MET_S,
+        timing=Timing().for_latency(flight_s),
+        unable={BETWEEN: frozenset({PLANT})},
+        limit_s=LIMIT_S,
+    )
+    events = Bench(plan, listeners.sound()).run().events
+    done = waterers(events) == {PLANT: [FAR]} and knows(events, NEAR, PLANT, FAR)
+    return {**s, OURS: int(done), f"{OURS} wrong": []}
+
+
+def _summarise(rows: Sequence[Row]) -> Findings:
+    series = series_of(rows)
+    media = [medium for medium in MEDIA.values() if any(row["medium"] == medium.name for row in rows)]
+    reached = [_reached(medium, [row for row in rows if row["medium"] == medium.name]) for medium in media]
+    return Findings(
+        "Across open air and across water (simulation only)",
+        (
+            f"{NEAR} orders {FAR} to water a plant, as in the coordinating mode, and is told of its end; a mission "
+            f"counts if that was done once within {LIMIT_S:g} s and {NEAR} knows. They have met before, and the robots "
+            "wait for each other longer by the time that sound takes, as they would for a slow sound card. "
+            f"{RELAYED.capitalize()}, {BETWEEN} stands there, cannot do it itself, and passes on what stays without "
+            "answer. The paper says that verbal signals travel 180 m in air and 2,030 m under water; it tried neither.",
+            *reached,
+        ),
+        table_of(series),
+        lambda figure: _draw(figure, media, series),
+        (
+            "nobody has tried this outside of a computer; noise is pink, 0 to 8 kHz; sound spreads over a sphere",
+            *(f"{medium.name}: {medium.assumed}; {medium.sound_speed_m_s:g} m/s" for medium in media),
+        ),
+        (8.4, 5.0),
+    )
+
+
+def _reached(medium: Medium, rows: Sequence[Row]) -> str:
+    """How many missions succeed at the paper's distance, and where half do."""
+    texts = []
+    for s in series_of(rows):
+        there = next((step for step in s.steps if step.at == medium.paper_m), None)
+        at_paper = f", {there.right} of {there.n} at the paper's {medium.paper_m:,.0f} m" if there is not None else ""
+        half = s.pivot.text(digits=0) if s.pivot is not None else "?"
+        texts.append(f"{s.condition}: half of the missions succeed at {half}{at_paper}")
+    return f"{'; '.join(texts).capitalize()}."
+
+
+def _draw(figure: Any, media: Sequence[Medium], series: Sequence[plots.Series]) -> None:
+    panels = figure.subplots(1, len(media), sharey=True, squeeze=False)[0]
+    for axes, medium in zip(panels, media, strict=True):
+        here = [s for s in series if s.condition.startswith(f"{medium.name},")]
+        plots.shares(axes, here, "distance, m", "success, %" if axes is panels[0] else "")
+        plots.mark(axes, medium.paper_m, f"the paper's\n{medium.paper_m:,.0f} m")
+        plots.by_distance(axes, here)
+
+
+EXPERIMENT = Experiment(
+    "medium", "across open air and water, alone and with relay (simulation only)", _trials, _run, _summarise
+)
