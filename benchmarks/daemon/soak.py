@@ -45,6 +45,9 @@ STRANGER_EVERY_S = 7200.0
 FIRST_STRANGERS, FIRST_STRANGERS_EVERY_S = 3, 1500.0
 """They have the voices of all that come later: within two hours the robot knows as many voices as it ever will. What a
 voice more needs is no leak."""
+REST_S = 10.0
+"""The table has the robot when nobody has said anything for so long: while somebody speaks, hearing needs up to
+13 MB more, which it then gives back."""
 LOSS_EVERY_S = 600.0
 LOST_BLOCKS = 4
 """A tenth of a second that the card loses at a time."""
@@ -133,6 +136,8 @@ class SoakStream:
     _lost: int = 0
     _next_loss_s: float = LOSS_EVERY_S
     _next_note_s: float = TABLE_EVERY_S
+    _sound_s: float = 0.0
+    """When something was said last."""
 
     def __post_init__(self) -> None:
         air = Air()
@@ -158,11 +163,12 @@ class SoakStream:
             for _ in range(LOST_BLOCKS):
                 self._lost += len(self._pass())
             self.counters = StreamCounters(input_dropped=self._lost)
-        if self.now_s >= self._next_note_s or self.now_s >= self.limit_s:
+        rests = self.now_s - self._sound_s >= REST_S
+        if rests and self.now_s >= min(self._next_note_s, self.limit_s):
             self._next_note_s += TABLE_EVERY_S
             self._note()
-        if self.now_s >= self.limit_s:
-            raise OverError("the hours are over")
+            if self.now_s >= self.limit_s:
+                raise OverError("the hours are over")
         return heard
 
     def write(self, samples: Samples) -> None:
@@ -175,7 +181,10 @@ class SoakStream:
     def _pass(self) -> Samples:
         """A block of what the microphone takes: the talker at 1 m, itself, noise of the room."""
         at = int(self._chance.integers(len(self._noise) - BLOCK))
-        heard = self._noise[at : at + BLOCK] + self._gain * self.talker.block(self.now_s)
+        said = self.talker.block(self.now_s)
+        if said.any() or self._playing.any():
+            self._sound_s = self.now_s
+        heard = self._noise[at : at + BLOCK] + self._gain * said
         heard += self._own_gain * self._playing
         self._playing = np.zeros(BLOCK, np.float32)
         self.robot.time.advance(BLOCK / SAMPLE_RATE_HZ)
