@@ -15,7 +15,7 @@ from hvcpd.evaluation.calls import hear, who
 from hvcpd.evaluation.listeners import CALLED, CALLER, OURS
 from hvcpd.evaluation.scene import Bench
 from hvcpd.evaluation.statistics import wilson
-from hvcpd.evaluation.trials import Experiment, Findings, Row, Scale, Table, Trial
+from hvcpd.evaluation.trials import Beside, Experiment, Findings, Row, Scale, Table, Trial
 from hvcpd.language.messages import Order, TaskByName, TaskByNumber
 from hvcpd.language.phrasebook import Phrasebook
 from hvcpd.vocabulary import check
@@ -107,6 +107,13 @@ def _summarise(rows: Sequence[Row]) -> Findings:
         lambda figure: _draw(figure, groups, table, columns),
         Bench().assumptions(),
         (2.2 + 2.4 * len(groups), 4.4),
+        beside=(
+            Beside(
+                f"objectives taken for something else at {DISTANCE_M * 100:.0f} cm",
+                f"{sum(n for phrases in PAPER_TABLE.values() for n in phrases.values())}, of how many is not told",
+                "; ".join("{} {}: {} of {}".format(*group, *_wrong(counts, *group)) for group in groups),
+            ),
+        ),
     )
 
 
@@ -119,15 +126,19 @@ def _paper_paragraph() -> str:
 
 
 def _paragraph(counts: Counter[tuple[str, str, str, str]], variant: str, name: str) -> str:
-    mine = {(said, got): n for (v, who_, said, got), n in counts.items() if (v, who_) == (variant, name)}
-    total = sum(mine.values())
-    wrong = sum(n for (said, got), n in mine.items() if got not in (said, NOTHING))
-    missed = sum(n for (_, got), n in mine.items() if got == NOTHING)
+    wrong, total = _wrong(counts, variant, name)
+    missed = sum(n for (v, who_, _, got), n in counts.items() if (v, who_, got) == (variant, name, NOTHING))
     low, high = (100 * end for end in wilson(wrong, total))
     return (
         f"{name}, {variant}: of {total} orders {wrong} were taken for something else ({low:.1f} to {high:.1f} %), "
         f"{missed} were not understood at all."
     )
+
+
+def _wrong(counts: Counter[tuple[str, str, str, str]], variant: str, name: str) -> tuple[int, int]:
+    """How many orders were taken for something else, and of how many."""
+    mine = {(said, got): n for (v, who_, said, got), n in counts.items() if (v, who_) == (variant, name)}
+    return sum(n for (said, got), n in mine.items() if got not in (said, NOTHING)), sum(mine.values())
 
 
 def _vocabulary_paragraph() -> str:

@@ -8,10 +8,10 @@ from hvcpd.evaluation import plots
 from hvcpd.evaluation.calls import blocks, call, distances, who
 from hvcpd.evaluation.listeners import CALLED, CALLER, OURS
 from hvcpd.evaluation.missions import LIMIT_S, ONE, OTHER, Plot, knows, repository, run, waterers
-from hvcpd.evaluation.modes import SAID_ONCE, WHOLE, mission_distances, missions, series_of, table_of, told
+from hvcpd.evaluation.modes import SAID_ONCE, WHOLE, mission_distances, missions, series_of, table_of
 from hvcpd.evaluation.scene import FITTED_ROBOT_NOISE_DB_SPL, Bench
-from hvcpd.evaluation.trials import Experiment, Findings, Row, Scale, Trial
-from hvcpd.evaluation.wake import PAPER_PIVOT_M
+from hvcpd.evaluation.trials import Beside, Experiment, Findings, Row, Scale, Trial
+from hvcpd.evaluation.wake import PAPER_PIVOT_M, reached
 
 PLANT = 5
 ORDER = f"Hi {CALLED}, I am {CALLER}, water the yellow rose"
@@ -58,11 +58,12 @@ def _summarise(rows: Sequence[Row]) -> Findings:
             "waters and reports; what is not answered is said again. A mission counts if the plant was watered once, "
             f"by {OTHER}, within {LIMIT_S:g} s, and {ONE} knows. The paper's success falls after "
             f"{PAPER_PIVOT_M * 100:.0f} cm. Half succeed here:",
-            *told(series),
+            *(f"{text}." for text in reached(series)),
         ),
         table_of(series),
         lambda figure: plots.against_distance(figure, series, "success, %", PAPER_PIVOT_M),
         Bench().assumptions(),
+        beside=(Beside("half of the orders succeed at", f"{PAPER_PIVOT_M * 100:.0f} cm", "; ".join(reached(series))),),
     )
 
 

@@ -16,7 +16,7 @@ from hvcpd.evaluation import listeners, plots, scene
 from hvcpd.evaluation.listeners import OURS
 from hvcpd.evaluation.missions import Plot, knows, repository, spoken_dbfs, waterers
 from hvcpd.evaluation.modes import missions, series_of, table_of
-from hvcpd.evaluation.trials import Experiment, Findings, Row, Scale, Trial
+from hvcpd.evaluation.trials import Beside, Experiment, Findings, Row, Scale, Trial
 from hvcpd.ports import Pose
 
 NEAR, FAR, BETWEEN = "Rob", "Zoe", "Max"
@@ -146,6 +146,10 @@ def _summarise(rows: Sequence[Row]) -> Findings:
             *(f"{medium.name}: {medium.assumed}; {medium.sound_speed_m_s:g} m/s" for medium in media),
         ),
         (8.4, 5.0),
+        beside=tuple(
+            Beside(f"how far across {medium.name}", f"{medium.paper_m:,.0f} m, from books", text)
+            for medium, text in zip(media, reached, strict=True)
+        ),
     )
 
 

@@ -63,8 +63,3 @@ def table_of(series: Sequence[plots.Series]) -> Table:
             for at in s.steps
         ),
     )
-
-
-def told(series: Sequence[plots.Series]) -> tuple[str, ...]:
-    """The lines' pivotal distances."""
-    return tuple(f"{s.listener}, {s.condition}: {s.pivot.text()}." for s in series if s.pivot is not None)

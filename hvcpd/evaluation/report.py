@@ -18,7 +18,7 @@ from hvcpd.reporting.style import own_file
 STYLE = Markup(
     "main{max-width:60rem;margin:0 auto;padding:1rem}table{border-collapse:collapse;font-size:.85rem}"
     "th,td{padding:.15rem .6rem;text-align:right;border-bottom:1px solid #8884}th:first-child,td:first-child,"
-    "td.text{text-align:left}img{max-width:100%;height:auto;background:#fff}.wide{overflow-x:auto}"
+    "td.text,th.text{text-align:left}img{max-width:100%;height:auto;background:#fff}.wide{overflow-x:auto}"
 )
 OPEN_ROWS = 20
 """A longer table is folded away."""
@@ -54,10 +54,24 @@ def write_page(found: Sequence[tuple[str, Findings]], about: str, folder: Path) 
         tag("style", Markup(own_file("theme.css") + STYLE)),
     )
     sections = (_section(name, one, folder / f"{name}.png") for name, one in found)
-    body = tag("body", tag("main", tag("h1", "The paper's experiments, again"), tag("p", about), *sections))
+    heading = tag("h1", "The paper's experiments, again")
+    body = tag("body", tag("main", heading, tag("p", about), _beside(found), *sections))
     path = folder / "report.html"
     write_whole(path, f"<!doctype html>\n{tag('html', tag('head', *head), body, lang='en')}\n".encode())
     return path
+
+
+def _beside(found: Sequence[tuple[str, Findings]]) -> Markup | None:
+    """The paper's figures and ours, each with a way to its section."""
+    lines = [
+        tag("tr", *(tag("td", cell, class_="text") for cell in (tag("a", b.what, href=f"#{name}"), b.paper, b.here)))
+        for name, one in found
+        for b in one.beside
+    ]
+    if not lines:
+        return None
+    head = tag("tr", *(tag("th", text, class_="text") for text in ("", "the paper", "here")))
+    return tag("div", tag("table", tag("thead", head), tag("tbody", *lines)), class_="wide")
 
 
 def _section(name: str, found: Findings, picture: Path) -> Markup:

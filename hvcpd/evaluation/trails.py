@@ -9,7 +9,7 @@ from typing import Any
 from hil_fakes.bench import Bench, BenchPlan
 from hil_fakes.room import Air
 from hvcpd.evaluation import listeners
-from hvcpd.evaluation.trials import Experiment, Findings, Row, Scale, Table, Trial
+from hvcpd.evaluation.trials import Beside, Experiment, Findings, Row, Scale, Table, Trial
 from hvcpd.reporting.events import Summary, Watered
 from hvcpd.reporting.palette import ROBOT_LIGHT, plant_colour
 
@@ -73,6 +73,13 @@ def _summarise(rows: Sequence[Row]) -> Findings:
             f"noise {NOISE_DB_SPL:g} dB SPL; wheels as TurtleBot3 Burger",
         ),
         (7.2, 4.2),
+        beside=(
+            Beside(
+                f"plants watered by {' and '.join(ROBOTS)}",
+                " and ".join(map(str, PAPER_SHARES)),
+                f"{' and '.join(shares)}, {end}",
+            ),
+        ),
     )
 
 

@@ -51,6 +51,15 @@ class Table:
 
 
 @dataclass(frozen=True)
+class Beside:
+    """A figure of the paper's, and the same of this run."""
+
+    what: str
+    paper: str
+    here: str
+
+
+@dataclass(frozen=True)
 class Findings:
     """What an experiment found: paragraphs for the report, its table, what draws its plot on a matplotlib figure (if it
     has one), and the assumptions printed on that plot."""
@@ -61,6 +70,8 @@ class Findings:
     draw: Callable[[Any], None] | None = None
     assumptions: tuple[str, ...] = ()
     size_in: tuple[float, float] = (7.2, 4.6)
+    beside: tuple[Beside, ...] = ()
+    """What stands at the head of the report."""
 
 
 @dataclass(frozen=True)

@@ -10,9 +10,10 @@ from hvcpd.evaluation import listeners, plots
 from hvcpd.evaluation.calls import blocks, hear
 from hvcpd.evaluation.listeners import CALLER, OURS, PEER
 from hvcpd.evaluation.missions import LIMIT_S, ONE, OTHER, Plot, knows, repository, run, waterers
-from hvcpd.evaluation.modes import SAID_ONCE, WHOLE, mission_distances, missions, series_of, table_of, told
+from hvcpd.evaluation.modes import SAID_ONCE, WHOLE, mission_distances, missions, series_of, table_of
 from hvcpd.evaluation.scene import FITTED_ROBOT_NOISE_DB_SPL, Bench
-from hvcpd.evaluation.trials import Experiment, Findings, Row, Scale, Trial
+from hvcpd.evaluation.trials import Beside, Experiment, Findings, Row, Scale, Trial
+from hvcpd.evaluation.wake import reached
 from hvcpd.ports import SAMPLE_RATE_HZ
 
 PAPER_DROP_M = 0.7
@@ -93,13 +94,20 @@ def _summarise(rows: Sequence[Row]) -> Findings:
             f"off at once (the first robot is {way_m():.2f} m away when the second is amid its claim). "
             f"{STANDING.capitalize()}: until the claim is confirmed. The paper's success falls from "
             f"{PAPER_DROP_M * 100:.0f} cm on. Half succeed here:",
-            *told(series),
+            *(f"{text}." for text in reached(series)),
         ),
         table_of(series),
         lambda figure: plots.against_distance(
             figure, series, "success, %", PAPER_DROP_M, "the paper's success\nfalls from"
         ),
         (*Bench().assumptions(), f"robots drive at {SPEED_M_S:g} m/s, plants {AWAY_M:g} m behind them"),
+        beside=(
+            Beside(
+                "half of the volunteers' missions succeed at",
+                f"falls from {PAPER_DROP_M * 100:.0f} cm on",
+                "; ".join(reached(series)),
+            ),
+        ),
     )
 
 

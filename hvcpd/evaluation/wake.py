@@ -10,7 +10,7 @@ from hvcpd.evaluation.calls import WAKE, blocks, call, distances, summed, who
 from hvcpd.evaluation.listeners import CALLED, CALLER, OURS, PEER
 from hvcpd.evaluation.scene import FITTED_ROBOT_NOISE_DB_SPL, Bench
 from hvcpd.evaluation.statistics import Pivot, Step, pivot, wilson
-from hvcpd.evaluation.trials import Experiment, Findings, Row, Scale, Table, Trial
+from hvcpd.evaluation.trials import Beside, Experiment, Findings, Row, Scale, Table, Trial
 
 PAPER_PIVOT_M = 1.2
 """The paper's section IV-A: success falls sharply after 120 cm (20 trials a step; its source gives no points)."""
@@ -56,7 +56,15 @@ def _summarise(rows: Sequence[Row]) -> Findings:
         Table(columns, tuple(table)),
         lambda figure: plots.against_distance(figure, series, "calls understood, %", PAPER_PIVOT_M),
         Bench().assumptions(),
+        beside=(
+            Beside("half of the calls are understood at", f"{PAPER_PIVOT_M * 100:.0f} cm", "; ".join(reached(series))),
+        ),
     )
+
+
+def reached(series: Sequence[plots.Series]) -> tuple[str, ...]:
+    """The lines' pivotal distances, as the report has them."""
+    return tuple(f"{s.listener}, {s.condition}: {s.pivot.text()}" for s in series if s.pivot is not None)
 
 
 def _paragraphs(series: Sequence[plots.Series]) -> tuple[str, ...]:
@@ -66,7 +74,7 @@ def _paragraphs(series: Sequence[plots.Series]) -> tuple[str, ...]:
         f"The paper's robots have their pivotal distance at {PAPER_PIVOT_M * 100:.0f} cm. "
         "Where half of the calls are understood here:"
     ]
-    texts += [f"{s.listener}, {s.condition}: {s.pivot.text()}." for s in series if s.pivot is not None]
+    texts += [f"{text}." for text in reached(series)]
     ours, theirs = (_of(series, AS_FITTED, name) for name in (OURS, PEER))
     if ours is not None and theirs is not None and not theirs.sign:
         bound = "more than " if ours.sign == ">" else ""

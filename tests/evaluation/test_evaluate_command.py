@@ -12,7 +12,7 @@ import pytest
 from hvcpd.control.cli import main
 from hvcpd.evaluation.experiments import NAMES, experiment
 from hvcpd.evaluation.report import write_findings, write_page
-from hvcpd.evaluation.trials import Findings, Table
+from hvcpd.evaluation.trials import Beside, Findings, Table
 from hvcpd.synthesis.explain import PAPER_TABLE
 
 
@@ -59,6 +59,19 @@ def test_what_was_found_is_no_markup(tmp_path: Path) -> None:
     assert "<script>" not in page
     assert "&lt;b&gt;" in page
     assert (tmp_path / "one.csv").read_text() == "x\n<b>\n"
+
+
+def test_the_papers_figures_stand_beside_ours_at_the_head_of_the_report(tmp_path: Path) -> None:
+    beside = Beside("pivotal <distance>", "120 cm", "11.2 m")
+    found = [
+        (name, Findings(name, (), Table((), ()), beside=(beside,) if name == "one" else ()))
+        for name in "one two".split()
+    ]
+    page = write_page(found, "about", tmp_path).read_text()
+    assert page.count("120 cm") == 1
+    head = page[: page.index("<h2>")]
+    assert '<a href="#one">pivotal &lt;distance&gt;</a>' in head
+    assert "11.2 m" in head
 
 
 def test_plots_are_drawn_the_same_again_with_their_assumptions(tmp_path: Path) -> None:

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 import pytest
 
 from hvcpd.errors import ConfigError
-from hvcpd.evaluation.runner import KeptRows, Workers, sweep
-from hvcpd.evaluation.trials import Row, Trial
+from hvcpd.evaluation import robots
+from hvcpd.evaluation.runner import KeptRows, Run, Workers, sweep
+from hvcpd.evaluation.trials import Row, Scale, Trial
 
 TRIALS = [Trial("dice", 7, {"sides": sides, "throw": k}) for sides in (6, 20) for k in range(3)]
 
@@ -59,6 +61,24 @@ def test_rows_of_other_settings_or_seeds_are_not_taken(tmp_path: Path) -> None:
         first = sweep(throw, TRIALS, KeptRows(path), workers)
         second = sweep(throw, others, KeptRows(path), workers)
     assert second == [throw(trial) for trial in others] != first
+
+
+class Backwards(Workers):
+    """As several processes may finish: the last trial first."""
+
+    def each(self, run: Run, trials: Sequence[Trial]) -> Iterator[tuple[Trial, Row]]:
+        return super().each(run, trials[::-1])
+
+
+def test_an_experiment_finds_the_same_in_whatever_order_its_trials_are_finished(tmp_path: Path) -> None:
+    trials = [t for t in robots.EXPERIMENT.trials(Scale(seed=2, trials=2)) if t.settings["robots"] < 4]
+    found = []
+    for workers in (Workers(), Backwards()):
+        rows = sweep(robots.EXPERIMENT.run, trials, KeptRows(tmp_path / type(workers).__name__), workers)
+        found.append((rows, robots.EXPERIMENT.summarise(rows).table))
+    assert found[0] == found[1]
+    kept = [list(KeptRows(tmp_path / name).rows) for name in ("Workers", "Backwards")]
+    assert kept[0] == kept[1][::-1], "they were finished in another order"
 
 
 def test_progress_counts_what_was_kept(tmp_path: Path) -> None:
