@@ -163,8 +163,7 @@ class SoakStream:
             for _ in range(LOST_BLOCKS):
                 self._lost += len(self._pass())
             self.counters = StreamCounters(input_dropped=self._lost)
-        rests = self.now_s - self._sound_s >= REST_S
-        if rests and self.now_s >= min(self._next_note_s, self.limit_s):
+        elif self.now_s - self._sound_s >= REST_S and self.now_s >= min(self._next_note_s, self.limit_s):
             self._next_note_s += TABLE_EVERY_S
             self._note()
             if self.now_s >= self.limit_s:
