@@ -227,7 +227,7 @@ class Phrasebook:
         spoken = frozenset(words)
         for compiled in self._forms:
             if not compiled.words <= spoken:
-                continue  # which most are, and to match one takes a hundred times as long
+                continue  # as most do, and to match a pattern takes long
             for end, bindings in match(compiled.node, words, 0, self.slots):
                 if end == len(words):
                     yield self._as_known(build(compiled.form, bindings))

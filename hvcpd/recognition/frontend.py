@@ -102,7 +102,7 @@ def energies_of(samples: Samples) -> Energies:
         return np.zeros((0, N_BANDS), np.float32)
     sound = np.ascontiguousarray(samples, np.float32)
     n = 1 + (sound.size - WINDOW_SAMPLES) // HOP_SAMPLES
-    # Overlapping rows of one array, as sliding_window_view has them, without its half a hundred lines of Python.
+    # Overlapping rows of one array, as sliding_window_view makes them with much more Python.
     strides = (HOP_SAMPLES * sound.itemsize, sound.itemsize)
     frames: NDArray[np.float32] = np.ndarray((n, WINDOW_SAMPLES), np.float32, sound, 0, strides)
     if n <= FRAMES_AT_ONCE:

@@ -130,16 +130,16 @@ class NoiseTracker:
             estimate[moved] = np.maximum(level, ENERGY_FLOOR)[moved]
 
     def _window(self, n_frames: int) -> Energies:
-        """The last frames, shape (n_frames, N_BANDS)."""
+        """The last frames, shape (n_frames, N_BANDS); maybe a view of the ring."""
         if self._next >= n_frames:
             return self._ring[self._next - n_frames : self._next]
         return np.concatenate([self._ring[self._next - n_frames :], self._ring[: self._next]])
 
     def _renew(self, most: NDArray[np.float32] | None) -> None:
         rank = int(PERCENTILE / 100.0 * (self._filled - 1))
-        sorted_so_far = self._ring[: self._filled].copy()
-        sorted_so_far.partition(rank, axis=0)
-        np.maximum(sorted_so_far[rank] / self._steady.percentile_ratio, ENERGY_FLOOR, out=self.estimate)
+        ranked = self._ring[: self._filled].copy()
+        ranked.partition(rank, axis=0)
+        np.maximum(ranked[rank] / self._steady.percentile_ratio, ENERGY_FLOOR, out=self.estimate)
         if most is not None:
             np.minimum(self.estimate, most, out=self.estimate)
 

@@ -68,10 +68,8 @@ def trimmed_energies(samples: Samples) -> Energies:
     energies = energies_of(padded)
     power = energies.sum(axis=1)
     loud = np.flatnonzero(power >= power.max() * 10.0 ** (-TRIM_DB / 10.0))
-    first, last = loud[0], loud[-1]
-    return smoothed(
-        np.concatenate([energies[first : first + 1], energies[first : last + 1], energies[last : last + 1]])
-    )
+    word = energies[loud[0] : loud[-1] + 1]
+    return smoothed(np.concatenate([word[:1], word, word[-1:]]))
 
 
 def reverberated(energies: Energies) -> Energies:
