@@ -43,8 +43,10 @@ BLOCK = 400
 TABLE_EVERY_S = 1800.0
 STRANGER_EVERY_S = 7200.0
 FIRST_STRANGERS, FIRST_STRANGERS_EVERY_S = 3, 1500.0
-"""They have the voices of all that come later: within two hours the robot knows as many voices as it ever will. What a
-voice more needs is no leak."""
+"""They have the voices of all that come later: within two hours the robot knows as many voices as it ever will."""
+NAME_MB = 1.6
+"""What a name more that is known may need (0.7 to 1.6 measured): its word in every voice, wherever a name may stand. A
+robot knows 12 at most."""
 REST_S = 10.0
 """The table has the robot when nobody has said anything for so long: while somebody speaks, hearing needs up to
 13 MB more, which it then gives back."""
@@ -205,6 +207,7 @@ class SoakStream:
             self.talker.said,
             round((self.now_s - (robot.now if robot is not None else 0.0)) * SAMPLE_RATE_HZ) // BLOCK - 1,
             time.perf_counter() - self._began_s,
+            len(robot.phrasebook.vocabulary.names) if robot is not None else 0,
         )
         self.table.append(line)
         print(line.text, flush=True)
@@ -224,16 +227,17 @@ class Line:
     said: int
     missed: int
     wall_s: float
+    names: int
 
     @property
     def text(self) -> str:
         return (
             f"{self.hours:6.2f} {self.rss_mb:8.1f} {self.descriptors:5d} {self.threads:8d} {self.tasks:6d} "
-            f"{self.objects:9d} {self.longest:8d} {self.said:6d} {self.missed:7d} {self.wall_s:7.0f}"
+            f"{self.objects:9d} {self.longest:8d} {self.said:6d} {self.missed:7d} {self.wall_s:7.0f} {self.names:6d}"
         )
 
 
-HEAD = " hours   RSS MB   fds  threads  tasks   objects  longest   said  missed  wall s"
+HEAD = " hours   RSS MB   fds  threads  tasks   objects  longest   said  missed  wall s  names"
 
 
 def rss_mb() -> float:
@@ -279,10 +283,13 @@ def main() -> None:
     early = next((line for line in table if line.hours >= 2.0), table[0])
     last = table[-1]
     grown = last.rss_mb - early.rss_mb
-    print(f"RSS grew by {grown:+.1f} MB from hour {early.hours:.1f} to hour {last.hours:.1f} (limit {MAX_GROWTH_MB:g})")
+    learned = last.names - early.names
+    limit = MAX_GROWTH_MB + NAME_MB * learned
+    when = f"from hour {early.hours:.1f} to hour {last.hours:.1f}"
+    print(f"RSS grew by {grown:+.1f} MB {when}, with {learned} names more (limit {limit:.1f})")
     same = (early.descriptors, early.threads, early.tasks) == (last.descriptors, last.threads, last.tasks)
     print(f"descriptors, threads and tasks {'are as they were' if same else 'HAVE CHANGED'}")
-    sys.exit(0 if grown <= MAX_GROWTH_MB and same and last.missed == early.missed else 1)
+    sys.exit(0 if grown <= limit and same and last.missed == early.missed else 1)
 
 
 if __name__ == "__main__":
