@@ -1,8 +1,8 @@
 """A second opinion on speech that the robots' recogniser rejects: of enrolled people's words, and of PocketSphinx.
 
-Each listener's sentence gets a chance of being right from how well it fits, by a logistic curve. The curves were fitted
-to fluent sentences of four synthetic voices at 20 dB SNR against people's talk to each other (59 stretches of it; see
-docs/people.md). Where both hear the same, that counts for it: no talk made both hear one sentence.
+Each listener's sentence gets a chance of being right from how well it fits, by a logistic curve; PocketSphinx's was
+fitted to fluent sentences of four synthetic voices at 20 dB SNR against people's talk to each other (59 stretches of
+it; see docs/people.md). Where both hear the same, that counts for it: no talk made both hear one sentence.
 """
 
 from __future__ import annotations
@@ -46,13 +46,6 @@ SURELY_ELSE = 3.3
 """Misfit of another sentence that speaks against a call: of those found in the 27 calls the least was 3.86."""
 MIN_LEAD_S = 0.3
 """Of sound before the speech, to know its noise."""
-
-
-def enrolled_chance(sentence: Recognised) -> float:
-    """How likely a sentence of `EnrolledListener` is right, 0 to 1."""
-    lengths = [span.end_sample - span.start_sample for span in sentence.spans]
-    deficit = sum(n * span.deficit for n, span in zip(lengths, sentence.spans, strict=True)) / sum(lengths)
-    return _sigmoid(4.9 - 21.5 * deficit + 0.9 * math.log(len(lengths)))
 
 
 def guess_chance(guess: Guess) -> float:
@@ -104,16 +97,19 @@ class SecondOpinion:
             return _recognised(call, piece, MIN_CHANCE, snr_db)
         if guess is not None and len(guess.words) <= MOST_CALL_WORDS and guess.words[-1] == URGENT:
             guess = None  # in the large network it may fit where it was no call
+        found = self._likelier(piece, guess, snr_db)
+        return found if found is not None and found.confidence >= MIN_CHANCE else None
+
+    def _likelier(self, piece: Piece, guess: Guess | None, snr_db: float) -> Recognised | None:
+        """Of what the two listeners hear, what is likelier; likelier still if they hear the same."""
         known = self._look_for_enrolled(piece)
-        chance = enrolled_chance(known) if known is not None else 0.0
+        chance = known.confidence if known is not None else 0.0
         other = guess_chance(guess) if guess is not None else 0.0
         if known is not None and guess is not None and known.words == guess.words:
             chance = _agreed(chance, other)
-        if known is not None and chance >= max(other, MIN_CHANCE):
+        if known is not None and chance >= other:
             return replace(known, confidence=chance, snr_db=snr_db)
-        if guess is None or other < MIN_CHANCE:
-            return None
-        return _recognised(guess, piece, other, snr_db)
+        return _recognised(guess, piece, other, snr_db) if guess is not None else None
 
     def _call(self, piece: Piece, guess: Guess | None) -> Guess | None:
         """ "Stop" by anybody, unless it is surely something else: a halt too many does no harm."""

@@ -65,12 +65,13 @@ def test_only_the_newest_takes_are_kept() -> None:
     assert person.words == {"stop", "hi", "all"}
 
 
-def test_templates_are_as_loud_as_one_another_and_come_also_faster() -> None:
-    quiet = Person("Anna", {"stop": [take(1) * 1e-4], "hi": [take(3)]})
-    found = spoken_takes(quiet, ["stop", "hi", "water"])
-    assert sorted(found) == ["hi", "stop"]
-    assert [len(t) for t in found["stop"]] == [40, 30]
-    loudness = [float(np.median(t.sum(axis=1))) for t in (found["stop"][0], found["hi"][0])]
+def test_templates_are_as_loud_as_one_another_and_weak_forms_come_also_short() -> None:
+    quiet = Person("Anna", {"stop": [take(1) * 1e-4], "will": [take(3)]})
+    found = spoken_takes(quiet, ["stop", "will", "water"])
+    assert sorted(found) == ["stop", "will"]
+    assert [len(t) for t in found["stop"]] == [40]
+    assert [len(t) for t in found["will"]] == [40, 20]
+    loudness = [float(np.median(t.sum(axis=1))) for t in (found["stop"][0], found["will"][0])]
     assert 0.2 < loudness[0] / loudness[1] < 5.0
 
 

@@ -16,11 +16,13 @@ from hvcpd.coordination.people import SURE
 from hvcpd.language.phrasebook import Phrasebook
 from hvcpd.people.ears import AtOnce, Piece, SecondEars
 from hvcpd.people.enrolled import Person
-from hvcpd.people.opinion import STRANGER, SecondOpinion, enrolled_chance, guess_chance, snr_of
+from hvcpd.people.enrolled_listener import chance
+from hvcpd.people.matching import Match, MatchedWord
+from hvcpd.people.opinion import STRANGER, SecondOpinion, guess_chance, snr_of
 from hvcpd.people.sphinx import Guess, accented
 from hvcpd.people.takes import check_take
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
-from hvcpd.recognition.events import Event, Garbled, Recognised, WordSpan
+from hvcpd.recognition.events import Event, Garbled, Recognised
 from hvcpd.synthesis.speaker import Speaker
 from hvcpd.synthesis.voices import VOICES, Voice, voice_for
 
@@ -112,12 +114,15 @@ def test_what_fits_worse_is_less_sure() -> None:
     assert guess(3.0, 4.0) > 0.95 > guess(5.0, 6.5) > guess(5.5, 9.0)
     assert guess(6.5, 9.0) < 0.1
 
-    def sentence(deficit: float) -> float:
-        spans = tuple(WordSpan(w, k * 100, k * 100 + 100, 0.5, deficit) for k, w in enumerate(("turn", "left")))
-        return enrolled_chance(Recognised(("turn", "left"), "anna, enrolled", 0, 200, 0.5, 20.0, spans))
+    def match(deficit: float, passed_over: float = 0.1, above_noise: float = 2.0, margin: float = 20.0) -> float:
+        words = tuple(MatchedWord(w, k * 20, k * 20 + 20, deficit, margin) for k, w in enumerate(("turn", "left")))
+        return chance(Match("anna, enrolled", words, passed_over, above_noise))
 
-    assert sentence(0.1) > 0.95 > sentence(0.25) > sentence(0.45)
-    assert sentence(0.45) < 0.1
+    assert match(0.2) > 0.95 > match(0.9) > match(2.0)
+    assert match(2.0) < 0.1
+    assert match(0.5, passed_over=0.7) < 0.5 < match(0.5)  # half of the speech was taken for noise
+    assert match(0.0, above_noise=0.0, margin=1.0) < 0.8 < match(0.0)  # there was nothing to be heard
+    assert match(0.5, margin=0.3) < 0.8 < match(0.5)  # another word fits as well
 
 
 class Fixed:

@@ -1,0 +1,183 @@
+"""One-pass connected-word dynamic time warping over a whole piece of sound, all of which is explained.
+
+As the robots' decoder does it (H. Ney, "The use of a one-stage dynamic programming algorithm for connected word
+recognition", IEEE Trans. ASSP 32(2), 1984), but without a filler to which a badly spoken word could be lost: each frame
+is a word's or the room's. So costs of paths compare as they are, and few need to be dropped.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hvcpd.recognition.network import Index, Network
+
+Costs = NDArray[np.float32]
+Frames = NDArray[np.int32]
+
+FAR = np.float32(1e8)
+"""A cost that no path reaches, and to which distances can be added in float32."""
+STAY, SKIP, LEAP = np.float32(0.3), np.float32(0.6), np.float32(1.2)
+"""Extra costs of the steps that leave the diagonal, in units of distance: to stay, to skip a template's frame, to leap
+over two. People's digits, cross-validated over takes: 237 of 240 right with this skip, 234 with 0.3; fluent sentences
+of nine synthetic voices: 87 of 90, with 0.3 88, with 0.8 86."""
+GUARD = 3
+"""Cells before each chain, as many as the longest step."""
+BLOCK_FRAMES = 10
+"""Paths are dropped so often. Within so few frames nobody begins more than one more word."""
+REACH = GUARD * BLOCK_FRAMES
+"""So many cells a path gets ahead in that time at most."""
+WIDTH = np.float32(120.0)
+"""A path is dropped that costs so much more than the best: as much as half a second of wrong sounds."""
+
+
+@dataclass(frozen=True, eq=False)
+class Ends:
+    """What the forward pass leaves.
+
+    For each frame (first axis) the `cost` of each chain's end and the frame in which it `began`, and for each node the
+    frame in which the last word before it ended (`since`; -1: none). `rest`, one row more: the cost of being at each
+    node before each frame, and after the last.
+    """
+
+    cost: Costs
+    began: Frames
+    since: Frames
+    rest: Costs
+
+
+@dataclass(frozen=True)
+class Word:
+    """A word of a path: its chain, its frames `start` up to `end`, what it costs, and how much more the cheapest other
+    word would that leads to the same place at the same time."""
+
+    chain: int
+    start: int
+    end: int
+    cost: float
+    margin: float
+
+
+@dataclass(frozen=True, eq=False)
+class _Part:
+    """The cells of some chains: of the first frame, of the last, and where each target node's chains begin."""
+
+    chains: Index
+    cells: Index
+    row: Index
+    is_guard: NDArray[np.bool_]
+    first: Index
+    last: Index
+    nodes: Index
+    node_begins: Index
+
+
+class Chains:
+    """A network's chains as cells, one for each template frame, side by side."""
+
+    def __init__(self, net: Network) -> None:
+        self.net = net
+        size = net.length + GUARD
+        self._begin: Index = np.cumsum(size) - size
+        self._n_cells = int(size.sum())
+        end = self._begin + size
+        self._endings: Index = np.stack([np.maximum(end - REACH, self._begin), end], axis=1).ravel()[:-1]
+        """Where the last REACH cells of each chain begin and end, in turn, as `reduceat` takes them."""
+
+    def forward(self, distances: Costs, to_noise: Costs) -> Ends:
+        """Of each frame (first axis) to all template frames and to the room's noise alone."""
+        net, n = self.net, len(distances)
+        cost, began = np.full(self._n_cells, FAR, np.float32), np.zeros(self._n_cells, np.int32)
+        ends = Ends(
+            np.full((n, net.n_chains), FAR, np.float32),
+            np.zeros((n, net.n_chains), np.int32),
+            np.empty((n, net.n_nodes), np.int32),
+            np.full((n + 1, net.n_nodes), FAR, np.float32),
+        )
+        ends.rest[0, net.start_nodes] = 0.0
+        for begin in range(0, n, BLOCK_FRAMES):
+            part = self._promising(cost, ends.rest[begin])
+            inside = cost[part.cells], began[part.cells]
+            for frame in range(begin, min(begin + BLOCK_FRAMES, n)):
+                inside = self._column(part, inside, ends, frame, distances[frame], to_noise[frame])
+            cost.fill(FAR)
+            cost[part.cells], began[part.cells] = inside
+        return ends
+
+    def _promising(self, cost: Costs, rest: Costs) -> _Part:
+        """The chains that a path is in or may enter soon, if it does not cost WIDTH more than the best."""
+        net, entering = self.net, rest[self.net.source_node]
+        lowest = np.minimum(np.minimum.reduceat(cost, self._begin), entering)
+        bound = min(float(lowest.min()), float(rest.min())) + WIDTH
+        leaving = np.minimum.reduceat(cost, self._endings)[::2]
+        leaving = np.minimum(leaving, np.where(net.length <= REACH, entering, FAR))
+        reached = np.zeros(net.n_nodes, np.bool_)
+        reached[net.target_node[leaving < bound]] = True
+        chains = np.flatnonzero((lowest < bound) | reached[net.source_node])
+        size = net.length[chains] + GUARD
+        begins = np.cumsum(size) - size
+        offset = np.arange(int(size.sum())) - np.repeat(begins, size)
+        nodes, node_begins = np.unique(net.target_node[chains], return_index=True)
+        row = np.repeat(net.first_row[chains], size) + np.maximum(offset - GUARD, 0)
+        return _Part(
+            chains,
+            np.repeat(self._begin[chains], size) + offset,
+            row,
+            offset < GUARD,
+            begins + GUARD,
+            begins + size - 1,
+            nodes,
+            node_begins,
+        )
+
+    def _column(
+        self, part: _Part, inside: tuple[Costs, Frames], ends: Ends, frame: int, distances: Costs, to_noise: np.float32
+    ) -> tuple[Costs, Frames]:
+        cost, began = inside
+        cost[part.first - 1] = ends.rest[frame, self.net.source_node[part.chains]]
+        began[part.first - 1] = frame
+        cost, began = _stepped(cost, began)
+        cost += distances.take(part.row)
+        cost[part.is_guard] = FAR
+        ends.cost[frame, part.chains] = cost[part.last]
+        ends.began[frame, part.chains] = began[part.last]
+        arriving = np.full(self.net.n_nodes, FAR, np.float32)
+        if len(part.nodes):
+            arriving[part.nodes] = np.minimum.reduceat(cost[part.last], part.node_begins)
+        resting = ends.rest[frame] + to_noise
+        before = ends.since[frame - 1] if frame else np.full(self.net.n_nodes, -1, np.int32)
+        ends.since[frame] = np.where(arriving < resting, frame, before)
+        np.minimum(resting, arriving, out=ends.rest[frame + 1])
+        return cost, began
+
+    def trace(self, ends: Ends, node: int) -> tuple[Word, ...]:
+        """The words of the cheapest path that is at `node` after the last frame."""
+        return tuple(reversed(list(self._back(ends, node))))
+
+    def _back(self, ends: Ends, node: int) -> Iterator[Word]:
+        net, frame = self.net, int(ends.since[-1, node])
+        while frame >= 0:
+            begin, end = np.searchsorted(net.target_node, (node, node + 1))
+            costs = ends.cost[frame, begin:end]
+            chain = int(begin + costs.argmin())
+            others = costs[net.word_number[begin:end] != net.word_number[chain]]
+            start, source = int(ends.began[frame, chain]), int(net.source_node[chain])
+            cost = float(ends.cost[frame, chain])
+            yield Word(
+                chain, start, frame + 1, cost - float(ends.rest[start, source]), float(others.min(initial=FAR)) - cost
+            )
+            node, frame = source, int(ends.since[start - 1, source]) if start > 0 else -1
+
+
+def _stepped(cost: Costs, began: Frames) -> tuple[Costs, Frames]:
+    """One column but for its distances: for each cell the cheapest cell that it is reached from."""
+    new, newly = cost + STAY, began.copy()
+    for reach, extra in ((1, np.float32(0.0)), (2, SKIP), (3, LEAP)):
+        candidate = cost[:-reach] + extra
+        better = candidate < new[reach:]
+        np.copyto(new[reach:], candidate, where=better)
+        np.copyto(newly[reach:], began[:-reach], where=better)
+    return new, newly

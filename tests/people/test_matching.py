@@ -1,0 +1,151 @@
+"""The nearest sentence to a whole piece of sound: the least of all costs, and all of the sound explained."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from hvcpd.language.graph import Arc, WordGraph
+from hvcpd.people.chains import LEAP, SKIP, STAY, Chains
+from hvcpd.people.matching import Match, Matcher
+from hvcpd.recognition.frontend import N_BANDS, Energies
+from hvcpd.recognition.network import Network
+from hvcpd.recognition.templates import TemplateBank
+
+GRAPH = WordGraph(
+    4,
+    (Arc(0, 1, "hi"), Arc(1, 2, "rob"), Arc(1, 2, "bot"), Arc(2, 3, "stop"), Arc(0, 3, "stop")),
+    0,
+    frozenset((3,)),
+    frozenset(),
+)
+SENTENCES = (("hi", "rob", "stop"), ("hi", "bot", "stop"), ("stop",))
+NOISE = np.full(N_BANDS, 1e-4, np.float32)
+
+
+def take(seed: int, frames: int) -> Energies:
+    """A sound that changes slowly between three random spectra, as a word's does."""
+    rng = np.random.default_rng(seed)
+    spectra = rng.normal(0.0, 1.5, (3, N_BANDS))
+    at = np.linspace(0.0, 2.0, frames)
+    logs = np.stack([np.interp(at, range(3), spectra[:, band]) for band in range(N_BANDS)], axis=1)
+    out = np.exp(logs).astype(np.float32)
+    return np.asarray(out / out.sum(axis=1).mean(), np.float32)
+
+
+LENGTHS = {"hi": 18, "rob": 24, "bot": 24, "stop": 30}
+WORDS = {word: take(seed, frames) for seed, (word, frames) in enumerate(LENGTHS.items())}
+
+
+def piece(*words: str, pace: float = 1.0, gain: float = 1.0, seed: int = 1) -> Energies:
+    """The words one after the other, at so many times their length, with noise alone around them."""
+    parts = [np.zeros((25, N_BANDS))]
+    for word in words:
+        source = WORDS.get(word, take(hash_of(word), 25))
+        parts.append(source[np.linspace(0, len(source) - 1, round(len(source) * pace)).astype(int)])
+    parts.append(np.zeros((25, N_BANDS)))
+    clean = gain * np.concatenate(parts)
+    noise = NOISE * np.random.default_rng(seed).gamma(30.0, 1 / 30.0, clean.shape)
+    return np.asarray(clean + noise, np.float32)
+
+
+def hash_of(word: str) -> int:
+    return sum(map(ord, word))
+
+
+def words_of(match: Match | None) -> tuple[str, ...]:
+    assert match is not None
+    return tuple(word.word for word in match.words)
+
+
+@pytest.fixture(scope="module")
+def matcher() -> Matcher:
+    return Matcher(GRAPH, {"anna": {word: [one] for word, one in WORDS.items()}})
+
+
+@pytest.mark.parametrize("words", SENTENCES)
+@pytest.mark.parametrize(("pace", "gain"), [(1.0, 1.0), (0.6, 0.05), (1.6, 30.0)])
+def test_a_sentence_is_found_at_any_pace_and_loudness(
+    matcher: Matcher, words: tuple[str, ...], pace: float, gain: float
+) -> None:
+    match = matcher.match(piece(*words, pace=pace, gain=gain), NOISE)
+    assert words_of(match) == words
+    assert match is not None
+    assert match.voice == "anna"
+    assert abs(match.words[0].start - 25) <= 6
+    assert all(a.end <= b.start for a, b in zip(match.words[:-1], match.words[1:], strict=True))
+
+
+def test_words_of_another_sentence_cannot_be_passed_over_for_nothing(matcher: Matcher) -> None:
+    right = matcher.match(piece("hi", "rob", "stop"), NOISE)
+    wrong = matcher.match(piece("water", "the", "rose", "stop"), NOISE)
+    assert right is not None
+    assert wrong is not None
+    unexplained = max(w.deficit for w in wrong.words) + wrong.passed_over
+    assert unexplained > 0.8 + max(w.deficit for w in right.words) + right.passed_over
+
+
+def test_too_little_sound_for_any_sentence_is_none(matcher: Matcher) -> None:
+    assert matcher.match(piece("stop")[:3], NOISE) is None
+
+
+def test_voices_vote_on_what_none_of_them_says_alike() -> None:
+    """Of three voices one is by chance nearest with another word; the two others agree."""
+
+    def off(word: str, amount: float, seed: int) -> dict[str, list[Energies]]:
+        shape = np.random.default_rng(seed).normal(0.0, 1.0, (1, N_BANDS))
+        return {word: [np.asarray(WORDS["rob"] * np.exp(amount * shape / np.std(shape)), np.float32)]}
+
+    graph = WordGraph(2, (Arc(0, 1, "rob"), Arc(0, 1, "bot")), 0, frozenset((1,)), frozenset())
+    far = {"bot": [WORDS["bot"]]}
+    voices = {"one": off("rob", 0.5, 5) | far, "two": off("rob", 0.5, 6) | far}
+    odd = off("bot", 0.55, 7) | {"rob": [WORDS["stop"]]}
+    sound = piece("rob")
+    assert words_of(Matcher(graph, {"two": voices["two"], "odd": odd}).match(sound, NOISE)) == ("bot",)
+    assert words_of(Matcher(graph, {**voices, "odd": odd}).match(sound, NOISE)) == ("rob",)
+
+
+def brute_force(distances: np.ndarray, to_noise: np.ndarray, templates: Sequence[range]) -> float:
+    """The least cost of saying the templates in order, with noise before, between and after, cell by cell."""
+    n = len(distances)
+    rest = np.concatenate([[0.0], np.cumsum(to_noise)])
+    for rows in templates:
+        ends = np.full(n + 1, math.inf)
+        cost = np.full((n + 1, len(rows)), math.inf)
+        for t in range(1, n + 1):
+            for k, row in enumerate(rows):
+                ways = [cost[t - 1, k] + STAY]
+                for reach, extra in ((1, 0.0), (2, SKIP), (3, LEAP)):
+                    if k >= reach:
+                        ways.append(cost[t - 1, k - reach] + extra)
+                    elif k == reach - 1:
+                        ways.append(rest[t - 1] + extra)
+                cost[t, k] = min(ways) + distances[t - 1, row]
+            ends[t] = cost[t, -1]
+        rest = np.full(n + 1, math.inf)
+        for t in range(1, n + 1):
+            rest[t] = min(rest[t - 1] + to_noise[t - 1], ends[t])
+    return float(rest[-1])
+
+
+@settings(max_examples=25, deadline=None)
+@given(seed=st.integers(0, 10_000), lengths=st.lists(st.integers(5, 9), min_size=2, max_size=2), n=st.integers(12, 30))
+def test_costs_are_the_least_of_all_paths(seed: int, lengths: list[int], n: int) -> None:
+    graph = WordGraph(3, (Arc(0, 1, "hi"), Arc(1, 2, "rob")), 0, frozenset((2,)), frozenset())
+    bank = TemplateBank({"anna": {"hi": [take(1, lengths[0])], "rob": [take(2, lengths[1])]}})
+    chains = Chains(Network(graph, bank))
+    rng = np.random.default_rng(seed)
+    distances = rng.gamma(2.0, 1.0, (n, sum(lengths))).astype(np.float32)
+    to_noise = rng.gamma(2.0, 1.0, n).astype(np.float32)
+    ends = chains.forward(distances, to_noise)
+    rows = [range(t.first, t.first + t.length) for t in bank.templates]
+    assert float(ends.rest[-1, 2]) == pytest.approx(brute_force(distances, to_noise, rows), rel=1e-4)
+    first, second = chains.trace(ends, 2)
+    between = to_noise[first.end : second.start].sum()
+    whole = to_noise[: first.start].sum() + first.cost + between + second.cost + to_noise[second.end :].sum()
+    assert whole == pytest.approx(float(ends.rest[-1, 2]), rel=1e-4)
