@@ -140,6 +140,13 @@ class Fixed:
         return self._call
 
 
+def look(book: Phrasebook, sound: Sound, fixed: Fixed, speech_s: float) -> Recognised | None:
+    opinion = SecondOpinion(book.people_graph, sound.lexicon, [], True, fixed)
+    n = round(speech_s * SAMPLE_RATE_HZ)
+    heard_sound = np.concatenate([np.zeros(SAMPLE_RATE_HZ), 0.1 * np.sin(np.arange(n))]).astype(np.float32)
+    return opinion.look(Piece(heard_sound, SAMPLE_RATE_HZ, 50_000, 50_000 + n, 50_000 - SAMPLE_RATE_HZ))
+
+
 @pytest.mark.parametrize(
     ("fixed", "understood"),
     [
@@ -154,11 +161,32 @@ class Fixed:
 def test_stop_is_heard_where_it_fits_as_a_call(
     book: Phrasebook, sound: Sound, fixed: Fixed, understood: tuple[str, ...] | None
 ) -> None:
-    opinion = SecondOpinion(book.people_graph, sound.lexicon, [], True, fixed)
-    speech = np.concatenate([np.zeros(SAMPLE_RATE_HZ), 0.1 * np.sin(np.arange(SAMPLE_RATE_HZ))]).astype(np.float32)
-    found = opinion.look(Piece(speech, SAMPLE_RATE_HZ, 50_000, 50_000 + SAMPLE_RATE_HZ, 50_000 - SAMPLE_RATE_HZ))
+    found = look(book, sound, fixed, 1.0)
     assert (found.words if found is not None else None) == understood
     assert found is None or found.confidence < SURE
+
+
+def test_where_there_is_no_time_for_more_a_call_may_fit_worse(book: Phrasebook, sound: Sound) -> None:
+    doubtful = Fixed("turn left", 7.0, 3.7, 2.5)  # as one of a synthetic voice that nobody had heard before
+    short, long = look(book, sound, doubtful, 0.7), look(book, sound, doubtful, 1.5)
+    assert short is not None
+    assert short.words == ("stop",)
+    assert long is None
+
+
+def test_an_enrolled_voice_that_is_sure_counts_before_a_stranger_guessed_at(book: Phrasebook, sound: Sound) -> None:
+    speaker = Speaker(CHILD, sound.lexicon, sound.cache)
+    takes = {word: [check_take(np.pad(speaker.render([[word]]), 4000)).energies] for word in ("turn", "left", "right")}
+    anna = Person("Anna", {word: [e for e in of_word if e is not None] for word, of_word in takes.items()})
+    opinion = SecondOpinion(book.people_graph, sound.lexicon, [anna], True, Fixed("move forward", 3.0, 9.0, 9.0))
+    found = []
+    for said in (["turn", "left"], ["water", "the", "rose"]):
+        speech, lead = speaker.render([said]), round(3.2 * SAMPLE_RATE_HZ)
+        found.append(opinion.look(Piece(in_room([speech], 0.5), lead, 0, len(speech), -lead)))
+    assert [(e.words, e.voice) for e in found if e is not None] == [
+        (("turn", "left"), "anna, enrolled"),
+        (("move", "forward"), STRANGER),
+    ]
 
 
 def test_the_noise_is_that_of_the_quiet_before_the_speech() -> None:
