@@ -7,7 +7,7 @@ is a word's or the room's. So costs of paths compare as they are, and few need t
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -40,13 +40,14 @@ class Ends:
 
     For each frame (first axis) the `cost` of each chain's end and the frame in which it `began`, and for each node the
     frame in which the last word before it ended (`since`; -1: none). `rest`, one row more: the cost of being at each
-    node before each frame, and after the last.
+    node before each frame, and after the last. `nearest`: each frame's distance to the nearest template frame of all.
     """
 
     cost: Costs
     began: Frames
     since: Frames
     rest: Costs
+    nearest: Costs
 
 
 @dataclass(frozen=True)
@@ -87,22 +88,27 @@ class Chains:
         self._endings: Index = np.stack([np.maximum(end - REACH, self._begin), end], axis=1).ravel()[:-1]
         """Where the last REACH cells of each chain begin and end, in turn, as `reduceat` takes them."""
 
-    def forward(self, distances: Costs, to_noise: Costs) -> Ends:
-        """Of each frame (first axis) to all template frames and to the room's noise alone."""
-        net, n = self.net, len(distances)
+    def forward(self, distances: Callable[[int, int], Costs], to_noise: Costs) -> Ends:
+        """Of each frame to the room's noise alone, and of the frames from one to another (first axis) to all template
+        frames: those of a whole piece would take 30 MB a person."""
+        net, n = self.net, len(to_noise)
         cost, began = np.full(self._n_cells, FAR, np.float32), np.zeros(self._n_cells, np.int32)
         ends = Ends(
             np.full((n, net.n_chains), FAR, np.float32),
             np.zeros((n, net.n_chains), np.int32),
             np.empty((n, net.n_nodes), np.int32),
             np.full((n + 1, net.n_nodes), FAR, np.float32),
+            np.empty(n, np.float32),
         )
         ends.rest[0, net.start_nodes] = 0.0
         for begin in range(0, n, BLOCK_FRAMES):
             part = self._promising(cost, ends.rest[begin])
             inside = cost[part.cells], began[part.cells]
-            for frame in range(begin, min(begin + BLOCK_FRAMES, n)):
-                inside = self._column(part, inside, ends, frame, distances[frame], to_noise[frame])
+            end = min(begin + BLOCK_FRAMES, n)
+            block = distances(begin, end)
+            ends.nearest[begin:end] = block.min(axis=1)
+            for frame in range(begin, end):
+                inside = self._column(part, inside, ends, frame, block[frame - begin], to_noise[frame])
             cost.fill(FAR)
             cost[part.cells], began[part.cells] = inside
         return ends

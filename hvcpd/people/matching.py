@@ -6,7 +6,6 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from hvcpd.language.graph import Arc, WordGraph
 from hvcpd.people.chains import FAR, Chains, Costs, Ends
@@ -53,11 +52,15 @@ class Match:
 
 @dataclass(frozen=True, eq=False)
 class _Heard:
-    """Distances of each frame of a piece to all template frames and to the noise, and the sum of the least up to it."""
+    """Features of a piece and of all template frames, and the distance of each frame of the piece to the noise."""
 
-    to_rows: Costs
+    features: Features
+    rows: Features
     to_noise: Costs
-    nearest: NDArray[np.float64]
+
+    def distances(self, begin: int, end: int) -> Costs:
+        """Of some frames to all template frames."""
+        return _distances(self.features[begin:end], self.rows)
 
 
 class Matcher:
@@ -79,7 +82,7 @@ class Matcher:
         `energies`, shape (n, N_BANDS), begin and end with a little noise. None if it is too short for any sentence.
         """
         heard = self._heard(energies, noise)
-        ends = self._chains.forward(heard.to_rows, heard.to_noise)
+        ends = self._chains.forward(heard.distances, heard.to_noise)
         found = _best_of_voices(self._chains, ends)
         if not found:
             return None
@@ -94,10 +97,8 @@ class Matcher:
         rows = self._bank.compose(np.arange(self._bank.n_frames), noise + mask, gain)
         padded = np.pad(energies + mask, ((CONTEXT_FRAMES, CONTEXT_FRAMES), (0, 0)), mode="edge")
         heard = features_of(padded)
-        to_rows = _distances(heard, rows)
         to_noise = _distances(heard, noise_features(noise + mask)[None, :])[:, 0]
-        nearest = np.concatenate([[0.0], np.cumsum(np.minimum(to_rows.min(axis=1), to_noise))])
-        return _Heard(to_rows, to_noise, nearest)
+        return _Heard(heard, rows, to_noise)
 
     def _voted(self, sentences: Iterable[tuple[str, ...]], heard: _Heard) -> Match:
         """Of the sentences that fit best in one voice or another, the one that fits best in all; in its best voice."""
@@ -105,7 +106,7 @@ class Matcher:
         for words in sentences:
             arcs = tuple(Arc(k, k + 1, word) for k, word in enumerate(words))
             chains = self._compiled(WordGraph(len(words) + 1, arcs, 0, frozenset((len(words),)), frozenset()))
-            ends = chains.forward(heard.to_rows, heard.to_noise)
+            ends = chains.forward(heard.distances, heard.to_noise)
             voices = _best_of_voices(chains, ends).values()
             costs = np.array([cost for cost, _, _ in voices])
             vote = costs.min() - VOTE_COST * float(np.log(np.exp((costs.min() - costs) / VOTE_COST).sum()))
@@ -114,14 +115,15 @@ class Matcher:
         return self._match(chains, ends, node, heard)
 
     def _match(self, chains: Chains, ends: Ends, node: int, heard: _Heard) -> Match:
-        words, nearest, inside = [], heard.nearest, np.zeros(len(heard.to_noise), np.bool_)
+        words, inside = [], np.zeros(len(heard.to_noise), np.bool_)
+        least = np.minimum(ends.nearest, heard.to_noise)
         path = chains.trace(ends, node)
         for word in path:
-            excess = word.cost - float(nearest[word.end] - nearest[word.start])
+            excess = word.cost - float(least[word.start : word.end].sum())
             deficit = excess / (word.end - word.start)
             words.append(MatchedWord(chains.net.word[word.chain], word.start, word.end, deficit, word.margin))
             inside[word.start : word.end] = True
-        beyond = (heard.to_noise - np.diff(nearest))[~inside]
+        beyond = (heard.to_noise - least)[~inside]
         passed_over = float(beyond.mean()) if len(beyond) else 0.0
         inside_noise = float(heard.to_noise[inside].sum()) - sum(word.cost for word in path)
         return Match(
