@@ -19,7 +19,7 @@ from hil_fakes.body import Body
 from hil_fakes.haste import Haste
 from hil_fakes.room import Air, Noise, Point, Room, Ways
 from hil_fakes.scorekeeper import Scorekeeper
-from hvcpd.assembly import RobotPlan, Roster, Sound, make_robot
+from hvcpd.assembly import RobotPlan, Sound, make_robot
 from hvcpd.config.tasks import TaskRepository
 from hvcpd.coordination.actions import Role, Speech, Timing
 from hvcpd.errors import PhraseError
@@ -28,6 +28,7 @@ from hvcpd.ports import SAMPLE_RATE_HZ, STANDSTILL, Pose, Samples, WheelCommand,
 from hvcpd.records import LearnName
 from hvcpd.reporting.events import Event, MissionRecord, Moved, Plant, Started, Summary, Trail
 from hvcpd.robot import Robot
+from hvcpd.roster import Roster
 from hvcpd.security.keys import KeyRing
 from hvcpd.store import Store
 from hvcpd.store_file import IN_MEMORY

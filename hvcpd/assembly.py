@@ -10,11 +10,9 @@ from pathlib import Path
 from typing import Generic, TypeVar
 
 from hvcpd.config.settings import DEFAULT_TEAMS as DEFAULT_TEAMS
-from hvcpd.config.settings import MAX_KNOWN_NAMES
 from hvcpd.config.tasks import Place, TaskRepository
 from hvcpd.coordination.actions import SLOW_STRETCH, Role, Timing
 from hvcpd.coordination.coordination import Coordination
-from hvcpd.errors import PhraseError
 from hvcpd.faculties import Ears
 from hvcpd.hardware.kinematics import BURGER, Drive, Odometry
 from hvcpd.hardware.navigator import Navigator
@@ -26,6 +24,7 @@ from hvcpd.people.enrolled import Person
 from hvcpd.people.making import looking_twice, make_second
 from hvcpd.performer import Performer
 from hvcpd.ports import Pose, Samples, WheelReading
+from hvcpd.recognition.coherent import CoherentListener
 from hvcpd.recognition.listening import MIN_SPELLED_CONFIDENCE, Listening
 from hvcpd.recognition.overhearing import Overhearing
 from hvcpd.recognition.own_delay import OwnDelay
@@ -41,11 +40,11 @@ from hvcpd.security.guard import Guard
 from hvcpd.security.keys import KeyRing
 from hvcpd.security.silence import Patience
 from hvcpd.synthesis.lexicon import Lexicon
-from hvcpd.synthesis.likeness import sounds_alike
 from hvcpd.synthesis.recorded import RecordedSpeaker
 from hvcpd.synthesis.speaker import Speaker
 from hvcpd.synthesis.unit_cache import UnitCache
 from hvcpd.synthesis.voices import VOICES, Voice, voice_for
+from hvcpd.voicebook import SpokenBook
 
 SLOW = 1.0 / SLOW_STRETCH
 """Of the usual rate, when a robot speaks slowly; the recogniser's steps span 0.5 to 2."""
@@ -123,6 +122,9 @@ class RobotPlan:
     """Robots that it was not told of may come and spell their names."""
     second: Worker | None = None
     """Looks again at what the voices of robots do not explain; None: nobody does."""
+    prepared: bool = True
+    """Voices that it listens for by their waveform are in the cache, or may be rendered when they are needed; otherwise
+    `Robot.prepare` is to be called."""
     any_voice: bool = True
     """It looks for people who are not enrolled too."""
     keys: KeyRing | None = None
@@ -168,13 +170,26 @@ def make_phrasebook(
     )
 
 
-def make_recogniser(phrasebook: Phrasebook, names: Sequence[str], sound: Sound) -> Recogniser:
-    """A recogniser for the voices of these robots: templates are the very signals that their synthesizers make."""
+def make_recogniser(phrasebook: Phrasebook, names: Sequence[str], sound: Sound, prepared: bool = True) -> Recogniser:
+    """A recogniser for the voices of these robots: templates are the very signals that their synthesizers make.
+
+    `prepared`: it may also render the waveforms of whole sentences when it needs them.
+    """
     speakers = {_robot_voice(name, sound): name for name in names}
     bank = _RenderedWhenAsked(speakers, lambda name: _templates(phrasebook, sound.speaker_of(name)))
     sealed = Kind.SEALED in phrasebook.vocabulary.kinds
     settings = RecogniserSettings(spotter=SpotterSettings(beam=Beam(max_pairs=SEALED_PAIRS))) if sealed else None
-    return Recogniser(phrasebook.marked_graph, bank, settings, urgent=make_urgent(sound, names))
+    coherent = make_coherent(phrasebook, names, sound, prepared)
+    return Recogniser(phrasebook.marked_graph, bank, settings, urgent=make_urgent(sound, names), coherent=coherent)
+
+
+def make_coherent(
+    phrasebook: Phrasebook, names: Sequence[str], sound: Sound, prepared: bool = True
+) -> CoherentListener:
+    """Hears the same voices by their waveform, where noise hides the words."""
+    graph = phrasebook.marked_graph
+    books = {_robot_voice(name, sound): SpokenBook(sound.speaker_of(name), graph.words) for name in names}
+    return CoherentListener(graph, books, prepared)
 
 
 _Who = TypeVar("_Who")
@@ -208,9 +223,11 @@ class _RenderedWhenAsked(Mapping[str, dict[str, list[Samples]]], Generic[_Who]):
         return len(self._speakers)
 
 
-def make_ears(phrasebook: Phrasebook, names: Sequence[str], sound: Sound, strangers: bool) -> Listening:
+def make_ears(
+    phrasebook: Phrasebook, names: Sequence[str], sound: Sound, strangers: bool, prepared: bool = True
+) -> Listening:
     """Ears for the voices of these robots; with `strangers` also for names that are spelled, in any voice."""
-    sentences = make_recogniser(phrasebook, names, sound)
+    sentences = make_recogniser(phrasebook, names, sound, prepared)
     return Listening(sentences, make_spelled(phrasebook, sound, sentences.watch) if strangers else None)
 
 
@@ -282,7 +299,7 @@ def make_robot(plan: RobotPlan, sound: Sound) -> Robot:
         stopped=plan.stopped,
     )
     coordination.home = plan.home
-    ears = make_ears(phrasebook, _others(plan, sound.robots(plan.names)), sound, plan.strangers)
+    ears = make_ears(phrasebook, _others(plan, sound.robots(plan.names)), sound, plan.strangers, plan.prepared)
     return Robot(
         coordination,
         phrasebook,
@@ -322,25 +339,8 @@ def _others(plan: RobotPlan, names: Sequence[str]) -> Sequence[str]:
     return [name for name in names if name.lower() != plan.role.name.lower()] or names
 
 
-class Roster:
-    """The names that one robot knows: those it was told, and those that it learns, the oldest of which it forgets."""
-
-    def __init__(self, plan: RobotPlan, sound: Sound) -> None:
-        self._plan = plan
-        self._sound = sound
-        self._told = plan.names
-        self.names = plan.names
-
-    def learn(self, name: str) -> tuple[Phrasebook, Ears]:
-        """What a robot needs to understand one name more. Takes seconds. Raises PhraseError for a name that sounds
-        like a known one, or is a word of the phrasebook."""
-        rival = next((known for known in self.names if sounds_alike(name, known, self._sound.lexicon)), None)
-        if rival is not None:
-            raise PhraseError(f"the name '{name}' sounds like '{rival}': that robot needs another one")
-        learned = [known for known in self.names if known not in self._told]
-        room = max(MAX_KNOWN_NAMES - len(self._told), 1)
-        names = (*self._told, *[*learned, name][-room:])
-        book = _phrasebook(self._plan, names)
-        ears = make_ears(book, _others(self._plan, self._sound.robots(names)), self._sound, strangers=False)
-        self.names = names
-        return book, _looking_twice(self._plan, book, ears, self._sound)
+def make_phrasebook_and_ears(plan: RobotPlan, names: Sequence[str], sound: Sound) -> tuple[Phrasebook, Ears]:
+    """The same robot's phrasebook and ears once it knows these names. Raises PhraseError when words clash."""
+    book = _phrasebook(plan, names)
+    ears = make_ears(book, _others(plan, sound.robots(names)), sound, False, plan.prepared)
+    return book, _looking_twice(plan, book, ears, sound)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import Protocol, Self
 
 import numpy as np
@@ -27,6 +27,8 @@ class Ears(Protocol):
     def lost(self, n_samples: int) -> list[HearingEvent]: ...
 
     def succeed(self, predecessor: Self) -> None: ...
+
+    def prepare(self, go_on: Callable[[], bool]) -> None: ...
 
 
 class Overhears(Protocol):

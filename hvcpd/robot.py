@@ -6,7 +6,7 @@ in a test run the same code.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -108,6 +108,11 @@ class Robot:
         """Tell the time, seconds since 1970, for people's codes that depend on it; None if nobody knows it."""
         if self._sealing is not None:
             self._sealing.guard.set_clock(None if wall_s is None else wall_s - self.now)
+
+    def prepare(self, go_on: Callable[[], bool]) -> None:
+        """Make ready the waveforms of those whom it listens for, while `go_on`. Takes seconds; another thread may do
+        it."""
+        self._ears.prepare(go_on)
 
     def adopt(self, phrasebook: Phrasebook, ears: Ears) -> None:
         """Understand what can be said with more names, as soon as nobody is in the midst of a sentence."""

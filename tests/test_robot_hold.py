@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import random
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 import numpy as np
 
@@ -41,6 +41,9 @@ class ScriptedEars:
 
     def succeed(self, predecessor: ScriptedEars) -> None:
         raise AssertionError("nobody spells a name here")
+
+    def prepare(self, go_on: Callable[[], bool]) -> None:
+        pass
 
 
 class Mouth:

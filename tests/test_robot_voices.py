@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -38,6 +39,9 @@ class Told:
 
     def succeed(self, predecessor: object) -> None:
         """Nothing to go on with."""
+
+    def prepare(self, go_on: Callable[[], bool]) -> None:
+        pass
 
 
 @pytest.fixture(scope="module")

@@ -12,6 +12,7 @@ import numpy as np
 from hvcpd.assembly import (
     DEFAULT_TEAMS,
     Sound,
+    make_coherent,
     make_phrasebook,
     make_sound,
     make_urgent,
@@ -72,7 +73,8 @@ class Team:
 
     def ears(self) -> Recogniser:
         """A recogniser that has heard nothing yet, as every robot has it."""
-        return Recogniser(self.book.graph, self.bank, urgent=make_urgent(self.sound))
+        coherent = make_coherent(self.book, self.names, self.sound)
+        return Recogniser(self.book.graph, self.bank, urgent=make_urgent(self.sound), coherent=coherent)
 
 
 def make_team(names: Sequence[str], tasks: TaskRepository | None = None) -> Team:

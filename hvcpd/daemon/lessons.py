@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import asyncio
 import math
-from collections.abc import Iterable
+from collections.abc import Coroutine, Iterable
 
 import structlog
 
-from hvcpd.assembly import Roster, Sound
+from hvcpd.assembly import Sound
 from hvcpd.daemon.lean import give_back_memory
 from hvcpd.daemon.rehearsal import rehearse
 from hvcpd.errors import PhraseError
@@ -16,6 +16,7 @@ from hvcpd.faculties import Ears
 from hvcpd.language.phrasebook import Phrasebook
 from hvcpd.records import LearnName, Record
 from hvcpd.robot import Robot
+from hvcpd.roster import Roster
 
 ADOPTED_S = 10.0
 """By then (sample clock) the robot has what it learned, unless somebody speaks without end, and what it had is free."""
@@ -34,6 +35,7 @@ class Lessons:
         self._turn = asyncio.Lock()
         self._under_way: set[asyncio.Task[None]] = set()
         self._tidy_s = math.inf
+        self._closing = False
 
     def take(self, records: Iterable[Record]) -> None:
         """Begin to learn every name that is to be learned; to be called at every block."""
@@ -42,9 +44,22 @@ class Lessons:
             give_back_memory()
         for record in records:
             if isinstance(record, LearnName):
-                lesson = asyncio.get_running_loop().create_task(self._learn(record.name))
-                self._under_way.add(lesson)
-                lesson.add_done_callback(self._under_way.discard)
+                self._begin(self._learn(record.name))
+
+    def _begin(self, lesson: Coroutine[None, None, None]) -> None:
+        task = asyncio.get_running_loop().create_task(lesson)
+        self._under_way.add(task)
+        task.add_done_callback(self._under_way.discard)
+
+    def prepare(self) -> None:
+        """Begin to make the other robots' sentences ready; until then noise hides more of them."""
+        self._begin(self._prepare())
+
+    async def _prepare(self) -> None:
+        async with self._turn:
+            await asyncio.to_thread(self._robot.prepare, lambda: not self._closing)
+            give_back_memory()
+            _log.info("knows the others' voices sample by sample")
 
     async def settled(self) -> None:
         """Wait until nothing is being learned."""
@@ -53,6 +68,7 @@ class Lessons:
 
     async def close(self) -> None:
         """Learn no more."""
+        self._closing = True
         for lesson in self._under_way:
             lesson.cancel()
         await self.settled()
@@ -72,4 +88,5 @@ class Lessons:
     def _make_ready(self, name: str) -> tuple[Phrasebook, Ears]:
         ready = self._roster.learn(name)
         rehearse(self._own_name, (name.lower(),), self._sound)
+        ready[1].prepare(lambda: not self._closing)
         return ready

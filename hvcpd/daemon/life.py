@@ -8,7 +8,7 @@ from contextlib import AsyncExitStack, suppress
 
 import structlog
 
-from hvcpd.assembly import Roster, make_robot
+from hvcpd.assembly import make_robot
 from hvcpd.daemon.base_desk import BaseDesk
 from hvcpd.daemon.clips import Clips
 from hvcpd.daemon.control_service import ControlService
@@ -33,6 +33,7 @@ from hvcpd.hardware.goals import GoalNavigator
 from hvcpd.hardware.ros_base import RosBase
 from hvcpd.own_voice import Acoustics
 from hvcpd.robot import Robot
+from hvcpd.roster import Roster
 
 FAREWELL_S = 12.0
 """So long a robot that is told to end waits for its turn to say so (sample clock): somebody else's sentence of 5 s, a
@@ -141,6 +142,7 @@ class Daemon:
             await self._find_wheels(stack, navigator)
             await sound.start()
             self._manager.ready(self._listens)
+            self._lessons.prepare()
             _log.info("listening", names=", ".join(plan.names), latency_s=round(sound.latency_s, 3))
             stack.callback(sound.tell_losses)
             with self._pose.forgotten_at_the_end():

@@ -165,6 +165,7 @@ class Outfit:
             acoustics,
             stopped=stopped,
             strangers=True,
+            prepared=False,
             keys=self.ring(),
             encrypts=settings.security.encrypted,
             told=self.names,

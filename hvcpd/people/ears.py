@@ -7,7 +7,7 @@ block. Until then, and for MOST_WAIT_S at most, the speech counts as still going
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Protocol, Self
 
@@ -118,6 +118,10 @@ class SecondEars:
         self._now += n_samples
         self._lost_until = self._now
         return self.take(events)
+
+    def prepare(self, go_on: Callable[[], bool]) -> None:
+        """As `Recogniser.prepare`."""
+        self._ears.prepare(go_on)
 
     def succeed(self, predecessor: Self) -> None:
         """Go on where `predecessor` is, with what it still waits for."""

@@ -6,7 +6,7 @@ has few words, so that it costs less than the first.
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from itertools import chain
 
 from hvcpd.ports import Samples
@@ -57,6 +57,10 @@ class Listening:
         for recogniser in self._all:
             recogniser.begin_late()
         return told
+
+    def prepare(self, go_on: Callable[[], bool]) -> None:
+        """As `Recogniser.prepare`."""
+        self._sentences.prepare(go_on)
 
     def succeed(self, predecessor: Listening) -> None:
         """Go on where `predecessor` is: with its sample clock and what it knows of the noise."""

@@ -7,7 +7,7 @@ from the first sample, so the size of the blocks pushed never changes a result.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -15,12 +15,15 @@ import numpy as np
 from hvcpd.language.graph import WordGraph
 from hvcpd.ports import Samples
 from hvcpd.recognition.activity import ActivitySettings
+from hvcpd.recognition.agreement import Agreement
+from hvcpd.recognition.coherent import CoherentListener
 from hvcpd.recognition.confidence import ConfidenceCurve, sentence_fare, word_fare
 from hvcpd.recognition.events import Event, Garbled, Recognised, WordSpan
 from hvcpd.recognition.frontend import HOP_SAMPLES
 from hvcpd.recognition.halting import Halting
 from hvcpd.recognition.hold import HoldSettings
 from hvcpd.recognition.network import Network
+from hvcpd.recognition.paths import Coherent
 from hvcpd.recognition.segments import Segment, SegmentSettings, SegmentTracker
 from hvcpd.recognition.spotter import LEAD_FRAMES, Sentence, Spotter, SpotterSettings
 from hvcpd.recognition.stream import CHUNK_FRAMES, Chunk
@@ -81,10 +84,11 @@ class Recogniser:
         hold: HoldSettings | None = None,
         watch: Watch | None = None,
         partial: frozenset[str] = frozenset(),
+        coherent: CoherentListener | None = None,
     ) -> None:
         """`templates[voice][word]`: one or a few takes of the word. `urgent` hears one word
         even while somebody else speaks, `hold` says how it is told from other talk. `watch`: what it shares with
-        other recognisers on the same microphone.
+        other recognisers on the same microphone. `coherent` hears what the noise hides from the templates.
 
         Raises ValueError if a voice that is not in `partial` lacks a template of a word of `graph`.
         """
@@ -93,6 +97,7 @@ class Recogniser:
         self._spotter = Spotter(Network(graph, bank, partial), bank, self._settings.spotter)
         self.urgent = urgent
         self._halting = Halting(bank, urgent, hold)
+        self._agreement = Agreement(coherent) if coherent is not None else None
         self.watch = watch or Watch(self._settings.activity)
         self._segments = SegmentTracker(self._settings.segments)
         self._alert_age = 0
@@ -101,23 +106,30 @@ class Recogniser:
         self._dealt_with = 0
         """Until this frame, everything was told."""
         self._lost_until = -UNHEARD_LEAD_FRAMES
+        """Until this frame, sound was lost..."""
+        self._unheard_until = -UNHEARD_LEAD_FRAMES
+        """...or came too early for the network, which slept."""
         self._doubtful: Segment | None = None
         """What was probably a sentence, or the beginning of the one that is under way; not told yet."""
 
     @property
     def busy(self) -> bool:
         """Whether somebody else is speaking right now, or has just ended a sentence that is still to be understood."""
-        return self.watch.activity.busy or self._spotter.under_way
+        return self.watch.activity.busy or self.under_way
 
     @property
     def under_way(self) -> bool:
         """Whether some path looks like a sentence in progress."""
-        return self._spotter.under_way
+        return self._spotter.under_way or self._coherent_follows
+
+    @property
+    def _coherent_follows(self) -> bool:
+        return self._agreement is not None and self._agreement.coherent.follows is not None
 
     @property
     def follows(self) -> bool:
         """Whether a sentence that was in progress half a second ago has gone on ever since."""
-        return self._spotter.follows
+        return self._spotter.follows or self._coherent_follows
 
     def push(self, samples: Samples, masked: bool = False) -> list[Event]:
         """Hear the next samples, shape (n,), any n; `masked` while the robot itself speaks. Never raises on content."""
@@ -141,6 +153,13 @@ class Recogniser:
         """Go on where `predecessor` is, between two sentences: with its sample clock and what it knows of the noise."""
         self.watch, self._segments = predecessor.watch, predecessor._segments
         self._dealt_with, self._lost_until = predecessor._dealt_with, predecessor._lost_until
+        self._unheard_until = predecessor._unheard_until
+
+    def prepare(self, go_on: Callable[[], bool]) -> None:
+        """Make ready what the coherent listener compares with, while `go_on`. Takes seconds; another thread may do
+        it."""
+        if self._agreement is not None:
+            self._agreement.coherent.prepare(go_on)
 
     def flush(self) -> list[Event]:
         """Report what the end of a file completes; to be called once, after the last `push`."""
@@ -155,7 +174,8 @@ class Recogniser:
         self._spotter.sleep()
         self._alert_age = self._alert_count = 0
         garbled: list[Event] = [_garbled(segment)] if segment else []
-        return garbled + self._halting.interrupt()
+        held = self._agreement.interrupt() if self._agreement is not None and not garbled else []
+        return garbled + held + self._halting.interrupt()
 
     def hear(self, chunk: Chunk) -> list[Event]:
         """Take the frames that the watch has just heard."""
@@ -167,14 +187,40 @@ class Recogniser:
         elif self._should_wake(len(energies)):
             if len(recent) == RECENT_FRAMES:  # else what came before is dealt with
                 unheard = end_frame - RECENT_FRAMES + LATE_WAKE_FRAMES - UNHEARD_LEAD_FRAMES
-                self._lost_until = max(self._lost_until, unheard)
+                self._unheard_until = max(self._unheard_until, unheard)
             self._spotter.wake(recent, end_frame - len(recent), noise)
         self._segments.push(chunk.first_frame, energies, self.watch.activity.busy)
         events = self._conclude(end_frame)
         speech = self._spotter.awake or self.watch.activity.alert
+        if self._agreement is not None:
+            events = self._settled(self._agreement, chunk, events, speech)
         events += self._halting.hear(chunk, noise, events, speech, self._spotter.best.node >= 0)
         self._doze(len(energies))
         return events
+
+    def _settled(self, agreement: Agreement, chunk: Chunk, events: list[Event], speech: bool) -> list[Event]:
+        """What is to be told once the coherent listener has heard the chunk too."""
+        heard = agreement.coherent.push(chunk.first_frame * HOP_SAMPLES, chunk.samples, speech)
+        since = (self._lost_until + UNHEARD_LEAD_FRAMES) * HOP_SAMPLES
+        told = agreement.settle(events, heard, since, self._described)
+        for sentence in heard:
+            end = sentence.words[-1].end // HOP_SAMPLES
+            self._segments.close(end)
+            self._listen_on(end)
+        return told
+
+    def _described(self, sentence: Coherent) -> Recognised:
+        words = sentence.words
+        spans = tuple(WordSpan(w.word, w.start, w.end, w.chance, max(1.0 - w.share, 0.0)) for w in words)
+        return Recognised(
+            tuple(word.word for word in words),
+            sentence.voice,
+            words[0].start,
+            words[-1].end,
+            float(np.prod([word.chance for word in words])),
+            self._snr_db(words[0].start // HOP_SAMPLES, words[-1].end // HOP_SAMPLES),
+            spans,
+        )
 
     def _should_wake(self, n_frames: int) -> bool:
         """Count the signs of speech from the first one on."""
@@ -235,7 +281,7 @@ class Recogniser:
 
     def _judge(self, sentence: Sentence) -> Recognised | None:
         s = self._settings
-        if sentence.steps[0].start_frame < self._lost_until + UNHEARD_LEAD_FRAMES:
+        if sentence.steps[0].start_frame < max(self._lost_until, self._unheard_until) + UNHEARD_LEAD_FRAMES:
             return None
         confidence = s.confidence.chance(sentence_fare(sentence))
         if sentence.unfinished or confidence < s.min_confidence or sentence.cost > -s.min_gain:

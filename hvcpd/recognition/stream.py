@@ -22,11 +22,15 @@ _SLICE_SAMPLES = 16_000
 
 @dataclass(frozen=True)
 class Chunk:
-    """Energies of consecutive frames, shape (n, N_BANDS), from `first_frame` on; `masked` if any sample was."""
+    """Energies of consecutive frames, shape (n, N_BANDS), from `first_frame` on; `masked` if any sample was.
+
+    `samples`, shape (n * HOP_SAMPLES,), are those from the beginning of the first frame to that of the next chunk's.
+    """
 
     first_frame: int
     energies: Energies
     masked: bool
+    samples: Samples
 
 
 def cleaned(samples: Samples) -> Samples:
@@ -76,14 +80,17 @@ class FrameStream:
             energies = energies_of(samples[used:end])
             first_frame = self.next_frame
             self.next_frame += CHUNK_FRAMES
+            new = samples[used : used + CHUNK_SAMPLES]
             used += CHUNK_SAMPLES
-            yield Chunk(first_frame, energies, hidden)
+            yield Chunk(first_frame, energies, hidden, new)
         self._parts, self._length = [samples[used:].copy()], len(samples) - used
         self._hidden = [(max(first - used, 0), last - used) for first, last in self._hidden if last > used]
 
     def rest(self) -> Chunk:
         """The whole frames of the incomplete chunk, fewer than CHUNK_FRAMES; they stay in the stream."""
-        return Chunk(self.next_frame, energies_of(self._joined()), bool(self._hidden))
+        samples = self._joined()
+        energies = energies_of(samples)
+        return Chunk(self.next_frame, energies, bool(self._hidden), samples[: len(energies) * HOP_SAMPLES])
 
     def _joined(self) -> Samples:
         """All that is kept, without what is no sound."""

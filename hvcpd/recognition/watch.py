@@ -15,7 +15,7 @@ from hvcpd.recognition.activity import ActivityDetector, ActivitySettings
 from hvcpd.recognition.events import Event
 from hvcpd.recognition.frontend import N_BANDS, Energies, power_weights
 from hvcpd.recognition.noise import STEP_FRAMES, NoiseTracker, steady_noise
-from hvcpd.recognition.stream import CHUNK_FRAMES, Chunk, FrameStream
+from hvcpd.recognition.stream import CHUNK_FRAMES, CHUNK_SAMPLES, Chunk, FrameStream
 
 RECENT_FRAMES = 160
 """1.6 s of frames are kept to be replayed into a network when it wakes."""
@@ -78,7 +78,7 @@ class Watch:
         frame = rest.first_frame + len(rest.energies)
         silence = np.tile(self.noise.estimate * np.exp(steady_noise().mean_log), (CHUNK_FRAMES, 1))
         for at in range(frame, frame + silent_chunks * CHUNK_FRAMES, CHUNK_FRAMES):
-            yield from self._hear(Chunk(at, silence, masked=False), watchers)
+            yield from self._hear(Chunk(at, silence, False, np.zeros(CHUNK_SAMPLES, np.float32)), watchers)
 
     def powers(self, start_frame: int, end_frame: int) -> tuple[float, float]:
         """Mean power above the noise, 0 or more, and of the noise, linear; both 0 where there are no frames."""

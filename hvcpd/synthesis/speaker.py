@@ -44,6 +44,18 @@ class UnitPosition(Enum):
 
 
 @dataclass(frozen=True)
+class Joined:
+    """One rendering of a word, shape (n,), and how it joins its neighbours: in samples, how much of it precedes its
+    audible part, which is left to the pause before it; and from its start to that of the next word, or to where the
+    next word is to be audible if it is `final`, before a pause."""
+
+    samples: Samples
+    final: bool
+    lead: int
+    advance: int
+
+
+@dataclass(frozen=True)
 class WordMark:
     """Where in the sound a word is: samples from `start` up to but not including `end`."""
 
@@ -114,6 +126,14 @@ class Speaker:
             found += [medial[edge : len(medial) - edge], final[edge:]]
         return found
 
+    def joined(self, word: str, pitch: float) -> list[Joined]:
+        """All renderings of a word at that pitch of `PITCH_STEPS`, of every pronunciation; kept in the cache only."""
+        return [
+            joined(self._make((phones, position, pitch)), position is UnitPosition.FINAL)
+            for phones in self._lexicon.spoken(word)
+            for position in UnitPosition
+        ]
+
     def phrase_templates(self, words: Sequence[str]) -> list[Samples]:
         """The same for several words said as one: before another word, and before a pause."""
         overlap = round(OVERLAP_S * SAMPLE_RATE_HZ)
@@ -148,17 +168,22 @@ class Speaker:
             unit = self.unit(word, UnitPosition.FINAL if final else UnitPosition.MEDIAL, pitch, place)
             if not len(unit):
                 continue
+            piece = joined(unit, final)
             if after_pause:
-                cursor = max(cursor - audible(unit)[0], 0)
+                cursor = max(cursor - piece.lead, 0)
             after_pause = final
             pieces.append((word, cursor, unit))
-            if final:
-                cursor += audible(unit)[1] + round(PAUSE_S * SAMPLE_RATE_HZ)
-            else:
-                cursor += len(unit) - round(OVERLAP_S * SAMPLE_RATE_HZ)
+            cursor += piece.advance
         length = max((start + len(unit) for _, start, unit in pieces), default=0)
         out = np.zeros(length, dtype=np.float32)
         for _, start, unit in pieces:
             out[start : start + len(unit)] += unit
         out *= level_gain(out)  # joints and pauses change the loudness of the whole by up to 1.5 LU
         return Rendered(out, tuple(WordMark(word, start, start + len(unit)) for word, start, unit in pieces))
+
+
+def joined(unit: Samples, final: bool) -> Joined:
+    """How a rendered word joins its neighbours."""
+    begin, end = audible(unit)
+    advance = end + round(PAUSE_S * SAMPLE_RATE_HZ) if final else len(unit) - round(OVERLAP_S * SAMPLE_RATE_HZ)
+    return Joined(unit, final, begin, advance)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 
 from hvcpd.people.ears import AtOnce, Finding, LooksAgain, Piece, SecondEars
@@ -30,6 +32,9 @@ class Script:
 
     def succeed(self, predecessor: object) -> None:
         self.blocks = predecessor.blocks  # type: ignore[attr-defined]
+
+    def prepare(self, go_on: Callable[[], bool]) -> None:
+        pass
 
 
 class Looker:

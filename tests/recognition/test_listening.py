@@ -7,7 +7,6 @@ import pytest
 
 from hvcpd.assembly import (
     RobotPlan,
-    Roster,
     Sound,
     make_ears,
     make_phrasebook,
@@ -27,6 +26,7 @@ from hvcpd.recognition.events import Event, Garbled, Recognised
 from hvcpd.recognition.listening import Listening
 from hvcpd.records import HeardRecord, LearnName
 from hvcpd.robot import Robot
+from hvcpd.roster import Roster
 from hvcpd.synthesis.speaker import Speaker
 from hvcpd.synthesis.voices import VOICES, Voice, voice_for
 

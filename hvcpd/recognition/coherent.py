@@ -1,0 +1,327 @@
+"""Hears sentences by their very waveform: who knows a voice knows each sample of what it will say.
+
+A second listener beside the network of templates. Where that compares spectra, of which noise leaves little, this one
+correlates (`matched`): a word begins at the sample that the one before says, within the drift of two sample clocks, so
+that a sentence is a path through the word network along which every next sound must be found at its place. It hears
+only the voices of synthesizers, in rooms by the direct sound, and then down to -15 dB."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from hvcpd.language.graph import WordGraph, ends_of
+from hvcpd.ports import SAMPLE_RATE_HZ, Samples
+from hvcpd.recognition.matched import REACH, SLACK, Match, Weighing, correlated, power_of, scrutinized
+from hvcpd.recognition.onsets import SIZE, STEP, Onsets
+from hvcpd.recognition.paths import (
+    LEAST_SHARE,
+    Coherent,
+    Extension,
+    HeardWord,
+    Path,
+    Said,
+    Voicebook,
+    likelihood_of,
+    passes,
+    thirds_of,
+)
+
+GREETING = "hi"
+"""What robots begin with: it is listened for even while nobody seems to speak."""
+KEPT = 4 * SAMPLE_RATE_HZ
+"""Samples that are kept; a word is compared soon after it ended."""
+DRIFT = 24
+"""Samples (1.5 ms) that a word may begin off its place: clocks 400 ppm apart over a pause and a long word, an echo."""
+BEAM = 24
+"""Paths that are followed."""
+LEAST_RANK = 12.0
+"""Log likelihood ratio of a path, less what its words add by chance."""
+LEAST_SCORE = 100.0
+"""Log likelihood ratio of a sentence against noise; people's talk reaches 52 in 19 minutes, right sentences at -15 dB
+130 and more..."""
+LEAST_ALONE = 150.0
+"""...and of a single word: another one may begin with the same hiss."""
+LOUD = 100.0
+"""Strength of an onset that stands out so far that the network of templates will understand the sentence."""
+GOES_ON = 2080
+"""Samples of what may come next (0.13 s) that tell whether it comes..."""
+GOES_ON_LATER = 4800
+"""...or 0.3 s, where so little of it would not stand out..."""
+STANDS_OUT = 5.0
+"""...which it does with this expected strength."""
+SETTLED = 300.0
+"""With that score, what is followed is a sentence, and no other one begins in it."""
+AGAIN = 3 * SAMPLE_RATE_HZ // 2
+"""Samples that are weighed again when the weights have changed: nearly all words are shorter."""
+CALM = 10 * SAMPLE_RATE_HZ
+"""After 10 s without speech, memory is given back."""
+
+
+@dataclass(frozen=True)
+class _First:
+    """A way in which a sentence may begin."""
+
+    voice: str
+    word: str
+    node: int
+    said: Said
+
+
+class CoherentListener:
+    """Tell it what is heard, chunk by chunk."""
+
+    def __init__(self, graph: WordGraph, voices: Mapping[str, Voicebook], ready: bool = True) -> None:
+        """`voices`: of those who may speak. Hears nothing until `prepare`, unless it is `ready`."""
+        self._ready = ready
+        self._graph = graph
+        self._arcs: dict[int, list[tuple[str, int]]] = {}
+        for arc in graph.arcs:
+            self._arcs.setdefault(arc.source, []).append((arc.word, arc.target))
+        self._voices = dict(voices)
+        self._greetings: tuple[list[_First], Onsets] | None = None
+        self._others: tuple[list[_First], Onsets] | None = None
+        self._weighing = Weighing()
+        self._buffer = np.zeros(2 * KEPT, np.float32)
+        self._filled = 0
+        self._end = self._sought = self._active = 0
+        self._paths: list[Path] = []
+        self._weighed_by = -1
+        self._weighed_from = self._weighed_to = 0
+        self._weighed_parts: list[Samples] = []
+
+    @property
+    def follows(self) -> Path | None:
+        """The best sentence in the making of two words and more, if it is surely one."""
+        best = max((p for p in self._paths if p.parent), key=lambda p: p.score, default=None)
+        return best if best is not None and best.score >= LEAST_SCORE else None
+
+    def push(self, first: int, samples: Samples, speech: bool) -> list[Coherent]:
+        """The samples from number `first` on, shape (n,); `speech`: somebody seems to speak."""
+        if not self._ready:
+            return []
+        if first != self._end:
+            self._break_off(first)
+        self._keep(samples)
+        self._weighing.push(samples)
+        if not self._weighing.ready:
+            self._sought = self._end
+            return []
+        if speech or self._paths:
+            self._active = self._end
+        while self._end - self._sought >= SIZE:
+            if self.follows is None or self.follows.score < SETTLED:
+                self._begin(speech)
+            self._sought += STEP
+        if self._end - self._active > CALM and self._others is not None:
+            self._rest()
+        return self._follow()
+
+    def prepare(self, go_on: Callable[[], bool]) -> None:
+        """Make ready what is compared with, while `go_on`, then begin to hear. Another thread may do this."""
+        for book in self._voices.values():
+            book.prepare(go_on)
+        self._ready = self._ready or go_on()
+
+    def dismiss(self, end: int) -> None:
+        """What was said before sample `end` is dealt with."""
+        self._paths = [path for path in self._paths if path.words and path.first >= end - DRIFT]
+
+    def _rest(self) -> None:
+        self._others = None
+        for book in self._voices.values():
+            book.forget()
+
+    def _break_off(self, at: int) -> None:
+        self._paths = []
+        self._weighing.interrupt()
+        self._filled = 0
+        self._end = self._sought = self._active = at
+        self._weighed_by = -1
+
+    def _keep(self, samples: Samples) -> None:
+        if self._filled + len(samples) > len(self._buffer):
+            self._buffer[:KEPT] = self._buffer[self._filled - KEPT : self._filled]
+            self._filled = KEPT
+        self._buffer[self._filled : self._filled + len(samples)] = samples
+        self._filled += len(samples)
+        self._end += len(samples)
+
+    def _weighed(self, start: int, end: int) -> Samples:
+        """Samples `start` up to `end`, weighed; silence where none are kept."""
+        if self._weighed_by != self._weighing.version or start < self._weighed_from:
+            self._weighed_by = self._weighing.version
+            self._weighed_from = self._weighed_to = min(start, self._end - AGAIN)
+            self._weighed_parts = []
+        if self._weighed_to < self._end:
+            heard = self._heard(self._weighed_to - REACH, self._end + REACH)
+            self._weighed_parts.append(self._weighing.weigh(heard))
+            self._weighed_to = self._end
+        if len(self._weighed_parts) > 1:
+            self._weighed_parts = [np.concatenate(self._weighed_parts)]
+        found = self._weighed_parts[0][start - self._weighed_from : end - self._weighed_from]
+        return np.pad(found, (0, end - start - len(found))) if len(found) < end - start else found
+
+    def _heard(self, start: int, end: int) -> Samples:
+        oldest = self._end - self._filled
+        kept = self._buffer[max(start - oldest, 0) : max(min(end, self._end) - oldest, 0)]
+        return np.pad(kept, (max(oldest - start, 0), max(end - self._end, 0)))
+
+    def _may_pause(self, node: int) -> bool:
+        return node in self._graph.pauses or node in self._graph.finals
+
+    def _firsts(self, greeting: bool) -> tuple[list[_First], Onsets]:
+        found = [
+            _First(voice, word, node, said)
+            for voice, book in self._voices.items()
+            for word, node in self._arcs.get(self._graph.start, ())
+            if (word == GREETING) == greeting
+            for said in book.said(word, 0)
+            if not said.final or self._may_pause(node)
+        ]
+        return found, Onsets([first.said.samples for first in found])
+
+    def _begin(self, speech: bool) -> None:
+        weighed = self._weighed(self._sought, self._sought + SIZE)
+        self._greetings = self._greetings or self._firsts(greeting=True)
+        sought = [self._greetings]
+        if speech:
+            self._others = self._others or self._firsts(greeting=False)
+            sought.append(self._others)
+        found = [
+            (firsts[onset.sound], onset)
+            for firsts, onsets in sought
+            for onset in onsets.find(weighed, self._sought, self._weighing.weights)
+        ]
+        if any(onset.strength > LOUD for _, onset in found):
+            return
+        for first, onset in found:
+            if not self._is_known(first, onset.at):
+                extension = Extension(first.word, first.node, 0, first.said, onset.at)
+                self._paths.append(Path(first.voice, self._graph.start, onset.at, waiting=[extension]))
+
+    def _is_known(self, first: _First, at: int) -> bool:
+        return any(
+            path.voice == first.voice and path.words[:1] == (first.word,) and abs(path.first - at) < DRIFT
+            for path in self._paths
+        )
+
+    def _follow(self) -> list[Coherent]:
+        for path in list(self._paths):
+            due = [each for each in path.waiting if each.end + DRIFT <= self._end]
+            if due:
+                path.waiting = [each for each in path.waiting if each.end + DRIFT > self._end]
+                self._extend(path, due)
+        self._prune()
+        found: list[Coherent] = []
+        for path in sorted(self._paths, key=lambda p: -p.score):
+            if path.ended and path in self._paths and not self._goes_on(path) and self._is_best(path):
+                before = self._before(path)
+                found.append(Coherent((*before, *_words_of(path)), path.voice, path.score))
+                self.dismiss(path.end)
+        return found
+
+    def _compare(
+        self, due: Sequence[Extension], gain: float | None, until: int | None = None
+    ) -> Iterator[tuple[Extension, Match, int]]:
+        """How each word fits, by what was heard `until` a sample; and where, samples from its place."""
+        first = min(each.at for each in due) - DRIFT
+        last = max(each.end for each in due) + DRIFT
+        weighed = self._weighed(first, last if until is None else min(last, until))
+        for each in due:
+            near = weighed[each.at - DRIFT - first : each.end + DRIFT - first]
+            sound = each.said.samples[: max(len(near) - 2 * DRIFT, 1)]
+            power = each.said.power if len(sound) == len(each.said.samples) else power_of(sound)
+            expected = max(float(np.dot(power, self._weighing.weights)), 1e-20) ** 0.5
+            strength, offset = correlated(near, sound, expected)
+            fit = Match(strength, expected, True)
+            if gain is None or strength >= 0.5 * min(LEAST_SHARE * gain * expected, gain * expected - SLACK):
+                fit = scrutinized(near[offset : offset + len(sound)], sound, self._weighing, strength, expected)
+            yield each, fit, offset - DRIFT
+
+    def _extend(self, path: Path, due: Sequence[Extension]) -> None:
+        for each, fit, offset in self._compare(due, path.gain if path.words else None):
+            expected = path.gain * fit.expected if path.words else fit.strength
+            path.note(each.word, likelihood_of(fit.strength, expected))
+            if not passes(fit.strength, expected) or not (fit.whole or path.words):
+                continue
+            new = path.extended(each, offset, fit.strength, fit.expected)
+            may_end = each.said.final and each.node in self._graph.finals
+            new.ended = may_end and new.thirds == thirds_of(len(new.thirds))
+            new.waiting = list(self._next(new))
+            self._paths.append(new)
+
+    def _next(self, path: Path) -> Iterator[Extension]:
+        third = path.thirds[-1]
+        for word, node in self._arcs.get(path.node, ()):
+            for number in {third, min(third + 1, 2)}:
+                for said in self._voices[path.voice].said(word, number):
+                    if not said.final or self._may_pause(node):
+                        yield Extension(word, node, number, said, path.at - said.lead * path.paused)
+
+    def _prune(self) -> None:
+        best: dict[tuple[object, ...], Path] = {}
+        for path in sorted(self._paths, key=lambda p: -p.rank):
+            if (path.waiting or path.ended) and (not path.words or path.rank >= LEAST_RANK):
+                key = (path.voice, path.node, path.thirds[-1:], path.words, path.paused, path.at // DRIFT)
+                best.setdefault(key, path)
+        begun = [path for path in best.values() if not path.words]
+        self._paths = begun + [path for path in best.values() if path.words][:BEAM]
+
+    def _goes_on(self, path: Path) -> bool:
+        """Whether the sentence goes on, as far as can be told by now."""
+        if path.node not in self._arcs:
+            return False
+        for number, after in enumerate((GOES_ON, GOES_ON_LATER)):
+            if len(path.looks) <= number:
+                if self._end < path.at + after:
+                    return True
+                path.looks.append(self._look(path, path.at + after, after == GOES_ON_LATER))
+            if not path.looks[number]:
+                return False
+        # Some word has begun: what becomes of it is told when it has ended.
+        return any(each.end + DRIFT > self._end for each in path.waiting)
+
+    def _look(self, path: Path, until: int, last: bool) -> bool:
+        """Whether any word that may come next has perhaps begun, by what was heard until then."""
+        nexts = list(self._next(path))
+        return bool(nexts) and any(
+            passes(fit.strength, path.gain * fit.expected) and (path.gain * fit.expected >= STANDS_OUT or not last)
+            for _, fit, _ in self._compare(nexts, path.gain, until)
+        )
+
+    def _before(self, path: Path) -> list[HeardWord]:
+        """The word that was said before what sounds like a whole sentence: a name, whose beginning was not noticed."""
+        if thirds_of(len(path.words) + 1)[1:] != path.thirds:
+            return []
+        lead = self._voices[path.voice].said(path.words[0], 0)[0].lead
+        places = [
+            Extension(word, node, 0, said, path.first + lead - said.advance)
+            for word, node in self._arcs.get(self._graph.start, ())
+            if self._graph.finals & ends_of(self._graph, node, path.words)
+            for said in self._voices[path.voice].said(word, 0)
+            if said.final
+        ]
+        found: list[HeardWord] = []
+        for each, fit, offset in self._compare(places, path.gain) if places else ():
+            expected = path.gain * fit.expected
+            if passes(fit.strength, expected) and expected >= STANDS_OUT:
+                likelihood = likelihood_of(fit.strength, expected)
+                start, end = each.at + offset, each.end + offset
+                found.append(HeardWord(each.word, start, end, fit.strength / expected, likelihood))
+        return sorted(found, key=lambda word: -word.margin)[:1]
+
+    def _is_best(self, path: Path) -> bool:
+        """Whether it is surely a sentence and none explains what was heard better."""
+        rivals = (p for p in self._paths if p.first < path.end and path.words[: len(p.words)] != p.words)
+        if any(rival.score > path.score for rival in rivals):
+            return False
+        path.ended = path.is_best_of_its_words and path.score >= (LEAST_SCORE if path.parent else LEAST_ALONE)
+        return path.ended
+
+
+def _words_of(path: Path) -> list[HeardWord]:
+    words = [HeardWord(each.words[-1], each.start, each.end, each.share, each.margin) for each in path.back()]
+    return words[::-1]

@@ -1,0 +1,175 @@
+"""Matched filters: how surely a known sound begins at each sample of what is heard.
+
+The detector of a known signal in Gaussian noise correlates the signal with what is heard over the noise's power
+spectrum (D. North, "An analysis of the factors which determine signal/noise discrimination", Proc. IEEE 51(7), 1963; G.
+Turin, "An introduction to matched filters", IRE Trans. IT 6(3), 1960). Its output over its own deviation, the
+*strength* here, grows with the square root of the signal's duration times its bandwidth: a word of 0.4 s stands out by
+20 where the noise has ten times its power."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hvcpd.ports import SAMPLE_RATE_HZ, Samples
+
+FRAME = 1024
+"""Samples of a frame of the noise's spectrum: 16 Hz apart, which parts a motor's lines from a voice."""
+BINS = FRAME // 2 + 1
+HOP = FRAME // 2
+MEMORY_S = 2.0
+"""Time constant of the spectrum: some words, so that no single one is taken for the noise."""
+MEMORY_FRAMES = MEMORY_S * SAMPLE_RATE_HZ / HOP
+REFRESH_FRAMES = 8
+"""The filter follows the spectrum every 0.26 s."""
+SMOOTHING = 5
+"""Bins that are averaged, 78 Hz: with fewer, a spectrum of few frames is noise itself."""
+FLOOR = 1e-4
+"""No bin counts as more than 40 dB below the mean: a converter's empty bands would outweigh all else."""
+SILENCE = 1e-12
+"""Power of a sample (-120 dBFS) below which nothing is heard."""
+REACH = 256
+"""Samples that the filter looks ahead, and back: 16 ms."""
+PART = 1600
+"""Samples of a part of a word: 0.1 s, a phone or two."""
+LEAST_ENERGY = 0.01
+"""Of the parts' mean, as much as a part is taken to have: a faded end has none."""
+LEAST_PART = 0.35
+"""A part fits with that share of the strength that it has at the gain of the whole..."""
+SLACK = 3.5
+"""...or with this much less: chance takes no more."""
+
+Spectrum = NDArray[np.float32]
+_WINDOW = np.hanning(FRAME).astype(np.float32)
+
+
+class Weighing:
+    """Divides what is heard by the mean power spectrum of the last seconds, whatever was heard in them (Welch's method,
+    with forgetting)."""
+
+    def __init__(self) -> None:
+        self._power: Spectrum = np.zeros(BINS, np.float32)
+        self._frames = 0
+        self._framed: Samples = np.zeros(0, np.float32)
+        self.weights: Spectrum = np.zeros(BINS, np.float32)
+        """One over the power of each bin, as the filter has it."""
+        self._filter: Samples = np.zeros(2 * REACH, np.float32)
+        self._shapes: dict[int, Spectrum] = {}
+        self._filters: dict[int, NDArray[np.complex64]] = {}
+        self.version = 0
+        """Another one whenever the weights have changed."""
+
+    def push(self, samples: Samples) -> None:
+        """Learn of the next samples, shape (n,)."""
+        heard = np.concatenate([self._framed, samples])
+        while len(heard) >= FRAME:
+            spectrum = np.fft.rfft(heard[:FRAME] * _WINDOW)
+            power = (spectrum.real**2 + spectrum.imag**2) / np.square(_WINDOW).sum()
+            self._frames += 1
+            self._power += (power - self._power) / np.float32(min(self._frames, MEMORY_FRAMES))
+            if self._frames % REFRESH_FRAMES == 0 and float(self._power.mean()) > SILENCE:
+                self._refresh()
+            heard = heard[HOP:]
+        self._framed = heard
+
+    def interrupt(self) -> None:
+        """What comes next does not follow on what was pushed last."""
+        self._framed = self._framed[:0]
+
+    @property
+    def ready(self) -> bool:
+        """Whether enough was heard to tell anything."""
+        return bool(self.weights.any())
+
+    def weigh(self, heard: Samples) -> Samples:
+        """What is heard, shape (n + 2 REACH,), over the spectrum, shape (n,): without REACH at either end."""
+        size = transform_size(len(heard))
+        if size not in self._filters:
+            self._filters[size] = np.asarray(np.fft.rfft(self._filter, size), np.complex64)
+        out = np.fft.irfft(np.fft.rfft(heard, size) * self._filters[size], size)
+        return np.asarray(out[2 * REACH : len(heard)], np.float32)
+
+    def shape(self, size: int) -> Spectrum:
+        """The weights at the frequencies of a transform of `size` samples, shape (size // 2 + 1,)."""
+        if size not in self._shapes:
+            at = np.linspace(0.0, BINS - 1.0, size // 2 + 1)
+            self._shapes[size] = np.interp(at, np.arange(BINS), self.weights).astype(np.float32)
+        return self._shapes[size]
+
+    def _refresh(self) -> None:
+        kernel = np.full(SMOOTHING, 1.0 / SMOOTHING, np.float32)
+        smooth = np.convolve(np.pad(self._power, SMOOTHING // 2, mode="edge"), kernel, "valid")
+        smooth += FLOOR * smooth.mean() + SILENCE
+        response = np.roll(np.fft.irfft(1.0 / smooth), REACH)[: 2 * REACH] * np.hanning(2 * REACH)
+        self._filter = response.astype(np.float32)
+        self._shapes, self._filters = {}, {}
+        self.version += 1
+        full = np.zeros(FRAME)
+        full[: 2 * REACH] = response
+        self.weights = np.maximum(np.fft.rfft(np.roll(full, -REACH)).real, 0.0).astype(np.float32)
+
+
+def transform_size(n: int) -> int:
+    """Samples of a transform for `n`: a multiple of FRAME, most of which are quick."""
+    return -(-max(n, FRAME) // FRAME) * FRAME
+
+
+def power_of(sound: Samples) -> Spectrum:
+    """Energy of a sound at each of BINS frequencies, shape (BINS,): with `Weighing.weights`, what `expected` needs."""
+    size = transform_size(len(sound))
+    spectrum = np.fft.rfft(sound, size)
+    energy = spectrum.real**2 + spectrum.imag**2
+    ratio = size // FRAME
+    summed = np.add.reduceat(np.pad(energy, (ratio // 2, 0)), np.arange(0, len(energy) + ratio // 2, ratio))
+    return np.asarray(2.0 * summed[:BINS] / size, np.float32)
+
+
+@dataclass(frozen=True)
+class Match:
+    """How a known sound fits what is heard.
+
+    `strength`: its correlation over the deviation that what is left over would give it, 1 for chance; `expected`: the
+    same for the sound at gain 1; `whole`: whether each part of it does.
+    """
+
+    strength: float
+    expected: float
+    whole: bool
+
+
+def correlated(weighed: Samples, sound: Samples, expected: float) -> tuple[float, int]:
+    """The greatest strength in steady noise of `sound`, shape (n,), beginning at each of the first samples of
+    `weighed`, shape (n + lags - 1,), and at which."""
+    values = np.correlate(weighed, sound, "valid")
+    offset = int(values.argmax())
+    return float(values[offset]) / expected, offset
+
+
+def scrutinized(weighed: Samples, sound: Samples, weighing: Weighing, strength: float, expected: float) -> Match:
+    """The same once it is known where: what is left over tells the deviation, and the parts whether all of it is there.
+
+    `weighed` and `sound` have the same shape (n,); strength and expectation are those in steady noise.
+    """
+    size = transform_size(len(sound))
+    known = np.fft.rfft(sound, size)
+    shape = weighing.shape(size)
+    power = known.real**2 + known.imag**2
+    whole = np.asarray(np.fft.irfft(known * shape, size)[: len(sound)], np.float32)
+    edges = np.arange(0, max(len(sound) - PART // 2, 1), PART)
+    lengths = np.diff([*edges, len(sound)])
+    energy = np.add.reduceat(whole * sound, edges)
+    energy = np.maximum(energy, max(LEAST_ENERGY * float(energy.mean()), 1e-20))
+    # Each part has a gain of its own, or a part that is not there would look like noise that hides it.
+    gains = np.add.reduceat(weighed * sound, edges) / energy
+    left = weighed - np.repeat(np.maximum(gains, 0.0), lengths).astype(np.float32) * whole
+    residual = np.fft.rfft(left, size)
+    spread = float(np.dot(residual.real**2 + residual.imag**2, power))
+    usual = float(np.dot(power, shape)) * len(sound)
+    deviation = max(spread / max(usual, 1e-20), 1.0) ** 0.5
+    uneven = np.add.reduceat(np.square(left), edges) / lengths / max(float(np.square(left).mean()), 1e-20)
+    deviations = np.sqrt(np.maximum(deviation**2 * uneven, 1.0)) / np.sqrt(energy)
+    found, wanted = gains / deviations, max(strength, 0.0) / expected / deviations
+    fits = bool(np.all(found >= np.minimum(LEAST_PART * wanted, wanted - SLACK)))
+    return Match(strength / deviation, expected / deviation, fits)

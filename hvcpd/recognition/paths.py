@@ -1,0 +1,206 @@
+"""Sentences in the making of the coherent listener: paths through the word network, each word at its sample."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, field
+from typing import Protocol
+
+import numpy as np
+
+from hvcpd.ports import Samples
+from hvcpd.recognition.matched import SLACK, Spectrum
+
+LEAST_SHARE = 0.5
+"""Of the strength that a word would have at the sentence's loudness."""
+BY_CHANCE = 4.0
+"""Log likelihood ratio that a word adds by chance, at the best of its lags."""
+SAME_WORD = 0.9
+"""Of the likelihood of a word at another pitch, the least of the one that its place asks for."""
+
+LEAST_MARGIN = 5.0
+"""Log likelihood ratio of every word against another in its place."""
+
+
+@dataclass(frozen=True)
+class Said:
+    """One way to say a word: its sound, shape (n,); whether a pause follows; `lead`, samples of it that precede its
+    audible part, so much earlier it begins after a pause; `advance`, from its first sample to the next word's place;
+    `power`, its `power_of`."""
+
+    samples: Samples
+    final: bool
+    lead: int
+    advance: int
+    power: Spectrum
+
+
+class Voicebook(Protocol):
+    """What one voice says."""
+
+    def said(self, word: str, third: int) -> Sequence[Said]:
+        """All ways to say `word` in a third (0, 1, 2) of a sentence; none if that voice cannot say it."""
+
+    def forget(self) -> None:
+        """Give back memory: nobody has spoken for a while."""
+
+    def prepare(self, go_on: Callable[[], bool]) -> None:
+        """Make all that may be asked for ready, while `go_on`."""
+
+
+@dataclass(frozen=True)
+class HeardWord:
+    """A word; samples `start` up to `end`; its strength over what was to be expected; and its log likelihood ratio
+    against any other in its place."""
+
+    word: str
+    start: int
+    end: int
+    share: float
+    margin: float
+
+    @property
+    def chance(self) -> float:
+        """The probability that it is right: of two words as likely beforehand, one half below the least margin."""
+        return 1.0 / (1.0 + float(np.exp(min(LEAST_MARGIN / 2 - self.margin, 50.0))))
+
+
+@dataclass(frozen=True)
+class Coherent:
+    """A sentence that was heard, its voice, and its log likelihood ratio against noise."""
+
+    words: tuple[HeardWord, ...]
+    voice: str
+    score: float
+
+    @property
+    def sure(self) -> bool:
+        """Whether no word of it may be another."""
+        return min(word.margin for word in self.words) >= LEAST_MARGIN
+
+
+@dataclass(frozen=True)
+class Extension:
+    """A word that may come next, at sample `at`."""
+
+    word: str
+    node: int
+    third: int
+    said: Said
+    at: int
+
+    @property
+    def end(self) -> int:
+        return self.at + len(self.said.samples)
+
+
+@dataclass(eq=False)
+class Path:
+    """A sentence up to a word. `heard` and `known`: strengths times expectations, and expectations squared, summed.
+
+    With one gain for all of it, that makes its log likelihood ratio against noise alone, the `score`: a word that is
+    not there adds to `known` only, and lowers it."""
+
+    voice: str
+    node: int
+    at: int
+    """Where the next word has its place; `paused`: after a pause."""
+    paused: bool = False
+    thirds: tuple[int, ...] = ()
+    words: tuple[str, ...] = ()
+    heard: float = 0.0
+    known: float = 0.0
+    parent: Path | None = None
+    start: int = 0
+    end: int = 0
+    likelihood: float = 0.0
+    """What the last word added to the log likelihood ratio at the gain of those before it."""
+    share: float = 1.0
+    """Its strength over what was to be expected."""
+    tried: dict[str, float] = field(default_factory=dict)
+    """The best likelihood of each word after this path."""
+    waiting: list[Extension] = field(default_factory=list)
+    ended: bool = False
+    """It may be a whole sentence."""
+    looks: list[bool] = field(default_factory=list)
+    """At each look at what comes after it, whether it perhaps goes on."""
+
+    @property
+    def gain(self) -> float:
+        return self.heard / max(self.known, 1e-20)
+
+    @property
+    def score(self) -> float:
+        return 0.5 * self.heard * self.gain
+
+    @property
+    def rank(self) -> float:
+        """What paths are dropped by: every word fits a little by chance."""
+        return self.score - BY_CHANCE * len(self.words)
+
+    @property
+    def first(self) -> int:
+        """Where it begins."""
+        return list(self.back())[-1].start
+
+    @property
+    def margin(self) -> float:
+        """By how much the last word is likelier than any other in its place, and than none."""
+        tried = self.parent.tried if self.parent else {}
+        other = max((likelihood for word, likelihood in tried.items() if word != self.words[-1]), default=0.0)
+        return self.likelihood - max(other, 0.0)
+
+    @property
+    def is_best_of_its_words(self) -> bool:
+        """Whether no word of it fits much better at another pitch, as it has elsewhere in a longer sentence."""
+        return all(
+            each.likelihood >= SAME_WORD * each.parent.tried[each.words[-1]] - BY_CHANCE
+            for each in self.back()
+            if each.parent is not None
+        )
+
+    def back(self) -> Iterator[Path]:
+        """This path and those that it goes on from, the first word last."""
+        path: Path | None = self
+        while path is not None:
+            yield path
+            path = path.parent
+
+    def extended(self, by: Extension, offset: int, strength: float, expected: float) -> Path:
+        """This path with one word more, found `offset` samples after its place; `expected`: at gain 1."""
+        start = by.at + offset
+        gain = self.gain if self.words else strength / expected
+        return Path(
+            self.voice,
+            by.node,
+            start + by.said.advance,
+            by.said.final,
+            (*self.thirds, by.third),
+            (*self.words, by.word),
+            self.heard + strength * expected,
+            self.known + expected**2,
+            self if self.words else None,
+            start,
+            start + len(by.said.samples),
+            likelihood_of(strength, gain * expected),
+            strength / max(gain * expected, 1e-20),
+        )
+
+    def note(self, word: str, likelihood: float) -> None:
+        """So likely is that word after this path."""
+        self.tried[word] = max(self.tried.get(word, -np.inf), likelihood)
+
+
+def likelihood_of(strength: float, expected: float) -> float:
+    """Log likelihood ratio, against noise, of a sound that has `strength` where `expected` was to be found."""
+    return expected * (strength - 0.5 * expected)
+
+
+def passes(strength: float, expected: float) -> bool:
+    """Whether a sound may be what was expected with that strength."""
+    return strength >= min(LEAST_SHARE * expected, expected - SLACK)
+
+
+def thirds_of(n_words: int) -> tuple[int, ...]:
+    """In which third of a sentence each of its words is."""
+    return tuple(3 * k // n_words for k in range(n_words))

@@ -1,0 +1,216 @@
+"""Sentences heard by their waveform, and nothing else taken for one."""
+
+from __future__ import annotations
+
+import zlib
+from collections.abc import Callable, Sequence
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy.signal import resample
+
+from hvcpd.language.graph import Arc, WordGraph
+from hvcpd.ports import Samples
+from hvcpd.recognition.coherent import CoherentListener
+from hvcpd.recognition.matched import power_of
+from hvcpd.recognition.paths import Coherent, Said, thirds_of
+
+GRAPH = WordGraph(
+    n_nodes=6,
+    arcs=(
+        Arc(0, 1, "hi"),
+        Arc(1, 2, "rob"),
+        Arc(1, 2, "bot"),
+        Arc(2, 3, "water"),
+        Arc(3, 4, "rose"),
+        Arc(3, 4, "lily"),
+        Arc(2, 4, "stop"),
+        Arc(0, 5, "all"),
+        Arc(5, 4, "stop"),
+        Arc(0, 4, "stop"),
+    ),
+    start=0,
+    finals=frozenset({2, 4}),
+    pauses=frozenset({2, 5}),
+)
+OVERLAP, PAUSE, LEAD = 320, 2240, 160
+CHUNK = 640
+
+
+class Book:
+    """A voice whose words are hisses of their own, another one at each pitch."""
+
+    def __init__(self, voice: str) -> None:
+        self.voice = voice
+        self.forgot = 0
+        self.prepared = False
+
+    def said(self, word: str, third: int) -> Sequence[Said]:
+        ways = []
+        for final in (False, True):
+            random = np.random.default_rng(zlib.crc32(f"{self.voice} {word} {third} {final}".encode()))
+            n = 3200 + 400 * len(word) + 800 * final
+            hiss = np.convolve(random.standard_normal(n), [1.0, 0.8, 0.4], "same") * np.hanning(n) ** 0.3
+            advance = n + PAUSE if final else n - OVERLAP
+            sound = np.asarray(0.1 * hiss, np.float32)
+            ways.append(Said(sound, final, LEAD * final, advance, power_of(sound)))
+        return ways
+
+    def forget(self) -> None:
+        self.forgot += 1
+
+    def prepare(self, go_on: Callable[[], bool]) -> None:
+        self.prepared = go_on()
+
+
+BOOKS = {voice: Book(voice) for voice in ("oak", "willow")}
+
+
+def spoken(text: str, voice: str = "oak") -> Samples:
+    """The sound of a sentence; a comma is a pause."""
+    words = [(word.rstrip(","), word.endswith(",")) for word in text.split()]
+    words[-1] = (words[-1][0], True)
+    out = np.zeros(160_000, np.float32)
+    at, paused, last = 0, False, 0
+    for (word, final), third in zip(words, thirds_of(len(words)), strict=True):
+        said = BOOKS[voice].said(word, third)[final]
+        at -= said.lead * paused
+        out[at : at + len(said.samples)] += said.samples
+        last = at + len(said.samples)
+        at, paused = at + said.advance, final
+    return out[:last]
+
+
+def stream(sounds: Sequence[Samples], snr_db: float, seed: int = 1) -> Samples:
+    """The sounds in white noise, with a second and more of it before and after each."""
+    parts: list[Samples] = [np.zeros(32_000, np.float32)]
+    for sound in sounds:
+        parts += [sound, np.zeros(20_000, np.float32)]
+    clean = np.concatenate(parts)
+    clean = np.pad(clean, (0, -len(clean) % CHUNK))
+    noise = np.random.default_rng(seed).standard_normal(len(clean)) * 0.1 * 10.0 ** (-snr_db / 20.0)
+    return np.asarray(clean + noise, np.float32)
+
+
+def heard(sound: Samples, listener: CoherentListener | None = None, first: int = 0) -> list[Coherent]:
+    listener = listener or CoherentListener(GRAPH, BOOKS)
+    found = []
+    for at in range(0, len(sound) // CHUNK * CHUNK, CHUNK):
+        found += listener.push(first + at, sound[at : at + CHUNK], True)
+    return found
+
+
+def texts(found: Sequence[Coherent]) -> list[str]:
+    return [" ".join(word.word for word in sentence.words) for sentence in found]
+
+
+@pytest.mark.parametrize("snr_db", [10.0, 0.0, -10.0, -15.0])
+@pytest.mark.parametrize("voice", sorted(BOOKS))
+def test_sentences_are_heard_in_noise_that_drowns_them(snr_db: float, voice: str) -> None:
+    said = ["hi rob, water lily", "hi bot, stop", "hi bot, water rose", "hi rob"]
+    found = heard(stream([spoken(text, voice) for text in said], snr_db))
+    assert texts(found) == [text.replace(",", "") for text in said]
+    assert all(sentence.sure and sentence.voice == voice for sentence in found)
+
+
+def test_words_are_told_where_they_are() -> None:
+    [sentence] = heard(stream([spoken("hi rob, water rose")], 0.0))
+    assert sentence.words[0].start == pytest.approx(32_000, abs=2)
+    assert sentence.words[-1].end == pytest.approx(32_000 + len(spoken("hi rob, water rose")), abs=4)
+    assert all(a.start < b.start for a, b in zip(sentence.words, sentence.words[1:], strict=False))
+
+
+@pytest.mark.parametrize("ppm", [-300, 300])
+def test_the_speakers_clock_may_be_another(ppm: int) -> None:
+    sound = spoken("hi rob, water rose")
+    moved = np.asarray(resample(sound, round(len(sound) * (1 + ppm * 1e-6))), np.float32)
+    assert texts(heard(stream([moved], -5.0))) == ["hi rob water rose"]
+
+
+def test_a_sentence_is_told_soon_after_its_end() -> None:
+    sound = stream([spoken("hi rob, water rose"), spoken("hi rob")], 0.0)
+    ends = [32_000 + len(spoken("hi rob, water rose"))]
+    ends.append(ends[0] + 20_000 + len(spoken("hi rob")))
+    found = []
+    listener = CoherentListener(GRAPH, BOOKS)
+    for at in range(0, len(sound), CHUNK):
+        found += [(at + CHUNK, sentence) for sentence in listener.push(at, sound[at : at + CHUNK], True)]
+    told = [at - end for (at, _), end in zip(found, ends, strict=True)]
+    assert told[0] <= 2 * CHUNK  # nothing can follow
+    assert told[1] <= 0.45 * 16_000  # "hi rob, water ..." could
+
+
+def test_silence_noise_and_strange_talk_are_no_sentence() -> None:
+    strange = [spoken(text, "willow")[::-1].copy() for text in ("hi rob, water lily", "hi bot, stop")]
+    assert heard(stream([], 0.0)) == []
+    assert heard(stream(strange, 10.0)) == []
+    assert heard(np.zeros(64_000, np.float32)) == []
+
+
+def test_half_a_sentence_is_none() -> None:
+    sound = spoken("hi rob, water rose")
+    rose = len(BOOKS["oak"].said("rose", 2)[1].samples)
+    assert heard(stream([sound[: -rose - 1000]], 0.0)) == []
+
+
+def test_a_sentence_is_not_taken_for_its_end() -> None:
+    """ "stop" alone is a sentence too, and has another pitch there, except where "all" only precedes it."""
+    assert texts(heard(stream([spoken("hi bot, stop"), spoken("all, stop"), spoken("stop")], 0.0))) == [
+        "hi bot stop",
+        "all stop",
+        "stop",
+    ]
+
+
+def test_two_words_that_sound_alike_are_not_sure() -> None:
+    class Twins(Book):
+        def said(self, word: str, third: int) -> Sequence[Said]:
+            return super().said("rose" if word == "lily" else word, third)
+
+    [sentence] = heard(stream([spoken("hi rob, water rose")], 0.0), CoherentListener(GRAPH, {"oak": Twins("oak")}))
+    assert not sentence.sure
+    assert min(word.chance for word in sentence.words) < 0.5
+
+
+def test_what_was_before_a_gap_does_not_count() -> None:
+    sound = stream([spoken("hi rob, water rose")], 0.0)
+    listener = CoherentListener(GRAPH, BOOKS)
+    cut = 38_400
+    assert heard(sound[:cut], listener) == []
+    assert heard(sound[cut:], listener, first=cut + 16_000) == []
+
+
+def test_it_hears_nothing_until_it_is_prepared() -> None:
+    books = {"oak": Book("oak")}
+    listener = CoherentListener(GRAPH, books, ready=False)
+    sound = stream([spoken("hi rob")], 0.0)
+    assert heard(sound, listener) == []
+    listener.prepare(lambda: False)
+    assert not books["oak"].prepared
+    assert heard(sound, listener) == []
+    listener.prepare(lambda: True)
+    assert texts(heard(sound, listener)) == ["hi rob"]
+
+
+def test_memory_is_given_back_when_nobody_speaks() -> None:
+    books = {"oak": Book("oak")}
+    listener = CoherentListener(GRAPH, books)
+    sound = stream([spoken("hi rob")], 0.0)
+    heard(sound, listener)
+    quiet = stream([np.zeros(200_000, np.float32)], 0.0, seed=2)
+    for at in range(0, len(quiet), CHUNK):
+        listener.push(len(sound) + at, quiet[at : at + CHUNK], False)
+    assert books["oak"].forgot == 1
+
+
+@given(st.integers(0, 2**31), st.floats(-20.0, 5.0))
+@settings(max_examples=3, deadline=None)
+def test_what_is_told_was_said(seed: int, snr_db: float) -> None:
+    said = ["hi rob, water lily", "hi bot, stop"]
+    found = heard(stream([spoken(text) for text in said], snr_db, seed))
+    assert {text for text, each in zip(texts(found), found, strict=True) if each.sure} <= {
+        "hi rob water lily",
+        "hi bot stop",
+    }

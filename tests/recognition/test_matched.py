@@ -1,0 +1,112 @@
+"""The matched filter: strengths as theory has them, and what is left over."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from hvcpd.ports import Samples
+from hvcpd.recognition.matched import FRAME, REACH, Weighing, correlated, power_of, scrutinized
+
+
+def _noise(n: int, seed: int, level: float = 0.01) -> Samples:
+    return np.asarray(np.random.default_rng(seed).standard_normal(n) * level, np.float32)
+
+
+def _taught(noise: Samples) -> Weighing:
+    weighing = Weighing()
+    weighing.push(noise)
+    return weighing
+
+
+def _word(n: int = 6000) -> Samples:
+    """A hum of a few harmonics and a hiss, as a word has."""
+    t = np.arange(n) / 16_000
+    hum = sum(np.sin(2 * np.pi * 130 * k * t + k) / k for k in range(1, 12))
+    return np.asarray(0.05 * (hum + _noise(n, 5, 0.3)) * np.hanning(n), np.float32)
+
+
+def _strength(weighing: Weighing, heard: Samples, word: Samples, at: int, lags: int = 49) -> tuple[float, int, float]:
+    first = at - lags // 2
+    weighed = weighing.weigh(heard[first - REACH : first + len(word) + lags - 1 + REACH])
+    expected = float(np.dot(power_of(word), weighing.weights)) ** 0.5
+    strength, offset = correlated(weighed, word, expected)
+    return strength, offset - lags // 2, expected
+
+
+@pytest.mark.parametrize("coloured", [False, True])
+def test_noise_alone_has_strength_one(coloured: bool) -> None:
+    noise = _noise(160_000, 1)
+    if coloured:
+        noise = np.asarray(np.convolve(noise, [0.5, 1.0, 0.7, 0.3], "same"), np.float32)
+    weighing, word = _taught(noise[:64_000]), _word()
+    weighed = weighing.weigh(noise[64_000:])
+    values = np.correlate(weighed, word, "valid") / float(np.dot(power_of(word), weighing.weights)) ** 0.5
+    assert np.std(values) == pytest.approx(1.0, abs=0.12)
+
+
+@pytest.mark.parametrize("gain", [0.05, 0.2, 1.0])
+def test_a_word_has_the_strength_of_its_energy_over_the_noise(gain: float) -> None:
+    noise, word = _noise(96_000, 2), _word()
+    heard = noise.copy()
+    heard[70_000 : 70_000 + len(word)] += np.float32(gain) * word
+    strength, offset, expected = _strength(_taught(noise[:64_000]), heard, word, 70_000)
+    assert strength == pytest.approx(gain * expected, abs=3.0 + 0.05 * gain * expected)
+    if gain * expected > 6.0:
+        assert offset == 0
+
+
+def test_expectation_is_that_of_white_noise() -> None:
+    noise, word = _noise(64_000, 3, 0.02), _word()
+    expected = float(np.dot(power_of(word), _taught(noise).weights)) ** 0.5
+    assert expected == pytest.approx(float(np.sqrt(np.square(word, dtype=np.float64).sum())) / 0.02, rel=0.06)
+
+
+def test_what_is_left_over_lowers_the_strength_of_a_chance_likeness() -> None:
+    noise, word = _noise(96_000, 4), _word()
+    other = np.roll(word[::-1], 300) * np.float32(8.0)
+    heard = noise.copy()
+    heard[70_000 : 70_000 + len(word)] += other
+    weighing = _taught(noise[:64_000])
+    strength, offset, expected = _strength(weighing, heard, word, 70_000)
+    weighed = weighing.weigh(heard[70_000 + offset - REACH : 70_000 + offset + len(word) + REACH])
+    fit = scrutinized(weighed, word, weighing, strength, expected)
+    assert fit.strength < 0.5 * strength
+
+
+def test_half_a_word_is_not_the_whole() -> None:
+    noise, word = _noise(96_000, 6), _word(8000)
+    for whole in (True, False):
+        heard = noise.copy()
+        half = np.concatenate([word[:4000], np.zeros(4000, np.float32)])
+        heard[70_000:78_000] += np.float32(0.2) * (word if whole else half)
+        weighing = _taught(noise[:64_000])
+        strength, offset, expected = _strength(weighing, heard, word, 70_000)
+        weighed = weighing.weigh(heard[70_000 + offset - REACH : 78_000 + offset + REACH])
+        assert scrutinized(weighed, word, weighing, strength, expected).whole is whole
+
+
+def test_digital_silence_teaches_nothing() -> None:
+    assert not _taught(np.zeros(64_000, np.float32)).ready
+    assert _taught(_noise(64_000, 7)).ready
+
+
+@given(st.lists(st.integers(1, 3000), min_size=1, max_size=20))
+@settings(max_examples=20, deadline=None)
+def test_the_size_of_blocks_changes_nothing(sizes: list[int]) -> None:
+    noise = _noise(40_000, 8)
+    blocks = Weighing()
+    at = 0
+    while at < len(noise):
+        for size in sizes:
+            blocks.push(noise[at : at + size])
+            at += size
+    assert np.array_equal(blocks.weights, _taught(noise).weights)
+
+
+def test_power_is_the_energy_of_the_sound() -> None:
+    word = _word(5000)
+    assert float(power_of(word).sum()) == pytest.approx(float(np.square(word, dtype=np.float64).sum()), rel=0.01)
+    assert power_of(word[:10]).shape == (FRAME // 2 + 1,)

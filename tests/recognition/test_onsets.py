@@ -1,0 +1,52 @@
+"""Beginnings of sentences, found in noise."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from hvcpd.ports import Samples
+from hvcpd.recognition.matched import REACH, Weighing
+from hvcpd.recognition.onsets import MOST, SIZE, STEP, Onsets
+
+RANDOM = np.random.default_rng(11)
+SOUNDS: list[Samples] = [np.asarray(RANDOM.standard_normal(n) * np.hanning(n), np.float32) for n in (2500, 6000, 3200)]
+
+
+def _heard(number: int | None, at: int, gain: float) -> tuple[Samples, Weighing]:
+    noise = np.asarray(np.random.default_rng(3).standard_normal(32_000 + SIZE + 2 * REACH), np.float32)
+    weighing = Weighing()
+    weighing.push(noise[:32_000])
+    heard = noise[32_000:].copy()
+    if number is not None:
+        sound = SOUNDS[number][: len(heard) - REACH - at]
+        heard[REACH + at : REACH + at + len(sound)] += np.float32(gain) * sound
+    return weighing.weigh(heard), weighing
+
+
+def test_each_sound_is_found_where_it_begins() -> None:
+    onsets = Onsets(SOUNDS)
+    for number, at in ((0, 100), (1, 900), (2, STEP - 10)):
+        weighed, weighing = _heard(number, at, 0.7)
+        found = onsets.find(weighed, 5_000, weighing.weights)
+        assert (found[0].sound, found[0].at) == (number, 5_000 + at)
+
+
+def test_noise_alone_has_no_onset() -> None:
+    weighed, weighing = _heard(None, 0, 0.0)
+    assert Onsets(SOUNDS).find(weighed, 0, weighing.weights) == []
+
+
+def test_what_begins_after_the_step_is_left_to_the_next_one() -> None:
+    weighed, weighing = _heard(0, STEP + 600, 0.7)
+    assert Onsets(SOUNDS).find(weighed, 0, weighing.weights) == []
+
+
+def test_no_sounds_no_onsets() -> None:
+    weighed, weighing = _heard(0, 100, 1.0)
+    assert Onsets([]).find(weighed, 0, weighing.weights) == []
+
+
+def test_onsets_of_one_step_are_bounded() -> None:
+    weighed, weighing = _heard(0, 100, 1.0)
+    weighed += np.asarray(100.0 * np.sin(np.arange(len(weighed)) ** 2 / 9e4), np.float32)
+    assert len(Onsets(SOUNDS * 9).find(weighed, 0, weighing.weights)) <= MOST
