@@ -65,8 +65,8 @@ AIR = Medium(
     85.0,  # a person shouting (ISO 9921:2003, table A.1: shouted 78, very loud 84 dB)
     scene.Bench().self_noise_db_spl,  # a quiet night: 20 dB, as the paper has it, drown in the microphone's own noise
     Air().microphone_full_scale_db_spl,
-    (10.0, 20.0, 40.0, 60.0, 80.0, 100.0, 120.0, 150.0, 180.0, 240.0, 320.0),
-    (60.0, 120.0, 180.0, 280.0),
+    (20.0, 40.0, 60.0, 90.0, 120.0, 150.0, 180.0, 240.0, 320.0, 400.0, 500.0, 650.0),
+    (180.0, 320.0, 500.0),
     "open air of 20 °C and 50 %, absorption as ISO 9613-1, no ground, no wind; a shout, 85 dB SPL at 1 m; noise 33 dB",
 )
 WATER = Medium(
@@ -78,7 +78,7 @@ WATER = Medium(
     101.0,  # sea state 3: 63 dB re 1 µPa²/Hz at 1 kHz, less by 17 dB a decade (Knudsen et al. 1948), 0.1 to 8 kHz
     170.0,
     (50.0, 100.0, 200.0, 400.0, 700.0, 1000.0, 1400.0, 2030.0, 2800.0, 4000.0),
-    (700.0, 1400.0, 2030.0, 3500.0),
+    (1400.0, 2030.0, 4000.0),
     "sea water of 10 °C, absorption as Ainslie & McColm, no surface, no ground; 160 dB re 1 µPa at 1 m; noise 101 dB",
 )
 MEDIA = {medium.name: medium for medium in (AIR, WATER)}
