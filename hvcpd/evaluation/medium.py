@@ -148,8 +148,8 @@ def _summarise(rows: Sequence[Row]) -> Findings:
         (
             f"{NEAR} orders {FAR} to water a plant, as in the coordinating mode, and is told of its end; a mission "
             f"counts if that was done once within {LIMIT_S:g} s (later where sound takes long) and {NEAR} knows. They "
-            "have met before, and wait for each other longer by the time that sound takes, which a robot's settings cannot "
-            "say yet. "
+            "have met before, and wait for each other longer by the time that sound takes, which a robot's settings "
+            "cannot say yet. "
             f"{RELAYED.capitalize()}, {BETWEEN} stands there, cannot do it itself, and passes on what stays without "
             "answer. The paper says that verbal signals travel 180 m in air and 2,030 m under water; it tried neither.",
             *reached,
