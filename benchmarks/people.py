@@ -67,7 +67,8 @@ class Stage:
 
     def ears(self, people: Sequence[Person] = ()) -> SecondEars:
         """As a robot has them that has heard nothing."""
-        opinion = SecondOpinion(self.book.people_graph, self.sound.lexicon, people, strangers_possible())
+        known = {person.name.lower(): person for person in people}
+        opinion = SecondOpinion(self.book.people_graph, self.sound.lexicon, known, strangers_possible())
         return SecondEars(make_recogniser(self.book, NAMES[:2], self.sound), opinion, AtOnce())
 
     def peer(self, graph: WordGraph) -> Any:

@@ -62,14 +62,14 @@ class Sound:
     """Where pronunciations come from, where rendered units are kept, and which robot speaks how.
 
     `voices` and `recorded` have the robots, by name in lower case, whose voice was chosen and does not follow from the
-    name; `people` those who are enrolled, and no robots.
+    name; `people` those who are enrolled, and no robots: their words may become more while a robot lives.
     """
 
     lexicon: Lexicon
     cache: UnitCache | None = None
     voices: Mapping[str, Voice] = field(default_factory=dict)
     recorded: Mapping[str, RecordedSpeaker] = field(default_factory=dict)
-    people: Mapping[str, Person] = field(default_factory=dict)
+    people: dict[str, Person] = field(default_factory=dict)
 
     def robots(self, names: Iterable[str]) -> tuple[str, ...]:
         """Of the names those that are no enrolled person's."""

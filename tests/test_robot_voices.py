@@ -12,11 +12,13 @@ from hvcpd.assembly import RobotPlan, Sound, make_robot, make_sound
 from hvcpd.config.task_file import load_tasks
 from hvcpd.config.tasks import default_tasks_path
 from hvcpd.coordination.actions import Role
+from hvcpd.coordination.table import State
 from hvcpd.journal import Journal
 from hvcpd.people.enrolled import Person
-from hvcpd.ports import Pose, Samples
+from hvcpd.ports import STANDSTILL, Pose, Samples
 from hvcpd.recognition.events import Event, Recognised
-from hvcpd.records import HeardRecord, VoiceRecord
+from hvcpd.records import HeardRecord, SaidRecord, VoiceRecord
+from hvcpd.security.keys import KEY_BYTES, KeyRing, TeamKey
 from hvcpd.store import Store
 from hvcpd.synthesis.voices import voice_for
 
@@ -74,3 +76,40 @@ def test_a_name_in_another_voice_is_noted(sound: Sound, words: str, voice: str, 
     Journal(store, tasks, "Rob").write(records, 0.0)
     texts = [row.text for row in store.transcript() if row.kind == "garbled"]
     assert texts == [f"another voice than {r.speaker}'s: {r.voice}, not {r.expected}" for r in noted]
+
+
+class Once(Told):
+    """Ears that tell it once."""
+
+    def push(self, samples: Samples, masked: bool = False) -> list[Event]:
+        told, self.event = self.event, None  # type: ignore[assignment]
+        return [told] if told is not None else []
+
+
+KEYS = KeyRing(TeamKey(bytes(KEY_BYTES)))
+
+
+@pytest.mark.parametrize(("voice", "keys"), [("stranger", None), ("stranger", KEYS), ("anna, enrolled", KEYS)])
+def test_where_the_team_has_a_key_no_voice_alone_sets_wheels_in_motion(
+    sound: Sound, voice: str, keys: KeyRing | None
+) -> None:
+    """Neither a stranger's nor an enrolled one: a recording has that too. "Stop" is obeyed from anybody."""
+    role, names = Role("Rob", "plant"), ("Rob", "Bot", "Anna")
+    plan = RobotPlan(role, names, load_tasks(default_tasks_path()), Pose(0.0, 0.0), 1, keys=keys, told=names[:2])
+    robot = make_robot(plan, sound)
+    robot.adopt(robot.phrasebook, Once("bot stop", voice))
+    while robot.coordination.state is not State.READY:
+        robot.step(BLOCK, None)
+    robot.adopt(robot.phrasebook, Once("rob move forward one metre", voice))
+    outputs, states = [], set()
+    for _ in range(240):
+        outputs.append(robot.step(BLOCK, None))
+        states.add(robot.coordination.state)
+    said = {r.text for out in outputs for r in out.records if isinstance(r, SaidRecord)}
+    trusted = keys is None
+    assert (State.MOVING in states) == trusted
+    assert trusted or all(out.wheels == STANDSTILL for out in outputs)
+    assert ("Hi all, I am Rob, I do not trust that" in said) != trusted
+    robot.adopt(robot.phrasebook, Once("rob stop", voice))
+    robot.step(BLOCK, None)
+    assert robot.coordination.state is State.STOPPED

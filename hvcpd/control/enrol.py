@@ -33,6 +33,7 @@ _NUMBERED = re.compile(r"([a-z]+)(?:[_-]?\d+)?")
 """stop.wav, stop_1.wav, stop-2.wav, stop3.wav"""
 FIRST = ("stop", "hi", "all", "i", "am")
 """Asked for before all others: who is interrupted has the words that matter most."""
+HOW_IT_COUNTS = "a daemon that knew this name at its start takes the words with: hvcpctl reload; else restart it"
 
 
 @dataclass
@@ -110,7 +111,7 @@ def _import(options: argparse.Namespace) -> int:
     if options.person is not None and options.person.lower() != person.name.lower():
         raise StoreError(f"{options.import_}: this is {person.name}, not {options.person}; leave the name out")
     write_person(person_path(_state_dir(options), person.name), person)
-    sys.stdout.write(f"{person.name}: {len(person.takes)} words are known; restart the daemon\n")
+    sys.stdout.write(f"{person.name}: {len(person.takes)} words are known; {HOW_IT_COUNTS}\n")
     return EX_OK
 
 
@@ -203,4 +204,4 @@ def _tell(options: argparse.Namespace, report: Report, path: Path) -> None:
     if report.missing:
         more = " …" if len(report.missing) > 8 else ""
         sys.stdout.write(f"{len(report.missing)} words are missing: {', '.join(report.missing[:8])}{more}\n")
-    sys.stdout.write("restart the daemon, which reads it at its start\n" * bool(report.words))
+    sys.stdout.write(f"{HOW_IT_COUNTS}\n" * bool(report.words))

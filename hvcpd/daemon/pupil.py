@@ -1,9 +1,9 @@
-"""Keeps what is learned of enrolled people's voices while the robot lives; it counts from the next start on."""
+"""Keeps what is learned of enrolled people's voices while the robot lives; it counts at once."""
 
 from __future__ import annotations
 
 import asyncio
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable
 from pathlib import Path
 
 import structlog
@@ -20,9 +20,10 @@ _log = structlog.get_logger(__name__)
 class Pupil:
     """`take` what the robot reports; files are written in a thread, one after the other."""
 
-    def __init__(self, own_name: str, people: Mapping[str, Person], state_dir: Path, second: SecondLook) -> None:
+    def __init__(self, own_name: str, people: dict[str, Person], state_dir: Path, second: SecondLook) -> None:
+        """`people`, by name in lower case, is where the second look finds them; what is learned is put there."""
         self._learning = Learning(own_name)
-        self._people = dict(people)
+        self._people = people
         self._state_dir = state_dir
         self._second = second
         self._turn = asyncio.Lock()

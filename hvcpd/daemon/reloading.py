@@ -15,6 +15,7 @@ from hvcpd.config.tasks import TaskRepository
 from hvcpd.daemon.control_status import Body
 from hvcpd.daemon.outfit import Outfit
 from hvcpd.errors import HvcpdError, NotDoneError
+from hvcpd.people.enrolled import Person
 
 LIVE = ("mode", "pick", "unable", "clips", "log_level", "log_format")
 """Settings, or groups of them, that take effect at once. All others are built into the recogniser, the voice, the
@@ -71,6 +72,7 @@ class Reloader:
                 restart.append(new.key)
         self.sources = tuple(sources)
         outfit = self._body.outfit
+        restart += _take_people(outfit.sound.people, read.sound.people)
         settings = replace(outfit.settings, **{key: getattr(read.settings, key) for key in LIVE})
         tasks = outfit.tasks
         if "tasks" not in restart and read.tasks != tasks:
@@ -94,6 +96,13 @@ class Reloader:
             c.role = replace(c.role, unable=self._body.base.unable(outfit))
         c.board.redefine(outfit.tasks.tasks)
         c.reconsider(robot.now)
+
+
+def _take_people(known: dict[str, Person], read: dict[str, Person]) -> list[str]:
+    """Who is known counts with the words that are on file now; whoever is new or gone is a name that comes or goes, for
+    which a restart is needed."""
+    known.update({key: person for key, person in read.items() if key in known})
+    return ["people"] if known.keys() != read.keys() else []
 
 
 def _words(tasks: TaskRepository) -> tuple[object, ...]:

@@ -16,11 +16,12 @@ def make_second(
     phrasebook: Phrasebook, lexicon: Lexicon, people: Mapping[str, Person], strangers: bool
 ) -> LooksAgain | None:
     """Who looks again at what robots' voices do not explain: for enrolled people and, where PocketSphinx is installed
-    and `strangers` are to be understood, for anybody. None if there is nobody to look for."""
+    and `strangers` are to be understood, for anybody; None if there is nobody to look for. Words that `people` get
+    later count from then on."""
     anybody = strangers and strangers_possible()
     if not anybody and not people:
         return None
-    return SecondOpinion(phrasebook.people_graph, lexicon, tuple(people.values()), anybody)
+    return SecondOpinion(phrasebook.people_graph, lexicon, people, anybody)
 
 
 def looking_twice(ears: Ears, listener: LooksAgain | None, worker: Worker) -> Ears:

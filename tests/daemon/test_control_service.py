@@ -8,6 +8,7 @@ import os
 from collections.abc import Iterator
 from pathlib import Path
 
+import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import settings as examples
@@ -20,6 +21,7 @@ from hvcpd.coordination.table import State
 from hvcpd.daemon.control_protocol import MAX_LINE_BYTES
 from hvcpd.daemon.control_server import MAX_CLIENTS, MAX_FOLLOWERS, MAX_UNREAD_BYTES
 from hvcpd.errors import RunningError
+from hvcpd.people.enrolled import Person, person_path, write_person
 from hvcpd.ports import STANDSTILL, WheelCommand
 from hvcpd.recognition.events import Garbled, Recognised
 from tests.daemon.control_bench import ONE_TASK, ControlBench, Talk, control, run
@@ -211,6 +213,27 @@ def test_reload_changes_what_it_can_and_names_what_it_cannot(tmp_path: Path) -> 
             assert refused["code"] == "bad_settings"
             assert "did you mean 'mode'" in refused["text"]
             assert bench.bench.robot.coordination.role.volunteer is False, "all or nothing"
+            await talk.hang_up()
+
+    run(scene())
+
+
+def test_reload_takes_new_words_of_who_is_known_and_names_whoever_is_new(tmp_path: Path) -> None:
+    take = np.ones((20, 24), np.float32)
+    anna = Person("Anna", {"stop": [take]})
+    state = tmp_path / "state"
+    write_person(person_path(state, "Anna"), anna)
+
+    async def scene() -> None:
+        async with control(tmp_path) as bench:
+            talk = await bench.connect()
+            known = bench.body.outfit.sound.people
+            write_person(person_path(state, "Anna"), anna.with_takes({"rob": [take]}))
+            assert (await talk.ask("reload"))["result"] == {"changed": [], "restart": []}
+            assert known["anna"].words == {"stop", "rob"}
+            write_person(person_path(state, "Ben"), Person("Ben", {"stop": [take]}))
+            assert (await talk.ask("reload"))["result"]["restart"] == ["people"]
+            assert list(known) == ["anna"], "a name comes with a restart"
             await talk.hang_up()
 
     run(scene())

@@ -109,5 +109,7 @@ def test_the_daemon_keeps_what_enrolled_people_confirm(tmp_path: Path) -> None:
     ]
     asyncio.run(live({}, records))
     assert read_person(person_path(tmp_path, "Anna")).words == {"stop"}
-    asyncio.run(live({"anna": anna}, records))
+    known = {"anna": anna}
+    asyncio.run(live(known, records))
     assert read_person(person_path(tmp_path, "Anna")).words == {"stop", "water", "rose"}
+    assert known["anna"].words == {"stop", "water", "rose"}  # whoever looks there hears them at once
