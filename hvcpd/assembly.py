@@ -188,8 +188,14 @@ def make_coherent(
 ) -> CoherentListener:
     """Hears the same voices by their waveform, where noise hides the words."""
     graph = phrasebook.marked_graph
-    books = {_robot_voice(name, sound): SpokenBook(sound.speaker_of(name), graph.words) for name in names}
-    return CoherentListener(graph, books, prepared)
+    speakers = {_robot_voice(name, sound): name for name in names}
+    usual = [SpokenBook(voice, sound.speaker_of(name), graph.words) for voice, name in speakers.items()]
+    slow = [
+        SpokenBook(voice, sound.speaker_of(name, SLOW), graph.words)
+        for voice, name in speakers.items()
+        if name.lower() not in sound.recorded
+    ]
+    return CoherentListener(graph, (*usual, *slow), prepared)
 
 
 _Who = TypeVar("_Who")

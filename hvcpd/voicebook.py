@@ -16,8 +16,9 @@ KEPT = 90
 class SpokenBook:
     """One speaker's words, each rendered or read from the cache when it is asked for."""
 
-    def __init__(self, speaker: Speaker, words: Iterable[str]) -> None:
-        """`words`: those that it may say."""
+    def __init__(self, voice: str, speaker: Speaker, words: Iterable[str]) -> None:
+        """`voice`: what listeners call it; `words`: those that it may say."""
+        self.voice = voice
         self._speaker = speaker
         self._words = frozenset(words)
         self._powers: dict[tuple[str, int, int], Spectrum] = {}

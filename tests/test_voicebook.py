@@ -26,7 +26,7 @@ def speaker(tmp_path_factory: pytest.TempPathFactory) -> Speaker:
 
 
 def test_a_sentence_is_the_sum_of_what_is_said(speaker: Speaker) -> None:
-    book = SpokenBook(speaker, WORDS)
+    book = SpokenBook("oak", speaker, WORDS)
     said = [(word, number == len(phrase) - 1) for phrase in PHRASES for number, word in enumerate(phrase)]
     rendered = speaker.render(PHRASES)
     made = np.zeros(len(rendered), np.float32)
@@ -41,13 +41,13 @@ def test_a_sentence_is_the_sum_of_what_is_said(speaker: Speaker) -> None:
 
 
 def test_other_words_are_not_said(speaker: Speaker) -> None:
-    assert SpokenBook(speaker, WORDS).said("lily", 0) == ()
+    assert SpokenBook("oak", speaker, WORDS).said("lily", 0) == ()
 
 
 def test_memory_is_bounded_and_can_be_given_back(speaker: Speaker) -> None:
     words = [word for word in LEXICON.entries if word.isalpha()][: KEPT + 5]
     silent = RecordedSpeaker({word: np.ones(400, np.float32) for word in ()}, LEXICON)
-    book = SpokenBook(silent, words)
+    book = SpokenBook("oak", silent, words)
     for word in words:
         assert book.said(word, 0) == ()
     assert len(book) == KEPT
@@ -57,7 +57,7 @@ def test_memory_is_bounded_and_can_be_given_back(speaker: Speaker) -> None:
 
 def test_recorded_words_are_said_at_every_pitch() -> None:
     hum = np.asarray(0.3 * np.sin(np.arange(8000) / 9.0) * np.hanning(8000), np.float32)
-    book = SpokenBook(RecordedSpeaker({"stop": hum}, LEXICON), ("stop",))
+    book = SpokenBook("oak", RecordedSpeaker({"stop": hum}, LEXICON), ("stop",))
     ways = [book.said("stop", third) for third in (0, 1, 2)]
     assert [[way.final for way in each] for each in ways] == [[False, True]] * 3
     assert all(np.array_equal(each[1].samples, ways[0][1].samples) for each in ways)
@@ -65,7 +65,7 @@ def test_recorded_words_are_said_at_every_pitch() -> None:
 
 def test_preparing_fills_the_cache_until_it_is_told_to_end(tmp_path: Path) -> None:
     speaker = Speaker(VOICES[1], LEXICON, UnitCache(tmp_path))
-    SpokenBook(speaker, ("hi",)).prepare(lambda: False)
+    SpokenBook("oak", speaker, ("hi",)).prepare(lambda: False)
     assert not list(tmp_path.iterdir())
-    SpokenBook(speaker, ("hi",)).prepare(lambda: True)
+    SpokenBook("oak", speaker, ("hi",)).prepare(lambda: True)
     assert len(list(tmp_path.iterdir())) == 6

@@ -7,7 +7,7 @@ only the voices of synthesizers, in rooms by the direct sound, and then down to 
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -64,7 +64,7 @@ CALM = 10 * SAMPLE_RATE_HZ
 class _First:
     """A way in which a sentence may begin."""
 
-    voice: str
+    book: Voicebook
     word: str
     node: int
     said: Said
@@ -73,14 +73,14 @@ class _First:
 class CoherentListener:
     """Tell it what is heard, chunk by chunk."""
 
-    def __init__(self, graph: WordGraph, voices: Mapping[str, Voicebook], ready: bool = True) -> None:
-        """`voices`: of those who may speak. Hears nothing until `prepare`, unless it is `ready`."""
-        self._ready = ready
+    def __init__(self, graph: WordGraph, books: Sequence[Voicebook], ready: bool = True) -> None:
+        """`books`: of those who may speak. Hears none of them before `prepare`, unless they are `ready`."""
+        self._all = tuple(books)
+        self._books = self._all if ready else ()
         self._graph = graph
         self._arcs: dict[int, list[tuple[str, int]]] = {}
         for arc in graph.arcs:
             self._arcs.setdefault(arc.source, []).append((arc.word, arc.target))
-        self._voices = dict(voices)
         self._greetings: tuple[list[_First], Onsets] | None = None
         self._others: tuple[list[_First], Onsets] | None = None
         self._weighing = Weighing()
@@ -100,7 +100,7 @@ class CoherentListener:
 
     def push(self, first: int, samples: Samples, speech: bool) -> list[Coherent]:
         """The samples from number `first` on, shape (n,); `speech`: somebody seems to speak."""
-        if not self._ready:
+        if not self._books:
             return []
         if first != self._end:
             self._break_off(first)
@@ -121,9 +121,11 @@ class CoherentListener:
 
     def prepare(self, go_on: Callable[[], bool]) -> None:
         """Make ready what is compared with, while `go_on`, then begin to hear. Another thread may do this."""
-        for book in self._voices.values():
+        for book in self._all:
             book.prepare(go_on)
-        self._ready = self._ready or go_on()
+            if go_on() and book not in self._books:
+                self._books = (*self._books, book)
+                self._greetings = self._others = None
 
     def dismiss(self, end: int) -> None:
         """What was said before sample `end` is dealt with."""
@@ -131,7 +133,7 @@ class CoherentListener:
 
     def _rest(self) -> None:
         self._others = None
-        for book in self._voices.values():
+        for book in self._books:
             book.forget()
 
     def _break_off(self, at: int) -> None:
@@ -174,8 +176,8 @@ class CoherentListener:
 
     def _firsts(self, greeting: bool) -> tuple[list[_First], Onsets]:
         found = [
-            _First(voice, word, node, said)
-            for voice, book in self._voices.items()
+            _First(book, word, node, said)
+            for book in self._books
             for word, node in self._arcs.get(self._graph.start, ())
             if (word == GREETING) == greeting
             for said in book.said(word, 0)
@@ -200,11 +202,11 @@ class CoherentListener:
         for first, onset in found:
             if not self._is_known(first, onset.at):
                 extension = Extension(first.word, first.node, 0, first.said, onset.at)
-                self._paths.append(Path(first.voice, self._graph.start, onset.at, waiting=[extension]))
+                self._paths.append(Path(first.book, self._graph.start, onset.at, waiting=[extension]))
 
     def _is_known(self, first: _First, at: int) -> bool:
         return any(
-            path.voice == first.voice and path.words[:1] == (first.word,) and abs(path.first - at) < DRIFT
+            path.book is first.book and path.words[:1] == (first.word,) and abs(path.first - at) < DRIFT
             for path in self._paths
         )
 
@@ -219,7 +221,7 @@ class CoherentListener:
         for path in sorted(self._paths, key=lambda p: -p.score):
             if path.ended and path in self._paths and not self._goes_on(path) and self._is_best(path):
                 before = self._before(path)
-                found.append(Coherent((*before, *_words_of(path)), path.voice, path.score))
+                found.append(Coherent((*before, *_words_of(path)), path.book.voice, path.score))
                 self.dismiss(path.end)
         return found
 
@@ -257,7 +259,7 @@ class CoherentListener:
         third = path.thirds[-1]
         for word, node in self._arcs.get(path.node, ()):
             for number in {third, min(third + 1, 2)}:
-                for said in self._voices[path.voice].said(word, number):
+                for said in path.book.said(word, number):
                     if not said.final or self._may_pause(node):
                         yield Extension(word, node, number, said, path.at - said.lead * path.paused)
 
@@ -265,7 +267,7 @@ class CoherentListener:
         best: dict[tuple[object, ...], Path] = {}
         for path in sorted(self._paths, key=lambda p: -p.rank):
             if (path.waiting or path.ended) and (not path.words or path.rank >= LEAST_RANK):
-                key = (path.voice, path.node, path.thirds[-1:], path.words, path.paused, path.at // DRIFT)
+                key = (id(path.book), path.node, path.thirds[-1:], path.words, path.paused, path.at // DRIFT)
                 best.setdefault(key, path)
         begun = [path for path in best.values() if not path.words]
         self._paths = begun + [path for path in best.values() if path.words][:BEAM]
@@ -296,12 +298,12 @@ class CoherentListener:
         """The word that was said before what sounds like a whole sentence: a name, whose beginning was not noticed."""
         if thirds_of(len(path.words) + 1)[1:] != path.thirds:
             return []
-        lead = self._voices[path.voice].said(path.words[0], 0)[0].lead
+        lead = path.book.said(path.words[0], 0)[0].lead
         places = [
             Extension(word, node, 0, said, path.first + lead - said.advance)
             for word, node in self._arcs.get(self._graph.start, ())
             if self._graph.finals & ends_of(self._graph, node, path.words)
-            for said in self._voices[path.voice].said(word, 0)
+            for said in path.book.said(word, 0)
             if said.final
         ]
         found: list[HeardWord] = []

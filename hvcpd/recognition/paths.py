@@ -36,7 +36,11 @@ class Said:
 
 
 class Voicebook(Protocol):
-    """What one voice says."""
+    """What one voice says, at one rate."""
+
+    @property
+    def voice(self) -> str:
+        """What the voice is called."""
 
     def said(self, word: str, third: int) -> Sequence[Said]:
         """All ways to say `word` in a third (0, 1, 2) of a sentence; none if that voice cannot say it."""
@@ -101,7 +105,7 @@ class Path:
     With one gain for all of it, that makes its log likelihood ratio against noise alone, the `score`: a word that is
     not there adds to `known` only, and lowers it."""
 
-    voice: str
+    book: Voicebook
     node: int
     at: int
     """Where the next word has its place; `paused`: after a pause."""
@@ -171,7 +175,7 @@ class Path:
         start = by.at + offset
         gain = self.gain if self.words else strength / expected
         return Path(
-            self.voice,
+            self.book,
             by.node,
             start + by.said.advance,
             by.said.final,

@@ -9,7 +9,12 @@ from hvcpd.recognition.agreement import Agreement
 from hvcpd.recognition.coherent import CoherentListener
 from hvcpd.recognition.events import Event, Garbled, Recognised, Urgent, WordSpan
 from hvcpd.recognition.paths import Coherent, HeardWord, Path
+from hvcpd.synthesis.lexicon import Lexicon
+from hvcpd.synthesis.speaker import Speaker
+from hvcpd.synthesis.voices import VOICES
+from hvcpd.voicebook import SpokenBook
 
+BOOK = SpokenBook("oak", Speaker(VOICES[0], Lexicon({})), ())
 GRAPH = WordGraph(2, (Arc(0, 1, "stop"),), 0, frozenset({1}), frozenset())
 
 
@@ -17,7 +22,7 @@ class Follows(CoherentListener):
     """Follows what it is told to."""
 
     def __init__(self) -> None:
-        super().__init__(GRAPH, {})
+        super().__init__(GRAPH, ())
         self.path: Path | None = None
         self.dismissed = 0
 
@@ -31,7 +36,15 @@ class Follows(CoherentListener):
 
 
 def followed(*words: str, start: int = 1000) -> Path:
-    return Path("oak", 1, 9000, words=words, heard=200.0, known=200.0, start=start)
+    return Path(
+        SpokenBook("oak", Speaker(VOICES[0], Lexicon({})), ()),
+        1,
+        9000,
+        words=words,
+        heard=200.0,
+        known=200.0,
+        start=start,
+    )
 
 
 def recognised(*words: str, start: int = 1000, end: int = 9000) -> Recognised:

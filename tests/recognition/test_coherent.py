@@ -95,7 +95,7 @@ def stream(sounds: Sequence[Samples], snr_db: float, seed: int = 1) -> Samples:
 
 
 def heard(sound: Samples, listener: CoherentListener | None = None, first: int = 0) -> list[Coherent]:
-    listener = listener or CoherentListener(GRAPH, BOOKS)
+    listener = listener or CoherentListener(GRAPH, tuple(BOOKS.values()))
     found = []
     for at in range(0, len(sound) // CHUNK * CHUNK, CHUNK):
         found += listener.push(first + at, sound[at : at + CHUNK], True)
@@ -134,7 +134,7 @@ def test_a_sentence_is_told_soon_after_its_end() -> None:
     ends = [32_000 + len(spoken("hi rob, water rose"))]
     ends.append(ends[0] + 20_000 + len(spoken("hi rob")))
     found = []
-    listener = CoherentListener(GRAPH, BOOKS)
+    listener = CoherentListener(GRAPH, tuple(BOOKS.values()))
     for at in range(0, len(sound), CHUNK):
         found += [(at + CHUNK, sentence) for sentence in listener.push(at, sound[at : at + CHUNK], True)]
     told = [at - end for (at, _), end in zip(found, ends, strict=True)]
@@ -169,14 +169,14 @@ def test_two_words_that_sound_alike_are_not_sure() -> None:
         def said(self, word: str, third: int) -> Sequence[Said]:
             return super().said("rose" if word == "lily" else word, third)
 
-    [sentence] = heard(stream([spoken("hi rob, water rose")], 0.0), CoherentListener(GRAPH, {"oak": Twins("oak")}))
+    [sentence] = heard(stream([spoken("hi rob, water rose")], 0.0), CoherentListener(GRAPH, (Twins("oak"),)))
     assert not sentence.sure
     assert min(word.chance for word in sentence.words) < 0.5
 
 
 def test_what_was_before_a_gap_does_not_count() -> None:
     sound = stream([spoken("hi rob, water rose")], 0.0)
-    listener = CoherentListener(GRAPH, BOOKS)
+    listener = CoherentListener(GRAPH, tuple(BOOKS.values()))
     cut = 38_400
     assert heard(sound[:cut], listener) == []
     assert heard(sound[cut:], listener, first=cut + 16_000) == []
@@ -184,7 +184,7 @@ def test_what_was_before_a_gap_does_not_count() -> None:
 
 def test_it_hears_nothing_until_it_is_prepared() -> None:
     books = {"oak": Book("oak")}
-    listener = CoherentListener(GRAPH, books, ready=False)
+    listener = CoherentListener(GRAPH, tuple(books.values()), ready=False)
     sound = stream([spoken("hi rob")], 0.0)
     assert heard(sound, listener) == []
     listener.prepare(lambda: False)
@@ -196,7 +196,7 @@ def test_it_hears_nothing_until_it_is_prepared() -> None:
 
 def test_memory_is_given_back_when_nobody_speaks() -> None:
     books = {"oak": Book("oak")}
-    listener = CoherentListener(GRAPH, books)
+    listener = CoherentListener(GRAPH, tuple(books.values()))
     sound = stream([spoken("hi rob")], 0.0)
     heard(sound, listener)
     quiet = stream([np.zeros(200_000, np.float32)], 0.0, seed=2)
