@@ -31,8 +31,8 @@ from hvcpd.recognition.paths import (
 
 GREETING = "hi"
 """What robots begin with: it is listened for even while nobody seems to speak."""
-KEPT = 4 * SAMPLE_RATE_HZ
-"""Samples that are kept; a word is compared soon after it ended."""
+KEPT = 3 * SAMPLE_RATE_HZ
+"""Samples that are kept; a word is compared soon after it ended, and the one before a short sentence then."""
 DRIFT = 24
 """Samples (1.5 ms) that a word may begin off its place: clocks 400 ppm apart over a pause and a long word, an echo."""
 BEAM = 24
@@ -325,5 +325,8 @@ class CoherentListener:
 
 
 def _words_of(path: Path) -> list[HeardWord]:
-    words = [HeardWord(each.words[-1], each.start, each.end, each.share, each.margin) for each in path.back()]
+    words = [
+        HeardWord(each.words[-1], each.start, each.end, each.share, each.margin(ends=each is path))
+        for each in path.back()
+    ]
     return words[::-1]

@@ -23,7 +23,7 @@ MEDIAN_OF_NORMAL = 0.6745
 """Median of |x| of a normal distribution with deviation 1."""
 APART = SAMPLE_RATE_HZ // 50
 """20 ms: nearer ones, of the same sound, are one."""
-BATCH = 16
+BATCH = 4
 """Sounds that are correlated at once."""
 MOST = 8
 """Onsets in one step, the strongest ones."""

@@ -147,12 +147,14 @@ class Path:
         """Where it begins."""
         return list(self.back())[-1].start
 
-    @property
-    def margin(self) -> float:
-        """By how much the last word is likelier than any other in its place, and than none."""
+    def margin(self, ends: bool) -> float:
+        """By how much the last word is likelier than any other in its place, and than none.
+
+        Unless the sentence `ends` with it, it may be a little less likely than none: what follows speaks for it.
+        """
         tried = self.parent.tried if self.parent else {}
-        other = max((likelihood for word, likelihood in tried.items() if word != self.words[-1]), default=0.0)
-        return self.likelihood - max(other, 0.0)
+        others = [likelihood for word, likelihood in tried.items() if word != self.words[-1]]
+        return self.likelihood - max([*others, 0.0 if ends else -LEAST_MARGIN])
 
     @property
     def is_best_of_its_words(self) -> bool:

@@ -18,7 +18,7 @@ from hvcpd.recognition.matched import power_of
 from hvcpd.recognition.paths import Coherent, Said, thirds_of
 
 GRAPH = WordGraph(
-    n_nodes=6,
+    n_nodes=8,
     arcs=(
         Arc(0, 1, "hi"),
         Arc(1, 2, "rob"),
@@ -30,6 +30,10 @@ GRAPH = WordGraph(
         Arc(0, 5, "all"),
         Arc(5, 4, "stop"),
         Arc(0, 4, "stop"),
+        Arc(5, 6, "who"),
+        Arc(0, 6, "who"),
+        Arc(6, 7, "is"),
+        Arc(7, 4, "here"),
     ),
     start=0,
     finals=frozenset({2, 4}),
@@ -162,6 +166,14 @@ def test_a_sentence_is_not_taken_for_its_end() -> None:
         "all stop",
         "stop",
     ]
+
+
+def test_a_first_word_that_went_unnoticed_is_found_in_the_end() -> None:
+    """The listener knows its noise only when the first word is half over."""
+    sound = stream([spoken("all, who is here")], 5.0)[32_000 - 1600 :]
+    sound[:1600] = np.random.default_rng(5).standard_normal(1600) * 0.05
+    assert texts(heard(sound)) == ["all who is here"]
+    assert texts(heard(stream([spoken("who is here")], 5.0))) == ["who is here"]
 
 
 def test_two_words_that_sound_alike_are_not_sure() -> None:
