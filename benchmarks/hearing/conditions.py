@@ -23,7 +23,7 @@ RATES = (0.8, 0.9, 1.1, 1.25)
 """Of the speaker's, against the templates'."""
 TIMES = 3
 """A sentence that is not understood is said so often in the row `slow`; robots ask three times (`repair`)."""
-FREE_M = (0.5, 1.0, 1.4, 2.0, 2.8, 4.0, 5.7, 8.0, 11.0, 16.0, 23.0, 32.0, 45.0)
+FREE_M = (0.5, 1.0, 1.4, 2.0, 2.8, 4.0, 5.7, 8.0, 11.0, 16.0, 23.0, 32.0, 45.0, 64.0, 90.0)
 """By a factor of 1.4, 3 dB: in free field, where level and SNR fall by 6 dB with each doubling."""
 RANGE_SNR_DB = 20.0
 """At 1 m."""
