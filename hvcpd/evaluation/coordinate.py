@@ -8,7 +8,7 @@ from hvcpd.evaluation import plots
 from hvcpd.evaluation.calls import blocks, call, distances, who
 from hvcpd.evaluation.listeners import CALLED, CALLER, OURS
 from hvcpd.evaluation.missions import LIMIT_S, ONE, OTHER, Plot, knows, repository, run, waterers
-from hvcpd.evaluation.modes import SAID_ONCE, WHOLE, mission_distances, missions, series_of, table_of
+from hvcpd.evaluation.modes import SAID_ONCE, WHOLE, calls_each, mission_distances, missions, series_of, table_of
 from hvcpd.evaluation.scene import FITTED_ROBOT_NOISE_DB_SPL, Bench
 from hvcpd.evaluation.trials import Beside, Experiment, Findings, Row, Scale, Trial
 from hvcpd.evaluation.wake import PAPER_PIVOT_M, reached
@@ -26,7 +26,7 @@ def _trials(scale: Scale) -> Sequence[Trial]:
         for trial in blocks(
             "coordinate",
             scale.seed,
-            scale.trials,
+            calls_each(scale),
             {
                 "variant": SAID_ONCE,
                 "text": ORDER,

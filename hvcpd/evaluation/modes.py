@@ -12,8 +12,13 @@ from hvcpd.evaluation.statistics import Step, pivot, wilson
 from hvcpd.evaluation.trials import Row, Scale, Table, Trial
 
 SAID_ONCE, WHOLE = "said once", "whole robots"
-QUICK_MISSIONS = 3
-"""Missions at each distance for a quick look; each is a minute of two robots' life."""
+QUICK_MISSIONS, QUICK_CALLS = 3, 12
+"""At each distance for a quick look; a mission is a minute of two robots' life."""
+
+
+def calls_each(scale: Scale) -> int:
+    """How often something is said at each distance."""
+    return min(scale.trials, QUICK_CALLS) if scale.quick else scale.trials
 
 
 def mission_distances(quick: bool) -> tuple[float, ...]:

@@ -10,7 +10,7 @@ from hvcpd.evaluation import listeners, plots
 from hvcpd.evaluation.calls import blocks, hear
 from hvcpd.evaluation.listeners import CALLER, OURS, PEER
 from hvcpd.evaluation.missions import LIMIT_S, ONE, OTHER, Plot, knows, repository, run, waterers
-from hvcpd.evaluation.modes import SAID_ONCE, WHOLE, mission_distances, missions, series_of, table_of
+from hvcpd.evaluation.modes import SAID_ONCE, WHOLE, calls_each, mission_distances, missions, series_of, table_of
 from hvcpd.evaluation.scene import FITTED_ROBOT_NOISE_DB_SPL, Bench
 from hvcpd.evaluation.trials import Beside, Experiment, Findings, Row, Scale, Trial
 from hvcpd.evaluation.wake import reached
@@ -43,7 +43,7 @@ def _trials(scale: Scale) -> Sequence[Trial]:
             if listeners.peer_available():
                 common = {"variant": f"{SAID_ONCE}, {how}", "drives": drives, "listeners": [PEER]}
                 at = {"distance_m": distance_m, "robot_noise_db_spl": noise}
-                found += blocks("volunteer", scale.seed, scale.trials, {**common, **at})
+                found += blocks("volunteer", scale.seed, calls_each(scale), {**common, **at})
         found += missions("volunteer", scale, f"{WHOLE}, {how}", noise, at_m, drives=drives)
     return found
 
