@@ -30,7 +30,7 @@ OWN_PAGES_BYTES = 1 << 18
 """Larger arrays have pages of their own, which go back at once: a voice's templates while they are made."""
 FREE_TOP_BYTES = 1 << 24
 """Kept at the heap's end until `give_back_memory`: with 128 KB a first start takes twice as long."""
-FREE_TOP_LATER_BYTES = 1 << 21
+FREE_TOP_LATER_BYTES = 1 << 18
 """And from then on."""
 
 

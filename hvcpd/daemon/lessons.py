@@ -34,7 +34,7 @@ class Lessons:
         self._sound = sound
         self._turn = asyncio.Lock()
         self._under_way: set[asyncio.Task[None]] = set()
-        self._tidy_s = math.inf
+        self._tidy_s = robot.now + ADOPTED_S  # the first words said have needed some, too
         self._closing = False
 
     def take(self, records: Iterable[Record]) -> None:

@@ -122,8 +122,11 @@ class TemplateBank:
         power = self.energies.sum(axis=1)
         self.loud_spectrum = self.energies[power >= np.quantile(power, LOUD_FRACTION)].mean(axis=0)
         """Mean energies of the louder frames, shape (N_BANDS,)."""
-        self.first_row = np.concatenate([np.full(t.length, t.first) for t in templates])
-        self.last_row = self.first_row + np.concatenate([np.full(t.length, t.length - 1) for t in templates])
+        lengths = [t.length for t in templates]
+        self.first_row = np.repeat(np.array([t.first for t in templates], np.int32), lengths)
+        """Of the template that each frame is in, shape (n_frames,)."""
+        self.last_row = np.repeat(np.array([t.first + t.length - 1 for t in templates], np.int32), lengths)
+        """Likewise."""
 
     def compose(self, rows: NDArray[np.intp], noise: Noise, gain: float) -> Features:
         """Features, shape (n, N_FEATURES), of the frames `rows` at power `gain` in `noise` (N_BANDS,).
