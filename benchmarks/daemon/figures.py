@@ -36,6 +36,8 @@ from hvcpd.ports import SAMPLE_RATE_HZ, Pose
 
 MOST_SHARE, MOST_MB, MOST_READY_S, MOST_REPLY_S = 0.05, 80.0, 2.0, 0.6
 LOOK_EVERY_S = 1.0
+BUSY_SHARE = 0.2
+"""Of one core: more, and the daemon does not only listen."""
 BLOCK = 400
 LEVEL = 0.05
 """Of the order: as from 1 m."""
@@ -169,10 +171,14 @@ def main() -> None:
     good = []
     with tempfile.TemporaryDirectory() as folder:
         directory = Path(folder)
-        with daemon(directory) as (_, ready_s):
-            tell("start to READY, cold cache", f"{ready_s:.1f} s")
         with daemon(directory) as (process, ready_s):
+            tell("start to READY, cold cache", f"{ready_s:.1f} s")
+            while cost(process.pid, LOOK_EVERY_S)[0] > BUSY_SHARE:
+                pass  # it makes what the others may say ready, which need not be done again
+        with daemon(directory) as (process, ready_s):
+            used_s = cpu_s(process.pid)
             good.append(tell("start to READY, warm cache (limit 2 s)", f"{ready_s:.1f} s", ready_s <= MOST_READY_S))
+            tell("processor time of that start", f"{used_s:.1f} s")
             time.sleep(5.0)  # the greeting
             share, memory_mb = cost(process.pid, options.idle)
         good.append(tell("idle listening, of one core (limit 5 %)", f"{share:.1%}", share <= MOST_SHARE))
