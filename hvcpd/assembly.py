@@ -7,7 +7,6 @@ import random
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Generic, TypeVar
 
 from hvcpd.config.settings import DEFAULT_TEAMS as DEFAULT_TEAMS
 from hvcpd.config.tasks import Place, TaskRepository
@@ -176,7 +175,7 @@ def make_recogniser(phrasebook: Phrasebook, names: Sequence[str], sound: Sound, 
     `prepared`: it may also render the waveforms of whole sentences when it needs them.
     """
     speakers = {_robot_voice(name, sound): name for name in names}
-    bank = _RenderedWhenAsked(speakers, lambda name: _templates(phrasebook, sound.speaker_of(name)))
+    bank = _RenderedWhenAsked(speakers, lambda voice: _templates(phrasebook, sound.speaker_of(speakers[voice])))
     sealed = Kind.SEALED in phrasebook.vocabulary.kinds
     settings = RecogniserSettings(spotter=SpotterSettings(beam=Beam(max_pairs=SEALED_PAIRS))) if sealed else None
     coherent = make_coherent(phrasebook, names, sound, prepared)
@@ -198,9 +197,6 @@ def make_coherent(
     return CoherentListener(graph, (*usual, *slow), prepared)
 
 
-_Who = TypeVar("_Who")
-
-
 def _robot_voice(name: str, sound: Sound) -> str:
     """What the recogniser calls a robot's voice."""
     return f"{name}, recorded" if name.lower() in sound.recorded else sound.voice_of(name).name
@@ -212,21 +208,21 @@ def _voices(names: Iterable[str], sound: Sound) -> dict[str, str]:
     return {name.lower(): people.get(name.lower()) or _robot_voice(name, sound) for name in names}
 
 
-class _RenderedWhenAsked(Mapping[str, dict[str, list[Samples]]], Generic[_Who]):
+class _RenderedWhenAsked(Mapping[str, dict[str, list[Samples]]]):
     """The words of several voices, one voice at a time: their sounds together would be most of the daemon's memory."""
 
-    def __init__(self, speakers: Mapping[str, _Who], render: Callable[[_Who], dict[str, list[Samples]]]) -> None:
-        self._speakers = speakers
+    def __init__(self, voices: Iterable[str], render: Callable[[str], dict[str, list[Samples]]]) -> None:
+        self._voices = tuple(voices)
         self._render = render
 
     def __getitem__(self, voice: str) -> dict[str, list[Samples]]:
-        return self._render(self._speakers[voice])
+        return self._render(voice)
 
     def __iter__(self) -> Iterator[str]:
-        return iter(self._speakers)
+        return iter(self._voices)
 
     def __len__(self) -> int:
-        return len(self._speakers)
+        return len(self._voices)
 
 
 def make_ears(
@@ -241,7 +237,7 @@ def make_spelled(phrasebook: Phrasebook, sound: Sound, watch: Watch | None = Non
     """Hears names being spelled, in every voice; `watch`: of another recogniser on the same microphone."""
     graph = phrasebook.spelling_graph
     voices = {voice.name: voice for voice in VOICES}
-    bank = _RenderedWhenAsked(voices, lambda voice: templates_of(graph.words, voice, sound))
+    bank = _RenderedWhenAsked(voices, lambda voice: templates_of(graph.words, voices[voice], sound))
     return Recogniser(graph, bank, RecogniserSettings(min_confidence=MIN_SPELLED_CONFIDENCE), watch=watch)
 
 
