@@ -156,6 +156,11 @@ class Path:
         others = [likelihood for word, likelihood in tried.items() if word != self.words[-1]]
         return self.likelihood - max([*others, 0.0 if ends else -LEAST_MARGIN])
 
+    def is_sure_after(self, n_words: int) -> bool:
+        """Whether it has words after the first `n_words`, and they are surely there."""
+        later = [each for each in self.back() if len(each.words) > n_words]
+        return bool(later) and all(each.margin(ends=True) >= LEAST_MARGIN for each in later)
+
     @property
     def is_best_of_its_words(self) -> bool:
         """Whether no word of it fits much better at another pitch, as it has elsewhere in a longer sentence."""

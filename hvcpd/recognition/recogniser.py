@@ -202,11 +202,11 @@ class Recogniser:
         """What is to be told once the coherent listener has heard the chunk too."""
         heard = agreement.coherent.push(chunk.first_frame * HOP_SAMPLES, chunk.samples, speech)
         since = (self._lost_until + UNHEARD_LEAD_FRAMES) * HOP_SAMPLES
-        told = agreement.settle(events, heard, since, self._described)
-        for sentence in heard:
-            end = sentence.words[-1].end // HOP_SAMPLES
-            self._segments.close(end)
-            self._listen_on(end)
+        now = (chunk.first_frame + len(chunk.energies)) * HOP_SAMPLES
+        told, dealt_with = agreement.settle(events, heard, since, now, self._described)
+        if dealt_with:
+            self._segments.close(dealt_with // HOP_SAMPLES)
+            self._listen_on(dealt_with // HOP_SAMPLES)
         return told
 
     def _described(self, sentence: Coherent) -> Recognised:

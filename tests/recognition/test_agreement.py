@@ -3,9 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
+
+import pytest
 
 from hvcpd.language.graph import Arc, WordGraph
-from hvcpd.recognition.agreement import Agreement
+from hvcpd.recognition.agreement import WAIT, Agreement
 from hvcpd.recognition.coherent import CoherentListener
 from hvcpd.recognition.events import Event, Garbled, Recognised, Urgent, WordSpan
 from hvcpd.recognition.paths import Coherent, HeardWord, Path
@@ -56,12 +59,14 @@ def heard(*words: str, start: int = 1000, end: int = 9000, margin: float = 50.0)
     return Coherent(tuple(HeardWord(word, start, end, 1.0, margin) for word in words), "oak", 500.0)
 
 
-def settled(agreement: Agreement, events: list[Event], *sentences: Coherent, since: int = 0) -> list[Event]:
+def settled(
+    agreement: Agreement, events: list[Event], *sentences: Coherent, since: int = 0, now: int = 0
+) -> list[Event]:
     def describe(sentence: Coherent) -> Recognised:
         first, last = sentence.words[0], sentence.words[-1]
         return recognised(*(word.word for word in sentence.words), start=first.start, end=last.end)
 
-    return agreement.settle(events, sentences, since, describe)
+    return agreement.settle(events, sentences, since, now, describe)[0]
 
 
 def test_each_is_told_where_the_other_heard_nothing() -> None:
@@ -86,9 +91,19 @@ def test_of_one_moment_the_waveform_is_believed() -> None:
     assert settled(Agreement(Follows()), [Garbled(2000, 8000)], heard("rob")) == [recognised("rob")]
 
 
-def test_who_is_not_sure_heard_garbled() -> None:
-    assert settled(Agreement(Follows()), [], heard("rob", margin=1.0)) == [Garbled(1000, 9000)]
-    assert settled(Agreement(Follows()), [], heard("rob"), since=1001) == [Garbled(1000, 9000)]
+@pytest.mark.parametrize(("margin", "since"), [(1.0, 0), (50.0, 1001)])
+def test_who_is_not_sure_leaves_it_to_the_network(margin: float, since: int) -> None:
+    agreement = Agreement(Follows())
+    assert settled(agreement, [], heard("rob", margin=margin), since=since) == []
+    assert settled(agreement, [recognised("bot")], now=9000 + WAIT - 1) == [recognised("bot")]
+    assert settled(agreement, [], now=9000 + WAIT) == []
+
+
+def test_who_is_not_sure_heard_garbled_in_the_end() -> None:
+    agreement = Agreement(Follows())
+    assert settled(agreement, [], heard("rob", margin=1.0)) == []
+    assert settled(agreement, [], now=9000 + WAIT) == [Garbled(1000, 9000)]
+    assert settled(agreement, [], now=9000 + 2 * WAIT) == []
 
 
 def test_garbled_waits_while_a_sentence_is_followed() -> None:
@@ -114,11 +129,12 @@ def test_garbled_is_told_when_nothing_comes_of_it() -> None:
 
 def test_a_sentence_cut_short_waits_for_its_end() -> None:
     listener = Follows()
-    listener.path = followed("hi", "rob", "water")
-    agreement = Agreement(listener)
-    assert settled(agreement, [recognised("hi", "rob")]) == []
-    listener.path = None
-    assert settled(agreement, []) == [Garbled(1000, 9000)]
+    for likelihood, in_the_end in ((50.0, Garbled(1000, 9000)), (1.0, recognised("hi", "rob"))):
+        listener.path = replace(followed("hi", "rob", "water"), parent=followed("hi", "rob"), likelihood=likelihood)
+        agreement = Agreement(listener)
+        assert settled(agreement, [recognised("hi", "rob")]) == []
+        listener.path = None
+        assert settled(agreement, []) == [in_the_end]
 
 
 def test_a_sentence_that_is_followed_as_far_is_told_in_the_end() -> None:
@@ -131,13 +147,17 @@ def test_a_sentence_that_is_followed_as_far_is_told_in_the_end() -> None:
     assert listener.dismissed == 9000
 
 
-def test_a_sentence_that_contradicts_is_garbled() -> None:
-    listener = Follows()
-    listener.path = followed("hi", "bot")
-    agreement = Agreement(listener)
-    assert settled(agreement, [recognised("hi", "rob", "water")]) == []
-    listener.path = None
-    assert settled(agreement, []) == [Garbled(1000, 9000)]
+def test_of_two_that_contradict_the_one_is_told_that_gets_to_its_end() -> None:
+    for sentences, in_the_end in (
+        ([], recognised("hi", "rob", "water")),
+        ([heard("hi", "bot")], recognised("hi", "bot")),
+    ):
+        listener = Follows()
+        listener.path = followed("hi", "bot")
+        agreement = Agreement(listener)
+        assert settled(agreement, [recognised("hi", "rob", "water")]) == []
+        listener.path = None
+        assert settled(agreement, [], *sentences) == [in_the_end]
 
 
 def test_the_network_is_believed_where_it_is_ahead() -> None:
