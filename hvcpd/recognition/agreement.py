@@ -2,7 +2,7 @@
 
 The coherent one is believed wherever it is sure, since no other sentence has these samples. While it follows a
 sentence, what the network says of it waits. Where it is not sure, or loses the sentence on the way, as among a room's
-echoes, the network is believed; unless the sentence surely went on after the network's end. """
+echoes, the network is believed; unless the sentence surely went on after the network's end."""
 
 from __future__ import annotations
 
