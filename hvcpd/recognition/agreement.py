@@ -8,7 +8,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 
-from hvcpd.ports import SAMPLE_RATE_HZ
 from hvcpd.recognition.coherent import CoherentListener
 from hvcpd.recognition.events import Event, Garbled, Recognised
 from hvcpd.recognition.paths import Coherent
@@ -20,20 +19,12 @@ WAIT = 12_800
 """Samples (0.8 s) that the network has for a sentence of which the coherent listener is not sure."""
 
 
-PATIENCE = 4800
-"""Samples (0.3 s) that a sentence waits: the network has waited for its end itself..."""
-LONG_PATIENCE = 8 * SAMPLE_RATE_HZ
-"""...and "garbled", while somebody goes on."""
-
-
 class Agreement:
     """Settles what both heard, chunk by chunk."""
 
     def __init__(self, coherent: CoherentListener) -> None:
         self.coherent = coherent
         self._held: Recognised | Garbled | None = None
-        """What waits until it is known what comes of the sentence that is followed, but no longer than..."""
-        self._held_until = 0
         self._unsure: Garbled | None = None
         self._told_until = 0
         """Until this sample, a sentence was told."""
@@ -60,8 +51,8 @@ class Agreement:
             out.append(describe(sentence))
             self._told_until = dealt_with = end
         for event in events:
-            out += self._judged(event, now)
-        if self._held is not None and (now >= self._held_until or not self._follows(self._held)):
+            out += self._judged(event)
+        if self._held is not None and not self._follows(self._held):
             out += self.interrupt()
         return out + self._given_up(now), dealt_with
 
@@ -70,7 +61,7 @@ class Agreement:
         held, self._held = self._held, None
         return self._told(held) if held is not None else []
 
-    def _judged(self, event: Event, now: int) -> list[Event]:
+    def _judged(self, event: Event) -> list[Event]:
         if not isinstance(event, Recognised | Garbled):
             return [event]
         if not self._follows(event):
@@ -82,8 +73,7 @@ class Agreement:
                 return self._told(event)
             if followed.words[:n] == event.words and followed.is_sure_after(n):
                 event = Garbled(event.start_sample, event.end_sample)
-        self._held = event
-        self._held_until = now + (PATIENCE if isinstance(event, Recognised) else LONG_PATIENCE)
+        self._held = event  # until it is known what comes of the sentence
         return []
 
     def _told(self, event: Recognised | Garbled) -> list[Event]:

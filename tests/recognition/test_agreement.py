@@ -8,7 +8,7 @@ from dataclasses import replace
 import pytest
 
 from hvcpd.language.graph import Arc, WordGraph
-from hvcpd.recognition.agreement import PATIENCE, WAIT, Agreement
+from hvcpd.recognition.agreement import WAIT, Agreement
 from hvcpd.recognition.coherent import CoherentListener
 from hvcpd.recognition.events import Event, Garbled, Recognised, Urgent, WordSpan
 from hvcpd.recognition.paths import Coherent, HeardWord, Path
@@ -181,13 +181,3 @@ def test_what_waits_is_told_at_an_interruption() -> None:
     settled(agreement, [Garbled(2000, 8000)])
     assert agreement.interrupt() == [Garbled(2000, 8000)]
     assert agreement.interrupt() == []
-
-
-def test_a_sentence_does_not_wait_for_long() -> None:
-    listener = Follows()
-    listener.path = followed("hi", "bot")
-    agreement = Agreement(listener)
-    event = recognised("hi", "rob", "water")
-    assert settled(agreement, [event], now=10_000) == []
-    assert settled(agreement, [], now=10_000 + PATIENCE - 1) == []
-    assert settled(agreement, [], now=10_000 + PATIENCE) == [event]
