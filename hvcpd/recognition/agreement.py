@@ -26,6 +26,8 @@ class Agreement:
         self.coherent = coherent
         self._held: Recognised | Garbled | None = None
         self._unsure: Garbled | None = None
+        self._cut: tuple[str, ...] = ()
+        """The words of that, if somebody went on after them."""
         self._told_until = 0
         """Until this sample, a sentence was told."""
 
@@ -45,6 +47,7 @@ class Agreement:
                 continue
             if not sentence.sure or start < since:
                 self._unsure = Garbled(start, end)
+                self._cut = tuple(word.word for word in sentence.words) if sentence.cut else ()
                 continue
             self._release(start, end)
             events = [event for event in events if not _overlaps(event, start, end)]
@@ -77,8 +80,11 @@ class Agreement:
         return []
 
     def _told(self, event: Recognised | Garbled) -> list[Event]:
+        unsure = self._unsure
         self._release(event.start_sample, event.end_sample)
         if isinstance(event, Recognised):
+            if unsure is not None and self._unsure is None and event.words == self._cut:
+                return [Garbled(event.start_sample, event.end_sample)]
             self._told_until = event.end_sample
             self.coherent.dismiss(event.end_sample)
         return [event]

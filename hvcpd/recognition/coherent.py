@@ -56,6 +56,10 @@ SETTLED = 300.0
 """With that score, what is followed is a sentence, and no other one begins in it."""
 AGAIN = 3 * SAMPLE_RATE_HZ // 2
 """Samples that are weighed again when the weights have changed: nearly all words are shorter."""
+CHANCE = 3.2
+"""A beginning of this strength may be one, however weak it was expected..."""
+SURELY = 4.5
+"""...and with this one it is: if no word comes of it, the sentence was lost on the way, as among a room's echoes."""
 CALM = 10 * SAMPLE_RATE_HZ
 """After 10 s without speech, memory is given back."""
 
@@ -221,7 +225,7 @@ class CoherentListener:
         for path in sorted(self._paths, key=lambda p: -p.score):
             if path.ended and path in self._paths and not self._goes_on(path) and self._is_best(path):
                 before = self._before(path)
-                found.append(Coherent((*before, *_words_of(path)), path.book.voice, path.score))
+                found.append(Coherent((*before, *_words_of(path)), path.book.voice, path.score, path.loses))
                 self.dismiss(path.end)
         return found
 
@@ -288,11 +292,13 @@ class CoherentListener:
 
     def _look(self, path: Path, until: int, last: bool) -> bool:
         """Whether any word that may come next has perhaps begun, by what was heard until then."""
-        nexts = list(self._next(path))
-        return bool(nexts) and any(
-            passes(fit.strength, path.gain * fit.expected) and (path.gain * fit.expected >= STANDS_OUT or not last)
-            for _, fit, _ in self._compare(nexts, path.gain, until)
-        )
+        goes_on = False
+        for _, fit, _ in self._compare(list(self._next(path)), path.gain, until):
+            expected = path.gain * fit.expected
+            if passes(fit.strength, expected):
+                goes_on |= not last or expected >= STANDS_OUT or fit.strength >= CHANCE
+                path.loses |= last and fit.strength >= SURELY
+        return goes_on
 
     def _before(self, path: Path) -> list[HeardWord]:
         """The word that was said before what sounds like a whole sentence: a name, whose beginning was not noticed."""

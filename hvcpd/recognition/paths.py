@@ -76,11 +76,13 @@ class Coherent:
     words: tuple[HeardWord, ...]
     voice: str
     score: float
+    cut: bool = False
+    """Somebody went on, but not with a word that was found."""
 
     @property
     def sure(self) -> bool:
-        """Whether no word of it may be another."""
-        return min(word.margin for word in self.words) >= LEAST_MARGIN
+        """Whether it is whole, and no word of it may be another."""
+        return not self.cut and min(word.margin for word in self.words) >= LEAST_MARGIN
 
 
 @dataclass(frozen=True)
@@ -128,6 +130,8 @@ class Path:
     """It may be a whole sentence."""
     looks: list[bool] = field(default_factory=list)
     """At each look at what comes after it, whether it perhaps goes on."""
+    loses: bool = False
+    """At the last look it surely did."""
 
     @property
     def gain(self) -> float:

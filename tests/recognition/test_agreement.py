@@ -99,6 +99,13 @@ def test_who_is_not_sure_leaves_it_to_the_network(margin: float, since: int) -> 
     assert settled(agreement, [], now=9000 + WAIT) == []
 
 
+def test_what_was_cut_short_is_not_whole_because_the_network_thinks_so() -> None:
+    for words, told in ((("hi", "rob"), Garbled(1000, 9000)), (("hi", "bot"), recognised("hi", "bot"))):
+        agreement = Agreement(Follows())
+        assert settled(agreement, [], replace(heard("hi", "rob"), cut=True)) == []
+        assert settled(agreement, [recognised(*words)]) == [told]
+
+
 def test_who_is_not_sure_heard_garbled_in_the_end() -> None:
     agreement = Agreement(Follows())
     assert settled(agreement, [], heard("rob", margin=1.0)) == []

@@ -159,6 +159,17 @@ def test_half_a_sentence_is_none() -> None:
     assert heard(stream([sound[: -rose - 1000]], 0.0)) == []
 
 
+def test_a_sentence_that_goes_on_with_a_spoilt_word_is_not_sure() -> None:
+    whole, cut = spoken("hi rob, water rose"), spoken("hi rob")
+    spoilt = whole.copy()
+    spoilt[len(cut) + PAUSE + 3600 :] = (
+        np.random.default_rng(8).standard_normal(len(whole) - len(cut) - PAUSE - 3600) / 20
+    )
+    found = heard(stream([spoilt], 10.0))
+    assert all(not sentence.sure for sentence in found)
+    assert texts(heard(stream([cut], 10.0))) == ["hi rob"]
+
+
 def test_a_sentence_is_not_taken_for_its_end() -> None:
     """ "stop" alone is a sentence too, and has another pitch there, except where "all" only precedes it."""
     assert texts(heard(stream([spoken("hi bot, stop"), spoken("all, stop"), spoken("stop")], 0.0))) == [
