@@ -172,13 +172,14 @@ def make_phrasebook(
 def make_recogniser(phrasebook: Phrasebook, names: Sequence[str], sound: Sound, prepared: bool = True) -> Recogniser:
     """A recogniser for the voices of these robots: templates are the very signals that their synthesizers make.
 
-    `prepared`: it may also render the waveforms of whole sentences when it needs them.
+    `prepared`: it may also render the waveforms of whole sentences when it needs them. Without a cache they are not
+    listened to: to render them again and again would take too long.
     """
     speakers = {_robot_voice(name, sound): name for name in names}
     bank = _RenderedWhenAsked(speakers, lambda voice: _templates(phrasebook, sound.speaker_of(speakers[voice])))
     sealed = Kind.SEALED in phrasebook.vocabulary.kinds
     settings = RecogniserSettings(spotter=SpotterSettings(beam=Beam(max_pairs=SEALED_PAIRS))) if sealed else None
-    coherent = make_coherent(phrasebook, names, sound, prepared)
+    coherent = make_coherent(phrasebook, names, sound, prepared) if sound.cache is not None else None
     return Recogniser(phrasebook.marked_graph, bank, settings, urgent=make_urgent(sound, names), coherent=coherent)
 
 
