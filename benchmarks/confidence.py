@@ -49,7 +49,7 @@ RATE = 0.5
 
 
 class Watched(Recogniser):
-    """Keeps every sentence that it judges."""
+    """Keeps every sentence that it judges and that follows silence."""
 
     def __init__(self, *args: object) -> None:
         super().__init__(*args)  # type: ignore[arg-type]
@@ -57,7 +57,8 @@ class Watched(Recogniser):
 
     def _judge(self, sentence: Sentence) -> Recognised | None:
         words = tuple(self._spotter.word_of(step) for step in sentence.steps)
-        self.judged.append((sentence, words))
+        if self._spotter.lead_in(sentence.steps[0].start_frame) < 0.4:
+            self.judged.append((sentence, words))
         return super()._judge(sentence)
 
 
@@ -135,7 +136,7 @@ def collect(o: argparse.Namespace, names: tuple[str, ...], seed: int) -> Iterato
         recogniser = Watched(book.graph, bank)
         listen(recogniser, stream)
         for sentence, words in recogniser.judged:
-            if sentence.cost < -12.0 and sentence.lead_in < 0.4 and not sentence.unfinished:
+            if sentence.cost < -12.0 and not sentence.unfinished:
                 yield sentence, is_right(sentence, words, truth)
 
 

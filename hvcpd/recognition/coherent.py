@@ -8,13 +8,13 @@ only the voices of synthesizers, in rooms by the direct sound, and then down to 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from hvcpd.language.graph import WordGraph, ends_of
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
-from hvcpd.recognition.matched import REACH, SLACK, Match, Weighing, correlated, power_of, scrutinized
+from hvcpd.recognition.matched import SLACK, Match, correlated, power_of, scrutinized
 from hvcpd.recognition.onsets import SIZE, STEP, Onsets
 from hvcpd.recognition.paths import (
     LEAST_SHARE,
@@ -28,11 +28,10 @@ from hvcpd.recognition.paths import (
     passes,
     thirds_of,
 )
+from hvcpd.recognition.weighed import WeighedSound
 
 GREETING = "hi"
 """What robots begin with: it is listened for even while nobody seems to speak."""
-KEPT = 3 * SAMPLE_RATE_HZ
-"""Samples that are kept; a word is compared soon after it ended, and the one before a short sentence then."""
 DRIFT = 24
 """Samples (1.5 ms) that a word may begin off its place: clocks 400 ppm apart over a pause and a long word, an echo."""
 BEAM = 24
@@ -54,8 +53,6 @@ STANDS_OUT = 5.0
 """...which it does with this expected strength."""
 SETTLED = 300.0
 """With that score, what is followed is a sentence, and no other one begins in it."""
-AGAIN = 3 * SAMPLE_RATE_HZ // 2
-"""Samples that are weighed again when the weights have changed: nearly all words are shorter."""
 CHANCE = 3.2
 """A beginning of this strength may be one, however weak it was expected..."""
 SURELY = 4.5
@@ -87,14 +84,9 @@ class CoherentListener:
             self._arcs.setdefault(arc.source, []).append((arc.word, arc.target))
         self._greetings: tuple[list[_First], Onsets] | None = None
         self._others: tuple[list[_First], Onsets] | None = None
-        self._weighing = Weighing()
-        self._buffer = np.zeros(2 * KEPT, np.float32)
-        self._filled = 0
-        self._end = self._sought = self._active = 0
+        self._sound = WeighedSound()
+        self._sought = self._active = 0
         self._paths: list[Path] = []
-        self._weighed_by = -1
-        self._weighed_from = self._weighed_to = 0
-        self._weighed_parts: list[Samples] = []
 
     @property
     def follows(self) -> Path | None:
@@ -106,20 +98,19 @@ class CoherentListener:
         """The samples from number `first` on, shape (n,); `speech`: somebody seems to speak."""
         if not self._books:
             return []
-        if first != self._end:
+        if first != self._sound.end:
             self._break_off(first)
-        self._keep(samples)
-        self._weighing.push(samples)
-        if not self._weighing.ready:
-            self._sought = self._end
+        self._sound.push(samples)
+        if not self._sound.weighing.ready:
+            self._sought = self._sound.end
             return []
         if speech or self._paths:
-            self._active = self._end
-        while self._end - self._sought >= SIZE:
+            self._active = self._sound.end
+        while self._sound.end - self._sought >= SIZE:
             if self.follows is None or self.follows.score < SETTLED:
                 self._begin(speech)
             self._sought += STEP
-        if self._end - self._active > CALM and self._others is not None:
+        if self._sound.end - self._active > CALM and self._others is not None:
             self._rest()
         return self._follow()
 
@@ -142,38 +133,8 @@ class CoherentListener:
 
     def _break_off(self, at: int) -> None:
         self._paths = []
-        self._weighing.interrupt()
-        self._filled = 0
-        self._end = self._sought = self._active = at
-        self._weighed_by = -1
-
-    def _keep(self, samples: Samples) -> None:
-        if self._filled + len(samples) > len(self._buffer):
-            self._buffer[:KEPT] = self._buffer[self._filled - KEPT : self._filled]
-            self._filled = KEPT
-        self._buffer[self._filled : self._filled + len(samples)] = samples
-        self._filled += len(samples)
-        self._end += len(samples)
-
-    def _weighed(self, start: int, end: int) -> Samples:
-        """Samples `start` up to `end`, weighed; silence where none are kept."""
-        if self._weighed_by != self._weighing.version or start < self._weighed_from:
-            self._weighed_by = self._weighing.version
-            self._weighed_from = self._weighed_to = min(start, self._end - AGAIN)
-            self._weighed_parts = []
-        if self._weighed_to < self._end:
-            heard = self._heard(self._weighed_to - REACH, self._end + REACH)
-            self._weighed_parts.append(self._weighing.weigh(heard))
-            self._weighed_to = self._end
-        if len(self._weighed_parts) > 1:
-            self._weighed_parts = [np.concatenate(self._weighed_parts)]
-        found = self._weighed_parts[0][start - self._weighed_from : end - self._weighed_from]
-        return np.pad(found, (0, end - start - len(found))) if len(found) < end - start else found
-
-    def _heard(self, start: int, end: int) -> Samples:
-        oldest = self._end - self._filled
-        kept = self._buffer[max(start - oldest, 0) : max(min(end, self._end) - oldest, 0)]
-        return np.pad(kept, (max(oldest - start, 0), max(end - self._end, 0)))
+        self._sound.break_off(at)
+        self._sought = self._active = at
 
     def _may_pause(self, node: int) -> bool:
         return node in self._graph.pauses or node in self._graph.finals
@@ -190,7 +151,7 @@ class CoherentListener:
         return found, Onsets([first.said.samples for first in found])
 
     def _begin(self, speech: bool) -> None:
-        weighed = self._weighed(self._sought, self._sought + SIZE)
+        weighed = self._sound.between(self._sought, self._sought + SIZE)
         self._greetings = self._greetings or self._firsts(greeting=True)
         sought = [self._greetings]
         if speech:
@@ -199,7 +160,7 @@ class CoherentListener:
         found = [
             (firsts[onset.sound], onset)
             for firsts, onsets in sought
-            for onset in onsets.find(weighed, self._sought, self._weighing.weights)
+            for onset in onsets.find(weighed, self._sought, self._sound.weights)
         ]
         if any(onset.strength > LOUD for _, onset in found):
             return
@@ -216,14 +177,14 @@ class CoherentListener:
 
     def _follow(self) -> list[Coherent]:
         for path in list(self._paths):
-            due = [each for each in path.waiting if each.end + DRIFT <= self._end]
+            due = [each for each in path.waiting if each.end + DRIFT <= self._sound.end]
             if due:
-                path.waiting = [each for each in path.waiting if each.end + DRIFT > self._end]
+                path.waiting = [each for each in path.waiting if each.end + DRIFT > self._sound.end]
                 self._extend(path, due)
         self._prune()
         found: list[Coherent] = []
         for path in sorted(self._paths, key=lambda p: -p.score):
-            if path.ended and path in self._paths and not self._goes_on(path) and self._is_best(path):
+            if path.ended and path in self._paths and self._is_over(path) and self._is_best(path):
                 before = self._before(path)
                 found.append(Coherent((*before, *_words_of(path)), path.book.voice, path.score, path.loses))
                 self.dismiss(path.end)
@@ -235,17 +196,26 @@ class CoherentListener:
         """How each word fits, by what was heard `until` a sample; and where, samples from its place."""
         first = min(each.at for each in due) - DRIFT
         last = max(each.end for each in due) + DRIFT
-        weighed = self._weighed(first, last if until is None else min(last, until))
+        weighed = self._sound.between(first, last if until is None else min(last, until))
         for each in due:
             near = weighed[each.at - DRIFT - first : each.end + DRIFT - first]
             sound = each.said.samples[: max(len(near) - 2 * DRIFT, 1)]
             power = each.said.power if len(sound) == len(each.said.samples) else power_of(sound)
-            expected = max(float(np.dot(power, self._weighing.weights)), 1e-20) ** 0.5
+            expected = max(float(np.dot(power, self._sound.weights)), 1e-20) ** 0.5
             strength, offset = correlated(near, sound, expected)
             fit = Match(strength, expected, True)
             if gain is None or strength >= 0.5 * min(LEAST_SHARE * gain * expected, gain * expected - SLACK):
-                fit = scrutinized(near[offset : offset + len(sound)], sound, self._weighing, strength, expected)
+                fit = scrutinized(near[offset : offset + len(sound)], sound, self._sound.weighing, strength, expected)
             yield each, fit, offset - DRIFT
+
+    def _fitting(
+        self, words: Sequence[Extension], gain: float, until: int | None = None
+    ) -> Iterator[tuple[Extension, Match, int]]:
+        """Those that may be what was heard, with what was to be expected at that gain."""
+        for each, fit, offset in self._compare(words, gain, until) if words else ():
+            at_gain = replace(fit, expected=gain * fit.expected)
+            if passes(at_gain.strength, at_gain.expected):
+                yield each, at_gain, offset
 
     def _extend(self, path: Path, due: Sequence[Extension]) -> None:
         for each, fit, offset in self._compare(due, path.gain if path.words else None):
@@ -276,28 +246,42 @@ class CoherentListener:
         begun = [path for path in best.values() if not path.words]
         self._paths = begun + [path for path in best.values() if path.words][:BEAM]
 
+    def _is_over(self, path: Path) -> bool:
+        return not self._goes_on(path) and not self._may_be_longer(path)
+
+    def _may_be_longer(self, path: Path) -> bool:
+        """Whether a longer word in the place of one of its words fits too, as far as was heard."""
+        now = self._sound.end
+        if path.contested_until is None:
+            path.contested_until = now
+            for each in path.back():
+                before = each.parent
+                if before is not None:
+                    longer = [w for w in before.waiting if w.end + DRIFT > now and w.word != each.words[-1]]
+                    fitting = [rival.end + DRIFT for rival, _, _ in self._fitting(longer, before.gain, now)]
+                    path.contested_until = max([path.contested_until, *fitting])
+        return path.contested_until > now
+
     def _goes_on(self, path: Path) -> bool:
         """Whether the sentence goes on, as far as can be told by now."""
         if path.node not in self._arcs:
             return False
         for number, after in enumerate((GOES_ON, GOES_ON_LATER)):
             if len(path.looks) <= number:
-                if self._end < path.at + after:
+                if self._sound.end < path.at + after:
                     return True
                 path.looks.append(self._look(path, path.at + after, after == GOES_ON_LATER))
             if not path.looks[number]:
                 return False
         # Some word has begun: what becomes of it is told when it has ended.
-        return any(each.end + DRIFT > self._end for each in path.waiting)
+        return any(each.end + DRIFT > self._sound.end for each in path.waiting)
 
     def _look(self, path: Path, until: int, last: bool) -> bool:
         """Whether any word that may come next has perhaps begun, by what was heard until then."""
         goes_on = False
-        for _, fit, _ in self._compare(list(self._next(path)), path.gain, until):
-            expected = path.gain * fit.expected
-            if passes(fit.strength, expected):
-                goes_on |= not last or expected >= STANDS_OUT or fit.strength >= CHANCE
-                path.loses |= last and fit.strength >= SURELY
+        for _, fit, _ in self._fitting(list(self._next(path)), path.gain, until):
+            goes_on |= not last or fit.expected >= STANDS_OUT or fit.strength >= CHANCE
+            path.loses |= last and fit.strength >= SURELY
         return goes_on
 
     def _before(self, path: Path) -> list[HeardWord]:
@@ -313,12 +297,11 @@ class CoherentListener:
             if said.final
         ]
         found: list[HeardWord] = []
-        for each, fit, offset in self._compare(places, path.gain) if places else ():
-            expected = path.gain * fit.expected
-            if passes(fit.strength, expected) and expected >= STANDS_OUT:
-                likelihood = likelihood_of(fit.strength, expected)
+        for each, fit, offset in self._fitting(places, path.gain):
+            if fit.expected >= STANDS_OUT:
+                likelihood = likelihood_of(fit.strength, fit.expected)
                 start, end = each.at + offset, each.end + offset
-                found.append(HeardWord(each.word, start, end, fit.strength / expected, likelihood))
+                found.append(HeardWord(each.word, start, end, fit.strength / fit.expected, likelihood))
         return sorted(found, key=lambda word: -word.margin)[:1]
 
     def _is_best(self, path: Path) -> bool:

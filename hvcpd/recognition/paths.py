@@ -17,7 +17,6 @@ BY_CHANCE = 4.0
 """Log likelihood ratio that a word adds by chance, at the best of its lags."""
 SAME_WORD = 0.9
 """Of the likelihood of a word at another pitch, the least of the one that its place asks for."""
-
 LEAST_MARGIN = 5.0
 """Log likelihood ratio of every word against another in its place."""
 
@@ -123,6 +122,8 @@ class Path:
     """What the last word added to the log likelihood ratio at the gain of those before it."""
     share: float = 1.0
     """Its strength over what was to be expected."""
+    first: int = 0
+    """Where the first word begins."""
     tried: dict[str, float] = field(default_factory=dict)
     """The best likelihood of each word after this path."""
     waiting: list[Extension] = field(default_factory=list)
@@ -132,6 +133,8 @@ class Path:
     """At each look at what comes after it, whether it perhaps goes on."""
     loses: bool = False
     """At the last look it surely did."""
+    contested_until: int | None = None
+    """At this sample, longer words that may be said in the place of its words have ended."""
 
     @property
     def gain(self) -> float:
@@ -145,11 +148,6 @@ class Path:
     def rank(self) -> float:
         """What paths are dropped by: every word fits a little by chance."""
         return self.score - BY_CHANCE * len(self.words)
-
-    @property
-    def first(self) -> int:
-        """Where it begins."""
-        return list(self.back())[-1].start
 
     def margin(self, ends: bool) -> float:
         """By how much the last word is likelier than any other in its place, and than none.
@@ -199,6 +197,7 @@ class Path:
             start + len(by.said.samples),
             likelihood_of(strength, gain * expected),
             strength / max(gain * expected, 1e-20),
+            self.first if self.words else start,
         )
 
     def note(self, word: str, likelihood: float) -> None:

@@ -200,7 +200,11 @@ class Recogniser:
 
     def _settled(self, agreement: Agreement, chunk: Chunk, events: list[Event], speech: bool) -> list[Event]:
         """What is to be told once the coherent listener has heard the chunk too."""
-        heard = agreement.coherent.push(chunk.first_frame * HOP_SAMPLES, chunk.samples, speech)
+        heard = [
+            sentence
+            for sentence in agreement.coherent.push(chunk.first_frame * HOP_SAMPLES, chunk.samples, speech)
+            if self._follows_silence(*_frames_of(sentence))
+        ]
         since = (self._lost_until + UNHEARD_LEAD_FRAMES) * HOP_SAMPLES
         now = (chunk.first_frame + len(chunk.energies)) * HOP_SAMPLES
         told, dealt_with = agreement.settle(events, heard, since, now, self._described)
@@ -218,7 +222,7 @@ class Recogniser:
             words[0].start,
             words[-1].end,
             float(np.prod([word.chance for word in words])),
-            self._snr_db(words[0].start // HOP_SAMPLES, words[-1].end // HOP_SAMPLES),
+            self._snr_db(*_frames_of(sentence)),
             spans,
         )
 
@@ -288,7 +292,8 @@ class Recogniser:
             return None
         if min(step.margin for step in sentence.steps) < s.min_margin:
             return None
-        if sentence.pause > s.max_pause or (sentence.lead_in > s.max_lead_in and not self._follows_murmur(sentence)):
+        start, end = sentence.steps[0].start_frame, sentence.steps[-1].end_frame
+        if sentence.pause > s.max_pause or not self._follows_silence(start, end):
             return None
         spans = tuple(
             WordSpan(
@@ -306,13 +311,15 @@ class Recogniser:
             spans[0].start_sample,
             spans[-1].end_sample,
             confidence,
-            self._snr_db(sentence.steps[0].start_frame, sentence.steps[-1].end_frame),
+            self._snr_db(start, end),
             spans,
         )
 
-    def _follows_murmur(self, sentence: Sentence) -> bool:
-        """Whether what was heard before the sentence was too faint to be its beginning: others, farther away."""
-        start, end = sentence.steps[0].start_frame, sentence.steps[-1].end_frame
+    def _follows_silence(self, start: int, end: int) -> bool:
+        """Whether nobody spoke right before what was said from frame `start` to `end`, or only others, farther away:
+        so faint that it was not its beginning."""
+        if self._spotter.lead_in(start) <= self._settings.max_lead_in:
+            return True
         before, _ = self.watch.powers(max(start - LEAD_FRAMES, 0), start - 3)
         within, _ = self.watch.powers(start, end)
         return before < self._settings.murmur * within
@@ -320,6 +327,11 @@ class Recogniser:
     def _snr_db(self, start_frame: int, end_frame: int) -> float:
         speech, noise = self.watch.powers(start_frame, end_frame)
         return float(10.0 * np.log10(max(speech / max(noise, 1e-12), 1e-3)))
+
+
+def _frames_of(sentence: Coherent) -> tuple[int, int]:
+    """The frames in which its first word begins and its last one ends."""
+    return sentence.words[0].start // HOP_SAMPLES, sentence.words[-1].end // HOP_SAMPLES
 
 
 def _garbled(segment: Segment) -> Garbled:

@@ -67,8 +67,7 @@ class Sentence:
     """A path that ended: its words in order, and how it fared.
 
     `deficits` holds, for each word, its mean distance per frame beyond the frame's best template, in units of
-    `filler_cost`: near 0 for the very word, 1 and above for anything else. `lead_in` is the mean cost, in the same
-    unit, of taking the 0.6 s before the sentence for noise: 0 when it was noise, 1 and more for speech. `pause` is the
+    `filler_cost`: near 0 for the very word, 1 and above for anything else. `pause` is the
     dearest pause inside it, in the same unit times frames: how much speech it passes over. `promises` are what each
     word would have gained over the filler if it was said (see `Scorer.promise`), `stretches` its frames over those
     of the nearest take of the word. `unfinished`: somebody seems to go on with words that are not understood yet.
@@ -77,7 +76,6 @@ class Sentence:
     steps: tuple[Step, ...]
     voice: str
     deficits: tuple[float, ...]
-    lead_in: float
     cost: float
     pause: float
     promises: tuple[float, ...]
@@ -195,7 +193,6 @@ class Spotter:
             steps,
             self._net.voice_of_node(best.node),
             tuple(self._deficit(step) for step in steps),
-            self._lead_in(steps[0].start_frame),
             best.cost,
             max((self._pause(a.end_frame, b.start_frame) for a, b in pairwise(steps)), default=0.0),
             tuple(self._promise(step) for step in steps),
@@ -215,6 +212,14 @@ class Spotter:
         """The word of a step."""
         return self._net.word[step.chain]
 
+    def lead_in(self, start_frame: int) -> float:
+        """The mean cost of taking the 0.6 s before a sentence for noise, in units of `filler_cost`: 0 when it was
+        noise, 1 and more for speech; 0 where the network slept."""
+        frames = np.arange(max(start_frame - LEAD_FRAMES, self._first), min(start_frame - 3, self._next))
+        if not self.awake or not len(frames):
+            return 0.0
+        return float(self._noise_cost[frames % HISTORY_FRAMES].mean()) / self._settings.filler_cost
+
     def _deficit(self, step: Step) -> float:
         frames = np.arange(step.start_frame, step.end_frame)
         excess = float(self._filler_excess[frames % HISTORY_FRAMES].sum())
@@ -230,12 +235,6 @@ class Spotter:
         frames = step.end_frame - step.start_frame
         usual = min(max(frames, int(self._net.word_shortest[step.chain])), int(self._net.word_longest[step.chain]))
         return frames / usual
-
-    def _lead_in(self, start_frame: int) -> float:
-        frames = np.arange(max(start_frame - LEAD_FRAMES, self._first), start_frame - 3)
-        if not len(frames):
-            return 0.0
-        return float(self._noise_cost[frames % HISTORY_FRAMES].mean()) / self._settings.filler_cost
 
     def _pause(self, start_frame: int, end_frame: int) -> float:
         frames = np.arange(start_frame, end_frame)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import random
 from dataclasses import replace
 from datetime import date
 from pathlib import Path
@@ -15,18 +16,19 @@ from hvcpd.config.task_file import load_tasks
 from hvcpd.config.tasks import default_tasks_path
 from hvcpd.control.cli import main
 from hvcpd.hardware.soundfile import write_wav
-from hvcpd.keyring import KeyFile, fresh_entry, write_key_file
+from hvcpd.keyring import Entry, KeyFile, write_key_file
 from hvcpd.language import messages as m
 from hvcpd.ports import SAMPLE_RATE_HZ
 from hvcpd.sealing import Sealing
 from hvcpd.security.guard import Guard
+from hvcpd.security.keys import KEY_BYTES, TeamKey
 
 pytestmark = pytest.mark.slow
 DAY = date(2026, 11, 21)
 
 
 def test_a_recording_is_followed_and_its_seals_are_checked(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    keys = KeyFile((fresh_entry(DAY),))
+    keys = KeyFile((Entry(TeamKey(random.Random(3).randbytes(KEY_BYTES)), DAY, DAY),))
     write_key_file(tmp_path / "team.key", keys, replaces=False)
     book = make_phrasebook(("Rob", "Bot"), DEFAULT_TEAMS, load_tasks(default_tasks_path()), sealed=True)
     sealing = Sealing(Guard("Bot", keys.ring(DAY)))

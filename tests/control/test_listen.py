@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import random
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import replace
@@ -22,12 +23,13 @@ from hvcpd.errors import DeviceError
 from hvcpd.faculties import spoken
 from hvcpd.hardware.audio_capture import Block, capture
 from hvcpd.hardware.soundfile import write_wav
-from hvcpd.keyring import KeyFile, fresh_entry, write_key_file
+from hvcpd.keyring import Entry, KeyFile, write_key_file
 from hvcpd.language import messages as m
 from hvcpd.language.code_words import CODE_WORDS, number_of
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 from hvcpd.sealing import Sealing
 from hvcpd.security.guard import Guard
+from hvcpd.security.keys import KEY_BYTES, TeamKey
 from tests.hardware.fake_card import HEADSET, FakeCard
 
 DAY = date(2026, 11, 21)
@@ -68,7 +70,7 @@ def test_without_a_microphone_it_says_so(capsys: pytest.CaptureFixture[str]) -> 
 def test_people_with_the_key_read_what_others_hear_as_sealed(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    keys = KeyFile((fresh_entry(DAY),))
+    keys = KeyFile((Entry(TeamKey(random.Random(40).randbytes(KEY_BYTES)), DAY, DAY),))
     write_key_file(tmp_path / "team.key", keys, replaces=False)
     book = make_phrasebook(("Rob", "Bot"), DEFAULT_TEAMS, load_tasks(default_tasks_path()), True, True)
     order = m.Utterance("Bot", m.ToRobot("Rob"), None, m.TurnBy(90.0))

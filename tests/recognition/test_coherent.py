@@ -72,14 +72,15 @@ class Book:
 BOOKS = {voice: Book(voice) for voice in ("oak", "willow")}
 
 
-def spoken(text: str, voice: str = "oak") -> Samples:
+def spoken(text: str, voice: str = "oak", book: Book | None = None) -> Samples:
     """The sound of a sentence; a comma is a pause."""
+    book = book or BOOKS[voice]
     words = [(word.rstrip(","), word.endswith(",")) for word in text.split()]
     words[-1] = (words[-1][0], True)
     out = np.zeros(160_000, np.float32)
     at, paused, last = 0, False, 0
     for (word, final), third in zip(words, thirds_of(len(words)), strict=True):
-        said = BOOKS[voice].said(word, third)[final]
+        said = book.said(word, third)[final]
         at -= said.lead * paused
         out[at : at + len(said.samples)] += said.samples
         last = at + len(said.samples)
@@ -195,6 +196,27 @@ def test_two_words_that_sound_alike_are_not_sure() -> None:
     [sentence] = heard(stream([spoken("hi rob, water rose")], 0.0), CoherentListener(GRAPH, (Twins("oak"),)))
     assert not sentence.sure
     assert min(word.chance for word in sentence.words) < 0.5
+
+
+@pytest.mark.parametrize("said", ["lily", "rose"])
+def test_a_word_that_is_not_over_may_be_the_right_one(said: str) -> None:
+    """ "lily" resembles the beginning of "rose", which is longer and so is compared later."""
+
+    class Alike(Book):
+        def said(self, word: str, third: int) -> Sequence[Said]:
+            ways = super().said(word, third)
+            if word != "rose":
+                return ways
+            longer = []
+            for way, short in zip(ways, super().said("lily", third), strict=True):
+                sound = np.concatenate([way.samples, way.samples[:4000]])
+                sound[: len(short.samples)] = 0.7 * short.samples + 0.3 * sound[: len(short.samples)]
+                longer.append(Said(sound, way.final, way.lead, way.advance + 4000, power_of(sound)))
+            return longer
+
+    book = Alike("oak")
+    found = heard(stream([spoken(f"hi rob, water {said}", book=book)], 20.0), CoherentListener(GRAPH, (book,)))
+    assert texts(found) == [f"hi rob water {said}"]
 
 
 def test_what_was_before_a_gap_does_not_count() -> None:

@@ -12,7 +12,7 @@ from hvcpd.recognition.spotter import Sentence
 
 CURVE = ConfidenceCurve()
 STEPS = (Step(0, 0, 30, -24.0, 20.0), Step(1, 30, 70, -30.0, 9.0), Step(2, 70, 110, -36.0, 30.0))
-GOOD = Sentence(STEPS, "oak", (0.1, 0.15, 0.1), 0.0, -90.0, 0.0, (36.0, 48.0, 48.0), (1.0, 1.1, 0.95), False)
+GOOD = Sentence(STEPS, "oak", (0.1, 0.15, 0.1), -90.0, 0.0, (36.0, 48.0, 48.0), (1.0, 1.1, 0.95), False)
 
 
 def chance(sentence: Sentence) -> float:
