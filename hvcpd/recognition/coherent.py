@@ -51,6 +51,8 @@ GOES_ON_LATER = 4800
 """...or 0.3 s, where so little of it would not stand out..."""
 STANDS_OUT = 5.0
 """...which it does with this expected strength."""
+LOOK_BACK = 4 * STEP
+"""Samples (1.25 s): so late, signs of speech are surely seen."""
 SETTLED = 300.0
 """With that score, what is followed is a sentence, and no other one begins in it."""
 CHANCE = 3.2
@@ -85,7 +87,8 @@ class CoherentListener:
         self._greetings: tuple[list[_First], Onsets] | None = None
         self._others: tuple[list[_First], Onsets] | None = None
         self._sound = WeighedSound()
-        self._sought = self._active = 0
+        self._sought_greetings = self._sought_others = self._active = 0
+        self._loud_at = -1
         self._paths: list[Path] = []
 
     @property
@@ -102,14 +105,12 @@ class CoherentListener:
             self._break_off(first)
         self._sound.push(samples)
         if not self._sound.weighing.ready:
-            self._sought = self._sound.end
+            self._sought_greetings = self._sought_others = self._sound.end
             return []
-        if speech or self._paths:
+        seeks_all = speech or self._sound.weighing.stirred
+        if seeks_all or self._paths:
             self._active = self._sound.end
-        while self._sound.end - self._sought >= SIZE:
-            if self.follows is None or self.follows.score < SETTLED:
-                self._begin(speech)
-            self._sought += STEP
+        self._begin(seeks_all)
         if self._sound.end - self._active > CALM and self._others is not None:
             self._rest()
         return self._follow()
@@ -134,7 +135,7 @@ class CoherentListener:
     def _break_off(self, at: int) -> None:
         self._paths = []
         self._sound.break_off(at)
-        self._sought = self._active = at
+        self._sought_greetings = self._sought_others = self._active = at
 
     def _may_pause(self, node: int) -> bool:
         return node in self._graph.pauses or node in self._graph.finals
@@ -150,21 +151,31 @@ class CoherentListener:
         ]
         return found, Onsets([first.said.samples for first in found])
 
-    def _begin(self, speech: bool) -> None:
-        weighed = self._sound.between(self._sought, self._sought + SIZE)
+    def _begin(self, seeks_all: bool) -> None:
+        """Seek what sentences begin with: greetings all the time, the rest where there are signs of speech."""
         self._greetings = self._greetings or self._firsts(greeting=True)
-        sought = [self._greetings]
-        if speech:
+        while self._sound.end - self._sought_greetings >= SIZE:
+            self._seek(self._greetings, self._sought_greetings)
+            self._sought_greetings += STEP
+        if seeks_all:
             self._others = self._others or self._firsts(greeting=False)
-            sought.append(self._others)
-        found = [
-            (firsts[onset.sound], onset)
-            for firsts, onsets in sought
-            for onset in onsets.find(weighed, self._sought, self._sound.weights)
-        ]
-        if any(onset.strength > LOUD for _, onset in found):
+            self._sought_others = max(self._sought_others, self._sought_greetings - LOOK_BACK)
+            while self._sought_others < self._sought_greetings:
+                self._seek(self._others, self._sought_others)
+                self._sought_others += STEP
+
+    def _seek(self, sought: tuple[list[_First], Onsets], at: int) -> None:
+        """What begins within STEP samples from sample `at` on."""
+        followed = self.follows
+        if at == self._loud_at or (followed is not None and followed.score >= SETTLED):
             return
-        for first, onset in found:
+        firsts, onsets = sought
+        found = onsets.find(self._sound.between(at, at + SIZE), at, self._sound.weights)
+        if any(onset.strength > LOUD for onset in found):
+            self._loud_at = at
+            return
+        for onset in found:
+            first = firsts[onset.sound]
             if not self._is_known(first, onset.at):
                 extension = Extension(first.word, first.node, 0, first.said, onset.at)
                 self._paths.append(Path(first.book, self._graph.start, onset.at, waiting=[extension]))

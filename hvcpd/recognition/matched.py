@@ -8,6 +8,7 @@ Turin, "An introduction to matched filters", IRE Trans. IT 6(3), 1960). Its outp
 
 from __future__ import annotations
 
+from collections import deque
 from dataclasses import dataclass
 
 import numpy as np
@@ -30,6 +31,12 @@ FLOOR = 1e-4
 """No bin counts as more than 40 dB below the mean: a converter's empty bands would outweigh all else."""
 SILENCE = 1e-12
 """Power of a sample (-120 dBFS) below which nothing is heard."""
+VOICED = slice(100 * FRAME // SAMPLE_RATE_HZ, 4000 * FRAME // SAMPLE_RATE_HZ)
+"""Bins in which voices have their harmonics."""
+STIRRED = ((6, 0.067), (14, 0.061))
+"""In the mean of so many last frames (0.19 and 0.45 s), so much of `Weighing.stirred` is a sign of speech. Steady noise
+has 0.0495 and passes one of them in 0.3 % of its frames; at -10 dB 47 of 48 sentences do in white and pink noise and in
+a fan's, at -15 dB two of three."""
 REACH = 256
 """Samples that the filter looks ahead, and back: 16 ms."""
 PART = 1600
@@ -60,6 +67,8 @@ class Weighing:
         self._filters: dict[int, NDArray[np.complex64]] = {}
         self.version = 0
         """Another one whenever the weights have changed."""
+        self._usual: Spectrum = np.full(BINS, np.inf, np.float32)
+        self._rises: deque[float] = deque(maxlen=STIRRED[-1][0])
 
     def push(self, samples: Samples) -> None:
         """Learn of the next samples, shape (n,)."""
@@ -68,6 +77,7 @@ class Weighing:
             spectrum = np.fft.rfft(heard[:FRAME] * _WINDOW)
             power = (spectrum.real**2 + spectrum.imag**2) / np.square(_WINDOW).sum()
             self._frames += 1
+            self._rises.append(float(np.log(np.maximum(0.5 * power[VOICED] / self._usual[VOICED], 1.0)).mean()))
             self._power += (power - self._power) / np.float32(min(self._frames, MEMORY_FRAMES))
             if self._frames % REFRESH_FRAMES == 0 and float(self._power.mean()) > SILENCE:
                 self._refresh()
@@ -77,6 +87,17 @@ class Weighing:
     def interrupt(self) -> None:
         """What comes next does not follow on what was pushed last."""
         self._framed = self._framed[:0]
+        self._rises.clear()
+
+    @property
+    def stirred(self) -> bool:
+        """Whether some bins have more than usual, as a voice's harmonics do in noise that hides the voice as a whole.
+
+        In steady noise a bin's power over its own mean is distributed exponentially. Of that over two the logarithm is
+        taken, where it is positive, so that no single bin counts for much. False until the mean is known well.
+        """
+        rises = list(self._rises) if self._frames >= MEMORY_FRAMES else []
+        return any(len(rises) >= n and sum(rises[-n:]) > least * n for n, least in STIRRED)
 
     @property
     def ready(self) -> bool:
@@ -102,6 +123,7 @@ class Weighing:
         kernel = np.full(SMOOTHING, 1.0 / SMOOTHING, np.float32)
         smooth = np.convolve(np.pad(self._power, SMOOTHING // 2, mode="edge"), kernel, "valid")
         smooth += FLOOR * smooth.mean() + SILENCE
+        self._usual = smooth.astype(np.float32)
         response = np.roll(np.fft.irfft(1.0 / smooth), REACH)[: 2 * REACH] * np.hanning(2 * REACH)
         self._filter = response.astype(np.float32)
         self._shapes, self._filters = {}, {}

@@ -99,11 +99,13 @@ def stream(sounds: Sequence[Samples], snr_db: float, seed: int = 1) -> Samples:
     return np.asarray(clean + noise, np.float32)
 
 
-def heard(sound: Samples, listener: CoherentListener | None = None, first: int = 0) -> list[Coherent]:
+def heard(
+    sound: Samples, listener: CoherentListener | None = None, first: int = 0, speech: bool = True
+) -> list[Coherent]:
     listener = listener or CoherentListener(GRAPH, tuple(BOOKS.values()))
     found = []
     for at in range(0, len(sound) // CHUNK * CHUNK, CHUNK):
-        found += listener.push(first + at, sound[at : at + CHUNK], True)
+        found += listener.push(first + at, sound[at : at + CHUNK], speech)
     return found
 
 
@@ -186,6 +188,11 @@ def test_a_first_word_that_went_unnoticed_is_found_in_the_end() -> None:
     sound[:1600] = np.random.default_rng(5).standard_normal(1600) * 0.05
     assert texts(heard(sound)) == ["all who is here"]
     assert texts(heard(stream([spoken("who is here")], 5.0))) == ["who is here"]
+
+
+@pytest.mark.parametrize("text", ["stop", "who is here", "all, stop"])
+def test_what_begins_without_a_greeting_is_noticed_where_nobody_seems_to_speak(text: str) -> None:
+    assert texts(heard(stream([spoken(text)], -3.0), speech=False)) == [text.replace(",", "")]
 
 
 def test_two_words_that_sound_alike_are_not_sure() -> None:

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from hvcpd.ports import Samples
+from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 from hvcpd.recognition.matched import FRAME, REACH, Weighing, correlated, power_of, scrutinized
 
 
@@ -110,3 +110,27 @@ def test_power_is_the_energy_of_the_sound() -> None:
     word = _word(5000)
     assert float(power_of(word).sum()) == pytest.approx(float(np.square(word, dtype=np.float64).sum()), rel=0.01)
     assert power_of(word[:10]).shape == (FRAME // 2 + 1,)
+
+
+@pytest.mark.parametrize("colour", [[1.0], [1.0, 0.9, 0.6], [1.0, -0.7]])
+def test_a_faint_voice_stirs_and_steady_noise_does_not(colour: list[float]) -> None:
+    random = np.random.default_rng(9)
+    noise = np.convolve(random.standard_normal(30 * SAMPLE_RATE_HZ), colour, "same").astype(np.float32)
+    number = np.arange(2, 12)[:, None]
+    vowel = (np.sin(2.0 * np.pi * number * 130.0 * np.arange(SAMPLE_RATE_HZ // 2) / SAMPLE_RATE_HZ) / number).sum(
+        axis=0
+    )
+    vowel *= 0.32 * noise.std() / vowel.std()  # -10 dB
+    said = noise.copy()
+    said[20 * SAMPLE_RATE_HZ :][: len(vowel)] += vowel.astype(np.float32)
+
+    def stirs(sound: Samples) -> list[bool]:
+        weighing = Weighing()
+        found = []
+        for at in range(0, len(sound), 640):
+            weighing.push(sound[at : at + 640])
+            found.append(weighing.stirred)
+        return found
+
+    assert np.mean(stirs(noise)) < 0.03
+    assert any(stirs(said)[500:530])
