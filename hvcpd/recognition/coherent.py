@@ -24,6 +24,7 @@ from hvcpd.recognition.paths import (
     Path,
     Said,
     Voicebook,
+    energy_of,
     likelihood_of,
     passes,
     thirds_of,
@@ -197,7 +198,9 @@ class CoherentListener:
         for path in sorted(self._paths, key=lambda p: -p.score):
             if path.ended and path in self._paths and self._is_over(path) and self._is_best(path):
                 before = self._before(path)
-                found.append(Coherent((*before, *_words_of(path)), path.book.voice, path.score, path.loses))
+                found.append(
+                    Coherent((*before, *_words_of(path)), path.book.voice, path.score, path.explained, path.loses)
+                )
                 self.dismiss(path.end)
         return found
 
@@ -234,9 +237,11 @@ class CoherentListener:
             path.note(each.word, likelihood_of(fit.strength, expected))
             if not passes(fit.strength, expected) or not (fit.whole or path.words):
                 continue
-            new = path.extended(each, offset, fit.strength, fit.expected)
+            heard = self._sound.heard(each.at + offset, each.end + offset)
+            new = path.extended(each, offset, fit.strength, fit.expected, energy_of(heard))
             may_end = each.said.final and each.node in self._graph.finals
-            new.ended = may_end and new.thirds == thirds_of(len(new.thirds))
+            enough = new.score >= (LEAST_SCORE if new.parent else LEAST_ALONE)
+            new.ended = may_end and enough and new.thirds == thirds_of(len(new.thirds))
             new.waiting = list(self._next(new))
             self._paths.append(new)
 
@@ -249,6 +254,9 @@ class CoherentListener:
                         yield Extension(word, node, number, said, path.at - said.lead * path.paused)
 
     def _prune(self) -> None:
+        leader = max((path for path in self._paths if path.words), key=lambda p: p.score, default=None)
+        if leader is not None and leader.score >= SETTLED:
+            self._paths = [path for path in self._paths if not path.is_hopeless(leader)]
         best: dict[tuple[object, ...], Path] = {}
         for path in sorted(self._paths, key=lambda p: -p.rank):
             if (path.waiting or path.ended) and (not path.words or path.rank >= LEAST_RANK):
@@ -320,7 +328,7 @@ class CoherentListener:
         rivals = (p for p in self._paths if p.first < path.end and path.words[: len(p.words)] != p.words)
         if any(rival.score > path.score for rival in rivals):
             return False
-        path.ended = path.is_best_of_its_words and path.score >= (LEAST_SCORE if path.parent else LEAST_ALONE)
+        path.ended = path.is_best_of_its_words
         return path.ended
 
 

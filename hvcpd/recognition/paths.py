@@ -17,6 +17,8 @@ BY_CHANCE = 4.0
 """Log likelihood ratio that a word adds by chance, at the best of its lags."""
 SAME_WORD = 0.9
 """Of the likelihood of a word at another pitch, the least of the one that its place asks for."""
+BEHIND_SHARE, BEHIND = 1.5, 80.0
+"""With so many times its score and so much more, another path is the right one, or neither is."""
 LEAST_MARGIN = 5.0
 """Log likelihood ratio of every word against another in its place."""
 
@@ -75,6 +77,8 @@ class Coherent:
     words: tuple[HeardWord, ...]
     voice: str
     score: float
+    explained: float = 1.0
+    """Share of the energy that was heard."""
     cut: bool = False
     """Somebody went on, but not with a word that was found."""
 
@@ -124,6 +128,9 @@ class Path:
     """Its strength over what was to be expected."""
     first: int = 0
     """Where the first word begins."""
+    energy: float = 0.0
+    """Of its words at gain 1; `heard_energy`: of what was heard while they were said."""
+    heard_energy: float = 0.0
     tried: dict[str, float] = field(default_factory=dict)
     """The best likelihood of each word after this path."""
     waiting: list[Extension] = field(default_factory=list)
@@ -172,6 +179,19 @@ class Path:
             if each.parent is not None
         )
 
+    @property
+    def explained(self) -> float:
+        """Its share of the energy that was heard."""
+        return self.gain**2 * self.energy / max(self.heard_energy, 1e-20)
+
+    def is_hopeless(self, leader: Path) -> bool:
+        """Whether `leader` had far more where this one stands."""
+        begins = self.first if self.words else self.at
+        if begins >= leader.end:
+            return False
+        passed = next((each for each in leader.back() if each.at <= self.at), None)
+        return passed is not None and passed.score > BEHIND_SHARE * self.score + BEHIND
+
     def back(self) -> Iterator[Path]:
         """This path and those that it goes on from, the first word last."""
         path: Path | None = self
@@ -179,7 +199,7 @@ class Path:
             yield path
             path = path.parent
 
-    def extended(self, by: Extension, offset: int, strength: float, expected: float) -> Path:
+    def extended(self, by: Extension, offset: int, strength: float, expected: float, heard_energy: float) -> Path:
         """This path with one word more, found `offset` samples after its place; `expected`: at gain 1."""
         start = by.at + offset
         gain = self.gain if self.words else strength / expected
@@ -198,11 +218,18 @@ class Path:
             likelihood_of(strength, gain * expected),
             strength / max(gain * expected, 1e-20),
             self.first if self.words else start,
+            self.energy + energy_of(by.said.samples),
+            self.heard_energy + heard_energy,
         )
 
     def note(self, word: str, likelihood: float) -> None:
         """So likely is that word after this path."""
         self.tried[word] = max(self.tried.get(word, -np.inf), likelihood)
+
+
+def energy_of(sound: Samples) -> float:
+    """Sum of squares of a sound, shape (n,)."""
+    return float(np.dot(sound, sound))
 
 
 def likelihood_of(strength: float, expected: float) -> float:

@@ -62,6 +62,9 @@ class RecogniserSettings:
     """A sentence must follow silence: nearer to noise than to speech in the 0.6 s before it, so that no sentence
     begins at a comma."""
     confidence: ConfidenceCurve = field(default_factory=ConfidenceCurve)
+    least_explained: float = 0.07
+    """A sentence that explains so much of the energy that was heard is none by chance amid other talk: that explains
+    0.05 and less; sentences in babble as loud as they are, 0.4 to 0.5."""
     murmur: float = 0.1
     """...unless what came before had less than a tenth of its power."""
     max_pause: float = 10.0
@@ -203,7 +206,7 @@ class Recogniser:
         heard = [
             sentence
             for sentence in agreement.coherent.push(chunk.first_frame * HOP_SAMPLES, chunk.samples, speech)
-            if self._follows_silence(*_frames_of(sentence))
+            if sentence.explained >= self._settings.least_explained or self._follows_silence(*_frames_of(sentence))
         ]
         since = (self._lost_until + UNHEARD_LEAD_FRAMES) * HOP_SAMPLES
         now = (chunk.first_frame + len(chunk.energies)) * HOP_SAMPLES

@@ -55,13 +55,14 @@ class WeighedSound:
             self._from = self._to = min(start, self.end - AGAIN)
             self._weighed = np.zeros(0, np.float32)
         if self._to < self.end:
-            heard = self._heard(self._to - REACH, self.end + REACH)
+            heard = self.heard(self._to - REACH, self.end + REACH)
             self._weighed = np.concatenate([self._weighed, self.weighing.weigh(heard)])
             self._to = self.end
         found = self._weighed[start - self._from : end - self._from]
         return np.pad(found, (0, end - start - len(found))) if len(found) < end - start else found
 
-    def _heard(self, start: int, end: int) -> Samples:
+    def heard(self, start: int, end: int) -> Samples:
+        """Samples `start` up to `end` as they were heard; silence where none are kept."""
         oldest = self.end - self._filled
         kept = self._buffer[max(start - oldest, 0) : max(min(end, self.end) - oldest, 0)]
         return np.pad(kept, (max(oldest - start, 0), max(end - self.end, 0)))
