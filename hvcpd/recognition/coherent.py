@@ -17,6 +17,7 @@ from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 from hvcpd.recognition.matched import SLACK, Match, correlated, power_of, scrutinized
 from hvcpd.recognition.onsets import SIZE, STEP, Onsets
 from hvcpd.recognition.paths import (
+    BY_CHANCE,
     LEAST_SHARE,
     Coherent,
     Extension,
@@ -199,7 +200,7 @@ class CoherentListener:
             if path.ended and path in self._paths and self._is_over(path) and self._is_best(path):
                 before = self._before(path)
                 found.append(
-                    Coherent((*before, *_words_of(path)), path.book.voice, path.score, path.explained, path.loses)
+                    Coherent((*before, *self._words_of(path)), path.book.voice, path.score, path.explained, path.loses)
                 )
                 self.dismiss(path.end)
         return found
@@ -331,10 +332,16 @@ class CoherentListener:
         path.ended = path.is_best_of_its_words
         return path.ended
 
+    def _words_of(self, path: Path) -> list[HeardWord]:
+        steps = list(path.back())[::-1]
+        return [
+            HeardWord(each.words[-1], each.start, each.end, each.share, each.margin(each is path, handicap))
+            for each, after in zip(steps, [*steps[1:], None], strict=True)
+            for handicap in [self._handicap(each, after, path.words[len(each.words) :])]
+        ]
 
-def _words_of(path: Path) -> list[HeardWord]:
-    words = [
-        HeardWord(each.words[-1], each.start, each.end, each.share, each.margin(ends=each is path))
-        for each in path.back()
-    ]
-    return words[::-1]
+    def _handicap(self, path: Path, after: Path | None, rest: Sequence[str]) -> Callable[[str], float]:
+        """What another word in the place of the last one loses: `after` and the `rest` may not be able to follow it."""
+        loses = max(after.likelihood - 2.0 * BY_CHANCE, 0.0) if after is not None else 0.0
+        source = path.parent.node if path.parent is not None else self._graph.start
+        return lambda word: 0.0 if self._graph.finals & ends_of(self._graph, source, (word, *rest)) else loses

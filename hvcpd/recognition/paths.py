@@ -156,13 +156,14 @@ class Path:
         """What paths are dropped by: every word fits a little by chance."""
         return self.score - BY_CHANCE * len(self.words)
 
-    def margin(self, ends: bool) -> float:
+    def margin(self, ends: bool, handicap: Callable[[str], float] = lambda _word: 0.0) -> float:
         """By how much the last word is likelier than any other in its place, and than none.
 
         Unless the sentence `ends` with it, it may be a little less likely than none: what follows speaks for it.
+        `handicap`: what follows speaks so much against another word.
         """
         tried = self.parent.tried if self.parent else {}
-        others = [likelihood for word, likelihood in tried.items() if word != self.words[-1]]
+        others = [likelihood - handicap(word) for word, likelihood in tried.items() if word != self.words[-1]]
         return self.likelihood - max([*others, 0.0 if ends else -LEAST_MARGIN])
 
     def is_sure_after(self, n_words: int) -> bool:

@@ -205,6 +205,29 @@ def test_two_words_that_sound_alike_are_not_sure() -> None:
     assert min(word.chance for word in sentence.words) < 0.5
 
 
+def test_what_follows_tells_two_words_that_sound_alike_apart() -> None:
+    """ "water" and "all" sound the same here, but after "all" no lily is named."""
+    graph = WordGraph(
+        n_nodes=6,
+        arcs=(Arc(0, 1, "hi"), Arc(1, 2, "water"), Arc(1, 4, "all"), Arc(2, 3, "lily"), Arc(4, 5, "stop")),
+        start=0,
+        finals=frozenset({3, 5}),
+        pauses=frozenset(),
+    )
+
+    class Twins(Book):
+        def said(self, word: str, third: int) -> Sequence[Said]:
+            return super().said("water" if word == "all" else word, third)
+
+    book = Twins("oak")
+    found = heard(
+        stream([spoken(text, book=book) for text in ("hi water lily", "hi all stop")], 0.0),
+        CoherentListener(graph, (book,)),
+    )
+    assert texts(found) == ["hi water lily", "hi all stop"]
+    assert all(sentence.sure for sentence in found)
+
+
 @pytest.mark.parametrize("said", ["lily", "rose"])
 def test_a_word_that_is_not_over_may_be_the_right_one(said: str) -> None:
     """ "lily" resembles the beginning of "rose", which is longer and so is compared later."""
