@@ -43,7 +43,7 @@ from hvcpd.synthesis.recorded import RecordedSpeaker
 from hvcpd.synthesis.speaker import Speaker
 from hvcpd.synthesis.unit_cache import UnitCache
 from hvcpd.synthesis.voices import VOICES, Voice, voice_for
-from hvcpd.voicebook import SpokenBook
+from hvcpd.voicebook import Shelf, SpokenBook
 
 SLOW = 1.0 / SLOW_STRETCH
 """Of the usual rate, when a robot speaks slowly; the recogniser's steps span 0.5 to 2."""
@@ -189,9 +189,10 @@ def make_coherent(
     """Hears the same voices by their waveform, where noise hides the words."""
     graph = phrasebook.marked_graph
     speakers = {_robot_voice(name, sound): name for name in names}
-    usual = [SpokenBook(voice, sound.speaker_of(name), graph.words) for voice, name in speakers.items()]
+    shelf = Shelf()
+    usual = [SpokenBook(voice, sound.speaker_of(name), graph.words, shelf) for voice, name in speakers.items()]
     slow = [
-        SpokenBook(voice, sound.speaker_of(name, SLOW), graph.words)
+        SpokenBook(voice, sound.speaker_of(name, SLOW), graph.words, shelf)
         for voice, name in speakers.items()
         if name.lower() not in sound.recorded
     ]

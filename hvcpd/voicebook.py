@@ -9,38 +9,56 @@ from hvcpd.recognition.matched import Spectrum, power_of
 from hvcpd.recognition.paths import Said
 from hvcpd.synthesis.speaker import PITCH_STEPS, Joined, Speaker
 
-KEPT = 90
-"""Words with their pitch of which a voice's sounds are kept in memory, at most: 5 MB. The cache has the others."""
+KEPT = 150
+"""Words with their pitch of which the sounds are kept in memory, of all voices, at most: 9 MB. The cache has the
+others; one who speaks needs some 90."""
+
+Key = tuple[int, str, int]
 
 
-class SpokenBook:
-    """One speaker's words, each rendered or read from the cache when it is asked for."""
+class Shelf:
+    """Where books keep what they were asked for last."""
 
-    def __init__(self, voice: str, speaker: Speaker, words: Iterable[str]) -> None:
-        """`voice`: what listeners call it; `words`: those that it may say."""
-        self.voice = voice
-        self._speaker = speaker
-        self._words = frozenset(words)
-        self._powers: dict[tuple[str, int, int], Spectrum] = {}
-        self._kept: OrderedDict[tuple[str, int], tuple[Said, ...]] = OrderedDict()
-
-    def said(self, word: str, third: int) -> tuple[Said, ...]:
-        """All ways to say `word` in a third (0, 1, 2) of a sentence; none if it is no word of this voice."""
-        key = (word, third)
-        if key not in self._kept:
-            self._kept[key] = self._made(word, third)
-            if len(self._kept) > KEPT:
-                self._kept.popitem(last=False)
-        self._kept.move_to_end(key)
-        return self._kept[key]
+    def __init__(self) -> None:
+        self._kept: OrderedDict[Key, tuple[Said, ...]] = OrderedDict()
 
     def __len__(self) -> int:
         """Words with their pitch that are in memory."""
         return len(self._kept)
 
+    def get(self, key: Key, made: Callable[[], tuple[Said, ...]]) -> tuple[Said, ...]:
+        """What is kept under the key, or what is made now."""
+        if key not in self._kept:
+            self._kept[key] = made()
+            if len(self._kept) > KEPT:
+                self._kept.popitem(last=False)
+        self._kept.move_to_end(key)
+        return self._kept[key]
+
+    def drop(self, book: int) -> None:
+        """Forget all of one book."""
+        for key in [key for key in self._kept if key[0] == book]:
+            del self._kept[key]
+
+
+class SpokenBook:
+    """One speaker's words, each rendered or read from the cache when it is asked for."""
+
+    def __init__(self, voice: str, speaker: Speaker, words: Iterable[str], shelf: Shelf | None = None) -> None:
+        """`voice`: what listeners call it; `words`: those that it may say; `shelf`: shared with other books."""
+        self.voice = voice
+        self._speaker = speaker
+        self._words = frozenset(words)
+        self._powers: dict[tuple[str, int, int], Spectrum] = {}
+        self._shelf = shelf if shelf is not None else Shelf()
+
+    def said(self, word: str, third: int) -> tuple[Said, ...]:
+        """All ways to say `word` in a third (0, 1, 2) of a sentence; none if it is no word of this voice."""
+        return self._shelf.get((id(self), word, third), lambda: self._made(word, third))
+
     def forget(self) -> None:
         """Give back memory: nobody has spoken for a while."""
-        self._kept.clear()
+        self._shelf.drop(id(self))
         self._powers.clear()
 
     def prepare(self, go_on: Callable[[], bool]) -> None:

@@ -13,7 +13,7 @@ from hvcpd.synthesis.recorded import RecordedSpeaker
 from hvcpd.synthesis.speaker import Speaker
 from hvcpd.synthesis.unit_cache import UnitCache
 from hvcpd.synthesis.voices import VOICES
-from hvcpd.voicebook import KEPT, SpokenBook
+from hvcpd.voicebook import KEPT, Shelf, SpokenBook
 
 LEXICON = Lexicon.load()
 PHRASES = (("hi", "rob"), ("i", "am", "bot"), ("water", "the", "yellow", "rose"))
@@ -47,12 +47,15 @@ def test_other_words_are_not_said(speaker: Speaker) -> None:
 def test_memory_is_bounded_and_can_be_given_back(speaker: Speaker) -> None:
     words = [word for word in LEXICON.entries if word.isalpha()][: KEPT + 5]
     silent = RecordedSpeaker({word: np.ones(400, np.float32) for word in ()}, LEXICON)
-    book = SpokenBook("oak", silent, words)
+    shelf = Shelf()
+    book, other = SpokenBook("oak", silent, words, shelf), SpokenBook("elm", silent, words, shelf)
     for word in words:
         assert book.said(word, 0) == ()
-    assert len(book) == KEPT
+    assert len(shelf) == KEPT
+    other.said(words[0], 0)
+    assert len(shelf) == KEPT
     book.forget()
-    assert len(book) == 0
+    assert len(shelf) == 1
 
 
 def test_recorded_words_are_said_at_every_pitch() -> None:
