@@ -71,7 +71,7 @@ AIR = Medium(
     120.0,  # without the 14 dB of gain that quieter robots have
     0.2,
     (20.0, 40.0, 60.0, 90.0, 120.0, 150.0, 180.0, 240.0, 320.0, 400.0, 500.0, 650.0),
-    (180.0, 320.0, 500.0),
+    (180.0, 400.0),
     "open air of 20 °C and 50 %, absorption as ISO 9613-1, no ground, no wind; a shout, 85 dB SPL at 1 m; noise 33 dB",
 )
 WATER = Medium(
@@ -84,7 +84,7 @@ WATER = Medium(
     180.0,
     1.0,
     (50.0, 100.0, 200.0, 400.0, 700.0, 1000.0, 1400.0, 2030.0, 2800.0, 4000.0),
-    (1400.0, 2030.0, 2800.0),
+    (2030.0, 2800.0),
     "sea water of 10 °C, absorption as Ainslie & McColm, no surface, no ground; 160 dB re 1 µPa at 1 m; noise 101 dB",
 )
 MEDIA = {medium.name: medium for medium in (AIR, WATER)}

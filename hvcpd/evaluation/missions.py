@@ -30,7 +30,7 @@ WATER_S = 1.0
 """How long a robot waters: short, for only the talk is of interest."""
 END_WALL_M = 0.5
 """Nobody stands nearer to the far wall."""
-LIMIT_S = 120.0
+LIMIT_S = 240.0
 """A mission that has not ended by then is judged as it stands: without trouble it takes 35 to 70 s."""
 NOISE_S = 30.0
 """The robots' own noise repeats itself after so long: ten times as long as their recognisers look back."""

@@ -12,7 +12,7 @@ from hvcpd.evaluation.statistics import Step, pivot, wilson
 from hvcpd.evaluation.trials import Row, Scale, Table, Trial
 
 SAID_ONCE, WHOLE = "said once", "whole robots"
-QUICK_MISSIONS, QUICK_CALLS = 3, 12
+QUICK_MISSIONS, QUICK_CALLS = 2, 8
 """At each distance for a quick look; a mission is a minute of two robots' life."""
 
 

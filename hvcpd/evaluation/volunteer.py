@@ -29,7 +29,7 @@ CLAIMS = tuple(f"Hi all, I am {CALLER}, I will complete task {number}" for numbe
 """Both in the one voice that listeners are tried with."""
 FIRST, SECOND = 1, 2
 SAID_M = (0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 1.0, 1.1, 1.2, 1.4, 1.7, 2.0)
-QUICK_SAID_M = (0.1, 0.3, 0.5, 0.7, 0.9, 1.2, 1.6)
+QUICK_SAID_M = (0.2, 0.4, 0.6, 0.8, 1.1)
 """Nearer than calls: two long sentences must be heard."""
 
 
