@@ -4,7 +4,7 @@
         [--takes 15] [--voices NAME,...] [--minutes 30] [--seed 1] [--wrong]
 
 `digits`: single digits by people (DIR/digits), from three takes each, those from the sixth on are heard; each once more
-by templates of the other speakers alone. `strangers`: sentences of the phrasebook by voices that no robot has, nobody
+with the other speakers alone enrolled. `strangers`: sentences of the phrasebook by voices that no robot has, nobody
 enrolled; `enrolled`: the same with three takes of each word enrolled, at other rates. `stop`: "stop", "Rob stop" and
 "all stop" by these voices. `false`: talk that addresses nobody (DIR/negatives). Speech is at 20 dB SNR in white noise.
 Ours is told nothing but what enters a microphone; PocketSphinx is told where each sentence is. A sentence counts only
@@ -41,7 +41,6 @@ from hvcpd.hardware.soundfile import read_wav
 from hvcpd.language.graph import Arc, WordGraph
 from hvcpd.people.ears import AtOnce, Piece, SecondEars
 from hvcpd.people.enrolled import Person
-from hvcpd.people.enrolled_listener import EnrolledListener
 from hvcpd.people.opinion import SecondOpinion, strangers_possible
 from hvcpd.people.sphinx import WIDE_BEAMS, heard, make_decoder
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
@@ -67,9 +66,13 @@ class Stage:
 
     def ears(self, people: Sequence[Person] = ()) -> SecondEars:
         """As a robot has them that has heard nothing."""
-        known = {person.name.lower(): person for person in people}
-        opinion = SecondOpinion(self.book.people_graph, self.sound.lexicon, known, strangers_possible())
+        opinion = self.opinion(self.book.people_graph, people)
         return SecondEars(make_recogniser(self.book, NAMES[:2], self.sound), opinion, AtOnce())
+
+    def opinion(self, graph: WordGraph, people: Sequence[Person]) -> SecondOpinion:
+        """Of whoever is enrolled, and of strangers where PocketSphinx is installed."""
+        known = {person.name.lower(): person for person in people}
+        return SecondOpinion(graph, self.sound.lexicon, known, strangers_possible())
 
     def peer(self, graph: WordGraph) -> Any:
         """PocketSphinx as it comes, with beams that favour it."""
@@ -166,8 +169,8 @@ def digits_row(stage: Stage, folder: Path, most: int, seed: int) -> None:
         enrol(who, {DIGITS[d]: takes[who, d][:TRAINED] for d in range(len(DIGITS)) if (who, d) in takes})
         for who in speakers
     ]
-    all_ears = EnrolledListener(graph, people)
-    others = {p.name: EnrolledListener(graph, [o for o in people if o is not p]) for p in people}
+    all_ears = stage.opinion(graph, people)
+    others = {p.name: stage.opinion(graph, [o for o in people if o is not p]) for p in people}
     for label, snr_db in (("clean", None), ("pink 10 dB", 10.0)):
         known = unknown = theirs = total = 0
         for who, digit, piece in digit_pieces(takes, snr_db, most, seed):
@@ -180,8 +183,8 @@ def digits_row(stage: Stage, folder: Path, most: int, seed: int) -> None:
         told(f"digits, {label}, speaker not enrolled", unknown, theirs, total)
 
 
-def _is(ears: EnrolledListener, piece: Piece, digit: int) -> bool:
-    sentence = ears.sentence(piece)
+def _is(ears: SecondOpinion, piece: Piece, digit: int) -> bool:
+    sentence = ears.likeliest(piece)
     return sentence is not None and sentence.words == (DIGITS[digit],)
 
 

@@ -45,7 +45,8 @@ class Piece:
     @property
     def speech(self) -> Samples:
         """The speech, with BEFORE_S and AFTER_S around it."""
-        return self.sound[max(self.lead - round(BEFORE_S * SAMPLE_RATE_HZ), 0) :]
+        end = self.lead + self.end - self.start + round(AFTER_S * SAMPLE_RATE_HZ)
+        return self.sound[max(self.lead - round(BEFORE_S * SAMPLE_RATE_HZ), 0) : end]
 
 
 Finding = tuple[Piece, Recognised | None]

@@ -113,7 +113,7 @@ def test_what_fits_worse_is_less_sure() -> None:
     def guess(misfit: float, worst: float) -> float:
         return guess_chance(Guess(("turn", "left"), ((0, 20), (20, 45)), misfit, worst, 1.0))
 
-    assert guess(3.0, 4.0) > 0.95 > guess(5.0, 6.5) > guess(5.5, 9.0)
+    assert guess(2.5, 3.5) > 0.95 > guess(4.0, 6.0) > guess(5.0, 8.0)
     assert guess(6.5, 9.0) < 0.1
 
     def match(deficit: float, passed_over: float = 0.1, above_noise: float = 2.0, margin: float = 20.0) -> float:
@@ -135,10 +135,10 @@ class Fixed:
         self._guess = Guess(said, tuple((60 + 30 * k, 90 + 30 * k) for k in range(len(said))), misfit, misfit, 0.5)
         self._call = Guess(("stop",), ((60, 100),), call_misfit, call_misfit, call_noise)
 
-    def guess(self, _sound: Samples) -> Guess | None:
+    def guess(self, _piece: Piece) -> Guess | None:
         return self._guess
 
-    def call(self, _sound: Samples) -> Guess | None:
+    def call(self, _piece: Piece) -> Guess | None:
         return self._call
 
 

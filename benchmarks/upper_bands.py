@@ -1,0 +1,75 @@
+"""Makes `hvcpd/people/upper_bands.npz`: what is above 4 kHz in speech, by what is below.
+
+    python -m benchmarks.upper_bands [--sentences 12] [--seed 1] [--out hvcpd/people/upper_bands.npz]
+
+Ridge regression of the logarithms of PocketSphinx's upper mel bands on the lower ones, over loud frames of sentences
+by our own synthesizer's voices and, where it is installed, by voices of espeak-ng that no other benchmark listens to.
+Prints how much of each upper band's variance is explained. Nothing is learned from recordings of people.
+"""
+
+from __future__ import annotations
+
+import argparse
+import shutil
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from benchmarks.judging import program
+from benchmarks.people_material import levelled, sentences
+from hvcpd.assembly import DEFAULT_TEAMS, make_phrasebook, make_sound, user_cache_folder
+from hvcpd.config.task_file import load_tasks
+from hvcpd.config.tasks import default_tasks_path
+from hvcpd.people.cepstra import LEAST, UPPER, bands_of, without_noise
+from hvcpd.ports import Samples
+from hvcpd.synthesis.speaker import Speaker
+from hvcpd.synthesis.voices import VOICES
+
+OTHERS = ("en-029", "en-gb-x-rp", "en-us-nyc", "en-gb-x-gbclan+f2", "en-us+m7", "en-gb+f5", "en-us+f1", "en-gb+m1")
+LOUD_DB = 35.0
+"""Frames that are no further below a sentence's loudest one count."""
+RIDGE = 1.0
+"""Added to the bands' sums of squares, against chance."""
+
+
+def spoken(n: int, seed: int) -> Iterator[Samples]:
+    """Sentences of the phrasebook by all voices."""
+    sound = make_sound(None, user_cache_folder())
+    book = make_phrasebook(("Rob", "Bot", "Anna"), DEFAULT_TEAMS, load_tasks(default_tasks_path()))
+    voices = [Speaker(voice, sound.lexicon, sound.cache).render for voice in VOICES]
+    if shutil.which("espeak-ng") and shutil.which("sox"):
+        voices += [program(("espeak-ng", "-v", voice, "-w", "{wav}", "{text}")) for voice in OTHERS]
+    else:
+        print("espeak-ng's voices: skipped, needs the programs espeak-ng and sox")
+    for number, speak in enumerate(voices):
+        for phrases in sentences(book, n, seed + number):
+            yield levelled(speak(phrases))
+
+
+def log_bands(sound: Samples) -> NDArray[np.float64]:
+    """Of the loud frames of one sentence, shape (n, N_BANDS)."""
+    bands = bands_of(sound)
+    power = bands.sum(axis=1)
+    loud = power > power.max() * 10.0 ** (-LOUD_DB / 10.0)
+    return np.asarray(np.log(without_noise(bands, np.zeros(bands.shape[1])) + LEAST)[loud])
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--sentences", type=int, default=12, help="of each voice")
+    parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--out", type=Path, default=Path("hvcpd/people/upper_bands.npz"))
+    o = parser.parse_args()
+    logs = np.concatenate([log_bands(sound) for sound in spoken(o.sentences, o.seed)])
+    lower = np.pad(logs[:, :UPPER], ((0, 0), (1, 0)), constant_values=1.0)
+    upper = logs[:, UPPER:]
+    weights = np.linalg.solve(lower.T @ lower + RIDGE * np.eye(UPPER + 1), lower.T @ upper)
+    explained = 1.0 - (upper - lower @ weights).var(axis=0) / upper.var(axis=0)
+    np.savez_compressed(o.out, weights=weights.astype(np.float32))
+    print(f"{len(logs)} frames, explained: {', '.join(f'{part:.0%}' for part in explained)}; wrote {o.out}")
+
+
+if __name__ == "__main__":
+    main()
