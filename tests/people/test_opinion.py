@@ -110,10 +110,11 @@ def test_words_of_nobody_stay_garbled(book: Phrasebook, sound: Sound) -> None:
 
 
 def test_what_fits_worse_is_less_sure() -> None:
-    def guess(misfit: float, worst: float) -> float:
-        return guess_chance(Guess(("turn", "left"), ((0, 20), (20, 45)), misfit, worst, 1.0))
+    def guess(misfit: float, worst: float, speech_s: float = 0.7) -> float:
+        return guess_chance(Guess(("turn", "left"), ((0, 20), (20, 45)), misfit, worst, 1.0), speech_s)
 
     assert guess(2.5, 3.5) > 0.95 > guess(4.0, 6.0) > guess(5.0, 8.0)
+    assert guess(3.5, 5.0, 3.0) < 0.5 < guess(3.5, 5.0)  # two words do not take three seconds
     assert guess(6.5, 9.0) < 0.1
 
     def match(deficit: float, passed_over: float = 0.1, above_noise: float = 2.0, margin: float = 20.0) -> float:
@@ -203,6 +204,21 @@ def test_an_enrolled_voice_that_is_sure_counts_before_what_a_stranger_seems_to_s
         (("turn", "left"), "anna, enrolled"),
         (else_heard, STRANGER),
     ]
+
+
+def test_the_sentence_that_is_nearer_is_likelier(book: Phrasebook, sound: Sound) -> None:
+    speaker = Speaker(CHILD, sound.lexicon, sound.cache)
+    known = {"anna": Person("Anna", takes_of(speaker, "turn", "left", "right"))}
+    piece = alone(stranger(sound), "turn right")
+    found = {}
+    for misfit in (1.5, 12.0):
+        guessing = Fixed("move forward", misfit, 9.0, 9.0)
+        opinion = SecondOpinion(book.people_graph, sound.lexicon, known, True, guessing)
+        found[misfit] = opinion.likeliest(piece), opinion.look(piece)
+    assert [e.words for e in found[1.5] if e is not None] == [("move", "forward")] * 2
+    likeliest, _ = found[12.0]
+    assert likeliest is not None
+    assert likeliest.voice == "anna, enrolled"
 
 
 def test_words_count_as_soon_as_they_are_learned(book: Phrasebook, sound: Sound) -> None:

@@ -1,0 +1,82 @@
+"""How long a second look takes, with nobody enrolled and with up to four people.
+
+    python -m benchmarks.look_time [--people 0,1,4] [--sentences 8] [--seed 1]
+
+Each person is one of our own synthesizer's voices with three takes of every word of the phrasebook, at other rates; all
+say sentences of the phrasebook, alone at 20 dB SNR in white noise. Prints the median and the longest time of a look on
+one core that does nothing else, by templates alone and with PocketSphinx where it is installed, and how long the speech
+is. A look that takes longer than `hvcpd.people.ears.MOST_WAIT_S` is given up.
+"""
+
+from __future__ import annotations
+
+import argparse
+import time
+from collections.abc import Sequence
+
+import numpy as np
+
+from benchmarks.people import SNR_DB, Stage
+from benchmarks.people_material import enrol, levelled, sentences, stream
+from hvcpd.people.ears import MOST_WAIT_S, Piece
+from hvcpd.people.enrolled import Person, stretched
+from hvcpd.people.opinion import SecondOpinion, strangers_possible
+from hvcpd.ports import Samples
+from hvcpd.synthesis.speaker import Speaker
+from hvcpd.synthesis.voices import VOICES
+
+NAMES = ("Anna", "Berta", "Cora", "Dora")
+RATES = (0.87, 1.0, 1.15)
+
+
+def person(name: str, speaker: Speaker, words: Sequence[str]) -> Person:
+    """Who has said all words, slowly, as usual and fast."""
+    once = enrol(name, {word: [levelled(speaker.render([[word]]))] for word in words})
+    return Person(
+        name, {w: [stretched(take, rate) for take in takes for rate in RATES] for w, takes in once.takes.items()}
+    )
+
+
+def piece(sound: Samples, seed: int) -> Piece:
+    """One sentence in noise."""
+    heard, [said] = stream([((), sound)], SNR_DB, "white", seed)
+    return Piece(heard, said.start, said.start, said.end, 0)
+
+
+def told(label: str, opinion: SecondOpinion, pieces: Sequence[Piece]) -> None:
+    opinion.look(pieces[0])  # loads what it needs
+    took = []
+    for each in pieces:
+        begin = time.thread_time()
+        opinion.look(each)
+        took.append(time.thread_time() - begin)
+    print(f"{label:40} median {np.median(took):5.2f} s, longest {max(took):5.2f} s", flush=True)
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--people", default="0,1,4", help="numbers of people enrolled, up to four")
+    parser.add_argument("--sentences", type=int, default=8)
+    parser.add_argument("--seed", type=int, default=1)
+    o = parser.parse_args()
+    stage = Stage(False)
+    speakers = [Speaker(voice, stage.sound.lexicon, stage.sound.cache) for voice in VOICES[: len(NAMES)]]
+    spoken = sentences(stage.book, o.sentences, o.seed)
+    sounds = [speakers[n % len(speakers)].render(phrases) for n, phrases in enumerate(spoken)]
+    pieces = [piece(sound, o.seed + n) for n, sound in enumerate(sounds)]
+    lengths = [(each.end - each.start) / 16000 for each in pieces]
+    print(f"{len(pieces)} sentences of {min(lengths):.1f} to {max(lengths):.1f} s; given up after {MOST_WAIT_S:.0f} s")
+    graph = stage.book.people_graph
+    everybody = [person(name, speaker, graph.words) for name, speaker in zip(NAMES, speakers, strict=True)]
+    for number in map(int, o.people.split(",")):
+        known = {each.name.lower(): each for each in everybody[:number]}
+        for strangers in (False, True):
+            if strangers and not strangers_possible():
+                print("with PocketSphinx: skipped, it is not installed")
+            elif known or strangers:
+                label = f"{number} enrolled{', with PocketSphinx' if strangers else ''}"
+                told(label, SecondOpinion(graph, stage.sound.lexicon, known, strangers), pieces)
+
+
+if __name__ == "__main__":
+    main()
