@@ -36,8 +36,8 @@ MIN_GUESS_CHANCE = 0.55
 people's talk that addressed nobody none, and 5 of 120 of synthetic voices; with 0.8, 215, none and 1."""
 GUESS_NEARER, GUESS_NEARER_AT = 4.8, -0.5
 """A stranger's sentence is likelier right than an enrolled voice's if its misfit is below this line over how far the
-other is from the takes. Fitted to 189 digits of people of which one had been heard right and one had not. With it, where
-the enrolled voice is not sure, 196 of 198 sentences of nine synthetic voices were right, by that voice alone 188."""
+other is from the takes. Fitted to 189 digits of people of which one had been heard right and one had not. Asked where
+an enrolled voice is not sure: 196 of 198 sentences of nine synthetic voices were right, by that voice alone 188."""
 AGREEMENT = 4.0
 """Added to the logit where both listeners hear the same words, which they did in no talk that addressed nobody."""
 MOST_SURE = 0.94
