@@ -28,7 +28,7 @@ def run(options: argparse.Namespace) -> int:
     if options.from_recordings is not None and options.experiment != "wake":
         raise ConfigError(f"--from-recordings: there is nothing recorded of {options.experiment}; it goes with wake")
     names: Sequence[str] = ALL if options.experiment == "all" else (options.experiment,)
-    scale = Scale(options.seed, options.trials, options.quick)
+    scale = Scale(options.seed, options.trials, options.quick, options.missions)
     try:
         options.out.mkdir(parents=True, exist_ok=True)
         if options.from_recordings is not None:
@@ -104,6 +104,6 @@ def _jobs(options: argparse.Namespace) -> int:
 def _about(scale: Scale) -> str:
     size = "a quick look with few steps" if scale.quick else "all steps"
     return (
-        f"Seed {scale.seed}, {scale.trials} trials a step, {size}. Everything here is simulated: no robot, no "
-        f"air. {INTERVALS}"
+        f"Seed {scale.seed}, {scale.trials} trials a step ({scale.missions_each} of whole robots), {size}. Everything "
+        f"here is simulated: no robot, no air. {INTERVALS}"
     )

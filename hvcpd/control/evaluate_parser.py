@@ -30,6 +30,12 @@ def add_evaluate(commands: _Commands, run: Callable[[argparse.Namespace], int], 
     c.add_argument("--scheduler", metavar="ADDRESS", help="of a dask cluster to run on, as tcp://10.0.0.1:8786")
     c.add_argument("--seed", type=seed, default=1, metavar="N", help="same seed, same results (default 1)")
     c.add_argument("--trials", type=_count, default=20, metavar="N", help="at each step (default 20, as in the paper)")
+    c.add_argument(
+        "--missions",
+        type=_count,
+        metavar="N",
+        help="of whole robots at each step (default: as trials, 1 with --quick)",
+    )
     c.add_argument("--out", type=Path, default=Path("out/evaluation"), metavar="DIR", help="(default out/evaluation)")
     c.add_argument(
         "--from-recordings",

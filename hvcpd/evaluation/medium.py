@@ -26,7 +26,6 @@ MET_S, LIMIT_S = 25.0, 150.0
 later by FLIGHTS times as long as sound takes, the end twice that, for the robots wait for each other."""
 FLIGHTS = 30
 ALONE, RELAYED = "alone", "with one half-way"
-QUICK_MISSIONS = 2
 
 
 @dataclass(frozen=True)
@@ -96,8 +95,7 @@ def _trials(scale: Scale) -> Sequence[Trial]:
         for relayed in (False, True):
             variant = f"{medium.name}, {RELAYED if relayed else ALONE}"
             at_m = medium.quick_m if scale.quick else medium.distances_m
-            sized = Scale(scale.seed, min(scale.trials, QUICK_MISSIONS) if scale.quick else scale.trials, scale.quick)
-            found += missions("medium", sized, variant, medium.noise_db, at_m, medium=medium.name, relayed=relayed)
+            found += missions("medium", scale, variant, medium.noise_db, at_m, medium=medium.name, relayed=relayed)
     return found
 
 

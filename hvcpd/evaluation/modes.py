@@ -12,8 +12,8 @@ from hvcpd.evaluation.statistics import Step, pivot, wilson
 from hvcpd.evaluation.trials import Row, Scale, Table, Trial
 
 SAID_ONCE, WHOLE = "said once", "whole robots"
-QUICK_MISSIONS, QUICK_CALLS = 2, 8
-"""At each distance for a quick look; a mission is a minute of two robots' life."""
+QUICK_CALLS = 8
+"""At each distance for a quick look."""
 
 
 def calls_each(scale: Scale) -> int:
@@ -24,7 +24,7 @@ def calls_each(scale: Scale) -> int:
 def mission_distances(quick: bool) -> tuple[float, ...]:
     """Fewer than of calls, for missions cost more: round the pivotal distances of the paper and of ours."""
     if quick:
-        return (1.2, 4.0, 8.0, 12.0)
+        return (4.0, 8.0, 12.0)
     return (0.4, 0.7, 1.0, 1.2, 1.4, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0, 9.0, 10.0, 12.0, 14.0, 17.0)
 
 
@@ -32,12 +32,11 @@ def missions(
     experiment: str, scale: Scale, variant: str, noise_db_spl: float, at_m: Sequence[float], **settings: Any
 ) -> list[Trial]:
     """Trials of one mission of whole robots each."""
-    count = min(scale.trials, QUICK_MISSIONS) if scale.quick else scale.trials
     common = {"variant": variant, "robot_noise_db_spl": noise_db_spl, "listeners": [OURS], "calls": 1, **settings}
     return [
         Trial(experiment, scale.seed, {**common, "distance_m": distance_m, "mission": k})
         for distance_m in at_m
-        for k in range(count)
+        for k in range(scale.missions_each)
     ]
 
 

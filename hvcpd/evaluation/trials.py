@@ -35,11 +35,18 @@ class Trial:
 
 @dataclass(frozen=True)
 class Scale:
-    """How much of an experiment is run: `trials` at each step."""
+    """How much of an experiment is run: `trials` at each step, and so many `missions` of whole robots."""
 
     seed: int = 1
     trials: int = 20
     quick: bool = False
+    missions: int | None = None
+    """None: as many as trials, or one for a quick look."""
+
+    @property
+    def missions_each(self) -> int:
+        """Missions of whole robots at each step; one is a minute and more of two robots' life."""
+        return self.missions or (1 if self.quick else self.trials)
 
 
 @dataclass(frozen=True)

@@ -53,6 +53,14 @@ def test_the_papers_steps_are_tried() -> None:
     assert sum(t.settings["calls"] for t in here) == 20
 
 
+@pytest.mark.parametrize(("scale", "missions"), [(Scale(quick=True), 1), (Scale(quick=True, missions=3), 3)])
+def test_missions_of_whole_robots_are_as_many_as_asked_for(scale: Scale, missions: int) -> None:
+    of_robots = [t for t in coordinate.EXPERIMENT.trials(scale) if "mission" in t.settings]
+    steps = {t.settings["distance_m"] for t in of_robots}
+    assert len(of_robots) == missions * len(steps)
+    assert Scale(trials=7).missions_each == 7
+
+
 def test_missions_of_two_robots_are_the_same_again_and_are_counted() -> None:
     trials = [t for t in robots.EXPERIMENT.trials(Scale(seed=3, trials=2)) if t.settings["robots"] == 2]
     rows = [robots.EXPERIMENT.run(t) for t in trials]
