@@ -20,7 +20,9 @@ SAME_WORD = 0.9
 BEHIND_SHARE, BEHIND = 1.5, 80.0
 """With so many times its score and so much more, another path is the right one, or neither is."""
 LEAST_MARGIN = 5.0
-"""Log likelihood ratio of every word against another in its place."""
+"""Log likelihood ratio of every word against another in its place..."""
+AMPLE_MARGIN = 20.0
+"""...and what makes it as sure as can be."""
 
 
 @dataclass(frozen=True)
@@ -160,10 +162,15 @@ class Path:
         """By how much the last word is likelier than any other in its place, and than none.
 
         Unless the sentence `ends` with it, it may be a little less likely than none: what follows speaks for it.
-        `handicap`: what follows speaks so much against another word.
+        `handicap`: what follows speaks so much against another word; it is asked for those only that come near.
         """
         tried = self.parent.tried if self.parent else {}
-        others = [likelihood - handicap(word) for word, likelihood in tried.items() if word != self.words[-1]]
+        near = self.likelihood - AMPLE_MARGIN
+        others = [
+            likelihood - handicap(word) if likelihood > near else likelihood
+            for word, likelihood in tried.items()
+            if word != self.words[-1]
+        ]
         return self.likelihood - max([*others, 0.0 if ends else -LEAST_MARGIN])
 
     def is_sure_after(self, n_words: int) -> bool:
