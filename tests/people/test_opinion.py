@@ -157,6 +157,7 @@ def look(book: Phrasebook, sound: Sound, fixed: Fixed, speech_s: float) -> Recog
         (Fixed("turn left", 3.0, 3.0, 0.5), ("turn", "left")),
         (Fixed("turn left", 3.5, 3.0, 4.0), ("turn", "left")),
         (Fixed("turn left", 3.5, 4.0, 0.5), ("turn", "left")),
+        (Fixed("turn left", 3.5, 3.4, 0.5), ("turn", "left")),
         (Fixed("stop", 3.0, 3.0, 4.0), None),
         (Fixed("hi rob i am anna stop", 3.0, 3.0, 4.0), ("hi", "rob", "i", "am", "anna", "stop")),
         (Fixed("turn left", 7.0, 6.0, 2.0), None),
