@@ -92,10 +92,15 @@ def by_distance(axes: Any, series: Sequence[Series]) -> None:
     from matplotlib.ticker import StrMethodFormatter
 
     axes.set_xscale("log")
-    nearest, *_, farthest = sorted(step.at for s in series for step in s.steps)
-    axes.set_xlim(nearest / 1.1, farthest * 1.1)
-    axes.set_xticks(
-        [x for x in (0.1, 0.2, 0.5, 1, 2, 5, 10, 20, 50, 100, 200, 500, 1000, 2000, 5000) if nearest <= x <= farthest]
-    )
+    distances = sorted({step.at for s in series for step in s.steps})
+    axes.set_xlim(distances[0] / 1.1, distances[-1] * 1.1)
+    axes.set_xticks(distance_ticks(distances))
     axes.xaxis.set_major_formatter(StrMethodFormatter("{x:g}"))
     axes.minorticks_off()
+
+
+def distance_ticks(distances: Sequence[float]) -> list[float]:
+    """Round numbers within the range of these, ascending; or these themselves where they span too little."""
+    decades = (0.1, 1.0, 10.0, 100.0, 1000.0)
+    within = [k * x for x in decades for k in (1, 2, 5) if distances[0] <= k * x <= distances[-1]]
+    return within if len(within) > 1 else list(distances)

@@ -9,6 +9,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from hvcpd.evaluation.plots import distance_ticks
 from hvcpd.evaluation.statistics import Step, pivot, wilson
 
 
@@ -81,3 +82,11 @@ def test_where_all_succeed_or_fail_only_a_bound_is_told(right: int, sign: str, t
 def test_one_distance_is_not_enough() -> None:
     with pytest.raises(ValueError, match="two distances"):
         pivot([Step(1.0, 3, 20)])
+
+
+@pytest.mark.parametrize(
+    ("distances", "ticks"),
+    [((0.6, 1.2, 20.0), [1, 2, 5, 10, 20]), ((180.0, 400.0), [180, 400]), ((2030.0, 2800.0), [2030, 2800])],
+)
+def test_an_axis_of_distances_has_at_least_two_ticks(distances: tuple[float, ...], ticks: list[float]) -> None:
+    assert distance_ticks(distances) == ticks
