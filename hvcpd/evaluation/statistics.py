@@ -13,9 +13,9 @@ Z = 1.959964
 """Of the normal distribution: two-sided 95 %."""
 CHI2 = Z * Z
 """Of the chi-squared distribution with one degree of freedom, its 95 % point."""
-STEEPNESS = np.geomspace(0.5, 100.0, 48)
-"""Slopes that are tried: the logit changes by so much while the distance grows by a factor of e. 100 is a cliff: from
-99 to 1 % within a tenth of the distance."""
+STEEPNESS = np.concatenate([np.geomspace(0.01, 0.4, 12), np.geomspace(0.5, 100.0, 48)])
+"""Slopes that are tried: the logit changes by so much while the distance grows by a factor of e. 0.01 is flat, 100 is a
+cliff: from 99 to 1 % within a tenth of the distance."""
 FINE = 600
 """Pivotal points that are tried."""
 BEYOND = 2.0
@@ -44,9 +44,10 @@ class Step:
 
 @dataclass(frozen=True)
 class Pivot:
-    """Where half of the trials succeed, and the interval in which that point lies.
+    """Where half of the trials succeed, and the interval in which that point lies: from 0 or to infinity where the
+    trials do not bound it.
 
-    `sign` is "<" or ">" where all that was tried lies on one side of it: `at` is then the interval's end that is known.
+    `sign` is "<" or ">" where all that was tried lies on one side of it: `at` is then the interval's other end.
     """
 
     at: float
@@ -55,15 +56,28 @@ class Pivot:
     slope: float
     sign: str = ""
 
+    @property
+    def bounded(self) -> bool:
+        """Whether the trials tell anything of that point."""
+        return self.low > 0.0 or not math.isinf(self.high)
+
     def share(self, at: float) -> float:
         """The fitted share at a distance."""
         return float(1.0 / (1.0 + np.exp(np.clip(self.slope * math.log(at / self.at), -500.0, 500.0))))
 
     def text(self, unit: str = "m", digits: int = 2) -> str:
         """As a sentence has it: "1.23 m (95 %: 1.10 to 1.40 m)", or "> 20 m"."""
+        low, high = (f"{end:.{digits}f}" for end in (self.low, self.high))
+        if not self.bounded:
+            return f"? {unit} (these trials do not tell)"
         if self.sign:
             return f"{self.sign} {self.at:.{digits}f} {unit}"
-        return f"{self.at:.{digits}f} {unit} (95 %: {self.low:.{digits}f} to {self.high:.{digits}f} {unit})"
+        interval = f"{low} to {high} {unit}"
+        if math.isinf(self.high):
+            interval = f"{low} {unit} and more"
+        elif self.low == 0.0:
+            interval = f"{high} {unit} and less"
+        return f"{self.at:.{digits}f} {unit} (95 %: {interval})"
 
 
 def pivot(steps: Sequence[Step]) -> Pivot:
@@ -81,12 +95,14 @@ def pivot(steps: Sequence[Step]) -> Pivot:
     profile, slopes = _profile(ordered, points)
     best = int(np.argmax(profile))
     inside = np.flatnonzero(2.0 * (profile[best] - profile) <= CHI2)
-    low, high = float(points[max(inside[0] - 1, 0)]), float(points[min(inside[-1] + 1, FINE - 1)])  # on the safe side
+    # a step farther on the safe side; without end where it goes on beyond what is looked at
+    low = float(points[inside[0] - 1]) if inside[0] > 0 else 0.0
+    high = float(points[inside[-1] + 1]) if inside[-1] < FINE - 1 else math.inf
     at, slope = float(points[best]), float(slopes[best])
     if at > far and all(2 * s.right >= s.n for s in ordered):
-        return Pivot(max(low, near), low, math.inf, slope, ">")
+        return Pivot(low, low, math.inf, slope, ">")
     if at < near and all(2 * s.right <= s.n for s in ordered):
-        return Pivot(min(high, far), 0.0, high, slope, "<")
+        return Pivot(high, 0.0, high, slope, "<")
     return Pivot(at, low, high, slope)
 
 

@@ -76,8 +76,8 @@ def _paragraphs(series: Sequence[plots.Series]) -> tuple[str, ...]:
     ]
     texts += [f"{text}." for text in reached(series)]
     ours, theirs = (_of(series, AS_FITTED, name) for name in (OURS, PEER))
-    if ours is not None and theirs is not None and not theirs.sign:
-        bound = "more than " if ours.sign == ">" else ""
+    if ours is not None and theirs is not None and ours.bounded and theirs.bounded and not theirs.sign:
+        bound = {">": "more than ", "<": "less than "}.get(ours.sign, "")
         texts.append(
             f"In the room where the paper's class of recogniser reaches {theirs.at:.2f} m, ours reaches {bound}"
             f"{ours.at:.1f} m: {bound}{ours.at / theirs.at:.1f} times as far."

@@ -38,6 +38,11 @@ def test_where_ours_never_fails_only_a_bound_is_told() -> None:
     assert "ours reaches more than" in text
 
 
+def test_where_ours_never_succeeds_it_is_not_said_to_reach_so_far() -> None:
+    rows = [called(50.0, d, {OURS: 0, PEER: 20 if d < 1.2 else 0}) for d in (0.5, 1.0, 1.44, 20.0)]
+    assert "ours reaches less than" in " ".join(wake.EXPERIMENT.summarise(rows).paragraphs)
+
+
 def test_a_missing_peer_is_no_fault() -> None:
     rows = [called(50.0, d, {OURS: 20 if d < 9 else 0}) for d in (0.5, 8.0, 10.0)]
     text = " ".join(wake.EXPERIMENT.summarise(rows).paragraphs)

@@ -79,6 +79,31 @@ def test_where_all_succeed_or_fail_only_a_bound_is_told(right: int, sign: str, t
     assert (found.at >= 4.0) if sign == ">" else (found.at <= 1.0)
 
 
+def test_a_bound_is_no_nearer_to_what_was_tried_than_its_interval() -> None:
+    once, often = (pivot([Step(d, n, n) for d in (180.0, 400.0)]) for n in (1, 20))
+    assert once.text() == "? m (these trials do not tell)"
+    assert not once.bounded
+    assert (often.sign, often.at) == (">", often.low)
+    assert often.low > 400.0
+    few = pivot([Step(d, 0, 2) for d in (1.0, 2.0)])
+    assert (few.sign, few.at) == ("<", few.high)
+    assert few.high > 1.0
+
+
+def test_an_interval_that_goes_on_beyond_what_was_tried_has_no_end() -> None:
+    far = pivot([Step(4.0, 4, 4), Step(8.0, 3, 4), Step(12.0, 2, 4)])
+    assert math.isinf(far.high)
+    assert far.text() == f"{far.at:.2f} m (95 %: {far.low:.2f} m and more)"
+    near = pivot([Step(4.0, 2, 4), Step(8.0, 1, 4), Step(12.0, 0, 4)])
+    assert near.low == 0.0
+    assert near.text().endswith(" m and less)")
+
+
+def test_who_understands_half_at_every_distance_has_no_pivotal_distance() -> None:
+    flat = pivot([Step(d, n, 20) for d, n in ((0.6, 11), (1.2, 13), (2.0, 10), (4.0, 12), (8.0, 8), (14.0, 10))])
+    assert not flat.bounded
+
+
 def test_one_distance_is_not_enough() -> None:
     with pytest.raises(ValueError, match="two distances"):
         pivot([Step(1.0, 3, 20)])
