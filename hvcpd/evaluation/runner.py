@@ -43,7 +43,7 @@ def _read(path: Path) -> Iterator[tuple[str, Row]]:
     for line in whole.splitlines():
         try:
             key, row = json.loads(line)
-        except ValueError:
+        except (ValueError, TypeError):
             continue
         if isinstance(key, str) and isinstance(row, dict):
             yield key, row

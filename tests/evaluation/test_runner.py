@@ -63,6 +63,11 @@ def test_rows_of_other_settings_or_seeds_are_not_taken(tmp_path: Path) -> None:
     assert second == [throw(trial) for trial in others] != first
 
 
+def test_lines_that_are_no_rows_are_passed_over(tmp_path: Path) -> None:
+    (tmp_path / "r").write_text('5\nnull\n[1, 2]\n{"key": 1}\n[1, 2, 3]\n\n["key", {"shown": 3}]\n')
+    assert KeptRows(tmp_path / "r").rows == {"key": {"shown": 3}}
+
+
 class Backwards(Workers):
     """As several processes may finish: the last trial first."""
 
