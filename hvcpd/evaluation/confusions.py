@@ -111,7 +111,7 @@ def _summarise(rows: Sequence[Row]) -> Findings:
             Beside(
                 f"objectives taken for something else at {DISTANCE_M * 100:.0f} cm",
                 f"{sum(n for phrases in PAPER_TABLE.values() for n in phrases.values())}, of how many is not told",
-                "; ".join("{} {}: {} of {}".format(*group, *_wrong(counts, *group)) for group in groups),
+                "; ".join(_beside(counts, *group) for group in groups),
             ),
         ),
     )
@@ -127,11 +127,10 @@ def _paper_paragraph() -> str:
 
 def _paragraph(counts: Counter[tuple[str, str, str, str]], variant: str, name: str) -> str:
     wrong, total = _wrong(counts, variant, name)
-    missed = sum(n for (v, who_, _, got), n in counts.items() if (v, who_, got) == (variant, name, NOTHING))
     low, high = (100 * end for end in wilson(wrong, total))
     return (
         f"{name}, {variant}: of {total} orders {wrong} were taken for something else ({low:.1f} to {high:.1f} %), "
-        f"{missed} were not understood at all."
+        f"{_missed(counts, variant, name)} were not understood at all."
     )
 
 
@@ -139,6 +138,16 @@ def _wrong(counts: Counter[tuple[str, str, str, str]], variant: str, name: str) 
     """How many orders were taken for something else, and of how many."""
     mine = {(said, got): n for (v, who_, said, got), n in counts.items() if (v, who_) == (variant, name)}
     return sum(n for (said, got), n in mine.items() if got not in (said, NOTHING)), sum(mine.values())
+
+
+def _missed(counts: Counter[tuple[str, str, str, str]], variant: str, name: str) -> int:
+    """How many orders were not understood at all."""
+    return sum(n for (v, who_, _, got), n in counts.items() if (v, who_, got) == (variant, name, NOTHING))
+
+
+def _beside(counts: Counter[tuple[str, str, str, str]], variant: str, name: str) -> str:
+    wrong, total = _wrong(counts, variant, name)
+    return f"{variant} {name}: {wrong} of {total}, {_missed(counts, variant, name)} not understood"
 
 
 def _vocabulary_paragraph() -> str:

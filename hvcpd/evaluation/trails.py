@@ -53,7 +53,7 @@ def _summarise(rows: Sequence[Row]) -> Findings:
     (row,) = rows
     names = {number: name for number, name, _, _ in row["plants"]}
     table = tuple((robot, number, names[number], at_s) for robot, number, at_s in row["watered"])
-    shares = [f"{robot} {sum(who == robot for who, *_ in row['watered'])}" for robot in row["trails"]]
+    shares = [f"{robot} {sum(who == robot for who, *_ in row['watered'])}" for robot in ROBOTS]
     end = (
         "each exactly once"
         if not row["lost"] and not row["duplicates"]
@@ -84,8 +84,9 @@ def _summarise(rows: Sequence[Row]) -> Findings:
 
 
 def _draw(figure: Any, row: Row) -> None:
-    panels = figure.subplots(1, len(row["trails"]), sharex=True, sharey=True, squeeze=False)[0]
-    for axes, (robot, points), colour in zip(panels, row["trails"].items(), ROBOT_LIGHT, strict=False):
+    panels = figure.subplots(1, len(ROBOTS), sharex=True, sharey=True, squeeze=False)[0]
+    for axes, robot, colour in zip(panels, ROBOTS, ROBOT_LIGHT, strict=False):
+        points = row["trails"][robot]
         mine = {number for who, number, _ in row["watered"] if who == robot}
         for number, name, x_m, y_m in row["plants"]:
             face = plant_colour(name) if number in mine else "none"

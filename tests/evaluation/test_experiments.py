@@ -90,6 +90,8 @@ def test_confusions_are_counted_by_what_was_said() -> None:
     assert (cells[PEER, "yellow"]["nothing"], cells[PEER, "yellow"]["another sentence"]) == (1, 1)
     assert (cells[OURS, "yellow"]["yellow"], cells[OURS, "indigo"]["indigo"]) == (2, 2)
     assert f"{PEER}, plain: of 4 orders 2 were taken for something else" in " ".join(found.paragraphs)
+    (beside,) = found.beside
+    assert f"plain {OURS}: 0 of 4, 0 not understood; plain {PEER}: 2 of 4, 1 not understood" in beside.here
 
 
 def mode_rows(variant: str, listener: str, reach_m: float) -> list[dict[str, Any]]:
@@ -180,7 +182,7 @@ def test_two_robots_water_a_plant_once_and_their_trails_lead_there() -> None:
 def test_a_missions_plants_are_counted_by_robot() -> None:
     row = {
         "plants": [[1, "water the green rose", 4.0, 1.0], [2, "water the violet rose", 4.0, -1.0]],
-        "trails": {"Rob": [[0.0, 0.0], [4.0, 1.0]], "Bot": [[1.0, 0.0]]},
+        "trails": {"Bot": [[1.0, 0.0]], "Rob": [[0.0, 0.0], [4.0, 1.0]]},  # sorted, as rows are kept
         "watered": [["Rob", 1, 30.0], ["Rob", 2, 60.0]],
         "lost": 0,
         "duplicates": 0,
@@ -189,5 +191,7 @@ def test_a_missions_plants_are_counted_by_robot() -> None:
     found = trails.EXPERIMENT.summarise([row])
     assert "2 of 2 plants were watered, each exactly once, in 1.5 min: Rob 2 and Bot 0" in found.paragraphs[0]
     assert found.table.rows[1] == ("Rob", 2, "water the violet rose", 60.0)
+    (beside,) = found.beside
+    assert (beside.what, beside.here) == ("plants watered by Rob and Bot", "Rob 2 and Bot 0, each exactly once")
     worse = trails.EXPERIMENT.summarise([{**row, "lost": 1, "watered": []}])
     assert "0 of 2 plants were watered, 1 lost, 0 done more than once" in worse.paragraphs[0]
