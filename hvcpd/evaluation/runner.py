@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import CancelledError
 from contextlib import ExitStack
 from pathlib import Path
 from typing import Any
@@ -11,6 +12,7 @@ from typing import Any
 from hvcpd.errors import ConfigError
 from hvcpd.evaluation.trials import Row, Trial
 
+LOST = "the workers were lost; what is finished is kept, and the same command goes on from there once they are back"
 Run = Callable[[Trial], Row]
 WITHOUT_DASK = (
     "several processes need dask.distributed: pip install 'hvcpd[eval]', or run in one with --jobs 1 and no --scheduler"
@@ -52,7 +54,7 @@ def _read(path: Path) -> Iterator[tuple[str, Row]]:
 class Workers:
     """Who runs the trials: this process with one job, else a dask cluster, one of this machine or the one named.
 
-    Raises ConfigError where dask is needed and not installed, or the scheduler does not answer.
+    Raises ConfigError where dask is needed and not installed, or the scheduler does not answer, or no longer.
     """
 
     def __init__(self, jobs: int = 1, scheduler: str | None = None) -> None:
@@ -74,12 +76,19 @@ class Workers:
             for trial in trials:
                 yield trial, run(trial)
             return
-        from distributed import as_completed
+        from distributed import KilledWorker, as_completed
+        from distributed.comm import CommClosedError
 
-        futures = self._client.map(run, trials, pure=False)
-        of = dict(zip((future.key for future in futures), trials, strict=True))
-        for future, row in as_completed(futures, with_results=True):
-            yield of[future.key], row
+        try:
+            futures = self._client.map(run, trials, pure=False)
+            of = dict(zip((future.key for future in futures), trials, strict=True))
+            for future, row in as_completed(futures, with_results=True):
+                if isinstance(row, CancelledError):  # told as if it were the result
+                    raise row
+                yield of[future.key], row
+        except (CancelledError, CommClosedError, KilledWorker) as error:
+            first, _, _ = str(error).partition("\n")
+            raise ConfigError(f"{LOST} ({first or type(error).__name__})") from None
 
 
 def _client(jobs: int, scheduler: str | None) -> Any:

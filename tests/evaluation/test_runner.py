@@ -104,6 +104,21 @@ def test_results_are_the_same_whatever_the_number_of_workers(tmp_path: Path) -> 
     assert found[0] == found[1] == [throw(trial) for trial in TRIALS]
 
 
+@pytest.mark.slow
+def test_a_cluster_that_is_lost_amid_a_sweep_is_told_and_its_rows_are_kept(tmp_path: Path) -> None:
+    distributed = pytest.importorskip("distributed", reason="needs dask.distributed, of the eval extra")
+    trials = [Trial("dice", 7, {"sides": 6, "throw": k}) for k in range(2000)]
+    kept = KeptRows(tmp_path / "r")
+    local = {"n_workers": 1, "threads_per_worker": 1, "processes": False, "dashboard_address": None}
+    with (
+        distributed.LocalCluster(**local, protocol="tcp", host="127.0.0.1") as cluster,
+        Workers(scheduler=cluster.scheduler_address) as workers,
+        pytest.raises(ConfigError, match="same command"),
+    ):
+        sweep(throw, trials, kept, workers, lambda done, _: cluster.close() if done == 1 else None)
+    assert 1 <= len(KeptRows(tmp_path / "r").rows) < len(trials)
+
+
 def test_a_scheduler_that_is_not_there_is_named() -> None:
     try:
         import distributed  # noqa: F401
