@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import json
+import signal
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import CancelledError
-from contextlib import ExitStack
+from contextlib import ExitStack, contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -97,11 +98,23 @@ def _client(jobs: int, scheduler: str | None) -> Any:
     except ImportError:
         raise ConfigError(WITHOUT_DASK) from None
     if scheduler is None:
-        return Client(n_workers=jobs, threads_per_worker=1, dashboard_address=None, host="127.0.0.1")
+        with _deaf_to_interrupts():
+            return Client(n_workers=jobs, threads_per_worker=1, dashboard_address=None, host="127.0.0.1")
     try:
         return Client(scheduler, timeout="10s")
     except (OSError, ValueError) as error:
         raise ConfigError(f"--scheduler {scheduler}: no dask scheduler answers there ({error})") from None
+
+
+@contextmanager
+def _deaf_to_interrupts() -> Iterator[None]:
+    """Processes that are started within take no notice of Ctrl-C, which a terminal sends to all: who started them ends
+    them, and they do not each tell where they were."""
+    before = signal.signal(signal.SIGINT, signal.SIG_IGN)
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGINT, before)
 
 
 def sweep(

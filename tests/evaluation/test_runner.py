@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import signal
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 
@@ -102,6 +103,19 @@ def test_results_are_the_same_whatever_the_number_of_workers(tmp_path: Path) -> 
         with Workers(jobs) as workers:
             found.append(sweep(throw, TRIALS, KeptRows(tmp_path / str(jobs)), workers))
     assert found[0] == found[1] == [throw(trial) for trial in TRIALS]
+
+
+def interrupts_ignored(_trial: Trial) -> Row:
+    return {"ignored": signal.getsignal(signal.SIGINT) == signal.SIG_IGN}
+
+
+@pytest.mark.slow
+def test_ctrl_c_is_for_who_started_the_processes_alone(tmp_path: Path) -> None:
+    pytest.importorskip("distributed", reason="needs dask.distributed, of the eval extra")
+    before = signal.getsignal(signal.SIGINT)
+    with Workers(2) as workers:
+        assert signal.getsignal(signal.SIGINT) == before != signal.SIG_IGN
+        assert sweep(interrupts_ignored, TRIALS[:2], KeptRows(tmp_path / "r"), workers) == [{"ignored": True}] * 2
 
 
 @pytest.mark.slow
