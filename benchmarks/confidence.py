@@ -57,7 +57,7 @@ class Watched(Recogniser):
 
     def _judge(self, sentence: Sentence) -> Recognised | None:
         words = tuple(self._spotter.word_of(step) for step in sentence.steps)
-        if self._spotter.lead_in(sentence.steps[0].start_frame) < 0.4:
+        if self._spotter.lead_in(sentence.steps[0].start_frame) < self._settings.max_lead_in:
             self.judged.append((sentence, words))
         return super()._judge(sentence)
 

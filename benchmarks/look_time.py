@@ -21,7 +21,7 @@ from benchmarks.people_material import enrol, levelled, sentences, stream
 from hvcpd.people.ears import MOST_WAIT_S, Piece
 from hvcpd.people.enrolled import Person, stretched
 from hvcpd.people.opinion import SecondOpinion, strangers_possible
-from hvcpd.ports import Samples
+from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 from hvcpd.synthesis.speaker import Speaker
 from hvcpd.synthesis.voices import VOICES
 
@@ -64,7 +64,7 @@ def main() -> None:
     spoken = sentences(stage.book, o.sentences, o.seed)
     sounds = [speakers[n % len(speakers)].render(phrases) for n, phrases in enumerate(spoken)]
     pieces = [piece(sound, o.seed + n) for n, sound in enumerate(sounds)]
-    lengths = [(each.end - each.start) / 16000 for each in pieces]
+    lengths = [(each.end - each.start) / SAMPLE_RATE_HZ for each in pieces]
     print(f"{len(pieces)} sentences of {min(lengths):.1f} to {max(lengths):.1f} s; given up after {MOST_WAIT_S:.0f} s")
     graph = stage.book.people_graph
     everybody = [person(name, speaker, graph.words) for name, speaker in zip(NAMES, speakers, strict=True)]

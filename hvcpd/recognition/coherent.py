@@ -172,7 +172,7 @@ class CoherentListener:
         if at == self._loud_at or (followed is not None and followed.score >= SETTLED):
             return
         firsts, onsets = sought
-        found = onsets.find(self._sound.between(at, at + SIZE), at, self._sound.weights)
+        found = onsets.find(self._sound.between(at, at + SIZE), at, self._sound.weighing.weights)
         if any(onset.strength > LOUD for onset in found):
             self._loud_at = at
             return
@@ -190,20 +190,24 @@ class CoherentListener:
 
     def _follow(self) -> list[Coherent]:
         for path in list(self._paths):
-            due = [each for each in path.waiting if each.end + DRIFT <= self._sound.end]
+            due = [each for each in path.waiting if self._is_due(each)]
             if due:
-                path.waiting = [each for each in path.waiting if each.end + DRIFT > self._sound.end]
+                path.waiting = [each for each in path.waiting if not self._is_due(each)]
                 self._extend(path, due)
         self._prune()
         found: list[Coherent] = []
         for path in sorted(self._paths, key=lambda p: -p.score):
-            if path.ended and path in self._paths and self._is_over(path) and self._is_best(path):
-                before = self._before(path)
-                found.append(
-                    Coherent((*before, *self._words_of(path)), path.book.voice, path.score, path.explained, path.loses)
-                )
+            if not path.ended or path not in self._paths or self._goes_on(path) or self._may_be_longer(path):
+                continue
+            if self._is_best(path):
+                words = (*self._before(path), *self._words_of(path))
+                found.append(Coherent(words, path.book.voice, path.score, path.explained, path.loses))
                 self.dismiss(path.end)
         return found
+
+    def _is_due(self, word: Extension) -> bool:
+        """Whether it was heard to its end, wherever it began."""
+        return word.end + DRIFT <= self._sound.end
 
     def _compare(
         self, due: Sequence[Extension], gain: float | None, until: int | None = None
@@ -216,7 +220,7 @@ class CoherentListener:
             near = weighed[each.at - DRIFT - first : each.end + DRIFT - first]
             sound = each.said.samples[: max(len(near) - 2 * DRIFT, 1)]
             power = each.said.power if len(sound) == len(each.said.samples) else power_of(sound)
-            expected = max(float(np.dot(power, self._sound.weights)), 1e-20) ** 0.5
+            expected = max(float(np.dot(power, self._sound.weighing.weights)), 1e-20) ** 0.5
             strength, offset = correlated(near, sound, expected)
             fit = Match(strength, expected, True)
             if gain is None or strength >= 0.5 * min(LEAST_SHARE * gain * expected, gain * expected - SLACK):
@@ -266,9 +270,6 @@ class CoherentListener:
         begun = [path for path in best.values() if not path.words]
         self._paths = begun + [path for path in best.values() if path.words][:BEAM]
 
-    def _is_over(self, path: Path) -> bool:
-        return not self._goes_on(path) and not self._may_be_longer(path)
-
     def _may_be_longer(self, path: Path) -> bool:
         """Whether a longer word in the place of one of its words fits too, as far as was heard."""
         now = self._sound.end
@@ -277,7 +278,7 @@ class CoherentListener:
             for each in path.back():
                 before = each.parent
                 if before is not None:
-                    longer = [w for w in before.waiting if w.end + DRIFT > now and w.word != each.words[-1]]
+                    longer = [w for w in before.waiting if not self._is_due(w) and w.word != each.words[-1]]
                     fitting = [rival.end + DRIFT for rival, _, _ in self._fitting(longer, before.gain, now)]
                     path.contested_until = max([path.contested_until, *fitting])
         return path.contested_until > now
@@ -294,7 +295,7 @@ class CoherentListener:
             if not path.looks[number]:
                 return False
         # Some word has begun: what becomes of it is told when it has ended.
-        return any(each.end + DRIFT > self._sound.end for each in path.waiting)
+        return not all(self._is_due(each) for each in path.waiting)
 
     def _look(self, path: Path, until: int, last: bool) -> bool:
         """Whether any word that may come next has perhaps begun, by what was heard until then."""
@@ -334,11 +335,12 @@ class CoherentListener:
 
     def _words_of(self, path: Path) -> list[HeardWord]:
         steps = list(path.back())[::-1]
-        return [
-            HeardWord(each.words[-1], each.start, each.end, each.share, each.margin(each is path, handicap))
-            for each, after in zip(steps, [*steps[1:], None], strict=True)
-            for handicap in [self._handicap(each, after, path.words[len(each.words) :])]
-        ]
+        words = []
+        for each, after in zip(steps, [*steps[1:], None], strict=True):
+            handicap = self._handicap(each, after, path.words[len(each.words) :])
+            margin = each.margin(each is path, handicap)
+            words.append(HeardWord(each.words[-1], each.start, each.end, each.share, margin))
+        return words
 
     def _handicap(self, path: Path, after: Path | None, rest: Sequence[str]) -> Callable[[str], float]:
         """What another word in the place of the last one loses: `after` and the `rest` may not be able to follow it."""

@@ -61,12 +61,12 @@ class RecogniserSettings:
     max_lead_in: float = 0.4
     """A sentence must follow silence: nearer to noise than to speech in the 0.6 s before it, so that no sentence
     begins at a comma."""
-    confidence: ConfidenceCurve = field(default_factory=ConfidenceCurve)
+    murmur: float = 0.1
+    """...unless what came before had less than a tenth of its power."""
     least_explained: float = 0.07
     """A sentence that explains so much of the energy that was heard is none by chance amid other talk: that explains
     0.05 and less; sentences in babble as loud as they are, 0.4 to 0.5."""
-    murmur: float = 0.1
-    """...unless what came before had less than a tenth of its power."""
+    confidence: ConfidenceCurve = field(default_factory=ConfidenceCurve)
     max_pause: float = 10.0
     """A pause may pass over so much speech (in frames of it): right sentences have 7 at most in noise and rooms, and a
     name left out ("hi rex, I am Ted" as "hi, I am Ted") has 15 and more."""

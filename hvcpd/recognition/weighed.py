@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
-from hvcpd.recognition.matched import REACH, Spectrum, Weighing
+from hvcpd.recognition.matched import REACH, Weighing
 
 KEPT = 3 * SAMPLE_RATE_HZ
 """Samples that are kept; a word is compared soon after it ended, and the one before a short sentence then."""
@@ -25,11 +25,6 @@ class WeighedSound:
         self._version = -1
         self._from = self._to = 0
         self._weighed: Samples = np.zeros(0, np.float32)
-
-    @property
-    def weights(self) -> Spectrum:
-        """One over the noise's power in each bin."""
-        return self.weighing.weights
 
     def push(self, samples: Samples) -> None:
         """The next samples, shape (n,)."""
