@@ -28,6 +28,9 @@ NOISE_DISTANCE = 1.7
 CODEBOOK_FRAMES = 3000
 """Of all template frames so many, evenly chosen, stand for whatever a voice can utter (the cohort)."""
 
+FIRST_SLOTS = 4096
+"""Lines for composed frames at first, 0.4 MB; they double when they are full."""
+
 
 @dataclass(frozen=True)
 class Scores:
@@ -52,14 +55,18 @@ class Scorer:
         self._norms = np.zeros(0, np.float32)
         self._noise_features = np.zeros(N_FEATURES, np.float32)
         self._noise = np.zeros(N_BANDS, np.float32)
-        self._gain = 0.0
+        self._gain = math.nan
         self._mask_energy = 10.0 ** (-MASK_DB / 10.0) * float(bank.loud_spectrum.mean())
 
     def rest(self) -> None:
-        """Give back the memory of composed templates, most of what a scorer needs: nothing is decoded for a while."""
-        shape = (len(self._ladder), self._bank.n_frames)
-        self._composed = np.zeros((*shape, N_FEATURES), np.float32)  # takes pages only where it is written
-        self._is_composed = np.zeros(shape, np.bool_)
+        """Give back the memory of composed templates, most of what a scorer needs: nothing is decoded for a while.
+
+        `_composed` has their features, those of frame `row` at a rung in line `_slots[rung, row]`; line 0 is of none.
+        """
+        self._composed = np.zeros((FIRST_SLOTS, N_FEATURES), np.float32)
+        self._slots = np.zeros((len(self._ladder), self._bank.n_frames), np.int32)  # has pages where it is written
+        self._used: list[tuple[int, NDArray[np.intp]]] = []
+        self._n_composed = 1
 
     def level_of(self, energies: Energies, noise: NDArray[np.float32]) -> float:
         """Power gain from the templates to the loudest syllable in `energies`; 0 when nothing is above the noise.
@@ -94,7 +101,9 @@ class Scorer:
             return
         self._noise = noise.copy()
         self._gain = gain
-        self._is_composed.fill(False)
+        for rung, rows in self._used:
+            self._slots[rung, rows] = 0
+        self._used, self._n_composed = [], 1
         self._noise_features = noise_features(noise)
         self._codebook_features = self._bank.compose(self._codebook, noise, gain)
         self._codebook_norms = _norms(self._codebook_features)
@@ -111,16 +120,27 @@ class Scorer:
     def follow(self, layout: Layout) -> None:
         """Have the features of this layout's states at hand; templates are composed when first needed."""
         features = np.empty((layout.n_states, N_FEATURES), np.float32)
-        for rung, step in enumerate(self._ladder):
+        for rung in range(len(self._ladder)):
             begin, end = layout.rung_begins[rung : rung + 2]
-            wanted = np.zeros(self._bank.n_frames, np.bool_)
-            wanted[layout.row[begin:end]] = True
-            new = np.flatnonzero(wanted & ~self._is_composed[rung])
-            if len(new):
-                self._composed[rung, new] = self._bank.compose(new, self._noise, self._gain * float(step))
-                self._is_composed[rung, new] = True
-            np.take(self._composed[rung], layout.row[begin:end], axis=0, out=features[begin:end])
+            rows = layout.row[begin:end]
+            slots = self._slots[rung, rows]
+            missing = rows[slots == 0]
+            if len(missing):
+                self._compose_more(rung, np.unique(missing))
+                slots = self._slots[rung, rows]
+            np.take(self._composed, slots, axis=0, out=features[begin:end])
         self._features, self._norms = features, _norms(features)
+
+    def _compose_more(self, rung: int, rows: NDArray[np.intp]) -> None:
+        first, end = self._n_composed, self._n_composed + len(rows)
+        if end > len(self._composed):
+            grown = np.zeros((max(end, 2 * len(self._composed)), N_FEATURES), np.float32)
+            grown[:first] = self._composed[:first]
+            self._composed = grown
+        self._composed[first:end] = self._bank.compose(rows, self._noise, self._gain * float(self._ladder[rung]))
+        self._slots[rung, rows] = np.arange(first, end)
+        self._used.append((rung, rows))
+        self._n_composed = end
 
     def score(self, features: Features) -> Scores:
         """Euclidean distances of `features` (n, N_FEATURES) to every state, the noise and the cohort."""
