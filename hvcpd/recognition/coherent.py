@@ -8,14 +8,14 @@ only the voices of synthesizers, in rooms by the direct sound, and then down to 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
 from hvcpd.language.graph import WordGraph, ends_of
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
+from hvcpd.recognition.beginnings import Beginnings, First
 from hvcpd.recognition.matched import SLACK, Match, correlated, power_of, scrutinized
-from hvcpd.recognition.onsets import SIZE, STEP, Onsets
 from hvcpd.recognition.paths import (
     BY_CHANCE,
     LEAST_SHARE,
@@ -23,7 +23,6 @@ from hvcpd.recognition.paths import (
     Extension,
     HeardWord,
     Path,
-    Said,
     Voicebook,
     energy_of,
     likelihood_of,
@@ -45,16 +44,12 @@ LEAST_SCORE = 100.0
 130 and more..."""
 LEAST_ALONE = 150.0
 """...and of a single word: another one may begin with the same hiss."""
-LOUD = 100.0
-"""Strength of an onset that stands out so far that the network of templates will understand the sentence."""
 GOES_ON = 2080
 """Samples of what may come next (0.13 s) that tell whether it comes..."""
 GOES_ON_LATER = 4800
 """...or 0.3 s, where so little of it would not stand out..."""
 STANDS_OUT = 5.0
 """...which it does with this expected strength."""
-LOOK_BACK = 4 * STEP
-"""Samples (1.25 s): so late, signs of speech are surely seen."""
 SETTLED = 300.0
 """With that score, what is followed is a sentence, and no other one begins in it."""
 CHANCE = 3.2
@@ -63,16 +58,6 @@ SURELY = 4.5
 """...and with this one it is: if no word comes of it, the sentence was lost on the way, as among a room's echoes."""
 CALM = 10 * SAMPLE_RATE_HZ
 """After 10 s without speech, memory is given back."""
-
-
-@dataclass(frozen=True)
-class _First:
-    """A way in which a sentence may begin."""
-
-    book: Voicebook
-    word: str
-    node: int
-    said: Said
 
 
 class CoherentListener:
@@ -86,12 +71,19 @@ class CoherentListener:
         self._arcs: dict[int, list[tuple[str, int]]] = {}
         for arc in graph.arcs:
             self._arcs.setdefault(arc.source, []).append((arc.word, arc.target))
-        self._greetings: tuple[list[_First], Onsets] | None = None
-        self._others: tuple[list[_First], Onsets] | None = None
+        self._beginnings = Beginnings(self._firsts)
         self._sound = WeighedSound()
-        self._sought_greetings = self._sought_others = self._active = 0
-        self._loud_at = -1
+        self._unheard: list[Samples] = []
+        """What was pushed last while nothing stirred..."""
+        self._end = 0
+        """...up to this sample."""
+        self._active = 0
         self._paths: list[Path] = []
+
+    @property
+    def listens(self) -> bool:
+        """Whether it knows any voice."""
+        return bool(self._books)
 
     @property
     def follows(self) -> Path | None:
@@ -103,17 +95,22 @@ class CoherentListener:
         """The samples from number `first` on, shape (n,); `speech`: somebody seems to speak."""
         if not self._books:
             return []
-        if first != self._sound.end:
+        if first != self._end:
             self._break_off(first)
-        self._sound.push(samples)
+        self._unheard.append(samples)
+        self._end += len(samples)
+        if not (speech or self._paths or self._sound.weighing.stirred or self._end >= self._beginnings.due):
+            return []  # in silence all is done at once when the search goes on: it costs less
+        self._sound.push(np.concatenate(self._unheard))
+        self._unheard = []
         if not self._sound.weighing.ready:
-            self._sought_greetings = self._sought_others = self._sound.end
+            self._beginnings.restart(self._end)
             return []
-        seeks_all = speech or self._sound.weighing.stirred
-        if seeks_all or self._paths:
-            self._active = self._sound.end
-        self._begin(seeks_all)
-        if self._sound.end - self._active > CALM and self._others is not None:
+        signs = speech or self._sound.weighing.stirred
+        if signs or self._paths:
+            self._active = self._end
+        self._begin(signs)
+        if self._end - self._active > CALM and self._active >= 0:
             self._rest()
         return self._follow()
 
@@ -123,66 +120,49 @@ class CoherentListener:
             book.prepare(go_on)
             if go_on() and book not in self._books:
                 self._books = (*self._books, book)
-                self._greetings = self._others = None
+                self._beginnings.renew()
 
     def dismiss(self, end: int) -> None:
         """What was said before sample `end` is dealt with."""
         self._paths = [path for path in self._paths if path.words and path.first >= end - DRIFT]
 
     def _rest(self) -> None:
-        self._others = None
+        self._active = -1
+        self._beginnings.rest()
         for book in self._books:
             book.forget()
 
     def _break_off(self, at: int) -> None:
         self._paths = []
         self._sound.break_off(at)
-        self._sought_greetings = self._sought_others = self._active = at
+        self._beginnings.restart(at)
+        self._unheard = []
+        self._end = self._active = at
 
     def _may_pause(self, node: int) -> bool:
         return node in self._graph.pauses or node in self._graph.finals
 
-    def _firsts(self, greeting: bool) -> tuple[list[_First], Onsets]:
-        found = [
-            _First(book, word, node, said)
+    def _firsts(self, greeting: bool) -> list[First]:
+        return [
+            First(book, word, node, said)
             for book in self._books
             for word, node in self._arcs.get(self._graph.start, ())
             if (word == GREETING) == greeting
             for said in book.said(word, 0)
             if not said.final or self._may_pause(node)
         ]
-        return found, Onsets([first.said.samples for first in found])
 
-    def _begin(self, seeks_all: bool) -> None:
-        """Seek what sentences begin with: greetings all the time, the rest where there are signs of speech."""
-        self._greetings = self._greetings or self._firsts(greeting=True)
-        while self._sound.end - self._sought_greetings >= SIZE:
-            self._seek(self._greetings, self._sought_greetings)
-            self._sought_greetings += STEP
-        if seeks_all:
-            self._others = self._others or self._firsts(greeting=False)
-            self._sought_others = max(self._sought_others, self._sought_greetings - LOOK_BACK)
-            while self._sought_others < self._sought_greetings:
-                self._seek(self._others, self._sought_others)
-                self._sought_others += STEP
-
-    def _seek(self, sought: tuple[list[_First], Onsets], at: int) -> None:
-        """What begins within STEP samples from sample `at` on."""
+    def _begin(self, signs: bool) -> None:
+        """Begin the paths of what sentences seem to begin with."""
+        greeted = any(map(_is_greeting, self._paths))
         followed = self.follows
-        if at == self._loud_at or (followed is not None and followed.score >= SETTLED):
-            return
-        firsts, onsets = sought
-        found = onsets.find(self._sound.between(at, at + SIZE), at, self._sound.weighing.weights)
-        if any(onset.strength > LOUD for onset in found):
-            self._loud_at = at
-            return
-        for onset in found:
-            first = firsts[onset.sound]
-            if not self._is_known(first, onset.at):
-                extension = Extension(first.word, first.node, 0, first.said, onset.at)
-                self._paths.append(Path(first.book, self._graph.start, onset.at, waiting=[extension]))
+        settled = followed is not None and followed.score >= SETTLED
+        for first, at in self._beginnings.seek(self._sound, signs, greeted, settled):
+            if not self._is_known(first, at):
+                extension = Extension(first.word, first.node, 0, first.said, at)
+                self._paths.append(Path(first.book, self._graph.start, at, waiting=[extension]))
 
-    def _is_known(self, first: _First, at: int) -> bool:
+    def _is_known(self, first: First, at: int) -> bool:
         return any(
             path.book is first.book and path.words[:1] == (first.word,) and abs(path.first - at) < DRIFT
             for path in self._paths
@@ -219,7 +199,7 @@ class CoherentListener:
         for each in due:
             near = weighed[each.at - DRIFT - first : each.end + DRIFT - first]
             sound = each.said.samples[: max(len(near) - 2 * DRIFT, 1)]
-            power = each.said.power if len(sound) == len(each.said.samples) else power_of(sound)
+            power = each.said.power if len(sound) == each.said.length else power_of(sound)
             expected = max(float(np.dot(power, self._sound.weighing.weights)), 1e-20) ** 0.5
             strength, offset = correlated(near, sound, expected)
             fit = Match(strength, expected, True)
@@ -347,3 +327,10 @@ class CoherentListener:
         loses = max(after.likelihood - 2.0 * BY_CHANCE, 0.0) if after is not None else 0.0
         source = path.parent.node if path.parent is not None else self._graph.start
         return lambda word: 0.0 if self._graph.finals & ends_of(self._graph, source, (word, *rest)) else loses
+
+
+def _is_greeting(path: Path) -> bool:
+    """Whether it perhaps begins with a greeting, as will be known in a moment, or surely."""
+    if not path.words:
+        return path.waiting[0].word == GREETING
+    return path.words[0] == GREETING and path.score >= LEAST_SCORE

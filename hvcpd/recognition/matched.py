@@ -49,6 +49,9 @@ SLACK = 3.5
 
 Spectrum = NDArray[np.float32]
 _WINDOW = np.hanning(FRAME).astype(np.float32)
+_WINDOW_POWER = np.square(_WINDOW).sum()
+_TAPER = np.hanning(2 * REACH).astype(np.float32)
+_SMOOTHER = np.full(SMOOTHING, 1.0 / SMOOTHING, np.float32)
 
 
 class Weighing:
@@ -68,34 +71,47 @@ class Weighing:
         """Another one whenever the weights have changed."""
         self._usual: Spectrum = np.full(BINS, np.inf, np.float32)
         self._rises: deque[float] = deque(maxlen=STIRRED[-1][0])
+        self.stirred = False
+        """Whether, anywhere in what was pushed last, some bins have more than usual, as a voice's harmonics do in noise
+        that hides the voice as a whole.
+
+        In steady noise a bin's power over its own mean is distributed exponentially. Of that over two the logarithm is
+        taken, where it is positive, so that no single bin counts for much. False until the mean is known well.
+        """
 
     def push(self, samples: Samples) -> None:
         """Learn of the next samples, shape (n,)."""
         heard = np.concatenate([self._framed, samples])
-        while len(heard) >= FRAME:
-            spectrum = np.fft.rfft(heard[:FRAME] * _WINDOW)
-            power = (spectrum.real**2 + spectrum.imag**2) / np.square(_WINDOW).sum()
+        n = max(1 + (len(heard) - FRAME) // HOP, 0)
+        self._framed = heard[n * HOP :]
+        # Overlapping rows of one array, as many at once as there are before the weights change.
+        frames: Samples = np.ndarray((n, FRAME), np.float32, heard, 0, (HOP * heard.itemsize, heard.itemsize))
+        self.stirred = self.stirred and not n
+        while len(frames):
+            some = REFRESH_FRAMES - self._frames % REFRESH_FRAMES
+            self._learn(frames[:some])
+            frames = frames[some:]
+
+    def _learn(self, frames: Samples) -> None:
+        spectra = np.fft.rfft(frames * _WINDOW)
+        powers = (spectra.real**2 + spectra.imag**2) / _WINDOW_POWER
+        rises = np.log(np.maximum(0.5 * powers[:, VOICED] / self._usual[VOICED], 1.0))
+        for power, rise in zip(powers, rises.mean(axis=1).tolist(), strict=True):
             self._frames += 1
-            self._rises.append(float(np.log(np.maximum(0.5 * power[VOICED] / self._usual[VOICED], 1.0)).mean()))
+            self._rises.append(rise)
+            self.stirred |= self._frames >= MEMORY_FRAMES and self._stirs()
             self._power += (power - self._power) / np.float32(min(self._frames, MEMORY_FRAMES))
-            if self._frames % REFRESH_FRAMES == 0 and float(self._power.mean()) > SILENCE:
-                self._refresh()
-            heard = heard[HOP:]
-        self._framed = heard
+        if self._frames % REFRESH_FRAMES == 0 and float(self._power.mean()) > SILENCE:
+            self._refresh()
 
     def interrupt(self) -> None:
         """What comes next does not follow on what was pushed last."""
         self._framed = self._framed[:0]
         self._rises.clear()
+        self.stirred = False
 
-    @property
-    def stirred(self) -> bool:
-        """Whether some bins have more than usual, as a voice's harmonics do in noise that hides the voice as a whole.
-
-        In steady noise a bin's power over its own mean is distributed exponentially. Of that over two the logarithm is
-        taken, where it is positive, so that no single bin counts for much. False until the mean is known well.
-        """
-        rises = list(self._rises) if self._frames >= MEMORY_FRAMES else []
+    def _stirs(self) -> bool:
+        rises = list(self._rises)
         return any(len(rises) >= n and sum(rises[-n:]) > least * n for n, least in STIRRED)
 
     @property
@@ -119,17 +135,19 @@ class Weighing:
         return self._shapes[size]
 
     def _refresh(self) -> None:
-        kernel = np.full(SMOOTHING, 1.0 / SMOOTHING, np.float32)
-        smooth = np.convolve(np.pad(self._power, SMOOTHING // 2, mode="edge"), kernel, "valid")
-        smooth += FLOOR * smooth.mean() + SILENCE
-        self._usual = smooth.astype(np.float32)
-        response = np.roll(np.fft.irfft(1.0 / smooth), REACH)[: 2 * REACH] * np.hanning(2 * REACH)
-        self._filter = response.astype(np.float32)
+        edge = SMOOTHING // 2
+        padded = np.concatenate([self._power[:1]] * edge + [self._power] + [self._power[-1:]] * edge)
+        smooth = np.asarray(np.convolve(padded, _SMOOTHER, "valid"), np.float32)
+        smooth += np.float32(FLOOR * smooth.mean() + SILENCE)
+        self._usual = smooth
+        inverse = np.fft.irfft(1.0 / smooth)
+        response = np.asarray(np.concatenate([inverse[-REACH:], inverse[:REACH]]) * _TAPER, np.float32)
+        self._filter = response
         self._shapes, self._filters = {}, {}
         self.version += 1
-        full = np.zeros(FRAME)
-        full[: 2 * REACH] = response
-        self.weights = np.maximum(np.fft.rfft(np.roll(full, -REACH)).real, 0.0).astype(np.float32)
+        full = np.zeros(FRAME, np.float32)
+        full[:REACH], full[-REACH:] = response[REACH:], response[:REACH]
+        self.weights = np.asarray(np.maximum(np.fft.rfft(full).real, 0.0), np.float32)
 
 
 def transform_size(n: int) -> int:

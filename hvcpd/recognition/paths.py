@@ -25,17 +25,32 @@ AMPLE_MARGIN = 20.0
 """...and what makes it as sure as can be."""
 
 
-@dataclass(frozen=True)
-class Said:
-    """One way to say a word: its sound, shape (n,); whether a pause follows; `lead`, samples of it that precede its
-    audible part, so much earlier it begins after a pause; `advance`, from its first sample to the next word's place;
-    `power`, its `power_of`."""
+class Said(Protocol):
+    """One way to say a word. Its sound may have to be read from disk, so it is asked for only to be compared."""
 
-    samples: Samples
-    final: bool
-    lead: int
-    advance: int
-    power: Spectrum
+    @property
+    def length(self) -> int:
+        """Samples of its sound."""
+
+    @property
+    def final(self) -> bool:
+        """Whether a pause follows."""
+
+    @property
+    def lead(self) -> int:
+        """Samples of it that precede its audible part: so much earlier it begins after a pause."""
+
+    @property
+    def advance(self) -> int:
+        """From its first sample to the next word's place."""
+
+    @property
+    def samples(self) -> Samples:
+        """Its sound, shape (length,)."""
+
+    @property
+    def power(self) -> Spectrum:
+        """Its `power_of`."""
 
 
 class Voicebook(Protocol):
@@ -102,7 +117,7 @@ class Extension:
 
     @property
     def end(self) -> int:
-        return self.at + len(self.said.samples)
+        return self.at + self.said.length
 
 
 @dataclass(eq=False)
@@ -222,7 +237,7 @@ class Path:
             self.known + expected**2,
             self if self.words else None,
             start,
-            start + len(by.said.samples),
+            start + by.said.length,
             likelihood_of(strength, gain * expected),
             strength / max(gain * expected, 1e-20),
             self.first if self.words else start,

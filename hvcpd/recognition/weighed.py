@@ -43,11 +43,11 @@ class WeighedSound:
         self.end = at
         self._version = -1
 
-    def between(self, start: int, end: int) -> Samples:
-        """Samples `start` up to `end`, weighed; silence where none are kept."""
+    def between(self, start: int, end: int, more: bool = True) -> Samples:
+        """Samples `start` up to `end`, weighed; silence where none are kept. `more`: earlier ones will be asked for."""
         if self._version != self.weighing.version or start < self._from:
             self._version = self.weighing.version
-            self._from = self._to = min(start, self.end - AGAIN)
+            self._from = self._to = min(start, self.end - AGAIN) if more else start
             self._weighed = np.zeros(0, np.float32)
         if self._to < self.end:
             heard = self.heard(self._to - REACH, self.end + REACH)

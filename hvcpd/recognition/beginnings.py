@@ -1,0 +1,110 @@
+"""Where sentences may begin: greetings are sought all the time, all other words where there are signs of speech.
+
+A search costs more than anything else in quiet, and grows with the voices that are known. So what a sentence seldom
+begins with is sought only once something stirs, first right there, later also in what came before; and not at all
+while a sentence that began with a greeting is followed."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+
+from hvcpd.recognition.onsets import SIZE, STEP, Onsets
+from hvcpd.recognition.paths import Said, Voicebook
+from hvcpd.recognition.weighed import WeighedSound
+
+LOOK_BACK = 4
+"""Steps (1.25 s) before signs of speech in which a sentence may have begun: so late, they are surely seen..."""
+SOON = 1
+"""...and this many that are looked into at once; a greeting may tell before the others are."""
+LONGEST_WAIT = 6
+"""Steps (1.9 s) that may wait while a greeting is followed: what is heard is kept for 3 s."""
+
+
+@dataclass(frozen=True)
+class First:
+    """A way in which a sentence may begin."""
+
+    book: Voicebook
+    word: str
+    node: int
+    said: Said
+
+
+class _Search:
+    """Known beginnings, and the filters that find them."""
+
+    def __init__(self, firsts: Sequence[First], quick: bool) -> None:
+        self.firsts = firsts
+        self._onsets = Onsets([first.said.samples for first in firsts], quick)
+
+    def find(self, sound: WeighedSound, at: int, more: bool) -> list[tuple[First, int]]:
+        """What begins within STEP samples from sample `at` on, and where; `more`: the sound will be asked for again."""
+        if not self.firsts:
+            return []
+        found = self._onsets.find(sound.between(at, at + SIZE, more), at, sound.weighing.weights)
+        return [(self.firsts[onset.sound], onset.at) for onset in found]
+
+
+class Beginnings:
+    """Seeks them in a sound as it grows."""
+
+    def __init__(self, make: Callable[[bool], Sequence[First]]) -> None:
+        """`make`: all greetings, or all other beginnings."""
+        self._make = make
+        self._greetings: _Search | None = None
+        self._others: _Search | None = None
+        self._next = 0
+        self._waiting: list[int] = []
+        """Where steps begin in which only greetings have been sought."""
+        self._sign: int | None = None
+        """Where the signs of speech were seen first."""
+
+    @property
+    def due(self) -> int:
+        """The search goes on when samples up to this one are there."""
+        return self._next + SIZE
+
+    def restart(self, at: int) -> None:
+        """What comes next is sample `at`, and follows on nothing."""
+        self._next, self._waiting, self._sign = at, [], None
+
+    def renew(self) -> None:
+        """Other beginnings are known now."""
+        self._greetings = self._others = None
+
+    def rest(self) -> None:
+        """Give back memory: nobody has spoken for a while."""
+        self._others = None
+
+    def seek(self, sound: WeighedSound, signs: bool, greeted: bool, settled: bool) -> Iterator[tuple[First, int]]:
+        """What begins in the sound that was not looked into yet, and at which samples.
+
+        `signs`: of speech; `greeted`: a sentence that began with a greeting may be under way; `settled`: some sentence
+        surely is.
+        """
+        self._greetings = self._greetings or _Search(self._make(True), quick=True)
+        while sound.end >= self.due:
+            found = self._greetings.find(sound, self._next, signs or greeted) if not settled else []
+            greeted = greeted or bool(found)
+            self._waiting.append(self._next)
+            self._next += STEP
+            yield from found
+        if settled:
+            self._waiting = []
+        self._sign = (sound.end if self._sign is None else self._sign) if signs else None
+        longest = LONGEST_WAIT if signs else LOOK_BACK
+        self._waiting = self._waiting[-longest:]
+        if self._sign is not None and not greeted:
+            yield from self._seek_others(sound, self._sign)
+
+    def _seek_others(self, sound: WeighedSound, sign: int) -> Iterator[tuple[First, int]]:
+        """The same of all but greetings, of which those are known by now that began before the `sign`, or not yet."""
+        late = self._next >= sign
+        due = self._waiting if late else [at for at in self._waiting if at >= self._next - SOON * STEP]
+        self._waiting = [at for at in self._waiting if at not in due]
+        if not due:
+            return
+        self._others = self._others or _Search(self._make(False), quick=False)
+        for at in due:
+            yield from self._others.find(sound, at, True)
