@@ -28,7 +28,8 @@ from hvcpd.recognition.listening import MIN_SPELLED_CONFIDENCE, Listening
 from hvcpd.recognition.overhearing import Overhearing
 from hvcpd.recognition.own_delay import OwnDelay
 from hvcpd.recognition.pruning import Beam
-from hvcpd.recognition.recogniser import Recogniser, RecogniserSettings
+from hvcpd.recognition.recogniser import Recogniser
+from hvcpd.recognition.settings import RecogniserSettings
 from hvcpd.recognition.spotter import SpotterSettings
 from hvcpd.recognition.templates import trimmed_energies
 from hvcpd.recognition.urgent import UrgentSpotter, UrgentTemplates
@@ -80,9 +81,8 @@ class Sound:
 
     def speaker_of(self, name: str, rate: float = 1.0) -> Speaker:
         """Speaks as that robot; `rate` below 1 is slower, which recordings cannot be."""
-        voice = self.voice_of(name)
-        recorded = self.recorded.get(name.lower())
-        return recorded or Speaker(replace(voice, rate=rate * voice.rate), self.lexicon, self.cache)
+        voice = replace(self.voice_of(name), rate=rate * self.voice_of(name).rate)
+        return self.recorded.get(name.lower()) or Speaker(voice, self.lexicon, self.cache)
 
 
 def make_sound(lexicon: Path | None = None, cache_folder: Path | None = None) -> Sound:

@@ -68,7 +68,8 @@ class ActivityDetector:
         self._groups = _group_matrix()
         self._windows = _window_matrix()
         self._history = np.zeros((LONG_FRAMES, N_GROUPS + 1), np.float32)
-        self._quiet_frames = 0
+        self.quiet_frames = 0
+        """So many frames it was quiet again."""
         self.busy = False
         """Somebody else is speaking."""
         self.alert = False
@@ -86,8 +87,8 @@ class ActivityDetector:
         self.alert = slow > s.alert or fast > s.onset or long > s.long_alert
         if fast > self._settings.onset:
             self.busy = True
-        self._quiet_frames = 0 if fast > self._settings.release else self._quiet_frames + n
-        if self._quiet_frames >= self._settings.release_frames:
+        self.quiet_frames = 0 if fast > self._settings.release else self.quiet_frames + n
+        if self.quiet_frames >= self._settings.release_frames:
             self.busy = False
 
     def reset(self) -> None:

@@ -30,6 +30,12 @@ class Halting:
         self._hold = Hold(texts, Lookalike(bank, spotter).share if spotter is not None else _nothing, hold)
         self._span = (0, 0)
         self._quiet_since = 0
+        self._fed = False
+
+    @property
+    def pending(self) -> bool:
+        """Whether the word was heard, and what is told of it depends on the sentence around it."""
+        return self._spotter is not None and self._spotter.pending
 
     def hear(
         self, chunk: Chunk, noise: NDArray[np.float32], events: Sequence[Event], speech: bool, sentence_ends: bool
@@ -47,9 +53,11 @@ class Halting:
         now = chunk.first_frame + len(chunk.energies)
         if speech or self._spotter.pending:
             self._quiet_since = now
+            self._fed = True
             self._spotter.feed(chunk.first_frame, chunk.energies, noise)
             told += self._look(self._spotter, now, sentence_ends)
-        else:
+        elif self._fed:
+            self._fed = False
             self._spotter.reset()
         return told + self._tell(self._hold.at(now * HOP_SAMPLES, self._quiet_since * HOP_SAMPLES))
 

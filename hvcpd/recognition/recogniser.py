@@ -7,25 +7,27 @@ from the first sample, so the size of the blocks pushed never changes a result.
 
 from __future__ import annotations
 
+from collections import deque
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
 
 import numpy as np
+from numpy.typing import NDArray
 
 from hvcpd.language.graph import WordGraph
 from hvcpd.ports import Samples
-from hvcpd.recognition.activity import ActivitySettings
 from hvcpd.recognition.agreement import Agreement
 from hvcpd.recognition.coherent import CoherentListener
-from hvcpd.recognition.confidence import ConfidenceCurve, sentence_fare, word_fare
+from hvcpd.recognition.confidence import sentence_fare, word_fare
 from hvcpd.recognition.events import Event, Garbled, Recognised, WordSpan
 from hvcpd.recognition.frontend import HOP_SAMPLES
 from hvcpd.recognition.halting import Halting
 from hvcpd.recognition.hold import HoldSettings
 from hvcpd.recognition.network import Network
 from hvcpd.recognition.paths import Coherent
-from hvcpd.recognition.segments import Segment, SegmentSettings, SegmentTracker
-from hvcpd.recognition.spotter import LEAD_FRAMES, Sentence, Spotter, SpotterSettings
+from hvcpd.recognition.segments import Segment, SegmentTracker
+from hvcpd.recognition.settings import RecogniserSettings
+from hvcpd.recognition.spared import PATIENCE_FRAMES, QUIET_FRAMES
+from hvcpd.recognition.spotter import LEAD_FRAMES, Sentence, Spotter
 from hvcpd.recognition.stream import CHUNK_FRAMES, Chunk
 from hvcpd.recognition.templates import Take, TemplateBank
 from hvcpd.recognition.urgent import UrgentSpotter
@@ -35,44 +37,6 @@ UNHEARD_LEAD_FRAMES = 28
 """A sentence this soon (0.28 s) after lost sound may be the end of a longer one."""
 LATE_WAKE_FRAMES = 12
 """A sentence this soon (0.12 s) after the first frame replayed into the network may have begun before it."""
-
-
-@dataclass(frozen=True)
-class RecogniserSettings:
-    """Thresholds of the recogniser; the defaults are measured with `benchmarks/hearing.py`."""
-
-    activity: ActivitySettings = field(default_factory=ActivitySettings)
-    spotter: SpotterSettings = field(default_factory=SpotterSettings)
-    segments: SegmentSettings = field(default_factory=SegmentSettings)
-    wake_frames: int = 24
-    """The network wakes 240 ms after the first sign of speech: long enough to have heard how loud a vowel is."""
-    wake_share: float = 0.4
-    """The share of those frames that must look like speech; clicks are shorter."""
-    sleep_frames: int = 60
-    """The network sleeps after 0.6 s without a sign of speech."""
-    min_confidence: float = 0.8
-    """Below it a sentence counts as garbled: of 1,102 right ones, most of them in noise, 49; of 253 wrong ones all but
-    17 (`benchmarks/confidence.py`)."""
-    min_margin: float = 1.0
-    """So much more another word must cost in every place ("two" against "three"): nine of those right ones have less,
-    and three of the wrong."""
-    doubtful_confidence: float = 0.2
-    """Above it, a sentence does so even where nobody seemed to be speaking: in noise that hides speech."""
-    max_lead_in: float = 0.4
-    """A sentence must follow silence: nearer to noise than to speech in the 0.6 s before it, so that no sentence
-    begins at a comma."""
-    murmur: float = 0.1
-    """...unless what came before had less than a tenth of its power."""
-    least_explained: float = 0.07
-    """A sentence that explains so much of the energy that was heard is none by chance amid other talk: that explains
-    0.05 and less; sentences in babble as loud as they are, 0.4 to 0.5."""
-    confidence: ConfidenceCurve = field(default_factory=ConfidenceCurve)
-    max_pause: float = 10.0
-    """A pause may pass over so much speech (in frames of it): right sentences have 7 at most in noise and rooms, and a
-    name left out ("hi rex, I am Ted" as "hi, I am Ted") has 15 and more."""
-    min_gain: float = 16.0
-    """What a sentence must fit better than the filler, in all. In noise alone words do by 4 at most; in people's talk
-    to each other, where words fit well, by 10 (18 minutes, `benchmarks/rejection.py`)."""
 
 
 class Recogniser:
@@ -186,14 +150,14 @@ class Recogniser:
         end_frame = chunk.first_frame + len(energies)
         recent = self.watch.recent[-(end_frame - self._dealt_with) :]
         if self._spotter.awake:
-            self._spotter.feed(energies, recent, noise)
+            self._spotter.spared.add(energies, recent)
         elif self._should_wake(len(energies)):
             if len(recent) == RECENT_FRAMES:  # else what came before is dealt with
                 unheard = end_frame - RECENT_FRAMES + LATE_WAKE_FRAMES - UNHEARD_LEAD_FRAMES
                 self._unheard_until = max(self._unheard_until, unheard)
             self._spotter.wake(recent, end_frame - len(recent), noise)
         self._segments.push(chunk.first_frame, energies, self.watch.activity.busy)
-        events = self._conclude(end_frame)
+        events = [] if self._spares() else self._concluded(end_frame, noise)
         speech = self._spotter.awake or self.watch.activity.alert
         if self._agreement is not None:
             events = self._settled(self._agreement, chunk, events, speech)
@@ -201,12 +165,28 @@ class Recogniser:
         self._doze(len(energies))
         return events
 
+    def _spares(self) -> bool:
+        """Whether the network need not hear yet what was said, since the coherent listener may understand it."""
+        if self._agreement is None or not self._spotter.awake or self._halting.pending:
+            return False
+        if self._coherent_follows:
+            return True
+        speaks = self.watch.activity.quiet_frames < QUIET_FRAMES and self._agreement.coherent.listens
+        return speaks and not self._spotter.heeds and self._spotter.spared.n_frames < PATIENCE_FRAMES
+
+    def _concluded(self, end_frame: int, noise: NDArray[np.float32]) -> list[Event]:
+        """What there is to tell once the network has heard all."""
+        if not self._spotter.spared:
+            return self._conclude(end_frame)
+        lefts = self._spotter.catch_up(noise, RECENT_FRAMES)
+        return [event for left in lefts for event in self._conclude(end_frame - left)]
+
     def _settled(self, agreement: Agreement, chunk: Chunk, events: list[Event], speech: bool) -> list[Event]:
         """What is to be told once the coherent listener has heard the chunk too."""
         heard = [
             sentence
             for sentence in agreement.coherent.push(chunk.first_frame * HOP_SAMPLES, chunk.samples, speech)
-            if sentence.explained >= self._settings.least_explained or self._follows_silence(*_frames_of(sentence))
+            if sentence.explained >= self._settings.least_explained or self._begins_in_silence(sentence)
         ]
         since = (self._lost_until + UNHEARD_LEAD_FRAMES) * HOP_SAMPLES
         now = (chunk.first_frame + len(chunk.energies)) * HOP_SAMPLES
@@ -215,6 +195,10 @@ class Recogniser:
             self._segments.close(dealt_with // HOP_SAMPLES)
             self._listen_on(dealt_with // HOP_SAMPLES)
         return told
+
+    def _begins_in_silence(self, sentence: Coherent) -> bool:
+        deque(self._spotter.catch_up(self.watch.noise.estimate, RECENT_FRAMES), maxlen=0)  # it tells what came before
+        return self._follows_silence(*_frames_of(sentence))
 
     def _described(self, sentence: Coherent) -> Recognised:
         words = sentence.words
@@ -243,7 +227,7 @@ class Recogniser:
 
     def _doze(self, n_frames: int) -> None:
         self._calm_frames = 0 if self.watch.activity.alert else self._calm_frames + n_frames
-        if self._spotter.awake and self._calm_frames >= self._settings.sleep_frames and not self._spotter.under_way:
+        if self._spotter.awake and self._calm_frames >= self._settings.sleep_frames and not self.under_way:
             self._spotter.sleep()
 
     def _conclude(self, end_frame: int) -> list[Event]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections import deque
+from collections.abc import Iterator
 from dataclasses import dataclass, field
 from itertools import pairwise
 
@@ -15,6 +16,7 @@ from hvcpd.recognition.lattice import Step
 from hvcpd.recognition.network import Network
 from hvcpd.recognition.pruning import HORIZON_FRAMES, Beam
 from hvcpd.recognition.scorer import Scorer
+from hvcpd.recognition.spared import Spared
 from hvcpd.recognition.templates import TemplateBank
 
 
@@ -99,6 +101,10 @@ class Spotter:
         self._filler_excess = np.zeros(HISTORY_FRAMES)
         self._noise_cost = np.zeros(HISTORY_FRAMES)
         self._bests: deque[float] = deque(maxlen=FOLLOWED_BLOCKS)
+        self.spared = Spared()
+        """What it was not fed yet."""
+        self.heeds = False
+        """Whether it was fed anything since it woke."""
         self.awake = False
         self.best = Best(0.0)
         """The best path after the last frame."""
@@ -117,21 +123,32 @@ class Spotter:
         return first < -s.followed and last < first - s.followed
 
     def wake(self, energies: Energies, first_frame: int, noise: NDArray[np.float32]) -> None:
-        """Begin at `first_frame` with the frames heard since, shape (n, N_BANDS)."""
-        self.awake = True
+        """Begin at `first_frame`; the frames heard since, shape (n, N_BANDS), are those that it is spared at first."""
+        self.awake, self.heeds = True, False
         self._next = self._first = first_frame
         self._tail = np.repeat(energies[:1], CONTEXT_FRAMES, axis=0)
         self._decoder.reset(first_frame)
         self._bests.clear()
         self._gain = self._scorer.level_of(energies, noise)
-        self.feed(energies, energies, noise)
+        self.spared.clear()
+        self.spared.add(energies, energies)
 
     def sleep(self) -> None:
         """Stop decoding; forget all paths."""
         if self.awake:
             self._scorer.rest()
         self.awake = False
+        self.spared.clear()
         self.best = Best(0.0)
+
+    def catch_up(self, noise: NDArray[np.float32], most_recent: int) -> Iterator[int]:
+        """Hear what was spared, piece by piece; how many frames are left after each. `most_recent`: so many frames at
+        most tell the level."""
+        for energies, recent, left in self.spared.taken(most_recent):
+            self.feed(energies, recent, noise)
+            yield left
+            if not self.awake:
+                return
 
     def forget(self) -> None:
         """Drop all paths, as after a sentence that was not one; go on listening."""
@@ -141,6 +158,7 @@ class Spotter:
     def feed(self, energies: Energies, recent: Energies, noise: NDArray[np.float32]) -> None:
         """Decode the next frames; `recent` are those of the last half second or so, for the level."""
         settings = self._settings
+        self.heeds = True
         block = np.concatenate([self._tail, energies])
         if len(block) < 2 * CONTEXT_FRAMES + HORIZON_FRAMES:
             self._tail = block

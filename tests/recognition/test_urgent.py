@@ -10,7 +10,8 @@ from hvcpd.recognition.events import Event, Held, Recognised, Released, Urgent
 from hvcpd.recognition.frontend import energies_of
 from hvcpd.recognition.hold import HoldSettings
 from hvcpd.recognition.lookalike import Lookalike
-from hvcpd.recognition.recogniser import Recogniser, RecogniserSettings
+from hvcpd.recognition.recogniser import Recogniser
+from hvcpd.recognition.settings import RecogniserSettings
 from hvcpd.recognition.templates import TemplateBank
 from hvcpd.recognition.urgent import UrgentSettings, UrgentSpotter, UrgentTemplates
 from tests.recognition.signals import graph, in_noise, sentence, templates, word

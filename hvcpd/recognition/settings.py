@@ -1,0 +1,48 @@
+"""Thresholds of the recogniser as a whole."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+from hvcpd.recognition.activity import ActivitySettings
+from hvcpd.recognition.confidence import ConfidenceCurve
+from hvcpd.recognition.segments import SegmentSettings
+from hvcpd.recognition.spotter import SpotterSettings
+
+
+@dataclass(frozen=True)
+class RecogniserSettings:
+    """Thresholds of the recogniser; the defaults are measured with `benchmarks/hearing.py`."""
+
+    activity: ActivitySettings = field(default_factory=ActivitySettings)
+    spotter: SpotterSettings = field(default_factory=SpotterSettings)
+    segments: SegmentSettings = field(default_factory=SegmentSettings)
+    wake_frames: int = 24
+    """The network wakes 240 ms after the first sign of speech: long enough to have heard how loud a vowel is."""
+    wake_share: float = 0.4
+    """The share of those frames that must look like speech; clicks are shorter."""
+    sleep_frames: int = 60
+    """The network sleeps after 0.6 s without a sign of speech."""
+    min_confidence: float = 0.8
+    """Below it a sentence counts as garbled: of 1,102 right ones, most of them in noise, 49; of 253 wrong ones all but
+    17 (`benchmarks/confidence.py`)."""
+    min_margin: float = 1.0
+    """So much more another word must cost in every place ("two" against "three"): nine of those right ones have less,
+    and three of the wrong."""
+    doubtful_confidence: float = 0.2
+    """Above it, a sentence does so even where nobody seemed to be speaking: in noise that hides speech."""
+    max_lead_in: float = 0.4
+    """A sentence must follow silence: nearer to noise than to speech in the 0.6 s before it, so that no sentence
+    begins at a comma."""
+    murmur: float = 0.1
+    """...unless what came before had less than a tenth of its power."""
+    least_explained: float = 0.07
+    """A sentence that explains so much of the energy that was heard is none by chance amid other talk: that explains
+    0.05 and less; sentences in babble as loud as they are, 0.4 to 0.5."""
+    confidence: ConfidenceCurve = field(default_factory=ConfidenceCurve)
+    max_pause: float = 10.0
+    """A pause may pass over so much speech (in frames of it): right sentences have 7 at most in noise and rooms, and a
+    name left out ("hi rex, I am Ted" as "hi, I am Ted") has 15 and more."""
+    min_gain: float = 16.0
+    """What a sentence must fit better than the filler, in all. In noise alone words do by 4 at most; in people's talk
+    to each other, where words fit well, by 10 (18 minutes, `benchmarks/rejection.py`)."""
