@@ -42,7 +42,7 @@ class _Search:
         """What begins within STEP samples from sample `at` on, and where; `more`: the sound will be asked for again."""
         if not self.firsts:
             return []
-        found = self._onsets.find(sound.between(at, at + SIZE, more), at, sound.weighing.weights)
+        found = self._onsets.find(sound.between(at, at + SIZE, more), at, sound.weighing)
         return [(self.firsts[onset.sound], onset.at) for onset in found]
 
 

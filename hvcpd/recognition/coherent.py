@@ -204,7 +204,8 @@ class CoherentListener:
             strength, offset = correlated(near, sound, expected)
             fit = Match(strength, expected, True)
             if gain is None or strength >= 0.5 * min(LEAST_SHARE * gain * expected, gain * expected - SLACK):
-                fit = scrutinized(near[offset : offset + len(sound)], sound, self._sound.weighing, strength, expected)
+                there = near[offset : offset + len(sound)]
+                fit = scrutinized(there, sound, power, self._sound.weighing, strength, expected)
             yield each, fit, offset - DRIFT
 
     def _fitting(

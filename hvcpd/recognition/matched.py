@@ -38,8 +38,8 @@ STIRRED = ((6, 0.076), (14, 0.067))
 has 0.0495 and passes one of them once or twice in 20 minutes; at -10 dB nearly all sentences do."""
 REACH = 256
 """Samples that the filter looks ahead, and back: 16 ms."""
-PART = 1600
-"""Samples of a part of a word: 0.1 s, a phone or two."""
+PART = FRAME
+"""Samples of a part of a word: 64 ms, about a phone."""
 LEAST_ENERGY = 0.01
 """Of the parts' mean, as much as a part is taken to have: a faded end has none."""
 LEAST_PART = 0.35
@@ -186,29 +186,31 @@ def correlated(weighed: Samples, sound: Samples, expected: float) -> tuple[float
     return float(values[offset]) / expected, offset
 
 
-def scrutinized(weighed: Samples, sound: Samples, weighing: Weighing, strength: float, expected: float) -> Match:
+def scrutinized(
+    weighed: Samples, sound: Samples, power: Spectrum, weighing: Weighing, strength: float, expected: float
+) -> Match:
     """The same once it is known where: what is left over tells the deviation, and the parts whether all of it is there.
 
-    `weighed` and `sound` have the same shape (n,); strength and expectation are those in steady noise.
+    `weighed` and `sound` have the same shape (n,), `power` is the sound's `power_of`; strength and expectation are those
+    in steady noise. Where other people are loud, a part of the sound tells less: the parts count by what is left over
+    in each of them, as the optimum detector in noise that changes has it.
     """
     size = transform_size(len(sound))
-    known = np.fft.rfft(sound, size)
-    shape = weighing.shape(size)
-    power = known.real**2 + known.imag**2
-    whole = np.asarray(np.fft.irfft(known * shape, size)[: len(sound)], np.float32)
-    edges = np.arange(0, max(len(sound) - PART // 2, 1), PART)
+    whole = np.asarray(np.fft.irfft(np.fft.rfft(sound, size) * weighing.shape(size), size)[: len(sound)], np.float32)
+    edges = np.arange(0, len(sound), PART)
     lengths = np.diff([*edges, len(sound)])
     energy = np.add.reduceat(whole * sound, edges)
     energy = np.maximum(energy, max(LEAST_ENERGY * float(energy.mean()), 1e-20))
     # Each part has a gain of its own, or a part that is not there would look like noise that hides it.
     gains = np.add.reduceat(weighed * sound, edges) / energy
-    left = weighed - np.repeat(np.maximum(gains, 0.0), lengths).astype(np.float32) * whole
-    residual = np.fft.rfft(left, size)
-    spread = float(np.dot(residual.real**2 + residual.imag**2, power))
-    usual = float(np.dot(power, shape)) * len(sound)
-    deviation = max(spread / max(usual, 1e-20), 1.0) ** 0.5
-    uneven = np.add.reduceat(np.square(left), edges) / lengths / max(float(np.square(left).mean()), 1e-20)
-    deviations = np.sqrt(np.maximum(deviation**2 * uneven, 1.0)) / np.sqrt(energy)
-    found, wanted = gains / deviations, max(strength, 0.0) / expected / deviations
+    left = np.zeros(len(edges) * PART, np.float32)
+    left[: len(sound)] = weighed - np.repeat(np.maximum(gains, 0.0), lengths).astype(np.float32) * whole
+    residual = np.fft.rfft(left.reshape(-1, PART))
+    spread = (residual.real**2 + residual.imag**2) @ power
+    counts = energy / np.maximum(spread / (lengths * max(expected**2, 1e-20)), 1.0)
+    gain = max(strength, 0.0) / expected
+    found, wanted = gains * np.sqrt(counts), gain * np.sqrt(counts)
     fits = bool(np.all(found >= np.minimum(LEAST_PART * wanted, wanted - SLACK)))
-    return Match(strength / deviation, expected / deviation, fits)
+    share = float(counts.sum() / energy.sum())
+    there = float(np.dot(gains, counts) / counts.sum())
+    return Match(there * expected * share**0.5, expected * share**0.5, fits)

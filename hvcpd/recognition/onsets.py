@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
-from hvcpd.recognition.matched import Spectrum, power_of
+from hvcpd.recognition.matched import Weighing, power_of, scrutinized
 
 SIZE = 8192
 """Samples of a transform: half a second, most of which are new ones each time."""
@@ -27,21 +27,29 @@ APART = SAMPLE_RATE_HZ // 50
 """20 ms: nearer ones, of the same sound, are one."""
 BATCH = 4
 """Sounds that are correlated at once."""
-MOST = 8
-"""Onsets in one step, the strongest ones."""
-LEAST_OF_BEST = 0.4
-"""Of the strongest one's strength, what others have at least: what is said resembles other beginnings too."""
+MOST_OF_SOUND = 8
+"""Onsets of one sound in one step, the strongest ones."""
+MOST_SCRUTINIZED = 48
+"""Of all onsets in one step, the strongest ones: amid babble, hisses of other voices come before a word's beginning."""
+LEAST_THERE = 4.5
+"""Strength of an onset for what is left over where it is found..."""
+LEAST_OF_BEST = 0.25
+"""...of the strongest one's such strength, what others have at least: what is said resembles other beginnings too..."""
+MOST = 12
+"""...and how many are found in one step."""
 
 Spectra = NDArray[np.complex64]
 
 
 @dataclass(frozen=True)
 class Onset:
-    """Sound number `sound` seems to begin at sample `at`."""
+    """Sound number `sound` seems to begin at sample `at`, with a strength for what is usually heard, and `there` for
+    what is left over where it is found; 0 if a part of it is not there."""
 
     sound: int
     at: int
     strength: float
+    there: float = 0.0
 
 
 class Onsets:
@@ -59,22 +67,36 @@ class Onsets:
         self._spectra = _conjugates(cut) if quick else None
         self._powers = np.array([power_of(row) for row in cut], np.float32)
 
-    def find(self, weighed: Samples, first: int, weights: Spectrum) -> list[Onset]:
+    def find(self, weighed: Samples, first: int, weighing: Weighing) -> list[Onset]:
         """Those among the first STEP samples of `weighed`, shape (SIZE,), which begins at sample `first`."""
-        if not len(self._sounds):
-            return []
+        found = sorted(self._standing_out(weighed, first, weighing), key=lambda onset: -onset.strength)
+        found = [self._scrutinized(onset, weighed, first, weighing) for onset in found[:MOST_SCRUTINIZED]]
+        found.sort(key=lambda onset: -onset.there)
+        return [onset for onset in found[:MOST] if onset.there >= max(LEAST_THERE, LEAST_OF_BEST * found[0].there)]
+
+    def _standing_out(self, weighed: Samples, first: int, weighing: Weighing) -> Iterator[Onset]:
+        """All that stand out from what is usually heard."""
         spectrum = np.fft.rfft(weighed, SIZE)
-        found: list[Onset] = []
         for start in range(0, len(self._sounds), BATCH):
             batch = slice(start, start + BATCH)
             values = np.fft.irfft(spectrum * self._known(batch), SIZE)[:, :STEP]
-            usual = np.sqrt(np.maximum(self._powers[batch] @ weights, 1e-20))
+            usual = self._expected(batch, weighing)
             for row in np.flatnonzero(values.max(axis=1) >= LEAST * usual):
                 number = start + int(row)
                 begins = first - self._leads[number]
-                found += [Onset(number, begins + at, strength) for at, strength in _peaks(values[row] / usual[row])]
-        found.sort(key=lambda onset: -onset.strength)
-        return [onset for onset in found[:MOST] if onset.strength >= LEAST_OF_BEST * found[0].strength]
+                yield from (Onset(number, begins + at, height) for at, height in _peaks(values[row] / usual[row]))
+
+    def _expected(self, batch: slice, weighing: Weighing) -> NDArray[np.float32]:
+        return np.asarray(np.sqrt(np.maximum(self._powers[batch] @ weighing.weights, 1e-20)), np.float32)
+
+    def _scrutinized(self, onset: Onset, weighed: Samples, first: int, weighing: Weighing) -> Onset:
+        """The same, once it is known how strong it is there."""
+        number = onset.sound
+        at = onset.at + self._leads[number] - first
+        there = weighed[at : at + SOUND_SAMPLES]
+        expected = float(self._expected(slice(number, number + 1), weighing)[0])
+        match = scrutinized(there, self._sounds[number], self._powers[number], weighing, onset.strength, expected)
+        return replace(onset, there=match.strength if match.whole else 0.0)
 
     def _known(self, batch: slice) -> Spectra:
         # Transformed each time: the spectra would take three times the memory of the sounds.
@@ -99,7 +121,7 @@ def _peaks(row: NDArray[np.float32]) -> Iterator[tuple[int, float]]:
     middle = len(spread) // 2
     spread.partition(middle)
     row = row / max(float(spread[middle]) / MEDIAN_OF_NORMAL, 1.0)
-    for _ in range(MOST):
+    for _ in range(MOST_OF_SOUND):
         peak = int(row.argmax())
         if row[peak] < LEAST:
             return

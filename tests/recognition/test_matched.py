@@ -72,7 +72,7 @@ def test_what_is_left_over_lowers_the_strength_of_a_chance_likeness() -> None:
     weighing = _taught(noise[:64_000])
     strength, offset, expected = _strength(weighing, heard, word, 70_000)
     weighed = weighing.weigh(heard[70_000 + offset - REACH : 70_000 + offset + len(word) + REACH])
-    fit = scrutinized(weighed, word, weighing, strength, expected)
+    fit = scrutinized(weighed, word, power_of(word), weighing, strength, expected)
     assert fit.strength < 0.5 * strength
 
 
@@ -85,7 +85,7 @@ def test_half_a_word_is_not_the_whole() -> None:
         weighing = _taught(noise[:64_000])
         strength, offset, expected = _strength(weighing, heard, word, 70_000)
         weighed = weighing.weigh(heard[70_000 + offset - REACH : 78_000 + offset + REACH])
-        assert scrutinized(weighed, word, weighing, strength, expected).whole is whole
+        assert scrutinized(weighed, word, power_of(word), weighing, strength, expected).whole is whole
 
 
 def test_digital_silence_teaches_nothing() -> None:

@@ -27,26 +27,26 @@ def test_each_sound_is_found_where_it_begins() -> None:
     onsets = Onsets(SOUNDS)
     for number, at in ((0, 100), (1, 900), (2, STEP - 10)):
         weighed, weighing = _heard(number, at, 0.7)
-        found = onsets.find(weighed, 5_000, weighing.weights)
+        found = onsets.find(weighed, 5_000, weighing)
         assert (found[0].sound, found[0].at) == (number, 5_000 + at)
 
 
 def test_noise_alone_has_no_onset() -> None:
     weighed, weighing = _heard(None, 0, 0.0)
-    assert Onsets(SOUNDS).find(weighed, 0, weighing.weights) == []
+    assert Onsets(SOUNDS).find(weighed, 0, weighing) == []
 
 
 def test_what_begins_after_the_step_is_left_to_the_next_one() -> None:
     weighed, weighing = _heard(0, STEP + 600, 0.7)
-    assert Onsets(SOUNDS).find(weighed, 0, weighing.weights) == []
+    assert Onsets(SOUNDS).find(weighed, 0, weighing) == []
 
 
 def test_no_sounds_no_onsets() -> None:
     weighed, weighing = _heard(0, 100, 1.0)
-    assert Onsets([]).find(weighed, 0, weighing.weights) == []
+    assert Onsets([]).find(weighed, 0, weighing) == []
 
 
 def test_onsets_of_one_step_are_bounded() -> None:
     weighed, weighing = _heard(0, 100, 1.0)
     weighed += np.asarray(100.0 * np.sin(np.arange(len(weighed)) ** 2 / 9e4), np.float32)
-    assert len(Onsets(SOUNDS * 9).find(weighed, 0, weighing.weights)) <= MOST
+    assert len(Onsets(SOUNDS * 9).find(weighed, 0, weighing)) <= MOST
