@@ -122,9 +122,13 @@ class CoherentListener:
                 self._books = (*self._books, book)
                 self._beginnings.renew()
 
-    def dismiss(self, end: int) -> None:
-        """What was said before sample `end` is dealt with."""
-        self._paths = [path for path in self._paths if path.words and path.first >= end - DRIFT]
+    def dismiss(self, end: int, voice: str | None = None) -> None:
+        """What was said before sample `end`, by that voice or by any, is dealt with."""
+        self._paths = [
+            path
+            for path in self._paths
+            if (path.words and path.first >= end - DRIFT) or voice not in (None, path.book.voice)
+        ]
 
     def _rest(self) -> None:
         self._active = -1
@@ -182,7 +186,8 @@ class CoherentListener:
             if self._is_best(path):
                 words = (*self._before(path), *self._words_of(path))
                 found.append(Coherent(words, path.book.voice, path.score, path.explained, path.loses))
-                self.dismiss(path.end)
+                # A faint likeness amid other talk must not end the sentence that somebody else has begun meanwhile.
+                self.dismiss(path.end, path.book.voice if path.score < SETTLED else None)
         return found
 
     def _is_due(self, word: Extension) -> bool:
@@ -228,7 +233,7 @@ class CoherentListener:
             may_end = each.said.final and each.node in self._graph.finals
             enough = new.score >= (LEAST_SCORE if new.parent else LEAST_ALONE)
             new.ended = may_end and enough and new.thirds == thirds_of(len(new.thirds))
-            new.waiting = list(self._next(new))
+            new.goes_on = each.node in self._arcs
             self._paths.append(new)
 
     def _next(self, path: Path) -> Iterator[Extension]:
@@ -245,11 +250,14 @@ class CoherentListener:
             self._paths = [path for path in self._paths if not path.is_hopeless(leader)]
         best: dict[tuple[object, ...], Path] = {}
         for path in sorted(self._paths, key=lambda p: -p.rank):
-            if (path.waiting or path.ended) and (not path.words or path.rank >= LEAST_RANK):
+            if (path.goes_on or path.waiting or path.ended) and (not path.words or path.rank >= LEAST_RANK):
                 key = (id(path.book), path.node, path.thirds[-1:], path.words, path.paused, path.at // DRIFT)
                 best.setdefault(key, path)
         begun = [path for path in best.values() if not path.words]
         self._paths = begun + [path for path in best.values() if path.words][:BEAM]
+        for path in self._paths:
+            if path.goes_on:
+                path.goes_on, path.waiting = False, list(self._next(path))
 
     def _may_be_longer(self, path: Path) -> bool:
         """Whether a longer word in the place of one of its words fits too, as far as was heard."""

@@ -151,6 +151,8 @@ class Path:
     tried: dict[str, float] = field(default_factory=dict)
     """The best likelihood of each word after this path."""
     waiting: list[Extension] = field(default_factory=list)
+    goes_on: bool = False
+    """Words may come next, and do not wait yet."""
     ended: bool = False
     """It may be a whole sentence."""
     looks: list[bool] = field(default_factory=list)

@@ -186,7 +186,7 @@ class Recogniser:
         heard = [
             sentence
             for sentence in agreement.coherent.push(chunk.first_frame * HOP_SAMPLES, chunk.samples, speech)
-            if sentence.explained >= self._settings.least_explained or self._begins_in_silence(sentence)
+            if self._is_explained(sentence)
         ]
         since = (self._lost_until + UNHEARD_LEAD_FRAMES) * HOP_SAMPLES
         now = (chunk.first_frame + len(chunk.energies)) * HOP_SAMPLES
@@ -195,6 +195,14 @@ class Recogniser:
             self._segments.close(dealt_with // HOP_SAMPLES)
             self._listen_on(dealt_with // HOP_SAMPLES)
         return told
+
+    def _is_explained(self, sentence: Coherent) -> bool:
+        """Whether it is enough of what was heard."""
+        s = self._settings
+        if sentence.explained >= s.least_explained:
+            return True
+        enough = sentence.explained >= s.least_explained_surely
+        return enough and (sentence.score >= s.surely or self._begins_in_silence(sentence))
 
     def _begins_in_silence(self, sentence: Coherent) -> bool:
         deque(self._spotter.catch_up(self.watch.noise.estimate, RECENT_FRAMES), maxlen=0)  # it tells what came before

@@ -36,9 +36,13 @@ class RecogniserSettings:
     begins at a comma."""
     murmur: float = 0.1
     """...unless what came before had less than a tenth of its power."""
-    least_explained: float = 0.07
+    least_explained: float = 0.025
     """A sentence that explains so much of the energy that was heard is none by chance amid other talk: that explains
-    0.05 and less; sentences in babble as loud as they are, 0.4 to 0.5."""
+    0.02 at most; sentences in babble of ten times their power, 0.05 and more..."""
+    least_explained_surely: float = 0.015
+    """...and if silence came before it, or no chance is so likely..."""
+    surely: float = 300.0
+    """...as with this score: chance reaches 230."""
     confidence: ConfidenceCurve = field(default_factory=ConfidenceCurve)
     max_pause: float = 10.0
     """A pause may pass over so much speech (in frames of it): right sentences have 7 at most in noise and rooms, and a

@@ -44,6 +44,14 @@ class UrgentSettings:
     threshold: float = 0.34
     """The share of the word that must be found, so that the robots' own talk holds none in ten minutes. At 0.42 there
     are 2, at 0.38 7, while of 100 calls at 0 dB under another voice 88 are heard at 0.45 and 100 at 0.38."""
+    drowned_threshold: float = 0.45
+    """The same of a word that is drowned: of six voices' babble 0.34 to 0.39 of it is found once a minute..."""
+    drowned_db: float = 5.0
+    """...where nobody is so much louder than the noise, which people's babble is to the noise tracker: its level was -2
+    to 4 dB above. Calls as loud as pink noise were 5 dB above it..."""
+    drowned_share: float = 0.55
+    """...and less of the word stands out from it: 0.46 to 0.52 of the babble's likenesses, 0.57 and more of calls as
+    loud as the babble."""
     rival_lead: float = 0.12
     """A rival must have so much more than the word: under another voice its end costs nothing, so that it has up to
     0.07 more where the word was said."""
@@ -209,6 +217,10 @@ class UrgentSpotter:
         self._logs = np.log(composed)
         audible = np.clip(1.5 * word / composed - 0.5, 0.0, 1.0)  # a cell below the noise tells nothing
         self._cells = audible * self._weights
+        s = self.settings
+        shares = np.add.reduceat(self._cells.sum(axis=2), self._first, axis=1)[:, self._word]
+        drowned = (shares < s.drowned_share) & (level < 10.0 ** (s.drowned_db / 10.0) * float(noise.sum()))
+        self._least = np.where(drowned, s.drowned_threshold, s.threshold).astype(np.float32)
 
     def _step(self, sound: NDArray[np.float32]) -> None:
         s = self.settings
@@ -229,13 +241,16 @@ class UrgentSpotter:
 
     def _look(self, end_frame: int) -> None:
         """Note the word where it fits best; forget it when a rival fits much better."""
-        ends = self._score[:, self._last].max(axis=0)
-        word, rival = float(ends[self._word].max()), float(ends[self._rival].max(initial=_NOTHING))
+        scores = self._score[:, self._last]
+        words = scores[:, self._word]
+        word = float(words.max(initial=_NOTHING, where=words >= self._least))
+        ends = scores.max(axis=0)
+        rival = float(ends[self._rival].max(initial=_NOTHING))
         self._excuses[self._frame] = float(ends[self._excuse].max(initial=_NOTHING))
         self._excuses.pop(self._frame - PAIR * KEPT_EXCUSES, None)
         if self._pending is not None and rival > self._pending[1] + self.settings.rival_lead:
             self._pending = None
-        elif word >= self.settings.threshold and (self._pending is None or word > self._pending[1]):
+        elif word > (_NOTHING if self._pending is None else self._pending[1]):
             self._pending = (end_frame, word)
 
     def ended(self, frame: int, sentence_ends: bool) -> Spotted | None:
