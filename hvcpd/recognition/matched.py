@@ -191,9 +191,9 @@ def scrutinized(
 ) -> Match:
     """The same once it is known where: what is left over tells the deviation, and the parts whether all of it is there.
 
-    `weighed` and `sound` have the same shape (n,), `power` is the sound's `power_of`; strength and expectation are those
-    in steady noise. Where other people are loud, a part of the sound tells less: the parts count by what is left over
-    in each of them, as the optimum detector in noise that changes has it.
+    `weighed` and `sound` have the same shape (n,), `power` is the sound's `power_of`; strength and expectation are
+    those in steady noise. Where other people are loud, a part of the sound tells less: the parts count by what is left
+    over in each of them, as the optimum detector in noise that changes has it.
     """
     size = transform_size(len(sound))
     whole = np.asarray(np.fft.irfft(np.fft.rfft(sound, size) * weighing.shape(size), size)[: len(sound)], np.float32)

@@ -201,6 +201,13 @@ def test_a_sentence_is_not_taken_for_its_end() -> None:
     ]
 
 
+def test_a_faint_sentence_does_not_end_what_another_voice_has_begun() -> None:
+    first, second = spoken("hi rob", "oak"), spoken("hi bot, water lily", "willow")
+    both = np.pad(first, (0, len(second) - 4000))
+    both[len(first) - 4000 :] += second
+    assert texts(heard(stream([both], -14.0))) == ["hi rob", "hi bot water lily"]
+
+
 def test_a_first_word_that_went_unnoticed_is_found_in_the_end() -> None:
     """The listener knows its noise only when the first word is half over."""
     sound = stream([spoken("all, who is here")], 5.0)[32_000 - 1600 :]

@@ -76,6 +76,23 @@ def test_what_is_left_over_lowers_the_strength_of_a_chance_likeness() -> None:
     assert fit.strength < 0.5 * strength
 
 
+def test_somebody_loud_for_a_moment_hides_that_part_only() -> None:
+    noise, word = _noise(96_000, 6), _word(8000)
+    heard = noise.copy()
+    heard[70_000:78_000] += np.float32(0.3) * word
+    loud = heard.copy()
+    loud[76_500:78_000] += _noise(1500, 9, 0.3)
+    weighing, power = _taught(noise[:64_000]), power_of(word)
+    fits = []
+    for sound in (heard, loud):
+        weighed = weighing.weigh(sound[70_000 - REACH : 78_000 + REACH])
+        expected = float(np.dot(power, weighing.weights)) ** 0.5
+        strength = float(np.dot(weighed, word)) / expected
+        fits.append(scrutinized(weighed, word, power, weighing, strength, expected))
+    assert fits[1].strength > 0.8 * fits[0].strength
+    assert fits[1].strength / fits[1].expected == pytest.approx(0.3, rel=0.1)
+
+
 def test_half_a_word_is_not_the_whole() -> None:
     noise, word = _noise(96_000, 6), _word(8000)
     for whole in (True, False):

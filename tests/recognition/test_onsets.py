@@ -50,3 +50,13 @@ def test_onsets_of_one_step_are_bounded() -> None:
     weighed, weighing = _heard(0, 100, 1.0)
     weighed += np.asarray(100.0 * np.sin(np.arange(len(weighed)) ** 2 / 9e4), np.float32)
     assert len(Onsets(SOUNDS * 9).find(weighed, 0, weighing)) <= MOST
+
+
+def test_loud_hisses_of_others_hide_no_beginning() -> None:
+    """A hiss is a part of many words; here one is heard again and again, louder than the word that begins."""
+    weighed, weighing = _heard(0, 2500, 0.7)
+    hiss = np.pad(SOUNDS[1][2500:3500], REACH)
+    for at in (200, 1300):
+        weighed[at : at + 1000] += 4 * weighing.weigh(hiss)
+    found = [(onset.sound, onset.at) for onset in Onsets(SOUNDS).find(weighed, 0, weighing)]
+    assert found == [(0, 2500)]

@@ -56,6 +56,18 @@ def test_stop_is_heard_over_talk_as_loud_within_half_a_second(at_s: float) -> No
     assert not any(isinstance(event, Recognised) and "stop" in event.words for _, event in without)
 
 
+@pytest.mark.parametrize(("noise_db", "told"), [(-40.0, True), (0.0, False)])
+def test_a_word_as_loud_as_the_noise_must_be_found_more_surely(noise_db: float, told: bool) -> None:
+    """Of babble, which is noise to the noise tracker, a part always resembles the word."""
+    energies = np.tile(energies_of(CALL), (2, 1))
+    noise = np.full(energies.shape[1], energies.mean() * 10.0 ** (noise_db / 10.0), np.float32)
+    for least, expected in ((0.1, True), (2.0, told)):
+        settings = UrgentSettings(threshold=0.1, drowned_threshold=least)
+        spotter = UrgentSpotter(UrgentTemplates({"low": [CALL]}, {}, frozenset({"stop"})), settings)
+        spotter.feed(0, energies + noise, noise)
+        assert spotter.pending is expected
+
+
 def test_talk_alone_is_no_stop_and_is_still_understood() -> None:
     events = [event for _, event in hear(ears(), in_noise(sentence("hi rob, water green")))]
     assert [event.words for event in events if isinstance(event, Recognised)] == [("hi", "rob", "water", "green")]
