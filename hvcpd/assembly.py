@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 import random
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
@@ -44,7 +44,7 @@ from hvcpd.synthesis.recorded import RecordedSpeaker
 from hvcpd.synthesis.speaker import Speaker
 from hvcpd.synthesis.unit_cache import UnitCache
 from hvcpd.synthesis.voices import VOICES, Voice, voice_for
-from hvcpd.voicebook import Shelf, SpokenBook
+from hvcpd.voicebook import MadeWhenAsked, Shelf, SpokenBook
 
 SLOW = 1.0 / SLOW_STRETCH
 """Of the usual rate, when a robot speaks slowly; the recogniser's steps span 0.5 to 2."""
@@ -176,7 +176,7 @@ def make_recogniser(phrasebook: Phrasebook, names: Sequence[str], sound: Sound, 
     listened to: to render them again and again would take too long.
     """
     speakers = {_robot_voice(name, sound): name for name in names}
-    bank = _RenderedWhenAsked(speakers, lambda voice: _templates(phrasebook, sound.speaker_of(speakers[voice])))
+    bank = MadeWhenAsked(speakers, lambda voice: _templates(phrasebook, sound.speaker_of(speakers[voice])))
     sealed = Kind.SEALED in phrasebook.vocabulary.kinds
     settings = RecogniserSettings(spotter=SpotterSettings(beam=Beam(max_pairs=SEALED_PAIRS))) if sealed else None
     coherent = make_coherent(phrasebook, names, sound, prepared) if sound.cache is not None else None
@@ -210,23 +210,6 @@ def _voices(names: Iterable[str], sound: Sound) -> dict[str, str]:
     return {name.lower(): people.get(name.lower()) or _robot_voice(name, sound) for name in names}
 
 
-class _RenderedWhenAsked(Mapping[str, dict[str, list[Samples]]]):
-    """The words of several voices, one voice at a time: their sounds together would be most of the daemon's memory."""
-
-    def __init__(self, voices: Iterable[str], render: Callable[[str], dict[str, list[Samples]]]) -> None:
-        self._voices = tuple(voices)
-        self._render = render
-
-    def __getitem__(self, voice: str) -> dict[str, list[Samples]]:
-        return self._render(voice)
-
-    def __iter__(self) -> Iterator[str]:
-        return iter(self._voices)
-
-    def __len__(self) -> int:
-        return len(self._voices)
-
-
 def make_ears(
     phrasebook: Phrasebook, names: Sequence[str], sound: Sound, strangers: bool, prepared: bool = True
 ) -> Listening:
@@ -238,8 +221,8 @@ def make_ears(
 def make_spelled(phrasebook: Phrasebook, sound: Sound, watch: Watch | None = None) -> Recogniser:
     """Hears names being spelled, in every voice; `watch`: of another recogniser on the same microphone."""
     graph = phrasebook.spelling_graph
-    voices = {voice.name: voice for voice in VOICES}
-    bank = _RenderedWhenAsked(voices, lambda voice: templates_of(graph.words, voices[voice], sound))
+    speakers = {voice.name: Speaker(voice, sound.lexicon, sound.cache) for voice in VOICES}
+    bank = MadeWhenAsked(speakers, lambda voice: MadeWhenAsked(graph.words, speakers[voice].templates))
     return Recogniser(graph, bank, RecogniserSettings(min_confidence=MIN_SPELLED_CONFIDENCE), watch=watch)
 
 
@@ -268,15 +251,15 @@ def _excuses(spotter: UrgentSpotter, sound: Sound, names: Iterable[str]) -> list
 
 def templates(phrasebook: Phrasebook, voice: Voice, sound: Sound) -> dict[str, list[Samples]]:
     """Every word of the phrasebook in one voice, and the phrases that count as one."""
-    return _templates(phrasebook, Speaker(voice, sound.lexicon, sound.cache))
+    return dict(_templates(phrasebook, Speaker(voice, sound.lexicon, sound.cache)))
 
 
-def _templates(phrasebook: Phrasebook, speaker: Speaker) -> dict[str, list[Samples]]:
-    found = {word: speaker.templates(word) for word in phrasebook.marked_graph.words}
-    for word, phrases in phrasebook.alternatives.items():
-        for phrase in phrases:
-            found[word] += speaker.phrase_templates(phrase)
-    return found
+def _templates(phrasebook: Phrasebook, speaker: Speaker) -> Mapping[str, list[Samples]]:
+    def rendered(word: str) -> list[Samples]:
+        phrases = phrasebook.alternatives.get(word, ())
+        return speaker.templates(word) + [take for phrase in phrases for take in speaker.phrase_templates(phrase)]
+
+    return MadeWhenAsked(phrasebook.marked_graph.words, rendered)
 
 
 def templates_of(words: Iterable[str], voice: Voice, sound: Sound) -> dict[str, list[Samples]]:

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from collections import OrderedDict
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass
+from typing import TypeVar
 
 from hvcpd.ports import Samples
 from hvcpd.recognition.matched import Spectrum, power_of
@@ -18,6 +19,25 @@ NOTED = 2000
 
 Key = tuple[int, str, int]
 Sounds = tuple[Samples, ...]
+Made = TypeVar("Made")
+
+
+class MadeWhenAsked(Mapping[str, Made]):
+    """The words of a voice, or the voices themselves, one at a time: all sounds together would be most of the daemon's
+    memory."""
+
+    def __init__(self, names: Iterable[str], make: Callable[[str], Made]) -> None:
+        self._names = tuple(names)
+        self._make = make
+
+    def __getitem__(self, name: str) -> Made:
+        return self._make(name)
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._names)
+
+    def __len__(self) -> int:
+        return len(self._names)
 
 
 class Shelf:

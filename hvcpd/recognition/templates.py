@@ -89,6 +89,17 @@ def reverberated(energies: Energies) -> Energies:
     return out
 
 
+def _joined(blocks: list[Energies]) -> Energies:
+    """All blocks, one below the other. Each is given up when it is copied, or all would be in memory twice."""
+    out = np.empty((sum(map(len, blocks)), N_BANDS), np.float32)  # takes pages only where it is written
+    at = len(out)
+    while blocks:
+        block = blocks.pop()
+        out[at - len(block) : at] = block
+        at -= len(block)
+    return out
+
+
 def _as_energies(take: Take) -> Energies:
     return take if take.ndim == 2 else trimmed_energies(take)
 
@@ -108,15 +119,19 @@ class TemplateBank:
             rows = [(word, _as_energies(take)) for word, of_word in words.items() for take in of_word]
             if not rows:
                 raise ValueError(f"voice {voice!r} has no templates")
-            scale = np.float32(1.0) / np.concatenate([energies for _, energies in rows]).sum(axis=1).mean()
+            block = np.concatenate([energies for _, energies in rows])
+            scale = np.float32(1.0) / block.sum(axis=1).mean()
+            at = 0
             for word, energies in rows:
-                templates.append(Template(voice, word, first, len(energies)))
-                blocks.append(reverberated(np.maximum(energies - ENERGY_FLOOR, 0.0) * scale))
-                first += len(energies)
+                templates.append(Template(voice, word, first + at, len(energies)))
+                block[at : at + len(energies)] = reverberated(np.maximum(energies - ENERGY_FLOOR, 0.0) * scale)
+                at += len(energies)
+            blocks.append(block)
+            first += at
         if not blocks:
             raise ValueError("no templates")
         self.templates = tuple(templates)
-        self.energies: Energies = np.concatenate(blocks)
+        self.energies: Energies = _joined(blocks)
         """Noise-free energies of every frame, shape (n_frames, N_BANDS), a voice's mean total being about 1."""
         self.n_frames = len(self.energies)
         power = self.energies.sum(axis=1)
