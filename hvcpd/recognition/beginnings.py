@@ -14,9 +14,7 @@ from hvcpd.recognition.paths import Said, Voicebook
 from hvcpd.recognition.weighed import WeighedSound
 
 LOOK_BACK = 4
-"""Steps (1.25 s) before signs of speech in which a sentence may have begun: so late, they are surely seen..."""
-SOON = 1
-"""...and this many that are looked into at once; a greeting may tell before the others are."""
+"""Steps (1.25 s) before signs of speech in which a sentence may have begun: so late, they are surely seen."""
 LONGEST_WAIT = 6
 """Steps (1.9 s) that may wait while a greeting is followed: what is heard is kept for 3 s."""
 
@@ -91,7 +89,8 @@ class Beginnings:
             self._next += STEP
             yield from found
         if settled:
-            self._waiting = []
+            self._waiting, self._sign = [], None
+            return
         self._sign = (sound.end if self._sign is None else self._sign) if signs else None
         longest = LONGEST_WAIT if signs else LOOK_BACK
         self._waiting = self._waiting[-longest:]
@@ -99,9 +98,8 @@ class Beginnings:
             yield from self._seek_others(sound, self._sign)
 
     def _seek_others(self, sound: WeighedSound, sign: int) -> Iterator[tuple[First, int]]:
-        """The same of all but greetings, of which those are known by now that began before the `sign`, or not yet."""
-        late = self._next >= sign
-        due = self._waiting if late else [at for at in self._waiting if at >= self._next - SOON * STEP]
+        """The same of all but greetings: where the `sign` was, and before it when it is known that no greeting was."""
+        due = self._waiting if self._next >= sign else [at for at in self._waiting if at + SIZE > sign]
         self._waiting = [at for at in self._waiting if at not in due]
         if not due:
             return

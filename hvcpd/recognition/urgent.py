@@ -218,16 +218,21 @@ class UrgentSpotter:
         audible = np.clip(1.5 * word / composed - 0.5, 0.0, 1.0)  # a cell below the noise tells nothing
         self._cells = audible * self._weights
         s = self.settings
-        shares = np.add.reduceat(self._cells.sum(axis=2), self._first, axis=1)[:, self._word]
+        self._all_found = self._cells.sum(axis=2)
+        self._off = np.empty_like(self._logs)
+        shares = np.add.reduceat(self._all_found, self._first, axis=1)[:, self._word]
         drowned = (shares < s.drowned_share) & (level < 10.0 ** (s.drowned_db / 10.0) * float(noise.sum()))
         self._least = np.where(drowned, s.drowned_threshold, s.threshold).astype(np.float32)
 
     def _step(self, sound: NDArray[np.float32]) -> None:
         s = self.settings
-        off = (sound - self._logs) * np.float32(10.0 / np.log(10.0) / s.sigma_db)
-        found = np.float32(1.0) - np.float32(0.5) * off * off
-        np.maximum(found, np.where(off > 0.0, np.float32(0.0), np.float32(s.worst)), out=found)
-        gained = np.einsum("gnb,gnb->gn", found, self._cells)
+        # A cell counts 1 - off² / 2 for a spread of 1, no less than 0 where the sound is louder than the word, and than
+        # `worst` where it is fainter.
+        unit = s.sigma_db * np.log(10.0) / 10.0
+        off = np.subtract(sound, self._logs, out=self._off)
+        np.clip(off, np.float32(-unit * (2.0 - 2.0 * s.worst) ** 0.5), np.float32(unit * 2.0**0.5), out=off)
+        np.multiply(off, off, out=off)
+        gained = self._all_found - np.float32(0.5 / unit**2) * np.einsum("gnb,gnb->gn", off, self._cells)
         score = self._score
         advance = np.full_like(score, _NOTHING)
         advance[:, 1:] = score[:, :-1]
