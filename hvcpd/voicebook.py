@@ -11,9 +11,9 @@ from hvcpd.ports import Samples
 from hvcpd.recognition.matched import Spectrum, power_of
 from hvcpd.synthesis.speaker import PITCH_STEPS, Joined, Speaker
 
-KEPT = 150
-"""Words with their pitch of which the sounds are kept in memory, of all voices, at most: 9 MB. The cache has the
-others; one who speaks needs some 90."""
+KEPT = 80
+"""Words with their pitch of which the sounds are kept in memory, of all voices, at most: 5 MB. The cache has the
+others; twice as many save no time."""
 NOTED = 2000
 """Words with their pitch of which it is noted how they join others, in each book, at most: 1 MB."""
 

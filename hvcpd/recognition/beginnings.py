@@ -34,7 +34,7 @@ class _Search:
 
     def __init__(self, firsts: Sequence[First], quick: bool) -> None:
         self.firsts = firsts
-        self._onsets = Onsets([first.said.samples for first in firsts], quick)
+        self._onsets = Onsets((first.said.samples for first in firsts), quick)
 
     def find(self, sound: WeighedSound, at: int, more: bool) -> list[tuple[First, int]]:
         """What begins within STEP samples from sample `at` on, and where; `more`: the sound will be asked for again."""
