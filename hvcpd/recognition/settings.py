@@ -38,7 +38,7 @@ class RecogniserSettings:
     """...unless what came before had less than a tenth of its power."""
     least_explained: float = 0.025
     """A sentence that explains so much of the energy that was heard is none by chance amid other talk: that explains
-    0.02 at most; sentences in babble of ten times their power, 0.05 and more..."""
+    0.02 and less, but for one in 18 minutes of babble; sentences in babble of ten times their power, 0.05..."""
     least_explained_surely: float = 0.015
     """...and if silence came before it, or no chance is so likely..."""
     surely: float = 300.0
