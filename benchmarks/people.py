@@ -41,7 +41,7 @@ from hvcpd.hardware.soundfile import read_wav
 from hvcpd.language.graph import Arc, WordGraph
 from hvcpd.people.ears import AtOnce, Piece, SecondEars
 from hvcpd.people.enrolled import Person
-from hvcpd.people.opinion import SecondOpinion, strangers_possible
+from hvcpd.people.opinion import SecondOpinion
 from hvcpd.people.sphinx import WIDE_BEAMS, heard, make_decoder
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 from hvcpd.recognition.events import Event, Recognised, Urgent
@@ -70,9 +70,9 @@ class Stage:
         return SecondEars(make_recogniser(self.book, NAMES[:2], self.sound), opinion, AtOnce())
 
     def opinion(self, graph: WordGraph, people: Sequence[Person]) -> SecondOpinion:
-        """Of whoever is enrolled, and of strangers where PocketSphinx is installed."""
+        """Of whoever is enrolled, and of strangers."""
         known = {person.name.lower(): person for person in people}
-        return SecondOpinion(graph, self.sound.lexicon, known, strangers_possible())
+        return SecondOpinion(graph, self.sound.lexicon, known, True)
 
     def peer(self, graph: WordGraph) -> Any:
         """PocketSphinx as it comes, with beams that favour it."""

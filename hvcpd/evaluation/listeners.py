@@ -13,7 +13,7 @@ from hvcpd.assembly import DEFAULT_TEAMS, Sound, make_phrasebook, make_recognise
 from hvcpd.config.task_file import load_tasks
 from hvcpd.config.tasks import TaskRepository, default_tasks_path
 from hvcpd.language.phrasebook import Phrasebook
-from hvcpd.people.opinion import strangers_possible
+from hvcpd.people.opinion import sphinx_installed
 from hvcpd.people.sphinx import WIDE_BEAMS, make_decoder
 from hvcpd.people.sphinx import heard as heard_by_sphinx
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
@@ -40,7 +40,7 @@ class Said:
     end: int
 
 
-peer_available = strangers_possible
+peer_available = sphinx_installed
 
 
 @cache

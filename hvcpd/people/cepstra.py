@@ -25,6 +25,8 @@ N_BANDS, LOW_HZ, HIGH_HZ, LIFTER = 25, 130.0, 6800.0, 22
 WINDOW_SAMPLES, HOP_SAMPLES, FFT_SIZE, PRE_EMPHASIS, N_CEPSTRA = 410, 160, 512, 0.97, 13
 """PocketSphinx's defaults at 16 kHz (`wlen`, `frate`, `nfft`, `alpha`, `ncep`)."""
 FULL_SCALE = 32768.0
+LEVEL_RMS = 0.1
+"""Of the louder quarter of the speech's samples, full scale 1: the models were trained on speech about as loud."""
 LEAST = 1e-4
 """Added to energies before the logarithm, as PocketSphinx does."""
 
@@ -88,6 +90,13 @@ def bands_of(sound: Samples) -> Bands:
     return np.asarray((spectra.real**2 + spectra.imag**2) @ _filters())
 
 
+def levelled(sound: Samples, speech: Samples) -> tuple[Samples, Samples]:
+    """A sound and its part that is speech, brought to the level of the models' training."""
+    loud = np.sort(np.abs(speech))[-max(len(speech) // 4, 1) :]
+    gain = np.float32(min(LEVEL_RMS / max(float(np.sqrt(np.mean(loud.astype(np.float64) ** 2))), 1e-6), 1e3))
+    return gain * sound, gain * speech
+
+
 def noise_of(sound: Samples, lead: int) -> NDArray[np.float64]:
     """Mean energies, shape (N_BANDS,), of the noise of a sound in which speech was noticed after `lead` samples."""
     bands = bands_of(sound[: max(lead - round(SURELY_BEFORE_S * SAMPLE_RATE_HZ), 0)])
@@ -113,17 +122,24 @@ def without_noise(bands: Bands, noise: NDArray[np.float64]) -> Bands:
     return np.asarray(bands * (sums[:, end] - sums[:, begin]) / (end - begin))
 
 
-def cepstra_of(sound: Samples, noise: NDArray[np.float64]) -> Cepstra:
-    """Of one utterance in a sound, shape (n,), with a little of what is around it, in noise of which `bands_of` are
-    `noise` in the mean, shape (N_BANDS,). Their mean is 0."""
+def logs_of(sound: Samples, noise: NDArray[np.float64]) -> Bands:
+    """Logarithms of the energies, shape (frames, N_BANDS), of one utterance in a sound, shape (n,), with a little of
+    what is around it, in noise of which `bands_of` are `noise` in the mean, shape (N_BANDS,)."""
     bands = bands_of(sound)
     if not len(bands):
-        return np.zeros((0, N_CEPSTRA), np.float32)
+        return bands
     power = np.sort(bands.sum(axis=1))
     loud = float(power[-max(len(power) // MASK_SHARE, 1) :].mean())
     logs = np.log(without_noise(bands, noise) + loud / N_BANDS * 10.0 ** (-MASK_DB / 10.0) + LEAST)
     if upper_lost(bands):
         logs[:, UPPER:] = _made_up(logs[:, :UPPER])
+    return np.asarray(logs)
+
+
+def cepstra_of(logs: Bands) -> Cepstra:
+    """Of the logarithms of an utterance's energies, shape (frames, N_BANDS). Their mean is 0."""
+    if not len(logs):
+        return np.zeros((0, N_CEPSTRA), np.float32)
     cepstra = logs @ transform()
     return np.asarray(cepstra - cepstra.mean(axis=0), np.float32)
 

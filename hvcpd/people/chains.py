@@ -82,6 +82,10 @@ class Chains:
     def __init__(self, net: Network) -> None:
         self.net = net
         size = net.length + GUARD
+        chains = zip(net.first_row, net.length, strict=True)
+        self.rows: Index = np.unique(np.concatenate([first + np.arange(n) for first, n in chains]))
+        """The template frames that some chain has."""
+        self._first_row: Index = np.searchsorted(self.rows, net.first_row)
         self._begin: Index = np.cumsum(size) - size
         self._n_cells = int(size.sum())
         end = self._begin + size
@@ -89,8 +93,8 @@ class Chains:
         """Where the last REACH cells of each chain begin and end, in turn, as `reduceat` takes them."""
 
     def forward(self, distances: Callable[[int, int], Costs], to_noise: Costs) -> Ends:
-        """Of each frame to the room's noise alone, and of the frames from one to another (first axis) to all template
-        frames: those of a whole piece would take 30 MB a person."""
+        """Of each frame to the room's noise alone, and of the frames from one to another (first axis) to the template
+        frames of `rows`: those of a whole piece would take 30 MB a person."""
         net, n = self.net, len(to_noise)
         cost, began = np.full(self._n_cells, FAR, np.float32), np.zeros(self._n_cells, np.int32)
         ends = Ends(
@@ -127,7 +131,7 @@ class Chains:
         begins = np.cumsum(size) - size
         offset = np.arange(int(size.sum())) - np.repeat(begins, size)
         nodes, node_begins = np.unique(net.target_node[chains], return_index=True)
-        row = np.repeat(net.first_row[chains], size) + np.maximum(offset - GUARD, 0)
+        row = np.repeat(self._first_row[chains], size) + np.maximum(offset - GUARD, 0)
         return _Part(
             chains,
             np.repeat(self._begin[chains], size) + offset,

@@ -8,20 +8,18 @@ from hvcpd.faculties import Ears
 from hvcpd.language.phrasebook import Phrasebook
 from hvcpd.people.ears import LooksAgain, SecondEars, Worker
 from hvcpd.people.enrolled import Person
-from hvcpd.people.opinion import SecondOpinion, strangers_possible
+from hvcpd.people.opinion import SecondOpinion
 from hvcpd.synthesis.lexicon import Lexicon
 
 
 def make_second(
     phrasebook: Phrasebook, lexicon: Lexicon, people: Mapping[str, Person], strangers: bool
 ) -> LooksAgain | None:
-    """Who looks again at what robots' voices do not explain: for enrolled people and, where PocketSphinx is installed
-    and `strangers` are to be understood, for anybody; None if there is nobody to look for. Words that `people` get
-    later count from then on."""
-    anybody = strangers and strangers_possible()
-    if not anybody and not people:
+    """Who looks again at what robots' voices do not explain: for enrolled people and, if `strangers` are to be
+    understood, for anybody; None if there is nobody to look for. Words that `people` get later count from then on."""
+    if not strangers and not people:
         return None
-    return SecondOpinion(phrasebook.people_graph, lexicon, people, anybody)
+    return SecondOpinion(phrasebook.people_graph, lexicon, people, strangers)
 
 
 def looking_twice(ears: Ears, listener: LooksAgain | None, worker: Worker) -> Ears:

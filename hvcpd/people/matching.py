@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -10,7 +10,7 @@ import numpy as np
 from hvcpd.language.graph import Arc, WordGraph
 from hvcpd.people.chains import FAR, Chains, Costs, Ends
 from hvcpd.recognition.frontend import CONTEXT_FRAMES, Energies, Features, features_of
-from hvcpd.recognition.network import Network
+from hvcpd.recognition.network import Index, Network
 from hvcpd.recognition.scorer import Scorer
 from hvcpd.recognition.templates import Noise, TemplateBank, noise_features
 
@@ -58,9 +58,11 @@ class _Heard:
     rows: Features
     to_noise: Costs
 
-    def distances(self, begin: int, end: int) -> Costs:
-        """Of some frames to all template frames."""
-        return _distances(self.features[begin:end], self.rows)
+    def to(self, rows: Index) -> Callable[[int, int], Costs]:
+        """Distances of some frames to some template frames."""
+        some = self.rows if len(rows) == len(self.rows) else self.rows[rows]
+        squares = _squares(some)
+        return lambda begin, end: _distances(self.features[begin:end], some, squares)
 
 
 class Matcher:
@@ -82,14 +84,14 @@ class Matcher:
         `energies`, shape (n, N_BANDS), begin and end with a little noise. None if it is too short for any sentence.
         """
         heard = self._heard(energies, noise)
-        ends = self._chains.forward(heard.distances, heard.to_noise)
+        ends = self._chains.forward(heard.to(self._chains.rows), heard.to_noise)
         found = _best_of_voices(self._chains, ends)
         if not found:
             return None
         sentences = dict.fromkeys(words for _, words, _ in found.values())
         if len(sentences) == 1:
-            return self._match(self._chains, ends, min(found.values())[2], heard)
-        return self._voted(sentences, heard)
+            return self._match(self._chains, ends, min(found.values())[2], heard, ends.nearest)
+        return self._voted(sentences, heard, ends.nearest)
 
     def _heard(self, energies: Energies, noise: Noise) -> _Heard:
         gain = max(self._scorer.level_of(energies, noise), LEAST_GAIN)
@@ -97,26 +99,27 @@ class Matcher:
         rows = self._bank.compose(np.arange(self._bank.n_frames), noise + mask, gain)
         padded = np.pad(energies + mask, ((CONTEXT_FRAMES, CONTEXT_FRAMES), (0, 0)), mode="edge")
         heard = features_of(padded)
-        to_noise = _distances(heard, noise_features(noise + mask)[None, :])[:, 0]
+        silence = noise_features(noise + mask)[None, :]
+        to_noise = _distances(heard, silence, _squares(silence))[:, 0]
         return _Heard(heard, rows, to_noise)
 
-    def _voted(self, sentences: Iterable[tuple[str, ...]], heard: _Heard) -> Match:
+    def _voted(self, sentences: Iterable[tuple[str, ...]], heard: _Heard, nearest: Costs) -> Match:
         """Of the sentences that fit best in one voice or another, the one that fits best in all; in its best voice."""
         judged = []
         for words in sentences:
             arcs = tuple(Arc(k, k + 1, word) for k, word in enumerate(words))
             chains = self._compiled(WordGraph(len(words) + 1, arcs, 0, frozenset((len(words),)), frozenset()))
-            ends = chains.forward(heard.distances, heard.to_noise)
+            ends = chains.forward(heard.to(chains.rows), heard.to_noise)
             voices = _best_of_voices(chains, ends).values()
             costs = np.array([cost for cost, _, _ in voices])
             vote = costs.min() - VOTE_COST * float(np.log(np.exp((costs.min() - costs) / VOTE_COST).sum()))
             judged.append((vote, words, chains, ends, min(voices)[2]))
         _, _, chains, ends, node = min(judged, key=lambda each: each[:2])
-        return self._match(chains, ends, node, heard)
+        return self._match(chains, ends, node, heard, nearest)
 
-    def _match(self, chains: Chains, ends: Ends, node: int, heard: _Heard) -> Match:
+    def _match(self, chains: Chains, ends: Ends, node: int, heard: _Heard, nearest: Costs) -> Match:
         words, inside = [], np.zeros(len(heard.to_noise), np.bool_)
-        least = np.minimum(ends.nearest, heard.to_noise)
+        least = np.minimum(nearest, heard.to_noise)
         path = chains.trace(ends, node)
         for word in path:
             excess = word.cost - float(least[word.start : word.end].sum())
@@ -144,11 +147,16 @@ def _best_of_voices(chains: Chains, ends: Ends) -> dict[str, tuple[float, tuple[
     return found
 
 
-def _distances(heard: Features, rows: Features) -> Costs:
-    """Euclidean distances, shape (len(heard), len(rows))."""
-    squares = -2.0 * (heard @ rows.T)
-    squares += np.einsum("uf,uf->u", rows, rows)
-    squares += np.einsum("uf,uf->u", heard, heard)[:, None]
+def _squares(rows: Features) -> Costs:
+    out: Costs = np.einsum("uf,uf->u", rows, rows)
+    return out
+
+
+def _distances(heard: Features, rows: Features, row_squares: Costs) -> Costs:
+    """Euclidean distances, shape (len(heard), len(rows)), the rows' own squares being known."""
+    squares = np.float32(-2.0) * heard @ rows.T
+    squares += row_squares
+    squares += _squares(heard)[:, None]
     np.maximum(squares, 0.0, out=squares)
     out: Costs = np.sqrt(squares, out=squares)
     return out

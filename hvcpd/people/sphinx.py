@@ -15,9 +15,8 @@ from typing import Any
 
 import numpy as np
 
-from hvcpd.language.graph import Arc, WordGraph
-from hvcpd.people.cepstra import cepstra_of, noise_of
-from hvcpd.people.ears import Piece
+from hvcpd.language.graph import WordGraph
+from hvcpd.people.cepstra import Bands, cepstra_of
 from hvcpd.ports import Samples
 from hvcpd.synthesis.lexicon import Lexicon
 
@@ -28,13 +27,8 @@ FRAME_SAMPLES = 160
 """PocketSphinx's frames are 10 ms apart."""
 SCORE_BASE = 1.0001
 """Its scores are logarithms to this base (`logbase`); so a score of 10,000 is a natural logarithm of 1."""
-LEVEL_RMS = 0.1
-"""Speech is brought to this level, full scale 1, as the models were trained with."""
 MOST_PRONUNCIATIONS = 6
 """Of a word, that accents add: each costs time wherever the word may come."""
-
-MOST_CALL_WORDS = 3
-""" "Team plant stop": an addressee and the word."""
 
 _VOWELS = frozenset("AA AE AH AO AW AY EH ER EY IH IY OW OY UH UW".split())
 _ACCENTS = {"AA": ("AO",), "AE": ("AA", "AH"), "ER": ("AH",), "OW": ("AO",)}
@@ -129,39 +123,21 @@ def heard(decoder: Any, sound: Samples) -> str:
 
 
 class Sphinx:
-    """Guesses what anybody says; made when first asked, since it takes a second and 40 MB.
+    """Guesses what anybody says; made when first asked, since it takes a second and 40 MB."""
 
-    Beside the phrasebook's network it has a small one of the calls that end in one word, such as "Rob stop". In it few
-    sounds compete, so that misfits are not those of the large network.
-    """
-
-    def __init__(self, graph: WordGraph, lexicon: Lexicon, urgent: str) -> None:
-        """`urgent`: the word that calls end in."""
+    def __init__(self, graph: WordGraph, lexicon: Lexicon) -> None:
         self._graph = graph
-        self._urgent = urgent
         self._lexicon = lexicon
         self._decoder: Any = None
 
-    def guess(self, piece: Piece) -> Guess | None:
-        """What is said in a piece of sound. Raises ImportError where PocketSphinx is not installed."""
-        return self._best(piece, "phrasebook")
-
-    def call(self, piece: Piece) -> Guess | None:
-        """The call that it is if it is one, however badly that fits; None where nothing of one was found, or where the
-        network has no such sentence."""
-        return self._best(piece, "calls") if self._urgent in self._graph.words else None
-
-    def _best(self, piece: Piece, search: str) -> Guess | None:
+    def guess(self, logs: Bands) -> Guess | None:
+        """What is said in an utterance, of whose energies the logarithms are given (`logs_of`). Raises ImportError
+        where PocketSphinx is not installed."""
         if self._decoder is None:
             self._decoder = self._made()
-        self._decoder.activate_search(search)
-        speech = piece.speech
-        loud = np.sort(np.abs(speech))[-max(len(speech) // 4, 1) :]
-        gain = np.float32(min(LEVEL_RMS / max(float(np.sqrt(np.mean(loud.astype(np.float64) ** 2))), 1e-6), 1e3))
-        cepstra = cepstra_of(gain * speech, noise_of(gain * piece.sound, piece.lead))
         decoder = self._decoder
         decoder.start_utt()
-        decoder.process_cep(cepstra.tobytes(), full_utt=True)
+        decoder.process_cep(cepstra_of(logs).tobytes(), full_utt=True)
         decoder.end_utt()
         hypothesis = decoder.hyp()
         return _guess(list(decoder.seg())) if hypothesis and hypothesis.hypstr else None
@@ -170,35 +146,10 @@ class Sphinx:
         with tempfile.TemporaryDirectory() as folder:
             # The search of the lattice for a better path costs a quarter of the sentences of foreign voices.
             decoder = make_decoder(self._graph, Path(folder), self._lexicon, accents=True, bestpath=False, **WIDE_BEAMS)
-            if self._urgent in self._graph.words:
-                calls = Path(folder) / "calls.fsg"
-                calls.write_text(_grammar(calls_in(self._graph, self._urgent)))
-                decoder.add_fsg("calls", decoder.read_fsg(str(calls)))
         settings = decoder.config
         settings["cmn"] = "none"  # ours is taken away already
         decoder.reinit_feat(settings)
         return decoder
-
-
-def calls_in(graph: WordGraph, urgent: str) -> WordGraph:
-    """The sentences of the network that have MOST_CALL_WORDS at most and end in `urgent`, as a network."""
-    found: list[tuple[str, ...]] = []
-    paths: list[tuple[int, tuple[str, ...]]] = [(graph.start, ())]
-    while paths:
-        node, words = paths.pop()
-        for arc in graph.arcs:
-            if arc.source == node and len(words) < MOST_CALL_WORDS:
-                paths.append((arc.target, (*words, arc.word)))
-                if arc.word == urgent and arc.target in graph.finals:
-                    found.append((*words, arc.word))
-    if not found:
-        raise ValueError(f"no sentence ends in '{urgent}'")
-    arcs, n_nodes = [], 2
-    for words in sorted(found):
-        nodes = [0, *range(n_nodes, n_nodes + len(words) - 1), 1]
-        n_nodes += len(words) - 1
-        arcs += [Arc(a, b, word) for a, b, word in zip(nodes[:-1], nodes[1:], words, strict=True)]
-    return WordGraph(n_nodes, tuple(arcs), 0, frozenset((1,)), frozenset())
 
 
 def _guess(segments: Sequence[Any]) -> Guess | None:

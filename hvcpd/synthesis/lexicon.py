@@ -78,6 +78,11 @@ class Lexicon:
         """The pronunciations that our voices may use, the preferred one first: one but for words with places."""
         return tuple(dict.fromkeys((self.pronounce(word), *self.places_of(word).values())))
 
+    def sounds(self, word: str) -> list[tuple[str, ...]]:
+        """Every known pronunciation without stress, each once."""
+        said = self.pronunciations(word)
+        return list(dict.fromkeys(tuple(phone.rstrip("012") for phone in phones) for phones in said))
+
     def _read_out(self, word: str) -> Pronunciation:
         """A whole number up to 99 as a number, all else by the letter-to-sound rules."""
         if word.isascii() and word.isdecimal() and str(int(word[:9])) == word and int(word) <= NUMBER_MAX:

@@ -1,9 +1,10 @@
-"""Voices that no robot has: understood if they are enrolled, or by PocketSphinx."""
+"""Voices that no robot has: understood if they are enrolled, or by the sounds of English."""
 
 from __future__ import annotations
 
 import random
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -14,11 +15,12 @@ from hvcpd.config.task_file import load_tasks
 from hvcpd.config.tasks import default_tasks_path
 from hvcpd.coordination.people import SURE
 from hvcpd.language.phrasebook import Phrasebook
+from hvcpd.people.cepstra import Bands
 from hvcpd.people.ears import AtOnce, Piece, SecondEars
 from hvcpd.people.enrolled import Person
 from hvcpd.people.enrolled_listener import chance
 from hvcpd.people.matching import Match, MatchedWord
-from hvcpd.people.opinion import STRANGER, SecondOpinion, guess_chance, snr_of
+from hvcpd.people.opinion import STRANGER, SecondOpinion, snr_of
 from hvcpd.people.sphinx import Guess, accented
 from hvcpd.people.takes import check_take
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
@@ -55,6 +57,10 @@ def in_room(sounds: Sequence[Samples], gain: float, noise_rms: float = 3e-4) -> 
     return np.asarray(clean + noise_rms * np.random.default_rng(4).standard_normal(len(clean)), np.float32)
 
 
+def noise(seconds: float, rms: float) -> Samples:
+    return (rms * np.random.default_rng(6).standard_normal(round(seconds * SAMPLE_RATE_HZ))).astype(np.float32)
+
+
 def phrases(text: str) -> list[list[str]]:
     return [part.split() for part in text.split(", ")]
 
@@ -86,8 +92,7 @@ def test_an_enrolled_voice_is_understood_from_single_words(book: Phrasebook, sou
 
 
 @pytest.mark.slow
-def test_pocketsphinx_hears_who_is_not_enrolled(book: Phrasebook, sound: Sound) -> None:
-    pytest.importorskip("pocketsphinx")
+def test_who_is_not_enrolled_is_heard(book: Phrasebook, sound: Sound) -> None:
     texts = ("who is here", "hi all", "what is left", "move forward")
     room = in_room([stranger(sound).render(phrases(text)) for text in texts], 0.5)
     events = heard(book, sound, [], True, room)
@@ -99,7 +104,6 @@ def test_pocketsphinx_hears_who_is_not_enrolled(book: Phrasebook, sound: Sound) 
 
 @pytest.mark.slow
 def test_words_of_nobody_stay_garbled(book: Phrasebook, sound: Sound) -> None:
-    pytest.importorskip("pocketsphinx")
     chooser = random.Random(5)
     lexicon = sorted(w for w in sound.lexicon.entries if w.isalpha() and w not in book.graph.words)
     talk = [stranger(sound).render([[chooser.choice(lexicon) for _ in range(5)]]) for _ in range(5)]
@@ -109,14 +113,7 @@ def test_words_of_nobody_stay_garbled(book: Phrasebook, sound: Sound) -> None:
     assert all(e.confidence < SURE for e in events if isinstance(e, Recognised))
 
 
-def test_what_fits_worse_is_less_sure() -> None:
-    def guess(misfit: float, worst: float, speech_s: float = 0.7) -> float:
-        return guess_chance(Guess(("turn", "left"), ((0, 20), (20, 45)), misfit, worst, 1.0), speech_s)
-
-    assert guess(2.5, 3.5) > 0.95 > guess(4.0, 6.0) > guess(5.0, 8.0)
-    assert guess(3.5, 5.0, 3.0) < 0.5 < guess(3.5, 5.0)  # two words do not take three seconds
-    assert guess(6.5, 9.0) < 0.1
-
+def test_what_is_farther_from_the_takes_is_less_sure() -> None:
     def match(deficit: float, passed_over: float = 0.1, above_noise: float = 2.0, margin: float = 20.0) -> float:
         words = tuple(MatchedWord(w, k * 20, k * 20 + 20, deficit, margin) for k, w in enumerate(("turn", "left")))
         return chance(Match("anna, enrolled", words, passed_over, above_noise))
@@ -129,54 +126,15 @@ def test_what_fits_worse_is_less_sure() -> None:
 
 
 class Fixed:
-    """Stands for PocketSphinx: the same misfits for whatever is heard."""
+    """Stands for PocketSphinx: the same sentence whatever is heard, or none."""
 
-    def __init__(self, words: str, misfit: float, call_misfit: float, call_noise: float) -> None:
+    def __init__(self, words: str = "", misfit: float = 3.0) -> None:
         said = tuple(words.split())
-        self._guess = Guess(said, tuple((60 + 30 * k, 90 + 30 * k) for k in range(len(said))), misfit, misfit, 0.5)
-        self._call = Guess(("stop",), ((60, 100),), call_misfit, call_misfit, call_noise)
+        spans = tuple((60 + 30 * k, 90 + 30 * k) for k in range(len(said)))
+        self._guess = Guess(said, spans, misfit, misfit, 0.5) if said else None
 
-    def guess(self, _piece: Piece) -> Guess | None:
+    def guess(self, _logs: Bands) -> Guess | None:
         return self._guess
-
-    def call(self, _piece: Piece) -> Guess | None:
-        return self._call
-
-
-def look(book: Phrasebook, sound: Sound, fixed: Fixed, speech_s: float) -> Recognised | None:
-    opinion = SecondOpinion(book.people_graph, sound.lexicon, {}, True, fixed)
-    n = round(speech_s * SAMPLE_RATE_HZ)
-    heard_sound = np.concatenate([np.zeros(SAMPLE_RATE_HZ), 0.1 * np.sin(np.arange(n))]).astype(np.float32)
-    return opinion.look(Piece(heard_sound, SAMPLE_RATE_HZ, 50_000, 50_000 + n, 50_000 - SAMPLE_RATE_HZ))
-
-
-@pytest.mark.parametrize(
-    ("fixed", "understood"),
-    [
-        (Fixed("turn left", 3.5, 3.0, 0.5), ("stop",)),
-        (Fixed("turn left", 3.0, 3.0, 0.5), ("turn", "left")),
-        (Fixed("turn left", 3.5, 3.0, 4.0), ("turn", "left")),
-        (Fixed("turn left", 3.5, 4.0, 0.5), ("turn", "left")),
-        (Fixed("turn left", 3.5, 3.4, 0.5), ("turn", "left")),
-        (Fixed("stop", 3.0, 3.0, 4.0), None),
-        (Fixed("hi rob i am anna stop", 3.0, 3.0, 4.0), ("hi", "rob", "i", "am", "anna", "stop")),
-        (Fixed("turn left", 7.0, 6.0, 2.0), None),
-    ],
-)
-def test_stop_is_heard_where_it_fits_as_a_call(
-    book: Phrasebook, sound: Sound, fixed: Fixed, understood: tuple[str, ...] | None
-) -> None:
-    found = look(book, sound, fixed, 1.0)
-    assert (found.words if found is not None else None) == understood
-    assert found is None or found.confidence < SURE
-
-
-def test_where_there_is_no_time_for_more_a_call_may_fit_worse(book: Phrasebook, sound: Sound) -> None:
-    doubtful = Fixed("turn left", 7.0, 3.7, 2.5)  # as one of a synthetic voice that nobody had heard before
-    short, long = look(book, sound, doubtful, 0.7), look(book, sound, doubtful, 1.5)
-    assert short is not None
-    assert short.words == ("stop",)
-    assert long is None
 
 
 def takes_of(speaker: Speaker, *words: str) -> dict[str, list[Energies]]:
@@ -190,36 +148,43 @@ def alone(speaker: Speaker, text: str) -> Piece:
     return Piece(in_room([speech], 0.5), lead, 0, len(speech), -lead)
 
 
-@pytest.mark.parametrize(
-    ("guessing", "else_heard"),
-    [(Fixed("move forward", 3.0, 9.0, 9.0), ("move", "forward")), (Fixed("move forward", 3.5, 3.0, 0.5), ("stop",))],
-)
-def test_an_enrolled_voice_that_is_sure_counts_before_what_a_stranger_seems_to_say(
-    book: Phrasebook, sound: Sound, guessing: Fixed, else_heard: tuple[str, ...]
-) -> None:
+def test_who_is_enrolled_is_told_by_name_and_who_is_not_is_a_stranger(book: Phrasebook, sound: Sound) -> None:
     speaker = Speaker(CHILD, sound.lexicon, sound.cache)
     known = {"anna": Person("Anna", takes_of(speaker, "turn", "left", "right"))}
-    opinion = SecondOpinion(book.people_graph, sound.lexicon, known, True, guessing)
-    found = [opinion.look(alone(speaker, text)) for text in ("turn left", "water the rose")]
+    opinion = SecondOpinion(book.people_graph, sound.lexicon, known, True, Fixed())
+    found = [opinion.look(alone(speaker, text)) for text in ("turn left", "who is here")]
     assert [(e.words, e.voice) for e in found if e is not None] == [
         (("turn", "left"), "anna, enrolled"),
-        (else_heard, STRANGER),
+        (("who", "is", "here"), STRANGER),
     ]
 
 
-def test_the_sentence_that_is_nearer_is_likelier(book: Phrasebook, sound: Sound) -> None:
-    speaker = Speaker(CHILD, sound.lexicon, sound.cache)
-    known = {"anna": Person("Anna", takes_of(speaker, "turn", "left", "right"))}
-    piece = alone(stranger(sound), "turn right")
-    found = {}
-    for misfit in (1.5, 12.0):
-        guessing = Fixed("move forward", misfit, 9.0, 9.0)
-        opinion = SecondOpinion(book.people_graph, sound.lexicon, known, True, guessing)
-        found[misfit] = opinion.likeliest(piece), opinion.look(piece)
-    assert [e.words for e in found[1.5] if e is not None] == [("move", "forward")] * 2
-    likeliest, _ = found[12.0]
-    assert likeliest is not None
-    assert likeliest.voice == "anna, enrolled"
+@pytest.mark.parametrize("text", ["stop", "rob stop", "who is here", "move forward"])
+def test_anybody_is_heard_without_pocketsphinx(book: Phrasebook, sound: Sound, text: str) -> None:
+    opinion = SecondOpinion(book.people_graph, sound.lexicon, {}, True, Fixed())
+    found = opinion.look(alone(stranger(sound), text))
+    assert found is not None
+    assert found.words == tuple(text.split())
+    # Sure enough to be obeyed, but for wheels that would move: those want a read-back.
+    assert 0.5 <= found.confidence < SURE
+    assert found.confidence >= 0.8 or found.words[-1] != "stop"
+
+
+def test_what_pocketsphinx_alone_hears_does_not_count(book: Phrasebook, sound: Sound) -> None:
+    opinion = SecondOpinion(book.people_graph, sound.lexicon, {}, True, Fixed("rob stop", 5.0))
+    found = opinion.look(alone(stranger(sound), "what is left"))
+    assert found is not None
+    assert found.words == ("what", "is", "left")
+    assert opinion.look(Piece(noise(2.0, 0.1), 8000, 0, 24_000, 0)) is None
+
+
+def test_where_it_is_loud_only_the_enrolled_are_heard(book: Phrasebook, sound: Sound) -> None:
+    opinion = SecondOpinion(book.people_graph, sound.lexicon, {}, True, Fixed("who is here", 2.0))
+    quiet = alone(stranger(sound), "who is here")
+    loud = replace(quiet, sound=quiet.sound + noise(len(quiet.sound) / SAMPLE_RATE_HZ, 0.3)[: len(quiet.sound)])
+    assert snr_of(loud) < 6.0 < snr_of(quiet)
+    assert opinion.look(quiet) is not None
+    assert opinion.look(loud) is None
 
 
 def test_words_count_as_soon_as_they_are_learned(book: Phrasebook, sound: Sound) -> None:
@@ -235,9 +200,9 @@ def test_words_count_as_soon_as_they_are_learned(book: Phrasebook, sound: Sound)
 
 
 def test_the_noise_is_that_of_the_quiet_before_the_speech() -> None:
-    noise = 0.01 * np.random.default_rng(1).standard_normal(3 * SAMPLE_RATE_HZ)
+    quiet = 0.01 * np.random.default_rng(1).standard_normal(3 * SAMPLE_RATE_HZ)
     speech = 0.1 * np.sin(np.arange(SAMPLE_RATE_HZ))
-    lead = noise.copy()
+    lead = quiet.copy()
     lead[:16000] += 0.3 * np.sin(np.arange(16000))  # somebody has spoken before
     piece = Piece(np.concatenate([lead, speech]).astype(np.float32), len(lead), 0, SAMPLE_RATE_HZ, 0)
     assert snr_of(piece) == pytest.approx(17.0, abs=2.0)

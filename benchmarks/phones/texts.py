@@ -1,0 +1,129 @@
+"""What is said to train on: sentences of the phrasebook, calls, digits, single words, and pieces of English prose."""
+
+from __future__ import annotations
+
+import ast
+import random
+import re
+import sys
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from hvcpd.assembly import DEFAULT_TEAMS, make_phrasebook
+from hvcpd.config.task_file import load_tasks
+from hvcpd.config.tasks import default_tasks_path
+from hvcpd.language.phrasebook import Phrasebook
+
+NAMES = tuple(
+    "Ada Alan Alice Amy Anna Anton Bella Ben Bob Bot Boris Carl Carla Chloe Clara Dan David Diana Emma Eric Eva Felix "
+    "Fiona Frank Fred George Grace Gus Hanna Harry Helen Hugo Ida Ivan Jack Jane Jim Joe John Julia Karen Kate Kevin "
+    "Laura Leo Lily Linda Lisa Lucas Lucy Luna Marco Maria Mark Martin Max Mia Mike Mila Nina Noah Nora Olga Oliver "
+    "Oscar Paul Paula Peter Rex Rita Rob Robin Rosa Ruby Sam Sara Simon Sofia Ted Theo Tim Tina Tom Toby Uma Vera "
+    "Victor Walter Wendy Yara Zoe".split()
+)
+DIGITS = tuple("zero one two three four five six seven eight nine".split())
+FREE_PHRASES = (
+    "hi all",
+    "who is here",
+    "what is left",
+    "move forward",
+    "move back",
+    "turn left",
+    "turn right",
+    "turn around",
+    "come back",
+    "say again",
+    "what are you doing",
+)
+TEAMS_OF = 40
+"""Phrasebooks, each of three names."""
+LONGEST = 9
+"""Words of a piece of prose."""
+
+
+@dataclass(frozen=True)
+class Text:
+    """Phrases of words, to be said with a pause between two phrases."""
+
+    phrases: tuple[tuple[str, ...], ...]
+
+    @property
+    def words(self) -> tuple[str, ...]:
+        return tuple(word for phrase in self.phrases for word in phrase)
+
+
+def docstrings() -> list[list[str]]:
+    """Runs of words in the docstrings of Python's standard library, in lower case."""
+    folder = Path(ast.__file__).parent
+    runs = []
+    for path in sorted(folder.glob("*.py")):
+        try:
+            tree = ast.parse(path.read_text(encoding="utf-8"))
+        except (SyntaxError, UnicodeDecodeError):
+            continue
+        for node in ast.walk(tree):
+            if isinstance(node, ast.Module | ast.ClassDef | ast.FunctionDef):
+                text = ast.get_docstring(node) or ""
+                runs += [run.lower().split() for run in re.findall(r"[A-Za-z']+(?: [A-Za-z']+)+", text)]
+    if not runs:
+        sys.exit(f"there is no prose in {folder}")
+    return runs
+
+
+class Texts:
+    """Draws texts whose words' pronunciations are known."""
+
+    def __init__(self, known: Mapping[str, Sequence[str]], seed: int) -> None:
+        """`known`: phones of common words that our lexicon may lack."""
+        self._chooser = random.Random(seed)
+        self._runs = [kept for run in docstrings() for kept in _stretches(run, known)]
+        self._common = sorted({word for run in self._runs for word in run})
+        tasks = load_tasks(default_tasks_path())
+        self._books: list[Phrasebook] = []
+        for _ in range(TEAMS_OF):
+            self._books.append(make_phrasebook(self._chooser.sample(NAMES, 3), DEFAULT_TEAMS, tasks))
+        self._names = [name.lower() for name in NAMES]
+
+    def draw(self) -> Text:
+        """One text, now of one kind and now of another."""
+        chooser = self._chooser
+        kind = chooser.random()
+        if kind < 0.38:
+            return self.prose()
+        if kind < 0.66:
+            book = chooser.choice(self._books)
+            return Text(tuple(tuple(phrase) for phrase in book.phrases(book.sample(chooser))))
+        if kind < 0.76:
+            return Text((tuple(chooser.choice(self._common) for _ in range(chooser.randint(1, 3))),))
+        if kind < 0.86:
+            return Text((tuple(chooser.choice(DIGITS) for _ in range(chooser.choice((1, 1, 2, 4)))),))
+        return Text((tuple(self._call()),))
+
+    def prose(self) -> Text:
+        """A piece of prose."""
+        run = self._chooser.choice(self._runs)
+        length = self._chooser.randint(min(2, len(run)), min(LONGEST, len(run)))
+        begin = self._chooser.randint(0, len(run) - length)
+        return Text((tuple(run[begin : begin + length]),))
+
+    def _call(self) -> list[str]:
+        chooser = self._chooser
+        name = chooser.choice((*self._names, "all", "team a", "team b", ""))
+        kind = chooser.random()
+        if kind < 0.35:
+            return f"{name} stop".split()
+        if kind < 0.6:
+            return f"hi {chooser.choice(self._names)}".split()
+        return f"{name} {chooser.choice(FREE_PHRASES)}".split()
+
+
+def _stretches(run: Sequence[str], known: Mapping[str, Sequence[str]]) -> list[list[str]]:
+    """The longest parts of a run of words that are all known."""
+    found: list[list[str]] = [[]]
+    for word in run:
+        if word in known:
+            found[-1].append(word)
+        elif found[-1]:
+            found.append([])
+    return [stretch for stretch in found if len(stretch) > 1]

@@ -1,0 +1,194 @@
+"""Trains the net of `hvcpd.people.phones` (needs PyTorch) and writes its weights.
+
+    python -m benchmarks.phones.train FILE.npz... --check FILE.npz --out FILE.npz [--minutes 30] [--seed 1]
+
+Connectionist temporal classification: A. Graves, S. Fernandez, F. Gomez & J. Schmidhuber, ICML 2006. Bands and
+stretches of time are left out at random as in SpecAugment (D. S. Park et al., Interspeech 2019).
+"""
+
+from __future__ import annotations
+
+import argparse
+import time
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+
+import numpy as np
+import torch
+from torch import Tensor, nn
+
+from hvcpd.people.cepstra import N_BANDS
+from hvcpd.people.phones import PHONES
+
+BLANK = len(PHONES)
+WIDTH = 192
+LAYERS = ((5, 1, 1), (3, 2, 1), (3, 1, 2), (3, 1, 3), (3, 1, 4), (3, 1, 6))
+"""Of each layer: how many frames it sees, its step, and how far apart they are."""
+BATCH_FRAMES = 12000
+
+
+class Net(nn.Module):
+    """Convolutions in time; from the third on what a layer finds is added to what it was given."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        inputs = [N_BANDS, *[WIDTH] * (len(LAYERS) - 1)]
+        self.layers = nn.ModuleList(
+            nn.Conv1d(n, WIDTH, size, step, (size - 1) // 2 * apart, apart)
+            for n, (size, step, apart) in zip(inputs, LAYERS, strict=True)
+        )
+        self.norms = nn.ModuleList(nn.BatchNorm1d(WIDTH) for _ in LAYERS)
+        self.out = nn.Conv1d(WIDTH, BLANK + 1, 1)
+        self.drop = nn.Dropout(0.1)
+
+    def forward(self, sound: Tensor) -> Tensor:
+        """From (batch, bands, frames) to logits (batch, phones, half the frames)."""
+        for number, (layer, norm) in enumerate(zip(self.layers, self.norms, strict=True)):
+            found = self.drop(torch.relu(norm(layer(sound))))
+            sound = found if number < 2 else sound + found
+        logits: Tensor = self.out(sound)
+        return logits
+
+
+class Data:
+    """Takes, in batches of about equal length."""
+
+    def __init__(self, paths: Sequence[Path]) -> None:
+        self.logs: list[np.ndarray] = []
+        self.phones: list[np.ndarray] = []
+        for path in paths:
+            file = np.load(path)
+            self.logs += np.split(file["logs"], np.cumsum(file["n_frames"])[:-1])
+            self.phones += np.split(file["phones"].astype(np.int64), np.cumsum(file["n_phones"])[:-1])
+
+    def batches(self, rng: np.random.Generator) -> Iterator[list[int]]:
+        """Numbers of takes, each once."""
+        length = np.array([len(each) for each in self.logs]) * rng.uniform(0.9, 1.1, len(self.logs))
+        batches: list[list[int]] = [[]]
+        for number in np.argsort(length):
+            if (len(batches[-1]) + 1) * len(self.logs[number]) > BATCH_FRAMES:
+                batches.append([])
+            batches[-1].append(int(number))
+        rng.shuffle(batches)  # type: ignore[arg-type]
+        yield from (batch for batch in batches if batch)
+
+    def batch(self, numbers: Sequence[int], rng: np.random.Generator | None) -> tuple[Tensor, Tensor, Tensor, Tensor]:
+        """Sound, frames that the net makes of it, phones, and how many; with `rng`, with parts left out."""
+        n_frames = np.array([len(self.logs[n]) for n in numbers])
+        sound = np.zeros((len(numbers), N_BANDS, n_frames.max()), np.float32)
+        for row, number in enumerate(numbers):
+            logs = self.logs[number].T.astype(np.float32)
+            sound[row, :, : logs.shape[1]] = logs
+            if rng is not None:
+                _mask(sound[row], logs.shape[1], rng)
+        phones = np.concatenate([self.phones[n] for n in numbers])
+        n_phones = np.array([len(self.phones[n]) for n in numbers])
+        return (
+            torch.from_numpy(sound),
+            torch.from_numpy((n_frames + 1) // 2),
+            torch.from_numpy(phones),
+            torch.from_numpy(n_phones),
+        )
+
+
+def _mask(logs: np.ndarray, n_frames: int, rng: np.random.Generator) -> None:
+    for _ in range(2):
+        width = int(rng.integers(0, 5))
+        band = int(rng.integers(0, N_BANDS - width))
+        logs[band : band + width] = 0.0
+        width = int(rng.integers(0, 8))
+        at = int(rng.integers(0, max(n_frames - width, 1)))
+        logs[:, at : at + width] = 0.0
+    logs += rng.normal(0, 0.5)
+    logs += rng.normal(0, 0.6) * np.linspace(-1, 1, N_BANDS, dtype=np.float32)[:, None]
+
+
+def loss_of(net: Net, batch: tuple[Tensor, Tensor, Tensor, Tensor]) -> Tensor:
+    """Per phone."""
+    sound, n_frames, phones, n_phones = batch
+    chances = torch.log_softmax(net(sound), 1).permute(2, 0, 1)
+    total = nn.functional.ctc_loss(chances, phones, n_frames, n_phones, BLANK, "sum", zero_infinity=True)
+    loss: Tensor = total / n_phones.sum()
+    return loss
+
+
+def errors_of(net: Net, data: Data) -> tuple[float, float]:
+    """The mean loss, and phones wrong over phones said, of the best path."""
+    net.eval()
+    losses, wrong, said = [], 0, 0
+    rng = np.random.default_rng(0)
+    with torch.no_grad():
+        for numbers in data.batches(rng):
+            batch = data.batch(numbers, None)
+            losses.append(float(loss_of(net, batch)))
+            best = net(batch[0]).argmax(1).numpy()
+            for row, number in enumerate(numbers):
+                path = best[row, : int(batch[1][row])]
+                kept = path[(path != BLANK) & (path != np.concatenate(([BLANK], path[:-1])))]
+                wrong += distance(kept.tolist(), data.phones[number].tolist())
+                said += len(data.phones[number])
+    net.train()
+    return float(np.mean(losses)), wrong / said
+
+
+def distance(one: Sequence[int], other: Sequence[int]) -> int:
+    """Levenshtein's."""
+    row = list(range(len(other) + 1))
+    for i, a in enumerate(one, 1):
+        before, row[0] = row[0], i
+        for j, b in enumerate(other, 1):
+            before, row[j] = row[j], min(row[j] + 1, row[j - 1] + 1, before + (a != b))
+    return row[-1]
+
+
+def weights_of(net: Net) -> dict[str, np.ndarray]:
+    """Of each layer, its norm folded in: `weights0`, shape (size, inputs, outputs), `bias0`, ...; float16."""
+    found = {}
+    for number, (layer, norm) in enumerate(zip(net.layers, net.norms, strict=True)):
+        gain = (norm.weight / torch.sqrt(norm.running_var + norm.eps)).detach()
+        found[f"weights{number}"] = (layer.weight.detach() * gain[:, None, None]).permute(2, 1, 0).numpy()
+        found[f"bias{number}"] = ((layer.bias.detach() - norm.running_mean) * gain + norm.bias.detach()).numpy()
+    found["weights_out"] = net.out.weight.detach()[:, :, 0].T.numpy()
+    found["bias_out"] = net.out.bias.detach().numpy()
+    return {name: value.astype(np.float16) for name, value in found.items()}
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("data", type=Path, nargs="+")
+    parser.add_argument("--check", type=Path, required=True, help="voices that are not trained on")
+    parser.add_argument("--out", type=Path, required=True)
+    parser.add_argument("--minutes", type=float, default=30.0)
+    parser.add_argument("--seed", type=int, default=1)
+    o = parser.parse_args()
+    torch.manual_seed(o.seed)
+    torch.set_num_threads(1)
+    rng = np.random.default_rng(o.seed)
+    data, check, net = Data(o.data), Data([o.check]), Net()
+    optimizer = torch.optim.AdamW(net.parameters(), 3e-3, weight_decay=0.01)
+    begin, step, losses = time.process_time(), 0, []
+    while (done := (time.process_time() - begin) / 60.0 / o.minutes) < 1.0:
+        for numbers in data.batches(rng):
+            done = (time.process_time() - begin) / 60.0 / o.minutes
+            for group in optimizer.param_groups:
+                group["lr"] = 3e-3 * min(1.0, (step + 1) / 200) * max(0.5 * (1 + np.cos(np.pi * min(done, 1.0))), 0.003)
+            loss = loss_of(net, data.batch(numbers, rng))
+            optimizer.zero_grad()
+            loss.backward()
+            nn.utils.clip_grad_norm_(net.parameters(), 5.0)
+            optimizer.step()
+            losses.append(float(loss.detach()))
+            step += 1
+            if step % 500 == 0:
+                print(
+                    f"{done:.2f} step {step}: {np.mean(losses[-500:]):.3f}; check {errors_of(net, check)}", flush=True
+                )
+            if done >= 1.0:
+                break
+    print(f"step {step}; check: loss, phone errors {errors_of(net, check)}")
+    net.eval()
+    np.savez(o.out, **weights_of(net))
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,132 @@
+"""Who says it: synthetic voices of several makers, none of which is among those that `benchmarks.people` hears.
+
+Held out, and never drawn: espeak-ng's plain voices and its variants f3 and m3, all of flite's, pico's American; for
+calibration: festival's kal, espeak-ng's variants of CALIBRATION.
+"""
+
+from __future__ import annotations
+
+import random
+import shutil
+import subprocess
+import tempfile
+import wave
+from collections.abc import Callable, Sequence
+from pathlib import Path
+
+import numpy as np
+
+from hvcpd.ports import SAMPLE_RATE_HZ, Samples
+from hvcpd.synthesis.lexicon import Lexicon
+from hvcpd.synthesis.speaker import Speaker
+from hvcpd.synthesis.voices import VOICES
+
+ACCENTS = (
+    "en-us",
+    "en-us",
+    "en-gb",
+    "en-gb-scotland",
+    "en-gb-x-rp",
+    "en-gb-x-gbclan",
+    "en-gb-x-gbcwmd",
+    "en-029",
+)
+VARIANTS = tuple(
+    "adam Alex Alicia Andrea Andy Annie antonio aunty belinda benjamin boris caleb david Denis Diogo ed edward edward2 "
+    "Gene Gene2 gustave announcer Henrique Hugo iven iven2 iven3 iven4 Jacky john kaukovalta Lee linda marcelo Marco "
+    "Mario max Michael michel miguel Mike norbert Nguyen pablo paul pedro quincy rob robert robosoft robosoft3 sandro "
+    "shelby steph steph2 steph3 Storm travis victor zac anika AnxiousAndy f2 f4 f5 grandpa klatt klatt3 klatt4 m2 m4 "
+    "m5 m6 m8 f1 m1 grandma croak whisper whisperf".split()
+)
+CALIBRATION = ("m7", "klatt2", "RicishayMax", "UniRobot", "Tweaky")
+
+Phrases = Sequence[Sequence[str]]
+Talker = Callable[[Phrases, random.Random], Samples]
+
+
+def _text(phrases: Phrases) -> str:
+    return ", ".join(" ".join(phrase) for phrase in phrases) + "."
+
+
+def _read(path: str) -> Samples:
+    with wave.open(path) as file:
+        rate = file.getframerate()
+        sound = np.frombuffer(file.readframes(file.getnframes()), "<i2").astype(np.float32) / 32768.0
+    return sound if rate == SAMPLE_RATE_HZ else resampled(sound, rate / SAMPLE_RATE_HZ)
+
+
+def resampled(sound: Samples, step: float) -> Samples:
+    """The sound with every `step`-th sample: shorter, and higher, where that is above 1; band-limited."""
+    from scipy.signal import resample
+
+    # Sound of a length that its transform likes: a prime number of samples would take seconds.
+    padded = np.pad(sound, (0, -len(sound) % 512))
+    return np.asarray(resample(padded, max(round(len(padded) / step / 64) * 64, 64)), np.float32)
+
+
+def espeak(accents: Sequence[str], variants: Sequence[str]) -> Talker:
+    """espeak-ng in one of these accents and variants, faster or slower, higher or lower."""
+
+    def say(phrases: Phrases, chooser: random.Random) -> Samples:
+        voice = f"{chooser.choice(accents)}+{chooser.choice(variants)}"
+        rate, pitch = chooser.randint(120, 230), chooser.randint(20, 80)
+        with tempfile.TemporaryDirectory() as folder:
+            command = ["espeak-ng", "-v", voice, "-s", str(rate), "-p", str(pitch), "-w", f"{folder}/a.wav"]
+            subprocess.run([*command, _text(phrases)], check=True, capture_output=True)
+            return _read(f"{folder}/a.wav")
+
+    return say
+
+
+def festival(voice: str) -> Talker:
+    """A voice of festival, faster or slower."""
+
+    def say(phrases: Phrases, chooser: random.Random) -> Samples:
+        stretch = chooser.uniform(0.75, 1.3)
+        with tempfile.TemporaryDirectory() as folder:
+            script = (
+                f"(voice_{voice}) (Parameter.set 'Duration_Stretch {stretch:.2f}) "
+                f'(utt.save.wave (utt.synth (Utterance Text "{_text(phrases)}")) "{folder}/a.wav" \'riff)'
+            )
+            (Path(folder) / "a.scm").write_text(script)
+            subprocess.run(["festival", "-b", f"{folder}/a.scm"], check=True, capture_output=True)
+            return _read(f"{folder}/a.wav")
+
+    return say
+
+
+def pico(language: str) -> Talker:
+    """pico in a language, faster or slower, higher or lower."""
+
+    def say(phrases: Phrases, chooser: random.Random) -> Samples:
+        rate, pitch = chooser.randint(75, 140), chooser.randint(60, 150)
+        text = f'<pitch level="{pitch}"><speed level="{rate}">{_text(phrases)}</speed></pitch>'
+        with tempfile.TemporaryDirectory() as folder:
+            subprocess.run(["pico2wave", "-l", language, "-w", f"{folder}/a.wav", text], check=True)
+            return _read(f"{folder}/a.wav")
+
+    return say
+
+
+def own(lexicon: Lexicon) -> Talker:
+    """One of the robots' own voices."""
+    speakers = [Speaker(voice, lexicon) for voice in VOICES]
+    return lambda phrases, chooser: chooser.choice(speakers).render(phrases)
+
+
+def talkers(lexicon: Lexicon) -> list[tuple[Talker, float]]:
+    """Those to train on, with the share of each; raises SystemExit that names the programs that are missing."""
+    missing = [p for p in ("espeak-ng", "festival", "pico2wave") if shutil.which(p) is None]
+    if missing:
+        raise SystemExit(f"not installed: {', '.join(missing)}")
+    return [
+        (espeak(ACCENTS, VARIANTS), 0.46),
+        (pico("en-GB"), 0.2),
+        (festival("ked_diphone"), 0.15),
+        (own(lexicon), 0.19),
+    ]
+
+
+def calibrators() -> list[Talker]:
+    """Those to calibrate on."""
+    return [*(espeak((accent,), CALIBRATION) for accent in ("en-us", "en-gb-x-rp", "en-029")), festival("kal_diphone")]

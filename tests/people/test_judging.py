@@ -1,0 +1,96 @@
+"""Which of several listeners' sentences is right, and how likely."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from hvcpd.language.graph import Arc, WordGraph
+from hvcpd.people.cepstra import N_BANDS
+from hvcpd.people.judging import MOST_LOSS, Judged, Views, judge
+from hvcpd.people.phones import PHONES
+from hvcpd.people.spelled import Speller
+from hvcpd.people.sphinx import Guess
+from hvcpd.recognition.events import Recognised, WordSpan
+
+SAID = {"turn": [("T", "ER", "N")], "left": [("L", "EH", "F", "T")], "right": [("R", "AY", "T")]}
+GRAPH = WordGraph(3, (Arc(0, 1, "turn"), Arc(1, 2, "left"), Arc(1, 2, "right")), 0, frozenset((2,)), frozenset())
+NONE = len(PHONES)
+LOGS = np.zeros((0, N_BANDS))
+LEFT, RIGHT = ("turn", "left"), ("turn", "right")
+
+
+def views(
+    *said: str, clear: float = 8.0, guess: Guess | None = None, known: Recognised | None = None, speech_s: float = 0.7
+) -> Views:
+    """Words that the net hears, each phone so much likelier than any other as `clear` says, natural logarithm."""
+    phones = [phone for word in said for phone in (*SAID[word][0], "")]
+    chances = np.full((2 * len(phones), NONE + 1), -clear, np.float32)
+    for k, phone in enumerate(phones):
+        chances[2 * k : 2 * k + 2, PHONES.index(phone) if phone else NONE] = 0.0
+    speller = Speller(GRAPH, SAID.__getitem__)
+    return Views(LOGS, chances, speller, speller.spell(chances), guess, known, speech_s)
+
+
+def guessed(words: tuple[str, ...], misfit: float) -> Guess:
+    return Guess(words, ((0, 20), (20, 40)), misfit, misfit, 1.0)
+
+
+def enrolled(words: tuple[str, ...], deficit: float, confidence: float) -> Recognised:
+    spans = tuple(WordSpan(w, 3200 * k, 3200 * (k + 1), confidence, deficit) for k, w in enumerate(words))
+    return Recognised(words, "anna, enrolled", 0, 6400, confidence, math.inf, spans)
+
+
+def judged(found: Views) -> Judged:
+    out = judge(found)
+    assert out is not None
+    return out
+
+
+def test_what_is_clearly_heard_is_right() -> None:
+    found = judged(views("turn", "left"))
+    assert found.words == LEFT
+    assert found.chance > 0.8
+
+
+def test_who_hears_the_same_makes_it_surer_and_who_hears_another_less() -> None:
+    alone = judged(views("turn", "left")).chance
+    agreed = judged(views("turn", "left", guess=guessed(LEFT, 2.5))).chance
+    disputed = judged(views("turn", "left", clear=1.5, guess=guessed(RIGHT, 2.5)))
+    assert agreed > alone > disputed.chance
+
+
+def test_the_net_yields_to_pocketsphinx_where_it_hardly_hears_a_difference() -> None:
+    for clear, words in ((0.1, RIGHT), (8.0, LEFT)):
+        assert judged(views("turn", "left", clear=clear, guess=guessed(RIGHT, 2.5))).words == words
+
+
+def test_the_nearer_an_enrolled_sentence_the_more_it_counts() -> None:
+    for deficit, confidence, words in ((0.1, 0.99, RIGHT), (3.0, 0.05, LEFT)):
+        assert judged(views("turn", "left", clear=0.8, known=enrolled(RIGHT, deficit, confidence))).words == words
+
+
+def test_few_words_do_not_take_long() -> None:
+    quick, slow = (judged(views("turn", "left", clear=2.0, speech_s=s)).chance for s in (0.7, 4.0))
+    assert slow < quick
+
+
+def test_what_no_row_of_phones_explains_is_unlikely() -> None:
+    noise = views("turn", "left")
+    chances = np.log(np.random.default_rng(3).dirichlet(np.full(NONE + 1, 0.05), 60) + 1e-6).astype(np.float32)
+    found = Views(LOGS, chances, noise.speller, noise.speller.spell(chances), None, None, 1.2)
+    assert judged(found).chance < 0.1
+
+
+def test_a_sentence_that_cannot_be_loses_no_more_than_most() -> None:
+    short = views("turn", "left", guess=guessed(RIGHT, 2.0))
+    brief = Views(LOGS, short.chances[:3], short.speller, None, short.guess, None, 0.1)
+    assert brief.loss(RIGHT) == MOST_LOSS
+    assert len(brief.spans(RIGHT)) == 2
+    assert judged(brief).words == RIGHT
+
+
+def test_nothing_heard_is_no_sentence() -> None:
+    heard = views("turn", "left")
+    assert judge(Views(LOGS, heard.chances[:0], heard.speller, None, None, None, 0.0)) is None

@@ -1,0 +1,78 @@
+"""The net that tells the sounds of English apart."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from hvcpd.assembly import Sound, make_sound
+from hvcpd.people.cepstra import N_BANDS, levelled, logs_of, noise_of
+from hvcpd.people.phones import PHONES, Logs, centred, chances_of
+from hvcpd.ports import Samples
+from hvcpd.synthesis.speaker import Speaker
+from hvcpd.synthesis.voices import VOICES
+
+
+@pytest.fixture(scope="module")
+def sound(units: Path) -> Sound:
+    return make_sound(None, units)
+
+
+def logs(speech: Samples, noise_rms: float = 1e-3) -> Logs:
+    """Of speech in a quiet room."""
+    padded = np.pad(0.3 * speech, (8000, 3200))
+    heard = (padded + noise_rms * np.random.default_rng(2).standard_normal(len(padded))).astype(np.float32)
+    whole, part = levelled(heard, heard[4000:])
+    return centred(logs_of(part, noise_of(whole, 8000)))
+
+
+def spelled(found: Logs) -> list[str]:
+    """The likeliest phones, repeats and gaps left out."""
+    best = chances_of(found).argmax(axis=1)
+    kept = best[(best != len(PHONES)) & (best != np.append([-1], best[:-1]))]
+    return [PHONES[k] for k in kept]
+
+
+def test_shapes_and_sums() -> None:
+    for n in (0, 1, 2, 7, 100):
+        chances = chances_of(np.random.default_rng(n).normal(0, 1, (n, N_BANDS)).astype(np.float32))
+        assert chances.shape == ((n + 1) // 2, len(PHONES) + 1)
+        assert np.allclose(np.exp(chances).sum(axis=1), 1.0, atol=1e-4)
+        assert chances.dtype == np.float32
+
+
+def test_a_microphone_s_tilt_does_not_count() -> None:
+    bands = np.random.default_rng(1).normal(0, 2, (80, N_BANDS))
+    tilted = bands + np.linspace(0.0, 0.2, N_BANDS) + 3.0
+    assert np.abs(centred(bands) - centred(tilted)).mean() < 0.05
+    assert centred(bands[:0]).shape == (0, N_BANDS)
+
+
+def test_what_comes_later_is_heard_as_it_would_be_now(sound: Sound) -> None:
+    found = logs(Speaker(VOICES[1], sound.lexicon, sound.cache).render([["turn", "left"]]))
+    quiet = np.repeat(found[:1], 400, axis=0)
+    now, later = (chances_of(np.concatenate([quiet[:n], found, quiet])) for n in (100, 180))
+    assert np.allclose(now[50 : 50 + len(found) // 2], later[90 : 90 + len(found) // 2], atol=1e-3)
+
+
+@pytest.mark.parametrize("text", ["stop", "turn left", "move forward", "who is here", "water the yellow rose"])
+def test_most_phones_are_heard(sound: Sound, text: str) -> None:
+    words = text.split()
+    said = [phone for word in words for phone in sound.lexicon.sounds(word)[0]]
+    shares = []
+    for voice in VOICES:
+        found = spelled(logs(Speaker(voice, sound.lexicon, sound.cache).render([words])))
+        shares.append(1.0 - distance(found, said) / len(said))
+    assert np.mean(shares) > 0.75
+
+
+def distance(one: list[str], other: list[str]) -> int:
+    """Levenshtein's."""
+    row = list(range(len(other) + 1))
+    for i, a in enumerate(one, 1):
+        before, row[0] = row[0], i
+        for j, b in enumerate(other, 1):
+            before, row[j] = row[j], min(row[j] + 1, row[j - 1] + 1, before + (a != b))
+    return row[-1]
