@@ -230,9 +230,8 @@ def winners(cases: Sequence[Case]) -> list[tuple[tuple[str, ...], Sequence[float
     found = []
     for case in cases:
         scored = sorted(((judging.support(case.views, w), w) for w in case.views.sentences), reverse=True)
-        best, words = scored[0]
-        lead = min(best - scored[1][0], judging.MOST_LEAD) if len(scored) > 1 else judging.MOST_LEAD
-        found.append((words, evidence(case.views, words, lead)))
+        words = scored[0][1]
+        found.append((words, evidence(case.views, words, judging.lead_of(scored))))
     return found
 
 

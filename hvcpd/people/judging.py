@@ -23,6 +23,9 @@ MOST_LOSS = 60.0
 MOST_MISFIT, MOST_DEFICIT, MOST_LOGIT, MOST_LEAD = 8.0, 5.0, 9.2, 6.0
 """Beyond these, the listeners' own measures tell nothing either."""
 LEAST_SPEECH_S = 0.2
+URGENT = "stop"
+MOST_CALL_WORDS = 3
+""" "Team plant stop": an addressee and the word."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -77,10 +80,26 @@ def judge(views: Views) -> Judged | None:
     scored = sorted(((support(views, words), words) for words in views.sentences), reverse=True)
     if not scored:
         return None
-    (best, words), rest = scored[0], scored[1:]
-    lead = min(best - rest[0][0], MOST_LEAD) if rest else MOST_LEAD
-    logit = sum(weight * value for weight, value in zip(CHANCE, evidence(views, words, lead), strict=True))
+    words = scored[0][1]
+    logit = sum(weight * value for weight, value in zip(CHANCE, evidence(views, words, lead_of(scored)), strict=True))
     return Judged(words, 1.0 / (1.0 + math.exp(min(-logit, 500.0))))
+
+
+def lead_of(scored: Sequence[tuple[float, Words]]) -> float:
+    """How much more likely the first of some sentences is than the next that says something else."""
+    best, words = scored[0]
+    others = [score for score, other in scored if not alike(words, other)]
+    return min(best - others[0], MOST_LEAD) if others else MOST_LEAD
+
+
+def is_call(words: Words) -> bool:
+    """Whether a sentence is a call for a halt."""
+    return len(words) <= MOST_CALL_WORDS and words[-1] == URGENT
+
+
+def alike(one: Words, other: Words) -> bool:
+    """Whether two sentences say the same: calls do, whoever is to halt."""
+    return one == other or (is_call(one) and is_call(other))
 
 
 SUPPORT = (-0.243, 3.97, -0.888, 3.11, -2.41, 0.414)
@@ -113,8 +132,8 @@ def evidence(views: Views, words: Words, lead: float) -> Sequence[float]:
     heard = [0.0] * 6
     if views.guess is not None:
         fit = (min(views.guess.misfit, MOST_MISFIT), views.guess.noise)
-        heard[:4] = (1.0, 0.0, *fit) if views.guess.words == words else (0.0, 1.0, 0.0, 0.0)
-    if views.known is not None and views.known.words == words:
+        heard[:4] = (1.0, 0.0, *fit) if alike(views.guess.words, words) else (0.0, 1.0, 0.0, 0.0)
+    if views.known is not None and alike(views.known.words, words):
         heard[4:] = 1.0, _logit(views.known.confidence)
     each_frame = min(views.loss(words) / max(len(views.chances), 1), 1.0)
     return (1.0, each_frame, *heard, math.log(n), n / speech_s, math.log(speech_s), lead)

@@ -16,7 +16,7 @@ from hvcpd.people.cepstra import Bands, levelled, logs_of, noise_of
 from hvcpd.people.ears import BEFORE_S, Piece
 from hvcpd.people.enrolled import Person
 from hvcpd.people.enrolled_listener import EnrolledListener
-from hvcpd.people.judging import Judged, Views, judge
+from hvcpd.people.judging import Judged, Views, is_call, judge
 from hvcpd.people.phones import FRAME_SAMPLES, centred, chances_of
 from hvcpd.people.spelled import Speller
 from hvcpd.people.sphinx import Guess, Sphinx
@@ -37,9 +37,6 @@ MOST_SURE = 0.94
 words of no sentence at all, clearly spoken, have fitted as well as some that were right."""
 MIN_SNR_DB = 6.0
 """Speech that is less above what was heard before it is left to the enrolled people's templates."""
-URGENT = "stop"
-MOST_CALL_WORDS = 3
-""" "Team plant stop": an addressee and the word. It is told as if it were sure: a halt too many does no harm."""
 MIN_LEAD_S = 0.3
 """Of sound before the speech, to know its noise."""
 
@@ -130,8 +127,8 @@ def _told(judged: Judged, views: Views, piece: Piece, snr_db: float) -> Recognis
     words, chance, known = judged.words, judged.chance, views.known
     if known is not None and known.words == words and known.confidence >= MIN_CHANCE:
         return replace(known, confidence=max(chance, known.confidence), snr_db=snr_db)
-    if len(words) <= MOST_CALL_WORDS and words[-1] == URGENT:
-        chance = max(chance, MIN_CHANCE)
+    if is_call(words):
+        chance = max(chance, MIN_CHANCE)  # a halt too many does no harm
     first = max(piece.lead - round(BEFORE_S * SAMPLE_RATE_HZ), 0) + piece.origin
     spans = tuple(
         WordSpan(word, first + start * FRAME_SAMPLES, first + end * FRAME_SAMPLES, chance)

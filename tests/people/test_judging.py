@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 
@@ -89,6 +90,21 @@ def test_a_sentence_that_cannot_be_loses_no_more_than_most() -> None:
     assert brief.loss(RIGHT) == MOST_LOSS
     assert len(brief.spans(RIGHT)) == 2
     assert judged(brief).words == RIGHT
+
+
+def test_whoever_is_to_halt_it_is_a_call() -> None:
+    said = {**SAID, "stop": [("S", "T", "AA", "P")], "rob": [("R", "AA", "B")], "all": [("AO", "L")]}
+    arcs = (Arc(0, 1, "rob"), Arc(0, 1, "all"), Arc(1, 2, "stop"), Arc(0, 3, "turn"), Arc(3, 2, "left"))
+    speller = Speller(WordGraph(4, arcs, 0, frozenset((2,)), frozenset()), said.__getitem__)
+    chances = np.full((12, NONE + 1), -8.0, np.float32)
+    for k, phone in enumerate(("AO", "L", "S", "T", "AA", "P")):
+        chances[2 * k : 2 * k + 2, PHONES.index(phone)] = 0.0
+    alone = Views(LOGS, chances, speller, speller.spell(chances), None, None, 0.7)
+    same, other, else_ = (
+        judged(replace(alone, guess=guessed(words, 5.0))) for words in (("all", "stop"), ("rob", "stop"), LEFT)
+    )
+    assert {same.words, other.words, else_.words} == {("all", "stop")}
+    assert same.chance == other.chance > else_.chance
 
 
 def test_nothing_heard_is_no_sentence() -> None:
