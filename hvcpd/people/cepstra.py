@@ -92,6 +92,8 @@ def bands_of(sound: Samples) -> Bands:
 
 def levelled(sound: Samples, speech: Samples) -> tuple[Samples, Samples]:
     """A sound and its part that is speech, brought to the level of the models' training."""
+    if not len(speech):
+        return sound, speech
     loud = np.sort(np.abs(speech))[-max(len(speech) // 4, 1) :]
     gain = np.float32(min(LEVEL_RMS / max(float(np.sqrt(np.mean(loud.astype(np.float64) ** 2))), 1e-6), 1e3))
     return gain * sound, gain * speech

@@ -16,6 +16,7 @@ import numpy as np
 from hvcpd.faculties import Ears
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 from hvcpd.recognition.events import Event, Garbled, Recognised
+from hvcpd.recognition.stream import cleaned
 
 LEAD_S = 3.0
 """Before the speech, for its noise: the noise tracker's memory."""
@@ -132,7 +133,7 @@ class SecondEars:
         self._lost_until = predecessor._lost_until
 
     def _keep(self, samples: Samples) -> None:
-        self._blocks.append((self._now - len(samples), np.asarray(samples, np.float32)))
+        self._blocks.append((self._now - len(samples), cleaned(samples)))
         self._kept += len(samples)
         most = round((LEAD_S + LONGEST_S + 2 * MOST_WAIT_S) * SAMPLE_RATE_HZ)
         while self._kept - len(self._blocks[0][1]) > most:

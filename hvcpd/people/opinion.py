@@ -78,6 +78,8 @@ class SecondOpinion:
         if self._strangers and snr_db >= MIN_SNR_DB:
             views, judged = self._judged(piece, known)
             if judged is not None and judged.chance >= MIN_STRANGERS_CHANCE:
+                if is_call(judged.words):  # a halt too many does no harm
+                    judged = replace(judged, chance=max(judged.chance, MIN_CHANCE))
                 return _told(judged, views, piece, snr_db)
             if judged is None or known is None or judged.words != known.words:
                 return None
@@ -127,8 +129,6 @@ def _told(judged: Judged, views: Views, piece: Piece, snr_db: float) -> Recognis
     words, chance, known = judged.words, judged.chance, views.known
     if known is not None and known.words == words and known.confidence >= MIN_CHANCE:
         return replace(known, confidence=max(chance, known.confidence), snr_db=snr_db)
-    if is_call(words):
-        chance = max(chance, MIN_CHANCE)  # a halt too many does no harm
     first = max(piece.lead - round(BEFORE_S * SAMPLE_RATE_HZ), 0) + piece.origin
     spans = tuple(
         WordSpan(word, first + start * FRAME_SAMPLES, first + end * FRAME_SAMPLES, chance)
@@ -152,5 +152,6 @@ def snr_of(piece: Piece) -> float:
     # Somebody may have spoken before: the noise is what is left in the quieter parts.
     powers = np.mean(lead[: len(lead) // frame * frame].reshape(-1, frame) ** 2, axis=1)
     noise = float(np.quantile(powers, 0.3))
-    speech = float(np.mean(piece.sound[piece.lead : piece.lead + piece.end - piece.start].astype(np.float64) ** 2))
-    return 10.0 * math.log10(max(speech / max(noise, 1e-12) - 1.0, 1e-3))
+    speech = piece.sound[piece.lead : piece.lead + piece.end - piece.start].astype(np.float64)
+    power = float(np.sum(speech**2)) / max(len(speech), 1)
+    return 10.0 * math.log10(max(power / max(noise, 1e-12) - 1.0, 1e-3))

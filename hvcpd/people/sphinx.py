@@ -23,8 +23,8 @@ from hvcpd.synthesis.lexicon import Lexicon
 WIDE_BEAMS = {"beam": 1e-60, "pbeam": 1e-60, "wbeam": 1e-40}
 """PocketSphinx's own are 1e-48, 1e-48, 7e-29: of 40 sentences at 40, 20 and 12 dB in white noise these gave 40, 40 and
 36, its own 37, 40 and 35, at two thirds of the cost."""
-FRAME_SAMPLES = 160
-"""PocketSphinx's frames are 10 ms apart."""
+LEAST_FRAMES = 10
+"""Of 10 ms. With none PocketSphinx fails, and with it all that comes after."""
 SCORE_BASE = 1.0001
 """Its scores are logarithms to this base (`logbase`); so a score of 10,000 is a natural logarithm of 1."""
 MOST_PRONUNCIATIONS = 6
@@ -131,8 +131,10 @@ class Sphinx:
         self._decoder: Any = None
 
     def guess(self, logs: Bands) -> Guess | None:
-        """What is said in an utterance, of whose energies the logarithms are given (`logs_of`). Raises ImportError
-        where PocketSphinx is not installed."""
+        """What is said in an utterance, of whose energies the logarithms are given (`logs_of`); None if it is too short
+        for a word. Raises ImportError where PocketSphinx is not installed."""
+        if len(logs) < LEAST_FRAMES:
+            return None
         if self._decoder is None:
             self._decoder = self._made()
         decoder = self._decoder

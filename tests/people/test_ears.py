@@ -72,8 +72,13 @@ class Slow:
         return done
 
 
-def block(value: float) -> Samples:
-    return np.full(BLOCK, value, np.float32)
+def block(number: int) -> Samples:
+    """One that tells its number."""
+    return np.full(BLOCK, number / 1024, np.float32)
+
+
+def numbers(sound: Samples) -> set[int]:
+    return {round(1024 * float(x)) for x in sound}
 
 
 def run(ears: SecondEars, n: int, first: int = 0) -> list[Event]:
@@ -87,7 +92,7 @@ def test_a_sentence_takes_the_place_of_what_was_garbled() -> None:
     [piece] = looker.pieces
     assert (piece.start, piece.end) == (32000, 40000)
     # The sound tells its own place: each block holds its number.
-    assert piece.sound[piece.lead] == 32000 // BLOCK
+    assert 1024 * piece.sound[piece.lead] == 32000 // BLOCK
     assert piece.origin == piece.start - piece.lead
     assert len(piece.sound) - piece.lead >= 8000
 
@@ -142,7 +147,15 @@ def test_the_own_voice_is_not_in_the_sound() -> None:
     ears = SecondEars(Script({29: [Garbled(32000, 40000)]}), looker, AtOnce())
     for k in range(30):
         ears.push(block(k), masked=10 <= k < 18)
-    assert not set(range(10, 18)) & {int(x) for x in looker.pieces[0].sound}
+    assert not set(range(10, 18)) & numbers(looker.pieces[0].sound)
+
+
+def test_what_is_no_sound_is_not_looked_at() -> None:
+    looker = Looker(None)
+    ears = SecondEars(Script({29: [Garbled(32000, 40000)]}), looker, AtOnce())
+    for k in range(30):
+        ears.push(np.full(BLOCK, (np.nan, np.inf, -1e20)[k % 3], np.float32))
+    assert np.abs(looker.pieces[0].sound).max() <= 1.0
 
 
 def test_new_ears_go_on_waiting_for_what_the_old_ones_asked() -> None:

@@ -187,6 +187,24 @@ def test_where_it_is_loud_only_the_enrolled_are_heard(book: Phrasebook, sound: S
     assert opinion.look(loud) is None
 
 
+@pytest.mark.parametrize("strangers", [True, False])
+@pytest.mark.filterwarnings("error")
+def test_no_sound_is_too_strange(book: Phrasebook, sound: Sound, strangers: bool) -> None:
+    speaker = Speaker(CHILD, sound.lexicon, sound.cache)
+    known = {} if strangers else {"anna": Person("Anna", takes_of(speaker, "stop", "turn", "left", "who", "is"))}
+    opinion = SecondOpinion(book.people_graph, sound.lexicon, known, strangers)  # with PocketSphinx, where it is
+    for speech in (noise(0.0, 0.1), noise(1e-4, 0.1), noise(0.02, 0.1), noise(1.0, 0.0), np.sign(noise(1.0, 0.1))):
+        for lead in (0, 8000):
+            piece = Piece(np.pad(speech, (lead, 0)), lead, 0, len(speech), -lead)
+            assert opinion.look(piece) is None
+            found = opinion.likeliest(piece)
+            assert found is None or found.confidence < 0.5
+    if strangers:  # none of them has spoiled what comes after
+        after = opinion.look(alone(stranger(sound), "rob stop"))
+        assert after is not None
+        assert after.words == ("rob", "stop")
+
+
 def test_words_count_as_soon_as_they_are_learned(book: Phrasebook, sound: Sound) -> None:
     speaker = Speaker(CHILD, sound.lexicon, sound.cache)
     known = {"anna": Person("Anna", takes_of(speaker, "turn", "right"))}
