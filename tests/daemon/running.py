@@ -35,6 +35,7 @@ class RunningRobot:
         self._loop, self._ending = asyncio.get_running_loop(), asyncio.Event()
         self.bench = ControlBench(self.directory)
         await self.bench.open()
+        await self.bench.live(blocks=12)  # until the meter has read its first level
         self._ready.set()
         while not self._ending.is_set():
             await self.bench.live(blocks=4)
