@@ -41,11 +41,16 @@ def in_noise(sound: Samples, snr_db: float | None, seed: int, floor: float = QUI
     return (padded + level * np.random.default_rng(seed).standard_normal(len(padded))).astype(np.float32)
 
 
+def text_of(phrases: Phrases) -> str:
+    """As a synthesizer reads them, with a pause between two."""
+    return ", ".join(" ".join(phrase) for phrase in phrases) + "."
+
+
 def program(command: Sequence[str]) -> Callable[[Phrases], Samples]:
     """A synthesizer outside: `command` with {text} and {wav}; its output is brought to 16 kHz by sox."""
 
     def speak(phrases: Phrases) -> Samples:
-        text = ", ".join(" ".join(phrase) for phrase in phrases) + "."
+        text = text_of(phrases)
         with tempfile.TemporaryDirectory() as folder:
             raw, wav = f"{folder}/raw.wav", f"{folder}/16k.wav"
             subprocess.run([part.format(text=text, wav=raw) for part in command], check=True, capture_output=True)

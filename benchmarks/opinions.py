@@ -23,13 +23,12 @@ from scipy.optimize import minimize
 
 from benchmarks.judging import Phrases, program
 from benchmarks.people import BLOCK, NAMES, SNR_DB, Stage
-from benchmarks.people_material import CALLS, DIGITS, FIRST_WORDS, digits, enrol, levelled, sentences, stream
+from benchmarks.people_material import CALLS, DIGITS, FIRST_WORDS, ONE_DIGIT, digits, enrol, levelled, sentences, stream
 from benchmarks.phones.material import common_words
 from benchmarks.phones.texts import Texts
 from benchmarks.phones.voices import calibrators
 from hvcpd.assembly import make_recogniser
 from hvcpd.hardware.soundfile import read_wav
-from hvcpd.language.graph import Arc, WordGraph
 from hvcpd.people import judging
 from hvcpd.people.ears import Finding, LooksAgain, Piece, SecondEars
 from hvcpd.people.judging import Views, evidence, supporting
@@ -123,14 +122,13 @@ def heard(kind: str, opinion: SecondOpinion, one: tuple[tuple[str, ...], Piece])
 def by_digits(stage: Stage, folder: Path) -> Iterator[Case]:
     """Some takes enrolled, others heard; and with the other speakers alone enrolled."""
     takes = digits(folder)
-    graph = WordGraph(2, tuple(Arc(0, 1, word) for word in DIGITS), 0, frozenset((1,)), frozenset())
     speakers = sorted({who for who, _ in takes})
     enrolled = {}
     for kept in KEPT:
         people = {w: enrol(w, {DIGITS[d]: [takes[w, d][k] for k in kept] for d in range(10)}) for w in speakers}
-        others = {w: stage.opinion(graph, [p for o, p in people.items() if o != w]) for w in speakers}
-        enrolled[kept] = stage.opinion(graph, list(people.values())), others
-    nobody = stage.opinion(graph, ())
+        others = {w: stage.opinion(ONE_DIGIT, [p for o, p in people.items() if o != w]) for w in speakers}
+        enrolled[kept] = stage.opinion(ONE_DIGIT, list(people.values())), others
+    nobody = stage.opinion(ONE_DIGIT, ())
     for key, (who, digit) in enumerate(sorted(takes)):
         for n, (label, snr_db) in itertools.product(range(5), (("clean", None), ("10 dB", 10.0))):
             sound, [where] = stream([((DIGITS[digit],), takes[who, digit][n])], snr_db, "pink", 100 * key + n)
@@ -229,7 +227,7 @@ def winners(cases: Sequence[Case]) -> list[tuple[tuple[str, ...], Sequence[float
     """The sentence that is supported best in each case, and what tells whether it is right."""
     found = []
     for case in cases:
-        scored = sorted(((judging.support(case.views, w), w) for w in case.views.sentences), reverse=True)
+        scored = judging.ranked(case.views)
         words = scored[0][1]
         found.append((words, evidence(case.views, words, judging.lead_of(scored))))
     return found

@@ -25,6 +25,7 @@ from benchmarks.people_material import (
     CALLS,
     DIGITS,
     FIRST_WORDS,
+    ONE_DIGIT,
     Foreigner,
     Said,
     digits,
@@ -38,7 +39,7 @@ from hvcpd.assembly import DEFAULT_TEAMS, make_phrasebook, make_recogniser, make
 from hvcpd.config.task_file import load_tasks
 from hvcpd.config.tasks import default_tasks_path
 from hvcpd.hardware.soundfile import read_wav
-from hvcpd.language.graph import Arc, WordGraph
+from hvcpd.language.graph import WordGraph
 from hvcpd.people.ears import AtOnce, Piece, SecondEars
 from hvcpd.people.enrolled import Person
 from hvcpd.people.opinion import SecondOpinion
@@ -163,14 +164,13 @@ def digits_row(stage: Stage, folder: Path, most: int, seed: int) -> None:
     if not takes:
         print(f"digits: skipped, there are no recordings in {folder}")
         return
-    graph = WordGraph(2, tuple(Arc(0, 1, word) for word in DIGITS), 0, frozenset((1,)), frozenset())
     speakers = sorted({who for who, _ in takes})
     people = [
         enrol(who, {DIGITS[d]: takes[who, d][:TRAINED] for d in range(len(DIGITS)) if (who, d) in takes})
         for who in speakers
     ]
-    all_ears = stage.opinion(graph, people)
-    others = {p.name: stage.opinion(graph, [o for o in people if o is not p]) for p in people}
+    all_ears = stage.opinion(ONE_DIGIT, people)
+    others = {p.name: stage.opinion(ONE_DIGIT, [o for o in people if o is not p]) for p in people}
     for label, snr_db in (("clean", None), ("pink 10 dB", 10.0)):
         known = unknown = theirs = total = 0
         for who, digit, piece in digit_pieces(takes, snr_db, most, seed):
@@ -178,7 +178,7 @@ def digits_row(stage: Stage, folder: Path, most: int, seed: int) -> None:
             known += _is(all_ears, piece, digit)
             unknown += _is(others[who], piece, digit)
             said = Said((DIGITS[digit],), piece.start, piece.end)
-            theirs += stage.theirs(graph, piece.sound, said) == DIGITS[digit]
+            theirs += stage.theirs(ONE_DIGIT, piece.sound, said) == DIGITS[digit]
         told(f"digits, {label}, three takes enrolled", known, theirs, total)
         told(f"digits, {label}, speaker not enrolled", unknown, theirs, total)
 

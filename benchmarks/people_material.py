@@ -13,6 +13,7 @@ import numpy as np
 from benchmarks.hearing.noises import steady
 from benchmarks.judging import Phrases, program
 from hvcpd.hardware.soundfile import read_wav
+from hvcpd.language.graph import Arc, WordGraph
 from hvcpd.language.phrasebook import Phrasebook
 from hvcpd.people.enrolled import Person
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
@@ -122,6 +123,7 @@ def words_of(foreigner: Foreigner, words: Sequence[str]) -> dict[str, list[Sampl
 
 
 DIGITS = tuple("zero one two three four five six seven eight nine".split())
+ONE_DIGIT = WordGraph(2, tuple(Arc(0, 1, word) for word in DIGITS), 0, frozenset((1,)), frozenset())
 
 
 def digits(folder: Path) -> dict[tuple[str, int], list[Samples]]:

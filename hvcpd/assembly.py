@@ -81,8 +81,9 @@ class Sound:
 
     def speaker_of(self, name: str, rate: float = 1.0) -> Speaker:
         """Speaks as that robot; `rate` below 1 is slower, which recordings cannot be."""
-        voice = replace(self.voice_of(name), rate=rate * self.voice_of(name).rate)
-        return self.recorded.get(name.lower()) or Speaker(voice, self.lexicon, self.cache)
+        voice = self.voice_of(name)
+        recorded = self.recorded.get(name.lower())
+        return recorded or Speaker(replace(voice, rate=rate * voice.rate), self.lexicon, self.cache)
 
 
 def make_sound(lexicon: Path | None = None, cache_folder: Path | None = None) -> Sound:

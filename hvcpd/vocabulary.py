@@ -152,10 +152,7 @@ def _may_sound_the_same(pair: Pair, sound: Sound) -> bool:
     """Whether some pronunciation of the one is one of the other: a speaker may choose it, as of "read"."""
     if max(map(len, pair)) > 1:
         return False
-    first, second = (
-        {tuple(phone.rstrip("012") for phone in said) for said in sound.lexicon.pronunciations(phrase[0])}
-        for phrase in pair
-    )
+    first, second = (set(sound.lexicon.sounds(phrase[0])) for phrase in pair)
     return bool(first & second)
 
 

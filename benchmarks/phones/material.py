@@ -24,7 +24,6 @@ from hvcpd.people.phones import PHONES, centred
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 from hvcpd.synthesis.lexicon import Lexicon
 
-NARROW_HZ = 4000.0
 LEAD_S = 1.0
 
 
@@ -54,7 +53,7 @@ def phones_of(words: Sequence[str], lexicon: Lexicon, known: Mapping[str, Sequen
     said: list[str] = []
     for word in words:
         if word in lexicon.entries or word not in known:
-            said += [phone.rstrip("012") for phone in lexicon.pronounce(word)]
+            said += lexicon.sounds(word)[0]
         else:
             said += known[word]
     return [PHONES.index(phone) for phone in said]

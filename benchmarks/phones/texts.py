@@ -10,6 +10,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
+from benchmarks.people_material import DIGITS
 from hvcpd.assembly import DEFAULT_TEAMS, make_phrasebook
 from hvcpd.config.task_file import load_tasks
 from hvcpd.config.tasks import default_tasks_path
@@ -22,7 +23,6 @@ NAMES = tuple(
     "Oscar Paul Paula Peter Rex Rita Rob Robin Rosa Ruby Sam Sara Simon Sofia Ted Theo Tim Tina Tom Toby Uma Vera "
     "Victor Walter Wendy Yara Zoe".split()
 )
-DIGITS = tuple("zero one two three four five six seven eight nine".split())
 FREE_PHRASES = (
     "hi all",
     "who is here",

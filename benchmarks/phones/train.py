@@ -17,6 +17,7 @@ import numpy as np
 import torch
 from torch import Tensor, nn
 
+from benchmarks.transcripts import edits
 from hvcpd.people.cepstra import N_BANDS
 from hvcpd.people.phones import PHONES
 
@@ -125,20 +126,10 @@ def errors_of(net: Net, data: Data) -> tuple[float, float]:
             for row, number in enumerate(numbers):
                 path = best[row, : int(batch[1][row])]
                 kept = path[(path != BLANK) & (path != np.concatenate(([BLANK], path[:-1])))]
-                wrong += distance(kept.tolist(), data.phones[number].tolist())
+                wrong += edits(kept.tolist(), data.phones[number].tolist())
                 said += len(data.phones[number])
     net.train()
     return float(np.mean(losses)), wrong / said
-
-
-def distance(one: Sequence[int], other: Sequence[int]) -> int:
-    """Levenshtein's."""
-    row = list(range(len(other) + 1))
-    for i, a in enumerate(one, 1):
-        before, row[0] = row[0], i
-        for j, b in enumerate(other, 1):
-            before, row[j] = row[j], min(row[j] + 1, row[j - 1] + 1, before + (a != b))
-    return row[-1]
 
 
 def weights_of(net: Net) -> dict[str, np.ndarray]:

@@ -12,10 +12,10 @@ import subprocess
 import tempfile
 import wave
 from collections.abc import Callable, Sequence
-from pathlib import Path
 
 import numpy as np
 
+from benchmarks.judging import Phrases, text_of
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 from hvcpd.synthesis.lexicon import Lexicon
 from hvcpd.synthesis.speaker import Speaker
@@ -40,12 +40,15 @@ VARIANTS = tuple(
 )
 CALIBRATION = ("m7", "klatt2", "RicishayMax", "UniRobot", "Tweaky")
 
-Phrases = Sequence[Sequence[str]]
 Talker = Callable[[Phrases, random.Random], Samples]
 
 
-def _text(phrases: Phrases) -> str:
-    return ", ".join(" ".join(phrase) for phrase in phrases) + "."
+def _spoken(*command: str) -> Samples:
+    """What a program says that writes to {wav}."""
+    with tempfile.TemporaryDirectory() as folder:
+        wav = f"{folder}/a.wav"
+        subprocess.run([part.format(wav=wav) for part in command], check=True, capture_output=True)
+        return _read(wav)
 
 
 def _read(path: str) -> Samples:
@@ -70,10 +73,7 @@ def espeak(accents: Sequence[str], variants: Sequence[str]) -> Talker:
     def say(phrases: Phrases, chooser: random.Random) -> Samples:
         voice = f"{chooser.choice(accents)}+{chooser.choice(variants)}"
         rate, pitch = chooser.randint(120, 230), chooser.randint(20, 80)
-        with tempfile.TemporaryDirectory() as folder:
-            command = ["espeak-ng", "-v", voice, "-s", str(rate), "-p", str(pitch), "-w", f"{folder}/a.wav"]
-            subprocess.run([*command, _text(phrases)], check=True, capture_output=True)
-            return _read(f"{folder}/a.wav")
+        return _spoken("espeak-ng", "-v", voice, "-s", f"{rate}", "-p", f"{pitch}", "-w", "{wav}", text_of(phrases))
 
     return say
 
@@ -82,15 +82,13 @@ def festival(voice: str) -> Talker:
     """A voice of festival, faster or slower."""
 
     def say(phrases: Phrases, chooser: random.Random) -> Samples:
-        stretch = chooser.uniform(0.75, 1.3)
-        with tempfile.TemporaryDirectory() as folder:
-            script = (
-                f"(voice_{voice}) (Parameter.set 'Duration_Stretch {stretch:.2f}) "
-                f'(utt.save.wave (utt.synth (Utterance Text "{_text(phrases)}")) "{folder}/a.wav" \'riff)'
-            )
-            (Path(folder) / "a.scm").write_text(script)
-            subprocess.run(["festival", "-b", f"{folder}/a.scm"], check=True, capture_output=True)
-            return _read(f"{folder}/a.wav")
+        return _spoken(
+            "festival",
+            "-b",
+            f"(voice_{voice})",
+            f"(Parameter.set 'Duration_Stretch {chooser.uniform(0.75, 1.3):.2f})",
+            f'(utt.save.wave (utt.synth (Utterance Text "{text_of(phrases)}")) "{{wav}}" \'riff)',
+        )
 
     return say
 
@@ -100,10 +98,8 @@ def pico(language: str) -> Talker:
 
     def say(phrases: Phrases, chooser: random.Random) -> Samples:
         rate, pitch = chooser.randint(75, 140), chooser.randint(60, 150)
-        text = f'<pitch level="{pitch}"><speed level="{rate}">{_text(phrases)}</speed></pitch>'
-        with tempfile.TemporaryDirectory() as folder:
-            subprocess.run(["pico2wave", "-l", language, "-w", f"{folder}/a.wav", text], check=True)
-            return _read(f"{folder}/a.wav")
+        text = f'<pitch level="{pitch}"><speed level="{rate}">{text_of(phrases)}</speed></pitch>'
+        return _spoken("pico2wave", "-l", language, "-w", "{wav}", text)
 
     return say
 

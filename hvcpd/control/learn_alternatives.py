@@ -19,7 +19,7 @@ from hvcpd.config.names import MAX_ALTERNATIVE_WORDS
 from hvcpd.control.team import Team, load_team
 from hvcpd.errors import PhraseError
 from hvcpd.hardware.soundfile import read_wav
-from hvcpd.language.graph import Arc, WordGraph
+from hvcpd.language.graph import Arc, graph_of
 from hvcpd.language.phrasebook import Phrasebook
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 from hvcpd.recognition.events import Event, Garbled, Recognised
@@ -91,7 +91,7 @@ def learn(samples: Samples, miss: Event, team: Team, said: tuple[str, ...] | Non
     """What the doubtful words of one stretch sounded like."""
     begin = max(miss.start_sample - round(LEAD_S * SAMPLE_RATE_HZ), 0)
     piece = samples[begin : miss.end_sample + round(TAIL_S * SAMPLE_RATE_HZ)]
-    graph = _chain(said, frozenset(range(1, len(said)))) if said else team.phrasebook.graph
+    graph = graph_of(said, frozenset(range(1, len(said)))) if said else team.phrasebook.graph
     bank = {name: templates(team.phrasebook, voice, team.sound) for name, voice in team_voices(team).items()}
     near = _longest(_hear(Recogniser(graph, bank, ANYTHING), piece))
     if near is None:
@@ -111,11 +111,6 @@ def team_voices(team: Team) -> dict[str, Voice]:
     """The voices of the names known, each once, by what they are called."""
     voices = (team.sound.voice_of(name) for name in team.names)
     return {voice.name: voice for voice in voices}
-
-
-def _chain(words: Sequence[str], pauses: frozenset[int]) -> WordGraph:
-    arcs = tuple(Arc(n, n + 1, word) for n, word in enumerate(words))
-    return WordGraph(len(words) + 1, arcs, 0, frozenset((len(words),)), pauses)
 
 
 def _longest(events: Sequence[Event]) -> Recognised | None:
@@ -147,7 +142,7 @@ def _heard_freely(
 ) -> Recognised | None:
     """`near` heard once more with any 1 to `n_words` words in the place of the one at `index`."""
     pauses = frozenset(range(1, len(near.words))) - {index + 1} if index + 1 < len(near.words) else frozenset[int]()
-    chain = _chain(near.words, pauses)
+    chain = graph_of(near.words, pauses)
     free = free_words(team.sound)
     speaker = Speaker(team_voices(team)[near.voice], team.sound.lexicon, team.sound.cache)
     between = [index, *range(chain.n_nodes, chain.n_nodes + n_words - 1)]

@@ -69,11 +69,7 @@ def load_team(
 
 def _refuse_same_sound(names: Sequence[str], sound: Sound) -> None:
     """Raises ConfigError for the first two names that are pronounced alike: nobody could tell whom is spoken of."""
-    said = {name: {_phones(p) for p in sound.lexicon.pronunciations(name)} for name in names}
+    said = {name: set(sound.lexicon.sounds(name)) for name in names}
     for first, second in combinations(names, 2):
         if said[first] & said[second]:
             raise ConfigError(f"the names {first!r} and {second!r} sound the same; choose another for one of them")
-
-
-def _phones(pronunciation: Sequence[str]) -> tuple[str, ...]:
-    return tuple(phone.rstrip("012") for phone in pronunciation)

@@ -38,6 +38,12 @@ class WordGraph:
         return tuple(sorted({arc.word for arc in self.arcs}))
 
 
+def graph_of(words: Sequence[str], pauses: frozenset[int] = frozenset()) -> WordGraph:
+    """The network of one sentence; node n comes before its word n."""
+    arcs = tuple(Arc(n, n + 1, word) for n, word in enumerate(words))
+    return WordGraph(len(words) + 1, arcs, 0, frozenset((len(words),)), pauses)
+
+
 def with_phrases(graph: WordGraph, phrases: Iterable[tuple[str, Sequence[str]]]) -> WordGraph:
     """The network in which also each phrase may be said wherever its word may; no longer deterministic."""
     arcs, n_nodes = list(graph.arcs), graph.n_nodes

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 from hvcpd.people.cepstra import Bands
 from hvcpd.people.phones import Chances
@@ -43,6 +43,8 @@ class Views:
     guess: Guess | None
     known: Recognised | None
     speech_s: float
+    fits: dict[Words, Spelled | None] = field(default_factory=dict)
+    """How other sentences than `spelled` fit, as far as that was asked for."""
 
     @property
     def sentences(self) -> list[Words]:
@@ -64,7 +66,9 @@ class Views:
     def _aligned(self, words: Words) -> Spelled | None:
         if self.spelled is not None and words == self.spelled.words:
             return self.spelled
-        return self.speller.fit(self.chances, words)
+        if words not in self.fits:
+            self.fits[words] = self.speller.fit(self.chances, words)
+        return self.fits[words]
 
 
 @dataclass(frozen=True)
@@ -77,12 +81,17 @@ class Judged:
 
 def judge(views: Views) -> Judged | None:
     """The likeliest of the sentences that were found; None if there is none."""
-    scored = sorted(((support(views, words), words) for words in views.sentences), reverse=True)
+    scored = ranked(views)
     if not scored:
         return None
     words = scored[0][1]
     logit = sum(weight * value for weight, value in zip(CHANCE, evidence(views, words, lead_of(scored)), strict=True))
     return Judged(words, 1.0 / (1.0 + math.exp(min(-logit, 500.0))))
+
+
+def ranked(views: Views) -> list[tuple[float, Words]]:
+    """The sentences that were found, each with its support, the best first."""
+    return sorted(((support(views, words), words) for words in views.sentences), reverse=True)
 
 
 def lead_of(scored: Sequence[tuple[float, Words]]) -> float:

@@ -7,11 +7,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from hvcpd.language.graph import Arc, WordGraph
+from hvcpd.language.graph import WordGraph, graph_of
 from hvcpd.people.chains import FAR, Chains, Costs, Ends
 from hvcpd.recognition.frontend import CONTEXT_FRAMES, Energies, Features, features_of
 from hvcpd.recognition.network import Index, Network
-from hvcpd.recognition.scorer import Scorer
+from hvcpd.recognition.scorer import Scorer, norms_of, squared_distances
 from hvcpd.recognition.templates import Noise, TemplateBank, noise_features
 
 VOTE_COST = 10.0
@@ -61,8 +61,8 @@ class _Heard:
     def to(self, rows: Index) -> Callable[[int, int], Costs]:
         """Distances of some frames to some template frames."""
         some = self.rows if len(rows) == len(self.rows) else self.rows[rows]
-        squares = _squares(some)
-        return lambda begin, end: _distances(self.features[begin:end], some, squares)
+        norms = norms_of(some)
+        return lambda begin, end: _distances(self.features[begin:end], some, norms)
 
 
 class Matcher:
@@ -100,15 +100,14 @@ class Matcher:
         padded = np.pad(energies + mask, ((CONTEXT_FRAMES, CONTEXT_FRAMES), (0, 0)), mode="edge")
         heard = features_of(padded)
         silence = noise_features(noise + mask)[None, :]
-        to_noise = _distances(heard, silence, _squares(silence))[:, 0]
+        to_noise = _distances(heard, silence, norms_of(silence))[:, 0]
         return _Heard(heard, rows, to_noise)
 
     def _voted(self, sentences: Iterable[tuple[str, ...]], heard: _Heard, nearest: Costs) -> Match:
         """Of the sentences that fit best in one voice or another, the one that fits best in all; in its best voice."""
         judged = []
         for words in sentences:
-            arcs = tuple(Arc(k, k + 1, word) for k, word in enumerate(words))
-            chains = self._compiled(WordGraph(len(words) + 1, arcs, 0, frozenset((len(words),)), frozenset()))
+            chains = self._compiled(graph_of(words))
             ends = chains.forward(heard.to(chains.rows), heard.to_noise)
             voices = _best_of_voices(chains, ends).values()
             costs = np.array([cost for cost, _, _ in voices])
@@ -147,16 +146,8 @@ def _best_of_voices(chains: Chains, ends: Ends) -> dict[str, tuple[float, tuple[
     return found
 
 
-def _squares(rows: Features) -> Costs:
-    out: Costs = np.einsum("uf,uf->u", rows, rows)
-    return out
-
-
-def _distances(heard: Features, rows: Features, row_squares: Costs) -> Costs:
-    """Euclidean distances, shape (len(heard), len(rows)), the rows' own squares being known."""
-    squares = np.float32(-2.0) * heard @ rows.T
-    squares += row_squares
-    squares += _squares(heard)[:, None]
-    np.maximum(squares, 0.0, out=squares)
+def _distances(heard: Features, rows: Features, norms: Costs) -> Costs:
+    """Euclidean distances, shape (len(heard), len(rows)), the rows' squared norms being known."""
+    squares = squared_distances(heard, rows, norms, norms_of(heard))
     out: Costs = np.sqrt(squares, out=squares)
     return out

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from hvcpd.language.graph import Arc, WordGraph
+from hvcpd.language.graph import WordGraph, graph_of
 from hvcpd.people.phones import PHONES, Chances
 
 Scores = NDArray[np.float32]
@@ -78,9 +78,7 @@ class Speller:
 
     def fit(self, chances: Chances, words: Sequence[str]) -> Spelled | None:
         """How well one sentence fits; None if the frames are too few for it."""
-        arcs = tuple(Arc(k, k + 1, word) for k, word in enumerate(words))
-        alone = WordGraph(len(words) + 1, arcs, 0, frozenset((len(words),)), frozenset())
-        return Speller(alone, self._pronounce).spell(chances)
+        return Speller(graph_of(words), self._pronounce).spell(chances)
 
     def _forward(self, chances: Chances) -> tuple[_Ends, Scores]:
         """Ends of words, and what the best path to each node has gained in the end."""

@@ -25,8 +25,6 @@ WIDE_BEAMS = {"beam": 1e-60, "pbeam": 1e-60, "wbeam": 1e-40}
 36, its own 37, 40 and 35, at two thirds of the cost."""
 LEAST_FRAMES = 10
 """Of 10 ms. With none PocketSphinx fails, and with it all that comes after."""
-SCORE_BASE = 1.0001
-"""Its scores are logarithms to this base (`logbase`); so a score of 10,000 is a natural logarithm of 1."""
 MOST_PRONUNCIATIONS = 6
 """Of a word, that accents add: each costs time wherever the word may come."""
 
@@ -38,16 +36,14 @@ _ACCENTS = {"AA": ("AO",), "AE": ("AA", "AH"), "ER": ("AH",), "OW": ("AO",)}
 
 @dataclass(frozen=True)
 class Guess:
-    """The sentence that fits best, each word with its first frame and the one after its last, and how well it fits.
+    """The sentence that fits best, and how well it fits.
 
     `misfit` is the mean over the words' frames of how much less likely each frame is than in the best of all sounds,
-    in thousandths of a natural logarithm; `worst` that of the worst word, `noise` that of the worst pause.
+    in thousandths of a natural logarithm; `noise` that of the worst pause.
     """
 
     words: tuple[str, ...]
-    spans: tuple[tuple[int, int], ...]
     misfit: float
-    worst: float
     noise: float
 
 
@@ -69,7 +65,7 @@ def make_decoder(graph: WordGraph, folder: Path, lexicon: Lexicon, accents: bool
         **settings,
     )
     for word in graph.words:
-        ours = " ".join(phone.rstrip("012") for phone in lexicon.pronounce(word))
+        ours = " ".join(lexicon.sounds(word)[0])
         known = decoder.lookup_word(word)
         if known is None:
             decoder.add_word(word, ours, False)
@@ -155,18 +151,14 @@ class Sphinx:
 
 
 def _guess(segments: Sequence[Any]) -> Guess | None:
-    words, spans, lost, noise = [], [], [], [0.0]
+    words, lost, n_frames, noise = [], 0.0, 0, 0.0
     for segment in segments:
         frames = segment.end_frame - segment.start_frame + 1
-        misfit = -1000.0 * math.log(max(segment.ascore, 1e-12)) / frames
+        misfit = -1000.0 * math.log(max(segment.ascore, 1e-12))
         if segment.word == "<sil>":
-            noise.append(misfit)
+            noise = max(noise, misfit / frames)
         elif segment.word[0] not in "<+(":
             words.append(segment.word.partition("(")[0])
-            spans.append((segment.start_frame, segment.end_frame + 1))
-            lost.append(misfit)
-    if not words:
-        return None
-    lengths = [end - start for start, end in spans]
-    mean = sum(n * misfit for n, misfit in zip(lengths, lost, strict=True)) / sum(lengths)
-    return Guess(tuple(words), tuple(spans), mean, max(lost), max(noise))
+            lost += misfit
+            n_frames += frames
+    return Guess(tuple(words), lost / n_frames, noise) if words else None

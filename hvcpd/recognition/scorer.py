@@ -106,7 +106,7 @@ class Scorer:
         self._used, self._n_composed = [], 1
         self._noise_features = noise_features(noise)
         self._codebook_features = self._bank.compose(self._codebook, noise, gain)
-        self._codebook_norms = _norms(self._codebook_features)
+        self._codebook_norms = norms_of(self._codebook_features)
 
     def promise(self, rows: NDArray[np.intp], most: float) -> float:
         """What the very word, of the template's frames `rows`, would gain over the noise, a frame; `most` in each.
@@ -129,7 +129,7 @@ class Scorer:
                 self._compose_more(rung, np.unique(missing))
                 slots = self._slots[rung, rows]
             np.take(self._composed, slots, axis=0, out=features[begin:end])
-        self._features, self._norms = features, _norms(features)
+        self._features, self._norms = features, norms_of(features)
 
     def _compose_more(self, rung: int, rows: NDArray[np.intp]) -> None:
         first, end = self._n_composed, self._n_composed + len(rows)
@@ -144,23 +144,25 @@ class Scorer:
 
     def score(self, features: Features) -> Scores:
         """Euclidean distances of `features` (n, N_FEATURES) to every state, the noise and the cohort."""
-        own = _norms(features)
-        states = _squares(features, self._features, self._norms, own)
+        own = norms_of(features)
+        states = squared_distances(features, self._features, self._norms, own)
         np.sqrt(states, out=states)
-        cohort = _squares(features, self._codebook_features, self._codebook_norms, own).min(axis=1)
+        cohort = squared_distances(features, self._codebook_features, self._codebook_norms, own).min(axis=1)
         noise = np.sqrt(((features - self._noise_features) ** 2).sum(axis=1))
         return Scores(states, noise, np.asarray(np.sqrt(cohort), np.float32))
 
 
-def _norms(features: Features) -> NDArray[np.float32]:
+def norms_of(features: Features) -> NDArray[np.float32]:
+    """Squared norm of each row, shape (n,)."""
     norms: NDArray[np.float32] = np.einsum("uf,uf->u", features, features)
     return norms
 
 
-def _squares(
+def squared_distances(
     features: Features, others: Features, norms: NDArray[np.float32], own: NDArray[np.float32]
 ) -> NDArray[np.float32]:
-    """Squared distances of `features`, whose squared norms are `own`, to `others` with `norms`; 0 or more."""
+    """Squared distances, shape (len(features), len(others)), of `features`, whose squared norms are `own`, to `others`
+    with `norms`; 0 or more."""
     d: NDArray[np.float32] = features @ others.T
     d *= -2.0
     d += norms

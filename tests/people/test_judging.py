@@ -35,7 +35,7 @@ def views(
 
 
 def guessed(words: tuple[str, ...], misfit: float) -> Guess:
-    return Guess(words, ((0, 20), (20, 40)), misfit, misfit, 1.0)
+    return Guess(words, misfit, 1.0)
 
 
 def enrolled(words: tuple[str, ...], deficit: float, confidence: float) -> Recognised:

@@ -130,8 +130,7 @@ class Fixed:
 
     def __init__(self, words: str = "", misfit: float = 3.0) -> None:
         said = tuple(words.split())
-        spans = tuple((60 + 30 * k, 90 + 30 * k) for k in range(len(said)))
-        self._guess = Guess(said, spans, misfit, misfit, 0.5) if said else None
+        self._guess = Guess(said, misfit, 0.5) if said else None
 
     def guess(self, _logs: Bands) -> Guess | None:
         return self._guess

@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from benchmarks.transcripts import edits
 from hvcpd.assembly import Sound, make_sound
 from hvcpd.people.cepstra import N_BANDS, levelled, logs_of, noise_of
 from hvcpd.people.phones import PHONES, Logs, centred, chances_of
@@ -64,15 +65,5 @@ def test_most_phones_are_heard(sound: Sound, text: str) -> None:
     shares = []
     for voice in VOICES:
         found = spelled(logs(Speaker(voice, sound.lexicon, sound.cache).render([words])))
-        shares.append(1.0 - distance(found, said) / len(said))
+        shares.append(1.0 - edits(found, said) / len(said))
     assert np.mean(shares) > 0.75
-
-
-def distance(one: list[str], other: list[str]) -> int:
-    """Levenshtein's."""
-    row = list(range(len(other) + 1))
-    for i, a in enumerate(one, 1):
-        before, row[0] = row[0], i
-        for j, b in enumerate(other, 1):
-            before, row[j] = row[j], min(row[j] + 1, row[j - 1] + 1, before + (a != b))
-    return row[-1]
