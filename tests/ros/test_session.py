@@ -86,11 +86,16 @@ class ScriptedDaemon:
     def _serve(self, lines: tuple[object, ...]) -> None:
         self.client, _ = self._listener.accept()
         for line in lines:
-            self.client.sendall((line if isinstance(line, str) else json.dumps(line)).encode() + b"\n")
+            self.say(line)
         with self.client.makefile("r") as wishes:
             for wish in wishes:
                 self.asked.append(json.loads(wish))
                 self.told.set()
+
+    def say(self, line: object) -> None:
+        """One line more, to the client that is here."""
+        assert self.client is not None
+        self.client.sendall((line if isinstance(line, str) else json.dumps(line)).encode() + b"\n")
 
     def close(self) -> None:
         self._listener.close()
@@ -119,7 +124,15 @@ def velocities(port: NotedPort) -> list[Message]:
 
 
 def test_lines_of_the_daemon_reach_ros_and_the_base_stands_at_the_end(scene: Scene) -> None:
-    thread = scene.daemon.serve({"event": "hello"}, "no JSON", [1], MOVING, GOAL)
+    thread = scene.daemon.serve({"event": "hello"}, "no JSON", [1], MOVING)
+
+    goals = [GOAL]
+
+    def drive_on() -> None:  # a velocity that is followed by another before it was due is not published
+        if goals and Twist(Vector3(x=0.1)) in velocities(scene.port):
+            scene.daemon.say(goals.pop())
+
+    scene.port.on_change = drive_on
     assert scene.session.run(lambda: bool(scene.port.went)) is None
     assert Twist(Vector3(x=0.1)) in velocities(scene.port)
     assert scene.port.went == [PlaceGoal(1, 1.0, 2.0)]
