@@ -200,7 +200,9 @@ def scrutinized(
     edges = np.arange(0, len(sound), PART)
     lengths = np.diff([*edges, len(sound)])
     energy = np.add.reduceat(whole * sound, edges)
-    energy = np.maximum(energy, max(LEAST_ENERGY * float(energy.mean()), 1e-20))
+    least = max(LEAST_ENERGY * float(energy.mean()), 1e-20)
+    faint = energy < least  # as before a burst: nothing of it can be missing, however loud the rest is
+    energy = np.maximum(energy, least)
     # Each part has a gain of its own, or a part that is not there would look like noise that hides it.
     gains = np.add.reduceat(weighed * sound, edges) / energy
     left = np.zeros(len(edges) * PART, np.float32)
@@ -210,7 +212,7 @@ def scrutinized(
     counts = energy / np.maximum(spread / (lengths * max(expected**2, 1e-20)), 1.0)
     gain = max(strength, 0.0) / expected
     found, wanted = gains * np.sqrt(counts), gain * np.sqrt(counts)
-    fits = bool(np.all(found >= np.minimum(LEAST_PART * wanted, wanted - SLACK)))
+    fits = bool(np.all((found >= np.minimum(LEAST_PART * wanted, wanted - SLACK)) | faint))
     share = float(counts.sum() / energy.sum())
     there = float(np.dot(gains, counts) / counts.sum())
     return Match(there * expected * share**0.5, expected * share**0.5, fits)

@@ -9,14 +9,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
-from hvcpd.recognition.matched import Spectrum, Weighing, power_of, scrutinized
+from hvcpd.recognition.matched import PART, Spectrum, Weighing, power_of, scrutinized
 
 SIZE = 8192
 """Samples of a transform: half a second, most of which are new ones each time."""
-SOUND_SAMPLES = 3200
-"""Of a first word the loudest 0.2 s are sought: "hi" has little more."""
+SOUND_SAMPLES = 3 * PART
+"""Of a first word the loudest 0.19 s are sought, in whole parts: "hi" has little more."""
 STEP = SIZE - SOUND_SAMPLES
-"""Lags that one transform tells of: 0.31 s."""
+"""Lags that one transform tells of: 0.32 s."""
 LEAST = 6.0
 """Strength of an onset; noise alone passes it once in 10^9 samples."""
 MEDIAN_OF_NORMAL = 0.6745

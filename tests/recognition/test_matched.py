@@ -105,6 +105,19 @@ def test_half_a_word_is_not_the_whole() -> None:
         assert scrutinized(weighed, word, power_of(word), weighing, strength, expected).whole is whole
 
 
+def test_silence_before_a_burst_is_missed_by_no_loud_word() -> None:
+    """A closure holds nothing that could be found, however strong the word is."""
+    noise, word = _noise(96_000, 6), np.concatenate([np.zeros(1200, np.float32), _word(6800)])
+    word[1100:1200] += _noise(100, 5, 1e-3)
+    heard = noise.copy()
+    heard[70_000:78_000] += np.float32(3.0) * word
+    weighing = _taught(noise[:64_000])
+    strength, offset, expected = _strength(weighing, heard, word, 70_000)
+    weighed = weighing.weigh(heard[70_000 + offset - REACH : 78_000 + offset + REACH])
+    assert strength > 100.0
+    assert scrutinized(weighed, word, power_of(word), weighing, strength, expected).whole
+
+
 def test_digital_silence_teaches_nothing() -> None:
     assert not _taught(np.zeros(64_000, np.float32)).ready
     assert _taught(_noise(64_000, 7)).ready

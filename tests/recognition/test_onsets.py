@@ -5,11 +5,11 @@ from __future__ import annotations
 import numpy as np
 
 from hvcpd.ports import Samples
-from hvcpd.recognition.matched import REACH, Weighing
-from hvcpd.recognition.onsets import MOST, SIZE, STEP, Onsets
+from hvcpd.recognition.matched import PART, REACH, Weighing
+from hvcpd.recognition.onsets import MOST, SIZE, SOUND_SAMPLES, STEP, Onsets
 
 RANDOM = np.random.default_rng(11)
-SOUNDS: list[Samples] = [np.asarray(RANDOM.standard_normal(n) * np.hanning(n), np.float32) for n in (2500, 6000, 3200)]
+SOUNDS: list[Samples] = [np.asarray(RANDOM.standard_normal(n) * np.hanning(n), np.float32) for n in (2500, 6000, 3000)]
 
 
 def _heard(number: int | None, at: int, gain: float) -> tuple[Samples, Weighing]:
@@ -34,6 +34,11 @@ def test_each_sound_is_found_where_it_begins() -> None:
 def test_noise_alone_has_no_onset() -> None:
     weighed, weighing = _heard(None, 0, 0.0)
     assert Onsets(SOUNDS).find(weighed, 0, weighing) == []
+
+
+def test_what_is_sought_has_whole_parts_only() -> None:
+    """A rest of a few ms would be judged by what the cut does to it: the sound goes on there."""
+    assert SOUND_SAMPLES % PART == 0
 
 
 def test_what_begins_after_the_step_is_left_to_the_next_one() -> None:
