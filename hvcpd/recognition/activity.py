@@ -91,6 +91,10 @@ class ActivityDetector:
         if self.quiet_frames >= self._settings.release_frames:
             self.busy = False
 
+    def account_for(self, n_after: int) -> None:
+        """All but the last `n_after` frames are explained, and a sign of nothing else: what goes on shows by itself."""
+        self._history[: max(LONG_FRAMES - n_after, 0)] = 0.0
+
     def reset(self) -> None:
         """Start again in silence, as after the robot's own words."""
         self._history.fill(0.0)

@@ -70,8 +70,10 @@ class Recogniser:
         self._alert_age = 0
         self._alert_count = 0
         self._calm_frames = 0
+        self._heard_until = 0
+        """Until this frame..."""
         self._dealt_with = 0
-        """Until this frame, everything was told."""
+        """...everything was heard, and until this one, told."""
         self._lost_until = -UNHEARD_LEAD_FRAMES
         """Until this frame, sound was lost..."""
         self._unheard_until = -UNHEARD_LEAD_FRAMES
@@ -147,7 +149,7 @@ class Recogniser:
     def hear(self, chunk: Chunk) -> list[Event]:
         """Take the frames that the watch has just heard."""
         energies, noise = chunk.energies, self.watch.noise.estimate
-        end_frame = chunk.first_frame + len(energies)
+        end_frame = self._heard_until = chunk.first_frame + len(energies)
         recent = self.watch.recent[-(end_frame - self._dealt_with) :]
         if self._spotter.awake:
             self._spotter.spared.add(energies, recent)
@@ -272,6 +274,7 @@ class Recogniser:
         self._doubtful = None
         self._alert_age = self._alert_count = 0
         self._dealt_with = frame
+        self.watch.activity.account_for(self._heard_until - frame)
 
     def _is_doubtful(self, sentence: Sentence) -> bool:
         """Whether a sentence that is not understood was probably one, so that it is garbled however faint it was."""

@@ -13,8 +13,9 @@ from hvcpd.recognition.frontend import N_BANDS, Energies
 
 PATIENCE_FRAMES = 80
 """0.8 s after the network would have woken, the first two words are known to the other listener, or it hears none."""
-QUIET_FRAMES = 8
-"""80 ms below the activity's release: whoever spoke has ended, or speaks so faintly that nothing is gained."""
+QUIET_FRAMES = 18
+"""180 ms below the activity's release: no pause at a comma is so long, as after "hi", so whoever spoke has ended, or
+speaks so faintly that nothing is gained. The network still hears it in time: it lets 250 ms pass after a sentence."""
 
 
 class Spared:
