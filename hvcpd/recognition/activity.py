@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hvcpd.recognition.frontend import N_BANDS, Energies
-from hvcpd.recognition.noise import steady_noise
+from hvcpd.recognition.steadiness import STEADY_NOISE
 
 FAST_FRAMES = 8
 """80 ms: short enough to hear an onset in time for listen-before-talk."""
@@ -78,7 +78,7 @@ class ActivityDetector:
     def push(self, energies: Energies, noise: NDArray[np.float32]) -> None:
         """Take the next frames, shape (n, N_BANDS), n at most FAST_FRAMES, and the noise estimate (N_BANDS,)."""
         n = len(energies)
-        ratio = np.log(energies / noise) - steady_noise().mean_log
+        ratio = np.log(energies / noise) - STEADY_NOISE.mean_log
         np.minimum(np.maximum(ratio, _LEAST, out=ratio), _MOST, out=ratio)
         self._history[:-n] = self._history[n:].copy()
         self._history[-n:] = ratio @ self._groups

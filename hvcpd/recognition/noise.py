@@ -1,4 +1,4 @@
-"""Tracking the background noise while listening, and what steady noise looks like to the front end.
+"""Tracking the background noise while listening.
 
 The noise in each band is a low percentile of the recent past, as in minimum statistics (R. Martin, "Noise power
 spectral density estimation based on optimal smoothing and minimum statistics", IEEE Trans. SAP 9(5), 2001):
@@ -7,17 +7,13 @@ speech leaves gaps in every band, so its presence hardly moves that percentile.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from functools import lru_cache
-
 import numpy as np
 from numpy.typing import NDArray
 
 from hvcpd.ports import SAMPLE_RATE_HZ
-from hvcpd.recognition.frontend import ENERGY_FLOOR, HOP_SAMPLES, N_BANDS, Energies, energies_of
+from hvcpd.recognition.frontend import ENERGY_FLOOR, HOP_SAMPLES, N_BANDS, Energies
+from hvcpd.recognition.steadiness import PERCENTILE, STEADY_NOISE
 
-PERCENTILE = 20.0
-"""Low enough that speech present four fifths of the time leaves the estimate alone."""
 MEMORY_FRAMES = 300
 """3 s: longer than any word, shorter than most sentences' stay."""
 WARM_UP_FRAMES = 12
@@ -53,30 +49,6 @@ spreads by 1 dB."""
 _RISE = np.float32(10.0 ** (RISE_DB_PER_S / 10.0 * HOP_SAMPLES / SAMPLE_RATE_HZ))
 
 
-@dataclass(frozen=True)
-class SteadyNoise:
-    """Statistics of the log energies of steady white noise, measured once through the same front end.
-
-    `percentile_ratio`: PERCENTILE of a band's energies over their mean; `mean_log`, `std_log`: mean and standard
-    deviation of the natural logarithm of energy over mean energy. All have shape (N_BANDS,).
-    """
-
-    percentile_ratio: NDArray[np.float32]
-    mean_log: NDArray[np.float32]
-    std_log: NDArray[np.float32]
-
-
-@lru_cache(maxsize=1)
-def steady_noise() -> SteadyNoise:
-    """Measure `SteadyNoise` on 40 s of seeded white noise (estimates good to about 1 %)."""
-    noise = np.random.default_rng(1).standard_normal(4000 * HOP_SAMPLES).astype(np.float32)
-    energies = energies_of(noise)
-    mean = energies.mean(axis=0)
-    logs = np.log(energies / mean)
-    ratio = np.percentile(energies, PERCENTILE, axis=0) / mean
-    return SteadyNoise(ratio.astype(np.float32), logs.mean(axis=0), logs.std(axis=0))
-
-
 class NoiseTracker:
     """Estimates the mean noise energy of each band from the last seconds of sound."""
 
@@ -85,7 +57,7 @@ class NoiseTracker:
         self._filled = 0
         self._next = 0
         self._unseen = 0
-        self._steady = steady_noise()
+        self._steady = STEADY_NOISE
         self.estimate: NDArray[np.float32] = np.full(N_BANDS, ENERGY_FLOOR, np.float32)
         """Mean noise energy a band, shape (N_BANDS,), linear power."""
 

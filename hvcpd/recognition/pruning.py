@@ -63,10 +63,12 @@ def survivors(
     bound = _bounds(layout, size, lowest, cost, began, oldest, beam)
     at = np.flatnonzero(cost < np.repeat(bound, size))
     owner = np.searchsorted(layout.begin, at, side="right") - 1
-    alive, first, count = np.unique(owner, return_index=True, return_counts=True)
+    first = np.flatnonzero(np.diff(owner, prepend=-1))  # of each owner, in whose order they are
+    last = np.flatnonzero(np.diff(owner, append=len(layout.begin)))
+    alive = owner[first]
     offset = at - layout.begin[owner] - AHEAD + layout.low[owner]
     low = np.maximum(offset[first], 0)
-    far = offset[first + count - 1] + 1 + REACH
+    far = offset[last] + 1 + REACH
     ends_soon = far >= length[alive]
     return Survivors(layout.pair[alive], low, np.minimum(far, length[alive]), bound[alive], target[alive[ends_soon]])
 

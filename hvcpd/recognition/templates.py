@@ -7,6 +7,7 @@ before the logarithm and the DCT. A word is then compared with what it would hav
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
@@ -135,7 +136,8 @@ class TemplateBank:
         """Noise-free energies of every frame, shape (n_frames, N_BANDS), a voice's mean total being about 1."""
         self.n_frames = len(self.energies)
         power = self.energies.sum(axis=1)
-        self.loud_spectrum = self.energies[power >= np.quantile(power, LOUD_FRACTION)].mean(axis=0)
+        rank = math.ceil(LOUD_FRACTION * (len(power) - 1))
+        self.loud_spectrum = self.energies[power >= np.partition(power, rank)[rank]].mean(axis=0)
         """Mean energies of the louder frames, shape (N_BANDS,)."""
         lengths = [t.length for t in templates]
         self.first_row = np.repeat(np.array([t.first for t in templates], np.int32), lengths)

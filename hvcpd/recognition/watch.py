@@ -14,7 +14,8 @@ from hvcpd.ports import Samples
 from hvcpd.recognition.activity import ActivityDetector, ActivitySettings
 from hvcpd.recognition.events import Event
 from hvcpd.recognition.frontend import N_BANDS, Energies, power_weights
-from hvcpd.recognition.noise import STEP_FRAMES, NoiseTracker, steady_noise
+from hvcpd.recognition.noise import STEP_FRAMES, NoiseTracker
+from hvcpd.recognition.steadiness import STEADY_NOISE
 from hvcpd.recognition.stream import CHUNK_FRAMES, CHUNK_SAMPLES, Chunk, FrameStream
 
 RECENT_FRAMES = 160
@@ -76,7 +77,7 @@ class Watch:
         if len(rest.energies):
             yield from self._take(rest, watchers)
         frame = rest.first_frame + len(rest.energies)
-        silence = np.tile(self.noise.estimate * np.exp(steady_noise().mean_log), (CHUNK_FRAMES, 1))
+        silence = np.tile(self.noise.estimate * np.exp(STEADY_NOISE.mean_log), (CHUNK_FRAMES, 1))
         for at in range(frame, frame + silent_chunks * CHUNK_FRAMES, CHUNK_FRAMES):
             yield from self._hear(Chunk(at, silence, False, np.zeros(CHUNK_SAMPLES, np.float32)), watchers)
 

@@ -7,14 +7,14 @@ import pytest
 
 from hvcpd.recognition.activity import LONG_FRAMES, ActivityDetector, ActivitySettings
 from hvcpd.recognition.frontend import N_BANDS, Energies
-from hvcpd.recognition.noise import steady_noise
+from hvcpd.recognition.steadiness import STEADY_NOISE
 
 NOISE = np.full(N_BANDS, 1e-6, np.float32)
 
 
 def _frames(n: int, level: float) -> Energies:
     """As steady as the mean of noise, `level` times as loud."""
-    return np.tile(level * NOISE * np.exp(steady_noise().mean_log), (n, 1)).astype(np.float32)
+    return np.tile(level * NOISE * np.exp(STEADY_NOISE.mean_log), (n, 1)).astype(np.float32)
 
 
 @pytest.mark.parametrize("explained", [False, True])
