@@ -3,22 +3,29 @@
 from __future__ import annotations
 
 from collections import OrderedDict
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Hashable, Iterable, Iterator, Mapping
 from dataclasses import dataclass
-from typing import TypeVar
+from typing import Generic, TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
 
 from hvcpd.ports import Samples
 from hvcpd.recognition.matched import Spectrum, power_of
-from hvcpd.synthesis.speaker import PITCH_STEPS, Joined, Speaker
+from hvcpd.synthesis.speaker import PITCH_STEPS, Speaker
 
 KEPT = 80
-"""Words with their pitch of which the sounds are kept in memory, of all voices, at most: 5 MB. The cache has the
+"""Words with their pitch of which the sounds are kept in memory, of all voices, at most: 2.5 MB. The cache has the
 others; twice as many save no time."""
+POWERS_KEPT = 600
+"""Likewise ways to say a word of which the `power_of` is: 1.2 MB."""
 NOTED = 2000
 """Words with their pitch of which it is noted how they join others, in each book, at most: 1 MB."""
 
-Key = tuple[int, str, int]
-Sounds = tuple[Samples, ...]
+Halved = NDArray[np.float16]
+"""A sound, rounded to 11 bits, 66 dB below it: nothing beside any noise, and half the memory."""
+Sounds = tuple[Halved, ...]
+Key = TypeVar("Key", bound=Hashable)
 Made = TypeVar("Made")
 
 
@@ -40,31 +47,38 @@ class MadeWhenAsked(Mapping[str, Made]):
         return len(self._names)
 
 
-class Shelf:
-    """Where books keep the sounds that they were asked for last."""
+class LastAsked(Generic[Key, Made]):
+    """What was asked for last, at most `most` of it."""
 
-    def __init__(self) -> None:
-        self._kept: OrderedDict[Key, Sounds] = OrderedDict()
+    def __init__(self, most: int) -> None:
+        self._kept: OrderedDict[Key, Made] = OrderedDict()
+        self._most = most
 
     def __len__(self) -> int:
-        """Words with their pitch that are in memory."""
         return len(self._kept)
 
-    def get(self, key: Key, made: Callable[[], Sounds]) -> Sounds:
+    def get(self, key: Key, made: Callable[[], Made]) -> Made:
         """What is kept under the key, or what is made now."""
         found = self._kept.get(key)
         if found is None:
             found = self._kept[key] = made()
-            if len(self._kept) > KEPT:
+            if len(self._kept) > self._most:
                 self._kept.popitem(last=False)
         else:
             self._kept.move_to_end(key)
         return found
 
-    def drop(self, book: int) -> None:
-        """Forget all of one book."""
-        for key in [key for key in self._kept if key[0] == book]:
-            del self._kept[key]
+    def clear(self) -> None:
+        """Forget it all."""
+        self._kept.clear()
+
+
+class Shelf:
+    """Where books keep what they were asked for last: sounds by book, word and third, and powers by the way."""
+
+    def __init__(self) -> None:
+        self.sounds: LastAsked[tuple[int, str, int], Sounds] = LastAsked(KEPT)
+        self.powers: LastAsked[SpokenWay, Spectrum] = LastAsked(POWERS_KEPT)
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -83,7 +97,7 @@ class SpokenWay:
     @property
     def samples(self) -> Samples:
         """Its sound, shape (length,)."""
-        return self.book.sounds(self.word, self.third)[self.number]
+        return self.book.sounds(self.word, self.third)[self.number].astype(np.float32)
 
     @property
     def power(self) -> Spectrum:
@@ -99,7 +113,6 @@ class SpokenBook:
         self.voice = voice
         self._speaker = speaker
         self._words = frozenset(words)
-        self._powers: dict[SpokenWay, Spectrum] = {}
         self._ways: dict[tuple[str, int], tuple[SpokenWay, ...]] = {}
         self._shelf = shelf if shelf is not None else Shelf()
 
@@ -109,25 +122,22 @@ class SpokenBook:
         if ways is None:
             if len(self._ways) >= NOTED:
                 self._ways.clear()
-                self._powers.clear()
             ways = self._ways[word, third] = self._joined(word, third)
         return ways
 
     def sounds(self, word: str, third: int) -> Sounds:
         """The sounds of all ways to say a word of this voice."""
-        return self._shelf.get((id(self), word, third), lambda: _sounds(self._made(word, third)))
+        key = (id(self), word, third)
+        return self._shelf.sounds.get(key, lambda: _halved(self._speaker.sounds(word, PITCH_STEPS[third])))
 
     def power(self, way: SpokenWay) -> Spectrum:
         """The `power_of` one of the ways."""
-        found = self._powers.get(way)
-        if found is None:
-            found = self._powers[way] = power_of(way.samples)
-        return found
+        return self._shelf.powers.get(way, lambda: power_of(way.samples))
 
     def forget(self) -> None:
-        """Give back memory: nobody has spoken for a while."""
-        self._shelf.drop(id(self))
-        self._powers.clear()
+        """Give back memory: nobody has spoken for a while, in any voice."""
+        self._shelf.sounds.clear()
+        self._shelf.powers.clear()
 
     def prepare(self, go_on: Callable[[], bool]) -> None:
         """Render all that may be asked for into the cache, while `go_on`. Takes seconds; another thread may do it."""
@@ -137,18 +147,14 @@ class SpokenBook:
                     self._speaker.joined(word, pitch)
 
     def _joined(self, word: str, third: int) -> tuple[SpokenWay, ...]:
-        made = self._made(word, third)
-        self._shelf.get((id(self), word, third), lambda: _sounds(made))
+        made = self._speaker.joined(word, PITCH_STEPS[third]) if word in self._words else []
+        self._shelf.sounds.get((id(self), word, third), lambda: _halved(each.samples for each in made))
         return tuple(
             SpokenWay(self, word, third, number, len(each.samples), each.final, each.lead, each.advance)
             for number, each in enumerate(made)
+            if len(each.samples)
         )
 
-    def _made(self, word: str, third: int) -> list[Joined]:
-        if word not in self._words:
-            return []
-        return [each for each in self._speaker.joined(word, PITCH_STEPS[third]) if len(each.samples)]
 
-
-def _sounds(made: Iterable[Joined]) -> Sounds:
-    return tuple(each.samples for each in made)
+def _halved(sounds: Iterable[Samples]) -> Sounds:
+    return tuple(sound.astype(np.float16) for sound in sounds)

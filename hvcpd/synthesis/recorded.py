@@ -12,7 +12,7 @@ from hvcpd.synthesis.articulation import LEAD_S
 from hvcpd.synthesis.homographs import Place
 from hvcpd.synthesis.leveling import audible, fade, leveled
 from hvcpd.synthesis.lexicon import Lexicon
-from hvcpd.synthesis.speaker import OVERLAP_S, Joined, Speaker, UnitPosition, joined
+from hvcpd.synthesis.speaker import OVERLAP_S, Speaker, UnitPosition
 from hvcpd.synthesis.voices import VOICES, Voice
 
 
@@ -43,11 +43,11 @@ class RecordedSpeaker(Speaker):
             raise PhraseError(f"this voice has no recording of '{word}'; record it as {word.lower()}.wav")
         return self._recordings[word.lower()]
 
-    def joined(self, word: str, pitch: float) -> list[Joined]:
-        """The recording as it is joined to the next word and before a pause, at its own pitch."""
+    def sounds(self, word: str, pitch: float) -> list[Samples]:
+        """The recording, at its own pitch: as it is joined to the next word and before a pause it is the same."""
         if self.missing([word]):
-            return [] if self._strict else super().joined(word, pitch)
-        return [joined(self.unit(word, position), position is UnitPosition.FINAL) for position in UnitPosition]
+            return [] if self._strict else super().sounds(word, pitch)
+        return [self.unit(word, position) for position in UnitPosition]
 
     def templates(self, word: str) -> list[Samples]:
         """The recording as it is heard inside a phrase and before a pause: see `Speaker.templates`."""

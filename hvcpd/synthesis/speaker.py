@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from enum import Enum
+from itertools import cycle
 
 import numpy as np
 
@@ -128,10 +129,13 @@ class Speaker:
 
     def joined(self, word: str, pitch: float) -> list[Joined]:
         """All renderings of a word at that pitch of `PITCH_STEPS`, of every pronunciation; kept in the cache only."""
+        finals = [position is UnitPosition.FINAL for position in UnitPosition]
+        return [joined(unit, final) for unit, final in zip(self.sounds(word, pitch), cycle(finals), strict=False)]
+
+    def sounds(self, word: str, pitch: float) -> list[Samples]:
+        """The same, the sounds alone."""
         return [
-            joined(self._make((phones, position, pitch)), position is UnitPosition.FINAL)
-            for phones in self._lexicon.spoken(word)
-            for position in UnitPosition
+            self._make((phones, position, pitch)) for phones in self._lexicon.spoken(word) for position in UnitPosition
         ]
 
     def phrase_templates(self, words: Sequence[str]) -> list[Samples]:
