@@ -9,6 +9,10 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 
+import numpy as np
+
+from hvcpd.ports import Samples
+from hvcpd.recognition.matched import BINS, Spectrum, power_of
 from hvcpd.recognition.onsets import SIZE, STEP, Onsets
 from hvcpd.recognition.paths import Said, Voicebook
 from hvcpd.recognition.weighed import WeighedSound
@@ -81,7 +85,9 @@ class Beginnings:
         `signs`: of speech; `greeted`: a sentence that began with a greeting may be under way; `settled`: some sentence
         surely is.
         """
-        self._greetings = self._greetings or _Search(self._make(True), quick=True)
+        if self._greetings is None:
+            self._greetings = _Search(self._make(True), quick=True)
+            sound.weighing.expect(_spectra_of(self._make(False)))
         while sound.end >= self.due:
             found = self._greetings.find(sound, self._next, signs or greeted) if not settled else []
             greeted = greeted or bool(found)
@@ -91,8 +97,11 @@ class Beginnings:
         if settled:
             self._waiting, self._sign = [], None
             return
-        self._sign = (sound.end if self._sign is None else self._sign) if signs else None
-        longest = LONGEST_WAIT if signs else LOOK_BACK
+        if self._sign is None:
+            self._sign = sound.end if signs else None
+        elif not signs and self._next >= self._sign + STEP:
+            self._sign = None  # what came before it was looked into
+        longest = LONGEST_WAIT if self._sign is not None else LOOK_BACK
         self._waiting = self._waiting[-longest:]
         if self._sign is not None and not greeted:
             yield from self._seek_others(sound, self._sign)
@@ -106,3 +115,18 @@ class Beginnings:
         self._others = self._others or _Search(self._make(False), quick=False)
         for at in due:
             yield from self._others.find(sound, at, True)
+
+
+def _spectra_of(firsts: Sequence[First]) -> Spectrum:
+    """The mean power spectrum of the beginnings in each voice, shape (n_voices, BINS); the first rate tells enough."""
+    books = {first.book.voice: first.book for first in reversed(firsts)}.values()
+    mean = [
+        np.mean([_shape_of(first.said.samples) for first in firsts if first.book is book], axis=0) for book in books
+    ]
+    return np.asarray(mean, np.float32).reshape(-1, BINS)
+
+
+def _shape_of(sound: Samples) -> Spectrum:
+    """Its power spectrum, 1 in all."""
+    power = power_of(sound)
+    return power / max(float(power.sum()), 1e-20)

@@ -18,6 +18,9 @@ CHUNK = STEP // 4
 BEFORE = 40 * CHUNK
 """Samples of noise alone, from which the noise is known."""
 
+KNOWN = [True, False]
+"""What is made at first: the greetings, and once all others, to know how voices that begin with them sound."""
+
 
 class Hearing:
     """Seeks in a sound chunk by chunk."""
@@ -51,7 +54,7 @@ class Hearing:
 def test_without_signs_of_speech_only_greetings_are_sought() -> None:
     hearing = Hearing((3000, HI.said.samples), (20_000, STOP.said.samples))
     assert list(hearing.seek(30, signs=False)) == [("hi", 3000)]
-    assert hearing.made == [True]
+    assert hearing.made == KNOWN
 
 
 def test_what_began_before_the_signs_is_found() -> None:
@@ -60,10 +63,17 @@ def test_what_began_before_the_signs_is_found() -> None:
     assert list(hearing.seek(10, signs=True)) == [("stop", 3000)]
 
 
+def test_of_a_sign_that_is_soon_over_what_began_before_it_is_found_too() -> None:
+    hearing = Hearing((3000, STOP.said.samples))
+    assert list(hearing.seek(12, signs=False)) == []
+    assert list(hearing.seek(1, signs=True)) == []
+    assert list(hearing.seek(9, signs=False)) == [("stop", 3000)]
+
+
 def test_while_a_greeting_is_followed_the_others_wait() -> None:
     hearing = Hearing((3000, STOP.said.samples))
     assert list(hearing.seek(LONGEST_WAIT * 4, signs=True, greeted=True)) == []
-    assert hearing.made == [True]
+    assert hearing.made == KNOWN
     assert list(hearing.seek(4, signs=True)) == [("stop", 3000)]
 
 

@@ -150,12 +150,13 @@ def test_a_faint_voice_stirs_and_steady_noise_does_not(colour: list[float]) -> N
     vowel = (np.sin(2.0 * np.pi * number * 130.0 * np.arange(SAMPLE_RATE_HZ // 2) / SAMPLE_RATE_HZ) / number).sum(
         axis=0
     )
-    vowel *= 0.4 * noise.std() / vowel.std()  # -8 dB
+    vowel *= 0.25 * noise.std() / vowel.std()  # -12 dB
     said = noise.copy()
     said[20 * SAMPLE_RATE_HZ :][: len(vowel)] += vowel.astype(np.float32)
 
     def stirs(sound: Samples) -> list[bool]:
         weighing = Weighing()
+        weighing.expect(power_of(vowel.astype(np.float32))[None])
         found = []
         for at in range(0, len(sound), 640):
             weighing.push(sound[at : at + 640])
