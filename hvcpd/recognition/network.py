@@ -6,11 +6,13 @@ holds, for every template of its word, a chain of states, one a frame.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 from numpy.typing import NDArray
 
 from hvcpd.language.graph import WordGraph
-from hvcpd.recognition.templates import TemplateBank
+from hvcpd.recognition.templates import Template
 
 Index = NDArray[np.intp]
 
@@ -24,12 +26,12 @@ class Network:
     Nodes (n_nodes): `may_pause`, `is_final`, `goes_on` (words may follow); `start_nodes` lists one node per voice.
     """
 
-    def __init__(self, graph: WordGraph, bank: TemplateBank, partial: frozenset[str] = frozenset()) -> None:
+    def __init__(self, graph: WordGraph, templates: Sequence[Template], partial: frozenset[str] = frozenset()) -> None:
         """Raises ValueError for a word of the graph that a voice has no template of, unless it is one of `partial`:
         such a voice says only the sentences that it has all words of."""
-        self.voices = tuple(dict.fromkeys(t.voice for t in bank.templates))
+        self.voices = tuple(dict.fromkeys(t.voice for t in templates))
         by_word: dict[tuple[str, str], list[int]] = {}
-        for number, t in enumerate(bank.templates):
+        for number, t in enumerate(templates):
             by_word.setdefault((t.voice, t.word), []).append(number)
         chains: list[tuple[int, int, str, int]] = []
         for v, voice in enumerate(self.voices):
@@ -42,9 +44,9 @@ class Network:
                     chains.append((base + arc.target, base + arc.source, arc.word, number))
         chains.sort()
         self._lay_out_nodes(graph)
-        self._lay_out_chains(chains, bank)
-        takes = [by_word[bank.templates[c[3]].voice, c[2]] for c in chains]
-        lengths = [[bank.templates[number].length for number in numbers] for numbers in takes]
+        self._lay_out_chains(chains, templates)
+        takes = [by_word[templates[c[3]].voice, c[2]] for c in chains]
+        lengths = [[templates[number].length for number in numbers] for numbers in takes]
         self.word_shortest: Index = np.array([min(each) for each in lengths], np.intp)
         self.word_longest: Index = np.array([max(each) for each in lengths], np.intp)
 
@@ -59,7 +61,7 @@ class Network:
             self.is_final[[base + node for node in graph.finals]] = True
             self.may_pause[[base + node for node in graph.pauses if node != graph.start]] = True
 
-    def _lay_out_chains(self, chains: list[tuple[int, int, str, int]], bank: TemplateBank) -> None:
+    def _lay_out_chains(self, chains: list[tuple[int, int, str, int]], templates: Sequence[Template]) -> None:
         self.n_chains = len(chains)
         self.goes_on = np.zeros(self.n_nodes, np.bool_)
         self.goes_on[[c[1] for c in chains]] = True
@@ -68,9 +70,9 @@ class Network:
         self.word = tuple(c[2] for c in chains)
         numbers = {word: number for number, word in enumerate(dict.fromkeys(self.word))}
         self.word_number: Index = np.array([numbers[word] for word in self.word], np.intp)
-        self.length: Index = np.array([bank.templates[c[3]].length for c in chains], np.intp)
+        self.length: Index = np.array([templates[c[3]].length for c in chains], np.intp)
         self.longest = int(self.length.max())
-        self.first_row: Index = np.array([bank.templates[c[3]].first for c in chains], np.intp)
+        self.first_row: Index = np.array([templates[c[3]].first for c in chains], np.intp)
 
     def voice_of_node(self, node: int) -> str:
         """The voice whose copy of the graph holds `node`."""

@@ -61,7 +61,7 @@ class Recogniser:
         """
         self._settings = settings or RecogniserSettings()
         bank = TemplateBank(templates)
-        self._spotter = Spotter(Network(graph, bank, partial), bank, self._settings.spotter)
+        self._spotter = Spotter(Network(graph, bank.templates, partial), bank, self._settings.spotter)
         self.urgent = urgent
         self._halting = Halting(bank, urgent, hold)
         self._agreement = Agreement(coherent) if coherent is not None else None

@@ -39,7 +39,7 @@ def random_network(seed: int) -> Network:
     pauses = frozenset(int(n) for n in rng.integers(1, n_nodes, 2))
     graph = WordGraph(n_nodes, tuple(arcs), 0, frozenset({n_nodes - 1, int(rng.integers(1, n_nodes))}), pauses)
     sounds = {w: [rng.standard_normal((REACH + k) * HOP_SAMPLES).astype(np.float32)] for k, w in enumerate(WORDS)}
-    return Network(graph, TemplateBank({"oak": sounds}))
+    return Network(graph, TemplateBank({"oak": sounds}).templates)
 
 
 @dataclass(frozen=True)

@@ -14,7 +14,7 @@ from hvcpd.recognition.templates import TemplateBank
 from tests.recognition.signals import graph, templates
 
 N_RUNGS = 3
-NET = Network(graph(), TemplateBank(templates()))
+NET = Network(graph(), TemplateBank(templates()).templates)
 
 
 def one(value: float, kind: type = np.float32) -> np.ndarray:
