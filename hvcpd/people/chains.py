@@ -17,6 +17,9 @@ from hvcpd.recognition.network import Index, Network
 
 Costs = NDArray[np.float32]
 Frames = NDArray[np.int32]
+Cells = NDArray[np.int64]
+"""Costs of paths in units of 1 / STEPS, in the high bits, and in the low FRAME_BITS the frame in which a path's word
+began: the cheapest of some paths is then one minimum, with its beginning."""
 
 FAR = np.float32(1e8)
 """A cost that no path reaches, and to which distances can be added in float32."""
@@ -30,6 +33,8 @@ BLOCK_FRAMES = 10
 """Paths are dropped so often. Within so few frames nobody begins more than one more word."""
 REACH = GUARD * BLOCK_FRAMES
 """So many cells a path gets ahead in that time at most."""
+STEPS, FRAME_BITS = 1 << 14, 16
+FRAME_MASK = (1 << FRAME_BITS) - 1
 WIDTH = np.float32(120.0)
 """A path is dropped that costs so much more than the best: as much as half a second of wrong sounds."""
 
@@ -64,10 +69,14 @@ class Word:
 
 @dataclass(frozen=True, eq=False)
 class _Part:
-    """The cells of some chains: of the first frame, of the last, and where each target node's chains begin."""
+    """The cells of some chains: of the first frame, of the last, and where each target node's chains begin.
+
+    `rows`: the template frames that they have, and `row` the number among these of each cell's.
+    """
 
     chains: Index
     cells: Index
+    rows: Index
     row: Index
     is_guard: NDArray[np.bool_]
     first: Index
@@ -96,7 +105,7 @@ class Chains:
         """Of each frame to the room's noise alone, and of the frames from one to another (first axis) to the template
         frames of `rows`: those of a whole piece would take 30 MB a person."""
         net, n = self.net, len(to_noise)
-        cost, began = np.full(self._n_cells, FAR, np.float32), np.zeros(self._n_cells, np.int32)
+        cells = np.full(self._n_cells, _FAR, np.int64)
         ends = Ends(
             np.full((n, net.n_chains), FAR, np.float32),
             np.zeros((n, net.n_chains), np.int32),
@@ -106,23 +115,24 @@ class Chains:
         )
         ends.rest[0, net.start_nodes] = 0.0
         for begin in range(0, n, BLOCK_FRAMES):
-            part = self._promising(cost, ends.rest[begin])
-            inside = cost[part.cells], began[part.cells]
+            part = self._promising(cells, ends.rest[begin])
+            inside = cells[part.cells]
             end = min(begin + BLOCK_FRAMES, n)
             block = distances(begin, end)
             ends.nearest[begin:end] = block.min(axis=1)
+            steps = _cells(block[:, part.rows])
             for frame in range(begin, end):
-                inside = self._column(part, inside, ends, frame, block[frame - begin], to_noise[frame])
-            cost.fill(FAR)
-            cost[part.cells], began[part.cells] = inside
+                inside = self._column(part, inside, ends, frame, steps[frame - begin], to_noise[frame])
+            cells.fill(_FAR)
+            cells[part.cells] = inside
         return ends
 
-    def _promising(self, cost: Costs, rest: Costs) -> _Part:
+    def _promising(self, cells: Cells, rest: Costs) -> _Part:
         """The chains that a path is in or may enter soon, if it does not cost WIDTH more than the best."""
         net, entering = self.net, rest[self.net.source_node]
-        lowest = np.minimum(np.minimum.reduceat(cost, self._begin), entering)
+        lowest = np.minimum(_costs(np.minimum.reduceat(cells, self._begin)), entering)
         bound = min(float(lowest.min()), float(rest.min())) + WIDTH
-        leaving = np.minimum.reduceat(cost, self._endings)[::2]
+        leaving = _costs(np.minimum.reduceat(cells, self._endings)[::2])
         leaving = np.minimum(leaving, np.where(net.length <= REACH, entering, FAR))
         reached = np.zeros(net.n_nodes, np.bool_)
         reached[net.target_node[leaving < bound]] = True
@@ -132,10 +142,13 @@ class Chains:
         offset = np.arange(int(size.sum())) - np.repeat(begins, size)
         nodes, node_begins = np.unique(net.target_node[chains], return_index=True)
         row = np.repeat(self._first_row[chains], size) + np.maximum(offset - GUARD, 0)
+        used = np.zeros(len(self.rows), np.bool_)
+        used[row] = True
         return _Part(
             chains,
             np.repeat(self._begin[chains], size) + offset,
-            row,
+            np.flatnonzero(used),
+            (np.cumsum(used) - 1)[row],
             offset < GUARD,
             begins + GUARD,
             begins + size - 1,
@@ -144,24 +157,23 @@ class Chains:
         )
 
     def _column(
-        self, part: _Part, inside: tuple[Costs, Frames], ends: Ends, frame: int, distances: Costs, to_noise: np.float32
-    ) -> tuple[Costs, Frames]:
-        cost, began = inside
-        cost[part.first - 1] = ends.rest[frame, self.net.source_node[part.chains]]
-        began[part.first - 1] = frame
-        cost, began = _stepped(cost, began)
-        cost += distances.take(part.row)
-        cost[part.is_guard] = FAR
-        ends.cost[frame, part.chains] = cost[part.last]
-        ends.began[frame, part.chains] = began[part.last]
+        self, part: _Part, cells: Cells, ends: Ends, frame: int, distances: Cells, to_noise: np.float32
+    ) -> Cells:
+        cells[part.first - 1] = _cells(ends.rest[frame, self.net.source_node[part.chains]]) + frame
+        cells = _stepped(cells)
+        cells += distances.take(part.row)
+        cells[part.is_guard] = _FAR
+        last = cells[part.last]
+        cost = ends.cost[frame, part.chains] = _costs(last)
+        ends.began[frame, part.chains] = last & FRAME_MASK
         arriving = np.full(self.net.n_nodes, FAR, np.float32)
         if len(part.nodes):
-            arriving[part.nodes] = np.minimum.reduceat(cost[part.last], part.node_begins)
+            arriving[part.nodes] = np.minimum.reduceat(cost, part.node_begins)
         resting = ends.rest[frame] + to_noise
         before = ends.since[frame - 1] if frame else np.full(self.net.n_nodes, -1, np.int32)
         ends.since[frame] = np.where(arriving < resting, frame, before)
         np.minimum(resting, arriving, out=ends.rest[frame + 1])
-        return cost, began
+        return cells
 
     def trace(self, ends: Ends, node: int) -> tuple[Word, ...]:
         """The words of the cheapest path that is at `node` after the last frame."""
@@ -182,12 +194,20 @@ class Chains:
             node, frame = source, int(ends.since[start - 1, source]) if start > 0 else -1
 
 
-def _stepped(cost: Costs, began: Frames) -> tuple[Costs, Frames]:
+def _cells(costs: Costs) -> Cells:
+    return np.rint(costs * np.float64(STEPS)).astype(np.int64) << FRAME_BITS
+
+
+def _costs(cells: Cells) -> Costs:
+    return np.asarray((cells >> FRAME_BITS) / STEPS, np.float32)
+
+
+_FAR, _STAY, _SKIP, _LEAP = (int(_cells(np.asarray(cost))) for cost in (FAR, STAY, SKIP, LEAP))
+
+
+def _stepped(cells: Cells) -> Cells:
     """One column but for its distances: for each cell the cheapest cell that it is reached from."""
-    new, newly = cost + STAY, began.copy()
-    for reach, extra in ((1, np.float32(0.0)), (2, SKIP), (3, LEAP)):
-        candidate = cost[:-reach] + extra
-        better = candidate < new[reach:]
-        np.copyto(new[reach:], candidate, where=better)
-        np.copyto(newly[reach:], began[:-reach], where=better)
-    return new, newly
+    new = cells + _STAY
+    for reach, extra in ((1, 0), (2, _SKIP), (3, _LEAP)):
+        np.minimum(new[reach:], cells[:-reach] + extra, out=new[reach:])
+    return new
