@@ -45,7 +45,9 @@ SHORT = tuple(
 RIDGE = 0.05
 KEPT = ((0,), (4,), (0, 1, 2), (2, 3, 4))
 """Takes of digits that are enrolled."""
-SUPPORT_SIGNS = "-?-?-+"
+KNOWN_TO_TALK = ("espeak-ng en-gb-x-rp", "festival kal")
+"""Whose voices are enrolled where people talk."""
+SUPPORT_SIGNS = "-?---"
 CHANCE_SIGNS = "?-?---?+???+"
 """Of each weight, where it is known which it must have."""
 
@@ -104,8 +106,7 @@ def by_voices(stage: Stage, n: int, seed: int) -> Iterator[Case]:
         for k, text in enumerate(SHORT):
             kind = "calls" if text.endswith("stop") else "short sentences"
             yield from heard(kind, nobody, said(talk, [text.split()], 2000 * number + k))
-        words = {w: [levelled(talk([[w]])) for _ in range(3)] for w in stage.book.people_graph.words}
-        known = stage.opinion(stage.book.people_graph, [enrol("Anna", words)])
+        known = enrolled_by(stage, talk)
         for k, phrases in enumerate(
             [*sentences(stage.book, n // 2, seed + 50 + number), *([c.split()] for c in CALLS)]
         ):
@@ -113,10 +114,16 @@ def by_voices(stage: Stage, n: int, seed: int) -> Iterator[Case]:
         print(f"{name} has spoken", flush=True)
 
 
+def enrolled_by(stage: Stage, talk: Talk) -> SecondOpinion:
+    """Of somebody who knows a voice by three takes of each word."""
+    words = {w: [levelled(talk([[w]])) for _ in range(3)] for w in stage.book.people_graph.words}
+    return stage.opinion(stage.book.people_graph, [enrol("Anna", words)])
+
+
 def heard(kind: str, opinion: SecondOpinion, one: tuple[tuple[str, ...], Piece]) -> Iterator[Case]:
     """A sentence, in both ways."""
     words, piece = one
-    yield from both(kind, words, opinion, opinion.views(piece, opinion.known(piece)))
+    yield from both(kind, words, opinion, opinion.views(piece))
 
 
 def by_digits(stage: Stage, folder: Path) -> Iterator[Case]:
@@ -133,11 +140,11 @@ def by_digits(stage: Stage, folder: Path) -> Iterator[Case]:
         for n, (label, snr_db) in itertools.product(range(5), (("clean", None), ("10 dB", 10.0))):
             sound, [where] = stream([((DIGITS[digit],), takes[who, digit][n])], snr_db, "pink", 100 * key + n)
             piece = Piece(sound, where.start, where.start, where.end, 0)
-            alone = nobody.views(piece, None)
+            alone = nobody.views(piece)
             for kept in (kept for kept in KEPT if n not in kept):
                 everybody, others = enrolled[kept]
                 for kind, ears in (("enrolled", everybody), ("not enrolled", others[who])):
-                    views = replace(alone, known=ears.known(piece))
+                    views = replace(alone, known=ears.views(piece).known)
                     name = f"digits, {len(kept)} takes, {kind}, {label}"
                     weight = 3.0 if kind == "enrolled" else 1.0
                     yield from both(name, (DIGITS[digit],), nobody, views, weight, 0.1)
@@ -167,14 +174,20 @@ def pieces_of(stage: Stage, sound: Samples) -> list[Piece]:
 
 
 def talk_to_nobody(stage: Stage, folder: Path | None, seed: int) -> Iterator[Case]:
-    opinion = stage.opinion(stage.book.people_graph, ())
+    """By people, where a synthetic voice is enrolled and where nobody is; and by synthetic voices, likewise."""
+    nobody = stage.opinion(stage.book.people_graph, ())
+    voices = talkers(seed + 1)
+    known = {name: enrolled_by(stage, talk) for name, talk in voices.items()}
     paths = sorted(folder.rglob("*.wav")) if folder is not None else []
     for label, some in (("people's talk", paths[1::2]), ("people's talk, not fitted", paths[::2])):
         sound = np.concatenate([np.zeros(1600), *(read_wav(path) for path in some)]).astype(np.float32)
+        counts = float("not" not in label)
         for piece in pieces_of(stage, sound):
-            yield from both(label, (), opinion, opinion.views(piece, None), counts=float("not" not in label))
+            yield from both(label, (), nobody, nobody.views(piece), counts=counts)
+            for name in KNOWN_TO_TALK:
+                yield from both(f"{label}, one enrolled", (), nobody, known[name].views(piece), counts=counts)
     texts = Texts(common_words(), seed)
-    for name, talk in talkers(seed + 1).items():
+    for name, talk in voices.items():
         spoken = []
         while len(spoken) < 40:
             text = texts.prose()
@@ -182,7 +195,8 @@ def talk_to_nobody(stage: Stage, folder: Path | None, seed: int) -> Iterator[Cas
                 spoken.append((text.words, talk(text.phrases)))
         sound, _ = stream(spoken, SNR_DB, "white", seed)
         for piece in pieces_of(stage, sound):
-            yield from both("prose", (), opinion, opinion.views(piece, None))
+            yield from both("prose", (), nobody, nobody.views(piece))
+            yield from both("prose, enrolled", (), nobody, known[name].views(piece))
         print(f"{name} has talked", flush=True)
 
 

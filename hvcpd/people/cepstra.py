@@ -133,9 +133,12 @@ def logs_of(sound: Samples, noise: NDArray[np.float64]) -> Bands:
     power = np.sort(bands.sum(axis=1))
     loud = float(power[-max(len(power) // MASK_SHARE, 1) :].mean())
     logs = np.log(without_noise(bands, noise) + loud / N_BANDS * 10.0 ** (-MASK_DB / 10.0) + LEAST)
-    if upper_lost(bands):
-        logs[:, UPPER:] = _made_up(logs[:, :UPPER])
-    return np.asarray(logs)
+    return completed(np.asarray(logs), bands)
+
+
+def completed(logs: Bands, bands: Bands) -> Bands:
+    """Logarithms, shape (frames, N_BANDS), with the upper bands made up where `bands` have nothing there."""
+    return np.concatenate([logs[:, :UPPER], _made_up(logs[:, :UPPER])], axis=1) if upper_lost(bands) else logs
 
 
 def cepstra_of(logs: Bands) -> Cepstra:

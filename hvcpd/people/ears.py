@@ -56,6 +56,9 @@ Finding = tuple[Piece, Recognised | None]
 class LooksAgain(Protocol):
     """A listener that is slower than sound, and knows more voices."""
 
+    def prepare(self, go_on: Callable[[], bool]) -> None:
+        """Make ready what takes long the first time, as long as `go_on`; in any thread."""
+
     def look(self, piece: Piece) -> Recognised | None:
         """The sentence in it, at the samples of the piece's own clock; None if there is none."""
 
@@ -124,6 +127,7 @@ class SecondEars:
     def prepare(self, go_on: Callable[[], bool]) -> None:
         """As `Recogniser.prepare`."""
         self._ears.prepare(go_on)
+        self._listener.prepare(go_on)
 
     def succeed(self, predecessor: Self) -> None:
         """Go on where `predecessor` is, with what it still waits for."""

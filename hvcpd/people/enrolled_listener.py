@@ -7,14 +7,20 @@ matched at once (`matching`), and how sure a sentence is follows from a curve of
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
 from hvcpd.language.graph import WordGraph
+from hvcpd.people.cepstra import Bands
+from hvcpd.people.composed import ComposedTakes
 from hvcpd.people.ears import Piece
+from hvcpd.people.echoes import EchoedTakes, remembered
 from hvcpd.people.enrolled import Person, spoken_takes
-from hvcpd.people.matching import Match, Matcher
+from hvcpd.people.matching import Hearing, Match, Matcher
+from hvcpd.people.phones import Sounds
 from hvcpd.recognition.events import Recognised, WordSpan
 from hvcpd.recognition.frontend import HOP_SAMPLES, Energies, energies_of
 from hvcpd.recognition.templates import Noise
@@ -34,25 +40,75 @@ LEAST_ABOVE_NOISE = 0.1
 """Distance: words that are not heard at all have less."""
 
 
+@dataclass(frozen=True, eq=False)
+class Known:
+    """What enrolled people's words make of one piece of sound.
+
+    `nearest`: the sentence that is nearest by its cepstra, in the noise of the moment, and how likely it is right;
+    `echoed`: the one that is by what the net makes of it; None where there is none, or nobody asked. `votes`: what a
+    sentence costs in the one way and the other, None if nobody has its words.
+    """
+
+    nearest: Recognised | None
+    echoed: tuple[str, ...] | None
+    votes: Callable[[tuple[str, ...]], tuple[float, float] | None]
+
+
 class EnrolledListener:
     """Knows the enrolled people, and their sentences."""
 
     def __init__(self, graph: WordGraph, people: Iterable[Person]) -> None:
         """Raises ValueError if nobody has a word of `graph`."""
         takes = {person.voice: spoken_takes(person, graph.words) for person in people}
-        self._matcher = Matcher(graph, {voice: words for voice, words in takes.items() if words})
+        self._graph = graph
+        self._takes = {voice: words for voice, words in takes.items() if words}
+        self._composed = ComposedTakes(self._takes)
+        self._matcher = Matcher(graph, self._composed.templates)
 
-    def sentence(self, piece: Piece) -> Recognised | None:
+    def prepare(self, go_on: Callable[[], bool]) -> None:
+        """Make ready what the net makes of the takes, as long as `go_on`; else that is done when it is first needed."""
+        for take in (take for words in self._takes.values() for of_word in words.values() for take in of_word):
+            if not go_on():
+                return
+            remembered(take)
+        _ = self._echoes
+
+    @cached_property
+    def _echoes(self) -> tuple[EchoedTakes, Matcher]:
+        echoed = EchoedTakes(self._takes)
+        return echoed, Matcher(self._graph, echoed.templates)
+
+    def nearest(self, piece: Piece) -> Recognised | None:
         """The sentence that is nearest to the piece, at the samples of its own clock, and how likely it is right; None
         where nothing but noise is nearer."""
+        hearing, origin = self._heard(piece)
+        return _recognised(hearing, origin)
+
+    def known(self, piece: Piece, logs: Bands, sounds: Sounds) -> Known:
+        """Likewise, and beside it what the net makes of the piece's `logs`, shape (frames, N_BANDS)."""
+        hearing, origin = self._heard(piece)
+        echoed, matcher = self._echoes
+        echo = matcher.hear(echoed.hear(logs, sounds)) if len(logs) else None
+
+        def votes(words: tuple[str, ...]) -> tuple[float, float] | None:
+            if hearing is None or echo is None:
+                return None
+            both = hearing.vote(words), echo.vote(words)
+            return None if both[0] is None or both[1] is None else (both[0], both[1])
+
+        return Known(_recognised(hearing, origin), echo.best if echo is not None else None, votes)
+
+    def _heard(self, piece: Piece) -> tuple[Hearing | None, int]:
+        """The piece by its cepstra, and the sample at which that begins; None if it is too short."""
         energies = energies_of(np.asarray(piece.sound, np.float32))
         start = piece.lead // HOP_SAMPLES
         end = start + (piece.end - piece.start) // HOP_SAMPLES
         begin = max(start - AROUND_FRAMES, 0)
+        origin = piece.origin + begin * HOP_SAMPLES
         if len(energies) <= begin:
-            return None
-        match = self._matcher.match(energies[begin : end + AROUND_FRAMES], _noise(energies, start))
-        return None if match is None or not match.words else _recognised(match, piece.origin + begin * HOP_SAMPLES)
+            return None, origin
+        heard = self._composed.hear(energies[begin : end + AROUND_FRAMES], _noise(energies, start))
+        return self._matcher.hear(heard), origin
 
 
 def _noise(energies: Energies, start: int) -> Noise:
@@ -81,7 +137,10 @@ def chance(match: Match) -> float:
     return 1.0 / (1.0 + math.exp(min(-logit, 500.0)))
 
 
-def _recognised(match: Match, origin: int) -> Recognised:
+def _recognised(hearing: Hearing | None, origin: int) -> Recognised | None:
+    match = hearing.match if hearing is not None else None
+    if match is None or not match.words:
+        return None
     sure = chance(match)
     spans = tuple(
         WordSpan(w.word, origin + w.start * HOP_SAMPLES, origin + w.end * HOP_SAMPLES, sure, w.deficit)

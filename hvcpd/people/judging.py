@@ -10,7 +10,10 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 
+import numpy as np
+
 from hvcpd.people.cepstra import Bands
+from hvcpd.people.enrolled_listener import Known
 from hvcpd.people.phones import Chances
 from hvcpd.people.spelled import Spelled, Speller
 from hvcpd.people.sphinx import Guess
@@ -20,7 +23,9 @@ Words = tuple[str, ...]
 
 MOST_LOSS = 60.0
 """A sentence that loses so much more than another is none; how much more tells nothing."""
-MOST_MISFIT, MOST_DEFICIT, MOST_LOGIT, MOST_LEAD = 8.0, 5.0, 9.2, 6.0
+MOST_FARTHER = 100.0
+"""Likewise, of what enrolled people's words tell."""
+MOST_MISFIT, MOST_LOGIT, MOST_LEAD = 8.0, 9.2, 6.0
 """Beyond these, the listeners' own measures tell nothing either."""
 LEAST_SPEECH_S = 0.2
 URGENT = "stop"
@@ -32,8 +37,8 @@ MOST_CALL_WORDS = 3
 class Views:
     """What listeners make of one piece of sound, `logs` and `chances` being what the net was given and found.
 
-    `spelled` is the sentence that fits the phones best that a net heard, `guess` PocketSphinx's, `known` the one that
-    is nearest to the words of enrolled people; None where there is none, or where nobody asked.
+    `spelled` is the sentence that fits the phones best that a net heard, `guess` PocketSphinx's, `known` what the words
+    of enrolled people make of it; None where there is none, or where nobody asked.
     """
 
     logs: Bands
@@ -41,7 +46,7 @@ class Views:
     speller: Speller
     spelled: Spelled | None
     guess: Guess | None
-    known: Recognised | None
+    known: Known | None
     speech_s: float
     fits: dict[Words, Spelled | None] = field(default_factory=dict)
     """How other sentences than `spelled` fit, as far as that was asked for."""
@@ -49,8 +54,29 @@ class Views:
     @property
     def sentences(self) -> list[Words]:
         """All that were found, each once."""
-        found = (view.words for view in (self.spelled, self.guess, self.known) if view is not None)
-        return list(dict.fromkeys(found))
+        found = [view.words for view in (self.spelled, self.guess, self.nearest) if view is not None]
+        echoed = self.known.echoed if self.known is not None else None
+        return list(dict.fromkeys([*found, echoed] if echoed is not None else found))
+
+    @property
+    def nearest(self) -> Recognised | None:
+        """The sentence that is nearest to the words of enrolled people."""
+        return self.known.nearest if self.known is not None else None
+
+    def farther(self, words: Words) -> tuple[float, float]:
+        """How much farther a sentence is from the enrolled's words than the nearest of all that were found, by cepstra
+        and by what the net makes of them, MOST_FARTHER at most; less where even the nearest is far, and 0 where it
+        cannot be told."""
+        mine = self.known.votes(words) if self.known is not None else None
+        if self.known is None or self.nearest is None or mine is None:
+            return 0.0, 0.0
+        votes = (self.known.votes(other) for other in self.sentences)
+        least = np.min([each for each in votes if each is not None], axis=0)
+        near = 1.0 / (1.0 + deficit_of(self.nearest) ** 2)
+        by_cepstra, by_net = (
+            near * min(far - float(best), MOST_FARTHER) for far, best in zip(mine, least, strict=True)
+        )
+        return by_cepstra, by_net
 
     def loss(self, words: Words) -> float:
         """What a sentence loses for the net, MOST_LOSS more than the best at most."""
@@ -111,9 +137,9 @@ def alike(one: Words, other: Words) -> bool:
     return one == other or (is_call(one) and is_call(other))
 
 
-SUPPORT = (-0.243, 3.97, -0.888, 3.11, -2.41, 0.414)
+SUPPORT = (-0.19, 3.85, -1.03, -0.221, -0.058)
 """Weights of `supporting`."""
-CHANCE = (0.687, -27, 2.36, -0.482, -0.266, -0.0968, 2.11, 0.409, 1.64, 0.168, -0.522, 0.268)
+CHANCE = (1.2, -25.5, 2.26, -0.514, -0.225, -0.168, 2.5, 0.324, 2.22, -0.102, -1.08, 0.212)
 """Weights of `evidence`."""
 
 
@@ -123,14 +149,12 @@ def support(views: Views, words: Words) -> float:
 
 
 def supporting(views: Views, words: Words) -> Sequence[float]:
-    """What speaks for a sentence: what it loses; whether it is PocketSphinx's, and how badly it fits then; whether it
-    is that of the enrolled, how far it is from their words then, and how sure."""
-    out = [views.loss(words), 0.0, 0.0, 0.0, 0.0, 0.0]
+    """What speaks for a sentence: what it loses; whether it is PocketSphinx's, and how badly it fits then; how much
+    farther it is from enrolled people's words than others are."""
+    heard = [0.0, 0.0]
     if views.guess is not None and views.guess.words == words:
-        out[1:3] = 1.0, min(views.guess.misfit, MOST_MISFIT)
-    if views.known is not None and views.known.words == words:
-        out[3:] = 1.0, min(deficit_of(views.known), MOST_DEFICIT), _logit(views.known.confidence)
-    return out
+        heard = [1.0, min(views.guess.misfit, MOST_MISFIT)]
+    return (views.loss(words), *heard, *views.farther(words))
 
 
 def evidence(views: Views, words: Words, lead: float) -> Sequence[float]:
@@ -142,8 +166,9 @@ def evidence(views: Views, words: Words, lead: float) -> Sequence[float]:
     if views.guess is not None:
         fit = (min(views.guess.misfit, MOST_MISFIT), views.guess.noise)
         heard[:4] = (1.0, 0.0, *fit) if alike(views.guess.words, words) else (0.0, 1.0, 0.0, 0.0)
-    if views.known is not None and alike(views.known.words, words):
-        heard[4:] = 1.0, _logit(views.known.confidence)
+    nearest = views.nearest
+    if nearest is not None and alike(nearest.words, words):
+        heard[4:] = 1.0, _logit(nearest.confidence)
     each_frame = min(views.loss(words) / max(len(views.chances), 1), 1.0)
     return (1.0, each_frame, *heard, math.log(n), n / speech_s, math.log(speech_s), lead)
 

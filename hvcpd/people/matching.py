@@ -2,22 +2,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from hvcpd.language.graph import WordGraph, graph_of
 from hvcpd.people.chains import FAR, Chains, Costs, Ends
-from hvcpd.recognition.frontend import CONTEXT_FRAMES, Energies, Features, features_of
+from hvcpd.recognition.frontend import Features
 from hvcpd.recognition.network import Index, Network
-from hvcpd.recognition.scorer import Scorer, norms_of, squared_distances
-from hvcpd.recognition.templates import Noise, TemplateBank, noise_features
+from hvcpd.recognition.scorer import norms_of, squared_distances
+from hvcpd.recognition.templates import Template
 
 VOTE_COST = 10.0
 """Voices vote on a sentence with weights that fall by e for this much more distance in all. Digits of people, templates
 of three others: 158 of 200 right, by the nearest voice alone 141; the speaker's own among them: 79 of 80, as alone."""
-LEAST_GAIN = 1e-9
 
 
 @dataclass(frozen=True)
@@ -51,7 +50,7 @@ class Match:
 
 
 @dataclass(frozen=True, eq=False)
-class _Heard:
+class Heard:
     """Features of a piece and of all template frames, and the distance of each frame of the piece to the noise."""
 
     features: Features
@@ -62,63 +61,101 @@ class _Heard:
         """Distances of some frames to some template frames."""
         some = self.rows if len(rows) == len(self.rows) else self.rows[rows]
         norms = norms_of(some)
-        return lambda begin, end: _distances(self.features[begin:end], some, norms)
+        return lambda begin, end: distances(self.features[begin:end], some, norms)
+
+
+@dataclass(frozen=True, eq=False)
+class _Fit:
+    """How one sentence fits in the voices that have its words: least for who fits best, less for more who fit."""
+
+    vote: float
+    chains: Chains
+    ends: Ends
+    node: int
 
 
 class Matcher:
-    """Knows takes of words in one or more voices, and a network of sentences."""
+    """Knows a network of sentences, and where the takes of its words are among the rows of what is heard."""
 
-    def __init__(self, graph: WordGraph, takes: Mapping[str, Mapping[str, Sequence[Energies]]]) -> None:
-        """`takes[voice][word]`: without noise. A voice need not have all words. Raises ValueError without takes."""
-        self._bank = TemplateBank(takes)
-        self._scorer = Scorer(self._bank, (0.0,))
-        self._voices = frozenset(takes)
+    def __init__(self, graph: WordGraph, templates: Sequence[Template]) -> None:
+        """A voice need not have all words. Raises ValueError without templates of the graph's words."""
+        self._templates = templates
+        self._words: dict[str, set[str]] = {}
+        for template in templates:
+            self._words.setdefault(template.voice, set()).add(template.word)
         self._chains = self._compiled(graph)
 
     def _compiled(self, graph: WordGraph) -> Chains:
-        return Chains(Network(graph, self._bank, partial=self._voices))
+        return Chains(Network(graph, self._templates, partial=frozenset(self._words)))
 
-    def match(self, energies: Energies, noise: Noise) -> Match | None:
-        """The sentence in a piece of sound, of whose noise the mean energies, shape (N_BANDS,), are known.
+    def _alone(self, words: tuple[str, ...]) -> Chains | None:
+        """One sentence; None if nobody has its words."""
+        known = any(said.issuperset(words) for said in self._words.values())
+        return self._compiled(graph_of(words)) if known else None
 
-        `energies`, shape (n, N_BANDS), begin and end with a little noise. None if it is too short for any sentence.
-        """
-        heard = self._heard(energies, noise)
-        ends = self._chains.forward(heard.to(self._chains.rows), heard.to_noise)
-        found = _best_of_voices(self._chains, ends)
-        if not found:
-            return None
-        sentences = dict.fromkeys(words for _, words, _ in found.values())
+    def hear(self, heard: Heard) -> Hearing:
+        """A piece of sound, to be compared with sentences."""
+        return Hearing(heard, self._chains, self._alone)
+
+
+class Hearing:
+    """A piece of sound beside a matcher's sentences."""
+
+    def __init__(self, heard: Heard, chains: Chains, alone: Callable[[tuple[str, ...]], Chains | None]) -> None:
+        self._heard = heard
+        self._alone = alone
+        self._fits: dict[tuple[str, ...], _Fit | None] = {}
+        ends = chains.forward(heard.to(chains.rows), heard.to_noise)
+        self._nearest = ends.nearest
+        self._best = self._best_of(chains, ends)
+
+    def _best_of(self, chains: Chains, ends: Ends) -> _Fit | None:
+        """Of the sentences that fit best in one voice or another, the one that fits best in all."""
+        found = _best_of_voices(chains, ends).values()
+        sentences = dict.fromkeys(words for _, words, _ in found)
         if len(sentences) == 1:
-            return self._match(self._chains, ends, min(found.values())[2], heard, ends.nearest)
-        return self._voted(sentences, heard, ends.nearest)
+            return _Fit(min(found)[0], chains, ends, min(found)[2])
+        fits = [(fit.vote, words, fit) for words in sentences if (fit := self._fit(words)) is not None]
+        return min(fits, key=lambda each: each[:2])[2] if fits else None
 
-    def _heard(self, energies: Energies, noise: Noise) -> _Heard:
-        gain = max(self._scorer.level_of(energies, noise), LEAST_GAIN)
-        mask = self._scorer.mask(gain)
-        rows = self._bank.compose(np.arange(self._bank.n_frames), noise + mask, gain)
-        padded = np.pad(energies + mask, ((CONTEXT_FRAMES, CONTEXT_FRAMES), (0, 0)), mode="edge")
-        heard = features_of(padded)
-        silence = noise_features(noise + mask)[None, :]
-        to_noise = _distances(heard, silence, norms_of(silence))[:, 0]
-        return _Heard(heard, rows, to_noise)
+    def vote(self, words: tuple[str, ...]) -> float | None:
+        """What a sentence costs, VOTE_COST being worth a factor of e in its odds; None if nobody has its words, or if
+        the piece is too short for them."""
+        fit = self._fit(words)
+        return fit.vote if fit is not None else None
 
-    def _voted(self, sentences: Iterable[tuple[str, ...]], heard: _Heard, nearest: Costs) -> Match:
-        """Of the sentences that fit best in one voice or another, the one that fits best in all; in its best voice."""
-        judged = []
-        for words in sentences:
-            chains = self._compiled(graph_of(words))
-            ends = chains.forward(heard.to(chains.rows), heard.to_noise)
-            voices = _best_of_voices(chains, ends).values()
-            costs = np.array([cost for cost, _, _ in voices])
-            vote = costs.min() - VOTE_COST * float(np.log(np.exp((costs.min() - costs) / VOTE_COST).sum()))
-            judged.append((vote, words, chains, ends, min(voices)[2]))
-        _, _, chains, ends, node = min(judged, key=lambda each: each[:2])
-        return self._match(chains, ends, node, heard, nearest)
+    @property
+    def best(self) -> tuple[str, ...] | None:
+        """The sentence that fits best; None if the piece is too short for any."""
+        fit = self._best
+        return tuple(fit.chains.net.word[w.chain] for w in fit.chains.trace(fit.ends, fit.node)) if fit else None
 
-    def _match(self, chains: Chains, ends: Ends, node: int, heard: _Heard, nearest: Costs) -> Match:
-        words, inside = [], np.zeros(len(heard.to_noise), np.bool_)
-        least = np.minimum(nearest, heard.to_noise)
+    @property
+    def match(self) -> Match | None:
+        """The best sentence, in the voice in which it fits best."""
+        return self._match(self._best.chains, self._best.ends, self._best.node) if self._best is not None else None
+
+    def _fit(self, words: tuple[str, ...]) -> _Fit | None:
+        if words not in self._fits:
+            self._fits[words] = self._fitted(words)
+        return self._fits[words]
+
+    def _fitted(self, words: tuple[str, ...]) -> _Fit | None:
+        chains = self._alone(words)
+        if chains is None:
+            return None
+        ends = chains.forward(self._heard.to(chains.rows), self._heard.to_noise)
+        voices = _best_of_voices(chains, ends).values()
+        if not voices:
+            return None
+        costs = np.array([cost for cost, _, _ in voices])
+        vote = costs.min() - VOTE_COST * float(np.log(np.exp((costs.min() - costs) / VOTE_COST).sum()))
+        return _Fit(float(vote), chains, ends, min(voices)[2])
+
+    def _match(self, chains: Chains, ends: Ends, node: int) -> Match:
+        heard, words = self._heard, []
+        inside = np.zeros(len(heard.to_noise), np.bool_)
+        least = np.minimum(self._nearest, heard.to_noise)
         path = chains.trace(ends, node)
         for word in path:
             excess = word.cost - float(least[word.start : word.end].sum())
@@ -146,7 +183,7 @@ def _best_of_voices(chains: Chains, ends: Ends) -> dict[str, tuple[float, tuple[
     return found
 
 
-def _distances(heard: Features, rows: Features, norms: Costs) -> Costs:
+def distances(heard: Features, rows: Features, norms: Costs) -> Costs:
     """Euclidean distances, shape (len(heard), len(rows)), the rows' squared norms being known."""
     squares = squared_distances(heard, rows, norms, norms_of(heard))
     out: Costs = np.sqrt(squares, out=squares)

@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import importlib.util
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 from typing import Protocol
 
@@ -17,7 +17,7 @@ from hvcpd.people.ears import BEFORE_S, Piece
 from hvcpd.people.enrolled import Person
 from hvcpd.people.enrolled_listener import EnrolledListener
 from hvcpd.people.judging import Judged, Views, is_call, judge
-from hvcpd.people.phones import FRAME_SAMPLES, centred, chances_of
+from hvcpd.people.phones import FRAME_SAMPLES, centred, sounds_of
 from hvcpd.people.spelled import Speller
 from hvcpd.people.sphinx import Guess, Sphinx
 from hvcpd.ports import SAMPLE_RATE_HZ
@@ -72,61 +72,76 @@ class SecondOpinion:
             sphinx = Sphinx(graph, lexicon)
         self._sphinx = sphinx
 
+    def prepare(self, go_on: Callable[[], bool]) -> None:
+        """Make ready what takes long the first time, as long as `go_on`."""
+        listener = self._listener()
+        if listener is not None and self._strangers:
+            listener.prepare(go_on)
+
     def look(self, piece: Piece) -> Recognised | None:
         """The sentence in a piece, as sure as it is; None if none is sure enough."""
-        known, snr_db = self.known(piece), snr_of(piece)
-        if self._strangers and snr_db >= MIN_SNR_DB:
-            views, judged = self._judged(piece, known)
-            if judged is not None and judged.chance >= MIN_STRANGERS_CHANCE:
-                if is_call(judged.words):  # a halt too many does no harm
-                    judged = replace(judged, chance=max(judged.chance, MIN_CHANCE))
-                return _told(judged, views, piece, snr_db)
-            if judged is None or known is None or judged.words != known.words:
-                return None
-        return replace(known, snr_db=snr_db) if known is not None and known.confidence >= MIN_CHANCE else None
+        snr_db = snr_of(piece)
+        if not self._strangers or snr_db < MIN_SNR_DB:
+            listener = self._listener()
+            return _surely(listener.nearest(piece) if listener is not None else None, snr_db)
+        views, judged = self._judged(piece)
+        if judged is not None and judged.chance >= MIN_STRANGERS_CHANCE:
+            if is_call(judged.words):  # a halt too many does no harm
+                judged = replace(judged, chance=max(judged.chance, MIN_CHANCE))
+            return _told(judged, views, piece, snr_db)
+        nearest = views.known.nearest if views.known is not None else None
+        agreed = judged is not None and nearest is not None and judged.words == nearest.words
+        return _surely(nearest, snr_db) if agreed else None
 
     def likeliest(self, piece: Piece) -> Recognised | None:
         """The sentence in a piece that is likelier right than others, however unlikely."""
-        views, judged = self._judged(piece, self.known(piece))
+        views, judged = self._judged(piece)
         return _told(judged, views, piece, snr_of(piece)) if judged is not None else None
 
-    def _judged(self, piece: Piece, known: Recognised | None) -> tuple[Views, Judged | None]:
+    def _judged(self, piece: Piece) -> tuple[Views, Judged | None]:
         """PocketSphinx, which takes longest, is asked where the others are not sure."""
-        views = self.views(piece, known)
+        views = self.views(piece)
         judged = judge(views)
         if self._sphinx is None or (judged is not None and judged.chance >= SURELY):
             return views, judged
         views = self.asked(views)
         return views, judge(views)
 
-    def views(self, piece: Piece, known: Recognised | None) -> Views:
-        """What the net makes of a piece, beside `known`, the sentence of the enrolled's listener."""
+    def views(self, piece: Piece) -> Views:
+        """What the net and the enrolled's words make of a piece."""
         if self._speller is None:
             self._speller = Speller(self._graph, self._lexicon.sounds)
         sound, speech = levelled(piece.sound, piece.speech)
         logs = logs_of(speech, noise_of(sound, piece.lead))
-        chances = chances_of(centred(logs))
+        sounds = sounds_of(centred(logs))
+        listener = self._listener()
+        known = listener.known(piece, logs, sounds) if listener is not None else None
         speech_s = (piece.end - piece.start) / SAMPLE_RATE_HZ
-        return Views(logs, chances, self._speller, self._speller.spell(chances), None, known, speech_s)
+        return Views(logs, sounds.chances, self._speller, self._speller.spell(sounds.chances), None, known, speech_s)
 
     def asked(self, views: Views) -> Views:
         """With what PocketSphinx makes of it, where there is one."""
         return views if self._sphinx is None else replace(views, guess=self._sphinx.guess(views.logs))
 
-    def known(self, piece: Piece) -> Recognised | None:
-        """The sentence in a piece that is nearest to the enrolled people's words, however far."""
+    def _listener(self) -> EnrolledListener | None:
+        """Who knows those enrolled; None if nobody has a word of the phrasebook's."""
         words = set(self._graph.words)
         people = tuple(person for person in tuple(self._people.values()) if person.words & words)
         if not people:
             return None
         if self._enrolled is None or [*map(id, people)] != [*map(id, self._enrolled_people)]:
             self._enrolled_people, self._enrolled = people, EnrolledListener(self._graph, people)
-        return self._enrolled.sentence(piece)
+        return self._enrolled
+
+
+def _surely(nearest: Recognised | None, snr_db: float) -> Recognised | None:
+    return replace(nearest, snr_db=snr_db) if nearest is not None and nearest.confidence >= MIN_CHANCE else None
 
 
 def _told(judged: Judged, views: Views, piece: Piece, snr_db: float) -> Recognised:
     """The sentence, in the voice of who is enrolled if that fits by itself."""
-    words, chance, known = judged.words, judged.chance, views.known
+    words, chance = judged.words, judged.chance
+    known = views.known.nearest if views.known is not None else None
     if known is not None and known.words == words and known.confidence >= MIN_CHANCE:
         return replace(known, confidence=max(chance, known.confidence), snr_db=snr_db)
     first = max(piece.lead - round(BEFORE_S * SAMPLE_RATE_HZ), 0) + piece.origin

@@ -7,6 +7,7 @@ synthetic speech alone (`benchmarks/phones`): between two sounds it says that th
 from __future__ import annotations
 
 import importlib.resources
+from dataclasses import dataclass
 from functools import cache
 
 import numpy as np
@@ -54,7 +55,16 @@ def _weights() -> dict[str, NDArray[np.float32]]:
         return {name: np.asarray(stored[name], np.float32) for name in stored.files}
 
 
-def chances_of(logs: Logs) -> Chances:
+@dataclass(frozen=True, eq=False)
+class Sounds:
+    """What the net makes of a piece: `chances`, and `inside`, shape (frames, its width), what its last layer but that
+    of the chances holds: alike where the same is said in the same way."""
+
+    chances: Chances
+    inside: Logs
+
+
+def sounds_of(logs: Logs) -> Sounds:
     """Of `centred` logarithms, shape (frames, N_BANDS): half as many frames, rounded up."""
     weights, sound = _weights(), logs
     for number, apart in enumerate(APART):
@@ -64,7 +74,7 @@ def chances_of(logs: Logs) -> Chances:
     logits = sound @ weights["weights_out"] + weights["bias_out"]
     logits[:, -1] -= GAP_COST
     logits -= logits.max(axis=1, keepdims=True)
-    return np.asarray(logits - np.log(np.exp(logits).sum(axis=1, keepdims=True)), np.float32)
+    return Sounds(np.asarray(logits - np.log(np.exp(logits).sum(axis=1, keepdims=True)), np.float32), sound)
 
 
 def _layer(sound: Logs, weights: Logs, bias: Logs, apart: int, step: int) -> Logs:

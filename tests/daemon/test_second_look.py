@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import threading
+from collections.abc import Callable
 
 import numpy as np
 
@@ -25,6 +26,9 @@ class Gate:
         self.open = threading.Event()
         self.thread = ""
 
+    def prepare(self, _go_on: Callable[[], bool]) -> None:
+        pass
+
     def look(self, _piece: Piece) -> Recognised | None:
         self.open.wait(5.0)
         self.thread = threading.current_thread().name
@@ -32,6 +36,9 @@ class Gate:
 
 
 class Broken:
+    def prepare(self, _go_on: Callable[[], bool]) -> None:
+        pass
+
     def look(self, _piece: Piece) -> Recognised | None:
         raise ImportError("no such library")
 

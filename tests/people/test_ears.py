@@ -43,6 +43,10 @@ class Looker:
     def __init__(self, found: Recognised | None) -> None:
         self.found = found
         self.pieces: list[Piece] = []
+        self.prepared = 0
+
+    def prepare(self, go_on: Callable[[], bool]) -> None:
+        self.prepared += go_on()
 
     def look(self, piece: Piece) -> Recognised | None:
         self.pieces.append(piece)
@@ -70,6 +74,12 @@ class Slow:
     def findings(self) -> list[Finding]:
         done, self.done = self.done, []
         return done
+
+
+def test_what_takes_long_is_made_ready_before_anybody_speaks() -> None:
+    looker = Looker(None)
+    SecondEars(Script({}), looker, AtOnce()).prepare(lambda: True)
+    assert looker.prepared == 1
 
 
 def block(number: int) -> Samples:

@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import replace
 
 import numpy as np
+import pytest
 
 from hvcpd.language.graph import Arc, WordGraph
 from hvcpd.people.cepstra import N_BANDS
-from hvcpd.people.judging import MOST_LOSS, Judged, Views, judge
+from hvcpd.people.enrolled_listener import Known
+from hvcpd.people.judging import MOST_FARTHER, MOST_LOSS, Judged, Views, judge
 from hvcpd.people.phones import PHONES
 from hvcpd.people.spelled import Speller
 from hvcpd.people.sphinx import Guess
@@ -23,7 +26,7 @@ LEFT, RIGHT = ("turn", "left"), ("turn", "right")
 
 
 def views(
-    *said: str, clear: float = 8.0, guess: Guess | None = None, known: Recognised | None = None, speech_s: float = 0.7
+    *said: str, clear: float = 8.0, guess: Guess | None = None, known: Known | None = None, speech_s: float = 0.7
 ) -> Views:
     """Words that the net hears, each phone so much likelier than any other as `clear` says, natural logarithm."""
     phones = [phone for word in said for phone in (*SAID[word][0], "")]
@@ -38,9 +41,17 @@ def guessed(words: tuple[str, ...], misfit: float) -> Guess:
     return Guess(words, misfit, 1.0)
 
 
-def enrolled(words: tuple[str, ...], deficit: float, confidence: float) -> Recognised:
+def enrolled(
+    words: tuple[str, ...],
+    deficit: float,
+    confidence: float,
+    echoed: tuple[str, ...] | None = None,
+    votes: Mapping[tuple[str, ...], tuple[float, float]] | None = None,
+) -> Known:
+    """The sentence that is nearest to enrolled people's words, the one that is for the net, and what some cost."""
     spans = tuple(WordSpan(w, 3200 * k, 3200 * (k + 1), confidence, deficit) for k, w in enumerate(words))
-    return Recognised(words, "anna, enrolled", 0, 6400, confidence, math.inf, spans)
+    nearest = Recognised(words, "anna, enrolled", 0, 6400, confidence, math.inf, spans)
+    return Known(nearest, echoed, (votes or {}).get)
 
 
 def judged(found: Views) -> Judged:
@@ -69,7 +80,26 @@ def test_the_net_yields_to_pocketsphinx_where_it_hardly_hears_a_difference() -> 
 
 def test_the_nearer_an_enrolled_sentence_the_more_it_counts() -> None:
     for deficit, confidence, words in ((0.1, 0.99, RIGHT), (3.0, 0.05, LEFT)):
-        assert judged(views("turn", "left", clear=0.8, known=enrolled(RIGHT, deficit, confidence))).words == words
+        known = enrolled(RIGHT, deficit, confidence, RIGHT, {LEFT: (120.0, 140.0), RIGHT: (100.0, 100.0)})
+        assert judged(views("turn", "left", clear=0.8, known=known)).words == words
+
+
+def test_how_much_farther_another_sentence_is_counts_too() -> None:
+    """Both ways: what is nearest by cepstra is not always what is for the net."""
+    for lefts, words in (((30.0, 60.0), RIGHT), ((2.0, -60.0), LEFT)):
+        known = enrolled(RIGHT, 0.5, 0.8, LEFT, {LEFT: (100.0 + lefts[0], 100.0 + lefts[1]), RIGHT: (100.0, 100.0)})
+        assert judged(views("turn", "left", clear=0.4, known=known)).words == words
+
+
+def test_what_cannot_be_told_of_a_sentence_counts_neither_for_nor_against_it() -> None:
+    heard = views("turn", "left", known=enrolled(RIGHT, 0.5, 0.8, RIGHT, {RIGHT: (100.0, 100.0)}))
+    assert heard.farther(LEFT) == heard.farther(RIGHT) == (0.0, 0.0)
+    known = enrolled(RIGHT, 0.5, 0.8, LEFT, {LEFT: (900.0, 95.0), RIGHT: (100.0, 100.0)})
+    heard = views("turn", "left", known=known)
+    near = 1.0 / (1.0 + 0.5**2)  # takes that are far themselves tell less
+    assert heard.farther(LEFT) == pytest.approx((near * MOST_FARTHER, 0.0))
+    assert heard.farther(RIGHT) == pytest.approx((0.0, near * 5.0))
+    assert views("turn", "left").farther(LEFT) == (0.0, 0.0)
 
 
 def test_few_words_do_not_take_long() -> None:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 import pytest
@@ -12,7 +12,8 @@ from hypothesis import strategies as st
 
 from hvcpd.language.graph import Arc, WordGraph
 from hvcpd.people.chains import LEAP, SKIP, STAY, Chains
-from hvcpd.people.matching import Match, Matcher
+from hvcpd.people.composed import ComposedTakes
+from hvcpd.people.matching import VOTE_COST, Hearing, Match, Matcher
 from hvcpd.recognition.frontend import N_BANDS, Energies
 from hvcpd.recognition.network import Network
 from hvcpd.recognition.templates import TemplateBank
@@ -63,17 +64,21 @@ def words_of(match: Match | None) -> tuple[str, ...]:
     return tuple(word.word for word in match.words)
 
 
-@pytest.fixture(scope="module")
-def matcher() -> Matcher:
-    return Matcher(GRAPH, {"anna": {word: [one] for word, one in WORDS.items()}})
+Takes = Mapping[str, Mapping[str, Sequence[Energies]]]
+ANNA: Takes = {"anna": {word: [one] for word, one in WORDS.items()}}
+
+
+def hearing(sound: Energies, takes: Takes = ANNA, graph: WordGraph = GRAPH) -> Hearing:
+    composed = ComposedTakes(takes)
+    return Matcher(graph, composed.templates).hear(composed.hear(sound, NOISE))
 
 
 @pytest.mark.parametrize("words", SENTENCES)
 @pytest.mark.parametrize(("pace", "gain"), [(1.0, 1.0), (0.6, 0.05), (1.6, 30.0)])
-def test_a_sentence_is_found_at_any_pace_and_loudness(
-    matcher: Matcher, words: tuple[str, ...], pace: float, gain: float
-) -> None:
-    match = matcher.match(piece(*words, pace=pace, gain=gain), NOISE)
+def test_a_sentence_is_found_at_any_pace_and_loudness(words: tuple[str, ...], pace: float, gain: float) -> None:
+    heard = hearing(piece(*words, pace=pace, gain=gain))
+    match = heard.match
+    assert heard.best == words
     assert words_of(match) == words
     assert match is not None
     assert match.voice == "anna"
@@ -81,17 +86,32 @@ def test_a_sentence_is_found_at_any_pace_and_loudness(
     assert all(a.end <= b.start for a, b in zip(match.words[:-1], match.words[1:], strict=True))
 
 
-def test_words_of_another_sentence_cannot_be_passed_over_for_nothing(matcher: Matcher) -> None:
-    right = matcher.match(piece("hi", "rob", "stop"), NOISE)
-    wrong = matcher.match(piece("water", "the", "rose", "stop"), NOISE)
+def test_words_of_another_sentence_cannot_be_passed_over_for_nothing() -> None:
+    right = hearing(piece("hi", "rob", "stop")).match
+    wrong = hearing(piece("water", "the", "rose", "stop")).match
     assert right is not None
     assert wrong is not None
     unexplained = max(w.deficit for w in wrong.words) + wrong.passed_over
     assert unexplained > 0.8 + max(w.deficit for w in right.words) + right.passed_over
 
 
-def test_too_little_sound_for_any_sentence_is_none(matcher: Matcher) -> None:
-    assert matcher.match(piece("stop")[:3], NOISE) is None
+def test_too_little_sound_for_any_sentence_is_none() -> None:
+    heard = hearing(piece("stop")[:3])
+    assert heard.match is None
+    assert heard.best is None
+    assert heard.vote(("stop",)) is None
+
+
+def test_every_sentence_has_its_cost_but_those_of_which_nobody_has_the_words() -> None:
+    takes = {"anna": {word: ANNA["anna"][word] for word in ("hi", "rob", "stop")}, "bert": {"bot": [WORDS["bot"]]}}
+    heard = hearing(piece("hi", "rob", "stop"), takes)
+    right, wrong = heard.vote(("hi", "rob", "stop")), heard.vote(("stop",))
+    assert right is not None
+    assert wrong is not None
+    assert heard.best == ("hi", "rob", "stop")
+    assert right < wrong - VOTE_COST
+    assert heard.vote(("hi", "bot", "stop")) is None  # each has a part of it
+    assert heard.vote(("water",)) is None
 
 
 def test_voices_vote_on_what_none_of_them_says_alike() -> None:
@@ -106,8 +126,8 @@ def test_voices_vote_on_what_none_of_them_says_alike() -> None:
     voices = {"one": off("rob", 0.5, 5) | far, "two": off("rob", 0.5, 6) | far}
     odd = off("bot", 0.55, 7) | {"rob": [WORDS["stop"]]}
     sound = piece("rob")
-    assert words_of(Matcher(graph, {"two": voices["two"], "odd": odd}).match(sound, NOISE)) == ("bot",)
-    assert words_of(Matcher(graph, {**voices, "odd": odd}).match(sound, NOISE)) == ("rob",)
+    assert words_of(hearing(sound, {"two": voices["two"], "odd": odd}, graph).match) == ("bot",)
+    assert words_of(hearing(sound, {**voices, "odd": odd}, graph).match) == ("rob",)
 
 
 def brute_force(distances: np.ndarray, to_noise: np.ndarray, templates: Sequence[range]) -> float:
@@ -138,7 +158,7 @@ def brute_force(distances: np.ndarray, to_noise: np.ndarray, templates: Sequence
 def test_costs_are_the_least_of_all_paths(seed: int, lengths: list[int], n: int) -> None:
     graph = WordGraph(3, (Arc(0, 1, "hi"), Arc(1, 2, "rob")), 0, frozenset((2,)), frozenset())
     bank = TemplateBank({"anna": {"hi": [take(1, lengths[0])], "rob": [take(2, lengths[1])]}})
-    chains = Chains(Network(graph, bank))
+    chains = Chains(Network(graph, bank.templates))
     rng = np.random.default_rng(seed)
     distances = rng.gamma(2.0, 1.0, (n, sum(lengths))).astype(np.float32)
     to_noise = rng.gamma(2.0, 1.0, n).astype(np.float32)

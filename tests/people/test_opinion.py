@@ -15,12 +15,14 @@ from hvcpd.config.task_file import load_tasks
 from hvcpd.config.tasks import default_tasks_path
 from hvcpd.coordination.people import SURE
 from hvcpd.language.phrasebook import Phrasebook
+from hvcpd.people import echoes
 from hvcpd.people.cepstra import Bands
 from hvcpd.people.ears import AtOnce, Piece, SecondEars
 from hvcpd.people.enrolled import Person
 from hvcpd.people.enrolled_listener import chance
 from hvcpd.people.matching import Match, MatchedWord
 from hvcpd.people.opinion import STRANGER, SecondOpinion, snr_of
+from hvcpd.people.phones import Sounds, sounds_of
 from hvcpd.people.sphinx import Guess, accented
 from hvcpd.people.takes import check_take
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
@@ -202,6 +204,31 @@ def test_no_sound_is_too_strange(book: Phrasebook, sound: Sound, strangers: bool
         after = opinion.look(alone(stranger(sound), "rob stop"))
         assert after is not None
         assert after.words == ("rob", "stop")
+
+
+def test_takes_are_made_ready_once_for_all_looks(
+    book: Phrasebook, sound: Sound, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    made: list[int] = []
+
+    def counted(logs: Bands) -> Sounds:
+        made.append(len(logs))
+        return sounds_of(logs)
+
+    monkeypatch.setattr(echoes, "sounds_of", counted)
+    monkeypatch.setattr(echoes, "_REMEMBERED", {})
+    speaker = Speaker(CHILD, sound.lexicon, sound.cache)
+    known = {"anna": Person("Anna", takes_of(speaker, "turn", "left", "right"))}
+    opinion = SecondOpinion(book.people_graph, sound.lexicon, known, True, Fixed())
+    opinion.prepare(lambda: False)
+    assert made == []
+    opinion.prepare(lambda: True)
+    assert len(made) == 3
+    known["anna"] = known["anna"].with_takes(takes_of(speaker, "stop"))
+    found = opinion.look(alone(speaker, "turn left"))
+    assert found is not None
+    assert found.words == ("turn", "left")
+    assert len(made) == 4  # the new word's
 
 
 def test_words_count_as_soon_as_they_are_learned(book: Phrasebook, sound: Sound) -> None:

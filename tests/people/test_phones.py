@@ -10,7 +10,7 @@ import pytest
 from benchmarks.transcripts import edits
 from hvcpd.assembly import Sound, make_sound
 from hvcpd.people.cepstra import N_BANDS, levelled, logs_of, noise_of
-from hvcpd.people.phones import PHONES, Logs, centred, chances_of
+from hvcpd.people.phones import PHONES, Logs, centred, sounds_of
 from hvcpd.ports import Samples
 from hvcpd.synthesis.speaker import Speaker
 from hvcpd.synthesis.voices import VOICES
@@ -31,14 +31,16 @@ def logs(speech: Samples, noise_rms: float = 1e-3) -> Logs:
 
 def spelled(found: Logs) -> list[str]:
     """The likeliest phones, repeats and gaps left out."""
-    best = chances_of(found).argmax(axis=1)
+    best = sounds_of(found).chances.argmax(axis=1)
     kept = best[(best != len(PHONES)) & (best != np.append([-1], best[:-1]))]
     return [PHONES[k] for k in kept]
 
 
 def test_shapes_and_sums() -> None:
     for n in (0, 1, 2, 7, 100):
-        chances = chances_of(np.random.default_rng(n).normal(0, 1, (n, N_BANDS)).astype(np.float32))
+        sounds = sounds_of(np.random.default_rng(n).normal(0, 1, (n, N_BANDS)).astype(np.float32))
+        chances = sounds.chances
+        assert len(sounds.inside) == len(chances)
         assert chances.shape == ((n + 1) // 2, len(PHONES) + 1)
         assert np.allclose(np.exp(chances).sum(axis=1), 1.0, atol=1e-4)
         assert chances.dtype == np.float32
@@ -54,7 +56,7 @@ def test_a_microphone_s_tilt_does_not_count() -> None:
 def test_what_comes_later_is_heard_as_it_would_be_now(sound: Sound) -> None:
     found = logs(Speaker(VOICES[1], sound.lexicon, sound.cache).render([["turn", "left"]]))
     quiet = np.repeat(found[:1], 400, axis=0)
-    now, later = (chances_of(np.concatenate([quiet[:n], found, quiet])) for n in (100, 180))
+    now, later = (sounds_of(np.concatenate([quiet[:n], found, quiet])).chances for n in (100, 180))
     assert np.allclose(now[50 : 50 + len(found) // 2], later[90 : 90 + len(found) // 2], atol=1e-3)
 
 

@@ -1,0 +1,44 @@
+"""Makes `hvcpd/people/take_bands.npz`: the net's mel bands of a sound, by those of the front end.
+
+    python -m benchmarks.take_bands [--sentences 12] [--seed 1] [--out hvcpd/people/take_bands.npz]
+
+Ridge regression of logarithms, over sentences by our own synthesizer's voices and, where it is installed, by voices of
+espeak-ng that no other benchmark listens to. Prints how far it is off, dB. Nothing is learned from people's recordings.
+"""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+
+import numpy as np
+
+from benchmarks.upper_bands import RIDGE, spoken
+from hvcpd.people.cepstra import levelled, logs_of
+from hvcpd.people.take_bands import masked_logs
+from hvcpd.recognition.frontend import energies_of, smoothed
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--sentences", type=int, default=12, help="of each voice")
+    parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--out", type=Path, default=Path("hvcpd/people/take_bands.npz"))
+    o = parser.parse_args()
+    ours, nets = [], []
+    for sound in spoken(o.sentences, o.seed):
+        logs = logs_of(levelled(sound, sound)[1], np.zeros(1))
+        kept = masked_logs(smoothed(np.pad(energies_of(sound), ((1, 1), (0, 0)), mode="edge")))
+        n = min(len(logs), len(kept))  # the windows are not of one length
+        ours.append(kept[:n])
+        nets.append(logs[:n])
+    known, wanted = np.concatenate(ours), np.concatenate(nets)
+    known = np.pad(known, ((0, 0), (1, 0)), constant_values=1.0)
+    weights = np.linalg.solve(known.T @ known + RIDGE * np.eye(known.shape[1]), known.T @ wanted)
+    off_db = 10.0 / np.log(10.0) * np.sqrt(np.mean((wanted - known @ weights) ** 2, axis=0))
+    np.savez_compressed(o.out, weights=weights.astype(np.float32))
+    print(f"{len(known)} frames, off by {off_db.min():.1f} to {off_db.max():.1f} dB; wrote {o.out}")
+
+
+if __name__ == "__main__":
+    main()
