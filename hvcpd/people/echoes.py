@@ -10,7 +10,7 @@ count beside those that it is composed with (`composed`).
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 
 import numpy as np
 
@@ -30,6 +30,8 @@ about as much counts the one as the other, and what is unlike is as far apart as
 QUIET_SHARE = 8
 """One frame in so many, the quietest, tells what the room's noise is for the net."""
 LEAST_QUIET = 5
+MOST_REMEMBERED = 2000
+"""Takes: of six people, three of each word."""
 
 
 def features_of(sounds: Sounds) -> Features:
@@ -38,17 +40,47 @@ def features_of(sounds: Sounds) -> Features:
     return np.concatenate([INSIDE * sounds.inside / length, CHANCES * np.exp(sounds.chances / 2.0)], axis=1)
 
 
+def features_of_take(take: Energies) -> Features:
+    """Of a take, shape (half its frames, rounded up; width)."""
+    found = features_of(sounds_of(centred(heard_alone(take, SILENCE_FRAMES))))
+    begin = SILENCE_FRAMES // 2
+    return found[begin : begin + (len(take) + 1) // 2].copy()
+
+
+class Remembered:
+    """Features of takes. A PC needs 2 ms for each, a Raspberry Pi several times that: those of a team's people are not
+    made again when another word or name is learned."""
+
+    def __init__(self, make: Callable[[Energies], Features] = features_of_take) -> None:
+        self._make = make
+        self._known: dict[bytes, Features] = {}
+
+    def of(self, take: Energies) -> Features:
+        """As `features_of_take`."""
+        key = hashlib.blake2b(np.ascontiguousarray(take).tobytes(), digest_size=16).digest()
+        found = self._known.get(key)
+        if found is None:
+            if len(self._known) >= MOST_REMEMBERED:
+                self._known.clear()
+            found = self._known[key] = self._make(take)
+        return found
+
+
+SHARED = Remembered()
+"""All listeners' of this process: a robot that learns a name makes new ones."""
+
+
 class EchoedTakes:
     """Knows takes of words in one or more voices."""
 
-    def __init__(self, takes: Mapping[str, Mapping[str, Sequence[Energies]]]) -> None:
+    def __init__(self, takes: Mapping[str, Mapping[str, Sequence[Energies]]], remembered: Remembered = SHARED) -> None:
         """`takes[voice][word]`: without noise. Raises ValueError without takes."""
         templates: list[Template] = []
         rows: list[Features] = []
         first = 0
         for voice, words in takes.items():
             for word, take in ((word, take) for word, of_word in words.items() for take in of_word):
-                rows.append(remembered(take))
+                rows.append(remembered.of(take))
                 templates.append(Template(voice, word, first, len(rows[-1])))
                 first += len(rows[-1])
         if not templates:
@@ -63,26 +95,3 @@ class EchoedTakes:
         quiet = np.argsort(level)[: max(len(level) // QUIET_SHARE, LEAST_QUIET)]
         noise = features[quiet].mean(axis=0, keepdims=True)
         return Heard(features, self._rows, distances(features, noise, norms_of(noise))[:, 0])
-
-
-_REMEMBERED: dict[bytes, Features] = {}
-MOST_REMEMBERED = 2000
-"""Takes: of six people, three of each word."""
-
-
-def remembered(take: Energies) -> Features:
-    """Features of a take, shape (half its frames, rounded up; width). A Raspberry Pi 3B needs some 15 ms for it, so
-    that those of a whole team's people are not made again when another word or name is learned."""
-    key = hashlib.blake2b(np.ascontiguousarray(take).tobytes(), digest_size=16).digest()
-    found = _REMEMBERED.get(key)
-    if found is None:
-        if len(_REMEMBERED) >= MOST_REMEMBERED:
-            _REMEMBERED.clear()
-        found = _REMEMBERED[key] = _features_of_take(take)
-    return found
-
-
-def _features_of_take(take: Energies) -> Features:
-    found = features_of(sounds_of(centred(heard_alone(take, SILENCE_FRAMES))))
-    begin = SILENCE_FRAMES // 2
-    return found[begin : begin + (len(take) + 1) // 2].copy()

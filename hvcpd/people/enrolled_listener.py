@@ -17,7 +17,7 @@ from hvcpd.language.graph import WordGraph
 from hvcpd.people.cepstra import Bands
 from hvcpd.people.composed import ComposedTakes
 from hvcpd.people.ears import Piece
-from hvcpd.people.echoes import EchoedTakes, remembered
+from hvcpd.people.echoes import SHARED, EchoedTakes, Remembered
 from hvcpd.people.enrolled import Person, spoken_takes
 from hvcpd.people.matching import Hearing, Match, Matcher
 from hvcpd.people.phones import Sounds
@@ -57,10 +57,11 @@ class Known:
 class EnrolledListener:
     """Knows the enrolled people, and their sentences."""
 
-    def __init__(self, graph: WordGraph, people: Iterable[Person]) -> None:
-        """Raises ValueError if nobody has a word of `graph`."""
+    def __init__(self, graph: WordGraph, people: Iterable[Person], remembered: Remembered = SHARED) -> None:
+        """`remembered`: what the net makes of takes. Raises ValueError if nobody has a word of `graph`."""
         takes = {person.voice: spoken_takes(person, graph.words) for person in people}
         self._graph = graph
+        self._remembered = remembered
         self._takes = {voice: words for voice, words in takes.items() if words}
         self._composed = ComposedTakes(self._takes)
         self._matcher = Matcher(graph, self._composed.templates)
@@ -70,12 +71,12 @@ class EnrolledListener:
         for take in (take for words in self._takes.values() for of_word in words.values() for take in of_word):
             if not go_on():
                 return
-            remembered(take)
+            self._remembered.of(take)
         _ = self._echoes
 
     @cached_property
     def _echoes(self) -> tuple[EchoedTakes, Matcher]:
-        echoed = EchoedTakes(self._takes)
+        echoed = EchoedTakes(self._takes, self._remembered)
         return echoed, Matcher(self._graph, echoed.templates)
 
     def nearest(self, piece: Piece) -> Recognised | None:

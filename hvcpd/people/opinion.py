@@ -14,6 +14,7 @@ import numpy as np
 from hvcpd.language.graph import WordGraph
 from hvcpd.people.cepstra import Bands, levelled, logs_of, noise_of
 from hvcpd.people.ears import BEFORE_S, Piece
+from hvcpd.people.echoes import SHARED, Remembered
 from hvcpd.people.enrolled import Person
 from hvcpd.people.enrolled_listener import EnrolledListener
 from hvcpd.people.judging import Judged, Views, is_call, judge
@@ -57,6 +58,7 @@ class SecondOpinion:
         people: Mapping[str, Person],
         strangers: bool,
         sphinx: Guesses | None = None,
+        remembered: Remembered = SHARED,
     ) -> None:
         """`people`: those enrolled, looked up anew at each look, so that words learned meanwhile count; with
         `strangers`, sentences of all others count too, and PocketSphinx listens where it is installed, or what stands
@@ -65,6 +67,7 @@ class SecondOpinion:
         self._lexicon = lexicon
         self._people = people
         self._strangers = strangers
+        self._remembered = remembered
         self._enrolled_people: tuple[Person, ...] = ()
         self._enrolled: EnrolledListener | None = None
         self._speller: Speller | None = None
@@ -130,7 +133,7 @@ class SecondOpinion:
         if not people:
             return None
         if self._enrolled is None or [*map(id, people)] != [*map(id, self._enrolled_people)]:
-            self._enrolled_people, self._enrolled = people, EnrolledListener(self._graph, people)
+            self._enrolled_people, self._enrolled = people, EnrolledListener(self._graph, people, self._remembered)
         return self._enrolled
 
 

@@ -15,19 +15,18 @@ from hvcpd.config.task_file import load_tasks
 from hvcpd.config.tasks import default_tasks_path
 from hvcpd.coordination.people import SURE
 from hvcpd.language.phrasebook import Phrasebook
-from hvcpd.people import echoes
 from hvcpd.people.cepstra import Bands
 from hvcpd.people.ears import AtOnce, Piece, SecondEars
+from hvcpd.people.echoes import Remembered, features_of_take
 from hvcpd.people.enrolled import Person
 from hvcpd.people.enrolled_listener import chance
 from hvcpd.people.matching import Match, MatchedWord
 from hvcpd.people.opinion import STRANGER, SecondOpinion, snr_of
-from hvcpd.people.phones import Sounds, sounds_of
 from hvcpd.people.sphinx import Guess, accented
 from hvcpd.people.takes import check_take
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 from hvcpd.recognition.events import Event, Garbled, Recognised
-from hvcpd.recognition.frontend import Energies
+from hvcpd.recognition.frontend import Energies, Features
 from hvcpd.synthesis.speaker import Speaker
 from hvcpd.synthesis.voices import VOICES, Voice, voice_for
 
@@ -206,20 +205,16 @@ def test_no_sound_is_too_strange(book: Phrasebook, sound: Sound, strangers: bool
         assert after.words == ("rob", "stop")
 
 
-def test_takes_are_made_ready_once_for_all_looks(
-    book: Phrasebook, sound: Sound, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_takes_are_made_ready_once_for_all_looks(book: Phrasebook, sound: Sound) -> None:
     made: list[int] = []
 
-    def counted(logs: Bands) -> Sounds:
-        made.append(len(logs))
-        return sounds_of(logs)
+    def counted(take: Energies) -> Features:
+        made.append(len(take))
+        return features_of_take(take)
 
-    monkeypatch.setattr(echoes, "sounds_of", counted)
-    monkeypatch.setattr(echoes, "_REMEMBERED", {})
     speaker = Speaker(CHILD, sound.lexicon, sound.cache)
     known = {"anna": Person("Anna", takes_of(speaker, "turn", "left", "right"))}
-    opinion = SecondOpinion(book.people_graph, sound.lexicon, known, True, Fixed())
+    opinion = SecondOpinion(book.people_graph, sound.lexicon, known, True, Fixed(), Remembered(counted))
     opinion.prepare(lambda: False)
     assert made == []
     opinion.prepare(lambda: True)
