@@ -47,8 +47,10 @@ KEPT = ((0,), (4,), (0, 1, 2), (2, 3, 4))
 """Takes of digits that are enrolled."""
 KNOWN_TO_TALK = ("espeak-ng en-gb-x-rp", "festival kal")
 """Whose voices are enrolled where people talk."""
+AGAIN = 0.25
+"""What talk counts that is judged once more, with somebody enrolled."""
 SUPPORT_SIGNS = "-?---"
-CHANCE_SIGNS = "?-?---?+???+"
+CHANCE_SIGNS = "?-?---?+????+"
 """Of each weight, where it is known which it must have."""
 
 
@@ -185,7 +187,7 @@ def talk_to_nobody(stage: Stage, folder: Path | None, seed: int) -> Iterator[Cas
         for piece in pieces_of(stage, sound):
             yield from both(label, (), nobody, nobody.views(piece), counts=counts)
             for name in KNOWN_TO_TALK:
-                yield from both(f"{label}, one enrolled", (), nobody, known[name].views(piece), counts=counts)
+                yield from both(f"{label}, one enrolled", (), nobody, known[name].views(piece), counts=AGAIN * counts)
     texts = Texts(common_words(), seed)
     for name, talk in voices.items():
         spoken = []
@@ -196,7 +198,7 @@ def talk_to_nobody(stage: Stage, folder: Path | None, seed: int) -> Iterator[Cas
         sound, _ = stream(spoken, SNR_DB, "white", seed)
         for piece in pieces_of(stage, sound):
             yield from both("prose", (), nobody, nobody.views(piece))
-            yield from both("prose, enrolled", (), nobody, known[name].views(piece))
+            yield from both("prose, enrolled", (), nobody, known[name].views(piece), counts=AGAIN)
         print(f"{name} has talked", flush=True)
 
 

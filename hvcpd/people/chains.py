@@ -31,6 +31,9 @@ GUARD = 3
 """Cells before each chain, as many as the longest step."""
 BLOCK_FRAMES = 10
 """Paths are dropped so often. Within so few frames nobody begins more than one more word."""
+AT_ONCE_FRAMES = 5 * BLOCK_FRAMES
+"""Distances of so many frames are reckoned at once: of fewer takes longer, and those of a whole piece take 30 MB a
+person."""
 REACH = GUARD * BLOCK_FRAMES
 """So many cells a path gets ahead in that time at most."""
 STEPS, FRAME_BITS = 1 << 14, 16
@@ -103,7 +106,7 @@ class Chains:
 
     def forward(self, distances: Callable[[int, int], Costs], to_noise: Costs) -> Ends:
         """Of each frame to the room's noise alone, and of the frames from one to another (first axis) to the template
-        frames of `rows`: those of a whole piece would take 30 MB a person."""
+        frames of `rows`."""
         net, n = self.net, len(to_noise)
         cells = np.full(self._n_cells, _FAR, np.int64)
         ends = Ends(
@@ -118,9 +121,10 @@ class Chains:
             part = self._promising(cells, ends.rest[begin])
             inside = cells[part.cells]
             end = min(begin + BLOCK_FRAMES, n)
-            block = distances(begin, end)
-            ends.nearest[begin:end] = block.min(axis=1)
-            steps = _cells(block[:, part.rows])
+            if begin % AT_ONCE_FRAMES == 0:
+                some = distances(begin, min(begin + AT_ONCE_FRAMES, n))
+                ends.nearest[begin : begin + AT_ONCE_FRAMES] = some.min(axis=1)
+            steps = _cells(some[begin % AT_ONCE_FRAMES :][: end - begin, part.rows])
             for frame in range(begin, end):
                 inside = self._column(part, inside, ends, frame, steps[frame - begin], to_noise[frame])
             cells.fill(_FAR)

@@ -139,7 +139,7 @@ def alike(one: Words, other: Words) -> bool:
 
 SUPPORT = (-0.19, 3.85, -1.03, -0.221, -0.058)
 """Weights of `supporting`."""
-CHANCE = (1.2, -25.5, 2.26, -0.514, -0.225, -0.168, 2.5, 0.324, 2.22, -0.102, -1.08, 0.212)
+CHANCE = (0.874, -25.7, 2.45, -0.432, -0.296, -0.118, 2.35, 0.369, 0.546, 2.72, -0.333, -1.55, 0.278)
 """Weights of `evidence`."""
 
 
@@ -159,16 +159,19 @@ def supporting(views: Views, words: Words) -> Sequence[float]:
 
 def evidence(views: Views, words: Words, lead: float) -> Sequence[float]:
     """What tells whether the likeliest sentence is right, `lead` more likely than the next: what it loses in a frame;
-    whether PocketSphinx hears it or another, how badly it fits, and its pauses; whether the enrolled's listener hears
-    it, and how sure it is; how many words, how fast, in how much speech."""
+    whether PocketSphinx hears it or another, how badly it fits, and its pauses; whether it is nearest to enrolled
+    people's words by cepstra, and how sure that is, and by what the net makes of them; how many words, how fast, in how
+    much speech."""
     n, speech_s = len(words), max(views.speech_s, LEAST_SPEECH_S)
-    heard = [0.0] * 6
+    heard = [0.0] * 7
     if views.guess is not None:
         fit = (min(views.guess.misfit, MOST_MISFIT), views.guess.noise)
         heard[:4] = (1.0, 0.0, *fit) if alike(views.guess.words, words) else (0.0, 1.0, 0.0, 0.0)
     nearest = views.nearest
     if nearest is not None and alike(nearest.words, words):
-        heard[4:] = 1.0, _logit(nearest.confidence)
+        heard[4:6] = 1.0, _logit(nearest.confidence)
+    if views.known is not None and views.known.echoed is not None and alike(views.known.echoed, words):
+        heard[6] = 1.0
     each_frame = min(views.loss(words) / max(len(views.chances), 1), 1.0)
     return (1.0, each_frame, *heard, math.log(n), n / speech_s, math.log(speech_s), lead)
 
