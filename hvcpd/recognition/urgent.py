@@ -114,8 +114,9 @@ class UrgentSpotter:
         takes += [(t, "excuse") for t in templates.excuses]
         rows = [self._normalised(take) for take, _ in takes]
         lengths = np.array([len(row) for row in rows])
-        self._energies = np.concatenate(rows)
-        self._weights = np.concatenate([self._weight(row) for row in rows])
+        # Band by band, so that the vector operations of `_step` have long rows: shape (N_BANDS, 1, frames).
+        self._energies = np.concatenate(rows).T[:, None].copy()
+        self._weights = np.concatenate([self._weight(row) for row in rows]).T[:, None].copy()
         self._last = np.cumsum(lengths) - 1
         self._first = self._last - lengths + 1
         kinds = np.array([kind for _, kind in takes])
@@ -135,10 +136,11 @@ class UrgentSpotter:
 
     def reset(self) -> None:
         """Forget what was heard."""
-        shape = (len(self._gains), len(self._energies))
+        shape = (len(self._gains), self._energies.shape[-1])
         self._score = np.full(shape, _NOTHING, np.float32)
+        self._advance_to, self._skip_to = np.empty_like(self._score), np.empty_like(self._score)
         self._powers = np.zeros(0)
-        self._early = np.zeros((0, self._energies.shape[1]), np.float32)
+        self._early = np.zeros((0, len(self._energies)), np.float32)
         self._frame = 0
         self._level = 0.0
         self._least_level = 1e-9
@@ -212,13 +214,13 @@ class UrgentSpotter:
         if self._level and abs(np.log(level / self._level)) <= RETUNE_NEPER:
             return
         self._level = level
-        word = self._energies * (np.float32(level) * self._gains)[:, None, None]
-        composed = word + noise
+        word = self._energies * (np.float32(level) * self._gains)[:, None]
+        composed = word + noise[:, None, None]
         self._logs = np.log(composed)
         audible = np.clip(1.5 * word / composed - 0.5, 0.0, 1.0)  # a cell below the noise tells nothing
         self._cells = audible * self._weights
         s = self.settings
-        self._all_found = self._cells.sum(axis=2)
+        self._all_found = np.add.reduce(self._cells, axis=0)
         self._off = np.empty_like(self._logs)
         shares = np.add.reduceat(self._all_found, self._first, axis=1)[:, self._word]
         drowned = (shares < s.drowned_share) & (level < 10.0 ** (s.drowned_db / 10.0) * float(noise.sum()))
@@ -229,20 +231,22 @@ class UrgentSpotter:
         # A cell counts 1 - off² / 2 for a spread of 1, no less than 0 where the sound is louder than the word, and than
         # `worst` where it is fainter.
         unit = s.sigma_db * np.log(10.0) / 10.0
-        off = np.subtract(sound, self._logs, out=self._off)
+        off = np.subtract(sound[:, None, None], self._logs, out=self._off)
         np.clip(off, np.float32(-unit * (2.0 - 2.0 * s.worst) ** 0.5), np.float32(unit * 2.0**0.5), out=off)
         np.multiply(off, off, out=off)
-        gained = self._all_found - np.float32(0.5 / unit**2) * np.einsum("gnb,gnb->gn", off, self._cells)
-        score = self._score
-        advance = np.full_like(score, _NOTHING)
+        np.multiply(off, self._cells, out=off)
+        gained = self._all_found - np.float32(0.5 / unit**2) * np.add.reduce(off, axis=0)
+        score, advance, skip, slack = self._score, self._advance_to, self._skip_to, np.float32(s.slack)
         advance[:, 1:] = score[:, :-1]
         advance[:, self._first] = 0.0
-        skip = np.full_like(score, _NOTHING)
-        skip[:, 2:] = score[:, :-2] - np.float32(s.slack)
+        np.subtract(score[:, :-2], slack, out=skip[:, 2:])
         skip[:, self._first] = _NOTHING
-        skip[:, self._first + 1] = -s.slack
-        stay = score - np.float32(s.slack) + np.minimum(gained, 0.0)  # or a vowel held on would count for the word
-        self._score = np.maximum(stay, np.maximum(advance, skip) + gained)
+        skip[:, self._first + 1] = -slack
+        np.maximum(advance, skip, out=advance)
+        advance += gained
+        stay = score - slack
+        stay += np.minimum(gained, 0.0)  # or a vowel held on would count for the word
+        self._score = np.maximum(stay, advance, out=stay)
 
     def _look(self, end_frame: int) -> None:
         """Note the word where it fits best; forget it when a rival fits much better."""
