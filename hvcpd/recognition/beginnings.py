@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
+from itertools import chain
 
 import numpy as np
 
@@ -40,11 +41,13 @@ class _Search:
         self.firsts = firsts
         self._onsets = Onsets((first.said.samples for first in firsts), quick)
 
-    def find(self, sound: WeighedSound, at: int, more: bool) -> list[tuple[First, int]]:
-        """What begins within STEP samples from sample `at` on, and where; `more`: the sound will be asked for again."""
+    def find(self, sound: WeighedSound, places: Sequence[int], more: bool) -> list[tuple[First, int]]:
+        """What begins within STEP samples from each of these on, in their order, and where; `more`: the sound will be
+        asked for again."""
         if not self.firsts:
             return []
-        found = self._onsets.find(sound.between(at, at + SIZE, more), at, sound.weighing)
+        heard = [(at, sound.between(at, at + SIZE, more)) for at in places]
+        found = chain(*self._onsets.find(heard, sound.weighing))
         return [(self.firsts[onset.sound], onset.at) for onset in found]
 
 
@@ -89,7 +92,7 @@ class Beginnings:
             self._greetings = _Search(self._make(True), quick=True)
             sound.weighing.expect(_spectra_of(self._make(False)))
         while sound.end >= self.due:
-            found = self._greetings.find(sound, self._next, signs or greeted) if not settled else []
+            found = self._greetings.find(sound, [self._next], signs or greeted) if not settled else []
             greeted = greeted or bool(found)
             self._waiting.append(self._next)
             self._next += STEP
@@ -113,8 +116,7 @@ class Beginnings:
         if not due:
             return
         self._others = self._others or _Search(self._make(False), quick=False)
-        for at in due:
-            yield from self._others.find(sound, at, True)
+        yield from self._others.find(sound, due, True)
 
 
 def _spectra_of(firsts: Sequence[First]) -> Spectrum:

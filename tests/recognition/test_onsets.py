@@ -27,13 +27,13 @@ def test_each_sound_is_found_where_it_begins() -> None:
     onsets = Onsets(SOUNDS)
     for number, at in ((0, 100), (1, 900), (2, STEP - 10)):
         weighed, weighing = _heard(number, at, 0.7)
-        found = onsets.find(weighed, 5_000, weighing)
+        found = onsets.find([(5_000, weighed)], weighing)[0]
         assert (found[0].sound, found[0].at) == (number, 5_000 + at)
 
 
 def test_noise_alone_has_no_onset() -> None:
     weighed, weighing = _heard(None, 0, 0.0)
-    assert Onsets(SOUNDS).find(weighed, 0, weighing) == []
+    assert Onsets(SOUNDS).find([(0, weighed)], weighing)[0] == []
 
 
 def test_what_is_sought_has_whole_parts_only() -> None:
@@ -43,18 +43,25 @@ def test_what_is_sought_has_whole_parts_only() -> None:
 
 def test_what_begins_after_the_step_is_left_to_the_next_one() -> None:
     weighed, weighing = _heard(0, STEP + 600, 0.7)
-    assert Onsets(SOUNDS).find(weighed, 0, weighing) == []
+    assert Onsets(SOUNDS).find([(0, weighed)], weighing)[0] == []
+
+
+def test_several_places_are_as_one_after_the_other() -> None:
+    weighed, weighing = _heard(1, 900, 0.7)
+    places = [(2_000, weighed[500 : 500 + SIZE]), (1_500, weighed[:SIZE])]
+    onsets = Onsets(SOUNDS)
+    assert onsets.find(places, weighing) == [onsets.find([place], weighing)[0] for place in places]
 
 
 def test_no_sounds_no_onsets() -> None:
     weighed, weighing = _heard(0, 100, 1.0)
-    assert Onsets([]).find(weighed, 0, weighing) == []
+    assert Onsets([]).find([(0, weighed)], weighing)[0] == []
 
 
 def test_onsets_of_one_step_are_bounded() -> None:
     weighed, weighing = _heard(0, 100, 1.0)
     weighed += np.asarray(100.0 * np.sin(np.arange(len(weighed)) ** 2 / 9e4), np.float32)
-    assert len(Onsets(SOUNDS * 9).find(weighed, 0, weighing)) <= MOST
+    assert len(Onsets(SOUNDS * 9).find([(0, weighed)], weighing)[0]) <= MOST
 
 
 def test_loud_hisses_of_others_hide_no_beginning() -> None:
@@ -63,5 +70,5 @@ def test_loud_hisses_of_others_hide_no_beginning() -> None:
     hiss = np.pad(SOUNDS[1][2500:3500], REACH)
     for at in (200, 1300):
         weighed[at : at + 1000] += 4 * weighing.weigh(hiss)
-    found = [(onset.sound, onset.at) for onset in Onsets(SOUNDS).find(weighed, 0, weighing)]
+    found = [(onset.sound, onset.at) for onset in Onsets(SOUNDS).find([(0, weighed)], weighing)[0]]
     assert found == [(0, 2500)]
