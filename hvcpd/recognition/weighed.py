@@ -9,8 +9,9 @@ from hvcpd.recognition.matched import REACH, Weighing
 
 KEPT = 3 * SAMPLE_RATE_HZ
 """Samples that are kept; a word is compared soon after it ended, and the one before a short sentence then."""
-AGAIN = 3 * SAMPLE_RATE_HZ // 2
-"""Samples that are weighed again when the weights have changed: nearly all words are shorter."""
+AGAIN = 3 * SAMPLE_RATE_HZ // 4
+"""Samples that are weighed again when the weights have changed: most words are shorter, for another one it is done once
+more."""
 
 
 class WeighedSound:
