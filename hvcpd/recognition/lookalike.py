@@ -31,5 +31,5 @@ class Lookalike:
     def _rendered(self, voice: str, spans: tuple[WordSpan, ...], take: int) -> Energies:
         """The words one after the other: `take` 0 as amid a phrase, 1 as at its end."""
         rows = [self._takes[voice, span.word] for span in spans]
-        out: Energies = np.concatenate([self._bank.energies[takes[min(take, len(takes) - 1)]] for takes in rows])
-        return out
+        parts = [self._bank.energies[takes[min(take, len(takes) - 1)]] for takes in rows]
+        return np.concatenate(parts).astype(np.float32)

@@ -88,7 +88,7 @@ class VoiceSounds:
         """
         self.conditions = tuple(conditions)
         self.bank = TemplateBank({"": words})
-        power = float((self.bank.energies @ power_weights()).mean())
+        power = float(self.bank.energies.mean(axis=0, dtype=np.float32) @ power_weights())
         self.mask = 10.0 ** (-MASK_DB / 10.0) * float(self.bank.loud_spectrum.mean())
         """What the scorer adds to every band, lest faint sounds count."""
         self.noises = np.stack([_noise_of(condition, power) + np.float32(self.mask) for condition in self.conditions])

@@ -43,6 +43,8 @@ LOUD_FRACTION = 0.5
 OFFSETS = (-DELTA_REACH, -1, 0, 1, DELTA_REACH)
 """The neighbours that a frame's deltas need."""
 Noise = NDArray[np.float32]
+Rounded = NDArray[np.float16]
+"""Energies to 0.05 %, in half the memory; 42 dB below a voice's mean to 3e-8 of it, far below the `Scorer`'s mask."""
 Take = Samples | Energies
 """One rendering of a word: a recording at 16 kHz, shape (n,), or its energies without noise and the silence around it,
 shape (frames, N_BANDS)."""
@@ -90,9 +92,9 @@ def reverberated(energies: Energies) -> Energies:
     return out
 
 
-def _joined(blocks: list[Energies]) -> Energies:
+def _joined(blocks: list[Rounded]) -> Rounded:
     """All blocks, one below the other. Each is given up when it is copied, or all would be in memory twice."""
-    out = np.empty((sum(map(len, blocks)), N_BANDS), np.float32)  # takes pages only where it is written
+    out = np.empty((sum(map(len, blocks)), N_BANDS), np.float16)  # takes pages only where it is written
     at = len(out)
     while blocks:
         block = blocks.pop()
@@ -114,7 +116,7 @@ class TemplateBank:
     def __init__(self, takes: Mapping[str, Mapping[str, Sequence[Take]]]) -> None:
         """`takes[voice][word]`: one or more; raises ValueError if there are none at all."""
         templates: list[Template] = []
-        blocks: list[Energies] = []
+        blocks: list[Rounded] = []
         first = 0
         for voice, words in takes.items():
             rows = [(word, _as_energies(take)) for word, of_word in words.items() for take in of_word]
@@ -127,17 +129,17 @@ class TemplateBank:
                 templates.append(Template(voice, word, first + at, len(energies)))
                 block[at : at + len(energies)] = reverberated(np.maximum(energies - ENERGY_FLOOR, 0.0) * scale)
                 at += len(energies)
-            blocks.append(block)
+            blocks.append(block.astype(np.float16))
             first += at
         if not blocks:
             raise ValueError("no templates")
         self.templates = tuple(templates)
-        self.energies: Energies = _joined(blocks)
+        self.energies: Rounded = _joined(blocks)
         """Noise-free energies of every frame, shape (n_frames, N_BANDS), a voice's mean total being about 1."""
         self.n_frames = len(self.energies)
-        power = self.energies.sum(axis=1)
+        power = self.energies.sum(axis=1, dtype=np.float32)
         rank = math.ceil(LOUD_FRACTION * (len(power) - 1))
-        self.loud_spectrum = self.energies[power >= np.partition(power, rank)[rank]].mean(axis=0)
+        self.loud_spectrum = self.energies[power >= np.partition(power, rank)[rank]].mean(axis=0, dtype=np.float32)
         """Mean energies of the louder frames, shape (N_BANDS,)."""
         lengths = [t.length for t in templates]
         self.first_row = np.repeat(np.array([t.first for t in templates], np.int32), lengths)
