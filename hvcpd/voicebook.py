@@ -7,11 +7,9 @@ from collections.abc import Callable, Hashable, Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from typing import Generic, TypeVar
 
-import numpy as np
-from numpy.typing import NDArray
-
 from hvcpd.ports import Samples
 from hvcpd.recognition.matched import Spectrum, power_of
+from hvcpd.recognition.rounded import Rounded, restored, rounded
 from hvcpd.synthesis.speaker import PITCH_STEPS, Speaker
 
 KEPT = 80
@@ -22,9 +20,7 @@ POWERS_KEPT = 600
 NOTED = 2000
 """Words with their pitch of which it is noted how they join others, in each book, at most: 1 MB."""
 
-Halved = NDArray[np.float16]
-"""A sound, rounded to 11 bits, 66 dB below it: nothing beside any noise, and half the memory."""
-Sounds = tuple[Halved, ...]
+Sounds = tuple[Rounded, ...]
 Key = TypeVar("Key", bound=Hashable)
 Made = TypeVar("Made")
 
@@ -97,7 +93,7 @@ class SpokenWay:
     @property
     def samples(self) -> Samples:
         """Its sound, shape (length,)."""
-        return self.book.sounds(self.word, self.third)[self.number].astype(np.float32)
+        return restored(self.book.sounds(self.word, self.third)[self.number])
 
     @property
     def power(self) -> Spectrum:
@@ -128,7 +124,7 @@ class SpokenBook:
     def sounds(self, word: str, third: int) -> Sounds:
         """The sounds of all ways to say a word of this voice."""
         key = (id(self), word, third)
-        return self._shelf.sounds.get(key, lambda: _halved(self._speaker.sounds(word, PITCH_STEPS[third])))
+        return self._shelf.sounds.get(key, lambda: _kept(self._speaker.sounds(word, PITCH_STEPS[third])))
 
     def power(self, way: SpokenWay) -> Spectrum:
         """The `power_of` one of the ways."""
@@ -148,7 +144,7 @@ class SpokenBook:
 
     def _joined(self, word: str, third: int) -> tuple[SpokenWay, ...]:
         made = self._speaker.joined(word, PITCH_STEPS[third]) if word in self._words else []
-        self._shelf.sounds.get((id(self), word, third), lambda: _halved(each.samples for each in made))
+        self._shelf.sounds.get((id(self), word, third), lambda: _kept(each.samples for each in made))
         return tuple(
             SpokenWay(self, word, third, number, len(each.samples), each.final, each.lead, each.advance)
             for number, each in enumerate(made)
@@ -156,5 +152,5 @@ class SpokenBook:
         )
 
 
-def _halved(sounds: Iterable[Samples]) -> Sounds:
-    return tuple(sound.astype(np.float16) for sound in sounds)
+def _kept(sounds: Iterable[Samples]) -> Sounds:
+    return tuple(map(rounded, sounds))

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 from hvcpd.recognition.matched import PART, Spectrum, Weighing, power_of, scrutinized
+from hvcpd.recognition.rounded import Rounded, restored, rounded
 
 SIZE = 8192
 """Samples of a transform: half a second, most of which are new ones each time."""
@@ -39,8 +40,6 @@ MOST = 12
 """...and how many are found in one step."""
 
 Spectra = NDArray[np.complex64]
-Cut = NDArray[np.float16]
-"""Rounded to 11 bits, 66 dB below the sound: nothing beside the noise, and half the memory."""
 
 
 @dataclass(frozen=True)
@@ -61,16 +60,16 @@ class Onsets:
         """`sounds`, float32 at 16 kHz, of any length but 0; each is only looked at once. `quick`: to be found in half
         the time with five times the memory."""
         self._leads: list[int] = []
-        cut: list[Cut] = []
+        cut: list[Rounded] = []
         powers: list[Spectrum] = []
         for sound in sounds:
             lead = _loudest(sound)
             part = sound[lead : lead + SOUND_SAMPLES]
             self._leads.append(lead)
-            cut.append(np.zeros(SOUND_SAMPLES, np.float16))
-            cut[-1][: len(part)] = part
+            cut.append(np.zeros(SOUND_SAMPLES, np.int16))
+            cut[-1][: len(part)] = rounded(part)
             powers.append(power_of(part))
-        self._sounds = np.array(cut, np.float16).reshape(-1, SOUND_SAMPLES)
+        self._sounds = np.array(cut, np.int16).reshape(-1, SOUND_SAMPLES)
         self._powers = np.array(powers, np.float32)
         self._spectra = _conjugates(self._sounds) if quick else None
 
@@ -118,7 +117,7 @@ class Onsets:
         at = onset.at + self._leads[number] - first
         there = weighed[at : at + SOUND_SAMPLES]
         expected = float(self._expected(slice(number, number + 1), weighing)[0])
-        sound = self._sounds[number].astype(np.float32)
+        sound = restored(self._sounds[number])
         match = scrutinized(there, sound, self._powers[number], weighing, onset.strength, expected)
         return replace(onset, there=match.strength if match.whole else 0.0)
 
@@ -127,8 +126,8 @@ class Onsets:
         return self._spectra[batch] if self._spectra is not None else _conjugates(self._sounds[batch])
 
 
-def _conjugates(sounds: Cut) -> Spectra:
-    return np.asarray(np.fft.rfft(sounds.astype(np.float32), SIZE).conj(), np.complex64)
+def _conjugates(sounds: Rounded) -> Spectra:
+    return np.asarray(np.fft.rfft(restored(sounds), SIZE).conj(), np.complex64)
 
 
 def _loudest(sound: Samples) -> int:
