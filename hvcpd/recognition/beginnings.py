@@ -78,10 +78,6 @@ class Beginnings:
         """Other beginnings are known now."""
         self._greetings = self._others = None
 
-    def rest(self) -> None:
-        """Give back memory: nobody has spoken for a while."""
-        self._others = None
-
     def seek(self, sound: WeighedSound, signs: bool, greeted: bool, settled: bool) -> Iterator[tuple[First, int]]:
         """What begins in the sound that was not looked into yet, and at which samples.
 

@@ -132,7 +132,6 @@ class CoherentListener:
 
     def _rest(self) -> None:
         self._active = -1
-        self._beginnings.rest()
         for book in self._books:
             book.forget()
 
