@@ -205,7 +205,7 @@ def _robot_voice(name: str, sound: Sound) -> str:
     return f"{name}, recorded" if name.lower() in sound.recorded else sound.voice_of(name).name
 
 
-def _voices(names: Iterable[str], sound: Sound) -> dict[str, str]:
+def voices_of(names: Iterable[str], sound: Sound) -> dict[str, str]:
     """The same of robots and people, by name in lower case."""
     people = {key: person.voice for key, person in sound.people.items()}
     return {name.lower(): people.get(name.lower()) or _robot_voice(name, sound) for name in names}
@@ -300,7 +300,7 @@ def make_robot(plan: RobotPlan, sound: Sound) -> Robot:
         Overhearing(ears.urgent) if ears.urgent is not None else None,
         make_sealing(plan, sound.robots(plan.roster)),
         OwnDelay(),
-        _voices(plan.names, sound),
+        voices_of(plan.names, sound),
     )
 
 

@@ -76,7 +76,7 @@ class Robot:
         self._performer = performer
         self._overhearing = overhearing
         self._sealing = sealing
-        self._voices = voices or {}
+        self.expect(voices or {})
         self._voice = OwnVoice(acoustics or Acoustics(), own_delay)
         self._n_heard = 0
         self._busy = False
@@ -110,9 +110,12 @@ class Robot:
             self._sealing.guard.set_clock(None if wall_s is None else wall_s - self.now)
 
     def prepare(self, go_on: Callable[[], bool]) -> None:
-        """Make ready the waveforms of those whom it listens for, while `go_on`. Takes seconds; another thread may do
-        it."""
+        """Make ready what it listens for, while `go_on`. Takes seconds; another thread may do it."""
         self._ears.prepare(go_on)
+
+    def expect(self, voices: Mapping[str, str]) -> None:
+        """What the recogniser calls each speaker's voice, by name in lower case."""
+        self._voices = voices
 
     def adopt(self, phrasebook: Phrasebook, ears: Ears) -> None:
         """Understand what can be said with more names, as soon as nobody is in the midst of a sentence."""

@@ -19,15 +19,16 @@ class Roster:
         self._told = plan.names
         self.names = plan.names
 
-    def learn(self, name: str) -> tuple[Phrasebook, Ears]:
-        """What a robot needs to understand one name more. Takes seconds. Raises PhraseError for a name that sounds
-        like a known one, or is a word of the phrasebook."""
+    def learn(self, name: str, told: bool = False) -> tuple[Phrasebook, Ears]:
+        """What a robot needs to understand one name more. Takes seconds. A name that it was `told` is not forgotten.
+        Raises PhraseError for a name that sounds like a known one, or is a word of the phrasebook."""
         rival = next((known for known in self.names if sounds_alike(name, known, self._sound.lexicon)), None)
         if rival is not None:
             raise PhraseError(f"the name '{name}' sounds like '{rival}': that robot needs another one")
-        learned = [known for known in self.names if known not in self._told]
-        room = max(MAX_KNOWN_NAMES - len(self._told), 1)
-        names = (*self._told, *[*learned, name][-room:])
+        always = (*self._told, name) if told else self._told
+        learned = [known for known in (*self.names, name) if known not in always]
+        room = max(MAX_KNOWN_NAMES - len(always), 0 if told else 1)
+        names = (*always, *learned[len(learned) - min(room, len(learned)) :])
         ready = make_phrasebook_and_ears(self._plan, names, self._sound)
-        self.names = names
+        self.names, self._told = names, always
         return ready

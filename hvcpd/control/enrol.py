@@ -33,7 +33,7 @@ _NUMBERED = re.compile(r"([a-z]+)(?:[_-]?\d+)?")
 """stop.wav, stop_1.wav, stop-2.wav, stop3.wav"""
 FIRST = ("stop", "hi", "all", "i", "am")
 """Asked for before all others: who is interrupted has the words that matter most."""
-HOW_IT_COUNTS = "a daemon that knew this name at its start takes the words with: hvcpctl reload; else restart it"
+HOW_IT_COUNTS = "a robot that is running takes them with: hvcpctl reload"
 
 
 @dataclass
@@ -96,7 +96,7 @@ def _known(options: argparse.Namespace) -> Path:
 
 def _remove(options: argparse.Namespace) -> int:
     remove_person(_known(options))
-    sys.stdout.write(f"{options.person} is forgotten; restart the daemon\n")
+    sys.stdout.write(f"{options.person} is forgotten; a robot that is running forgets the voice with: hvcpctl reload\n")
     return EX_OK
 
 

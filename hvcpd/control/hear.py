@@ -83,12 +83,10 @@ def events_in(samples: Samples, team: Team) -> Iterator[Event]:
     robots = team.sound.robots(team.names)
     recogniser = make_recogniser(team.phrasebook, robots or team.names, team.sound)
     voices = team.settings.voices
-    listener = (
-        make_second(team.phrasebook, team.sound.lexicon, team.sound.people, voices == "any")
-        if voices != "robots"
-        else None
-    )
-    ears = SecondEars(recogniser, listener, AtOnce()) if listener is not None else None
+    ears = None
+    if voices != "robots":
+        listener = make_second(team.phrasebook, team.sound.lexicon, team.sound.people, voices == "any")
+        ears = SecondEars(recogniser, listener, AtOnce())
     for start in range(0, len(samples), BLOCK):
         yield from (ears or recogniser).push(samples[start : start + BLOCK])
     rest = recogniser.flush()

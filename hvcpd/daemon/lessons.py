@@ -8,7 +8,7 @@ from collections.abc import Coroutine, Iterable
 
 import structlog
 
-from hvcpd.assembly import Sound
+from hvcpd.assembly import Sound, voices_of
 from hvcpd.daemon.lean import give_back_memory
 from hvcpd.daemon.rehearsal import rehearse
 from hvcpd.errors import PhraseError
@@ -51,6 +51,10 @@ class Lessons:
         self._under_way.add(task)
         task.add_done_callback(self._under_way.discard)
 
+    def join(self, name: str) -> None:
+        """Begin to know somebody who was enrolled meanwhile, by name and voice."""
+        self._begin(self._learn(name, told=True))
+
     def prepare(self) -> None:
         """Begin to make the other robots' sentences ready; until then noise hides more of them."""
         self._begin(self._prepare())
@@ -73,20 +77,22 @@ class Lessons:
             lesson.cancel()
         await self.settled()
 
-    async def _learn(self, name: str) -> None:
+    async def _learn(self, name: str, told: bool = False) -> None:
         async with self._turn:
-            if self._robot.phrasebook.known_name(name) is not None:
-                return  # it was spelled twice meanwhile
+            if self._robot.phrasebook.known_name(name) is not None:  # it was spelled twice, or is enrolled now
+                self._robot.expect(voices_of(self._roster.names, self._sound))
+                return
             try:
-                self._robot.adopt(*await asyncio.to_thread(self._make_ready, name))
+                self._robot.adopt(*await asyncio.to_thread(self._make_ready, name, told))
             except PhraseError as error:
                 _log.warning("name not learned", name=name, reason=str(error))
             else:
+                self._robot.expect(voices_of(self._roster.names, self._sound))
                 self._tidy_s = self._robot.now + ADOPTED_S
                 _log.info("name learned", name=name, names=", ".join(self._roster.names))
 
-    def _make_ready(self, name: str) -> tuple[Phrasebook, Ears]:
-        ready = self._roster.learn(name)
+    def _make_ready(self, name: str, told: bool) -> tuple[Phrasebook, Ears]:
+        ready = self._roster.learn(name, told)
         rehearse(self._own_name, (name.lower(),), self._sound)
         ready[1].prepare(lambda: not self._closing)
         return ready

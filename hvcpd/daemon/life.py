@@ -135,6 +135,7 @@ class Daemon:
             give_back_memory()
             self._lessons = Lessons(robot, Roster(plan, self._outfit.sound), settings.name, self._outfit.sound)
             stack.push_async_callback(self._lessons.close)
+            self._control.body.join = self._lessons.join
             people = self._outfit.sound.people
             self._pupil = Pupil(settings.name, people, settings.state_dir, self._second)
             stack.push_async_callback(self._pupil.settled)

@@ -72,7 +72,7 @@ class Reloader:
                 restart.append(new.key)
         self.sources = tuple(sources)
         outfit = self._body.outfit
-        restart += _take_people(outfit.sound.people, read.sound.people)
+        changed += self._take_people(outfit.sound.people, read.sound.people)
         settings = replace(outfit.settings, **{key: getattr(read.settings, key) for key in LIVE})
         tasks = outfit.tasks
         if "tasks" not in restart and read.tasks != tasks:
@@ -86,6 +86,16 @@ class Reloader:
         self._tell_robot(self._body.outfit)
         return {"changed": changed, "restart": restart}
 
+    def _take_people(self, known: dict[str, Person], read: dict[str, Person]) -> list[dict[str, Any]]:
+        """Everybody counts with the words that are on file now; who is new comes to be known by name, too."""
+        before, new = _names(known), [person.name for key, person in read.items() if key not in known]
+        for key in known.keys() - read.keys():
+            del known[key]
+        known.update(read)
+        for name in new:
+            self._body.join(name)
+        return [] if before == _names(known) else [{"key": "people", "before": before, "now": _names(known)}]
+
     def _tell_robot(self, outfit: Outfit) -> None:
         robot = self._body.robot
         if robot is None:
@@ -98,11 +108,8 @@ class Reloader:
         c.reconsider(robot.now)
 
 
-def _take_people(known: dict[str, Person], read: dict[str, Person]) -> list[str]:
-    """Who is known counts with the words that are on file now; whoever is new or gone is a name that comes or goes, for
-    which a restart is needed."""
-    known.update({key: person for key, person in read.items() if key in known})
-    return ["people"] if known.keys() != read.keys() else []
+def _names(people: dict[str, Person]) -> list[str]:
+    return sorted(person.name for person in people.values())
 
 
 def _words(tasks: TaskRepository) -> tuple[object, ...]:

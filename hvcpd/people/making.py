@@ -12,16 +12,12 @@ from hvcpd.people.opinion import SecondOpinion
 from hvcpd.synthesis.lexicon import Lexicon
 
 
-def make_second(
-    phrasebook: Phrasebook, lexicon: Lexicon, people: Mapping[str, Person], strangers: bool
-) -> LooksAgain | None:
+def make_second(phrasebook: Phrasebook, lexicon: Lexicon, people: Mapping[str, Person], strangers: bool) -> LooksAgain:
     """Who looks again at what robots' voices do not explain: for enrolled people and, if `strangers` are to be
-    understood, for anybody; None if there is nobody to look for. Words that `people` get later count from then on."""
-    if not strangers and not people:
-        return None
+    understood, for anybody. People and words that `people` get later count from then on."""
     return SecondOpinion(phrasebook.people_graph, lexicon, people, strangers)
 
 
-def looking_twice(ears: Ears, listener: LooksAgain | None, worker: Worker) -> Ears:
-    """The ears with a second look, if there is anybody who looks."""
-    return ears if listener is None else SecondEars(ears, listener, worker)
+def looking_twice(ears: Ears, listener: LooksAgain, worker: Worker) -> Ears:
+    """The ears with a second look."""
+    return SecondEars(ears, listener, worker)

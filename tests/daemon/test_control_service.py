@@ -21,7 +21,7 @@ from hvcpd.coordination.table import State
 from hvcpd.daemon.control_protocol import MAX_LINE_BYTES
 from hvcpd.daemon.control_server import MAX_CLIENTS, MAX_FOLLOWERS, MAX_UNREAD_BYTES
 from hvcpd.errors import RunningError
-from hvcpd.people.enrolled import Person, person_path, write_person
+from hvcpd.people.enrolled import Person, person_path, remove_person, write_person
 from hvcpd.ports import STANDSTILL, WheelCommand
 from hvcpd.recognition.events import Garbled, Recognised
 from tests.daemon.control_bench import ONE_TASK, ControlBench, Talk, control, run
@@ -218,7 +218,7 @@ def test_reload_changes_what_it_can_and_names_what_it_cannot(tmp_path: Path) -> 
     run(scene())
 
 
-def test_reload_takes_new_words_of_who_is_known_and_names_whoever_is_new(tmp_path: Path) -> None:
+def test_reload_takes_new_words_and_whoever_is_new_or_gone(tmp_path: Path) -> None:
     take = np.ones((20, 24), np.float32)
     anna = Person("Anna", {"stop": [take]})
     state = tmp_path / "state"
@@ -231,9 +231,18 @@ def test_reload_takes_new_words_of_who_is_known_and_names_whoever_is_new(tmp_pat
             write_person(person_path(state, "Anna"), anna.with_takes({"rob": [take]}))
             assert (await talk.ask("reload"))["result"] == {"changed": [], "restart": []}
             assert known["anna"].words == {"stop", "rob"}
+            joined: list[str] = []
+            bench.body.join = joined.append
             write_person(person_path(state, "Ben"), Person("Ben", {"stop": [take]}))
-            assert (await talk.ask("reload"))["result"]["restart"] == ["people"]
-            assert list(known) == ["anna"], "a name comes with a restart"
+            result = (await talk.ask("reload"))["result"]
+            change = {"key": "people", "before": ["Anna"], "now": ["Anna", "Ben"]}
+            assert result == {"changed": [change], "restart": []}
+            assert joined == ["Ben"]
+            remove_person(person_path(state, "Anna"))
+            (change,) = (await talk.ask("reload"))["result"]["changed"]
+            assert change["now"] == ["Ben"]
+            assert list(known) == ["ben"], "whom the second look listens for"
+            assert joined == ["Ben"]
             await talk.hang_up()
 
     run(scene())

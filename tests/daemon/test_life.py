@@ -7,13 +7,16 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 from structlog.testing import capture_logs
 
-from hvcpd.config.settings import Settings, load_settings
+from hvcpd.config.settings import Loaded, Settings, load_settings, load_with_sources
 from hvcpd.daemon.life import Daemon
 from hvcpd.daemon.outfit import Outfit, equip
+from hvcpd.daemon.reloading import Rereading
 from hvcpd.errors import DeviceError, HvcpdError
+from hvcpd.people.enrolled import Person, person_path, write_person
 from hvcpd.store import Store
 from tests.daemon.virtual import SharedRoom, devices_of, shared_room
 
@@ -217,3 +220,36 @@ def test_two_daemons_that_know_only_their_own_names_meet_and_remember_each_other
             assert outfit.names_with(store.names_heard()) == (*outfit.names, other)
         finally:
             store.close()
+
+
+@pytest.mark.slow
+def test_who_is_enrolled_while_it_lives_is_known_after_a_reload(tmp_path: Path, units: Path) -> None:
+    settings = settings_of(tmp_path, units, "Rob", names=["Bot"], mode="follow")
+    given = {"name": "Rob", "tasks": str(settings.tasks), "state_dir": str(settings.state_dir), "names": ["Bot"]}
+
+    def read() -> tuple[Loaded, Outfit]:
+        loaded = load_with_sources(None, given, system_path=tmp_path / "none.yaml", environment={})
+        return loaded, equip(loaded.settings)
+
+    loaded, outfit = read()
+    reloads: list[asyncio.Task[None]] = []
+
+    def watch(now_s: float) -> None:
+        if now_s > 4.0 and not reloads:
+            take = np.random.default_rng(1).gamma(2.0, 1.0, (30, 24)).astype(np.float32)
+            write_person(person_path(settings.state_dir, "Clara"), Person("Clara", {"stop": [take]}))
+            reloads.append(asyncio.get_running_loop().create_task(daemon.reload()))
+        robot = daemon.robot
+        known = robot is not None and robot.phrasebook.known_name("Clara") is not None
+        if now_s > 25.0 or known:
+            raise OverError("the test has seen enough")
+
+    with capture_logs() as logs, shared_room([settings], watch) as room:
+        daemon = Daemon(outfit, devices_of(room, 0), rereading=Rereading(loaded.sources, read))
+        room.streams[0].settled = daemon.settled
+        with pytest.raises(OverError):
+            asyncio.run(daemon.run())
+    assert [line["name"] for line in logs if line["event"] == "name learned"] == ["Clara"]
+    assert daemon.robot is not None
+    assert daemon.robot.phrasebook.known_name("Clara") == "Clara"
+    assert outfit.sound.people["clara"].words == {"stop"}

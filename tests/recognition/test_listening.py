@@ -114,6 +114,15 @@ def test_a_name_that_sounds_like_a_known_one_is_not_learned(sound: Sound) -> Non
     assert roster.names == ("Bot", "Anne")
 
 
+def test_a_name_that_it_was_told_is_not_forgotten(sound: Sound) -> None:
+    _, roster = _robot(sound)
+    roster.learn("Zorg")
+    roster.learn("Anna", told=True)
+    assert roster.names == ("Bot", "Anna", "Zorg")
+    roster.learn("Gus")
+    assert roster.names == ("Bot", "Anna", "Zorg", "Gus")
+
+
 def test_two_that_hear_different_sound_do_not_listen_together(sound: Sound) -> None:
     sentences, spelled = make_recogniser(BOOK, ("Rob",), sound), make_spelled(BOOK, sound)
     with pytest.raises(ValueError, match="one watch"):
