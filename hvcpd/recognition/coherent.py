@@ -184,7 +184,7 @@ class CoherentListener:
                 continue
             if self._is_best(path):
                 words = (*self._before(path), *self._words_of(path))
-                found.append(Coherent(words, path.book.voice, path.score, path.explained, path.loses))
+                found.append(Coherent(words, path.book.voice, path.score, path.explained, path.loses, path.gain))
                 # A faint likeness amid other talk must not end the sentence that somebody else has begun meanwhile.
                 self.dismiss(path.end, path.book.voice if path.score < SETTLED else None)
         return found
@@ -310,7 +310,7 @@ class CoherentListener:
             if fit.expected >= STANDS_OUT:
                 likelihood = likelihood_of(fit.strength, fit.expected)
                 start, end = each.at + offset, each.end + offset
-                found.append(HeardWord(each.word, start, end, fit.strength / fit.expected, likelihood))
+                found.append(HeardWord(each.word, start, end, fit.strength / fit.expected, likelihood, each.said))
         return sorted(found, key=lambda word: -word.margin)[:1]
 
     def _is_best(self, path: Path) -> bool:
@@ -327,7 +327,7 @@ class CoherentListener:
         for each, after in zip(steps, [*steps[1:], None], strict=True):
             handicap = self._handicap(each, after, path.words[len(each.words) :])
             margin = each.margin(each is path, handicap)
-            words.append(HeardWord(each.words[-1], each.start, each.end, each.share, margin))
+            words.append(HeardWord(each.words[-1], each.start, each.end, each.share, margin, each.said))
         return words
 
     def _handicap(self, path: Path, after: Path | None, rest: Sequence[str]) -> Callable[[str], float]:

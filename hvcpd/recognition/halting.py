@@ -8,16 +8,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hvcpd.recognition.events import Event, Held, Recognised, Released, Urgent
-from hvcpd.recognition.frontend import HOP_SAMPLES
+from hvcpd.recognition.frontend import HOP_SAMPLES, N_BANDS
 from hvcpd.recognition.hold import Hold, HoldSettings, Verdict
 from hvcpd.recognition.lookalike import Lookalike
+from hvcpd.recognition.paths import Coherent
+from hvcpd.recognition.remainder import Remainder
 from hvcpd.recognition.stream import Chunk
 from hvcpd.recognition.templates import TemplateBank
 from hvcpd.recognition.urgent import Spotted, UrgentSpotter
-
-
-def _nothing(_sentence: Recognised, _start: int, _end: int) -> float:
-    return 0.0
 
 
 class Halting:
@@ -27,7 +25,10 @@ class Halting:
         """`bank`: of the voices whose sentences the recogniser understands."""
         self._spotter = spotter
         texts = spotter.texts if spotter is not None else frozenset[str]()
-        self._hold = Hold(texts, Lookalike(bank, spotter).share if spotter is not None else _nothing, hold)
+        self._lookalike = Lookalike(bank, spotter) if spotter is not None else None
+        self._remainder = Remainder(spotter) if spotter is not None else None
+        self._hold = Hold(texts, self._alone, hold)
+        self._noise = np.zeros(N_BANDS, np.float32)
         self._span = (0, 0)
         self._quiet_since = 0
         self._fed = False
@@ -52,14 +53,22 @@ class Halting:
             return told
         now = chunk.first_frame + len(chunk.energies)
         if speech or self._spotter.pending:
+            if self._remainder is not None:
+                self._remainder.hear(chunk)
             self._quiet_since = now
             self._fed = True
             self._spotter.feed(chunk.first_frame, chunk.energies, noise)
+            self._noise = noise
             told += self._look(self._spotter, now, sentence_ends)
         elif self._fed:
             self._fed = False
             self._spotter.reset()
         return told + self._tell(self._hold.at(now * HOP_SAMPLES, self._quiet_since * HOP_SAMPLES))
+
+    def understood(self, sentences: Sequence[Coherent]) -> None:
+        """These were understood by their waveform, and may be among the next events."""
+        if self._remainder is not None:
+            self._remainder.understood(sentences)
 
     def interrupt(self) -> list[Event]:
         """What was being said is lost; a word that is not told yet counts as said."""
@@ -82,7 +91,15 @@ class Halting:
     def _heard(self, spotter: UrgentSpotter, word: Spotted, frame: int) -> Verdict:
         end = word.end_frame
         self._span = ((end - spotter.length) * HOP_SAMPLES, end * HOP_SAMPLES)
+        if self._remainder is not None:
+            self._remainder.keep(*self._span, self._noise)
         return self._hold.word(*self._span, word.score, max(frame, end) * HOP_SAMPLES, word.excuse)
+
+    def _alone(self, sentence: Recognised, start: int, end: int) -> float:
+        """How much of the word the sentence shows by itself: all, if nothing is left of the word without it."""
+        if self._remainder is not None and self._remainder.explains(sentence, start, end):
+            return 1.0
+        return self._lookalike.share(sentence, start, end) if self._lookalike is not None else 0.0
 
     def _tell(self, verdict: Verdict) -> list[Event]:
         """The verdict as an event, with where the word was heard last."""

@@ -80,6 +80,8 @@ class HeardWord:
     end: int
     share: float
     margin: float
+    said: Said | None = None
+    """The very rendering, if it is known."""
 
     @property
     def chance(self) -> float:
@@ -98,11 +100,22 @@ class Coherent:
     """Share of the energy that was heard."""
     cut: bool = False
     """Somebody went on, but not with a word that was found."""
+    gain: float = 0.0
+    """How loud it was, over what its words are as they are rendered."""
 
     @property
     def sure(self) -> bool:
         """Whether it is whole, and no word of it may be another."""
         return not self.cut and min(word.margin for word in self.words) >= LEAST_MARGIN
+
+    def sound(self, first: int, n: int) -> Samples:
+        """What was heard of it from sample `first` on, shape (n,), by the direct way."""
+        out = np.zeros(n, np.float32)
+        for word in self.words:
+            begin, end = max(word.start, first), min(word.end, first + n)
+            if word.said is not None and begin < end:
+                out[begin - first : end - first] += word.said.samples[begin - word.start : end - word.start]
+        return out * np.float32(self.gain)
 
 
 @dataclass(frozen=True)
@@ -143,6 +156,8 @@ class Path:
     """What the last word added to the log likelihood ratio at the gain of those before it."""
     share: float = 1.0
     """Its strength over what was to be expected."""
+    said: Said | None = None
+    """How it was said."""
     first: int = 0
     """Where the first word begins."""
     energy: float = 0.0
@@ -242,6 +257,7 @@ class Path:
             start + by.said.length,
             likelihood_of(strength, gain * expected),
             strength / max(gain * expected, 1e-20),
+            by.said,
             self.first if self.words else start,
             self.energy + energy_of(by.said.samples),
             self.heard_energy + heard_energy,

@@ -190,6 +190,7 @@ class Recogniser:
             for sentence in agreement.coherent.push(chunk.first_frame * HOP_SAMPLES, chunk.samples, speech)
             if self._is_explained(sentence)
         ]
+        self._halting.understood(heard)
         since = (self._lost_until + UNHEARD_LEAD_FRAMES) * HOP_SAMPLES
         now = (chunk.first_frame + len(chunk.energies)) * HOP_SAMPLES
         told, dealt_with = agreement.settle(events, heard, since, now, self._described)

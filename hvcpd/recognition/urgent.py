@@ -182,13 +182,14 @@ class UrgentSpotter:
             self._frame += PAIR
             self._look(self._frame)
 
-    def share_in(self, energies: Energies) -> float:
-        """How much of the word this sound alone would show, without noise; what was fed stays as it is."""
+    def share_in(self, energies: Energies, noise: NDArray[np.float32] | None = None) -> float:
+        """How much of the word this sound alone would show, in that noise or without any; what was fed stays as it
+        is."""
         other = copy(self)
         other.reset()
-        silence = np.full(energies.shape[1], ENERGY_FLOOR, np.float32)
+        noise = np.full(energies.shape[1], ENERGY_FLOOR, np.float32) if noise is None else noise
         missing = max(PAIR * FIRST_PAIRS - len(energies), 0)
-        steps = other._advance(np.pad(np.maximum(energies, ENERGY_FLOOR), ((0, missing), (0, 0)), mode="edge"), silence)
+        steps = other._advance(np.pad(np.maximum(energies, ENERGY_FLOOR), ((0, missing), (0, 0)), mode="edge"), noise)
         return max((float(other._score[:, self._last[self._word]].max()) for _ in steps), default=0.0)
 
     def _advance(self, energies: Energies, noise: NDArray[np.float32]) -> Iterator[None]:
