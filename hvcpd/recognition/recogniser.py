@@ -7,7 +7,6 @@ from the first sample, so the size of the blocks pushed never changes a result.
 
 from __future__ import annotations
 
-from collections import deque
 from collections.abc import Callable, Mapping, Sequence
 
 import numpy as np
@@ -202,14 +201,10 @@ class Recogniser:
     def _is_explained(self, sentence: Coherent) -> bool:
         """Whether it is enough of what was heard."""
         s = self._settings
-        if sentence.explained >= s.least_explained:
-            return True
-        enough = sentence.explained >= s.least_explained_surely
-        return enough and (sentence.score >= s.surely or self._begins_in_silence(sentence))
-
-    def _begins_in_silence(self, sentence: Coherent) -> bool:
-        deque(self._spotter.catch_up(self.watch.noise.estimate, RECENT_FRAMES), maxlen=0)  # it tells what came before
-        return self._follows_silence(*_frames_of(sentence))
+        if sentence.score >= s.surely:
+            return sentence.explained >= s.least_explained_surely
+        speech, noise = self.watch.powers(*_frames_of(sentence))
+        return sentence.explained * (speech + noise) >= s.least_explained * (speech + s.noise_share * noise)
 
     def _described(self, sentence: Coherent) -> Recognised:
         words = sentence.words

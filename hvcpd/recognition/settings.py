@@ -36,13 +36,17 @@ class RecogniserSettings:
     begins at a comma."""
     murmur: float = 0.1
     """...unless what came before had less than a tenth of its power."""
-    least_explained: float = 0.025
-    """A sentence that explains so much of the energy that was heard is none by chance amid other talk: that explains
-    0.02 and less, but for one in 18 minutes of babble; sentences in babble of ten times their power, 0.05..."""
-    least_explained_surely: float = 0.015
-    """...and if silence came before it, or no chance is so likely..."""
     surely: float = 300.0
-    """...as with this score: chance reaches 230."""
+    """A sentence with that score is none by chance, which reaches 230..."""
+    least_explained_surely: float = 0.015
+    """...if it explains so much of the energy that was heard."""
+    least_explained: float = 0.1
+    """Another one must explain so much of what was above the noise: by chance, commands were found in sentences at a
+    rate that nobody knows, and explained 0.09 of them and less; right ones in babble of ten times their power, 0.11
+    and more..."""
+    noise_share: float = 0.1
+    """...with so much of the tracked noise, which is known no better: at -15 dB nothing seems to be above it, and right
+    ones have 0.15 and more."""
     confidence: ConfidenceCurve = field(default_factory=ConfidenceCurve)
     max_pause: float = 10.0
     """A pause may pass over so much speech (in frames of it): right sentences have 7 at most in noise and rooms, and a
