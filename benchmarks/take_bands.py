@@ -1,9 +1,11 @@
-"""Makes `hvcpd/people/take_bands.npz`: the net's mel bands of a sound, by those of the front end.
+"""Makes `hvcpd/people/take_bands.npz`, the net's mel bands of a sound by those of the front end, and `echoes.npz`, the
+principal axes of what is inside the net.
 
-    python -m benchmarks.take_bands [--sentences 12] [--seed 1] [--out hvcpd/people/take_bands.npz]
+    python -m benchmarks.take_bands [--sentences 12] [--seed 1] [--out hvcpd/people]
 
-Ridge regression of logarithms, over sentences by our own synthesizer's voices and, where it is installed, by voices of
-espeak-ng that no other benchmark listens to. Prints how far it is off, dB. Nothing is learned from people's recordings.
+Ridge regression of logarithms, and singular vectors of directions, which are not centred; over sentences by our own
+synthesizer's voices and, where it is installed, by voices of espeak-ng that no other benchmark listens to. Prints how
+far the bands are off, dB, and how much of the directions the axes tell. Nothing is learned from people's recordings.
 """
 
 from __future__ import annotations
@@ -15,29 +17,37 @@ import numpy as np
 
 from benchmarks.upper_bands import RIDGE, spoken
 from hvcpd.people.cepstra import levelled, logs_of
+from hvcpd.people.echoes import directions_of
+from hvcpd.people.phones import centred, sounds_of
 from hvcpd.people.take_bands import masked_logs
 from hvcpd.recognition.frontend import energies_of, smoothed
+
+AXES = 64
 
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--sentences", type=int, default=12, help="of each voice")
     parser.add_argument("--seed", type=int, default=1)
-    parser.add_argument("--out", type=Path, default=Path("hvcpd/people/take_bands.npz"))
+    parser.add_argument("--out", type=Path, default=Path("hvcpd/people"))
     o = parser.parse_args()
-    ours, nets = [], []
+    ours, nets, inside = [], [], []
     for sound in spoken(o.sentences, o.seed):
         logs = logs_of(levelled(sound, sound)[1], np.zeros(1))
         kept = masked_logs(smoothed(np.pad(energies_of(sound), ((1, 1), (0, 0)), mode="edge")))
         n = min(len(logs), len(kept))  # the windows are not of one length
         ours.append(kept[:n])
         nets.append(logs[:n])
+        inside.append(directions_of(sounds_of(centred(logs)).inside))
     known, wanted = np.concatenate(ours), np.concatenate(nets)
     known = np.pad(known, ((0, 0), (1, 0)), constant_values=1.0)
     weights = np.linalg.solve(known.T @ known + RIDGE * np.eye(known.shape[1]), known.T @ wanted)
     off_db = 10.0 / np.log(10.0) * np.sqrt(np.mean((wanted - known @ weights) ** 2, axis=0))
-    np.savez_compressed(o.out, weights=weights.astype(np.float32))
-    print(f"{len(known)} frames, off by {off_db.min():.1f} to {off_db.max():.1f} dB; wrote {o.out}")
+    np.savez_compressed(o.out / "take_bands.npz", weights=weights.astype(np.float32))
+    _, sizes, axes = np.linalg.svd(np.concatenate(inside), full_matrices=False)
+    np.savez_compressed(o.out / "echoes.npz", axes=axes[:AXES].T.astype(np.float32))
+    told = np.sum(sizes[:AXES] ** 2) / np.sum(sizes**2)
+    print(f"{len(known)} frames, off by {off_db.min():.1f} to {off_db.max():.1f} dB; {AXES} axes tell {told:.0%}")
 
 
 if __name__ == "__main__":

@@ -137,9 +137,9 @@ def alike(one: Words, other: Words) -> bool:
     return one == other or (is_call(one) and is_call(other))
 
 
-SUPPORT = (-0.19, 3.85, -1.03, -0.221, -0.058)
+SUPPORT = (-0.185, 3.92, -1.06, -0.225, -0.0604)
 """Weights of `supporting`."""
-CHANCE = (0.874, -25.7, 2.45, -0.432, -0.296, -0.118, 2.35, 0.369, 0.546, 2.72, -0.333, -1.55, 0.278)
+CHANCE = (0.954, -25.7, 2.37, -0.466, -0.276, -0.114, 2.39, 0.365, 0.495, 2.78, -0.371, -1.61, 0.272)
 """Weights of `evidence`."""
 
 
