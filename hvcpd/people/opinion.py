@@ -68,8 +68,8 @@ class SecondOpinion:
         self._people = people
         self._strangers = strangers
         self._remembered = remembered
-        self._enrolled_people: tuple[Person, ...] = ()
-        self._enrolled: EnrolledListener | None = None
+        self._enrolled: tuple[tuple[Person, ...], EnrolledListener] | None = None
+        """Who knows whom: set in one step, for one thread may `prepare` while another looks."""
         self._speller: Speller | None = None
         if sphinx is None and strangers and sphinx_installed():
             sphinx = Sphinx(graph, lexicon)
@@ -132,9 +132,10 @@ class SecondOpinion:
         people = tuple(person for person in tuple(self._people.values()) if person.words & words)
         if not people:
             return None
-        if self._enrolled is None or [*map(id, people)] != [*map(id, self._enrolled_people)]:
-            self._enrolled_people, self._enrolled = people, EnrolledListener(self._graph, people, self._remembered)
-        return self._enrolled
+        known = self._enrolled
+        if known is None or [*map(id, people)] != [*map(id, known[0])]:
+            known = self._enrolled = people, EnrolledListener(self._graph, people, self._remembered)
+        return known[1]
 
 
 def _surely(nearest: Recognised | None, snr_db: float) -> Recognised | None:

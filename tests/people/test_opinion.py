@@ -238,6 +238,32 @@ def test_words_count_as_soon_as_they_are_learned(book: Phrasebook, sound: Sound)
     assert after.words == ("turn", "left")
 
 
+class Interrupted(SecondOpinion):
+    """Another thread looks as soon as anything has changed in it."""
+
+    piece: Piece | None = None
+    found: tuple[str, ...] | None = None
+
+    def __setattr__(self, name: str, value: object) -> None:
+        super().__setattr__(name, value)
+        piece = self.piece if name not in ("piece", "found") else None
+        if piece is not None:
+            self.piece = None
+            found = self.look(piece)
+            self.found = found.words if found is not None else ()
+
+
+def test_who_looks_while_another_thread_makes_ready_knows_the_new_words(book: Phrasebook, sound: Sound) -> None:
+    speaker = Speaker(CHILD, sound.lexicon, sound.cache)
+    known = {"anna": Person("Anna", takes_of(speaker, "turn", "right"))}
+    opinion = Interrupted(book.people_graph, sound.lexicon, known, False)
+    opinion.prepare(lambda: True)
+    known["anna"] = known["anna"].with_takes(takes_of(speaker, "left"))
+    opinion.piece = alone(speaker, "turn left")
+    opinion.prepare(lambda: True)
+    assert opinion.found == ("turn", "left")
+
+
 def test_the_noise_is_that_of_the_quiet_before_the_speech() -> None:
     quiet = 0.01 * np.random.default_rng(1).standard_normal(3 * SAMPLE_RATE_HZ)
     speech = 0.1 * np.sin(np.arange(SAMPLE_RATE_HZ))
