@@ -33,8 +33,8 @@ about as much counts the one as the other, and what is unlike is as far apart as
 QUIET_SHARE = 8
 """One frame in so many, the quietest, tells what the room's noise is for the net."""
 LEAST_QUIET = 5
-MOST_REMEMBERED = 2000
-"""Takes: of six people, three of each word."""
+MOST_OTHERS = 500
+"""So many takes are remembered at most that the newest listener does not need, 5 kB each: of two people."""
 
 
 @cache
@@ -73,13 +73,25 @@ class Remembered:
 
     def of(self, take: Energies) -> Features:
         """As `features_of_take`."""
-        key = hashlib.blake2b(np.ascontiguousarray(take).tobytes(), digest_size=16).digest()
+        return self._of(_key(take), take).astype(np.float32)
+
+    def all_of(self, takes: Sequence[Energies]) -> list[Features]:
+        """The same of all takes that a listener needs, however many; of others MOST_OTHERS stay at most."""
+        keys = [_key(take) for take in takes]
+        found = {key: self._of(key, take) for key, take in zip(keys, takes, strict=True)}
+        if len(self._known) > len(found) + MOST_OTHERS:
+            self._known = found
+        return [found[key].astype(np.float32) for key in keys]
+
+    def _of(self, key: bytes, take: Energies) -> NDArray[np.float16]:
         found = self._known.get(key)
         if found is None:
-            if len(self._known) >= MOST_REMEMBERED:
-                self._known.clear()
             found = self._known[key] = self._make(take).astype(np.float16)
-        return found.astype(np.float32)
+        return found
+
+
+def _key(take: Energies) -> bytes:
+    return hashlib.blake2b(np.ascontiguousarray(take).tobytes(), digest_size=16).digest()
 
 
 SHARED = Remembered()
@@ -91,16 +103,15 @@ class EchoedTakes:
 
     def __init__(self, takes: Mapping[str, Mapping[str, Sequence[Energies]]], remembered: Remembered = SHARED) -> None:
         """`takes[voice][word]`: without noise. Raises ValueError without takes."""
-        templates: list[Template] = []
-        rows: list[Features] = []
-        first = 0
-        for voice, words in takes.items():
-            for word, take in ((word, take) for word, of_word in words.items() for take in of_word):
-                rows.append(remembered.of(take))
-                templates.append(Template(voice, word, first, len(rows[-1])))
-                first += len(rows[-1])
-        if not templates:
+        said = [(v, w, take) for v, words in takes.items() for w, of_word in words.items() for take in of_word]
+        if not said:
             raise ValueError("no templates")
+        templates: list[Template] = []
+        rows = remembered.all_of([take for _, _, take in said])
+        first = 0
+        for (voice, word, _), features in zip(said, rows, strict=True):
+            templates.append(Template(voice, word, first, len(features)))
+            first += len(features)
         self.templates = tuple(templates)
         self._rows: Features = np.concatenate(rows)
 

@@ -10,13 +10,13 @@ import pytest
 from hvcpd.assembly import Sound, make_sound
 from hvcpd.language.graph import Arc, WordGraph
 from hvcpd.people.cepstra import N_BANDS, Bands, levelled, logs_of, noise_of, upper_lost
-from hvcpd.people.echoes import EchoedTakes
+from hvcpd.people.echoes import MOST_OTHERS, EchoedTakes, Remembered
 from hvcpd.people.matching import Hearing, Matcher
 from hvcpd.people.phones import centred, sounds_of
 from hvcpd.people.take_bands import heard_alone
 from hvcpd.people.takes import check_take
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
-from hvcpd.recognition.frontend import Energies, energies_of, smoothed
+from hvcpd.recognition.frontend import Energies, Features, energies_of, smoothed
 from hvcpd.synthesis.speaker import Speaker
 from hvcpd.synthesis.voices import VOICES, Voice
 
@@ -104,6 +104,25 @@ def test_no_take_is_too_short_or_too_quiet() -> None:
         energies = np.full((frames, 24), level, np.float32)
         found = heard({"anna": {"stop": [energies]}}, np.zeros((20, N_BANDS)))
         assert found.best in (None, ("stop",))
+
+
+def test_what_a_team_needs_is_remembered_however_much_and_little_else() -> None:
+    made: list[int] = []
+
+    def counted(take: Energies) -> Features:
+        made.append(len(take))
+        return np.zeros((1, 4), np.float32)
+
+    takes = [np.full((1, 1), n, np.float32) for n in range(2 * MOST_OTHERS + 4000)]
+    many, others = {"anna": {"stop": takes[MOST_OTHERS + 1 :]}}, {"ben": {"stop": takes[: MOST_OTHERS + 1]}}
+    remembered = Remembered(counted)
+    for _ in range(2):  # a word is learned
+        EchoedTakes(many, remembered)
+    assert len(made) == len(takes) - MOST_OTHERS - 1
+    EchoedTakes(others, remembered)  # and everybody else is removed
+    assert len(made) == len(takes)
+    EchoedTakes(many, remembered)
+    assert len(made) == 2 * len(takes) - MOST_OTHERS - 1
 
 
 def test_without_takes_nothing_can_be_known() -> None:
