@@ -16,7 +16,8 @@ def add_enrol(commands: Commands, run: Run) -> None:
         "enrol",
         help="teach the robots a person's voice",
         epilog="Without --from it asks for each word in turn and listens; stop the daemon first, if it uses the same "
-        "microphone. Words may be enrolled at any time, the newest takes count. Restart the daemon afterwards. "
+        "microphone. Words may be enrolled at any time, the newest takes count; a robot that is running takes them "
+        "with hvcpctl reload. "
         "Examples: hvcpctl enrol Anna; hvcpctl enrol Anna --from takes/ (takes/stop_1.wav, takes/stop_2.wav, …); "
         "hvcpctl enrol --list; hvcpctl enrol Anna --export anna.npz; hvcpctl enrol --import anna.npz",
     )

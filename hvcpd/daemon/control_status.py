@@ -6,7 +6,7 @@ import math
 import os
 import time
 from collections import Counter
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass, field
 from typing import Any
 
@@ -34,8 +34,8 @@ class Body:
     robot: Robot | None = None
     sound: SoundService | None = None
     wheels: WheelService | None = None
-    join: Callable[[str], None] = lambda _name: None
-    """Has the robot know somebody's name who was enrolled meanwhile."""
+    join: Callable[[Sequence[str]], None] = lambda _names: None
+    """Has the robot know the names of those who were enrolled meanwhile, and what else there is new of who is."""
     base: BaseDesk | None = None
     """Of a robot whose base ROS has."""
     heard: bool = False

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import math
-from collections.abc import Coroutine, Iterable
+from collections.abc import Coroutine, Iterable, Sequence
 
 import structlog
 
@@ -33,7 +33,7 @@ class Lessons:
         self._own_name = own_name
         self._sound = sound
         self._turn = asyncio.Lock()
-        self._under_way: set[asyncio.Task[None]] = set()
+        self._under_way: set[asyncio.Task[object]] = set()
         self._tidy_s = robot.now + ADOPTED_S  # the first words said have needed some, too
         self._closing = False
 
@@ -46,14 +46,15 @@ class Lessons:
             if isinstance(record, LearnName):
                 self._begin(self._learn(record.name))
 
-    def _begin(self, lesson: Coroutine[None, None, None]) -> None:
-        task = asyncio.get_running_loop().create_task(lesson)
+    def _begin(self, lesson: Coroutine[None, None, object]) -> None:
+        task: asyncio.Task[object] = asyncio.get_running_loop().create_task(lesson)
         self._under_way.add(task)
         task.add_done_callback(self._under_way.discard)
 
-    def join(self, name: str) -> None:
-        """Begin to know somebody who was enrolled meanwhile, by name and voice."""
-        self._begin(self._learn(name, told=True))
+    def join(self, names: Sequence[str]) -> None:
+        """Begin to know those of these names who were enrolled meanwhile, by name and voice, and more words of others;
+        no more expect the voice of who is enrolled no more."""
+        self._begin(self._join(names))
 
     def prepare(self) -> None:
         """Begin to make the other robots' sentences ready; until then noise hides more of them."""
@@ -61,9 +62,21 @@ class Lessons:
 
     async def _prepare(self) -> None:
         async with self._turn:
-            await asyncio.to_thread(self._robot.prepare, lambda: not self._closing)
-            give_back_memory()
+            await self._make_known()
             _log.info("knows the others' voices sample by sample")
+
+    async def _make_known(self) -> None:
+        await asyncio.to_thread(self._robot.prepare, lambda: not self._closing)
+        give_back_memory()
+
+    async def _join(self, names: Sequence[str]) -> None:
+        async with self._turn:
+            self._roster.part()
+            self._robot.expect(voices_of(self._roster.names, self._sound))
+        learned = [await self._learn(name, told=True) for name in names]
+        if not any(learned):  # else the new ears know everything
+            async with self._turn:
+                await self._make_known()
 
     async def settled(self) -> None:
         """Wait until nothing is being learned."""
@@ -77,19 +90,25 @@ class Lessons:
             lesson.cancel()
         await self.settled()
 
-    async def _learn(self, name: str, told: bool = False) -> None:
+    async def _learn(self, name: str, told: bool = False) -> bool:
+        """Whether it was learned."""
         async with self._turn:
-            if self._robot.phrasebook.known_name(name) is not None:  # it was spelled twice, or is enrolled now
-                self._robot.expect(voices_of(self._roster.names, self._sound))
-                return
+            if told and name.lower() not in self._sound.people:
+                return False  # removed again meanwhile
+            if self._roster.knows(name):  # it was spelled twice, or is enrolled now
+                if told:
+                    self._roster.keep(name)
+                    self._robot.expect(voices_of(self._roster.names, self._sound))
+                return False
             try:
                 self._robot.adopt(*await asyncio.to_thread(self._make_ready, name, told))
             except PhraseError as error:
                 _log.warning("name not learned", name=name, reason=str(error))
-            else:
-                self._robot.expect(voices_of(self._roster.names, self._sound))
-                self._tidy_s = self._robot.now + ADOPTED_S
-                _log.info("name learned", name=name, names=", ".join(self._roster.names))
+                return False
+            self._robot.expect(voices_of(self._roster.names, self._sound))
+            self._tidy_s = self._robot.now + ADOPTED_S
+            _log.info("name learned", name=name, names=", ".join(self._roster.names))
+            return True
 
     def _make_ready(self, name: str, told: bool) -> tuple[Phrasebook, Ears]:
         ready = self._roster.learn(name, told)

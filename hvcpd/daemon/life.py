@@ -133,7 +133,8 @@ class Daemon:
             words = {*robot.phrasebook.marked_graph.words, *robot.phrasebook.spelling_graph.words}
             await asyncio.to_thread(rehearse, settings.name, words, self._outfit.sound)
             give_back_memory()
-            self._lessons = Lessons(robot, Roster(plan, self._outfit.sound), settings.name, self._outfit.sound)
+            roster = Roster(plan, self._outfit.sound, settings.names)
+            self._lessons = Lessons(robot, roster, settings.name, self._outfit.sound)
             stack.push_async_callback(self._lessons.close)
             self._control.body.join = self._lessons.join
             people = self._outfit.sound.people

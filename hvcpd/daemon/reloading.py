@@ -21,6 +21,9 @@ LIVE = ("mode", "pick", "unable", "clips", "log_level", "log_format")
 """Settings, or groups of them, that take effect at once. All others are built into the recogniser, the voice, the
 conversation, the wheels or the sound card's stream."""
 
+PEOPLE_FROM = ("name", "state_dir", "voices")
+"""Settings that tell who of those enrolled counts."""
+
 _log = structlog.get_logger(__name__)
 
 
@@ -72,7 +75,12 @@ class Reloader:
                 restart.append(new.key)
         self.sources = tuple(sources)
         outfit = self._body.outfit
-        changed += self._take_people(outfit.sound.people, read.sound.people)
+        if not set(PEOPLE_FROM).intersection(restart):
+            known, found = outfit.sound.people, read.sound.people
+            # Whom the settings name is one of the robots until an enrolment, in whose turns people do not take part.
+            if (known.keys() ^ found.keys()) & {name.lower() for name in outfit.settings.names}:
+                restart.append("people")
+            changed += self._take_people(known, found)
         settings = replace(outfit.settings, **{key: getattr(read.settings, key) for key in LIVE})
         tasks = outfit.tasks
         if "tasks" not in restart and read.tasks != tasks:
@@ -89,12 +97,20 @@ class Reloader:
     def _take_people(self, known: dict[str, Person], read: dict[str, Person]) -> list[dict[str, Any]]:
         """Everybody counts with the words that are on file now; who is new comes to be known by name, too."""
         before, new = _names(known), [person.name for key, person in read.items() if key not in known]
-        for key in known.keys() - read.keys():
+        more = {key: read[key] for key in known.keys() & read.keys() if not known[key].same_as(read[key])}
+        changes = [
+            {"key": f"takes of {more[key].name}", "before": known[key].n_takes, "now": more[key].n_takes}
+            for key in sorted(more)
+        ]
+        gone = known.keys() - read.keys()
+        for key in gone:
             del known[key]
-        known.update(read)
-        for name in new:
-            self._body.join(name)
-        return [] if before == _names(known) else [{"key": "people", "before": before, "now": _names(known)}]
+        known.update({key: person for key, person in read.items() if key not in known or key in more})
+        if new or gone:
+            changes.insert(0, {"key": "people", "before": before, "now": _names(known)})
+        if changes:
+            self._body.join(new)
+        return changes
 
     def _tell_robot(self, outfit: Outfit) -> None:
         robot = self._body.robot

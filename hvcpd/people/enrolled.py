@@ -49,6 +49,19 @@ class Person:
         return frozenset(self.takes)
 
     @property
+    def n_takes(self) -> int:
+        """Of all words."""
+        return sum(map(len, self.takes.values()))
+
+    def same_as(self, other: Person) -> bool:
+        """Whether both have the same takes of the same words."""
+        mine, others = self.takes, other.takes
+        return self.words == other.words and all(
+            len(of_word) == len(others[word]) and all(map(np.array_equal, of_word, others[word]))
+            for word, of_word in mine.items()
+        )
+
+    @property
     def voice(self) -> str:
         """What the recogniser calls this voice."""
         return voice_of(self.name)

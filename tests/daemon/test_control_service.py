@@ -5,7 +5,7 @@ from __future__ import annotations
 import asyncio
 import json
 import os
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -229,20 +229,58 @@ def test_reload_takes_new_words_and_whoever_is_new_or_gone(tmp_path: Path) -> No
             talk = await bench.connect()
             known = bench.body.outfit.sound.people
             write_person(person_path(state, "Anna"), anna.with_takes({"rob": [take]}))
-            assert (await talk.ask("reload"))["result"] == {"changed": [], "restart": []}
-            assert known["anna"].words == {"stop", "rob"}
-            joined: list[str] = []
+            joined: list[Sequence[str]] = []
             bench.body.join = joined.append
+            (more,) = (await talk.ask("reload"))["result"]["changed"]
+            assert more == {"key": "takes of Anna", "before": 1, "now": 2}
+            assert known["anna"].words == {"stop", "rob"}
+            assert joined == [[]], "what the net makes of the new word is found out before it is needed"
+            kept = known["anna"]
+            assert (await talk.ask("reload"))["result"] == {"changed": [], "restart": []}
+            assert known["anna"] is kept
+            assert joined == [[]]
             write_person(person_path(state, "Ben"), Person("Ben", {"stop": [take]}))
             result = (await talk.ask("reload"))["result"]
             change = {"key": "people", "before": ["Anna"], "now": ["Anna", "Ben"]}
             assert result == {"changed": [change], "restart": []}
-            assert joined == ["Ben"]
+            assert joined == [[], ["Ben"]]
             remove_person(person_path(state, "Anna"))
             (change,) = (await talk.ask("reload"))["result"]["changed"]
             assert change["now"] == ["Ben"]
             assert list(known) == ["ben"], "whom the second look listens for"
-            assert joined == ["Ben"]
+            assert joined == [[], ["Ben"], []]
+            await talk.hang_up()
+
+    run(scene())
+
+
+def test_who_counts_stays_the_same_while_the_settings_for_it_wait_for_a_restart(tmp_path: Path) -> None:
+    anna = Person("Anna", {"stop": [np.ones((20, 24), np.float32)]})
+    write_person(person_path(tmp_path / "state", "Anna"), anna)
+
+    async def scene() -> None:
+        async with control(tmp_path) as bench:
+            talk = await bench.connect()
+            bench.file.write_text("mode: volunteer\nvoices: robots\n")
+            assert (await talk.ask("reload"))["result"] == {"changed": [], "restart": ["voices"]}
+            assert list(bench.body.outfit.sound.people) == ["anna"]
+            bench.file.write_text("mode: volunteer\n")
+            assert (await talk.ask("reload"))["result"] == {"changed": [], "restart": []}
+            await talk.hang_up()
+
+    run(scene())
+
+
+def test_whom_the_settings_name_is_a_robot_until_a_restart(tmp_path: Path) -> None:
+    anna = Person("Anna", {"stop": [np.ones((20, 24), np.float32)]})
+
+    async def scene() -> None:
+        async with control(tmp_path, names=["Rob", "Anna"]) as bench:
+            talk = await bench.connect()
+            write_person(person_path(tmp_path / "state", "Anna"), anna)
+            result = (await talk.ask("reload"))["result"]
+            assert result["restart"] == ["people"]
+            assert [change["now"] for change in result["changed"]] == [["Anna"]]
             await talk.hang_up()
 
     run(scene())
