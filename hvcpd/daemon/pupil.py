@@ -10,7 +10,7 @@ import structlog
 
 from hvcpd.daemon.second_look import SecondLook
 from hvcpd.errors import StoreError
-from hvcpd.people.enrolled import Person, Takes, person_path, write_person
+from hvcpd.people.enrolled import Person, Takes, person_path, read_person, write_person
 from hvcpd.people.learning import Learning
 from hvcpd.records import HeardRecord, Record, SaidRecord
 
@@ -48,15 +48,21 @@ class Pupil:
 
     def _keep(self, name: str, takes: Takes) -> None:
         person = self._people[name.lower()] = self._people[name.lower()].with_takes(takes)
-        task = asyncio.get_running_loop().create_task(self._write(person, sorted(takes)))
+        task = asyncio.get_running_loop().create_task(self._write(person.name, takes))
         self._under_way.add(task)
         task.add_done_callback(self._under_way.discard)
 
-    async def _write(self, person: Person, words: list[str]) -> None:
+    async def _write(self, name: str, takes: Takes) -> None:
         async with self._turn:
             try:
-                await asyncio.to_thread(write_person, person_path(self._state_dir, person.name), person)
+                await asyncio.to_thread(_add, person_path(self._state_dir, name), takes)
             except StoreError as error:
-                _log.warning("voice not learned", name=person.name, reason=str(error))
+                _log.warning("voice not learned", name=name, reason=str(error))
             else:
-                _log.info("voice learned", name=person.name, words=" ".join(words))
+                _log.info("voice learned", name=name, words=" ".join(sorted(takes)))
+
+
+def _add(path: Path, takes: Takes) -> None:
+    """More takes to those on file, which may be others by now than this robot knows: a user enrols words, or removes
+    the person, of whom then nothing is written. Raises StoreError."""
+    write_person(path, read_person(path).with_takes(takes))

@@ -13,7 +13,7 @@ from hvcpd.daemon.pupil import Pupil
 from hvcpd.daemon.second_look import SecondLook
 from hvcpd.language.messages import Confirmed, SayAgain, ToRobot, Utterance, WhatLeft
 from hvcpd.people.ears import Piece
-from hvcpd.people.enrolled import Person, person_path, read_person, write_person
+from hvcpd.people.enrolled import Person, person_path, read_person, remove_person, write_person
 from hvcpd.people.learning import ASKED_S, CONFIRMED_S, Learning, words_in
 from hvcpd.people.takes import distance, features
 from hvcpd.ports import SAMPLE_RATE_HZ
@@ -83,9 +83,8 @@ def test_nothing_is_learned_of_what_was_not_asked_for_or_not_confirmed(wrong: di
     assert learn(**wrong) is None  # type: ignore[arg-type]
 
 
-def test_the_daemon_keeps_what_enrolled_people_confirm(tmp_path: Path) -> None:
-    anna = Person("Anna", words_in(*piece_of("stop")))
-    write_person(person_path(tmp_path, "Anna"), anna)
+def confirm(people: dict[str, Person], state_dir: Path) -> None:
+    """A daemon that knows these people hears Anna confirm two words."""
 
     class Found(SecondLook):
         def take_sentences(self) -> list[tuple[Piece, Recognised]]:
@@ -94,9 +93,9 @@ def test_the_daemon_keeps_what_enrolled_people_confirm(tmp_path: Path) -> None:
     def heard(utterance: Utterance, start_s: float, at_s: float) -> HeardRecord:
         return HeardRecord(at_s, utterance, "", start_s, at_s, 0.9, 20.0, "stranger")
 
-    async def live(people: dict[str, Person], records: list[Record]) -> None:
+    async def live(records: list[Record]) -> None:
         second = Found()
-        pupil = Pupil("Rob", people, tmp_path, second)
+        pupil = Pupil("Rob", people, state_dir, second)
         for record in records:
             pupil.take([record])
         await pupil.settled()
@@ -107,9 +106,25 @@ def test_the_daemon_keeps_what_enrolled_people_confirm(tmp_path: Path) -> None:
         heard(QUESTION, START_S, START_S + 2.0),
         heard(YES, START_S + 7.0, START_S + 8.0),
     ]
-    asyncio.run(live({}, records))
+    asyncio.run(live(records))
+
+
+def test_the_daemon_keeps_what_enrolled_people_confirm(tmp_path: Path) -> None:
+    anna = Person("Anna", words_in(*piece_of("stop")))
+    write_person(person_path(tmp_path, "Anna"), anna)
+    confirm({}, tmp_path)
     assert read_person(person_path(tmp_path, "Anna")).words == {"stop"}
     known = {"anna": anna}
-    asyncio.run(live(known, records))
+    confirm(known, tmp_path)
     assert read_person(person_path(tmp_path, "Anna")).words == {"stop", "water", "rose"}
     assert known["anna"].words == {"stop", "water", "rose"}  # whoever looks there hears them at once
+
+
+def test_what_was_enrolled_or_removed_meanwhile_is_left_so(tmp_path: Path) -> None:
+    path, anna = person_path(tmp_path, "Anna"), Person("Anna", words_in(*piece_of("stop")))
+    write_person(path, anna.with_takes(words_in(*piece_of("rob"))))
+    confirm({"anna": anna}, tmp_path)
+    assert read_person(path).words == {"stop", "rob", "water", "rose"}
+    remove_person(path)
+    confirm({"anna": anna}, tmp_path)
+    assert not path.exists()
