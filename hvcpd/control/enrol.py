@@ -6,7 +6,7 @@ import argparse
 import json
 import re
 import sys
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -122,7 +122,7 @@ def _enrol(options: argparse.Namespace, devices: Devices) -> int:
     known = read_person(path) if path.is_file() else Person(options.person)
     report = Report()
     if options.folder is not None:
-        found = _from_folder(options.folder, words, report)
+        found = _from_folder(options.folder, words, team.phrasebook.people_graph.words, report)
     else:
         found = record_takes(words, options.takes, devices.make_stream(team.settings.audio), sys.stdout)
     found = {word: _consistent(word, takes, report) for word, takes in found.items()}
@@ -158,8 +158,10 @@ def _wanted(options: argparse.Namespace, team: Team) -> list[str]:
     return list(dict.fromkeys([*first, *known]))
 
 
-def _from_folder(folder: Path, words: Sequence[str], report: Report) -> dict[str, list[Energies]]:
-    """The words in WAVs. Raises AudioFileError if there is none."""
+def _from_folder(
+    folder: Path, words: Sequence[str], known: Collection[str], report: Report
+) -> dict[str, list[Energies]]:
+    """These words in WAVs; what is named after none of those `known` is told. Raises AudioFileError without a WAV."""
     if not folder.is_dir():
         raise AudioFileError(f"--from: there is no folder {folder}; name one with a WAV for each take (stop_1.wav)")
     found: dict[str, list[Energies]] = {}
@@ -168,7 +170,8 @@ def _from_folder(folder: Path, words: Sequence[str], report: Report) -> dict[str
         match = _NUMBERED.fullmatch(path.stem.lower())
         word = match[1] if match is not None else ""
         if word not in words:
-            report.rejected.append(f"{path.name}: not named after a word that is wanted (WORD_1.wav)")
+            if word not in known:
+                report.rejected.append(f"{path.name}: not named after a word of the phrasebook (WORD_1.wav)")
             continue
         check = check_take(read_wav(path))
         if check.energies is None:

@@ -65,6 +65,14 @@ def test_words_from_wavs_are_kept(tmp_path: Path, folder: Path, capsys: pytest.C
     assert len(person.takes["stop"]) == 3
 
 
+def test_of_wavs_of_other_words_than_are_wanted_nothing_is_told(
+    tmp_path: Path, folder: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert enrol(tmp_path, "Anna", "--from", str(folder), "--words", "stop", "--json") == 0
+    told: dict[str, Any] = json.loads(capsys.readouterr().out)
+    assert (told["takes"], told["rejected"]) == (3, [])
+
+
 def test_people_come_go_and_move(tmp_path: Path, folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
     file = tmp_path / "anna.npz"
     assert enrol(tmp_path, "Anna", "--from", str(folder)) == 0
