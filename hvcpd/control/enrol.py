@@ -119,7 +119,7 @@ def _enrol(options: argparse.Namespace, devices: Devices) -> int:
     team = load_team(options, more=(options.person,))
     words = _wanted(options, team)
     path = person_path(options.state_dir or team.settings.state_dir, options.person)
-    known = read_person(path) if path.is_file() else Person(options.person)
+    known = _kept(path, options.person)
     report = Report()
     if options.folder is not None:
         found = _from_folder(options.folder, words, team.phrasebook.people_graph.words, report)
@@ -135,6 +135,16 @@ def _enrol(options: argparse.Namespace, devices: Devices) -> int:
         write_person(path, person)
     _tell(options, report, path)
     return EX_OK if found else EX_FAILURE
+
+
+def _kept(path: Path, name: str) -> Person:
+    """What there is of the person. Raises StoreError for a file that cannot be used, so that none is lost unasked."""
+    if not path.is_file():
+        return Person(name)
+    try:
+        return read_person(path)
+    except StoreError as error:
+        raise StoreError(f"{error}; first forget what is there: hvcpctl enrol {name} --remove") from error
 
 
 def _competing(team: Team, found: Mapping[str, object]) -> list[tuple[str, str]]:

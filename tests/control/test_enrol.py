@@ -73,6 +73,18 @@ def test_of_wavs_of_other_words_than_are_wanted_nothing_is_told(
     assert (told["takes"], told["rejected"]) == (3, [])
 
 
+def test_who_has_a_broken_file_is_told_how_to_enrol_anew(
+    tmp_path: Path, folder: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path = person_path(tmp_path / "state", "Anna")
+    path.parent.mkdir(parents=True)
+    path.write_bytes(b"PK")
+    assert enrol(tmp_path, "Anna", "--from", str(folder)) == 2
+    assert "first forget what is there: hvcpctl enrol Anna --remove" in capsys.readouterr().err
+    assert enrol(tmp_path, "Anna", "--remove") == 0
+    assert enrol(tmp_path, "Anna", "--from", str(folder), "--words", "stop") == 0
+
+
 def test_people_come_go_and_move(tmp_path: Path, folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
     file = tmp_path / "anna.npz"
     assert enrol(tmp_path, "Anna", "--from", str(folder)) == 0
