@@ -14,9 +14,10 @@ from hvcpd.recognition.frontend import N_BANDS, Energies
 PATIENCE_FRAMES = 80
 """0.8 s after the network would have woken, the first two words are known to the other listener, or it hears none."""
 QUIET_FRAMES = 8
-"""80 ms below the activity's release: whoever spoke has ended, or speaks so faintly that nothing is gained. With 180 ms,
-which no pause at a comma has, a sixth of the cost is saved; but of 120 sentences in babble at 20 dB one was lost and
-one heard wrongly, for the network hears what it catches up with in the noise of later."""
+"""80 ms below the activity's release: whoever spoke has ended, or speaks so faintly that nothing is gained.
+
+With 180 ms, which no pause at a comma has, a sixth of the cost is saved; but of 120 sentences in babble at 20 dB one
+was lost and one heard wrongly, for the network hears what it catches up with in the noise of later."""
 
 
 class Spared:
