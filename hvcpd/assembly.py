@@ -18,9 +18,9 @@ from hvcpd.hardware.navigator import Navigator
 from hvcpd.language.forms import OPEN_KINDS, SEALED_KINDS, Kind
 from hvcpd.language.phrasebook import Phrasebook, Vocabulary
 from hvcpd.own_voice import Acoustics
-from hvcpd.people.ears import Worker
+from hvcpd.people.ears import SecondEars, Worker
 from hvcpd.people.enrolled import Person
-from hvcpd.people.making import looking_twice, make_second
+from hvcpd.people.opinion import SecondOpinion
 from hvcpd.performer import Performer
 from hvcpd.ports import Pose, Samples, WheelReading
 from hvcpd.recognition.coherent import CoherentListener
@@ -315,7 +315,8 @@ def make_sealing(plan: RobotPlan, robots: tuple[str, ...] | None = None) -> Seal
 def _looking_twice(plan: RobotPlan, phrasebook: Phrasebook, ears: Listening, sound: Sound) -> Ears:
     if plan.second is None:
         return ears
-    return looking_twice(ears, make_second(phrasebook, sound.lexicon, sound.people, plan.any_voice), plan.second)
+    opinion = SecondOpinion(phrasebook.people_graph, sound.lexicon, sound.people, plan.any_voice)
+    return SecondEars(ears, opinion, plan.second)
 
 
 def _phrasebook(plan: RobotPlan, names: Sequence[str]) -> Phrasebook:

@@ -76,7 +76,7 @@ def _list(options: argparse.Namespace) -> int:
     people, faults = enrolled_people(_state_dir(options))
     for fault in faults:
         sys.stderr.write(f"hvcpctl: {fault}\n")
-    rows = [{"name": p.name, "words": len(p.takes), "takes": sum(map(len, p.takes.values()))} for p in people.values()]
+    rows = [{"name": p.name, "words": len(p.takes), "takes": p.n_takes} for p in people.values()]
     if options.json:
         sys.stdout.write(json.dumps(rows) + "\n")
         return EX_OK

@@ -13,7 +13,7 @@ from hvcpd.control.team import Team, load_team
 from hvcpd.errors import AudioFileError, PhraseError
 from hvcpd.hardware.soundfile import read_wav
 from hvcpd.people.ears import AtOnce, SecondEars
-from hvcpd.people.making import make_second
+from hvcpd.people.opinion import SecondOpinion
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 from hvcpd.recognition.events import Event, Recognised
 
@@ -85,7 +85,7 @@ def events_in(samples: Samples, team: Team) -> Iterator[Event]:
     voices = team.settings.voices
     ears = None
     if voices != "robots":
-        listener = make_second(team.phrasebook, team.sound.lexicon, team.sound.people, voices == "any")
+        listener = SecondOpinion(team.phrasebook.people_graph, team.sound.lexicon, team.sound.people, voices == "any")
         ears = SecondEars(recogniser, listener, AtOnce())
     for start in range(0, len(samples), BLOCK):
         yield from (ears or recogniser).push(samples[start : start + BLOCK])

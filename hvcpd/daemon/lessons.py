@@ -72,7 +72,7 @@ class Lessons:
     async def _join(self, names: Sequence[str]) -> None:
         async with self._turn:
             self._roster.part()
-            self._robot.expect(voices_of(self._roster.names, self._sound))
+            self._expect_voices()
         learned = [await self._learn(name, told=True) for name in names]
         if not any(learned):  # else the new ears know everything
             async with self._turn:
@@ -98,17 +98,20 @@ class Lessons:
             if self._roster.knows(name):  # it was spelled twice, or is enrolled now
                 if told:
                     self._roster.keep(name)
-                    self._robot.expect(voices_of(self._roster.names, self._sound))
+                    self._expect_voices()
                 return False
             try:
                 self._robot.adopt(*await asyncio.to_thread(self._make_ready, name, told))
             except PhraseError as error:
                 _log.warning("name not learned", name=name, reason=str(error))
                 return False
-            self._robot.expect(voices_of(self._roster.names, self._sound))
+            self._expect_voices()
             self._tidy_s = self._robot.now + ADOPTED_S
             _log.info("name learned", name=name, names=", ".join(self._roster.names))
             return True
+
+    def _expect_voices(self) -> None:
+        self._robot.expect(voices_of(self._roster.names, self._sound))
 
     def _make_ready(self, name: str, told: bool) -> tuple[Phrasebook, Ears]:
         ready = self._roster.learn(name, told)

@@ -7,12 +7,12 @@ where all that is above 4 kHz was lost (telephones, narrow microphones), it is m
 
 from __future__ import annotations
 
-import importlib.resources
 from functools import cache
 
 import numpy as np
 from numpy.typing import NDArray
 
+from hvcpd.people.stored import stored
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 
 Bands = NDArray[np.float64]
@@ -130,10 +130,15 @@ def logs_of(sound: Samples, noise: NDArray[np.float64]) -> Bands:
     bands = bands_of(sound)
     if not len(bands):
         return bands
-    power = np.sort(bands.sum(axis=1))
-    loud = float(power[-max(len(power) // MASK_SHARE, 1) :].mean())
-    logs = np.log(without_noise(bands, noise) + loud / N_BANDS * 10.0 ** (-MASK_DB / 10.0) + LEAST)
+    logs = np.log(without_noise(bands, noise) + mask_of(bands) + LEAST)
     return completed(np.asarray(logs), bands)
+
+
+def mask_of(energies: NDArray[np.floating]) -> float:
+    """Energy of a band, of energies of shape (frames, bands), below which nothing counts."""
+    power = np.sort(energies.sum(axis=1))
+    loud = float(power[-max(len(power) // MASK_SHARE, 1) :].mean())
+    return float(loud / energies.shape[1] * 10.0 ** (-MASK_DB / 10.0))
 
 
 def completed(logs: Bands, bands: Bands) -> Bands:
@@ -160,8 +165,7 @@ def upper_lost(bands: Bands) -> bool:
 def _regression() -> NDArray[np.float64]:
     """Of the upper bands' logarithms on the lower ones', shape (1 + UPPER, N_BANDS - UPPER), the constants first; made
     by `benchmarks/upper_bands.py` of synthetic speech."""
-    with (importlib.resources.files("hvcpd.people") / "upper_bands.npz").open("rb") as file:
-        return np.asarray(np.load(file, allow_pickle=False)["weights"], np.float64)
+    return np.asarray(stored("upper_bands.npz")["weights"], np.float64)
 
 
 def _made_up(lower: NDArray[np.float64]) -> NDArray[np.float64]:

@@ -10,7 +10,6 @@ count beside those that it is composed with (`composed`).
 from __future__ import annotations
 
 import hashlib
-import importlib.resources
 from collections.abc import Callable, Mapping, Sequence
 from functools import cache
 
@@ -20,6 +19,7 @@ from numpy.typing import NDArray
 from hvcpd.people.cepstra import Bands
 from hvcpd.people.matching import Heard, distances
 from hvcpd.people.phones import Sounds, centred, sounds_of
+from hvcpd.people.stored import stored
 from hvcpd.people.take_bands import heard_alone
 from hvcpd.recognition.frontend import Energies, Features
 from hvcpd.recognition.scorer import norms_of
@@ -41,8 +41,7 @@ MOST_OTHERS = 500
 def _axes() -> Features:
     """The principal axes of the directions, shape (width of what is inside, 64), by `benchmarks/take_bands.py`: as many
     digits are right with them as with all 192 dimensions, in half the memory."""
-    with (importlib.resources.files("hvcpd.people") / "echoes.npz").open("rb") as file:
-        return np.asarray(np.load(file, allow_pickle=False)["axes"], np.float32)
+    return np.asarray(stored("echoes.npz")["axes"], np.float32)
 
 
 def directions_of(inside: Features) -> Features:

@@ -21,6 +21,7 @@ from hvcpd.people.echoes import SHARED, EchoedTakes, Remembered
 from hvcpd.people.enrolled import Person, spoken_takes
 from hvcpd.people.matching import Hearing, Match, Matcher
 from hvcpd.people.phones import Sounds
+from hvcpd.recognition.confidence import logistic
 from hvcpd.recognition.events import Recognised, WordSpan
 from hvcpd.recognition.frontend import HOP_SAMPLES, Energies, energies_of
 from hvcpd.recognition.templates import Noise
@@ -135,7 +136,7 @@ def chance(match: Match) -> float:
     audible = math.log(max(match.above_noise, LEAST_ABOVE_NOISE))
     fits = -0.21 - 3.27 * deficit - 1.36 * worst - 6.6 * match.passed_over
     logit = fits + 2.15 * math.log(len(match.words)) + 1.15 * math.log(margin) + 1.74 * audible
-    return 1.0 / (1.0 + math.exp(min(-logit, 500.0)))
+    return logistic(logit)
 
 
 def _recognised(hearing: Hearing | None, origin: int) -> Recognised | None:

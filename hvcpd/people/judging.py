@@ -17,6 +17,7 @@ from hvcpd.people.enrolled_listener import Known
 from hvcpd.people.phones import Chances
 from hvcpd.people.spelled import Spelled, Speller
 from hvcpd.people.sphinx import Guess
+from hvcpd.recognition.confidence import logistic
 from hvcpd.recognition.events import Recognised
 
 Words = tuple[str, ...]
@@ -55,13 +56,17 @@ class Views:
     def sentences(self) -> list[Words]:
         """All that were found, each once."""
         found = [view.words for view in (self.spelled, self.guess, self.nearest) if view is not None]
-        echoed = self.known.echoed if self.known is not None else None
-        return list(dict.fromkeys([*found, echoed] if echoed is not None else found))
+        return list(dict.fromkeys([*found, self.echoed] if self.echoed is not None else found))
 
     @property
     def nearest(self) -> Recognised | None:
         """The sentence that is nearest to the words of enrolled people."""
         return self.known.nearest if self.known is not None else None
+
+    @property
+    def echoed(self) -> Words | None:
+        """The one that is by what the net makes of them."""
+        return self.known.echoed if self.known is not None else None
 
     def farther(self, words: Words) -> tuple[float, float]:
         """How much farther a sentence is from the enrolled's words than the nearest of all that were found, by cepstra
@@ -112,7 +117,7 @@ def judge(views: Views) -> Judged | None:
         return None
     words = scored[0][1]
     logit = sum(weight * value for weight, value in zip(CHANCE, evidence(views, words, lead_of(scored)), strict=True))
-    return Judged(words, 1.0 / (1.0 + math.exp(min(-logit, 500.0))))
+    return Judged(words, logistic(logit))
 
 
 def ranked(views: Views) -> list[tuple[float, Words]]:
@@ -170,7 +175,7 @@ def evidence(views: Views, words: Words, lead: float) -> Sequence[float]:
     nearest = views.nearest
     if nearest is not None and alike(nearest.words, words):
         heard[4:6] = 1.0, _logit(nearest.confidence)
-    if views.known is not None and views.known.echoed is not None and alike(views.known.echoed, words):
+    if views.echoed is not None and alike(views.echoed, words):
         heard[6] = 1.0
     each_frame = min(views.loss(words) / max(len(views.chances), 1), 1.0)
     return (1.0, each_frame, *heard, math.log(n), n / speech_s, math.log(speech_s), lead)

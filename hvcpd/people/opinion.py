@@ -92,9 +92,8 @@ class SecondOpinion:
             if is_call(judged.words):  # a halt too many does no harm
                 judged = replace(judged, chance=max(judged.chance, MIN_CHANCE))
             return _told(judged, views, piece, snr_db)
-        nearest = views.known.nearest if views.known is not None else None
-        agreed = judged is not None and nearest is not None and judged.words == nearest.words
-        return _surely(nearest, snr_db) if agreed else None
+        agreed = judged is not None and views.nearest is not None and judged.words == views.nearest.words
+        return _surely(views.nearest, snr_db) if agreed else None
 
     def likeliest(self, piece: Piece) -> Recognised | None:
         """The sentence in a piece that is likelier right than others, however unlikely."""
@@ -144,8 +143,7 @@ def _surely(nearest: Recognised | None, snr_db: float) -> Recognised | None:
 
 def _told(judged: Judged, views: Views, piece: Piece, snr_db: float) -> Recognised:
     """The sentence, in the voice of who is enrolled if that fits by itself."""
-    words, chance = judged.words, judged.chance
-    known = views.known.nearest if views.known is not None else None
+    words, chance, known = judged.words, judged.chance, views.nearest
     if known is not None and known.words == words and known.confidence >= MIN_CHANCE:
         return replace(known, confidence=max(chance, known.confidence), snr_db=snr_db)
     first = max(piece.lead - round(BEFORE_S * SAMPLE_RATE_HZ), 0) + piece.origin

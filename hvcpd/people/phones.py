@@ -6,7 +6,6 @@ synthetic speech alone (`benchmarks/phones`): between two sounds it says that th
 
 from __future__ import annotations
 
-import importlib.resources
 from dataclasses import dataclass
 from functools import cache
 
@@ -14,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hvcpd.people.cepstra import Bands
+from hvcpd.people.stored import stored
 
 Logs = NDArray[np.float32]
 Chances = NDArray[np.float32]
@@ -50,9 +50,7 @@ HALVES = 1
 
 @cache
 def _weights() -> dict[str, NDArray[np.float32]]:
-    with (importlib.resources.files("hvcpd.people") / "phones.npz").open("rb") as file:
-        stored = np.load(file, allow_pickle=False)
-        return {name: np.asarray(stored[name], np.float32) for name in stored.files}
+    return {name: np.asarray(values, np.float32) for name, values in stored("phones.npz").items()}
 
 
 @dataclass(frozen=True, eq=False)

@@ -6,30 +6,27 @@ logarithms of the one on those of the other, made by `benchmarks/take_bands.py` 
 
 from __future__ import annotations
 
-import importlib.resources
 from functools import cache
 
 import numpy as np
 from numpy.typing import NDArray
 
-from hvcpd.people.cepstra import MASK_DB, MASK_SHARE, Bands, completed
+from hvcpd.people.cepstra import Bands, completed, mask_of
+from hvcpd.people.stored import stored
 from hvcpd.recognition.frontend import ENERGY_FLOOR, Energies
 
 
 def masked_logs(energies: Energies, silence: int = 0) -> Bands:
     """Logarithms of a take's energies, shape (frames, N_BANDS of the front end), with so many frames of silence before
-    and after it, nothing being fainter than what counts for the net: MASK_DB below the loudest eighth of the frames."""
-    power = np.sort(energies.sum(axis=1))
-    loud = float(power[-max(len(power) // MASK_SHARE, 1) :].mean())
-    mask = loud / energies.shape[1] * 10.0 ** (-MASK_DB / 10.0) + float(ENERGY_FLOOR)
+    and after it, nothing being fainter than what counts for the net."""
+    mask = mask_of(energies) + float(ENERGY_FLOOR)
     return np.asarray(np.log(np.pad(energies, ((silence, silence), (0, 0))) + mask))
 
 
 @cache
 def _regression() -> NDArray[np.float64]:
     """Shape (1 + the front end's N_BANDS, the net's), the constants first."""
-    with (importlib.resources.files("hvcpd.people") / "take_bands.npz").open("rb") as file:
-        return np.asarray(np.load(file, allow_pickle=False)["weights"], np.float64)
+    return np.asarray(stored("take_bands.npz")["weights"], np.float64)
 
 
 def heard_alone(energies: Energies, silence: int) -> Bands:

@@ -53,7 +53,12 @@ class ConfidenceCurve:
     def chance(self, fare: Fare) -> float:
         """The chance, 0 to 1, that what fared so is right."""
         logit = self.bias + sum(w * x for w, x in zip(astuple(self.weights), astuple(fare), strict=True))
-        return 1.0 / (1.0 + math.exp(-max(logit, -700.0)))
+        return logistic(logit)
+
+
+def logistic(logit: float) -> float:
+    """The chance whose odds have this natural logarithm."""
+    return 1.0 / (1.0 + math.exp(-max(logit, -700.0)))
 
 
 def sentence_fare(sentence: Sentence) -> Fare:
