@@ -17,11 +17,11 @@ from collections.abc import Sequence
 import numpy as np
 
 from benchmarks.people import SNR_DB, Stage
-from benchmarks.people_material import enrol, levelled, sentences, stream
+from benchmarks.people_material import alone, enrol, levelled, sentences
 from hvcpd.people.ears import MOST_WAIT_S, Piece
 from hvcpd.people.enrolled import Person, stretched
 from hvcpd.people.opinion import SecondOpinion
-from hvcpd.ports import SAMPLE_RATE_HZ, Samples
+from hvcpd.ports import SAMPLE_RATE_HZ
 from hvcpd.synthesis.speaker import Speaker
 from hvcpd.synthesis.voices import VOICES
 
@@ -35,12 +35,6 @@ def person(name: str, speaker: Speaker, words: Sequence[str]) -> Person:
     return Person(
         name, {w: [stretched(take, rate) for take in takes for rate in RATES] for w, takes in once.takes.items()}
     )
-
-
-def piece(sound: Samples, seed: int) -> Piece:
-    """One sentence in noise."""
-    heard, [said] = stream([((), sound)], SNR_DB, "white", seed)
-    return Piece(heard, said.start, said.start, said.end, 0)
 
 
 def told(label: str, opinion: SecondOpinion, pieces: Sequence[Piece]) -> None:
@@ -63,7 +57,7 @@ def main() -> None:
     speakers = [Speaker(voice, stage.sound.lexicon, stage.sound.cache) for voice in VOICES[: len(NAMES)]]
     spoken = sentences(stage.book, o.sentences, o.seed)
     sounds = [speakers[n % len(speakers)].render(phrases) for n, phrases in enumerate(spoken)]
-    pieces = [piece(sound, o.seed + n) for n, sound in enumerate(sounds)]
+    pieces = [alone(sound, SNR_DB, "white", o.seed + n) for n, sound in enumerate(sounds)]
     lengths = [(each.end - each.start) / SAMPLE_RATE_HZ for each in pieces]
     print(f"{len(pieces)} sentences of {min(lengths):.1f} to {max(lengths):.1f} s; given up after {MOST_WAIT_S:.0f} s")
     graph = stage.book.people_graph

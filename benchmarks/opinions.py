@@ -23,7 +23,18 @@ from scipy.optimize import minimize
 
 from benchmarks.judging import Phrases, program
 from benchmarks.people import BLOCK, NAMES, SNR_DB, Stage
-from benchmarks.people_material import CALLS, DIGITS, FIRST_WORDS, ONE_DIGIT, digits, enrol, levelled, sentences, stream
+from benchmarks.people_material import (
+    CALLS,
+    DIGITS,
+    FIRST_WORDS,
+    ONE_DIGIT,
+    alone,
+    digits,
+    enrol,
+    levelled,
+    sentences,
+    stream,
+)
 from benchmarks.phones.material import common_words
 from benchmarks.phones.texts import Texts
 from benchmarks.phones.voices import calibrators
@@ -87,8 +98,7 @@ def talkers(seed: int) -> dict[str, Talk]:
 def said(talk: Talk, phrases: Phrases, seed: int) -> tuple[tuple[str, ...], Piece]:
     """One sentence in white noise."""
     words = tuple(word for phrase in phrases for word in phrase)
-    sound, [where] = stream([(words, talk(phrases))], SNR_DB, "white", seed)
-    return words, Piece(sound, where.start, where.start, where.end, 0)
+    return words, alone(talk(phrases), SNR_DB, "white", seed)
 
 
 def both(
@@ -140,13 +150,12 @@ def by_digits(stage: Stage, folder: Path) -> Iterator[Case]:
     nobody = stage.opinion(ONE_DIGIT, ())
     for key, (who, digit) in enumerate(sorted(takes)):
         for n, (label, snr_db) in itertools.product(range(5), (("clean", None), ("10 dB", 10.0))):
-            sound, [where] = stream([((DIGITS[digit],), takes[who, digit][n])], snr_db, "pink", 100 * key + n)
-            piece = Piece(sound, where.start, where.start, where.end, 0)
-            alone = nobody.views(piece)
+            piece = alone(takes[who, digit][n], snr_db, "pink", 100 * key + n)
+            by_nobody = nobody.views(piece)
             for kept in (kept for kept in KEPT if n not in kept):
                 everybody, others = enrolled[kept]
                 for kind, ears in (("enrolled", everybody), ("not enrolled", others[who])):
-                    views = replace(alone, known=ears.views(piece).known)
+                    views = replace(by_nobody, known=ears.views(piece).known)
                     name = f"digits, {len(kept)} takes, {kind}, {label}"
                     weight = 3.0 if kind == "enrolled" else 1.0
                     yield from both(name, (DIGITS[digit],), nobody, views, weight, 0.1)

@@ -28,6 +28,7 @@ from benchmarks.people_material import (
     ONE_DIGIT,
     Foreigner,
     Said,
+    alone,
     digits,
     enrol,
     foreigners,
@@ -155,8 +156,7 @@ def digit_pieces(
     """Each take that is heard, alone in noise."""
     for key, (who, digit) in enumerate(sorted(takes)):
         for number, take in enumerate(takes[who, digit][TEST_FROM : TEST_FROM + most]):
-            sound, [said] = stream([((DIGITS[digit],), take)], snr_db, "pink", seed + 100 * key + number)
-            yield who, digit, Piece(sound, said.start, said.start, said.end, 0)
+            yield who, digit, alone(take, snr_db, "pink", seed + 100 * key + number)
 
 
 def digits_row(stage: Stage, folder: Path, most: int, seed: int) -> None:

@@ -15,6 +15,7 @@ from benchmarks.judging import Phrases, program
 from hvcpd.hardware.soundfile import read_wav
 from hvcpd.language.graph import Arc, WordGraph
 from hvcpd.language.phrasebook import Phrasebook
+from hvcpd.people.ears import Piece
 from hvcpd.people.enrolled import Person
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 from hvcpd.recognition.frontend import ENERGY_FLOOR
@@ -110,6 +111,12 @@ def stream(
     clean = np.concatenate(parts)
     rms = QUIET_RMS if snr_db is None else SPEECH_RMS * 10.0 ** (-snr_db / 20.0)
     return np.asarray(clean + rms * steady(colour, len(clean), seed), np.float32), said
+
+
+def alone(sound: Samples, snr_db: float | None, colour: str, seed: int) -> Piece:
+    """A sound in noise as in `stream`, which is told where it is."""
+    heard, [said] = stream([((), sound)], snr_db, colour, seed)
+    return Piece(heard, said.start, said.start, said.end, 0)
 
 
 def enrol(name: str, takes: Mapping[str, Sequence[Samples]]) -> Person:

@@ -15,7 +15,7 @@ from pathlib import Path
 
 import numpy as np
 
-from benchmarks.upper_bands import RIDGE, spoken
+from benchmarks.upper_bands import regression, spoken
 from hvcpd.people.cepstra import levelled, logs_of
 from hvcpd.people.echoes import directions_of
 from hvcpd.people.phones import centred, sounds_of
@@ -39,15 +39,14 @@ def main() -> None:
         ours.append(kept[:n])
         nets.append(logs[:n])
         inside.append(directions_of(sounds_of(centred(logs)).inside))
-    known, wanted = np.concatenate(ours), np.concatenate(nets)
-    known = np.pad(known, ((0, 0), (1, 0)), constant_values=1.0)
-    weights = np.linalg.solve(known.T @ known + RIDGE * np.eye(known.shape[1]), known.T @ wanted)
-    off_db = 10.0 / np.log(10.0) * np.sqrt(np.mean((wanted - known @ weights) ** 2, axis=0))
+    wanted = np.concatenate(nets)
+    weights, guessed = regression(np.concatenate(ours), wanted)
+    off_db = 10.0 / np.log(10.0) * np.sqrt(np.mean((wanted - guessed) ** 2, axis=0))
     np.savez_compressed(o.out / "take_bands.npz", weights=weights.astype(np.float32))
     _, sizes, axes = np.linalg.svd(np.concatenate(inside), full_matrices=False)
     np.savez_compressed(o.out / "echoes.npz", axes=axes[:AXES].T.astype(np.float32))
     told = np.sum(sizes[:AXES] ** 2) / np.sum(sizes**2)
-    print(f"{len(known)} frames, off by {off_db.min():.1f} to {off_db.max():.1f} dB; {AXES} axes tell {told:.0%}")
+    print(f"{len(wanted)} frames, off by {off_db.min():.1f} to {off_db.max():.1f} dB; {AXES} axes tell {told:.0%}")
 
 
 if __name__ == "__main__":

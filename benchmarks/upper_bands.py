@@ -56,6 +56,13 @@ def log_bands(sound: Samples) -> NDArray[np.float64]:
     return np.asarray(np.log(without_noise(bands, np.zeros(bands.shape[1])) + LEAST)[loud])
 
 
+def regression(known: NDArray[np.float64], wanted: NDArray[np.float64]) -> tuple[NDArray[np.float64], ...]:
+    """By ridge regression: the weights of what is known, the constants first, and what they tell of what is wanted."""
+    known = np.pad(known, ((0, 0), (1, 0)), constant_values=1.0)
+    weights = np.linalg.solve(known.T @ known + RIDGE * np.eye(known.shape[1]), known.T @ wanted)
+    return weights, known @ weights
+
+
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--sentences", type=int, default=12, help="of each voice")
@@ -63,10 +70,9 @@ def main() -> None:
     parser.add_argument("--out", type=Path, default=Path("hvcpd/people/upper_bands.npz"))
     o = parser.parse_args()
     logs = np.concatenate([log_bands(sound) for sound in spoken(o.sentences, o.seed)])
-    lower = np.pad(logs[:, :UPPER], ((0, 0), (1, 0)), constant_values=1.0)
     upper = logs[:, UPPER:]
-    weights = np.linalg.solve(lower.T @ lower + RIDGE * np.eye(UPPER + 1), lower.T @ upper)
-    explained = 1.0 - (upper - lower @ weights).var(axis=0) / upper.var(axis=0)
+    weights, told = regression(logs[:, :UPPER], upper)
+    explained = 1.0 - (upper - told).var(axis=0) / upper.var(axis=0)
     np.savez_compressed(o.out, weights=weights.astype(np.float32))
     print(f"{len(logs)} frames, explained: {', '.join(f'{part:.0%}' for part in explained)}; wrote {o.out}")
 

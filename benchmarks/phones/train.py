@@ -19,17 +19,17 @@ from torch import Tensor, nn
 
 from benchmarks.transcripts import edits
 from hvcpd.people.cepstra import N_BANDS
-from hvcpd.people.phones import PHONES
+from hvcpd.people.phones import APART, HALVES, PHONES
 
 BLANK = len(PHONES)
 WIDTH = 192
-LAYERS = ((5, 1, 1), (3, 2, 1), (3, 1, 2), (3, 1, 3), (3, 1, 4), (3, 1, 6))
+LAYERS = tuple((3 if number else 5, 2 if number == HALVES else 1, apart) for number, apart in enumerate(APART))
 """Of each layer: how many frames it sees, its step, and how far apart they are."""
 BATCH_FRAMES = 12000
 
 
 class Net(nn.Module):
-    """Convolutions in time; from the third on what a layer finds is added to what it was given."""
+    """Convolutions in time; after HALVES what a layer finds is added to what it was given."""
 
     def __init__(self) -> None:
         super().__init__()
@@ -46,7 +46,7 @@ class Net(nn.Module):
         """From (batch, bands, frames) to logits (batch, phones, half the frames)."""
         for number, (layer, norm) in enumerate(zip(self.layers, self.norms, strict=True)):
             found = self.drop(torch.relu(norm(layer(sound))))
-            sound = found if number < 2 else sound + found
+            sound = found if number <= HALVES else sound + found
         logits: Tensor = self.out(sound)
         return logits
 
