@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import zlib
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 
 import numpy as np
 import pytest
@@ -15,8 +14,8 @@ from scipy.signal import resample
 from hvcpd.language.graph import Arc, WordGraph
 from hvcpd.ports import Samples
 from hvcpd.recognition.coherent import CoherentListener
-from hvcpd.recognition.matched import Spectrum, power_of
 from hvcpd.recognition.paths import Coherent, Said, thirds_of
+from tests.recognition.way import Way
 
 GRAPH = WordGraph(
     n_nodes=8,
@@ -42,24 +41,6 @@ GRAPH = WordGraph(
 )
 OVERLAP, PAUSE, LEAD = 320, 2240, 160
 CHUNK = 640
-
-
-@dataclass(frozen=True)
-class Way:
-    """One way to say a word, at hand."""
-
-    samples: Samples
-    final: bool
-    lead: int
-    advance: int
-
-    @property
-    def length(self) -> int:
-        return len(self.samples)
-
-    @property
-    def power(self) -> Spectrum:
-        return power_of(self.samples)
 
 
 class Book:

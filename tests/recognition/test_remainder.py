@@ -2,43 +2,23 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 import pytest
 
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 from hvcpd.recognition.events import Recognised
 from hvcpd.recognition.frontend import N_BANDS
-from hvcpd.recognition.matched import Spectrum, power_of
 from hvcpd.recognition.paths import Coherent, HeardWord
 from hvcpd.recognition.remainder import Remainder
 from hvcpd.recognition.stream import FrameStream
 from hvcpd.recognition.urgent import UrgentSettings, UrgentSpotter, UrgentTemplates
 from tests.recognition.signals import in_noise, sentence, word
+from tests.recognition.way import Way
 
 CALL = word("stop", 170.0)
 TALK = sentence("rob water green rose, bot water green rose")
 GAIN = 0.5
 BEGIN = SAMPLE_RATE_HZ
-
-
-@dataclass(frozen=True)
-class Rendering:
-    """Something said whose samples are known."""
-
-    samples: Samples
-    final: bool = True
-    lead: int = 0
-    advance: int = 0
-
-    @property
-    def length(self) -> int:
-        return len(self.samples)
-
-    @property
-    def power(self) -> Spectrum:
-        return power_of(self.samples)
 
 
 def explains(said: Samples, call: Samples, at: int, late: int = 0) -> bool:
@@ -55,7 +35,7 @@ def explains(said: Samples, call: Samples, at: int, late: int = 0) -> bool:
             kept = True
             remainder.keep(start, end, np.full(N_BANDS, 1e-7, np.float32))
     begin = BEGIN + late
-    words = (HeardWord("green", begin, begin + len(said), 1.0, 50.0, Rendering(said)),)
+    words = (HeardWord("green", begin, begin + len(said), 1.0, 50.0, Way(said)),)
     remainder.understood([Coherent(words, "low", 500.0, gain=GAIN)])
     return remainder.explains(Recognised(("green",), "low", begin, begin + len(said), 1.0, 20.0, ()), start, end)
 

@@ -1,0 +1,26 @@
+"""Words whose samples are known."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from hvcpd.ports import Samples
+from hvcpd.recognition.matched import Spectrum, power_of
+
+
+@dataclass(frozen=True)
+class Way:
+    """One way to say a word, at hand."""
+
+    samples: Samples
+    final: bool = True
+    lead: int = 0
+    advance: int = 0
+
+    @property
+    def length(self) -> int:
+        return len(self.samples)
+
+    @property
+    def power(self) -> Spectrum:
+        return power_of(self.samples)
