@@ -183,10 +183,13 @@ class Bench:
             Plant(t.number, t.name, t.place.x_m, t.place.y_m) for t in self.plan.tasks.tasks if t.place is not None
         )
         names = tuple((t.number, t.name) for t in self.plan.tasks.tasks)
+        icons = tuple((t.number, t.icon) for t in self.plan.tasks.tasks if t.icon)
         mode = "volunteer" if self.plan.coordinator is None else "coordinate"
         score = Scorekeeper(self.plan.names, self.plan.tasks, self._sink)
         score.emit(
-            Started(0.0, self.plan.names, starts, plants, mode, self.plan.seed, self.plan.air.noise_db_spl, names)
+            Started(
+                0.0, self.plan.names, starts, plants, mode, self.plan.seed, self.plan.air.noise_db_spl, names, icons
+            )
         )
         with ExitStack() as stack:
             places = [self._make_place(k, start, stack) for k, start in enumerate(starts)]

@@ -11,6 +11,7 @@ from cattrs import Converter
 from cattrs.errors import AttributeValidationNote, BaseValidationError
 
 from hvcpd.config.document import KeyPath
+from hvcpd.config.icons import valid_icon
 from hvcpd.config.loading import FaultError, Parts, between, checked, describe, did_you_mean, load
 from hvcpd.config.names import valid_alternative, valid_task_name, valid_word
 from hvcpd.config.tasks import (
@@ -80,6 +81,7 @@ class _TaskEntry:
     name: str = field(metadata=checked(valid_task_name))
     actions: tuple[_ActionEntry, ...] = field(metadata=checked(_valid_actions))
     place: _PlaceEntry | None = None
+    icon: str = field(default="", metadata=checked(valid_icon))
 
     def definition(self) -> TaskDefinition:
         place = self.place.place() if self.place else None
@@ -87,7 +89,7 @@ class _TaskEntry:
         actions: list[Action] = []
         for entry in self.actions:
             actions += (entry.action,) if entry.action is not None else there
-        return TaskDefinition(self.number, self.name, place, tuple(actions))
+        return TaskDefinition(self.number, self.name, place, tuple(actions), self.icon)
 
 
 def _valid_count(tasks: tuple[Any, ...]) -> str | None:

@@ -68,6 +68,8 @@ class TaskDefinition:
     name: str
     place: Place | None
     actions: tuple[Action, ...]
+    icon: str = ""
+    """Its mark in pictures: one of `hvcpd.config.icons.ICONS` or a single character; empty: a neutral one."""
 
 
 @dataclass(frozen=True)

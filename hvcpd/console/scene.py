@@ -79,12 +79,12 @@ class Scene:
 
     def tasks(self, tasks: Sequence[Reply]) -> None:
         """Take a reply to `tasks`."""
-        board, places = self._board(), [task["place"] for task in self._tasks]
+        board, places = self._board(), _placed(self._tasks)
         self._tasks = tasks
         if self._board() != board:
             self.viewers.tell(self._board())
             self.viewers.tell(self._alarms())
-        if [task["place"] for task in tasks] != places:
+        if _placed(tasks) != places:
             self._draw()
 
     def rows(self, rows: Sequence[Reply]) -> None:
@@ -135,14 +135,14 @@ class Scene:
                 self._draw()
 
     def _draw(self) -> None:
-        """Draw the room anew, with place for all plants and the whole trail."""
+        """Draw the room anew, with all tasks' places and the whole trail."""
         placed = [task for task in self._tasks if task["place"] is not None]
         plants = [Plant(t["number"], t["name"], t["place"]["x_m"], t["place"]["y_m"]) for t in placed]
         points = [(plant.x_m, plant.y_m) for plant in plants] + list(self._trail)
         if points:
             xs, ys = zip(*points, strict=True)
             self._framed = (min(xs) - 0.5, min(ys) - 0.5, max(xs) + 0.5, max(ys) + 0.5)
-        self._plan = draw_plan(plants, list(self._trail))
+        self._plan = draw_plan(plants, list(self._trail), {t["number"]: t.get("icon", "") for t in placed})
         self.viewers.tell(self._plan_message())
 
     def _plan_message(self) -> Message:
@@ -193,3 +193,8 @@ class Scene:
 
     def _alarms(self) -> Message:
         return {"kind": "alarms", "alarms": alarms_of(self._status, self._tasks) if self._status else []}
+
+
+def _placed(tasks: Sequence[Reply]) -> list[tuple[Any, ...]]:
+    """What the plan shows of the tasks."""
+    return [(task["number"], task["name"], task["place"], task.get("icon", "")) for task in tasks]

@@ -147,6 +147,7 @@ def _task(entry: Entry, robot: Robot, now: float) -> dict[str, Any]:
     return {
         "number": definition.number,
         "name": definition.name,
+        "icon": definition.icon,
         "state": entry.state,
         "owner": entry.owner,
         "hearsay": entry.hearsay,

@@ -11,7 +11,7 @@ from hil_fakes.room import Air
 from hvcpd.evaluation import listeners
 from hvcpd.evaluation.trials import Beside, Experiment, Findings, Row, Scale, Table, Trial
 from hvcpd.reporting.events import Summary, Watered
-from hvcpd.reporting.palette import ROBOT_LIGHT, plant_colour
+from hvcpd.reporting.palette import ROBOT_LIGHT, task_colour
 
 ROBOTS = ("Rob", "Bot")
 PAPER_SHARES = (3, 2)
@@ -89,8 +89,8 @@ def _draw(figure: Any, row: Row) -> None:
         points = row["trails"][robot]
         mine = {number for who, number, _ in row["watered"] if who == robot}
         for number, name, x_m, y_m in row["plants"]:
-            face = plant_colour(name) if number in mine else "none"
-            axes.plot(x_m, y_m, "o", ms=11, mfc=face, mec=plant_colour(name), mew=1.5)
+            face = task_colour(name) if number in mine else "none"
+            axes.plot(x_m, y_m, "o", ms=11, mfc=face, mec=task_colour(name), mew=1.5)
         axes.plot([x for x, _ in points], [y for _, y in points], color=colour, lw=1.2)
         axes.plot(*points[0], "s", color=colour, ms=5)
         axes.set(title=f"{robot}: waters {len(mine)}", xlabel="x, m", ylabel="y, m", aspect="equal")

@@ -7,7 +7,7 @@ from collections.abc import Iterable, Sequence
 
 from hvcpd.language.card import Card, Line, Topic
 from hvcpd.reporting.markup import Markup, escaped, joined, tag
-from hvcpd.reporting.palette import plant_colour, robot_slot
+from hvcpd.reporting.palette import robot_slot, task_colour
 from hvcpd.reporting.style import style_sheet
 from hvcpd.reporting.text import listed
 
@@ -113,7 +113,7 @@ def _tasks(tasks: Sequence[tuple[int, str]]) -> Markup | None:
 
 
 def _dot(name: str) -> Markup:
-    circle = tag("circle", cx=5, cy=5, r=4.4, fill=plant_colour(name), stroke="#0005")
+    circle = tag("circle", cx=5, cy=5, r=4.4, fill=task_colour(name), stroke="#0005")
     return tag("svg", circle, class_="dot", viewBox="0 0 10 10", width=11, height=11, aria_hidden="true")
 
 

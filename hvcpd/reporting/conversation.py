@@ -5,8 +5,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from hvcpd.reporting.events import Garbled, Heard, Watered
+from hvcpd.reporting.icons import badge
 from hvcpd.reporting.markup import Markup, joined, tag
-from hvcpd.reporting.palette import plant_colour, robot_slot
+from hvcpd.reporting.palette import robot_slot
 from hvcpd.reporting.story import Line, Story
 from hvcpd.reporting.text import clock, listed, percent, plural, seal_words
 
@@ -15,14 +16,14 @@ MAX_NAMED = 3
 
 
 def draw_conversation(story: Story, playable: bool) -> Markup:
-    """All utterances, waterings and stray speech in the order of time; with buttons if there is sound to play."""
+    """All utterances, deeds and stray speech in the order of time; with buttons if there is sound to play."""
     entries: list[tuple[float, Markup]] = []
     slots = {name: robot_slot(k) for k, name in enumerate(story.robots)}
     sides = {name: k % 2 for k, name in enumerate(story.robots)}
     for line in story.lines:
         slot, side = slots[line.said.speaker], sides[line.said.speaker]
         entries.append((line.said.at_s, _utterance(line, slot, side, playable, len(story.robots) - 1)))
-    entries += [(act.at_s, _watering(act, story)) for act in story.waterings]
+    entries += [(act.at_s, _carried_out(act, story)) for act in story.waterings]
     entries += [(stray.at_s, _stray(stray)) for stray in story.unplaced]
     entries.sort(key=lambda entry: entry[0])
     return tag("ol", *(item for _, item in entries), class_="chat", id="chat", tabindex="0", aria_label="Conversation")
@@ -78,10 +79,10 @@ def _heard(heard: Heard) -> Markup:
     return tag("li", told + seal, class_="good", title=title)
 
 
-def _watering(act: Watered, story: Story) -> Markup:
-    name = next((task.name for task in story.tasks if task.number == act.task), f"task {act.task}")
-    dot = tag("i", class_="dot", style=f"background:{plant_colour(name)}")
-    told = joined([tag("time", clock(act.at_s)), dot, tag("b", act.robot), f" has done task {act.task}: {name}"])
+def _carried_out(act: Watered, story: Story) -> Markup:
+    task = next(task for task in story.tasks if task.number == act.task)
+    mark = badge(task.icon, task.name)
+    told = joined([tag("time", clock(act.at_s)), mark, tag("b", act.robot), f" has done task {act.task}: {task.name}"])
     return tag("li", told, class_="act", data_at=f"{act.at_s:.3f}")
 
 

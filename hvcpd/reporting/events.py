@@ -34,7 +34,9 @@ class Started:
     seed: int
     noise_db_spl: float
     tasks: tuple[tuple[int, str], ...] = ()
-    """Every task's number and name, those without a place too; empty: only the plants are known."""
+    """Every task's number and name, those without a place too; empty: only those with one are known."""
+    icons: tuple[tuple[int, str], ...] = ()
+    """The number and the icon of every task that has one."""
 
 
 @dataclass(frozen=True)
@@ -214,5 +216,5 @@ class MissionRecord:
     events: tuple[Event, ...]
     trails: tuple[Trail, ...]
     sound: Samples
-    title: str = "Two robots share out the watering"
+    title: str = "A mission"
     extra: dict[str, str] = field(default_factory=dict)

@@ -13,9 +13,10 @@ from hvcpd.reporting.audio_clip import Clip, make_clip
 from hvcpd.reporting.conversation import draw_conversation, utterance_options
 from hvcpd.reporting.events import MissionRecord, Trail
 from hvcpd.reporting.files import write_whole
+from hvcpd.reporting.icons import badge
 from hvcpd.reporting.map_svg import draw_map
 from hvcpd.reporting.markup import Markup, escaped, joined, tag
-from hvcpd.reporting.palette import plant_colour, robot_slot
+from hvcpd.reporting.palette import robot_slot
 from hvcpd.reporting.simplify import length_m, simplified
 from hvcpd.reporting.spectrogram import choose, figure
 from hvcpd.reporting.story import Story, TaskStory, tell
@@ -110,7 +111,7 @@ def _figures(story: Story, trails: list[Trail]) -> Markup:
 
 def _legend(story: Story) -> Markup:
     robots = [tag("span", name, class_=f"key r{robot_slot(k)}") for k, name in enumerate(story.robots)]
-    return joined([*robots, tag("span", "○ start  □ end  ➤ way"), tag("span", "pale flower: not watered")], " ")
+    return joined([*robots, tag("span", "○ start  □ end  ➤ way"), tag("span", "pale: not done")], " ")
 
 
 def _spectrograms(story: Story, sound: Samples) -> Markup:
@@ -130,25 +131,24 @@ def _spectrograms(story: Story, sound: Samples) -> Markup:
 
 
 def _task_table(story: Story) -> Markup:
-    heads = ("No.", "Task", "Place (m)", "Done by", "Claimed", "Done", "Off the plant (m)")
+    heads = ("No.", "Task", "Place (m)", "Done by", "Claimed", "Done", "Off its place (m)")
     head = tag("thead", tag("tr", *(tag("th", h, scope="col") for h in heads)))
     body = tag("tbody", *(_task_row(task) for task in story.tasks))
     return tag("table", head, body)
 
 
 def _task_row(task: TaskStory) -> Markup:
-    dot = tag("i", class_="dot", style=f"background:{plant_colour(task.name)}")
     place = f"({task.plant.x_m:.2f}, {task.plant.y_m:.2f})".replace("-", "−") if task.plant else "–"
     doers = listed(dict.fromkeys(act.robot for act in task.waterings)) or "nobody"
     if len(task.waterings) > 1:
         doers += f", {len(task.waterings)} times"
     claimed, done = (clock(at) if at is not None else "–" for at in (task.claimed_s, task.done_s))
     off = f"{task.distance_m:.3f}" if task.distance_m is not None else "–"
-    cells = (("Place (m)", place), ("Done by", doers), ("Claimed", claimed), ("Done", done), ("Off the plant (m)", off))
+    cells = (("Place (m)", place), ("Done by", doers), ("Claimed", claimed), ("Done", done), ("Off its place (m)", off))
     return tag(
         "tr",
         tag("td", task.number, data_head="No."),
-        tag("th", joined([dot, task.name]), scope="row"),
+        tag("th", joined([badge(task.icon, task.name), task.name]), scope="row"),
         *(tag("td", text, data_head=name) for name, text in cells),
         class_=None if len(task.waterings) == 1 else "bad",
     )

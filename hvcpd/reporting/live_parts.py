@@ -11,12 +11,13 @@ from rich.table import Table
 from rich.text import Text
 
 from hvcpd.reporting.events import Garbled, Heard, Plant, Started, Summary, Watered
-from hvcpd.reporting.palette import ROBOT_TERMINAL, plant_style
+from hvcpd.reporting.icons import character
+from hvcpd.reporting.palette import ROBOT_TERMINAL, task_style
 from hvcpd.reporting.story import Line
 from hvcpd.reporting.text import clean, clock, listed, percent, plural, seal_words, without_common_start
 from hvcpd.reporting.watching import BoardRow, GaveUp, Note, Watch
 
-_ASCII = str.maketrans({"✿": "*", "×": "x", "–": "-", "…": "~", "·": ".", "✓": "+", "≠": "!"})
+_ASCII = str.maketrans({"×": "x", "–": "-", "…": "~", "·": ".", "✓": "+", "≠": "!"})
 SHOWN_LISTENERS = 4
 """More are counted, not named: a line stays a line with twelve robots."""
 MAP_COLUMNS_PER_ROW = 2
@@ -38,6 +39,10 @@ class Artist:
 
     def style(self, robot: str) -> str:
         return self._styles.get(robot, "white")
+
+    def mark(self, icon: str) -> str:
+        """A task's mark, one column wide."""
+        return "*" if self._ascii else character(icon)
 
     def text(self, *parts: str | tuple[str, str]) -> Text:
         """Parts, each a string or (string, style); never read as markup."""
@@ -113,11 +118,11 @@ def told(artist: Artist, watch: Watch, note: Note) -> list[Text]:
 
 def _watered(artist: Artist, watch: Watch, note: Watered) -> Text:
     plant: Plant | None = next((p for p in watch.started.plants if p.task == note.task), None)
-    name = watch.names.get(note.task, "")
+    name, icon = watch.names.get(note.task, ""), watch.icons.get(note.task, "")
     away = f", {1000 * math.hypot(note.x_m - plant.x_m, note.y_m - plant.y_m):.0f} mm off" if plant else ""
     return artist.text(
         (f"{clock(note.at_s):>5}  ", "dim"),
-        ("✿ ", plant_style(name)),
+        (f"{artist.mark(icon)} ", task_style(name)),
         (note.robot, f"bold {artist.style(note.robot)}"),
         (f" has done {artist.task(watch, note.task)}{away}: {len(watch.watered)} of {len(watch.names)}", "bold"),
     )
@@ -153,7 +158,7 @@ def task_board(artist: Artist, watch: Watch, rows: int) -> Table:
     names = dict(zip((r.task for r in watch.board()), _short(watch), strict=True))
     for row in board:
         state = artist.text((row.state, _STATES.get(row.state, "")))
-        task = artist.text((names[row.task], plant_style(row.name)))
+        task = artist.text((names[row.task], task_style(row.name)))
         table.add_row(artist.text((str(row.task), "dim")), task, state, _who(artist, row))
     if hidden:
         table.add_row("", artist.text((f"… and {hidden} more", "dim")), "", "")
@@ -196,7 +201,7 @@ class Overhead:
 
 
 def overhead(started: Started, columns: int, rows: int) -> Overhead | None:
-    """The plants and the starts fitted into `columns` × `rows` characters; None if there is nothing or no room."""
+    """Tasks' places and the starts fitted into `columns` × `rows` characters; None if there is nothing or no room."""
     points = [(plant.x_m, plant.y_m) for plant in started.plants]
     points += [(pose.x_m, pose.y_m) for pose in started.starts]
     points = [p for p in points if all(map(math.isfinite, p))]
@@ -210,15 +215,15 @@ def overhead(started: Started, columns: int, rows: int) -> Overhead | None:
 
 
 def draw_map(artist: Artist, watch: Watch, plan: Overhead, visited: dict[tuple[int, int], str]) -> list[Text]:
-    """Trails as dots, plants as their task's number (a flower when done), robots by their initial."""
+    """Trails as dots, tasks as their number (their mark when done), robots by their initial."""
     cells: dict[tuple[int, int], tuple[str, str]] = {
         cell: ("·", artist.style(robot)) for cell, robot in visited.items()
     }
     for plant in watch.started.plants:
         cell = plan.cell(plant.x_m, plant.y_m)
         if cell:
-            mark = "✿" if plant.task in watch.watered else str(plant.task)[-1:]
-            cells[cell] = (mark, f"bold {plant_style(plant.name)}")
+            mark = artist.mark(watch.icons.get(plant.task, "")) if plant.task in watch.watered else str(plant.task)[-1:]
+            cells[cell] = (mark, f"bold {task_style(plant.name)}")
     for robot, pose in zip(watch.started.robots, watch.poses, strict=False):
         cell = plan.cell(pose.x_m, pose.y_m)
         if cell:

@@ -1,4 +1,4 @@
-"""The room seen from above: plants, trails, starts and ends, as inline SVG."""
+"""The room seen from above: tasks' places, trails, starts and ends, as inline SVG."""
 
 from __future__ import annotations
 
@@ -10,8 +10,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from hvcpd.reporting.events import Plant, Trail, Watered
+from hvcpd.reporting.icons import drawn
 from hvcpd.reporting.markup import Markup, joined, tag
-from hvcpd.reporting.palette import plant_colour, robot_slot
+from hvcpd.reporting.palette import robot_slot
 from hvcpd.reporting.story import Story
 from hvcpd.reporting.text import clock, number, without_common_start
 
@@ -19,7 +20,7 @@ _WIDTH, _HEIGHT = 700.0, 700.0
 """The drawing fits into this, in SVG units."""
 _PAD = 34.0
 """Around it, for the scale's figures."""
-MAX_NAMED_PLANTS = 16
+MAX_NAMED_TASKS = 16
 """More are labelled by their number alone; the table beside has the names."""
 _MARGIN_M = 0.8
 _MAX_LINES = 26
@@ -27,7 +28,7 @@ _MAX_LINES = 26
 _ARROW_EVERY = 160.0
 """SVG units of trail between two arrowheads."""
 _END = 15.0
-"""Half the side of the frame around a trail's end: a robot ends at a plant, which stays visible in it."""
+"""Half the side of the frame around a trail's end: a robot ends at a task's place, whose mark stays visible in it."""
 _CHARACTER, _LINE = 10.0, 20.0
 """Size of a label's letter, SVG units, as on a phone, where labels are larger than on a desk: to keep them apart."""
 
@@ -72,8 +73,12 @@ def fit(points: Sequence[tuple[float, float]]) -> Frame:
     return Frame(edges[0][0], edges[1][0], edges[0][1], edges[1][1], step_m)
 
 
-def draw_plan(plants: Sequence[Plant], others: Sequence[tuple[float, float]] = ()) -> Markup:
-    """The room with its plants, none of them watered yet, and room for `others`: (x_m, y_m).
+def draw_plan(
+    plants: Sequence[Plant], others: Sequence[tuple[float, float]] = (), icons: Mapping[int, str] | None = None
+) -> Markup:
+    """The room with the tasks' places, none of them done yet, and room for `others`: (x_m, y_m).
+
+    `icons` are the tasks' by number; without one a task has the neutral mark.
 
     The picture tells in its data how metres become its units, for a script that draws robots into it: x is
     `pad + (x_m - left) * scale`, y is `pad + (high - (y_m - bottom)) * scale`.
@@ -86,7 +91,7 @@ def draw_plan(plants: Sequence[Plant], others: Sequence[tuple[float, float]] = (
         "svg",
         tag("title", f"The room from above, {number(frame.wide_m)} m by {number(frame.high_m)} m"),
         _grid(frame),
-        tag("g", joined(_plants(frame, plants, {}, labels))),
+        tag("g", joined(_marks(frame, plants, icons or {}, {}, labels))),
         **_canvas(frame),
         data_left=frame.left_m,
         data_bottom=frame.bottom_m,
@@ -124,7 +129,7 @@ def draw_map(story: Story, trails: Sequence[Trail]) -> Markup:
         tag("title", title),
         _grid(frame),
         tag("g", joined(_trail(frame, trail, order.get(trail.robot, 0)) for trail in drawn)),
-        tag("g", joined(_plants(frame, plants, _acts(story), labels))),
+        tag("g", joined(_marks(frame, plants, dict(story.started.icons), _acts(story), labels))),
         tag("g", joined(_ends(frame, trail, order.get(trail.robot, 0), labels) for trail in drawn)),
         tag("g", joined(_puck(frame, trail, order.get(trail.robot, 0)) for trail in drawn)),
         **_canvas(frame),
@@ -186,32 +191,28 @@ def _arrows(points: list[tuple[float, float]], slot: int) -> list[Markup]:
 
 
 def _acts(story: Story) -> dict[int, Watered]:
-    """The first watering of each plant that was watered."""
+    """The first time that each task was carried out."""
     return {watering.task: watering for watering in reversed(story.waterings)}
 
 
-def _plants(frame: Frame, plants: Sequence[Plant], done: Mapping[int, Watered], labels: _Labels) -> list[Markup]:
+def _marks(
+    frame: Frame, plants: Sequence[Plant], icons: Mapping[int, str], done: Mapping[int, Watered], labels: _Labels
+) -> list[Markup]:
     parts = []
     for plant, short in zip(plants, without_common_start([p.name for p in plants]), strict=True):
         x, y = frame.at(plant.x_m, plant.y_m)
         act = done.get(plant.task)
-        how = f"watered by {act.robot} at {clock(act.at_s)}" if act else "not watered"
-        petals = []
-        for k in range(5):
-            angle = 2 * math.pi * k / 5 - math.pi / 2
-            petals.append(tag("circle", cx=round(6.6 * math.cos(angle), 2), cy=round(6.6 * math.sin(angle), 2), r=5.4))
-        flower = tag(
+        how = f"done by {act.robot} at {clock(act.at_s)}" if act else "not done"
+        mark = tag(
             "g",
             tag("title", f"{plant.task}: {plant.name}, at ({plant.x_m:.2f}, {plant.y_m:.2f}) m, {how}"),
-            *petals,
-            tag("circle", class_="heart", r=4),
-            class_="plant" if act else "plant dry",
-            fill=plant_colour(plant.name),
+            drawn(icons.get(plant.task, ""), plant.name),
+            class_="place" if act else "place undone",
             transform=f"translate({number(x, 1)} {number(y, 1)})",
             data_task=plant.task,
         )
-        label = f"{plant.task} {short}" if len(plants) <= MAX_NAMED_PLANTS else f"{plant.task}"
-        parts += [flower, labels.place(label, x, y, 16.0, "label")]
+        label = f"{plant.task} {short}" if len(plants) <= MAX_NAMED_TASKS else f"{plant.task}"
+        parts += [mark, labels.place(label, x, y, 16.0, "label")]
     return parts
 
 

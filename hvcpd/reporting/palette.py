@@ -1,4 +1,4 @@
-"""Colours: of robots, by their place in the team, and of plants, by the colour word in their name."""
+"""Colours: of robots, by their place in the team, and of tasks, by the colour word in their name."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ ROBOT_TERMINAL = (
 ).split()
 """The terminal's own sixteen, which its user has chosen to be legible."""
 
-PLANT = {
+TASK = {
     "red": "#d6303f",
     "crimson": "#b0123a",
     "scarlet": "#e03119",
@@ -40,7 +40,7 @@ PLANT = {
     "silver": "#adb5bd",
     "white": "#f6f5f0",
 }
-PLANT_TERMINAL = {
+TASK_TERMINAL = {
     "red": "red",
     "crimson": "red",
     "scarlet": "red",
@@ -63,12 +63,12 @@ def robot_slot(index: int) -> int:
     return index % len(ROBOT_LIGHT)
 
 
-def plant_colour(name: str) -> str:
+def task_colour(name: str) -> str:
     """The colour that a task's name holds, as #rrggbb; a grey if it holds none."""
-    return next((PLANT[word] for word in re.findall(r"[a-z]+", name.lower()) if word in PLANT), NO_COLOUR)
+    return next((TASK[word] for word in re.findall(r"[a-z]+", name.lower()) if word in TASK), NO_COLOUR)
 
 
-def plant_style(name: str) -> str:
+def task_style(name: str) -> str:
     """The same as a terminal's colour."""
     words = re.findall(r"[a-z]+", name.lower())
-    return next((PLANT_TERMINAL[word] for word in words if word in PLANT_TERMINAL), "white")
+    return next((TASK_TERMINAL[word] for word in words if word in TASK_TERMINAL), "white")

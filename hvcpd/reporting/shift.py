@@ -46,10 +46,10 @@ class Member:
 
 @dataclass(frozen=True)
 class Bin:
-    """A part of the shift: when it begins (seconds since 1970), sentences understood, and speech not understood."""
+    """A part of the shift: when it begins (seconds since 1970), sentences heard, and speech not understood."""
 
     from_s: float
-    understood: int
+    heard: int
     garbled: int
 
 
@@ -77,9 +77,19 @@ class Shift:
     story: Story
 
     @property
-    def sentences(self) -> int:
-        """How many were said and understood."""
-        return sum(member.sentences for member in self.members)
+    def said(self) -> int:
+        """How many sentences the robot itself said."""
+        return sum(member.sentences for member in self.members if member.name == self.own)
+
+    @property
+    def heard(self) -> int:
+        """How many sentences it heard from others and understood."""
+        return sum(member.sentences for member in self.members if member.name != self.own)
+
+    @property
+    def understood(self) -> float | None:
+        """The share of the speech heard that was understood, 0 to 1; None if none was heard."""
+        return self.heard / (self.heard + self.garbled) if self.heard + self.garbled else None
 
     @property
     def done(self) -> Counter[int]:
@@ -94,11 +104,13 @@ def read_shift(
     timed = [row for row in rows if row.wall_s is not None and span_s[0] <= row.wall_s <= span_s[1]]
     own = next((row.record.speaker for row in timed if row.record.kind == "said" and row.record.speaker), "the robot")
     begin_s = max(span_s[0], timed[0].wall_s or 0.0) if timed else span_s[0]
-    reader = _Reader(own, begin_s, {task.name: task.number for task in tasks})
+    reader = _Reader(own, begin_s, {task.number: task.name for task in tasks})
     for row in timed:
         reader.take(row, phrasebook)
     names = tuple(reader.members)
-    started = Started(0.0, names, (), (), "shift", 0, math.nan, tuple((task.number, task.name) for task in tasks))
+    named = tuple((task.number, task.name) for task in tasks)
+    icons = tuple((task.number, task.icon) for task in tasks if task.icon)
+    started = Started(0.0, names, (), (), "shift", 0, math.nan, named, icons)
     record = MissionRecord((started, *reader.events), (), np.zeros(0, np.float32))
     return Shift(
         own,
@@ -115,26 +127,27 @@ def read_shift(
 
 def _bins(rows: Iterable[TranscriptRow], begin_s: float, end_s: float) -> tuple[Bin, ...]:
     length_s = max(end_s - begin_s, 1.0) / BINS
-    understood, garbled = Counter[int](), Counter[int]()
+    heard, garbled = Counter[int](), Counter[int]()
     for row in rows:
         k = min(int(((row.wall_s or 0.0) - begin_s) / length_s), BINS - 1)
-        if row.record.kind != "garbled":
-            understood[k] += 1
-        elif not row.record.text:
+        if row.record.kind == "heard":
+            heard[k] += 1
+        elif row.record.kind == "garbled" and not row.record.text:
             garbled[k] += 1
-    return tuple(Bin(begin_s + k * length_s, understood[k], garbled[k]) for k in range(BINS))
+    return tuple(Bin(begin_s + k * length_s, heard[k], garbled[k]) for k in range(BINS))
 
 
 class _Reader:
     """Takes rows one after the other."""
 
-    def __init__(self, own: str, begin_s: float, numbers: dict[str, int]) -> None:
+    def __init__(self, own: str, begin_s: float, names: dict[int, str]) -> None:
         self.members: dict[str, Member] = {own: Member(own)}
         self.events: list[Event] = []
         self.troubles: list[Trouble] = []
         self.garbled = self.unknown = 0
-        self._own, self._begin_s, self._numbers = own, begin_s, numbers
+        self._own, self._begin_s, self._names = own, begin_s, names
         self._done_s: dict[tuple[str, int], float] = {}
+        self._claimed: dict[int, str] = {}
         self._next = 0
 
     def take(self, row: TranscriptRow, phrasebook: Phrasebook) -> None:
@@ -151,7 +164,7 @@ class _Reader:
             self.events.append(Garbled(at_s, self._own))
             return
         speaker = record.speaker or "somebody"
-        member = self.members.setdefault(speaker, Member(speaker))
+        member = self._member(speaker)
         member.sentences += 1
         if record.confidence is not None:
             member.confidences.append(record.confidence)
@@ -162,7 +175,14 @@ class _Reader:
             self.unknown += 1
             return
         member.team = utterance.team or member.team
-        self._tell(utterance.statement, member, wall_s)
+        match utterance:
+            case m.Utterance(addressee=m.ToRobot(doer), statement=m.Confirmed(m.TaskByNumber() as ref, complete=True)):
+                self._complete(ref, self._member(doer), wall_s)  # whose report may not have been heard
+            case _:
+                self._tell(utterance.statement, member, wall_s)
+
+    def _member(self, name: str) -> Member:
+        return self.members.setdefault(name, Member(name))
 
     def _speak(self, at_s: float, speaker: str, text: str, confidence: float | None) -> None:
         number, self._next = self._next, self._next + 1
@@ -181,15 +201,21 @@ class _Reader:
             case m.Failed(ref):
                 member.failed.append(ref.number)
                 self._change(ref, "open", None, wall_s, member.name)
-                self.troubles.append(Trouble(wall_s, f"{member.name} gave task {ref.number} up"))
+                self.troubles.append(Trouble(wall_s, f"{member.name} gave up {self._task(ref.number)}"))
             case m.Report():
                 member.report = statement
             case m.Stop():
                 self.troubles.append(Trouble(wall_s, f"“stop”, said by {member.name}"))
             case m.Unable(m.TaskByNumber(number)):
-                self.troubles.append(Trouble(wall_s, f"{member.name} cannot do task {number}"))
+                self.troubles.append(Trouble(wall_s, f"{member.name} cannot do {self._task(number)}"))
+            case m.Relayed(speaker, statement):
+                self._tell(statement, self._member(speaker), wall_s)
             case m.NameTaken():
                 self.troubles.append(Trouble(wall_s, f"two robots answer to the name {member.name}"))
+
+    def _task(self, number: int) -> str:
+        name = self._names.get(number)
+        return f"task {number}, {name}" if name else f"task {number}"
 
     def _complete(self, ref: m.TaskByNumber, member: Member, wall_s: float) -> None:
         key = (member.name, ref.number)
@@ -202,7 +228,13 @@ class _Reader:
         self._change(ref, "done", member.name, wall_s)
 
     def _change(self, ref: m.TaskRef, state: str, owner: str | None, wall_s: float, robot: str | None = None) -> None:
-        number = ref.number if isinstance(ref, m.TaskByNumber) else self._numbers.get(ref.name)
+        numbers = {name: number for number, name in self._names.items()}
+        number = ref.number if isinstance(ref, m.TaskByNumber) else numbers.get(ref.name)
         if number is not None:
             at_s = wall_s - self._begin_s
+            before = self._claimed.pop(number, None)
+            if before is not None and before != owner:  # it has the task no longer, whether it said so or not
+                self.events.append(TaskChanged(at_s, before, number, state, owner))
+            if state == "claimed" and owner is not None:
+                self._claimed[number] = owner
             self.events.append(TaskChanged(at_s, robot or owner or self._own, number, state, owner))

@@ -2,20 +2,29 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection, Iterable, Sequence
 from datetime import datetime
 from pathlib import Path
 
 from hvcpd.language import messages as m
 from hvcpd.reporting.files import write_whole
-from hvcpd.reporting.markup import Markup, joined, tag
-from hvcpd.reporting.palette import plant_colour, robot_slot
+from hvcpd.reporting.icons import badge
+from hvcpd.reporting.markup import Markup, escaped, joined, tag
+from hvcpd.reporting.palette import robot_slot
 from hvcpd.reporting.shift import Member, Shift
 from hvcpd.reporting.style import style_sheet
-from hvcpd.reporting.text import clean, listed, percent, plural
+from hvcpd.reporting.text import clean, percent, plural
 from hvcpd.reporting.timeline_svg import draw_timeline
 
-_WIDTH, _HEIGHT, _LEFT, _BOTTOM = 1080.0, 200.0, 44.0, 26.0
-"""Of the chart of talk, SVG units."""
+SHORT_S = 1800.0
+"""In a shift shorter than this, seconds are told, too."""
+DAY_S = 86400.0
+_UNITS_PER_S = 0.15
+"""Of the timeline, SVG units: a task of four minutes has room for its number, two hours are to be seen at once."""
+MAX_LISTED = 6
+"""Tasks that stand beside a member at once; of more the page tells the number, and the tasks on demand."""
+LABEL_EVERY = 4
+"""Bars of the chart of talk to one time below it."""
 
 
 def write_shift(shift: Shift, path: Path) -> None:
@@ -23,36 +32,52 @@ def write_shift(shift: Shift, path: Path) -> None:
     write_whole(path, page(shift).encode("utf-8"))
 
 
-SHORT_S = 1800.0
-"""In a shift shorter than this, seconds are told, too."""
-
-
-def wall_clock(wall_s: float, seconds: bool = False) -> str:
-    """Hours and minutes, by the clock of this computer."""
-    return datetime.fromtimestamp(wall_s).strftime("%H:%M:%S" if seconds else "%H:%M")
+def wall_clock(wall_s: float, shift: Shift) -> str:
+    """A time of the shift by the clock of this computer: as much of it as the shift's length asks for."""
+    began, ended, at = map(datetime.fromtimestamp, (shift.begin_s, shift.end_s, wall_s))
+    day = "%a " if began.date() != ended.date() else ""
+    if shift.end_s - shift.begin_s > 6 * DAY_S:
+        day = "%d %b "
+    return at.strftime(day + ("%H:%M:%S" if shift.end_s - shift.begin_s < SHORT_S else "%H:%M"))
 
 
 def title(shift: Shift) -> str:
     """Whose shift, and when."""
-    day = datetime.fromtimestamp(shift.begin_s).strftime("%A %d %B %Y")
-    return f"{day}, {wall_clock(shift.begin_s)} to {wall_clock(shift.end_s)}, as {shift.own} heard it"
+    began, ended = datetime.fromtimestamp(shift.begin_s), datetime.fromtimestamp(shift.end_s)
+    day, until = "%A %d %B %Y, %H:%M", "%H:%M" if began.date() == ended.date() else "%A %d %B, %H:%M"
+    return f"{began.strftime(day)} to {ended.strftime(until)}, as {shift.own} heard it"
 
 
 def as_text(shift: Shift) -> str:
     """The shift for the terminal."""
-    lines = [clean(title(shift)), ""]
-    lines += [f"{what:24}{value}" for value, what in _figures(shift)]
-    lines += ["", f"{'':12}{'said':>6}{'sure':>8}  {'done':24}last report"]
-    for member in shift.members:
-        sure = percent(member.confidence) if member.confidence is not None else "–"
-        lines.append(f"{clean(member.name):12}{member.sentences:6}{sure:>8}  {_numbers(member):24}{_report(member)}")
+    lines = [clean(title(shift)), "", *_columns(_figures(shift), right=(0,)), ""]
+    heads = ("Name", "Team", "Sentences", "Sure", "Last report")
+    lines += _columns([heads, *(_member_cells(member) for member in shift.members)], right=(2, 3))
+    if shift.story.waterings:
+        done = [
+            (wall_clock(shift.begin_s + act.at_s, shift), act.robot, _task(shift, act.task))
+            for act in shift.story.waterings
+        ]
+        lines += ["", "Tasks done:", *(f"  {line}" for line in _columns(done))]
     if shift.troubles:
-        lines += ["", "What went wrong:"]
-        lines += [f"  {wall_clock(trouble.wall_s)}  {clean(trouble.text)}" for trouble in shift.troubles]
+        troubles = [(wall_clock(trouble.wall_s, shift), trouble.text) for trouble in shift.troubles]
+        lines += ["", "What went wrong:", *(f"  {line}" for line in _columns(troubles))]
     if shift.unknown:
         told = plural(shift.unknown, "sentence")
         lines += ["", f"{told} not in today's phrasebook; give the names of then with --config"]
     return "\n".join(lines) + "\n"
+
+
+def _columns(rows: Sequence[tuple[str, ...]], right: Collection[int] = ()) -> list[str]:
+    """Rows of cells as lines, each column as wide as its widest cell."""
+    rows = [tuple(map(clean, row)) for row in rows]
+    wide = [max(map(len, column)) for column in zip(*rows, strict=True)]
+    return [
+        "  ".join(
+            cell.rjust(n) if k in right else cell.ljust(n) for k, (cell, n) in enumerate(zip(row, wide, strict=True))
+        ).rstrip()
+        for row in rows
+    ]
 
 
 def as_json(shift: Shift) -> dict[str, object]:
@@ -61,7 +86,8 @@ def as_json(shift: Shift) -> dict[str, object]:
         "own": shift.own,
         "begin_s": shift.begin_s,
         "end_s": shift.end_s,
-        "sentences": shift.sentences,
+        "said": shift.said,
+        "heard": shift.heard,
         "garbled": shift.garbled,
         "unknown": shift.unknown,
         "done": dict(shift.done),
@@ -107,84 +133,99 @@ def _classed(element: Markup, kind: str) -> Markup:
 
 
 def _figures(shift: Shift) -> list[tuple[str, str]]:
-    heard = shift.sentences + shift.garbled
-    understood = percent(shift.sentences / heard) if heard else "–"
+    done, troubles = shift.done.total(), len(shift.troubles)
+    understood = percent(shift.understood) if shift.understood is not None else "–"
     return [
-        (str(sum(shift.done.values())), "tasks done"),
-        (str(shift.sentences), "sentences understood"),
+        (str(done), "task done" if done == 1 else "tasks done"),
+        (str(shift.said), f"said by {shift.own}"),
+        (str(shift.heard), "understood from others"),
         (str(shift.garbled), "not understood"),
-        (understood, "of all speech understood"),
-        (str(len(shift.troubles)), "troubles"),
+        (understood, "understood of the speech heard"),
+        (str(troubles), "trouble" if troubles == 1 else "troubles"),
     ]
 
 
 def _timeline(shift: Shift) -> Markup:
     if not shift.story.lines:
         return tag("p", "Nobody said anything.")
-    short = shift.end_s - shift.begin_s < SHORT_S
-    return draw_timeline(shift.story, [], lambda at_s: wall_clock(shift.begin_s + at_s, short))
+    midnight = datetime.fromtimestamp(shift.begin_s).replace(hour=0, minute=0, second=0, microsecond=0)
+    since_midnight_s = shift.begin_s - midnight.timestamp()
+    return draw_timeline(
+        shift.story, [], lambda at_s: wall_clock(shift.begin_s + at_s, shift), since_midnight_s, _UNITS_PER_S
+    )
 
 
 def _talk(shift: Shift) -> Markup:
     """A bar for each part of the shift: what was understood, and on top of it what was not."""
-    short = shift.end_s - shift.begin_s < SHORT_S
-    most = max((b.understood + b.garbled for b in shift.bins), default=0) or 1
-    wide = (_WIDTH - _LEFT) / max(len(shift.bins), 1)
-    scale = (_HEIGHT - _BOTTOM - 12.0) / most
-    base = _HEIGHT - _BOTTOM
-    parts = [tag("text", str(most), class_="scale", x=_LEFT - 6, y=22, text_anchor="end")]
-    parts.append(tag("line", class_="grid", x1=_LEFT, x2=_WIDTH, y1=base, y2=base))
+    most = max((b.heard + b.garbled for b in shift.bins), default=0) or 1
+    bars, times = [], []
     for k, part in enumerate(shift.bins):
-        x = _LEFT + k * wide
-        low, high = part.understood * scale, part.garbled * scale
-        told = f"from {wall_clock(part.from_s)}: {part.understood} understood, {part.garbled} not"
-        bars = [tag("rect", class_="understood", x=x + 1, y=base - low, width=wide - 2, height=low)]
-        bars.append(tag("rect", class_="garbled", x=x + 1, y=base - low - high, width=wide - 2, height=high))
-        parts.append(tag("g", tag("title", told), *bars))
-        if k % 4 == 0:
-            parts.append(tag("text", wall_clock(part.from_s, short), class_="scale", x=x, y=_HEIGHT - 8))
+        told = f"from {wall_clock(part.from_s, shift)}: {part.heard} understood, {part.garbled} not"
+        kinds = (("garbled", part.garbled), ("understood", part.heard))
+        pieces = (tag("i", class_=kind, style=f"height:{100 * n / most:.2f}%") for kind, n in kinds if n)
+        bars.append(tag("div", *pieces, title=told))
+        if k % LABEL_EVERY == 0:
+            times.append(tag("span", wall_clock(part.from_s, shift)))
     words = "Sentences understood and not understood over the shift"
-    chart = tag(
-        "svg", tag("title", words), *parts, class_="talk-chart", viewBox=f"0 0 {_WIDTH:g} {_HEIGHT:g}", role="img"
-    )
+    chart = tag("div", tag("div", *bars, class_="bars"), tag("div", *times, class_="times"), class_="talk-chart")
     keys = [("understood-key", "understood"), ("garbled-key", "not understood")]
-    legend = (tag("span", tag("i", class_=f"swatch {kind}"), f" {text}") for kind, text in keys)
-    return joined([chart, tag("p", *legend, class_="legend")])
+    legend = [tag("span", tag("i", class_=f"swatch {kind}"), f" {text}") for kind, text in keys]
+    legend.append(tag("span", f"the highest bar: {most}"))
+    return joined([tag("div", chart, role="img", aria_label=words), tag("p", *legend, class_="legend")])
+
+
+def _table(heads: Sequence[str], rows: Iterable[Markup]) -> Markup:
+    head = tag("thead", tag("tr", *(tag("th", each, scope="col") for each in heads)))
+    return tag("table", head, tag("tbody", *rows))
+
+
+def _member_cells(member: Member) -> tuple[str, str, str, str, str]:
+    sure = percent(member.confidence) if member.confidence is not None else "–"
+    return member.name, member.team or "–", str(member.sentences), sure, _report(member) or "–"
 
 
 def _members(shift: Shift) -> Markup:
-    heads = ("Name", "Team", "Sentences", "How sure", "Tasks done", "Last report")
+    heads = ("Name", "Team", "Sentences", "How sure", "Last report", "Tasks done")
     rows = []
     for k, member in enumerate(shift.members):
-        sure = percent(member.confidence) if member.confidence is not None else "–"
-        cells = (member.team or "–", str(member.sentences), sure, _numbers(member) or "–", _report(member) or "–")
-        name = tag("th", tag("b", member.name, class_=f"r{robot_slot(k)}"), scope="row")
-        rows.append(tag("tr", name, *(tag("td", c, data_head=h) for h, c in zip(heads[1:], cells, strict=True))))
-    return tag("table", tag("thead", tag("tr", *(tag("th", h, scope="col") for h in heads))), tag("tbody", *rows))
+        name, *cells = _member_cells(member)
+        head = tag("th", tag("b", name, class_=f"r{robot_slot(k)}"), scope="row")
+        data = [tag("td", cell, data_head=heads[n]) for n, cell in enumerate(cells, 1)]
+        rows.append(tag("tr", head, *data, tag("td", _deeds(shift, member), data_head=heads[-1], class_="deeds")))
+    return _table(heads, rows)
+
+
+def _deeds(shift: Shift, member: Member) -> Markup:
+    """Which tasks somebody did, by number and name; a task that was done twice stands there twice."""
+    if not member.done:
+        return escaped("–")
+    deeds = tag("ul", *(tag("li", _task(shift, number)) for number in member.done))
+    if len(member.done) <= MAX_LISTED:
+        return deeds
+    return tag("details", tag("summary", plural(len(member.done), "task")), deeds)
 
 
 def _tasks(shift: Shift) -> Markup:
-    heads = ("Task", "No.", "Done by", "At")
+    heads = ("No.", "Task", "Done")
     rows = []
     for task in shift.story.tasks:
-        dot = tag("svg", tag("circle", cx=5, cy=5, r=4.4, fill=plant_colour(task.name)), viewBox="0 0 10 10", width=11)
-        doers = listed(dict.fromkeys(act.robot for act in task.waterings)) or "nobody"
-        at = ", ".join(wall_clock(shift.begin_s + act.at_s) for act in task.waterings) or "–"
-        name = tag("th", tag("span", dot, class_="dot"), task.name, scope="row")
-        cells = zip(heads[1:], (str(task.number), doers, at), strict=True)
-        rows.append(tag("tr", name, *(tag("td", text, data_head=head) for head, text in cells)))
-    return tag("table", tag("thead", tag("tr", *(tag("th", h, scope="col") for h in heads))), tag("tbody", *rows))
+        acts = [f"{wall_clock(shift.begin_s + act.at_s, shift)} by {act.robot}" for act in task.waterings]
+        name = tag("th", badge(task.icon, task.name), task.name, scope="row")
+        done = tag("td", ", ".join(acts) or "not done", data_head="Done")
+        rows.append(tag("tr", tag("td", task.number, data_head="No."), name, done))
+    return _table(heads, rows)
 
 
 def _troubles(shift: Shift) -> Markup:
     if not shift.troubles:
         return tag("p", "Nothing.")
-    rows = [tag("li", tag("time", wall_clock(trouble.wall_s)), trouble.text) for trouble in shift.troubles]
+    rows = [tag("li", tag("time", wall_clock(trouble.wall_s, shift)), f" {trouble.text}") for trouble in shift.troubles]
     return tag("ul", *rows, class_="troubles")
 
 
-def _numbers(member: Member) -> str:
-    return ", ".join(map(str, member.done))
+def _task(shift: Shift, number: int) -> str:
+    name = next((task.name for task in shift.story.tasks if task.number == number), "")
+    return f"task {number}, {name}" if name != f"task {number}" else name
 
 
 def _report(member: Member) -> str:

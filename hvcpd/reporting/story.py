@@ -43,6 +43,7 @@ class TaskStory:
     owner: str | None
     claimed_s: float | None
     waterings: tuple[Watered, ...]
+    icon: str = ""
 
     @property
     def done_s(self) -> float | None:
@@ -50,7 +51,7 @@ class TaskStory:
 
     @property
     def distance_m(self) -> float | None:
-        """From the robot to the plant at the first watering."""
+        """From the robot to the task's place when it was carried out first."""
         if not self.waterings or self.plant is None:
             return None
         return math.hypot(self.waterings[0].x_m - self.plant.x_m, self.waterings[0].y_m - self.plant.y_m)
@@ -175,7 +176,7 @@ def task_names(started: Started) -> dict[int, str]:
 
 def _tasks(started: Started, changes: Sequence[TaskChanged], waterings: Sequence[Watered]) -> tuple[TaskStory, ...]:
     names = task_names(started)
-    plants = {plant.task: plant for plant in started.plants}
+    plants, icons = {plant.task: plant for plant in started.plants}, dict(started.icons)
     numbers = dict.fromkeys([*names, *(c.task for c in changes), *(w.task for w in waterings)])
     stories = []
     for number in sorted(numbers):
@@ -185,7 +186,8 @@ def _tasks(started: Started, changes: Sequence[TaskChanged], waterings: Sequence
         until_s = acts[0].at_s if acts else math.inf
         own = [c.at_s for c in claims if c.owner == owner and c.at_s <= until_s]
         name = names.get(number, f"task {number}")
-        stories.append(TaskStory(number, name, plants.get(number), owner, own[-1] if own else None, acts))
+        claimed_s, icon = own[-1] if own else None, icons.get(number, "")
+        stories.append(TaskStory(number, name, plants.get(number), owner, claimed_s, acts, icon))
     return tuple(stories)
 
 
@@ -198,8 +200,10 @@ def _spans(
         begun: dict[int, float] = {}
         marks = [(c.at_s, c.task, c.state if c.owner == robot else "other") for c in changes if c.robot == robot]
         marks += [(w.at_s, w.task, "watered") for w in waterings if w.robot == robot]
-        for at_s, task, state in sorted(marks):
+        for at_s, task, state in sorted(marks, key=lambda mark: (mark[0], mark[2] == "claimed", mark[1])):
             if state == "claimed":
+                for other in [number for number in begun if number != task]:  # a robot does one thing at a time
+                    spans.append(Span(robot, other, begun.pop(other), at_s, "unfinished"))
                 begun.setdefault(task, at_s)
             elif task in begun:
                 ended = "done" if state in ("watered", "done") else "given up"

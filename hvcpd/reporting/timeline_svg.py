@@ -2,18 +2,19 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Sequence
 
 import numpy as np
 
-from hvcpd.reporting.events import Trail
+from hvcpd.reporting.events import Trail, Watered
 from hvcpd.reporting.markup import Markup, joined, tag
-from hvcpd.reporting.palette import plant_colour, robot_slot
+from hvcpd.reporting.palette import robot_slot, task_colour
 from hvcpd.reporting.story import Line, Span, Story
 from hvcpd.reporting.text import clock, without_common_start
 
 _MIN_WIDTH = 1080.0
-_MIN_UNITS_PER_S = 1.5
+UNITS_PER_S = 1.5
 """An utterance of 4 s stays 6 units wide; longer missions scroll sideways."""
 _MAX_WIDTH = 12_000.0
 LANE = 62.0
@@ -21,22 +22,51 @@ LANE = 62.0
 _SPEECH_Y, _SPEECH_HEIGHT, _TASK_Y, _TASK_HEIGHT, _DRIVE_HEIGHT = 8.0, 16.0, 28.0, 24.0, 4.0
 _AXIS = 26.0
 _PAD = 20.0
-_CHARACTER = 6.6
+_CHARACTER = 7.4
+"""Width of a letter, SVG units: of wide letters in the widest of the page's fonts, at 12 pixels."""
+_TICK = 7.0
+"""Radius of the mark at the end of a task that was carried out."""
 MOVING_M_S = 0.02
 """Slower is standing still: a tenth of the drive's speed, above the wheels' jitter."""
 _STEP_S = 0.5
-_TICKS_S = (5, 10, 15, 30, 60, 120, 300, 600, 1200, 3600)
+_TICKS_S = (
+    5,
+    10,
+    15,
+    30,
+    60,
+    120,
+    300,
+    600,
+    1200,
+    3600,
+    7200,
+    10800,
+    21600,
+    43200,
+    *(86400 * d for d in (1, 2, 7, 28)),
+)
 
 
-def draw_timeline(story: Story, trails: Sequence[Trail], told: Callable[[float], str] = clock) -> Markup:
-    """The chart, with the names before it in a column that stays when the chart scrolls; `told` writes a time."""
-    width = min(max(_MIN_WIDTH, story.end_s * _MIN_UNITS_PER_S), _MAX_WIDTH)
+def draw_timeline(
+    story: Story,
+    trails: Sequence[Trail],
+    told: Callable[[float], str] = clock,
+    clock_s: float = 0.0,
+    units_per_s: float = UNITS_PER_S,
+) -> Markup:
+    """The chart, with the names before it in a column that stays when the chart scrolls.
+
+    `told` writes a time of the story; `clock_s` is what its clock shows at the beginning, so that ticks are round;
+    `units_per_s` is how wide a second is at least, SVG units.
+    """
+    width = min(max(_MIN_WIDTH, story.end_s * units_per_s), _MAX_WIDTH)
     scale = width / story.end_s
     height = LANE * len(story.robots) + _AXIS
     shorts = dict(
         zip((t.number for t in story.tasks), without_common_start([t.name for t in story.tasks]), strict=True)
     )
-    parts = [_axis(story.end_s, scale, height - _AXIS, told)]
+    parts = [_axis(story.end_s, scale, height - _AXIS, told, clock_s)]
     for k, robot in enumerate(story.robots):
         moving = next((driving(trail) for trail in trails if trail.robot == robot), [])
         parts.append(_lane(story, k, robot, moving, shorts, scale, told))
@@ -75,13 +105,16 @@ def driving(trail: Trail) -> list[tuple[float, float]]:
     return [(float(times[a]), float(times[b])) for a, b in edges.reshape(-1, 2)]
 
 
-def _axis(end_s: float, scale: float, height: float, told: Callable[[float], str]) -> Markup:
-    step_s = next((step for step in _TICKS_S if step * scale >= 56), _TICKS_S[-1])
+def _axis(end_s: float, scale: float, height: float, told: Callable[[float], str], clock_s: float) -> Markup:
+    wide = _CHARACTER * max(len(told(at_s)) for at_s in (0.0, end_s))
+    step_s = next((step for step in _TICKS_S if step * scale >= wide + _PAD), _TICKS_S[-1])
     parts = []
-    for k in range(int(end_s / step_s) + 1):
-        x = k * step_s * scale
+    for k in range(math.ceil(clock_s / step_s), int((clock_s + end_s) / step_s) + 1):
+        at_s = k * step_s - clock_s
+        x = at_s * scale
         parts.append(tag("line", class_="grid", x1=x, x2=x, y1=0, y2=height))
-        parts.append(tag("text", told(k * step_s), class_="scale", x=x, y=height + 18, text_anchor="middle"))
+        if min(x, end_s * scale - x) >= wide / 2 - _PAD:  # else the picture's edge would cut it
+            parts.append(tag("text", told(at_s), class_="scale", x=x, y=height + 18, text_anchor="middle"))
     return joined(parts)
 
 
@@ -97,16 +130,17 @@ def _lane(
     spans = [_span(span, story, shorts, scale, told) for span in story.spans if span.robot == robot]
     drives = [_drive(from_s, to_s, scale, told) for from_s, to_s in moving]
     speech = [_speech(line, robot_slot(k), scale, told) for line in story.lines if line.said.speaker == robot]
-    drops = []
-    for act in story.waterings:
-        if act.robot == robot:
-            title = tag("title", f"{robot} finished task {act.task} at {told(act.at_s)}")
-            at = f"translate({act.at_s * scale:.1f} {_TASK_Y + _TASK_HEIGHT / 2:g})"
-            drops.append(
-                tag("path", title, class_="drop", d="M0-9C4-3 6 0 6 3A6 6 0 0 1-6 3C-6 0-4-3 0-9Z", transform=at)
-            )
+    ticks = [_tick(act, scale, told) for act in story.waterings if act.robot == robot]
     base = tag("line", class_="grid", x1=0, x2=story.end_s * scale, y1=LANE, y2=LANE)
-    return tag("g", base, *spans, *drives, *speech, *drops, transform=f"translate(0 {k * LANE:g})")
+    return tag("g", base, *spans, *drives, *speech, *ticks, transform=f"translate(0 {k * LANE:g})")
+
+
+def _tick(act: Watered, scale: float, told: Callable[[float], str]) -> Markup:
+    """A check mark where a task was carried out."""
+    at = f"translate({act.at_s * scale:.1f} {_TASK_Y + _TASK_HEIGHT / 2:g})"
+    title = tag("title", f"{act.robot} finished task {act.task} at {told(act.at_s)}")
+    hook = tag("path", d="M-3 0-1 2.5 3-2.5")
+    return tag("g", title, tag("circle", r=_TICK), hook, class_="tick", transform=at)
 
 
 def _span(span: Span, story: Story, shorts: dict[int, str], scale: float, told: Callable[[float], str]) -> Markup:
@@ -114,10 +148,10 @@ def _span(span: Span, story: Story, shorts: dict[int, str], scale: float, told: 
     name = task.name if task else f"task {span.task}"
     x, wide = span.from_s * scale, max((span.to_s - span.from_s) * scale, 2.0)
     title = f"{span.robot}, task {span.task}: {name}, {told(span.from_s)} to {told(span.to_s)}, {span.ended}"
-    fit = int((wide - 12) / _CHARACTER)
+    fit = int((wide - 2 * _TICK - 6) / _CHARACTER)
     words = next((w for w in (f"{span.task} {shorts.get(span.task, '')}", f"{span.task}") if len(w) <= fit), "")
-    bar = tag("rect", x=x, y=_TASK_Y, width=wide, height=_TASK_HEIGHT, rx=3, fill=plant_colour(name))
-    text = tag("text", words, x=x + 6, y=_TASK_Y + 15) if words else None
+    bar = tag("rect", x=x, y=_TASK_Y, width=wide, height=_TASK_HEIGHT, rx=3, fill=task_colour(name))
+    text = tag("text", words, x=x + _TICK + 3, y=_TASK_Y + 15) if words else None
     return tag("g", tag("title", title), bar, text, class_="span" if span.ended == "done" else "span broken")
 
 

@@ -25,7 +25,7 @@ class GaveUp:
 
 
 Note = Line | Heard | Garbled | Watered | GaveUp
-"""What is worth a line: a settled utterance, speech from no robot, a watering, a task given up."""
+"""What is worth a line: a settled utterance, speech from no robot, a task carried out or given up."""
 Belief = tuple[str, str | None]
 """A task's state and owner, as one robot sees it."""
 
@@ -46,7 +46,7 @@ class Watch:
 
     def __init__(self, started: Started) -> None:
         self.started = started
-        self.names = task_names(started)
+        self.names, self.icons = task_names(started), dict(started.icons)
         self.now_s = started.at_s
         self.poses = started.starts
         self.watered: dict[int, str] = {}

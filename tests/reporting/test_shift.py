@@ -2,7 +2,11 @@
 
 from __future__ import annotations
 
+import itertools
 import json
+import re
+from dataclasses import replace
+from datetime import datetime
 from html.parser import HTMLParser
 from pathlib import Path
 
@@ -12,9 +16,10 @@ from hvcpd.control import report
 from hvcpd.control.cli import make_parser
 from hvcpd.errors import ConfigError
 from hvcpd.reporting.shift import BINS, SAME_REPORT_S, Shift, read_shift
-from hvcpd.reporting.shift_page import as_text, page
-from hvcpd.store import Store, TranscriptRecord, TranscriptRow
+from hvcpd.reporting.shift_page import as_text, page, wall_clock
+from hvcpd.store import Store, TranscriptReader, TranscriptRecord, TranscriptRow
 from tests.coordination.mission import Mission, plants
+from tests.reporting.shift_example import flower_tasks, remembered
 
 BEGIN_S = 1_790_000_000.0
 HOUR_S = 3600.0
@@ -54,11 +59,14 @@ def test_who_did_what() -> None:
     assert (members["Rob"].team, members["Bot"].team) == ("plant", "plant")
     assert members["Bot"].report is not None
     assert members["Bot"].report.battery_v == 12.0
-    assert (found.own, found.sentences, found.garbled, found.unknown) == ("Rob", 9, 1, 1)
+    assert (found.own, found.said, found.heard, found.garbled, found.unknown) == ("Rob", 2, 7, 1, 1)
 
 
 def test_what_went_wrong() -> None:
-    assert [trouble.text for trouble in shift().troubles] == ["“stop”, said by somebody", "Bot gave task 2 up"]
+    assert [trouble.text for trouble in shift().troubles] == [
+        "“stop”, said by somebody",
+        f"Bot gave up task 2, {plants(3)[1].name}",
+    ]
 
 
 def test_a_note_of_the_robots_is_no_speech_that_it_did_not_understand() -> None:
@@ -76,13 +84,13 @@ def test_a_task_counts_once_however_often_it_is_reported_and_again_if_it_is_done
 def test_every_sentence_is_in_one_part_of_the_shift() -> None:
     found = shift()
     assert len(found.bins) == BINS
-    assert sum(part.understood for part in found.bins) == 9
-    assert (found.bins[0].understood, found.bins[0].garbled) == (9, 1)
+    assert sum(part.heard for part in found.bins) == found.heard == 7
+    assert (found.bins[0].heard, found.bins[0].garbled) == (7, 1)
 
 
 def test_what_lies_outside_the_time_is_left_out() -> None:
     found = read_shift(rows(), BOOK, plants(3), (BEGIN_S + 350.0, BEGIN_S + 650.0))
-    assert found.sentences == 3
+    assert found.said + found.heard == 3
     assert found.begin_s == BEGIN_S + 400.0
 
 
@@ -107,7 +115,7 @@ def test_the_page_is_well_formed_and_what_was_heard_is_never_markup() -> None:
 def test_an_empty_shift_can_be_told_too() -> None:
     found = shift(talk=())
     assert "Nobody said anything." in page(found)
-    assert "tasks done              0" in as_text(found)
+    assert "0  tasks done" in as_text(found)
 
 
 def remembered(folder: Path) -> Path:
@@ -127,10 +135,157 @@ def test_the_command_prints_and_draws(tmp_path: Path, capsys: pytest.CaptureFixt
     text = capsys.readouterr().out
     assert "as Rob heard it" in text
     assert "free, battery 12 V" in text
-    assert "Bot gave task 2 up" in text
+    assert "Bot gave up task 2, water" in text
     assert "The shift" in (tmp_path / "shift.html").read_text()
     assert report.run(make_parser().parse_args([*arguments, "--json"])) == 0
     assert json.loads(capsys.readouterr().out)["done"] == {"1": 1, "3": 1}
     arguments[-1] = str(tmp_path / "nowhere" / "shift.html")
     with pytest.raises(ConfigError, match="nowhere"):
         report.run(make_parser().parse_args(arguments))
+
+
+def test_what_is_passed_on_or_only_confirmed_counts_for_who_did_it_and_once() -> None:
+    talk = (
+        (0.0, "heard", "Bot", "Hi Anna, I am Bot, Rob says task one complete"),
+        (20.0, "said", "Rob", "Hi all, I am Rob, task one complete"),
+        (40.0, "heard", "Bot", "Hi Rob, I am Bot, confirmed one complete"),
+        (60.0, "said", "Rob", "Hi Bot, I am Rob, confirmed two complete"),
+    )
+    members = {member.name: member for member in shift(talk=talk).members}
+    assert (members["Rob"].done, members["Bot"].done) == ([1], [2])
+
+
+def test_nobody_is_drawn_at_two_tasks_at_once() -> None:
+    talk = (
+        (0.0, "heard", "Bot", "Hi all, I am Bot, I will complete task one"),
+        (100.0, "heard", "Bot", "Hi all, I am Bot, I will complete task two"),  # how task one ended was not heard
+        (200.0, "said", "Rob", "Hi all, I am Rob, I will complete task two"),
+        (300.0, "said", "Rob", "Hi all, I am Rob, task two complete, I will complete task three"),
+    )
+    spans = [(s.robot, s.task, s.from_s, s.to_s, s.ended) for s in shift(talk=talk).story.spans]
+    assert spans[:3] == [
+        ("Bot", 1, 0.0, 100.0, "unfinished"),
+        ("Bot", 2, 100.0, 200.0, "given up"),
+        ("Rob", 2, 200.0, 300.0, "done"),
+    ]
+    assert [span[:4] for span in spans[3:]] == [("Rob", 3, 300.0, pytest.approx(304.8))]
+
+
+class Text(HTMLParser):
+    """What a page shows: its tables' rows, its figures by what they tell, and the items of its lists."""
+
+    def __init__(self, text: str) -> None:
+        super().__init__()
+        self.rows: list[list[str]] = []
+        self.figures: dict[str, str] = {}
+        self.items: list[str] = []
+        self._last = ""
+        self._open: list[str] = []
+        self.feed(text)
+
+    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+        if tag != "meta":
+            self._open.append(tag)
+        if tag == "tr":
+            self.rows.append([])
+        elif tag in ("td", "th"):
+            self.rows[-1].append("")
+        elif tag == "li" and "td" not in self._open:
+            self.items.append("")
+
+    def handle_endtag(self, tag: str) -> None:
+        self._open.pop()
+        if tag == "li" and "td" in self._open:
+            self.rows[-1][-1] += "; "
+
+    def handle_data(self, data: str) -> None:
+        if "td" in self._open or "th" in self._open:
+            self.rows[-1][-1] += data
+        elif "li" in self._open:
+            self.items[-1] += data
+        elif self._open[-1] == "dt":
+            self._last = data
+        elif self._open[-1] == "dd":
+            self.figures[self._last] = data
+
+
+@pytest.mark.parametrize(
+    ("names", "count"),
+    [(("Rob",), 3), (("Rob", "Bot"), 12), (("Rob", "Bot", "Zoe", "Kira", "Omar", "Ada"), 30)],
+    ids=["alone", "two", "six"],
+)
+def test_every_number_on_the_page_and_in_the_text_is_the_memorys(
+    names: tuple[str, ...], count: int, tmp_path: Path
+) -> None:
+    made = remembered(names, flower_tasks(count))
+    account, named = made.account, {task.number: task.name for task in made.tasks}
+    made.write(tmp_path / "rob.sqlite3")
+    kept = TranscriptReader(tmp_path / "rob.sqlite3").rows()
+    rows = [replace(row, wall_s=each.wall_s) for row, each in zip(kept, made.rows, strict=True)]
+    found = read_shift(rows, made.book, made.tasks, (made.rows[0].wall_s or 0.0, made.end_s))
+    seen = Text(page(found))
+
+    heard = sum(account.heard.values())
+    troubles = account.stops + len(account.failed)
+    share = f"{100 * heard / (heard + account.garbled):.0f} %" if heard + account.garbled else "–"
+    assert list(seen.figures.values()) == [
+        *map(str, (len(account.done), account.said, heard, account.garbled)),
+        share,
+        str(troubles),
+    ]
+    text = as_text(found)
+    for what, value in seen.figures.items():
+        assert re.search(rf"^ *{re.escape(value)}  {re.escape(what)}$", text, re.M), (what, value)
+
+    members = {row[0]: row for row in seen.rows if row[0] in names}
+    assert list(members) == list(names)
+    for name in names:
+        sentences = account.said if name == "Rob" else account.heard[name]
+        done = [number for who, number in account.done if who == name]
+        assert members[name][2] == str(sentences)
+        listed = re.findall(r"task (\d+), ([a-z ]+?); ", members[name][-1])
+        assert listed == [(str(number), named[number]) for number in done]
+        assert re.search(rf"^{name} +plant +{sentences} ", text, re.M)
+        sure = [row.record.confidence for row in rows if row.record.speaker == name and row.record.confidence]
+        assert members[name][3] == (f"{100 * sum(sure) / len(sure):.0f} %" if sure else "–")
+
+    tasks = {int(row[0]): row for row in seen.rows if row[0].isdigit()}
+    assert {number: row[1] for number, row in tasks.items()} == named
+    doers = {number: name for name, number in account.done}
+    for number, row in tasks.items():
+        assert row[2].partition(" by ")[2] == doers.get(number, ""), row
+        assert (row[2] == "not done") == (number not in doers)
+    assert text.count(", water the") == len(account.done) + len(account.failed)
+
+    assert len([item for item in seen.items if item]) == troubles
+    bars = re.findall(r': (\d+) understood, (\d+) not"', page(found))
+    assert [sum(map(int, column)) for column in zip(*bars, strict=True)] == [heard, account.garbled]
+    assert page(found).count('class="tick"') == len(account.done)
+
+
+def test_columns_stay_apart_however_long_names_and_numbers_are() -> None:
+    long = "Wilhelminachristiane"
+    talk = tuple((float(k), "heard", long, f"Hi all, I am {long}, task {k}") for k in range(120))
+    lines = as_text(shift(talk=talk)).splitlines()
+    assert any(re.fullmatch(r" *100 %  understood of the speech heard", line) for line in lines)
+    assert any(line.startswith(f"{long}  –") for line in lines)
+
+
+@pytest.mark.parametrize(
+    ("hours", "expected"),
+    [(0.2, r"\d\d:\d\d:\d\d"), (2, r"\d\d:\d\d"), (30, r"\w\w\w \d\d:\d\d"), (300, r"\d\d \w\w\w \d\d:\d\d")],
+)
+def test_times_tell_as_much_as_the_shifts_length_asks_for(hours: float, expected: str) -> None:
+    began = datetime(2026, 9, 21, 8, 0).timestamp()
+    found = read_shift(rows(), BOOK, plants(3), (began, began + hours * HOUR_S))
+    assert re.fullmatch(expected, wall_clock(began + 60.0, found))
+
+
+@pytest.mark.parametrize("end_s", [60.0, 900.0, 3600.0, 8 * HOUR_S, 3 * 24 * HOUR_S, 40 * 24 * HOUR_S])
+def test_times_on_the_timeline_do_not_overlap(end_s: float) -> None:
+    talk = ((0.0, "said", "Rob", "Hi all, I am Rob"), (end_s, "said", "Rob", "Hi all, I am Rob"))
+    found = read_shift(rows(talk), BOOK, plants(3), (BEGIN_S, BEGIN_S + end_s))
+    marks = re.findall(r'<text class="scale" x="([-\d.]+)" [^>]*>([^<]+)</text>', page(found))
+    assert len(marks) > 1
+    for (x, told), (next_x, _) in itertools.pairwise(marks):
+        assert float(next_x) - float(x) > 7.4 * len(told)

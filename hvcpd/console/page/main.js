@@ -37,7 +37,7 @@ function take(talk, message) {
       break;
     case "board":
       showBoard(message);
-      plan.water(new Set(message.tasks.filter((task) => task.state === "done").map((task) => task.number)));
+      plan.mark(new Set(message.tasks.filter((task) => task.state === "done").map((task) => task.number)));
       break;
     case "alarms": showAlarms(message); break;
     case "level": showLevel(message); break;

@@ -28,7 +28,7 @@ export class Plan {
       this.draw(robot);
       if (trail.x_m !== undefined) this.put(robot, trail.x_m, trail.y_m, trail.heading_deg);
     }
-    this.water(this.done);
+    this.mark(this.done);
   }
 
   /** Where a robot is now. */
@@ -46,11 +46,11 @@ export class Plan {
     if (far) this.tell();
   }
 
-  /** Which tasks are done: their plants are no longer pale. */
-  water(done) {
+  /** Which tasks are done: their marks are no longer pale. */
+  mark(done) {
     this.done = done;
-    for (const plant of holder.querySelectorAll("[data-task]")) {
-      plant.classList.toggle("dry", !done.has(Number(plant.dataset.task)));
+    for (const mark of holder.querySelectorAll("[data-task]")) {
+      mark.classList.toggle("undone", !done.has(Number(mark.dataset.task)));
     }
   }
 

@@ -1,0 +1,41 @@
+"""The marks that tasks may have on maps and in lists: a few by name, or any single character."""
+
+from __future__ import annotations
+
+import unicodedata
+from itertools import pairwise
+
+from hvcpd.config.loading import did_you_mean
+
+ICONS = ("flower", "book", "box", "shelf", "bottle", "door", "lamp", "tool", "bin", "flag")
+"""Those that are drawn; `hvcpd.reporting.icons` has their outlines."""
+
+_JOINER = "\u200d"
+_EXTENDING = {"\ufe0e", "\ufe0f", "\u20e3", *map(chr, range(0x1F3FB, 0x1F400)), *map(chr, range(0xE0020, 0xE0080))}
+"""What changes the character before it: how an emoji is shown, a key's frame, a skin's colour, a region's flag."""
+
+
+def valid_icon(icon: str) -> str | None:
+    """What is wrong with a task's icon and what to do, None if nothing is."""
+    if icon in ICONS or is_one_character(icon):
+        return None
+    return f"{icon[:40]!r} is no icon; {did_you_mean(icon[:40], ICONS)}; any single character or emoji will do, too"
+
+
+def is_one_character(text: str) -> bool:
+    """Whether the text is shown as one visible character (a grapheme cluster, UAX #29, as far as emoji need it)."""
+    if not text or unicodedata.category(text[0])[0] in "CMZ" or _extends(text[0]):
+        return False
+    if len(text) == 2 and all("\U0001f1e6" <= letter <= "\U0001f1ff" for letter in text):  # a country's flag
+        return True
+    if text[-1] == _JOINER:
+        return False
+    return all(_extends(this) or (before == _JOINER and _joinable(this)) for before, this in pairwise(text))
+
+
+def _extends(letter: str) -> bool:
+    return letter == _JOINER or letter in _EXTENDING or unicodedata.category(letter)[0] == "M"
+
+
+def _joinable(letter: str) -> bool:
+    return unicodedata.category(letter) == "So"
