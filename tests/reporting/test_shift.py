@@ -19,7 +19,7 @@ from hvcpd.reporting.shift import BINS, SAME_REPORT_S, Shift, read_shift
 from hvcpd.reporting.shift_page import as_text, page, wall_clock
 from hvcpd.store import Store, TranscriptReader, TranscriptRecord, TranscriptRow
 from tests.coordination.mission import Mission, plants
-from tests.reporting.shift_example import flower_tasks, remembered
+from tests.reporting.shift_example import flower_tasks, made_up
 
 BEGIN_S = 1_790_000_000.0
 HOUR_S = 3600.0
@@ -168,7 +168,7 @@ def test_nobody_is_drawn_at_two_tasks_at_once() -> None:
         ("Bot", 2, 100.0, 200.0, "given up"),
         ("Rob", 2, 200.0, 300.0, "done"),
     ]
-    assert [span[:4] for span in spans[3:]] == [("Rob", 3, 300.0, pytest.approx(304.8))]
+    assert [span[:4] for span in spans[3:]] == [("Rob", 3, 300.0, pytest.approx(305.2))]
 
 
 class Text(HTMLParser):
@@ -203,9 +203,9 @@ class Text(HTMLParser):
             self.rows[-1][-1] += data
         elif "li" in self._open:
             self.items[-1] += data
-        elif self._open[-1] == "dt":
+        elif self._open[-1:] == ["dt"]:
             self._last = data
-        elif self._open[-1] == "dd":
+        elif self._open[-1:] == ["dd"]:
             self.figures[self._last] = data
 
 
@@ -217,7 +217,7 @@ class Text(HTMLParser):
 def test_every_number_on_the_page_and_in_the_text_is_the_memorys(
     names: tuple[str, ...], count: int, tmp_path: Path
 ) -> None:
-    made = remembered(names, flower_tasks(count))
+    made = made_up(names, flower_tasks(count))
     account, named = made.account, {task.number: task.name for task in made.tasks}
     made.write(tmp_path / "rob.sqlite3")
     kept = TranscriptReader(tmp_path / "rob.sqlite3").rows()
