@@ -19,7 +19,8 @@ def valid_icon(icon: str) -> str | None:
     """What is wrong with a task's icon and what to do, None if nothing is."""
     if icon in ICONS or is_one_character(icon):
         return None
-    return f"{icon[:40]!r} is no icon; {did_you_mean(icon[:40], ICONS)}; any single character or emoji will do, too"
+    hint = did_you_mean(icon[:40], ICONS)
+    return f"{icon[:40]!r} is no icon; {hint}{'' if hint.endswith('?') else ';'} any single character or emoji will do, too"
 
 
 def is_one_character(text: str) -> bool:

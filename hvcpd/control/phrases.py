@@ -22,7 +22,7 @@ def run(options: argparse.Namespace) -> int:
     elif options.format == "html":
         from hvcpd.reporting.card_page import card_page
 
-        text = card_page(card, [(task.number, task.name) for task in team.tasks.tasks])
+        text = card_page(card, team.tasks.tasks)
     else:
         text = {"text": as_text, "markdown": as_markdown}[options.format](card)
     sys.stdout.write(text)

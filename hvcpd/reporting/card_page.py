@@ -1,21 +1,32 @@
-"""The phrase card as a page: an A4 sheet for the wall, and a second one to be cut into eight cards for the pocket."""
+"""The phrase card as a page: an A4 sheet for the wall, and sheets to be cut into eight cards for the pocket."""
 
 from __future__ import annotations
 
+import math
 import re
 from collections.abc import Iterable, Sequence
 
+from hvcpd.config.tasks import TaskDefinition
 from hvcpd.language.card import Card, Line, Topic
+from hvcpd.reporting.icons import badge
 from hvcpd.reporting.markup import Markup, escaped, joined, tag
-from hvcpd.reporting.palette import robot_slot, task_colour
+from hvcpd.reporting.palette import robot_slot
 from hvcpd.reporting.style import style_sheet
 from hvcpd.reporting.text import listed
 
 POCKET_CARDS = 8
 """Of 105 by 74 mm (ISO 216 A7, on its side) on one A4 sheet."""
-MAX_TASKS = 14
-"""Tasks that the A4 sheet has room for; of more it names so many and counts the rest."""
-_POCKET_TASKS = 7
+_WALL_LINE, _WALL_LINES = 42, 6
+"""Letters of a line on the sheet for the wall (90 mm at 8.8 points), and lines that it has for tasks; more have a sheet
+of their own."""
+_MANY_NAMES = 40
+"""Letters of names beyond which the sheet for the wall has smaller print."""
+_MAX_WORDS = 26
+"""Words to fill in that the sheet has room for: as many as there are letters to spell with."""
+_POCKET_LINE = 56
+"""Letters of a line on a card for the pocket: 93 mm at 8.1 points, and room for wide ones."""
+_FIRST_LINES, _NEXT_LINES = 4, 14
+"""Lines for tasks on the first card for the pocket, below all else, and on one that has nothing but tasks."""
 
 _HEADINGS = {
     Topic.ASK: "Ask",
@@ -30,20 +41,23 @@ _SLOT = re.compile(r"\b[A-Z]{3,}\b")
 """A word to be filled in stands in capitals on the card."""
 
 
-def card_page(card: Card, tasks: Sequence[tuple[int, str]]) -> str:
-    """The page as HTML that needs nothing else; `tasks` are the team's, with their numbers."""
+def card_page(card: Card, tasks: Sequence[TaskDefinition]) -> str:
+    """The page as HTML that needs nothing else; `tasks` are the team's."""
     head = (
         tag("meta", charset="utf-8"),
         tag("meta", name_="viewport", content="width=device-width, initial-scale=1"),
         tag("title", "What can be said"),
         tag("style", style_sheet("theme.css", "card.css")),
     )
-    note = "Print this page on A4 without margins: the first sheet is for the wall, the second to be cut into eight."
-    body = tag("body", tag("main", _wall(card, tasks), tag("p", note, class_="note"), _pockets(card, tasks)))
+    more = _more_tasks(tasks)
+    wall = "the first sheet is for the wall" if more is None else "the first two sheets are for the wall"
+    note = f"Print this page on A4 without margins: {wall}, what follows is to be cut into eight."
+    main = tag("main", _wall(card, tasks), more, tag("p", note, class_="note"), *_pockets(card, tasks))
+    body = tag("body", main)
     return f"<!doctype html>\n{tag('html', tag('head', *head), body, lang='en')}\n"
 
 
-def _wall(card: Card, tasks: Sequence[tuple[int, str]]) -> Markup:
+def _wall(card: Card, tasks: Sequence[TaskDefinition]) -> Markup:
     opening = (
         tag("p", _slots(card.opening), " …", class_="opening"),
         tag("p", "For example: ", tag("q", card.example), class_="example"),
@@ -64,7 +78,7 @@ def _wall(card: Card, tasks: Sequence[tuple[int, str]]) -> Markup:
             class_="columns",
         ),
         _section(Topic.TELL, card.statements),
-        class_="sheet",
+        class_="sheet tight" if sum(map(len, dict(card.words).get("NAME", ()))) > _MANY_NAMES else "sheet",
     )
 
 
@@ -100,25 +114,41 @@ def _section(topic: Topic, lines: Iterable[Line], *before: Markup) -> Markup | N
     return tag("section", tag("h2", _HEADINGS[topic]), *before, tag("dl", *rows), class_=topic.name.lower())
 
 
-def _tasks(tasks: Sequence[tuple[int, str]]) -> Markup | None:
+def _tasks(tasks: Sequence[TaskDefinition]) -> Markup | None:
     if not tasks:
         return None
-    rows = [tag("li", tag("b", str(number)), _dot(name), name) for number, name in tasks[:MAX_TASKS]]
-    if len(tasks) > MAX_TASKS:
-        rows.append(tag("li", f"and {len(tasks) - MAX_TASKS} more: hvcpctl phrases"))
-    title = joined(
-        ["The tasks (", tag("span", "TASK", class_="slot"), ", by ", tag("span", "NUMBER", class_="slot"), ")"]
+    if not _fit_the_wall(tasks):
+        listed_there = tag("p", f"{len(tasks)} tasks, on the next sheet.", class_="example")
+        return tag("section", _tasks_heading(), listed_there)
+    return tag("section", _tasks_heading(), _task_list(tasks))
+
+
+def _fit_the_wall(tasks: Sequence[TaskDefinition]) -> bool:
+    return sum(math.ceil(len(_numbered(task)) / _WALL_LINE) for task in tasks) <= _WALL_LINES
+
+
+def _tasks_heading() -> Markup:
+    slots = ("TASK", ", by ", "NUMBER")
+    parts = [tag("span", slot, class_="slot") if slot.isupper() else escaped(slot) for slot in slots]
+    return tag("h2", joined(["The tasks (", *parts, ")"]))
+
+
+def _task_list(tasks: Sequence[TaskDefinition]) -> Markup:
+    rows = (
+        tag("li", tag("b", str(task.number)), badge(task.icon, task.name), tag("span", task.name)) for task in tasks
     )
-    return tag("section", tag("h2", title), tag("ul", *rows, class_="tasks"))
+    return tag("ul", *rows, class_="tasks")
 
 
-def _dot(name: str) -> Markup:
-    circle = tag("circle", cx=5, cy=5, r=4.4, fill=task_colour(name), stroke="#0005")
-    return tag("svg", circle, class_="dot", viewBox="0 0 10 10", width=11, height=11, aria_hidden="true")
+def _more_tasks(tasks: Sequence[TaskDefinition]) -> Markup | None:
+    """A sheet of its own for so many tasks that the wall's has no room for them."""
+    if _fit_the_wall(tasks):
+        return None
+    return tag("article", _tasks_heading(), _task_list(tasks), class_="sheet all-tasks")
 
 
 def _words(card: Card) -> Markup:
-    shown = {slot: ", ".join(entries) for slot, entries in card.words if slot not in _ELSEWHERE}
+    shown = {slot: _enumerated(entries) for slot, entries in card.words if slot not in _ELSEWHERE}
     names = dict(card.words).get("NAME", ())
     others = [entry for entry in dict(card.words).get("WHO", ()) if entry not in names]
     shown["WHO"] = ", ".join([*others, *(["or a robot's name"] if names else [])])
@@ -126,30 +156,77 @@ def _words(card: Card) -> Markup:
     return tag("section", tag("h2", "Words to fill in"), tag("dl", *rows))
 
 
-def _pockets(card: Card, tasks: Sequence[tuple[int, str]]) -> Markup:
-    first = _pocket(card, tasks)
-    copies = [tag("div", first, class_="pocket")]
-    copies += [tag("div", first, class_="pocket", aria_hidden="true")] * (POCKET_CARDS - 1)
-    return tag("article", *copies, class_="sheet pockets", aria_label="For the pocket")
+def _enumerated(words: Sequence[str]) -> str:
+    """The words; of so many that they need several lines, the first and the last."""
+    return ", ".join(words if len(words) <= _MAX_WORDS else (*words[:3], "…", words[-1]))
 
 
-def _pocket(card: Card, tasks: Sequence[tuple[int, str]]) -> Markup:
+def _pockets(card: Card, tasks: Sequence[TaskDefinition]) -> list[Markup]:
+    """Sheets of eight: as many whole sets of a person's cards as fit on one, or one set over several sheets."""
+    packs = _packed(tasks)
+    cards = [_first_pocket(card, packs[0], len(packs))]
+    cards += [_next_pocket(pack, number, _in_two_columns(tasks)) for number, pack in enumerate(packs[1:], 2)]
+    copies = [
+        tag("div", each, class_="pocket", aria_hidden=None if k == 0 else "true")
+        for k in range(max(POCKET_CARDS // len(cards), 1))
+        for each in cards
+    ]
+    return [
+        tag("article", *copies[k : k + POCKET_CARDS], class_="sheet pockets", aria_label="For the pocket")
+        for k in range(0, len(copies), POCKET_CARDS)
+    ]
+
+
+def _packed(tasks: Sequence[TaskDefinition]) -> list[list[TaskDefinition]]:
+    """The tasks card by card: all on the first if there is room, else as many on each further one as fit there."""
+    if len(", ".join(map(_numbered, tasks))) <= _FIRST_LINES * _POCKET_LINE:
+        return [list(tasks)]
+    packs: list[list[TaskDefinition]] = [[], []]
+    room, narrow = 0.0, _in_two_columns(tasks)
+    for task in tasks:
+        needs = 0.5 if narrow else math.ceil(len(_numbered(task)) / _POCKET_LINE)
+        if room + needs > _NEXT_LINES:
+            packs.append([])
+            room = 0.0
+        packs[-1].append(task)
+        room += needs
+    return packs
+
+
+def _in_two_columns(tasks: Sequence[TaskDefinition]) -> bool:
+    """Whether each task's name fits into half a line of a card."""
+    return max(len(_numbered(task)) for task in tasks) <= _POCKET_LINE // 2 - 4
+
+
+def _numbered(task: TaskDefinition) -> str:
+    return f"{task.number} {task.name}"
+
+
+def _first_pocket(card: Card, tasks: Sequence[TaskDefinition], cards: int) -> Markup:
     asked = " · ".join(line.say.replace("[WHO,] ", "").replace("WHO, ", "all, ") for line in _of(card, Topic.ASK))
     moved = " · ".join(line.say.replace("[WHO,] ", "") for line in _of(card, Topic.MOVE))
-    work = ", ".join(f"{number} {name}" for number, name in tasks[:_POCKET_TASKS])
-    more = " …" if len(tasks) > _POCKET_TASKS else ""
     rows = [("Ask: ", asked), ("Move: ", f"NAME, … {moved}"), ("Give work: ", f"{card.opening}, TASK")]
     rows.append(("Answer: ", "… confirmed · negative · say again · say again slowly"))
     halt = tag("div", tag("b", "“Stop”"), tag("p", "anybody, at any time; then “resume”"), class_="halt")
+    work = f"Tasks: {', '.join(map(_numbered, tasks))}" if tasks else ""
+    if cards > 1:
+        work = "Tasks: on the next card" if cards == 2 else f"Tasks: on the next {cards - 1} cards"
     return joined(
         [
             tag("h2", _names(card)),
             halt,
             tag("ul", *(tag("li", tag("b", title), _slots(text)) for title, text in rows if text)),
-            tag("p", f"Tasks: {work}{more}", class_="small") if work else Markup(),
+            tag("p", work, class_="small") if work else Markup(),
             tag("p", "For example: ", card.example, class_="small"),
         ]
     )
+
+
+def _next_pocket(tasks: Sequence[TaskDefinition], number: int, narrow: bool) -> Markup:
+    """A card that has nothing but tasks."""
+    rows = (tag("li", tag("b", str(task.number)), tag("span", task.name)) for task in tasks)
+    kind = "pocket-tasks two" if narrow else "pocket-tasks"
+    return joined([tag("h2", f"Tasks, card {number}"), tag("ul", *rows, class_=kind)])
 
 
 def _of(card: Card, topic: Topic) -> list[Line]:

@@ -140,7 +140,7 @@ def _tick(act: Watered, scale: float, told: Callable[[float], str]) -> Markup:
     at = f"translate({act.at_s * scale:.1f} {_TASK_Y + _TASK_HEIGHT / 2:g})"
     title = tag("title", f"{act.robot} finished task {act.task} at {told(act.at_s)}")
     hook = tag("path", d="M-3 0-1 2.5 3-2.5")
-    return tag("g", title, tag("circle", r=_TICK), hook, class_="tick", transform=at)
+    return tag("g", title, tag("circle", r=_TICK), hook, class_="carried-out", transform=at)
 
 
 def _span(span: Span, story: Story, shorts: dict[int, str], scale: float, told: Callable[[float], str]) -> Markup:

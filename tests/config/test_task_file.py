@@ -12,6 +12,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from hvcpd.config.task_file import load_tasks
+from hvcpd.config.icons import ICONS
 from hvcpd.config.tasks import (
     Action,
     Forward,
@@ -58,6 +59,7 @@ def test_the_default_is_the_papers_five_plants() -> None:
         5: ("water the yellow rose", Place(-0.45, 1.49)),
     }
     assert all(isinstance(task.actions[0], GoTo) and task.actions[0].place == task.place for task in tasks)
+    assert {task.icon for task in tasks} == {"flower"}
     assert all(any(isinstance(action, Water) for action in task.actions) for task in tasks)
 
 
@@ -123,6 +125,9 @@ def task(more: str = "", number: object = 1, name: str = "fetch the ball", actio
         ("tasks:\n" + task(actions="[{go to: {x_m: 1, y_m: 51}}]"), "F:2", "from -50 to 50"),
         ("tasks:\n" + task(actions="[{wait: 1, turn: 2}]"), "F:2", "expected one action"),
         ("tasks:\n" + task(actions="[{say: ''}]"), "F:2", "a sentence has 1 to 200 characters"),
+        ("tasks:\n" + task(", icon: flour"), "F:2", "'flour' is no icon; did you mean 'flower'?"),
+        ("tasks:\n" + task(", icon: ''"), "F:2", "'' is no icon; known are: flower, book"),
+        ("tasks:\n" + task(", icon: 7"), "F:2", "expected text, found the number 7"),
         ("tasks:\n" + task(", place: here"), "F:2", "expected a group of keys (x_m, y_m)"),
         ("tasks:\n" + task() + "other_tasks: [Guard it]\n", "F:3", "'guard it'"),
     ],
@@ -169,6 +174,7 @@ def repositories(draw: st.DrawFn) -> TaskRepository:
             name,
             draw(st.none() | places),
             draw(st.lists(actions, min_size=1, max_size=5).map(tuple)),
+            draw(st.sampled_from(["", *ICONS, "★", "📚"])),
         )
         for number, name in zip(numbers, names, strict=True)
     ]
@@ -200,6 +206,7 @@ def _plain(repository: TaskRepository) -> dict[str, Any]:
                 "name": task.name,
                 "actions": [_plain_action(action) for action in task.actions],
             }
+            | ({"icon": task.icon} if task.icon else {})
             | ({"place": {"x_m": task.place.x_m, "y_m": task.place.y_m}} if task.place else {})
             for task in repository.tasks
         ],

@@ -64,9 +64,7 @@ def flower_tasks(count: int, start: str = "water the") -> tuple[TaskDefinition, 
     return tuple(TaskDefinition(n, name, None, (Wait(1.0),), "flower") for n, name in enumerate(names, 1))
 
 
-def made_up(
-    names: Sequence[str], tasks: Sequence[TaskDefinition], seed: int = 1, pause_s: float = 20.0
-) -> Remembered:
+def made_up(names: Sequence[str], tasks: Sequence[TaskDefinition], seed: int = 1, pause_s: float = 20.0) -> Remembered:
     """The first of the names remembers how they did the tasks in turn, gave some up, and talked."""
     chance = random.Random(seed)
     found = Remembered(tuple(names), tuple(tasks), [], BEGIN_S, Account())

@@ -2,22 +2,30 @@
 
 from __future__ import annotations
 
+import math
+
+import pytest
+
+from hvcpd.config.tasks import TaskDefinition, Wait
 from hvcpd.language.card import Topic, make_card
 from hvcpd.language.phrasebook import Phrasebook, Vocabulary
-from hvcpd.reporting.card_page import MAX_TASKS, POCKET_CARDS, card_page
+from hvcpd.reporting.card_page import POCKET_CARDS, card_page
+from tests.reporting.shift_example import flower_tasks
+from tests.reporting.shown import Shown
 
 
-def page(*names: str, tasks: tuple[str, ...] = ("water the red rose",)) -> str:
+def page(*names: str, tasks: tuple[str, ...] = ("water the red rose",), icon: str = "") -> str:
     numbers = tuple(range(1, len(tasks) + 1))
     card = make_card(Phrasebook(Vocabulary(names, ("plant",), tasks, numbers)))
-    return card_page(card, list(zip(numbers, tasks, strict=True)))
+    defined = [TaskDefinition(n, name, None, (Wait(1.0),), icon) for n, name in zip(numbers, tasks, strict=True)]
+    return card_page(card, defined)
 
 
 def test_the_page_has_a_card_for_the_wall_and_eight_for_the_pocket() -> None:
     written = page("Rob", "Bot")
     assert written.count('class="pocket"') == POCKET_CARDS
     assert written.count('class="sheet') == 2
-    assert written.count('<svg class="dot"') == 1, "the task's colour"
+    assert written.count('<svg class="icon"') == 1, "the task's mark"
     for words in ("“Stop”", "come back", "please", "half a metre", "report"):
         assert words in written
 
@@ -32,10 +40,28 @@ def test_what_the_team_named_is_never_markup() -> None:
     assert "go &lt;script&gt; now" in written
 
 
-def test_more_tasks_than_the_wall_has_room_for_are_counted() -> None:
-    colours = [f"{a} {b}" for a in ("red", "blue", "white", "green") for b in ("rose", "tulip", "lily", "daisy")]
-    written = page("A", "B", tasks=tuple(f"water the {each}" for each in colours))
-    assert f"and {len(colours) - MAX_TASKS} more" in written
+LONG = "carry the enormously heavy wooden storage container"
+
+
+@pytest.mark.parametrize("count", [5, 12, 30, 40])
+@pytest.mark.parametrize("start", ["water the", LONG])
+def test_the_wall_and_the_pocket_have_every_task(count: int, start: str) -> None:
+    tasks = flower_tasks(count, start)
+    written = page("Rob", "Bot", tasks=tuple(task.name for task in tasks))
+    shown = Shown(written)
+    wall = " ".join(text for path, text in shown.texts if "sheet pockets" not in path)
+    pockets = shown.of_class("pocket")
+    assert len(pockets) % POCKET_CARDS == 0 or len(pockets) < 2 * POCKET_CARDS
+    for task in tasks:
+        assert task.name in wall
+    kinds = list(dict.fromkeys(pockets))
+    sets = len(pockets) // len(kinds)
+    assert sets == max(POCKET_CARDS // len(kinds), 1)
+    assert len(pockets) == sets * len(kinds)
+    person = " ".join(kinds)
+    for task in tasks:
+        assert f"{task.number} {task.name}" in person
+    assert written.count('class="sheet pockets"') == math.ceil(len(pockets) / POCKET_CARDS)
 
 
 def test_every_line_is_for_something() -> None:

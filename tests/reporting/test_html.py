@@ -100,9 +100,9 @@ def test_says_what_happened(parsed: Page, record: MissionRecord) -> None:
     assert len(buttons) == len(utterances)
     assert all(button["aria-label"] for button in buttons)
     assert len(parsed.of_class("trail")) == 2
-    assert len(parsed.of_class("plant")) == 5
+    assert len(parsed.of_class("place")) == 5
     assert len(parsed.of_class("start")) == len(parsed.of_class("end")) == 2
-    assert len(parsed.of_class("drop")) == 5
+    assert len(parsed.of_class("carried-out")) == 5
     assert "collided with another voice" in said
 
 
@@ -117,7 +117,7 @@ def test_tells_a_bad_end(record: MissionRecord) -> None:
     assert "Of 5 tasks, 1 not done and 1 done more than once" in said
     assert "nobody" in said
     assert "2 times" in said
-    assert len(parsed.of_class("dry")) == 1
+    assert len(parsed.of_class("undone")) == 1
 
 
 def test_shows_the_distance_from_the_plant(record: MissionRecord) -> None:

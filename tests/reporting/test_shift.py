@@ -260,7 +260,7 @@ def test_every_number_on_the_page_and_in_the_text_is_the_memorys(
     assert len([item for item in seen.items if item]) == troubles
     bars = re.findall(r': (\d+) understood, (\d+) not"', page(found))
     assert [sum(map(int, column)) for column in zip(*bars, strict=True)] == [heard, account.garbled]
-    assert page(found).count('class="tick"') == len(account.done)
+    assert page(found).count('class="carried-out"') == len(account.done)
 
 
 def test_columns_stay_apart_however_long_names_and_numbers_are() -> None:
