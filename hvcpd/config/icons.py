@@ -20,7 +20,8 @@ def valid_icon(icon: str) -> str | None:
     if icon in ICONS or is_one_character(icon):
         return None
     hint = did_you_mean(icon[:40], ICONS)
-    return f"{icon[:40]!r} is no icon; {hint}{'' if hint.endswith('?') else ';'} any single character or emoji will do, too"
+    stop = "" if hint.endswith("?") else ";"
+    return f"{icon[:40]!r} is no icon; {hint}{stop} any single character or emoji will do, too"
 
 
 def is_one_character(text: str) -> bool:

@@ -11,8 +11,8 @@ import yaml
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from hvcpd.config.task_file import load_tasks
 from hvcpd.config.icons import ICONS
+from hvcpd.config.task_file import load_tasks
 from hvcpd.config.tasks import (
     Action,
     Forward,
@@ -219,7 +219,7 @@ def _plain(repository: TaskRepository) -> dict[str, Any]:
 def test_whatever_is_valid_survives_being_written_and_read(repository: TaskRepository) -> None:
     with tempfile.TemporaryDirectory() as directory:
         path = Path(directory) / "tasks.yaml"
-        path.write_text(yaml.safe_dump(_plain(repository), allow_unicode=True), encoding="utf-8")
+        path.write_text(yaml.safe_dump(_plain(repository)), encoding="utf-8")
         assert load_tasks(path) == repository
 
 
