@@ -20,11 +20,12 @@ def run(options: argparse.Namespace) -> int:
         if options.json:
             sys.stdout.write(json.dumps({"name": daemon.name, **result}) + "\n")
         else:
-            sys.stdout.writelines(f"{line}\n" for line in _told(options.command, daemon.name, result))
+            sys.stdout.writelines(f"{line}\n" for line in told(options.command, daemon.name, result))
     return EX_OK
 
 
-def _told(command: str, name: str, result: dict[str, Any]) -> list[str]:
+def told(command: str, name: str, result: dict[str, Any]) -> list[str]:
+    """What became of a command to a robot, in lines for people."""
     if command == "stop":
         how = "was stopped already" if result["before"] else "stands still, and says so"
         return [f"{name} {how}; `hvcpctl resume` lets it take on tasks again"]

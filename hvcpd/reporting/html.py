@@ -111,7 +111,8 @@ def _figures(story: Story, trails: list[Trail]) -> Markup:
 
 def _legend(story: Story) -> Markup:
     robots = [tag("span", name, class_=f"key r{robot_slot(k)}") for k, name in enumerate(story.robots)]
-    return joined([*robots, tag("span", "○ start  □ end  ➤ way"), tag("span", "pale: not done")], " ")
+    pale = [tag("span", "pale: not done")] if story.started.plants else []
+    return joined([*robots, tag("span", "○ start  □ end  ➤ way"), *pale], " ")
 
 
 def _spectrograms(story: Story, sound: Samples) -> Markup:

@@ -16,7 +16,7 @@ from hvcpd.reporting.events import Event, Moved, Started
 from hvcpd.reporting.live_parts import Artist, conclusion, draw_map, overhead, task_board, told, under_way
 from hvcpd.reporting.story import Line
 from hvcpd.reporting.text import clock
-from hvcpd.reporting.watching import Watch
+from hvcpd.reporting.watching import Note, Watch
 
 FRAME_S = 0.2
 """Wall time between two pictures: one takes some 5 ms for two robots and 20 ms for twelve with forty tasks."""
@@ -75,18 +75,24 @@ class LiveView:
 
     def handle(self, event: Event) -> None:
         """Take one event in and show what it changes."""
-        notes = self._watch.handle(event)
-        for note in notes:
+        for note in self._take(event):
             self._tell(note)
-        if isinstance(event, Moved):
-            self._leave_traces(event)
         now_s = self._monotonic_s()
         if self._live is not None and now_s - self._drawn_s >= FRAME_S:
             self._drawn_s = now_s
             self._draw()
 
-    def _tell(self, note: object) -> None:
-        lines = told(self._artist, self._watch, note)  # type: ignore[arg-type]
+    def lines(self, event: Event) -> list[Text]:
+        """Take one event in; the lines that it adds to the conversation, for whoever shows them elsewhere."""
+        return [line for note in self._take(event) for line in told(self._artist, self._watch, note)]
+
+    def _take(self, event: Event) -> list[Note]:
+        if isinstance(event, Moved):
+            self._leave_traces(event)
+        return self._watch.handle(event)
+
+    def _tell(self, note: Note) -> None:
+        lines = told(self._artist, self._watch, note)
         if self._live is None and isinstance(note, Line):  # one line an event, so that grep finds all of it
             first, second = lines
             lines = [Text.assemble(first, "  [", second.plain.strip(), "]")]
@@ -117,9 +123,10 @@ class LiveView:
 
     def _draw(self) -> None:
         if self._live is not None:
-            self._live.update(self._picture(), refresh=True)
+            self._live.update(self.picture(), refresh=True)
 
-    def _picture(self) -> RenderableType:
+    def picture(self) -> RenderableType:
+        """What stands below the conversation: who speaks, the board, the map and the progress."""
         width, height = self._console.width, self._console.height
         rows = max(min(len(self._watch.names), height - OTHER_ROWS), 1)
         board: RenderableType = task_board(self._artist, self._watch, rows)

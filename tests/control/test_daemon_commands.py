@@ -14,7 +14,7 @@ import pytest
 import structlog
 
 from hvcpd.control import status
-from hvcpd.control.bid import _told
+from hvcpd.control.bid import told
 from hvcpd.control.cli import main, make_parser
 from hvcpd.control.daemon_client import _not_allowed
 from hvcpd.control.status_screen import duration
@@ -169,7 +169,7 @@ def test_no_permission_is_status_4_and_names_the_group(ctl: Ctl, robot: RunningR
 
 def test_what_a_reload_changed_is_told_as_the_file_has_it() -> None:
     changed = [{"key": "clips.folder", "before": None, "now": "clips"}, {"key": "unable", "before": [], "now": [2]}]
-    assert _told("reload", "Rob", {"changed": changed, "restart": []}) == [
+    assert told("reload", "Rob", {"changed": changed, "restart": []}) == [
         "clips.folder: null → clips",
         "unable: [] → [2]",
     ]
