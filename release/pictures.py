@@ -32,11 +32,10 @@ TERMINAL = (88, 38)
 """Columns and rows."""
 TRAIL_STEP_S = 0.5
 TIDY = """
-document.head.append(Object.assign(document.createElement('style'), {textContent: '* { scrollbar-width: none }'}));
 for (const figure of document.querySelectorAll('.figures div'))
   if (figure.textContent.includes('real time')) figure.remove();
 """
-"""No scrollbars, and no measure of the clock on the wall, which differs from run to run."""
+"""No measure of the clock on the wall, which differs from run to run."""
 THEME = TerminalTheme(
     (41, 41, 41),
     (208, 208, 208),
@@ -63,6 +62,7 @@ def draw(mission: ShownMission, folder: Path) -> list[Path]:
             path.write_bytes(png)
             drawn.append(path)
 
+        driver.execute_cdp_cmd("Emulation.setScrollbarsHidden", {"hidden": True})
         look_like(driver, *REPORT_PX)
         driver.get((mission.folder / "report.html").resolve().as_uri())
         shoot("report")
@@ -128,7 +128,7 @@ def _on_the_bench(mission: ShownMission) -> list[tuple[float, Any]]:
 def _console(driver: Any, mission: ShownMission, shoot: Callable[..., None]) -> None:
     scene = Scene(Viewers())
     _tell(scene, mission)
-    with Served(live_app(scene, _nobody, asyncio.Event().wait, Door()), ending=scene.viewers.end).up() as show:
+    with Served(live_app(scene, _nobody, _nothing, Door()), ending=scene.viewers.end).up() as show:
         for name, (width, height), scheme in (
             ("console-desktop", CONSOLE_PX, "light"),
             ("console-phone", PHONE_PX, "dark"),
@@ -144,6 +144,11 @@ def _console(driver: Any, mission: ShownMission, shoot: Callable[..., None]) -> 
 async def _nobody(_command: str, **_arguments: Any) -> dict[str, Any]:
     """Takes commands of the page; nobody presses its buttons here."""
     return {}
+
+
+async def _nothing() -> None:
+    """Nothing comes after what the page was told before."""
+    await asyncio.Event().wait()
 
 
 def _tell(scene: Scene, mission: ShownMission) -> None:

@@ -97,7 +97,7 @@ class Page:
         """Nothing to follow."""
 
     def get(self, path: str, **headers: str) -> Answer:
-        return request(self.app, path, **headers)
+        return request(self.app, path, "GET", b"", **headers)
 
     def act(self, wanted: object, **headers: str) -> Answer:
         """Press a button; what the page itself sends can be replaced."""

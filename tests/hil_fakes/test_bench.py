@@ -14,8 +14,7 @@ from hil_fakes.bench_plans import relay_plan
 from hil_fakes.room import Air
 from hvcpd.assembly import Sound, make_phrasebook, make_recogniser, make_sound
 from hvcpd.config.settings import DEFAULT_TEAMS
-from hvcpd.config.task_file import load_tasks
-from hvcpd.config.tasks import GoTo, Place, TaskDefinition, TaskRepository, Water, default_tasks_path
+from hvcpd.config.tasks import GoTo, Place, TaskDefinition, TaskRepository, Water
 from hvcpd.coordination.actions import Speech
 from hvcpd.ports import Samples
 from hvcpd.recognition.events import Recognised
@@ -56,12 +55,6 @@ def test_every_plant_is_watered_exactly_once(coordinator: str | None) -> None:
     score = summary(flown(coordinator=coordinator)[0])
     assert (len(score.done), score.duplicates, score.lost) == (3, 0, 0)
     assert score.utterances_understood > 6
-
-
-def test_the_papers_five_plants_are_watered_exactly_once() -> None:
-    plan = BenchPlan(NAMES, load_tasks(default_tasks_path()), 5, limit_s=600.0)
-    score = summary(Bench(plan, sound()).run())
-    assert (len(score.done), score.duplicates, score.lost) == (5, 0, 0)
 
 
 def test_robots_that_were_told_only_their_own_names_spell_them_and_do_every_task_once() -> None:
