@@ -94,7 +94,7 @@ class Stage:
 
     def _run(self, typed: str) -> str:
         report = self.folder / "out" / "demo"
-        more = f" --report {report}" if typed.startswith(MISSION) else ""
+        more = f" --report {report}" if typed.startswith(MISSION) else ""  # for the pictures
         found = subprocess.run(
             ["bash", "-c", f"(exit {self._status}); {typed}{more}"],
             cwd=self.folder,
