@@ -19,8 +19,8 @@ POCKET_CARDS = 8
 _WALL_LINE, _WALL_LINES = 42, 6
 """Letters of a line on the sheet for the wall (90 mm at 8.8 points), and lines that it has for tasks; more have a sheet
 of their own."""
-_MANY_NAMES = 40
-"""Letters of names beyond which the sheet for the wall has smaller print."""
+_MANY_LETTERS = 80
+"""Of the names and the example; beyond, the sheet for the wall has smaller print."""
 _MAX_WORDS = 26
 """Words to fill in that the sheet has room for: as many as there are letters to spell with."""
 _POCKET_LINE = 56
@@ -78,7 +78,7 @@ def _wall(card: Card, tasks: Sequence[TaskDefinition]) -> Markup:
             class_="columns",
         ),
         _section(Topic.TELL, card.statements),
-        class_="sheet tight" if sum(map(len, dict(card.words).get("NAME", ()))) > _MANY_NAMES else "sheet",
+        class_="sheet tight" if _is_long(card) else "sheet",
     )
 
 
@@ -121,6 +121,10 @@ def _tasks(tasks: Sequence[TaskDefinition]) -> Markup | None:
         listed_there = tag("p", f"{len(tasks)} tasks, on the next sheet.", class_="example")
         return tag("section", _tasks_heading(), listed_there)
     return tag("section", _tasks_heading(), _task_list(tasks))
+
+
+def _is_long(card: Card) -> bool:
+    return sum(map(len, (*dict(card.words).get("NAME", ()), card.example))) > _MANY_LETTERS
 
 
 def _fit_the_wall(tasks: Sequence[TaskDefinition]) -> bool:

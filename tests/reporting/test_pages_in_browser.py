@@ -1,0 +1,145 @@
+"""The pages as a browser lays them out: nothing overlaps, nothing sticks out, on a desk and on a phone."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from hvcpd.language.card import make_card
+from hvcpd.reporting.card_page import card_page
+from hvcpd.reporting.events import MissionRecord, Started
+from hvcpd.reporting.html import page as report_page
+from hvcpd.reporting.shift import read_shift
+from hvcpd.reporting.shift_page import page as shift_page
+from tests.console.browser import MISSING, WHY, chromium, faults, look_like
+from tests.reporting.example import example
+from tests.reporting.shift_example import flower_tasks, made_up
+from tests.reporting.shown import Shown
+
+pytestmark = [pytest.mark.slow, pytest.mark.skipif(MISSING, reason=WHY)]
+
+SIX = ("Rob", "Bot", "Zoe", "Kira", "Omar", "Ada")
+LONG_NAMES = ("Maximilian", "Bartholomew", "Wilhelminachristi")
+LONG = "carry the enormously heavy wooden storage container"
+A4_MM = 297.0
+MM_PER_PX = 25.4 / 96
+OVERLAPS = """
+const kinds = 'svg.timeline text, .times span, .names div, dt, dd, td, tbody th, .legend span';
+const shown = [...document.querySelectorAll(kinds)]
+  .map((e) => [e.closest('.timeline, .talk-chart, .names, .figures, table, p'), e, e.getBoundingClientRect()])
+  .filter(([, , box]) => box.width > 0 && box.height > 0);
+const found = [];
+for (let a = 0; a < shown.length; a += 1)
+  for (let b = a + 1; b < shown.length; b += 1) {
+    const [home, one, p] = shown[a], [other, two, q] = shown[b];
+    const wide = Math.min(p.right, q.right) - Math.max(p.left, q.left);
+    const high = Math.min(p.bottom, q.bottom) - Math.max(p.top, q.top);
+    if (home === other && !one.contains(two) && !two.contains(one) && wide > 1 && high > 1)
+      found.push([one.textContent, two.textContent]);
+  }
+return found;
+"""
+"""Pairs of texts in one part of the page that lie over each other."""
+OUT_OF_BARS = """
+return [...document.querySelectorAll('.span')].flatMap((span) => {
+  const bar = span.querySelector('rect').getBoundingClientRect(), text = span.querySelector('text');
+  const marks = [...document.querySelectorAll('.carried-out circle')].map((mark) => mark.getBoundingClientRect());
+  if (!text) return [];
+  const box = text.getBoundingClientRect();
+  const hit = marks.some((m) => m.left < box.right && m.right > box.left && m.top < box.bottom && m.bottom > box.top);
+  return box.right > bar.right || hit ? [text.textContent] : [];
+});
+"""
+"""Labels of the timeline that reach out of their bars, or into the mark of a task that was carried out."""
+
+
+ROOM_BELOW = """
+const bottom = (element) => element.getBoundingClientRect().bottom;
+return [...document.querySelectorAll('.pocket')].map((card) => bottom(card) - bottom(card.lastElementChild));
+"""
+
+
+@pytest.fixture(scope="module")
+def browser() -> Iterator[Any]:
+    with chromium() as driver:
+        yield driver
+
+
+def opened(browser: Any, page: str, folder: Path) -> None:
+    (folder / "page.html").write_text(page, encoding="utf-8")
+    browser.get((folder / "page.html").as_uri())
+
+
+SHIFTS = {
+    "alone": (SIX[:1], flower_tasks(3), 3.0),
+    "two": (SIX[:2], flower_tasks(12), 20.0),
+    "six": (SIX, flower_tasks(30), 20.0),
+    "days": (SIX, flower_tasks(40), 900.0),
+    "long names": (LONG_NAMES, flower_tasks(6, LONG), 20.0),
+}
+
+
+@pytest.mark.parametrize("case", SHIFTS)
+def test_the_report_of_a_shift(case: str, browser: Any, tmp_path: Path) -> None:
+    names, tasks, pause_s = SHIFTS[case]
+    made = made_up(names, tasks, pause_s=pause_s)
+    shift = read_shift(made.rows, made.book, made.tasks, (made.rows[0].wall_s or 0.0, made.end_s))
+    opened(browser, shift_page(shift), tmp_path)
+    for width, scheme in ((1280, "light"), (390, "dark")):
+        look_like(browser, width, 900, scheme, phone=width < 500)
+        assert browser.execute_script("return document.documentElement.scrollWidth") <= width
+        assert browser.execute_script(OVERLAPS) == []
+        assert browser.execute_script(OUT_OF_BARS) == []
+        assert faults(browser) == []
+
+
+def test_the_report_of_a_mission_in_another_domain(browser: Any, tmp_path: Path) -> None:
+    names = ("shelve the history books", "dust the upper shelf", "carry the atlas", "inspect the reading room")
+    record = _with_icons(
+        example(task_names=names, title="A library", sound=False), ((1, "book"), (2, "shelf"), (3, "★"))
+    )
+    text = report_page(record)
+    for word in ("plant", "flower", "water", "blossom", "petal"):
+        assert word not in _shown(text).replace("team plant", ""), word
+    opened(browser, text, tmp_path)
+    for width in (1280, 390):
+        look_like(browser, width, 900, "light", phone=width < 500)
+        assert browser.execute_script(OVERLAPS) == []
+        assert browser.execute_script("return document.querySelectorAll('.heart').length") == 0
+        assert browser.execute_script("return document.documentElement.scrollWidth") <= width
+
+
+def _with_icons(record: MissionRecord, icons: tuple[tuple[int, str], ...]) -> MissionRecord:
+    started = next(event for event in record.events if isinstance(event, Started))
+    return replace(record, events=tuple(replace(e, icons=icons) if e is started else e for e in record.events))
+
+
+def _shown(text: str) -> str:
+    return " ".join(words for _, words in Shown(text).texts)
+
+
+CARDS = {
+    "five": (SIX[:2], flower_tasks(5)),
+    "six tasks": (SIX, flower_tasks(6)),
+    "twelve": (SIX[:2], flower_tasks(12)),
+    "thirty": (SIX[:2], flower_tasks(30)),
+    "thirty long": ((*LONG_NAMES, *SIX), flower_tasks(30, LONG)),
+    "five long": (LONG_NAMES, flower_tasks(5, LONG)),
+}
+
+
+@pytest.mark.parametrize("case", CARDS)
+def test_the_cards_have_room_for_all_that_stands_on_them(case: str, browser: Any, tmp_path: Path) -> None:
+    names, tasks = CARDS[case]
+    opened(browser, card_page(make_card(made_up(names, tasks).book), tasks), tmp_path)
+    look_like(browser, 820, 900)
+    assert min(browser.execute_script(ROOM_BELOW)) > 0
+    high = "return [...document.querySelectorAll('.sheet')].map((sheet) => sheet.getBoundingClientRect().height)"
+    assert max(browser.execute_script(high)) * MM_PER_PX <= A4_MM
+    look_like(browser, 390, 900, "dark", phone=True)
+    assert browser.execute_script("return document.documentElement.scrollWidth") <= 390
+    assert faults(browser) == []
