@@ -32,10 +32,10 @@ def test_nothing_is_said_of_nothing() -> None:
 def test_pytest_says_so_at_the_end(tmp_path: Path, workers: tuple[str, ...]) -> None:
     (tmp_path / "conftest.py").write_text("from tests.conftest import pytest_terminal_summary\n")
     (tmp_path / "test_it.py").write_text(
-        "import pytest\n\n\n@pytest.mark.parametrize('n', range(3))\ndef test_it(n): pytest.skip('no sound: make parts')\n"
+        "import pytest\n\n\n@pytest.mark.parametrize('n', range(3))\ndef test_it(n): pytest.skip('make parts')\n"
     )
     command = [sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider", "--rootdir", str(tmp_path), *workers]
-    done = subprocess.run([*command, str(tmp_path)], capture_output=True, text=True, cwd=ROOT, timeout=60)
+    done = subprocess.run([*command, str(tmp_path)], capture_output=True, text=True, cwd=ROOT, timeout=300)
     assert "3 tests of real parts skipped; for them: make parts" in done.stdout.splitlines(), done.stdout
 
 
