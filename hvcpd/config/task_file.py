@@ -11,7 +11,7 @@ from cattrs import Converter
 from cattrs.errors import AttributeValidationNote, BaseValidationError
 
 from hvcpd.config.document import KeyPath
-from hvcpd.config.loading import FaultError, Parts, between, checked, describe, did_you_mean, load
+from hvcpd.config.loading import FaultError, Parts, between, checked, describe, load
 from hvcpd.config.names import valid_alternative, valid_task_name, valid_word
 from hvcpd.config.tasks import (
     Action,
@@ -25,6 +25,7 @@ from hvcpd.config.tasks import (
     Wait,
     Water,
 )
+from hvcpd.errors import did_you_mean
 
 SoundsAlike = Callable[[str, str], bool]
 """Whether two names are too near in sound to be told apart by ear."""

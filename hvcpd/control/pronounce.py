@@ -12,7 +12,7 @@ from pathlib import Path
 from hvcpd.assembly import make_sound
 from hvcpd.config.names import valid_robot_name
 from hvcpd.config.settings import load_settings
-from hvcpd.errors import AudioFileError, PhraseError
+from hvcpd.errors import AudioFileError, PhraseError, unwritable
 from hvcpd.hardware.soundfile import write_wav
 from hvcpd.language.words import spoken_words
 from hvcpd.synthesis.articulation import controls_for
@@ -113,4 +113,4 @@ def _render(options: argparse.Namespace, phrases: Sequence[Sequence[str]], lexic
             writer.writerow(columns)
             writer.writerows([f"{value:.4g}" for value in row] for row in table)
     except (OSError, ValueError) as error:
-        raise AudioFileError(f"{options.track}: cannot be written ({error}); name a file that you may write") from error
+        raise AudioFileError(unwritable(options.track, error)) from error

@@ -118,7 +118,6 @@ def test_a_bad_lexicon(refused: Refuse, tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("arguments", "part"),
     [
-        ([], "COMMAND"),
         (["sya", "Hi"], "sya"),
         (["say"], "TEXT"),
         (["hear"], "FILE.wav"),
