@@ -80,9 +80,10 @@ def _start(options: argparse.Namespace, devices: Devices | None) -> int:
     load_libraries()  # before anything else loads them
     from hvcpd.config.settings import load_with_sources
     from hvcpd.daemon.devices import Devices
-    from hvcpd.daemon.outfit import equip, name_fault
+    from hvcpd.daemon.outfit import equip
     from hvcpd.daemon.preflight import examine
     from hvcpd.daemon.telling import set_up_logging
+    from hvcpd.synthesis.likeness import name_fault
 
     devices = devices or Devices()
     overrides = {key: getattr(options, key) for key in ("name", "team", "tasks", "mode", "log_level", "log_format")}

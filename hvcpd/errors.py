@@ -55,6 +55,18 @@ class PhraseError(HvcpdError):
     exit_status = EX_DATAERR
 
 
+class VocabularyError(PhraseError):
+    """Words of a team clash with each other or with the phrasebook; `key` is the setting that they come from."""
+
+    def __init__(self, text: str, key: str) -> None:
+        super().__init__(text)
+        self.key = key
+
+    def at(self, tasks: Path) -> str:
+        """The text with the place to mend it: the file of the `tasks`, or the key of the settings."""
+        return f"{tasks if self.key == 'tasks' else self.key}: {self}"
+
+
 class AudioFileError(HvcpdError):
     """A sound file is missing, broken or of a kind that we cannot read."""
 

@@ -131,13 +131,18 @@ def structure(
 
 def between(least: float, most: float) -> dict[str, Check]:
     """Field metadata: the number lies from `least` to `most`, both included."""
+    return {_CHECK: number_between(least, most)}
+
+
+def number_between(least: float, most: float) -> Check:
+    """The check alone."""
 
     def check(value: float | None) -> str | None:
         if value is None or least <= value <= most:
             return None
         return f"{describe(value)} is out of range; give a number from {least} to {most}"
 
-    return {_CHECK: check}
+    return check
 
 
 def checked(check: Check) -> dict[str, Check]:
