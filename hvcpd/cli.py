@@ -3,15 +3,14 @@
 from __future__ import annotations
 
 import argparse
-import os
 import signal
 import sys
-from collections.abc import Callable, Sequence
-from contextlib import suppress
+from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, NoReturn
+from typing import TYPE_CHECKING
 
 from hvcpd import __version__
+from hvcpd.config.command_line import Parser, complain, let_go, output_fault, replace_closed_streams
 from hvcpd.errors import EX_INTERRUPTED, EX_OK, EX_SOFTWARE, EX_USAGE, HvcpdError
 
 if TYPE_CHECKING:
@@ -30,10 +29,8 @@ _EPILOG = (
 )
 
 
-class _Parser(argparse.ArgumentParser):
-    def error(self, message: str) -> NoReturn:
-        self.print_usage(sys.stderr)
-        self.exit(EX_USAGE, f"{self.prog}: {message}; see {self.prog} --help\n")
+class _Parser(Parser):
+    usage_status = EX_USAGE
 
 
 def make_parser() -> argparse.ArgumentParser:
@@ -64,8 +61,12 @@ def make_parser() -> argparse.ArgumentParser:
 
 def main(arguments: Sequence[str] | None = None, devices: Devices | None = None) -> int:
     """Run `hvcpd`; returns the exit status. `devices` are the real ones by default."""
-    _replace_closed_streams()
-    options = make_parser().parse_args(arguments)
+    replace_closed_streams()
+    try:
+        options = make_parser().parse_args(arguments)
+    except SystemExit:  # after a help text, too
+        _flush()
+        raise
     try:
         return _start(options, devices)
     except KeyboardInterrupt:  # before there is a robot that could say that it leaves
@@ -79,16 +80,17 @@ def _start(options: argparse.Namespace, devices: Devices | None) -> int:
     load_libraries()  # before anything else loads them
     from hvcpd.config.settings import load_with_sources
     from hvcpd.daemon.devices import Devices
-    from hvcpd.daemon.outfit import equip, name_fault
+    from hvcpd.daemon.outfit import equip
     from hvcpd.daemon.preflight import examine
     from hvcpd.daemon.telling import set_up_logging
+    from hvcpd.synthesis.likeness import name_fault
 
     devices = devices or Devices()
     overrides = {key: getattr(options, key) for key in ("name", "team", "tasks", "mode", "log_level", "log_format")}
     try:
         loaded = load_with_sources(options.config, overrides, reserved=name_fault)
     except HvcpdError as error:
-        _complain(str(error))
+        complain("hvcpd", str(error))
         return error.exit_status
     settings = loaded.settings
     preflight = examine(settings, devices, allow_confusable=options.allow_confusable)
@@ -112,35 +114,26 @@ def _start(options: argparse.Namespace, devices: Devices | None) -> int:
     return _run(Daemon(preflight.outfit, devices, ServiceManager(), rereading), limiter)
 
 
-def _replace_closed_streams() -> None:
-    """What is written to a stream that whoever started us has closed goes nowhere."""
-    for name in ("stdout", "stderr"):
-        if getattr(sys, name) is None:
-            setattr(sys, name, Path(os.devnull).open("w"))  # noqa: SIM115 - open to the end
-
-
 def _show(preflight: Preflight, ok_too: bool) -> None:
     """Tell the findings; the exit status is theirs, wherever the output goes."""
-    from hvcpd.reporting.jsonlines import let_go
+    if ok_too:
+        good = (finding for finding in preflight.findings if finding.ok)
+        _flush(f"ok  {finding.subject}: {finding.text}\n" for finding in good)
+    for finding in preflight.findings:
+        if not finding.ok:
+            complain("hvcpd", finding.text)
 
+
+def _flush(lines: Iterable[str] = ()) -> None:
+    """Write the lines and all that waits; a fault of the output is no fault of the robot."""
     try:
-        if ok_too:
-            good = (finding for finding in preflight.findings if finding.ok)
-            sys.stdout.writelines(f"ok  {finding.subject}: {finding.text}\n" for finding in good)
+        sys.stdout.writelines(lines)
         sys.stdout.flush()
     except BrokenPipeError:
         let_go(sys.stdout)
-    except OSError as error:
+    except (OSError, UnicodeEncodeError) as error:
         let_go(sys.stdout)
-        _complain(f"the output cannot be written: {error}; send it elsewhere")
-    for finding in preflight.findings:
-        if not finding.ok:
-            _complain(finding.text)
-
-
-def _complain(text: str) -> None:
-    with suppress(OSError):
-        sys.stderr.writelines(f"hvcpd: {line}\n" for line in text.splitlines())
+        complain("hvcpd", output_fault(error))
 
 
 def _run(daemon: Daemon, limiter: RateLimiter) -> int:

@@ -2,7 +2,15 @@
 
 Our own misuse raises ordinary Python errors. What comes from outside and cannot be used (a bad file, a missing
 device) raises one of these; a command prints its text, which names the place and the remedy, and no traceback.
+`did_you_mean` and `unwritable` make the parts of such texts that many of them share.
 """
+
+from __future__ import annotations
+
+import difflib
+import errno
+from collections.abc import Iterable
+from pathlib import Path
 
 EX_OK = 0
 EX_FAILURE = 1
@@ -45,6 +53,18 @@ class PhraseError(HvcpdError):
     """A sentence is outside the phrasebook."""
 
     exit_status = EX_DATAERR
+
+
+class VocabularyError(PhraseError):
+    """Words of a team clash with each other or with the phrasebook; `key` is the setting that they come from."""
+
+    def __init__(self, text: str, key: str) -> None:
+        super().__init__(text)
+        self.key = key
+
+    def at(self, tasks: Path) -> str:
+        """The text with the place to mend it: the file of the `tasks`, or the key of the settings."""
+        return f"{tasks if self.key == 'tasks' else self.key}: {self}"
 
 
 class AudioFileError(HvcpdError):
@@ -96,3 +116,32 @@ class KeyFileError(HvcpdError):
     """The team's key is missing, open to others or broken; the text never holds any of it."""
 
     exit_status = EX_CONFIG
+
+
+def nearest(wrong: str, known: Iterable[str]) -> str | None:
+    """The known word that was probably meant; case, and hyphens for underscores, do not count. None if none is near."""
+    folded = {name.casefold().replace("-", "_"): name for name in known}
+    near = difflib.get_close_matches(wrong.casefold().replace("-", "_"), folded, n=1)
+    return folded[near[0]] if near else None
+
+
+def did_you_mean(wrong: str, known: Iterable[str]) -> str:
+    """The end of a message on an unknown word: the nearest that is known, or all of them."""
+    names = list(known)
+    near = nearest(wrong, names)
+    return f"did you mean {near!r}?" if near is not None else f"known are: {', '.join(names)}"
+
+
+def unwritable(path: Path | str, error: Exception, otherwise: str = "name a file that you may write") -> str:
+    """Why a file cannot be written, and what to do; `otherwise` is the remedy where the reason suggests none."""
+    reason = getattr(error, "strerror", None) or str(error)
+    match getattr(error, "errno", None):
+        case errno.ENOSPC | errno.EDQUOT | errno.EFBIG:
+            remedy = "make room there, or name another place"
+        case errno.EISDIR:
+            remedy = "name a file in it"
+        case errno.ENOENT:
+            remedy = f"there is no folder {Path(path).parent}; make it, or name another"
+        case _:
+            remedy = otherwise
+    return f"{path}: cannot be written: {reason}; {remedy}"

@@ -22,7 +22,7 @@ from dataclasses import dataclass, field, replace
 from datetime import date, timedelta
 from pathlib import Path
 
-from hvcpd.errors import KeyFileError
+from hvcpd.errors import KeyFileError, unwritable
 from hvcpd.security.keys import KEY_BYTES, KeyRing, TeamKey
 
 CREDENTIAL = "hvcpd.key"
@@ -189,7 +189,7 @@ def write_key_file(path: Path, keys: KeyFile, replaces: bool) -> None:
             os.fsync(file.fileno())
         partial.replace(target)
     except OSError as error:
-        raise KeyFileError(f"{path}: the key cannot be written: {error.strerror}; name another with --key") from None
+        raise KeyFileError(f"the key: {unwritable(path, error, 'name another with --key')}") from None
 
 
 @contextmanager

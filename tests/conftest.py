@@ -7,6 +7,8 @@ from pathlib import Path
 import pytest
 from hypothesis import settings
 
+from tests.skipping import summary
+
 settings.register_profile("hvcpd", derandomize=True, database=None, deadline=None, print_blob=True)
 settings.load_profile("hvcpd")
 
@@ -18,6 +20,13 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     rest = [i for i in items if i.path.parent.name not in of_folder]
     third = len(rest) // 3
     items[:] = [*of_folder["e2e"], *rest[:third], *of_folder["release"], *rest[third:]]
+
+
+def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter) -> None:
+    """Under xdist this runs once, in the process that gathers all reports."""
+    skipped = terminalreporter.stats.get("skipped", [])
+    for line in summary(report.longrepr[2] for report in skipped if isinstance(report.longrepr, tuple)):
+        terminalreporter.write_line(line)
 
 
 @pytest.fixture(scope="session")

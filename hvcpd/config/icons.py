@@ -5,7 +5,7 @@ from __future__ import annotations
 import unicodedata
 from itertools import pairwise
 
-from hvcpd.config.loading import did_you_mean
+from hvcpd.errors import did_you_mean
 
 ICONS = ("flower", "book", "box", "shelf", "bottle", "door", "lamp", "tool", "bin", "flag")
 """Those that are drawn; `hvcpd.reporting.icons` has their outlines."""

@@ -8,10 +8,9 @@ given a `Parts` and can name the place of each.
 from __future__ import annotations
 
 import dataclasses
-import difflib
 import math
 from collections import abc
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
 from typing import Any, Literal, TypeVar, cast, get_args, get_origin
 
@@ -25,7 +24,7 @@ from cattrs.errors import (
 from cattrs.gen import make_dict_structure_fn, make_mapping_structure_fn, override
 
 from hvcpd.config.document import Document, KeyPath, parse, read_bytes
-from hvcpd.errors import ConfigError
+from hvcpd.errors import ConfigError, did_you_mean
 
 T = TypeVar("T")
 
@@ -132,26 +131,23 @@ def structure(
 
 def between(least: float, most: float) -> dict[str, Check]:
     """Field metadata: the number lies from `least` to `most`, both included."""
+    return {_CHECK: number_between(least, most)}
+
+
+def number_between(least: float, most: float) -> Check:
+    """The check alone."""
 
     def check(value: float | None) -> str | None:
         if value is None or least <= value <= most:
             return None
         return f"{describe(value)} is out of range; give a number from {least} to {most}"
 
-    return {_CHECK: check}
+    return check
 
 
 def checked(check: Check) -> dict[str, Check]:
     """Field metadata: `check` says what is wrong with the value and what to do."""
     return {_CHECK: check}
-
-
-def did_you_mean(wrong: str, known: Iterable[str]) -> str:
-    """The end of a message on an unknown word: the nearest that is known, or all of them."""
-    names = list(known)
-    folded = {name.casefold().replace("-", "_"): name for name in names}
-    near = difflib.get_close_matches(wrong.casefold().replace("-", "_"), folded, n=1)
-    return f"did you mean {folded[near[0]]!r}?" if near else f"known are: {', '.join(names)}"
 
 
 def describe(value: object) -> str:

@@ -5,8 +5,9 @@ from __future__ import annotations
 from typing import Any, cast
 
 from hvcpd.config.document import KeyPath
-from hvcpd.config.loading import Parts, did_you_mean
+from hvcpd.config.loading import Parts
 from hvcpd.config.names import NameCheck, repeated_names
+from hvcpd.errors import did_you_mean
 
 
 def check_reserved(parts: Parts, reserved: NameCheck | None) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import unicodedata
 from collections.abc import Callable
 from typing import Literal
 
@@ -25,8 +26,27 @@ MAX_WORD_LENGTH = 20
 MAX_ALTERNATIVE_WORDS = 3
 """Words of a phrase that counts as another word: as many as the check for confusable phrases looks at."""
 
+_UNDECOMPOSED = str.maketrans(
+    dict(zip("øØđĐðÐłŁıħĦŧŦəƏ’", "oOdDdDlLihHtTeE'", strict=True))
+    | {"ß": "ss", "ẞ": "SS", "æ": "ae", "Æ": "Ae", "œ": "oe", "Œ": "Oe", "þ": "th", "Þ": "Th", "ŋ": "ng", "Ŋ": "Ng"}
+)
+"""Latin letters that Unicode does not take apart into a plain letter and a mark, and the typographic apostrophe."""
+
 _ROBOT_NAME = re.compile(r"[A-Za-z][A-Za-z0-9]*")
 _WORD = re.compile(r"[a-z]+")
+_SAYABLE = re.compile(r"[A-Za-z0-9'\s,.!?;:\"“”()\[\]…–—-]")
+"""Letters, digits, and the punctuation that a reader passes over."""
+
+
+def plain_letters(text: str) -> str:
+    """The text with Latin letters in their plain form: Łódź is Lodz, Straße Strasse, café cafe. Other scripts stay."""
+    decomposed = unicodedata.normalize("NFKD", text).translate(_UNDECOMPOSED)
+    return "".join(c for c in decomposed if not unicodedata.combining(c))
+
+
+def unsayable(text: str) -> str | None:
+    """The first character of a sentence that has no sound and is no punctuation, such as a sign of another script."""
+    return next((sign for sign in plain_letters(text) if not _SAYABLE.match(sign)), None)
 
 
 def valid_robot_name(name: str, reserved: NameCheck | None = None) -> str | None:
@@ -37,14 +57,22 @@ def valid_robot_name(name: str, reserved: NameCheck | None = None) -> str | None
     if not name or len(name) > MAX_NAME_LENGTH:
         return f"a robot's name has 1 to {MAX_NAME_LENGTH} letters, {name[:40]!r} has {len(name)}; choose another"
     if not _ROBOT_NAME.fullmatch(name):
-        return f"the robot's name {name!r} is not a letter followed by letters and digits; choose another"
+        return f"the robot's name {name!r} is not a letter followed by letters and digits; {_instead_of_name(name)}"
     return reserved(name) if reserved is not None else None
+
+
+def _instead_of_name(name: str) -> str:
+    """The same name as it can be spoken: José is Jose, R2-D2 is R2D2."""
+    tidy = re.sub(r"[^A-Za-z0-9]", "", plain_letters(name))[:MAX_NAME_LENGTH]
+    return f"write for example {tidy!r}" if _ROBOT_NAME.fullmatch(tidy) else "choose another"
 
 
 def valid_team_name(name: str) -> str | None:
     """What is wrong with a team's name, or None: it is one word that can be spoken, in lower case."""
     if not _WORD.fullmatch(name) or len(name) > MAX_NAME_LENGTH:
-        return f"the team's name {name[:40]!r} is not one word of 1 to {MAX_NAME_LENGTH} letters a-z; choose another"
+        tidy = re.sub(r"[^a-z]", "", plain_letters(name).lower())
+        hint = f"write for example {tidy!r}" if 0 < len(tidy) <= MAX_NAME_LENGTH else "choose another"
+        return f"the team's name {name[:40]!r} is not one word of 1 to {MAX_NAME_LENGTH} letters a-z; {hint}"
     return None
 
 
@@ -55,10 +83,16 @@ def valid_task_name(name: str) -> str | None:
         return f"the task name {name[:40]!r} has digits; write numbers as words (two, not 2)"
     wrong = next((word for word in words if not _WORD.fullmatch(word) or len(word) > MAX_WORD_LENGTH), None)
     if wrong is not None:
-        tidy = " ".join(re.findall(r"[a-z]+", name.lower()))[:80]
+        tidy = _tidy_words(name)
         hint = f"write for example {tidy!r}" if valid_task_name_length(tidy) is None else "use lower-case words"
         return f"the task name {name[:40]!r} is not words of the letters a-z with one space between; {hint}"
     return valid_task_name_length(name)
+
+
+def _tidy_words(text: str) -> str:
+    """The words that can be spoken of a text, in lower case; nothing where leaving out the rest would maim a word."""
+    plain = plain_letters(text).lower().replace("'", "")
+    return " ".join(re.findall(r"[a-z]+", plain))[:80] if plain.isascii() else ""
 
 
 def valid_task_name_length(name: str) -> str | None:
@@ -83,7 +117,9 @@ def valid_alternative(phrase: str) -> str | None:
         if len(words) <= MAX_ALTERNATIVE_WORDS:
             return None
         return f"an alternative has 1 to {MAX_ALTERNATIVE_WORDS} words, {phrase[:40]!r} has {len(words)}; shorten it"
-    return f"the alternative {phrase[:40]!r} is not words of the letters a-z with one space between"
+    tidy = _tidy_words(phrase)
+    hint = f"write for example {tidy!r}" if tidy else "leave it out"
+    return f"the alternative {phrase[:40]!r} is not words of the letters a-z with one space between; {hint}"
 
 
 def repeated_names(names: tuple[str, ...]) -> str | None:

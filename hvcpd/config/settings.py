@@ -267,9 +267,20 @@ def load_with_sources(
     def check(parts: Parts) -> None:
         check_reserved(parts, reserved)
         check_peers(parts, DEFAULT_NAMES)
+        _check_wheels(parts)
 
     settings = _with_whole_paths(structure(document, Settings, check), document, path)
     return Loaded(settings, tuple(sources_of(settings, document)), path)
+
+
+def _check_wheels(parts: Parts) -> None:
+    """Two motors on one bus have two identifiers."""
+    sides: tuple[tuple[KeyPath, int], ...] = (("wheels", "left_id"), 1), (("wheels", "right_id"), 2)
+    given = [(path, parts.get(path, int) if parts.has(path) else usual) for path, usual in sides]
+    (left, left_id), (right, right_id) = given
+    if left_id is not None and left_id == right_id:
+        text = f"{right[-1]}: both wheels have the identifier {left_id}; give each motor its own"
+        parts.fault(right if parts.has(right) else left, text)
 
 
 def _with_whole_paths(settings: Settings, document: Document, path: Path | None) -> Settings:

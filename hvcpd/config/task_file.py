@@ -12,8 +12,17 @@ from cattrs.errors import AttributeValidationNote, BaseValidationError
 
 from hvcpd.config.document import KeyPath
 from hvcpd.config.icons import valid_icon
-from hvcpd.config.loading import FaultError, Parts, between, checked, describe, did_you_mean, load
-from hvcpd.config.names import valid_alternative, valid_task_name, valid_word
+from hvcpd.config.loading import (
+    Check,
+    FaultError,
+    Parts,
+    between,
+    checked,
+    describe,
+    load,
+    number_between,
+)
+from hvcpd.config.names import unsayable, valid_alternative, valid_task_name, valid_word
 from hvcpd.config.tasks import (
     Action,
     Forward,
@@ -26,6 +35,7 @@ from hvcpd.config.tasks import (
     Wait,
     Water,
 )
+from hvcpd.errors import did_you_mean
 
 SoundsAlike = Callable[[str, str], bool]
 """Whether two names are too near in sound to be told apart by ear."""
@@ -126,41 +136,22 @@ class _TaskFile:
     alternatives: _Alternatives = field(default_factory=_Alternatives)
 
 
-@dataclass(frozen=True)
-class _Distance:
-    value: float = field(metadata=_DISTANCE)
-
-
-@dataclass(frozen=True)
-class _Angle:
-    value: float = field(metadata=between(-MAX_ANGLE_DEG, MAX_ANGLE_DEG))
-
-
-@dataclass(frozen=True)
-class _Duration:
-    value: float = field(metadata=between(0, MAX_WAIT_S))
-
-
 def _valid_sentence(text: str) -> str | None:
-    if len(text.strip()) >= 1 and len(text) <= MAX_SENTENCE_LENGTH:
-        return None
-    return f"a sentence has 1 to {MAX_SENTENCE_LENGTH} characters, found {len(text)}; reword it"
+    if not text.strip() or len(text) > MAX_SENTENCE_LENGTH:
+        return f"a sentence has 1 to {MAX_SENTENCE_LENGTH} characters, found {len(text)}; reword it"
+    strange = unsayable(text)
+    return f"{strange!r} cannot be said; write {text[:40]!r} in letters and digits" if strange else None
 
 
-@dataclass(frozen=True)
-class _Sentence:
-    value: str = field(metadata=checked(_valid_sentence))
-
-
-_ACTIONS: dict[str, tuple[type[Any], Callable[[Any], Action]]] = {
-    "go to": (_PlaceEntry, lambda entry: GoTo(entry.place())),
-    "forward": (_Distance, lambda entry: Forward(entry.value)),
-    "turn": (_Angle, lambda entry: Turn(entry.value)),
-    "wait": (_Duration, lambda entry: Wait(entry.value)),
-    "water": (_Duration, lambda entry: Water(entry.value)),
-    "say": (_Sentence, lambda entry: SayAction(entry.value)),
+_ACTIONS: dict[str, tuple[type[Any], Check | None, Callable[[Any], Action]]] = {
+    "go to": (_PlaceEntry, None, lambda entry: GoTo(entry.place())),
+    "forward": (float, number_between(-MAX_DISTANCE_M, MAX_DISTANCE_M), Forward),
+    "turn": (float, number_between(-MAX_ANGLE_DEG, MAX_ANGLE_DEG), Turn),
+    "wait": (float, number_between(0, MAX_WAIT_S), Wait),
+    "water": (float, number_between(0, MAX_WAIT_S), Water),
+    "say": (str, _valid_sentence, SayAction),
 }
-"""The key of each action, the type of what follows it, and what becomes of that."""
+"""The key of each action, the type of what follows it, a check of that, and what becomes of it."""
 
 
 def _read_action(value: Any, converter: Converter) -> _ActionEntry:
@@ -177,10 +168,12 @@ def _read_action(value: Any, converter: Converter) -> _ActionEntry:
     ((key, argument),) = value.items()
     if key not in _ACTIONS:
         raise FaultError(f"unknown action {key[:40]!r}; {did_you_mean(key[:40], forms)}", key)
-    type_, make = _ACTIONS[key]
-    whole = argument if type_ is _PlaceEntry else {"value": argument}
+    type_, check, make = _ACTIONS[key]
     try:
-        return _ActionEntry(make(converter.structure(whole, type_)))
+        found = converter.structure(argument, type_)
+        if check is not None and (wrong := check(found)) is not None:
+            raise FaultError(wrong)
+        return _ActionEntry(make(found))
     except FaultError as error:
         raise FaultError(str(error), key, *error.path) from error
     except BaseValidationError as error:

@@ -15,7 +15,7 @@ from hvcpd.control.mixer import CAPTURE, Control, Mixer
 from hvcpd.control.self_hearing import SelfHearing, calibration_path, hear_oneself
 from hvcpd.control.team import Team, load_team
 from hvcpd.daemon.devices import Devices
-from hvcpd.errors import EX_FAILURE, EX_OK, DeviceError, StoreError
+from hvcpd.errors import EX_FAILURE, EX_OK, DeviceError, StoreError, unwritable
 from hvcpd.hardware.acoustics import NEEDED_SNR_DB, Echo, predicted_range_m
 from hvcpd.hardware.audio import find_device
 
@@ -126,9 +126,7 @@ def _keep(path: Path, result: dict[str, object]) -> None:
         path.parent.mkdir(parents=True, exist_ok=True)
         path.write_text(json.dumps(result, indent=2) + "\n", encoding="utf-8")
     except OSError as error:
-        raise StoreError(
-            f"{path} cannot be written ({error.strerror}); run this as the daemon's user, or with --dry-run"
-        ) from error
+        raise StoreError(unwritable(path, error, "run this as the daemon's user, or with --dry-run")) from error
 
 
 def _db(amplitude: float) -> float:

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import argparse
-import os
 import sys
 from collections.abc import Callable, Sequence
+from contextlib import suppress
 from pathlib import Path
 from typing import TypeAlias
 
 from hvcpd import __version__
+from hvcpd.config.command_line import Parser, complain, let_go, output_fault, replace_closed_streams, with_examples
 from hvcpd.control.daemon_parser import add_completion, add_daemon_commands, add_ros
 from hvcpd.control.doctor_parser import add_calibrate, add_doctor
 from hvcpd.control.drive_parser import add_drive
@@ -75,11 +76,11 @@ def _lazy(module: str) -> Command:
 
 def make_parser() -> argparse.ArgumentParser:
     """The parser of all commands."""
-    parser = argparse.ArgumentParser(
+    parser: argparse.ArgumentParser = Parser(
         prog="hvcpctl",
         description="Try, watch and control robots that coordinate by speaking English.",
         epilog="Exit status: 0 success, 1 a mission, motion or request that did not end well, 2 bad input, "
-        "3 no daemon runs, 4 no permission to ask it, 130 interrupted.",
+        "3 no daemon runs, 4 no permission to ask it, 130 interrupted. Without a command this help is shown.",
     )
     parser.add_argument("--version", action="version", version=f"hvcpctl {__version__}")
     commands = parser.add_subparsers(title="commands", metavar="COMMAND", required=True, dest="command")
@@ -157,10 +158,13 @@ def _add_say(commands: _Commands) -> None:
     c = commands.add_parser(
         "say",
         help="speak one sentence of the phrasebook",
-        epilog="A robot that runs on this computer says what is said in its name itself, when its turn comes, so that "
-        "nobody is interrupted: '… I am Rob, …' is said by Rob. With an option that tells how or where it is to sound "
-        "(-o, --as, --voice, --rate, --gain-db, --lombard), with --local, and where no such robot runs, this command "
-        "plays it at once. Example: hvcpctl say 'Hi Rob, I am Bot, water the yellow rose' -o yellow.wav",
+        epilog=with_examples(
+            "A robot that runs on this computer says what is said in its name itself, when its turn comes, so that "
+            "nobody is interrupted: '… I am Rob, …' is said by Rob. With an option that tells how or where it is to "
+            "sound (-o, --as, --voice, --rate, --gain-db, --lombard), with --local, and where no such robot runs, this "
+            "command plays it at once.",
+            "hvcpctl say 'Hi Rob, I am Bot, water the yellow rose' -o yellow.wav",
+        ),
     )
     _add_shared(c)
     c.add_argument("text", metavar="TEXT", help='for example "Hi Rob, I am Bot, water the yellow rose"')
@@ -284,33 +288,30 @@ def _add_prerender(commands: _Commands) -> None:
     c.set_defaults(run=_lazy("prerender"))
 
 
-def _drop_output() -> None:
-    from hvcpd.reporting.jsonlines import let_go
-
-    let_go(sys.stdout)
-
-
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run `hvcpctl`; returns the exit status."""
-    if sys.stdout is None:  # closed by whoever started us
-        sys.stdout = Path(os.devnull).open("w")  # noqa: SIM115 - open to the end
-    options = make_parser().parse_args(arguments)
-    command: Command = options.run
+    replace_closed_streams()
+    command = ""
     try:
-        status = command(options)
-        sys.stdout.flush()
+        try:
+            options = make_parser().parse_args(arguments)
+            command, run = options.command, options.run
+            status: int = run(options)
+        finally:  # also after a help text, which ends by SystemExit
+            sys.stdout.flush()
     except HvcpdError as error:
-        sys.stderr.write(f"hvcpctl: {error}\n")
+        complain("hvcpctl", str(error))
         return error.command_status
     except BrokenPipeError:  # the reader of our output has gone, as in `hvcpctl hear x.wav | head -1`
-        _drop_output()
-        return EX_FAILURE if options.command == "simulate" else EX_OK  # a mission that was cut short is not done
+        let_go(sys.stdout)
+        return EX_FAILURE if command == "simulate" else EX_OK  # a mission that was cut short is not done
     except (OSError, UnicodeEncodeError) as error:
-        _drop_output()
-        sys.stderr.write(f"hvcpctl: the output cannot be written: {error}; send it elsewhere, or set PYTHONUTF8=1\n")
+        let_go(sys.stdout)
+        complain("hvcpctl", output_fault(error))
         return EX_USER
     except KeyboardInterrupt:
-        sys.stderr.write("\n")
+        with suppress(OSError):
+            sys.stderr.write("\n")
         return EX_INTERRUPTED
     return status
 

@@ -7,6 +7,8 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import TypeAlias
 
+from hvcpd.config.command_line import with_examples
+
 Commands: TypeAlias = "argparse._SubParsersAction[argparse.ArgumentParser]"
 Run = Callable[[argparse.Namespace], int]
 
@@ -40,8 +42,11 @@ def add_ros(commands: Commands, run: Run) -> None:
         "ros",
         help=text,
         description=text[0].upper() + text[1:] + ".",
-        epilog=_WHICH + EXITS + " Examples: hvcpctl ros heard:=ears _base_frame:=base_footprint (ROS 1); "
-        "hvcpctl ros --ros-args -r __ns:=/rob -p publish_tf:=false (ROS 2)",
+        epilog=with_examples(
+            _WHICH + EXITS,
+            "hvcpctl ros heard:=ears _base_frame:=base_footprint             # ROS 1",
+            "hvcpctl ros --ros-args -r __ns:=/rob -p publish_tf:=false       # ROS 2",
+        ),
     )
     add_which(command)
     command.add_argument("--ros", choices=("1", "2"), help="which one (default: ROS_VERSION, or what is installed)")
@@ -55,7 +60,7 @@ def _add_console(commands: Commands, run: Run) -> None:
         "console",
         help="show a robot, or a recorded mission, as a live page in the browser",
         description="Serve a page of this computer: the conversation, tasks, map, level, alarms, and a stop button.",
-        epilog=_WHICH + EXITS + " Examples: hvcpctl console; hvcpctl console --replay out/demo",
+        epilog=with_examples(_WHICH + EXITS, "hvcpctl console", "hvcpctl console --replay out/demo"),
     )
     add_which(c)
     c.add_argument("--port", type=int, default=8765, metavar="N", help="the page's port (default: %(default)s; 0: any)")
@@ -71,9 +76,12 @@ def add_completion(commands: Commands, run: Run) -> None:
     completion = commands.add_parser(
         "completion",
         help="print what the shell needs to complete this command's words",
-        epilog="Examples: hvcpctl completion bash > ~/.local/share/bash-completion/completions/hvcpctl; "
-        "hvcpctl completion fish > ~/.config/fish/completions/hvcpctl.fish; in ~/.zshrc: "
-        "source <(hvcpctl completion zsh)",
+        epilog=with_examples(
+            "Written to where the shell looks for completions, it is there in the next shell.",
+            "hvcpctl completion bash > ~/.local/share/bash-completion/completions/hvcpctl",
+            "hvcpctl completion fish > ~/.config/fish/completions/hvcpctl.fish",
+            "source <(hvcpctl completion zsh)       # in ~/.zshrc",
+        ),
     )
     completion.add_argument("shell", choices=("bash", "zsh", "fish"), help="the shell")
     completion.set_defaults(run=run)
@@ -88,7 +96,7 @@ def add_which(command: argparse.ArgumentParser, name: bool = True) -> None:
 
 
 def _add(commands: Commands, name: str, text: str, run: Run, example: str = "") -> argparse.ArgumentParser:
-    epilog = _WHICH + EXITS + (f" Example: {example}" if example else "")
+    epilog = with_examples(_WHICH + EXITS, example) if example else _WHICH + EXITS
     command = commands.add_parser(name, help=text, description=text[0].upper() + text[1:] + ".", epilog=epilog)
     add_which(command)
     command.add_argument("--json", action="store_true", help="print one JSON object a line")

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
+from hvcpd.config.command_line import with_examples
 from hvcpd.control.drive_parser import Commands, Run
 
 TAKES = 3
@@ -15,11 +16,16 @@ def add_enrol(commands: Commands, run: Run) -> None:
     enrol = commands.add_parser(
         "enrol",
         help="teach the robots a person's voice",
-        epilog="Without --from it asks for each word in turn and listens; stop the daemon first, if it uses the same "
-        "microphone. Words may be enrolled at any time, the newest takes count; a robot that is running takes them "
-        "with hvcpctl reload. "
-        "Examples: hvcpctl enrol Anna; hvcpctl enrol Anna --from takes/ (takes/stop_1.wav, takes/stop_2.wav, …); "
-        "hvcpctl enrol --list; hvcpctl enrol Anna --export anna.npz; hvcpctl enrol --import anna.npz",
+        epilog=with_examples(
+            "Without --from it asks for each word in turn and listens; stop the daemon first, if it uses the same "
+            "microphone. Words may be enrolled at any time, the newest takes count; a robot that is running takes them "
+            "with hvcpctl reload.",
+            "hvcpctl enrol Anna",
+            "hvcpctl enrol Anna --from takes/       # takes/stop_1.wav, takes/stop_2.wav, …",
+            "hvcpctl enrol --list",
+            "hvcpctl enrol Anna --export anna.npz",
+            "hvcpctl enrol --import anna.npz",
+        ),
     )
     enrol.add_argument("person", nargs="?", metavar="NAME", help="who it is; one word, as in 'I am Anna'")
     enrol.add_argument("--config", type=Path, metavar="FILE", help="settings file (default: /etc/hvcpd/hvcpd.yaml)")

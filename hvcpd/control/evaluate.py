@@ -10,7 +10,7 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from hvcpd.errors import EX_OK, AudioFileError, ConfigError
+from hvcpd.errors import EX_OK, AudioFileError, ConfigError, unwritable
 from hvcpd.evaluation.experiments import ALL, experiment, missing
 from hvcpd.evaluation.report import plots_available, write_findings, write_page
 from hvcpd.evaluation.runner import KeptRows, Workers, sweep
@@ -38,7 +38,7 @@ def run(options: argparse.Namespace) -> int:
             found, about = _run_all(_possible(names, alone=options.experiment != "all"), scale, options), _about(scale)
         page = write_page(found, about, options.out)
     except OSError as error:
-        raise AudioFileError(f"--out: {options.out} cannot be written: {error.strerror}; name another") from None
+        raise AudioFileError(f"--out: {unwritable(options.out, error)}") from None
     for _, one in found:
         sys.stdout.write("\n".join((one.title, *(f"  {text}" for text in one.paragraphs), "")) + "\n")
     if not plots_available():

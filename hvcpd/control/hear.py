@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import argparse
+import errno
+import os
 import sys
 from collections.abc import Iterator
 from pathlib import Path
@@ -10,7 +12,7 @@ from pathlib import Path
 from hvcpd.assembly import make_recogniser
 from hvcpd.control.heard_sentences import as_json, as_text, sealing_of, sentence_of
 from hvcpd.control.team import Team, load_team
-from hvcpd.errors import AudioFileError, PhraseError
+from hvcpd.errors import AudioFileError, PhraseError, unwritable
 from hvcpd.hardware.soundfile import read_wav
 from hvcpd.people.ears import AtOnce, SecondEars
 from hvcpd.people.opinion import SecondOpinion
@@ -61,10 +63,9 @@ def run(options: argparse.Namespace) -> int:
 
 def _check_folder(path: Path) -> None:
     """Before the listening, which may take minutes."""
-    if not path.parent.is_dir():
-        raise AudioFileError(f"--plot: {path} cannot be written: there is no folder {path.parent}; name another")
-    if path.is_dir():
-        raise AudioFileError(f"--plot: {path} cannot be written: it is a folder; name a file in it")
+    number = errno.EISDIR if path.is_dir() else 0 if path.parent.is_dir() else errno.ENOENT
+    if number:
+        raise AudioFileError(f"--plot: {unwritable(path, OSError(number, os.strerror(number)))}")
 
 
 def _draw(path: Path, samples: Samples, events: list[Event], title: str) -> None:
@@ -75,7 +76,7 @@ def _draw(path: Path, samples: Samples, events: list[Event], title: str) -> None
     try:
         write_whole(path, png)
     except OSError as error:
-        raise AudioFileError(f"--plot: {path} cannot be written: {error.strerror}; name another") from None
+        raise AudioFileError(f"--plot: {unwritable(path, error)}") from None
 
 
 def events_in(samples: Samples, team: Team) -> Iterator[Event]:

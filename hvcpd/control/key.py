@@ -12,7 +12,7 @@ from pathlib import Path
 
 from hvcpd.config.settings import load_settings
 from hvcpd.control.key_sheet import RECOVERY_WORDS, sheet
-from hvcpd.errors import EX_OK, KeyFileError
+from hvcpd.errors import EX_OK, KeyFileError, unwritable
 from hvcpd.keyring import (
     CREDENTIAL,
     DEFAULT_PATH,
@@ -109,10 +109,10 @@ def _sheet(options: argparse.Namespace, path: Path, day: date) -> None:
         return
     try:
         handle = os.open(options.output, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o600)
+        with os.fdopen(handle, "w", encoding="utf-8") as file:
+            file.write(text)
     except OSError as error:
-        raise KeyFileError(f"{options.output}: cannot be written: {error.strerror}; name another with -o") from None
-    with os.fdopen(handle, "w", encoding="utf-8") as file:
-        file.write(text)
+        raise KeyFileError(unwritable(options.output, error, "name another with -o")) from None
 
 
 def _rotate(options: argparse.Namespace, path: Path, day: date) -> None:

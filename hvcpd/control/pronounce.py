@@ -10,9 +10,9 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from hvcpd.assembly import make_sound
-from hvcpd.config.names import valid_robot_name
+from hvcpd.config.names import unsayable, valid_robot_name
 from hvcpd.config.settings import load_settings
-from hvcpd.errors import AudioFileError, PhraseError
+from hvcpd.errors import AudioFileError, PhraseError, unwritable
 from hvcpd.hardware.soundfile import write_wav
 from hvcpd.language.words import spoken_words
 from hvcpd.synthesis.articulation import controls_for
@@ -38,9 +38,11 @@ def run(options: argparse.Namespace) -> int:
         _print_table(lexicon, options.json)
         return 0
     phrases = [spoken_words(text) for text in options.words]
-    unread = next((text for text, words in zip(options.words, phrases, strict=True) if not words), None)
-    if unread is not None:
-        raise PhraseError(f"nothing to say in {unread!r}: write letters or digits")
+    for text, words in zip(options.words, phrases, strict=True):
+        if strange := unsayable(text):
+            raise PhraseError(f"{strange!r} in {text!r} cannot be said: write it in letters")
+        if not words:
+            raise PhraseError(f"nothing to say in {text!r}: write letters or digits")
     if sum(map(len, phrases)) > MAX_WORDS:
         raise PhraseError(f"more than {MAX_WORDS} words; give fewer")
     if options.track is not None and sum(map(len, phrases)) != 1:
@@ -113,4 +115,4 @@ def _render(options: argparse.Namespace, phrases: Sequence[Sequence[str]], lexic
             writer.writerow(columns)
             writer.writerows([f"{value:.4g}" for value in row] for row in table)
     except (OSError, ValueError) as error:
-        raise AudioFileError(f"{options.track}: cannot be written ({error}); name a file that you may write") from error
+        raise AudioFileError(unwritable(options.track, error)) from error

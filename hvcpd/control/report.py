@@ -11,7 +11,7 @@ from contextlib import closing
 
 from hvcpd.control.team import load_team
 from hvcpd.control.transcript import open_transcript, since_wall_s
-from hvcpd.errors import EX_OK, ConfigError
+from hvcpd.errors import EX_OK, ConfigError, unwritable
 from hvcpd.reporting.shift import read_shift
 from hvcpd.reporting.shift_page import as_json, as_text, write_shift
 
@@ -29,6 +29,6 @@ def run(options: argparse.Namespace, now_s: Callable[[], float] = time.time) -> 
         try:
             write_shift(shift, options.html)
         except OSError as error:
-            raise ConfigError(f"--html {options.html} cannot be written: {error.strerror}; name another") from None
+            raise ConfigError(f"--html: {unwritable(options.html, error)}") from None
     sys.stdout.write(json.dumps(as_json(shift)) + "\n" if options.json else as_text(shift))
     return EX_OK

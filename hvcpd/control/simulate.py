@@ -20,7 +20,7 @@ from hvcpd.config.settings import SpeechSettings
 from hvcpd.control.key import today
 from hvcpd.control.team import Team, load_team, vocabulary_cache
 from hvcpd.coordination.actions import Speech
-from hvcpd.errors import EX_FAILURE, EX_OK, AudioFileError, ConfigError, DeviceError
+from hvcpd.errors import EX_FAILURE, EX_OK, AudioFileError, ConfigError, DeviceError, unwritable
 from hvcpd.hardware.soundfile import write_wav
 from hvcpd.keyring import keep_out_of_dumps, read_key_file
 from hvcpd.ports import Samples
@@ -30,6 +30,8 @@ from hvcpd.vocabulary import check, refusal
 
 MAX_ROBOTS = 12
 """More do not fit into the start corner, nor into the air: each task takes some 13 s of talk."""
+
+ANOTHER_FOLDER = "name another directory"
 
 Sink = Callable[[Event], None]
 Pace = Callable[[float, Samples], None]
@@ -190,7 +192,7 @@ def _make_directory(path: Path) -> None:
         with tempfile.TemporaryFile(dir=path):
             pass
     except OSError as error:
-        raise AudioFileError(f"--report: {path} cannot be written: {error.strerror}; name another directory") from None
+        raise AudioFileError(f"--report: {unwritable(path, error, ANOTHER_FOLDER)}") from None
 
 
 def _write_report(directory: Path, record: MissionRecord, bench: Bench, quiet: bool) -> None:
@@ -202,7 +204,7 @@ def _write_report(directory: Path, record: MissionRecord, bench: Bench, quiet: b
         write_transcript(record.events, directory / "transcript.jsonl")
         write_trails(record.trails, directory / "trails.jsonl")
     except OSError as error:
-        raise AudioFileError(f"--report: {directory} cannot be written: {error.strerror}; name another") from None
+        raise AudioFileError(f"--report: {unwritable(directory, error, ANOTHER_FOLDER)}") from None
     write_wav(directory / "mission.wav", _audible(record.sound))
     for name, recording in bench.recordings.items():
         write_wav(directory / f"heard-by-{name}.wav", recording)

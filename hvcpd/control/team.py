@@ -14,10 +14,10 @@ from hvcpd.casting import cast
 from hvcpd.config.settings import Settings, load_settings
 from hvcpd.config.task_file import load_tasks
 from hvcpd.config.tasks import TaskRepository
-from hvcpd.errors import ConfigError
+from hvcpd.errors import ConfigError, VocabularyError
 from hvcpd.language.phrasebook import Phrasebook
 from hvcpd.people.enrolled import enrolled_people
-from hvcpd.synthesis.likeness import sounds_alike
+from hvcpd.synthesis.likeness import name_fault, sounds_alike
 
 
 @dataclass(frozen=True)
@@ -61,9 +61,15 @@ def load_team(
     used = tuple(known.values())
     if not allow_confusable:
         _refuse_same_sound(used, sound)
+        if fault := next((text for name in used if (text := name_fault(name, sound.lexicon))), None):
+            raise ConfigError(fault)
     security = settings.security
     has_key = sealed or security.key is not None
-    phrasebook = make_phrasebook(used, settings.teams, tasks, has_key, encrypted or (has_key and security.encrypted))
+    encrypts = encrypted or (has_key and security.encrypted)
+    try:
+        phrasebook = make_phrasebook(used, settings.teams, tasks, has_key, encrypts)
+    except VocabularyError as error:
+        raise ConfigError(error.at(settings.tasks)) from error
     return Team(settings, tasks, used, phrasebook, cast(sound, settings, phrasebook.marked_graph.words))
 
 

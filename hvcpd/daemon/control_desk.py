@@ -10,7 +10,6 @@ from typing import Any
 import structlog
 
 from hvcpd import __version__
-from hvcpd.config.loading import did_you_mean
 from hvcpd.coordination import bidding
 from hvcpd.daemon import base_desk
 from hvcpd.daemon.control_events import FREQUENT, KINDS
@@ -18,7 +17,7 @@ from hvcpd.daemon.control_protocol import PROTOCOL, RefusalError, Request, check
 from hvcpd.daemon.control_server import Client, ControlServer
 from hvcpd.daemon.control_status import Body, status_of, tasks_of
 from hvcpd.daemon.reloading import Reloader
-from hvcpd.errors import HvcpdError, NotDoneError, PhraseError, StoreError
+from hvcpd.errors import HvcpdError, NotDoneError, PhraseError, StoreError, did_you_mean
 from hvcpd.robot import Robot
 
 MAX_ROWS = 100

@@ -10,7 +10,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any, NoReturn
 
-from hvcpd.config.loading import did_you_mean
+from hvcpd.errors import did_you_mean
 from hvcpd.reporting.jsonlines import as_strict_json
 
 PROTOCOL = 1

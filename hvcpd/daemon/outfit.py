@@ -19,11 +19,11 @@ from hvcpd.config.task_file import load_tasks
 from hvcpd.config.tasks import Motion, Place, TaskRepository
 from hvcpd.coordination.actions import Role, Speech, Timing
 from hvcpd.daemon.pose_keeper import KeptPose
-from hvcpd.errors import ConfigError, HvcpdError, PhraseError
+from hvcpd.errors import ConfigError, HvcpdError, PhraseError, VocabularyError
 from hvcpd.hardware.kinematics import Drive, drive_of
 from hvcpd.hardware.navigator import Navigator
 from hvcpd.keyring import KeyFile, find_key_file, keep_out_of_dumps, read_key_file
-from hvcpd.language.phrasebook import RESERVED_WORDS, Phrasebook
+from hvcpd.language.phrasebook import Phrasebook
 from hvcpd.own_voice import Acoustics
 from hvcpd.people.ears import Worker
 from hvcpd.people.enrolled import Person, enrolled_people
@@ -182,15 +182,6 @@ class Outfit:
         )
 
 
-def name_fault(name: str) -> str | None:
-    """What is wrong with a robot's name beside the phrasebook's own words, or None."""
-    lexicon = Lexicon.load()
-    for word in sorted(RESERVED_WORDS):
-        if name.lower() == word or sounds_alike(name, word, lexicon):
-            return f"the name {name!r} sounds like the phrasebook's word {word!r}; choose another"
-    return None
-
-
 def equip(settings: Settings, allow_confusable: bool = False) -> Outfit:
     """Read the lexicon, the tasks and the team's key, and try the phrasebook. Raises ConfigError with the faults of all
     four, or else with those of recorded voices.
@@ -223,8 +214,8 @@ def equip(settings: Settings, allow_confusable: bool = False) -> Outfit:
     outfit = Outfit(settings, tasks, sound, keys)
     try:
         phrasebook = outfit.phrasebook()
-    except HvcpdError as error:
-        raise ConfigError(f"{settings.tasks}: {error}") from error
+    except VocabularyError as error:
+        raise ConfigError(error.at(settings.tasks)) from error
     return replace(outfit, sound=cast(sound, settings, phrasebook.marked_graph.words))
 
 

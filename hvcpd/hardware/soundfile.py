@@ -14,7 +14,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from hvcpd.errors import AudioFileError
+from hvcpd.errors import AudioFileError, unwritable
 from hvcpd.hardware.audio_resample import resample
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 
@@ -87,9 +87,10 @@ def write_wav(path: Path, samples: Samples) -> None:
     )
     try:
         path.write_bytes(header + whole)
+    except BrokenPipeError:
+        raise  # the reader of a pipe has gone
     except (OSError, ValueError) as error:
-        reason = getattr(error, "strerror", None) or str(error)
-        raise AudioFileError(f"{path}: cannot be written ({reason}); name a file that you may write") from error
+        raise AudioFileError(unwritable(path, error)) from error
 
 
 def _read_bytes(path: Path) -> bytes:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import difflib
 from collections.abc import Iterable, Mapping
 
-from hvcpd.errors import PhraseError
+from hvcpd.errors import VocabularyError
 from hvcpd.language.graph import WordGraph, ends_of
 from hvcpd.language.pattern import Words
 
@@ -19,16 +19,14 @@ def by_word(pairs: Iterable[tuple[str, str]]) -> dict[str, tuple[Words, ...]]:
 
 
 def refuse_senseless(graph: WordGraph, alternatives: Mapping[str, tuple[Words, ...]]) -> None:
-    """Raises PhraseError for an alternative of no word of the network, or one that can be said in its word's place."""
+    """Raises VocabularyError for an alternative of no word of the network, or one that can be said in its place."""
     for word, phrases in alternatives.items():
         places = {arc.source for arc in graph.arcs if arc.word == word}
         if not places:
             close = difflib.get_close_matches(word, graph.words, n=1)
             hint = f"did you mean '{close[0]}'?" if close else "leave it out (all words: hvcpctl phrases)"
-            raise PhraseError(f"alternatives: '{word}' is no word of the phrasebook; {hint}")
+            raise VocabularyError(f"alternatives: '{word}' is no word of the phrasebook; {hint}", "tasks")
         for phrase in phrases:
             if any(ends_of(graph, place, phrase) for place in places):
-                raise PhraseError(
-                    f"alternatives: '{' '.join(phrase)}' cannot count as '{word}', for it can be said itself in that "
-                    "place; leave it out"
-                )
+                text = f"'{' '.join(phrase)}' cannot count as '{word}', for it can be said itself in that place"
+                raise VocabularyError(f"alternatives: {text}; leave it out", "tasks")

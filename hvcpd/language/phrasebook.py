@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Protocol, TypeVar
 
-from hvcpd.errors import PhraseError
+from hvcpd.errors import PhraseError, VocabularyError
 from hvcpd.language import messages as m
 from hvcpd.language.alternatives import by_word, refuse_senseless
 from hvcpd.language.automaton import build_graph, expected_after
@@ -30,6 +30,7 @@ from hvcpd.language.pattern import (
     words_of,
 )
 from hvcpd.language.spelling import WORD_OF, letter_words
+from hvcpd.language.variants import as_spoken
 from hvcpd.language.words import number_words, spoken_words, strict_words
 
 _T = TypeVar("_T")
@@ -136,8 +137,18 @@ class Phrasebook:
         return first
 
     def parse_text(self, text: str) -> m.Utterance:
-        """The meaning of a written sentence; capitals and punctuation do not matter. Raises PhraseError."""
-        return self.parse(strict_words(text))
+        """The meaning of a written sentence; capitals and punctuation do not matter. Raises PhraseError.
+
+        Ordinary variants of its words are understood: contractions, American spellings, decimals.
+        """
+        words = strict_words(text)
+        try:
+            return self.parse(words)
+        except PhraseError:
+            read = as_spoken(self.graph, words)
+            if read == words:
+                raise
+            return self.parse(read)
 
     @cached_property
     def graph(self) -> WordGraph:
@@ -245,17 +256,16 @@ class Phrasebook:
     def _refuse_ambiguity(self) -> None:
         for name in self.vocabulary.names:
             if name.lower() in RESERVED_WORDS:
-                raise PhraseError(f"'{name}' is a word of the phrasebook and cannot be a robot's name: choose another")
+                text = f"'{name}' is a word of the phrasebook and cannot be a robot's name: choose another"
+                raise VocabularyError(text, "names")
         for slot, values in self.slots.items():
             spoken: dict[Words, object] = {}
             for value, words in values.items():
                 if not words:
-                    raise PhraseError(f"{_describe(slot, value)} has no word that can be spoken")
+                    raise VocabularyError(f"{_describe(slot, value)} has no word that can be spoken", _key(slot, value))
                 if words in spoken:
-                    raise PhraseError(
-                        f"{_describe(slot, value)} and {_describe(slot, spoken[words])} are spoken the same way: "
-                        "rename one"
-                    )
+                    both = f"{_describe(slot, value)} and {_describe(slot, spoken[words])}"
+                    raise VocabularyError(f"{both} are spoken the same way: rename one", _key(slot, value))
                 spoken[words] = value
         tried: Counter[str] = Counter()
         for compiled in self._usable_forms():
@@ -271,7 +281,8 @@ class Phrasebook:
         readings = set(self._readings(self.render(utterance)))
         if readings != {utterance}:
             name = _describe(slot, value)
-            raise PhraseError(f"{name} can be mistaken for another sentence of the phrasebook: rename it")
+            text = f"{name} can be mistaken for another sentence of the phrasebook: rename it"
+            raise VocabularyError(text, _key(slot, value))
 
     def _why_not(self, words: Words) -> str:
         if not words:
@@ -284,6 +295,10 @@ class Phrasebook:
             return f"the sentence breaks off {where}; it could go on with: {choices}"
         close = difflib.get_close_matches(words[known], expected, n=1)
         hint = f"did you mean '{close[0]}'?" if close else f"possible there: {choices or 'nothing, it ends there'}"
+        names = [name.lower() for name in self.vocabulary.names]
+        if not close and known and expected.issuperset(names) and words[known] not in self.graph.words:
+            told = ",".join((*self.vocabulary.names, words[known].capitalize()))
+            hint = f"known names are {', '.join(self.vocabulary.names)}; for a new one give all with --names {told}"
         if "i" in expected and words[known] in self.graph.words:
             hint = f"who speaks comes first: '{written} i am …'"
         return f"'{words[known]}' is not in the phrasebook {where}; {hint} (all forms: hvcpctl phrases)"
@@ -306,6 +321,13 @@ def _slot_values(vocabulary: Vocabulary) -> SlotValues:
         "task": {m.TaskByName(name): spoken_words(name) for name in vocabulary.tasks},
         "remark": {text: spoken_words(text) for text in vocabulary.remarks},
     }
+
+
+def _key(slot: str, value: object) -> str:
+    """The setting that an entry of the vocabulary comes from."""
+    if slot == "team" or isinstance(value, m.ToTeam):
+        return "teams"
+    return "names" if slot in ("addressee", "speaker", "other") else "tasks"
 
 
 def _describe(slot: str, value: object) -> str:

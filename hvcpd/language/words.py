@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import re
-import unicodedata
+
+from hvcpd.config.names import plain_letters
 
 _UNITS = (
     "zero one two three four five six seven eight nine ten eleven twelve thirteen fourteen fifteen sixteen "
@@ -14,8 +15,8 @@ NUMBER_MAX = 99
 """The largest number with a spoken form here: task repositories are small."""
 
 _TOKEN = re.compile(r"[a-z0-9']+")
-_STRICT_TOKEN = re.compile(r"(?<!\S)-[0-9]\S*|[^\s,.!?;:\"“”()\[\]…–—-]+")
-"""A minus sign belongs to its number; any other hyphen parts words."""
+_STRICT_TOKEN = re.compile(r"(?<!\S)-[0-9]\S*|[0-9]+[.][0-9]+[a-z]*|[^\s,.!?;:\"“”()\[\]…–—-]+")
+"""A minus sign and a decimal point belong to their number; any other hyphen or point parts words."""
 
 
 def number_words(number: int) -> tuple[str, ...]:
@@ -45,8 +46,7 @@ def strict_words(text: str) -> tuple[str, ...]:
 
 
 def _plain(text: str) -> str:
-    plain = unicodedata.normalize("NFKD", text).replace("\u2019", "'").lower()
-    return "".join(c for c in plain if not unicodedata.combining(c))
+    return plain_letters(text).lower()
 
 
 def _with_numbers(tokens: list[str]) -> tuple[str, ...]:

@@ -15,7 +15,7 @@ from pathlib import Path
 import numpy as np
 
 from hvcpd.config.names import MAX_NAME_LENGTH, MAX_WORD_LENGTH, valid_robot_name
-from hvcpd.errors import StoreError
+from hvcpd.errors import StoreError, unwritable
 from hvcpd.recognition.frontend import HOP_SAMPLES, N_BANDS, Energies, mel_filterbank
 
 FORMAT = 1
@@ -153,9 +153,7 @@ def write_person(path: Path, person: Person) -> None:
             os.fsync(file.fileno())
         partial.replace(path)
     except OSError as error:
-        raise StoreError(
-            f"{path} cannot be written ({error.strerror}); run this as the daemon's user, or name another place"
-        ) from error
+        raise StoreError(unwritable(path, error, "run this as the daemon's user, or name another place")) from error
 
 
 def remove_person(path: Path) -> bool:

@@ -21,7 +21,7 @@ from hvcpd.reporting.simplify import length_m, simplified
 from hvcpd.reporting.spectrogram import choose, figure
 from hvcpd.reporting.story import Story, TaskStory, tell
 from hvcpd.reporting.style import own_file, style_sheet
-from hvcpd.reporting.text import clock, listed, number, plural
+from hvcpd.reporting.text import clock, listed, number, plural, repeated
 from hvcpd.reporting.timeline_svg import draw_timeline
 
 MAX_NAMED_DRIVES = 3
@@ -75,7 +75,8 @@ def _verdict(story: Story) -> Markup:
         every = f"All {summary.tasks} tasks" if summary.tasks != 1 else "The task was"
         return tag("p", f"{every} done{', each' if summary.tasks != 1 else ''} exactly once", class_="verdict good")
     wrong = [f"{summary.lost} not done"] * (summary.lost > 0)
-    wrong += [f"{summary.duplicates} done more than once"] * (summary.duplicates > 0)
+    twice = repeated([act.robot for act in task.waterings] for task in story.tasks)
+    wrong += [f"{twice} done more than once"] * (twice > 0)
     return tag("p", f"Of {plural(summary.tasks, 'task')}, {listed(wrong)}", class_="verdict bad")
 
 

@@ -4,10 +4,9 @@ from __future__ import annotations
 
 import json
 import math
-import os
-from io import UnsupportedOperation
 from typing import Any, TextIO
 
+from hvcpd.config.command_line import let_go
 from hvcpd.reporting.events import Event, as_json
 
 
@@ -54,14 +53,3 @@ class JsonLines:
         except BrokenPipeError:
             self._heeded = False
             let_go(self._stream)
-
-
-def let_go(stream: TextIO) -> None:
-    """Send what the stream still holds to nowhere; else Python complains of it when the process ends."""
-    try:
-        descriptor = stream.fileno()
-    except (UnsupportedOperation, AttributeError):
-        return
-    nowhere = os.open(os.devnull, os.O_WRONLY)
-    os.dup2(nowhere, descriptor)
-    os.close(nowhere)

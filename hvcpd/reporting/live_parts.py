@@ -14,7 +14,7 @@ from hvcpd.reporting.events import Garbled, Heard, Plant, Started, Summary, Wate
 from hvcpd.reporting.icons import character
 from hvcpd.reporting.palette import ROBOT_TERMINAL, task_style
 from hvcpd.reporting.story import Line
-from hvcpd.reporting.text import clean, clock, listed, percent, plural, seal_words, without_common_start
+from hvcpd.reporting.text import clean, clock, listed, percent, plural, repeated, seal_words, without_common_start
 from hvcpd.reporting.watching import BoardRow, GaveUp, Note, Watch
 
 _ASCII = str.maketrans({"×": "x", "–": "-", "…": "~", "·": ".", "✓": "+", "≠": "!"})
@@ -240,10 +240,12 @@ def conclusion(artist: Artist, watch: Watch, summary: Summary) -> Iterable[Text]
         yield artist.text((f"✓ {done} exactly once", "bold green"))
     else:
         wrong = [f"{summary.lost} not done"] * (summary.lost > 0)
-        wrong += [f"{summary.duplicates} done more than once"] * (summary.duplicates > 0)
+        twice = repeated(watch.doers.values())
+        wrong += [f"{twice} done more than once"] * (twice > 0)
         yield artist.text((f"Not all went well: of {plural(summary.tasks, 'task')}, {listed(wrong)}", "bold red"))
     for robot in dict.fromkeys([*watch.started.robots, *summary.done.values()]):
-        own = [name for name, doer in summary.done.items() if doer == robot]
+        times = {watch.names[number]: doers.count(robot) for number, doers in sorted(watch.doers.items())}
+        own = [name + f" ({count} times)" * (count > 1) for name, count in times.items() if count]
         named = listed(own) if own else "nothing"
         yield artist.text("  ", (robot, f"bold {artist.style(robot)}"), f": {named}")
     rate = f"{summary.realtime_factor:.0f} times faster than real time"

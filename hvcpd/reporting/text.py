@@ -48,6 +48,11 @@ def plural(count: int, one: str, many: str | None = None) -> str:
     return f"{count} {one if count == 1 else many or one + 's'}"
 
 
+def repeated(doers: Iterable[Sequence[str]]) -> int:
+    """How many tasks were done more than once; `doers` are the robots that did each, once for each time."""
+    return sum(len(robots) > 1 for robots in doers)
+
+
 def seal_words(seal: str) -> str:
     """What is shown of an event's seal: "sealed ✓", "not trusted"; empty without one."""
     return f"{seal} ✓" if seal and seal != "not trusted" else seal

@@ -50,6 +50,8 @@ class Watch:
         self.now_s = started.at_s
         self.poses = started.starts
         self.watered: dict[int, str] = {}
+        self.doers: dict[int, list[str]] = {}
+        """Of each task the robots that did it, once for each time."""
         self.summary: Summary | None = None
         self.pending: list[Said] = []
         """Uttered, but not everybody has said yet what was heard; oldest first."""
@@ -78,6 +80,7 @@ class Watch:
             case Watered():
                 self._pass(event.at_s)
                 self.watered.setdefault(event.task, event.robot)
+                self.doers.setdefault(event.task, []).append(event.robot)
                 self.names.setdefault(event.task, f"task {event.task}")
                 told.append(event)
             case Moved():

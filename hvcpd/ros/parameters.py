@@ -6,8 +6,7 @@ import dataclasses
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from hvcpd.config.loading import did_you_mean
-from hvcpd.errors import ConfigError
+from hvcpd.errors import ConfigError, did_you_mean
 
 
 @dataclass(frozen=True)

@@ -9,11 +9,11 @@ to the first vowel, since the words here are names and nouns, but for such as Am
 from __future__ import annotations
 
 import re
-import unicodedata
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
 
+from hvcpd.config.names import plain_letters
 from hvcpd.synthesis.phones import is_vowel
 
 RULES_PATH = Path(__file__).with_name("letter_rules.txt")
@@ -77,20 +77,20 @@ _DOUBLE = re.compile(r"(.)\1\1+")
 def letter_to_sound(word: str) -> tuple[str, ...]:
     """A pronunciation of any word: ARPAbet phones, the first vowel stressed or the last but one.
 
-    Digits are read one by one, and so are the letters of a stretch without a vowel and of a short one beside digits
-    (R2D2). Accents are taken off; characters that are neither Latin letters nor digits are passed over; a word of
-    nothing else gives no phones.
+    Digits are read one by one, and so are the letters of a stretch that the rules give no vowel, and of a short one
+    beside digits (R2D2). Accents are taken off; characters that are neither Latin letters nor digits are passed over; a
+    word of nothing else gives no phones.
     """
     phones: list[str] = []
-    plain = "".join(c for c in unicodedata.normalize("NFKD", word) if not unicodedata.combining(c))
-    parts = _PART.findall(plain.lower().replace("'", ""))
+    parts = _PART.findall(plain_letters(word).lower().replace("'", ""))
     for part in parts:
-        spelt = len(part) == 1 or (len(parts) > 1 and len(part) <= SPELT_BESIDE_DIGITS)
-        if part.isdigit() or spelt or not re.search(r"[aeiouy]", part):
+        spelt = part.isdigit() or len(part) == 1 or (len(parts) > 1 and len(part) <= SPELT_BESIDE_DIGITS)
+        read = [] if spelt else _by_rule(_DOUBLE.sub(r"\1\1", part))
+        if any(map(is_vowel, read)):
+            phones += _stressed(read, _PENULTIMATE.search(part) is not None)
+        else:
             for letter in part:
                 phones += LETTER_NAMES[letter].split()
-        else:
-            phones += _stressed(_by_rule(_DOUBLE.sub(r"\1\1", part)), _PENULTIMATE.search(part) is not None)
     return tuple(phones)
 
 

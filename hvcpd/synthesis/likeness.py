@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from itertools import product
 
+from hvcpd.language.phrasebook import RESERVED_WORDS
 from hvcpd.synthesis.lexicon import Lexicon
 
 _SIMILAR_CONSONANTS = (
@@ -66,6 +67,15 @@ def sounds_alike(a: str, b: str, lexicon: Lexicon) -> bool:
     return any(
         phone_distance(left, right) < ALIKE_BELOW for left, right in product(_spoken(a, lexicon), _spoken(b, lexicon))
     )
+
+
+def name_fault(name: str, lexicon: Lexicon | None = None) -> str | None:
+    """What is wrong with a robot's name beside the phrasebook's own words, or None."""
+    lexicon = lexicon or Lexicon.load()
+    for word in sorted(RESERVED_WORDS):
+        if name.lower() == word or sounds_alike(name, word, lexicon):
+            return f"the name {name!r} sounds like the phrasebook's word {word!r}; choose another"
+    return None
 
 
 MAX_VARIANTS = 8

@@ -10,7 +10,7 @@ from typing import Any, get_args, get_type_hints
 
 import pytest
 import yaml
-from hypothesis import given
+from hypothesis import assume, given
 from hypothesis import settings as examples
 from hypothesis import strategies as st
 
@@ -269,6 +269,7 @@ def all_settings(draw: st.DrawFn) -> Settings:
 @given(all_settings())
 @examples(max_examples=40)
 def test_whatever_is_valid_survives_being_written_and_read(settings: Settings) -> None:
+    assume(settings.wheels.left_id != settings.wheels.right_id)
     with tempfile.TemporaryDirectory() as directory:
         path = Path(directory) / "hvcpd.yaml"
         path.write_text(yaml.safe_dump(_plain(settings)), encoding="utf-8")
@@ -369,3 +370,14 @@ def test_how_it_speaks_is_a_rate_and_how_often(tmp_path: Path) -> None:
 def test_what_a_robot_cannot_do_is_a_list_of_numbers(tmp_path: Path) -> None:
     assert load(tmp_path, "name: Rob\nunable: [2, 3]\n").unable == (2, 3)
     assert "F:2" in faults(tmp_path, "name: Rob\nunable: [two]\n")[0]
+
+
+@pytest.mark.parametrize(
+    ("wheels", "line"), [("{left_id: 2}", 2), ("{left_id: 7, right_id: 7}", 2), ("{right_id: 1}", 2)]
+)
+def test_two_wheels_need_two_identifiers(tmp_path: Path, wheels: str, line: int) -> None:
+    path = tmp_path / "hvcpd.yaml"
+    path.write_text(f"name: Rob\nwheels: {wheels}\n")
+    with pytest.raises(ConfigError, match="both wheels have the identifier") as raised:
+        load_settings(path)
+    assert f"{path}:{line}: " in str(raised.value)

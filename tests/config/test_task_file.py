@@ -12,6 +12,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from hvcpd.config.icons import ICONS
+from hvcpd.config.names import valid_task_name
 from hvcpd.config.task_file import load_tasks
 from hvcpd.config.tasks import (
     Action,
@@ -160,7 +161,7 @@ actions = st.one_of(
     st.builds(Turn, st.floats(-360, 360)),
     st.builds(Wait, st.floats(0, 600)),
     st.builds(Water, st.floats(0, 600)),
-    st.builds(SayAction, st.text(min_size=1, max_size=200).filter(str.strip)),
+    st.builds(SayAction, st.text("abc XYZ019,.!'éß", min_size=1, max_size=200).filter(str.strip)),
 )
 
 
@@ -252,3 +253,40 @@ def test_phrases_may_count_as_a_word(tmp_path: Path) -> None:
 def test_alternatives_are_read_strictly(tmp_path: Path, text: str, expected: str) -> None:
     [fault] = faults(tmp_path, ONE + text)
     assert fault.startswith(expected)
+
+
+@pytest.mark.parametrize(
+    ("action", "fault"),
+    [
+        ("{wait: -3}", "wait: the number -3.0 is out of range; give a number from 0 to 600"),
+        ("{water: 9999}", "water: the number 9999.0 is out of range"),
+        ("{forward: 999}", "forward: the number 999.0 is out of range"),
+        ("{turn: x}", "turn: expected a number, found the text 'x'"),
+        ("{say: ''}", "say: a sentence has 1 to 200 characters"),
+        ("{say: Hi 日本}", "say: '日' cannot be said"),
+        ("{go to: 3}", "go to: expected a group of keys"),
+    ],
+)
+def test_a_fault_of_an_action_names_the_action(tmp_path: Path, action: str, fault: str) -> None:
+    path = tmp_path / "tasks.yaml"
+    path.write_text(f"tasks:\n- {{number: 1, name: fetch the ball, actions: [{action}]}}\n", encoding="utf-8")
+    with pytest.raises(ConfigError) as raised:
+        load_tasks(path)
+    assert f"{path}:2: {fault}" in str(raised.value)
+
+
+@pytest.mark.parametrize(
+    ("name", "proposal"), [("fetch the café book", "fetch the cafe book"), ("Müller Straße", "muller strasse")]
+)
+def test_a_proposed_name_maims_no_word(tmp_path: Path, name: str, proposal: str) -> None:
+    assert f"write for example {proposal!r}" in str(valid_task_name(name))
+    assert valid_task_name(proposal) is None
+
+
+def test_a_name_in_another_script_gets_no_proposal_that_maims_it() -> None:
+    assert "write for example" not in str(valid_task_name("fetch 日本 now please"))
+
+
+def test_the_example_explains_each_thing_once() -> None:
+    lines = [line for line in default_tasks_path().read_text(encoding="utf-8").splitlines() if len(line) > 40]
+    assert len(lines) == len(set(lines))

@@ -27,7 +27,7 @@ from tests.console.asking import Robot, status
 TAB, ENTER = Keys.TAB, Keys.ENTER
 CHROMIUM, DRIVER = shutil.which("chromium"), shutil.which("chromedriver")
 MISSING = CHROMIUM is None or DRIVER is None
-WHY = "needs chromium and chromium-driver: apt install chromium chromium-driver"
+WHY = "not installed: chromium, or chromium-driver (`make parts` installs them as root)"
 PATIENCE_S = 20.0
 QUIET = (
     "--headless --no-sandbox --disable-gpu --disable-quic --no-first-run --disable-background-networking "

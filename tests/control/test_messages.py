@@ -43,7 +43,9 @@ def test_names_make_words_known(refused: Refuse, tmp_path: Path) -> None:
         ("R2-D2", "not a letter followed by letters and digits"),
         ("Rob,rob", "the same aloud"),
         (",", "at least one name"),
-        ("Stop", "cannot be a robot's name"),
+        ("Stop", "sounds like the phrasebook's word 'stop'"),
+        ("Rob,Stopp", "sounds like the phrasebook's word 'stop'"),
+        ("José", "write for example 'Jose'"),
     ],
 )
 def test_names_that_cannot_be(names: str, part: str, refused: Refuse) -> None:
@@ -118,7 +120,6 @@ def test_a_bad_lexicon(refused: Refuse, tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("arguments", "part"),
     [
-        ([], "COMMAND"),
         (["sya", "Hi"], "sya"),
         (["say"], "TEXT"),
         (["hear"], "FILE.wav"),

@@ -2,27 +2,111 @@
 
 from __future__ import annotations
 
+import os
+import stat
 import subprocess
 import sys
 from pathlib import Path
 
 import pytest
 
+from hvcpd.errors import unwritable
+from hvcpd.reporting.files import write_whole
+
 HVCPCTL = (sys.executable, "-m", "hvcpd.control.cli")
+HVCPD = (sys.executable, "-m", "hvcpd.cli")
+FULL = Path("/dev/full")
+needs_full = pytest.mark.skipif(not FULL.exists(), reason="this system has no /dev/full")
 
 
-def shell(command: str) -> subprocess.CompletedProcess[str]:
-    return subprocess.run(["/bin/sh", "-c", command], capture_output=True, text=True, timeout=120, check=False)
+def shell(command: str, **environment: str) -> subprocess.CompletedProcess[str]:
+    whole = {**os.environ, "PYTHONUNBUFFERED": "", **environment}
+    return subprocess.run(
+        ["/bin/sh", "-c", command], capture_output=True, text=True, timeout=120, check=False, env=whole
+    )
 
 
-@pytest.mark.skipif(not Path("/dev/full").exists(), reason="this system has no /dev/full")
-def test_a_full_disk_is_told() -> None:
-    done = shell(f"{' '.join(HVCPCTL)} phrases > /dev/full")
+@needs_full
+@pytest.mark.slow
+@pytest.mark.parametrize("unbuffered", ["", "1"])
+@pytest.mark.parametrize("arguments", ["", "--help", "--version", "key", "stop --help", "completion bash", "phrases"])
+def test_a_full_disk_is_told(arguments: str, unbuffered: str) -> None:
+    done = shell(f"{' '.join(HVCPCTL)} {arguments} > /dev/full", PYTHONUNBUFFERED=unbuffered)
     assert done.returncode == 2
-    assert "cannot be written" in done.stderr
+    assert done.stderr == (
+        "hvcpctl: standard output: cannot be written: No space left on device; make room there, or name another place\n"
+    )
+
+
+@needs_full
+@pytest.mark.slow
+@pytest.mark.parametrize("arguments", ["say stop --local -o /dev/full", "pronounce rose -o /dev/full"])
+def test_a_full_disk_is_told_of_a_file(arguments: str) -> None:
+    done = shell(f"{' '.join(HVCPCTL)} {arguments}")
+    assert done.returncode == 2
+    assert "hvcpctl: /dev/full: cannot be written: No space left on device; make room" in done.stderr
+
+
+@needs_full
+def test_no_message_can_be_written_either() -> None:
+    done = shell(f"{' '.join(HVCPCTL)} --help > /dev/full 2> /dev/full")
+    assert done.returncode == 2
+
+
+@needs_full
+def test_the_daemons_help_is_no_exception() -> None:
+    done = shell(f"{' '.join(HVCPD)} --help > /dev/full")
+    assert "No space left on device" in done.stderr
     assert "Traceback" not in done.stderr
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("arguments", ["phrases", "--help", "say stop --local -o -"])
+def test_a_reader_that_goes_away_is_no_fault(arguments: str) -> None:
+    done = shell(f"{{ {' '.join(HVCPCTL)} {arguments}; echo $? >&2; }} | head -c 1")
+    assert done.stderr == "0\n"
 
 
 def test_a_closed_output_does_no_harm() -> None:
     done = shell(f"{' '.join(HVCPCTL)} phrases >&-")
     assert "Traceback" not in done.stderr
+
+
+@pytest.mark.slow
+def test_an_output_without_the_letters_is_told_the_remedy() -> None:
+    done = shell(f"{' '.join(HVCPCTL)} say --help", PYTHONIOENCODING="ascii")
+    assert done.returncode == 2
+    assert "set PYTHONUTF8=1" in done.stderr
+
+
+def test_a_device_is_written_to_and_not_replaced(tmp_path: Path) -> None:
+    pipe = tmp_path / "pipe"
+    os.mkfifo(pipe)
+    reader = os.open(pipe, os.O_RDONLY | os.O_NONBLOCK)
+    try:
+        write_whole(pipe, b"whole")
+        assert os.read(reader, 16) == b"whole"
+    finally:
+        os.close(reader)
+    assert stat.S_ISFIFO(pipe.stat().st_mode)
+
+
+def test_what_a_link_leads_to_is_replaced(tmp_path: Path) -> None:
+    link = tmp_path / "link"
+    link.symlink_to(tmp_path / "file")
+    write_whole(link, b"whole")
+    assert link.is_symlink()
+    assert (tmp_path / "file").read_bytes() == b"whole"
+
+
+def test_a_folder_is_no_file(tmp_path: Path) -> None:
+    with pytest.raises(IsADirectoryError) as raised:
+        write_whole(tmp_path, b"")
+    assert unwritable(tmp_path, raised.value) == f"{tmp_path}: cannot be written: Is a directory; name a file in it"
+
+
+def test_a_missing_folder_is_named(tmp_path: Path) -> None:
+    path = tmp_path / "none" / "x.html"
+    with pytest.raises(FileNotFoundError) as raised:
+        write_whole(path, b"")
+    assert f"there is no folder {tmp_path / 'none'}; make it" in unwritable(path, raised.value)

@@ -12,11 +12,12 @@ from hil_fakes.dynamixel.bus import FakeBus
 from hil_fakes.dynamixel.motor import turtlebot3_pair
 from hvcpd.config.settings import Settings, SpeechSettings, WheelSettings
 from hvcpd.coordination.actions import Speech
-from hvcpd.daemon.outfit import Outfit, equip, name_fault
+from hvcpd.daemon.outfit import Outfit, equip
 from hvcpd.daemon.preflight import find_memory, find_port
 from hvcpd.errors import EX_CANTCREAT, EX_OK, EX_UNAVAILABLE, ConfigError
 from hvcpd.hardware.groups import group_of
 from hvcpd.own_voice import Acoustics
+from hvcpd.synthesis.likeness import name_fault
 
 
 def test_a_fake_bus_is_a_port_like_any_other(tmp_path: Path) -> None:
@@ -134,4 +135,10 @@ def test_faults_of_lexicon_and_tasks_are_told_together(tmp_path: Path) -> None:
 def test_a_clash_of_the_vocabulary_is_a_fault(tmp_path: Path) -> None:
     (tmp_path / "tasks.yaml").write_text("tasks:\n- {number: 1, name: i will stop, actions: [{wait: 1}]}\n")
     with pytest.raises(ConfigError, match=r"tasks\.yaml"):
-        outfit(tmp_path, tasks=tmp_path / "tasks.yaml", names=("Rob", "team"))
+        outfit(tmp_path, tasks=tmp_path / "tasks.yaml")
+
+
+def test_a_name_that_clashes_is_told_with_its_setting_and_not_with_the_tasks(tmp_path: Path) -> None:
+    with pytest.raises(ConfigError) as fault:
+        outfit(tmp_path, names=("Rob", "please"))
+    assert str(fault.value).startswith("names: 'please' is a word of the phrasebook")

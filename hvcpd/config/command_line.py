@@ -1,0 +1,120 @@
+"""Command lines: a parser whose messages are one line with a remedy, and its output to the terminal or elsewhere.
+
+Light, since every command builds the parser of all commands.
+"""
+
+from __future__ import annotations
+
+import argparse
+import os
+import sys
+import textwrap
+from io import UnsupportedOperation
+from pathlib import Path
+from typing import Any, NoReturn, TextIO
+
+from hvcpd.errors import EX_OK, EX_USER, nearest, unwritable
+
+
+class _Help(argparse.HelpFormatter):
+    """Help that breaks no path, option or word at the end of a line; lines that begin with a space stay as they are."""
+
+    def _split_lines(self, text: str, width: int) -> list[str]:
+        return _wrapped(" ".join(text.split()), width)
+
+    def _fill_text(self, text: str, width: int, indent: str) -> str:
+        lines: list[str] = []
+        for line in text.splitlines():
+            lines += [line] if line.startswith(" ") else _wrapped(line, width - len(indent)) or [""]
+        return "\n".join(indent + line for line in lines)
+
+
+def _wrapped(text: str, width: int) -> list[str]:
+    return textwrap.wrap(text, width, break_on_hyphens=False, break_long_words=False)
+
+
+def with_examples(text: str, *examples: str) -> str:
+    """The end of a command's help: the text, then each example on a line of its own, ready to be copied."""
+    title = "Examples:" if len(examples) > 1 else "Example:"
+    return "\n".join([text, "", title, *(f"  {example}" for example in examples)])
+
+
+class Parser(argparse.ArgumentParser):
+    """Says what is wrong in one line, with the word that was probably meant; a command alone shows its help."""
+
+    usage_status = EX_USER
+    """The exit status of wrong usage."""
+
+    def __init__(self, *arguments: Any, **options: Any) -> None:
+        options.setdefault("formatter_class", _Help)
+        super().__init__(*arguments, **options)
+
+    def parse_known_args(self, args: Any = None, namespace: Any = None) -> Any:
+        given = sys.argv[1:] if args is None else list(args)
+        if not given and self._subparsers is not None:
+            self.print_help()
+            self.exit(EX_OK)
+        found, unknown = super().parse_known_args(given, namespace)
+        if unknown:
+            self.error(self._unknown(unknown[0]))
+        return found, unknown
+
+    def error(self, message: str) -> NoReturn:
+        complain(self.prog, f"{message}; see {self.prog} --help")
+        self.exit(self.usage_status)
+
+    def _print_message(self, message: str, file: Any = None) -> None:
+        """As argparse's, which hides it when the output is full."""
+        (file or sys.stderr).write(message)
+
+    def _check_value(self, action: argparse.Action, value: Any) -> None:
+        if action.choices is None or value in action.choices:
+            return
+        choices = [str(choice) for choice in action.choices]
+        near = nearest(str(value), choices)
+        if isinstance(action, argparse._SubParsersAction):
+            what = str(action.metavar or "command").lower()
+            hint = f"; did you mean '{near}'?" if near else ""
+            raise argparse.ArgumentError(None, f"there is no {what} '{value}'{hint}")
+        hint = f"did you mean '{near}'?" if near else f"choose from {', '.join(choices)}"
+        raise argparse.ArgumentError(action, f"'{value}' is none of the choices; {hint}")
+
+    def _unknown(self, argument: str) -> str:
+        if not argument.startswith("-") or argument == "-":
+            return f"'{argument}' is one argument too many; put what has spaces in quotes"
+        near = nearest(argument.partition("=")[0], self._option_string_actions)
+        return f"there is no option {argument}" + (f"; did you mean {near}?" if near else "")
+
+
+def replace_closed_streams() -> None:
+    """What is written to a stream that whoever started us has closed goes nowhere."""
+    for name in ("stdout", "stderr"):
+        if getattr(sys, name) is None:
+            setattr(sys, name, Path(os.devnull).open("w"))  # noqa: SIM115 - open to the end
+
+
+def complain(program: str, text: str) -> None:
+    """Write to standard error, each line with the program's name; where that is closed or full, nowhere."""
+    try:
+        sys.stderr.writelines(f"{program}: {line}\n" for line in text.splitlines())
+        sys.stderr.flush()
+    except OSError:
+        let_go(sys.stderr)
+
+
+def let_go(stream: TextIO) -> None:
+    """Send what the stream still holds to nowhere; else Python complains of it when the process ends."""
+    try:
+        descriptor = stream.fileno()
+    except (UnsupportedOperation, AttributeError):
+        return
+    nowhere = os.open(os.devnull, os.O_WRONLY)
+    os.dup2(nowhere, descriptor)
+    os.close(nowhere)
+
+
+def output_fault(error: OSError | UnicodeEncodeError) -> str:
+    """Why the output cannot be written, and what to do."""
+    if isinstance(error, UnicodeEncodeError):
+        return f"the output cannot be written as {error.encoding}; set PYTHONUTF8=1, or a locale with UTF-8"
+    return unwritable(error.filename or "standard output", error, "send it elsewhere")

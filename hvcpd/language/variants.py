@@ -1,0 +1,110 @@
+"""Ordinary variants of words in typed sentences: contractions, American spellings, one and many, decimals.
+
+They are for reading only. What robots say and hear has one form of each word, and a word that can stand where it stands
+is never replaced.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+
+from hvcpd.language.graph import WordGraph
+from hvcpd.language.pattern import Words
+from hvcpd.language.words import NUMBER_MAX, number_words
+
+_WHOLE = {
+    "can't": ("cannot",),
+    "won't": ("will", "not"),
+    "&": ("and",),
+    "m": ("metres",),
+    "v": ("volts",),
+    "everybody": ("all",),
+    "everyone": ("all",),
+}
+_ENDINGS = {
+    "n't": ("not",),
+    "'m": ("am",),
+    "'re": ("are",),
+    "'ll": ("will",),
+    "'ve": ("have",),
+    "'s": ("is",),
+    "'d": ("would",),
+}
+"""Of contractions, and the words that they stand for."""
+_SPELLINGS = (
+    (re.compile(r"er(s?)$"), r"re\1"),
+    (re.compile(r"re(s?)$"), r"er\1"),
+    (re.compile(r"or(?=$|s$|ed$|ing$)"), "our"),
+    (re.compile(r"our(?=$|s$|ed$|ing$)"), "or"),
+    (re.compile(r"i[sz](?=e|ing)"), lambda found: "iz" if found[0] == "is" else "is"),
+    (re.compile(r"(?<=[aeiou])ll(?=ed$|er$|ing$)"), "l"),
+    (re.compile(r"(?<=[aeiou])l(?=ed$|er$|ing$)"), "ll"),
+    (re.compile(r"og$"), "ogue"),
+    (re.compile(r"ogue$"), "og"),
+    (re.compile(r"ense$"), "ence"),
+    (re.compile(r"ence$"), "ense"),
+    (re.compile(r"^gray"), "grey"),
+    (re.compile(r"^grey"), "gray"),
+)
+"""British and American, both ways: a team spells its tasks as it likes."""
+_HALF = re.compile(r"([0-9]{1,2})[.]50?")
+_CLITIC = re.compile(r"(n't|'[a-z]+)$")
+_QUANTITY = re.compile(r"([0-9]+(?:[.]50?)?)([a-z]+)")
+
+
+def variants(word: str) -> Iterator[Words]:
+    """What else a typed word may be, the likeliest first."""
+    if word in _WHOLE:
+        yield _WHOLE[word]
+        yield from ((each,) for each in _one_or_many(_WHOLE[word][0]))
+    if (found := _CLITIC.search(word)) and found[0] in _ENDINGS:
+        yield (word[: found.start()], *_ENDINGS[found[0]])
+    if (quantity := _QUANTITY.fullmatch(word)) is not None:
+        yield from (_number(quantity[1]) + unit for unit in ((quantity[2],), *variants(quantity[2])))
+    if _HALF.fullmatch(word):
+        yield _number(word)
+    for pattern, other in _SPELLINGS:
+        respelled = pattern.sub(other, word)
+        if respelled != word:
+            yield (respelled,)
+            yield from ((each,) for each in _one_or_many(respelled))
+    yield from ((each,) for each in _one_or_many(word))
+
+
+def _one_or_many(word: str) -> Iterator[str]:
+    yield word[:-1] if word.endswith("s") else word + "s"
+
+
+def _number(text: str) -> Words:
+    whole, _, half = text.partition(".")
+    number = int(whole)
+    if not half:
+        return number_words(number) if number <= NUMBER_MAX else (text,)
+    return (*number_words(number), "and", "a", "half") if number else ("half", "a")
+
+
+def as_spoken(graph: WordGraph, words: Words) -> Words:
+    """The words, each that cannot stand in its place in the network replaced by a variant that can.
+
+    From a word on that has no such variant the rest stays as it is.
+    """
+    following: dict[int, dict[str, int]] = {}
+    for arc in graph.arcs:
+        following.setdefault(arc.source, {})[arc.word] = arc.target
+
+    def after(node: int | None, spoken: Words) -> int | None:
+        for word in spoken:
+            node = following.get(node, {}).get(word) if node is not None else None
+        return node
+
+    node, read = graph.start, list[str]()
+    for place, word in enumerate(words):
+        for choice in ((word,), *variants(word)):
+            target = after(node, choice)
+            if target is not None:
+                node, read = target, [*read, *choice]
+                break
+        else:
+            return (*read, *words[place:])
+    return tuple(read)

@@ -1,0 +1,99 @@
+"""Typed sentences in ordinary variants, and letters that are not plain."""
+
+from __future__ import annotations
+
+import random
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from hvcpd.config.names import plain_letters, unsayable
+from hvcpd.errors import PhraseError
+from hvcpd.language.messages import Utterance
+from hvcpd.language.phrasebook import Phrasebook, Vocabulary
+
+BOOK = Phrasebook(
+    Vocabulary(
+        ("Rob", "Bot", "Zoe"), ("plant",), ("water the grey rose", "fetch the colour card", "open the centre door")
+    )
+)
+
+
+@pytest.mark.parametrize(
+    ("typed", "plain"),
+    [
+        ("Hi Rob, I'm Zoe, move forward 2 meters", "Hi Rob, I am Zoe, move forward two metres"),
+        ("Rob, move back 1 meter", "Rob, move back one metre"),
+        ("Rob, move back 0.5 m", "Rob, move back half a metre"),
+        ("Rob, move back 3m", "Rob, move back three metres"),
+        ("Hi all, I\N{RIGHT SINGLE QUOTATION MARK}m Rob, report, I've stopped, battery 11.5V", None),
+        ("Hi all, I am Rob, report, I have stopped, battery eleven and a half volts", None),
+        ("Who's here?", "Who is here"),
+        ("What're you doing", None),
+        ("Hi Rob, I'm Zoe, I can't complete task 2", "Hi Rob, I am Zoe, I cannot complete task two"),
+        ("Hi Rob, I'm Zoe, I don't know task 3", "Hi Rob, I am Zoe, I do not know task three"),
+        ("Hi Rob, I'm Zoe, water the gray rose", "Hi Rob, I am Zoe, water the grey rose"),
+        ("Hi Rob, I'm Zoe, fetch the color card", "Hi Rob, I am Zoe, fetch the colour card"),
+        ("Hi Rob, I'm Zoe, I'll open the center door", "Hi Rob, I am Zoe, I will open the centre door"),
+        ("Hi Zoë, I am Bot, stop", "Hi Zoe, I am Bot, stop"),
+    ],
+)
+def test_a_variant_is_understood(typed: str, plain: str | None) -> None:
+    understood = BOOK.parse_text(typed)
+    assert plain is None or BOOK.write(understood) == plain
+
+
+def test_a_team_may_spell_its_tasks_as_americans_do() -> None:
+    book = Phrasebook(Vocabulary(("Rob",), (), ("fetch the color card", "open the center door")))
+    assert book.write(book.parse_text("Hi, I'm Rob, fetch the colour card")) == "Hi, I am Rob, fetch the color card"
+    assert book.write(book.parse_text("Hi, I'm Rob, open the centre door")) == "Hi, I am Rob, open the center door"
+
+
+@pytest.mark.parametrize("typed", ["Rob, move back 1.5 metres", "Rob, move back -1 m", "Rob, move forward 2 feet"])
+def test_what_means_something_else_is_refused(typed: str) -> None:
+    with pytest.raises(PhraseError):
+        BOOK.parse_text(typed)
+
+
+@given(st.randoms(use_true_random=False))
+def test_every_sentence_is_read_as_it_is_written_with_and_without_contractions(chance: random.Random) -> None:
+    utterance: Utterance = BOOK.sample(chance)
+    written = BOOK.write(utterance)
+    assert BOOK.parse_text(written) == utterance
+    variant = written
+    for plain, other in (
+        ("I am", "I'm"),
+        ("I will", "I'll"),
+        ("I have", "I've"),
+        ("do not", "don't"),
+        ("metre", "meter"),
+    ):
+        variant = variant.replace(plain, other)
+    assert BOOK.parse_text(variant) == utterance
+
+
+def test_an_unknown_name_is_told_with_the_option_that_makes_it_known() -> None:
+    with pytest.raises(PhraseError, match=r"known names are Rob, Bot, Zoe; .* --names Rob,Bot,Zoe,Anna"):
+        BOOK.parse_text("Hi Rob, I am Anna, what are you doing")
+
+
+@pytest.mark.parametrize(
+    ("text", "plain"),
+    [
+        ("café", "cafe"),
+        ("Müller", "Muller"),
+        ("Łódź", "Lodz"),
+        ("Straße", "Strasse"),
+        ("Ærø", "Aero"),
+        ("Đorđe", "Dorde"),
+    ],
+)
+def test_latin_letters_become_plain(text: str, plain: str) -> None:
+    assert plain_letters(text) == plain
+
+
+def test_signs_without_sound_are_found() -> None:
+    assert unsayable("Hi all, it's Zoë: \N{EM DASH} done!") is None
+    assert unsayable("50 % done") == "%"
+    assert unsayable("Hi 日本") == "日"
