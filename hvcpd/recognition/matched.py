@@ -44,7 +44,7 @@ REACH = 256
 """Samples that the filter looks ahead, and back: 16 ms."""
 PART = FRAME
 """Samples of a part of a word: 64 ms, about a phone."""
-LEAST_ENERGY = 0.01
+LEAST_ENERGY = 0.1
 """Of the parts' mean, as much as a part is taken to have: a faded end has none."""
 LEAST_PART = 0.35
 """A part fits with that share of the strength that it has at the gain of the whole..."""
@@ -103,6 +103,7 @@ class Weighing:
         # Overlapping rows of one array, as many at once as there are before the weights change.
         frames: Samples = np.ndarray((n, FRAME), np.float32, heard, 0, (HOP * heard.itemsize, heard.itemsize))
         self.stirred = self.stirred and not n
+        frames = frames[np.einsum("ns,ns->n", frames, frames) > FRAME * SILENCE]  # zeros tell nothing of the noise
         while len(frames):
             some = REFRESH_FRAMES - self._frames % REFRESH_FRAMES
             self._learn(frames[:some])
@@ -119,7 +120,7 @@ class Weighing:
         for power in powers:
             self._frames += 1
             self._power += (power - self._power) / np.float32(min(self._frames, MEMORY_FRAMES))
-        if self._frames % REFRESH_FRAMES == 0 and float(self._power.mean()) > SILENCE:
+        if self._frames % REFRESH_FRAMES == 0:
             self._refresh()
 
     def interrupt(self) -> None:
