@@ -15,7 +15,7 @@ import numpy as np
 from hvcpd.language.graph import WordGraph, ends_of
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 from hvcpd.recognition.beginnings import Beginnings, First
-from hvcpd.recognition.matched import HOP, REFRESH_FRAMES, SLACK, Match, correlated, power_of, scrutinized
+from hvcpd.recognition.matched import HOP, REFRESH_FRAMES, SLACK, Match, correlated, faded, power_of, scrutinized
 from hvcpd.recognition.paths import (
     BY_CHANCE,
     LEAST_SHARE,
@@ -205,7 +205,9 @@ class CoherentListener:
         weighed = self._sound.between(first, last if until is None else min(last, until))
         for each in due:
             near = weighed[each.at - DRIFT - first : each.end + DRIFT - first]
-            sound = each.said.samples[: max(len(near) - 2 * DRIFT, 1)]
+            sound = each.said.samples
+            if len(near) - 2 * DRIFT < each.said.length:
+                sound = faded(sound[: max(len(near) - 2 * DRIFT, 1)])
             power = each.said.power if len(sound) == each.said.length else power_of(sound)
             expected = max(float(np.dot(power, self._sound.weighing.weights)), 1e-20) ** 0.5
             strength, offset = correlated(near, sound, expected)
