@@ -22,6 +22,12 @@ LEAD_S = 3.0
 """Before the speech, for its noise: the noise tracker's memory."""
 BEFORE_S, AFTER_S = 0.5, 0.4
 """Around what was noticed as speech, for its faint beginning and end; AFTER_S is heard by the time it is told."""
+PAUSE_S = 0.5
+"""Speech so soon after lost sound may be the end of a longer sentence: torn speech has been heard as "stop"..."""
+SHORT_S = 0.1
+"""...unless so little was lost that no word was, nobody had spoken for PAUSE_S before..."""
+ONSET_S = 0.1
+"""...and it was quiet for so long after it: then it begins with its first sound."""
 LONGEST_S = 12.0
 """No sentence of the phrasebook takes longer; other talk does."""
 MOST_WAIT_S = 3.0
@@ -100,8 +106,10 @@ class SecondEars:
         self._blocks: deque[tuple[int, Samples]] = deque()
         self._kept = 0
         self._now = 0
-        self._lost_until = 0
-        """Until this sample, some sound was lost."""
+        self._spoke_until = -round(PAUSE_S * SAMPLE_RATE_HZ)
+        """Somebody else spoke last before this sample."""
+        self._torn_until = 0
+        """What begins before this sample may lack its beginning."""
         self._waiting: list[Piece] = []
 
     @property
@@ -113,15 +121,19 @@ class SecondEars:
         """As `Recogniser.push`; what a second look finds comes with a later push."""
         events = self._ears.push(samples, masked)
         self._now += len(samples)
+        if self._ears.busy:
+            self._spoke_until = self._now
         if not masked:
             self._keep(samples)
         return self.take(events)
 
     def lost(self, n_samples: int) -> list[Event]:
         """As `Recogniser.lost`."""
+        quiet = self._now - self._spoke_until >= PAUSE_S * SAMPLE_RATE_HZ
+        whole = quiet and 0 < n_samples <= SHORT_S * SAMPLE_RATE_HZ
         events = self._ears.lost(n_samples)
         self._now += n_samples
-        self._lost_until = self._now
+        self._torn_until = max(self._torn_until, self._now + round((ONSET_S if whole else PAUSE_S) * SAMPLE_RATE_HZ))
         return self.take(events)
 
     def prepare(self, go_on: Callable[[], bool]) -> None:
@@ -134,7 +146,7 @@ class SecondEars:
         self._ears.succeed(predecessor._ears)
         self._blocks, self._kept, self._now = predecessor._blocks, predecessor._kept, predecessor._now
         self._waiting, self._worker = predecessor._waiting, predecessor._worker
-        self._lost_until = predecessor._lost_until
+        self._spoke_until, self._torn_until = predecessor._spoke_until, predecessor._torn_until
 
     def _keep(self, samples: Samples) -> None:
         self._blocks.append((self._now - len(samples), cleaned(samples)))
@@ -165,11 +177,8 @@ class SecondEars:
         return [Garbled(piece.start, piece.end) for piece in late]
 
     def _piece(self, event: Garbled) -> Piece | None:
-        """The sound of an event; None if it was too long, has gaps, or is not kept any more.
-
-        Torn speech has been heard as "stop".
-        """
-        if event.start_sample - BEFORE_S * SAMPLE_RATE_HZ < self._lost_until:
+        """The sound of an event; None if it was too long, may be torn, or is not kept any more."""
+        if event.start_sample < self._torn_until:
             return None
         if event.end_sample - event.start_sample > LONGEST_S * SAMPLE_RATE_HZ or self._waiting_at(event):
             return None

@@ -15,7 +15,7 @@ import numpy as np
 from hvcpd.language.graph import WordGraph, ends_of
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 from hvcpd.recognition.beginnings import Beginnings, First
-from hvcpd.recognition.matched import SLACK, Match, correlated, power_of, scrutinized
+from hvcpd.recognition.matched import HOP, REFRESH_FRAMES, SLACK, Match, correlated, faded, power_of, scrutinized
 from hvcpd.recognition.paths import (
     BY_CHANCE,
     LEAST_SHARE,
@@ -56,6 +56,9 @@ CHANCE = 3.2
 """A beginning of this strength may be one, however weak it was expected..."""
 SURELY = 4.5
 """...and with this one it is: if no word comes of it, the sentence was lost on the way, as among a room's echoes."""
+UNWEIGHED = 2 * REFRESH_FRAMES * HOP
+"""Samples (0.5 s) in which a sentence may have begun before the spectrum of what is heard is known: at a recording's
+first sample, or after a silence of zeros, that takes half of it."""
 CALM = 10 * SAMPLE_RATE_HZ
 """After 10 s without speech, memory is given back."""
 
@@ -104,7 +107,7 @@ class CoherentListener:
         self._sound.push(np.concatenate(self._unheard))
         self._unheard = []
         if not self._sound.weighing.ready:
-            self._beginnings.restart(self._end)
+            self._beginnings.restart(self._end - UNWEIGHED)
             return []
         signs = speech or self._sound.weighing.stirred
         if signs or self._paths:
@@ -202,7 +205,9 @@ class CoherentListener:
         weighed = self._sound.between(first, last if until is None else min(last, until))
         for each in due:
             near = weighed[each.at - DRIFT - first : each.end + DRIFT - first]
-            sound = each.said.samples[: max(len(near) - 2 * DRIFT, 1)]
+            sound = each.said.samples
+            if len(near) - 2 * DRIFT < each.said.length:
+                sound = faded(sound[: max(len(near) - 2 * DRIFT, 1)])
             power = each.said.power if len(sound) == each.said.length else power_of(sound)
             expected = max(float(np.dot(power, self._sound.weighing.weights)), 1e-20) ** 0.5
             strength, offset = correlated(near, sound, expected)

@@ -69,7 +69,6 @@ class Weighing:
         self.weights: Spectrum = np.zeros(BINS, np.float32)
         """One over the power of each bin, as the filter has it."""
         self._filter: Samples = np.zeros(2 * REACH, np.float32)
-        self._shapes: dict[int, Spectrum] = {}
         self._filters: dict[int, NDArray[np.complex64]] = {}
         self.version = 0
         """Another one whenever the weights have changed."""
@@ -103,6 +102,7 @@ class Weighing:
         # Overlapping rows of one array, as many at once as there are before the weights change.
         frames: Samples = np.ndarray((n, FRAME), np.float32, heard, 0, (HOP * heard.itemsize, heard.itemsize))
         self.stirred = self.stirred and not n
+        frames = frames[np.einsum("ns,ns->n", frames, frames) > FRAME * SILENCE]  # zeros tell nothing of the noise
         while len(frames):
             some = REFRESH_FRAMES - self._frames % REFRESH_FRAMES
             self._learn(frames[:some])
@@ -119,7 +119,7 @@ class Weighing:
         for power in powers:
             self._frames += 1
             self._power += (power - self._power) / np.float32(min(self._frames, MEMORY_FRAMES))
-        if self._frames % REFRESH_FRAMES == 0 and float(self._power.mean()) > SILENCE:
+        if self._frames % REFRESH_FRAMES == 0:
             self._refresh()
 
     def interrupt(self) -> None:
@@ -146,13 +146,6 @@ class Weighing:
         out = np.fft.irfft(np.fft.rfft(heard, size) * self._filters[size], size)
         return np.asarray(out[2 * REACH : len(heard)], np.float32)
 
-    def shape(self, size: int) -> Spectrum:
-        """The weights at the frequencies of a transform of `size` samples, shape (size // 2 + 1,)."""
-        if size not in self._shapes:
-            at = np.linspace(0.0, BINS - 1.0, size // 2 + 1)
-            self._shapes[size] = np.interp(at, np.arange(BINS), self.weights).astype(np.float32)
-        return self._shapes[size]
-
     def _refresh(self) -> None:
         edge = SMOOTHING // 2
         padded = np.concatenate([self._power[:1]] * edge + [self._power] + [self._power[-1:]] * edge)
@@ -163,7 +156,7 @@ class Weighing:
         inverse = np.fft.irfft(1.0 / smooth)
         response = np.asarray(np.concatenate([inverse[-REACH:], inverse[:REACH]]) * _TAPER, np.float32)
         self._filter = response
-        self._shapes, self._filters = {}, {}
+        self._filters = {}
         self.version += 1
         full = np.zeros(FRAME, np.float32)
         full[:REACH], full[-REACH:] = response[REACH:], response[:REACH]
@@ -190,6 +183,13 @@ def power_of(sound: Samples) -> Spectrum:
     ratio = size // FRAME
     summed = np.add.reduceat(np.pad(energy, (ratio // 2, 0)), np.arange(0, len(energy) + ratio // 2, ratio))
     return np.asarray(2.0 * summed[:BINS] / size, np.float32)
+
+
+def faded(sound: Samples) -> Samples:
+    """The beginning of a longer sound, shape (n,), with an end that fades over REACH samples: cut off, it would have
+    the power of a click at all frequencies, most of it where the weights are highest, which is not heard."""
+    n = min(REACH, len(sound))
+    return np.concatenate([sound[: len(sound) - n], sound[len(sound) - n :] * _TAPER[2 * REACH - n :]])
 
 
 @dataclass(frozen=True)
@@ -222,8 +222,7 @@ def scrutinized(
     those in steady noise. Where other people are loud, a part of the sound tells less: the parts count by what is left
     over in each of them, as the optimum detector in noise that changes has it.
     """
-    size = transform_size(len(sound))
-    whole = np.asarray(np.fft.irfft(np.fft.rfft(sound, size) * weighing.shape(size), size)[: len(sound)], np.float32)
+    whole = weighing.weigh(np.pad(sound, REACH))
     edges = np.arange(0, len(sound), PART)
     lengths = np.diff([*edges, len(sound)])
     energy = np.add.reduceat(whole * sound, edges)

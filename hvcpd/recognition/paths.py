@@ -12,7 +12,7 @@ from hvcpd.ports import Samples
 from hvcpd.recognition.matched import SLACK, Spectrum
 
 LEAST_SHARE = 0.5
-"""Of the strength that a word would have at the sentence's loudness."""
+"""Of the strength that a word would have at the sentence's loudness, the least; and one over it, the most."""
 BY_CHANCE = 4.0
 """Log likelihood ratio that a word adds by chance, at the best of its lags."""
 SAME_WORD = 0.9
@@ -279,8 +279,10 @@ def likelihood_of(strength: float, expected: float) -> float:
 
 
 def passes(strength: float, expected: float) -> bool:
-    """Whether a sound may be what was expected with that strength."""
-    return strength >= min(LEAST_SHARE * expected, expected - SLACK)
+    """Whether a sound may be what was expected with that strength: a word that is far louder than those before it is none
+    of the same sentence."""
+    least, most = LEAST_SHARE * expected, expected / LEAST_SHARE
+    return min(least, expected - SLACK) <= strength <= max(most, expected + SLACK)
 
 
 def thirds_of(n_words: int) -> tuple[int, ...]:

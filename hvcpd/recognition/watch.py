@@ -54,6 +54,8 @@ class Watch:
         self.activity = ActivityDetector(settings or ActivitySettings())
         self.recent: Energies = np.zeros((0, N_BANDS), np.float32)
         """The last frames, shape (n, N_BANDS), n at most RECENT_FRAMES; none from before a break."""
+        self._early: list[Chunk] = []
+        """What was heard before the noise was known."""
         self._power_weights = power_weights()
         self._speech_power = np.zeros(POWER_FRAMES)
         self._noise_power = np.zeros(POWER_FRAMES)
@@ -107,10 +109,16 @@ class Watch:
 
     def _hear(self, chunk: Chunk, watchers: Sequence[Watcher]) -> Iterator[Found]:
         self.recent = np.concatenate([self.recent, chunk.energies])[-RECENT_FRAMES:]
+        self._early.append(chunk)
         if not self.noise.ready:
             return
+        for each in self._early:
+            yield self._told(each, watchers)
+        self._early = []
+
+    def _told(self, chunk: Chunk, watchers: Sequence[Watcher]) -> Found:
         self.activity.push(chunk.energies, self.noise.estimate)
         slots = np.arange(chunk.first_frame, chunk.first_frame + len(chunk.energies)) % POWER_FRAMES
         self._speech_power[slots] = chunk.energies @ self._power_weights
         self._noise_power[slots] = self.noise.estimate @ self._power_weights
-        yield tuple(w.hear(chunk) for w in watchers)
+        return tuple(w.hear(chunk) for w in watchers)
