@@ -82,6 +82,8 @@ def _sound(sound: Mapping[str, Any]) -> RenderableType:
         return Text("not listening", "bold red")
     if sound.get("mute"):  # a daemon before this field says nothing of it
         return Text("the microphone is mute: it gives nothing but zeros", "bold red")
+    if sound.get("too_busy"):
+        return Text("lost or late: the computer is too busy; end other programs", "bold red")
     told = Text(f"{sound['level_dbfs']:.0f} dBFS now, {sound['floor_dbfs']:.0f} dBFS at the quietest; ")
     lost = ", ".join(f"{name.replace('_', ' ')} {count}" for name, count in sound["lost"].items())
     return told.append(f"lost: {lost}", "yellow") if lost else told.append("nothing lost")

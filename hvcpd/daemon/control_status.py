@@ -122,6 +122,7 @@ def _sound(body: Body) -> dict[str, Any]:
         "level_dbfs": round(body.meter.level_dbfs, 1),
         "floor_dbfs": round(body.meter.floor_dbfs, 1),
         "mute": body.sound is not None and body.sound.mute,
+        "too_busy": body.sound is not None and body.sound.overload.standing,
         "lost": lost,
     }
 

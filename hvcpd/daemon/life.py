@@ -20,6 +20,7 @@ from hvcpd.daemon.lean import give_back_memory
 from hvcpd.daemon.lessons import Lessons
 from hvcpd.daemon.notify import ServiceManager
 from hvcpd.daemon.outfit import Outfit
+from hvcpd.daemon.overload import TOO_BUSY
 from hvcpd.daemon.pose_keeper import KeptPose, PoseKeeper
 from hvcpd.daemon.pupil import Pupil
 from hvcpd.daemon.rehearsal import rehearse
@@ -187,6 +188,8 @@ class Daemon:
         while not self._has_left(robot):
             block = await sound.read()
             robot.tell_latency(sound.latency_s)
+            if sound.overload.standing:
+                robot.disturb()
             reading = self._wheels.take_reading() if self._wheels is not None else None
             if self._outfit.keys is not None:
                 robot.set_clock(self._outfit.wall_s())
@@ -214,7 +217,12 @@ class Daemon:
         """
         self._manager.beat()
         if self._leave_until_s is None:
-            self._manager.status(self._listens if sound.flowing else NO_SOUND)
+            self._manager.status(self._state_of(sound))
+
+    def _state_of(self, sound: SoundService) -> str:
+        if not sound.flowing:
+            return NO_SOUND
+        return f"{TOO_BUSY}: sound is lost or late" if sound.overload.standing else self._listens
 
     def _has_left(self, robot: Robot) -> bool:
         if self._leave_until_s is None:
