@@ -73,6 +73,8 @@ class Robot:
         self._busy = False
         self._held_s: float | None = None
         self._disturbed_until_s = 0.0
+        self.is_silent = False
+        """It listens and obeys, and waits with what it has to say, as if somebody else were speaking."""
         self._task = 0
         self._records: list[Record] = []
         self._strangers: dict[str, Recognised] = {}
@@ -138,7 +140,7 @@ class Robot:
         self._n_heard += len(heard)
         now = self.now
         self._locate(reading)
-        self._notice_channel(now)
+        self._set_channel(self._ears.busy or self.is_silent, now)
         for event in events:
             self._understand(event, now)
         wheels = self._perform(now, reading)
@@ -161,9 +163,7 @@ class Robot:
         if was_speaking:
             self.coordination.spoken(now)
             self.coordination.garbled(True, now)
-        if not self._busy:
-            self._busy = True
-            self.coordination.channel(True, now)
+        self._set_channel(True, now)
         self._locate(reading)
         if self._performer.busy:
             self._performer.rest(now)
@@ -215,10 +215,10 @@ class Robot:
         if self._voice.finished(self.now):
             self.coordination.spoken(self.now)
 
-    def _notice_channel(self, now: float) -> None:
-        if self._ears.busy != self._busy:
-            self._busy = self._ears.busy
-            self.coordination.channel(self._busy, now)
+    def _set_channel(self, busy: bool, now: float) -> None:
+        if busy != self._busy:
+            self._busy = busy
+            self.coordination.channel(busy, now)
 
     def _understand(self, event: HearingEvent, now: float) -> None:
         start_s, end_s = event.start_sample / SAMPLE_RATE_HZ, event.end_sample / SAMPLE_RATE_HZ
