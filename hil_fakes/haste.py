@@ -7,8 +7,7 @@ from hvcpd.hardware.motion import GoTo, MotionState
 from hvcpd.hardware.navigator import Navigator
 from hvcpd.language.messages import Claim, Completed, Statement, TaskByNumber, TaskRef
 from hvcpd.ports import STANDSTILL, Pose, WheelCommand, WheelReading
-from hvcpd.records import SaidRecord
-from hvcpd.robot import RobotOutput
+from hvcpd.records import RobotOutput, SaidRecord
 
 
 class Haste:

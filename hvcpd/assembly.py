@@ -123,8 +123,8 @@ class RobotPlan:
     second: Worker | None = None
     """Looks again at what the voices of robots do not explain; None: nobody does."""
     prepared: bool = True
-    """Voices that it listens for by their waveform are in the cache, or may be rendered when they are needed; otherwise
-    `Robot.prepare` is to be called."""
+    """Names that are spelled are listened for at once, and voices by their waveform, which is in the cache, or may be
+    rendered when it is needed; otherwise `Robot.prepare` is to be called."""
     any_voice: bool = True
     """It looks for people who are not enrolled too."""
     keys: KeyRing | None = None
@@ -176,8 +176,8 @@ def make_recogniser(phrasebook: Phrasebook, names: Sequence[str], sound: Sound, 
     `prepared`: it may also render the waveforms of whole sentences when it needs them. Without a cache they are not
     listened to: to render them again and again would take too long.
     """
-    speakers = {_robot_voice(name, sound): name for name in names}
-    bank = MadeWhenAsked(speakers, lambda voice: _templates(phrasebook, sound.speaker_of(speakers[voice])))
+    speakers = {robot_voice(name, sound): name for name in names}
+    bank = MadeWhenAsked(speakers, lambda voice: word_bank(phrasebook, sound.speaker_of(speakers[voice])))
     sealed = Kind.SEALED in phrasebook.vocabulary.kinds
     settings = RecogniserSettings(spotter=SpotterSettings(beam=Beam(max_pairs=SEALED_PAIRS))) if sealed else None
     coherent = make_coherent(phrasebook, names, sound, prepared) if sound.cache is not None else None
@@ -189,7 +189,7 @@ def make_coherent(
 ) -> CoherentListener:
     """Hears the same voices by their waveform, where noise hides the words."""
     graph = phrasebook.marked_graph
-    speakers = {_robot_voice(name, sound): name for name in names}
+    speakers = {robot_voice(name, sound): name for name in names}
     shelf = Shelf()
     usual = [SpokenBook(voice, sound.speaker_of(name), graph.words, shelf) for voice, name in speakers.items()]
     slow = [
@@ -200,7 +200,7 @@ def make_coherent(
     return CoherentListener(graph, (*usual, *slow), prepared)
 
 
-def _robot_voice(name: str, sound: Sound) -> str:
+def robot_voice(name: str, sound: Sound) -> str:
     """What the recogniser calls a robot's voice."""
     return f"{name}, recorded" if name.lower() in sound.recorded else sound.voice_of(name).name
 
@@ -208,15 +208,20 @@ def _robot_voice(name: str, sound: Sound) -> str:
 def voices_of(names: Iterable[str], sound: Sound) -> dict[str, str]:
     """The same of robots and people, by name in lower case."""
     people = {key: person.voice for key, person in sound.people.items()}
-    return {name.lower(): people.get(name.lower()) or _robot_voice(name, sound) for name in names}
+    return {name.lower(): people.get(name.lower()) or robot_voice(name, sound) for name in names}
 
 
 def make_ears(
     phrasebook: Phrasebook, names: Sequence[str], sound: Sound, strangers: bool, prepared: bool = True
 ) -> Listening:
-    """Ears for the voices of these robots; with `strangers` also for names that are spelled, in any voice."""
+    """Ears for the voices of these robots; with `strangers` also for names that are spelled, in any voice, unless
+    `prepared` from their `prepare` on."""
     sentences = make_recogniser(phrasebook, names, sound, prepared)
-    return Listening(sentences, make_spelled(phrasebook, sound, sentences.watch) if strangers else None)
+    if not strangers:
+        return Listening(sentences, None)
+    if prepared:
+        return Listening(sentences, make_spelled(phrasebook, sound, sentences.watch))
+    return Listening(sentences, None, lambda: make_spelled(phrasebook, sound, sentences.watch))
 
 
 def make_spelled(phrasebook: Phrasebook, sound: Sound, watch: Watch | None = None) -> Recogniser:
@@ -252,10 +257,12 @@ def _excuses(spotter: UrgentSpotter, sound: Sound, names: Iterable[str]) -> list
 
 def templates(phrasebook: Phrasebook, voice: Voice, sound: Sound) -> dict[str, list[Samples]]:
     """Every word of the phrasebook in one voice, and the phrases that count as one."""
-    return dict(_templates(phrasebook, Speaker(voice, sound.lexicon, sound.cache)))
+    return dict(word_bank(phrasebook, Speaker(voice, sound.lexicon, sound.cache)))
 
 
-def _templates(phrasebook: Phrasebook, speaker: Speaker) -> Mapping[str, list[Samples]]:
+def word_bank(phrasebook: Phrasebook, speaker: Speaker) -> Mapping[str, list[Samples]]:
+    """The same as that speaker says them, each made when it is asked for."""
+
     def rendered(word: str) -> list[Samples]:
         phrases = phrasebook.alternatives.get(word, ())
         return speaker.templates(word) + [take for phrase in phrases for take in speaker.phrase_templates(phrase)]
@@ -271,7 +278,7 @@ def templates_of(words: Iterable[str], voice: Voice, sound: Sound) -> dict[str, 
 
 def make_robot(plan: RobotPlan, sound: Sound) -> Robot:
     """A whole robot. It listens for the voices of all names but its own."""
-    phrasebook = _phrasebook(plan, plan.names)
+    phrasebook = phrasebook_of(plan, plan.names)
     role = replace(
         plan.role,
         roster=sound.robots(plan.roster),
@@ -287,7 +294,7 @@ def make_robot(plan: RobotPlan, sound: Sound) -> Robot:
         stopped=plan.stopped,
     )
     coordination.home = plan.home
-    ears = make_ears(phrasebook, _others(plan, sound.robots(plan.names)), sound, plan.strangers, plan.prepared)
+    ears = make_ears(phrasebook, others(plan, sound.robots(plan.names)), sound, plan.strangers, plan.prepared)
     return Robot(
         coordination,
         phrasebook,
@@ -319,17 +326,19 @@ def _looking_twice(plan: RobotPlan, phrasebook: Phrasebook, ears: Listening, sou
     return SecondEars(ears, opinion, plan.second)
 
 
-def _phrasebook(plan: RobotPlan, names: Sequence[str]) -> Phrasebook:
+def phrasebook_of(plan: RobotPlan, names: Sequence[str]) -> Phrasebook:
+    """The robot's phrasebook once it knows these names. Raises PhraseError."""
     teams = (*plan.teams, *([plan.role.team] if plan.role.team else []))
     return make_phrasebook(names, teams, plan.tasks, plan.keys is not None, plan.encrypts)
 
 
-def _others(plan: RobotPlan, names: Sequence[str]) -> Sequence[str]:
+def others(plan: RobotPlan, names: Sequence[str]) -> Sequence[str]:
+    """Of the names those of the peers, whose voices are listened for; its own if there is no other."""
     return [name for name in names if name.lower() != plan.role.name.lower()] or names
 
 
 def make_phrasebook_and_ears(plan: RobotPlan, names: Sequence[str], sound: Sound) -> tuple[Phrasebook, Ears]:
     """The same robot's phrasebook and ears once it knows these names. Raises PhraseError when words clash."""
-    book = _phrasebook(plan, names)
-    ears = make_ears(book, _others(plan, sound.robots(names)), sound, False, plan.prepared)
+    book = phrasebook_of(plan, names)
+    ears = make_ears(book, others(plan, sound.robots(names)), sound, False, plan.prepared)
     return book, _looking_twice(plan, book, ears, sound)

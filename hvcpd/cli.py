@@ -141,23 +141,33 @@ def _run(daemon: Daemon, limiter: RateLimiter) -> int:
 
     import structlog
 
+    from hvcpd.daemon.library_output import LibraryOutput
     from hvcpd.daemon.telling import tell_held_back
 
     log = structlog.get_logger(__name__)
+    output = LibraryOutput()
+    output.begin()
+
+    def summarise() -> None:
+        tell_held_back(limiter)
+        output.report()
+
     try:
-        asyncio.run(_serve(daemon, lambda: tell_held_back(limiter)))
+        asyncio.run(_serve(daemon, output.drain, summarise))
     except HvcpdError as error:
         log.error("failed", reason=str(error), exit_status=error.exit_status)
         return error.exit_status
     except Exception:  # the outermost: whatever it is, the log has it, and the wheels are stopped already
         log.exception("crashed", exit_status=EX_SOFTWARE)
         return EX_SOFTWARE
+    finally:
+        output.end()
     tell_held_back(limiter)
     log.info("stopped")
     return EX_OK
 
 
-async def _serve(daemon: Daemon, tell_held_back: Callable[[], None]) -> None:
+async def _serve(daemon: Daemon, every_second: Callable[[], None], every_minute: Callable[[], None]) -> None:
     """Let the daemon run until a signal; the wheels are stopped when this returns.
 
     At the first signal the robot says that it leaves; a second one ends it without a word.
@@ -170,11 +180,14 @@ async def _serve(daemon: Daemon, tell_held_back: Callable[[], None]) -> None:
     life = asyncio.ensure_future(daemon.run())
     loop = asyncio.get_running_loop()
 
-    def look_after_log() -> None:
-        tell_held_back()
-        loop.call_later(HELD_BACK_EVERY_S, look_after_log)
+    def look_after_log(minute_s: float) -> None:
+        every_second()
+        is_over = loop.time() >= minute_s
+        if is_over:
+            every_minute()
+        loop.call_later(1.0, look_after_log, minute_s + is_over * HELD_BACK_EVERY_S)
 
-    look_after_log()
+    look_after_log(loop.time() + HELD_BACK_EVERY_S)
     asked: list[signal.Signals] = []
     ended: list[bool] = []
 

@@ -1,4 +1,4 @@
-"""What a robot reports of itself. Times are seconds of its sample clock."""
+"""What a robot reports of itself, and all that a step of it gives. Times are seconds of its sample clock."""
 
 from __future__ import annotations
 
@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 from hvcpd.coordination.actions import SavePeer, SaveStopped, SaveTask
 from hvcpd.language.messages import Utterance
+from hvcpd.ports import Samples, WheelCommand
 from hvcpd.security.trust import Trust
 
 
@@ -132,3 +133,12 @@ Record = (
     | SavePeer
     | SaveStopped
 )
+
+
+@dataclass(frozen=True)
+class RobotOutput:
+    """What one step gives: sound to be played next (as long as what was heard), wheel speeds, and what happened."""
+
+    sound: Samples
+    wheels: WheelCommand
+    records: tuple[Record, ...]

@@ -7,7 +7,6 @@ in a test run the same code.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
 
 import numpy as np
 
@@ -32,20 +31,12 @@ from hvcpd.records import (
     LearnName,
     PerformedRecord,
     Record,
+    RobotOutput,
     SaidRecord,
     VoiceRecord,
 )
 from hvcpd.sealing import Judged, Sealing, written
 from hvcpd.security.trust import Trust
-
-
-@dataclass(frozen=True)
-class RobotOutput:
-    """What one step gives: sound to be played next (as long as what was heard), wheel speeds, and what happened."""
-
-    sound: Samples
-    wheels: WheelCommand
-    records: tuple[Record, ...]
 
 
 class Robot:
@@ -81,6 +72,9 @@ class Robot:
         self._n_heard = 0
         self._busy = False
         self._held_s: float | None = None
+        self._disturbed_until_s = 0.0
+        self.is_silent = False
+        """It listens and obeys, and waits with what it has to say, as if somebody else were speaking."""
         self._task = 0
         self._records: list[Record] = []
         self._strangers: dict[str, Recognised] = {}
@@ -103,6 +97,10 @@ class Robot:
     def tell_latency(self, latency_s: float) -> None:
         """The sound system's word for `Acoustics.latency_s`, which may change while the robot lives."""
         self._voice.tell_latency(latency_s)
+
+    def disturb(self) -> None:
+        """Sound was lost or late until now, and does not show who has whose voice or name."""
+        self._disturbed_until_s = self.now
 
     def set_clock(self, wall_s: float | None) -> None:
         """Tell the time, seconds since 1970, for people's codes that depend on it; None if nobody knows it."""
@@ -142,7 +140,7 @@ class Robot:
         self._n_heard += len(heard)
         now = self.now
         self._locate(reading)
-        self._notice_channel(now)
+        self._set_channel(self._ears.busy or self.is_silent, now)
         for event in events:
             self._understand(event, now)
         wheels = self._perform(now, reading)
@@ -158,15 +156,14 @@ class Robot:
         What was being said is said again later, and coordination waits: nobody could have answered meanwhile.
         """
         self._n_heard += lost
+        self.disturb()
         now = self.now
         was_speaking = self._voice.speaking
         self._voice.break_off(now)
         if was_speaking:
             self.coordination.spoken(now)
             self.coordination.garbled(True, now)
-        if not self._busy:
-            self._busy = True
-            self.coordination.channel(True, now)
+        self._set_channel(True, now)
         self._locate(reading)
         if self._performer.busy:
             self._performer.rest(now)
@@ -186,6 +183,7 @@ class Robot:
     def _skip(self, lost: int) -> list[HearingEvent]:
         """Time goes on; the own words wait, for nothing is played in place of sound that was not handed out."""
         self._n_heard += lost
+        self.disturb()
         if self._overhearing is not None:
             self._overhearing.lost()
         self._voice.lose(lost / SAMPLE_RATE_HZ)
@@ -217,10 +215,10 @@ class Robot:
         if self._voice.finished(self.now):
             self.coordination.spoken(self.now)
 
-    def _notice_channel(self, now: float) -> None:
-        if self._ears.busy != self._busy:
-            self._busy = self._ears.busy
-            self.coordination.channel(self._busy, now)
+    def _set_channel(self, busy: bool, now: float) -> None:
+        if busy != self._busy:
+            self._busy = busy
+            self.coordination.channel(busy, now)
 
     def _understand(self, event: HearingEvent, now: float) -> None:
         start_s, end_s = event.start_sample / SAMPLE_RATE_HZ, event.end_sample / SAMPLE_RATE_HZ
@@ -240,12 +238,13 @@ class Robot:
         text = written(utterance, self.phrasebook)
         words = tuple((s.word, s.start_sample / SAMPLE_RATE_HZ, s.end_sample / SAMPLE_RATE_HZ) for s in event.spans)
         sure, snr_db = event.confidence, event.snr_db
-        self._records.append(
-            HeardRecord(now, utterance, text, start_s, end_s, sure, snr_db, event.voice, words, judged.trust)
-        )
-        self._records += judged.records
-        expected = self._voices.get((utterance.speaker or "").lower(), event.voice)
-        if utterance.speaker is not None and event.voice != expected:
+        heard = HeardRecord(now, utterance, text, start_s, end_s, sure, snr_db, event.voice, words, judged.trust)
+        self._records += (heard, *judged.records)
+        speaker, is_torn = (utterance.speaker or "").lower(), start_s < self._disturbed_until_s
+        if is_torn and speaker == self.coordination.role.name.lower():
+            return  # its own words, late
+        expected = self._voices.get(speaker, event.voice)
+        if utterance.speaker is not None and event.voice != expected and not is_torn:
             self._records.append(VoiceRecord(start_s, utterance.speaker, event.voice, expected))
         if not self._is_stranger(utterance, event):
             self.coordination.heard(utterance, now, sure, snr_db, judged.trust)

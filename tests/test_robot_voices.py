@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -14,6 +15,7 @@ from hvcpd.config.tasks import default_tasks_path
 from hvcpd.coordination.actions import Role
 from hvcpd.coordination.table import State
 from hvcpd.journal import Journal
+from hvcpd.language.messages import NameTaken
 from hvcpd.people.enrolled import Person
 from hvcpd.ports import STANDSTILL, Pose, Samples
 from hvcpd.recognition.events import Event, Recognised
@@ -76,6 +78,51 @@ def test_a_name_in_another_voice_is_noted(sound: Sound, words: str, voice: str, 
     Journal(store, tasks, "Rob").write(records, 0.0)
     texts = [row.text for row in store.transcript() if row.kind == "garbled"]
     assert texts == [f"another voice than {r.speaker}'s: {r.voice}, not {r.expected}" for r in noted]
+
+
+class Repeated(Told):
+    """Ears that tell it every two seconds, as just said."""
+
+    n = 0
+
+    def lost(self, n_samples: int) -> list[Event]:
+        self.n += n_samples
+        return []
+
+    def push(self, samples: Samples, masked: bool = False) -> list[Event]:
+        self.n += len(samples)
+        return [replace(self.event, start_sample=self.n - 8_000, end_sample=self.n)] if self.n % 32_000 == 0 else []
+
+
+def test_torn_sound_tells_nothing_of_who_has_whose_voice_or_name(sound: Sound) -> None:
+    tasks = load_tasks(default_tasks_path())
+    robot = make_robot(RobotPlan(Role("Rob", "plant"), ("Rob", "Bot", "Anna"), tasks, Pose(0.0, 0.0), 1), sound)
+    robot.adopt(robot.phrasebook, Repeated("hi bot i am rob i am free", "stranger"))
+
+    def lives(disturbed: bool) -> tuple[int, int, int]:
+        heard = others = taken = 0
+        for _ in range(800):
+            if disturbed:
+                robot.disturb()
+            for record in robot.step(BLOCK, None).records:
+                heard += isinstance(record, HeardRecord)
+                others += isinstance(record, VoiceRecord)
+                taken += isinstance(record, SaidRecord) and isinstance(record.utterance.statement, NameTaken)
+        return heard, others, taken
+
+    assert lives(disturbed=True) == (10, 0, 0)
+    assert lives(disturbed=False) == (10, 10, 1)
+
+
+def test_a_sentence_with_a_gap_in_it_tells_nothing_of_a_voice(sound: Sound) -> None:
+    tasks = load_tasks(default_tasks_path())
+    robot = make_robot(RobotPlan(Role("Rob", "plant"), ("Rob", "Bot", "Anna"), tasks, Pose(0.0, 0.0), 1), sound)
+    robot.adopt(robot.phrasebook, Repeated("hi rob i am bot i am free", "stranger"))
+    for _ in range(79):
+        robot.step(BLOCK, None)
+    records = robot.step(BLOCK, None, lost=0).records
+    assert any(isinstance(r, HeardRecord) for r in records)
+    assert not any(isinstance(r, VoiceRecord) for r in records)
 
 
 class Once(Told):

@@ -28,6 +28,8 @@ def _found(status: State, tasks: Sequence[State]) -> Iterator[tuple[str, str]]:
         yield "deaf", f"{name} hears nothing: no sound comes from the microphone"
     if sound.get("mute"):
         yield "mute", "The microphone is mute: it gives nothing but zeros"
+    if sound.get("too_busy"):
+        yield "busy", "The computer is too busy: sound is lost or late; end other programs"
     battery_v = status["battery_v"]
     if battery_v is not None and battery_v < WARN_BATTERY_V:
         yield "battery", f"The battery has {battery_v:.1f} V: charge it"

@@ -41,6 +41,8 @@ def _facts(status: Mapping[str, Any]) -> list[tuple[str, RenderableType]]:
         doing += f": task {status['task']['number']}, {clean(status['task']['name'])}"
     if status["speaking"]:
         doing += " (speaking)"
+    if status.get("preparing") is not None:  # a daemon before this field says nothing of it
+        doing += f"; {clean(status['preparing'])}"
     facts: list[tuple[str, RenderableType]] = [("Doing", doing), ("Tasks", _counts(status["tasks"]))]
     pose = status["pose"]
     if pose is not None and status["wheels"] is not None:
@@ -66,6 +68,8 @@ def _wheels(wheels: Mapping[str, Any] | None) -> RenderableType:
         return "none: the robot stands and talks"
     if wheels["fault"] is not None:
         return Text(f"failed: {clean(wheels['fault'])}", "bold red")
+    if not wheels.get("open", True):
+        return "not opened yet"
     return "turning" if wheels["turning"] else "standing"
 
 
@@ -82,6 +86,8 @@ def _sound(sound: Mapping[str, Any]) -> RenderableType:
         return Text("not listening", "bold red")
     if sound.get("mute"):  # a daemon before this field says nothing of it
         return Text("the microphone is mute: it gives nothing but zeros", "bold red")
+    if sound.get("too_busy"):
+        return Text("lost or late: the computer is too busy; end other programs", "bold red")
     told = Text(f"{sound['level_dbfs']:.0f} dBFS now, {sound['floor_dbfs']:.0f} dBFS at the quietest; ")
     lost = ", ".join(f"{name.replace('_', ' ')} {count}" for name, count in sound["lost"].items())
     return told.append(f"lost: {lost}", "yellow") if lost else told.append("nothing lost")

@@ -12,8 +12,9 @@ from hvcpd.daemon.control_socket import SocketFile, socket_path
 from hvcpd.daemon.control_status import Body
 from hvcpd.daemon.reloading import Reloader, Rereading
 from hvcpd.ports import Samples, WheelReading
+from hvcpd.records import RobotOutput
 from hvcpd.reporting.events import as_json
-from hvcpd.robot import Robot, RobotOutput
+from hvcpd.robot import Robot
 
 _log = structlog.get_logger(__name__)
 

@@ -18,6 +18,7 @@ from hvcpd.daemon.base_desk import BaseDesk
 from hvcpd.daemon.control_events import Meter
 from hvcpd.daemon.journal_service import JournalService
 from hvcpd.daemon.outfit import Outfit
+from hvcpd.daemon.rehearsal import Preparation
 from hvcpd.daemon.sound_service import SoundService
 from hvcpd.daemon.wheel_service import WheelService
 from hvcpd.ports import STANDSTILL, WheelReading
@@ -31,6 +32,7 @@ class Body:
     outfit: Outfit
     journal: JournalService
     meter: Meter = field(default_factory=Meter)
+    preparation: Preparation = field(default_factory=Preparation)
     robot: Robot | None = None
     sound: SoundService | None = None
     wheels: WheelService | None = None
@@ -62,6 +64,7 @@ def status_of(body: Body) -> dict[str, Any]:
         "pid": os.getpid(),
         "uptime_s": round(time.monotonic() - body.began_s, 1),
         "wall_s": round(time.time(), 3),
+        "preparing": body.preparation.text,
         **_conversation(body),
         "battery_v": body.voltage_v,
         "sound": _sound(body),
@@ -122,18 +125,21 @@ def _sound(body: Body) -> dict[str, Any]:
         "level_dbfs": round(body.meter.level_dbfs, 1),
         "floor_dbfs": round(body.meter.floor_dbfs, 1),
         "mute": body.sound is not None and body.sound.mute,
+        "too_busy": body.sound is not None and body.sound.overload.standing,
         "lost": lost,
     }
 
 
 def _wheels(body: Body) -> dict[str, Any] | None:
-    if body.wheels is None:
+    settings = body.outfit.settings.wheels
+    if body.wheels is None and settings.driver == "none":
         return None
-    wanted = body.wheels.wanted
+    wanted = body.wheels.wanted if body.wheels is not None else STANDSTILL
     return {
-        "driver": body.outfit.settings.wheels.driver,
-        "ros_mode": body.outfit.settings.wheels.ros_mode if body.base is not None else None,
-        "fault": body.wheels.fault,
+        "driver": settings.driver,
+        "ros_mode": settings.ros_mode if settings.driver == "ros" else None,
+        "open": body.wheels is not None,
+        "fault": body.wheels.fault if body.wheels is not None else None,
         "turning": wanted != STANDSTILL,
         "left_rad_s": round(wanted.left_rad_s, 3),
         "right_rad_s": round(wanted.right_rad_s, 3),

@@ -10,7 +10,7 @@ import structlog
 
 from hvcpd.assembly import Sound, voices_of
 from hvcpd.daemon.lean import give_back_memory
-from hvcpd.daemon.rehearsal import rehearse
+from hvcpd.daemon.rehearsal import Rehearsal
 from hvcpd.errors import PhraseError
 from hvcpd.faculties import Ears
 from hvcpd.language.phrasebook import Phrasebook
@@ -27,11 +27,11 @@ _log = structlog.get_logger(__name__)
 class Lessons:
     """Answers a robot's LearnName records, one after the other."""
 
-    def __init__(self, robot: Robot, roster: Roster, own_name: str, sound: Sound) -> None:
+    def __init__(self, robot: Robot, roster: Roster, sound: Sound, rehearsal: Rehearsal) -> None:
         self._robot = robot
         self._roster = roster
-        self._own_name = own_name
         self._sound = sound
+        self._rehearsal = rehearsal
         self._turn = asyncio.Lock()
         self._under_way: set[asyncio.Task[object]] = set()
         self._tidy_s = robot.now + ADOPTED_S  # the first words said have needed some, too
@@ -57,16 +57,24 @@ class Lessons:
         self._begin(self._join(names))
 
     def prepare(self) -> None:
-        """Begin to make the other robots' sentences ready; until then noise hides more of them."""
+        """Begin to make the robot's own words ready, until when it is silent, and then all else; until it has the other
+        robots' sentences, noise hides more of them, and it hears no names being spelled."""
+        self._robot.is_silent = True
         self._begin(self._prepare())
 
     async def _prepare(self) -> None:
         async with self._turn:
-            await self._make_known()
+            await asyncio.to_thread(self._rehearsal.before_speaking, self._goes_on)
+            self._robot.is_silent = False
+            await asyncio.to_thread(self._rehearsal.the_rest, self._robot, self._goes_on)
+            give_back_memory()
             _log.info("knows the others' voices sample by sample")
 
+    def _goes_on(self) -> bool:
+        return not self._closing
+
     async def _make_known(self) -> None:
-        await asyncio.to_thread(self._robot.prepare, lambda: not self._closing)
+        await asyncio.to_thread(self._robot.prepare, self._goes_on)
         give_back_memory()
 
     async def _join(self, names: Sequence[str]) -> None:
@@ -115,6 +123,6 @@ class Lessons:
 
     def _make_ready(self, name: str, told: bool) -> tuple[Phrasebook, Ears]:
         ready = self._roster.learn(name, told)
-        rehearse(self._own_name, (name.lower(),), self._sound)
-        ready[1].prepare(lambda: not self._closing)
+        self._rehearsal.learn(name)
+        ready[1].prepare(self._goes_on)
         return ready

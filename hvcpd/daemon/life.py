@@ -20,9 +20,10 @@ from hvcpd.daemon.lean import give_back_memory
 from hvcpd.daemon.lessons import Lessons
 from hvcpd.daemon.notify import ServiceManager
 from hvcpd.daemon.outfit import Outfit
+from hvcpd.daemon.overload import TOO_BUSY
 from hvcpd.daemon.pose_keeper import KeptPose, PoseKeeper
 from hvcpd.daemon.pupil import Pupil
-from hvcpd.daemon.rehearsal import rehearse
+from hvcpd.daemon.rehearsal import Preparation, Rehearsal
 from hvcpd.daemon.reloading import Rereading
 from hvcpd.daemon.second_look import SecondLook
 from hvcpd.daemon.sound_service import SoundService
@@ -68,9 +69,11 @@ class Daemon:
         self._lessons: Lessons | None = None
         self._pupil: Pupil | None = None
         self._second = SecondLook()
+        self._preparation = self._control.body.preparation = Preparation(self._tell_preparation)
         self.sound: SoundService | None = None
         self.robot: Robot | None = None
         self._listening = False
+        self._ending = False
         self._leave_until_s: float | None = None
 
     @property
@@ -104,6 +107,7 @@ class Daemon:
             stack.push_async_callback(self._second.close)
             stack.push_async_callback(self._pose.close)
             stack.push_async_callback(self._control.close)
+            stack.callback(self._end)
             await self._control.open()
             remembered = await self._journal.open()
             here = self._pose.recall()
@@ -115,7 +119,7 @@ class Daemon:
             stack.push_async_callback(sound.close)
             await sound.open()
 
-            self._manager.status("making its words ready; the first time takes longest")
+            self._manager.status("making words ready; the first time takes longest")
             acoustics = Acoustics(latency_s=sound.latency_s)
             navigator = self._goal_navigator()
             plan = self._outfit.plan(
@@ -128,13 +132,13 @@ class Daemon:
                 navigator,
                 self._second,
             )
+            rehearsal = Rehearsal(plan, self._outfit.sound, self._preparation)
+            await asyncio.to_thread(rehearsal.before_listening, lambda: not self._ending)
             robot = self.robot = await asyncio.to_thread(make_robot, plan, self._outfit.sound)
             self._control.begin(robot)
-            words = {*robot.phrasebook.marked_graph.words, *robot.phrasebook.spelling_graph.words}
-            await asyncio.to_thread(rehearse, settings.name, words, self._outfit.sound)
             give_back_memory()
             roster = Roster(plan, self._outfit.sound, settings.names)
-            self._lessons = Lessons(robot, roster, settings.name, self._outfit.sound)
+            self._lessons = Lessons(robot, roster, self._outfit.sound, rehearsal)
             stack.push_async_callback(self._lessons.close)
             self._control.body.join = self._lessons.join
             people = self._outfit.sound.people
@@ -149,6 +153,13 @@ class Daemon:
             stack.callback(sound.tell_losses)
             with self._pose.forgotten_at_the_end():
                 await self._live(robot, sound)
+
+    def _end(self) -> None:
+        self._ending = True
+
+    def _tell_preparation(self, text: str) -> None:
+        if not self._listening:
+            self._manager.status(text)
 
     def _goal_navigator(self) -> GoalNavigator | None:
         wheels = self._outfit.settings.wheels
@@ -166,9 +177,9 @@ class Daemon:
             self._wheels = WheelService(wheels, lost_s=math.inf)
         else:
             self._wheels = WheelService(wheels)
-        body.wheels = self._wheels
         stack.push_async_callback(self._wheels.close)
         await self._wheels.open()
+        body.wheels = self._wheels
 
     async def settled(self) -> None:
         """Wait until wheels and memory have nothing under way; for those who make time pass themselves."""
@@ -187,6 +198,8 @@ class Daemon:
         while not self._has_left(robot):
             block = await sound.read()
             robot.tell_latency(sound.latency_s)
+            if sound.overload.standing:
+                robot.disturb()
             reading = self._wheels.take_reading() if self._wheels is not None else None
             if self._outfit.keys is not None:
                 robot.set_clock(self._outfit.wall_s())
@@ -214,7 +227,15 @@ class Daemon:
         """
         self._manager.beat()
         if self._leave_until_s is None:
-            self._manager.status(self._listens if sound.flowing else NO_SOUND)
+            self._manager.status(self._state_of(sound))
+
+    def _state_of(self, sound: SoundService) -> str:
+        if not sound.flowing:
+            return NO_SOUND
+        if sound.overload.standing:
+            return f"{TOO_BUSY}: sound is lost or late"
+        making = self._preparation.text
+        return f"{self._listens}; {making}" if making is not None else self._listens
 
     def _has_left(self, robot: Robot) -> bool:
         if self._leave_until_s is None:

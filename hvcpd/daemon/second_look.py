@@ -1,13 +1,11 @@
-"""Has pieces of sound looked at again in one thread, which gives way to everything else."""
+"""Has pieces of sound looked at again in one thread."""
 
 from __future__ import annotations
 
 import asyncio
-import os
-import threading
 from collections import deque
-from collections.abc import Sequence
-from concurrent.futures import Future, ThreadPoolExecutor
+from collections.abc import Callable, Sequence
+from concurrent.futures import Executor, Future, ThreadPoolExecutor
 
 import structlog
 
@@ -16,17 +14,26 @@ from hvcpd.recognition.events import Recognised
 
 MOST_WAITING = 2
 """Pieces that are looked at or wait for it: a third would be told too late."""
-NICENESS = 10
-"""Of the thread: hearing and driving go first."""
 
 _log = structlog.get_logger(__name__)
 
 
-class SecondLook:
-    """A `people.ears.Worker`."""
+def one_thread() -> Executor:
+    """A thread of the process's own priority.
 
-    def __init__(self) -> None:
-        self._thread = ThreadPoolExecutor(1, "second-look", initializer=_give_way)
+    With a lower one it is kept from running by other programs while it holds Python's global lock, for which hearing
+    then waits: at nice 10 beside a process at nice -10, with four busy programs on two processors, a block of 25 ms was
+    answered 330 to 520 ms late one time in a hundred; at the same priority, 40 to 90 ms.
+    """
+    return ThreadPoolExecutor(1, "second-look")
+
+
+class SecondLook:
+    """A `people.ears.Worker`. `make_pool` makes what runs one call after the other; one that has failed is replaced."""
+
+    def __init__(self, make_pool: Callable[[], Executor] = one_thread) -> None:
+        self._make_pool = make_pool
+        self._pool = make_pool()
         self._under_way: set[Future[Recognised | None]] = set()
         self._found: deque[Finding] = deque()
         self._sentences: list[tuple[Piece, Recognised]] = []
@@ -35,10 +42,23 @@ class SecondLook:
         """As `Worker.submit`."""
         if len(self._under_way) >= MOST_WAITING:
             return False
-        future = self._thread.submit(listener.look, piece)
+        future = self._begin(listener, piece)
+        if future is None:
+            return False
         self._under_way.add(future)
         future.add_done_callback(lambda done: self._found.append((piece, _result(done))))
         return True
+
+    def _begin(self, listener: LooksAgain, piece: Piece) -> Future[Recognised | None] | None:
+        """The look, under way; None if even a new pool does not take it."""
+        for _ in range(2):
+            try:
+                return self._pool.submit(listener.look, piece)
+            except RuntimeError as error:  # the pool is broken, or no thread can be started
+                _log.warning("second look begun anew", reason=f"{type(error).__name__}: {error}")
+                self._pool.shutdown(wait=False, cancel_futures=True)
+                self._pool = self._make_pool()
+        return None
 
     def findings(self) -> Sequence[Finding]:
         """As `Worker.findings`."""
@@ -60,13 +80,8 @@ class SecondLook:
 
     async def close(self) -> None:
         """Look no more."""
-        self._thread.shutdown(wait=False, cancel_futures=True)
+        self._pool.shutdown(wait=False, cancel_futures=True)
         await self.settled()
-
-
-def _give_way() -> None:
-    """On Linux a thread has a priority of its own (sched(7))."""
-    os.setpriority(os.PRIO_PROCESS, threading.get_native_id(), NICENESS)
 
 
 def _result(future: Future[Recognised | None]) -> Recognised | None:

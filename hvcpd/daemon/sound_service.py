@@ -14,6 +14,7 @@ import numpy as np
 import structlog
 
 from hvcpd.daemon.devices import SoundStream
+from hvcpd.daemon.overload import Overload
 from hvcpd.errors import DeviceError
 from hvcpd.hardware.audio_exchange import StreamCounters
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
@@ -71,6 +72,8 @@ class SoundService:
         self._quiet_s = 0.0
         self.mute = False
         """The microphone has given nothing but zeros for MUTE_S."""
+        self.overload = Overload()
+        self._sampled_s = 0.0
         self._told_s = self._heard_s = self._since_s = self._failed_s = 0.0
         self._pause_s = RETRY_FIRST_S
         self._recovery: asyncio.Task[Samples] | None = None
@@ -117,7 +120,9 @@ class SoundService:
             return Block(_NONE, self._passed(0))
         self._heard_s = self._clock()
         before, self._counted = self._counted, self.counters
-        if self._heard_s - self._told_s >= LOSSES_EVERY_S:
+        self._sampled_s += samples.size / SAMPLE_RATE_HZ
+        self.overload.note(self._sampled_s, before, self._counted)
+        if self._heard_s - self._told_s >= LOSSES_EVERY_S and not self.overload.standing:  # one alarm says it
             self.tell_losses()
         self._notice_zeros(samples)
         if self._counted is before:

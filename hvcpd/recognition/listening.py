@@ -25,12 +25,16 @@ KEPT_SAMPLES = 16_000
 class Listening:
     """Events of both, each stretch of sound accounted for once."""
 
-    def __init__(self, sentences: Recogniser, spelled: Recogniser | None) -> None:
-        """Raises ValueError if they do not share one watch."""
+    def __init__(
+        self, sentences: Recogniser, spelled: Recogniser | None, later: Callable[[], Recogniser] | None = None
+    ) -> None:
+        """`later` makes `spelled` in `prepare`, where it is not there yet. Raises ValueError if they do not share one
+        watch."""
         if spelled is not None and spelled.watch is not sentences.watch:
             raise ValueError("two recognisers on one microphone share one watch")
         self._sentences = sentences
         self._spelled = spelled
+        self._later = later
         self._understood: list[Recognised] = []
 
     @property
@@ -59,13 +63,17 @@ class Listening:
         return told
 
     def prepare(self, go_on: Callable[[], bool]) -> None:
-        """As `Recogniser.prepare`."""
+        """As `Recogniser.prepare`; from then on spelled names are heard, too."""
+        if self._spelled is None and self._later is not None and go_on():
+            spelled = self._later()
+            spelled.begin_late()
+            self._spelled = spelled
         self._sentences.prepare(go_on)
 
     def succeed(self, predecessor: Listening) -> None:
         """Go on where `predecessor` is: with its sample clock and what it knows of the noise."""
         self._sentences.succeed(predecessor._sentences)
-        self._spelled = predecessor._spelled
+        self._spelled, self._later = predecessor._spelled, predecessor._later
         self._understood = predecessor._understood
 
     def _told(self, found: Iterable[Found]) -> list[Event]:

@@ -147,6 +147,7 @@ def test_what_would_steer_a_page_or_a_terminal_is_replaced() -> None:
         ({"battery_v": 11.0}, [], "11.0 V"),
         ({"sound": {"listening": False, "mute": False}}, [], "hears nothing"),
         ({"sound": {"listening": True, "mute": True}}, [], "mute"),
+        ({"sound": {"listening": True, "mute": False, "too_busy": True}}, [], "computer is too busy"),
         ({"memory": {"lost": 3}}, [], "3 records"),
         ({}, [task(2, state="failed", failed_by=["Bot"])], "given up by Bot"),
     ],

@@ -6,13 +6,16 @@ import asyncio
 import os
 import socket
 from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
+from structlog.testing import capture_logs
 
 from hvcpd.daemon.life import NO_SOUND, Daemon
 from hvcpd.daemon.notify import ServiceManager
 from hvcpd.daemon.outfit import equip
+from hvcpd.daemon.overload import TOO_BUSY
 from hvcpd.errors import DeviceError
 from tests.daemon.test_life import settings_of
 from tests.daemon.virtual import devices_of, shared_room
@@ -139,3 +142,24 @@ def test_a_robot_tells_when_it_is_ready_that_sound_flows_and_that_it_ends(tmp_pa
     ]
     assert told.index(states[2]) < told.index("WATCHDOG=1")
     assert next(beats for now_s, beats in beats_by if now_s >= 3.9) == 4, "one a second of sound, at 0, 1, 2 and 3 s"
+
+
+@pytest.mark.slow
+def test_a_robot_on_a_computer_that_is_too_busy_says_so(tmp_path: Path, units: Path) -> None:
+    listener = Listener(str(tmp_path / "notify"))
+    settings = settings_of(tmp_path, units, "Rob")
+
+    def watch(now_s: float) -> None:
+        stream = room.streams[0]
+        stream.counters = replace(stream.counters, card_underflows=stream.counters.card_underflows + 1)
+        if now_s >= 8.0:
+            daemon.leave()
+
+    with shared_room([settings], watch) as room, capture_logs() as logs:
+        daemon = Daemon(equip(settings), devices_of(room), ServiceManager(listener.environment))
+        room.streams[0].settled = daemon.settled
+        asyncio.run(daemon.run())
+    told = listener.told()
+    listener.close()
+    assert told.count(f"STATUS={TOO_BUSY}: sound is lost or late") == 1
+    assert [line["event"] for line in logs].count(TOO_BUSY) == 1

@@ -5,8 +5,10 @@ from __future__ import annotations
 import asyncio
 import threading
 from collections.abc import Callable
+from concurrent.futures import Executor, ThreadPoolExecutor
 
 import numpy as np
+from structlog.testing import capture_logs
 
 from hvcpd.daemon.second_look import MOST_WAITING, SecondLook
 from hvcpd.people.ears import Piece
@@ -78,6 +80,43 @@ def test_a_look_that_fails_finds_nothing() -> None:
         assert work.submit(one, Broken())
         await work.settled()
         assert list(work.findings()) == [(one, None)]
+        await work.close()
+
+    asyncio.run(live())
+
+
+def fails() -> None:
+    raise PermissionError(1, "Operation not permitted")
+
+
+def test_a_broken_pool_is_replaced_and_reported() -> None:
+    pools = iter((ThreadPoolExecutor(1, initializer=fails), ThreadPoolExecutor(1)))
+
+    async def live() -> None:
+        work, gate, lost, found = SecondLook(lambda: next(pools)), Gate(), piece(), piece()
+        gate.open.set()
+        assert work.submit(lost, gate)
+        await work.settled()
+        assert list(work.findings()) == [(lost, None)]
+        assert work.submit(found, gate), "the pool has broken, and a new one takes it"
+        await work.settled()
+        assert list(work.findings()) == [(found, SENTENCE)]
+        await work.close()
+
+    with capture_logs() as logs:
+        asyncio.run(live())
+    assert "second look begun anew" in [line["event"] for line in logs if line["log_level"] == "warning"]
+
+
+def test_where_no_pool_works_the_robot_lives_without() -> None:
+    def closed() -> Executor:
+        pool = ThreadPoolExecutor(1)
+        pool.shutdown()
+        return pool
+
+    async def live() -> None:
+        work = SecondLook(closed)
+        assert not work.submit(piece(), Gate())
         await work.close()
 
     asyncio.run(live())
