@@ -65,6 +65,12 @@ class StoreError(HvcpdError):
     exit_status = EX_CANTCREAT
 
 
+class NewerStoreError(StoreError):
+    """The robot's memory was written by a newer version, and is left as it is."""
+
+    exit_status = EX_CONFIG
+
+
 class RunningError(HvcpdError):
     """A daemon of the same name runs already."""
 

@@ -51,11 +51,6 @@ class Journal:
         """All names that the robot has heard, who was heard last at the end."""
         return self._store.names_heard()
 
-    @property
-    def stopped(self) -> bool:
-        """Whether the robot was told to stop and nobody has said "resume" since."""
-        return STOPPED in self._store.flags()
-
     def write(self, records: Iterable[Record], now: float) -> None:
         """Keep the records of one step. Raises StoreError."""
         for record in records:
