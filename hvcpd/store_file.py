@@ -114,7 +114,7 @@ def open_store(path: Path, connect: Connect) -> Opened:
     Raises StoreError, and NewerStoreError for a file of a newer version, which is left as it is.
     """
     if path != IN_MEMORY:
-        _make_directory(path.parent)
+        make_directory(path.parent)
     with failures(path):
         try:
             return _checked(connect(path), path)
@@ -127,7 +127,8 @@ def open_store(path: Path, connect: Connect) -> Opened:
             return replace(_checked(connect(path), path), damage=str(error))
 
 
-def _make_directory(directory: Path) -> None:
+def make_directory(directory: Path) -> None:
+    """Make the folder of a memory, if it is not there. Raises StoreError."""
     try:
         directory.mkdir(parents=True, exist_ok=True)
     except OSError as error:

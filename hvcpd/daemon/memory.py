@@ -12,6 +12,7 @@ from hvcpd.errors import NewerStoreError, StoreError
 from hvcpd.journal import STOPPED
 from hvcpd.latch import IDENTITY_BITS, Latched, Permit, StopLatch
 from hvcpd.store import Store
+from hvcpd.store_file import make_directory
 
 @dataclass(frozen=True)
 class MemoryFiles:
@@ -60,8 +61,10 @@ class Memory:
 def open_memory(files: MemoryFiles, latch: StopLatch, has_key: bool) -> Memory:
     """Open the memory, and leave it ready for this life: what is found is marked, and the latch is set.
 
-    Raises NewerStoreError if a newer version wrote it. Any other fault only makes the robot start stopped.
+    Raises StoreError if its folder cannot be made, and NewerStoreError if a newer version wrote it. Any other fault
+    only makes the robot start stopped.
     """
+    make_directory(files.tasks.parent)
     is_first = files.are_new()
     before = latch.read()
     store, fault = _opened(files.tasks)
