@@ -16,6 +16,7 @@ from collections.abc import Iterator, Sequence
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from enum import Enum
+from functools import partial
 from pathlib import Path
 
 from hvcpd.errors import StoreError
@@ -103,12 +104,7 @@ class StopLatch:
 
     def spare(self) -> Path | None:
         """A spare place that says "stopped", if one does; what others have put there does not count."""
-        for path in self._spares:
-            with suppress(OSError):
-                status = path.lstat()
-                if stat.S_ISREG(status.st_mode) and status.st_uid == os.geteuid():
-                    return path
-        return None
+        return next((path for path in self._spares if _is_own_file(path)), None)
 
     def write(self, latched: Latched) -> None:
         """Keep this over kill -9 and power cuts; it is on the disk when this returns.
@@ -119,7 +115,7 @@ class StopLatch:
             with _told(self.path):
                 self._replace(latched.line)
                 for path in self._spares:
-                    if self._is_own(path):
+                    if _is_own_file(path):
                         path.unlink()
         else:
             self._revoke(latched.line)
@@ -132,7 +128,7 @@ class StopLatch:
 
     def _revoke(self, line: bytes) -> None:
         first: OSError | None = None
-        for means in (lambda: self._replace(line), self._cut, self._delete):
+        for means in (partial(self._replace, line), self._cut, self._delete):
             try:
                 means()
             except OSError as error:
@@ -155,12 +151,6 @@ class StopLatch:
     def _permits(self) -> bool:
         found = self.read()
         return found is not None and found.permit in (Permit.FREE, Permit.NEW)
-
-    def _is_own(self, path: Path) -> bool:
-        try:
-            return path.lstat().st_uid == os.geteuid()
-        except OSError:
-            return False
 
     def _replace(self, line: bytes) -> None:
         fresh = self.path.with_name(f"{self.path.name}.new")
@@ -203,9 +193,17 @@ def _made(path: Path) -> bool:
         os.fsync(descriptor)
         os.close(descriptor)
         _sync_folder(path.parent)
-        return path.lstat().st_uid == os.geteuid()
     except OSError:
         return False
+    return _is_own_file(path)
+
+
+def _is_own_file(path: Path) -> bool:
+    try:
+        status = path.lstat()
+    except OSError:
+        return False
+    return stat.S_ISREG(status.st_mode) and status.st_uid == os.geteuid()
 
 
 def _sync_folder(folder: Path) -> None:

@@ -57,7 +57,7 @@ def _facts(status: Mapping[str, Any]) -> list[tuple[str, RenderableType]]:
 def memory_faults(memory: Mapping[str, Any]) -> Iterator[str]:
     """What is wrong with a memory as `status` tells of it, the worst first; older daemons tell only `lost`."""
     if memory.get("unkept"):
-        yield f"what \"stop\" and \"resume\" say is not kept over a restart: {memory['unkept']}"
+        yield f'what "stop" and "resume" say is not kept over a restart: {memory["unkept"]}'
     if memory.get("fault"):
         yield f"nothing is kept: {memory['fault']}"
     if memory.get("loss"):

@@ -48,7 +48,21 @@ FLOOR_PERIODS = 12
 """3 s, as the recogniser's own tracking of noise."""
 KINDS: dict[str, type] = {
     each.__name__.lower(): each
-    for each in (Said, Heard, Garbled, Held, Noted, TaskChanged, Watered, StateChanged, Moved, Level, Odom, Drive, Memory)
+    for each in (
+        Said,
+        Heard,
+        Garbled,
+        Held,
+        Noted,
+        TaskChanged,
+        Watered,
+        StateChanged,
+        Moved,
+        Level,
+        Odom,
+        Drive,
+        Memory,
+    )
 }
 """The kinds of events by the names that they have as JSON."""
 FREQUENT = frozenset({"moved", "level", "odom", "drive"})

@@ -47,9 +47,7 @@ class JournalService:
         self._outfit = outfit
         self._thread = ThreadPoolExecutor(max_workers=1, thread_name_prefix="memory")
         self._latch_thread = ThreadPoolExecutor(max_workers=1, thread_name_prefix="latch")
-        self._latch = StopLatch(
-            outfit.latch_path, spare_places(outfit.latch_path, socket_path(outfit.settings))
-        )
+        self._latch = StopLatch(outfit.latch_path, spare_places(outfit.latch_path, socket_path(outfit.settings)))
         self._memory: Memory | None = None
         self._journal: Journal | None = None
         self._opened = asyncio.Event()

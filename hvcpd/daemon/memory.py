@@ -14,6 +14,7 @@ from hvcpd.latch import IDENTITY_BITS, Latched, Permit, StopLatch
 from hvcpd.store import Store
 from hvcpd.store_file import make_directory
 
+
 @dataclass(frozen=True)
 class MemoryFiles:
     """Where a robot's memory lies; `seals` is written only by robots with a key."""

@@ -203,19 +203,7 @@ class Summary:
 Event = Started | Said | Heard | Garbled | Held | TaskChanged | Watered | Moved | Summary
 
 LiveEvent = (
-    Said
-    | Heard
-    | Garbled
-    | Held
-    | Noted
-    | TaskChanged
-    | Watered
-    | Moved
-    | Odom
-    | Drive
-    | Level
-    | StateChanged
-    | Memory
+    Said | Heard | Garbled | Held | Noted | TaskChanged | Watered | Moved | Odom | Drive | Level | StateChanged | Memory
 )
 """What a daemon tells of its own robot; poses, and waterings' places, are then by its odometry."""
 

@@ -74,7 +74,8 @@ def test_stop_halts_the_wheels_before_the_next_block_and_is_said_aloud(tmp_path:
             await wheels.settled()
             assert bench.wheels.told[-1] == WheelCommand(3.0, 3.0)
             talk = await bench.connect()
-            assert (await talk.ask("stop"))["result"] == {"stopped": True, "before": False, "kept": True, "reason": None}
+            stopped = (await talk.ask("stop"))["result"]
+            assert stopped == {"stopped": True, "before": False, "kept": True, "reason": None}
             await wheels.settled()
             assert bench.wheels.told[-1] == STANDSTILL
             assert bench.bench.robot.coordination.state is State.STOPPED
