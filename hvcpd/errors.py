@@ -98,6 +98,10 @@ class NotDoneError(HvcpdError):
     command_status = EX_FAILURE
 
 
+class BusyError(NotDoneError):
+    """The daemon lives, and has no time for us: too many programs ask it."""
+
+
 class KeyFileError(HvcpdError):
     """The team's key is missing, open to others or broken; the text never holds any of it."""
 

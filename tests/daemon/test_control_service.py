@@ -338,7 +338,9 @@ def test_places_are_kept_for_who_has_something_to_ask(tmp_path: Path) -> None:
             for number, talk in enumerate(talks[: MAX_FOLLOWERS + 1]):
                 reply = await talk.ask("subscribe", events=["heard"])
                 assert reply["ok"] == (number < MAX_FOLLOWERS)
-            hanging = talks[MAX_FOLLOWERS + 1]
+            hanging = talks[MAX_FOLLOWERS]
+            for talk in talks[MAX_FOLLOWERS + 1 :]:
+                await talk.ask("status")
             late = await bench.connect()
             assert (await late.ask("stop"))["ok"], "there is always room for who wants to stop the robot"
             gone = await hanging.line()
