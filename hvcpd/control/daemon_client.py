@@ -183,13 +183,13 @@ class DaemonClient:
         return value
 
 
-def connect_in_turn(connection: socket.socket, address: str) -> None:
-    """Connect; where many want to, wait for our turn for ANSWER_S. Raises BlockingIOError if it does not come.
+def connect_in_turn(connection: socket.socket, address: str, patience_s: float = ANSWER_S) -> None:
+    """Connect; where many want to, wait so long for our turn. Raises BlockingIOError if it does not come.
 
     The kernel wakes who waits in order, but only those that block: a time limit of Python's own would fail at once.
     """
     connection.setblocking(True)
-    seconds, fraction_s = divmod(ANSWER_S, 1.0)
+    seconds, fraction_s = divmod(patience_s, 1.0)
     limit = struct.pack("@ll", int(seconds), int(fraction_s * 1e6))
     connection.setsockopt(socket.SOL_SOCKET, socket.SO_SNDTIMEO, limit)
     connection.connect(address)

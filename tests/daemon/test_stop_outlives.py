@@ -61,7 +61,8 @@ class Process:
 
     def kill(self) -> None:
         self._process.send_signal(signal.SIGKILL)
-        self._process.communicate()
+        if self._process.stdout is not None and not self._process.stdout.closed:
+            self._process.communicate()
 
     def exit_status(self) -> int:
         self._process.communicate()
@@ -132,9 +133,8 @@ def test_a_memory_that_is_cut_while_the_robot_runs_is_told_and_the_next_start_is
 
 def test_a_stop_that_cannot_be_kept_is_told(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
     state = folder / "state"
-    frozen = [str(state), *(str(file) for file in state.iterdir() if file.is_file())]
     with life(folder) as first:
-        frozen += [str(file) for file in state.iterdir() if file.is_file()]
+        frozen = [str(state), str(state / "rob.latch"), str(state / "rob.sqlite3")]
         if subprocess.run(["chattr", "+i", *frozen], stderr=subprocess.DEVNULL, check=False).returncode:
             subprocess.run(["chattr", "-i", *frozen], stderr=subprocess.DEVNULL, check=False)
             pytest.skip("only the superuser can make files immutable, and not on every file system")
