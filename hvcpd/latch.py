@@ -34,7 +34,7 @@ class Permit(Enum):
     FREE = "free"
     STOPPED = "stopped"
     UNSURE = "unsure"
-    """Not all that the robot knew could be written down, or the line cannot be read."""
+    """Not all that the robot knew could be written down, or the line cannot be read: the next start is stopped, too."""
     NEW = "new"
     """A first memory is being made: there is nothing yet that could be lost."""
 

@@ -20,7 +20,7 @@ from hvcpd.daemon.memory import Memory, MemoryFiles, open_memory
 from hvcpd.daemon.outfit import Outfit
 from hvcpd.errors import StoreError
 from hvcpd.journal import Journal
-from hvcpd.latch import Latched, Permit, StopLatch, spare_places
+from hvcpd.latch import Permit, StopLatch, spare_places
 from hvcpd.records import Record, SaveCounter
 from hvcpd.store import TranscriptReader, TranscriptRow
 
@@ -80,6 +80,13 @@ class JournalService:
         if self.loss is not None:
             remedy = 'look at the files named, then say "resume", or: hvcpctl resume'
             _log.error("memory lost", reason=self.loss, starts="stopped", remedy=remedy)
+        if self._memory is not None and self._memory.seals_lost:
+            _log.error(
+                "counters of seals lost",
+                reason="an old recording could pass for new: who speaks is believed once it has answered, the codes of "
+                "the sheet no longer, and this robot by nobody",
+                remedy="hvcpctl key rotate --after 0 --keep 0, and hand the new key to all robots",
+            )
         self._opened.set()
         self._set_latch()
         return remembered
@@ -155,11 +162,17 @@ class JournalService:
         files = MemoryFiles(outfit.settings.memory_path, outfit.seals_path, outfit.latch_path)
         memory = self._memory = open_memory(files, self._latch, outfit.keys is not None)
         self._journal = Journal(memory.store, outfit.tasks, outfit.settings.name, memory.seals)
+        self.fault = memory.fault or memory.failing
+        ring = outfit.ring()
+        if ring is not None and (memory.seals_lost or memory.seals_stale):
+            try:
+                self._journal.doubt_counters([key.fingerprint for key in ring.accepted], memory.seals_lost)
+            except StoreError as error:
+                self.fault = self.fault or str(error)
         self.counters = self._journal.counters
         self.stopped = memory.stopped
         self._is_stopped = self._is_stopped or memory.stopped
         self.loss = memory.loss
-        self.fault = memory.fault or memory.failing
         self.names = self._journal.names
         return self._journal.remembered()
 
@@ -214,13 +227,13 @@ class JournalService:
         memory = self._memory
         if memory is None or not self._opened.is_set():
             return  # it is set once the memory is open
-        permit = Permit.STOPPED if self._is_stopped else Permit.FREE if self.fault is None else Permit.UNSURE
+        permit = Permit.UNSURE if self.fault else Permit.STOPPED if self._is_stopped else Permit.FREE
         wanted = replace(memory.latched, permit=permit)
         flight = asyncio.get_running_loop().run_in_executor(self._latch_thread, self._latch.write, wanted)
         self._latch_flight = flight
-        flight.add_done_callback(lambda done: self._latch_landed(done, wanted))
+        flight.add_done_callback(self._latch_landed)
 
-    def _latch_landed(self, flight: asyncio.Future[None], wanted: Latched) -> None:
+    def _latch_landed(self, flight: asyncio.Future[None]) -> None:
         error = flight.exception()
         if flight is not self._latch_flight:
             return
@@ -229,9 +242,9 @@ class JournalService:
             self._broken = error
         reason = str(error) if error is not None else None
         if reason is not None and reason != self.unkept:
-            _log.error("stop not kept" if wanted.permit is Permit.STOPPED else "latch not set", reason=reason)
+            _log.error("stop not kept" if self._is_stopped else "latch not set", reason=reason)
         elif reason is None and self.unkept is not None:
-            _log.info("stop kept now" if wanted.permit is Permit.STOPPED else "latch set again")
+            _log.info("stop kept now" if self._is_stopped else "latch set again")
         self.unkept = reason
         self._retry_s = max(self._retry_s, self._now + RETRY_S) if reason is not None else self._retry_s
 

@@ -97,9 +97,8 @@ def open_memory(files: MemoryFiles, latch: StopLatch, has_key: bool) -> Memory:
         with suppress(StoreError):  # whoever writes it next is told
             latch.write(after)
     loss = "; ".join(losses) or None
-    return Memory(
-        store, seals, after, loss, fault or seals_fault, failing, seals_lost, seals is not None and bool(losses)
-    )
+    is_stale = failing is not None or (before is not None and before.permit is Permit.UNSURE)
+    return Memory(store, seals, after, loss, fault or seals_fault, failing, seals_lost, is_stale)
 
 
 def _opened(path: Path, durable: bool = False) -> tuple[Store, str | None]:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import socket
 import subprocess
 import sys
@@ -84,13 +83,13 @@ def storm(path: Path, *kinds: str) -> Iterator[None]:
 @pytest.mark.parametrize("kinds", [*((kind,) for kind in KINDS), KINDS], ids=" and ".join)
 def test_every_stop_in_a_storm_is_answered(kinds: tuple[str, ...], tmp_path: Path) -> None:
     with RunningRobot(tmp_path) as robot, storm(robot.bench.path, *kinds):
-        before = len(os.listdir("/proc/self/fd"))
+        before = len([*Path("/proc/self/fd").iterdir()])
         for number in range(STOPS):
             with closing(DaemonClient(robot.bench.path)) as client:
                 result = client.ask("stop")
                 assert (result["stopped"], result["kept"]) == (True, True)
                 assert result["before"] is (number > 0)
-            assert len(os.listdir("/proc/self/fd")) <= before + MAX_WAITING + MAX_CLIENTS + STOP_PLACES + 20
+            assert len([*Path("/proc/self/fd").iterdir()]) <= before + MAX_WAITING + MAX_CLIENTS + STOP_PLACES + 20
 
 
 def test_a_daemon_that_is_too_busy_is_told_from_none(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
