@@ -22,6 +22,7 @@ from hvcpd.errors import StoreError
 from hvcpd.journal import Journal
 from hvcpd.latch import Permit, StopLatch, spare_places
 from hvcpd.records import Record, SaveCounter
+from hvcpd.security.codes import LOST
 from hvcpd.store import TranscriptReader, TranscriptRow
 
 MAX_WAITING = 1000
@@ -80,7 +81,8 @@ class JournalService:
         if self.loss is not None:
             remedy = 'look at the files named, then say "resume", or: hvcpctl resume'
             _log.error("memory lost", reason=self.loss, starts="stopped", remedy=remedy)
-        if self._memory is not None and self._memory.seals_lost:
+        ring = self._outfit.ring()
+        if ring is not None and f"{LOST}{ring.spoken.fingerprint}" in self.counters:
             _log.error(
                 "counters of seals lost",
                 reason="an old recording could pass for new: who speaks is believed once it has answered, the codes of "
@@ -103,7 +105,7 @@ class JournalService:
             if key is not None:
                 self._unwritten.pop(key, None)
                 self._unwritten[key] = record
-        if self.fault is not None:
+        if self.fault is not None and not self._is_only_in_memory:
             records = self._again(records)
         if self.unkept is not None and now >= self._retry_s:
             self._set_latch()
@@ -157,6 +159,11 @@ class JournalService:
         self._thread.shutdown(wait=False)
         self._latch_thread.shutdown(wait=False)
 
+    @property
+    def _is_only_in_memory(self) -> bool:
+        """A file could not be used at all: only a restart helps."""
+        return self._memory is not None and self._memory.fault is not None
+
     def _open(self) -> Remembered:
         outfit = self._outfit
         files = MemoryFiles(outfit.settings.memory_path, outfit.seals_path, outfit.latch_path)
@@ -181,11 +188,9 @@ class JournalService:
             return reader.rows(after, since_wall_s, limit)
 
     def _write(self, records: Sequence[Record], now: float) -> None:
-        if self._journal is None or self._memory is None:
+        if self._journal is None:
             raise RuntimeError("the memory is not open")
         self._journal.write(records, now)
-        if self._memory.fault is not None:
-            raise StoreError(self._memory.fault)
 
     def _again(self, records: Sequence[Record]) -> Sequence[Record]:
         """What to try to write while the disk fails: nothing yet, or all that is due."""
@@ -200,7 +205,9 @@ class JournalService:
         self._flights.discard(flight)
         self._waiting -= len(records)
         error = flight.exception()
-        if error is None:
+        if error is None and self._is_only_in_memory:
+            self.lost += sum(_key(record) is None for record in records)
+        elif error is None:
             for record in records:
                 key = _key(record)
                 if key is not None and self._unwritten.get(key) is record:
