@@ -15,7 +15,7 @@ from __future__ import annotations
 import argparse
 import random
 from collections import Counter
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass
 from functools import cache
@@ -34,7 +34,7 @@ from hvcpd.people.ears import AtOnce, SecondEars
 from hvcpd.people.opinion import SecondOpinion
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 from hvcpd.recognition.events import Event, Held, Recognised, Urgent
-from hvcpd.synthesis.voices import VOICES, voice_named
+from hvcpd.synthesis.voices import VOICES
 
 T = TypeVar("T")
 SPEECH_DBFS = -25.0
@@ -125,7 +125,9 @@ def verdict(case: Case) -> tuple[Case, str, str]:
     said = utterance_of(case, book)
     events = heard_in(sound_of(case, said, book, voices), book, case.names, voices)
     found = [book.parse(event.words) for event in events if isinstance(event, Recognised)]
-    told = "; ".join(f"{e.confidence:.2f} {e.voice}: {book.write(book.parse(e.words))}" for e in events if isinstance(e, Recognised))
+    told = "; ".join(
+        f"{e.confidence:.2f} {e.voice}: {book.write(book.parse(e.words))}" for e in events if isinstance(e, Recognised)
+    )
     if any(isinstance(event, Urgent | Held) for event in events) and not isinstance(said.statement, m.Stop):
         told += " + stop"
         return case, "wrong", f"{book.write(said)!r} was taken for {told!r}"

@@ -23,9 +23,9 @@ if TYPE_CHECKING:
 
 _EPILOG = (
     "Exit status, as in sysexits.h: 0 stopped by a signal, 64 wrong usage, 69 a device is missing or failed, 70 a "
-    "fault of hvcpd, 73 the memory cannot be written, 78 a fault in the settings or tasks, 130 interrupted before it "
-    "began. SIGHUP, or hvcpctl reload, has it read its settings again; SIGTERM and SIGINT let it say that it leaves, a "
-    "second one ends it at once."
+    "fault of hvcpd, 73 the memory's folder cannot be written, 78 a fault in the settings or tasks, or a memory of a "
+    "newer version, 130 interrupted before it began. SIGHUP, or hvcpctl reload, has it read its settings again; "
+    "SIGTERM and SIGINT let it say that it leaves, a second one ends it at once."
 )
 
 

@@ -85,6 +85,12 @@ class StoreError(HvcpdError):
     exit_status = EX_CANTCREAT
 
 
+class NewerStoreError(StoreError):
+    """The robot's memory was written by a newer version, and is left as it is."""
+
+    exit_status = EX_CONFIG
+
+
 class RunningError(HvcpdError):
     """A daemon of the same name runs already."""
 
@@ -110,6 +116,10 @@ class NotDoneError(HvcpdError):
 
     exit_status = EX_UNAVAILABLE
     command_status = EX_FAILURE
+
+
+class BusyError(NotDoneError):
+    """The daemon lives, and has no time for us: too many programs ask it."""
 
 
 class KeyFileError(HvcpdError):

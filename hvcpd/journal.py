@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import secrets
 from collections.abc import Iterable
 from typing import cast
 
@@ -18,6 +19,8 @@ from hvcpd.records import (
     VoiceRecord,
 )
 from hvcpd.sealing import seal_shown
+from hvcpd.security.codes import LOST
+from hvcpd.security.guard import DOUBTED, LOST_BITS, SKIPPED
 from hvcpd.store import PeerRecord, Store, TaskRecord, TaskState, TranscriptRecord
 
 STOPPED = "stopped"
@@ -51,10 +54,19 @@ class Journal:
         """All names that the robot has heard, who was heard last at the end."""
         return self._store.names_heard()
 
-    @property
-    def stopped(self) -> bool:
-        """Whether the robot was told to stop and nobody has said "resume" since."""
-        return STOPPED in self._store.flags()
+    def doubt_counters(self, fingerprints: Iterable[str], are_lost: bool) -> None:
+        """Keep that the counters under these keys may lag behind, or are lost. Raises StoreError."""
+        if self._seals is None:
+            return
+        known = self._seals.counters()
+        for key in fingerprints:
+            self._seals.raise_counter(f"{DOUBTED}{key}", known.get(f"{DOUBTED}{key}", 0) + 1)
+            own = f"{key}/{self._own_name.casefold()}"
+            if are_lost:
+                self._seals.raise_counter(f"{LOST}{key}", 1)
+                self._seals.raise_counter(own, secrets.randbits(LOST_BITS))
+            elif own in known:
+                self._seals.raise_counter(own, known[own] + SKIPPED)
 
     def write(self, records: Iterable[Record], now: float) -> None:
         """Keep the records of one step. Raises StoreError."""

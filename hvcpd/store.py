@@ -5,8 +5,10 @@ One robot, one file, one writer; nothing is shared. All times are seconds of the
 
 from __future__ import annotations
 
+import os
 import sqlite3
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import astuple, dataclass
 from pathlib import Path
 from typing import Any, Literal
@@ -22,6 +24,9 @@ MAX_TRANSCRIPT = 100_000
 at each start stays quick."""
 FORGET_EVERY = 1000
 """So many utterances too many may be kept for a while."""
+
+IDENTITY = "identity"
+"""The counter that is none: the number of this memory."""
 
 _WALL_CLOCK_S = "(julianday('now') - 2440587.5) * 86400.0"
 """SQLite's clock in seconds since 1970: for people who ask what was said this morning; the robot itself never does."""
@@ -63,14 +68,44 @@ class PeerRecord:
 class Store:
     """The memory in the file `path`, opened or made new.
 
-    A file that is damaged, or of a newer version, is set aside as NAME.corrupt-N with a warning in the log, and a
-    new one is begun. Every method raises StoreError when the disk is full, read-only or failing.
+    A file that is damaged is set aside as NAME.corrupt-N with a warning in the log, and a new one is begun; one of a
+    newer version raises NewerStoreError. Every method raises StoreError when the disk is full, read-only or failing,
+    and those that write also when the file was replaced, cut short or deleted meanwhile. What is `durable` is on the
+    disk as soon as it is written; other writes a loss of power may take back.
     """
 
-    def __init__(self, path: Path = IN_MEMORY, connect: Connect = connect, utterances: int = MAX_TRANSCRIPT) -> None:
+    def __init__(
+        self,
+        path: Path = IN_MEMORY,
+        connect: Connect = connect,
+        utterances: int = MAX_TRANSCRIPT,
+        durable: bool = False,
+    ) -> None:
         self._path = path
         self._utterances = utterances
-        self._db = open_store(path, connect)
+        opened = open_store(path, connect)
+        self._db = opened.db
+        self.is_new = opened.is_new
+        """Whether there was nothing in the file."""
+        self.damage = opened.damage
+        """Why the file that was there was set aside, if it was."""
+        self._durable = durable
+        if durable:
+            self._db.execute("PRAGMA synchronous = FULL")
+        self._file = _FileWatch(path)
+
+    @property
+    def identity(self) -> int | None:
+        """The number that tells this memory from any other; None before `mark`."""
+        rows = self._read("SELECT value FROM counters WHERE name = ?", (IDENTITY,))
+        return int(rows[0][0]) if rows else None
+
+    def mark(self, identity: int) -> None:
+        """Give the memory its number, or the same once more; it is on the disk when this returns."""
+        with self._lasting():
+            self._write("INSERT OR REPLACE INTO counters VALUES (?, ?)", (IDENTITY, identity))
+            with failures(self._path):  # into the file itself: what follows in the journal may be lost without it
+                self._db.execute("PRAGMA wal_checkpoint(PASSIVE)").fetchall()
 
     def save_task(self, task: TaskRecord) -> None:
         """Keep what is known of a task, in place of what was known of that number before."""
@@ -118,8 +153,9 @@ class Store:
         self._write(query, (name, value))
 
     def set_flag(self, name: str, on: bool) -> None:
-        """Remember that something is so, or no longer."""
-        self._write("INSERT OR IGNORE INTO flags VALUES (?)" if on else "DELETE FROM flags WHERE name = ?", (name,))
+        """Remember that something is so, or no longer; it is on the disk when this returns."""
+        with self._lasting():
+            self._write("INSERT OR IGNORE INTO flags VALUES (?)" if on else "DELETE FROM flags WHERE name = ?", (name,))
 
     def flags(self) -> frozenset[str]:
         """All that is so."""
@@ -127,7 +163,7 @@ class Store:
 
     def counters(self) -> dict[str, int]:
         """All counters by name."""
-        return dict(self._read("SELECT name, value FROM counters ORDER BY name"))
+        return dict(self._read("SELECT name, value FROM counters WHERE name != ? ORDER BY name", (IDENTITY,)))
 
     def close(self) -> None:
         """Let go of the file; twice is harmless."""
@@ -135,12 +171,51 @@ class Store:
 
     def _write(self, query: str, values: Sequence[Any]) -> int:
         """The number of the row that was inserted, if one was."""
+        self._file.check()
         with failures(self._path):
             return self._db.execute(query, values).lastrowid or 0
+
+    @contextmanager
+    def _lasting(self) -> Iterator[None]:
+        """Have what is written in here on the disk before it returns."""
+        with failures(self._path):
+            self._db.execute("PRAGMA synchronous = FULL")
+        try:
+            yield
+        finally:
+            if not self._durable:
+                self._db.execute("PRAGMA synchronous = NORMAL")
 
     def _read(self, query: str, values: Sequence[Any] = ()) -> list[Any]:
         with failures(self._path):
             return self._db.execute(query, values).fetchall()
+
+
+class _FileWatch:
+    """Sees that the file under an open database is no longer the one that was opened: SQLite itself goes on."""
+
+    def __init__(self, path: Path) -> None:
+        self._path = path if path != IN_MEMORY else None
+        self._first: os.stat_result | None = None
+        self._size = 0
+        self.check()
+
+    def check(self) -> None:
+        """Raises StoreError if the file is gone, another one, or shorter than it was."""
+        if self._path is None:
+            return
+        try:
+            status = self._path.stat()
+        except OSError as error:
+            raise StoreError(
+                f"{self._path}: the robot's memory is gone ({error.strerror}); put it back, or restart the daemon"
+            ) from error
+        first = self._first = self._first or status
+        if (status.st_dev, status.st_ino) != (first.st_dev, first.st_ino):
+            raise StoreError(f"{self._path}: another file is in the place of the robot's memory; restart the daemon")
+        if status.st_size < self._size:
+            raise StoreError(f"{self._path}: the robot's memory was cut short; check the disk and restart the daemon")
+        self._size = status.st_size
 
 
 @dataclass(frozen=True)

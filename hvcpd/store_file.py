@@ -5,12 +5,13 @@ from __future__ import annotations
 import sqlite3
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack, closing, contextmanager
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import cast
 
 import structlog
 
-from hvcpd.errors import StoreError
+from hvcpd.errors import NewerStoreError, StoreError
 
 SCHEMA_VERSION = 3
 """Kept in SQLite's `user_version`; raised with every change of the tables."""
@@ -98,23 +99,36 @@ def _remedy(error: sqlite3.DatabaseError) -> str | None:
             return None
 
 
-def open_store(path: Path, connect: Connect) -> sqlite3.Connection:
-    """The store in the file, or a new one; a damaged one is set aside. Raises StoreError."""
+@dataclass(frozen=True)
+class Opened:
+    """A store's connection; `is_new`: there was nothing in the file; `damage`: why another file was set aside."""
+
+    db: sqlite3.Connection
+    is_new: bool
+    damage: str | None = None
+
+
+def open_store(path: Path, connect: Connect) -> Opened:
+    """The store in the file, or a new one; a damaged one is set aside.
+
+    Raises StoreError, and NewerStoreError for a file of a newer version, which is left as it is.
+    """
     if path != IN_MEMORY:
-        _make_directory(path.parent)
+        make_directory(path.parent)
     with failures(path):
         try:
-            return _checked(connect(path))
+            return _checked(connect(path), path)
         except sqlite3.DatabaseError as error:
             # ERROR: our statements are right, so a schema or a format that SQLite cannot read is the file's fault.
             damaged = sqlite3.SQLITE_CORRUPT, sqlite3.SQLITE_NOTADB, sqlite3.SQLITE_ERROR
             if (getattr(error, "sqlite_errorcode", sqlite3.SQLITE_ERROR) & 0xFF) not in damaged:
                 raise
             _set_aside(path, str(error))
-        return _checked(connect(path))
+            return replace(_checked(connect(path), path), damage=str(error))
 
 
-def _make_directory(directory: Path) -> None:
+def make_directory(directory: Path) -> None:
+    """Make the folder of a memory, if it is not there. Raises StoreError."""
     try:
         directory.mkdir(parents=True, exist_ok=True)
     except OSError as error:
@@ -124,9 +138,9 @@ def _make_directory(directory: Path) -> None:
         ) from error
 
 
-def _checked(db: sqlite3.Connection) -> sqlite3.Connection:
-    """The store with our schema in it. Raises sqlite3.DatabaseError, with the code CORRUPT or NOTADB if it is damaged;
-    the connection is closed then."""
+def _checked(db: sqlite3.Connection, path: Path) -> Opened:
+    """The store with our schema in it. Raises sqlite3.DatabaseError, with the code CORRUPT or NOTADB if it is damaged,
+    and NewerStoreError; the connection is closed then."""
     with ExitStack() as stack:
         stack.callback(db.close)
         (version,) = db.execute("PRAGMA user_version").fetchone()
@@ -134,12 +148,18 @@ def _checked(db: sqlite3.Connection) -> sqlite3.Connection:
         while version in _UPGRADES and tables:
             db.executescript(f"BEGIN; {_UPGRADES[version]} PRAGMA user_version = {version + 1}; COMMIT;")
             version += 1
-        if not (version == 0 and tables == 0) and version != SCHEMA_VERSION:
+        if version > SCHEMA_VERSION and db.execute("PRAGMA quick_check(1)").fetchone() == ("ok",):
+            raise NewerStoreError(
+                f"{path}: a newer hvcpd wrote the robot's memory (version {version}; this one knows {SCHEMA_VERSION}); "
+                "install that hvcpd again, or move the file away: the robot then starts stopped, and remembers nothing"
+            )
+        is_new = version == 0 and tables == 0
+        if not is_new and version != SCHEMA_VERSION:
             raise _damage(f"its version is {version}, ours {SCHEMA_VERSION}")
         db.execute("PRAGMA journal_mode = WAL")
         # A power cut may lose the last writes but never the file (sqlite.org/pragma.html#pragma_synchronous).
         db.execute("PRAGMA synchronous = NORMAL")
-        if version == 0:
+        if is_new:
             db.executescript(f"BEGIN; {_SCHEMA} PRAGMA user_version = {SCHEMA_VERSION}; COMMIT;")
         (verdict,) = db.execute("PRAGMA quick_check(1)").fetchone()
         if verdict != "ok":
@@ -148,7 +168,7 @@ def _checked(db: sqlite3.Connection) -> sqlite3.Connection:
         if missing:
             raise _damage(f"tables or columns are missing: {', '.join(sorted(missing))}")
         stack.pop_all()
-    return db
+    return Opened(db, is_new)
 
 
 def _columns(db: sqlite3.Connection) -> set[str]:

@@ -33,8 +33,15 @@ def _found(status: State, tasks: Sequence[State]) -> Iterator[tuple[str, str]]:
     battery_v = status["battery_v"]
     if battery_v is not None and battery_v < WARN_BATTERY_V:
         yield "battery", f"The battery has {battery_v:.1f} V: charge it"
-    if status["memory"]["lost"]:
-        yield "memory", f"{status['memory']['lost']} records could not be kept: is the disk full?"
+    memory = status["memory"]
+    if memory.get("unkept"):
+        yield "latch", f"After a restart {name} may not do as “stop” or “resume” told it: {memory['unkept']}"
+    if memory.get("loss") and status["stopped"]:
+        yield "loss", f"{name} has lost its memory, and started stopped: {memory['loss']}"
+    if memory.get("fault"):
+        yield "memory", f"{name} cannot keep what it learns: {memory['fault']}"
+    elif memory["lost"]:
+        yield "memory", f"{memory['lost']} records could not be kept: is the disk full?"
     for task in tasks:
         if task["state"] == "failed":
             who = " and ".join(task["failed_by"])

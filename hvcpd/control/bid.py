@@ -10,7 +10,7 @@ from typing import Any
 
 from hvcpd.control.daemon_client import find_daemon
 from hvcpd.control.show_config import value_text
-from hvcpd.errors import EX_OK
+from hvcpd.errors import EX_OK, NotDoneError
 
 
 def run(options: argparse.Namespace) -> int:
@@ -21,6 +21,8 @@ def run(options: argparse.Namespace) -> int:
             sys.stdout.write(json.dumps({"name": daemon.name, **result}) + "\n")
         else:
             sys.stdout.writelines(f"{line}\n" for line in told(options.command, daemon.name, result))
+        if result.get("kept") is False:
+            raise NotDoneError(f"{daemon.name} stands, but may not after a restart: {result['reason']}")
     return EX_OK
 
 

@@ -7,7 +7,9 @@ import json
 import os
 import pwd
 import socket
+import struct
 import sys
+import time
 from collections.abc import Iterator, Mapping
 from contextlib import suppress
 from pathlib import Path
@@ -25,7 +27,15 @@ from hvcpd.config.settings import (
 )
 from hvcpd.daemon.control_protocol import PROTOCOL
 from hvcpd.daemon.control_socket import short_address, socket_folders, socket_name
-from hvcpd.errors import ConfigError, HvcpdError, NotAllowedError, NotDoneError, NotRunningError, PhraseError
+from hvcpd.errors import (
+    BusyError,
+    ConfigError,
+    HvcpdError,
+    NotAllowedError,
+    NotDoneError,
+    NotRunningError,
+    PhraseError,
+)
 
 ANSWER_S = 10.0
 """A daemon that lives answers within some 0.05 s, two blocks of sound; more if its computer is overloaded."""
@@ -33,59 +43,103 @@ ANSWER_S = 10.0
 CHUNK_BYTES = 65536
 """Read at once: a line of events has some hundred."""
 
-_BAD_INPUT = {"bad_argument": ConfigError, "bad_settings": ConfigError, "not_in_phrasebook": PhraseError}
-"""The protocol's codes for what the user can mend in the command."""
+REPEATABLE = frozenset({"stop", "status", "tasks", "config"})
+"""What does no harm if it is asked once more."""
+
+_REFUSALS: dict[str, type[HvcpdError]] = {
+    "bad_argument": ConfigError,
+    "bad_settings": ConfigError,
+    "not_in_phrasebook": PhraseError,
+    "busy": BusyError,
+}
+"""The protocol's codes for what the user can mend in the command, or by trying again."""
 
 
 class DaemonClient:
-    """One connection to a daemon. Raises NotRunningError and NotAllowedError."""
+    """One connection to a daemon. Raises NotRunningError, NotAllowedError, and BusyError if it has no time for us."""
 
     def __init__(self, path: Path) -> None:
         self.path = path
+        self._connect()
+
+    def _connect(self) -> None:
+        self._unread = bytearray()
+        self._hello: dict[str, Any] | None = None
         self._socket = socket.socket(socket.AF_UNIX, socket.SOCK_STREAM)
-        self._socket.settimeout(ANSWER_S)
         try:
-            with short_address(path) as address:
-                self._socket.connect(address)
+            with short_address(self.path) as address:
+                connect_in_turn(self._socket, address)
         except PermissionError:
-            raise NotAllowedError(_not_allowed(path, os.getuid())) from None
+            self._socket.close()
+            raise NotAllowedError(_not_allowed(self.path, os.getuid())) from None
+        except BlockingIOError:
+            self._socket.close()
+            raise BusyError(
+                f"the daemon at {self.path} is too busy to answer: too many programs connect to it"
+            ) from None
         except OSError as error:
             self._socket.close()
-            raise NotRunningError(f"no daemon answers at {path} ({error.strerror}); start it with `hvcpd`") from None
-        self._unread = bytearray()
-        self.hello = self._read()
-        self.name = str(self.hello.get("name"))
-        if self.hello.get("protocol") != PROTOCOL:
-            raise NotDoneError(
-                f"{path}: that daemon (hvcpd {self.hello.get('version')}) talks another protocol than this hvcpctl; "
-                "restart it after an upgrade"
-            )
+            raise NotRunningError(
+                f"no daemon answers at {self.path} ({error.strerror}); start it with `hvcpd`"
+            ) from None
+
+    @property
+    def name(self) -> str:
+        """The robot's."""
+        return str(self._greeted().get("name"))
+
+    def _greeted(self) -> dict[str, Any]:
+        """The daemon's first line. Raises NotDoneError if it talks another protocol."""
+        if self._hello is None:
+            self._hello = self._read()
+            if self._hello.get("protocol") != PROTOCOL:
+                _raise_refusal(self._hello)
+                raise NotDoneError(
+                    f"{self.path}: that daemon (hvcpd {self._hello.get('version')}) talks another protocol than this "
+                    "hvcpctl; restart it after an upgrade"
+                )
+        return self._hello
 
     def ask(self, command: str, **arguments: Any) -> dict[str, Any]:
-        """The result of a command. Raises NotDoneError, or ConfigError or PhraseError for bad input."""
+        """The result of a command. Raises NotDoneError, or ConfigError or PhraseError for bad input.
+
+        The request is sent at once, before the daemon has said anything: it serves first who has asked already. What
+        may be asked twice is asked again if the daemon hung up on us, as it does where too many programs ask.
+        """
+        request = json.dumps({"command": command, **arguments}).encode() + b"\n"
+        until_s = time.monotonic() + (ANSWER_S if command in REPEATABLE else 0.0)
+        while True:
+            try:
+                return self._asked(request)
+            except (BusyError, NotRunningError):
+                if self._hello is None or time.monotonic() >= until_s:
+                    raise
+            self.close()
+            self._connect()
+
+    def _asked(self, request: bytes) -> dict[str, Any]:
         self._socket.settimeout(ANSWER_S)
-        request = json.dumps({"command": command, **arguments}) + "\n"
-        try:
-            self._socket.sendall(request.encode())
-        except OSError as error:
-            raise NotRunningError(f"the daemon at {self.path} has ended ({error.strerror})") from None
+        with suppress(OSError):  # what it said before it hung up tells why
+            self._socket.sendall(request)
+        self._greeted()
         reply = self._read()
         while "event" in reply:
             reply = self._read()
         if reply.get("ok") is True:
             return dict(reply["result"])
-        refusal = reply.get("error", {})
-        kind: type[HvcpdError] = _BAD_INPUT.get(str(refusal.get("code")), NotDoneError)
-        raise kind(str(refusal.get("text", "the daemon gave no reason")))
+        _raise_refusal(reply)
+        raise NotDoneError("the daemon gave no reason")
 
     def events(self, timeout_s: float | None = None) -> Iterator[dict[str, Any]]:
         """What comes after a `subscribe`, until the daemon ends. Raises NotDoneError if none comes for `timeout_s`."""
+        self._greeted()
         while True:
             self._socket.settimeout(timeout_s)
             yield self._read()
 
     def event_within(self, timeout_s: float) -> dict[str, Any] | None:
         """The next event after a `subscribe`; None if none comes for so long. Raises NotRunningError."""
+        self._greeted()
         self._socket.settimeout(timeout_s)
         try:
             return self._object(self._line())
@@ -127,6 +181,27 @@ class DaemonClient:
         if not isinstance(value, dict):
             raise NotDoneError(f"what answers at {self.path} is no hvcpd; name its socket with --socket FILE")
         return value
+
+
+def connect_in_turn(connection: socket.socket, address: str, patience_s: float = ANSWER_S) -> None:
+    """Connect; where many want to, wait so long for our turn. Raises BlockingIOError if it does not come.
+
+    The kernel wakes who waits in order, but only those that block: a time limit of Python's own would fail at once.
+    """
+    connection.setblocking(True)
+    seconds, fraction_s = divmod(patience_s, 1.0)
+    limit = struct.pack("@ll", int(seconds), int(fraction_s * 1e6))
+    connection.setsockopt(socket.SOL_SOCKET, socket.SO_SNDTIMEO, limit)
+    connection.connect(address)
+    connection.settimeout(ANSWER_S)
+
+
+def _raise_refusal(reply: Mapping[str, Any]) -> None:
+    """Raise what a reply says that went wrong, if it says so."""
+    refusal = reply.get("error")
+    if isinstance(refusal, dict):
+        kind: type[HvcpdError] = _REFUSALS.get(str(refusal.get("code")), NotDoneError)
+        raise kind(str(refusal.get("text", "the daemon gave no reason")))
 
 
 def find_daemon(options: argparse.Namespace, environment: Mapping[str, str] = os.environ) -> DaemonClient:
@@ -219,11 +294,11 @@ def _running(folders: tuple[Path, ...]) -> list[Path]:
 
 def _answers(path: Path) -> bool:
     with socket.socket(socket.AF_UNIX, socket.SOCK_STREAM) as probe:
-        probe.settimeout(ANSWER_S)
+        probe.setblocking(False)
         try:
             with short_address(path) as address:
                 probe.connect(address)
-        except PermissionError:
+        except (PermissionError, BlockingIOError):  # somebody is there, and keeps us out, or waiting
             return True
         except OSError:
             return False

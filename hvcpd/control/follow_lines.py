@@ -12,7 +12,7 @@ from rich.rule import Rule
 from rich.text import Text
 
 from hvcpd.console.lines import SURE
-from hvcpd.control.status_screen import status_screen, tasks_screen
+from hvcpd.control.status_screen import memory_faults, status_screen, tasks_screen
 from hvcpd.reporting.palette import ROBOT_TERMINAL
 from hvcpd.reporting.text import clean, percent, seal_words
 
@@ -122,6 +122,11 @@ def _stopped(_show: FollowLines, _event: Event) -> Parts:
     return [("stopped: stands until it is told to resume", "bold red")]
 
 
+def _memory(_show: FollowLines, event: Event) -> Parts:
+    told = "; ".join(map(clean, memory_faults({**event, "lost": 0})))
+    return [(f"memory: {told}", "bold red") if told else ("memory works again", "green")]
+
+
 _TELLERS: dict[str, Callable[[FollowLines, Event], Parts]] = {
     "said": _said,
     "heard": _heard,
@@ -131,4 +136,5 @@ _TELLERS: dict[str, Callable[[FollowLines, Event], Parts]] = {
     "watered": _watered,
     "taskchanged": _task_changed,
     "stopped": _stopped,
+    "memory": _memory,
 }

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
 from rich.console import Group, RenderableType
@@ -52,10 +52,20 @@ def _facts(status: Mapping[str, Any]) -> list[tuple[str, RenderableType]]:
     if status["wheels"] is not None:
         facts.append(("Battery", _battery(status)))
     facts.append(("Sound", _sound(status["sound"])))
-    if status["memory"]["lost"]:
-        lost = plural(status["memory"]["lost"], "record")
-        facts.append(("Memory", Text(f"{lost} not kept; see the log for the reason", "red")))
+    facts += [("Memory", Text(clean(fault), "bold red")) for fault in memory_faults(status["memory"])]
     return facts
+
+
+def memory_faults(memory: Mapping[str, Any]) -> Iterator[str]:
+    """What is wrong with a memory as `status` tells of it, the worst first; older daemons tell only `lost`."""
+    if memory.get("unkept"):
+        yield f'what "stop" and "resume" say is not kept over a restart: {memory["unkept"]}'
+    if memory.get("fault"):
+        yield f"nothing is kept: {memory['fault']}"
+    if memory.get("loss"):
+        yield f"lost before this start: {memory['loss']}"
+    if memory["lost"]:
+        yield f"{plural(memory['lost'], 'record')} not kept; see the log for the reason"
 
 
 def _counts(tasks: Mapping[str, int]) -> str:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from hvcpd.coordination import composing
 from hvcpd.coordination.floor import Urgency
 from hvcpd.coordination.table import DEPARTING, State, Trigger
 from hvcpd.language import messages as m
@@ -60,6 +61,12 @@ def stop(c: Coordination, now: float) -> bool:
     moves = c.state is not State.STOPPED
     c.fire(Trigger.STOP, now)
     return moves
+
+
+def tell_memory_lost(c: Coordination, now: float) -> None:
+    """It was switched on stopped, for it has lost its memory: say so aloud, and once it may go ask what is left."""
+    c.heard_work = True
+    c.want(Urgency.ALARM, "stopped", lambda: composing.to_all(c, m.Stopped(forgot=True)), now, slot=0)
 
 
 def resume(c: Coordination, now: float) -> bool:

@@ -89,10 +89,15 @@ class Desk:
     async def stop(self, _: Arguments, _client: Client) -> Result:
         if self._body.wheels is not None:
             self._body.wheels.halt()
-        if self._body.robot is None:
+        robot = self._body.robot
+        if robot is None:
             self.stop_at_start = True
-            return {"stopped": True, "before": self._body.journal.stopped}
-        return {"stopped": True, "before": not bidding.stop(self._body.robot.coordination, self._body.robot.now)}
+            before = self._body.journal.stopped
+        else:
+            before = not bidding.stop(robot.coordination, robot.now)
+        self._body.journal.stop()
+        unkept = await self._body.journal.stop_kept()
+        return {"stopped": True, "before": before, "kept": unkept is None, "reason": unkept}
 
     async def resume(self, _: Arguments, _client: Client) -> Result:
         robot = self._robot()

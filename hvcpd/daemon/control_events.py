@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections import deque
 from collections.abc import Callable, Iterator, Sequence
-from typing import Any
+from typing import Any, get_args
 
 import numpy as np
 
@@ -24,7 +24,6 @@ from hvcpd.records import (
     VoiceRecord,
 )
 from hvcpd.reporting.events import (
-    Drive,
     Garbled,
     Heard,
     Held,
@@ -45,10 +44,7 @@ PERIOD_S = 0.25
 """Between two readings of the level, and of the pose: as fast as a person sees a meter move."""
 FLOOR_PERIODS = 12
 """3 s, as the recogniser's own tracking of noise."""
-KINDS: dict[str, type] = {
-    each.__name__.lower(): each
-    for each in (Said, Heard, Garbled, Held, Noted, TaskChanged, Watered, StateChanged, Moved, Level, Odom, Drive)
-}
+KINDS: dict[str, type] = {each.__name__.lower(): each for each in get_args(LiveEvent)}
 """The kinds of events by the names that they have as JSON."""
 FREQUENT = frozenset({"moved", "level", "odom", "drive"})
 """Sent only to who asks for them by name."""

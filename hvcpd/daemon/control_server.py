@@ -8,12 +8,14 @@ from __future__ import annotations
 
 import asyncio
 import socket
+from collections import Counter
 from collections.abc import Awaitable, Callable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
 import structlog
 
+from hvcpd.daemon.control_lobby import Lobby, Visitor
 from hvcpd.daemon.control_protocol import (
     MAX_LINE_BYTES,
     RefusalError,
@@ -24,10 +26,12 @@ from hvcpd.daemon.control_protocol import (
     refusal_line,
     reply_line,
 )
-from hvcpd.daemon.control_socket import BACKLOG, Caller, caller_of
+from hvcpd.daemon.control_socket import Caller
 
 MAX_CLIENTS = 16
-"""A ROS bridge, a console with several windows, and people's commands."""
+"""Who has said something: a ROS bridge, a console with several windows, and people's commands."""
+STOP_PLACES = 16
+"""And so many more for who begins with "stop", while all others are being answered."""
 MAX_FOLLOWERS = 12
 """Of them so many may stay for events; the places that are left are for who has something to ask, such as to stop."""
 PAUSE_S = 0.01
@@ -46,15 +50,19 @@ _log = structlog.get_logger(__name__)
 class Client:
     """One connection."""
 
-    writer: asyncio.StreamWriter
     caller: Caller
     asked_s: float
     """When it last asked something, by the event loop's clock."""
+    is_waiting: bool = True
+    """It has asked something, and is not yet answered."""
+    writer: asyncio.StreamWriter | None = None
     wanted: frozenset[str] = frozenset()
     """The kinds of events that it follows."""
 
     def send(self, line: bytes) -> bool:
         """Have a line sent; False if the client has left too much unread, and is let go."""
+        if self.writer is None:
+            return False
         if self.writer.transport.get_write_buffer_size() > MAX_UNREAD_BYTES:
             self.writer.transport.abort()
             return False
@@ -71,25 +79,21 @@ class ControlServer:
 
     def __init__(self, serve: Serve, hello: Callable[[], Mapping[str, Any]]) -> None:
         self._serve = serve
-        self._hello = hello
-        self._server: asyncio.Server | None = None
+        self._lobby = Lobby(lambda: event_line(hello()), self._admit)
         self._clients: dict[Client, asyncio.Task[None]] = {}
         self.dropped = 0
         """Clients that were let go because they did not read."""
 
     async def open(self, listener: socket.socket) -> None:
         """Begin to serve."""
-        self._server = await asyncio.start_unix_server(
-            self._connected, sock=listener, limit=MAX_LINE_BYTES, backlog=BACKLOG
-        )
+        self._lobby.open(listener)
 
     async def close(self) -> None:
         """Serve nobody any more."""
-        if self._server is None:
-            return
-        self._server.close()
+        self._lobby.close()
         for client in self._clients:
-            client.writer.close()
+            if client.writer is not None:
+                client.writer.close()
         if self._clients:
             _, late = await asyncio.wait(self._clients.values(), timeout=FAREWELL_S)
             for task in late:
@@ -116,36 +120,57 @@ class ControlServer:
             raise RefusalError("busy", f"{MAX_FOLLOWERS} programs follow this robot already; end one of them")
         client.wanted = kinds
 
-    def _connected(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
-        now_s = asyncio.get_running_loop().time()
-        client = Client(writer, caller_of(writer.get_extra_info("socket")), now_s)
+    def _admit(self, visitor: Visitor) -> None:
+        """Serve who comes from the lobby, in the place of another one if need be."""
+        client = Client(visitor.caller, asyncio.get_running_loop().time())
         _log.debug("control client", pid=client.caller.pid, uid=client.caller.uid, gid=client.caller.gid)
-        if len(self._clients) >= MAX_CLIENTS:
-            self._make_room()
-        task = asyncio.get_running_loop().create_task(self._talk(client, reader))
+        if len(self._clients) >= MAX_CLIENTS and not self._make_room():
+            places = MAX_CLIENTS + (STOP_PLACES if visitor.says_stop else 0)
+            if len(self._clients) >= places:
+                visitor.refuse(f"{len(self._clients)} programs are being answered; try again in a moment")
+                return
+        task = asyncio.get_running_loop().create_task(self._talk(client, visitor))
         self._clients[client] = task
         task.add_done_callback(lambda done: self._gone(client, done))
 
-    def _make_room(self) -> None:
-        """Who asked something longest ago, and follows nothing, is most likely hanging."""
-        idle = min((c for c in self._clients if not c.wanted), key=lambda c: c.asked_s)
-        idle.send(refusal_line(None, RefusalError("busy", f"{MAX_CLIENTS} programs are connected, and others ask")))
-        idle.writer.close()
-        self._clients.pop(idle).cancel()
+    def _make_room(self) -> bool:
+        """Of who follows nothing and waits for no answer, one of the process with most connections, who asked something
+        longest ago, is most likely hanging. False if there is none."""
+        idle = [client for client in self._clients if not client.wanted and not client.is_waiting]
+        if not idle:
+            return False
+        most = Counter(client.caller.pid for client in self._clients)
+        first = min(idle, key=lambda each: (-most[each.caller.pid], each.asked_s))
+        first.send(refusal_line(None, RefusalError("busy", f"{MAX_CLIENTS} programs are connected, and others ask")))
+        if first.writer is not None:
+            first.writer.close()
+        self._clients.pop(first).cancel()
+        return True
 
     def _gone(self, client: Client, done: asyncio.Task[None]) -> None:
         self._clients.pop(client, None)
-        client.writer.close()
+        if client.writer is not None:
+            client.writer.close()
         error = None if done.cancelled() else done.exception()
         if error is not None:  # our own mistake costs that client, not the robot
             _log.error("control client failed", exc_info=error)
 
-    async def _talk(self, client: Client, reader: asyncio.StreamReader) -> None:
-        client.send(event_line(self._hello()))
+    async def _talk(self, client: Client, visitor: Visitor) -> None:
+        loop = asyncio.get_running_loop()
+        reader = asyncio.StreamReader(MAX_LINE_BYTES)
+        reader.feed_data(bytes(visitor.said))
+        protocol = asyncio.StreamReaderProtocol(reader)
+        try:
+            transport, _ = await loop.connect_accepted_socket(lambda: protocol, visitor.connection)
+        except BaseException:
+            visitor.connection.close()
+            raise
+        client.writer = asyncio.StreamWriter(transport, protocol, reader, loop)
         try:
             while await self._serve_line(client, reader):
                 async with asyncio.timeout(PATIENCE_S):
                     await client.writer.drain()
+                client.is_waiting = False
                 await asyncio.sleep(PAUSE_S)
         except TimeoutError:
             client.writer.transport.abort()
@@ -169,6 +194,7 @@ class ControlServer:
             client.send(refusal_line(None, RefusalError("too_long", text)))
             return False
         client.asked_s = asyncio.get_running_loop().time()
+        client.is_waiting = True
         return client.send(await self._answer(client, line))
 
     async def _answer(self, client: Client, line: bytes) -> bytes:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import structlog
 
 from hvcpd.coordination import bidding
@@ -13,7 +15,7 @@ from hvcpd.daemon.control_status import Body
 from hvcpd.daemon.reloading import Reloader, Rereading
 from hvcpd.ports import Samples, WheelReading
 from hvcpd.records import RobotOutput
-from hvcpd.reporting.events import as_json
+from hvcpd.reporting.events import Memory, as_json
 from hvcpd.robot import Robot
 
 _log = structlog.get_logger(__name__)
@@ -30,6 +32,7 @@ class ControlService:
         self._desk.server = self._server
         self._events = EventSource(body.outfit.settings.name, body.meter)
         self._file: SocketFile | None = None
+        self._memory = Memory(0.0, body.outfit.settings.name, None, None, None)
 
     async def open(self) -> None:
         """Begin to serve. Raises RunningError if another daemon has this one's socket."""
@@ -65,6 +68,8 @@ class ControlService:
         self.body.robot = robot
         if self._desk.stop_at_start:
             bidding.stop(robot.coordination, robot.now)
+        if self.body.journal.loss is not None:
+            bidding.tell_memory_lost(robot.coordination, robot.now)
 
     def note(self, robot: Robot, heard: Samples, reading: WheelReading | None, output: RobotOutput) -> None:
         """Tell who listens of one step of the robot: `heard` went in, and `output` came out."""
@@ -75,7 +80,15 @@ class ControlService:
             self._server.publish(as_json(event))
         if reading is not None and self._server.followed("odom"):
             self._server.publish(as_json(odom_of(robot, reading)))
+        self._note_memory(robot.now)
         self._move_base(robot)
+
+    def _note_memory(self, now: float) -> None:
+        journal = self.body.journal
+        memory = replace(self._memory, fault=journal.fault, unkept=journal.unkept, loss=journal.loss)
+        if memory != self._memory:
+            self._memory = memory
+            self._server.publish(as_json(replace(memory, at_s=now)))
 
     def _move_base(self, robot: Robot) -> None:
         base, wheels = self.body.base, self.body.wheels

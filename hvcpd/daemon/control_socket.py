@@ -21,8 +21,8 @@ SYSTEM_FOLDER = Path("/run/hvcpd")
 MODE = 0o660
 """Owner and group: whoever may command the robot is put into the group."""
 
-BACKLOG = 8
-"""Connections that may wait to be accepted."""
+BACKLOG = 32
+"""Connections that may wait to be accepted; further ones wait to be one of them."""
 
 
 @dataclass(frozen=True)

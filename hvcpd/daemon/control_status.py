@@ -69,7 +69,13 @@ def status_of(body: Body) -> dict[str, Any]:
         "battery_v": body.voltage_v,
         "sound": _sound(body),
         "wheels": _wheels(body),
-        "memory": {"file": str(body.outfit.settings.memory_path), "lost": body.journal.lost},
+        "memory": {
+            "file": str(settings.memory_path),
+            "lost": body.journal.lost,
+            "fault": body.journal.fault,
+            "loss": body.journal.loss,
+            "unkept": body.journal.unkept,
+        },
     }
 
 

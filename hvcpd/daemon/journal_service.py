@@ -1,22 +1,36 @@
-"""The robot's memory in one worker thread: a write to a memory card can take a tenth of a second."""
+"""The robot's memory in one worker thread: a write to a memory card can take a tenth of a second.
+
+The stop latch has a thread of its own, so that a stop waits for nothing that is written before it.
+"""
 
 from __future__ import annotations
 
 import asyncio
+import math
 from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import closing
+from dataclasses import replace
 
 import structlog
 
+from hvcpd.coordination.actions import SavePeer, SaveStopped, SaveTask
+from hvcpd.daemon.control_socket import socket_path
+from hvcpd.daemon.memory import Memory, MemoryFiles, open_memory
 from hvcpd.daemon.outfit import Outfit
 from hvcpd.errors import StoreError
 from hvcpd.journal import Journal
-from hvcpd.records import Record
-from hvcpd.store import Store, TranscriptReader, TranscriptRow
+from hvcpd.latch import Permit, StopLatch, spare_places
+from hvcpd.records import Record, SaveCounter
+from hvcpd.security.codes import LOST
+from hvcpd.store import TranscriptReader, TranscriptRow
 
 MAX_WAITING = 1000
 """Records that may wait for the disk: more than a day's talk makes in ten minutes; beyond, new ones are not kept."""
+RETRY_S = 1.0
+"""After a failure nothing is tried for so long (sample clock): each try may wait 1 s for another process."""
+LATCH_S = 5.0
+"""So long who says "stop" waits to hear that it is kept: half of the patience of `hvcpctl`."""
 
 Remembered = dict[int, tuple[str, str | None]]
 
@@ -24,19 +38,36 @@ _log = structlog.get_logger(__name__)
 
 
 class JournalService:
-    """Writes records in order. A failing disk costs memory, not the mission: it is told once and counted."""
+    """Writes records in order. A failing disk costs memory, not the mission: it is told once and counted.
+
+    What the robot must know after a restart is not given up, but written as soon as the disk works again. Until then
+    the latch does not let the next start go on by itself.
+    """
 
     def __init__(self, outfit: Outfit) -> None:
         self._outfit = outfit
         self._thread = ThreadPoolExecutor(max_workers=1, thread_name_prefix="memory")
-        self._stores: list[Store] = []
+        self._latch_thread = ThreadPoolExecutor(max_workers=1, thread_name_prefix="latch")
+        self._latch = StopLatch(outfit.latch_path, spare_places(outfit.latch_path, socket_path(outfit.settings)))
+        self._memory: Memory | None = None
         self._journal: Journal | None = None
+        self._opened = asyncio.Event()
         self._flights: set[asyncio.Future[None]] = set()
+        self._latch_flight: asyncio.Future[None] | None = None
+        self._unwritten: dict[tuple[object, ...], Record] = {}
         self._waiting = 0
-        self._failing = False
+        self._retry_s = -math.inf
+        self._now = 0.0
+        self._is_stopped = False
         self._broken: BaseException | None = None
         self.stopped = False
-        """Whether the robot was stopped when it was switched off; known once the memory is open."""
+        """Whether the robot was stopped when it was switched off, or has lost its memory; known once it is open."""
+        self.loss: str | None = None
+        """Why what the robot knew before this start is gone; known once the memory is open."""
+        self.fault: str | None = None
+        """Why what the robot learns is not kept at present."""
+        self.unkept: str | None = None
+        """Why the next start will not be as it ought to: a stop that cannot be kept, or a resume."""
         self.names: tuple[str, ...] = ()
         """The robots that were heard before, who was heard last at the end; known once the memory is open."""
         self.counters: dict[str, int] = {}
@@ -45,22 +76,65 @@ class JournalService:
         """Records that were not kept."""
 
     async def open(self) -> Remembered:
-        """Open the memory; what it knows of the tasks. Raises StoreError."""
-        return await asyncio.get_running_loop().run_in_executor(self._thread, self._open)
+        """Open the memory; what it knows of the tasks. Raises NewerStoreError."""
+        remembered = await asyncio.get_running_loop().run_in_executor(self._thread, self._open)
+        if self.loss is not None:
+            remedy = 'look at the files named, then say "resume", or: hvcpctl resume'
+            _log.error("memory lost", reason=self.loss, starts="stopped", remedy=remedy)
+        ring = self._outfit.ring()
+        if ring is not None and f"{LOST}{ring.spoken.fingerprint}" in self.counters:
+            _log.error(
+                "counters of seals lost",
+                reason="an old recording could pass for new: who speaks is believed once it has answered, the codes of "
+                "the sheet no longer, and this robot by nobody",
+                remedy="hvcpctl key rotate --after 0 --keep 0, and hand the new key to all robots",
+            )
+        self._opened.set()
+        self._set_latch()
+        return remembered
 
     def write(self, records: Sequence[Record], now: float) -> None:
         """Have the records of one step kept."""
+        self._now = now
         if self._broken is not None:
             raise self._broken
+        for record in records:
+            if isinstance(record, SaveStopped):
+                self.stop(record.stopped)
+            key = _key(record)
+            if key is not None:
+                self._unwritten.pop(key, None)
+                self._unwritten[key] = record
+        if self.fault is not None and not self._is_only_in_memory:
+            records = self._again(records)
+        if self.unkept is not None and now >= self._retry_s:
+            self._set_latch()
         if not records:
             return
         if self._waiting + len(records) > MAX_WAITING:
-            self._lose(len(records), "the disk is too slow")
+            self._lose(records, "the disk is too slow")
             return
         self._waiting += len(records)
         flight = asyncio.get_running_loop().run_in_executor(self._thread, self._write, tuple(records), now)
         self._flights.add(flight)
-        flight.add_done_callback(lambda done: self._landed(done, len(records)))
+        flight.add_done_callback(lambda done: self._landed(done, tuple(records)))
+
+    def stop(self, stopped: bool = True) -> None:
+        """Have it kept at once that the robot is stopped, or no longer."""
+        self._is_stopped = stopped
+        self._set_latch()
+
+    async def stop_kept(self) -> str | None:
+        """None once the stop, or its end, is on the disk; else why it is not."""
+        try:
+            async with asyncio.timeout(LATCH_S):
+                await self._opened.wait()
+                while self._latch_flight is not None:
+                    await asyncio.wait([self._latch_flight])
+                    await asyncio.sleep(0)
+        except TimeoutError:
+            return f"{self._latch.path}: its disk does not answer"
+        return self.unkept
 
     async def transcript(self, after: int, since_wall_s: float, limit: int) -> tuple[TranscriptRow, ...]:
         """What was kept, as `TranscriptReader.rows` has it, after what waits to be written. Raises StoreError."""
@@ -69,26 +143,43 @@ class JournalService:
 
     async def settled(self) -> None:
         """Wait until all is written."""
-        while self._flights:
-            await asyncio.wait(self._flights)
+        while flights := [*self._flights, *([self._latch_flight] if self._latch_flight is not None else [])]:
+            await asyncio.wait(flights)
             await asyncio.sleep(0)
 
     async def close(self) -> None:
         """Write what waits, close the file, end the thread."""
         await self.settled()
-        for store in self._stores:
-            await asyncio.get_running_loop().run_in_executor(self._thread, store.close)
+        if self._memory is not None:
+            loop = asyncio.get_running_loop()
+            for store in (self._memory.store, self._memory.seals):
+                if store is not None:
+                    await loop.run_in_executor(self._thread, store.close)
+            await loop.run_in_executor(self._latch_thread, self._latch.close)
         self._thread.shutdown(wait=False)
+        self._latch_thread.shutdown(wait=False)
+
+    @property
+    def _is_only_in_memory(self) -> bool:
+        """A file could not be used at all: only a restart helps."""
+        return self._memory is not None and self._memory.fault is not None
 
     def _open(self) -> Remembered:
         outfit = self._outfit
-        store = Store(outfit.settings.memory_path)  # SQLite wants one thread from the opening on
-        self._stores.append(store)
-        seals = Store(outfit.seals_path) if outfit.keys is not None else None
-        self._stores += [seals] if seals is not None else []
-        self._journal = Journal(store, outfit.tasks, outfit.settings.name, seals)
+        files = MemoryFiles(outfit.settings.memory_path, outfit.seals_path, outfit.latch_path)
+        memory = self._memory = open_memory(files, self._latch, outfit.keys is not None)
+        self._journal = Journal(memory.store, outfit.tasks, outfit.settings.name, memory.seals)
+        self.fault = memory.fault or memory.failing
+        ring = outfit.ring()
+        if ring is not None and (memory.seals_lost or memory.seals_stale):
+            try:
+                self._journal.doubt_counters([key.fingerprint for key in ring.accepted], memory.seals_lost)
+            except StoreError as error:
+                self.fault = self.fault or str(error)
         self.counters = self._journal.counters
-        self.stopped = self._journal.stopped
+        self.stopped = memory.stopped
+        self._is_stopped = self._is_stopped or memory.stopped
+        self.loss = memory.loss
         self.names = self._journal.names
         return self._journal.remembered()
 
@@ -101,21 +192,80 @@ class JournalService:
             raise RuntimeError("the memory is not open")
         self._journal.write(records, now)
 
-    def _landed(self, flight: asyncio.Future[None], count: int) -> None:
+    def _again(self, records: Sequence[Record]) -> Sequence[Record]:
+        """What to try to write while the disk fails: nothing yet, or all that is due."""
+        others = [record for record in records if _key(record) is None]
+        if self._flights or self._now < self._retry_s:
+            self.lost += len(others)
+            return ()
+        self._retry_s = self._now + RETRY_S
+        return (*self._unwritten.values(), *others)
+
+    def _landed(self, flight: asyncio.Future[None], records: Sequence[Record]) -> None:
         self._flights.discard(flight)
-        self._waiting -= count
+        self._waiting -= len(records)
         error = flight.exception()
-        if error is None:
-            if self._failing:
+        if error is None and self._is_only_in_memory:
+            self.lost += sum(_key(record) is None for record in records)
+        elif error is None:
+            for record in records:
+                key = _key(record)
+                if key is not None and self._unwritten.get(key) is record:
+                    del self._unwritten[key]
+            if self.fault is not None and not self._unwritten:
+                self.fault = None
                 _log.info("memory works again", lost=self.lost)
-            self._failing = False
+                self._set_latch()
         elif isinstance(error, StoreError):
-            self._lose(count, str(error))
+            self._lose(records, str(error))
         else:
             self._broken = error  # our own mistake: raised at the next write
 
-    def _lose(self, count: int, reason: str) -> None:
-        self.lost += count
-        if not self._failing:
+    def _lose(self, records: Sequence[Record], reason: str) -> None:
+        self.lost += sum(_key(record) is None for record in records)
+        self._retry_s = self._now + RETRY_S
+        if self.fault is None:
             _log.error("memory failed", reason=reason)
-        self._failing = True
+            self.fault = reason
+            self._set_latch()
+
+    def _set_latch(self) -> None:
+        """Have the latch say what it should by now; the last one to ask has the last word."""
+        memory = self._memory
+        if memory is None or not self._opened.is_set():
+            return  # it is set once the memory is open
+        permit = Permit.UNSURE if self.fault else Permit.STOPPED if self._is_stopped else Permit.FREE
+        wanted = replace(memory.latched, permit=permit)
+        flight = asyncio.get_running_loop().run_in_executor(self._latch_thread, self._latch.write, wanted)
+        self._latch_flight = flight
+        flight.add_done_callback(self._latch_landed)
+
+    def _latch_landed(self, flight: asyncio.Future[None]) -> None:
+        error = flight.exception()
+        if flight is not self._latch_flight:
+            return
+        self._latch_flight = None
+        if error is not None and not isinstance(error, StoreError):
+            self._broken = error
+        reason = str(error) if error is not None else None
+        if reason is not None and reason != self.unkept:
+            _log.error("stop not kept" if self._is_stopped else "latch not set", reason=reason)
+        elif reason is None and self.unkept is not None:
+            _log.info("stop kept now" if self._is_stopped else "latch set again")
+        self.unkept = reason
+        self._retry_s = max(self._retry_s, self._now + RETRY_S) if reason is not None else self._retry_s
+
+
+def _key(record: Record) -> tuple[object, ...] | None:
+    """What a record is about, if only the newest of its kind matters, and that must not be lost."""
+    match record:
+        case SaveTask():
+            return "task", record.number
+        case SavePeer():
+            return "peer", record.name.casefold()
+        case SaveCounter():
+            return "counter", record.name
+        case SaveStopped():
+            return ("stopped",)
+        case _:
+            return None

@@ -261,5 +261,8 @@ class Daemon:
                 reason="the daemon did not end in order; if the robot was carried to its start, restart the service",
             )
         if states.count("done") == len(self._outfit.tasks.tasks):
-            path = self._outfit.settings.memory_path
-            _log.warning("nothing left to do", reason=f"every task was done before; to begin anew delete {path}")
+            files = f"{self._outfit.settings.memory_path} and {self._outfit.latch_path}"
+            _log.warning(
+                "nothing left to do",
+                reason=f"every task was done before; to begin anew end the daemon and delete {files}",
+            )

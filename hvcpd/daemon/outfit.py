@@ -65,6 +65,11 @@ class Outfit:
         return self.settings.state_dir / f"{self.settings.name.lower()}.seals.sqlite3"
 
     @property
+    def latch_path(self) -> Path:
+        """Where it is kept whether the robot may go on at its next start; see `StopLatch`."""
+        return self.settings.state_dir / f"{self.settings.name.lower()}.latch"
+
+    @property
     def unable(self) -> frozenset[int]:
         """The tasks that the robot lacks the means for: what the settings name and, without wheels, what drives."""
         wheeled = self.settings.wheels.driver != "none"

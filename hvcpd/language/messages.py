@@ -265,7 +265,9 @@ class Stop:
 
 @dataclass(frozen=True)
 class Stopped:
-    """The speaker has halted."""
+    """The speaker has halted; `forgot`: because it has lost its memory, and does not know whether it may go on."""
+
+    forgot: bool = False
 
 
 @dataclass(frozen=True)

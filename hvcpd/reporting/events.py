@@ -173,6 +173,20 @@ class StateChanged:
 
 
 @dataclass(frozen=True)
+class Memory:
+    """What a robot can rely on its memory for has changed; each is a reason, or None where nothing is amiss."""
+
+    at_s: float
+    robot: str
+    fault: str | None
+    """Why what it learns is not kept."""
+    unkept: str | None
+    """Why a stop, or its end, is not kept over a restart."""
+    loss: str | None
+    """Why what it knew before it was started is gone."""
+
+
+@dataclass(frozen=True)
 class Summary:
     tasks: int
     done: dict[str, str]
@@ -190,7 +204,9 @@ class Summary:
 
 Event = Started | Said | Heard | Garbled | Held | TaskChanged | Watered | Moved | Summary
 
-LiveEvent = Said | Heard | Garbled | Held | Noted | TaskChanged | Watered | Moved | Odom | Drive | Level | StateChanged
+LiveEvent = (
+    Said | Heard | Garbled | Held | Noted | TaskChanged | Watered | Moved | Odom | Drive | Level | StateChanged | Memory
+)
 """What a daemon tells of its own robot; poses, and waterings' places, are then by its odometry."""
 
 

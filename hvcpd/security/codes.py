@@ -13,6 +13,10 @@ CLOCK_DRIFT = 1
 """A robot's clock may be one step off, either way (RFC 6238, section 5.2)."""
 
 
+LOST = "lost/"
+"""A counter that is none, of a key: nobody knows which codes of its sheet were used. None of them is taken."""
+
+
 class Codes:
     """The codes of one team key. `wall_s`: seconds since 1970 when the sample clock was 0, None without a clock.
 
@@ -24,11 +28,14 @@ class Codes:
         self.wall_s = wall_s
         self._names = {kind: f"{kind}/{key.fingerprint}" for kind in ("sheet", "clock")}
         self.counters = {name: counters[name] for name in self._names.values() if name in counters}
+        self._is_sheet_lost = f"{LOST}{key.fingerprint}" in counters
 
     def take(self, digits: str, now: float) -> bool:
         """Whether the code is good now; it is used up then."""
         last = self.counters.get(self._names["sheet"], -1)
-        if self._take("sheet", self._key.sheet_key, digits, range(last + 1, last + 1 + SHEET_WINDOW)):
+        if not self._is_sheet_lost and self._take(
+            "sheet", self._key.sheet_key, digits, range(last + 1, last + 1 + SHEET_WINDOW)
+        ):
             return True
         if self.wall_s is None:
             return False

@@ -14,7 +14,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 
 from hvcpd.security.cipher import Ciphers, Message
-from hvcpd.security.codes import Codes
+from hvcpd.security.codes import LOST, Codes
 from hvcpd.security.keys import KeyRing, TeamKey
 from hvcpd.security.seal import SEAL_BITS, Seals, Sentence
 from hvcpd.security.silence import CODE_PATIENCE, GrowingSilence, Patience
@@ -37,6 +37,16 @@ CHALLENGE_S = 30.0
 """A challenge holds so long: two sentences, said slowly, and their turns."""
 KEPT = 512
 """Seals that were taken lately, kept word by word to tell a recording from a mistake."""
+DOUBTED, SURE = "doubted/", "sure/"
+"""Counters that are none. DOUBTED, of a key: those under it may lag behind, or are LOST; so a speaker is believed only
+once it has answered a challenge. SURE, of a speaker: it has, since the doubt of the same number."""
+NO_SPEAKER = ("sheet/", "clock/", DOUBTED, SURE, LOST)
+"""Counters of other things than a speaker's seals begin so."""
+SKIPPED = FAR - 2 * NEAR
+"""So many numbers a robot passes over whose own counter may lag behind: it repeats none, unless nothing could be kept
+for a day of talk, and is believed again from its second seal on."""
+LOST_BITS = 48
+"""And who has lost it begins anywhere: it is not believed under that key any more, but no number is used twice."""
 CODE = "code"
 """Codes are counted together, whoever says to be speaking; no robot is called so."""
 
@@ -122,7 +132,8 @@ class Guard:
         self._silence = GrowingSilence(patience or Patience())
         self._code_silence = GrowingSilence(CODE_PATIENCE)
         self._codes = [Codes(key, kept, wall_s) for key in ring.accepted]
-        self._heard = {name: _Heard(last) for name, last in kept.items() if not name.startswith(("sheet/", "clock/"))}
+        self._heard = {name: _Heard(last) for name, last in kept.items() if not name.startswith(NO_SPEAKER)}
+        self._doubts = {name: value for name, value in kept.items() if name.startswith((DOUBTED, SURE))}
         self._own_counter = _name(ring.spoken, self._own)
         self._next = self._reserved = kept.get(self._own_counter, -1) + 1
         self._present_s: dict[str, tuple[float, float]] = {}
@@ -231,7 +242,12 @@ class Guard:
             if challenge is not None and (found := self._take(key, name, proof, challenge)):
                 del self._asked[name]
                 self._present_s[name] = (now, now)
+                self._trust_counter(key, name)
                 return Verdict(Trust.FRESH, plain=found[1])
+            if self._doubts_counter(key, name):
+                doubt = self._doubtful(key, name, proof, challenge)
+                verdict = max(verdict, doubt, key=lambda v: _RANK.index(v.trust))
+                continue
             if found := self._take(key, name, proof, None):
                 return Verdict(self._presence(name, now), plain=found[1])
             if overheard is not None and (found := self._take(key, name, proof, overheard)):
@@ -271,6 +287,26 @@ class Guard:
             found = proof.find(key, challenge, ahead)
         if found is None:
             return Verdict(Trust.WRONG)
+        self._heard[_name(key, name)] = replace(heard, far=found[0])
+        return Verdict(Trust.AHEAD, plain=found[1])
+
+    def _doubts_counter(self, key: TeamKey, name: str) -> bool:
+        """Whether the counter of who speaks was lost, and it has not answered a challenge since."""
+        doubted = self._doubts.get(DOUBTED + key.fingerprint)
+        return doubted is not None and self._doubts.get(SURE + _name(key, name)) != doubted
+
+    def _trust_counter(self, key: TeamKey, name: str) -> None:
+        if self._doubts_counter(key, name):
+            sure = {SURE + _name(key, name): self._doubts[DOUBTED + key.fingerprint]}
+            self._doubts |= sure
+            self._saves |= sure
+
+    def _doubtful(self, key: TeamKey, name: str, proof: _Proof, challenge: int | None) -> Verdict:
+        """A seal that may come next may as well be one that was heard before: its speaker is asked again."""
+        heard = self._heard_of(key, name)
+        found = proof.find(key, None, range(heard.last + 1, heard.last + 1 + NEAR))
+        if found is None:
+            return self._elsewhere(key, name, proof, challenge)
         self._heard[_name(key, name)] = replace(heard, far=found[0])
         return Verdict(Trust.AHEAD, plain=found[1])
 

@@ -74,7 +74,8 @@ def test_stop_halts_the_wheels_before_the_next_block_and_is_said_aloud(tmp_path:
             await wheels.settled()
             assert bench.wheels.told[-1] == WheelCommand(3.0, 3.0)
             talk = await bench.connect()
-            assert (await talk.ask("stop"))["result"] == {"stopped": True, "before": False}
+            stopped = (await talk.ask("stop"))["result"]
+            assert stopped == {"stopped": True, "before": False, "kept": True, "reason": None}
             await wheels.settled()
             assert bench.wheels.told[-1] == STANDSTILL
             assert bench.bench.robot.coordination.state is State.STOPPED
@@ -337,7 +338,9 @@ def test_places_are_kept_for_who_has_something_to_ask(tmp_path: Path) -> None:
             for number, talk in enumerate(talks[: MAX_FOLLOWERS + 1]):
                 reply = await talk.ask("subscribe", events=["heard"])
                 assert reply["ok"] == (number < MAX_FOLLOWERS)
-            hanging = talks[MAX_FOLLOWERS + 1]
+            hanging = talks[MAX_FOLLOWERS]
+            for talk in talks[MAX_FOLLOWERS + 1 :]:
+                await talk.ask("status")
             late = await bench.connect()
             assert (await late.ask("stop"))["ok"], "there is always room for who wants to stop the robot"
             gone = await hanging.line()

@@ -12,10 +12,11 @@ import pytest
 from structlog.testing import capture_logs
 
 from hvcpd.config.settings import Settings
-from hvcpd.coordination.actions import SaveTask
+from hvcpd.coordination.actions import SaveStopped, SaveTask
 from hvcpd.daemon.journal_service import MAX_WAITING, JournalService
 from hvcpd.daemon.outfit import Outfit, equip
 from hvcpd.errors import StoreError
+from hvcpd.latch import Permit, StopLatch
 from hvcpd.records import GarbledRecord
 from hvcpd.store import Store
 
@@ -115,3 +116,85 @@ def test_our_own_mistake_is_raised(outfit: Outfit) -> None:
         await journal.close()
 
     run(scene())
+
+
+def permit(outfit: Outfit) -> Permit | None:
+    """What the latch says of the next start."""
+    found = StopLatch(outfit.latch_path).read()
+    return found.permit if found is not None else None
+
+
+def test_what_must_not_be_lost_is_written_as_soon_as_the_disk_works_again(outfit: Outfit) -> None:
+    async def scene() -> None:
+        journal = JournalService(outfit)
+        await journal.open()
+        assert permit(outfit) is Permit.FREE
+        other = sqlite3.connect(outfit.settings.memory_path, isolation_level=None)
+        other.execute("BEGIN EXCLUSIVE")
+        journal.write((SaveTask(1, "claimed", "Rob"), SaveTask(2, "done", "Bot")), 1.0)
+        await journal.settled()
+        assert journal.fault is not None
+        assert permit(outfit) is Permit.UNSURE, "killed now, the robot would start stopped"
+        journal.write((SaveTask(1, "done", "Rob"),), 1.5)
+        await journal.settled()
+        other.execute("ROLLBACK")
+        other.close()
+        journal.write((), 10.0)
+        await journal.settled()
+        assert (journal.fault, journal.lost) == (None, 0)
+        assert permit(outfit) is Permit.FREE
+        await journal.close()
+        again = JournalService(outfit)
+        assert await again.open() == {1: ("done", "Rob"), 2: ("done", "Bot")}
+        assert again.stopped is False
+        await again.close()
+
+    run(scene())
+
+
+def test_a_stop_is_kept_before_it_is_answered_and_whatever_waits_for_the_disk(outfit: Outfit) -> None:
+    async def scene() -> None:
+        journal = JournalService(outfit)
+        journal.stop()  # before the memory is open
+        opening = asyncio.ensure_future(journal.open())
+        assert await journal.stop_kept() is None
+        await opening
+        assert permit(outfit) is Permit.STOPPED
+        journal.stop(False)
+        assert await journal.stop_kept() is None
+        assert permit(outfit) is Permit.FREE
+        other = sqlite3.connect(outfit.settings.memory_path, isolation_level=None)
+        other.execute("BEGIN EXCLUSIVE")
+        journal.write((GarbledRecord(1.0, 1.0, 2.0), SaveStopped(True)), 1.0)
+        assert await journal.stop_kept() is None
+        assert permit(outfit) is Permit.STOPPED, "though nothing else can be written"
+        other.execute("ROLLBACK")
+        other.close()
+        await journal.close()
+        again = JournalService(outfit)
+        await again.open()
+        assert again.stopped
+        await again.close()
+
+    run(scene())
+
+
+def test_a_file_that_cannot_be_used_costs_the_memory_and_the_robot_starts_stopped(outfit: Outfit) -> None:
+    outfit.settings.state_dir.mkdir()
+    outfit.settings.memory_path.mkdir()
+
+    async def scene() -> None:
+        journal = JournalService(outfit)
+        assert await journal.open() == {}
+        assert journal.stopped
+        assert journal.fault is not None
+        assert journal.fault in (journal.loss or "")
+        journal.write((SaveStopped(False), SaveTask(1, "done", "Rob"), GarbledRecord(1.0, 1.0, 2.0)), 1.0)
+        journal.write((), 5.0)
+        await journal.close()
+        assert permit(outfit) is Permit.UNSURE, "it was told to resume, and nobody knows what it has done since"
+
+    with capture_logs() as logs:
+        run(scene())
+    (lost,) = [line for line in logs if line["event"] == "memory lost"]
+    assert "set `state_dir` to another" in lost["reason"]

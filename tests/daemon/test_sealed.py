@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import asyncio
-from collections.abc import Coroutine
+from collections.abc import Callable, Coroutine
 from datetime import UTC, datetime, timedelta
 from pathlib import Path
 from typing import Any
@@ -25,7 +25,7 @@ from hvcpd.language.forms import Kind
 from hvcpd.records import DoubtRecord, SaveCounter
 from hvcpd.robot import Acoustics
 from hvcpd.sealing import Sealing
-from hvcpd.security.guard import Guard
+from hvcpd.security.guard import SKIPPED, Guard
 from hvcpd.security.one_time import counted_code
 from hvcpd.security.trust import People, Trust
 
@@ -105,6 +105,48 @@ def test_counters_outlive_the_memory_of_tasks(key: Path, tmp_path: Path) -> None
     asyncio.run(scene(SaveCounter("k/bot", 7), SaveCounter("k/zoe", 3), SaveCounter("k/bot", 5)))
     outfit.settings.memory_path.unlink()
     assert asyncio.run(scene()) == {"k/bot": 7, "k/zoe": 3}
+
+
+def counters_after(harm: Callable[[Outfit], None], outfit: Outfit) -> tuple[dict[str, int], list[str]]:
+    """What a robot that has heard seals knows of them once this has happened, and what its log says."""
+
+    async def scene(*counters: SaveCounter) -> dict[str, int]:
+        journal = JournalService(outfit)
+        await journal.open()
+        journal.write(counters, 1.0)
+        await journal.close()
+        return journal.counters
+
+    own = f"{outfit.ring().spoken.fingerprint}/rob"  # type: ignore[union-attr]
+    asyncio.run(scene(SaveCounter("k/bot", 7), SaveCounter(own, 40)))
+    harm(outfit)
+    with capture_logs() as logs:
+        counters = asyncio.run(scene())
+    return {name.replace(own, "own"): value for name, value in counters.items()}, [line["event"] for line in logs]
+
+
+def test_counters_that_are_lost_are_told_and_doubted(key: Path, tmp_path: Path) -> None:
+    def lose(outfit: Outfit) -> None:
+        outfit.seals_path.unlink()
+
+    outfit = outfit_with(key, tmp_path)
+    counters, events = counters_after(lose, outfit)
+    fingerprint = outfit.ring().spoken.fingerprint  # type: ignore[union-attr]
+    assert counters.pop("own") > 40, "no number is used twice"
+    assert counters == {f"doubted/{fingerprint}": 1, f"lost/{fingerprint}": 1}
+    assert events == ["memory lost", "counters of seals lost"]
+    _, events = counters_after(lambda _: None, outfit)
+    assert events == ["counters of seals lost"], "until there is another key"
+
+
+def test_counters_that_may_lag_behind_are_doubted(key: Path, tmp_path: Path) -> None:
+    def fail(outfit: Outfit) -> None:
+        outfit.latch_path.write_text("")
+
+    outfit = outfit_with(key, tmp_path)
+    counters, events = counters_after(fail, outfit)
+    assert counters == {"k/bot": 7, "own": 40 + SKIPPED, f"doubted/{outfit.ring().spoken.fingerprint}": 1}  # type: ignore[union-attr]
+    assert events == ["memory lost"]
 
 
 def test_what_is_not_believed_is_in_the_log_and_the_transcript(key: Path, tmp_path: Path) -> None:

@@ -280,3 +280,31 @@ def test_a_guess_has_the_chance_that_the_docs_compute(bits: int) -> None:
         hits += trust(bot, said(), chance.getrandbits(bits)).proves_speaker
     expected = n * (1.0 - (1.0 - 2.0**-bits) ** NEAR)
     assert abs(hits - expected) < 4.0 * expected**0.5
+
+
+def doubting(saves: dict[str, int], doubt: int = 1) -> Guard:
+    """Bot after a restart, with counters of which some may be missing."""
+    return Guard("Bot", RING, saves | {f"doubted/{KEY.fingerprint}": doubt}, patience=CALM)
+
+
+def test_whose_counters_were_lost_believes_nobody_before_it_has_answered() -> None:
+    rob, bot = pair()
+    recorded = [(said(text), rob.seal(said(text), 0.0)) for text in ("one", "two", "three", "four")]
+    bot = doubting({}, doubt=2)
+    assert [trust(bot, *each) for each in (*recorded, *recorded)] == [Trust.AHEAD] * 8
+    question = AGAIN
+    rob.judge(question, bot.seal(question, 10.0, challenges=True), None, 10.0, asks=True)
+    answer = said("four")
+    assert trust(bot, answer, rob.seal(answer, 11.0), 11.0) is Trust.FRESH
+    assert trust(bot, *recorded[3], 12.0) is not Trust.SEALED
+    saves = bot.saves()
+    again = doubting(saves, doubt=2)
+    assert trust(again, said("five"), rob.seal(said("five"), 1000.0), 1000.0) is Trust.SEALED, "the doubt is settled"
+    once_more = doubting(saves, doubt=3)
+    assert trust(once_more, said("six"), rob.seal(said("six"), 2000.0), 2000.0) is Trust.AHEAD, "a new one is not"
+
+
+def test_codes_of_a_sheet_are_not_taken_where_nobody_knows_which_were_used() -> None:
+    guard = Guard("Bot", RING, {f"lost/{KEY.fingerprint}": 1})
+    code = counted_code(KEY.sheet_key, 3)
+    assert guard.judge(said(), None, code, 0.0).trust is Trust.WRONG

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+import os
 import shutil
 import sqlite3
 import subprocess
 import sys
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import closing
 from pathlib import Path
 
@@ -15,7 +16,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from structlog.testing import capture_logs
 
-from hvcpd.errors import StoreError
+from hvcpd.errors import EX_CONFIG, NewerStoreError, StoreError
 from hvcpd.store import FORGET_EVERY, PeerRecord, Store, TaskRecord, TranscriptReader, TranscriptRecord
 from hvcpd.store_file import SCHEMA_VERSION, connect
 
@@ -174,7 +175,7 @@ def _unknown_format(path: Path) -> None:
 
 
 DAMAGES = [
-    *(_break_header, _break_page, _cut, _from_the_future, _drop_a_table, _somebody_elses),
+    *(_break_header, _break_page, _cut, _drop_a_table, _somebody_elses),
     *(_rename_a_column, _unknown_format),
 ]
 
@@ -204,13 +205,60 @@ def test_what_a_crash_left_in_the_journal_is_set_aside_too(path: Path, tmp_path:
     crashed = tmp_path / "crashed" / "rob.sqlite3"
     with closing(Store(path)) as store, closing(sqlite3.connect(path)) as db:
         store.save_task(GREEN)
-        db.execute(f"PRAGMA user_version = {SCHEMA_VERSION + 1}")
+        db.execute("DROP TABLE peers")
         shutil.copytree(path.parent, crashed.parent)  # both the file and its journal, as a power cut leaves them
         assert crashed.with_name("rob.sqlite3-wal").stat().st_size > 0
     with capture_logs(), closing(Store(crashed)) as anew:
         assert anew.tasks() == ()
     with closing(sqlite3.connect(crashed.with_name("rob.sqlite3.corrupt-1"))) as db:
         assert db.execute("SELECT name, state FROM tasks").fetchall() == [(GREEN.name, GREEN.state)]
+
+
+def test_a_newer_memory_is_left_as_it_is(path: Path) -> None:
+    with closing(Store(path)) as store:
+        store.save_task(GREEN)
+    _from_the_future(path)
+    newer = path.read_bytes()
+    for _ in range(2):
+        with pytest.raises(NewerStoreError, match="install that hvcpd again") as error:
+            Store(path)
+        assert error.value.exit_status == EX_CONFIG, "systemd does not try it again"
+    assert path.read_bytes() == newer
+    assert not list(path.parent.glob("*.corrupt-*"))
+
+
+def _gone(path: Path) -> None:
+    path.unlink()
+
+
+def _emptied(path: Path) -> None:
+    os.truncate(path, 0)
+
+
+def _replaced(path: Path) -> None:
+    path.rename(path.with_name("before"))
+    shutil.copy(path.with_name("before"), path)
+
+
+@pytest.mark.parametrize(("harm", "told"), [(_gone, "gone"), (_emptied, "cut short"), (_replaced, "another file")])
+def test_a_file_that_changes_under_the_robot_is_noticed_with_the_next_write(
+    harm: Callable[[Path], None], told: str, path: Path, store: Store
+) -> None:
+    store.mark(7)
+    store.save_task(GREEN)
+    harm(path)
+    for _ in range(2):
+        with pytest.raises(StoreError, match=told):
+            store.append_transcript(HEARD)
+
+
+def test_a_memory_has_a_number_of_its_own_that_is_no_counter(path: Path) -> None:
+    with closing(Store(path)) as store:
+        assert (store.is_new, store.identity) == (True, None)
+        store.mark(2**62 - 1)
+        assert path.stat().st_size > 4096, "it is in the file itself, and not in its journal alone"
+    with closing(Store(path, durable=True)) as again:
+        assert (again.is_new, again.identity, again.counters()) == (False, 2**62 - 1, {})
 
 
 def test_each_damaged_file_is_kept(path: Path) -> None:

@@ -1,0 +1,226 @@
+"""The stop latch: a small file beside the robot's memory that says whether the next start may go on.
+
+It is apart from the memory because it must outlive it: a lost memory must not set wheels in motion. So it is written
+as a permission. A start goes on only where the whole line says "free" and names the very memory that was found; a line
+that is missing, cut short or of another memory leaves the robot stopped. To take a permission away needs no space and
+no new file: a file that is cut to nothing, or deleted, permits nothing.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import os
+import stat
+import tempfile
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager, suppress
+from dataclasses import dataclass
+from enum import Enum
+from functools import partial
+from pathlib import Path
+
+from hvcpd.errors import StoreError
+
+MAX_BYTES = 100
+"""Of the file, which has at most 50."""
+
+IDENTITY_BITS = 62
+"""Of the number that tells one memory from any other: a positive integer of SQLite's."""
+
+
+class Permit(Enum):
+    """What the latch says of the next start."""
+
+    FREE = "free"
+    STOPPED = "stopped"
+    UNSURE = "unsure"
+    """Not all that the robot knew could be written down, or the line cannot be read: the next start is stopped, too."""
+    NEW = "new"
+    """A first memory is being made: there is nothing yet that could be lost."""
+
+
+@dataclass(frozen=True)
+class Latched:
+    """A line of the latch: the permit, and the identities of the memory and of the seals' counters that go with it."""
+
+    permit: Permit
+    memory: int | None = None
+    seals: int | None = None
+
+    @property
+    def line(self) -> bytes:
+        """As it is written; the end of the line tells that nothing is missing."""
+        names = ("-" if number is None else f"{number:016x}" for number in (self.memory, self.seals))
+        return " ".join((self.permit.value, *names)).encode("ascii") + b"\n"
+
+
+UNREADABLE = Latched(Permit.UNSURE)
+
+
+def latched_of(line: bytes) -> Latched:
+    """What a line says; UNREADABLE unless it is, byte for byte, one that was written whole."""
+    try:
+        word, *numbers = line.decode("ascii").split()
+        memory, seals = (None if number == "-" else int(number, 16) for number in numbers)
+        found = Latched(Permit(word), memory, seals)
+    except ValueError:
+        return UNREADABLE
+    return found if found.line == line else UNREADABLE
+
+
+def spare_places(latch: Path, runtime: Path) -> tuple[Path, ...]:
+    """Where a stop is kept if the latch's own disk takes nothing: beside the control socket `runtime`, and in the
+    folder for temporary files. The first outlives the daemon, the second may outlive a boot; neither need."""
+    digest = hashlib.sha256(os.fsencode(latch.absolute())).hexdigest()[:16]
+    return (
+        runtime.with_suffix(".stopped"),
+        Path(tempfile.gettempdir()) / f"hvcpd-{os.geteuid()}-{digest}.stopped",
+    )
+
+
+class StopLatch:
+    """The latch in the file `path`; `spares` are used only while nothing of that file can be changed."""
+
+    def __init__(self, path: Path, spares: Sequence[Path] = ()) -> None:
+        self.path = path
+        self._spares = tuple(spares)
+        self._held: int | None = None
+        """The file as it was last written: it can be cut short even where nothing can be opened for writing."""
+
+    def read(self) -> Latched | None:
+        """What the file says; None if there is none, UNREADABLE if it cannot be read."""
+        try:
+            descriptor = os.open(self.path, os.O_RDONLY | os.O_CLOEXEC | os.O_NOFOLLOW | os.O_NONBLOCK)
+        except FileNotFoundError:
+            return None
+        except OSError:
+            return UNREADABLE
+        try:
+            return latched_of(os.read(descriptor, MAX_BYTES))
+        except OSError:
+            return UNREADABLE
+        finally:
+            os.close(descriptor)
+
+    def spare(self) -> Path | None:
+        """A spare place that says "stopped", if one does; what others have put there does not count."""
+        return next((path for path in self._spares if _is_own_file(path)), None)
+
+    def write(self, latched: Latched) -> None:
+        """Keep this over kill -9 and power cuts; it is on the disk when this returns.
+
+        Raises StoreError if the next start may do what this does not permit, or may not do what it permits.
+        """
+        if latched.permit in (Permit.FREE, Permit.NEW):
+            with _told(self.path):
+                self._replace(latched.line)
+                for path in self._spares:
+                    if _is_own_file(path):
+                        path.unlink()
+        else:
+            self._revoke(latched.line)
+
+    def close(self) -> None:
+        """Let go of the file; twice is harmless."""
+        if self._held is not None:
+            os.close(self._held)
+            self._held = None
+
+    def _revoke(self, line: bytes) -> None:
+        first: OSError | None = None
+        for means in (partial(self._replace, line), self._cut, self._delete):
+            try:
+                means()
+            except OSError as error:
+                first = first or error
+            else:
+                if not self._permits():
+                    return
+        kept = next((path for path in self._spares if _made(path)), None)
+        reason = (first.strerror if first is not None else None) or "it can still be read as before"
+        if kept is None:
+            raise StoreError(
+                f"{self.path}: a stop cannot be kept ({reason}): after a restart the robot may go on; make its disk "
+                "writable, or keep the robot switched off"
+            )
+        raise StoreError(
+            f"{self.path}: a stop cannot be kept there ({reason}), only in {kept}: after a loss of power the robot may "
+            "go on; make its disk writable"
+        )
+
+    def _permits(self) -> bool:
+        found = self.read()
+        return found is not None and found.permit in (Permit.FREE, Permit.NEW)
+
+    def _replace(self, line: bytes) -> None:
+        fresh = self.path.with_name(f"{self.path.name}.new")
+        flags = os.O_RDWR | os.O_CREAT | os.O_TRUNC | os.O_CLOEXEC | os.O_NOFOLLOW
+        descriptor = os.open(fresh, flags, 0o600)
+        try:
+            if os.write(descriptor, line) != len(line):
+                raise OSError(None, "the disk is full")
+            os.fsync(descriptor)
+            fresh.replace(self.path)
+        except OSError:
+            os.close(descriptor)
+            with suppress(OSError):
+                fresh.unlink()
+            raise
+        self.close()
+        self._held = descriptor
+        _sync_folder(self.path.parent)
+
+    def _cut(self) -> None:
+        """Cut the file short: neither a full disk nor the folder's permissions are in the way."""
+        descriptor = self._held if self._held is not None else os.open(self.path, os.O_WRONLY | os.O_CLOEXEC)
+        try:
+            os.ftruncate(descriptor, 0)
+            os.fsync(descriptor)
+        finally:
+            if descriptor != self._held:
+                os.close(descriptor)
+
+    def _delete(self) -> None:
+        self.path.unlink(missing_ok=True)
+        _sync_folder(self.path.parent)
+
+
+def _made(path: Path) -> bool:
+    """Whether an empty file could be made there, or is there: that takes no space."""
+    try:
+        flags = os.O_WRONLY | os.O_CREAT | os.O_CLOEXEC | os.O_NOFOLLOW
+        descriptor = os.open(path, flags, 0o600)
+        os.fsync(descriptor)
+        os.close(descriptor)
+        _sync_folder(path.parent)
+    except OSError:
+        return False
+    return _is_own_file(path)
+
+
+def _is_own_file(path: Path) -> bool:
+    try:
+        status = path.lstat()
+    except OSError:
+        return False
+    return stat.S_ISREG(status.st_mode) and status.st_uid == os.geteuid()
+
+
+def _sync_folder(folder: Path) -> None:
+    descriptor = os.open(folder, os.O_RDONLY | os.O_DIRECTORY | os.O_CLOEXEC)
+    try:
+        os.fsync(descriptor)
+    finally:
+        os.close(descriptor)
+
+
+@contextmanager
+def _told(path: Path) -> Iterator[None]:
+    """An OSError as a StoreError that tells what follows from it."""
+    try:
+        yield
+    except OSError as error:
+        raise StoreError(
+            f"{path}: cannot be written ({error.strerror}): the next start will be stopped; free some space on its "
+            "disk, and make the file and its directory writable for the daemon's user"
+        ) from error
