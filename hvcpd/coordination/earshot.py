@@ -32,15 +32,16 @@ before this robot."""
 DOUBLINGS_MAX = 6
 """The pause doubles with each question that brought no order: from 15 s for each of the others up to 16 minutes."""
 
+TAKES_ORDER = (m.Claim, m.Unable, m.Unknown, m.Busy)
+"""What is said to one robot in answer to its order."""
+
 
 @dataclass
 class Waiting:
     """How a robot that only takes orders waits for one."""
 
     giver: str | None = None
-    """Who was last heard to give an order, to whomever."""
-    among_robots: bool = False
-    """It has heard one speak to another, or to a team: there are orders to wait for."""
+    """Who was last heard to give an order, or to be answered to one, by whomever."""
     asked: int = 0
     """How often it asked what is left since it last had an order."""
     until_s: float | None = None
@@ -58,11 +59,10 @@ def note(c: Coordination, u: m.Utterance, now: float) -> None:
         peer.sought = peer.sought and not answered
     if isinstance(u.statement, m.Order):
         waiting.giver = u.speaker
-    if alone:
-        if isinstance(u.statement, m.Order | m.Confirmed):
-            waiting.asked, waiting.until_s = 0, None
-    elif isinstance(u.addressee, m.ToRobot | m.ToTeam):
-        waiting.among_robots = True
+    elif isinstance(u.statement, TAKES_ORDER) and isinstance(u.addressee, m.ToRobot) and not alone:
+        waiting.giver = u.addressee.name
+    if alone and isinstance(u.statement, m.Order | m.Confirmed):
+        waiting.asked, waiting.until_s = 0, None
     if c.role.coordinator:
         _note_who_can_be_ordered(c, u, now)
 
@@ -109,7 +109,7 @@ def _follows(c: Coordination) -> bool:
 def has_waited(c: Coordination, now: float) -> bool:
     """Whether this robot, which only takes orders, has waited for one long enough; notes until when it waits."""
     waiting = c.waiting
-    if not _follows(c) or not waiting.among_robots or not choosing.task_is_free(c, now):
+    if not _follows(c) or waiting.giver is None or not choosing.task_is_free(c, now):
         waiting.until_s = None
         return False
     if waiting.until_s is None:
