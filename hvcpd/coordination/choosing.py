@@ -71,13 +71,11 @@ def _again_or_give_up(c: Coordination, times: int, now: float) -> None:
 
 def _choose(c: Coordination, now: float) -> None:
     strangers.spell_now_and_then(c, now)
-    if earshot.has_waited(c, now):
-        if earshot.way_back(c, now) is not None:
-            c.fire(Trigger.UNHEARD, now)
-            return
-        c.heard_work, c.waiting.until_s = True, None
-        c.waiting.asked += 1
-    if c.heard_work and c.peers.present(now):
+    waited = earshot.has_waited(c, now)
+    if waited and earshot.way_back(c, now) is not None:
+        c.fire(Trigger.UNHEARD, now)
+        return
+    if waited or (c.heard_work and c.peers.present(now)):
         _ask(c, now)
         return
     if c.role.coordinator and can_order(c, now):
@@ -121,16 +119,17 @@ def _look_for_robots(c: Coordination, now: float) -> None:
     a = c.acquaintance
     if not c.board.not_done() or any(_is_at_work(c, peer, now) for peer in c.peers.all()):
         a.call_s = None
-    elif a.call_s is None:
-        a.call_s = now + CALL_S * 2.0 ** min(a.calls, CALL_DOUBLINGS_MAX)
-    elif now >= a.call_s:
+        return
+    if a.call_s is not None and now >= a.call_s:
         a.calls, a.call_s = a.calls + 1, None
         c.want(Urgency.TURN, "who is here", lambda: composing.to_all(c, m.WhoHere()), now)
-        c.reconsider(now)
+    if a.call_s is None:
+        a.call_s = now + CALL_S * 2.0 ** min(a.calls, CALL_DOUBLINGS_MAX)
 
 
 def _ask(c: Coordination, now: float) -> None:
     c.heard_work = False
+    earshot.note_asked(c)
     c.repeats = 0
     c.fire(Trigger.CHOSE_QUESTION, now)
 

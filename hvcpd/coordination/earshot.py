@@ -116,3 +116,8 @@ def has_waited(c: Coordination, now: float) -> bool:
         pause_s = ORDER_S * max(len(c.peers.present(now)), 1) * 2.0 ** min(waiting.asked, DOUBLINGS_MAX)
         waiting.until_s = now + pause_s * (1.0 + c.chance.random())
     return now >= waiting.until_s
+
+
+def note_asked(c: Coordination) -> None:
+    """It asks what is left, and waits longer before it asks again."""
+    c.waiting.asked, c.waiting.until_s = c.waiting.asked + 1, None
