@@ -81,8 +81,9 @@ class WordChannel:
 
     A sentence that overlaps another one, or the listener's own, is garbled. `touched` runs for every talker that
     something happened to (to collect its actions). `earshot(speaker, listener)` tells who can hear whom now, and
-    `fading` with what chance a sentence is lost on that way, besides what `conditions` lose; `mishear` makes the wrong sentence. What a listener cannot follow, for names that it does not know, is garbled. `judge` tells
-    what a listener makes of a sentence with a seal.
+    `fading` with what chance a sentence is lost on that way, besides what `conditions` lose; `mishear` makes the
+    wrong sentence. What a listener cannot follow, for names that it does not know, is garbled. `judge` tells what a
+    listener makes of a sentence with a seal.
     """
 
     talkers: Mapping[str, Talker]

@@ -48,7 +48,7 @@ class Outage:
 @dataclass(frozen=True)
 class WordPlan:
     """One mission. `late` are robots that are switched on only then, `leaving` those that are told to end then;
-    `earshot_m` is how far a voice carries; from `clear_m` on it is the more often not understood the farther it comes."""
+    `earshot_m` is how far a voice carries; from `clear_m` on the chance that it is not understood grows to 1 there."""
 
     names: tuple[str, ...]
     tasks: tuple[TaskDefinition, ...]

@@ -125,7 +125,7 @@ def _show(preflight: Preflight, ok_too: bool) -> None:
 
     try:
         if ok_too:
-            good = (finding for finding in preflight.findings if finding.ok)
+            good = (finding for finding in preflight.findings if finding.ok and not finding.doubtful)
             sys.stdout.writelines(f"ok  {finding.subject}: {finding.text}\n" for finding in good)
         sys.stdout.flush()
     except BrokenPipeError:
@@ -136,6 +136,8 @@ def _show(preflight: Preflight, ok_too: bool) -> None:
     for finding in preflight.findings:
         if not finding.ok:
             _complain(finding.text)
+        elif finding.doubtful:
+            _complain(f"warning: {finding.text}")
 
 
 def _complain(text: str) -> None:

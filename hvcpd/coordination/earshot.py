@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from hvcpd.coordination.coordination import Coordination
 
 NEAR_M = 1.0
-"""Nobody is heard better for so short a way: at the edge of earshot, 5 to 10 m off, it makes a voice 1 to 2 dB louder."""
+"""Nobody is heard better for so short a way: at the edge of earshot, 5 to 10 m off, a voice grows by 1 to 2 dB."""
 ORDER_S = 15.0
 """An order with its read-back and its confirmation takes 12.5 s: so long at least each of the others may be given one
 before this robot."""
