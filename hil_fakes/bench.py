@@ -180,7 +180,9 @@ class Bench:
         began_s = time.perf_counter()
         starts = self.plan.starts or start_poses(len(self.plan.names))
         plants = tuple(
-            Plant(t.number, t.name, t.place.x_m, t.place.y_m) for t in self.plan.tasks.tasks if t.place is not None
+            Plant(t.number, t.name, t.place.x_m, t.place.y_m)
+            for t in self.plan.tasks.tasks
+            if t.place is not None and t.place in t.places
         )
         names = tuple((t.number, t.name) for t in self.plan.tasks.tasks)
         icons = tuple((t.number, t.icon) for t in self.plan.tasks.tasks if t.icon)

@@ -6,7 +6,7 @@ import math
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
 
-from hvcpd.config.tasks import TaskRepository
+from hvcpd.config.tasks import Place, TaskRepository
 from hvcpd.coordination.actions import SaveTask
 from hvcpd.language.messages import ToRobot
 from hvcpd.ports import Pose
@@ -15,7 +15,11 @@ from hvcpd.reporting.events import Event, Garbled, Heard, Held, Said, Summary, T
 from hvcpd.sealing import seal_shown
 
 WATERING_REACH_M = 0.3
-"""A plant is watered only by a robot that truly stands this near: a burger's half length and a short arm."""
+"""A robot truly stands at a place only if it is this near: a burger's half length and a short arm."""
+STILL_M = 0.01
+"""Who has not moved so far"""
+STANDS_S = 0.2
+"""for so long stands: slower than 5 cm/s, a quarter of a burger's speed."""
 
 
 @dataclass
@@ -36,6 +40,10 @@ class Scorekeeper:
         self._sentences: list[_Sentence] = []
         self._pending: list[int] = []
         self._watered: dict[int, list[str]] = {}
+        self._stood: dict[str, list[Pose]] = {name: [] for name in names}
+        """Where each robot truly stood since it last finished a task;"""
+        self._rests: dict[str, tuple[Pose, float]] = {}
+        """where it was when it last moved, and when."""
 
     def emit(self, event: Event) -> None:
         self.events.append(event)
@@ -43,6 +51,7 @@ class Scorekeeper:
 
     def note(self, robot: str, on_s: float, records: Iterable[object], pose: Pose, now: float) -> None:
         """Take in what one robot reports in one block; it was switched on at `on_s` and truly is at `pose`."""
+        self._watch(robot, pose, now)
         for record in records:
             match record:
                 case SaidRecord():
@@ -93,10 +102,20 @@ class Scorekeeper:
 
     def _performed(self, robot: str, number: int, pose: Pose, now: float) -> None:
         task = self._tasks.by_number(number)
-        place = task.place if task else None
-        if place is None or math.hypot(pose.x_m - place.x_m, pose.y_m - place.y_m) <= WATERING_REACH_M:
+        stood, self._stood[robot] = [*self._stood[robot], pose], []
+        if task is None or all(min(_away_m(p, place) for p in stood) <= WATERING_REACH_M for place in task.places):
+            own = task.place if task is not None and task.place in task.places else None
+            there = min(stood, key=lambda p: _away_m(p, own)) if own is not None else pose
             self._watered.setdefault(number, []).append(robot)
-            self.emit(Watered(now, robot, number, pose.x_m, pose.y_m))
+            self.emit(Watered(now, robot, number, there.x_m, there.y_m))
+
+    def _watch(self, robot: str, pose: Pose, now: float) -> None:
+        """Note where the robot stands."""
+        where, since_s = self._rests.get(robot, (pose, now))
+        if robot not in self._rests or math.hypot(pose.x_m - where.x_m, pose.y_m - where.y_m) > STILL_M:
+            self._rests[robot] = (pose, now)
+        elif now - since_s >= STANDS_S and self._stood[robot][-1:] != [where]:
+            self._stood[robot].append(where)
 
     def _understood(self, sentence: _Sentence) -> bool:
         """By whom it was meant for: one robot, or everybody else."""
@@ -129,6 +148,10 @@ class Scorekeeper:
     def _name(self, number: int) -> str:
         task = self._tasks.by_number(number)
         return task.name if task else str(number)
+
+
+def _away_m(pose: Pose, place: Place) -> float:
+    return math.hypot(pose.x_m - place.x_m, pose.y_m - place.y_m)
 
 
 def _collisions(said: list[Said]) -> int:

@@ -80,9 +80,10 @@ class WordChannel:
     """Shared air for named talkers: `say` puts a sentence into it; `run_until` delivers what follows.
 
     A sentence that overlaps another one, or the listener's own, is garbled. `touched` runs for every talker that
-    something happened to (to collect its actions). `earshot(speaker, listener)` tells who can hear whom now; `mishear`
-    makes the wrong sentence. What a listener cannot follow, for names that it does not know, is garbled. `judge` tells
-    what a listener makes of a sentence with a seal.
+    something happened to (to collect its actions). `earshot(speaker, listener)` tells who can hear whom now, and
+    `fading` with what chance a sentence is lost on that way, besides what `conditions` lose; `mishear` makes the
+    wrong sentence. What a listener cannot follow, for names that it does not know, is garbled. `judge` tells what a
+    listener makes of a sentence with a seal.
     """
 
     talkers: Mapping[str, Talker]
@@ -91,6 +92,7 @@ class WordChannel:
     seed: int = 0
     touched: Callable[[str], None] = lambda _name: None
     earshot: Callable[[str, str], bool] | None = None
+    fading: Callable[[str, str], float] | None = None
     mishear: Callable[[Utterance, random.Random], Utterance] = lambda utterance, _chance: utterance
     follows: Callable[[str, Utterance], bool] | None = None
     judge: Callable[[str, Utterance], tuple[Utterance, Trust]] = lambda _listener, utterance: (utterance, Trust.OPEN)
@@ -240,6 +242,8 @@ class WordChannel:
                 talker.garbled(bool(own), self.now)
             return
         if self.conditions.loss and chance.random() < self.conditions.loss:
+            return
+        if self.fading is not None and chance.random() < self.fading(sound.speaker, listener):
             return
         utterance = sound.utterance
         if self.follows is not None and not self.follows(listener, utterance):

@@ -48,7 +48,7 @@ class Outage:
 @dataclass(frozen=True)
 class WordPlan:
     """One mission. `late` are robots that are switched on only then, `leaving` those that are told to end then;
-    `earshot_m` is how far a voice carries."""
+    `earshot_m` is how far a voice carries; from `clear_m` on the chance that it is not understood grows to 1 there."""
 
     names: tuple[str, ...]
     tasks: tuple[TaskDefinition, ...]
@@ -59,6 +59,7 @@ class WordPlan:
     late: Mapping[str, float] = field(default_factory=dict)
     leaving: Mapping[str, float] = field(default_factory=dict)
     earshot_m: float | None = None
+    clear_m: float | None = None
     nearest_first: bool = False
     unable: Mapping[str, frozenset[int]] = field(default_factory=dict)
     """What each robot cannot do, by the tasks' numbers."""
@@ -138,6 +139,7 @@ class WordMission:
             self._chance.getrandbits(32),
             touched=self._collect,
             earshot=None if plan.earshot_m is None else self._in_earshot,
+            fading=None if plan.clear_m is None else self._fading,
             mishear=self._mishear,
             follows=self._follows if plan.strangers else None,
         )
@@ -251,6 +253,7 @@ class WordMission:
 
     def _collect(self, name: str) -> None:
         robot = self.robots[name]
+        robot.here = self._bodies[name].at(self.air.now)
         for action in robot.actions():
             match action:
                 case Say(utterance, slowly, times):
@@ -305,10 +308,19 @@ class WordMission:
         self.air.at(now + length_s, finish)
 
     def _in_earshot(self, speaker: str, listener: str) -> bool:
-        if speaker not in self._bodies or self.plan.earshot_m is None:
-            return True
+        return self.plan.earshot_m is None or self._apart_m(speaker, listener) <= self.plan.earshot_m
+
+    def _fading(self, speaker: str, listener: str) -> float:
+        """The loss by distance alone: none up to `clear_m`, all at `earshot_m`, and evenly more between."""
+        near_m, far_m = self.plan.clear_m or 0.0, self.plan.earshot_m or math.inf
+        return min(max((self._apart_m(speaker, listener) - near_m) / (far_m - near_m), 0.0), 1.0)
+
+    def _apart_m(self, speaker: str, listener: str) -> float:
+        """How far two robots are from each other; whoever is no robot is everywhere."""
+        if speaker not in self._bodies:
+            return 0.0
         a, b = self._bodies[speaker].at(self.air.now), self._bodies[listener].at(self.air.now)
-        return math.hypot(a.x_m - b.x_m, a.y_m - b.y_m) <= self.plan.earshot_m
+        return math.hypot(a.x_m - b.x_m, a.y_m - b.y_m)
 
     def _follows(self, listener: str, u: m.Utterance) -> bool:
         """Whether the sentence has only names that the listener knows; it learns one that is spelled."""

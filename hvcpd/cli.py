@@ -117,11 +117,13 @@ def _start(options: argparse.Namespace, devices: Devices | None) -> int:
 def _show(preflight: Preflight, ok_too: bool) -> None:
     """Tell the findings; the exit status is theirs, wherever the output goes."""
     if ok_too:
-        good = (finding for finding in preflight.findings if finding.ok)
+        good = (finding for finding in preflight.findings if finding.ok and not finding.doubtful)
         _flush(f"ok  {finding.subject}: {finding.text}\n" for finding in good)
     for finding in preflight.findings:
         if not finding.ok:
             complain("hvcpd", finding.text)
+        elif finding.doubtful:
+            complain("hvcpd", f"warning: {finding.text}")
 
 
 def _flush(lines: Iterable[str] = ()) -> None:

@@ -71,6 +71,15 @@ class TaskDefinition:
     icon: str = ""
     """Its mark in pictures: one of `hvcpd.config.icons.ICONS` or a single character; empty: a neutral one."""
 
+    @property
+    def places(self) -> tuple[Place, ...]:
+        """Where a robot must stand for the task to be done: wherever its actions send it, and at the task's own place
+        if something is watered there. Whatever else they ask for is done wherever the robot is."""
+        sent = [action.place for action in self.actions if isinstance(action, GoTo)]
+        if self.place is not None and any(isinstance(action, Water) for action in self.actions):
+            sent.append(self.place)
+        return tuple(dict.fromkeys(sent))
+
 
 @dataclass(frozen=True)
 class TaskRepository:

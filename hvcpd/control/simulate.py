@@ -17,6 +17,7 @@ import numpy as np
 from hil_fakes.bench import Bench, BenchPlan
 from hil_fakes.room import Air
 from hvcpd.config.settings import SpeechSettings
+from hvcpd.config.task_doubts import doubts
 from hvcpd.control.key import today
 from hvcpd.control.team import Team, load_team, vocabulary_cache
 from hvcpd.coordination.actions import Speech
@@ -69,6 +70,8 @@ def run(options: argparse.Namespace) -> int:
         _refuse_confusable(team)
     if options.report is not None:
         _make_directory(options.report)  # before a long mission, not after it
+    for text in doubts(team.tasks):
+        sys.stderr.write(f"hvcpctl: warning: {team.settings.tasks}: {text}\n")
     with _Show(options.json) as show, _pacing(options) as pace:
         bench = Bench(plan, team.sound, show.handle, pace)
         record = bench.run()

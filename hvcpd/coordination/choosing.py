@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
 from hvcpd.config.tasks import Place, TaskDefinition, Wait
-from hvcpd.coordination import composing, strangers
+from hvcpd.coordination import composing, earshot, strangers
 from hvcpd.coordination.board import CLAIMED
 from hvcpd.coordination.floor import Urgency
 from hvcpd.coordination.peers import Peer
-from hvcpd.coordination.table import State, Trigger
+from hvcpd.coordination.table import LEAVES_UNHEARD, State, Trigger
 from hvcpd.language import messages as m
 
 if TYPE_CHECKING:
@@ -23,7 +24,9 @@ DENIED_OFTEN = 2
 CALL_S = 15.0
 """Who has answered a greeting has done so by then; doubled each time."""
 CALLS_MAX = 3
-"""So often somebody is looked for who is not there."""
+"""So often somebody is looked for before who gives orders does the tasks itself;"""
+CALL_DOUBLINGS_MAX = 6
+"""and it looks on, at last every 16 minutes."""
 MARGIN_S = 10.0
 """Between the end of a task's actions and the end of its lease: for a stall, and for the report."""
 
@@ -57,23 +60,33 @@ def _again_or_give_up(c: Coordination, times: int, now: float) -> None:
     if c.repeats >= BAD_AIR_REPEATS:
         c.missed_s = now
         strangers.spell_if_unknown(c, now)
-    c.fire(Trigger.GAVE_UP if c.repeats >= times else Trigger.TIMEOUT, now)
+    if c.repeats < times:
+        c.fire(Trigger.TIMEOUT, now)
+    elif c.state in LEAVES_UNHEARD and earshot.way_back(c, now) is not None:
+        c.heard_work = c.heard_work or c.state is State.ASKED
+        c.fire(Trigger.UNHEARD, now)
+    else:
+        c.fire(Trigger.GAVE_UP, now)
 
 
 def _choose(c: Coordination, now: float) -> None:
     strangers.spell_now_and_then(c, now)
-    if c.heard_work and c.peers.present(now):
+    waited = earshot.has_waited(c, now)
+    if waited and earshot.way_back(c, now) is not None:
+        c.fire(Trigger.UNHEARD, now)
+        return
+    if waited or (c.heard_work and c.peers.present(now)):
         _ask(c, now)
         return
-    if c.role.coordinator:
-        if next_order(c, now) is not None:
-            c.repeats = 0
-            c.fire(Trigger.CHOSE_ORDER, now)
-            return
-        _look_for_robots(c, now)
-    elif may_volunteer(c, now) and task_is_free(c, now):
+    if c.role.coordinator and can_order(c, now):
+        c.repeats = 0
+        c.fire(Trigger.CHOSE_ORDER, now)
+        return
+    if may_volunteer(c, now) and task_is_free(c, now):
         c.fire(Trigger.CHOSE_CLAIM, now)
         return
+    if c.role.coordinator:
+        _look_for_robots(c, now)
     if c.unreported is not None:
         c.repeats = 0
         c.fire(Trigger.CHOSE_REPORT, now)
@@ -91,6 +104,7 @@ def _choose(c: Coordination, now: float) -> None:
         c.board.next_lapse(now),
         c.ask_again_s if c.board.hearsay() else None,
         c.acquaintance.call_s,
+        c.waiting.until_s,
         *(p.silent_until_s for p in c.peers.all() if p.silent_until_s > now),
     ]
     if c.name_heard_s:
@@ -103,24 +117,32 @@ def _look_for_robots(c: Coordination, now: float) -> None:
     """Who is to give orders, and has nobody that could take one, asks who is there: the answers to its greeting may
     have met each other, and who only takes orders says nothing of itself."""
     a = c.acquaintance
-    if not c.board.not_done() or a.calls >= CALLS_MAX or any(_is_at_work(c, peer, now) for peer in c.peers.all()):
+    if not c.board.not_done() or any(_is_at_work(c, peer, now) for peer in c.peers.all()):
         a.call_s = None
-    elif a.call_s is None:
-        a.call_s = now + CALL_S * 2.0**a.calls
-    elif now >= a.call_s:
+        return
+    if a.call_s is not None and now >= a.call_s:
         a.calls, a.call_s = a.calls + 1, None
         c.want(Urgency.TURN, "who is here", lambda: composing.to_all(c, m.WhoHere()), now)
-        c.reconsider(now)
+    if a.call_s is None:
+        a.call_s = now + CALL_S * 2.0 ** min(a.calls, CALL_DOUBLINGS_MAX)
 
 
 def _ask(c: Coordination, now: float) -> None:
     c.heard_work = False
+    earshot.note_asked(c)
     c.repeats = 0
     c.fire(Trigger.CHOSE_QUESTION, now)
 
 
 def may_volunteer(c: Coordination, now: float) -> bool:
-    return c.role.volunteer and not c.role.coordinator and not in_name_conflict(c, now)
+    willing = c.role.volunteer if not c.role.coordinator else _orders_in_vain(c, now)
+    return willing and not in_name_conflict(c, now)
+
+
+def _orders_in_vain(c: Coordination, now: float) -> bool:
+    """Whether who gives orders has called for all whom it knew, and none of them can take one. Who has never heard
+    anybody waits on: it may be deaf."""
+    return c.acquaintance.calls >= CALLS_MAX and bool(c.peers.all()) and not can_order(c, now)
 
 
 def in_name_conflict(c: Coordination, now: float) -> bool:
@@ -164,12 +186,21 @@ def is_assured(c: Coordination, now: float) -> bool:
 
 def next_order(c: Coordination, now: float) -> tuple[str, TaskDefinition] | None:
     """A robot that can be ordered, and a task for it."""
+    free = next(_free_robots(c, now), None)
+    return (free[0], c.chance.choice(free[1])) if free is not None else None
+
+
+def can_order(c: Coordination, now: float) -> bool:
+    """Whether there is a robot that can be ordered, and a task for it."""
+    return any(True for _ in _free_robots(c, now))
+
+
+def _free_robots(c: Coordination, now: float) -> Iterator[tuple[str, tuple[TaskDefinition, ...]]]:
     for peer in sorted(c.peers.all(), key=lambda p: p.name):
         if not _is_at_work(c, peer, now) and peer.silent_until_s <= now and c.peers.is_present(peer.name, now):
             free = c.board.free_for(peer.name, now, peer.unable)
             if free:
-                return peer.name, c.chance.choice(free)
-    return None
+                yield peer.name, free
 
 
 def _is_at_work(c: Coordination, peer: Peer, now: float) -> bool:

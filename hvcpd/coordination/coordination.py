@@ -15,6 +15,7 @@ from hvcpd.coordination.actions import Action, Chance, Role, SavePeer, SaveTask,
 from hvcpd.coordination.addressing import whose_turn
 from hvcpd.coordination.board import Board
 from hvcpd.coordination.claims import HeardClaim, Quoted
+from hvcpd.coordination.earshot import Waiting
 from hvcpd.coordination.effects import OWN_TURN
 from hvcpd.coordination.floor import RANK_MAX, Floor, Intent, Order, Urgency, round_of_turns
 from hvcpd.coordination.peers import Peers, lot, team_of
@@ -97,6 +98,7 @@ class Coordination:
         self.name_heard_s: tuple[float, ...] = ()
         """When another voice used this robot's name."""
         self.acquaintance = Acquaintance()
+        self.waiting = Waiting()
         self.relays = Relays()
         self.doubts = trusting.Doubts()
         self._last_heard: tuple[m.Utterance, float] | None = None

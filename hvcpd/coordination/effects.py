@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 from hvcpd.config.tasks import Action as TaskAction
 from hvcpd.config.tasks import Forward, GoTo, Turn
-from hvcpd.coordination import choosing, composing
+from hvcpd.coordination import choosing, composing, earshot
 from hvcpd.coordination.actions import Halt, Perform, SaveStopped
 from hvcpd.coordination.board import DONE
 from hvcpd.coordination.claims import confirming_slot
@@ -174,6 +174,15 @@ def let_go(c: Coordination) -> None:
         c.board.release(c.task)
 
 
+def go_back(c: Coordination, now: float) -> None:
+    """What was to be said is still due there: a claim or an order is chosen anew, a report or a question said again."""
+    let_go(c)
+    place = earshot.way_back(c, now)
+    earshot.note_sought(c, now)
+    c.task = c.task_ref = c.partner = None
+    c.do(Perform(0, (GoTo(place),) if place is not None else ()))
+
+
 def drop_task(c: Coordination, now: float) -> None:
     let_go(c)
     rest(c, now)
@@ -229,6 +238,7 @@ def want_confirmation(c: Coordination, now: float) -> None:
         peer = c.peers.get(c.partner)
         if peer is not None:
             peer.assigned = c.my_task()
+        c.acquaintance.calls = 0
     confirmed = composing.to_partner(c, m.Confirmed())
     c.want(Urgency.ANSWER, OWN_TURN, lambda: confirmed, now, trigger=Trigger.SPOKEN)
 

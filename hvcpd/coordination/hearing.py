@@ -6,7 +6,18 @@ import math
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
-from hvcpd.coordination import answers, claims, composing, orders, people, relaying, repair, stopping, strangers
+from hvcpd.coordination import (
+    answers,
+    claims,
+    composing,
+    earshot,
+    orders,
+    people,
+    relaying,
+    repair,
+    stopping,
+    strangers,
+)
 from hvcpd.coordination.addressing import is_for, is_for_me_alone
 from hvcpd.coordination.floor import Urgency
 from hvcpd.coordination.table import DEPARTING, PROPOSING, State, Trigger
@@ -40,6 +51,7 @@ def react(c: Coordination, u: m.Utterance, confidence: float, now: float) -> Non
     statement = u.statement
     if c.state in DEPARTING and not isinstance(statement, m.Stop):
         return
+    earshot.note(c, u, now)
     if is_for_me_alone(c, u) and u.speaker is not None:
         c.acquaintance.known_by.add(u.speaker.lower())
     if isinstance(statement, m.Negative):

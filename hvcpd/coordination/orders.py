@@ -23,6 +23,7 @@ FREE = frozenset(
         State.CLAIMING,
         State.READ_BACK,
         State.REPORTED,
+        State.RETURNING,
     }
 )
 """Who can take an order. Not while a claim of its own is unsettled: it would have to be taken back."""

@@ -6,6 +6,7 @@ import zlib
 from dataclasses import dataclass
 from functools import lru_cache
 
+from hvcpd.config.tasks import Place
 from hvcpd.language import messages as m
 
 
@@ -36,6 +37,10 @@ class Peer:
     """When it last said that it has stopped, or "stop"."""
     assigned: int | None = None
     """The task that we ordered it to do and that it has not reported yet."""
+    met: Place | None = None
+    """Where this robot stood when that one last answered it, or, until then, when it was first heard."""
+    sought: bool = False
+    """This robot has gone back there, and has not been answered since."""
     unable: frozenset[int] = frozenset()
     """The tasks that it said it cannot do."""
 

@@ -19,7 +19,17 @@ SURE = 0.95
 read-back is confirmed. The recogniser reports sentences from 0.8; see docs/protocol.md."""
 SAID_AGAIN_S = 30.0
 """A "resume" that was not heard surely counts if it is heard again within this time: nobody's talk gives two."""
-MOVABLE = frozenset({State.READY, State.MEETING, State.CLAIMING, State.READ_BACK, State.REPORTED, State.MOVING})
+MOVABLE = frozenset(
+    {
+        State.READY,
+        State.MEETING,
+        State.CLAIMING,
+        State.READ_BACK,
+        State.REPORTED,
+        State.MOVING,
+        State.RETURNING,
+    }
+)
 """In the midst of a task a robot is not sent about; it can be stopped at any time."""
 SOMEBODY = ""
 """The call of who asks without a name."""
@@ -39,6 +49,9 @@ def what_left(c: Coordination, u: m.Utterance, _s: m.WhatLeft, now: float) -> No
     if not is_for(c, u) or (c.state in NEWCOMER and not is_for_me_alone(c, u)):
         return
     name = u.speaker
+    asker = c.peers.get(name) if name else None
+    if asker is not None:
+        asker.assigned = None  # who asks has no order, or no longer
     slot = 0 if is_for_me_alone(c, u) else c.rank(name or SOMEBODY, 0, now)
     call = (name or SOMEBODY).lower()
     c.want(Urgency.ANSWER, "left", lambda: composing.left(c, name), now, slot=slot, call=call)

@@ -31,6 +31,7 @@ class State(Enum):
     CONFIRMING = "waits for the floor to confirm a read-back"
     DENYING = "waits for the floor to deny a read-back"
     MOVING = "makes a motion that it was told to make"
+    RETURNING = "drives back to where it was last answered"
     STOPPED = "was told to stop"
     LEAVING = "waits for the floor to say that it leaves"
     GONE = "has said that it leaves, and says no more"
@@ -61,6 +62,7 @@ class Trigger(Enum):
     CONFIRMED_MOTION = "the motion's read-back was confirmed"
     DENIED = "denied"
     GAVE_UP = "no answer after all repetitions"
+    UNHEARD = "no answer, and it was answered elsewhere"
     RIGHT = "the read-back is right"
     WRONG = "the read-back is wrong"
     REFUSED = "the order was refused"
@@ -168,6 +170,17 @@ TRANSITIONS: dict[tuple[State, Trigger], tuple[State, str]] = {
     (S.READ_BACK, T.CONFIRMED_MOTION): (S.MOVING, "move"),
     (S.MOVING, T.PERFORMED): (S.READY, "rest"),
     (S.MOVING, T.FAILED): (S.READY, "rest"),
+    # out of earshot: back to where it was heard, and say it again there
+    (S.READY, T.UNHEARD): (S.RETURNING, "go_back"),
+    (S.ASKED, T.UNHEARD): (S.RETURNING, "go_back"),
+    (S.PROPOSED, T.UNHEARD): (S.RETURNING, "go_back"),
+    (S.REPORTED, T.UNHEARD): (S.RETURNING, "go_back"),
+    (S.ORDERED, T.UNHEARD): (S.RETURNING, "go_back"),
+    (S.RETURNING, T.PERFORMED): (S.READY, "rest"),
+    (S.RETURNING, T.FAILED): (S.READY, "rest"),
+    (S.RETURNING, T.CONFIRMED): (S.READY, "drop_task"),
+    (S.RETURNING, T.ORDER): (S.READING_BACK, "turn_to_next_motion"),
+    (S.RETURNING, T.MOTION): (S.READING_BACK, "turn_to_next_motion"),
     (S.STOPPED, T.RESUME): (S.READY, "release"),
     (S.LEAVING, T.SPOKEN_FAREWELL): (S.GONE, "fall_silent"),
     (S.LEAVING, T.STOP): (S.LEAVING, "stop_and_leave"),
@@ -185,5 +198,7 @@ DEPARTING = frozenset({S.LEAVING, S.GONE})
 
 TRANSITIONS |= {(state, T.STOP): (S.STOPPED, "halt") for state in State if state not in DEPARTING | {S.STOPPED}}
 TRANSITIONS |= {(state, T.LEAVE): (S.LEAVING, "want_farewell") for state in State if state not in DEPARTING}
+LEAVES_UNHEARD = frozenset({state for state, trigger in TRANSITIONS if trigger is T.UNHEARD})
+"""May be answered elsewhere."""
 EXPECTING = frozenset({S.MEETING, S.ASKED, S.PROPOSED, S.CHECKING, S.REPORTED, S.READ_BACK, S.ORDERED})
 """Waits for somebody's answer, and stands still for it."""

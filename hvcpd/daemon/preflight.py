@@ -10,6 +10,7 @@ from pathlib import Path
 
 from hvcpd.assembly import make_phrasebook
 from hvcpd.config.settings import AudioSettings, Settings, WheelSettings
+from hvcpd.config.task_doubts import doubts
 from hvcpd.daemon.devices import Devices
 from hvcpd.daemon.outfit import Outfit, equip
 from hvcpd.errors import EX_CANTCREAT, EX_CONFIG, EX_OK, EX_UNAVAILABLE, ConfigError, DeviceError
@@ -30,6 +31,8 @@ class Finding:
     subject: str
     text: str
     exit_status: int = EX_OK
+    doubtful: bool = False
+    """It works, but may be a mistake."""
 
     @property
     def ok(self) -> bool:
@@ -62,6 +65,7 @@ def examine(
         outfit = equip(settings, allow_confusable)
         numbers = len(outfit.tasks.tasks)
         findings.append(Finding("tasks", f"{numbers} task{'s' * (numbers != 1)} in {settings.tasks}"))
+        findings += [Finding("tasks", f"{settings.tasks}: {text}", doubtful=True) for text in doubts(outfit.tasks)]
         if not allow_confusable:
             findings.append(find_confusable(outfit))
     except ConfigError as error:

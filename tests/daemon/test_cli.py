@@ -99,6 +99,18 @@ def test_check_says_what_is_there(config: Path, capsys: pytest.CaptureFixture[st
     assert not (config.parent / "state").exists()
 
 
+def test_check_warns_of_what_may_not_be_meant(config: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    tasks = config.parent / "tasks.yaml"
+    tasks.write_text("tasks: [{number: 1, name: water the green rose, place: {x_m: 1, y_m: 2}, actions: [water: 5]}]\n")
+    config.write_text(config.read_text().replace("wheels: {", "wheels: {driver: none, ") + f"tasks: {tasks}\n")
+    assert main(["--config", str(config), "--name", "Rob", "--check"], Devices(TwoCards, never, never)) == EX_OK
+    out, err = capsys.readouterr()
+    assert err.startswith(
+        f"hvcpd: warning: {tasks}: task 1, 'water the green rose': it has a place, but no action leads"
+    )
+    assert "no action leads" not in out
+
+
 def test_check_tells_missing_and_present_apart(config: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["--config", str(config), "--name", "Rob", "--check"], MISSING) == EX_UNAVAILABLE
     out, err = capsys.readouterr()

@@ -1,0 +1,42 @@
+"""What is strange about a task that can be carried out all the same: its author may have meant something else."""
+
+from __future__ import annotations
+
+from hvcpd.config.tasks import Forward, GoTo, SayAction, TaskDefinition, TaskRepository, Turn, Wait, Water
+
+
+def doubts(tasks: TaskRepository) -> tuple[str, ...]:
+    """One message for each doubtful thing, in the order of the tasks; it names the task and the remedy."""
+    return tuple(f"task {task.number}, {task.name!r}: {text}" for task in tasks.tasks for text in _doubts(task))
+
+
+def _doubts(task: TaskDefinition) -> list[str]:
+    found = []
+    if task.place is not None:
+        way = GoTo(task.place)
+        done = [k for k, action in enumerate(task.actions) if isinstance(action, Wait | SayAction)]
+        if way not in task.actions:
+            remedy = "begin its actions with `go to place`, or leave `place` out"
+            found.append(f"it has a place, but no action leads there; {remedy}")
+        elif done and done[-1] < task.actions.index(way):
+            found.append("it does everything before it goes to its place, and nothing there; put `go to place` first")
+    idle = [_written(action) for action in task.actions if _does_nothing(action)]
+    found += [f"`{action}` does nothing; leave it out, or write how much" for action in dict.fromkeys(idle)]
+    return found
+
+
+def _does_nothing(action: object) -> bool:
+    match action:
+        case Wait(amount) | Forward(amount) | Turn(amount):
+            return amount == 0
+        case _:
+            return False
+
+
+def _written(action: object) -> str:
+    """An action of no amount, as the task file has it."""
+    key = next(key for kind, key in _KEYS if isinstance(action, kind))
+    return f"{key}: 0"
+
+
+_KEYS = ((Water, "water"), (Wait, "wait"), (Forward, "forward"), (Turn, "turn"))

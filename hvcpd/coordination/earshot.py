@@ -1,0 +1,123 @@
+"""Who is not answered, however often it asks, goes back to where it last was, and says it again there.
+
+A voice carries some metres. So a robot remembers where it stood when each other one last answered it: there the two
+heard each other. It goes back there once; only another answer makes it go back another time. So the way is bounded, and
+no two robots follow each other: each drives to a place of its own, and two that both go back stand where they heard
+each other before.
+
+Who only takes orders, is given none, and knows of a task that nobody has, may not be known to who gives them: its
+greeting may have collided. It asks what is left, ever more rarely, and goes back first if it was heard elsewhere.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from hvcpd.config.tasks import Place
+from hvcpd.coordination import choosing
+from hvcpd.coordination.addressing import OPENERS, is_for_me_alone
+from hvcpd.coordination.peers import Peer
+from hvcpd.language import messages as m
+
+if TYPE_CHECKING:
+    from hvcpd.coordination.coordination import Coordination
+
+NEAR_M = 1.0
+"""Nobody is heard better for so short a way: at the edge of earshot, 5 to 10 m off, a voice grows by 1 to 2 dB."""
+ORDER_S = 15.0
+"""An order with its read-back and its confirmation takes 12.5 s: so long at least each of the others may be given one
+before this robot."""
+DOUBLINGS_MAX = 6
+"""The pause doubles with each question that brought no order: from 15 s for each of the others up to 16 minutes."""
+
+TAKES_ORDER = (m.Claim, m.Unable, m.Unknown, m.Busy)
+"""What is said to one robot in answer to its order."""
+
+
+@dataclass
+class Waiting:
+    """How a robot that only takes orders waits for one."""
+
+    giver: str | None = None
+    """Who was last heard to give an order, or to be answered to one, by whomever."""
+    asked: int = 0
+    """How often it asked what is left since it last had an order."""
+    until_s: float | None = None
+    """When its patience ends."""
+
+
+def note(c: Coordination, u: m.Utterance, now: float) -> None:
+    """A sentence was understood: learn from it who hears whom."""
+    alone, waiting = is_for_me_alone(c, u), c.waiting
+    peer = c.peers.get(u.speaker) if u.speaker else None
+    if peer is not None:
+        answered = alone and not isinstance(u.statement, OPENERS)
+        if answered or peer.met is None:
+            peer.met = c.here
+        peer.sought = peer.sought and not answered
+    if isinstance(u.statement, m.Order):
+        waiting.giver = u.speaker
+    elif isinstance(u.statement, TAKES_ORDER) and isinstance(u.addressee, m.ToRobot) and not alone:
+        waiting.giver = u.addressee.name
+    if alone and isinstance(u.statement, m.Order | m.Confirmed):
+        waiting.asked, waiting.until_s = 0, None
+    if c.role.coordinator:
+        _note_who_can_be_ordered(c, u, now)
+
+
+def _note_who_can_be_ordered(c: Coordination, u: m.Utterance, now: float) -> None:
+    """Whom others speak to is in their earshot, so that orders to it can be passed on."""
+    to = u.addressee
+    if isinstance(to, m.ToRobot) and not is_for_me_alone(c, u) and not c.peers.is_present(to.name, now):
+        c.peers.heard(to.name, None, now, 1.0, None)
+    if choosing.can_order(c, now):
+        c.reconsider(now)
+
+
+def way_back(c: Coordination, now: float) -> Place | None:
+    """Where this robot was last answered by whom it speaks to, or by anybody if it speaks to all; None if that is here,
+    or it has gone there in vain."""
+    return next((peer.met for peer in _whom_to_seek(c, now)), None)
+
+
+def note_sought(c: Coordination, now: float) -> None:
+    """It goes back: once, to whomever."""
+    for peer in _whom_to_seek(c, now):
+        peer.sought = True
+
+
+def _whom_to_seek(c: Coordination, now: float) -> list[Peer]:
+    """Those who may hear this robot elsewhere; who was heard last comes first."""
+    wanted = c.partner or (c.waiting.giver if _follows(c) else None)
+    peers = [c.peers.get(wanted)] if wanted is not None else c.peers.all()
+    there = [p for p in peers if p is not None and not p.sought and c.peers.is_present(p.name, now)]
+    return sorted((p for p in there if _is_far(c, p.met)), key=lambda p: -p.last_heard_s)
+
+
+def _is_far(c: Coordination, place: Place | None) -> bool:
+    here = c.here
+    return place is not None and here is not None and math.hypot(here.x_m - place.x_m, here.y_m - place.y_m) > NEAR_M
+
+
+def _follows(c: Coordination) -> bool:
+    """Whether this robot does nothing but what it is ordered to."""
+    return not c.role.coordinator and not c.role.volunteer
+
+
+def has_waited(c: Coordination, now: float) -> bool:
+    """Whether this robot, which only takes orders, has waited for one long enough; notes until when it waits."""
+    waiting = c.waiting
+    if not _follows(c) or waiting.giver is None or not choosing.task_is_free(c, now):
+        waiting.until_s = None
+        return False
+    if waiting.until_s is None:
+        pause_s = ORDER_S * max(len(c.peers.present(now)), 1) * 2.0 ** min(waiting.asked, DOUBLINGS_MAX)
+        waiting.until_s = now + pause_s * (1.0 + c.chance.random())
+    return now >= waiting.until_s
+
+
+def note_asked(c: Coordination) -> None:
+    """It asks what is left, and waits longer before it asks again."""
+    c.waiting.asked, c.waiting.until_s = c.waiting.asked + 1, None
