@@ -136,7 +136,7 @@ class WordAttacks:
         opened, verdict = ears.judge(utterance, self._book, self._now)
         self._counters |= ears.guard.saves()
         own = utterance.speaker == LISTENER
-        return verdict.trust.proves_speaker if own else believes(self._ears, opened, verdict.trust)
+        return verdict.trust.proves_speaker if own else believes(self._ears.knowledge, opened, verdict.trust)
 
     def _sample(self) -> m.Utterance:
         """Something sealed that an honest robot says to the listener, or to all."""

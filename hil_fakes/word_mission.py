@@ -227,15 +227,15 @@ class WordMission:
             remembered=self.saved[name],
             now=self.air.now,
             stopped=name in self.stopped,
+            home=self._bodies[name].place,
         )
-        self.robots[name].home = self._bodies[name].place
         self.air.refresh()
 
     def _fail(self, outage: Outage) -> None:
         robot = self.robots.get(outage.name)
         if robot is None:
             return
-        self.off_in_mid_task |= robot.task is not None or robot.unreported is not None
+        self.off_in_mid_task |= robot.task is not None or robot.knowledge.report.task is not None
         self._switch_off(outage.name)
         if outage.back_s is not None:
             self._later(self.air.now + outage.back_s, lambda: self._switch_on(outage.name))
@@ -253,7 +253,7 @@ class WordMission:
 
     def _collect(self, name: str) -> None:
         robot = self.robots[name]
-        robot.here = self._bodies[name].at(self.air.now)
+        robot.sensed(here=self._bodies[name].at(self.air.now))
         for action in robot.actions():
             match action:
                 case Say(utterance, slowly, times):
@@ -298,7 +298,7 @@ class WordMission:
             if body.job != job or self.robots.get(name) is not robot:
                 return
             body.halt(self.air.now)
-            robot.here = body.place
+            robot.sensed(here=body.place)
             if acts:
                 self.watered[task] += 1
                 self.by[task] = name

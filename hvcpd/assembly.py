@@ -292,8 +292,8 @@ def make_robot(plan: RobotPlan, sound: Sound) -> Robot:
         (plan.timing or Timing()).for_latency(acoustics.latency_s),
         remembered=plan.remembered,
         stopped=plan.stopped,
+        home=plan.home,
     )
-    coordination.home = plan.home
     ears = make_ears(phrasebook, others(plan, sound.robots(plan.names)), sound, plan.strangers, plan.prepared)
     return Robot(
         coordination,

@@ -175,10 +175,7 @@ class Robot:
     def _locate(self, reading: WheelReading | None) -> None:
         if reading is not None:
             pose = self.odometry.update(reading)
-            self.coordination.here = Place(pose.x_m, pose.y_m)
-            self.coordination.home = self.coordination.home or self.coordination.here
-            if reading.voltage_v is not None:
-                self.coordination.battery_v = reading.voltage_v
+            self.coordination.sensed(Place(pose.x_m, pose.y_m), reading.voltage_v)
 
     def _skip(self, lost: int) -> list[HearingEvent]:
         """Time goes on; the own words wait, for nothing is played in place of sound that was not handed out."""

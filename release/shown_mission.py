@@ -16,7 +16,7 @@ from rich.console import Console
 from hvcpd import __version__
 from hvcpd.control.bid import told
 from hvcpd.control.status_screen import status_screen
-from hvcpd.coordination.table import State
+from hvcpd.coordination.states import State
 from hvcpd.reporting.events import Event, Heard, Said, Started, TaskChanged, Trail, Watered
 from hvcpd.reporting.story import task_names
 from hvcpd.reporting.transcript import read_trails, read_transcript

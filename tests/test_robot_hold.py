@@ -11,7 +11,7 @@ from hvcpd.assembly import make_phrasebook
 from hvcpd.config.tasks import Forward, Place, TaskDefinition, TaskRepository, Wait
 from hvcpd.coordination.actions import Role, SaveStopped
 from hvcpd.coordination.coordination import Coordination
-from hvcpd.coordination.table import State
+from hvcpd.coordination.states import State
 from hvcpd.faculties import Overhears
 from hvcpd.hardware.kinematics import BURGER, Odometry
 from hvcpd.hardware.navigator import Navigator

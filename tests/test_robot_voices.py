@@ -13,7 +13,7 @@ from hvcpd.assembly import RobotPlan, Sound, make_robot, make_sound
 from hvcpd.config.task_file import load_tasks
 from hvcpd.config.tasks import default_tasks_path
 from hvcpd.coordination.actions import Role
-from hvcpd.coordination.table import State
+from hvcpd.coordination.states import State
 from hvcpd.journal import Journal
 from hvcpd.language.messages import NameTaken
 from hvcpd.people.enrolled import Person

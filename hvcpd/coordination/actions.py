@@ -13,7 +13,7 @@ from hvcpd.security.trust import People
 _T = TypeVar("_T")
 
 
-class Chance(Protocol):
+class Rng(Protocol):
     """The robot's own seeded generator; `random.Random` has both methods."""
 
     def random(self) -> float: ...

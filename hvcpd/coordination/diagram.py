@@ -9,7 +9,8 @@ from __future__ import annotations
 
 import sys
 
-from hvcpd.coordination.table import TRANSITIONS, State, Trigger
+from hvcpd.coordination.states import State, Trigger
+from hvcpd.coordination.table import TRANSITIONS
 
 FIRST = State.WAKING
 FROM_EVERYWHERE = (Trigger.STOP, Trigger.LEAVE)

@@ -12,17 +12,13 @@ greeting may have collided. It asks what is left, ever more rarely, and goes bac
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 from hvcpd.config.tasks import Place
 from hvcpd.coordination import choosing
 from hvcpd.coordination.addressing import OPENERS, is_for_me_alone
+from hvcpd.coordination.knowledge import Knowledge
 from hvcpd.coordination.peers import Peer
 from hvcpd.language import messages as m
-
-if TYPE_CHECKING:
-    from hvcpd.coordination.coordination import Coordination
 
 NEAR_M = 1.0
 """Nobody is heard better for so short a way: at the edge of earshot, 5 to 10 m off, a voice grows by 1 to 2 dB."""
@@ -36,26 +32,14 @@ TAKES_ORDER = (m.Claim, m.Unable, m.Unknown, m.Busy)
 """What is said to one robot in answer to its order."""
 
 
-@dataclass
-class Waiting:
-    """How a robot that only takes orders waits for one."""
-
-    giver: str | None = None
-    """Who was last heard to give an order, or to be answered to one, by whomever."""
-    asked: int = 0
-    """How often it asked what is left since it last had an order."""
-    until_s: float | None = None
-    """When its patience ends."""
-
-
-def note(c: Coordination, u: m.Utterance, now: float) -> None:
+def note(me: Knowledge, u: m.Utterance, now: float) -> None:
     """A sentence was understood: learn from it who hears whom."""
-    alone, waiting = is_for_me_alone(c, u), c.waiting
-    peer = c.peers.get(u.speaker) if u.speaker else None
+    alone, waiting = is_for_me_alone(me, u), me.waiting
+    peer = me.peers.get(u.speaker) if u.speaker else None
     if peer is not None:
         answered = alone and not isinstance(u.statement, OPENERS)
         if answered or peer.met is None:
-            peer.met = c.here
+            peer.met = me.body.here
         peer.sought = peer.sought and not answered
     if isinstance(u.statement, m.Order):
         waiting.giver = u.speaker
@@ -63,61 +47,61 @@ def note(c: Coordination, u: m.Utterance, now: float) -> None:
         waiting.giver = u.addressee.name
     if alone and isinstance(u.statement, m.Order | m.Confirmed):
         waiting.asked, waiting.until_s = 0, None
-    if c.role.coordinator:
-        _note_who_can_be_ordered(c, u, now)
+    if me.role.coordinator:
+        _note_who_can_be_ordered(me, u, now)
 
 
-def _note_who_can_be_ordered(c: Coordination, u: m.Utterance, now: float) -> None:
+def _note_who_can_be_ordered(me: Knowledge, u: m.Utterance, now: float) -> None:
     """Whom others speak to is in their earshot, so that orders to it can be passed on."""
     to = u.addressee
-    if isinstance(to, m.ToRobot) and not is_for_me_alone(c, u) and not c.peers.is_present(to.name, now):
-        c.peers.heard(to.name, None, now, 1.0, None)
-    if choosing.can_order(c, now):
-        c.reconsider(now)
+    if isinstance(to, m.ToRobot) and not is_for_me_alone(me, u) and not me.peers.is_present(to.name, now):
+        me.peers.heard(to.name, None, now, 1.0, None)
+    if choosing.can_order(me, now):
+        me.reconsider(now)
 
 
-def way_back(c: Coordination, now: float) -> Place | None:
+def way_back(me: Knowledge, now: float) -> Place | None:
     """Where this robot was last answered by whom it speaks to, or by anybody if it speaks to all; None if that is here,
     or it has gone there in vain."""
-    return next((peer.met for peer in _whom_to_seek(c, now)), None)
+    return next((peer.met for peer in _whom_to_seek(me, now)), None)
 
 
-def note_sought(c: Coordination, now: float) -> None:
+def note_sought(me: Knowledge, now: float) -> None:
     """It goes back: once, to whomever."""
-    for peer in _whom_to_seek(c, now):
+    for peer in _whom_to_seek(me, now):
         peer.sought = True
 
 
-def _whom_to_seek(c: Coordination, now: float) -> list[Peer]:
+def _whom_to_seek(me: Knowledge, now: float) -> list[Peer]:
     """Those who may hear this robot elsewhere; who was heard last comes first."""
-    wanted = c.partner or (c.waiting.giver if _follows(c) else None)
-    peers = [c.peers.get(wanted)] if wanted is not None else c.peers.all()
-    there = [p for p in peers if p is not None and not p.sought and c.peers.is_present(p.name, now)]
-    return sorted((p for p in there if _is_far(c, p.met)), key=lambda p: -p.last_heard_s)
+    wanted = me.current.partner or (me.waiting.giver if _follows(me) else None)
+    peers = [me.peers.get(wanted)] if wanted is not None else me.peers.all()
+    there = [p for p in peers if p is not None and not p.sought and me.peers.is_present(p.name, now)]
+    return sorted((p for p in there if _is_far(me, p.met)), key=lambda p: -p.last_heard_s)
 
 
-def _is_far(c: Coordination, place: Place | None) -> bool:
-    here = c.here
+def _is_far(me: Knowledge, place: Place | None) -> bool:
+    here = me.body.here
     return place is not None and here is not None and math.hypot(here.x_m - place.x_m, here.y_m - place.y_m) > NEAR_M
 
 
-def _follows(c: Coordination) -> bool:
+def _follows(me: Knowledge) -> bool:
     """Whether this robot does nothing but what it is ordered to."""
-    return not c.role.coordinator and not c.role.volunteer
+    return not me.role.coordinator and not me.role.volunteer
 
 
-def has_waited(c: Coordination, now: float) -> bool:
+def has_waited(me: Knowledge, now: float) -> bool:
     """Whether this robot, which only takes orders, has waited for one long enough; notes until when it waits."""
-    waiting = c.waiting
-    if not _follows(c) or waiting.giver is None or not choosing.task_is_free(c, now):
+    waiting = me.waiting
+    if not _follows(me) or waiting.giver is None or not choosing.task_is_free(me, now):
         waiting.until_s = None
         return False
     if waiting.until_s is None:
-        pause_s = ORDER_S * max(len(c.peers.present(now)), 1) * 2.0 ** min(waiting.asked, DOUBLINGS_MAX)
-        waiting.until_s = now + pause_s * (1.0 + c.chance.random())
+        pause_s = ORDER_S * max(len(me.peers.present(now)), 1) * 2.0 ** min(waiting.asked, DOUBLINGS_MAX)
+        waiting.until_s = now + pause_s * (1.0 + me.rng.random())
     return now >= waiting.until_s
 
 
-def note_asked(c: Coordination) -> None:
+def note_asked(me: Knowledge) -> None:
     """It asks what is left, and waits longer before it asks again."""
-    c.waiting.asked, c.waiting.until_s = c.waiting.asked + 1, None
+    me.waiting.asked, me.waiting.until_s = me.waiting.asked + 1, None

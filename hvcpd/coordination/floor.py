@@ -16,8 +16,8 @@ from dataclasses import dataclass
 from enum import IntEnum
 from functools import lru_cache
 
-from hvcpd.coordination.actions import Chance, Timing
-from hvcpd.coordination.table import Trigger
+from hvcpd.coordination.actions import Rng, Timing
+from hvcpd.coordination.states import Trigger
 from hvcpd.language.messages import Utterance
 
 RANK_MAX = 10
@@ -97,9 +97,9 @@ class Round:
 class Floor:
     """The queue of what one robot wants to say, and whether it may begin."""
 
-    def __init__(self, timing: Timing, chance: Chance) -> None:
+    def __init__(self, timing: Timing, rng: Rng) -> None:
         self._timing = timing
-        self._chance = chance
+        self._rng = rng
         self._intents: list[Intent] = []
         self._busy = False
         self._released_s = -math.inf
@@ -225,12 +225,12 @@ class Floor:
         """How long from now to wait: to the own slot, drawn or in turn."""
         timing = self._timing
         if intent.urgency < Urgency.AGAIN:
-            slot = int(self._chance.random() * timing.reply_slots) if intent.slot is None else intent.slot
+            slot = int(self._rng.random() * timing.reply_slots) if intent.slot is None else intent.slot
             return timing.reply_gap_s + slot * timing.slot_s
         turn_gap_s = max(timing.turn_gap_s, timing.reply_gap_s + self.answer_slots * timing.slot_s)
         if self._ring_size > CROWD:
             if now - intent.wanted_s > OVERDUE_S * self._ring_size:
-                return turn_gap_s + int(self._chance.random() * OVERDUE_SLOTS) * timing.slot_s
+                return turn_gap_s + int(self._rng.random() * OVERDUE_SLOTS) * timing.slot_s
             turn_gap_s += OVERDUE_SLOTS * timing.slot_s
         return self._turn(intent, turn_gap_s, now)
 
@@ -240,7 +240,7 @@ class Floor:
         collided = intent.urgency is Urgency.AGAIN and self._round is not None and self._round.own
         if self._round is None or collided:  # two who spoke at once know of no order
             after_turns = self._ring_size if self._round is None else 0
-            return turn_gap_s + (after_turns + int(self._chance.random() * self._slots)) * timing.slot_s
+            return turn_gap_s + (after_turns + int(self._rng.random() * self._slots)) * timing.slot_s
         first_s = self._round.began_s + turn_gap_s + self._round.place * timing.slot_s
         length_s = self._round.size * timing.slot_s
         rounds = max(math.ceil((now - first_s) / length_s), 0)

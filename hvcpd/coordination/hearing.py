@@ -4,27 +4,15 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
-from hvcpd.coordination import (
-    answers,
-    claims,
-    composing,
-    earshot,
-    orders,
-    people,
-    relaying,
-    repair,
-    stopping,
-    strangers,
-)
-from hvcpd.coordination.addressing import is_for, is_for_me_alone
+from hvcpd.coordination import answers, claims, composing, earshot, orders, people, relaying, repair, stopping
+from hvcpd.coordination.addressing import is_for, is_for_me_alone, must_spell_for
 from hvcpd.coordination.floor import Urgency
-from hvcpd.coordination.table import DEPARTING, PROPOSING, State, Trigger
+from hvcpd.coordination.knowledge import Knowledge
+from hvcpd.coordination.states import DEPARTING, PROPOSING, State, Trigger
+from hvcpd.coordination.table import fire
 from hvcpd.language import messages as m
-
-if TYPE_CHECKING:
-    from hvcpd.coordination.coordination import Coordination
 
 GREETING_ANSWERED_FOR_S = 5.0
 """A greeting repeated within so long is the same greeting: it was answered."""
@@ -36,128 +24,128 @@ FOREIGN_S = 8.0
 """The code words of a message for others take 4 to 6 s, said slowly 7.5 s."""
 
 
-def react(c: Coordination, u: m.Utterance, confidence: float, now: float) -> None:
+def react(me: Knowledge, u: m.Utterance, confidence: float, now: float) -> None:
     """Note what everybody may learn from the sentence, and act on it where it is meant for this robot."""
-    relaying.overheard(c, u, now)
-    quoted = relaying.direct(c, u)
+    relaying.overheard(me, u, now)
+    quoted = relaying.direct(me, u)
     if quoted is not None and quoted.speaker is not None:
-        c.peers.heard(quoted.speaker, None, now, confidence, None)
-        react(c, quoted, confidence, now)
+        me.peers.heard(quoted.speaker, None, now, confidence, None)
+        react(me, quoted, confidence, now)
         return
     if isinstance(u.addressee, m.ToRobot):
-        c.floor.answered(u.addressee.name.lower(), isinstance(u.statement, m.Confirmed))
-    if u.speaker is not None and u.speaker == c.partner:
-        c.floor.withdraw(repair.ASK_AGAIN)
+        me.floor.answered(u.addressee.name.lower(), isinstance(u.statement, m.Confirmed))
+    if u.speaker is not None and u.speaker == me.current.partner:
+        me.floor.withdraw(repair.ASK_AGAIN)
     statement = u.statement
-    if c.state in DEPARTING and not isinstance(statement, m.Stop):
+    if me.state in DEPARTING and not isinstance(statement, m.Stop):
         return
-    earshot.note(c, u, now)
-    if is_for_me_alone(c, u) and u.speaker is not None:
-        c.acquaintance.known_by.add(u.speaker.lower())
+    earshot.note(me, u, now)
+    if is_for_me_alone(me, u) and u.speaker is not None:
+        me.acquaintance.known_by.add(u.speaker.lower())
     if isinstance(statement, m.Negative):
-        relaying.denied(c, u, now)
+        relaying.denied(me, u, now)
     if isinstance(statement, m.ComeBack | m.MoveBy | m.TurnBy):
-        people.motion(c, u, statement, confidence, now)
+        people.motion(me, u, statement, confidence, now)
         return
     if isinstance(statement, m.Resume):
-        people.resume(c, u, confidence, now)
+        people.resume(me, u, confidence, now)
         return
     if isinstance(statement, m.Stop):
-        stopping.stop(c, u, confidence, now)
+        stopping.stop(me, u, confidence, now)
         return
     reaction = _REACTIONS.get(type(statement))
     if reaction is not None:
-        reaction(c, u, statement, now)
+        reaction(me, u, statement, now)
 
 
-def hear_own_name(c: Coordination, now: float) -> None:
+def hear_own_name(me: Knowledge, now: float) -> None:
     """Another voice says that it is this robot. Twice is no mishearing: both are to say so, and to do nothing."""
-    c.name_heard_s = (*c.name_heard_s[-3:], now)
-    recent = [t for t in c.name_heard_s if now < t + c.timing.name_conflict_s]
+    me.acquaintance.own_name_heard_s = (*me.acquaintance.own_name_heard_s[-3:], now)
+    recent = [t for t in me.acquaintance.own_name_heard_s if now < t + me.timing.name_conflict_s]
     if len(recent) == 2:
-        if c.state in PROPOSING:
-            c.fire(Trigger.LOST, now)
-        c.want(Urgency.ANSWER, "my name", lambda: composing.to_all(c, m.NameTaken()), now)
+        if me.state in PROPOSING:
+            fire(me, Trigger.LOST, now)
+        me.want(Urgency.ANSWER, "my name", lambda: composing.to_all(me, m.NameTaken()), now)
 
 
-def _greeting(c: Coordination, u: m.Utterance, _: m.Spelled | None, now: float) -> None:
+def _greeting(me: Knowledge, u: m.Utterance, _: m.Spelled | None, now: float) -> None:
     if u.speaker is None:
         return
-    if c.state is State.MEETING:
-        c.arm(now, c.timing.greeting_wait_s)
-    peer = c.peers.get(u.speaker)
+    if me.state is State.MEETING:
+        me.arm(now, me.timing.greeting_wait_s)
+    peer = me.peers.get(u.speaker)
     answered_ago_s = now - peer.answered_s if peer is not None else math.inf
     if answered_ago_s < GREETING_ANSWERED_FOR_S:
         return
     if isinstance(u.addressee, m.ToRobot | m.ToTeam):  # an answer is not answered, nor an introduction
         return
-    _introduce(c, u.speaker, now)
+    _introduce(me, u.speaker, now)
 
 
-def _spelled(c: Coordination, u: m.Utterance, s: m.Spelled, now: float) -> None:
-    c.acquaintance.strangers = True
+def _spelled(me: Knowledge, u: m.Utterance, s: m.Spelled, now: float) -> None:
+    me.acquaintance.strangers = True
     if not s.ask:
-        _greeting(c, u, s, now)
-    elif u.speaker is not None and strangers.must_spell_for(c, u.speaker, now):
-        _introduce(c, u.speaker, now)
+        _greeting(me, u, s, now)
+    elif u.speaker is not None and must_spell_for(me, u.speaker, now):
+        _introduce(me, u.speaker, now)
 
 
-def _introduce(c: Coordination, name: str | None, now: float) -> None:
+def _introduce(me: Knowledge, name: str | None, now: float) -> None:
     """Say the own name; a robot that has not greeted yet has done so by this."""
-    peer, after_s = c.peers.get(name) if name else None, 0.0
+    peer, after_s = me.peers.get(name) if name else None, 0.0
     if peer is not None:
         if now - peer.answered_s < GREETED_AGAIN_WITHIN_S:
-            after_s = 2.0 * c.timing.back_off_s * c.chance.random()
+            after_s = 2.0 * me.timing.back_off_s * me.rng.random()
         peer.answered_s = now
-    trigger = Trigger.GREETED if c.state in (State.WAKING, State.GREETING) else None
-    compose = lambda: composing.answer_to_greeting(c, name, now)  # noqa: E731
-    c.want(Urgency.TURN, f"greet {name}", compose, now, trigger=trigger, after_s=after_s)
+    trigger = Trigger.GREETED if me.state in (State.WAKING, State.GREETING) else None
+    compose = lambda: composing.answer_to_greeting(me, name, now)  # noqa: E731
+    me.want(Urgency.TURN, f"greet {name}", compose, now, trigger=trigger, after_s=after_s)
 
 
-def _who_here(c: Coordination, u: m.Utterance, _s: m.WhoHere, now: float) -> None:
-    if is_for(c, u):
-        _introduce(c, u.speaker, now)
+def _who_here(me: Knowledge, u: m.Utterance, _s: m.WhoHere, now: float) -> None:
+    if is_for(me, u):
+        _introduce(me, u.speaker, now)
 
 
-def _say_again(c: Coordination, u: m.Utterance, s: m.SayAgain, now: float) -> None:
-    if is_for(c, u):
-        repair.say_again(c, s.slowly, now)
+def _say_again(me: Knowledge, u: m.Utterance, s: m.SayAgain, now: float) -> None:
+    if is_for(me, u):
+        repair.say_again(me, s.slowly, now)
 
 
-def _let_go(c: Coordination, u: m.Utterance, s: m.Stopped | m.Leaving, now: float) -> None:
+def _let_go(me: Knowledge, u: m.Utterance, s: m.Stopped | m.Leaving, now: float) -> None:
     """A robot that has halted, or leaves, has given its task back."""
     if u.speaker is None:
         return
     if isinstance(s, m.Stopped):
-        stopping.note_halted(c, u.speaker, now)
-    for entry in c.board.entries():
+        stopping.note_halted(me, u.speaker, now)
+    for entry in me.board.entries():
         if entry.owner == u.speaker:
-            c.board.release(entry.definition.number)
-            claims.release_assignment(c, u.speaker, entry.definition.number)
+            me.board.release(entry.definition.number)
+            claims.release_assignment(me, u.speaker, entry.definition.number)
     if isinstance(s, m.Leaving):
-        c.peers.has_left(u.speaker)
-    c.reconsider(now)
+        me.peers.has_left(u.speaker)
+    me.reconsider(now)
 
 
-def _name_taken(c: Coordination, u: m.Utterance, _s: m.NameTaken, now: float) -> None:
+def _name_taken(me: Knowledge, u: m.Utterance, _s: m.NameTaken, now: float) -> None:
     """Two robots answer to this name: no order for it."""
-    peer = c.peers.get(u.speaker) if u.speaker else None
+    peer = me.peers.get(u.speaker) if u.speaker else None
     if peer is not None:
-        peer.silent_until_s = now + c.timing.name_conflict_s
+        peer.silent_until_s = now + me.timing.name_conflict_s
 
 
-def _sealed_message(c: Coordination, _u: m.Utterance, _s: m.SealedMessage, now: float) -> None:
+def _sealed_message(me: Knowledge, _u: m.Utterance, _s: m.SealedMessage, now: float) -> None:
     """Somebody speaks to those who have a key that this robot has not; the code words follow."""
-    c.repair.foreign_until_s = now + FOREIGN_S
+    me.repair.foreign_until_s = now + FOREIGN_S
 
 
-def _distrusted(c: Coordination, u: m.Utterance, _s: m.Distrusted, now: float) -> None:
+def _distrusted(me: Knowledge, u: m.Utterance, _s: m.Distrusted, now: float) -> None:
     """Who does not believe this robot's order is not asked again for a while."""
-    if c.state is State.ORDERED and u.speaker == c.partner and is_for_me_alone(c, u):
-        c.fire(Trigger.GAVE_UP, now)
+    if me.state is State.ORDERED and u.speaker == me.current.partner and is_for_me_alone(me, u):
+        fire(me, Trigger.GAVE_UP, now)
 
 
-_REACTIONS: dict[type, Callable[[Coordination, m.Utterance, Any, float], None]] = {
+_REACTIONS: dict[type, Callable[[Knowledge, m.Utterance, Any, float], None]] = {
     type(None): _greeting,
     m.Spelled: _spelled,
     m.Claim: claims.claim,

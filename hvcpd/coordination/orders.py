@@ -2,17 +2,14 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 from hvcpd.coordination import composing
 from hvcpd.coordination.addressing import is_for_me_alone
 from hvcpd.coordination.choosing import in_name_conflict
 from hvcpd.coordination.floor import Urgency
-from hvcpd.coordination.table import AT_WORK, State, Trigger
+from hvcpd.coordination.knowledge import Knowledge
+from hvcpd.coordination.states import AT_WORK, State, Trigger
+from hvcpd.coordination.table import fire
 from hvcpd.language import messages as m
-
-if TYPE_CHECKING:
-    from hvcpd.coordination.coordination import Coordination
 
 FREE = frozenset(
     {
@@ -29,62 +26,67 @@ FREE = frozenset(
 """Who can take an order. Not while a claim of its own is unsettled: it would have to be taken back."""
 
 
-def order(c: Coordination, u: m.Utterance, s: m.Order, now: float) -> None:
-    if u.speaker is None or not is_for_me_alone(c, u):
+def order(me: Knowledge, u: m.Utterance, s: m.Order, now: float) -> None:
+    if u.speaker is None or not is_for_me_alone(me, u):
         return
-    name, entry = u.speaker, c.board.find(s.task)
+    name, entry = u.speaker, me.board.find(s.task)
     if entry is not None and entry.known_done:
         number = m.TaskByNumber(entry.definition.number)
-        _answer(c, name, m.Completed(number), now)
+        _answer(me, name, m.Completed(number), now)
         return
-    same = entry is not None and c.task == entry.definition.number and c.partner == name
-    if same and c.state in AT_WORK:  # it did not hear the read-back
-        _answer(c, name, m.Claim(s.task), now)
+    same = entry is not None and me.current.task == entry.definition.number and me.current.partner == name
+    if same and me.state in AT_WORK:  # it did not hear the read-back
+        _answer(me, name, m.Claim(s.task), now)
         return
-    if same and c.state is State.READING_BACK:
+    if same and me.state is State.READING_BACK:
         return
-    refusal = refusal_of(c, s.task, now)
+    refusal = refusal_of(me, s.task, now)
     if refusal is not None or entry is None:
-        _answer(c, name, refusal or m.Unable(s.task), now)
+        _answer(me, name, refusal or m.Unable(s.task), now)
         return
     if not same:
-        c.repeats = 0
-    c.partner, c.task, c.task_ref, c.motion = name, entry.definition.number, s.task, None
-    c.fire(Trigger.ORDER, now)
+        me.current.repeats = 0
+    me.current.partner, me.current.task, me.current.task_ref, me.current.motion = (
+        name,
+        entry.definition.number,
+        s.task,
+        None,
+    )
+    fire(me, Trigger.ORDER, now)
 
 
-def refusal_of(c: Coordination, task: m.TaskRef, now: float) -> m.Statement | None:
+def refusal_of(me: Knowledge, task: m.TaskRef, now: float) -> m.Statement | None:
     """Why an order for a task cannot be taken, as it is said; None if it can."""
-    if in_name_conflict(c, now):
+    if in_name_conflict(me, now):
         return m.NameTaken()
-    entry = c.board.find(task)
+    entry = me.board.find(task)
     if entry is None:
         return m.Unknown(task) if isinstance(task, m.TaskByNumber) else m.Unable(task)
     number = entry.definition.number
-    if c.role.coordinator or c.role.name in entry.failed_by or number in c.role.unable:
+    if me.role.coordinator or me.role.name in entry.failed_by or number in me.role.unable:
         return m.Unable(task)
-    if c.state is State.STOPPED:
+    if me.state is State.STOPPED:
         return m.Stopped()
-    return None if c.state in FREE else m.Busy()
+    return None if me.state in FREE else m.Busy()
 
 
-def _answer(c: Coordination, name: str, statement: m.Statement, now: float) -> None:
-    said = composing.to_robot(c, name, statement)
-    c.want(Urgency.ANSWER, f"answer {name}", lambda: said, now)
+def _answer(me: Knowledge, name: str, statement: m.Statement, now: float) -> None:
+    said = composing.to_robot(me, name, statement)
+    me.want(Urgency.ANSWER, f"answer {name}", lambda: said, now)
 
 
-def answers_order(c: Coordination, u: m.Utterance) -> bool:
+def answers_order(me: Knowledge, u: m.Utterance) -> bool:
     """Whether somebody answers this robot's order, be it after the time for that: in noise a sentence is understood
     later than its voice seems to end."""
-    ordered = c.state is State.ORDERED or (c.state is State.ORDERING and c.repeats > 0)
-    return ordered and u.speaker == c.partner and is_for_me_alone(c, u)
+    ordered = me.state is State.ORDERED or (me.state is State.ORDERING and me.current.repeats > 0)
+    return ordered and u.speaker == me.current.partner and is_for_me_alone(me, u)
 
 
-def unable(c: Coordination, u: m.Utterance, _s: m.Unable | m.Unknown, now: float) -> None:
-    if answers_order(c, u):
-        c.fire(Trigger.REFUSED, now)
+def unable(me: Knowledge, u: m.Utterance, _s: m.Unable | m.Unknown, now: float) -> None:
+    if answers_order(me, u):
+        fire(me, Trigger.REFUSED, now)
 
 
-def busy(c: Coordination, u: m.Utterance, _s: m.Busy, now: float) -> None:
-    if c.state is State.ORDERED and u.speaker == c.partner and is_for_me_alone(c, u):
-        c.fire(Trigger.GAVE_UP, now)
+def busy(me: Knowledge, u: m.Utterance, _s: m.Busy, now: float) -> None:
+    if me.state is State.ORDERED and u.speaker == me.current.partner and is_for_me_alone(me, u):
+        fire(me, Trigger.GAVE_UP, now)

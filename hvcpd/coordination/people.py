@@ -2,17 +2,14 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 from hvcpd.coordination import composing
 from hvcpd.coordination.addressing import is_for, is_for_me_alone
 from hvcpd.coordination.choosing import in_name_conflict
 from hvcpd.coordination.floor import Urgency
-from hvcpd.coordination.table import NEWCOMER, State, Trigger
+from hvcpd.coordination.knowledge import Knowledge
+from hvcpd.coordination.states import NEWCOMER, State, Trigger
+from hvcpd.coordination.table import fire
 from hvcpd.language import messages as m
-
-if TYPE_CHECKING:
-    from hvcpd.coordination.coordination import Coordination
 
 SURE = 0.95
 """Confidence from which an order that moves wheels is obeyed as soon as it is read back; below, only once the
@@ -35,71 +32,71 @@ SOMEBODY = ""
 """The call of who asks without a name."""
 
 
-def what_doing(c: Coordination, u: m.Utterance, _s: m.WhatDoing, now: float) -> None:
+def what_doing(me: Knowledge, u: m.Utterance, _s: m.WhatDoing, now: float) -> None:
     """Everybody who is asked tells, one after the other."""
-    if not is_for(c, u):
+    if not is_for(me, u):
         return
     name = u.speaker
-    slot = 0 if is_for_me_alone(c, u) else c.rank(name or SOMEBODY, 0, now)
-    c.want(Urgency.ANSWER, "doing", lambda: composing.occupation(c, name), now, slot=slot)
+    slot = 0 if is_for_me_alone(me, u) else me.rank(name or SOMEBODY, 0, now)
+    me.want(Urgency.ANSWER, "doing", lambda: composing.occupation(me, name), now, slot=slot)
 
 
-def what_left(c: Coordination, u: m.Utterance, _s: m.WhatLeft, now: float) -> None:
+def what_left(me: Knowledge, u: m.Utterance, _s: m.WhatLeft, now: float) -> None:
     """One answers for all."""
-    if not is_for(c, u) or (c.state in NEWCOMER and not is_for_me_alone(c, u)):
+    if not is_for(me, u) or (me.state in NEWCOMER and not is_for_me_alone(me, u)):
         return
     name = u.speaker
-    asker = c.peers.get(name) if name else None
+    asker = me.peers.get(name) if name else None
     if asker is not None:
         asker.assigned = None  # who asks has no order, or no longer
-    slot = 0 if is_for_me_alone(c, u) else c.rank(name or SOMEBODY, 0, now)
+    slot = 0 if is_for_me_alone(me, u) else me.rank(name or SOMEBODY, 0, now)
     call = (name or SOMEBODY).lower()
-    c.want(Urgency.ANSWER, "left", lambda: composing.left(c, name), now, slot=slot, call=call)
+    me.want(Urgency.ANSWER, "left", lambda: composing.left(me, name), now, slot=slot, call=call)
 
 
-def report_wanted(c: Coordination, u: m.Utterance, _s: m.ReportWanted, now: float) -> None:
+def report_wanted(me: Knowledge, u: m.Utterance, _s: m.ReportWanted, now: float) -> None:
     """Everybody who is asked reports, one after the other."""
-    if not is_for(c, u):
+    if not is_for(me, u):
         return
     name = u.speaker
-    slot = 0 if is_for_me_alone(c, u) else c.rank(name or SOMEBODY, 0, now)
-    c.want(Urgency.ANSWER, "report", lambda: composing.shift_report(c, name), now, slot=slot)
+    slot = 0 if is_for_me_alone(me, u) else me.rank(name or SOMEBODY, 0, now)
+    me.want(Urgency.ANSWER, "report", lambda: composing.shift_report(me, name), now, slot=slot)
 
 
-def motion(c: Coordination, u: m.Utterance, s: m.Motion, confidence: float, now: float) -> None:
+def motion(me: Knowledge, u: m.Utterance, s: m.Motion, confidence: float, now: float) -> None:
     """A motion moves one robot: the one addressed, or, by a call to nobody, the only one there."""
-    for_me = is_for_me_alone(c, u) or (u.addressee is None and _alone_with(c, u.speaker, now))
+    for_me = is_for_me_alone(me, u) or (u.addressee is None and _alone_with(me, u.speaker, now))
     if not for_me:
         return
     name = u.speaker
     refusal: m.Statement | None = None
-    if in_name_conflict(c, now):
+    if in_name_conflict(me, now):
         refusal = m.NameTaken()
-    elif c.state is State.STOPPED:
+    elif me.state is State.STOPPED:
         refusal = m.Stopped()
-    elif c.state not in MOVABLE and not (c.state is State.READING_BACK and c.motion == s):
+    elif me.state not in MOVABLE and not (me.state is State.READING_BACK and me.current.motion == s):
         refusal = m.Busy()
     if refusal is not None:
-        said = composing.to_asker(c, name, refusal)
-        c.want(Urgency.ANSWER, f"answer {name}", lambda: said, now)
+        said = composing.to_asker(me, name, refusal)
+        me.want(Urgency.ANSWER, f"answer {name}", lambda: said, now)
         return
-    if c.state is State.READING_BACK:
+    if me.state is State.READING_BACK:
         return
-    heard_twice = c.state is State.READ_BACK and c.motion == s
-    c.partner, c.task, c.task_ref, c.motion = name, None, None, s
-    c.motion_sure = confidence >= SURE or heard_twice
-    c.repeats = 0
-    c.fire(Trigger.MOTION, now)
+    heard_twice = me.state is State.READ_BACK and me.current.motion == s
+    me.current.partner, me.current.task, me.current.task_ref, me.current.motion = name, None, None, s
+    me.current.motion_sure = confidence >= SURE or heard_twice
+    me.current.repeats = 0
+    fire(me, Trigger.MOTION, now)
 
 
-def resume(c: Coordination, u: m.Utterance, confidence: float, now: float) -> None:
+def resume(me: Knowledge, u: m.Utterance, confidence: float, now: float) -> None:
     """Nothing but this ends a stop, so what only sounded like it must not: it is heard surely, or twice."""
-    if not is_for(c, u):
+    if not is_for(me, u):
         return
-    heard_s, c.repair.resume_s = c.repair.resume_s, now
+    heard_s, me.repair.resume_s = me.repair.resume_s, now
     if confidence >= SURE or now - heard_s <= SAID_AGAIN_S:
-        c.fire(Trigger.RESUME, now)
+        fire(me, Trigger.RESUME, now)
 
 
-def _alone_with(c: Coordination, speaker: str | None, now: float) -> bool:
-    return all(name == (speaker or "").lower() for name in c.peers.present(now))
+def _alone_with(me: Knowledge, speaker: str | None, now: float) -> bool:
+    return all(name == (speaker or "").lower() for name in me.peers.present(now))

@@ -9,21 +9,15 @@ passed on is never passed on in turn, so that nothing goes round in a circle: a 
 
 from __future__ import annotations
 
-import math
-from dataclasses import dataclass, field
-from typing import TYPE_CHECKING
-
 from hvcpd.coordination import claims, composing
 from hvcpd.coordination.addressing import is_for_me_alone
 from hvcpd.coordination.board import DONE
-from hvcpd.coordination.claims import Quoted
 from hvcpd.coordination.floor import Urgency
-from hvcpd.coordination.table import DEPARTING, NEWCOMER, State
+from hvcpd.coordination.knowledge import NEVER_S, Knowledge, QuotedReport, RelayedMessage, Relays
+from hvcpd.coordination.slots import OWNER_SLOT
+from hvcpd.coordination.states import DEPARTING, NEWCOMER, State
 from hvcpd.language import messages as m
 from hvcpd.language.forms import RELAYABLE
-
-if TYPE_CHECKING:
-    from hvcpd.coordination.coordination import Coordination
 
 OPENERS = (m.Order, m.WhatDoing)
 """What begins an exchange and must be answered."""
@@ -44,124 +38,118 @@ ANSWER_S = 12.0
 """Who hears its words passed on waits so long for the answer to be passed on in turn: the answer, which it may not
 hear, lasts 5 s, or 6 said slowly, and as many seconds are for the gaps around it."""
 
-Message = tuple[str, str, m.Statement | None]
-"""Who said it, to whom, both in lower case, and what."""
+
+def note_passed_on(relays: Relays, to: str, s: m.Relayed, now: float) -> None:
+    """It is passed on to `to` now. A report may be told in its speaker's name to object to a claim, too."""
+    message = (s.speaker.lower(), to.lower(), s.statement)
+    if isinstance(s.statement, m.Completed) and not are_apart(relays, frozenset(message[:2]), now):
+        return
+    relays.passed_on = {msg: seen for msg, seen in relays.passed_on.items() if now - seen[1] < REPEATED_S}
+    relays.passed_on[message] = (relays.passed_on.get(message, (0, now))[0] + 1, now)
+    relays.apart[frozenset(message[:2])] = now
 
 
-@dataclass
-class Relays:
-    """What was passed on, by whomever, and between whom it must be."""
+def _may_pass_on(relays: Relays, message: RelayedMessage, now: float) -> bool:
+    times, at_s = relays.passed_on.get(message, (0, NEVER_S))
+    return times < RELAYS_MAX or now - at_s >= REPEATED_S
 
-    passed_on: dict[Message, tuple[int, float]] = field(default_factory=dict)
-    """How often, and when last, s."""
-    apart: dict[frozenset[str], float] = field(default_factory=dict)
-    """Pairs that do not hear each other, and when that was last seen, s."""
 
-    def note(self, to: str, s: m.Relayed, now: float) -> None:
-        """It is passed on to `to` now. A report may be told in its speaker's name to object to a claim, too."""
-        message = (s.speaker.lower(), to.lower(), s.statement)
-        if isinstance(s.statement, m.Completed) and not self.are_apart(frozenset(message[:2]), now):
-            return
-        self.passed_on = {msg: seen for msg, seen in self.passed_on.items() if now - seen[1] < REPEATED_S}
-        self.passed_on[message] = (self.passed_on.get(message, (0, now))[0] + 1, now)
-        self.apart[frozenset(message[:2])] = now
+def _just_passed_on(relays: Relays, message: RelayedMessage, now: float) -> bool:
+    """Whether it was passed on a moment ago: if it is said again, its speaker has no answer yet."""
+    return now - relays.passed_on.get(message, (0, NEVER_S))[1] < 2.0 * ANSWER_S
 
-    def may_pass_on(self, message: Message, now: float) -> bool:
-        times, at_s = self.passed_on.get(message, (0, -math.inf))
-        return times < RELAYS_MAX or now - at_s >= REPEATED_S
 
-    def just_passed_on(self, message: Message, now: float) -> bool:
-        """Whether it was passed on a moment ago: if it is said again, its speaker has no answer yet."""
-        return now - self.passed_on.get(message, (0, -math.inf))[1] < 2.0 * ANSWER_S
-
-    def are_apart(self, pair: frozenset[str], now: float) -> bool:
-        return now - self.apart.get(pair, -math.inf) < APART_S
+def are_apart(relays: Relays, pair: frozenset[str], now: float) -> bool:
+    """Whether two are taken not to hear each other."""
+    return now - relays.apart.get(pair, NEVER_S) < APART_S
 
 
 def _topic(speaker: str, listener: str) -> str:
     return f"relay {speaker.lower()} {listener.lower()}"
 
 
-def overheard(c: Coordination, u: m.Utterance, now: float) -> None:
+def overheard(me: Knowledge, u: m.Utterance, now: float) -> None:
     """Pass on what somebody said to another one that stays silent, or is known not to hear it."""
-    if u.speaker is None or not isinstance(u.addressee, m.ToRobot) or c.state in NEWCOMER | DEPARTING:
+    if u.speaker is None or not isinstance(u.addressee, m.ToRobot) or me.state in NEWCOMER | DEPARTING:
         return
     speaker, to = u.speaker, u.addressee.name
     if isinstance(u.statement, m.Relayed):
-        _note_relay(c, u.statement, to, now)
+        _note_relay(me, u.statement, to, now)
         return
-    if is_for_me_alone(c, u):
+    if is_for_me_alone(me, u):
         return
     pair = frozenset((speaker.lower(), to.lower()))
     message = (speaker.lower(), to.lower(), u.statement)
-    if c.floor.wants(_topic(to, speaker)) and not c.relays.just_passed_on(message, now):
-        c.floor.withdraw(_topic(to, speaker))  # it answers before the words were passed on: it has heard them
-        c.relays.apart.pop(pair, None)
-    apart = c.relays.are_apart(pair, now)
-    if not isinstance(u.statement, RELAYABLE if apart else OPENERS) or not c.relays.may_pass_on(message, now):
+    if me.floor.wants(_topic(to, speaker)) and not _just_passed_on(me.relays, message, now):
+        me.floor.withdraw(_topic(to, speaker))  # it answers before the words were passed on: it has heard them
+        me.relays.apart.pop(pair, None)
+    apart = are_apart(me.relays, pair, now)
+    if not isinstance(u.statement, RELAYABLE if apart else OPENERS) or not _may_pass_on(me.relays, message, now):
         return
-    if not c.peers.is_present(to, now) or (isinstance(u.statement, m.Completed) and u.statement.next is not None):
+    if not me.peers.is_present(to, now) or (isinstance(u.statement, m.Completed) and u.statement.next is not None):
         return
-    said = composing.to_robot(c, to, m.Relayed(speaker, u.statement))
-    slot = (APART_SLOT if apart else SILENT_SLOT) + min(c.rank(speaker, 0, now), RANK_MAX)
-    c.want(Urgency.ANSWER, _topic(speaker, to), lambda: said, now, slot=slot, call=speaker.lower(), tentative=not apart)
+    said = composing.to_robot(me, to, m.Relayed(speaker, u.statement))
+    slot = (APART_SLOT if apart else SILENT_SLOT) + min(me.rank(speaker, 0, now), RANK_MAX)
+    me.want(
+        Urgency.ANSWER, _topic(speaker, to), lambda: said, now, slot=slot, call=speaker.lower(), tentative=not apart
+    )
 
 
-def _note_relay(c: Coordination, s: m.Relayed, to: str, now: float) -> None:
+def _note_relay(me: Knowledge, s: m.Relayed, to: str, now: float) -> None:
     """Somebody passes something on: this robot need not, and who said it or is to answer it has time."""
-    c.floor.withdraw(_topic(s.speaker, to))
-    c.relays.note(to, s, now)
-    own, partner = c.role.name.lower(), (c.partner or "").lower()
-    waiting = c.state in (State.ORDERED, State.READ_BACK, State.REPORTED)
+    me.floor.withdraw(_topic(s.speaker, to))
+    note_passed_on(me.relays, to, s, now)
+    own, partner = me.role.name.lower(), (me.current.partner or "").lower()
+    waiting = me.state in (State.ORDERED, State.READ_BACK, State.REPORTED)
     if waiting and {own, partner} == {s.speaker.lower(), to.lower()}:
-        c.arm(now, ANSWER_S * c.role.speech.stretch)
+        me.arm(now, ANSWER_S * me.role.speech.stretch)
 
 
-def direct(c: Coordination, u: m.Utterance) -> m.Utterance | None:
+def direct(me: Knowledge, u: m.Utterance) -> m.Utterance | None:
     """What somebody had passed on to this robot, as if that one had said it itself; None if it is nothing to act on.
 
     Reports are not among it: they are what everybody may learn from; see `relayed`.
     """
     s = u.statement
-    if not isinstance(s, m.Relayed) or isinstance(s.statement, m.Completed) or not is_for_me_alone(c, u):
+    if not isinstance(s, m.Relayed) or isinstance(s.statement, m.Completed) or not is_for_me_alone(me, u):
         return None
-    own = s.speaker.lower() == c.role.name.lower()
+    own = s.speaker.lower() == me.role.name.lower()
     return None if own else m.Utterance(s.speaker, u.addressee, None, s.statement)
 
 
-def relayed(c: Coordination, u: m.Utterance, s: m.Relayed, now: float) -> None:
+def relayed(me: Knowledge, u: m.Utterance, s: m.Relayed, now: float) -> None:
     """Somebody else's words: a report is noted as its speaker's, who denies it if it never said so."""
     inner = s.statement
     if not isinstance(inner, m.Completed):
         return
-    entry = c.board.find(inner.task)
+    entry = me.board.find(inner.task)
     if entry is None or u.speaker is None:
         return
     number = entry.definition.number
-    if s.speaker.lower() == c.role.name.lower():
-        if entry.owner != c.role.name or not entry.known_done:
-            said = composing.to_robot(c, u.speaker, m.Negative())
-            c.want(Urgency.ANSWER, f"answer {u.speaker}", lambda: said, now, slot=claims.OWNER_SLOT)
+    if s.speaker.lower() == me.role.name.lower():
+        if entry.owner != me.role.name or not entry.known_done:
+            said = composing.to_robot(me, u.speaker, m.Negative())
+            me.want(Urgency.ANSWER, f"answer {u.speaker}", lambda: said, now, slot=OWNER_SLOT)
         return
-    peer = c.peers.get(s.speaker)
-    if is_for_me_alone(c, u) and peer is not None and peer.assigned == number:
-        c.peers.heard(peer.name, None, now, peer.confidence, None)
-        claims.confirm_at_once(c, peer.name, now)
-    c.quoted = Quoted(s.speaker, u.speaker, number, now)
-    if claims.doubts(c, u.speaker, number, False, now):
+    peer = me.peers.get(s.speaker)
+    if is_for_me_alone(me, u) and peer is not None and peer.assigned == number:
+        me.peers.heard(peer.name, None, now, peer.confidence, None)
+        claims.confirm_at_once(me, peer.name, now)
+    me.overheard.report = QuotedReport(s.speaker, u.speaker, number, now)
+    if claims.doubts(me, u.speaker, number, False, now):
         return
-    if is_for_me_alone(c, u) or not entry.known_done:
-        claims.note_done(c, s.speaker, number, now)
-        c.reconsider(now)
+    if is_for_me_alone(me, u) or not entry.known_done:
+        claims.note_done(me, s.speaker, number, now)
+        me.reconsider(now)
 
 
-def denied(c: Coordination, u: m.Utterance, now: float) -> None:
+def denied(me: Knowledge, u: m.Utterance, now: float) -> None:
     """Whose words were passed on says that they are wrong: what they told of is open."""
-    quoted = c.quoted
-    if quoted is None or u.speaker != quoted.speaker or now - quoted.at_s > c.timing.recent_s:
+    quoted = me.overheard.report
+    if quoted is None or u.speaker != quoted.speaker or now - quoted.at_s > me.timing.recent_s:
         return
-    entry = c.board[quoted.number]
+    entry = me.board[quoted.number]
     if entry.state == DONE and entry.owner == quoted.speaker:
-        c.missed_s = now
-        c.board.reopen(quoted.number)
-        c.reconsider(now)
+        me.missed.last_s = now
+        me.board.reopen(quoted.number)
+        me.reconsider(now)

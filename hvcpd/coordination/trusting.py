@@ -7,19 +7,14 @@ Where no key is set all trust is OPEN, and everything is believed.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
-from typing import TYPE_CHECKING
-
 from hvcpd.coordination import composing
 from hvcpd.coordination.addressing import is_for, is_for_me_alone
 from hvcpd.coordination.floor import RANK_MAX, Urgency
-from hvcpd.coordination.table import DEPARTING, State
+from hvcpd.coordination.knowledge import Knowledge
+from hvcpd.coordination.states import DEPARTING, State
 from hvcpd.language import messages as m
 from hvcpd.language.marks import is_sealed
 from hvcpd.security.trust import People, Trust
-
-if TYPE_CHECKING:
-    from hvcpd.coordination.coordination import Coordination
 
 NEED_PRESENCE = (m.Order, m.Resume, m.ComeBack, m.MoveBy, m.TurnBy)
 """A recording of one of these, made while this robot was away, would set its wheels in motion."""
@@ -36,27 +31,19 @@ OTHERS_SLOT = 3
 """Of what was said to many, those who believe it answer first."""
 
 
-@dataclass
-class Doubts:
-    """What was asked and told of each speaker, by name in lower case: when last, s, and how often."""
-
-    asked: dict[str, tuple[float, int]] = field(default_factory=dict)
-    told: dict[str, tuple[float, float]] = field(default_factory=dict)
-
-
-def believes(c: Coordination, u: m.Utterance, trust: Trust) -> bool:
+def believes(me: Knowledge, u: m.Utterance, trust: Trust) -> bool:
     """Whether the sentence may be acted on, and learned from."""
     statement = m.own_words(u.statement)
     if trust is Trust.OPEN or isinstance(statement, m.Stop):
         return True
     if trust.proves_speaker:
-        return trust.proves_presence or not isinstance(statement, NEED_PRESENCE) or not is_for(c, u)
+        return trust.proves_presence or not isinstance(statement, NEED_PRESENCE) or not is_for(me, u)
     if isinstance(statement, m.SayAgain):
         return True
-    person = not _is_robot(c, u.speaker)
-    if person and trust is Trust.BARE and (c.role.people is People.EVERYTHING or _answers_read_back(c, u)):
+    person = not _is_robot(me, u.speaker)
+    if person and trust is Trust.BARE and (me.role.people is People.EVERYTHING or _answers_read_back(me, u)):
         return True
-    return not _needs_proof(u) and not (person and c.role.people is People.NOTHING)
+    return not _needs_proof(u) and not (person and me.role.people is People.NOTHING)
 
 
 def _needs_proof(u: m.Utterance) -> bool:
@@ -64,64 +51,64 @@ def _needs_proof(u: m.Utterance) -> bool:
     return is_sealed(u.statement) or isinstance(u.mark, m.Cipher)
 
 
-def _answers_read_back(c: Coordination, u: m.Utterance) -> bool:
+def _answers_read_back(me: Knowledge, u: m.Utterance) -> bool:
     """Whether a person whose code was good says yes or no to what was understood of it: codes are good once, and those
     of a clock come every 30 s."""
-    answers = isinstance(u.statement, m.Confirmed | m.Negative) and is_for_me_alone(c, u)
-    return answers and c.state is State.READ_BACK and u.speaker is not None and u.speaker == c.partner
+    answers = isinstance(u.statement, m.Confirmed | m.Negative) and is_for_me_alone(me, u)
+    return answers and me.state is State.READ_BACK and u.speaker is not None and u.speaker == me.current.partner
 
 
-def admit(c: Coordination, u: m.Utterance, trust: Trust) -> bool:
+def admit(me: Knowledge, u: m.Utterance, trust: Trust) -> bool:
     """The same, and who is believed with a seal may be asked again another time."""
-    believed = believes(c, u, trust)
+    believed = believes(me, u, trust)
     if believed and u.mark is not None and u.speaker is not None:
-        c.doubts.asked.pop(u.speaker.lower(), None)
+        me.doubts.asked.pop(u.speaker.lower(), None)
     return believed
 
 
-def _is_robot(c: Coordination, name: str | None) -> bool:
+def _is_robot(me: Knowledge, name: str | None) -> bool:
     """Whether it is one of the names that all were told: those have the key."""
-    return name is not None and any(name.lower() == known.lower() for known in c.role.roster)
+    return name is not None and any(name.lower() == known.lower() for known in me.role.roster)
 
 
-def refuse(c: Coordination, u: m.Utterance, trust: Trust, now: float) -> None:
+def refuse(me: Knowledge, u: m.Utterance, trust: Trust, now: float) -> None:
     """Ask for what may have been misheard once more; else say that it is not believed, and do nothing.
 
     A right seal is asked about however often: each is good once, so nobody can play it again and again.
     """
-    if c.state in DEPARTING or not is_for(c, u) or not _needs_proof(u):
+    if me.state in DEPARTING or not is_for(me, u) or not _needs_proof(u):
         return
     name = u.speaker
-    misheard = trust.may_be_misheard or (trust is Trust.BARE and _is_robot(c, name))
-    asks = trust is Trust.SEALED or (misheard and name is not None and _may_ask(c, name, now))
+    misheard = trust.may_be_misheard or (trust is Trust.BARE and _is_robot(me, name))
+    asks = trust is Trust.SEALED or (misheard and name is not None and _may_ask(me, name, now))
     if asks and name is not None:
-        _answer(c, u, composing.to_robot(c, name, m.SayAgain()), now)
-    elif _may_tell(c, name, now):
-        _answer(c, u, composing.to_asker(c, name, m.Distrusted()), now)
+        _answer(me, u, composing.to_robot(me, name, m.SayAgain()), now)
+    elif _may_tell(me, name, now):
+        _answer(me, u, composing.to_asker(me, name, m.Distrusted()), now)
 
 
-def _answer(c: Coordination, u: m.Utterance, said: m.Utterance, now: float) -> None:
+def _answer(me: Knowledge, u: m.Utterance, said: m.Utterance, now: float) -> None:
     """Of many who heard it, one answers."""
     name = u.speaker or ""
-    alone = is_for_me_alone(c, u)
-    slot = 0 if alone else OTHERS_SLOT + min(c.rank(name, 0, now), RANK_MAX)
+    alone = is_for_me_alone(me, u)
+    slot = 0 if alone else OTHERS_SLOT + min(me.rank(name, 0, now), RANK_MAX)
     call = None if alone else name.lower()
-    c.want(Urgency.ANSWER, f"trust {name}", lambda: said, now, slot=slot, call=call, tentative=not alone)
+    me.want(Urgency.ANSWER, f"trust {name}", lambda: said, now, slot=slot, call=call, tentative=not alone)
 
 
-def _may_ask(c: Coordination, name: str, now: float) -> bool:
-    since_s, times = c.doubts.asked.get(name.lower(), (now, 0))
+def _may_ask(me: Knowledge, name: str, now: float) -> bool:
+    since_s, times = me.doubts.asked.get(name.lower(), (now, 0))
     if now - since_s > ASK_AGAIN_S:
         since_s, times = now, 0
-    c.doubts.asked[name.lower()] = (since_s, times + 1)
+    me.doubts.asked[name.lower()] = (since_s, times + 1)
     return times < ASK_MAX
 
 
-def _may_tell(c: Coordination, name: str | None, now: float) -> bool:
+def _may_tell(me: Knowledge, name: str | None, now: float) -> bool:
     key = (name or "").lower()
-    last_s, pause_s = c.doubts.told.get(key, (float("-inf"), 0.0))
+    last_s, pause_s = me.doubts.told.get(key, (float("-inf"), 0.0))
     if now - last_s < pause_s:
         return False
     forgotten = now - last_s > 4.0 * TELL_MOST_S
-    c.doubts.told[key] = (now, TELL_S if forgotten or not pause_s else min(2.0 * pause_s, TELL_MOST_S))
+    me.doubts.told[key] = (now, TELL_S if forgotten or not pause_s else min(2.0 * pause_s, TELL_MOST_S))
     return True

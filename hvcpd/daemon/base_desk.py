@@ -12,7 +12,7 @@ from typing import Any
 
 import structlog
 
-from hvcpd.coordination.table import State
+from hvcpd.coordination.states import State
 from hvcpd.daemon.control_protocol import RefusalError
 from hvcpd.daemon.outfit import Outfit
 from hvcpd.daemon.wheel_service import MOVING_S, SLACK_S
@@ -93,13 +93,10 @@ class BaseDesk:
             return
         c = robot.coordination
         mine = frozenset(e.definition.number for e in c.board.entries() if c.role.name in e.failed_by)
-        if there:
-            c.board.forgive(c.role.name, mine - self._given_up)
-        else:
-            self._given_up = mine
+        forgiven = mine - self._given_up if there else ()
+        self._given_up = self._given_up if there else mine
         self._there = there
-        c.role = replace(c.role, unable=self.unable(outfit))
-        c.reconsider(robot.now)
+        c.reconfigure(robot.now, replace(c.role, unable=self.unable(outfit)), forgiven=forgiven)
         if there:
             _log.info("base is there")
         else:

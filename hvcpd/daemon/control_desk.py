@@ -10,7 +10,6 @@ from typing import Any
 import structlog
 
 from hvcpd import __version__
-from hvcpd.coordination import bidding
 from hvcpd.daemon import base_desk
 from hvcpd.daemon.control_events import FREQUENT, KINDS
 from hvcpd.daemon.control_protocol import PROTOCOL, RefusalError, Request, checked_arguments
@@ -80,10 +79,9 @@ class Desk:
             written = robot.phrasebook.write(utterance)
         except PhraseError as error:
             raise RefusalError("not_in_phrasebook", str(error)) from None
-        reason = bidding.refuse_to_say(robot.coordination, utterance)
+        reason = robot.coordination.say(utterance, robot.now)
         if reason is not None:
             raise RefusalError("refused", reason)
-        bidding.say(robot.coordination, utterance, robot.now)
         return {"text": written}
 
     async def stop(self, _: Arguments, _client: Client) -> Result:
@@ -94,14 +92,14 @@ class Desk:
             self.stop_at_start = True
             before = self._body.journal.stopped
         else:
-            before = not bidding.stop(robot.coordination, robot.now)
+            before = not robot.coordination.stop(robot.now)
         self._body.journal.stop()
         unkept = await self._body.journal.stop_kept()
         return {"stopped": True, "before": before, "kept": unkept is None, "reason": unkept}
 
     async def resume(self, _: Arguments, _client: Client) -> Result:
         robot = self._robot()
-        before = bidding.resume(robot.coordination, robot.now)
+        before = robot.coordination.resume(robot.now)
         return {"stopped": False, "before": before}
 
     async def base(self, arguments: Arguments, _client: Client) -> Result:

@@ -6,7 +6,6 @@ from dataclasses import replace
 
 import structlog
 
-from hvcpd.coordination import bidding
 from hvcpd.daemon.control_desk import Desk
 from hvcpd.daemon.control_events import FREQUENT, EventSource, odom_of
 from hvcpd.daemon.control_server import ControlServer
@@ -67,9 +66,9 @@ class ControlService:
         """The robot is there, and can be asked."""
         self.body.robot = robot
         if self._desk.stop_at_start:
-            bidding.stop(robot.coordination, robot.now)
+            robot.coordination.stop(robot.now)
         if self.body.journal.loss is not None:
-            bidding.tell_memory_lost(robot.coordination, robot.now)
+            robot.coordination.tell_memory_lost(robot.now)
 
     def note(self, robot: Robot, heard: Samples, reading: WheelReading | None, output: RobotOutput) -> None:
         """Tell who listens of one step of the robot: `heard` went in, and `output` came out."""

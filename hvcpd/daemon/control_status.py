@@ -13,7 +13,7 @@ from typing import Any
 from hvcpd import __version__
 from hvcpd.coordination.board import Entry
 from hvcpd.coordination.peers import Peer
-from hvcpd.coordination.table import State
+from hvcpd.coordination.states import State
 from hvcpd.daemon.base_desk import BaseDesk
 from hvcpd.daemon.control_events import Meter
 from hvcpd.daemon.journal_service import JournalService

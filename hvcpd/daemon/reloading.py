@@ -117,11 +117,10 @@ class Reloader:
         if robot is None:
             return
         c = robot.coordination
-        c.role = outfit.with_live(c.role)
+        role = outfit.with_live(c.role)
         if self._body.base is not None:
-            c.role = replace(c.role, unable=self._body.base.unable(outfit))
-        c.board.redefine(outfit.tasks.tasks)
-        c.reconsider(robot.now)
+            role = replace(role, unable=self._body.base.unable(outfit))
+        c.reconfigure(robot.now, role, outfit.tasks.tasks)
 
 
 def _names(people: dict[str, Person]) -> list[str]:

@@ -16,7 +16,7 @@ from hvcpd.console.link import Link
 from hvcpd.console.replay import read_recording
 from hvcpd.console.scene import Scene
 from hvcpd.console.viewers import Viewers
-from hvcpd.coordination.table import State
+from hvcpd.coordination.states import State
 from hvcpd.hardware.soundfile import write_wav
 from hvcpd.language.card import make_card
 from hvcpd.language.phrasebook import Phrasebook, Vocabulary

@@ -13,7 +13,7 @@ import pytest
 from hvcpd.console.link import Link
 from hvcpd.console.scene import Scene
 from hvcpd.console.viewers import Viewers
-from hvcpd.coordination.table import State
+from hvcpd.coordination.states import State
 from hvcpd.errors import NotDoneError, NotRunningError
 from tests.daemon.control_bench import ControlBench, control
 from tests.daemon.test_control_service import heard

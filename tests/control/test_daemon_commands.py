@@ -18,7 +18,7 @@ from hvcpd.control.bid import told
 from hvcpd.control.cli import main, make_parser
 from hvcpd.control.daemon_client import _not_allowed
 from hvcpd.control.status_screen import duration
-from hvcpd.coordination.table import State
+from hvcpd.coordination.states import State
 from hvcpd.daemon.control_socket import SYSTEM_FOLDER
 from hvcpd.daemon.telling import set_up_logging
 from tests.control.conftest import Refuse

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from hypothesis.stateful import RuleBasedStateMachine, initialize, invariant, precondition, rule
 
 from hil_fakes.word_mission import Outage, WordMission, WordPlan
-from hvcpd.coordination.table import AT_WORK, State
+from hvcpd.coordination.states import AT_WORK, State
 from hvcpd.language import messages as m
 from tests.coordination.mission import plants
 

@@ -91,10 +91,10 @@ def test_what_one_robot_has_concluded_does_not_come_back_to_it_as_another_ones_k
     bot.board.complete(1, "Rob", hearsay=True)
     for n, listener in enumerate((rob, max_)):
         for again in range(2):
-            listener.heard(composing.left(bot, "Max"), 100.0 + 10.0 * n + again)
+            listener.heard(composing.left(bot.knowledge, "Max"), 100.0 + 10.0 * n + again)
         assert not listener.board[1].known_done, "the same list twice is one witness"
-        assert composing.left(listener, "Bot").statement == m.Left(m.TaskByNumber(1), m.TaskByNumber(2))
-    bot.heard(composing.left(rob, "Bot"), 130.0)
+        assert composing.left(listener.knowledge, "Bot").statement == m.Left(m.TaskByNumber(1), m.TaskByNumber(2))
+    bot.heard(composing.left(rob.knowledge, "Bot"), 130.0)
     assert not bot.board[1].known_done
     assert 1 in bot.board.not_done()
 
@@ -107,8 +107,8 @@ def test_two_that_know_it_make_it_certain_and_two_that_have_it_from_hearsay_do_n
     rob, bot, max_ = (mission.robots[name] for name in ("Rob", "Bot", "Max"))
     for robot in (bot, max_):
         robot.board.complete(1, "Rob", hearsay=hearsay)
-    rob.heard(composing.left(bot, "Rob"), 100.0)
-    rob.heard(composing.left(max_, "Rob"), 110.0)
+    rob.heard(composing.left(bot.knowledge, "Rob"), 100.0)
+    rob.heard(composing.left(max_.knowledge, "Rob"), 110.0)
     assert rob.board[1].known_done is not hearsay
 
 

@@ -13,7 +13,7 @@ from hil_fakes.word_mission import Outage, WordMission, WordPlan, WordResult
 from hil_fakes.word_plans import random_plan
 from hvcpd.config.tasks import GoTo, Place, TaskDefinition, Wait, Water
 from hvcpd.coordination.actions import Perform
-from hvcpd.coordination.table import State
+from hvcpd.coordination.states import State
 from hvcpd.language import messages as m
 from tests.coordination.mission import Mission
 from tests.coordination.test_relaying import HERE
@@ -141,7 +141,7 @@ def test_a_volunteer_says_its_report_where_it_is_heard_before_it_claims_more() -
     mission.run()
     assert mission.exactly_once
     assert all(robot.board.all_done for robot in mission.robots.values())
-    assert near(mission._bodies[mission.by[1]].at(mission.air.now), mission.robots[mission.by[1]].home or FAR)
+    assert near(mission._bodies[mission.by[1]].at(mission.air.now), mission.robots[mission.by[1]].knowledge.body.home or FAR)
 
 
 def test_who_orders_in_vain_gives_the_task_to_another_one() -> None:

@@ -32,7 +32,7 @@ def met(mission: Mission) -> bool:
 def greet_at_once(seed: int) -> Mission:
     mission = row(1, seed=seed, unable=UNABLE)
     for robot in mission.robots.values():
-        robot.arm(0.0, 2.0)
+        robot.knowledge.arm(0.0, 2.0)
     mission.air.refresh()
     mission.air.run_until(60.0)
     return mission
@@ -71,7 +71,7 @@ def test_a_coordinator_with_nobody_to_order_finds_who_was_not_heard_to_greet(see
     """Rob cannot do it, and answers at once with Zoe, whom it does not hear; Zoe takes orders, and says no more."""
     mission = row(1, seed=seed, coordinator="Max", unable={"Rob": frozenset({1})})
     for robot in mission.robots.values():
-        robot.arm(0.0, 2.0)
+        robot.knowledge.arm(0.0, 2.0)
     mission.air.refresh()
     mission.air.run_until(300.0)
     assert mission.by == {1: "Zoe"}

@@ -3,7 +3,7 @@
 import pytest
 
 from hvcpd.coordination.actions import Halt, SaveStopped, Say
-from hvcpd.coordination.table import State, Trigger
+from hvcpd.coordination.states import State, Trigger
 from hvcpd.language import messages as m
 from tests.coordination.mission import Mission, plants
 
@@ -14,7 +14,7 @@ def _until_rob_is_at_work(mission: Mission) -> int:
     rob = mission.robots["Rob"]
     while not rob.at_work:
         mission.air.run_until(mission.air.now + 0.5)
-    return rob.my_task()
+    return rob.knowledge.my_task()
 
 
 def test_leaving_is_announced_and_frees_the_task_at_once() -> None:
@@ -54,7 +54,7 @@ def test_who_leaves_answers_nobody_any_more() -> None:
     mission = Mission(("Rob", "Bot"), plants(2), ("Anna",), seed=4)
     mission.air.run_until(30.0)
     rob = mission.robots["Rob"]
-    while rob.floor.speaking is not None:
+    while rob.knowledge.floor.speaking is not None:
         mission.air.run_until(mission.air.now + 0.1)
     rob.channel(True, mission.air.now)  # somebody speaks, so that the farewell has to wait
     rob.leave(mission.air.now)
@@ -76,7 +76,11 @@ def test_who_leaves_answers_nobody_any_more() -> None:
 def test_a_sentence_that_is_being_said_is_ended_before_the_farewell() -> None:
     mission = Mission(("Rob", "Bot"), plants(2), seed=4)
     rob = mission.robots["Rob"]
-    while rob.floor.speaking is None or rob.floor.speaking.trigger is not Trigger.SPOKEN or rob.state is State.GREETING:
+    while (
+        rob.knowledge.floor.speaking is None
+        or rob.knowledge.floor.speaking.trigger is not Trigger.SPOKEN
+        or rob.state is State.GREETING
+    ):
         mission.air.run_until(mission.air.now + 0.05)
     mission.leave("Rob")
     mission.run()

@@ -4,7 +4,7 @@ import pytest
 
 from hil_fakes.word_channel import Conditions
 from hil_fakes.word_mission import Outage
-from hvcpd.coordination.table import State
+from hvcpd.coordination.states import State
 from hvcpd.language import messages as m
 from tests.coordination.mission import Mission, plants
 

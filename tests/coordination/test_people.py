@@ -5,7 +5,7 @@ import pytest
 from hvcpd.config.tasks import Forward, GoTo, Turn
 from hvcpd.coordination.actions import Perform, Role
 from hvcpd.coordination.composing import spoken_volts
-from hvcpd.coordination.table import State, Trigger
+from hvcpd.coordination.states import State
 from hvcpd.language import messages as m
 from tests.coordination.mission import Mission, plants
 
@@ -46,9 +46,9 @@ def test_who_is_here_is_answered_by_each_once() -> None:
 
 def test_a_report_is_given_by_each_in_turn_with_all_that_a_shift_needs() -> None:
     mission = _waiting("Rob", "Bot", "Max")
-    mission.robots["Rob"].battery_v = 11.94
-    mission.robots["Bot"].battery_v = 12.0
-    mission.robots["Bot"].fire(Trigger.STOP, mission.air.now)
+    mission.robots["Rob"].sensed(battery_v=11.94)
+    mission.robots["Bot"].sensed(battery_v=12.0)
+    mission.robots["Bot"].stop(mission.air.now)
     mission.air.run_until(mission.air.now + 10.0)
     said = _answers(mission, "Hi all, I am Anna, report", 40.0)
     assert sorted(text for text in said if ", report, " in text) == [
@@ -60,7 +60,7 @@ def test_a_report_is_given_by_each_in_turn_with_all_that_a_shift_needs() -> None
 
 def test_a_report_of_one_at_work_names_its_task() -> None:
     mission = _at_work()
-    mission.robots["Rob"].battery_v = 7.4
+    mission.robots["Rob"].sensed(battery_v=7.4)
     said = _answers(mission, "Rob, report", 12.0)
     assert said == ["Hi all, I am Rob, member of team plant, report, completing task three"]
 
@@ -119,7 +119,7 @@ def test_a_motion_is_read_back_and_made(order: str, action: Forward | Turn, said
 
 def test_come_back_leads_to_where_the_robot_began() -> None:
     mission = _waiting("Rob")
-    home = mission.robots["Rob"].home
+    home = mission.robots["Rob"].knowledge.body.home
     assert home is not None
     performed: list[Perform] = []
     mission._perform = lambda name, task, actions: performed.append(Perform(task, actions))  # type: ignore[method-assign]
@@ -147,7 +147,7 @@ def test_a_motion_that_was_not_clearly_heard_waits_for_the_confirmation() -> Non
     mission.hear(began_s + 4.6, "Hi Rob, I am Anna, confirmed")
     mission.air.run_until(began_s + 7.9)
     assert mission.robots["Rob"].state in (State.MOVING, State.READY)
-    assert mission.robots["Rob"].motion is None or mission.robots["Rob"].state is State.MOVING
+    assert mission.robots["Rob"].knowledge.current.motion is None or mission.robots["Rob"].state is State.MOVING
 
 
 @pytest.mark.parametrize("answer", ["Hi Rob, I am Anna, negative", None])
@@ -168,7 +168,7 @@ def test_unknown_and_impossible_tasks_are_refused_with_the_reason() -> None:
     mission = _waiting("Rob")
     assert _answers(mission, "Hi Rob, I am Anna, complete task nine") == ["Hi Anna, I am Rob, I do not know task nine"]
     robot = mission.robots["Rob"]
-    robot.role = Role("Rob", "plant", volunteer=False, unable=frozenset({2}))
+    robot.knowledge.role = Role("Rob", "plant", volunteer=False, unable=frozenset({2}))
     assert _answers(mission, "Hi Rob, I am Anna, complete task two") == [
         "Hi Anna, I am Rob, I cannot complete task two"
     ]
@@ -188,7 +188,7 @@ def test_a_robot_at_work_says_that_it_is_busy() -> None:
 
 def test_one_robot_refuses_and_an_able_one_takes_over() -> None:
     mission = Mission(("Rob", "Max", "Bot"), plants(2), seed=3, coordinator="Bot")
-    mission.robots["Rob"].role = Role("Rob", "plant", volunteer=False, unable=frozenset({1, 2}))
+    mission.robots["Rob"].knowledge.role = Role("Rob", "plant", volunteer=False, unable=frozenset({1, 2}))
     mission.run()
     assert mission.exactly_once
     assert set(mission.by.values()) == {"Max"}

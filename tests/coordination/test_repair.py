@@ -1,7 +1,7 @@
 """Speech that is not understood is asked for again; a name used by two is nobody's."""
 
 from hvcpd.coordination.coordination import Coordination
-from hvcpd.coordination.table import State
+from hvcpd.coordination.states import State
 from hvcpd.language import messages as m
 from tests.coordination.mission import Mission, plants
 

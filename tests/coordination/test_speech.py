@@ -5,7 +5,7 @@ import pytest
 from hil_fakes.word_channel import Conditions
 from hvcpd.coordination.actions import SECOND_PAUSE_S, Speech
 from hvcpd.coordination.coordination import Coordination
-from hvcpd.coordination.table import State
+from hvcpd.coordination.states import State
 from hvcpd.language import messages as m
 from tests.coordination.mission import Mission, plants
 
@@ -138,8 +138,8 @@ def test_what_is_garbled_the_second_time_is_not_asked_for() -> None:
     robot.channel(True, began_s + 0.4)
     robot.channel(False, began_s + 3.0)
     robot.garbled(False, began_s + 3.2)
-    assert robot.repair.asked == 0
+    assert robot.knowledge.repair.asked == 0
     robot.channel(True, began_s + 10.0)
     robot.channel(False, began_s + 12.0)
     robot.garbled(False, began_s + 12.2)
-    assert robot.repair.asked == 1
+    assert robot.knowledge.repair.asked == 1

@@ -6,7 +6,7 @@ import pytest
 
 from hil_fakes.word_channel import Conditions
 from hvcpd.config.tasks import Place
-from hvcpd.coordination.table import State
+from hvcpd.coordination.states import State
 from hvcpd.language import messages as m
 from tests.coordination.mission import Mission, plants
 

@@ -6,7 +6,7 @@ import pytest
 
 from hil_fakes.word_channel import Conditions
 from hil_fakes.word_seals import WordSeals, keyed_book
-from hvcpd.coordination.table import State
+from hvcpd.coordination.states import State
 from hvcpd.language import messages as m
 from hvcpd.security.guard import Guard
 from hvcpd.security.keys import KEY_BYTES, KeyRing, TeamKey
@@ -194,7 +194,7 @@ def test_a_wrong_seal_is_asked_for_again_and_then_refused() -> None:
     standing(mission)
     said = [after(mission, f"Hi Rob, I am Bot, turn left, {seal}", "Mallory") for seal in ("tango " * 4, "kilo " * 4)]
     assert "say again" in said[0][0]
-    mission.robots["Bot"].repair.last_said = None  # it is silent, and Mallory goes on
+    mission.robots["Bot"].knowledge.repair.last_said = None  # it is silent, and Mallory goes on
     texts = [
         text for _ in range(3) for text in after(mission, f"Hi Rob, I am Bot, turn left, {'lima ' * 4}", "Mallory")
     ]
@@ -236,7 +236,7 @@ def test_the_own_name_without_a_seal_is_no_name_conflict() -> None:
     standing(mission)
     for _ in range(3):
         after(mission, "Hi Bot, I am Rob, task one complete", "Mallory")
-    assert mission.robots["Rob"].name_heard_s == ()
+    assert mission.robots["Rob"].knowledge.acquaintance.own_name_heard_s == ()
 
 
 def test_an_unbelieved_claim_takes_no_task() -> None:

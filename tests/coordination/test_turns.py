@@ -11,7 +11,7 @@ from hvcpd.coordination.actions import Role, Timing
 from hvcpd.coordination.addressing import whose_turn
 from hvcpd.coordination.coordination import Coordination
 from hvcpd.coordination.floor import CROWD, OVERDUE_S, OVERDUE_SLOTS, Floor, Intent, Urgency
-from hvcpd.coordination.table import State
+from hvcpd.coordination.states import State
 from hvcpd.language import messages as m
 from tests.coordination.mission import plants, utterance
 
@@ -31,10 +31,10 @@ def test_after_a_confirmation_the_next_turn_is_of_who_follows_the_one_confirmed(
     """Else turns begin anew after a confirmer that chance has chosen, and some robots' never come."""
     role = Role("Bot", "plant", roster=("Ada", "Bot", "Max", "Zoe"))
     bot = Coordination(role, plants(1), random.Random(1))
-    bot.state = State.READY
+    bot.knowledge.state = State.READY
     bot.heard(utterance("Zoe", "Ada", m.Confirmed(TASK)), 10.0)
-    assert bot.floor._round is not None
-    assert bot.floor._round.place == 0, "Bot follows Ada, whose claim it was, not Zoe, who confirmed it"
+    assert bot.knowledge.floor._round is not None
+    assert bot.knowledge.floor._round.place == 0, "Bot follows Ada, whose claim it was, not Zoe, who confirmed it"
 
 
 def _wait(floor: Floor, now: float) -> float:
@@ -82,7 +82,7 @@ def test_of_a_dozen_that_lose_three_of_ten_sentences_nobody_waits_longer_than_it
     while mission.air.now < 900.0:
         mission.air.run_until(mission.air.now + 1.0)
         for name, robot in mission.robots.items():
-            if robot.state is State.REPORTING and robot.repeats == 0:
+            if robot.state is State.REPORTING and robot.knowledge.current.repeats == 0:
                 longest_s = max(longest_s, mission.air.now - since.setdefault(name, mission.air.now))
             else:
                 since.pop(name, None)

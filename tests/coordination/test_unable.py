@@ -2,7 +2,8 @@
 
 import pytest
 
-from hvcpd.coordination.table import State, Trigger
+from hvcpd.coordination.states import State, Trigger
+from hvcpd.coordination.table import fire
 from hvcpd.language import messages as m
 from tests.coordination.mission import Mission, plants
 
@@ -55,8 +56,9 @@ def test_what_is_understood_after_the_time_for_it_still_answers_the_order(said: 
     rob = mission.robots["Rob"]
     while rob.state is not State.ORDERED:
         mission.air.run_until(mission.air.now + 0.1)
-    rob.task, rob.task_ref, rob.repeats = 1, m.TaskByName("water the green rose"), 1
-    rob.fire(Trigger.TIMEOUT, mission.air.now)
+    current = rob.knowledge.current
+    current.task, current.task_ref, current.repeats = 1, m.TaskByName("water the green rose"), 1
+    fire(rob.knowledge, Trigger.TIMEOUT, mission.air.now)
     rob.heard(mission.book.parse_text(said), mission.air.now)
     assert rob.state is state
     peer = rob.peers.get("Max")

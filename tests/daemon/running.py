@@ -7,7 +7,7 @@ import threading
 from contextlib import suppress
 from pathlib import Path
 
-from hvcpd.coordination.table import State
+from hvcpd.coordination.states import State
 from tests.daemon.control_bench import ControlBench
 
 TICK_S = 0.01

@@ -16,8 +16,8 @@ from hypothesis import strategies as st
 from structlog.testing import capture_logs
 
 from hvcpd import __version__
-from hvcpd.coordination.bidding import MAX_BIDS
-from hvcpd.coordination.table import State
+from hvcpd.coordination.requested_speech import MAX_WAITING
+from hvcpd.coordination.states import State
 from hvcpd.daemon.control_protocol import MAX_LINE_BYTES
 from hvcpd.daemon.control_server import MAX_CLIENTS, MAX_FOLLOWERS, MAX_UNREAD_BYTES
 from hvcpd.errors import RunningError
@@ -54,7 +54,7 @@ def test_status_tells_who_it_is_and_what_it_does(tmp_path: Path) -> None:
             }
             assert status["sound"]["level_dbfs"] == -20.0
             assert status["battery_v"] == 11.9
-            assert bench.bench.robot.coordination.battery_v == 11.9, "what a report says"
+            assert bench.bench.robot.coordination.knowledge.body.battery_v == 11.9, "what a report says"
             assert status["wheels"]["fault"] is None
             board = (await talk.ask("tasks"))["result"]["tasks"]
             assert [(task["number"], task["name"], task["state"]) for task in board] == [
@@ -127,7 +127,7 @@ def test_sentences_are_said_in_turn_and_only_those_that_are_true(tmp_path: Path)
                 ("x" * 300, "bad_argument"),
             ):
                 assert (await talk.ask("say", text=text))["error"]["code"] == code
-            for _ in range(MAX_BIDS):
+            for _ in range(MAX_WAITING):
                 assert (await talk.ask("say", text="hi bot, i am rob, what is left"))["ok"]
             assert "wait to be said" in (await talk.ask("say", text="stop"))["error"]["text"]
             await talk.hang_up()

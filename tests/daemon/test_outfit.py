@@ -42,7 +42,7 @@ def test_it_waits_for_others_as_long_as_it_is_told(tmp_path: Path) -> None:
 def test_a_robot_is_made_with_these_times(tmp_path: Path) -> None:
     outfit = equip(Settings(name="Rob", state_dir=tmp_path, waits=WaitSettings(absent_s=900.0)))
     robot = make_robot(outfit.plan({}, Acoustics()), outfit.sound)
-    assert robot.coordination.timing.absent_s == 900.0
+    assert robot.coordination.knowledge.timing.absent_s == 900.0
 
 
 def test_a_task_that_is_not_there_is_told(tmp_path: Path) -> None:

@@ -11,7 +11,6 @@ from typing import Any
 import pytest
 
 from hvcpd.config.settings import WheelSettings
-from hvcpd.coordination import bidding
 from hvcpd.daemon.base_desk import BaseDesk
 from hvcpd.daemon.devices import make_wheels
 from hvcpd.daemon.wheel_service import WheelService
@@ -177,7 +176,7 @@ def test_stop_is_told_until_resume(tmp_path: Path) -> None:
             await bench.live(blocks=2)
             stopped = await until(talk, stopped=True)
             assert (stopped["linear_m_s"], stopped["angular_rad_s"]) == (0.0, 0.0)
-            bidding.resume(robot.coordination, robot.now)
+            robot.coordination.resume(robot.now)
             await bench.live(blocks=4)
             await until(talk, stopped=False)
 

@@ -1,0 +1,113 @@
+"""What a time that is over means: say it again, give up, or choose what to do next."""
+
+from __future__ import annotations
+
+from hvcpd.coordination import choosing, composing, earshot, strangers
+from hvcpd.coordination.floor import Urgency
+from hvcpd.coordination.knowledge import Knowledge
+from hvcpd.coordination.states import State, Trigger
+from hvcpd.coordination.table import LEAVES_UNHEARD, fire
+from hvcpd.language import messages as m
+
+BAD_AIR_REPEATS = 2
+"""So often said without an answer, a sentence did not just collide with another one."""
+CALL_S = 15.0
+"""Who has answered a greeting has done so by then; doubled each time."""
+CALL_DOUBLINGS_MAX = 6
+"""It never stops looking: at last every 16 minutes."""
+
+
+def time_is_over(me: Knowledge, now: float) -> None:
+    """The state's time has run out."""
+    match me.state:
+        case State.READY:
+            _choose(me, now)
+        case State.MEETING if not me.peers.all() and me.acquaintance.greetings < me.timing.greetings_max:
+            fire(me, Trigger.GAVE_UP, now)
+        case State.PROPOSED | State.CHECKING | State.ASKED:
+            _again_or_give_up(me, choosing.claims_max(me, now), now)
+        case State.REPORTED if me.current.partner is None:
+            _again_or_give_up(me, choosing.claims_max(me, now), now)
+        case State.READ_BACK | State.ORDERED | State.REPORTED:
+            _again_or_give_up(me, me.timing.repeats_max, now)
+        case _:
+            fire(me, Trigger.TIMEOUT, now)
+
+
+def _again_or_give_up(me: Knowledge, times: int, now: float) -> None:
+    me.current.repeats += 1
+    if me.current.repeats >= BAD_AIR_REPEATS:
+        me.missed.last_s = now
+        strangers.spell_if_unknown(me, now)
+    if me.current.repeats < times:
+        fire(me, Trigger.TIMEOUT, now)
+    elif me.state in LEAVES_UNHEARD and earshot.way_back(me, now) is not None:
+        me.missed.heard_work = me.missed.heard_work or me.state is State.ASKED
+        fire(me, Trigger.UNHEARD, now)
+    else:
+        fire(me, Trigger.GAVE_UP, now)
+
+
+def _choose(me: Knowledge, now: float) -> None:
+    strangers.spell_now_and_then(me, now)
+    waited = earshot.has_waited(me, now)
+    if waited and earshot.way_back(me, now) is not None:
+        fire(me, Trigger.UNHEARD, now)
+        return
+    if waited or (me.missed.heard_work and me.peers.present(now)):
+        _ask(me, now)
+        return
+    if me.role.coordinator and choosing.can_order(me, now):
+        me.current.repeats = 0
+        fire(me, Trigger.CHOSE_ORDER, now)
+        return
+    if choosing.may_volunteer(me, now) and choosing.task_is_free(me, now):
+        fire(me, Trigger.CHOSE_CLAIM, now)
+        return
+    if me.role.coordinator:
+        _look_for_robots(me, now)
+    if me.report.task is not None:
+        me.current.repeats = 0
+        fire(me, Trigger.CHOSE_REPORT, now)
+        return
+    if not me.board.not_done() and me.board.hearsay() and now >= me.missed.ask_again_s:
+        if me.peers.present(now):
+            me.missed.ask_again_s = now + me.timing.ask_again_s * (1.0 + me.rng.random())
+            _ask(me, now)
+        elif choosing.may_volunteer(me, now):  # there is nobody to ask: better twice than not at all
+            for number in me.board.hearsay():
+                me.board.reopen(number)
+            me.reconsider(now)
+        return
+    waits = [
+        me.board.next_lapse(now),
+        me.missed.ask_again_s if me.board.hearsay() else None,
+        me.acquaintance.call_s,
+        me.waiting.until_s,
+        *(p.silent_until_s for p in me.peers.all() if p.silent_until_s > now),
+    ]
+    if me.acquaintance.own_name_heard_s:
+        waits.append(me.acquaintance.own_name_heard_s[-1] + me.timing.name_conflict_s)
+    later = [t for t in waits if t is not None and t > now]
+    me.arm_until(min(later, default=None))
+
+
+def _look_for_robots(me: Knowledge, now: float) -> None:
+    """Who is to give orders, and has nobody that could take one, asks who is there: the answers to its greeting may
+    have met each other, and who only takes orders says nothing of itself."""
+    a = me.acquaintance
+    if not me.board.not_done() or any(choosing.is_at_work(me, peer, now) for peer in me.peers.all()):
+        a.call_s = None
+        return
+    if a.call_s is not None and now >= a.call_s:
+        a.calls, a.call_s = a.calls + 1, None
+        me.want(Urgency.TURN, "who is here", lambda: composing.to_all(me, m.WhoHere()), now)
+    if a.call_s is None:
+        a.call_s = now + CALL_S * 2.0 ** min(a.calls, CALL_DOUBLINGS_MAX)
+
+
+def _ask(me: Knowledge, now: float) -> None:
+    me.missed.heard_work = False
+    earshot.note_asked(me)
+    me.current.repeats = 0
+    fire(me, Trigger.CHOSE_QUESTION, now)

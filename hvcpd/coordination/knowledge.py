@@ -1,0 +1,292 @@
+"""What one robot knows: about its own work, its peers, and what was said. The rules are functions of it.
+
+Times are seconds of the robot's sample clock; -inf means never. Names that serve as keys are in lower case.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass, field
+
+from hvcpd.config.tasks import Place
+from hvcpd.coordination.actions import Action, Rng, Role, Timing
+from hvcpd.coordination.board import Board
+from hvcpd.coordination.floor import RANK_MAX, Floor, Intent, Urgency
+from hvcpd.coordination.peers import Peers, lot
+from hvcpd.coordination.states import State, Trigger
+from hvcpd.language import messages as m
+
+NEVER_S = -math.inf
+
+
+@dataclass
+class Current:
+    """What the robot is settling with others, or carries out: a task or a motion."""
+
+    task: int | None = None
+    """The task that it has claimed, reads back or carries out, or has just ordered."""
+    task_ref: m.TaskRef | None = None
+    motion: m.Motion | None = None
+    """What it was told to do with its wheels, apart from tasks."""
+    motion_sure: bool = False
+    """The motion was heard surely: no confirmation is needed."""
+    partner: str | None = None
+    """Who ordered it, or is being ordered."""
+    owner_before: str | None = None
+    """Whose the task was before this robot claimed it."""
+    doubted: tuple[str, int] | None = None
+    """Who said that the task, of that number, was done, and was not believed."""
+    repeats: int = 0
+    """How often the sentence that waits for an answer was said without one."""
+    asked_since_s: float = NEVER_S
+    """When that sentence was first said."""
+
+    def clear(self) -> None:
+        """Nothing is settled or carried out any more."""
+        self.task = self.task_ref = self.partner = self.motion = None
+
+
+@dataclass
+class Report:
+    """The report that this robot owes the others."""
+
+    task: int | None = None
+    """A task that it has finished or given up, and nobody has confirmed to have heard so."""
+    said: bool = False
+    """Whether the sentence that waits for a confirmation held the report."""
+
+
+@dataclass
+class Lease:
+    """How long this robot's claim is safe."""
+
+    claimed_s: float = NEVER_S
+    """When it last spoke of its task."""
+    assured_s: float = NEVER_S
+    """Until when somebody who confirmed the claim keeps it."""
+
+
+@dataclass
+class Body:
+    """What the robot's sensors say."""
+
+    here: Place | None = None
+    home: Place | None = None
+    """Where it was when it first knew its place: where "come back" leads."""
+    battery_v: float | None = None
+
+
+@dataclass
+class Missed:
+    """What the robot may have missed."""
+
+    heard_work: bool = False
+    """Work went on before its first word or while it was switched off: it asks what is left."""
+    ask_again_s: float = NEVER_S
+    """It does not ask what is left again before then."""
+    last_s: float = NEVER_S
+    """When it last turned out that this robot, or one it spoke to, had missed something."""
+
+
+@dataclass(frozen=True)
+class HeardClaim:
+    """Somebody's claim, and what the board said of the task before: state, owner, end of the lease."""
+
+    speaker: str
+    number: int
+    before: tuple[str, str | None, float]
+    at_s: float
+
+
+@dataclass(frozen=True)
+class QuotedReport:
+    """A report that `by` passed on in the name of `speaker`."""
+
+    speaker: str
+    by: str
+    number: int
+    at_s: float
+
+
+@dataclass
+class Overheard:
+    """The last sentences of others that objections may refer to."""
+
+    claim: HeardClaim | None = None
+    report: QuotedReport | None = None
+
+
+RelayedMessage = tuple[str, str, m.Statement | None]
+"""Who said it, to whom, and what."""
+
+
+@dataclass
+class Relays:
+    """What was passed on, by whomever, and between whom it must be."""
+
+    passed_on: dict[RelayedMessage, tuple[int, float]] = field(default_factory=dict)
+    """How often, and when last."""
+    apart: dict[frozenset[str], float] = field(default_factory=dict)
+    """Pairs that do not hear each other, and when that was last seen."""
+
+
+@dataclass
+class Acquaintance:
+    """Who knows this robot's name, and what it did to make its own and others' names known."""
+
+    greetings: int = 0
+    """How often it has greeted."""
+    known_by: set[str] = field(default_factory=set)
+    """Who has said this robot's name: it need not be spelled for them."""
+    spelled_s: float = NEVER_S
+    """When this robot last spelled its name."""
+    own_name_heard_s: tuple[float, ...] = ()
+    """When another voice used this robot's name."""
+    strangers: bool = False
+    """Somebody has spelled its name: there are robots about that were not known beforehand."""
+    call_s: float | None = None
+    """When this robot asks who is here, because it has nobody to give an order to."""
+    calls: int = 0
+    """How often it has asked so."""
+    garbled_s: tuple[float, ...] = ()
+    """When speech was not understood, lately."""
+    ask_s: float = NEVER_S
+    """It does not ask for names again before then."""
+    pause_s: float | None = None
+    """Between two questions for names; None before the first."""
+    respell_s: float | None = None
+    """Between two spellings of its name; None before the first."""
+    respelled_s: float = NEVER_S
+    """When it last spelled its name because somebody may not know it."""
+    met: int = 0
+    """How many peers there were when it last asked for names."""
+
+
+@dataclass
+class Waiting:
+    """How a robot that only takes orders waits for one."""
+
+    giver: str | None = None
+    """Who was last heard to give an order, or to be answered to one, by whomever."""
+    asked: int = 0
+    """How often it asked what is left since it last had an order."""
+    until_s: float | None = None
+    """When its patience ends."""
+
+
+@dataclass
+class Doubts:
+    """What was asked of and told to each speaker whose seal was wrong or missing, by name."""
+
+    asked: dict[str, tuple[float, int]] = field(default_factory=dict)
+    """When first, and how often, it was asked to say its sentence again."""
+    told: dict[str, tuple[float, float]] = field(default_factory=dict)
+    """When it was last told that it is not trusted, and for how long it is not told so again, s."""
+
+
+@dataclass
+class Repair:
+    """How well the two sides of an exchange understand each other."""
+
+    last_said: m.Utterance | None = None
+    asked: int = 0
+    """How often this robot had something said again."""
+    was_asked: int = 0
+    """How often it was asked to say something again."""
+    speak_slowly: bool = False
+    resume_s: float = NEVER_S
+    """When "resume" was heard last."""
+    foreign_until_s: float = NEVER_S
+    """Until then speech that is not understood may be code words of a message for others."""
+
+    def reset(self) -> None:
+        """A new exchange begins."""
+        self.asked, self.was_asked, self.speak_slowly = 0, 0, False
+
+
+@dataclass
+class Knowledge:
+    """All that one robot knows, and the actions that its rules have asked for since they were last handed out."""
+
+    role: Role
+    timing: Timing
+    rng: Rng
+    board: Board
+    peers: Peers
+    floor: Floor
+    state: State = State.WAKING
+    timer_s: float | None = None
+    """When the state's time is over."""
+    current: Current = field(default_factory=Current)
+    report: Report = field(default_factory=Report)
+    lease: Lease = field(default_factory=Lease)
+    body: Body = field(default_factory=Body)
+    missed: Missed = field(default_factory=Missed)
+    overheard: Overheard = field(default_factory=Overheard)
+    relays: Relays = field(default_factory=Relays)
+    acquaintance: Acquaintance = field(default_factory=Acquaintance)
+    waiting: Waiting = field(default_factory=Waiting)
+    doubts: Doubts = field(default_factory=Doubts)
+    repair: Repair = field(default_factory=Repair)
+    last_heard: tuple[m.Utterance, float] | None = None
+    actions: list[Action] = field(default_factory=list)
+
+    def my_task(self) -> int:
+        """The current task's number. Raises RuntimeError if there is none: our own mistake."""
+        if self.current.task is None:
+            raise RuntimeError(f"no task in state {self.state}")
+        return self.current.task
+
+    def do(self, action: Action) -> None:
+        """Hand an action out with the next ones."""
+        self.actions.append(action)
+
+    def want(
+        self,
+        urgency: Urgency,
+        topic: str,
+        compose: Callable[[], m.Utterance | None],
+        now: float,
+        *,
+        trigger: Trigger | None = None,
+        slot: int | None = None,
+        call: str | None = None,
+        slowly: bool = False,
+        tentative: bool = False,
+        after_s: float = 0.0,
+    ) -> None:
+        """Want the floor for a sentence, not before `after_s`; see `Intent`."""
+        self.floor.want(Intent(urgency, topic, compose, trigger, slot, call, slowly, tentative, now + after_s), now)
+
+    def arm(self, now: float, after_s: float) -> None:
+        """The state's time is over then."""
+        self.timer_s = now + after_s
+
+    def arm_until(self, time_s: float | None) -> None:
+        """The state's time is over then; never, if it is None."""
+        self.timer_s = time_s
+
+    def postpone(self, by_s: float) -> None:
+        """Give the state more time, if it has an end at all."""
+        if self.timer_s is not None:
+            self.timer_s += by_s
+
+    def reconsider(self, now: float) -> None:
+        """Something became free."""
+        if self.state is State.READY:
+            self.arm(now, self.timing.decide_s)
+
+    def rank(self, asker: str, salt: int, now: float) -> int:
+        """This robot's place among those who could answer `asker`, in an order that `salt` shuffles.
+
+        Each name has a number of its own. So a robot that knows of one peer fewer still agrees with the others on the
+        order of all the rest: the first two answer in one slot only if the second does not know of the first.
+        """
+        own, asking = self.role.name.lower(), asker.lower()
+        own_lot = lot(own, salt)
+        return min(sum(lot(name, salt) < own_lot for name in self.peers.present(now) if name != asking), RANK_MAX)
+
+    def lease_end_s(self, now: float) -> float:
+        """When a lease that is renewed now ends: in a crowd each one's turn comes more rarely."""
+        return now + max(self.timing.lease_s, self.timing.lease_per_robot_s * len(self.peers.present(now)))
