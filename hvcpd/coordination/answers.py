@@ -5,7 +5,7 @@ from __future__ import annotations
 from hvcpd.coordination import claims
 from hvcpd.coordination.addressing import is_for_me_alone
 from hvcpd.coordination.board import CLAIMED, DONE
-from hvcpd.coordination.knowledge import Knowledge
+from hvcpd.coordination.knowledge import Knowledge, Reactions
 from hvcpd.coordination.states import PROPOSING, State, Trigger
 from hvcpd.coordination.table import fire
 from hvcpd.language import messages as m
@@ -110,3 +110,6 @@ def left(me: Knowledge, u: m.Utterance, s: m.Left, now: float) -> None:
                 me.board.complete(number, None, hearsay=True, told_by=u.speaker)
     fire(me, Trigger.ANSWERED, now)
     me.reconsider(now)
+
+
+REACTIONS: Reactions = {m.Left: left, m.Confirmed: confirmed, m.Negative: negative}

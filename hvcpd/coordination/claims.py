@@ -11,7 +11,7 @@ from hvcpd.coordination import composing, orders
 from hvcpd.coordination.addressing import is_for_me_alone
 from hvcpd.coordination.board import CLAIMED, Entry
 from hvcpd.coordination.floor import Urgency
-from hvcpd.coordination.knowledge import HeardClaim, Knowledge, QuotedReport
+from hvcpd.coordination.knowledge import HeardClaim, Knowledge, QuotedReport, Reactions
 from hvcpd.coordination.slots import DOER_SLOT, OTHERS_SLOT, OWNER_SLOT, UNSURE_SLOTS, confirming_slot, objection_slot
 from hvcpd.coordination.states import AT_WORK, NEWCOMER, PROPOSING, State, Trigger
 from hvcpd.coordination.table import fire
@@ -267,3 +267,6 @@ def note_moved_on(me: Knowledge, name: str, number: int) -> None:
         heard = entry.state == CLAIMED and entry.owner == name and entry.times_heard >= HEARD_SURELY
         if heard and entry.firm and former not in (number, me.current.task):
             me.board.complete(former, name, hearsay=True)
+
+
+REACTIONS: Reactions = {m.Claim: claim, m.Working: working, m.Completed: completed, m.Failed: failed}

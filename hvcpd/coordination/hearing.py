@@ -3,13 +3,11 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
-from typing import Any
 
 from hvcpd.coordination import answers, claims, composing, earshot, orders, people, relaying, repair, stopping
 from hvcpd.coordination.addressing import is_for, is_for_me_alone, must_spell_for
 from hvcpd.coordination.floor import Urgency
-from hvcpd.coordination.knowledge import Knowledge
+from hvcpd.coordination.knowledge import Knowledge, Reactions
 from hvcpd.coordination.states import DEPARTING, PROPOSING, State, Trigger
 from hvcpd.coordination.table import fire
 from hvcpd.language import messages as m
@@ -145,29 +143,19 @@ def _distrusted(me: Knowledge, u: m.Utterance, _s: m.Distrusted, now: float) -> 
         fire(me, Trigger.GAVE_UP, now)
 
 
-_REACTIONS: dict[type, Callable[[Knowledge, m.Utterance, Any, float], None]] = {
+_REACTIONS: Reactions = {
+    **claims.REACTIONS,
+    **answers.REACTIONS,
+    **orders.REACTIONS,
+    **people.REACTIONS,
+    **relaying.REACTIONS,
     type(None): _greeting,
     m.Spelled: _spelled,
-    m.Claim: claims.claim,
-    m.Working: claims.working,
-    m.Completed: claims.completed,
-    m.Failed: claims.failed,
-    m.Left: answers.left,
-    m.Confirmed: answers.confirmed,
-    m.Negative: answers.negative,
-    m.Order: orders.order,
-    m.Unable: orders.unable,
-    m.Unknown: orders.unable,
-    m.Busy: orders.busy,
-    m.WhatDoing: people.what_doing,
-    m.WhatLeft: people.what_left,
     m.WhoHere: _who_here,
-    m.ReportWanted: people.report_wanted,
     m.SayAgain: _say_again,
     m.Stopped: _let_go,
     m.Leaving: _let_go,
     m.NameTaken: _name_taken,
-    m.Relayed: relaying.relayed,
     m.Distrusted: _distrusted,
     m.SealedMessage: _sealed_message,
 }

@@ -8,6 +8,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass, field
+from typing import Any
 
 from hvcpd.config.tasks import Place
 from hvcpd.coordination.actions import Action, Rng, Role, Timing
@@ -290,3 +291,7 @@ class Knowledge:
     def lease_end_s(self, now: float) -> float:
         """When a lease that is renewed now ends: in a crowd each one's turn comes more rarely."""
         return now + max(self.timing.lease_s, self.timing.lease_per_robot_s * len(self.peers.present(now)))
+
+
+Reactions = dict[type, Callable[[Knowledge, m.Utterance, Any, float], None]]
+"""What a robot does about a sentence, by the type of its statement: knowledge, utterance, statement, time in s."""

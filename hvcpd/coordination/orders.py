@@ -6,7 +6,7 @@ from hvcpd.coordination import composing
 from hvcpd.coordination.addressing import is_for_me_alone
 from hvcpd.coordination.choosing import in_name_conflict
 from hvcpd.coordination.floor import Urgency
-from hvcpd.coordination.knowledge import Knowledge
+from hvcpd.coordination.knowledge import Knowledge, Reactions
 from hvcpd.coordination.states import AT_WORK, State, Trigger
 from hvcpd.coordination.table import fire
 from hvcpd.language import messages as m
@@ -90,3 +90,6 @@ def unable(me: Knowledge, u: m.Utterance, _s: m.Unable | m.Unknown, now: float) 
 def busy(me: Knowledge, u: m.Utterance, _s: m.Busy, now: float) -> None:
     if me.state is State.ORDERED and u.speaker == me.current.partner and is_for_me_alone(me, u):
         fire(me, Trigger.GAVE_UP, now)
+
+
+REACTIONS: Reactions = {m.Order: order, m.Unable: unable, m.Unknown: unable, m.Busy: busy}

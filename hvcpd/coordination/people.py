@@ -6,7 +6,7 @@ from hvcpd.coordination import composing
 from hvcpd.coordination.addressing import is_for, is_for_me_alone
 from hvcpd.coordination.choosing import in_name_conflict
 from hvcpd.coordination.floor import Urgency
-from hvcpd.coordination.knowledge import Knowledge
+from hvcpd.coordination.knowledge import Knowledge, Reactions
 from hvcpd.coordination.states import NEWCOMER, State, Trigger
 from hvcpd.coordination.table import fire
 from hvcpd.language import messages as m
@@ -100,3 +100,6 @@ def resume(me: Knowledge, u: m.Utterance, confidence: float, now: float) -> None
 
 def _alone_with(me: Knowledge, speaker: str | None, now: float) -> bool:
     return all(name == (speaker or "").lower() for name in me.peers.present(now))
+
+
+REACTIONS: Reactions = {m.WhatDoing: what_doing, m.WhatLeft: what_left, m.ReportWanted: report_wanted}

@@ -13,7 +13,7 @@ from hvcpd.coordination import claims, composing
 from hvcpd.coordination.addressing import is_for_me_alone
 from hvcpd.coordination.board import DONE
 from hvcpd.coordination.floor import Urgency
-from hvcpd.coordination.knowledge import NEVER_S, Knowledge, QuotedReport, RelayedMessage, Relays
+from hvcpd.coordination.knowledge import NEVER_S, Knowledge, QuotedReport, Reactions, RelayedMessage, Relays
 from hvcpd.coordination.slots import OWNER_SLOT
 from hvcpd.coordination.states import DEPARTING, NEWCOMER, State
 from hvcpd.language import messages as m
@@ -153,3 +153,6 @@ def denied(me: Knowledge, u: m.Utterance, now: float) -> None:
         me.missed.last_s = now
         me.board.reopen(quoted.number)
         me.reconsider(now)
+
+
+REACTIONS: Reactions = {m.Relayed: relayed}
