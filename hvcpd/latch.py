@@ -128,13 +128,14 @@ class StopLatch:
 
     def _revoke(self, line: bytes) -> None:
         first: OSError | None = None
+        self._cut_if_moved()
         for means in (partial(self._replace, line), self._cut, self._delete):
             try:
                 means()
             except OSError as error:
                 first = first or error
             else:
-                if not self._permits():
+                if self._forbids():
                     return
         kept = next((path for path in self._spares if _made(path)), None)
         reason = (first.strerror if first is not None else None) or "it can still be read as before"
@@ -148,11 +149,22 @@ class StopLatch:
             "go on; make its disk writable"
         )
 
-    def _permits(self) -> bool:
+    def _forbids(self) -> bool:
+        """Whether the next start will be stopped: without a latch that is so where there is a memory that had one."""
         found = self.read()
-        return found is not None and found.permit in (Permit.FREE, Permit.NEW)
+        if found is None:
+            return self.path.parent.is_dir() and any(self.path.parent.iterdir())
+        return found.permit not in (Permit.FREE, Permit.NEW)
+
+    def _cut_if_moved(self) -> None:
+        """Whoever has moved the folder away may move it back."""
+        if self._held is not None:
+            with suppress(OSError):
+                if not self.path.exists() or not os.path.samestat(self.path.stat(), os.fstat(self._held)):
+                    os.ftruncate(self._held, 0)
 
     def _replace(self, line: bytes) -> None:
+        self.path.parent.mkdir(parents=True, exist_ok=True)
         fresh = self.path.with_name(f"{self.path.name}.new")
         flags = os.O_RDWR | os.O_CREAT | os.O_TRUNC | os.O_CLOEXEC | os.O_NOFOLLOW
         descriptor = os.open(fresh, flags, 0o600)
@@ -176,12 +188,14 @@ class StopLatch:
         try:
             os.ftruncate(descriptor, 0)
             os.fsync(descriptor)
+            if not os.path.samestat(self.path.stat(), os.fstat(descriptor)):
+                raise FileNotFoundError(None, "another file is in its place")
         finally:
             if descriptor != self._held:
                 os.close(descriptor)
 
     def _delete(self) -> None:
-        self.path.unlink(missing_ok=True)
+        self.path.unlink()
         _sync_folder(self.path.parent)
 
 

@@ -7,10 +7,10 @@ from hvcpd.coordination.knowledge import Knowledge
 from hvcpd.coordination.states import DEPARTING
 from hvcpd.language import messages as m
 
-MAX_WAITING = 8
+MAX_SENTENCES = 8
 """Sentences that may wait for the floor: some 40 s of talk, after which nobody knows why they were wanted."""
 
-_TOPICS = tuple(f"requested {number}" for number in range(MAX_WAITING))
+_TOPICS = tuple(f"requested {number}" for number in range(MAX_SENTENCES))
 
 FREE_SPEECH = (
     m.Order,
@@ -41,7 +41,7 @@ def refusal(me: Knowledge, u: m.Utterance) -> str | None:
     if me.state in DEPARTING:
         return f"{own} is leaving"
     if all(me.floor.wants(topic) for topic in _TOPICS):
-        return f"{MAX_WAITING} sentences wait to be said already; try again when it is quieter"
+        return f"{MAX_SENTENCES} sentences wait to be said already; try again when it is quieter"
     return None
 
 

@@ -25,6 +25,7 @@ from tests.console.asking import heard, status, task
 from tests.daemon.running import RunningRobot
 from tests.daemon.test_control_service import heard as recognised
 from tests.reporting.example import example
+from tests.reporting.shift_example import flower_tasks
 
 browser = pytest.importorskip("tests.console.browser", reason="needs selenium and axe-core-python (dev)")
 
@@ -202,16 +203,19 @@ def test_a_recorded_mission_is_played_and_wound_back(driver: browser.webdriver.C
         driver.get("about:blank")
 
 
-@pytest.mark.parametrize("n_names", [2, 12])
-def test_the_phrase_card_prints_on_two_sheets(n_names: int, driver: browser.webdriver.Chrome, tmp_path: Path) -> None:
+@pytest.mark.parametrize(("n_names", "n_tasks", "sheets"), [(2, 5, 2), (12, 5, 2), (2, 12, 3), (12, 30, 3)])
+def test_the_phrase_card_prints_on_whole_sheets(
+    n_names: int, n_tasks: int, sheets: int, driver: browser.webdriver.Chrome, tmp_path: Path
+) -> None:
     names = "Rob Bot Max Ann Mia Ted Gus Rex Zoe Kim Oda Cal".split()[:n_names]
-    tasks = tuple(f"water the {colour} rose" for colour in "green violet indigo orange yellow".split())
-    book = Phrasebook(Vocabulary(tuple(names), ("plant", "a", "b"), tasks, (1, 2, 3, 4, 5)))
-    (tmp_path / "card.html").write_text(card_page(make_card(book), list(enumerate(tasks, 1))), encoding="utf-8")
+    tasks = flower_tasks(n_tasks)
+    named, numbers = zip(*((task.name, task.number) for task in tasks), strict=True)
+    book = Phrasebook(Vocabulary(tuple(names), ("plant", "a", "b"), named, numbers))
+    (tmp_path / "card.html").write_text(card_page(make_card(book), tasks), encoding="utf-8")
     driver.get((tmp_path / "card.html").as_uri())
     driver.execute_cdp_cmd("Emulation.clearDeviceMetricsOverride", {})
     driver.execute_cdp_cmd("Emulation.setEmulatedMedia", {"media": "", "features": []})
     printed = driver.execute_cdp_cmd("Page.printToPDF", {"preferCSSPageSize": True, "printBackground": True})
     pdf = base64.b64decode(printed["data"])
-    assert len(re.findall(rb"/Type\s*/Page\b", pdf)) == 2
+    assert len(re.findall(rb"/Type\s*/Page\b", pdf)) == sheets
     assert b"595" in pdf, "A4 is 595 points wide"

@@ -149,12 +149,20 @@ def test_what_would_steer_a_page_or_a_terminal_is_replaced() -> None:
         ({"sound": {"listening": True, "mute": True}}, [], "mute"),
         ({"sound": {"listening": True, "mute": False, "too_busy": True}}, [], "computer is too busy"),
         ({"memory": {"lost": 3}}, [], "3 records"),
+        ({"memory": {"lost": 3, "fault": "the disk is full"}}, [], "the disk is full"),
+        ({"memory": {"lost": 0, "unkept": "read-only"}}, [], "After a restart"),
         ({}, [task(2, state="failed", failed_by=["Bot"])], "given up by Bot"),
     ],
 )
 def test_alarms(more: dict[str, Any], tasks: list[dict[str, Any]], words: str) -> None:
     (alarm,) = alarms_of(status(**more), tasks)
     assert words in alarm["text"]
+
+
+def test_a_lost_memory_is_an_alarm_until_somebody_says_resume() -> None:
+    lost = {"lost": 0, "loss": "rob.latch is missing"}
+    assert [alarm["id"] for alarm in alarms_of(status(stopped=True, memory=lost), [])] == ["stopped", "loss"]
+    assert alarms_of(status(stopped=False, memory=lost), []) == []
 
 
 def test_where_all_is_well_there_is_no_alarm() -> None:

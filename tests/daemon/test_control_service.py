@@ -16,8 +16,9 @@ from hypothesis import strategies as st
 from structlog.testing import capture_logs
 
 from hvcpd import __version__
-from hvcpd.coordination.requested_speech import MAX_WAITING
+from hvcpd.coordination.requested_speech import MAX_SENTENCES
 from hvcpd.coordination.states import State
+from hvcpd.daemon.control_lobby import MAX_WAITING
 from hvcpd.daemon.control_protocol import MAX_LINE_BYTES
 from hvcpd.daemon.control_server import MAX_CLIENTS, MAX_FOLLOWERS, MAX_UNREAD_BYTES
 from hvcpd.errors import RunningError
@@ -127,7 +128,7 @@ def test_sentences_are_said_in_turn_and_only_those_that_are_true(tmp_path: Path)
                 ("x" * 300, "bad_argument"),
             ):
                 assert (await talk.ask("say", text=text))["error"]["code"] == code
-            for _ in range(MAX_WAITING):
+            for _ in range(MAX_SENTENCES):
                 assert (await talk.ask("say", text="hi bot, i am rob, what is left"))["ok"]
             assert "wait to be said" in (await talk.ask("say", text="stop"))["error"]["text"]
             await talk.hang_up()
@@ -381,6 +382,46 @@ def test_without_a_place_for_the_socket_the_robot_lives_on(tmp_path: Path) -> No
         async with control(tmp_path, **{"control.enabled": False}) as bench:
             assert not bench.path.exists()
             await bench.live(blocks=2)
+
+    run(scene())
+
+
+def test_a_memory_that_fails_is_told_as_an_event_and_in_the_status(tmp_path: Path) -> None:
+    async def scene() -> None:
+        async with control(tmp_path) as bench:
+            talk = await bench.connect()
+            await talk.ask("subscribe", events=["memory"])
+            assert (await talk.ask("status"))["result"]["memory"]["fault"] is None
+            bench.body.outfit.settings.memory_path.unlink()
+            with capture_logs():
+                await bench.live(heard(), blocks=2)
+                await bench.journal.settled()
+                await bench.live(blocks=1)
+            event = await talk.line()
+            assert event is not None
+            assert (event["event"], event["unkept"], event["loss"]) == ("memory", None, None)
+            assert "is gone" in event["fault"]
+            assert (await talk.ask("status"))["result"]["memory"]["fault"] == event["fault"]
+            assert (await talk.ask("stop"))["result"]["kept"] is True, "the latch is another file"
+            await talk.hang_up()
+
+    run(scene())
+
+
+def test_who_says_nothing_takes_nobodys_place(tmp_path: Path) -> None:
+    async def scene() -> None:
+        async with control(tmp_path) as bench:
+            asking = await bench.connect()
+            await asking.ask("status")
+            silent = [await bench.connect() for _ in range(MAX_WAITING + 3)]
+            assert [await talk.line() for talk in silent[:3]] == [
+                {"id": None, "ok": False, "error": {"code": "busy", "text": f"{MAX_WAITING} programs wait to be heard"}}
+            ] * 3
+            assert await silent[0].line() is None
+            assert (await silent[3].ask("status"))["ok"]
+            assert (await asking.ask("stop"))["ok"]
+            for talk in (asking, *silent):
+                await talk.hang_up()
 
     run(scene())
 

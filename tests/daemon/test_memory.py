@@ -267,14 +267,39 @@ def test_a_start_on_a_full_disk_is_stopped_and_says_why(robot: Robot) -> None:
     assert robot.starts().stopped
 
 
-def test_a_folder_that_was_moved_away_under_the_robot(robot: Robot) -> None:
+@pytest.mark.parametrize("comes_back", [False, True])
+def test_a_folder_that_was_moved_away_under_the_robot(robot: Robot, comes_back: bool) -> None:
     folder = robot.files.tasks.parent
     with robot.life() as (memory, latch):
         folder.rename(folder.with_name("moved"))
         with pytest.raises(StoreError):
             memory.store.save_task(TASK)
-        stop(memory, latch)  # nothing is left that permits anything
+        stop(memory, latch)
+    if comes_back:
+        shutil.rmtree(folder)
         folder.with_name("moved").rename(folder)
+    assert robot.starts().stopped
+    assert robot.starts().stopped
+
+
+def test_a_folder_that_was_emptied_under_the_robot(robot: Robot) -> None:
+    with robot.life(ends=False) as (memory, latch):
+        for file in robot.files.tasks.parent.iterdir():
+            file.unlink()
+        stop(memory, latch)
+    memory = robot.starts()
+    assert memory.stopped
+    assert memory.loss is not None
+
+
+def test_a_file_in_the_place_of_the_folder(robot: Robot) -> None:
+    folder = robot.files.tasks.parent
+    with robot.life() as (memory, latch):
+        folder.rename(folder.with_name("moved"))
+        folder.write_text("in the way")
+        with pytest.raises(StoreError, match=r"only in .*run\.stopped"):
+            stop(memory, latch)
+    folder.unlink()
     assert robot.starts().stopped
 
 
