@@ -79,6 +79,7 @@ def _start(options: argparse.Namespace, devices: Devices | None) -> int:
     load_libraries()  # before anything else loads them
     from hvcpd.config.settings import load_with_sources
     from hvcpd.daemon.devices import Devices
+    from hvcpd.daemon.notify import ServiceManager
     from hvcpd.daemon.outfit import equip, name_fault
     from hvcpd.daemon.preflight import examine
     from hvcpd.daemon.telling import set_up_logging
@@ -91,6 +92,8 @@ def _start(options: argparse.Namespace, devices: Devices | None) -> int:
         _complain(str(error))
         return error.exit_status
     settings = loaded.settings
+    manager = ServiceManager()
+    manager.status("looking for all that it needs; the first time takes longest")
     preflight = examine(settings, devices, allow_confusable=options.allow_confusable)
     _show(preflight, options.check)
     if options.check or preflight.outfit is None or preflight.exit_status != EX_OK:
@@ -105,11 +108,10 @@ def _start(options: argparse.Namespace, devices: Devices | None) -> int:
         set_up_logging(settings.log_level, form=settings.log_format, limiter=limiter)
 
     from hvcpd.daemon.life import Daemon
-    from hvcpd.daemon.notify import ServiceManager
     from hvcpd.daemon.reloading import Rereading
 
     rereading = Rereading(loaded.sources, read_again, set_log)
-    return _run(Daemon(preflight.outfit, devices, ServiceManager(), rereading), limiter)
+    return _run(Daemon(preflight.outfit, devices, manager, rereading), limiter)
 
 
 def _replace_closed_streams() -> None:
