@@ -267,8 +267,9 @@ def _instead_of(word: str, key: str, book: Phrasebook, sound: Sound) -> Iterator
         firsts = {spoken_words(task)[0] for task in book.vocabulary.tasks}
         found = instead_of_deed(word) if word in firsts else instead_of_thing(word)
     used = set(book.heard_graph.words) - ({word} if key == "tasks" else set())
+    read = {word, *sound.lexicon.entries}
     for phrase in found:
-        listed = key != "tasks" or all(each in sound.lexicon.entries or sound.lexicon.form(each) for each in phrase)
+        listed = key != "tasks" or all(each in read or sound.lexicon.form(each) for each in phrase)
         if listed and not used & {each.lower() for each in phrase}:
             yield phrase
 
