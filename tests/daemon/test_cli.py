@@ -105,7 +105,9 @@ def test_check_warns_of_what_may_not_be_meant(config: Path, capsys: pytest.Captu
     config.write_text(config.read_text().replace("wheels: {", "wheels: {driver: none, ") + f"tasks: {tasks}\n")
     assert main(["--config", str(config), "--name", "Rob", "--check"], Devices(TwoCards, never, never)) == EX_OK
     out, err = capsys.readouterr()
-    assert err.startswith(f"hvcpd: warning: {tasks}: task 1, 'water the green rose': it has a place, but no action leads")
+    assert err.startswith(
+        f"hvcpd: warning: {tasks}: task 1, 'water the green rose': it has a place, but no action leads"
+    )
     assert "no action leads" not in out
 
 
