@@ -4,12 +4,14 @@
         [--plants 5-12] [--noise-db 35-45]
     python -m benchmarks.missions relay [--seeds 1-3]
     python -m benchmarks.missions words [--seeds 1-10000] [--loss 0-0.3] [--outages 2]
+    python -m benchmarks.missions earshot [--seeds 1-200]
     python -m benchmarks.missions crowd [--seeds 1-5]
     python -m benchmarks.missions speed
 
 `audio` runs `hvcpctl simulate --json` for each seed; the figures are those of its last line. With `--plants`, so many
 stand at random places, in noise of a random level. `relay`: whole robots with sound, too; three in a row, an order from
-one end to the other, which do not hear each other. The others run the same state machines over air of words
+one end to the other, which do not hear each other. `earshot`: both modes, where a voice carries some metres and many
+plants are farther off. The others run the same state machines over air of words
 (hil_fakes), with random teams, places, losses and outages.
 """
 
@@ -31,7 +33,7 @@ from benchmarks.random_plants import random_room
 from hil_fakes.bench import Bench
 from hil_fakes.bench_plans import relay_plan
 from hil_fakes.word_mission import WordMission, WordPlan
-from hil_fakes.word_plans import NAMES, omniscient_airtime_s, random_plan, random_tasks
+from hil_fakes.word_plans import NAMES, fading_plan, omniscient_airtime_s, random_plan, random_tasks
 from hvcpd.assembly import make_sound
 from hvcpd.reporting.events import Said, Summary
 
@@ -98,6 +100,7 @@ def relay(o: argparse.Namespace) -> None:
 def words(o: argparse.Namespace) -> None:
     loss = _ends(o.loss, float)
     twice = twice_whole = lost = endless = tasks = sent = n = 0
+    ended_s = 0.0
     began_s = time.perf_counter()
     for seed in _range(o.seeds):
         plan = random_plan(seed, loss=loss, outages_max=o.outages)
@@ -110,6 +113,7 @@ def words(o: argparse.Namespace) -> None:
         bad = result.duplicates > 0 and not result.off_in_mid_task
         twice_whole += bad
         endless += math.isinf(result.ended_s)
+        ended_s += 0.0 if math.isinf(result.ended_s) else result.ended_s
         if bad or result.lost or math.isinf(result.ended_s):
             print(
                 f"  seed {seed}: lost {result.lost}, twice {result.duplicates}, ended {result.ended_s:.0f} s",
@@ -117,9 +121,23 @@ def words(o: argparse.Namespace) -> None:
             )
     wall_s = time.perf_counter() - began_s
     print(f"{n} missions, loss {o.loss}, up to {o.outages} outages: {tasks} tasks, {sent / tasks:.1f} sentences a task")
-    print(f"missions with a task lost: {lost}; that did not end: {endless}")
+    print(f"missions with a task lost: {lost}; that did not end: {endless}; mean time to the end {ended_s / n:.0f} s")
     print(f"missions with a task done twice: {twice}, of them without a robot switched off in mid-task: {twice_whole}")
     print(f"{n / wall_s:.0f} missions a second")
+
+
+def earshot(o: argparse.Namespace) -> None:
+    """Robots out of each other's earshot: what is lost, what is done twice, and who never learns that all is done."""
+    print("mode        missions  tasks  lost  twice  each once in  not all know  sentences a task")
+    for mode in ("coordinate", "volunteer"):
+        plans = [fading_plan(seed, mode == "coordinate") for seed in _range(o.seeds)]
+        results = [WordMission(plan).run() for plan in plans]
+        tasks = sum(len(plan.tasks) for plan in plans)
+        lost, twice = (sum(getattr(r, what) for r in results) for what in ("lost", "duplicates"))
+        once = sum(not r.lost and not r.duplicates for r in results)
+        unaware = sum(math.isinf(r.ended_s) for r in results)
+        said = sum(r.sent for r in results) / tasks
+        print(f"{mode:10} {len(plans):9} {tasks:6} {lost:5} {twice:6} {once:13} {unaware:13} {said:17.1f}", flush=True)
 
 
 def crowd(o: argparse.Namespace) -> None:
@@ -186,6 +204,9 @@ def main() -> None:
     c.add_argument("--loss", default="0-0.3")
     c.add_argument("--outages", type=int, default=2)
     c.set_defaults(run=words)
+    c = kinds.add_parser("earshot")
+    c.add_argument("--seeds", default="1-200")
+    c.set_defaults(run=earshot)
     c = kinds.add_parser("crowd")
     c.add_argument("--seeds", default="1-5")
     c.set_defaults(run=crowd)

@@ -1,13 +1,14 @@
 """Is a sentence heard as it was said whatever silence is around it, or none?
 
-    python -m benchmarks.silence [--names Rob,Bot] [--voices oak,rose,…] [--forms 12] [--beds nothing,zeros,…]
+    python -m benchmarks.silence [--names Rob,Bot] [--voices oak,rose,…] [--forms 12] [--beds zeros,lsb,noise,offset]
         [--leads 0,1] [--tails 0,1] [--seed 0] [--jobs 1]
 
 Each voice says one sentence of each form of the phrasebook (of --forms of them, drawn anew for each voice) to ears that
-have heard nothing before, as `hvcpctl hear` has them. What is around and beneath it, rounded to 16 bits: `nothing` and
-`zeros` (beneath it is nothing in both; around it is nothing, or zeros), `lsb` (each sample one step up, down or
-neither), `noise` (-75 dBFS, a quiet room), `offset` (a converter's, 1 % of full scale, with `lsb`). A sentence is right
-if it and nothing else was understood, wrong if anything else was, and lost otherwise; an interval is Wilson's, 95 %.
+have heard nothing before, as `hvcpctl hear` has them. --leads and --tails are seconds before and after it; with 0 the
+file is the sentence. --beds, what is in and around it, rounded to 16 bits: `zeros`, `lsb` (each sample one step up,
+down or neither), `noise` (-75 dBFS, a quiet room), `offset` (a converter's, 1 % of full scale, with `lsb`). A sentence
+is right if it and nothing else was understood; wrong if anything else was, or "stop" over it; and lost otherwise.
+`motions`: of the wrong ones those that would move a robot otherwise than was asked. Intervals are Wilson's, 95 %.
 """
 
 from __future__ import annotations
@@ -33,7 +34,7 @@ from hvcpd.language.phrasebook import Phrasebook
 from hvcpd.people.ears import AtOnce, SecondEars
 from hvcpd.people.opinion import SecondOpinion
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
-from hvcpd.recognition.events import Event, Held, Recognised, Urgent
+from hvcpd.recognition.events import Event, Recognised, Urgent
 from hvcpd.synthesis.voices import VOICES
 
 T = TypeVar("T")
@@ -44,7 +45,7 @@ OFFSET = 0.01
 STEP = 1.0 / 32768.0
 MOTIONS = (m.MoveBy, m.TurnBy, m.ComeBack, m.Order)
 BEDS: dict[str, Callable[[int, np.random.Generator], Samples]] = {
-    "zeros": lambda n, rng: np.zeros(n, np.float32),
+    "zeros": lambda n, _: np.zeros(n, np.float32),
     "lsb": lambda n, rng: np.asarray(rng.integers(-1, 2, n) * STEP, np.float32),
     "noise": lambda n, rng: np.asarray(rng.standard_normal(n) * 10.0 ** (NOISE_DBFS / 20.0), np.float32),
     "offset": lambda n, rng: np.asarray(OFFSET + rng.integers(-1, 2, n) * STEP, np.float32),
@@ -121,22 +122,19 @@ def heard_in(sound: Samples, book: Phrasebook, names: Sequence[str], voices: Sou
 
 
 def verdict(case: Case) -> tuple[Case, str, str]:
+    """Right, lost, wrong or a motion; and what was heard instead."""
     book, voices = team(case.names, case.voice)
     said = utterance_of(case, book)
     events = heard_in(sound_of(case, said, book, voices), book, case.names, voices)
     found = [book.parse(event.words) for event in events if isinstance(event, Recognised)]
-    told = "; ".join(
-        f"{e.confidence:.2f} {e.voice}: {book.write(book.parse(e.words))}" for e in events if isinstance(e, Recognised)
-    )
-    if any(isinstance(event, Urgent | Held) for event in events) and not isinstance(said.statement, m.Stop):
-        told += " + stop"
-        return case, "wrong", f"{book.write(said)!r} was taken for {told!r}"
-    if found == [said]:
+    stopped = any(isinstance(event, Urgent) for event in events) and not isinstance(said.statement, m.Stop)
+    if found == [said] and not stopped:
         return case, "right", ""
-    moves = any(isinstance(each.statement, MOTIONS) for each in found) and not isinstance(said.statement, MOTIONS)
-    if all(each == said for each in found):
-        return case, "lost", f"{book.write(said)!r} was lost"
-    return case, "moves" if moves else "wrong", f"{book.write(said)!r} was taken for {told!r}"
+    told = f"{book.write(said)!r} was heard as {[book.write(each) for each in found]}" + " and stop" * stopped
+    if not found and not stopped:
+        return case, "lost", told
+    moved = any(isinstance(each.statement, MOTIONS) and each.statement != said.statement for each in found)
+    return case, "motions" if moved else "wrong", told
 
 
 def main() -> None:
@@ -168,8 +166,13 @@ def main() -> None:
             counts.setdefault((case.bed, case.lead_s, case.tail_s), Counter())[result] += 1
             if told:
                 print(f"  {case.bed} {case.lead_s:g} {case.tail_s:g} {case.voice} {case.form}: {told}", flush=True)
-    for key, c in sorted(counts.items()):
-        print(key, dict(c), wilson(c["right"], c.total()))
+    print(f"{'bed':7} {'lead':>5} {'tail':>5} {'right':>12} {'95 %':>15} {'wrong':>6} {'motions':>8} {'lost':>5}")
+    for (bed, lead_s, tail_s), c in counts.items():
+        low, high = wilson(c["right"], c.total())
+        print(
+            f"{bed:7} {lead_s:5g} {tail_s:5g} {c['right']:5d} of {c.total():3d} {low:7.1%} to {high:4.0%} "
+            f"{c['wrong'] + c['motions']:6d} {c['motions']:8d} {c['lost']:5d}"
+        )
 
 
 if __name__ == "__main__":

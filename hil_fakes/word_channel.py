@@ -70,6 +70,8 @@ class Sound:
     """Says it once more, if it is to be said twice;"""
     pause_s: float = 0.0
     """after so long."""
+    noticed_by: tuple[str, ...] = ()
+    """Who heard it begin: they hear it end, wherever they are by then."""
 
     def overlaps(self, other: Sound) -> bool:
         return self.start_s < other.end_s and self.end_s > other.start_s
@@ -182,6 +184,7 @@ class WordChannel:
         if sound.cut:
             return
         names = self._listeners(sound)
+        sound.noticed_by = tuple(names)
         for name in names:
             self.talkers[name].channel(True, self.now)
         self.refresh(names)
@@ -205,7 +208,7 @@ class WordChannel:
         self.at(self.now + sound.pause_s, say)
 
     def _released(self, sound: Sound) -> None:
-        names = self._listeners(sound)
+        names = [name for name in self.talkers if name in sound.noticed_by]
         going_on = [s for s in self._sounds if s.start_s + ONSET_S <= self.now < s.end_s + RELEASE_S - 1e-9]
         for name in names:
             busy = any(s.speaker != name and self._audible(s, name) for s in going_on)

@@ -11,6 +11,7 @@ from collections import Counter
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 
+from hil_fakes.word_body import SPEED_M_S, Body
 from hil_fakes.word_channel import Conditions, WordChannel
 from hil_fakes.word_lengths import WordLengths
 from hil_fakes.word_seals import WordSeals
@@ -30,8 +31,6 @@ from hvcpd.coordination.actions import (
 from hvcpd.coordination.coordination import Coordination
 from hvcpd.language import messages as m
 
-SPEED_M_S = 0.2
-"""A burger's, with its turns."""
 STEP_S = 5.0
 """So often it is looked whether all is done."""
 
@@ -89,28 +88,6 @@ class WordResult:
     misheard: int
 
 
-@dataclass
-class _Body:
-    """Where a robot is, and what it is doing: it drives in straight lines at a constant speed."""
-
-    place: Place
-    job: int = 0
-    moving: tuple[float, float, Place] | None = None
-
-    def at(self, now: float) -> Place:
-        if self.moving is None:
-            return self.place
-        start_s, end_s, goal = self.moving
-        share = min(max((now - start_s) / max(end_s - start_s, 1e-9), 0.0), 1.0)
-        return Place(
-            self.place.x_m + share * (goal.x_m - self.place.x_m), self.place.y_m + share * (goal.y_m - self.place.y_m)
-        )
-
-    def halt(self, now: float) -> None:
-        self.place, self.moving = self.at(now), None
-        self.job += 1
-
-
 class WordMission:
     """Runs one mission; `said` keeps the conversation if `keep` is set (for tests and tables)."""
 
@@ -131,7 +108,7 @@ class WordMission:
         self._names = {name.lower(): name for name in plan.names}
         self.known: dict[str, set[str]] = {name: {name} for name in plan.names}
         """Whose names each robot knows; it survives being switched off."""
-        self._bodies = {name: _Body(Place(-5.0 + i % 4, -5.0 + i // 4)) for i, name in enumerate(plan.names)}
+        self._bodies = {name: Body(Place(-5.0 + i % 4, -5.0 + i // 4)) for i, name in enumerate(plan.names)}
         self.air = WordChannel(
             self.robots,
             WordLengths(),

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import random
+from dataclasses import replace
 
 from hil_fakes.word_channel import WORD_S, Conditions
 from hil_fakes.word_lengths import WordLengths
@@ -17,6 +18,12 @@ MISHEARING_MAX = 0.01
 """Of the sentences that a robot reports, at most so many are wrong; the recogniser's own rate is measured elsewhere."""
 DELAY_S = 0.05
 """By so much the robots' recognisers report one sentence at different times."""
+EARSHOT_M = (5.0, 9.0)
+"""How far a voice carries where it fades: less than the way to most plants; in noise as loud as speech it is 8 m."""
+CLEAR = 0.6
+"""Up to this share of that way nothing is lost."""
+FADING_LIMIT_S = 4000.0
+"""By then all is done six times over."""
 LATE = 0.3
 """In so many missions of three and more robots one comes late."""
 
@@ -50,6 +57,17 @@ def random_plan(
     )
     late = {names[-1]: chance.uniform(20.0, 200.0)} if len(names) > 2 and chance.random() < LATE else {}
     return WordPlan(names, random_tasks(chance.randint(*tasks), chance), seed, conditions, outages=outages, late=late)
+
+
+def fading_plan(seed: int, coordinate: bool) -> WordPlan:
+    """Two to five robots among plants, some out of earshot of each other; voices fade with the way, or end at once."""
+    chance = random.Random(seed)
+    n = chance.randint(2, 5)
+    plan = random_plan(seed, robots=(n, n), tasks=(4, 10), outages_max=0, loss=(0.0, 0.1))
+    earshot_m = chance.uniform(*EARSHOT_M)
+    clear_m = chance.choice((CLEAR, 1.0)) * earshot_m - 1e-3
+    coordinator = chance.choice(plan.names) if coordinate else None
+    return replace(plan, earshot_m=earshot_m, clear_m=clear_m, coordinator=coordinator, late={}, limit_s=FADING_LIMIT_S)
 
 
 def omniscient_airtime_s(plan: WordPlan) -> float:

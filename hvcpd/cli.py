@@ -80,6 +80,7 @@ def _start(options: argparse.Namespace, devices: Devices | None) -> int:
     load_libraries()  # before anything else loads them
     from hvcpd.config.settings import load_with_sources
     from hvcpd.daemon.devices import Devices
+    from hvcpd.daemon.notify import ServiceManager
     from hvcpd.daemon.outfit import equip
     from hvcpd.daemon.preflight import examine
     from hvcpd.daemon.telling import set_up_logging
@@ -93,6 +94,8 @@ def _start(options: argparse.Namespace, devices: Devices | None) -> int:
         complain("hvcpd", str(error))
         return error.exit_status
     settings = loaded.settings
+    manager = ServiceManager()
+    manager.status("looking for all that it needs; the first time takes longest")
     preflight = examine(settings, devices, allow_confusable=options.allow_confusable)
     _show(preflight, options.check)
     if options.check or preflight.outfit is None or preflight.exit_status != EX_OK:
@@ -107,11 +110,10 @@ def _start(options: argparse.Namespace, devices: Devices | None) -> int:
         set_up_logging(settings.log_level, form=settings.log_format, limiter=limiter)
 
     from hvcpd.daemon.life import Daemon
-    from hvcpd.daemon.notify import ServiceManager
     from hvcpd.daemon.reloading import Rereading
 
     rereading = Rereading(loaded.sources, read_again, set_log)
-    return _run(Daemon(preflight.outfit, devices, ServiceManager(), rereading), limiter)
+    return _run(Daemon(preflight.outfit, devices, manager, rereading), limiter)
 
 
 def _show(preflight: Preflight, ok_too: bool) -> None:

@@ -4,22 +4,33 @@ from __future__ import annotations
 
 import hashlib
 import json
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence, Set
 from dataclasses import dataclass, replace
+from itertools import islice
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
 from hvcpd.assembly import Sound, templates_of
-from hvcpd.language.phrasebook import RESERVED_WORDS, Phrasebook
-from hvcpd.language.words import NUMBER_MAX, number_words
+from hvcpd.errors import PhraseError
+from hvcpd.language.examples import example_sentences
+from hvcpd.language.phrasebook import RESERVED_WORDS, Phrasebook, Vocabulary
+from hvcpd.language.rewording import (
+    SYNONYMS_PATH,
+    instead_of_deed,
+    instead_of_name,
+    instead_of_team,
+    instead_of_thing,
+    known_names,
+)
+from hvcpd.language.words import NUMBER_MAX, number_words, spoken_words
 from hvcpd.recognition.competition import Pair, Phrase, competing_phrases
 from hvcpd.recognition.separation import CONDITIONS, Condition, ConfusionCurve, VoiceSounds
+from hvcpd.synthesis.likeness import phone_distance
 from hvcpd.synthesis.unit_cache import recipe
 from hvcpd.synthesis.voices import Voice
 
-CANDIDATES_PATH = Path(__file__).parent / "config" / "candidate_words.txt"
 HARDEST = CONDITIONS[-1:]
 """Where distances are least: pairs that are far apart here need no closer look."""
 EVERY = 2
@@ -35,8 +46,14 @@ FIXED_WORDS = RESERVED_WORDS.union(*(number_words(n) for n in range(NUMBER_MAX +
 """The forms' own words and the numbers: a team can choose none of them."""
 SAME = 1.0
 """A distance below this in quiet is the same sound: one step of the DTW off the diagonal costs 0.3."""
-PROPOSALS = 3
+PROPOSALS = 2
 """Replacements named for each word."""
+MAX_TRIED = 6
+"""Replacements tried for each word, about 0.3 s each: a person waits for the answer."""
+MAX_EXPLAINED = 4
+"""Confused pairs, the worst ones, for which replacements are sought; the others are told without."""
+NEAR_NAMES = 5
+"""Names tried in place of a name, those with the most phones in common."""
 
 
 @dataclass(frozen=True)
@@ -55,7 +72,14 @@ class Confusion:
     at_minus_5_db: float
     fixed: bool
     """Both are the phrasebook's own: a team cannot reword them, and is not refused for them."""
+    sentences: tuple[str, str] = ("", "")
+    """Two that differ in these phrases alone."""
+    subject: str = ""
+    """Which of the two to reword, where one is the team's."""
+    key: str = "tasks"
+    """The setting that it comes from: `tasks`, `names` or `teams`."""
     proposals: tuple[str, ...] = ()
+    """What to say instead of it: near in meaning or sound, and found to pass this check."""
     alternative_of: str = ""
     """The word as which `first` or `second`, an alternative of the task file, counts."""
 
@@ -66,24 +90,27 @@ class Confusion:
 
 
 def describe(confusion: Confusion) -> str:
-    """One sentence: what is wrong, how much, and the remedy."""
+    """One sentence: which two sentences are mistaken for each other, when, by which words, and the remedy."""
     c = confusion
-    what = "sound the same" if c.same_sound else "would be taken for one another"
-    rates = f"{c.quiet:.1%} of the time in quiet, {c.at_0_db:.1%} in noise at 0 dB"
-    remedy = "reword one of them"
+    when = "even in quiet" if c.quiet > LIMIT_QUIET else "in noise as loud as the voice"
+    what = "sound the same" if c.same_sound else f"would be taken for one another {when}"
+    remedy = f"reword '{c.subject}'" if c.subject else "reword one of them"
     if c.alternative_of:
         remedy = f"leave the alternative of '{c.alternative_of}' out of the task file"
     elif c.proposals:
-        *others, last = c.proposals
-        remedy = (
-            f"instead of '{' '.join(_subject(c)[0])}' say for example {', '.join(others)}{' or ' * bool(others)}{last}"
-        )
-    return f"'{c.first}' and '{c.second}' {what} ({rates}, predicted); {remedy}"
+        *others, last = (f"'{each}'" for each in c.proposals)
+        remedy = f"instead of '{c.subject}' say for example {', '.join(others)}{' or ' * bool(others)}{last}"
+    first, second = c.sentences
+    return f"'{first}' and '{second}' {what}, by the words '{c.first}' and '{c.second}'; {remedy}"
 
 
-def refusal(confusions: Iterable[Confusion]) -> str | None:
-    """Why a team's words cannot be used, one line a pair; None when they can."""
-    lines = [describe(c) for c in confusions if c.confusable and not c.fixed]
+def refusal(confusions: Iterable[Confusion], tasks: Path) -> str | None:
+    """Why a team's words cannot be used, one line a pair with the place to mend it; None when they can.
+
+    `tasks` is the file of the tasks.
+    """
+    wrong = [c for c in confusions if c.confusable and not c.fixed]
+    lines = [f"{tasks if c.key == 'tasks' else c.key}: {describe(c)}" for c in wrong]
     return "\n".join(lines) + "\nTo use them all the same: --allow-confusable" if lines else None
 
 
@@ -106,6 +133,10 @@ def check(
     found = _read(path)
     if found is None:
         found = tuple(_of_alternative(c, counts_as) for c in _find(pairs, voices, sound))
+        wrong = [c for c in found if c.confusable and not c.fixed]
+        explained = {c: _explained(c, book) for c in wrong}
+        explained |= {c: _with_proposals(explained[c], book, pairs, voices, sound) for c in wrong[:MAX_EXPLAINED]}
+        found = tuple(explained.get(c, c) for c in found)
         _write(path, found)
     return found
 
@@ -120,7 +151,7 @@ def _of_alternative(c: Confusion, counts_as: Mapping[Phrase, str]) -> Confusion:
     """An alternative is the team's, whatever words it is made of."""
     words = (counts_as.get(tuple(phrase.split())) for phrase in (c.first, c.second))
     word = next((word for word in words if word is not None), None)
-    return c if word is None else replace(c, fixed=False, proposals=(), alternative_of=word)
+    return c if word is None else replace(c, fixed=False, alternative_of=word)
 
 
 def _is_chosen(first: Phrase, second: Phrase) -> bool:
@@ -131,6 +162,7 @@ def _is_chosen(first: Phrase, second: Phrase) -> bool:
 
 
 def _find(pairs: Sequence[Pair], voices: Sequence[Voice], sound: Sound) -> tuple[Confusion, ...]:
+    """The pairs that come near one another, each in its worst voice, worst first."""
     words = sorted({word for pair in pairs for phrase in pair for word in phrase})
     if not pairs:
         return ()
@@ -144,8 +176,7 @@ def _find(pairs: Sequence[Pair], voices: Sequence[Voice], sound: Sound) -> tuple
             if pair not in worst or _badness(confusion) > _badness(worst[pair]):
                 worst[pair] = confusion
     worst |= {pair: _homophones(pair) for pair in pairs if _may_sound_the_same(pair, sound)}
-    found = sorted(worst.values(), key=lambda c: (-_badness(c), c.first, c.second))
-    return tuple(_with_proposals(c, pairs, voices, sound) for c in found)
+    return tuple(sorted(worst.values(), key=lambda c: (-_badness(c), c.first, c.second)))
 
 
 def _may_sound_the_same(pair: Pair, sound: Sound) -> bool:
@@ -193,71 +224,94 @@ def judge(pair: Pair, voice: Voice, distances: NDArray[np.float32]) -> Confusion
     )
 
 
-def read_candidates(path: Path = CANDIDATES_PATH) -> dict[str, tuple[str, ...]]:
-    """Well-separated words by their kind: "colour", "flower", "name", …"""
-    lines = (line.partition("#")[0].strip() for line in path.read_text(encoding="utf-8").splitlines())
-    kinds = (line.partition(":") for line in lines if line)
-    return {kind.strip(): tuple(words.split()) for kind, _, words in kinds}
-
-
-def _with_proposals(c: Confusion, pairs: Sequence[Pair], voices: Sequence[Voice], sound: Sound) -> Confusion:
-    if not c.confusable or c.fixed:
-        return c
-    subject, kept = _subject(c)
-    places = {b if a == subject else a for a, b in pairs if subject in (a, b)} | {kept}
-    used = {word for pair in pairs for phrase in pair for word in phrase}
-    wanted = [w for w in _alternatives(subject, kept, places) if w.lower() not in used]
-    proposals = best_apart(wanted, sorted(places), voices, sound)
-    fields = dict(vars(c), proposals=proposals)
-    return Confusion(**fields)
-
-
-def _subject(c: Confusion) -> tuple[Phrase, Phrase]:
-    """The phrase to be replaced, one of the team's words where there is one, and the other."""
+def _explained(c: Confusion, book: Phrasebook) -> Confusion:
+    """With two sentences that show it, and the word of the team that is to be another."""
     sides = [tuple(c.first.split()), tuple(c.second.split())]
-    sides.sort(key=lambda phrase: (all(w in FIXED_WORDS for w in phrase), -len(phrase)))
-    return sides[0], sides[1]
+    c = replace(c, sentences=example_sentences(book, sides[0], sides[1]))
+    chosen = [(word, side) for side in sides for word in side if word not in FIXED_WORDS]
+    if c.alternative_of or not chosen:
+        return c
+    word, _ = max(chosen, key=lambda each: (-len(each[1]), len(each[0])))
+    return replace(c, subject=word, key=_key_of(word, book.vocabulary))
 
 
-def _alternatives(subject: Phrase, kept: Phrase, places: set[Phrase]) -> tuple[str, ...]:
-    """Candidates of the kind that most of what competes there is of; a name for a name."""
-    near = [word for phrase in (subject, kept, *places) for word in phrase]
-
-    def likeness(words: tuple[str, ...]) -> int:
-        known = {word.lower() for word in words}
-        return sum(word in known for word in near)
-
-    kinds = read_candidates()
-    if any(phrase[0] in ("all", "team") for phrase in places):
-        return kinds["name"]
-    return max(kinds.values(), key=likeness) if any(map(likeness, kinds.values())) else kinds["alphabet"]
+def _with_proposals(
+    c: Confusion, book: Phrasebook, pairs: Sequence[Pair], voices: Sequence[Voice], sound: Sound
+) -> Confusion:
+    """With what to say instead of its subject."""
+    proposals: list[str] = []
+    wanted = _instead_of(c.subject, c.key, book, sound) if c.subject else ()
+    for phrase in islice(wanted, MAX_TRIED):
+        if len(proposals) < PROPOSALS and _passes(c.subject, phrase, book, frozenset(pairs), voices, sound):
+            proposals.append(" ".join(phrase))
+    return replace(c, proposals=tuple(proposals))
 
 
-def best_apart(
-    words: Sequence[str], rivals: Sequence[Phrase], voices: Sequence[Voice], sound: Sound
-) -> tuple[str, ...]:
-    """Up to PROPOSALS of `words`, those farthest from the nearest of `rivals` in noise; none that is near."""
-    if not words:
-        return ()
-    spoken = {word for phrase in rivals for word in phrase} | {word.lower() for word in words}
-    nearest = dict.fromkeys(words, np.inf)
-    for voice in voices:
-        rendered = templates_of(sorted(spoken), voice, sound)
-        sounds = VoiceSounds({word: takes[:1] for word, takes in rendered.items()}, HARDEST)
-        for word in words:
-            pairs = [((word.lower(),), rival) for rival in rivals]
-            distances = _distances(sounds, [(a, b) if a < b else (b, a) for a, b in pairs])
-            nearest[word] = min(nearest[word], *(float(d.min()) for d in distances.values()))
-    rate: Callable[[float], float] = ConfusionCurve().rate
-    good = [word for word in words if rate(nearest[word]) < LIMIT_NOISE]
-    return tuple(sorted(good, key=lambda word: -nearest[word])[:PROPOSALS])
+def _key_of(word: str, vocabulary: Vocabulary) -> str:
+    spoken = {word for task in (*vocabulary.tasks, *vocabulary.remarks) for word in spoken_words(task)}
+    if word in spoken:
+        return "tasks"
+    return "names" if word in (name.lower() for name in vocabulary.names) else "teams"
+
+
+def _instead_of(word: str, key: str, book: Phrasebook, sound: Sound) -> Iterator[tuple[str, ...]]:
+    """What may be said instead of a word of the team's, the best first, if its words can be read and are not used."""
+    if key == "names":
+        names = sorted(known_names(), key=lambda name: _sound_distance(name, word, sound))
+        known = ((name,) for name in names[:NEAR_NAMES])
+        name = next(each for each in book.vocabulary.names if each.lower() == word)
+        found: Iterable[tuple[str, ...]] = (*known, *instead_of_name(name))
+    elif key == "teams":
+        found = instead_of_team(word)
+    else:
+        firsts = {spoken_words(task)[0] for task in book.vocabulary.tasks}
+        found = instead_of_deed(word) if word in firsts else instead_of_thing(word)
+    used = set(book.heard_graph.words) - ({word} if key == "tasks" else set())
+    read = {word, *sound.lexicon.entries}
+    for phrase in found:
+        listed = key != "tasks" or all(each in read or sound.lexicon.form(each) for each in phrase)
+        if listed and not used & {each.lower() for each in phrase}:
+            yield phrase
+
+
+def _sound_distance(a: str, b: str, sound: Sound) -> float:
+    return phone_distance(sound.lexicon.pronounce(a), sound.lexicon.pronounce(b))
+
+
+def _passes(
+    word: str, phrase: tuple[str, ...], book: Phrasebook, old: Set[Pair], voices: Sequence[Voice], sound: Sound
+) -> bool:
+    """Whether nothing new would be confused if the phrase stood in place of the word."""
+    try:
+        reworded = Phrasebook(_reworded(book.vocabulary, word, " ".join(phrase)))
+        new = [pair for pair in competing_phrases(reworded.heard_graph) if pair not in old]
+    except PhraseError:
+        return False
+    fresh = {each.lower() for each in phrase}
+    pairs = [pair for pair in new if any(fresh.intersection(side) for side in pair)]
+    return not any(c.confusable and not c.fixed for c in _find(pairs, voices, sound))
+
+
+def _reworded(vocabulary: Vocabulary, word: str, phrase: str) -> Vocabulary:
+    """The team's words with the phrase in place of the word, wherever it stands."""
+
+    def changed(text: str) -> str:
+        return " ".join(phrase if part.lower() == word else part for part in text.split(" "))
+
+    return replace(
+        vocabulary,
+        names=tuple(map(changed, vocabulary.names)),
+        teams=tuple(map(changed, vocabulary.teams)),
+        tasks=tuple(map(changed, vocabulary.tasks)),
+        alternatives=tuple(pair for pair in vocabulary.alternatives if pair[0] != word),
+    )
 
 
 def _recipe() -> str:
     """A digest of the programs that decide, so that what older ones found is not found any more."""
     folder = Path(__file__).parent
     names = "competition separation templates frontend decoder scorer".split()
-    sources = [Path(__file__), CANDIDATES_PATH, *(folder / "recognition" / f"{name}.py" for name in names)]
+    sources = [Path(__file__), SYNONYMS_PATH, *(folder / "recognition" / f"{name}.py" for name in names)]
     return recipe() + hashlib.sha256(b"".join(source.read_bytes() for source in sources)).hexdigest()
 
 
@@ -266,13 +320,17 @@ def as_dict(confusion: Confusion) -> dict[str, object]:
     return {k: round(v, 4) if isinstance(v, float) else v for k, v in vars(confusion).items()}
 
 
+_LISTS = ("sentences", "proposals")
+"""Fields that JSON has as lists."""
+
+
 def _read(path: Path | None) -> tuple[Confusion, ...] | None:
     """What was kept; None when there is nothing, or not in this form."""
     if path is None:
         return None
     try:
         rows: list[Mapping[str, object]] = json.loads(path.read_text(encoding="utf-8"))
-        return tuple(Confusion(**{**row, "proposals": tuple(row["proposals"])}) for row in rows)  # type: ignore[arg-type]
+        return tuple(Confusion(**{**row, **{key: tuple(row[key]) for key in _LISTS}}) for row in rows)  # type: ignore[arg-type]
     except (OSError, ValueError, TypeError, KeyError):
         return None
 

@@ -18,7 +18,7 @@ from hvcpd.hardware.navigator import Navigator
 from hvcpd.performer import Performer
 from hvcpd.ports import SAMPLE_RATE_HZ, STANDSTILL, Pose, Samples, WheelReading
 from hvcpd.recognition.events import Event, Held, Released, Urgent
-from hvcpd.records import HoldRecord, PerformedRecord, Record
+from hvcpd.records import HoldRecord, PerformedRecord, Record, SaidRecord
 from hvcpd.robot import Robot
 
 BLOCK = 400
@@ -199,3 +199,18 @@ def test_a_robot_that_speaks_halts_for_what_it_overhears() -> None:
     overheard.coming = [Urgent(100, 200)]
     bench.live()
     assert bench.stopped
+
+
+def test_who_has_no_words_yet_listens_and_obeys_and_speaks_once_it_has_them() -> None:
+    bench = Bench(Forward(1.0))
+    bench.robot.is_silent = True
+    for _ in range(800):  # 20 s, far more than it waits before it greets
+        bench.live()
+    assert not [r for r in bench.records if isinstance(r, SaidRecord)]
+    bench.live(Urgent(0, 1))
+    assert bench.stopped
+    bench.robot.is_silent = False
+    for _ in range(400):
+        bench.live()
+    said = [r.text for r in bench.records if isinstance(r, SaidRecord)]
+    assert said[0].endswith("I have stopped")

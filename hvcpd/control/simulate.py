@@ -98,8 +98,8 @@ def _speech(options: argparse.Namespace, settings: SpeechSettings) -> Speech:
 
 def _refuse_confusable(team: Team) -> None:
     found = check(team.phrasebook, team.names, team.sound, vocabulary_cache(), chosen_only=True)
-    if why := refusal(found):
-        raise ConfigError(f"{team.settings.tasks} or --robots: {why}")
+    if why := refusal(found, team.settings.tasks):
+        raise ConfigError(why)
 
 
 def _coordinator(options: argparse.Namespace, robots: tuple[str, ...]) -> str | None:

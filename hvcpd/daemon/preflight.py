@@ -84,9 +84,9 @@ def find_confusable(outfit: Outfit) -> Finding:
     sound = outfit.sound if there else replace(outfit.sound, cache=None)
     cache = settings.state_dir / "vocabulary" if there else None
     found = check(book, outfit.names, sound, cache, chosen_only=True)
-    why = refusal(found)
+    why = refusal(found, settings.tasks)
     if why is not None:
-        return Finding("vocabulary", f"{settings.tasks} or `names`: {why}", EX_CONFIG)
+        return Finding("vocabulary", why, EX_CONFIG)
     return Finding("vocabulary", "tasks and names can be told apart by ear")
 
 

@@ -231,8 +231,8 @@ def scrutinized(
     energy = np.maximum(energy, least)
     # Each part has a gain of its own, or a part that is not there would look like noise that hides it.
     gains = np.add.reduceat(weighed * sound, edges) / energy
-    left = np.zeros(len(edges) * PART, np.float32)
-    left[: len(sound)] = weighed - np.repeat(np.maximum(gains, 0.0), lengths).astype(np.float32) * whole
+    left = np.zeros(len(edges) * PART)  # double: a faint part's gain squared is more than single precision holds
+    left[: len(sound)] = weighed - np.repeat(np.maximum(gains, 0.0).astype(np.float64), lengths) * whole
     residual = np.fft.rfft(left.reshape(-1, PART))
     spread = (residual.real**2 + residual.imag**2) @ power
     counts = energy / np.maximum(spread / (lengths * max(expected**2, 1e-20)), 1.0)

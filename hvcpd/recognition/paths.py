@@ -279,8 +279,8 @@ def likelihood_of(strength: float, expected: float) -> float:
 
 
 def passes(strength: float, expected: float) -> bool:
-    """Whether a sound may be what was expected with that strength: a word that is far louder than those before it is none
-    of the same sentence."""
+    """Whether a sound may be what was expected with that strength: a word far louder than those before it is none of
+    the same sentence."""
     least, most = LEAST_SHARE * expected, expected / LEAST_SHARE
     return min(least, expected - SLACK) <= strength <= max(most, expected + SLACK)
 

@@ -243,7 +243,8 @@ def conclusion(artist: Artist, watch: Watch, summary: Summary) -> Iterable[Text]
         twice = repeated(watch.doers.values())
         wrong += [f"{twice} done more than once"] * (twice > 0)
         yield artist.text((f"Not all went well: of {plural(summary.tasks, 'task')}, {listed(wrong)}", "bold red"))
-    for robot in dict.fromkeys([*watch.started.robots, *summary.done.values()]):
+    doing = (robot for robots in watch.doers.values() for robot in robots)
+    for robot in dict.fromkeys([*watch.started.robots, *doing]):
         times = {watch.names[number]: doers.count(robot) for number, doers in sorted(watch.doers.items())}
         own = [name + f" ({count} times)" * (count > 1) for name, count in times.items() if count]
         named = listed(own) if own else "nothing"

@@ -82,11 +82,12 @@ def test_alternatives_that_make_no_sense_are_refused(pair: tuple[str, str], mess
 @pytest.mark.parametrize("chosen_only", [True, False])
 def test_an_alternative_that_sounds_like_another_word_is_refused(chosen_only: bool) -> None:
     found = check(book(("indigo", "greene")), ("Rob",), SOUND, chosen_only=chosen_only)
-    text = refusal(found)
+    text = refusal(found, Path("tasks.yaml"))
     assert text is not None
-    assert text.splitlines()[0].startswith("'green' and 'greene' sound the same")
+    assert "sound the same, by the words 'green' and 'greene'; " in text.splitlines()[0]
     assert "leave the alternative of 'indigo' out of the task file" in text
-    assert refusal(check(book(("indigo", "in the go")), ("Rob",), SOUND, chosen_only=chosen_only)) is None
+    others = check(book(("indigo", "in the go")), ("Rob",), SOUND, chosen_only=chosen_only)
+    assert refusal(others, Path("tasks.yaml")) is None
 
 
 def test_a_word_does_not_compete_with_what_counts_as_it() -> None:
@@ -99,5 +100,5 @@ def test_commands_tell_of_bad_alternatives(tmp_path: Path, capsys: pytest.Captur
     path.write_text("tasks:\n  - {number: 1, name: water it, actions: [{wait: 1}]}\nalternatives: {watre: [what a]}\n")
     assert main(["phrases", "--tasks", str(path)]) == 2
     assert capsys.readouterr().err == (
-        "hvcpctl: alternatives: 'watre' is no word of the phrasebook; did you mean 'water'?\n"
+        f"hvcpctl: {path}: alternatives: 'watre' is no word of the phrasebook; did you mean 'water'?\n"
     )

@@ -16,13 +16,13 @@ from hvcpd.daemon.outfit import equip
 from hvcpd.daemon.preflight import find_confusable
 from hvcpd.errors import EX_CONFIG
 from hvcpd.language.phrasebook import RESERVED_WORDS
+from hvcpd.language.rewording import SYNONYMS_PATH, known_names
 from hvcpd.synthesis.lexicon import Lexicon
 from hvcpd.synthesis.voices import VOICES, voice_for
 from hvcpd.vocabulary import (
     FIXED_WORDS,
     LIMIT_NOISE,
     check,
-    read_candidates,
     refusal,
 )
 from tests.control.conftest import Refuse
@@ -64,7 +64,11 @@ def test_confusable_tasks_are_listed_worst_first_with_replacements(
     assert lines[1].startswith("read | red ")
     assert "same sound" in lines[1]
     assert any(line.startswith("lamp | land ") for line in lines[2:4])
-    assert any("instead of 'read' say for example" in line for line in lines)
+    assert any(
+        line.startswith("'Hi, I am Bot, paint the read box' and 'Hi, I am Bot, paint the red box' sound the same")
+        for line in lines
+    )
+    assert any("instead of 'lamp' say for example 'lantern'" in line for line in lines)
 
 
 def test_json_has_one_pair_a_line(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -76,18 +80,48 @@ def test_json_has_one_pair_a_line(tmp_path: Path, capsys: pytest.CaptureFixture[
     assert not worst["same_sound"]
     assert worst["quiet"] < worst["at_0_db"] < worst["at_minus_5_db"] < 0.5
     assert worst["at_0_db"] > LIMIT_NOISE
-    assert len(worst["proposals"]) == 3
+    assert worst["sentences"] == ["Hi, I am Bot, water the lamp rose", "Hi, I am Bot, water the land rose"]
+    assert len(worst["proposals"]) == 2
     assert not {"lamp", "rose", "land"} & set(worst["proposals"])
 
 
-def test_what_is_proposed_passes(sound: Sound) -> None:
-    before = check(book := make_phrasebook(("Rob",), (), repository("water the lamp rose", "water the land rose")),
-                   ("Rob",), sound, chosen_only=True)  # fmt: skip
-    offender = next(c for c in before if c.confusable and not c.fixed)
-    assert "lamp" in book.graph.words
-    for word in offender.proposals:
-        after = make_phrasebook(("Rob",), (), repository("water the land rose", f"water the {word} rose"))
-        assert refusal(check(after, ("Rob",), sound, chosen_only=True)) is None
+@pytest.mark.parametrize(
+    ("tasks", "near"),
+    [
+        (("water the lamp rose", "water the land rose"), {"lantern", "light", "candle"}),
+        (("bring the book", "bring the hook"), {"notebook", "volume", "novel", "manual"}),
+        (("bring the zorb", "bring the zorp"), {"big zorb", "little zorb", "old zorb", "new zorb"}),
+    ],
+)
+def test_what_is_proposed_is_near_in_meaning_and_passes(tasks: tuple[str, ...], near: set[str], sound: Sound) -> None:
+    book = make_phrasebook(("Rob",), (), repository(*tasks))
+    offender = next(c for c in check(book, ("Rob",), sound) if c.confusable and not c.fixed)
+    assert offender.key == "tasks"
+    assert set(offender.proposals) <= near
+    assert offender.proposals
+    for phrase in offender.proposals:
+        changed = [" ".join(phrase if word == offender.subject else word for word in task.split()) for task in tasks]
+        after = make_phrasebook(("Rob",), (), repository(*changed))
+        assert refusal(check(after, ("Rob",), sound), Path("tasks.yaml")) is None
+
+
+def test_a_name_is_replaced_by_a_name(sound: Sound) -> None:
+    names = ("Anna", "Anne")
+    book = make_phrasebook(names, (), repository("water the red rose"))
+    found = check(book, names, sound, chosen_only=True)
+    why = refusal(found, Path("tasks.yaml"))
+    assert why is not None
+    assert why.startswith("names: 'Anna, stop' and 'Anne, stop' ")
+    (pair,) = (c for c in found if c.confusable and not c.fixed)
+    assert pair.proposals
+    assert set(pair.proposals) <= {*known_names(), "Anna2", "Anna7", "Anna9"} - {"Anna", "Anne"}
+
+
+def test_a_word_of_every_list_can_be_said() -> None:
+    lexicon = Lexicon.load()
+    lines = [line for line in SYNONYMS_PATH.read_text().splitlines() if not line.startswith("#")]
+    words = {word.lower() for line in lines for word in line.removeprefix("names:").split()}
+    assert {word for word in words if word not in lexicon.entries and not lexicon.form(word)} == set()
 
 
 def test_bad_input(refused: Refuse, tmp_path: Path) -> None:
@@ -98,7 +132,9 @@ def test_bad_input(refused: Refuse, tmp_path: Path) -> None:
 def test_a_mission_with_confusable_tasks_is_refused(refused: Refuse, tmp_path: Path) -> None:
     tasks = task_file(tmp_path, "water the lamp rose", "water the land rose")
     message = refused("simulate", "--tasks", tasks, "--json")
-    assert "'lamp' and 'land' would be taken for one another" in message
+    assert f"{tasks}: 'Hi, I am Bot, water the lamp rose' and 'Hi, I am Bot, water the land rose' would be" in message
+    assert "instead of 'lamp' say for example 'lantern'" in message
+    assert "%" not in message
     assert "--allow-confusable" in message
 
 
@@ -112,21 +148,21 @@ def test_confusable_tasks_can_be_allowed(tmp_path: Path, capsys: pytest.CaptureF
 
 def test_eight_usual_names_and_the_default_tasks_pass(sound: Sound) -> None:
     book = make_phrasebook(EIGHT, DEFAULT_TEAMS, load_tasks(default_tasks_path()))
-    assert refusal(check(book, EIGHT, sound, chosen_only=True)) is None
+    assert refusal(check(book, EIGHT, sound, chosen_only=True), Path("tasks.yaml")) is None
 
 
 def test_names_that_sound_the_same_are_refused(sound: Sound) -> None:
     book = make_phrasebook(("Ann", "Anne"), (), repository("water the red rose"))
-    why = refusal(check(book, ("Ann", "Anne"), sound, chosen_only=True))
+    why = refusal(check(book, ("Ann", "Anne"), sound, chosen_only=True), Path("tasks.yaml"))
     assert why is not None
-    assert "'ann' and 'anne' sound the same" in why
+    assert "'Ann, stop' and 'Anne, stop' sound the same" in why
 
 
 def test_the_daemons_preflight_refuses_too(tmp_path: Path) -> None:
     tasks = task_file(tmp_path, "water the lamp rose", "water the land rose")
     finding = find_confusable(equip(Settings(name="Rob", state_dir=tmp_path / "state", tasks=tasks)))
     assert finding.exit_status == EX_CONFIG
-    assert "'lamp' and 'land'" in finding.text
+    assert "by the words 'lamp' and 'land'" in finding.text
     assert not (tmp_path / "state").exists()
 
 
@@ -143,14 +179,6 @@ def test_what_was_found_is_kept_by_content(sound: Sound, tmp_path: Path) -> None
     other = make_phrasebook(names, (), repository("water the red rose", "water the green rose"))
     check(other, names, sound, tmp_path, chosen_only=True)
     assert len(list(tmp_path.iterdir())) == 2
-
-
-def test_candidates_are_words_that_can_be_said() -> None:
-    lexicon = Lexicon.load()
-    kinds = read_candidates()
-    assert {"colour", "flower", "name", "alphabet"} <= set(kinds)
-    unknown = [word for words in kinds.values() for word in words if word.lower() not in lexicon.entries]
-    assert unknown == []
 
 
 def test_the_forms_own_words_are_fixed() -> None:

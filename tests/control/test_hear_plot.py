@@ -79,7 +79,7 @@ def test_the_picture_is_written_whole(tmp_path: Path) -> None:
 def test_a_picture_that_cannot_be_written(refused: Refuse, tmp_path: Path) -> None:
     write_wav(tmp_path / "room.wav", noise(1.0))
     assert "there is no folder" in refused("hear", tmp_path / "room.wav", "--plot", tmp_path / "none" / "x.png")
-    assert "it is a folder" in refused("hear", tmp_path / "room.wav", "--plot", tmp_path)
+    assert "Is a directory; name a file in it" in refused("hear", tmp_path / "room.wav", "--plot", tmp_path)
 
 
 def test_an_empty_recording_has_no_picture() -> None:

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import csv
 import json
+import subprocess
+import sys
 from pathlib import Path
 
 import numpy as np
@@ -73,8 +75,8 @@ def test_words_can_be_heard_and_their_frames_written(capsys: pytest.CaptureFixtu
     [
         ((), "give words"),
         (("water", "--paper-table"), "give words"),
-        (("\U0001f389",), "nothing to say"),
-        (("\x01\x7f",), "nothing to say"),
+        (("\U0001f389",), "cannot be said"),
+        (("\x01\x7f",), "cannot be said"),
         (("",), "nothing to say"),
         (("word " * 10_000,), "more than 1000 words"),
         (("two", "words", "--track", "x.csv"), "--track takes one word"),
@@ -91,7 +93,8 @@ def test_what_cannot_be_pronounced(arguments: tuple[str, ...], part: str, refuse
 def test_any_text_is_explained_or_refused(text: str, capsys: pytest.CaptureFixture[str]) -> None:
     status = main(["pronounce", "--", text])
     out, err = capsys.readouterr()
-    assert (status == 0 and "*" in out and not err) or (status == 2 and "nothing to say" in err)
+    refused = "nothing to say" in err or "cannot be said" in err
+    assert (status == 0 and "*" in out and not err) or (status == 2 and refused)
 
 
 def test_a_faulty_lexicon_names_its_lines(refused: Refuse, tmp_path: Path) -> None:
@@ -166,3 +169,42 @@ def test_prerendering_fills_the_cache(
     assert len(units) > 300
     ran(capsys, "say", "Hi, I am Rob", "-o", tmp_path / "x.wav")
     assert sorted((tmp_path / "hvcpd" / "units").glob("*.unit")) == sorted(units)
+
+
+def files_of(folder: Path) -> dict[Path, int]:
+    return {path: path.stat().st_mtime_ns for name in ("units", "vocabulary") for path in (folder / name).iterdir()}
+
+
+@pytest.mark.slow
+def test_a_daemon_makes_nothing_anew_after_prerendering(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    state, config = tmp_path / "state", tmp_path / "hvcpd.yaml"
+    state.mkdir()
+    config.write_text(f"name: Rob\nstate_dir: {state}\nwheels: {{driver: none}}\nseed: 1\n")
+    out = json.loads(ran(capsys, "prerender", "--config", config, "--json"))
+    assert (out["names"], out["folder"], out["for_service"]) == (["Rob"], str(state / "units"), True)
+    before = files_of(state)
+    assert main(["prerender", "--config", str(config)]) == 0, "as it is safe to do it again"
+    room = ["-m", "tests.daemon.quiet_robot", "--config", str(config), "--name", "Rob"]
+    robot = subprocess.Popen([sys.executable, *room], stderr=subprocess.PIPE, text=True)
+    assert robot.stderr is not None
+    with robot:
+        for line in robot.stderr:
+            if "knows the others" in line:
+                robot.terminate()  # once to say that it leaves, and again
+                robot.terminate()
+    assert files_of(state) == before
+
+
+def test_who_cannot_write_the_services_cache_is_told_how(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
+    config = tmp_path / "hvcpd.yaml"
+    (tmp_path / "tasks.yaml").write_text(
+        "tasks: [{number: 1, name: water the rose, place: {x_m: 0, y_m: 0}, actions: [say: a]}]"
+    )
+    config.write_text(f"name: Rob\nnames: [Rob]\nstate_dir: {tmp_path / 'none'}\ntasks: tasks.yaml\n")
+    assert main(["prerender", "--config", str(config)]) == 0
+    err = capsys.readouterr().err
+    assert f"a service reads {tmp_path / 'none' / 'units'}, which you cannot write" in err
+    assert f"sudo -u hvcpd hvcpctl prerender --config {config}" in err

@@ -3,19 +3,23 @@
 from __future__ import annotations
 
 import asyncio
+import io
 import json
 import os
 from collections.abc import Iterator, Sequence
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import settings as examples
 from hypothesis import strategies as st
+from rich.console import Console
 from structlog.testing import capture_logs
 
 from hvcpd import __version__
+from hvcpd.control.status_screen import status_screen
 from hvcpd.coordination.requested_speech import MAX_SENTENCES
 from hvcpd.coordination.states import State
 from hvcpd.daemon.control_lobby import MAX_WAITING
@@ -32,6 +36,13 @@ ORDER = tuple("hi rob i am bot water the green rose".split())
 
 def heard(words: tuple[str, ...] = ORDER) -> Recognised:
     return Recognised(words, "oak", 0, 8000, 0.95, 20.0, ())
+
+
+def shown(status: dict[str, Any]) -> str:
+    """As `hvcpctl status` shows it."""
+    console = Console(width=120, file=io.StringIO())
+    console.print(status_screen(status))
+    return console.file.getvalue()  # type: ignore[attr-defined,no-any-return]
 
 
 def test_status_tells_who_it_is_and_what_it_does(tmp_path: Path) -> None:
@@ -97,7 +108,11 @@ def test_a_stop_before_the_robot_is_there_is_not_forgotten(tmp_path: Path) -> No
     async def scene() -> None:
         async with control(tmp_path, with_robot=False) as bench:
             talk = await bench.connect()
-            assert (await talk.ask("status"))["result"]["state"] == "starting"
+            bench.body.preparation.text = "making words ready: Bot's words, 3 of 97"
+            status = (await talk.ask("status"))["result"]
+            assert status["state"] == "starting"
+            assert "Bot's words, 3 of 97" in shown(status)
+            assert "not opened yet" in shown(status), "it has wheels"
             assert (await talk.ask("tasks"))["error"]["code"] == "starting"
             assert (await talk.ask("reload"))["error"]["code"] == "starting", "the plan is made of what was read before"
             assert (await talk.ask("stop"))["ok"]

@@ -13,6 +13,7 @@ from hvcpd.assembly import RobotPlan, make_sound
 from hvcpd.config.tasks import Place, TaskDefinition, TaskRepository, Water
 from hvcpd.coordination.actions import Role
 from hvcpd.daemon.lessons import Lessons
+from hvcpd.daemon.rehearsal import Rehearsal
 from hvcpd.language.phrasebook import Phrasebook, Vocabulary
 from hvcpd.people.enrolled import Person
 from hvcpd.ports import Pose
@@ -49,15 +50,15 @@ class School:
         for name in names:
             self.enrol(name)
         role = Role("Bot", "plant", volunteer=False)
-        plan = RobotPlan(role, ("Bot", *names), TASKS, Pose(0.0, 0.0), 1, prepared=False)
-        self.roster = Roster(plan, self.sound, settled)
+        self.plan = RobotPlan(role, ("Bot", *names), TASKS, Pose(0.0, 0.0), 1, prepared=False)
+        self.roster = Roster(self.plan, self.sound, settled)
         self.pupil = Pupil("Bot", *names)
 
     def enrol(self, name: str) -> None:
         self.sound.people[name.lower()] = Person(name, {"stop": [np.ones((20, 24), np.float32)]})
 
     def lessons(self) -> Lessons:
-        return Lessons(cast(Robot, self.pupil), self.roster, "Bot", self.sound)
+        return Lessons(cast(Robot, self.pupil), self.roster, self.sound, Rehearsal(self.plan, self.sound))
 
     async def join(self, *names: str) -> None:
         lessons = self.lessons()

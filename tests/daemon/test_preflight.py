@@ -133,7 +133,7 @@ def test_faults_of_lexicon_and_tasks_are_told_together(tmp_path: Path) -> None:
 
 
 def test_a_clash_of_the_vocabulary_is_a_fault(tmp_path: Path) -> None:
-    (tmp_path / "tasks.yaml").write_text("tasks:\n- {number: 1, name: i will stop, actions: [{wait: 1}]}\n")
+    (tmp_path / "tasks.yaml").write_text("tasks:\n- {number: 1, name: say again slowly, actions: [{wait: 1}]}\n")
     with pytest.raises(ConfigError, match=r"tasks\.yaml"):
         outfit(tmp_path, tasks=tmp_path / "tasks.yaml")
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 
 import numpy as np
+import pytest
 
 from hvcpd.people.ears import AtOnce, Finding, LooksAgain, Piece, SecondEars
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
@@ -179,11 +180,42 @@ def test_new_ears_go_on_waiting_for_what_the_old_ones_asked() -> None:
     assert new.push(block(30)) == [SENTENCE]
 
 
-def test_speech_with_gaps_is_not_looked_at() -> None:
-    for blocks_before, seen in ((10, 1), (21, 0)):
-        looker = Looker(SENTENCE)
-        ears = SecondEars(Script({29: [Garbled(32000 + BLOCK, 40000 + BLOCK)]}), looker, AtOnce())
-        run(ears, blocks_before)
-        ears.lost(BLOCK)
-        run(ears, 30 - blocks_before, blocks_before)
-        assert len(looker.pieces) == seen
+def test_what_is_said_at_once_after_the_start_is_looked_at() -> None:
+    looker = Looker(SENTENCE)
+    ears = SecondEars(Script({9: [Garbled(0, 8000)]}), looker, AtOnce())
+    assert run(ears, 12) == [SENTENCE]
+    assert [piece.lead for piece in looker.pieces] == [0]
+
+
+@pytest.mark.parametrize(
+    ("lost", "quiet_blocks", "after", "seen"),
+    [
+        (BLOCK, 10, 0, False),  # its first sound may be lost
+        (BLOCK, 10, BLOCK, True),
+        (BLOCK, 4, BLOCK, False),  # it may go on with what was said before
+        (BLOCK + 1, 10, BLOCK, False),  # a word may have been lost
+        (0, 10, BLOCK, False),  # nobody knows how much was
+        (0, 10, 5 * BLOCK, True),
+    ],
+)
+def test_speech_that_may_be_torn_is_not_looked_at(lost: int, quiet_blocks: int, after: int, seen: bool) -> None:
+    looker, script = Looker(SENTENCE), Script({})
+    ears = SecondEars(script, looker, AtOnce())
+    script.busy = True
+    run(ears, 10)
+    script.busy = False
+    run(ears, quiet_blocks, 10)
+    ears.lost(lost)
+    start = (10 + quiet_blocks) * BLOCK + lost + after
+    script.events[29] = [Garbled(start, start + 8000)]
+    run(ears, 30 - 10 - quiet_blocks, 10 + quiet_blocks)
+    assert bool(looker.pieces) == seen
+
+
+def test_speech_with_a_gap_in_it_is_not_looked_at() -> None:
+    looker = Looker(SENTENCE)
+    ears = SecondEars(Script({29: [Garbled(32000, 40000)]}), looker, AtOnce())
+    run(ears, 21)
+    ears.lost(BLOCK)
+    run(ears, 9, 21)
+    assert not looker.pieces

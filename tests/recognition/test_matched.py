@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
-from hvcpd.recognition.matched import FRAME, REACH, Weighing, correlated, power_of, scrutinized
+from hvcpd.recognition.matched import FRAME, REACH, Weighing, correlated, faded, power_of, scrutinized
 
 
 def _noise(n: int, seed: int, level: float = 0.01) -> Samples:
@@ -165,3 +165,40 @@ def test_a_faint_voice_stirs_and_steady_noise_does_not(colour: list[float]) -> N
 
     assert np.mean(stirs(noise)) < 0.03
     assert any(stirs(said)[500:530])
+
+
+def _steep() -> Weighing:
+    """What was heard was a hum only, so that all else counts 10,000 times as much."""
+    t = np.arange(8 * FRAME) / SAMPLE_RATE_HZ
+    return _taught(np.asarray(0.1 * np.sin(2 * np.pi * 150 * t), np.float32))
+
+
+@pytest.mark.parametrize("n", [3000, 6000, 9000])
+def test_a_word_is_whole_however_steep_the_filter_is(n: int) -> None:
+    weighing, word = _steep(), _word(n)
+    heard = np.pad(0.5 * word, REACH)
+    power = power_of(word)
+    expected = float(np.dot(power, weighing.weights)) ** 0.5
+    weighed = weighing.weigh(heard)
+    strength, _ = correlated(weighed, word, expected)
+    assert scrutinized(weighed, word, power, weighing, strength, expected).whole
+
+
+@pytest.mark.parametrize("cut", [1000, 2080, 3500])
+def test_the_beginning_of_a_word_is_as_strong_as_expected(cut: int) -> None:
+    weighing, word = _steep(), _word()
+    part = faded(word[:cut])
+    expected = float(np.dot(power_of(part), weighing.weights)) ** 0.5
+    weighed = weighing.weigh(np.pad(word, REACH))[:cut]
+    strength, _ = correlated(weighed, part, expected)
+    assert strength > 0.6 * expected
+
+
+def test_zeros_tell_nothing_of_the_noise() -> None:
+    noise = _noise(8 * FRAME, 3)
+    muted = np.concatenate([noise, np.zeros(40 * FRAME, np.float32)])
+    weighing = Weighing()
+    weighing.push(np.zeros(40 * FRAME, np.float32))
+    assert not weighing.ready
+    weighing.push(muted)
+    assert np.allclose(np.median(weighing.weights), np.median(_taught(noise).weights), rtol=0.2)

@@ -194,13 +194,13 @@ def test_no_stream_of_events_breaks_the_page(start: ev.Started, some: list[ev.Ev
 
 def test_who_did_a_task_again_is_listed_with_it() -> None:
     doings = [e for e in MISSION.events if isinstance(e, ev.Watered)]
-    by_bot = [replace(d, robot="Bot") for d in doings]
+    by_bot = [replace(d, robot="Rob1") for d in doings]
     again = [*(replace(d, robot="Rob") for d in doings), *by_bot, by_bot[0]]
     events = [e for e in MISSION.events if not isinstance(e, ev.Watered | ev.Summary)]
     last = next(e for e in MISSION.events if isinstance(e, ev.Summary))
     out = show([*events, *again, replace(last, duplicates=len(doings) + 1)])
     end = " ".join(out.partition("Not all went well")[2].split())
-    rob, bot = end.partition("Rob: ")[2].partition("Bot: ")[::2]
+    rob, bot = end.partition("Rob: ")[2].partition("Rob1: ")[::2]
     names = {plant.task: plant.name for e in events if isinstance(e, ev.Started) for plant in e.plants}
     assert f"{len(doings)} done more than once" in end
     assert all(names[d.task] in line for d in doings for line in (rob, bot))

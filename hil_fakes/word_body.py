@@ -1,0 +1,32 @@
+"""Where a robot of a mission at the level of words is: it drives in straight lines at a constant speed."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from hvcpd.config.tasks import Place
+
+SPEED_M_S = 0.2
+"""A burger's, with its turns."""
+
+
+@dataclass
+class Body:
+    """Where a robot is, and what it is doing: it drives in straight lines at a constant speed."""
+
+    place: Place
+    job: int = 0
+    moving: tuple[float, float, Place] | None = None
+
+    def at(self, now: float) -> Place:
+        if self.moving is None:
+            return self.place
+        start_s, end_s, goal = self.moving
+        share = min(max((now - start_s) / max(end_s - start_s, 1e-9), 0.0), 1.0)
+        return Place(
+            self.place.x_m + share * (goal.x_m - self.place.x_m), self.place.y_m + share * (goal.y_m - self.place.y_m)
+        )
+
+    def halt(self, now: float) -> None:
+        self.place, self.moving = self.at(now), None
+        self.job += 1
