@@ -34,7 +34,7 @@ from hil_fakes.bench import Bench
 from hil_fakes.bench_plans import relay_plan
 from hil_fakes.word_mission import WordMission, WordPlan
 from hil_fakes.word_plans import NAMES, fading_plan, omniscient_airtime_s, random_plan, random_tasks
-from hvcpd.assembly import make_sound
+from hvcpd.assembly.make import make_sound
 from hvcpd.reporting.events import Said, Summary
 
 _Number = TypeVar("_Number", int, float)

@@ -38,7 +38,7 @@ from benchmarks.people_material import (
 from benchmarks.phones.material import common_words
 from benchmarks.phones.texts import Texts
 from benchmarks.phones.voices import calibrators
-from hvcpd.assembly import make_recogniser
+from hvcpd.assembly.make import make_recogniser
 from hvcpd.hardware.soundfile import read_wav
 from hvcpd.people import judging
 from hvcpd.people.ears import Finding, LooksAgain, Piece, SecondEars

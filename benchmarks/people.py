@@ -36,7 +36,7 @@ from benchmarks.people_material import (
     stream,
     words_of,
 )
-from hvcpd.assembly import DEFAULT_TEAMS, make_phrasebook, make_recogniser, make_sound, user_cache_folder
+from hvcpd.assembly.make import DEFAULT_TEAMS, make_phrasebook, make_recogniser, make_sound, user_cache_folder
 from hvcpd.config.task_file import load_tasks
 from hvcpd.config.tasks import default_tasks_path
 from hvcpd.hardware.soundfile import read_wav

@@ -26,16 +26,16 @@ from benchmarks.hearing.material import BLOCK, GAP_S, LEAD_S, Spoken
 from benchmarks.hearing.mixing import add_noise
 from hil_fakes.audio_attacks import AudioAttacks
 from hil_fakes.word_attacks import WordAttacks
-from hvcpd.assembly import DEFAULT_TEAMS, Sound, make_phrasebook, make_recogniser, make_sound, user_cache_folder
+from hvcpd.assembly.make import DEFAULT_TEAMS, Sound, make_phrasebook, make_recogniser, make_sound, user_cache_folder
 from hvcpd.config.task_file import load_tasks
 from hvcpd.config.tasks import default_tasks_path
-from hvcpd.faculties import spoken
 from hvcpd.language import messages as m
 from hvcpd.language.marks import is_sealed
 from hvcpd.language.phrasebook import Phrasebook
 from hvcpd.ports import SAMPLE_RATE_HZ
 from hvcpd.recognition.events import Recognised
-from hvcpd.sealing import Sealing
+from hvcpd.robot.sealing import Sealing
+from hvcpd.robot.speech_output import spoken
 from hvcpd.security.guard import NEAR, Guard
 from hvcpd.security.keys import KEY_BYTES, KeyRing, TeamKey
 from hvcpd.security.seal import Sentence

@@ -16,7 +16,7 @@ import numpy as np
 from benchmarks.hearing.listeners import listen
 from benchmarks.hearing.material import LEAD_S, Spoken, Team, make_stream, make_team
 from benchmarks.hearing.mixing import add_noise
-from hvcpd.assembly import make_spelled
+from hvcpd.assembly.make import make_spelled
 from hvcpd.language import messages as m
 from hvcpd.language.spelling import WORD_OF
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples

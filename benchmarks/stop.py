@@ -22,7 +22,14 @@ import numpy as np
 
 from benchmarks.hearing.material import BLOCK, GAP_S
 from hil_fakes.room import PinkNoise
-from hvcpd.assembly import DEFAULT_TEAMS, make_phrasebook, make_recogniser, make_sound, make_urgent, user_cache_folder
+from hvcpd.assembly.make import (
+    DEFAULT_TEAMS,
+    make_phrasebook,
+    make_recogniser,
+    make_sound,
+    make_urgent,
+    user_cache_folder,
+)
 from hvcpd.config.task_file import load_tasks
 from hvcpd.config.tasks import default_tasks_path
 from hvcpd.hardware.soundfile import read_wav

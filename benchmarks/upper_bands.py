@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 
 from benchmarks.judging import program
 from benchmarks.people_material import levelled, sentences
-from hvcpd.assembly import DEFAULT_TEAMS, make_phrasebook, make_sound, user_cache_folder
+from hvcpd.assembly.make import DEFAULT_TEAMS, make_phrasebook, make_sound, user_cache_folder
 from hvcpd.config.task_file import load_tasks
 from hvcpd.config.tasks import default_tasks_path
 from hvcpd.people.cepstra import LEAST, UPPER, bands_of, without_noise

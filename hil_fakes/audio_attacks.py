@@ -15,18 +15,18 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from hil_fakes.room import PinkNoise
-from hvcpd.assembly import RobotPlan, Sound, make_robot
+from hvcpd.assembly.make import RobotPlan, Sound, make_robot
 from hvcpd.config.task_file import load_tasks
 from hvcpd.config.tasks import default_tasks_path
 from hvcpd.coordination.actions import Role
-from hvcpd.faculties import spoken
 from hvcpd.language import messages as m
 from hvcpd.language.code_words import BITS
 from hvcpd.language.marks import SEAL_WORDS
 from hvcpd.ports import SAMPLE_RATE_HZ, Pose, Samples
-from hvcpd.records import SaidRecord, SaveCounter
-from hvcpd.robot import Robot
-from hvcpd.sealing import Sealing
+from hvcpd.robot.records import SaidRecord, SaveCounter
+from hvcpd.robot.robot import Robot
+from hvcpd.robot.sealing import Sealing
+from hvcpd.robot.speech_output import spoken
 from hvcpd.security.guard import Guard
 from hvcpd.security.keys import KEY_BYTES, KeyRing, TeamKey
 from hvcpd.security.seal import SEAL_BITS

@@ -19,19 +19,19 @@ from hil_fakes.body import Body
 from hil_fakes.haste import Haste
 from hil_fakes.room import Air, Noise, Point, Room, Ways
 from hil_fakes.scorekeeper import Scorekeeper
-from hvcpd.assembly import RobotPlan, Sound, make_robot
+from hvcpd.assembly.make import RobotPlan, Sound, make_robot
+from hvcpd.assembly.name_registry import Roster
 from hvcpd.config.tasks import TaskRepository
 from hvcpd.coordination.actions import Role, Speech, Timing
 from hvcpd.errors import PhraseError
-from hvcpd.journal import Journal
+from hvcpd.memory.journal import Journal
+from hvcpd.memory.store import Store
+from hvcpd.memory.store_file import IN_MEMORY
 from hvcpd.ports import SAMPLE_RATE_HZ, STANDSTILL, Pose, Samples, WheelCommand, WheelReading
-from hvcpd.records import LearnName
 from hvcpd.reporting.events import Event, MissionRecord, Moved, Plant, Started, Summary, Trail
-from hvcpd.robot import Robot
-from hvcpd.roster import Roster
+from hvcpd.robot.records import LearnName
+from hvcpd.robot.robot import Robot
 from hvcpd.security.keys import KeyRing
-from hvcpd.store import Store
-from hvcpd.store_file import IN_MEMORY
 
 BLOCK = 400
 """Samples a step, 25 ms: a robot reacts one block after what it hears."""

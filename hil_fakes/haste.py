@@ -7,7 +7,7 @@ from hvcpd.hardware.motion import GoTo, MotionState
 from hvcpd.hardware.navigator import Navigator
 from hvcpd.language.messages import Claim, Completed, Statement, TaskByNumber, TaskRef
 from hvcpd.ports import STANDSTILL, Pose, WheelCommand, WheelReading
-from hvcpd.records import RobotOutput, SaidRecord
+from hvcpd.robot.records import RobotOutput, SaidRecord
 
 
 class Haste:

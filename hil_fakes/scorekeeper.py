@@ -10,9 +10,9 @@ from hvcpd.config.tasks import Place, TaskRepository
 from hvcpd.coordination.actions import SaveTask
 from hvcpd.language.messages import ToRobot
 from hvcpd.ports import Pose
-from hvcpd.records import GarbledRecord, HeardRecord, HoldRecord, PerformedRecord, SaidRecord
 from hvcpd.reporting.events import Event, Garbled, Heard, Held, Said, Summary, TaskChanged, Watered
-from hvcpd.sealing import seal_shown
+from hvcpd.robot.records import GarbledRecord, HeardRecord, HoldRecord, PerformedRecord, SaidRecord
+from hvcpd.robot.sealing import seal_shown
 
 WATERING_REACH_M = 0.3
 """A robot truly stands at a place only if it is this near: a burger's half length and a short arm."""

@@ -20,7 +20,7 @@ from hvcpd.language import messages as m
 from hvcpd.language.code_words import BITS
 from hvcpd.language.marks import SEAL_WORDS, is_sealed
 from hvcpd.language.phrasebook import Phrasebook
-from hvcpd.sealing import Sealing
+from hvcpd.robot.sealing import Sealing
 from hvcpd.security.guard import CHALLENGE_S, Guard
 from hvcpd.security.keys import KEY_BYTES, KeyRing, TeamKey
 from hvcpd.security.seal import SEAL_BITS

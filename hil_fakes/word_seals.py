@@ -9,7 +9,7 @@ from hvcpd.config.tasks import TaskDefinition
 from hvcpd.language import messages as m
 from hvcpd.language.forms import Kind
 from hvcpd.language.phrasebook import Phrasebook, Vocabulary
-from hvcpd.sealing import Sealing
+from hvcpd.robot.sealing import Sealing
 from hvcpd.security.guard import Guard
 from hvcpd.security.keys import KeyRing
 from hvcpd.security.seal import SEAL_BITS

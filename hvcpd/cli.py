@@ -16,10 +16,10 @@ from hvcpd.errors import EX_INTERRUPTED, EX_OK, EX_SOFTWARE, EX_USAGE, HvcpdErro
 if TYPE_CHECKING:
     from hvcpd.config.settings import Loaded, Settings
     from hvcpd.daemon.devices import Devices
-    from hvcpd.daemon.life import Daemon
     from hvcpd.daemon.log_lines import RateLimiter
-    from hvcpd.daemon.outfit import Outfit
+    from hvcpd.daemon.main_loop import Daemon
     from hvcpd.daemon.preflight import Preflight
+    from hvcpd.daemon.wiring import Outfit
 
 _EPILOG = (
     "Exit status, as in sysexits.h: 0 stopped by a signal, 64 wrong usage, 69 a device is missing or failed, 70 a "
@@ -74,16 +74,16 @@ def main(arguments: Sequence[str] | None = None, devices: Devices | None = None)
 
 
 def _start(options: argparse.Namespace, devices: Devices | None) -> int:
-    from hvcpd.daemon.lean import load_libraries, tune_allocator
+    from hvcpd.daemon.allocator import load_libraries, tune_allocator
 
     tune_allocator()
     load_libraries()  # before anything else loads them
     from hvcpd.config.settings import load_with_sources
     from hvcpd.daemon.devices import Devices
+    from hvcpd.daemon.logging import set_up_logging
     from hvcpd.daemon.notify import ServiceManager
-    from hvcpd.daemon.outfit import equip
     from hvcpd.daemon.preflight import examine
-    from hvcpd.daemon.telling import set_up_logging
+    from hvcpd.daemon.wiring import equip
     from hvcpd.synthesis.likeness import name_fault
 
     devices = devices or Devices()
@@ -109,7 +109,7 @@ def _start(options: argparse.Namespace, devices: Devices | None) -> int:
     def set_log(settings: Settings) -> None:
         set_up_logging(settings.log_level, form=settings.log_format, limiter=limiter)
 
-    from hvcpd.daemon.life import Daemon
+    from hvcpd.daemon.main_loop import Daemon
     from hvcpd.daemon.reloading import Rereading
 
     rereading = Rereading(loaded.sources, read_again, set_log)
@@ -146,7 +146,7 @@ def _run(daemon: Daemon, limiter: RateLimiter) -> int:
     import structlog
 
     from hvcpd.daemon.library_output import LibraryOutput
-    from hvcpd.daemon.telling import tell_held_back
+    from hvcpd.daemon.logging import tell_held_back
 
     log = structlog.get_logger(__name__)
     output = LibraryOutput()
@@ -178,8 +178,8 @@ async def _serve(daemon: Daemon, every_second: Callable[[], None], every_minute:
     """
     import asyncio
 
-    from hvcpd.daemon.life import FAREWELL_WALL_S
-    from hvcpd.daemon.telling import HELD_BACK_EVERY_S
+    from hvcpd.daemon.logging import HELD_BACK_EVERY_S
+    from hvcpd.daemon.main_loop import FAREWELL_WALL_S
 
     life = asyncio.ensure_future(daemon.run())
     loop = asyncio.get_running_loop()

@@ -14,8 +14,8 @@ import numpy as np
 from rich.console import Console
 
 from hvcpd import __version__
-from hvcpd.control.bid import told
-from hvcpd.control.status_screen import status_screen
+from hvcpd.control.live.bid import told
+from hvcpd.control.live.status_screen import status_screen
 from hvcpd.coordination.states import State
 from hvcpd.reporting.events import Event, Heard, Said, Started, TaskChanged, Trail, Watered
 from hvcpd.reporting.story import task_names

@@ -24,7 +24,7 @@ from pathlib import Path
 
 import numpy as np
 
-from hvcpd.assembly import RobotPlan, Sound, make_phrasebook, make_robot, make_sound
+from hvcpd.assembly.make import RobotPlan, Sound, make_phrasebook, make_robot, make_sound
 from hvcpd.config.settings import DEFAULT_TEAMS
 from hvcpd.config.task_file import load_tasks
 from hvcpd.config.tasks import default_tasks_path

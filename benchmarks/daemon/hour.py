@@ -18,8 +18,8 @@ from pathlib import Path
 from typing import Any
 
 from benchmarks.daemon.figures import cpu_s
-from hvcpd.assembly import user_cache_folder
-from hvcpd.control.daemon_client import DaemonClient
+from hvcpd.assembly.make import user_cache_folder
+from hvcpd.control.live.daemon_client import DaemonClient
 from tests.e2e.parts import missing
 from tests.e2e.robot import RobotProcess
 from tests.e2e.stage import Stage, staged

@@ -28,12 +28,12 @@ import structlog
 
 from hil_fakes.room import Air, PinkNoise
 from hil_fakes.virtual_robot import VirtualRobot
-from hvcpd.assembly import make_phrasebook
+from hvcpd.assembly.make import make_phrasebook
 from hvcpd.config.settings import AudioSettings, load_settings
+from hvcpd.daemon.allocator import tune_allocator
 from hvcpd.daemon.devices import Devices
-from hvcpd.daemon.lean import tune_allocator
-from hvcpd.daemon.life import Daemon
-from hvcpd.daemon.outfit import Outfit, equip
+from hvcpd.daemon.main_loop import Daemon
+from hvcpd.daemon.wiring import Outfit, equip
 from hvcpd.hardware.audio_stream import StreamCounters
 from hvcpd.language import messages as m
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples, Wheels

@@ -9,15 +9,15 @@ from pathlib import Path
 
 import numpy as np
 
-from hvcpd.assembly import make_phrasebook
+from hvcpd.assembly.make import make_phrasebook
 from hvcpd.config.settings import load_settings
 from hvcpd.config.task_file import load_tasks
 from hvcpd.config.tasks import default_tasks_path
 from hvcpd.daemon.control_protocol import RefusalError, checked_arguments, id_of, parse_request, reply_line
 from hvcpd.daemon.pose_keeper import PoseKeeper
 from hvcpd.hardware.soundfile import read_wav, write_wav
-from hvcpd.keyring import parse_key_file, written
-from hvcpd.store import PeerRecord, Store, TaskRecord, TranscriptReader, TranscriptRecord
+from hvcpd.memory.store import PeerRecord, Store, TaskRecord, TranscriptReader, TranscriptRecord
+from hvcpd.security.keyring import parse_key_file, written
 from hvcpd.synthesis.lexicon import _read as read_lexicon
 
 NAMES, TEAMS = ("Rob", "Bot", "Zoe"), ("plant", "a", "b")

@@ -14,7 +14,7 @@ from benchmarks.hearing.material import Spoken, Team, make_stream
 from benchmarks.hearing.noises import make_noise
 from hil_fakes import reverberation, transducers
 from hil_fakes.reverberation import Hall
-from hvcpd.assembly import SLOW
+from hvcpd.assembly.make import SLOW
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 
 LEVELS_DBFS = (-50.0, -40.0, -30.0, -20.0, -12.0, -6.0)

@@ -9,7 +9,7 @@ from functools import cached_property
 
 import numpy as np
 
-from hvcpd.assembly import (
+from hvcpd.assembly.make import (
     DEFAULT_TEAMS,
     Sound,
     make_coherent,

@@ -11,12 +11,12 @@ from typing import TypeAlias
 
 from hvcpd import __version__
 from hvcpd.config.command_line import Parser, complain, let_go, output_fault, replace_closed_streams, with_examples
-from hvcpd.control.daemon_parser import add_completion, add_daemon_commands, add_ros
-from hvcpd.control.doctor_parser import add_calibrate, add_doctor
-from hvcpd.control.drive_parser import add_drive
-from hvcpd.control.enrol_parser import add_enrol
-from hvcpd.control.evaluate_parser import add_evaluate
-from hvcpd.control.key_parser import add_key
+from hvcpd.control.doctor.doctor_parser import add_calibrate, add_doctor
+from hvcpd.control.drive.drive_parser import add_drive
+from hvcpd.control.enrol.enrol_parser import add_enrol
+from hvcpd.control.keys.key_parser import add_key
+from hvcpd.control.live.daemon_parser import add_completion, add_daemon_commands, add_ros
+from hvcpd.control.simulate.evaluate_parser import add_evaluate
 from hvcpd.errors import EX_FAILURE, EX_INTERRUPTED, EX_OK, EX_USER, HvcpdError
 
 Command = Callable[[argparse.Namespace], int]
@@ -88,7 +88,7 @@ def make_parser() -> argparse.ArgumentParser:
     _add_say(commands)
     _add_hear(commands)
     _add_listen(commands)
-    add_enrol(commands, _lazy("enrol"))
+    add_enrol(commands, _lazy("enrol.enrol"))
     _add_phrases(commands)
     _add_pronounce(commands)
     _add_prerender(commands)
@@ -97,12 +97,12 @@ def make_parser() -> argparse.ArgumentParser:
     _add_report(commands)
     _add_audit(commands)
     add_daemon_commands(commands, _lazy)
-    add_key(commands, _lazy("key"))
-    add_drive(commands, _lazy("drive"))
-    add_doctor(commands, _lazy("doctor"))
-    add_calibrate(commands, _lazy("calibrate"))
-    add_ros(commands, _lazy("ros"))
-    add_evaluate(commands, _lazy("evaluate"), _seed)
+    add_key(commands, _lazy("keys.key"))
+    add_drive(commands, _lazy("drive.drive"))
+    add_doctor(commands, _lazy("doctor.doctor"))
+    add_calibrate(commands, _lazy("doctor.calibrate"))
+    add_ros(commands, _lazy("live.ros"))
+    add_evaluate(commands, _lazy("simulate.evaluate"), _seed)
     add_completion(commands, _lazy("completion"))
     return parser
 
@@ -151,7 +151,7 @@ def _add_simulate(commands: _Commands) -> None:
     c.add_argument("--allow-confusable", action="store_true", help="use words that would be taken for one another too")
     c.add_argument("--report", type=Path, metavar="DIR", help="write report.html, mission.wav, transcript.jsonl")
     c.add_argument("--json", action="store_true", help="print one JSON object a line, the summary last")
-    c.set_defaults(run=_lazy("simulate"))
+    c.set_defaults(run=_lazy("simulate.simulate"))
 
 
 def _add_say(commands: _Commands) -> None:
@@ -179,7 +179,7 @@ def _add_say(commands: _Commands) -> None:
     c.add_argument("--name", metavar="NAME", help="have this robot say it, which must run here")
     c.add_argument("--socket", type=Path, metavar="FILE", help="have the robot with this control socket say it")
     c.add_argument("--json", action="store_true", help="print what was said as a JSON object")
-    c.set_defaults(run=_lazy("say"))
+    c.set_defaults(run=_lazy("say.say"))
 
 
 def _sound_in(text: str) -> Path:
@@ -208,7 +208,7 @@ def _add_hear(commands: _Commands) -> None:
     c.add_argument("--said", metavar="TEXT", help="what was said there, if it is known")
     _add_key_option(c, "hear seals too; with the team's key, check them, and read what is encrypted")
     c.add_argument("--plot", type=Path, metavar="FILE.png", help="draw spectrum, words, noise and confidence")
-    c.set_defaults(run=_lazy("hear"))
+    c.set_defaults(run=_lazy("hear.hear"))
 
 
 def _add_listen(commands: _Commands) -> None:
@@ -217,7 +217,7 @@ def _add_listen(commands: _Commands) -> None:
     _add_key_option(c, "hear seals too; with the team's key, check them, and read what is encrypted")
     c.add_argument("--device", metavar="NAME", help="a part of the microphone's name (default: the settings')")
     c.add_argument("--json", action="store_true", help="print one JSON object a line")
-    c.set_defaults(run=_lazy("listen"))
+    c.set_defaults(run=_lazy("hear.listen"))
 
 
 def _add_phrases(commands: _Commands) -> None:
@@ -226,14 +226,14 @@ def _add_phrases(commands: _Commands) -> None:
     c.add_argument("--format", choices=("text", "markdown", "html"), default="text")
     c.add_argument("--key", action="store_true", help="of a team with a key (default: if the settings name one)")
     c.add_argument("--json", action="store_true", help="print the card as one JSON object")
-    c.set_defaults(run=_lazy("phrases"))
+    c.set_defaults(run=_lazy("say.phrases"))
 
 
 def _add_check_vocabulary(commands: _Commands) -> None:
     c = commands.add_parser("check-vocabulary", help="find words that would be taken for one another, and better ones")
     _add_shared(c)
     c.add_argument("--json", action="store_true", help="print one JSON object a line")
-    c.set_defaults(run=_lazy("check_vocabulary"))
+    c.set_defaults(run=_lazy("say.check_vocabulary"))
 
 
 def _add_memory(command: argparse.ArgumentParser) -> None:
@@ -249,14 +249,14 @@ def _add_transcript(commands: _Commands) -> None:
     c = commands.add_parser("transcript", help="print what a robot said and heard")
     _add_memory(c)
     c.add_argument("--follow", action="store_true", help="go on with what is said from now on, until interrupted")
-    c.set_defaults(run=_lazy("transcript"))
+    c.set_defaults(run=_lazy("live.transcript"))
 
 
 def _add_audit(commands: _Commands) -> None:
     c = commands.add_parser("audit", help="count who ordered whom, what was refused, and how the tasks were shared")
     _add_memory(c)
     c.add_argument("--tasks", type=Path, metavar="FILE", help="task repository (default: five plants)")
-    c.set_defaults(run=_lazy("audit"))
+    c.set_defaults(run=_lazy("keys.audit"))
 
 
 def _add_report(commands: _Commands) -> None:
@@ -265,7 +265,7 @@ def _add_report(commands: _Commands) -> None:
     c.set_defaults(since="8h")
     c.add_argument("--tasks", type=Path, metavar="FILE", help="task repository (default: five plants)")
     c.add_argument("--html", type=Path, metavar="FILE", help="draw it, too, as one page")
-    c.set_defaults(run=_lazy("report"))
+    c.set_defaults(run=_lazy("live.report"))
 
 
 def _add_pronounce(commands: _Commands) -> None:
@@ -278,14 +278,14 @@ def _add_pronounce(commands: _Commands) -> None:
     c.add_argument("-o", "--output", type=_sound_out, metavar="FILE.wav", help="write the words as sound; - for a pipe")
     c.add_argument("--track", type=Path, metavar="FILE.csv", help="write the synthesizer's frames of one word")
     c.add_argument("--json", action="store_true", help="print one JSON object a word")
-    c.set_defaults(run=_lazy("pronounce"))
+    c.set_defaults(run=_lazy("say.pronounce"))
 
 
 def _add_prerender(commands: _Commands) -> None:
     c = commands.add_parser("prerender", help="make all words of the phrasebook beforehand")
     _add_shared(c)
     c.add_argument("--json", action="store_true", help="print the result as one JSON object")
-    c.set_defaults(run=_lazy("prerender"))
+    c.set_defaults(run=_lazy("say.prerender"))
 
 
 def main(arguments: Sequence[str] | None = None) -> int:

@@ -19,7 +19,7 @@ from hvcpd.config.settings import ClipSettings
 from hvcpd.errors import HvcpdError
 from hvcpd.hardware.soundfile import write_wav
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
-from hvcpd.records import GarbledRecord, Record
+from hvcpd.robot.records import GarbledRecord, Record
 
 KEPT_S = 20.0
 """Of sound in memory, 1.3 MB: the longest that counts as one piece of speech, with what stands around it."""

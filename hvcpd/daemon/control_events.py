@@ -13,16 +13,6 @@ from hvcpd.coordination.actions import SaveTask
 from hvcpd.hardware.acoustics import SILENCE_DBFS, power_dbfs
 from hvcpd.hardware.kinematics import twist_of
 from hvcpd.ports import SAMPLE_RATE_HZ, Pose, Samples, WheelCommand, WheelReading
-from hvcpd.records import (
-    DoubtRecord,
-    GarbledRecord,
-    HeardRecord,
-    HoldRecord,
-    PerformedRecord,
-    Record,
-    SaidRecord,
-    VoiceRecord,
-)
 from hvcpd.reporting.events import (
     Garbled,
     Heard,
@@ -37,8 +27,18 @@ from hvcpd.reporting.events import (
     TaskChanged,
     Watered,
 )
-from hvcpd.robot import Robot
-from hvcpd.sealing import seal_shown
+from hvcpd.robot.records import (
+    DoubtRecord,
+    GarbledRecord,
+    HeardRecord,
+    HoldRecord,
+    PerformedRecord,
+    Record,
+    SaidRecord,
+    VoiceRecord,
+)
+from hvcpd.robot.robot import Robot
+from hvcpd.robot.sealing import seal_shown
 
 PERIOD_S = 0.25
 """Between two readings of the level, and of the pose: as fast as a person sees a meter move."""

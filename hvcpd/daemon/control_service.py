@@ -6,16 +6,16 @@ from dataclasses import replace
 
 import structlog
 
-from hvcpd.daemon.control_desk import Desk
 from hvcpd.daemon.control_events import FREQUENT, EventSource, odom_of
 from hvcpd.daemon.control_server import ControlServer
 from hvcpd.daemon.control_socket import SocketFile, socket_path
 from hvcpd.daemon.control_status import Body
 from hvcpd.daemon.reloading import Reloader, Rereading
+from hvcpd.daemon.request_handler import Desk
 from hvcpd.ports import Samples, WheelReading
-from hvcpd.records import RobotOutput
 from hvcpd.reporting.events import Memory, as_json
-from hvcpd.robot import Robot
+from hvcpd.robot.records import RobotOutput
+from hvcpd.robot.robot import Robot
 
 _log = structlog.get_logger(__name__)
 

@@ -14,15 +14,15 @@ from hvcpd import __version__
 from hvcpd.coordination.board import Entry
 from hvcpd.coordination.peers import Peer
 from hvcpd.coordination.states import State
-from hvcpd.daemon.base_desk import BaseDesk
+from hvcpd.daemon.base_request_handler import BaseDesk
+from hvcpd.daemon.cache_warm_up import Preparation
 from hvcpd.daemon.control_events import Meter
 from hvcpd.daemon.journal_service import JournalService
-from hvcpd.daemon.outfit import Outfit
-from hvcpd.daemon.rehearsal import Preparation
 from hvcpd.daemon.sound_service import SoundService
 from hvcpd.daemon.wheel_service import WheelService
+from hvcpd.daemon.wiring import Outfit
 from hvcpd.ports import STANDSTILL, WheelReading
-from hvcpd.robot import Robot
+from hvcpd.robot.robot import Robot
 
 
 @dataclass

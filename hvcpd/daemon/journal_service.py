@@ -17,13 +17,13 @@ import structlog
 from hvcpd.coordination.actions import SavePeer, SaveStopped, SaveTask
 from hvcpd.daemon.control_socket import socket_path
 from hvcpd.daemon.memory import Memory, MemoryFiles, open_memory
-from hvcpd.daemon.outfit import Outfit
+from hvcpd.daemon.wiring import Outfit
 from hvcpd.errors import StoreError
-from hvcpd.journal import Journal
-from hvcpd.latch import Permit, StopLatch, spare_places
-from hvcpd.records import Record, SaveCounter
+from hvcpd.memory.journal import Journal
+from hvcpd.memory.latch import Permit, StopLatch, spare_places
+from hvcpd.memory.store import TranscriptReader, TranscriptRow
+from hvcpd.robot.records import Record, SaveCounter
 from hvcpd.security.codes import LOST
-from hvcpd.store import TranscriptReader, TranscriptRow
 
 MAX_WAITING = 1000
 """Records that may wait for the disk: more than a day's talk makes in ten minutes; beyond, new ones are not kept."""

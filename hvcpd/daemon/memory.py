@@ -9,10 +9,10 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 from hvcpd.errors import NewerStoreError, StoreError
-from hvcpd.journal import STOPPED
-from hvcpd.latch import IDENTITY_BITS, Latched, Permit, StopLatch
-from hvcpd.store import Store
-from hvcpd.store_file import make_directory
+from hvcpd.memory.journal import STOPPED
+from hvcpd.memory.latch import IDENTITY_BITS, Latched, Permit, StopLatch
+from hvcpd.memory.store import Store
+from hvcpd.memory.store_file import make_directory
 
 
 @dataclass(frozen=True)

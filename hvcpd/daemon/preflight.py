@@ -8,14 +8,14 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from hvcpd.assembly import make_phrasebook
+from hvcpd.assembly.make import make_phrasebook
+from hvcpd.assembly.vocabulary import check, refusal
 from hvcpd.config.settings import AudioSettings, Settings, WheelSettings
 from hvcpd.config.task_doubts import doubts
 from hvcpd.daemon.devices import Devices
-from hvcpd.daemon.outfit import Outfit, equip
+from hvcpd.daemon.wiring import Outfit, equip
 from hvcpd.errors import EX_CANTCREAT, EX_CONFIG, EX_OK, EX_UNAVAILABLE, ConfigError, DeviceError
 from hvcpd.hardware.audio import Direction, find_device
-from hvcpd.vocabulary import check, refusal
 
 SERIAL_PORTS = ("serial/by-id/*", "ttyUSB*", "ttyACM*")
 """Under the devices' directory: what adapters for motors are called on Linux (U2D2: ttyUSB, OpenCR: ttyACM)."""

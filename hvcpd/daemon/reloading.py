@@ -13,7 +13,7 @@ from hvcpd.config.settings import Loaded, Settings
 from hvcpd.config.sources import Sourced
 from hvcpd.config.tasks import TaskRepository
 from hvcpd.daemon.control_status import Body
-from hvcpd.daemon.outfit import Outfit
+from hvcpd.daemon.wiring import Outfit
 from hvcpd.errors import HvcpdError, NotDoneError
 from hvcpd.people.enrolled import Person
 

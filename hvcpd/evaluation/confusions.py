@@ -8,7 +8,8 @@ from dataclasses import replace
 from functools import cache
 from typing import Any
 
-from hvcpd.assembly import DEFAULT_TEAMS, make_phrasebook
+from hvcpd.assembly.make import DEFAULT_TEAMS, make_phrasebook
+from hvcpd.assembly.vocabulary import check
 from hvcpd.errors import PhraseError
 from hvcpd.evaluation import listeners
 from hvcpd.evaluation.calls import hear, who
@@ -18,7 +19,6 @@ from hvcpd.evaluation.statistics import wilson
 from hvcpd.evaluation.trials import Beside, Experiment, Findings, Row, Scale, Table, Trial
 from hvcpd.language.messages import Order, TaskByName, TaskByNumber
 from hvcpd.language.phrasebook import Phrasebook
-from hvcpd.vocabulary import check
 
 DISTANCE_M = 3.54
 """To which the paper's alternatives brought its translation (section IV-B2)."""

@@ -7,7 +7,7 @@ from functools import cache
 
 import numpy as np
 
-from hvcpd.assembly import DEFAULT_TEAMS, make_phrasebook, make_recogniser
+from hvcpd.assembly.make import DEFAULT_TEAMS, make_phrasebook, make_recogniser
 from hvcpd.evaluation import listeners, porcupine
 from hvcpd.evaluation.listeners import CALLER, OURS, PEER, Said
 from hvcpd.evaluation.porcupine import NAMES, PORCUPINE

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
 
-from hvcpd.assembly import DEFAULT_TEAMS, make_phrasebook, make_recogniser
+from hvcpd.assembly.make import DEFAULT_TEAMS, make_phrasebook, make_recogniser
 from hvcpd.config.names import valid_robot_name
 from hvcpd.errors import ConfigError
 from hvcpd.evaluation import plots

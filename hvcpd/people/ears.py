@@ -13,9 +13,9 @@ from typing import Protocol, Self
 
 import numpy as np
 
-from hvcpd.faculties import Ears
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 from hvcpd.recognition.events import Event, Garbled, Recognised
+from hvcpd.recognition.protocols import Ears
 from hvcpd.recognition.stream import cleaned
 
 LEAD_S = 3.0

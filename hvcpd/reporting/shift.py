@@ -13,9 +13,9 @@ from hvcpd.config.tasks import TaskDefinition
 from hvcpd.errors import PhraseError
 from hvcpd.language import messages as m
 from hvcpd.language.phrasebook import Phrasebook
+from hvcpd.memory.store import TranscriptRow
 from hvcpd.reporting.events import Event, Garbled, Heard, MissionRecord, Said, Started, TaskChanged, Watered
 from hvcpd.reporting.story import Story, tell
-from hvcpd.store import TranscriptRow
 
 WORD_S = 0.4
 """How long a word is drawn: the transcript keeps when a sentence began. An utterance of nine words lasts some 3.6 s."""

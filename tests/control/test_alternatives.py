@@ -7,7 +7,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from hvcpd.assembly import DEFAULT_TEAMS, make_phrasebook, make_recogniser, make_sound, user_cache_folder
+from hvcpd.assembly.make import DEFAULT_TEAMS, make_phrasebook, make_recogniser, make_sound, user_cache_folder
+from hvcpd.assembly.vocabulary import check, refusal
 from hvcpd.config.tasks import TaskDefinition, TaskRepository, Wait
 from hvcpd.control.cli import main
 from hvcpd.errors import PhraseError
@@ -16,7 +17,6 @@ from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 from hvcpd.recognition.events import Recognised
 from hvcpd.synthesis.speaker import Speaker
 from hvcpd.synthesis.voices import voice_for
-from hvcpd.vocabulary import check, refusal
 
 pytestmark = pytest.mark.slow
 

@@ -9,8 +9,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from hvcpd.control.calibrate import run
 from hvcpd.control.cli import make_parser
+from hvcpd.control.doctor.calibrate import run
 from hvcpd.errors import DeviceError
 from hvcpd.hardware.acoustics import clipped_share, find_echo, level_dbfs, predicted_range_m
 from tests.control.echo_room import EchoRoom

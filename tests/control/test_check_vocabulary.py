@@ -7,24 +7,24 @@ from pathlib import Path
 
 import pytest
 
-from hvcpd.assembly import DEFAULT_TEAMS, Sound, make_phrasebook, make_sound, user_cache_folder
-from hvcpd.config.settings import Settings
-from hvcpd.config.task_file import load_tasks
-from hvcpd.config.tasks import TaskDefinition, TaskRepository, Wait, default_tasks_path
-from hvcpd.control.cli import main
-from hvcpd.daemon.outfit import equip
-from hvcpd.daemon.preflight import find_confusable
-from hvcpd.errors import EX_CONFIG
-from hvcpd.language.phrasebook import RESERVED_WORDS
-from hvcpd.language.rewording import SYNONYMS_PATH, known_names
-from hvcpd.synthesis.lexicon import Lexicon
-from hvcpd.synthesis.voices import VOICES, voice_for
-from hvcpd.vocabulary import (
+from hvcpd.assembly.make import DEFAULT_TEAMS, Sound, make_phrasebook, make_sound, user_cache_folder
+from hvcpd.assembly.vocabulary import (
     FIXED_WORDS,
     LIMIT_NOISE,
     check,
     refusal,
 )
+from hvcpd.config.settings import Settings
+from hvcpd.config.task_file import load_tasks
+from hvcpd.config.tasks import TaskDefinition, TaskRepository, Wait, default_tasks_path
+from hvcpd.control.cli import main
+from hvcpd.daemon.preflight import find_confusable
+from hvcpd.daemon.wiring import equip
+from hvcpd.errors import EX_CONFIG
+from hvcpd.language.phrasebook import RESERVED_WORDS
+from hvcpd.language.rewording import SYNONYMS_PATH, known_names
+from hvcpd.synthesis.lexicon import Lexicon
+from hvcpd.synthesis.voices import VOICES, voice_for
 from tests.control.conftest import Refuse
 
 pytestmark = pytest.mark.slow

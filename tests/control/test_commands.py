@@ -13,8 +13,8 @@ import numpy as np
 import pytest
 
 from hvcpd import __version__
-from hvcpd.control import simulate
 from hvcpd.control.cli import main
+from hvcpd.control.simulate import simulate
 from hvcpd.hardware.soundfile import read_wav, write_wav
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 from tests.hardware.fake_card import CAMERA, FakeCard

@@ -13,14 +13,14 @@ from pathlib import Path
 import pytest
 import structlog
 
-from hvcpd.control import status
-from hvcpd.control.bid import told
 from hvcpd.control.cli import main, make_parser
-from hvcpd.control.daemon_client import _not_allowed
-from hvcpd.control.status_screen import duration
+from hvcpd.control.live import status
+from hvcpd.control.live.bid import told
+from hvcpd.control.live.daemon_client import _not_allowed
+from hvcpd.control.live.status_screen import duration
 from hvcpd.coordination.states import State
 from hvcpd.daemon.control_socket import SYSTEM_FOLDER
-from hvcpd.daemon.telling import set_up_logging
+from hvcpd.daemon.logging import set_up_logging
 from tests.control.conftest import Refuse
 from tests.daemon.running import RunningRobot
 

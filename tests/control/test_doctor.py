@@ -12,10 +12,10 @@ from hil_fakes.dynamixel.bus import FakeBus
 from hil_fakes.dynamixel.motor import FakeXL430, turtlebot3_pair
 from hil_fakes.dynamixel.paced import PacedPort
 from hvcpd.control.cli import make_parser
-from hvcpd.control.doctor import run
-from hvcpd.control.doctor_machine import Machine, look_at_service
-from hvcpd.control.doctor_sound import judge
-from hvcpd.control.self_hearing import SelfHearing
+from hvcpd.control.doctor.doctor import run
+from hvcpd.control.doctor.doctor_machine import Machine, look_at_service
+from hvcpd.control.doctor.doctor_sound import judge
+from hvcpd.control.doctor.self_hearing import SelfHearing
 from hvcpd.hardware.acoustics import Echo
 from tests.control.echo_room import EchoRoom
 from tests.hardware.fake_card import FakeCard

@@ -14,7 +14,7 @@ from hil_fakes.dynamixel.opencr import FakeOpenCR
 from hil_fakes.dynamixel.paced import PacedPort
 from hil_fakes.dynamixel.pump import RealTimePump
 from hvcpd.control.cli import main, make_parser
-from hvcpd.control.drive import run
+from hvcpd.control.drive.drive import run
 from hvcpd.errors import DeviceError
 from hvcpd.hardware.wheels_bus import MakePort
 from hvcpd.hardware.wheels_port import WaitingPort

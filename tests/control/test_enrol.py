@@ -12,8 +12,8 @@ import numpy as np
 import pytest
 
 from hvcpd.control.cli import main, make_parser
-from hvcpd.control.enrol import run
-from hvcpd.control.enrol_session import record_takes
+from hvcpd.control.enrol.enrol import run
+from hvcpd.control.enrol.enrol_session import record_takes
 from hvcpd.daemon.devices import Devices
 from hvcpd.hardware.audio_exchange import StreamCounters
 from hvcpd.hardware.soundfile import write_wav

@@ -11,10 +11,10 @@ from pathlib import Path
 import pytest
 from rich.console import Console
 
-from hvcpd.control import follow
 from hvcpd.control.cli import make_parser
-from hvcpd.control.daemon_client import DaemonClient
-from hvcpd.control.follow_lines import FollowLines
+from hvcpd.control.live import follow
+from hvcpd.control.live.daemon_client import DaemonClient
+from hvcpd.control.live.follow_lines import FollowLines
 from hvcpd.daemon.control_protocol import PROTOCOL
 from hvcpd.errors import NotRunningError
 

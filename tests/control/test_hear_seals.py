@@ -11,16 +11,16 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from hvcpd.assembly import DEFAULT_TEAMS, make_phrasebook, make_sound, user_cache_folder
+from hvcpd.assembly.make import DEFAULT_TEAMS, make_phrasebook, make_sound, user_cache_folder
 from hvcpd.config.task_file import load_tasks
 from hvcpd.config.tasks import default_tasks_path
 from hvcpd.control.cli import main
 from hvcpd.hardware.soundfile import write_wav
-from hvcpd.keyring import Entry, KeyFile, write_key_file
 from hvcpd.language import messages as m
 from hvcpd.ports import SAMPLE_RATE_HZ
-from hvcpd.sealing import Sealing
+from hvcpd.robot.sealing import Sealing
 from hvcpd.security.guard import Guard
+from hvcpd.security.keyring import Entry, KeyFile, write_key_file
 from hvcpd.security.keys import KEY_BYTES, TeamKey
 
 pytestmark = pytest.mark.slow

@@ -14,7 +14,9 @@ import pytest
 from hil_fakes.word_seals import keyed_book
 from hvcpd.control.cli import main
 from hvcpd.errors import KeyFileError
-from hvcpd.keyring import (
+from hvcpd.language.code_words import number_of
+from hvcpd.language.messages import Code
+from hvcpd.security.keyring import (
     CREDENTIAL,
     KeyFile,
     changing,
@@ -25,8 +27,6 @@ from hvcpd.keyring import (
     write_key_file,
     written,
 )
-from hvcpd.language.code_words import number_of
-from hvcpd.language.messages import Code
 from hvcpd.security.one_time import counted_code
 from hvcpd.security.recovery import secret_of
 from tests.coordination.mission import plants
@@ -307,7 +307,7 @@ def test_wrong_words_are_not_taken(made: Path, tmp_path: Path, change: object, s
 
 def test_a_process_with_a_key_leaves_no_core_and_lets_nobody_look() -> None:
     look = (
-        "import ctypes, resource; from hvcpd.keyring import keep_out_of_dumps; keep_out_of_dumps(); "
+        "import ctypes, resource; from hvcpd.security.keyring import keep_out_of_dumps; keep_out_of_dumps(); "
         "print(ctypes.CDLL(None).prctl(3, 0, 0, 0, 0), resource.getrlimit(resource.RLIMIT_CORE))"
     )
     done = subprocess.run(

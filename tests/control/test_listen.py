@@ -13,22 +13,22 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from hvcpd.assembly import DEFAULT_TEAMS, make_phrasebook, make_sound, user_cache_folder
+from hvcpd.assembly.make import DEFAULT_TEAMS, make_phrasebook, make_sound, user_cache_folder
 from hvcpd.config.settings import AudioSettings
 from hvcpd.config.task_file import load_tasks
 from hvcpd.config.tasks import default_tasks_path
-from hvcpd.control import listen
 from hvcpd.control.cli import main, make_parser
+from hvcpd.control.hear import listen
 from hvcpd.errors import DeviceError
-from hvcpd.faculties import spoken
 from hvcpd.hardware.audio_capture import Block, capture
 from hvcpd.hardware.soundfile import write_wav
-from hvcpd.keyring import Entry, KeyFile, write_key_file
 from hvcpd.language import messages as m
 from hvcpd.language.code_words import CODE_WORDS, number_of
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
-from hvcpd.sealing import Sealing
+from hvcpd.robot.sealing import Sealing
+from hvcpd.robot.speech_output import spoken
 from hvcpd.security.guard import Guard
+from hvcpd.security.keyring import Entry, KeyFile, write_key_file
 from hvcpd.security.keys import KEY_BYTES, TeamKey
 from tests.hardware.fake_card import HEADSET, FakeCard
 

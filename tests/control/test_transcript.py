@@ -10,9 +10,9 @@ from pathlib import Path
 
 import pytest
 
-from hvcpd.control import transcript
 from hvcpd.control.cli import main
-from hvcpd.store import Store, TranscriptRecord
+from hvcpd.control.live import transcript
+from hvcpd.memory.store import Store, TranscriptRecord
 from tests.control.conftest import Refuse
 
 TALK = (

@@ -123,7 +123,9 @@ def test_a_volunteer_says_its_report_where_it_is_heard_before_it_claims_more() -
     mission.run()
     assert mission.exactly_once
     assert all(robot.board.all_done for robot in mission.robots.values())
-    assert near(mission._bodies[mission.by[1]].at(mission.air.now), mission.robots[mission.by[1]].knowledge.body.home or FAR)
+    assert near(
+        mission._bodies[mission.by[1]].at(mission.air.now), mission.robots[mission.by[1]].knowledge.body.home or FAR
+    )
 
 
 def test_who_orders_in_vain_gives_the_task_to_another_one() -> None:

@@ -18,12 +18,12 @@ from hvcpd.daemon.control_service import ControlService
 from hvcpd.daemon.control_socket import short_address
 from hvcpd.daemon.control_status import Body
 from hvcpd.daemon.journal_service import JournalService
-from hvcpd.daemon.outfit import Outfit, equip
 from hvcpd.daemon.reloading import Rereading
 from hvcpd.daemon.wheel_service import WheelService
+from hvcpd.daemon.wiring import Outfit, equip
 from hvcpd.ports import WheelCommand, WheelReading
 from hvcpd.recognition.events import Event
-from tests.test_robot_hold import BLOCK, Bench
+from tests.robot.test_hold import BLOCK, Bench
 
 ONE_TASK = "tasks:\n- {number: 1, name: water the green rose, place: {x_m: 0, y_m: 0}, actions: [{forward: 1}]}\n"
 

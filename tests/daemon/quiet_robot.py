@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import sys
 
-from hvcpd.daemon.lean import load_libraries
+from hvcpd.daemon.allocator import load_libraries
 
 load_libraries()  # as hvcpd itself does, before anything else loads them
 

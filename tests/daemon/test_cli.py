@@ -15,7 +15,7 @@ from hvcpd import __version__
 from hvcpd.cli import main
 from hvcpd.config.settings import WheelSettings, load_settings
 from hvcpd.daemon.devices import Devices, make_wheels
-from hvcpd.daemon.life import FAREWELL_S
+from hvcpd.daemon.main_loop import FAREWELL_S
 from hvcpd.errors import (
     EX_CANTCREAT,
     EX_CONFIG,

@@ -14,7 +14,7 @@ from hvcpd.config.settings import ClipSettings
 from hvcpd.daemon.clips import KEPT_S, Clips
 from hvcpd.hardware.soundfile import read_wav
 from hvcpd.ports import SAMPLE_RATE_HZ
-from hvcpd.records import GarbledRecord
+from hvcpd.robot.records import GarbledRecord
 from tests.daemon.control_bench import run
 
 BLOCK = 400

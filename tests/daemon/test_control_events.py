@@ -5,9 +5,9 @@ from __future__ import annotations
 import pytest
 
 from hvcpd.daemon.control_events import KINDS, EventSource, Meter
-from hvcpd.records import DoubtRecord, Record, VoiceRecord
 from hvcpd.reporting.events import Noted
-from tests.test_robot_hold import Bench
+from hvcpd.robot.records import DoubtRecord, Record, VoiceRecord
+from tests.robot.test_hold import Bench
 
 
 @pytest.mark.parametrize(

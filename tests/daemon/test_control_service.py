@@ -19,7 +19,7 @@ from rich.console import Console
 from structlog.testing import capture_logs
 
 from hvcpd import __version__
-from hvcpd.control.status_screen import status_screen
+from hvcpd.control.live.status_screen import status_screen
 from hvcpd.coordination.requested_speech import MAX_SENTENCES
 from hvcpd.coordination.states import State
 from hvcpd.daemon.control_lobby import MAX_WAITING

@@ -19,7 +19,7 @@ from pathlib import Path
 from tests.daemon.forbidden import forbid
 forbid(Path(sys.argv[1]))
 import mmap, socket
-from hvcpd.keyring import keep_out_of_dumps
+from hvcpd.security.keyring import keep_out_of_dumps
 keep_out_of_dumps()
 def refused(action):
     try:

@@ -14,11 +14,11 @@ from structlog.testing import capture_logs
 from hvcpd.config.settings import Settings
 from hvcpd.coordination.actions import SaveStopped, SaveTask
 from hvcpd.daemon.journal_service import MAX_WAITING, JournalService
-from hvcpd.daemon.outfit import Outfit, equip
+from hvcpd.daemon.wiring import Outfit, equip
 from hvcpd.errors import StoreError
-from hvcpd.latch import Permit, StopLatch
-from hvcpd.records import GarbledRecord
-from hvcpd.store import Store
+from hvcpd.memory.latch import Permit, StopLatch
+from hvcpd.memory.store import Store
+from hvcpd.robot.records import GarbledRecord
 
 
 @pytest.fixture

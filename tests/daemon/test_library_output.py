@@ -10,7 +10,7 @@ UNDERRUN = "ALSA lib pcm.c:8568:(snd_pcm_recover) underrun occurred"
 PROGRAM = f"""
 import ctypes, os, sys, threading
 from hvcpd.daemon.library_output import LibraryOutput
-from hvcpd.daemon.telling import set_up_logging
+from hvcpd.daemon.logging import set_up_logging
 import structlog
 limiter = set_up_logging("info", form="json")
 log = structlog.get_logger()

@@ -19,10 +19,10 @@ from structlog.testing import capture_logs
 
 from hvcpd.daemon.memory import Memory, MemoryFiles, open_memory
 from hvcpd.errors import NewerStoreError, StoreError
-from hvcpd.journal import STOPPED
-from hvcpd.latch import Latched, Permit, StopLatch, latched_of
-from hvcpd.store import Store, TaskRecord
-from hvcpd.store_file import SCHEMA_VERSION
+from hvcpd.memory.journal import STOPPED
+from hvcpd.memory.latch import Latched, Permit, StopLatch, latched_of
+from hvcpd.memory.store import Store, TaskRecord
+from hvcpd.memory.store_file import SCHEMA_VERSION
 
 TASK = TaskRecord(1, "water the green rose", "done", "Rob", 12.5)
 

@@ -12,12 +12,12 @@ from pathlib import Path
 import pytest
 from structlog.testing import capture_logs
 
-from hvcpd.daemon.life import NO_SOUND, Daemon
+from hvcpd.daemon.main_loop import NO_SOUND, Daemon
 from hvcpd.daemon.notify import ServiceManager
-from hvcpd.daemon.outfit import equip
 from hvcpd.daemon.overload import TOO_BUSY
+from hvcpd.daemon.wiring import equip
 from hvcpd.errors import DeviceError
-from tests.daemon.test_life import settings_of
+from tests.daemon.test_main_loop import settings_of
 from tests.daemon.virtual import devices_of, shared_room
 
 

@@ -12,11 +12,11 @@ from hil_fakes.dynamixel.bus import FakeBus
 from hil_fakes.dynamixel.motor import turtlebot3_pair
 from hvcpd.config.settings import Settings, SpeechSettings, WheelSettings
 from hvcpd.coordination.actions import Speech
-from hvcpd.daemon.outfit import Outfit, equip
 from hvcpd.daemon.preflight import find_memory, find_port
+from hvcpd.daemon.wiring import Outfit, equip
 from hvcpd.errors import EX_CANTCREAT, EX_OK, EX_UNAVAILABLE, ConfigError
 from hvcpd.hardware.groups import group_of
-from hvcpd.own_voice import Acoustics
+from hvcpd.robot.own_voice import Acoustics
 from hvcpd.synthesis.likeness import name_fault
 
 

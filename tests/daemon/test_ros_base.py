@@ -11,7 +11,7 @@ from typing import Any
 import pytest
 
 from hvcpd.config.settings import WheelSettings
-from hvcpd.daemon.base_desk import BaseDesk
+from hvcpd.daemon.base_request_handler import BaseDesk
 from hvcpd.daemon.devices import make_wheels
 from hvcpd.daemon.wheel_service import WheelService
 from hvcpd.errors import DeviceError

@@ -16,16 +16,16 @@ from hvcpd.config.settings import SecuritySettings, Settings
 from hvcpd.config.task_file import load_tasks
 from hvcpd.config.tasks import default_tasks_path
 from hvcpd.daemon.journal_service import JournalService
-from hvcpd.daemon.outfit import Outfit, equip
-from hvcpd.daemon.telling import tell
+from hvcpd.daemon.logging import tell
+from hvcpd.daemon.wiring import Outfit, equip
 from hvcpd.errors import ConfigError
-from hvcpd.keyring import KeyFile, fresh_entry, write_key_file
 from hvcpd.language import messages as m
 from hvcpd.language.forms import Kind
-from hvcpd.records import DoubtRecord, SaveCounter
-from hvcpd.robot import Acoustics
-from hvcpd.sealing import Sealing
+from hvcpd.robot.records import DoubtRecord, SaveCounter
+from hvcpd.robot.robot import Acoustics
+from hvcpd.robot.sealing import Sealing
 from hvcpd.security.guard import SKIPPED, Guard
+from hvcpd.security.keyring import KeyFile, fresh_entry, write_key_file
 from hvcpd.security.one_time import counted_code
 from hvcpd.security.trust import People, Trust
 

@@ -18,7 +18,7 @@ import pytest
 
 from hvcpd.control.cli import main
 from hvcpd.errors import EX_CONFIG, EX_FAILURE, EX_OK
-from hvcpd.store_file import SCHEMA_VERSION
+from hvcpd.memory.store_file import SCHEMA_VERSION
 
 pytestmark = pytest.mark.slow
 

@@ -12,9 +12,9 @@ from pathlib import Path
 
 import pytest
 
-from hvcpd.control import daemon_client
 from hvcpd.control.cli import main
-from hvcpd.control.daemon_client import DaemonClient
+from hvcpd.control.live import daemon_client
+from hvcpd.control.live.daemon_client import DaemonClient
 from hvcpd.daemon.control_lobby import MAX_WAITING
 from hvcpd.daemon.control_server import MAX_CLIENTS, STOP_PLACES
 from hvcpd.errors import EX_NOT_RUNNING

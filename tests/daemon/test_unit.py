@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 
 from hvcpd.config.settings import STATE_DIR, SYSTEM_SETTINGS_PATH
-from hvcpd.daemon.life import FAREWELL_WALL_S
+from hvcpd.daemon.main_loop import FAREWELL_WALL_S
 from hvcpd.errors import EX_CONFIG, EX_USAGE
 
 UNITS = ("hvcpd.service", "hvcpd@.service")

@@ -22,13 +22,13 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from hvcpd.config.settings import load_settings
-from hvcpd.daemon.lean import tune_allocator
-from hvcpd.daemon.life import Daemon
-from hvcpd.daemon.outfit import equip
-from hvcpd.daemon.telling import set_up_logging
+from hvcpd.daemon.allocator import tune_allocator
+from hvcpd.daemon.logging import set_up_logging
+from hvcpd.daemon.main_loop import Daemon
+from hvcpd.daemon.wiring import equip
 from hvcpd.errors import HvcpdError
-from hvcpd.keyring import keep_out_of_dumps
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
+from hvcpd.security.keyring import keep_out_of_dumps
 from hvcpd.synthesis.lexicon import Lexicon
 from hvcpd.synthesis.speaker import Speaker
 from hvcpd.synthesis.voices import Voice

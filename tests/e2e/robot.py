@@ -16,8 +16,8 @@ from pathlib import Path
 from hil_fakes.motor_process import TrailPoint, last_point, read_trail
 from hil_fakes.sound_server import DIE_WITH_PARENT, LOUDSPEAKER, MICROPHONE, wait_until
 from hvcpd.errors import EX_UNAVAILABLE
+from hvcpd.memory.store import TranscriptReader, TranscriptRecord
 from hvcpd.ports import Pose
-from hvcpd.store import TranscriptReader, TranscriptRecord
 from tests.e2e.parts import PRIORITY, own_network
 
 END_S = 60.0

@@ -10,7 +10,7 @@ from typing import Any
 import pytest
 
 from hvcpd.control.cli import main
-from hvcpd.control.evaluate import remedy
+from hvcpd.control.simulate.evaluate import remedy
 from hvcpd.evaluation.experiments import NAMES, experiment
 from hvcpd.evaluation.report import write_findings, write_page
 from hvcpd.evaluation.trials import Beside, Findings, Table

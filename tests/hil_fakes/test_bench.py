@@ -12,7 +12,7 @@ import pytest
 from hil_fakes.bench import Bench, BenchPlan
 from hil_fakes.bench_plans import relay_plan
 from hil_fakes.room import Air
-from hvcpd.assembly import Sound, make_phrasebook, make_recogniser, make_sound
+from hvcpd.assembly.make import Sound, make_phrasebook, make_recogniser, make_sound
 from hvcpd.config.settings import DEFAULT_TEAMS
 from hvcpd.config.tasks import GoTo, Place, TaskDefinition, TaskRepository, Water
 from hvcpd.coordination.actions import Speech

@@ -14,7 +14,7 @@ from hil_fakes.room import Air, DelayLine, FreeField, Room
 from hvcpd.config.tasks import GoTo, Place, TaskDefinition, TaskRepository
 from hvcpd.language.messages import Claim, Completed, Statement, TaskByNumber, ToAll, Utterance, WhoHere
 from hvcpd.ports import STANDSTILL, Pose, Samples, WheelCommand, WheelReading
-from hvcpd.records import RobotOutput, SaidRecord
+from hvcpd.robot.records import RobotOutput, SaidRecord
 
 BLOCK = 400
 ECHO = 900

@@ -5,8 +5,8 @@ import pytest
 from hil_fakes.scorekeeper import Scorekeeper
 from hvcpd.config.tasks import Action, Forward, GoTo, Place, SayAction, TaskDefinition, TaskRepository, Wait, Water
 from hvcpd.ports import Pose
-from hvcpd.records import PerformedRecord
 from hvcpd.reporting.events import Watered
+from hvcpd.robot.records import PerformedRecord
 
 HOME, PLANT, DOOR = Place(0.0, 0.0), Place(3.0, 0.0), Place(0.0, 2.0)
 SAY, WATER, WAIT = SayAction("hello"), Water(5.0), Wait(5.0)

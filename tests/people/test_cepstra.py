@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from hvcpd.assembly import Sound, make_sound
+from hvcpd.assembly.make import Sound, make_sound
 from hvcpd.people.cepstra import (
     LEAST,
     LEAST_GAIN,

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from hvcpd.assembly import Sound, make_sound
+from hvcpd.assembly.make import Sound, make_sound
 from hvcpd.language.graph import Arc, WordGraph
 from hvcpd.people.cepstra import N_BANDS, Bands, levelled, logs_of, noise_of, upper_lost
 from hvcpd.people.echoes import MOST_OTHERS, EchoedTakes, Remembered

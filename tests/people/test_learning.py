@@ -9,8 +9,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from hvcpd.daemon.pupil import Pupil
-from hvcpd.daemon.second_look import SecondLook
+from hvcpd.daemon.adaptation import Pupil
+from hvcpd.daemon.second_pass import SecondLook
 from hvcpd.language.messages import Confirmed, SayAgain, ToRobot, Utterance, WhatLeft
 from hvcpd.people.ears import Piece
 from hvcpd.people.enrolled import Person, person_path, read_person, remove_person, write_person
@@ -18,7 +18,7 @@ from hvcpd.people.learning import ASKED_S, CONFIRMED_S, Learning, words_in
 from hvcpd.people.takes import distance, features
 from hvcpd.ports import SAMPLE_RATE_HZ
 from hvcpd.recognition.events import Recognised, WordSpan
-from hvcpd.records import HeardRecord, Record, SaidRecord
+from hvcpd.robot.records import HeardRecord, Record, SaidRecord
 from tests.recognition.signals import word
 
 ASK = Utterance("Rob", ToRobot("Anna"), statement=SayAgain(False))

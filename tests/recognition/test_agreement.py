@@ -7,6 +7,7 @@ from dataclasses import replace
 
 import pytest
 
+from hvcpd.assembly.rendered_waveforms import SpokenBook
 from hvcpd.language.graph import Arc, WordGraph
 from hvcpd.recognition.agreement import WAIT, Agreement
 from hvcpd.recognition.coherent import CoherentListener
@@ -15,7 +16,6 @@ from hvcpd.recognition.paths import Coherent, HeardWord, Path
 from hvcpd.synthesis.lexicon import Lexicon
 from hvcpd.synthesis.speaker import Speaker
 from hvcpd.synthesis.voices import VOICES
-from hvcpd.voicebook import SpokenBook
 
 BOOK = SpokenBook("oak", Speaker(VOICES[0], Lexicon({})), ())
 GRAPH = WordGraph(2, (Arc(0, 1, "stop"),), 0, frozenset({1}), frozenset())

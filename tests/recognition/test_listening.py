@@ -5,7 +5,7 @@ import random
 import numpy as np
 import pytest
 
-from hvcpd.assembly import (
+from hvcpd.assembly.make import (
     RobotPlan,
     Sound,
     make_ears,
@@ -15,6 +15,7 @@ from hvcpd.assembly import (
     make_sound,
     make_spelled,
 )
+from hvcpd.assembly.name_registry import Roster
 from hvcpd.config.settings import DEFAULT_TEAMS
 from hvcpd.config.tasks import Place, TaskDefinition, TaskRepository, Water
 from hvcpd.coordination.actions import Role
@@ -24,9 +25,8 @@ from hvcpd.language.phrasebook import Phrasebook
 from hvcpd.ports import Pose, Samples
 from hvcpd.recognition.events import Event, Garbled, Recognised
 from hvcpd.recognition.listening import Listening
-from hvcpd.records import HeardRecord, LearnName
-from hvcpd.robot import Robot
-from hvcpd.roster import Roster
+from hvcpd.robot.records import HeardRecord, LearnName
+from hvcpd.robot.robot import Robot
 from hvcpd.synthesis.speaker import Speaker
 from hvcpd.synthesis.voices import VOICES, Voice, voice_for
 

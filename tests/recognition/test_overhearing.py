@@ -7,7 +7,7 @@ from functools import cache
 import numpy as np
 import pytest
 
-from hvcpd.assembly import Sound, make_sound, make_urgent
+from hvcpd.assembly.make import Sound, make_sound, make_urgent
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 from hvcpd.recognition.echo import BLOCK, EchoCanceller
 from hvcpd.recognition.events import Urgent

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from hvcpd.assembly import Sound, templates_of
+from hvcpd.assembly.make import Sound, templates_of
 from hvcpd.language.graph import Arc, WordGraph
 from hvcpd.recognition.competition import competing_phrases
 from hvcpd.recognition.decoder import UNREACHABLE, StepCosts

@@ -11,7 +11,7 @@ from pathlib import Path
 from hvcpd.config.tasks import TaskDefinition, Wait
 from hvcpd.language import messages as m
 from hvcpd.language.phrasebook import Phrasebook, Vocabulary
-from hvcpd.store import Store, TranscriptRecord, TranscriptRow
+from hvcpd.memory.store import Store, TranscriptRecord, TranscriptRow
 
 BEGIN_S = 1_790_000_000.0
 COLOURS = "green violet indigo orange yellow red blue white pink purple".split()

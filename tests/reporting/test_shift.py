@@ -12,12 +12,12 @@ from pathlib import Path
 
 import pytest
 
-from hvcpd.control import report
 from hvcpd.control.cli import make_parser
+from hvcpd.control.live import report
 from hvcpd.errors import ConfigError
+from hvcpd.memory.store import Store, TranscriptReader, TranscriptRecord, TranscriptRow
 from hvcpd.reporting.shift import BINS, SAME_REPORT_S, Shift, read_shift
 from hvcpd.reporting.shift_page import as_text, page, wall_clock
-from hvcpd.store import Store, TranscriptReader, TranscriptRecord, TranscriptRow
 from tests.coordination.mission import Mission, plants
 from tests.reporting.shift_example import flower_tasks, made_up
 

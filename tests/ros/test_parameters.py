@@ -7,8 +7,8 @@ from pathlib import Path
 
 import pytest
 
-from hvcpd.control import ros
 from hvcpd.control.cli import main, make_parser
+from hvcpd.control.live import ros
 from hvcpd.errors import EX_OK, EX_USER, ConfigError
 from hvcpd.ros.command import Base, base_of, choose_ros, wait_for_master
 from hvcpd.ros.parameters import Parameters, parameters_from

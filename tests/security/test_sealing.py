@@ -7,8 +7,8 @@ import pytest
 from hil_fakes.word_seals import keyed_book
 from hvcpd.language import messages as m
 from hvcpd.language.phrasebook import Phrasebook
-from hvcpd.records import DoubtRecord
-from hvcpd.sealing import Sealing, written
+from hvcpd.robot.records import DoubtRecord
+from hvcpd.robot.sealing import Sealing, written
 from hvcpd.security.guard import Guard
 from hvcpd.security.keys import KEY_BYTES, KeyRing, TeamKey
 from hvcpd.security.trust import Trust

@@ -1,0 +1,1 @@
+"""One robot put together from its plan."""

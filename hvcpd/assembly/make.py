@@ -1,0 +1,344 @@
+"""Puts one robot together from its settings: the only place that knows all rooms of the house."""
+
+from __future__ import annotations
+
+import os
+import random
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+
+from hvcpd.assembly.rendered_waveforms import MadeWhenAsked, Shelf, SpokenBook
+from hvcpd.config.settings import DEFAULT_TEAMS as DEFAULT_TEAMS
+from hvcpd.config.tasks import Place, TaskRepository
+from hvcpd.coordination.actions import SLOW_STRETCH, Role, Timing
+from hvcpd.coordination.coordination import Coordination
+from hvcpd.hardware.kinematics import BURGER, Drive, Odometry
+from hvcpd.hardware.navigator import Navigator
+from hvcpd.language.forms import OPEN_KINDS, SEALED_KINDS, Kind
+from hvcpd.language.phrasebook import Phrasebook, Vocabulary
+from hvcpd.people.ears import SecondEars, Worker
+from hvcpd.people.enrolled import Person
+from hvcpd.people.opinion import SecondOpinion
+from hvcpd.ports import Pose, Samples, WheelReading
+from hvcpd.recognition.coherent import CoherentListener
+from hvcpd.recognition.listening import MIN_SPELLED_CONFIDENCE, Listening
+from hvcpd.recognition.overhearing import Overhearing
+from hvcpd.recognition.own_delay import OwnDelay
+from hvcpd.recognition.protocols import Ears
+from hvcpd.recognition.pruning import Beam
+from hvcpd.recognition.recogniser import Recogniser
+from hvcpd.recognition.settings import RecogniserSettings
+from hvcpd.recognition.spotter import SpotterSettings
+from hvcpd.recognition.templates import trimmed_energies
+from hvcpd.recognition.urgent import UrgentSpotter, UrgentTemplates
+from hvcpd.recognition.watch import Watch
+from hvcpd.robot.own_voice import Acoustics
+from hvcpd.robot.performer import Performer
+from hvcpd.robot.robot import Robot
+from hvcpd.robot.sealing import Sealing
+from hvcpd.security.guard import Guard
+from hvcpd.security.keys import KeyRing
+from hvcpd.security.silence import Patience
+from hvcpd.synthesis.lexicon import Lexicon
+from hvcpd.synthesis.recorded import RecordedSpeaker
+from hvcpd.synthesis.speaker import Speaker
+from hvcpd.synthesis.unit_cache import UnitCache
+from hvcpd.synthesis.voices import VOICES, Voice, voice_for
+
+SLOW = 1.0 / SLOW_STRETCH
+"""Of the usual rate, when a robot speaks slowly; the recogniser's steps span 0.5 to 2."""
+
+SEALED_PAIRS = 400
+"""Chains at one rung that are followed where any of 64 code words may come: each has two templates at three rungs. With
+100, as for sentences alone, most are lost (5 of 12 sealed sentences right in pink noise at 0 dB; with 300, 12)."""
+
+STOP, STOP_RIVAL = "stop", "stopped"
+"""The word that halts over any talk, and the one of the phrasebook that begins with it and does not."""
+
+
+@dataclass(frozen=True)
+class Sound:
+    """Where pronunciations come from, where rendered units are kept, and which robot speaks how.
+
+    `voices` and `recorded` have the robots, by name in lower case, whose voice was chosen and does not follow from the
+    name; `people` those who are enrolled, and no robots: their words may become more while a robot lives.
+    """
+
+    lexicon: Lexicon
+    cache: UnitCache | None = None
+    voices: Mapping[str, Voice] = field(default_factory=dict)
+    recorded: Mapping[str, RecordedSpeaker] = field(default_factory=dict)
+    people: dict[str, Person] = field(default_factory=dict)
+
+    def robots(self, names: Iterable[str]) -> tuple[str, ...]:
+        """Of the names those that are no enrolled person's."""
+        return tuple(name for name in names if name.lower() not in self.people)
+
+    def voice_of(self, name: str) -> Voice:
+        """The synthesizer's voice of that robot."""
+        return self.voices.get(name.lower()) or voice_for(name)
+
+    def speaker_of(self, name: str, rate: float = 1.0) -> Speaker:
+        """Speaks as that robot; `rate` below 1 is slower, which recordings cannot be."""
+        voice = self.voice_of(name)
+        recorded = self.recorded.get(name.lower())
+        return recorded or Speaker(replace(voice, rate=rate * voice.rate), self.lexicon, self.cache)
+
+
+def make_sound(lexicon: Path | None = None, cache_folder: Path | None = None) -> Sound:
+    """Pronunciations (with a lexicon file of the user's own, if any) and a cache of rendered units on disk.
+
+    Raises ConfigError with every fault of the lexicon file.
+    """
+    return Sound(Lexicon.load(lexicon), UnitCache(cache_folder) if cache_folder is not None else None)
+
+
+def user_cache_folder() -> Path | None:
+    """Where a person's commands keep rendered units, by the XDG base directories; None without a home."""
+    base = os.environ.get("XDG_CACHE_HOME")
+    try:
+        return (Path(base) if base else Path.home() / ".cache") / "hvcpd" / "units"
+    except RuntimeError:
+        return None
+
+
+@dataclass(frozen=True)
+class RobotPlan:
+    """Everything that tells one robot from another. `names` are all names known beforehand, its own among them."""
+
+    role: Role
+    names: tuple[str, ...]
+    tasks: TaskRepository
+    start: Pose
+    seed: int
+    teams: tuple[str, ...] = DEFAULT_TEAMS
+    remembered: Mapping[int, tuple[str, str | None]] | None = None
+    acoustics: Acoustics | None = None
+    stopped: bool = False
+    """It was stopped when it was switched off."""
+    drive: Drive = BURGER
+    strangers: bool = False
+    """Robots that it was not told of may come and spell their names."""
+    second: Worker | None = None
+    """Looks again at what the voices of robots do not explain; None: nobody does."""
+    prepared: bool = True
+    """Names that are spelled are listened for at once, and voices by their waveform, which is in the cache, or may be
+    rendered when it is needed; otherwise `Robot.prepare` is to be called."""
+    any_voice: bool = True
+    """It looks for people who are not enrolled too."""
+    keys: KeyRing | None = None
+    """Where the team has a key: everything that matters is sealed, and nothing else is believed."""
+    encrypts: bool = False
+    """It has a key, and hides what it says from all who have not."""
+    counters: Mapping[str, int] | None = None
+    """Of seals and codes, as it remembers them."""
+    home: Place | None = None
+    """Where it comes back to, if that is not where it is at first."""
+    timing: Timing | None = None
+    patience: Patience | None = None
+    """With wrong seals; None for the usual."""
+    reading: WheelReading | None = None
+    """Of its wheels at `start`, if that was kept."""
+    navigator: Navigator | None = None
+    """Finds its ways; None for the usual one."""
+    told: tuple[str, ...] | None = None
+    """The names that all robots were told, where `names` has others that it has learned; None: all."""
+
+    @property
+    def roster(self) -> tuple[str, ...]:
+        """The names that all were told, if its own is one of them."""
+        known = self.names if self.told is None else self.told
+        return known if self.role.listed else ()
+
+
+def make_phrasebook(
+    names: Sequence[str], teams: Iterable[str], tasks: TaskRepository, sealed: bool = False, encrypted: bool = False
+) -> Phrasebook:
+    """The phrasebook of a team, `sealed` if it has a key, `encrypted` if it hides what it says. Raises PhraseError when
+    its words clash."""
+    return Phrasebook(
+        Vocabulary(
+            names=tuple(dict.fromkeys(names)),
+            teams=tuple(dict.fromkeys(team.lower() for team in teams)),
+            tasks=(*(task.name for task in tasks.tasks), *tasks.other_tasks),
+            numbers=tuple(task.number for task in tasks.tasks),
+            remarks=tasks.remarks,
+            alternatives=tasks.alternatives,
+            kinds=frozenset(Kind) if encrypted else SEALED_KINDS if sealed else OPEN_KINDS,
+        )
+    )
+
+
+def make_recogniser(phrasebook: Phrasebook, names: Sequence[str], sound: Sound, prepared: bool = True) -> Recogniser:
+    """A recogniser for the voices of these robots: templates are the very signals that their synthesizers make.
+
+    `prepared`: it may also render the waveforms of whole sentences when it needs them. Without a cache they are not
+    listened to: to render them again and again would take too long.
+    """
+    speakers = {robot_voice(name, sound): name for name in names}
+    bank = MadeWhenAsked(speakers, lambda voice: word_bank(phrasebook, sound.speaker_of(speakers[voice])))
+    sealed = Kind.SEALED in phrasebook.vocabulary.kinds
+    settings = RecogniserSettings(spotter=SpotterSettings(beam=Beam(max_pairs=SEALED_PAIRS))) if sealed else None
+    coherent = make_coherent(phrasebook, names, sound, prepared) if sound.cache is not None else None
+    return Recogniser(phrasebook.marked_graph, bank, settings, urgent=make_urgent(sound, names), coherent=coherent)
+
+
+def make_coherent(
+    phrasebook: Phrasebook, names: Sequence[str], sound: Sound, prepared: bool = True
+) -> CoherentListener:
+    """Hears the same voices by their waveform, where noise hides the words."""
+    graph = phrasebook.marked_graph
+    speakers = {robot_voice(name, sound): name for name in names}
+    shelf = Shelf()
+    usual = [SpokenBook(voice, sound.speaker_of(name), graph.words, shelf) for voice, name in speakers.items()]
+    slow = [
+        SpokenBook(voice, sound.speaker_of(name, SLOW), graph.words, shelf)
+        for voice, name in speakers.items()
+        if name.lower() not in sound.recorded
+    ]
+    return CoherentListener(graph, (*usual, *slow), prepared)
+
+
+def robot_voice(name: str, sound: Sound) -> str:
+    """What the recogniser calls a robot's voice."""
+    return f"{name}, recorded" if name.lower() in sound.recorded else sound.voice_of(name).name
+
+
+def voices_of(names: Iterable[str], sound: Sound) -> dict[str, str]:
+    """The same of robots and people, by name in lower case."""
+    people = {key: person.voice for key, person in sound.people.items()}
+    return {name.lower(): people.get(name.lower()) or robot_voice(name, sound) for name in names}
+
+
+def make_ears(
+    phrasebook: Phrasebook, names: Sequence[str], sound: Sound, strangers: bool, prepared: bool = True
+) -> Listening:
+    """Ears for the voices of these robots; with `strangers` also for names that are spelled, in any voice, unless
+    `prepared` from their `prepare` on."""
+    sentences = make_recogniser(phrasebook, names, sound, prepared)
+    if not strangers:
+        return Listening(sentences, None)
+    if prepared:
+        return Listening(sentences, make_spelled(phrasebook, sound, sentences.watch))
+    return Listening(sentences, None, lambda: make_spelled(phrasebook, sound, sentences.watch))
+
+
+def make_spelled(phrasebook: Phrasebook, sound: Sound, watch: Watch | None = None) -> Recogniser:
+    """Hears names being spelled, in every voice; `watch`: of another recogniser on the same microphone."""
+    graph = phrasebook.spelling_graph
+    speakers = {voice.name: Speaker(voice, sound.lexicon, sound.cache) for voice in VOICES}
+    bank = MadeWhenAsked(speakers, lambda voice: MadeWhenAsked(graph.words, speakers[voice].templates))
+    return Recogniser(graph, bank, RecogniserSettings(min_confidence=MIN_SPELLED_CONFIDENCE), watch=watch)
+
+
+def make_urgent(sound: Sound, names: Sequence[str] = ()) -> UrgentSpotter:
+    """Hears "stop" over other voices, in any of our voices: a person may have each of them.
+
+    `names`: the robots whose talk may be taken for it where two speak at once.
+    """
+    speakers = {voice.name: Speaker(voice, sound.lexicon, sound.cache) for voice in VOICES}
+    finals = {w: {name: s.templates(w)[1:2] for name, s in speakers.items()} for w in (STOP, STOP_RIVAL)}
+    plain = UrgentTemplates(finals[STOP], finals[STOP_RIVAL], frozenset((STOP, STOP_RIVAL)))
+    return UrgentSpotter(replace(plain, excuses=_excuses(UrgentSpotter(plain), sound, names)))
+
+
+def _excuses(spotter: UrgentSpotter, sound: Sound, names: Iterable[str]) -> list[Samples]:
+    """ "I have stopped" of each robot, and "I am Rob" of those whose name, after an S of somebody else, is "stop"."""
+    found = []
+    for name in names:
+        speaker = sound.speaker_of(name)
+        found.append(speaker.phrase_templates(("i", "have", STOP_RIVAL))[1])
+        after_s = (trimmed_energies(take) for take in speaker.phrase_templates(("s", name.lower())))
+        if max(map(spotter.share_in, after_s)) >= spotter.settings.threshold:
+            found += speaker.phrase_templates(("i", "am", name.lower()))
+    return found
+
+
+def templates(phrasebook: Phrasebook, voice: Voice, sound: Sound) -> dict[str, list[Samples]]:
+    """Every word of the phrasebook in one voice, and the phrases that count as one."""
+    return dict(word_bank(phrasebook, Speaker(voice, sound.lexicon, sound.cache)))
+
+
+def word_bank(phrasebook: Phrasebook, speaker: Speaker) -> Mapping[str, list[Samples]]:
+    """The same as that speaker says them, each made when it is asked for."""
+
+    def rendered(word: str) -> list[Samples]:
+        phrases = phrasebook.alternatives.get(word, ())
+        return speaker.templates(word) + [take for phrase in phrases for take in speaker.phrase_templates(phrase)]
+
+    return MadeWhenAsked(phrasebook.marked_graph.words, rendered)
+
+
+def templates_of(words: Iterable[str], voice: Voice, sound: Sound) -> dict[str, list[Samples]]:
+    """These words in one voice."""
+    speaker = Speaker(voice, sound.lexicon, sound.cache)
+    return {word: speaker.templates(word) for word in words}
+
+
+def make_robot(plan: RobotPlan, sound: Sound) -> Robot:
+    """A whole robot. It listens for the voices of all names but its own."""
+    phrasebook = phrasebook_of(plan, plan.names)
+    role = replace(
+        plan.role,
+        roster=sound.robots(plan.roster),
+        speech=replace(plan.role.speech, sealed=plan.keys is not None, encrypted=plan.encrypts),
+    )
+    acoustics = plan.acoustics or Acoustics()
+    coordination = Coordination(
+        role,
+        plan.tasks.tasks,
+        random.Random(plan.seed),
+        (plan.timing or Timing()).for_latency(acoustics.latency_s),
+        remembered=plan.remembered,
+        stopped=plan.stopped,
+        home=plan.home,
+    )
+    ears = make_ears(phrasebook, others(plan, sound.robots(plan.names)), sound, plan.strangers, plan.prepared)
+    return Robot(
+        coordination,
+        phrasebook,
+        _looking_twice(plan, phrasebook, ears, sound),
+        sound.speaker_of(plan.role.name),
+        Odometry(plan.start, plan.drive, plan.reading),
+        Performer(plan.navigator or Navigator(plan.drive)),
+        plan.acoustics,
+        sound.speaker_of(plan.role.name, SLOW),
+        Overhearing(ears.urgent) if ears.urgent is not None else None,
+        make_sealing(plan, sound.robots(plan.roster)),
+        OwnDelay(),
+        voices_of(plan.names, sound),
+    )
+
+
+def make_sealing(plan: RobotPlan, robots: tuple[str, ...] | None = None) -> Sealing | None:
+    """What seals and judges for the robot, where there is a key; `robots`: of the names, those that have it too."""
+    if plan.keys is None:
+        return None
+    guard = Guard(plan.role.name, plan.keys, plan.counters, patience=plan.patience)
+    return Sealing(guard, plan.encrypts, plan.roster if robots is None else robots)
+
+
+def _looking_twice(plan: RobotPlan, phrasebook: Phrasebook, ears: Listening, sound: Sound) -> Ears:
+    if plan.second is None:
+        return ears
+    opinion = SecondOpinion(phrasebook.people_graph, sound.lexicon, sound.people, plan.any_voice)
+    return SecondEars(ears, opinion, plan.second)
+
+
+def phrasebook_of(plan: RobotPlan, names: Sequence[str]) -> Phrasebook:
+    """The robot's phrasebook once it knows these names. Raises PhraseError."""
+    teams = (*plan.teams, *([plan.role.team] if plan.role.team else []))
+    return make_phrasebook(names, teams, plan.tasks, plan.keys is not None, plan.encrypts)
+
+
+def others(plan: RobotPlan, names: Sequence[str]) -> Sequence[str]:
+    """Of the names those of the peers, whose voices are listened for; its own if there is no other."""
+    return [name for name in names if name.lower() != plan.role.name.lower()] or names
+
+
+def make_phrasebook_and_ears(plan: RobotPlan, names: Sequence[str], sound: Sound) -> tuple[Phrasebook, Ears]:
+    """The same robot's phrasebook and ears once it knows these names. Raises PhraseError when words clash."""
+    book = phrasebook_of(plan, names)
+    ears = make_ears(book, others(plan, sound.robots(names)), sound, False, plan.prepared)
+    return book, _looking_twice(plan, book, ears, sound)

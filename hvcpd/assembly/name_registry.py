@@ -1,0 +1,59 @@
+"""The names that a robot knows, and what it needs to understand one more."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+from hvcpd.assembly.make import RobotPlan, Sound, make_phrasebook_and_ears
+from hvcpd.config.settings import MAX_KNOWN_NAMES
+from hvcpd.errors import PhraseError
+from hvcpd.language.phrasebook import Phrasebook
+from hvcpd.recognition.protocols import Ears
+from hvcpd.synthesis.likeness import sounds_alike
+
+
+class Roster:
+    """The names that one robot knows: those it was told, and those that it learns, the oldest of which it forgets."""
+
+    def __init__(self, plan: RobotPlan, sound: Sound, settled: Iterable[str] = ()) -> None:
+        """`settled`: of the plan's names those that it knows whoever is enrolled."""
+        self._plan = plan
+        self._sound = sound
+        self._told = plan.names
+        self._guests = set(sound.people).difference(name.lower() for name in (plan.role.name, *settled))
+        """Who is known for being enrolled alone, in lower case."""
+        self.names = plan.names
+
+    def knows(self, name: str) -> bool:
+        """Whether it is one of the names, whatever its case."""
+        return name.lower() in (known.lower() for known in self.names)
+
+    def keep(self, name: str) -> None:
+        """A name that was learned is now told, and not forgotten any more."""
+        known = next(each for each in self.names if each.lower() == name.lower())
+        if known not in self._told:
+            self._told = (*self._told, known)
+            self._guests.add(name.lower())
+
+    def part(self) -> None:
+        """Forget the names of those who are enrolled no more."""
+        gone = self._guests.difference(self._sound.people)
+        self._guests -= gone
+        self._told = tuple(name for name in self._told if name.lower() not in gone)
+        self.names = tuple(name for name in self.names if name.lower() not in gone)
+
+    def learn(self, name: str, told: bool = False) -> tuple[Phrasebook, Ears]:
+        """What a robot needs to understand one name more. Takes seconds. A name that it was `told` is not forgotten.
+        Raises PhraseError for a name that sounds like a known one, or is a word of the phrasebook."""
+        rival = next((known for known in self.names if sounds_alike(name, known, self._sound.lexicon)), None)
+        if rival is not None:
+            raise PhraseError(f"the name '{name}' sounds like '{rival}': that robot needs another one")
+        always = (*self._told, name) if told else self._told
+        learned = [known for known in (*self.names, name) if known not in always]
+        room = max(MAX_KNOWN_NAMES - len(always), 0 if told else 1)
+        names = (*always, *learned[len(learned) - min(room, len(learned)) :])
+        ready = make_phrasebook_and_ears(self._plan, names, self._sound)
+        self.names, self._told = names, always
+        if told:
+            self._guests.add(name.lower())
+        return ready

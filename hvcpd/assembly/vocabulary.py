@@ -1,0 +1,347 @@
+"""Checks a team's words before they are spoken: which would be taken for one another, and what to say instead."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from collections.abc import Iterable, Iterator, Mapping, Sequence, Set
+from dataclasses import dataclass, replace
+from itertools import islice
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hvcpd.assembly.make import Sound, templates_of
+from hvcpd.errors import PhraseError
+from hvcpd.language.examples import example_sentences
+from hvcpd.language.phrasebook import RESERVED_WORDS, Phrasebook, Vocabulary
+from hvcpd.language.rewording import (
+    SYNONYMS_PATH,
+    instead_of_deed,
+    instead_of_name,
+    instead_of_team,
+    instead_of_thing,
+    known_names,
+)
+from hvcpd.language.words import NUMBER_MAX, number_words, spoken_words
+from hvcpd.recognition.competition import Pair, Phrase, competing_phrases
+from hvcpd.recognition.separation import CONDITIONS, Condition, ConfusionCurve, VoiceSounds
+from hvcpd.synthesis.likeness import phone_distance
+from hvcpd.synthesis.unit_cache import recipe
+from hvcpd.synthesis.voices import Voice
+
+HARDEST = CONDITIONS[-1:]
+"""Where distances are least: pairs that are far apart here need no closer look."""
+EVERY = 2
+"""Of the frames one in so many for the first look, at a quarter of the cost."""
+FAR = 22.0
+"""Distance at that first look beyond which a pair is let go: twice that over all frames, where no pair at all was
+confused (benchmarks/vocabulary.py)."""
+LIMIT_QUIET = 0.001
+"""In quiet nothing may go wrong: fewer than one substitution in 1,000 is what is asked of the hearing as a whole."""
+LIMIT_NOISE = 0.01
+"""Robots are to hear 99 of 100 sentences in noise: a word that is confused more often at 0 dB spoils it alone."""
+FIXED_WORDS = RESERVED_WORDS.union(*(number_words(n) for n in range(NUMBER_MAX + 1)))
+"""The forms' own words and the numbers: a team can choose none of them."""
+SAME = 1.0
+"""A distance below this in quiet is the same sound: one step of the DTW off the diagonal costs 0.3."""
+PROPOSALS = 2
+"""Replacements named for each word."""
+MAX_TRIED = 6
+"""Replacements tried for each word, about 0.3 s each: a person waits for the answer."""
+MAX_EXPLAINED = 4
+"""Confused pairs, the worst ones, for which replacements are sought; the others are told without."""
+NEAR_NAMES = 5
+"""Names tried in place of a name, those with the most phones in common."""
+
+
+@dataclass(frozen=True)
+class Confusion:
+    """Two phrases that compete, the voice in which they are worst, and how often one is heard as the other.
+
+    Rates are of the worse direction, 0 to 0.5: in quiet, and in the worse of white and pink noise at 0 and -5 dB.
+    """
+
+    first: str
+    second: str
+    voice: str
+    same_sound: bool
+    quiet: float
+    at_0_db: float
+    at_minus_5_db: float
+    fixed: bool
+    """Both are the phrasebook's own: a team cannot reword them, and is not refused for them."""
+    sentences: tuple[str, str] = ("", "")
+    """Two that differ in these phrases alone."""
+    subject: str = ""
+    """Which of the two to reword, where one is the team's."""
+    key: str = "tasks"
+    """The setting that it comes from: `tasks`, `names` or `teams`."""
+    proposals: tuple[str, ...] = ()
+    """What to say instead of it: near in meaning or sound, and found to pass this check."""
+    alternative_of: str = ""
+    """The word as which `first` or `second`, an alternative of the task file, counts."""
+
+    @property
+    def confusable(self) -> bool:
+        """Whether a rate is over its limit."""
+        return self.quiet > LIMIT_QUIET or self.at_0_db > LIMIT_NOISE
+
+
+def describe(confusion: Confusion) -> str:
+    """One sentence: which two sentences are mistaken for each other, when, by which words, and the remedy."""
+    c = confusion
+    when = "even in quiet" if c.quiet > LIMIT_QUIET else "in noise as loud as the voice"
+    what = "sound the same" if c.same_sound else f"would be taken for one another {when}"
+    remedy = f"reword '{c.subject}'" if c.subject else "reword one of them"
+    if c.alternative_of:
+        remedy = f"leave the alternative of '{c.alternative_of}' out of the task file"
+    elif c.proposals:
+        *others, last = (f"'{each}'" for each in c.proposals)
+        remedy = f"instead of '{c.subject}' say for example {', '.join(others)}{' or ' * bool(others)}{last}"
+    first, second = c.sentences
+    return f"'{first}' and '{second}' {what}, by the words '{c.first}' and '{c.second}'; {remedy}"
+
+
+def refusal(confusions: Iterable[Confusion], tasks: Path) -> str | None:
+    """Why a team's words cannot be used, one line a pair with the place to mend it; None when they can.
+
+    `tasks` is the file of the tasks.
+    """
+    wrong = [c for c in confusions if c.confusable and not c.fixed]
+    lines = [f"{tasks if c.key == 'tasks' else c.key}: {describe(c)}" for c in wrong]
+    return "\n".join(lines) + "\nTo use them all the same: --allow-confusable" if lines else None
+
+
+def check(
+    book: Phrasebook, names: Iterable[str], sound: Sound, cache: Path | None = None, chosen_only: bool = False
+) -> tuple[Confusion, ...]:
+    """The pairs of `book` that come near one another in the voices of `names`, worst first.
+
+    With `cache`, a folder, what was found for the same words, voices and program is kept there. `chosen_only`, for a
+    quick start, leaves out what no change of a single task, team or robot's name would mend.
+    """
+    counts_as = {phrase: word for word, phrases in book.alternatives.items() for phrase in phrases}
+    pairs = tuple(pair for pair in competing_phrases(book.heard_graph) if not _is_same(pair, counts_as))
+    if chosen_only:
+        pairs = tuple(pair for pair in pairs if _is_chosen(*pair) or counts_as.keys() & set(pair))
+    voices = tuple({sound.voice_of(name): None for name in names})
+    spoken = {word: sound.lexicon.pronunciations(word) for word in book.heard_graph.words}
+    content = f"{_recipe()} {counts_as!r} {pairs!r} {voices!r} {sorted(spoken.items())!r}"
+    path = cache / (hashlib.sha256(content.encode()).hexdigest()[:32] + ".json") if cache is not None else None
+    found = _read(path)
+    if found is None:
+        found = tuple(_of_alternative(c, counts_as) for c in _find(pairs, voices, sound))
+        wrong = [c for c in found if c.confusable and not c.fixed]
+        explained = {c: _explained(c, book) for c in wrong}
+        explained |= {c: _with_proposals(explained[c], book, pairs, voices, sound) for c in wrong[:MAX_EXPLAINED]}
+        found = tuple(explained.get(c, c) for c in found)
+        _write(path, found)
+    return found
+
+
+def _is_same(pair: Pair, counts_as: Mapping[Phrase, str]) -> bool:
+    """Whether both sides of a pair are understood as the same word."""
+    first, second = (counts_as.get(phrase, " ".join(phrase)) for phrase in pair)
+    return first == second
+
+
+def _of_alternative(c: Confusion, counts_as: Mapping[Phrase, str]) -> Confusion:
+    """An alternative is the team's, whatever words it is made of."""
+    words = (counts_as.get(tuple(phrase.split())) for phrase in (c.first, c.second))
+    word = next((word for word in words if word is not None), None)
+    return c if word is None else replace(c, fixed=False, alternative_of=word)
+
+
+def _is_chosen(first: Phrase, second: Phrase) -> bool:
+    """Whether a team chose a word of both phrases, or the one word that one of them is."""
+    chosen = [any(word not in FIXED_WORDS for word in phrase) for phrase in (first, second)]
+    alone = [len(phrase) == 1 for phrase in (first, second)]
+    return all(chosen) or (chosen[0] and alone[0]) or (chosen[1] and alone[1])
+
+
+def _find(pairs: Sequence[Pair], voices: Sequence[Voice], sound: Sound) -> tuple[Confusion, ...]:
+    """The pairs that come near one another, each in its worst voice, worst first."""
+    words = sorted({word for pair in pairs for phrase in pair for word in phrase})
+    if not pairs:
+        return ()
+    worst: dict[Pair, Confusion] = {}
+    for voice in voices:
+        rendered = templates_of(words, voice, sound)
+        rough = VoiceSounds({word: takes[:1] for word, takes in rendered.items()}, HARDEST, EVERY)
+        near = [p for p, d in _distances(rough, pairs).items() if float(d.min()) < FAR]
+        for pair, distances in _distances(VoiceSounds(rendered), near).items():
+            confusion = judge(pair, voice, distances)
+            if pair not in worst or _badness(confusion) > _badness(worst[pair]):
+                worst[pair] = confusion
+    worst |= {pair: _homophones(pair) for pair in pairs if _may_sound_the_same(pair, sound)}
+    return tuple(sorted(worst.values(), key=lambda c: (-_badness(c), c.first, c.second)))
+
+
+def _may_sound_the_same(pair: Pair, sound: Sound) -> bool:
+    """Whether some pronunciation of the one is one of the other: a speaker may choose it, as of "read"."""
+    if max(map(len, pair)) > 1:
+        return False
+    first, second = (set(sound.lexicon.sounds(phrase[0])) for phrase in pair)
+    return bool(first & second)
+
+
+def _homophones(pair: Pair) -> Confusion:
+    fixed = all(phrase[0] in FIXED_WORDS for phrase in pair)
+    return Confusion(pair[0][0], pair[1][0], "any", True, 0.5, 0.5, 0.5, fixed)
+
+
+def _badness(confusion: Confusion) -> float:
+    return confusion.at_0_db + confusion.quiet
+
+
+def _distances(sounds: VoiceSounds, pairs: Sequence[Pair]) -> dict[Pair, NDArray[np.float32]]:
+    """For each pair the distance of the worse direction in each condition."""
+    others: dict[Phrase, list[Phrase]] = {}
+    for a, b in pairs:
+        others.setdefault(a, []).append(b)
+        others.setdefault(b, []).append(a)
+    out: dict[Pair, NDArray[np.float32]] = {}
+    for phrase, rivals in others.items():
+        for rival, distance in zip(rivals, sounds.distances(phrase, rivals).T, strict=True):
+            pair = (phrase, rival) if phrase < rival else (rival, phrase)
+            out[pair] = np.minimum(out[pair], distance) if pair in out else distance
+    return out
+
+
+def judge(pair: Pair, voice: Voice, distances: NDArray[np.float32]) -> Confusion:
+    """What these distances, one for each of CONDITIONS, mean for the pair."""
+    rate = ConfusionCurve().rate
+
+    def worst(snr_db: float | None) -> float:
+        return max(rate(float(d)) for d, c in zip(distances, CONDITIONS, strict=True) if c.snr_db == snr_db)
+
+    fixed = all(word in FIXED_WORDS for phrase in pair for word in phrase)
+    same = float(distances[CONDITIONS.index(Condition())]) < SAME
+    return Confusion(
+        " ".join(pair[0]), " ".join(pair[1]), voice.name, same, worst(None), worst(0.0), worst(-5.0), fixed
+    )
+
+
+def _explained(c: Confusion, book: Phrasebook) -> Confusion:
+    """With two sentences that show it, and the word of the team that is to be another."""
+    sides = [tuple(c.first.split()), tuple(c.second.split())]
+    c = replace(c, sentences=example_sentences(book, sides[0], sides[1]))
+    chosen = [(word, side) for side in sides for word in side if word not in FIXED_WORDS]
+    if c.alternative_of or not chosen:
+        return c
+    word, _ = max(chosen, key=lambda each: (-len(each[1]), len(each[0])))
+    return replace(c, subject=word, key=_key_of(word, book.vocabulary))
+
+
+def _with_proposals(
+    c: Confusion, book: Phrasebook, pairs: Sequence[Pair], voices: Sequence[Voice], sound: Sound
+) -> Confusion:
+    """With what to say instead of its subject."""
+    proposals: list[str] = []
+    wanted = _instead_of(c.subject, c.key, book, sound) if c.subject else ()
+    for phrase in islice(wanted, MAX_TRIED):
+        if len(proposals) < PROPOSALS and _passes(c.subject, phrase, book, frozenset(pairs), voices, sound):
+            proposals.append(" ".join(phrase))
+    return replace(c, proposals=tuple(proposals))
+
+
+def _key_of(word: str, vocabulary: Vocabulary) -> str:
+    spoken = {word for task in (*vocabulary.tasks, *vocabulary.remarks) for word in spoken_words(task)}
+    if word in spoken:
+        return "tasks"
+    return "names" if word in (name.lower() for name in vocabulary.names) else "teams"
+
+
+def _instead_of(word: str, key: str, book: Phrasebook, sound: Sound) -> Iterator[tuple[str, ...]]:
+    """What may be said instead of a word of the team's, the best first, if its words can be read and are not used."""
+    if key == "names":
+        names = sorted(known_names(), key=lambda name: _sound_distance(name, word, sound))
+        known = ((name,) for name in names[:NEAR_NAMES])
+        name = next(each for each in book.vocabulary.names if each.lower() == word)
+        found: Iterable[tuple[str, ...]] = (*known, *instead_of_name(name))
+    elif key == "teams":
+        found = instead_of_team(word)
+    else:
+        firsts = {spoken_words(task)[0] for task in book.vocabulary.tasks}
+        found = instead_of_deed(word) if word in firsts else instead_of_thing(word)
+    used = set(book.heard_graph.words) - ({word} if key == "tasks" else set())
+    read = {word, *sound.lexicon.entries}
+    for phrase in found:
+        listed = key != "tasks" or all(each in read or sound.lexicon.form(each) for each in phrase)
+        if listed and not used & {each.lower() for each in phrase}:
+            yield phrase
+
+
+def _sound_distance(a: str, b: str, sound: Sound) -> float:
+    return phone_distance(sound.lexicon.pronounce(a), sound.lexicon.pronounce(b))
+
+
+def _passes(
+    word: str, phrase: tuple[str, ...], book: Phrasebook, old: Set[Pair], voices: Sequence[Voice], sound: Sound
+) -> bool:
+    """Whether nothing new would be confused if the phrase stood in place of the word."""
+    try:
+        reworded = Phrasebook(_reworded(book.vocabulary, word, " ".join(phrase)))
+        new = [pair for pair in competing_phrases(reworded.heard_graph) if pair not in old]
+    except PhraseError:
+        return False
+    fresh = {each.lower() for each in phrase}
+    pairs = [pair for pair in new if any(fresh.intersection(side) for side in pair)]
+    return not any(c.confusable and not c.fixed for c in _find(pairs, voices, sound))
+
+
+def _reworded(vocabulary: Vocabulary, word: str, phrase: str) -> Vocabulary:
+    """The team's words with the phrase in place of the word, wherever it stands."""
+
+    def changed(text: str) -> str:
+        return " ".join(phrase if part.lower() == word else part for part in text.split(" "))
+
+    return replace(
+        vocabulary,
+        names=tuple(map(changed, vocabulary.names)),
+        teams=tuple(map(changed, vocabulary.teams)),
+        tasks=tuple(map(changed, vocabulary.tasks)),
+        alternatives=tuple(pair for pair in vocabulary.alternatives if pair[0] != word),
+    )
+
+
+def _recipe() -> str:
+    """A digest of the programs that decide, so that what older ones found is not found any more."""
+    folder = Path(__file__).parents[1]
+    names = "competition separation templates frontend decoder scorer".split()
+    sources = [Path(__file__), SYNONYMS_PATH, *(folder / "recognition" / f"{name}.py" for name in names)]
+    return recipe() + hashlib.sha256(b"".join(source.read_bytes() for source in sources)).hexdigest()
+
+
+def as_dict(confusion: Confusion) -> dict[str, object]:
+    """For JSON; rates rounded to a hundredth of a percent."""
+    return {k: round(v, 4) if isinstance(v, float) else v for k, v in vars(confusion).items()}
+
+
+_LISTS = ("sentences", "proposals")
+"""Fields that JSON has as lists."""
+
+
+def _read(path: Path | None) -> tuple[Confusion, ...] | None:
+    """What was kept; None when there is nothing, or not in this form."""
+    if path is None:
+        return None
+    try:
+        rows: list[Mapping[str, object]] = json.loads(path.read_text(encoding="utf-8"))
+        return tuple(Confusion(**{**row, **{key: tuple(row[key]) for key in _LISTS}}) for row in rows)  # type: ignore[arg-type]
+    except (OSError, ValueError, TypeError, KeyError):
+        return None
+
+
+def _write(path: Path | None, found: Sequence[Confusion]) -> None:
+    if path is None:
+        return
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        partial = path.with_suffix(".part")
+        partial.write_text(json.dumps([vars(c) for c in found]), encoding="utf-8")
+        partial.replace(path)
+    except OSError:
+        pass  # a full or read-only disk costs time at the next start, no more

@@ -1,0 +1,133 @@
+"""`hvcpctl calibrate`: sets the microphone's gain by the robot's own voice, and tells how far a peer will be heard."""
+
+from __future__ import annotations
+
+import argparse
+import json
+import math
+import sys
+import time
+from collections.abc import Callable
+from pathlib import Path
+
+from hvcpd.control.doctor.command import RunCommand, run_command
+from hvcpd.control.doctor.mixer import CAPTURE, Control, Mixer
+from hvcpd.control.doctor.self_hearing import SelfHearing, calibration_path, hear_oneself
+from hvcpd.control.simulate.team import Team, load_team
+from hvcpd.daemon.devices import Devices
+from hvcpd.errors import EX_FAILURE, EX_OK, DeviceError, StoreError, unwritable
+from hvcpd.hardware.acoustics import NEEDED_SNR_DB, Echo, predicted_range_m
+from hvcpd.hardware.audio import find_device
+
+PEAK_DBFS = -6.0
+"""Wanted of the own voice, the loudest that the microphone ever hears: no clipping, 6 dB for a louder word."""
+NEAR_DB = 3.0
+"""Nearer than this is near enough; mixers have steps of 1 to 3 dB."""
+MOST_CHANGE_DB = 20.0
+"""At once: of a clipped or buried voice the true peak is not known."""
+ROUNDS = 4
+
+
+def run(
+    options: argparse.Namespace,
+    devices: Devices | None = None,
+    command: RunCommand = run_command,
+    wall_s: Callable[[], float] = time.time,
+) -> int:
+    """Rounds of saying, listening and setting; then the result, kept beside the robot's memory."""
+    where = devices or Devices()
+    team = load_team(options)
+    microphone = find_device(where.sound_backend(), "input", team.settings.audio.input_device)
+    mixer = Mixer(command)
+    control = None if options.keep_gain else mixer.find(microphone.name, CAPTURE)
+    heard = hear_oneself(team, where.make_stream)
+    for _ in range(ROUNDS):
+        _tell_round(options, heard)
+        if heard.echo is None or control is None or not _adjust(mixer, control, heard.echo, options):
+            break
+        heard = hear_oneself(team, where.make_stream)
+    if heard.echo is None:
+        raise DeviceError(
+            "the robot does not hear itself: is the loudspeaker's volume up and the microphone unmuted? "
+            "hvcpctl doctor --only sound tells more"
+        )
+    return _finish(options, team, heard, heard.echo, control, wall_s())
+
+
+def _adjust(mixer: Mixer, control: Control, echo: Echo, options: argparse.Namespace) -> bool:
+    """Bring the own voice's peak nearer to PEAK_DBFS; whether that changed anything."""
+    missing_db = PEAK_DBFS - _db(echo.peak)
+    before_db = mixer.gain_db(control)
+    if abs(missing_db) <= NEAR_DB or before_db is None:
+        return False
+    step_db = min(max(missing_db, -MOST_CHANGE_DB), MOST_CHANGE_DB)
+    after_db = mixer.set_gain_db(control, before_db + step_db)
+    if after_db is None or after_db == before_db:
+        return False
+    if not options.json:
+        sys.stdout.write(f"microphone gain {before_db:+.1f} dB -> {after_db:+.1f} dB ({control.name})\n")
+    return True
+
+
+def _tell_round(options: argparse.Namespace, heard: SelfHearing) -> None:
+    if options.json:
+        return
+    if heard.echo is None:
+        sys.stdout.write(f"noise {heard.floor_dbfs:.0f} dBFS, the own voice was not found\n")
+        return
+    echo = heard.echo
+    sys.stdout.write(
+        f"noise {heard.floor_dbfs:.0f} dBFS, own voice {echo.level_dbfs:.0f} dBFS (peak {_db(echo.peak):.0f}), "
+        f"{echo.snr_db:.0f} dB over the noise, {'understood' if heard.understood else 'not understood'}\n"
+    )
+
+
+def _finish(
+    options: argparse.Namespace, team: Team, heard: SelfHearing, echo: Echo, control: Control | None, wall_s: float
+) -> int:
+    reach_m = predicted_range_m(echo.level_dbfs, options.distance, heard.floor_dbfs)
+    result = {
+        "date": time.strftime("%Y-%m-%d", time.localtime(wall_s)),
+        "floor_dbfs": round(heard.floor_dbfs, 1),
+        "own_level_dbfs": round(echo.level_dbfs, 1),
+        "own_peak_dbfs": round(_db(echo.peak), 1),
+        "own_snr_db": round(echo.snr_db, 1),
+        "own_distance_m": options.distance,
+        "delay_s": round(echo.delay_s, 4),
+        "understood": heard.understood,
+        "range_m": round(reach_m, 2),
+    }
+    path = calibration_path(team)
+    if not options.dry_run:
+        _keep(path, result)
+    if options.json:
+        sys.stdout.write(json.dumps(result) + "\n")
+        return EX_OK if heard.understood else EX_FAILURE
+    off_db = PEAK_DBFS - _db(echo.peak)
+    if abs(off_db) > NEAR_DB:
+        why = "no mixer control for it was found" if control is None else f"{control.name} goes no further"
+        sys.stdout.write(
+            f"the microphone's gain should change by {off_db:+.0f} dB, but {why}: set it with `alsamixer`, F4\n"
+        )
+    sys.stdout.write(
+        f"a peer with the same loudspeaker is understood up to {reach_m:.1f} m in a free field: 20 log10("
+        f"{reach_m:.1f} m / {options.distance:g} m) = {echo.level_dbfs:.0f} dBFS - ({heard.floor_dbfs:.0f} dBFS) - "
+        f"{NEEDED_SNR_DB:g} dB\n"
+    )
+    sys.stdout.write(
+        "nothing was kept\n" if options.dry_run else f"kept in {path}; `sudo alsactl store` keeps the gains\n"
+    )
+    return EX_OK if heard.understood else EX_FAILURE
+
+
+def _keep(path: Path, result: dict[str, object]) -> None:
+    """Raises StoreError."""
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_text(json.dumps(result, indent=2) + "\n", encoding="utf-8")
+    except OSError as error:
+        raise StoreError(unwritable(path, error, "run this as the daemon's user, or with --dry-run")) from error
+
+
+def _db(amplitude: float) -> float:
+    return 20.0 * math.log10(max(amplitude, 1e-6))

@@ -1,0 +1,82 @@
+"""`hvcpctl doctor`: everything that is wrong with this robot, each with its remedy."""
+
+from __future__ import annotations
+
+import argparse
+import json
+import sys
+from collections.abc import Callable, Iterator
+
+from hvcpd.config.settings import WheelSettings, load_settings
+from hvcpd.control.doctor.diagnosis import Diagnosis, Grade, fine, wrong
+from hvcpd.control.doctor.doctor_machine import Machine, look_at_machine
+from hvcpd.control.doctor.doctor_sound import look_at_sound
+from hvcpd.control.simulate.team import Team, load_team
+from hvcpd.daemon.devices import Devices
+from hvcpd.errors import EX_FAILURE, EX_OK
+from hvcpd.hardware.wheels_bus import MakePort
+from hvcpd.hardware.wheels_find import KINDS, examine
+from hvcpd.hardware.wheels_port import WaitingPort
+
+_SIGNS = {Grade.OK: "ok   ", Grade.NOTE: "note ", Grade.WRONG: "WRONG"}
+
+
+def run(
+    options: argparse.Namespace,
+    devices: Devices | None = None,
+    machine: Machine | None = None,
+    make_port: MakePort = WaitingPort,
+) -> int:
+    """Look at everything, or at the subjects that were asked for; 0 only if nothing is wrong."""
+    where = devices or Devices()
+    subjects: dict[str, Callable[[Team], Iterator[Diagnosis]]] = {
+        "machine": lambda team: look_at_machine(team, machine or Machine()),
+        "sound": lambda team: look_at_sound(team, where, aloud=not options.silent),
+    }
+    found: list[Diagnosis] = []
+    if options.only in (None, "machine", "sound"):
+        team = load_team(options)
+        for subject, look in subjects.items():
+            if options.only in (None, subject):
+                found += _shown(look(team), options.json)
+    if options.only in (None, "wheels"):
+        overrides = {"wheels.port": options.port, "wheels.driver": options.driver}
+        wheels = load_settings(options.config, overrides, name_needed=False).wheels
+        found += _shown(look_at_wheels(wheels, make_port), options.json)
+    list(_shown([_verdict(found)], options.json))
+    return EX_OK if all(diagnosis.ok for diagnosis in found) else EX_FAILURE
+
+
+def look_at_wheels(settings: WheelSettings, make_port: MakePort = WaitingPort) -> Iterator[Diagnosis]:
+    """The same handshake as at the daemon's start; nothing moves."""
+    if settings.driver == "none":
+        yield fine("wheels", "none, as wheels.driver says")
+        return
+    if settings.driver == "ros":
+        yield fine("wheels", "ROS has them, as wheels.driver says; see `hvcpctl status` while `hvcpctl ros` runs")
+        return
+    finding = examine(settings, make_port)
+    for problem in finding.problems:
+        yield wrong("wheels", problem)
+    if finding.ok and finding.kind is not None:
+        yield fine("wheels", f"{KINDS[finding.kind]} at {finding.port}: {', '.join(finding.facts)}")
+
+
+def _verdict(found: list[Diagnosis]) -> Diagnosis:
+    counts = {grade: sum(diagnosis.grade is grade for diagnosis in found) for grade in Grade}
+    notes = f"; {counts[Grade.NOTE]} to note" if counts[Grade.NOTE] else ""
+    if counts[Grade.WRONG]:
+        return wrong("verdict", f"{counts[Grade.WRONG]} of {len(found)} looked at are wrong, remedies above{notes}")
+    return fine("verdict", f"all {len(found)} looked at are well{notes}")
+
+
+def _shown(diagnoses: Iterator[Diagnosis] | list[Diagnosis], as_json: bool) -> Iterator[Diagnosis]:
+    """Each is written as soon as it is known: looking takes a while."""
+    for diagnosis in diagnoses:
+        if as_json:
+            fields = {"subject": diagnosis.subject, "grade": diagnosis.grade.value, "ok": diagnosis.ok}
+            sys.stdout.write(json.dumps({**fields, "text": diagnosis.text, **diagnosis.figures}) + "\n")
+        else:
+            sys.stdout.write(f"{_SIGNS[diagnosis.grade]} {diagnosis.subject}: {diagnosis.text}\n")
+        sys.stdout.flush()
+        yield diagnosis

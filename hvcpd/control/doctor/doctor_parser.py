@@ -1,0 +1,63 @@
+"""The command lines of `hvcpctl doctor` and `hvcpctl calibrate`; light, since every command builds the whole parser."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+
+from hvcpd.control.drive.drive_parser import Commands, Run, add_port
+
+OWN_DISTANCE_M = 0.1
+"""From the loudspeaker to the microphone of a small robot."""
+
+
+def add_doctor(commands: Commands, run: Run) -> None:
+    """Add `doctor`."""
+    doctor = commands.add_parser(
+        "doctor",
+        help="say what is wrong with this robot, and how to mend it",
+        epilog="It says 'I am free' aloud, listens to itself, times the recogniser and asks the motors; nothing moves. "
+        "Stop hvcpd first: only one program can have the card and the port. Exit status: 0: nothing is wrong, else 1.",
+    )
+    _add_shared(doctor)
+    add_port(doctor)
+    doctor.add_argument("--only", choices=("machine", "sound", "wheels"), help="look at this only")
+    doctor.add_argument("--silent", action="store_true", help="say nothing aloud: no loopback test")
+    doctor.set_defaults(run=run)
+
+
+def add_calibrate(commands: Commands, run: Run) -> None:
+    """Add `calibrate`."""
+    calibrate = commands.add_parser(
+        "calibrate",
+        help="set the microphone's gain, and tell how far a peer will be heard",
+        epilog="The robot says 'I am free' up to five times and listens to itself. Let the room be as loud as it will "
+        "be. Exit status: 0 if it understood itself, 1 if not, 2 without sound.",
+    )
+    _add_shared(calibrate)
+    calibrate.add_argument("--keep-gain", action="store_true", help="only measure; leave the mixer alone")
+    calibrate.add_argument("--dry-run", action="store_true", help="keep no result in the state directory")
+    calibrate.add_argument(
+        "--distance",
+        type=_metres,
+        default=OWN_DISTANCE_M,
+        metavar="M",
+        help=f"from loudspeaker to microphone, metres (default {OWN_DISTANCE_M:g})",
+    )
+    calibrate.set_defaults(run=run)
+
+
+def _add_shared(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("--config", type=Path, metavar="FILE", help="settings file (default: /etc/hvcpd/hvcpd.yaml)")
+    parser.add_argument("--tasks", type=Path, metavar="FILE", help="task repository (default: five plants)")
+    parser.add_argument("--json", action="store_true", help="print one JSON object a line")
+
+
+def _metres(text: str) -> float:
+    try:
+        value = float(text)
+    except ValueError:
+        raise argparse.ArgumentTypeError(f"{text!r} is not a number") from None
+    if not 0.01 <= value <= 2.0:
+        raise argparse.ArgumentTypeError(f"{text} m is out of the range 0.01 to 2")
+    return value

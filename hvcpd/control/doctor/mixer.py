@@ -1,0 +1,52 @@
+"""A sound card's own gains, set through ALSA's `amixer`."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from hvcpd.control.doctor.command import RunCommand
+
+CAPTURE = ("Mic", "Capture", "Input Gain", "ADC")
+"""What the controls of common cards are called (USB audio class, bcm2835, HiFiBerry, HDA), the likeliest first."""
+
+
+@dataclass(frozen=True)
+class Control:
+    """One simple control of a card."""
+
+    card: str
+    name: str
+
+
+def card_of(device_name: str) -> str | None:
+    """The card's number in a PortAudio name such as "USB Audio: - (hw:1,0)"; None for a sound server's device."""
+    found = re.search(r"\(hw:(\d+),\d+\)", device_name)
+    return found[1] if found else None
+
+
+class Mixer:
+    """`run` starts a command, as `command.run_command`."""
+
+    def __init__(self, run: RunCommand) -> None:
+        self._run = run
+
+    def find(self, device_name: str, names: Sequence[str]) -> Control | None:
+        """The card's control of the first of these names that it has; None without `amixer` or such a control."""
+        card = card_of(device_name)
+        listed = self._run(("amixer", "-c", card, "scontrols")) if card is not None else None
+        there = re.findall(r"Simple mixer control '([^']+)'", listed or "")
+        name = next((name for name in names if name in there), None)
+        return Control(card, name) if card is not None and name is not None else None
+
+    def gain_db(self, control: Control) -> float | None:
+        """What it is set to; None if it does not tell in dB."""
+        told = self._run(("amixer", "-c", control.card, "sget", control.name))
+        found = re.search(r"\[(-?[\d.]+)dB\]", told or "")
+        return float(found[1]) if found else None
+
+    def set_gain_db(self, control: Control, gain_db: float) -> float | None:
+        """Set it as near as the card can; what it then is."""
+        self._run(("amixer", "-q", "-c", control.card, "sset", control.name, "--", f"{gain_db:.1f}dB"))
+        return self.gain_db(control)

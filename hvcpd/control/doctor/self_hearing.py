@@ -1,0 +1,99 @@
+"""Has the robot say a phrase and listen to itself: what the microphone took, and what was understood of it."""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from hvcpd.assembly.make import make_recogniser
+from hvcpd.config.settings import AudioSettings
+from hvcpd.control.simulate.team import Team
+from hvcpd.daemon.devices import SoundStream
+from hvcpd.hardware.acoustics import Echo, clipped_share, find_echo, level_dbfs
+from hvcpd.language.messages import Free, Utterance
+from hvcpd.ports import SAMPLE_RATE_HZ, Samples
+from hvcpd.recognition.events import Recognised
+
+SETTLE_S = 0.5
+"""Sound cards click and adapt when they are opened; not looked at."""
+QUIET_S = 2.0
+"""Listened to before anything is said: the noise floor."""
+AFTER_S = 1.5
+"""Listened to afterwards: delays of sound servers are below half a second, and the recogniser waits for the end."""
+
+MakeStream = Callable[[AudioSettings], SoundStream]
+
+
+@dataclass(frozen=True)
+class SelfHearing:
+    """One round of it. `echo` is None if the microphone did not take the own words; `said` is None if none were."""
+
+    floor_dbfs: float
+    clipped: float
+    lost: int
+    """Samples that card or computer lost meanwhile."""
+    said: str | None = None
+    echo: Echo | None = None
+    understood: bool = False
+    confidence: float = 0.0
+
+
+def calibration_path(team: Team) -> Path:
+    """Where `hvcpctl calibrate` keeps what it found, beside the robot's memory."""
+    return team.settings.state_dir / "calibration.json"
+
+
+def listen(settings: AudioSettings, make_stream: MakeStream) -> SelfHearing:
+    """Only listen. Raises DeviceError."""
+    heard, lost = asyncio.run(_exchange(make_stream(settings), np.zeros(0, np.float32)))
+    return SelfHearing(level_dbfs(heard), clipped_share(heard), lost)
+
+
+def hear_oneself(team: Team, make_stream: MakeStream) -> SelfHearing:
+    """Say "I am free", which changes nothing for robots that hear it, and listen. Raises DeviceError."""
+    name = team.settings.name
+    utterance = Utterance(name, statement=Free())
+    words = team.phrasebook.render(utterance)
+    sound = team.sound.speaker_of(name).render(team.phrasebook.phrases(utterance))
+    recogniser = make_recogniser(team.phrasebook, (name,), team.sound)
+    heard, lost = asyncio.run(_exchange(make_stream(team.settings.audio), sound))
+    quiet = heard[: round(QUIET_S * SAMPLE_RATE_HZ)]
+    events = [event for event in recogniser.push(heard) if isinstance(event, Recognised)]
+    right = [event.confidence for event in events if tuple(event.words) == tuple(words)]
+    return SelfHearing(
+        level_dbfs(quiet),
+        clipped_share(heard),
+        lost,
+        team.phrasebook.write(utterance),
+        find_echo(sound, heard[len(quiet) :], quiet),
+        bool(right),
+        max(right, default=0.0),
+    )
+
+
+async def _exchange(stream: SoundStream, sound: Samples) -> tuple[Samples, int]:
+    """Listen for QUIET_S, play, listen for AFTER_S; all that was heard since SETTLE_S, and how much of it was lost."""
+    total = round((SETTLE_S + QUIET_S + AFTER_S) * SAMPLE_RATE_HZ) + len(sound)
+    silent = round((SETTLE_S + QUIET_S) * SAMPLE_RATE_HZ)
+    script = np.zeros(total, np.float32)
+    script[silent : silent + len(sound)] = sound
+    taken: list[Samples] = []
+    n_taken = 0
+    try:
+        await stream.open()
+        await stream.start()
+        while n_taken < total:
+            block = await stream.read()
+            taken.append(block)
+            piece = script[n_taken : n_taken + len(block)]
+            stream.write(np.concatenate([piece, np.zeros(len(block) - len(piece), np.float32)]))
+            n_taken += len(block)
+        counters = stream.counters
+    finally:
+        await stream.close()
+    heard = np.concatenate(taken)[round(SETTLE_S * SAMPLE_RATE_HZ) :]
+    return heard, counters.input_dropped + counters.output_late + counters.card_overflows

@@ -1,0 +1,150 @@
+"""`hvcpctl drive`: one robot by hand, and `--dry-run`: the same on wheels that only exist on paper."""
+
+from __future__ import annotations
+
+import argparse
+import math
+import signal
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from types import FrameType
+
+from hvcpd.config.settings import Settings, load_settings
+from hvcpd.control.drive.drive_show import DriveShow
+from hvcpd.control.drive.drive_tape import TapeMeasure
+from hvcpd.errors import EX_FAILURE, EX_OK, ConfigError, DeviceError
+from hvcpd.hardware.calibration import CalibrationError, Measured, calibrate
+from hvcpd.hardware.drive_session import DriveSession, RehearsedWheels
+from hvcpd.hardware.kinematics import drive_of
+from hvcpd.hardware.motion import Forward, MotionState, Turn
+from hvcpd.hardware.navigator import Dock, Journey, Waypoints
+from hvcpd.hardware.wheels_bus import MakePort
+from hvcpd.hardware.wheels_find import FoundWheels, stop_anyway
+from hvcpd.hardware.wheels_port import WaitingPort
+from hvcpd.ports import STANDSTILL, Pose, Wheels
+
+SETTLE_S = 0.4
+"""After a journey the wheels come to rest before their place is reported."""
+
+
+def run(options: argparse.Namespace, make_port: MakePort = WaitingPort) -> int:
+    """Carry out one action; the wheels stand and are switched off when this returns."""
+    settings = _settings(options)
+    journeys = _journeys(options)
+    show = DriveShow(options.json, options.action, options.dry_run)
+    if options.action == "stop":
+        if options.dry_run:
+            show.would_stop()
+        else:
+            show.stopped(stop_anyway(settings.wheels, make_port))
+        return EX_OK
+    wheels, session = _session(options, settings, make_port)
+    with _interruptible(), show:
+        try:
+            wheels.open()
+            if options.action == "calibrate":
+                return _calibrate(options, settings, session, show)
+            for journey in journeys:
+                if session.carry_out(journey, show.moment) is not MotionState.ARRIVED:
+                    break
+            return _report(options, wheels, session, show)
+        finally:
+            wheels.close()
+
+
+def _settings(options: argparse.Namespace) -> Settings:
+    overrides = {"wheels.port": options.port, "wheels.driver": options.driver}
+    settings = load_settings(options.config, overrides, name_needed=False)
+    if settings.wheels.driver == "none" and not options.dry_run:
+        raise ConfigError("wheels.driver is none: this robot has no wheels; set it to auto, or give --driver")
+    if settings.wheels.driver == "ros" and not options.dry_run:
+        raise ConfigError("wheels.driver is ros: ROS has the wheels; stop them with `hvcpctl stop`, or give --driver")
+    return settings
+
+
+def _session(options: argparse.Namespace, settings: Settings, make_port: MakePort) -> tuple[Wheels, DriveSession]:
+    drive = drive_of(settings.wheels)
+    if options.dry_run:
+        paper = RehearsedWheels()
+        return paper, DriveSession(paper, paper.clock, paper.sleep, drive)
+    wheels = FoundWheels(settings.wheels, make_port)
+    return wheels, DriveSession(wheels, time.monotonic, time.sleep, drive)
+
+
+def _journeys(options: argparse.Namespace) -> list[Journey]:
+    """What the action asks for. Raises ConfigError for an odd number of coordinates."""
+    match options.action:
+        case "forward":
+            return [Forward(options.metres)]
+        case "turn":
+            return [Turn(math.radians(options.degrees))]
+        case "goto":
+            numbers = options.places
+            if len(numbers) % 2:
+                raise ConfigError(f"drive goto: {len(numbers)} numbers are not places; give X Y for each")
+            places = tuple(zip(numbers[::2], numbers[1::2], strict=True))
+            return [Waypoints(places), *([Dock(Pose(0.0, 0.0))] if options.back else [])]
+        case _:
+            return []
+
+
+def _report(options: argparse.Namespace, wheels: Wheels, session: DriveSession, show: DriveShow) -> int:
+    navigator = session.navigator
+    if options.action == "status":
+        reading = wheels.exchange(STANDSTILL)
+        session.odometry.update(reading)
+        driver = wheels.driver if isinstance(wheels, FoundWheels) else None
+        show.status(reading, session.odometry.pose, driver.health() if driver else (), driver.port if driver else "")
+        return EX_OK
+    if navigator.state is MotionState.ARRIVED:
+        session.rest(SETTLE_S)
+    show.end(session.odometry.pose, session.way_m, navigator.state, session.reason)
+    return EX_OK if navigator.state is MotionState.ARRIVED else EX_FAILURE
+
+
+def _calibrate(options: argparse.Namespace, settings: Settings, session: DriveSession, show: DriveShow) -> int:
+    drive = drive_of(settings.wheels)
+    tape = TapeMeasure()
+
+    def ready(name: str) -> None:
+        show.end_live()
+        if not options.dry_run:
+            tape.ready(name)
+            session.rest(SETTLE_S)  # the person may have moved it meanwhile
+
+    def perform(journey: Journey) -> None:
+        if session.carry_out(journey, show.moment) is not MotionState.ARRIVED:
+            raise CalibrationError(f"the run failed: {session.reason}")
+        session.rest(SETTLE_S)
+
+    def ask(name: str) -> Measured:
+        show.end_live()
+        if options.dry_run:
+            show.step(name, session.odometry.pose)
+            return Measured(1.0, 0.0) if name == "straight on" else Measured(0.0, 0.0)
+        return tape.ask(name)
+
+    try:
+        result = calibrate(drive, lambda: session.odometry.pose, perform, ask, ready)
+    except DeviceError as error:
+        raise CalibrationError(str(error)) from error
+    if not options.dry_run:
+        show.calibrated(drive, result)
+    return EX_OK
+
+
+@contextmanager
+def _interruptible() -> Iterator[None]:
+    """SIGTERM ends the command like Ctrl-C: through every `finally`, so that the wheels stand."""
+
+    def interrupt(_number: int, _frame: FrameType | None) -> None:
+        raise KeyboardInterrupt
+
+    # SIGINT too: whoever starts commands in the background may have it ignored, and wheels must obey it all the same.
+    before = {number: signal.signal(number, interrupt) for number in (signal.SIGTERM, signal.SIGINT)}
+    try:
+        yield
+    finally:
+        for number, handler in before.items():
+            signal.signal(number, handler)

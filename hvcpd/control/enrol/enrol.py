@@ -1,0 +1,220 @@
+"""`hvcpctl enrol`: takes of a person's words, from the microphone or from WAVs, and where they are kept."""
+
+from __future__ import annotations
+
+import argparse
+import json
+import re
+import sys
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+
+from hvcpd.config.names import valid_robot_name
+from hvcpd.control.enrol.enrol_session import record_takes
+from hvcpd.control.simulate.team import Team, load_team
+from hvcpd.daemon.devices import Devices
+from hvcpd.errors import EX_FAILURE, EX_OK, AudioFileError, ConfigError, StoreError
+from hvcpd.hardware.soundfile import read_wav
+from hvcpd.people.enrolled import (
+    MAX_TAKES,
+    Person,
+    enrolled_people,
+    person_path,
+    read_person,
+    remove_person,
+    write_person,
+)
+from hvcpd.people.takes import check_take, confusable, odd_takes
+from hvcpd.recognition.competition import competing_phrases
+from hvcpd.recognition.frontend import Energies
+
+_NUMBERED = re.compile(r"([a-z]+)(?:[_-]?\d+)?")
+"""stop.wav, stop_1.wav, stop-2.wav, stop3.wav"""
+FIRST = ("stop", "hi", "all", "i", "am")
+"""Asked for before all others: who is interrupted has the words that matter most."""
+HOW_IT_COUNTS = "a robot that is running takes them with: hvcpctl reload"
+
+
+@dataclass
+class Report:
+    """What came of an enrolment."""
+
+    words: int = 0
+    takes: int = 0
+    rejected: list[str] = field(default_factory=list)
+    missing: list[str] = field(default_factory=list)
+    confusable: list[tuple[str, str]] = field(default_factory=list)
+
+
+def run(options: argparse.Namespace, devices: Devices | None = None) -> int:
+    """Do what the options ask for; without an action, record."""
+    if options.list:
+        return _list(options)
+    if options.import_ is not None:
+        return _import(options)
+    if options.person is None:
+        raise ConfigError("whose voice? hvcpctl enrol NAME, for example: hvcpctl enrol Anna")
+    fault = valid_robot_name(options.person)
+    if fault is not None:
+        raise ConfigError(fault)
+    if options.remove:
+        return _remove(options)
+    if options.export is not None:
+        return _export(options)
+    return _enrol(options, devices or Devices())
+
+
+def _state_dir(options: argparse.Namespace) -> Path:
+    from hvcpd.config.settings import load_settings
+
+    settings = load_settings(options.config, {}, name_needed=False)
+    return options.state_dir or settings.state_dir
+
+
+def _list(options: argparse.Namespace) -> int:
+    people, faults = enrolled_people(_state_dir(options))
+    for fault in faults:
+        sys.stderr.write(f"hvcpctl: {fault}\n")
+    rows = [{"name": p.name, "words": len(p.takes), "takes": p.n_takes} for p in people.values()]
+    if options.json:
+        sys.stdout.write(json.dumps(rows) + "\n")
+        return EX_OK
+    for row in rows:
+        sys.stdout.write(f"{row['name']}: {row['words']} words, {row['takes']} takes\n")
+    if not rows:
+        sys.stdout.write("nobody is enrolled; enrol somebody with: hvcpctl enrol NAME\n")
+    return EX_OK
+
+
+def _known(options: argparse.Namespace) -> Path:
+    path = person_path(_state_dir(options), options.person)
+    if not path.is_file():
+        raise StoreError(f"{options.person} is not enrolled ({path}); hvcpctl enrol --list tells who is")
+    return path
+
+
+def _remove(options: argparse.Namespace) -> int:
+    remove_person(_known(options))
+    sys.stdout.write(f"{options.person} is forgotten; a robot that is running forgets the voice with: hvcpctl reload\n")
+    return EX_OK
+
+
+def _export(options: argparse.Namespace) -> int:
+    write_person(options.export, read_person(_known(options)))
+    sys.stdout.write(f"{options.person} is written to {options.export}\n")
+    return EX_OK
+
+
+def _import(options: argparse.Namespace) -> int:
+    person = read_person(options.import_)
+    if options.person is not None and options.person.lower() != person.name.lower():
+        raise StoreError(f"{options.import_}: this is {person.name}, not {options.person}; leave the name out")
+    write_person(person_path(_state_dir(options), person.name), person)
+    sys.stdout.write(f"{person.name}: {len(person.takes)} words are known; {HOW_IT_COUNTS}\n")
+    return EX_OK
+
+
+def _enrol(options: argparse.Namespace, devices: Devices) -> int:
+    team = load_team(options, more=(options.person,))
+    words = _wanted(options, team)
+    path = person_path(options.state_dir or team.settings.state_dir, options.person)
+    known = _kept(path, options.person)
+    report = Report()
+    if options.folder is not None:
+        found = _from_folder(options.folder, words, team.phrasebook.people_graph.words, report)
+    else:
+        found = record_takes(words, options.takes, devices.make_stream(team.settings.audio), sys.stdout)
+    found = {word: _consistent(word, takes, report) for word, takes in found.items()}
+    found = {word: takes for word, takes in found.items() if takes}
+    report.words, report.takes = len(found), sum(map(len, found.values()))
+    person = known.with_takes(found)
+    report.missing = sorted(set(team.phrasebook.people_graph.words) - person.words)
+    report.confusable = confusable(person.takes, _competing(team, found))
+    if found:
+        write_person(path, person)
+    _tell(options, report, path)
+    return EX_OK if found else EX_FAILURE
+
+
+def _kept(path: Path, name: str) -> Person:
+    """What there is of the person. Raises StoreError for a file that cannot be used, so that none is lost unasked."""
+    if not path.is_file():
+        return Person(name)
+    try:
+        return read_person(path)
+    except StoreError as error:
+        raise StoreError(f"{error}; first forget what is there: hvcpctl enrol {name} --remove") from error
+
+
+def _competing(team: Team, found: Mapping[str, object]) -> list[tuple[str, str]]:
+    """Pairs of words, one of them just said, that may be said in the same place of a sentence."""
+    phrases = competing_phrases(team.phrasebook.graph)
+    pairs = [(a[0], b[0]) for a, b in phrases if len(a) == len(b) == 1]
+    return [(first, second) for first, second in pairs if first in found or second in found]
+
+
+def _wanted(options: argparse.Namespace, team: Team) -> list[str]:
+    """The words to be said, the most important ones first. Raises ConfigError for one that cannot be said."""
+    known = team.phrasebook.people_graph.words
+    if options.words is not None:
+        wanted = [word.strip().lower() for word in options.words.split(",") if word.strip()]
+        strange = next((word for word in wanted if word not in known), None)
+        if strange is not None:
+            raise ConfigError(f"--words: '{strange}' is no word of the phrasebook (all words: hvcpctl phrases)")
+        return wanted
+    names = [name.lower() for name in team.names]
+    first = [word for word in (*FIRST, options.person.lower(), *names) if word in known]
+    return list(dict.fromkeys([*first, *known]))
+
+
+def _from_folder(
+    folder: Path, words: Sequence[str], known: Collection[str], report: Report
+) -> dict[str, list[Energies]]:
+    """These words in WAVs; what is named after none of those `known` is told. Raises AudioFileError without a WAV."""
+    if not folder.is_dir():
+        raise AudioFileError(f"--from: there is no folder {folder}; name one with a WAV for each take (stop_1.wav)")
+    found: dict[str, list[Energies]] = {}
+    wavs = sorted(path for path in folder.rglob("*") if path.suffix.lower() == ".wav")
+    for path in wavs:
+        match = _NUMBERED.fullmatch(path.stem.lower())
+        word = match[1] if match is not None else ""
+        if word not in words:
+            if word not in known:
+                report.rejected.append(f"{path.name}: not named after a word of the phrasebook (WORD_1.wav)")
+            continue
+        check = check_take(read_wav(path))
+        if check.energies is None:
+            report.rejected.append(f"{path.name}: {check.fault}")
+        else:
+            found.setdefault(word, []).append(check.energies)
+    if not wavs:
+        raise AudioFileError(f"--from: there is no WAV in {folder}; name them by their words (stop_1.wav)")
+    return {word: takes[-MAX_TAKES:] for word, takes in found.items()}
+
+
+def _consistent(word: str, takes: Sequence[Energies], report: Report) -> list[Energies]:
+    """The takes without those unlike all others; all of them where no two are alike: nobody knows which is right."""
+    odd = odd_takes(takes)
+    if len(odd) == len(takes) > 1:
+        report.rejected.append(f"'{word}' sounds different each time; say it again: --words {word}")
+        return list(takes)
+    report.rejected += [f"'{word}', take {n + 1}: unlike the others" for n in odd if len(takes) > 1]
+    return [take for n, take in enumerate(takes) if n not in odd or len(takes) == 1]
+
+
+def _tell(options: argparse.Namespace, report: Report, path: Path) -> None:
+    if options.json:
+        sys.stdout.write(json.dumps({"name": options.person, "file": str(path), **vars(report)}) + "\n")
+        return
+    for line in report.rejected:
+        sys.stdout.write(f"not used: {line}\n")
+    for first, second in report.confusable:
+        sys.stdout.write(f"'{first}' and '{second}' sound alike; say them more clearly: --words {first},{second}\n")
+    sys.stdout.write(
+        f"{options.person}: {report.words} words, {report.takes} takes, kept in {path}\n" * bool(report.words)
+    )
+    if report.missing:
+        more = " …" if len(report.missing) > 8 else ""
+        sys.stdout.write(f"{len(report.missing)} words are missing: {', '.join(report.missing[:8])}{more}\n")
+    sys.stdout.write(f"{HOW_IT_COUNTS}\n" * bool(report.words))

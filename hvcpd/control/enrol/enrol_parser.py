@@ -1,0 +1,47 @@
+"""The command line of `hvcpctl enrol`; light, since every command builds the whole parser."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from hvcpd.config.command_line import with_examples
+from hvcpd.control.drive.drive_parser import Commands, Run
+
+TAKES = 3
+"""Of each word: people do not say a word twice in the same way."""
+
+
+def add_enrol(commands: Commands, run: Run) -> None:
+    """Add `enrol`."""
+    enrol = commands.add_parser(
+        "enrol",
+        help="teach the robots a person's voice",
+        epilog=with_examples(
+            "Without --from it asks for each word in turn and listens; stop the daemon first, if it uses the same "
+            "microphone. Words may be enrolled at any time, the newest takes count; a robot that is running takes them "
+            "with hvcpctl reload.",
+            "hvcpctl enrol Anna",
+            "hvcpctl enrol Anna --from takes/       # takes/stop_1.wav, takes/stop_2.wav, …",
+            "hvcpctl enrol --list",
+            "hvcpctl enrol Anna --export anna.npz",
+            "hvcpctl enrol --import anna.npz",
+        ),
+    )
+    enrol.add_argument("person", nargs="?", metavar="NAME", help="who it is; one word, as in 'I am Anna'")
+    enrol.add_argument("--config", type=Path, metavar="FILE", help="settings file (default: /etc/hvcpd/hvcpd.yaml)")
+    enrol.add_argument("--tasks", type=Path, metavar="FILE", help="task repository (default: five plants)")
+    enrol.add_argument("--state-dir", type=Path, metavar="DIR", help="where it is kept (default: the settings')")
+    enrol.add_argument("--words", metavar="stop,rob", help="only these words (default: all of the phrase card)")
+    enrol.add_argument("--takes", type=int, choices=range(1, 7), default=TAKES, help=f"of each word (default {TAKES})")
+    enrol.add_argument("--json", action="store_true", help="print the result as one JSON object")
+    action = enrol.add_mutually_exclusive_group()
+    action.add_argument(
+        "--from", dest="folder", type=Path, metavar="DIR", help="take WAVs: DIR/WORD.wav, DIR/WORD_2.wav"
+    )
+    action.add_argument("--list", action="store_true", help="tell who is enrolled")
+    action.add_argument("--remove", action="store_true", help="forget the person")
+    action.add_argument("--export", type=Path, metavar="FILE.npz", help="write the person's words to a file")
+    action.add_argument(
+        "--import", dest="import_", type=Path, metavar="FILE.npz", help="take a person from such a file"
+    )
+    enrol.set_defaults(run=run)

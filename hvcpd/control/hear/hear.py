@@ -1,0 +1,94 @@
+"""`hvcpctl hear`: every sentence in a recording."""
+
+from __future__ import annotations
+
+import argparse
+import errno
+import os
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+
+from hvcpd.assembly.make import make_recogniser
+from hvcpd.control.hear.heard_sentences import as_json, as_text, sealing_of, sentence_of
+from hvcpd.control.simulate.team import Team, load_team
+from hvcpd.errors import AudioFileError, PhraseError, unwritable
+from hvcpd.hardware.soundfile import read_wav
+from hvcpd.people.ears import AtOnce, SecondEars
+from hvcpd.people.opinion import SecondOpinion
+from hvcpd.ports import SAMPLE_RATE_HZ, Samples
+from hvcpd.recognition.events import Event, Recognised
+
+BLOCK = 1600
+"""Samples pushed at once, 0.1 s; the size changes no result."""
+
+
+def run(options: argparse.Namespace) -> int:
+    """List the sentences, as text or as one JSON object a line."""
+    if options.learn_alternatives:
+        from hvcpd.control.hear import learn_alternatives
+
+        return learn_alternatives.run(options)
+    if options.said:
+        raise PhraseError("--said tells --learn-alternatives what was said; give both")
+    if len(options.file) > 1:
+        raise AudioFileError("hear lists the sentences of one recording; several are for --learn-alternatives")
+    [file] = options.file
+    samples = read_wav(file)
+    team = load_team(
+        options, options.names or (), sealed=options.key is not None, encrypted=options.key not in (None, Path())
+    )
+    sealing = sealing_of(options.key)
+    if options.plot:
+        _check_folder(options.plot)
+    count = 0
+    events: list[Event] = []
+    for event in events_in(samples, team):
+        events.append(event)
+        if not isinstance(event, Recognised):
+            continue
+        sentence = sentence_of(event, team, sealing)
+        count += 1
+        sys.stdout.write((as_json(sentence) if options.json else as_text(sentence)) + "\n")
+        sys.stdout.flush()
+    if count == 0 and not options.json:
+        sys.stderr.write(
+            f"hvcpctl: no sentence of the phrasebook in {file} "
+            f"({len(samples) / SAMPLE_RATE_HZ:.1f} s; names known: {', '.join(team.names)})\n"
+        )
+    if options.plot:
+        _draw(options.plot, samples, events, file.name)
+    return 0
+
+
+def _check_folder(path: Path) -> None:
+    """Before the listening, which may take minutes."""
+    number = errno.EISDIR if path.is_dir() else 0 if path.parent.is_dir() else errno.ENOENT
+    if number:
+        raise AudioFileError(f"--plot: {unwritable(path, OSError(number, os.strerror(number)))}")
+
+
+def _draw(path: Path, samples: Samples, events: list[Event], title: str) -> None:
+    from hvcpd.reporting.files import write_whole
+    from hvcpd.reporting.hearing_plot import hearing_png
+
+    png = hearing_png(samples, events, title)
+    try:
+        write_whole(path, png)
+    except OSError as error:
+        raise AudioFileError(f"--plot: {unwritable(path, error)}") from None
+
+
+def events_in(samples: Samples, team: Team) -> Iterator[Event]:
+    """Everything that the recogniser reports in a recording, garbled speech too, in order."""
+    robots = team.sound.robots(team.names)
+    recogniser = make_recogniser(team.phrasebook, robots or team.names, team.sound)
+    voices = team.settings.voices
+    ears = None
+    if voices != "robots":
+        listener = SecondOpinion(team.phrasebook.people_graph, team.sound.lexicon, team.sound.people, voices == "any")
+        ears = SecondEars(recogniser, listener, AtOnce())
+    for start in range(0, len(samples), BLOCK):
+        yield from (ears or recogniser).push(samples[start : start + BLOCK])
+    rest = recogniser.flush()
+    yield from rest if ears is None else ears.take(rest)

@@ -1,0 +1,196 @@
+"""`hvcpctl hear --learn-alternatives`: what the words of a recording sounded like that was not understood.
+
+For each stretch that is garbled, the nearest sentence of the phrasebook is sought with the confidence asked of it
+lowered to nothing. Each of its doubtful words is then replaced by any one to three words of the lexicon, in the voice
+that fitted best, and the recording is heard once more: what is heard there now sounds more like the recording than the
+word does. It is proposed if it would not be taken for another word of the team's.
+"""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+from hvcpd.assembly.make import Sound, make_recogniser, templates
+from hvcpd.assembly.vocabulary import check
+from hvcpd.config.names import MAX_ALTERNATIVE_WORDS
+from hvcpd.control.simulate.team import Team, load_team
+from hvcpd.errors import PhraseError
+from hvcpd.hardware.soundfile import read_wav
+from hvcpd.language.graph import Arc, graph_of
+from hvcpd.language.phrasebook import Phrasebook
+from hvcpd.ports import SAMPLE_RATE_HZ, Samples
+from hvcpd.recognition.events import Event, Garbled, Recognised
+from hvcpd.recognition.pruning import Beam
+from hvcpd.recognition.recogniser import Recogniser
+from hvcpd.recognition.settings import RecogniserSettings
+from hvcpd.recognition.spotter import SpotterSettings
+from hvcpd.synthesis.speaker import Speaker
+from hvcpd.synthesis.voices import Voice
+
+ANYTHING = RecogniserSettings(min_confidence=0.0, min_margin=-1e9, max_lead_in=99.0, max_pause=1e6, min_gain=1.0)
+"""A sentence counts however badly it fits."""
+FREELY = replace(ANYTHING, spotter=SpotterSettings(beam=Beam(max_pairs=2000)))
+"""Some 1,400 words compete in one place: with the usual 100 the right one is often not followed to its end."""
+DOUBTFUL = 0.5
+"""Words whose own confidence is less are looked at: words that were said have 0.95 and more, others 0.02."""
+MOST_DOUBTFUL = 2
+"""Words of a sentence that are looked at, the most doubtful first: with three wrong words it is another sentence."""
+LEAD_S = 3.0
+"""Of the recording before the stretch is heard with it, for the noise: the noise tracker's memory."""
+TAIL_S = 1.0
+"""Of the recording after it: longer than a sentence needs to end."""
+MAX_SYLLABLES = 2
+"""Of the words that are tried; longer ones are made of several."""
+
+
+@dataclass(frozen=True)
+class Proposal:
+    """A phrase that sounded more like the recording than `word` of `sentence`; times are seconds of the file."""
+
+    word: str
+    phrase: tuple[str, ...]
+    sentence: str
+    file: str
+    start_s: float
+    end_s: float
+
+
+def run(options: argparse.Namespace) -> int:
+    """Print what to paste into the task file."""
+    team = load_team(options, options.names or ())
+    said = team.phrasebook.render(team.phrasebook.parse_text(options.said)) if options.said else None
+    found: list[Proposal] = []
+    misses = 0
+    for path in options.file:
+        samples = read_wav(path)
+        for miss in missed(samples, team, said):
+            misses += 1
+            found += learn(samples, miss, team, said, Path(path).name)
+    sys.stdout.write(as_yaml(found, team) if found else "")
+    if not found:
+        what = f"{misses} stretches were not understood, and none is near a sentence but for a word" if misses else ""
+        sys.stderr.write(f"hvcpctl: nothing to propose: {what or 'nothing in these recordings was misunderstood'}\n")
+    return 0
+
+
+def _hear(recogniser: Recogniser, samples: Samples) -> list[Event]:
+    return recogniser.push(samples) + recogniser.flush()
+
+
+def missed(samples: Samples, team: Team, said: tuple[str, ...] | None) -> list[Event]:
+    """The garbled stretches; when it is known what was `said`, also those that were taken for something else."""
+    events = _hear(make_recogniser(team.phrasebook, team.names, team.sound), samples)
+    return [e for e in events if isinstance(e, Garbled) or (said and isinstance(e, Recognised) and e.words != said)]
+
+
+def learn(samples: Samples, miss: Event, team: Team, said: tuple[str, ...] | None, file: str) -> Iterator[Proposal]:
+    """What the doubtful words of one stretch sounded like."""
+    begin = max(miss.start_sample - round(LEAD_S * SAMPLE_RATE_HZ), 0)
+    piece = samples[begin : miss.end_sample + round(TAIL_S * SAMPLE_RATE_HZ)]
+    graph = graph_of(said, frozenset(range(1, len(said)))) if said else team.phrasebook.graph
+    bank = {name: templates(team.phrasebook, voice, team.sound) for name, voice in team_voices(team).items()}
+    near = _longest(_hear(Recogniser(graph, bank, ANYTHING), piece))
+    if near is None:
+        return
+    sentence = team.phrasebook.write(team.phrasebook.parse(near.words))
+    spans = sorted(enumerate(near.spans), key=lambda pair: pair[1].confidence)
+    for index, span in spans[:MOST_DOUBTFUL]:
+        if span.confidence >= DOUBTFUL:
+            break
+        phrase = _sounds_like(piece, near, index, bank[near.voice], team)
+        if phrase is not None and phrase != (span.word,):
+            at_s = (begin + span.start_sample) / SAMPLE_RATE_HZ
+            yield Proposal(span.word, phrase, sentence, file, at_s, (begin + span.end_sample) / SAMPLE_RATE_HZ)
+
+
+def team_voices(team: Team) -> dict[str, Voice]:
+    """The voices of the names known, each once, by what they are called."""
+    voices = (team.sound.voice_of(name) for name in team.names)
+    return {voice.name: voice for voice in voices}
+
+
+def _longest(events: Sequence[Event]) -> Recognised | None:
+    found = [e for e in events if isinstance(e, Recognised)]
+    return max(found, key=lambda e: e.end_sample - e.start_sample, default=None)
+
+
+def _sounds_like(
+    piece: Samples, near: Recognised, index: int, known: dict[str, list[Samples]], team: Team
+) -> tuple[str, ...] | None:
+    """The words heard in the place of the one at `index` when they may be any; None when nothing is heard.
+
+    As few as explain it, since several short words bend to anything.
+    """
+    phrase = None
+    for n_words in range(1, MAX_ALTERNATIVE_WORDS + 1):
+        heard = _heard_freely(piece, near, index, known, team, n_words)
+        if heard is None:
+            continue
+        after = len(heard.words) - (len(near.words) - index - 1)
+        phrase = heard.words[index:after]
+        if min(span.confidence for span in heard.spans[index:after]) >= DOUBTFUL:
+            break
+    return phrase
+
+
+def _heard_freely(
+    piece: Samples, near: Recognised, index: int, known: dict[str, list[Samples]], team: Team, n_words: int
+) -> Recognised | None:
+    """`near` heard once more with any 1 to `n_words` words in the place of the one at `index`."""
+    pauses = frozenset(range(1, len(near.words))) - {index + 1} if index + 1 < len(near.words) else frozenset[int]()
+    chain = graph_of(near.words, pauses)
+    free = free_words(team.sound)
+    speaker = Speaker(team_voices(team)[near.voice], team.sound.lexicon, team.sound.cache)
+    between = [index, *range(chain.n_nodes, chain.n_nodes + n_words - 1)]
+    arcs = list(chain.arcs)
+    for depth, node in enumerate(between):
+        targets = {index + 1, *between[depth + 1 : depth + 2]}
+        arcs += [Arc(node, target, word) for word in free for target in targets if word != near.words[index]]
+    graph = replace(chain, n_nodes=chain.n_nodes + n_words - 1, arcs=tuple(arcs))
+    bank = {word: speaker.templates(word) for word in free} | {word: known[word] for word in near.words}
+    return _longest(_hear(Recogniser(graph, {near.voice: bank}, FREELY), piece))
+
+
+def free_words(sound: Sound) -> list[str]:
+    """The lexicon's short words."""
+    syllables = {w: sum(phone[-1] in "012" for phone in sound.lexicon.pronounce(w)) for w in sound.lexicon.entries}
+    return sorted(word for word, count in syllables.items() if count <= MAX_SYLLABLES and word.isalpha())
+
+
+def as_yaml(found: Sequence[Proposal], team: Team) -> str:
+    """The key `alternatives` of a task file, with those of it now, and where each new one comes from."""
+    lines, accepted = [], list(team.phrasebook.vocabulary.alternatives)
+    for p in found:
+        phrase = " ".join(p.phrase)
+        where = f'# {p.file} {p.start_s:.2f} – {p.end_s:.2f} s, perhaps "{p.sentence}": "{phrase}" for "{p.word}"'
+        pair = (p.word, phrase)
+        if pair in accepted:
+            lines.append(where)
+            continue
+        wrong = objection([*accepted, pair], team)
+        lines.append(f"{where}; not proposed: {wrong}" if wrong else where)
+        if wrong is None:
+            accepted.append(pair)
+    words = dict.fromkeys(word for word, _ in accepted)
+    if words:
+        lines.append("alternatives:")
+    lines += [f"  {word}: [{', '.join(phrase for other, phrase in accepted if other == word)}]" for word in words]
+    return "\n".join(lines) + "\n"
+
+
+def objection(alternatives: Sequence[tuple[str, str]], team: Team) -> str | None:
+    """Why the last of these alternatives cannot be used, or None."""
+    try:
+        book = Phrasebook(replace(team.phrasebook.vocabulary, alternatives=tuple(alternatives)))
+    except PhraseError as error:
+        return str(error)
+    _, phrase = alternatives[-1]
+    for confusion in check(book, team.names, team.sound, chosen_only=True):
+        if confusion.confusable and phrase in (confusion.first, confusion.second):
+            other = confusion.second if confusion.first == phrase else confusion.first
+            return f"it would be taken for '{other}'"
+    return None

@@ -1,0 +1,156 @@
+"""`hvcpctl audit`: who ordered whom, what was refused and why, and how the tasks were shared."""
+
+from __future__ import annotations
+
+import argparse
+import json
+import sys
+import time
+from collections import Counter
+from collections.abc import Callable, Iterable
+from contextlib import closing
+from dataclasses import dataclass, field
+
+from hvcpd.control.live.transcript import open_transcript, since_wall_s
+from hvcpd.control.simulate.team import load_team
+from hvcpd.errors import EX_OK, PhraseError
+from hvcpd.language import messages as m
+from hvcpd.language.phrasebook import Phrasebook
+from hvcpd.memory.store import TranscriptRow
+
+REASONS: dict[type, str] = {
+    m.Unable: "cannot",
+    m.Unknown: "unknown task",
+    m.Busy: "busy",
+    m.Negative: "negative",
+    m.NameTaken: "name taken",
+    m.Stopped: "stopped",
+}
+"""The statements that refuse an order, and what they give for a reason."""
+
+ORDERS = (m.Order, m.ComeBack, m.MoveBy, m.TurnBy)
+
+
+@dataclass
+class Audit:
+    """Counts over a transcript. Names that gave none stand as "somebody"."""
+
+    sentences: Counter[str] = field(default_factory=Counter)
+    """By speaker."""
+    orders: Counter[str] = field(default_factory=Counter)
+    """"Anna to Rob": how often."""
+    taken: Counter[str] = field(default_factory=Counter)
+    """Orders that were read back, as above."""
+    refusals: Counter[str] = field(default_factory=Counter)
+    """"Rob to Anna: busy": how often."""
+    claims: Counter[str] = field(default_factory=Counter)
+    done: dict[int, str] = field(default_factory=dict)
+    """Each task's number and who was first to report it done."""
+    failed: Counter[str] = field(default_factory=Counter)
+    stops: Counter[str] = field(default_factory=Counter)
+    garbled: int = 0
+    not_understood: int = 0
+    """Sentences on file that today's phrasebook does not have, as after a change of names."""
+
+    @property
+    def shares(self) -> Counter[str]:
+        """How many tasks each robot did; those that claimed and did none stand with 0."""
+        shares = Counter(self.done.values())
+        for name in self.claims:
+            shares.setdefault(name, 0)
+        return shares
+
+    @property
+    def fairness(self) -> float | None:
+        """Jain's index of the shares (R. Jain et al. 1984): 1 when all did equally many, 1/n when one did all."""
+        counts = list(self.shares.values())
+        squares = sum(n * n for n in counts)
+        return sum(counts) ** 2 / (len(counts) * squares) if squares else None
+
+
+def audit(rows: Iterable[TranscriptRow], phrasebook: Phrasebook) -> Audit:
+    """Count what was said and heard."""
+    found = Audit()
+    pending: dict[tuple[str, str], str] = {}
+    for row in rows:
+        if row.record.kind == "garbled":
+            found.garbled += 1
+            continue
+        try:
+            utterance = phrasebook.parse_text(row.record.text)
+        except PhraseError:
+            found.not_understood += 1
+            continue
+        _count(found, utterance, pending)
+    return found
+
+
+def _count(found: Audit, u: m.Utterance, pending: dict[tuple[str, str], str]) -> None:
+    speaker, to = u.speaker or "somebody", _addressee(u)
+    found.sentences[speaker] += 1
+    answered = pending.get((speaker, to))
+    match u.statement:
+        case statement if isinstance(statement, ORDERS):
+            pending[to, speaker] = f"{speaker} to {to}"
+            found.orders[f"{speaker} to {to}"] += 1
+        case m.Claim() | m.WillMove() if answered:
+            found.taken[answered] += 1
+            del pending[speaker, to]
+        case m.Claim():
+            found.claims[speaker] += 1
+        case m.Completed(task, following):
+            found.done.setdefault(task.number, speaker)
+            found.claims[speaker] += following is not None
+        case m.Failed():
+            found.failed[speaker] += 1
+        case m.Stop():
+            found.stops[speaker] += 1
+        case statement if type(statement) in REASONS and (answered or isinstance(statement, m.Unable | m.Unknown)):
+            found.refusals[f"{speaker} to {to}: {REASONS[type(statement)]}"] += 1
+            pending.pop((speaker, to), None)
+
+
+def _addressee(u: m.Utterance) -> str:
+    match u.addressee:
+        case m.ToRobot(name):
+            return name
+        case m.ToTeam(team):
+            return f"team {team}"
+        case _:
+            return "all"
+
+
+def run(options: argparse.Namespace, now_s: Callable[[], float] = time.time) -> int:
+    """Print the counts."""
+    since_s = since_wall_s(options.since, now_s())
+    with closing(open_transcript(options)) as reader:
+        rows = reader.rows(since_wall_s=since_s)
+    speakers = {row.record.speaker for row in rows if row.record.speaker}
+    team = load_team(options, more=tuple(sorted(speakers)), sealed=True)
+    found = audit(rows, team.phrasebook)
+    sys.stdout.write(_as_json(found) if options.json else _as_text(found))
+    return EX_OK
+
+
+def _as_json(found: Audit) -> str:
+    return json.dumps({**vars(found), "shares": found.shares, "fairness": found.fairness}) + "\n"
+
+
+def _as_text(found: Audit) -> str:
+    parts = [
+        ("Sentences, by speaker", found.sentences),
+        ("Orders", found.orders),
+        ("Orders that were read back", found.taken),
+        ("Refusals", found.refusals),
+        ("Tasks done", found.shares),
+        ("Tasks failed", found.failed),
+        ("Stops", found.stops),
+    ]
+    lines: list[str] = []
+    for title, counts in parts:
+        lines += [f"{title}:", *(f"  {n:5}  {what}" for what, n in sorted(counts.items())), ""] if counts else []
+    fairness = "no task done" if found.fairness is None else f"{found.fairness:.2f} (1 = all equal)"
+    lines += [f"Fairness of the split: {fairness}", f"Garbled: {found.garbled}"]
+    if found.not_understood:
+        lines.append(f"Not in today's phrasebook: {found.not_understood}; give the names of then with --config")
+    return "\n".join(lines) + "\n"

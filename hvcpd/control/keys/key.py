@@ -1,0 +1,161 @@
+"""`hvcpctl key`: make, show, print, change, revoke and restore a team's key."""
+
+from __future__ import annotations
+
+import argparse
+import os
+import sys
+from collections.abc import Callable
+from contextlib import nullcontext
+from datetime import UTC, date, datetime, timedelta
+from pathlib import Path
+
+from hvcpd.config.settings import load_settings
+from hvcpd.control.keys.key_sheet import RECOVERY_WORDS, sheet
+from hvcpd.errors import EX_OK, KeyFileError, unwritable
+from hvcpd.language.code_words import number_of
+from hvcpd.language.words import spoken_words
+from hvcpd.security.keyring import (
+    CREDENTIAL,
+    DEFAULT_PATH,
+    Entry,
+    KeyFile,
+    changing,
+    find_key_file,
+    fresh_entry,
+    keep_out_of_dumps,
+    read_key_file,
+    write_key_file,
+)
+from hvcpd.security.keys import TeamKey
+from hvcpd.security.recovery import secret_of
+
+Today = Callable[[], date]
+
+
+def today() -> date:
+    """By the clock of this computer."""
+    return datetime.now(UTC).date()
+
+
+def run(options: argparse.Namespace, day: Today = today) -> int:
+    """Do what was asked for; keys go into their file, and nowhere else unless a sheet is asked for."""
+    keep_out_of_dumps()
+    path = _path(options)
+    with nullcontext() if options.action in _ONLY_READ else changing(path):
+        _ACTIONS[options.action](options, path, day())
+    return EX_OK
+
+
+def _path(options: argparse.Namespace) -> Path:
+    if options.key is not None:
+        return Path(options.key)
+    settings = load_settings(options.config, name_needed=False)
+    return find_key_file(settings.security.key) or DEFAULT_PATH
+
+
+def _new(_options: argparse.Namespace, path: Path, day: date) -> None:
+    _store_first(path, fresh_entry(day), "made")
+
+
+def _restore(_options: argparse.Namespace, path: Path, day: date) -> None:
+    if sys.stdin.isatty():
+        sys.stderr.write(f"Type the {RECOVERY_WORDS} words of the recovery sheet, then Ctrl-D:\n")
+    words = spoken_words(sys.stdin.read(10_000))
+    number = number_of(words)
+    if len(words) != RECOVERY_WORDS or number is None:
+        wrong = next((place for place, word in enumerate(words, 1) if number_of((word,)) is None), None)
+        what = f"word {wrong} is no code word" if wrong else f"these are {len(words)} words, not {RECOVERY_WORDS}"
+        raise KeyFileError(f"{what}; type them as the recovery sheet has them")
+    secret = secret_of(number)
+    if secret is None:
+        raise KeyFileError("the words do not fit together: one is wrong, or two are exchanged; compare them once more")
+    _store_first(path, Entry(TeamKey(secret), day, day), "restored")
+
+
+def _store_first(path: Path, entry: Entry, done: str) -> None:
+    write_key_file(path, KeyFile((entry,)), replaces=False)
+    _tell(
+        f"The team's key is {done}: {path} (fingerprint {entry.key.fingerprint}). Copy it to every robot of the team "
+        f"by hand, and set `security: {{key: {path}}}` there; or hand it to the service: systemctl edit hvcpd, with "
+        f"the lines [Service] and LoadCredential={CREDENTIAL}:{path}. Print `hvcpctl key sheet` and lock it away."
+    )
+
+
+def _show(_options: argparse.Namespace, path: Path, day: date) -> None:
+    keys = read_key_file(path)
+    ring = keys.ring(day)
+    for entry in keys.entries:
+        state = "spoken" if entry.key == ring.spoken else "accepted" if entry.key in ring.others else "ended"
+        until = f", until {entry.until}" if entry.until else ""
+        _tell(f"{entry.key.fingerprint}  {state:9} made {entry.made}, spoken from {entry.spoken_from}{until}")
+    _tell(f"revoked: {', '.join(keys.revoked) or 'nobody'}")
+
+
+def _sheet(options: argparse.Namespace, path: Path, day: date) -> None:
+    keys = read_key_file(path)
+    settings = load_settings(options.config, name_needed=False)
+    ring = keys.ring(day)
+    text = sheet(ring.spoken, settings.team, day, options.first, options.codes, not options.no_recovery)
+    for entry in keys.entries:
+        will_be_spoken = entry.until is None and entry.spoken_from > max(day, keys.newest)
+        if entry.key != ring.spoken and will_be_spoken:
+            sys.stderr.write(
+                f"hvcpctl: this is the sheet of {ring.spoken.fingerprint}; the newer key {entry.key.fingerprint} "
+                f"has its own from {entry.spoken_from} on: print that then\n"
+            )
+    if options.output is None:
+        sys.stdout.write(text)
+        return
+    try:
+        handle = os.open(options.output, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o600)
+        with os.fdopen(handle, "w", encoding="utf-8") as file:
+            file.write(text)
+    except OSError as error:
+        raise KeyFileError(unwritable(options.output, error, "name another with -o")) from None
+
+
+def _rotate(options: argparse.Namespace, path: Path, day: date) -> None:
+    after, keep = timedelta(days=options.after), timedelta(days=options.keep)
+    keys = read_key_file(path).rotated(day, after, keep)
+    write_key_file(path, keys, replaces=True)
+    newest = keys.entries[-1]
+    if len(keys.entries) == 1:
+        _tell(
+            f"A new key: fingerprint {newest.key.fingerprint}; the old one is no longer believed, where this file is: "
+            f"copy {path} to every other robot and restart hvcpd there. Print `hvcpctl key sheet` anew."
+        )
+        return
+    _tell(
+        f"A new key: fingerprint {newest.key.fingerprint}, spoken from {newest.spoken_from}. Copy {path} to every "
+        f"robot before then and restart hvcpd there; the old key is believed until {newest.spoken_from + keep}. "
+        "Print `hvcpctl key sheet` anew on the first day of the new one."
+    )
+
+
+def _revoke(options: argparse.Namespace, path: Path, _day: date) -> None:
+    names = load_settings(options.config, name_needed=False).names
+    if options.name.casefold() not in map(str.casefold, names):
+        sys.stderr.write(
+            f"hvcpctl: {options.name} is none of the names in the settings ({', '.join(names)}); is it spelled so?\n"
+        )
+    write_key_file(path, read_key_file(path).with_revoked(options.name), replaces=True)
+    _tell(
+        f"{options.name} is no longer believed, where this file is: copy {path} to every other robot and restart hvcpd "
+        "there. If somebody may have read its memory card, that is not enough: hvcpctl key rotate --after 0 --keep 0"
+    )
+
+
+def _tell(text: str) -> None:
+    sys.stdout.write(text + "\n")
+
+
+_ONLY_READ = ("show", "sheet")
+_ACTIONS: dict[str, Callable[[argparse.Namespace, Path, date], None]] = {
+    "new": _new,
+    "show": _show,
+    "sheet": _sheet,
+    "rotate": _rotate,
+    "revoke": _revoke,
+    "restore": _restore,
+}

@@ -1,0 +1,45 @@
+"""`hvcpctl stop`, `resume` and `reload`: a running robot is told to."""
+
+from __future__ import annotations
+
+import argparse
+import json
+import sys
+from contextlib import closing
+from typing import Any
+
+from hvcpd.control.live.daemon_client import find_daemon
+from hvcpd.control.live.show_config import value_text
+from hvcpd.errors import EX_OK, NotDoneError
+
+
+def run(options: argparse.Namespace) -> int:
+    """Tell the robot, and say what became of it."""
+    with closing(find_daemon(options)) as daemon:
+        result = daemon.ask(options.command)
+        if options.json:
+            sys.stdout.write(json.dumps({"name": daemon.name, **result}) + "\n")
+        else:
+            sys.stdout.writelines(f"{line}\n" for line in told(options.command, daemon.name, result))
+        if result.get("kept") is False:
+            raise NotDoneError(f"{daemon.name} stands, but may not after a restart: {result['reason']}")
+    return EX_OK
+
+
+def told(command: str, name: str, result: dict[str, Any]) -> list[str]:
+    """What became of a command to a robot, in lines for people."""
+    if command == "stop":
+        how = "was stopped already" if result["before"] else "stands still, and says so"
+        return [f"{name} {how}; `hvcpctl resume` lets it take on tasks again"]
+    if command == "resume":
+        return [f"{name} takes on tasks again" if result["before"] else f"{name} was not stopped"]
+    return _reloaded(name, result)
+
+
+def _reloaded(name: str, result: dict[str, Any]) -> list[str]:
+    lines = [
+        f"{change['key']}: {value_text(change['before'])} → {value_text(change['now'])}" for change in result["changed"]
+    ]
+    if result["restart"]:
+        lines.append(f"needs a restart of {name}: {', '.join(result['restart'])}")
+    return lines or [f"{name}: nothing has changed"]

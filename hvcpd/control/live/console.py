@@ -1,0 +1,94 @@
+"""`hvcpctl console`: a live page in the browser about a running robot, or a recorded mission to see and hear again."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from collections.abc import Callable
+from contextlib import closing
+from importlib.util import find_spec
+from pathlib import Path
+from secrets import token_urlsafe
+from typing import TYPE_CHECKING
+
+from hvcpd.control.live.daemon_client import find_daemon
+from hvcpd.errors import EX_OK, ConfigError, NotDoneError
+
+if TYPE_CHECKING:
+    from starlette.types import ASGIApp
+
+    from hvcpd.console.guard import Door
+
+NEEDED = ("starlette", "uvicorn")
+
+
+def run(options: argparse.Namespace) -> int:
+    """Serve the page until interrupted."""
+    missing = [name for name in NEEDED if find_spec(name) is None]
+    if missing:
+        raise NotDoneError(f"the console needs {' and '.join(missing)}: pip install 'hvcpd[console]'")
+    from hvcpd.console.guard import KEY_BYTES, Door
+    from hvcpd.console.serve import PageServer, is_loopback, open_file, open_port
+
+    if options.unix is not None:
+        with open_file(options.unix) as listener:
+            app, end = _app(options, Door())
+            PageServer(app, _telling(options.unix), end).serve_on(listener)
+        return EX_OK
+    if not is_loopback(options.listen) and not options.expose:
+        raise ConfigError(
+            f"--listen {options.listen}: whoever reaches that address could see the page; for a phone or another "
+            "computer rather use a tunnel (docs/console.md), or add --expose"
+        )
+    key = token_urlsafe(KEY_BYTES)
+    with open_port(options.listen, options.port) as listener:
+        host = f"[{options.listen}]" if ":" in options.listen else options.listen
+        address = f"{host}:{listener.getsockname()[1]}"
+        if options.expose:
+            sys.stderr.write(
+                f"hvcpctl: warning: {address} is not encrypted: who is on that network can read the page's key and all "
+                "that is said, and stop and resume the robot\n"
+            )
+        app, end = _app(options, Door(frozenset({address}), key))
+        PageServer(app, _telling_address(f"http://{address}/?key={key}"), end).serve_on(listener)
+    return EX_OK
+
+
+def _app(options: argparse.Namespace, door: Door) -> tuple[ASGIApp, Callable[[], None]]:
+    """The page, and what lets its viewers go."""
+    from hvcpd.console.app import live_app, replay_app
+
+    if options.replay is not None:
+        from hvcpd.console.replay import read_recording
+
+        recording = read_recording(options.replay)
+        sound = str(recording.sound) if recording.sound is not None else None
+        return replay_app(recording.messages, sound, recording.title, door), lambda: None
+    from hvcpd.console.link import Link
+    from hvcpd.console.scene import Scene
+    from hvcpd.console.viewers import Viewers
+
+    with closing(find_daemon(options)) as daemon:  # if there is none, or more than one, that is said at once
+        path = daemon.path.absolute()
+    scene = Scene(Viewers())
+    link = Link(path, scene)
+    return live_app(scene, link.ask, link.run, door), scene.viewers.end
+
+
+def _telling(path: Path) -> Callable[[], None]:
+    def tell() -> None:
+        sys.stdout.write(
+            f"The page is in {path}; for a browser elsewhere:  ssh -L 8765:{path.absolute()} THIS-COMPUTER\n"
+        )
+        sys.stdout.write("and then open http://localhost:8765/ there. Ctrl-C ends it.\n")
+        sys.stdout.flush()
+
+    return tell
+
+
+def _telling_address(url: str) -> Callable[[], None]:
+    def tell() -> None:
+        sys.stdout.write(f"Open  {url}\nCtrl-C ends it.\n")
+        sys.stdout.flush()
+
+    return tell

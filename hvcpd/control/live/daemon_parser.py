@@ -1,0 +1,116 @@
+"""The command line of what is asked of a running daemon; light, since every command builds the whole parser."""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Callable
+from pathlib import Path
+from typing import TypeAlias
+
+from hvcpd.config.command_line import with_examples
+
+Commands: TypeAlias = "argparse._SubParsersAction[argparse.ArgumentParser]"
+Run = Callable[[argparse.Namespace], int]
+
+EXITS = (
+    "Exit status: 0 done, 1 not done (the daemon says why), 2 bad input, 3 no daemon runs, 4 no permission to ask it, "
+    "130 interrupted."
+)
+_WHICH = "Without --name the robot of the settings is meant, or else the only one that runs on this computer. "
+
+
+def add_daemon_commands(commands: Commands, lazy: Callable[[str], Run]) -> None:
+    """Add `status`, `tasks`, `follow`, `console`, `stop`, `resume`, `reload` and `config`."""
+    status = _add(
+        commands, "status", "show what a running robot is doing", lazy("live.status"), "hvcpctl status --watch"
+    )
+    _add_watch(status)
+    tasks = _add(commands, "tasks", "show the board: which tasks are open, claimed or done", lazy("live.status"))
+    _add_watch(tasks)
+    _add(commands, "follow", "show what a robot says, hears and does, as it happens", lazy("live.follow"))
+    _add_console(commands, lazy("live.console"))
+    _add(
+        commands,
+        "stop",
+        "halt a robot at once, until it is told to resume",
+        lazy("live.bid"),
+        "hvcpctl stop --name Rob",
+    )
+    _add(commands, "resume", "let a stopped robot take on tasks again", lazy("live.bid"))
+    _add(commands, "reload", "have a robot read its settings and tasks again", lazy("live.bid"))
+    config = _add(commands, "config", "show each setting and where it comes from", lazy("live.show_config"))
+    config.add_argument("--running", action="store_true", help="those of the running daemon, instead of a new one's")
+    config.add_argument("--changed", action="store_true", help="only those that are not the default")
+
+
+def add_ros(commands: Commands, run: Run) -> None:
+    """Add `ros`."""
+    text = "bridge a running robot to ROS 1 or ROS 2, until interrupted"
+    command = commands.add_parser(
+        "ros",
+        help=text,
+        description=text[0].upper() + text[1:] + ".",
+        epilog=with_examples(
+            _WHICH + EXITS,
+            "hvcpctl ros heard:=ears _base_frame:=base_footprint             # ROS 1",
+            "hvcpctl ros --ros-args -r __ns:=/rob -p publish_tf:=false       # ROS 2",
+        ),
+    )
+    add_which(command)
+    command.add_argument("--ros", choices=("1", "2"), help="which one (default: ROS_VERSION, or what is installed)")
+    command.add_argument("remap", nargs="*", metavar="NAME:=VALUE", help="remappings and parameters, as ROS 1 has them")
+    command.add_argument("--ros-args", nargs=argparse.REMAINDER, metavar="…", help="the same, as ROS 2 has them")
+    command.set_defaults(run=run)
+
+
+def _add_console(commands: Commands, run: Run) -> None:
+    c = commands.add_parser(
+        "console",
+        help="show a robot, or a recorded mission, as a live page in the browser",
+        description="Serve a page of this computer: the conversation, tasks, map, level, alarms, and a stop button.",
+        epilog=with_examples(_WHICH + EXITS, "hvcpctl console", "hvcpctl console --replay out/demo"),
+    )
+    add_which(c)
+    c.add_argument("--port", type=int, default=8765, metavar="N", help="the page's port (default: %(default)s; 0: any)")
+    c.add_argument("--unix", type=Path, metavar="FILE", help="a UNIX socket instead of a port, for behind a tunnel")
+    c.add_argument("--listen", default="127.0.0.1", metavar="ADDRESS", help="address (default: only this computer)")
+    c.add_argument("--expose", action="store_true", help="allow an address that other computers can reach, unencrypted")
+    c.add_argument("--replay", type=Path, metavar="DIR", help="a mission that `simulate --report DIR` has recorded")
+    c.set_defaults(run=run)
+
+
+def add_completion(commands: Commands, run: Run) -> None:
+    """Add `completion`."""
+    completion = commands.add_parser(
+        "completion",
+        help="print what the shell needs to complete this command's words",
+        epilog=with_examples(
+            "Written to where the shell looks for completions, it is there in the next shell.",
+            "hvcpctl completion bash > ~/.local/share/bash-completion/completions/hvcpctl",
+            "hvcpctl completion fish > ~/.config/fish/completions/hvcpctl.fish",
+            "source <(hvcpctl completion zsh)       # in ~/.zshrc",
+        ),
+    )
+    completion.add_argument("shell", choices=("bash", "zsh", "fish"), help="the shell")
+    completion.set_defaults(run=run)
+
+
+def add_which(command: argparse.ArgumentParser, name: bool = True) -> None:
+    """The options that say which daemon is meant."""
+    command.add_argument("--config", type=Path, metavar="FILE", help="settings file (default: /etc/hvcpd/hvcpd.yaml)")
+    if name:
+        command.add_argument("--name", metavar="NAME", help="which robot, if several run here")
+    command.add_argument("--socket", type=Path, metavar="FILE", help="this control socket, wherever it lies")
+
+
+def _add(commands: Commands, name: str, text: str, run: Run, example: str = "") -> argparse.ArgumentParser:
+    epilog = with_examples(_WHICH + EXITS, example) if example else _WHICH + EXITS
+    command = commands.add_parser(name, help=text, description=text[0].upper() + text[1:] + ".", epilog=epilog)
+    add_which(command)
+    command.add_argument("--json", action="store_true", help="print one JSON object a line")
+    command.set_defaults(run=run)
+    return command
+
+
+def _add_watch(command: argparse.ArgumentParser) -> None:
+    command.add_argument("--watch", action="store_true", help="show it again every second, until interrupted")

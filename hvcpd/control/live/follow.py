@@ -1,0 +1,123 @@
+"""`hvcpctl follow`: what a robot says, hears and does, as it happens; lines for a pipe, a picture for a terminal."""
+
+from __future__ import annotations
+
+import argparse
+import json
+import sys
+import time
+from collections.abc import Callable, Iterator
+from contextlib import AbstractContextManager, ExitStack, closing
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any, Protocol
+
+from hvcpd.control.live.daemon_client import DaemonClient, find_daemon
+from hvcpd.errors import EX_OK, NotRunningError
+
+if TYPE_CHECKING:
+    from hvcpd.control.live.follow_lines import FollowLines
+
+LOOK_S = 1.0
+"""Between two looks at the state and the board, and before a daemon that has ended is looked for again."""
+
+
+class Show(Protocol):
+    """Somebody who is shown what happens."""
+
+    def event(self, event: dict[str, Any], wall_s: float) -> None: ...
+
+    def state(self, status: dict[str, Any], tasks: list[dict[str, Any]]) -> None: ...
+
+    def note(self, text: str) -> None: ...
+
+
+@dataclass
+class Following:
+    """Two connections to one daemon: events come over one while the other is asked, for an answer ends what came
+    before it."""
+
+    asking: DaemonClient
+    hearing: DaemonClient
+    clock: Callable[[], float] = time.monotonic
+    _offset_s: float = 0.0
+    _looked_s: float = field(default=float("-inf"))
+
+    def close(self) -> None:
+        """Let go of both."""
+        self.asking.close()
+        self.hearing.close()
+
+    def run(self, show: Show, n_events: int | None = None) -> None:
+        """Show what comes, `n_events` at most (None: until the daemon ends). Raises NotRunningError."""
+        self.hearing.ask("subscribe")
+        shown = 0
+        while n_events is None or shown < n_events:
+            if self.clock() - self._looked_s >= LOOK_S:
+                self._looked_s = self.clock()
+                self._look(show)
+            event = self.hearing.event_within(LOOK_S)
+            if event is not None:
+                shown += 1
+                show.event(event, event.get("at_s", 0.0) + self._offset_s)
+
+    def _look(self, show: Show) -> None:
+        status = self.asking.ask("status")
+        self._offset_s = status["wall_s"] - status["now_s"]
+        tasks = self.asking.ask("tasks")["tasks"] if status["state"] != "starting" else []
+        show.state(status, tasks)
+
+
+class JsonShow:
+    """Each event as a JSON object on a line, with the time by the clock on the wall."""
+
+    def event(self, event: dict[str, Any], wall_s: float) -> None:
+        sys.stdout.write(json.dumps({**event, "wall_s": round(wall_s, 3)}) + "\n")
+        sys.stdout.flush()
+
+    def state(self, status: dict[str, Any], tasks: list[dict[str, Any]]) -> None:
+        """Not told: `hvcpctl status --watch --json` does."""
+
+    def note(self, text: str) -> None:
+        sys.stderr.write(f"hvcpctl: {text}\n")
+
+
+def run(options: argparse.Namespace, wait: Callable[[float], None] = time.sleep, n_events: int | None = None) -> int:
+    """Follow until interrupted; a daemon that ends is waited for."""
+    following = _connect(options)  # if there is none at the start, that is said at once
+    with ExitStack() as stack:
+        show: Show = JsonShow() if options.json else stack.enter_context(_terminal())
+        for connected in _connections(options, following, show, wait):
+            with closing(connected):
+                try:
+                    connected.run(show, n_events)
+                    return EX_OK
+                except NotRunningError as error:
+                    show.note(f"{error}; waiting for it to come back")
+    return EX_OK
+
+
+def _connections(
+    options: argparse.Namespace, first: Following, show: Show, wait: Callable[[float], None]
+) -> Iterator[Following]:
+    yield first
+    while True:
+        wait(LOOK_S)
+        try:
+            again = _connect(options)
+        except NotRunningError:
+            continue
+        show.note(f"{again.asking.name} is back")
+        yield again
+
+
+def _connect(options: argparse.Namespace) -> Following:
+    asking = find_daemon(options)
+    return Following(asking, DaemonClient(asking.path))
+
+
+def _terminal() -> AbstractContextManager[FollowLines]:
+    from rich.console import Console
+
+    from hvcpd.control.live.follow_lines import FollowLines
+
+    return FollowLines(Console(highlight=False))

@@ -1,0 +1,140 @@
+"""The lines and the live picture of `hvcpctl follow`."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from datetime import datetime
+from typing import Any
+
+from rich.console import Console, Group
+from rich.live import Live
+from rich.rule import Rule
+from rich.text import Text
+
+from hvcpd.console.lines import SURE
+from hvcpd.control.live.status_screen import memory_faults, status_screen, tasks_screen
+from hvcpd.reporting.palette import ROBOT_TERMINAL
+from hvcpd.reporting.text import clean, percent, seal_words
+
+Event = dict[str, Any]
+Parts = list[Any]
+"""What `Text.assemble` takes."""
+
+
+class FollowLines:
+    """A line for each event; on a terminal below them, state and board, always as they are now."""
+
+    def __init__(self, console: Console) -> None:
+        self._console = console
+        self._live: Live | None = None
+        self._styles: dict[str, str] = {}
+        self._tasks: dict[int, str] = {}
+
+    def __enter__(self) -> FollowLines:
+        if self._console.is_terminal:
+            self._live = Live(console=self._console, auto_refresh=False)
+            self._live.start()
+        return self
+
+    def __exit__(self, *exception: object) -> None:
+        if self._live is not None:
+            self._live.stop()
+
+    def event(self, event: Event, wall_s: float) -> None:
+        """Print the event's line, if it has one."""
+        line = self.line(event, wall_s)
+        if line is not None:
+            self._console.print(line, soft_wrap=not self._console.is_terminal)
+
+    def state(self, status: Event, tasks: list[Event]) -> None:
+        """Take the state and the board; draw them on a terminal."""
+        self._tasks = {task["number"]: task["name"] for task in tasks}
+        self._style(status["name"])
+        if self._live is None:
+            return
+        self._live.update(Group(Rule(style="dim"), status_screen(status), tasks_screen(tasks)), refresh=True)
+
+    def note(self, text: str) -> None:
+        """Say something of the connection."""
+        self._console.print(Text(text, "bold yellow"), soft_wrap=not self._console.is_terminal)
+
+    def line(self, event: Event, wall_s: float) -> Text | None:
+        """The event as a line; None for what the picture shows better."""
+        kind = "stopped" if event.get("state") == "stopped" else str(event.get("event"))
+        tell = _TELLERS.get(kind)
+        if tell is None:
+            return None
+        at = datetime.fromtimestamp(wall_s).strftime("%H:%M:%S")
+        return Text.assemble((at, "dim"), "  ", *tell(self, event))
+
+    def speech(self, event: Event) -> Parts:
+        """Who speaks, and what."""
+        speaker = clean(event["speaker"])
+        return [(speaker, f"bold {self._style(speaker)}"), ": ", clean(event["text"])]
+
+    def task(self, number: int) -> str:
+        """A task as it is told."""
+        name = self._tasks.get(number)
+        return f"task {number}, {clean(name)}" if name else f"task {number}"
+
+    def _style(self, name: str) -> str:
+        return self._styles.setdefault(name, ROBOT_TERMINAL[len(self._styles) % len(ROBOT_TERMINAL)])
+
+
+def _said(show: FollowLines, event: Event) -> Parts:
+    return [*show.speech(event), *_seal(event)]
+
+
+def _seal(event: Event) -> Parts:
+    """What is known of its seal, where there is a key."""
+    seal = clean(event.get("seal", ""))
+    return [(f"  {seal_words(seal)}", "bold yellow" if seal == "not trusted" else "green")] if seal else []
+
+
+def _heard(show: FollowLines, event: Event) -> Parts:
+    sure = event["confidence"] >= SURE
+    how = f"  heard, {percent(event['confidence'])} sure, {event['snr_db']:.0f} dB over the noise"
+    return [*show.speech(event), (how, "dim" if sure else "yellow"), *_seal(event)]
+
+
+def _garbled(_show: FollowLines, _event: Event) -> Parts:
+    return [("somebody spoke and was not understood", "yellow")]
+
+
+def _held(_show: FollowLines, event: Event) -> Parts:
+    return [(f'stood still for {event["until_s"] - event["at_s"]:.1f} s for what sounded like "stop"', "yellow")]
+
+
+def _noted(_show: FollowLines, event: Event) -> Parts:
+    return [(clean(event["text"]), "bold yellow")]
+
+
+def _watered(show: FollowLines, event: Event) -> Parts:
+    return [(f"{event['robot']} has carried out {show.task(event['task'])}", "green")]
+
+
+def _task_changed(show: FollowLines, event: Event) -> Parts:
+    owner = f" by {event['owner']}" if event["owner"] else ""
+    return [(f"{show.task(event['task'])}: {event['state']}{owner}", "dim")]
+
+
+def _stopped(_show: FollowLines, _event: Event) -> Parts:
+    return [("stopped: stands until it is told to resume", "bold red")]
+
+
+def _memory(_show: FollowLines, event: Event) -> Parts:
+    told = "; ".join(map(clean, memory_faults({**event, "lost": 0})))
+    return [(f"memory: {told}", "bold red") if told else ("memory works again", "green")]
+
+
+_TELLERS: dict[str, Callable[[FollowLines, Event], Parts]] = {
+    "said": _said,
+    "heard": _heard,
+    "garbled": _garbled,
+    "held": _held,
+    "noted": _noted,
+    "watered": _watered,
+    "taskchanged": _task_changed,
+    "stopped": _stopped,
+    "memory": _memory,
+}

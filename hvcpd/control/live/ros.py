@@ -1,0 +1,33 @@
+"""`hvcpctl ros`: bridge a running robot to ROS, until interrupted."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from contextlib import closing
+
+from hvcpd.control.live.daemon_client import find_daemon
+from hvcpd.errors import EX_OK, ConfigError
+from hvcpd.ros.command import base_of, choose_ros, run_bridge, start_again
+from hvcpd.ros.ros_arguments import ros2_words
+
+
+def run(options: argparse.Namespace) -> int:
+    """Find the daemon and its settings, then bridge; begin anew whenever ROS's master has ended."""
+    for each in options.remap:
+        if ":=" not in each:
+            raise ConfigError(f"{each!r} is no remapping; write name:=other, _parameter:=value, or --ros-args …")
+    kind = choose_ros(options.ros)
+    with closing(find_daemon(options)) as daemon:
+        base = base_of(daemon.ask("config")["settings"])
+        path = daemon.path
+    ros_args = options.ros_args or []
+    if kind == "ros1" and ros_args:
+        raise ConfigError("--ros-args are ROS 2's; for ROS 1 write name:=other or _parameter:=value")
+    arguments = options.remap if kind == "ros1" else ros2_words(options.remap, ros_args)
+    reason = run_bridge(kind, base, path, arguments)
+    if reason is not None:
+        stands = "the robot stands, and " if base.ros_drives else ""
+        sys.stderr.write(f"hvcpctl: {reason}; {stands}the bridge begins anew\n")
+        start_again()
+    return EX_OK

@@ -1,0 +1,55 @@
+"""`hvcpctl config`: every setting in force, and where it comes from."""
+
+from __future__ import annotations
+
+import argparse
+import json
+import sys
+from collections.abc import Iterable
+from contextlib import closing
+from typing import Any
+
+from hvcpd.config.settings import load_with_sources
+from hvcpd.config.sources import Sourced
+from hvcpd.control.live.daemon_client import find_daemon
+from hvcpd.errors import EX_OK
+
+
+def run(options: argparse.Namespace) -> int:
+    """Print the settings that a daemon started now would have, or with --running those of the one that runs."""
+    if options.running:
+        with closing(find_daemon(options)) as daemon:
+            settings: list[dict[str, Any]] = daemon.ask("config")["settings"]
+    else:
+        loaded = load_with_sources(options.config, {"name": options.name}, name_needed=False)
+        settings = [_told(each) for each in loaded.sources]
+    if options.changed:
+        settings = [each for each in settings if each["source"] != "default"]
+    sys.stdout.writelines(_as_json(settings) if options.json else _as_text(settings))
+    return EX_OK
+
+
+def _told(each: Sourced) -> dict[str, Any]:
+    """Its fields; a robot's name has no default, and the name that stands in for it here is none."""
+    return {**vars(each), "value": None} if (each.key, each.source) == ("name", "default") else vars(each)
+
+
+def _as_json(settings: Iterable[dict[str, Any]]) -> Iterable[str]:
+    return (json.dumps(each) + "\n" for each in settings)
+
+
+def _as_text(settings: list[dict[str, Any]]) -> Iterable[str]:
+    """Three columns; a value stands as YAML has it, so that it can be copied."""
+    rows = [(each["key"], value_text(each["value"]), each["source"]) for each in settings]
+    first, second = (max((len(row[column]) for row in rows), default=0) for column in (0, 1))
+    second = min(second, WIDEST_VALUE)
+    return (f"{key:{first}}  {value:{second}}  {source}\n" for key, value, source in rows)
+
+
+WIDEST_VALUE = 32
+"""Characters of the column; a longer value pushes its source to the right."""
+
+
+def value_text(value: object) -> str:
+    """A setting as it is written in the file: JSON is YAML too; text stands without its quotes."""
+    return value if isinstance(value, str) and value.isprintable() else json.dumps(value, ensure_ascii=False)

@@ -1,0 +1,65 @@
+"""`hvcpctl status` and `hvcpctl tasks`: what a running robot is doing, and its board."""
+
+from __future__ import annotations
+
+import argparse
+import json
+import sys
+import time
+from collections.abc import Callable
+from contextlib import closing
+from typing import Any
+
+from hvcpd.control.live.daemon_client import DaemonClient, find_daemon
+from hvcpd.errors import EX_OK
+
+EVERY_S = 1.0
+"""Between two looks of `--watch`."""
+
+
+def run(options: argparse.Namespace, wait: Callable[[float], None] = time.sleep) -> int:
+    """Show it once, or with --watch again and again until interrupted."""
+    with closing(find_daemon(options)) as daemon:
+        if options.json:
+            _write_lines(daemon, options, wait)
+        elif options.watch:
+            _watch(daemon, options, wait)
+        else:
+            _console().print(_screen(options, daemon.ask(options.command)))
+    return EX_OK
+
+
+def _write_lines(daemon: DaemonClient, options: argparse.Namespace, wait: Callable[[float], None]) -> None:
+    while True:
+        sys.stdout.write(json.dumps(daemon.ask(options.command)) + "\n")
+        sys.stdout.flush()
+        if not options.watch:
+            return
+        wait(EVERY_S)
+
+
+def _watch(daemon: DaemonClient, options: argparse.Namespace, wait: Callable[[float], None]) -> None:
+    from rich.live import Live
+
+    console = _console()
+    while not console.is_terminal:
+        console.print(_screen(options, daemon.ask(options.command)))
+        sys.stdout.write("\n")
+        sys.stdout.flush()
+        wait(EVERY_S)
+    with Live(console=console, auto_refresh=False) as live:
+        while True:
+            live.update(_screen(options, daemon.ask(options.command)), refresh=True)
+            wait(EVERY_S)
+
+
+def _screen(options: argparse.Namespace, result: dict[str, Any]) -> Any:
+    from hvcpd.control.live.status_screen import status_screen, tasks_screen
+
+    return tasks_screen(result["tasks"]) if options.command == "tasks" else status_screen(result)
+
+
+def _console() -> Any:
+    from rich.console import Console
+
+    return Console(highlight=False)

@@ -1,0 +1,121 @@
+"""`hvcpctl transcript`: what a robot said and heard, asked of its daemon or else read from its memory file."""
+
+from __future__ import annotations
+
+import argparse
+import json
+import re
+import sys
+import time
+from collections.abc import Callable, Mapping
+from contextlib import closing
+from dataclasses import asdict
+from datetime import datetime
+from pathlib import Path
+from typing import Any, Protocol
+
+from hvcpd.config.settings import load_settings
+from hvcpd.control.live.daemon_client import DaemonClient, find_daemon
+from hvcpd.errors import EX_OK, ConfigError, NotAllowedError, NotRunningError
+from hvcpd.memory.store import TranscriptReader, TranscriptRecord, TranscriptRow
+from hvcpd.reporting.text import seal_words
+
+POLL_S = 0.2
+"""So often `--follow` looks for new lines: a sentence lasts seconds."""
+
+_UNITS_S = {"s": 1.0, "m": 60.0, "h": 3600.0, "d": 86400.0}
+
+
+class Rows(Protocol):
+    """A transcript that can be read; the methods are `TranscriptReader`'s."""
+
+    def rows(self, after: int = 0, since_wall_s: float = float("-inf")) -> tuple[TranscriptRow, ...]: ...
+
+    def close(self) -> None: ...
+
+
+class AskedRows:
+    """The transcript that a daemon has; the service's file may be nobody else's to read."""
+
+    def __init__(self, daemon: DaemonClient) -> None:
+        self._daemon = daemon
+
+    def rows(self, after: int = 0, since_wall_s: float = float("-inf")) -> tuple[TranscriptRow, ...]:
+        """As `TranscriptReader` has it. Raises NotRunningError once the daemon has ended."""
+        found: list[TranscriptRow] = []
+        since = {"since_s": since_wall_s} if since_wall_s > 0 else {}
+        while True:
+            page = self._daemon.ask("transcript", after=found[-1].number if found else after, **since)["rows"]
+            if not page:
+                return tuple(found)
+            found += [_row(each) for each in page]
+
+    def close(self) -> None:
+        """Let go of the connection."""
+        self._daemon.close()
+
+
+def open_transcript(options: argparse.Namespace) -> Rows:
+    """What the options mean: the file that they name, or the running robot's, or that of the robot in the settings."""
+    if options.memory is not None:
+        return TranscriptReader(Path(options.memory))
+    try:
+        return AskedRows(find_daemon(options))
+    except (NotRunningError, NotAllowedError):
+        if options.socket is not None:
+            raise
+    settings = load_settings(options.config, {"name": options.name}, name_needed=False)
+    return TranscriptReader(settings.memory_path)
+
+
+def _row(each: Mapping[str, Any]) -> TranscriptRow:
+    record = {key: value for key, value in each.items() if key not in ("number", "wall_s")}
+    return TranscriptRow(each["number"], each["wall_s"], TranscriptRecord(**record))
+
+
+def since_wall_s(text: str | None, now_s: float) -> float:
+    """`8h`, `30m`, `90s`, `2d` ago, or a time as ISO 8601 has it, in seconds since 1970. Raises ConfigError."""
+    if text is None:
+        return float("-inf")
+    ago = re.fullmatch(r"(\d{1,9}(?:\.\d{1,6})?)([smhd])", text)
+    if ago:
+        return now_s - float(ago[1]) * _UNITS_S[ago[2]]
+    try:
+        return datetime.fromisoformat(text).timestamp()
+    except (ValueError, OverflowError, OSError):
+        raise ConfigError(f"--since {text}: give how long ago, as 30m or 8h, or a time, as 2026-11-21T08:00") from None
+
+
+def run(
+    options: argparse.Namespace,
+    now_s: Callable[[], float] = time.time,
+    wait: Callable[[float], None] = time.sleep,
+) -> int:
+    """Print the transcript, and with --follow whatever is added to it, until interrupted."""
+    since_s = since_wall_s(options.since, now_s())
+    with closing(open_transcript(options)) as reader:
+        last = 0
+        while True:
+            for row in reader.rows(last, since_s):
+                last = row.number
+                sys.stdout.write(line_of(row, options.json) + "\n")
+            sys.stdout.flush()
+            if not options.follow:
+                return EX_OK
+            wait(POLL_S)
+
+
+def line_of(row: TranscriptRow, as_json: bool) -> str:
+    """One utterance for people, or as a JSON object."""
+    record = row.record
+    if as_json:
+        return json.dumps({"number": row.number, "wall_s": row.wall_s, **asdict(record)})
+    at = datetime.fromtimestamp(row.wall_s).strftime("%Y-%m-%d %H:%M:%S") if row.wall_s else f"{record.at_s:19.1f}"
+    sure = f"  ({record.confidence:.0%})" if record.confidence is not None else ""
+    seal = f"  {seal_words(_plain(record.seal))}" if record.seal else ""
+    return f"{at}  {record.kind:7}  {_plain(record.text) or '…'}{sure}{seal}"
+
+
+def _plain(text: str) -> str:
+    """Without characters that a terminal would obey: the file may come from elsewhere."""
+    return "".join(c if c.isprintable() else "\N{REPLACEMENT CHARACTER}" for c in text)

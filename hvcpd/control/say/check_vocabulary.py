@@ -1,0 +1,50 @@
+"""`hvcpctl check-vocabulary`: which words and phrases of a team would be taken for one another, and what to say."""
+
+from __future__ import annotations
+
+import argparse
+import json
+import sys
+from collections.abc import Sequence
+
+from hvcpd.assembly.vocabulary import LIMIT_NOISE, LIMIT_QUIET, Confusion, as_dict, check, describe
+from hvcpd.control.simulate.team import load_team, vocabulary_cache
+from hvcpd.errors import EX_FAILURE, EX_OK
+
+SHOWN = 10
+"""Rows of the table when nothing is confusable: the nearest ones, to see how far off they are."""
+
+
+def run(options: argparse.Namespace) -> int:
+    """Print the pairs, worst first; 1 if a team's own words would be confused."""
+    team = load_team(options, options.names or (), allow_confusable=True)
+    found = check(team.phrasebook, team.names, team.sound, vocabulary_cache())
+    refused = [c for c in found if c.confusable and not c.fixed]
+    if options.json:
+        for confusion in found:
+            line = as_dict(confusion) | {"confusable": confusion.confusable}
+            sys.stdout.write(json.dumps(line, ensure_ascii=False) + "\n")
+    else:
+        sys.stdout.write(as_table(found))
+    return EX_FAILURE if refused else EX_OK
+
+
+def as_table(found: Sequence[Confusion]) -> str:
+    """Those that are confusable, or else the nearest few; below it one sentence a pair to be changed."""
+    shown = [c for n, c in enumerate(found) if c.confusable or n < SHOWN]
+    pairs = [f"{c.first} | {c.second}" for c in shown]
+    width = max(map(len, pairs), default=0)
+    lines = [f"{'heard as one another':{width}}  voice       quiet    0 dB   -5 dB"]
+    for pair, c in zip(pairs, shown, strict=True):
+        remark = "" if not c.confusable else "  same sound" if c.same_sound else "  confusable"
+        remark += ", the phrasebook's own words" if c.confusable and c.fixed else ""
+        rates = f"{c.quiet:7.2%} {c.at_0_db:7.2%} {c.at_minus_5_db:7.2%}"
+        lines.append(f"{pair:{width}}  {c.voice:9} {rates}{remark}")
+    wrong = [c for c in found if c.confusable and not c.fixed]
+    limits = f"{LIMIT_QUIET:.1%} in quiet or {LIMIT_NOISE:.0%} in noise at 0 dB"
+    lines += ["", *(describe(c) for c in wrong)]
+    if not wrong:
+        lines.append(f"All is well: no words of this team are predicted to be confused more than {limits}.")
+    else:
+        lines.append(f"The limit is {limits}.")
+    return "\n".join(lines) + "\n"

@@ -1,0 +1,100 @@
+"""`hvcpctl prerender`: make beforehand what a robot's service makes ready at its first start, with a progress bar."""
+
+from __future__ import annotations
+
+import argparse
+import json
+import math
+import os
+import pwd
+import sys
+from contextlib import suppress
+from dataclasses import replace
+from pathlib import Path
+
+from rich.console import Console
+from rich.progress import Progress
+
+from hvcpd.assembly.make import make_robot, user_cache_folder
+from hvcpd.config.settings import Settings, load_with_sources
+from hvcpd.control.simulate.team import load_team
+from hvcpd.daemon.cache_warm_up import Preparation, Rehearsal
+from hvcpd.daemon.preflight import find_confusable
+from hvcpd.daemon.wiring import equip
+from hvcpd.errors import EX_OK, ConfigError
+from hvcpd.people.ears import AtOnce
+from hvcpd.robot.own_voice import Acoustics
+from hvcpd.synthesis.unit_cache import UnitCache
+
+SERVICE_USER = "hvcpd"
+"""As systemd/hvcpd.sysusers makes it."""
+
+
+def run(options: argparse.Namespace) -> int:
+    """Fill the cache of the service, or else this user's own; what is there already is not made again."""
+    team = load_team(options, options.names or ())
+    settings = team.settings if options.names is None else replace(team.settings, names=options.names)
+    names = settings.names if options.names is not None else _own_name(options.config) or settings.names
+    _become_owner(settings.state_dir)
+    for_service = settings.state_dir.is_dir() and os.access(settings.state_dir, os.W_OK | os.X_OK, effective_ids=True)
+    folder = settings.state_dir / "units" if for_service else user_cache_folder()
+    if folder is None:
+        raise ConfigError(f"state_dir: {settings.state_dir} cannot be written; {_remedy(options, settings.state_dir)}")
+    for name in names:
+        _prepare(replace(settings, name=name), folder, for_service)
+    n_words = len(team.phrasebook.graph.words)
+    if options.json:
+        result = {"words": n_words, "names": names, "folder": str(folder), "for_service": for_service}
+        sys.stdout.write(json.dumps(result) + "\n")
+    else:
+        sys.stdout.write(f"{n_words} words in the voices of {', '.join(names)} are ready in {folder}\n")
+    if not for_service:
+        sys.stderr.write(
+            f"hvcpctl: note: this is your own cache; a service reads {settings.state_dir / 'units'}, which you cannot "
+            f"write; {_remedy(options, settings.state_dir)}\n"
+        )
+    return EX_OK
+
+
+def _prepare(settings: Settings, folder: Path, for_service: bool) -> None:
+    """All that the daemon makes for this robot, and it in a robot that is thrown away."""
+    outfit = equip(settings, allow_confusable=True)
+    sound = replace(outfit.sound, cache=UnitCache(folder))
+    if for_service:
+        find_confusable(replace(outfit, sound=sound))
+    plan = outfit.plan({}, Acoustics(), second=AtOnce())
+    with Progress(console=Console(stderr=True)) as bar:
+        task = bar.add_task(settings.name, total=None)
+
+        def show(text: str) -> None:
+            bar.update(task, description=f"{settings.name}: {text}", completed=made.done, total=made.total)
+
+        made = Preparation(show, logged_every_s=math.inf)
+        rehearsal = Rehearsal(plan, sound, made)
+        rehearsal.before_listening()
+        rehearsal.before_speaking()
+        rehearsal.the_rest(make_robot(plan, sound))
+        bar.update(task, description=settings.name, completed=made.total, total=made.total)
+
+
+def _own_name(config: Path | None) -> tuple[str, ...]:
+    """The robot's, if the settings name it; several robots that share them do not."""
+    sources = load_with_sources(config, name_needed=False).sources
+    return tuple(str(each.value) for each in sources if each.key == "name" and each.source != "default")
+
+
+def _become_owner(folder: Path) -> None:
+    """Root writes as the user whose folder it is: what is root's the service could not keep in order."""
+    with suppress(OSError):
+        owner = folder.stat()
+        if os.geteuid() == 0 != owner.st_uid:
+            os.setegid(owner.st_gid)
+            os.seteuid(owner.st_uid)
+
+
+def _remedy(options: argparse.Namespace, folder: Path) -> str:
+    user = SERVICE_USER
+    with suppress(OSError, KeyError):
+        user = pwd.getpwuid(folder.stat().st_uid).pw_name
+    config = f" --config {options.config}" if options.config is not None else ""
+    return f"for that one: sudo -u {user} hvcpctl prerender{config}"

@@ -1,0 +1,118 @@
+"""`hvcpctl pronounce`: how words are said, and why so."""
+
+from __future__ import annotations
+
+import argparse
+import csv
+import json
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+
+from hvcpd.assembly.make import make_sound
+from hvcpd.config.names import unsayable, valid_robot_name
+from hvcpd.config.settings import load_settings
+from hvcpd.errors import AudioFileError, PhraseError, unwritable
+from hvcpd.hardware.soundfile import write_wav
+from hvcpd.language.words import spoken_words
+from hvcpd.synthesis.articulation import controls_for
+from hvcpd.synthesis.explain import PAPER_TABLE, PLACE_WORDS, Known, explain, paper_row, respelled
+from hvcpd.synthesis.frames import frame_table
+from hvcpd.synthesis.homographs import Place
+from hvcpd.synthesis.lexicon import Lexicon
+from hvcpd.synthesis.speaker import Speaker
+from hvcpd.synthesis.voices import voice_for
+
+MAX_WORDS = 1000
+"""Words explained at once; more is a mistake, such as a file pasted in."""
+
+
+def run(options: argparse.Namespace) -> int:
+    """Explain words or phrases, or print the paper's table."""
+    if bool(options.words) == options.paper_table:
+        raise PhraseError("give words, as in `hvcpctl pronounce Zorg 'wind the clock'`, or --paper-table alone")
+    settings = load_settings(options.config, {}, name_needed=False)
+    path: Path | None = options.lexicon or settings.lexicon
+    lexicon, builtin = make_sound(path).lexicon, Lexicon.load()
+    if options.paper_table:
+        _print_table(lexicon, options.json)
+        return 0
+    phrases = [spoken_words(text) for text in options.words]
+    for text, words in zip(options.words, phrases, strict=True):
+        if strange := unsayable(text):
+            raise PhraseError(f"{strange!r} in {text!r} cannot be said: write it in letters")
+        if not words:
+            raise PhraseError(f"nothing to say in {text!r}: write letters or digits")
+    if sum(map(len, phrases)) > MAX_WORDS:
+        raise PhraseError(f"more than {MAX_WORDS} words; give fewer")
+    if options.track is not None and sum(map(len, phrases)) != 1:
+        raise PhraseError("--track takes one word")
+    if wrong := valid_robot_name(options.voice_of):
+        raise PhraseError(f"--as: {wrong}")
+    for words in phrases:
+        for number, word in enumerate(words):
+            _print_word(word, explain(words, number, lexicon, builtin), options.json)
+    _render(options, phrases, lexicon)
+    return 0
+
+
+def _print_word(word: str, known: Sequence[Known], as_json: bool) -> None:
+    if as_json:
+        rows = [
+            {
+                "phones": " ".join(k.phones),
+                "respelled": respelled(k.phones),
+                "source": k.source,
+                "place": k.place.value if k.place else None,
+                "used": k.used,
+                "why": k.why,
+            }
+            for k in known
+        ]
+        sys.stdout.write(json.dumps({"word": word, "pronunciations": rows}) + "\n")
+        return
+    sys.stdout.write(f"{word}\n")
+    width = max(len(" ".join(k.phones)) for k in known)
+    for k in known:
+        mark = "*" if k.used else " "
+        sys.stdout.write(f"  {mark} {' '.join(k.phones):{width}}  {respelled(k.phones)}  [{k.source}] {k.why}\n")
+
+
+def _print_table(lexicon: Lexicon, as_json: bool) -> None:
+    """The paper's table I, with what our voices say where the paper's said one and the same everywhere."""
+    rows = [paper_row(word, lexicon) for word in PAPER_TABLE]
+    if as_json:
+        for row in rows:
+            sys.stdout.write(json.dumps(row) + "\n")
+        return
+    head = ("word", "possible", "paper used", "alone", *(place.value for place in Place))
+    cells = [
+        (r["word"], ", ".join(r["possible"]), r["paper"], r["alone"], *(str(r.get(p.value, "")) for p in Place))
+        for r in rows
+    ]
+    widths = [max(len(str(line[column])) for line in (head, *cells)) for column in range(len(head))]
+    for line in (head, *cells):
+        text = "  ".join(f"{cell!s:{width}}" for cell, width in zip(line, widths, strict=True))
+        sys.stdout.write(text.rstrip() + "\n")
+    sys.stdout.write("\n")
+    for place, where in PLACE_WORDS.items():
+        sys.stdout.write(f"{place.value}: said where the word is {where}.\n")
+    sys.stdout.write("A line of your own lexicon file (`lexicon:` in the settings) stands over all of these.\n")
+
+
+def _render(options: argparse.Namespace, phrases: Sequence[Sequence[str]], lexicon: Lexicon) -> None:
+    """The words as sound or as the synthesizer's frames, if that was asked for."""
+    name: str = options.voice_of
+    if options.output is not None:
+        write_wav(options.output, Speaker(voice_for(name), lexicon).render(phrases))
+    if options.track is None:
+        return
+    ((word,),) = phrases
+    columns, table = frame_table(controls_for(lexicon.pronounce(word), voice_for(name), final=True))
+    try:
+        with options.track.open("w", newline="", encoding="utf-8") as file:
+            writer = csv.writer(file)
+            writer.writerow(columns)
+            writer.writerows([f"{value:.4g}" for value in row] for row in table)
+    except (OSError, ValueError) as error:
+        raise AudioFileError(unwritable(options.track, error)) from error

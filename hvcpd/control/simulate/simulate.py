@@ -1,0 +1,230 @@
+"""`hvcpctl simulate`: a mission of whole robots in a simulated room."""
+
+from __future__ import annotations
+
+import argparse
+import random
+import sys
+import tempfile
+import time
+from collections.abc import Callable, Iterator
+from contextlib import AbstractContextManager, ExitStack, contextmanager, nullcontext
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from hil_fakes.bench import Bench, BenchPlan
+from hil_fakes.room import Air
+from hvcpd.assembly.vocabulary import check, refusal
+from hvcpd.config.settings import SpeechSettings
+from hvcpd.config.task_doubts import doubts
+from hvcpd.control.keys.key import today
+from hvcpd.control.simulate.team import Team, load_team, vocabulary_cache
+from hvcpd.coordination.actions import Speech
+from hvcpd.errors import EX_FAILURE, EX_OK, AudioFileError, ConfigError, DeviceError, unwritable
+from hvcpd.hardware.soundfile import write_wav
+from hvcpd.ports import Samples
+from hvcpd.reporting.events import Event, MissionRecord, Started, Summary
+from hvcpd.security.keyring import keep_out_of_dumps, read_key_file
+from hvcpd.security.keys import KEY_BYTES, KeyRing, TeamKey
+
+MAX_ROBOTS = 12
+"""More do not fit into the start corner, nor into the air: each task takes some 13 s of talk."""
+
+ANOTHER_FOLDER = "name another directory"
+
+Sink = Callable[[Event], None]
+Pace = Callable[[float, Samples], None]
+
+
+def run(options: argparse.Namespace) -> int:
+    """Run the mission, show it, write the report; 0 only if every task was done exactly once."""
+    robots: tuple[str, ...] = options.robots
+    if len(robots) > MAX_ROBOTS:
+        raise ConfigError(f"--robots: {len(robots)} are too many; at most {MAX_ROBOTS}")
+    keys = _keys(options)
+    if options.encrypted and keys is None:
+        raise ConfigError("--encrypted: there is no key to encrypt with; add --key, or --key FILE")
+    team = load_team(
+        options,
+        robots,
+        allow_confusable=options.allow_confusable,
+        sealed=keys is not None,
+        encrypted=options.encrypted,
+    )
+    plan = BenchPlan(
+        names=robots,
+        tasks=team.tasks,
+        seed=options.seed,
+        coordinator=_coordinator(options, robots),
+        team=team.settings.team,
+        nearest_first=options.pick == "nearest",
+        strangers=options.strangers,
+        speech=_speech(options, team.settings.speech),
+        keys=keys,
+        encrypts=options.encrypted,
+        air=Air(noise_db_spl=options.noise_db, muted=options.mute),
+    )
+    if not options.allow_confusable:
+        _refuse_confusable(team)
+    if options.report is not None:
+        _make_directory(options.report)  # before a long mission, not after it
+    for text in doubts(team.tasks):
+        sys.stderr.write(f"hvcpctl: warning: {team.settings.tasks}: {text}\n")
+    with _Show(options.json) as show, _pacing(options) as pace:
+        bench = Bench(plan, team.sound, show.handle, pace)
+        record = bench.run()
+    if options.report is not None:
+        _write_report(options.report, record, bench, quiet=options.json)
+    summary = next(e for e in record.events if isinstance(e, Summary))
+    return EX_OK if summary.lost == 0 and summary.duplicates == 0 else EX_FAILURE
+
+
+def _keys(options: argparse.Namespace) -> KeyRing | None:
+    """The team's, or for a mission without a file one that follows from the seed, so that it can be run again."""
+    if options.key is None:
+        return None
+    if options.key == Path():
+        return KeyRing(TeamKey(random.Random(options.seed).randbytes(KEY_BYTES)))
+    keep_out_of_dumps()
+    return read_key_file(options.key).ring(today())
+
+
+def _speech(options: argparse.Namespace, settings: SpeechSettings) -> Speech:
+    """As the options say, or else the settings."""
+    return Speech(options.slow or settings.rate == "slow", options.repeat or settings.repeat)
+
+
+def _refuse_confusable(team: Team) -> None:
+    found = check(team.phrasebook, team.names, team.sound, vocabulary_cache(), chosen_only=True)
+    if why := refusal(found, team.settings.tasks):
+        raise ConfigError(why)
+
+
+def _coordinator(options: argparse.Namespace, robots: tuple[str, ...]) -> str | None:
+    named: str | None = options.coordinator
+    if options.mode == "volunteer":
+        if named:
+            raise ConfigError("--coordinator: in volunteer mode nobody gives orders; add --mode coordinate")
+        return None
+    if len(robots) < 2:
+        raise ConfigError("--mode coordinate: one robot alone has nobody to order; name at least two with --robots")
+    chosen = next((robot for robot in robots if named and robot.lower() == named.lower()), None)
+    if named and chosen is None:
+        raise ConfigError(f"--coordinator: {named} does not take part; choose one of {', '.join(robots)}")
+    return chosen or robots[-1]
+
+
+class _Show:
+    """Events to the terminal or, as JSON, to standard output."""
+
+    def __init__(self, json_lines: bool) -> None:
+        self._json = json_lines
+        self._view: AbstractContextManager[object] = nullcontext()
+        self._sink: Sink | None = None
+
+    def __enter__(self) -> _Show:
+        if self._json:
+            from hvcpd.reporting.jsonlines import JsonLines
+
+            self._sink = JsonLines(sys.stdout).handle
+        return self
+
+    def __exit__(self, *exception: object) -> None:
+        self._view.__exit__(*exception)  # type: ignore[arg-type]
+
+    def handle(self, event: Event) -> None:
+        if self._sink is None and isinstance(event, Started):
+            from rich.console import Console
+
+            from hvcpd.reporting.live import LiveView
+
+            view = LiveView(Console(), event)
+            view.__enter__()
+            self._view, self._sink = view, view.handle
+            return
+        if self._sink is not None:
+            self._sink(event)
+
+
+@contextmanager
+def _pacing(options: argparse.Namespace, backend: Any | None = None) -> Iterator[Pace]:
+    """How fast the mission goes: as the loudspeaker plays, by the clock on the wall, or at once."""
+    with ExitStack() as stack:
+        pace: Pace = _RealTime() if options.play or options.speed == "real" else lambda _now, _sound: None
+        if options.play:
+            from hvcpd.hardware.audio_play import Playback
+
+            try:
+                pace = stack.enter_context(_Louder(Playback(backend=backend)))
+            except DeviceError as error:
+                sys.stderr.write(f"hvcpctl: note: nothing is played: {error}\n")
+        yield pace
+
+
+class _Louder:
+    """The listener's sound, brought to a level for people, through the loudspeaker."""
+
+    def __init__(self, player: AbstractContextManager[Pace]) -> None:
+        self._player = player
+
+    def __enter__(self) -> Pace:
+        play = self._player.__enter__()
+        return lambda now, sound: play(now, np.clip(sound * LISTENER_GAIN, -1.0, 1.0).astype(np.float32))
+
+    def __exit__(self, *exception: object) -> None:
+        self._player.__exit__(*exception)  # type: ignore[arg-type]
+
+
+class _RealTime:
+    """Holds the mission back to the pace of a clock on the wall."""
+
+    def __init__(self) -> None:
+        self._began_s = time.monotonic()
+
+    def __call__(self, now: float, _sound: Samples) -> None:
+        ahead_s = now - (time.monotonic() - self._began_s)
+        if ahead_s > 0:
+            time.sleep(ahead_s)
+
+
+def _make_directory(path: Path) -> None:
+    try:
+        path.mkdir(parents=True, exist_ok=True)
+        with tempfile.TemporaryFile(dir=path):
+            pass
+    except OSError as error:
+        raise AudioFileError(f"--report: {unwritable(path, error, ANOTHER_FOLDER)}") from None
+
+
+def _write_report(directory: Path, record: MissionRecord, bench: Bench, quiet: bool) -> None:
+    from hvcpd.reporting.html import write_report
+    from hvcpd.reporting.transcript import write_trails, write_transcript
+
+    try:
+        write_report(record, directory / "report.html")
+        write_transcript(record.events, directory / "transcript.jsonl")
+        write_trails(record.trails, directory / "trails.jsonl")
+    except OSError as error:
+        raise AudioFileError(f"--report: {unwritable(directory, error, ANOTHER_FOLDER)}") from None
+    write_wav(directory / "mission.wav", _audible(record.sound))
+    for name, recording in bench.recordings.items():
+        write_wav(directory / f"heard-by-{name}.wav", recording)
+    if not quiet:
+        sys.stdout.write(
+            f"\nReport: {directory / 'report.html'} (open it in a browser), and beside it mission.wav, "
+            "transcript.jsonl, trails.jsonl and what each robot heard.\n"
+            f"To see and hear it again as it happened: hvcpctl console --replay {directory}\n"
+        )
+
+
+LISTENER_GAIN = np.float32(30.0)
+"""A robot 5 m from the listener's microphone has −55 dBFS there; this brings it to −25 dBFS."""
+PEAK = 0.7
+"""Of full scale, about −3 dBFS: the microphone's own level is too low for a person's loudspeaker."""
+
+
+def _audible(sound: Samples) -> Samples:
+    peak = float(np.max(np.abs(sound), initial=1e-6))
+    return (sound * np.float32(PEAK / peak)).astype(np.float32)

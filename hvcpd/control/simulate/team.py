@@ -1,0 +1,81 @@
+"""What the commands need to know of a team: its names, tasks and pronunciations."""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from functools import partial
+from itertools import combinations
+from pathlib import Path
+
+from hvcpd.assembly.make import Sound, make_phrasebook, make_sound, user_cache_folder
+from hvcpd.assembly.voice_assignment import cast
+from hvcpd.config.settings import Settings, load_settings
+from hvcpd.config.task_file import load_tasks
+from hvcpd.config.tasks import TaskRepository
+from hvcpd.errors import ConfigError, VocabularyError
+from hvcpd.language.phrasebook import Phrasebook
+from hvcpd.people.enrolled import enrolled_people
+from hvcpd.synthesis.likeness import name_fault, sounds_alike
+
+
+@dataclass(frozen=True)
+class Team:
+    """A team's settings and tasks, the names in use, its phrasebook and its pronunciations."""
+
+    settings: Settings
+    tasks: TaskRepository
+    names: tuple[str, ...]
+    phrasebook: Phrasebook
+    sound: Sound
+
+
+def vocabulary_cache() -> Path | None:
+    """Where a person's commands keep what the vocabulary check found; None without a home."""
+    units = user_cache_folder()
+    return units.parent / "vocabulary" if units is not None else None
+
+
+def load_team(
+    options: argparse.Namespace,
+    names: tuple[str, ...] = (),
+    more: tuple[str, ...] = (),
+    allow_confusable: bool = False,
+    sealed: bool = False,
+    encrypted: bool = False,
+) -> Team:
+    """The team that a command line and the settings describe; `names` replace, `more` join the settings' names.
+
+    With `allow_confusable`, the names of tasks and robots may sound alike; a `sealed` team has a key, and an
+    `encrypted` one hides what it says. Raises ConfigError and PhraseError.
+    """
+    settings = load_settings(options.config, {"tasks": options.tasks and str(options.tasks)}, name_needed=False)
+    sound = make_sound(settings.lexicon, user_cache_folder())
+    alike = None if allow_confusable else partial(sounds_alike, lexicon=sound.lexicon)
+    tasks = load_tasks(settings.tasks, alike)
+    people = enrolled_people(settings.state_dir)[0] if settings.voices != "robots" else {}
+    enrolled = tuple(person.name for person in people.values())
+    known = {name.lower(): name for name in (*(names or (*settings.names, *enrolled)), *more)}
+    sound = replace(sound, people={key: person for key, person in people.items() if key in known})
+    used = tuple(known.values())
+    if not allow_confusable:
+        _refuse_same_sound(used, sound)
+        if fault := next((text for name in used if (text := name_fault(name, sound.lexicon))), None):
+            raise ConfigError(fault)
+    security = settings.security
+    has_key = sealed or security.key is not None
+    encrypts = encrypted or (has_key and security.encrypted)
+    try:
+        phrasebook = make_phrasebook(used, settings.teams, tasks, has_key, encrypts)
+    except VocabularyError as error:
+        raise ConfigError(error.at(settings.tasks)) from error
+    return Team(settings, tasks, used, phrasebook, cast(sound, settings, phrasebook.marked_graph.words))
+
+
+def _refuse_same_sound(names: Sequence[str], sound: Sound) -> None:
+    """Raises ConfigError for the first two names that are pronounced alike: nobody could tell whom is spoken of."""
+    said = {name: set(sound.lexicon.sounds(name)) for name in names}
+    for first, second in combinations(names, 2):
+        if said[first] & said[second]:
+            raise ConfigError(f"the names {first!r} and {second!r} sound the same; choose another for one of them")

@@ -1,0 +1,68 @@
+"""Keeps what is learned of enrolled people's voices while the robot lives; it counts at once."""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import Iterable
+from pathlib import Path
+
+import structlog
+
+from hvcpd.daemon.second_pass import SecondLook
+from hvcpd.errors import StoreError
+from hvcpd.people.enrolled import Person, Takes, person_path, read_person, write_person
+from hvcpd.people.learning import Learning
+from hvcpd.robot.records import HeardRecord, Record, SaidRecord
+
+_log = structlog.get_logger(__name__)
+
+
+class Pupil:
+    """`take` what the robot reports; files are written in a thread, one after the other."""
+
+    def __init__(self, own_name: str, people: dict[str, Person], state_dir: Path, second: SecondLook) -> None:
+        """`people`, by name in lower case, is where the second look finds them; what is learned is put there."""
+        self._learning = Learning(own_name)
+        self._people = people
+        self._state_dir = state_dir
+        self._second = second
+        self._turn = asyncio.Lock()
+        self._under_way: set[asyncio.Task[None]] = set()
+
+    def take(self, records: Iterable[Record]) -> None:
+        """Notice what was asked, said again and confirmed."""
+        for piece, sentence in self._second.take_sentences():
+            self._learning.found(piece, sentence)
+        for record in records:
+            if isinstance(record, SaidRecord):
+                self._learning.said(record.utterance, record.at_s)
+            elif isinstance(record, HeardRecord):
+                confirmed = self._learning.heard(record.utterance, record.start_s, record.at_s)
+                if confirmed is not None and confirmed[0].lower() in self._people:
+                    self._keep(*confirmed)
+
+    async def settled(self) -> None:
+        """Wait until all is written."""
+        while self._under_way:
+            await asyncio.wait(self._under_way)
+
+    def _keep(self, name: str, takes: Takes) -> None:
+        person = self._people[name.lower()] = self._people[name.lower()].with_takes(takes)
+        task = asyncio.get_running_loop().create_task(self._write(person.name, takes))
+        self._under_way.add(task)
+        task.add_done_callback(self._under_way.discard)
+
+    async def _write(self, name: str, takes: Takes) -> None:
+        async with self._turn:
+            try:
+                await asyncio.to_thread(_add, person_path(self._state_dir, name), takes)
+            except StoreError as error:
+                _log.warning("voice not learned", name=name, reason=str(error))
+            else:
+                _log.info("voice learned", name=name, words=" ".join(sorted(takes)))
+
+
+def _add(path: Path, takes: Takes) -> None:
+    """More takes to those on file, which may be others by now than this robot knows: a user enrols words, or removes
+    the person, of whom then nothing is written. Raises StoreError."""
+    write_person(path, read_person(path).with_takes(takes))

@@ -1,0 +1,180 @@
+"""Words made into the cache before they are needed, in the order of need: making one takes milliseconds on a desktop
+computer, a tenth of a second on a Raspberry Pi, and sound may not be late.
+
+A robot listens once it has its peers' words, speaks once it has its own, and then makes what it hears spelled names and
+its peers' waveforms by.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
+
+import structlog
+
+from hvcpd.assembly.make import SLOW, STOP, STOP_RIVAL, RobotPlan, Sound, others, phrasebook_of, robot_voice, word_bank
+from hvcpd.robot.robot import Robot
+from hvcpd.synthesis.homographs import Place
+from hvcpd.synthesis.speaker import PITCH_STEPS, Speaker, UnitPosition
+from hvcpd.synthesis.voices import VOICES
+
+LOGGED_EVERY_S = 5.0
+"""Between two lines in the log. A start with all words there takes less, and has none."""
+SHOWN_EVERY_S = 1.0
+"""Between two texts for `hvcpctl status` and the service manager."""
+
+GoOn = Callable[[], bool]
+
+_log = structlog.get_logger(__name__)
+
+
+def always() -> bool:
+    """Go on."""
+    return True
+
+
+@dataclass(frozen=True)
+class Chore:
+    """Words to be made ready, one at a time; `what` they are, for people."""
+
+    what: str
+    words: tuple[str, ...]
+    make: Callable[[str], object]
+
+
+class Preparation:
+    """Carries chores out, in any thread, and says how far it is: in `text`, by `report` and in the log."""
+
+    def __init__(
+        self,
+        report: Callable[[str], None] = lambda _: None,
+        clock: Callable[[], float] = time.monotonic,
+        logged_every_s: float = LOGGED_EVERY_S,
+    ) -> None:
+        """`report` is called with each new text by the thread that carries the chores out; `clock` is monotonic, s."""
+        self._report = report
+        self._clock = clock
+        self._logged_every_s = logged_every_s
+        self.done = self.total = 0
+        """Words that are ready, and all of this part of the work."""
+        self._logged_s = self._shown_s = 0.0
+        self.text: str | None = None
+        """What is being made ready; None: nothing."""
+
+    def run(self, chores: Iterable[Chore], go_on: GoOn = always) -> None:
+        """Carry them out, while `go_on`."""
+        chores = tuple(chores)
+        self._begin(sum(len(chore.words) for chore in chores))
+        for chore in chores:
+            for word in chore.words:
+                if not go_on():
+                    break
+                self._show(chore.what)
+                chore.make(word)
+                self.done += 1
+        self.ended()
+
+    def counted(self, what: str, total: int, go_on: GoOn) -> GoOn:
+        """`go_on`, called before each of `total` steps by who makes ready `what`; `ended` is to be called after it."""
+        self._begin(total)
+
+        def step() -> bool:
+            self._show(what)
+            self.done = min(self.done + 1, total)
+            return go_on()
+
+        return step
+
+    def ended(self) -> None:
+        """Nothing is being made any more."""
+        self.text = None
+
+    def _begin(self, total: int) -> None:
+        self.done, self.total = 0, total
+        self._logged_s = self._clock()
+        self._shown_s = self._logged_s - SHOWN_EVERY_S
+
+    def _show(self, what: str) -> None:
+        now_s = self._clock()
+        if now_s - self._shown_s >= SHOWN_EVERY_S:
+            self._shown_s = now_s
+            self.text = f"making words ready: {what}, {self.done} of {self.total}"
+            self._report(self.text)
+        if now_s - self._logged_s >= self._logged_every_s:
+            self._logged_s = now_s
+            _log.info("making words ready", what=what, done=self.done, of=self.total)
+
+
+class Rehearsal:
+    """One robot's words. Every method may take minutes, and is for another thread; without a cache none does anything.
+
+    `go_on` is asked before each word.
+    """
+
+    def __init__(self, plan: RobotPlan, sound: Sound, preparation: Preparation | None = None) -> None:
+        self._plan = plan
+        self._sound = sound
+        self._preparation = preparation or Preparation()
+        self._book = phrasebook_of(plan, plan.names)
+        named = {robot_voice(name, sound): name for name in others(plan, sound.robots(plan.names))}
+        self._peers = tuple(named.values())
+        """One robot of each voice that is listened for."""
+
+    def before_listening(self, go_on: GoOn = always) -> None:
+        """What robots are heard by: the words of the peers, and "stop" in all voices."""
+        banks = {name: word_bank(self._book, self._sound.speaker_of(name)) for name in self._peers}
+        voices = self._all_voices()
+        stop = Chore(
+            f"{STOP!r} in all voices",
+            tuple(voices),
+            lambda voice: [voices[voice].templates(word) for word in (STOP, STOP_RIVAL)],
+        )
+        self._run([*(Chore(f"{name}'s words", tuple(b), b.__getitem__) for name, b in banks.items()), stop], go_on)
+
+    def before_speaking(self, go_on: GoOn = always) -> None:
+        """All words that the robot may say, at the rate at which it speaks; until then it is not to say any."""
+        self._run([self._own_words(self._plan.role.speech.slowly)], go_on)
+
+    def the_rest(self, robot: Robot, go_on: GoOn = always) -> None:
+        """What spelled names and the peers' waveforms are heard by, and the own words at the other rate, for who is
+        asked to say again slowly. At last what nobody has needed for long is deleted."""
+        letters = tuple(self._book.spelling_graph.words) if self._plan.strangers else ()
+        all_voices = self._all_voices().items()
+        self._run([Chore(f"letters in the voice {name}", letters, s.templates) for name, s in all_voices], go_on)
+        robot.prepare(self._preparation.counted("the others' sentences", self._n_waveforms(), go_on))
+        self._preparation.ended()
+        self._run([self._own_words(not self._plan.role.speech.slowly)], go_on)
+        if self._sound.cache is not None and go_on():
+            self._sound.cache.tidy(time.time())
+
+    def learn(self, name: str) -> None:
+        """A name that the robot may say from now on."""
+        self._run([_said("a name", self._sound.speaker_of(self._plan.role.name), (name.lower(),))], always)
+
+    def _run(self, chores: Iterable[Chore], go_on: GoOn) -> None:
+        if self._sound.cache is not None:
+            self._preparation.run(chores, go_on)
+
+    def _all_voices(self) -> dict[str, Speaker]:
+        return {voice.name: Speaker(voice, self._sound.lexicon, self._sound.cache) for voice in VOICES}
+
+    def _n_waveforms(self) -> int:
+        """Steps of `Robot.prepare`, as far as that is known before."""
+        rates = sum(1 if name.lower() in self._sound.recorded else 2 for name in self._peers)
+        return rates * len(self._book.marked_graph.words) * len(PITCH_STEPS)
+
+    def _own_words(self, slowly: bool) -> Chore:
+        name, speaker = self._plan.role.name, self._sound.speaker_of(self._plan.role.name, SLOW if slowly else 1.0)
+        words = {*self._book.marked_graph.words, *self._book.spelling_graph.words}
+        return _said(f"{name}'s own words{', slowly' if slowly else ''}", speaker, words)
+
+
+def _said(what: str, speaker: Speaker, words: Iterable[str]) -> Chore:
+    def make(word: str) -> None:
+        for position in UnitPosition:
+            for pitch in PITCH_STEPS:
+                for place in (None, *Place):
+                    speaker.unit(word, position, pitch, place)
+
+    return Chore(what, tuple(sorted(words)), make)

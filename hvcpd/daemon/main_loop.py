@@ -1,0 +1,268 @@
+"""A robot's life: the start order, one loop, and the same order backward at the end."""
+
+from __future__ import annotations
+
+import asyncio
+import math
+from contextlib import AsyncExitStack, suppress
+
+import structlog
+
+from hvcpd.assembly.make import make_robot
+from hvcpd.assembly.name_registry import Roster
+from hvcpd.daemon.adaptation import Pupil
+from hvcpd.daemon.allocator import give_back_memory
+from hvcpd.daemon.base_request_handler import BaseDesk
+from hvcpd.daemon.cache_warm_up import Preparation, Rehearsal
+from hvcpd.daemon.clips import Clips
+from hvcpd.daemon.control_service import ControlService
+from hvcpd.daemon.control_socket import socket_path
+from hvcpd.daemon.control_status import Body
+from hvcpd.daemon.devices import Devices
+from hvcpd.daemon.journal_service import JournalService, Remembered
+from hvcpd.daemon.logging import tell
+from hvcpd.daemon.name_learning import Lessons
+from hvcpd.daemon.notify import ServiceManager
+from hvcpd.daemon.overload import TOO_BUSY
+from hvcpd.daemon.pose_keeper import KeptPose, PoseKeeper
+from hvcpd.daemon.reloading import Rereading
+from hvcpd.daemon.second_pass import SecondLook
+from hvcpd.daemon.sound_service import SoundService
+from hvcpd.daemon.wheel_service import WheelService
+from hvcpd.daemon.wiring import Outfit
+from hvcpd.errors import HvcpdError
+from hvcpd.hardware.goals import GoalNavigator
+from hvcpd.hardware.ros_base import RosBase
+from hvcpd.robot.own_voice import Acoustics
+from hvcpd.robot.robot import Robot
+
+FAREWELL_S = 12.0
+"""So long a robot that is told to end waits for its turn to say so (sample clock): somebody else's sentence of 5 s, a
+report that is still due, its own farewell."""
+FAREWELL_WALL_S = 20.0
+"""The same by the clock on the wall, should sound have stopped coming; within the unit's TimeoutStopSec."""
+
+NO_SOUND = "without sound: the robot stands still, and tries again to open the sound card"
+
+_log = structlog.get_logger(__name__)
+
+
+class Daemon:
+    """One robot on its devices. `run` ends by `leave`, cancellation or an error; the wheels then stand still."""
+
+    def __init__(
+        self,
+        outfit: Outfit,
+        devices: Devices,
+        manager: ServiceManager | None = None,
+        rereading: Rereading | None = None,
+    ) -> None:
+        self._outfit = outfit
+        self._listens = f"{outfit.settings.name} of team {outfit.settings.team} listens"
+        self._manager = manager or ServiceManager({})
+        self._devices = devices
+        self._journal = JournalService(outfit)
+        self._pose = PoseKeeper(socket_path(outfit.settings).with_suffix(".pose"))
+        self._control = ControlService(Body(outfit, self._journal), rereading)
+        self._clips = Clips(lambda: self._control.body.outfit.settings.clips, outfit.settings.name)
+        self._wheels: WheelService | None = None
+        self._lessons: Lessons | None = None
+        self._pupil: Pupil | None = None
+        self._second = SecondLook()
+        self._preparation = self._control.body.preparation = Preparation(self._tell_preparation)
+        self.sound: SoundService | None = None
+        self.robot: Robot | None = None
+        self._listening = False
+        self._ending = False
+        self._leave_until_s: float | None = None
+
+    @property
+    def listening(self) -> bool:
+        """Whether the robot listens and speaks, so that it can say that it leaves."""
+        return self._listening
+
+    def leave(self) -> None:
+        """Have `run` return once the robot has said that it leaves, after FAREWELL_S at the latest."""
+        if self.robot is not None and self._leave_until_s is None:
+            self._leave_until_s = self.robot.now + FAREWELL_S
+            self._manager.stopping("saying that it leaves")
+            self.robot.coordination.leave(self.robot.now)
+
+    async def reload(self) -> None:
+        """Read the settings and tasks again; faults in them are told in the log and change nothing."""
+        with suppress(HvcpdError):
+            await self._control.reloader.reload()
+
+    async def run(self) -> None:
+        """Start everything in order, live, and take it down in reverse order.
+
+        Raises StoreError, DeviceError, ConfigError, and RunningError if a robot of this name runs here already.
+        """
+        settings = self._outfit.settings
+        async with AsyncExitStack() as stack:
+            stack.callback(self._manager.close)
+            stack.callback(self._control.release)
+            stack.push_async_callback(self._journal.close)
+            stack.push_async_callback(self._clips.close)
+            stack.push_async_callback(self._second.close)
+            stack.push_async_callback(self._pose.close)
+            stack.push_async_callback(self._control.close)
+            stack.callback(self._end)
+            await self._control.open()
+            remembered = await self._journal.open()
+            here = self._pose.recall()
+            self._tell_start(remembered, here)
+
+            sound = self.sound = self._control.body.sound = SoundService(
+                lambda: self._devices.make_stream(settings.audio)
+            )
+            stack.push_async_callback(sound.close)
+            await sound.open()
+
+            self._manager.status("making words ready; the first time takes longest")
+            acoustics = Acoustics(latency_s=sound.latency_s)
+            navigator = self._goal_navigator()
+            plan = self._outfit.plan(
+                remembered,
+                acoustics,
+                self._journal.names,
+                self._journal.stopped,
+                self._journal.counters,
+                here,
+                navigator,
+                self._second,
+            )
+            rehearsal = Rehearsal(plan, self._outfit.sound, self._preparation)
+            await asyncio.to_thread(rehearsal.before_listening, lambda: not self._ending)
+            robot = self.robot = await asyncio.to_thread(make_robot, plan, self._outfit.sound)
+            self._control.begin(robot)
+            give_back_memory()
+            roster = Roster(plan, self._outfit.sound, settings.names)
+            self._lessons = Lessons(robot, roster, self._outfit.sound, rehearsal)
+            stack.push_async_callback(self._lessons.close)
+            self._control.body.join = self._lessons.join
+            people = self._outfit.sound.people
+            self._pupil = Pupil(settings.name, people, settings.state_dir, self._second)
+            stack.push_async_callback(self._pupil.settled)
+
+            await self._find_wheels(stack, navigator)
+            await sound.start()
+            self._manager.ready(self._listens)
+            self._lessons.prepare()
+            _log.info("listening", names=", ".join(plan.names), latency_s=round(sound.latency_s, 3))
+            stack.callback(sound.tell_losses)
+            with self._pose.forgotten_at_the_end():
+                await self._live(robot, sound)
+
+    def _end(self) -> None:
+        self._ending = True
+
+    def _tell_preparation(self, text: str) -> None:
+        if not self._listening:
+            self._manager.status(text)
+
+    def _goal_navigator(self) -> GoalNavigator | None:
+        wheels = self._outfit.settings.wheels
+        is_wanted = wheels.driver == "ros" and wheels.ros_mode == "goal"
+        return GoalNavigator(self._outfit.drive) if is_wanted else None
+
+    async def _find_wheels(self, stack: AsyncExitStack, navigator: GoalNavigator | None) -> None:
+        wheels = self._devices.make_wheels(self._outfit.settings.wheels)
+        if wheels is None:
+            return
+        self._manager.status("looking for the wheels")
+        body = self._control.body
+        if isinstance(wheels, RosBase):  # it comes and goes, and the robot talks on without it
+            body.base = BaseDesk(wheels, navigator)
+            self._wheels = WheelService(wheels, lost_s=math.inf)
+        else:
+            self._wheels = WheelService(wheels)
+        stack.push_async_callback(self._wheels.close)
+        await self._wheels.open()
+        body.wheels = self._wheels
+
+    async def settled(self) -> None:
+        """Wait until wheels and memory have nothing under way; for those who make time pass themselves."""
+        if self._wheels is not None:
+            await self._wheels.settled()
+        if self._lessons is not None:
+            await self._lessons.settled()
+        if self._pupil is not None:
+            await self._pupil.settled()
+        await self._second.settled()
+        await self._journal.settled()
+        await self._pose.settled()
+
+    async def _live(self, robot: Robot, sound: SoundService) -> None:
+        self._listening = True
+        while not self._has_left(robot):
+            block = await sound.read()
+            robot.tell_latency(sound.latency_s)
+            if sound.overload.standing:
+                robot.disturb()
+            reading = self._wheels.take_reading() if self._wheels is not None else None
+            if self._outfit.keys is not None:
+                robot.set_clock(self._outfit.wall_s())
+            output = robot.step(block.samples, reading, block.lost)
+            if self._wheels is not None:
+                self._wheels.serve(output.wheels, robot.now)  # first of all: a halt is not to wait
+            sound.write(output.sound)
+            self._clips.take(block.samples, robot.now, output.records)
+            self._control.note(robot, block.samples, reading, output)
+            self._journal.write(output.records, robot.now)
+            self._pose.note(robot.odometry.pose, robot.odometry.last, robot.now)
+            if self._lessons is not None:
+                self._lessons.take(output.records)
+            if self._pupil is not None:
+                self._pupil.take(output.records)
+            for record in output.records:
+                tell(record, self._outfit.tasks)
+            self._tell_manager(sound)
+            await asyncio.sleep(0)  # signals and finished work get their turn even while sound waits
+
+    def _tell_manager(self, sound: SoundService) -> None:
+        """Only here: a block came, the robot took its step, and the loop turns.
+
+        While the card is gone, blocks without sound count too: a new process would not bring it back.
+        """
+        self._manager.beat()
+        if self._leave_until_s is None:
+            self._manager.status(self._state_of(sound))
+
+    def _state_of(self, sound: SoundService) -> str:
+        if not sound.flowing:
+            return NO_SOUND
+        if sound.overload.standing:
+            return f"{TOO_BUSY}: sound is lost or late"
+        making = self._preparation.text
+        return f"{self._listens}; {making}" if making is not None else self._listens
+
+    def _has_left(self, robot: Robot) -> bool:
+        if self._leave_until_s is None:
+            return False
+        return robot.now >= self._leave_until_s or (robot.coordination.has_left and not robot.speaking)
+
+    def _tell_start(self, remembered: Remembered, here: KeptPose | None) -> None:
+        settings = self._outfit.settings
+        states = [state for state, _ in remembered.values()]
+        _log.info(
+            "starting",
+            name=settings.name,
+            team=settings.team,
+            mode=settings.mode,
+            tasks=len(self._outfit.tasks.tasks),
+            done_before=states.count("done"),
+        )
+        if here is not None:
+            _log.warning(
+                "going on where it was",
+                x_m=round(here.pose.x_m, 2),
+                y_m=round(here.pose.y_m, 2),
+                reason="the daemon did not end in order; if the robot was carried to its start, restart the service",
+            )
+        if states.count("done") == len(self._outfit.tasks.tasks):
+            files = f"{self._outfit.settings.memory_path} and {self._outfit.latch_path}"
+            _log.warning(
+                "nothing left to do",
+                reason=f"every task was done before; to begin anew end the daemon and delete {files}",
+            )

@@ -1,0 +1,128 @@
+"""Names that a robot learns while it lives: made ready in a thread, for it takes a second or more."""
+
+from __future__ import annotations
+
+import asyncio
+import math
+from collections.abc import Coroutine, Iterable, Sequence
+
+import structlog
+
+from hvcpd.assembly.make import Sound, voices_of
+from hvcpd.assembly.name_registry import Roster
+from hvcpd.daemon.allocator import give_back_memory
+from hvcpd.daemon.cache_warm_up import Rehearsal
+from hvcpd.errors import PhraseError
+from hvcpd.language.phrasebook import Phrasebook
+from hvcpd.recognition.protocols import Ears
+from hvcpd.robot.records import LearnName, Record
+from hvcpd.robot.robot import Robot
+
+ADOPTED_S = 10.0
+"""By then (sample clock) the robot has what it learned, unless somebody speaks without end, and what it had is free."""
+
+_log = structlog.get_logger(__name__)
+
+
+class Lessons:
+    """Answers a robot's LearnName records, one after the other."""
+
+    def __init__(self, robot: Robot, roster: Roster, sound: Sound, rehearsal: Rehearsal) -> None:
+        self._robot = robot
+        self._roster = roster
+        self._sound = sound
+        self._rehearsal = rehearsal
+        self._turn = asyncio.Lock()
+        self._under_way: set[asyncio.Task[object]] = set()
+        self._tidy_s = robot.now + ADOPTED_S  # the first words said have needed some, too
+        self._closing = False
+
+    def take(self, records: Iterable[Record]) -> None:
+        """Begin to learn every name that is to be learned; to be called at every block."""
+        if self._robot.now >= self._tidy_s:
+            self._tidy_s = math.inf
+            give_back_memory()
+        for record in records:
+            if isinstance(record, LearnName):
+                self._begin(self._learn(record.name))
+
+    def _begin(self, lesson: Coroutine[None, None, object]) -> None:
+        task: asyncio.Task[object] = asyncio.get_running_loop().create_task(lesson)
+        self._under_way.add(task)
+        task.add_done_callback(self._under_way.discard)
+
+    def join(self, names: Sequence[str]) -> None:
+        """Begin to know those of these names who were enrolled meanwhile, by name and voice, and more words of others;
+        no more expect the voice of who is enrolled no more."""
+        self._begin(self._join(names))
+
+    def prepare(self) -> None:
+        """Begin to make the robot's own words ready, until when it is silent, and then all else; until it has the other
+        robots' sentences, noise hides more of them, and it hears no names being spelled."""
+        self._robot.is_silent = True
+        self._begin(self._prepare())
+
+    async def _prepare(self) -> None:
+        async with self._turn:
+            await asyncio.to_thread(self._rehearsal.before_speaking, self._goes_on)
+            self._robot.is_silent = False
+            await asyncio.to_thread(self._rehearsal.the_rest, self._robot, self._goes_on)
+            give_back_memory()
+            _log.info("knows the others' voices sample by sample")
+
+    def _goes_on(self) -> bool:
+        return not self._closing
+
+    async def _make_known(self) -> None:
+        await asyncio.to_thread(self._robot.prepare, self._goes_on)
+        give_back_memory()
+
+    async def _join(self, names: Sequence[str]) -> None:
+        async with self._turn:
+            self._roster.part()
+            self._expect_voices()
+        learned = [await self._learn(name, told=True) for name in names]
+        if not any(learned):  # else the new ears know everything
+            async with self._turn:
+                await self._make_known()
+
+    async def settled(self) -> None:
+        """Wait until nothing is being learned."""
+        while self._under_way:
+            await asyncio.wait(self._under_way)
+
+    async def close(self) -> None:
+        """Learn no more."""
+        self._closing = True
+        for lesson in self._under_way:
+            lesson.cancel()
+        await self.settled()
+
+    async def _learn(self, name: str, told: bool = False) -> bool:
+        """Whether it was learned."""
+        async with self._turn:
+            if told and name.lower() not in self._sound.people:
+                return False  # removed again meanwhile
+            if self._roster.knows(name):  # it was spelled twice, or is enrolled now
+                if told:
+                    self._roster.keep(name)
+                    self._expect_voices()
+                return False
+            try:
+                self._robot.adopt(*await asyncio.to_thread(self._make_ready, name, told))
+            except PhraseError as error:
+                _log.warning("name not learned", name=name, reason=str(error))
+                return False
+            self._expect_voices()
+            self._tidy_s = self._robot.now + ADOPTED_S
+            _log.info("name learned", name=name, names=", ".join(self._roster.names))
+            return True
+
+    def _expect_voices(self) -> None:
+        self._robot.expect(voices_of(self._roster.names, self._sound))
+
+    def _make_ready(self, name: str, told: bool) -> tuple[Phrasebook, Ears]:
+        ready = self._roster.learn(name, told)
+        self._rehearsal.learn(name)
+        ready[1].prepare(self._goes_on)
+        return ready

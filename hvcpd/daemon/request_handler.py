@@ -1,0 +1,174 @@
+"""The commands of the control socket. Each answers from what the robot knows at that moment, and none waits for it."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Awaitable, Callable, Mapping
+from dataclasses import asdict
+from typing import Any
+
+import structlog
+
+from hvcpd import __version__
+from hvcpd.daemon import base_request_handler
+from hvcpd.daemon.control_events import FREQUENT, KINDS
+from hvcpd.daemon.control_protocol import PROTOCOL, RefusalError, Request, checked_arguments
+from hvcpd.daemon.control_server import Client, ControlServer
+from hvcpd.daemon.control_status import Body, status_of, tasks_of
+from hvcpd.daemon.reloading import Reloader
+from hvcpd.errors import HvcpdError, NotDoneError, PhraseError, StoreError, did_you_mean
+from hvcpd.robot.robot import Robot
+
+MAX_ROWS = 100
+"""Lines of a transcript in one reply, some 30 kB."""
+MAX_TEXT_LENGTH = 200
+"""Characters of a sentence to say; the phrasebook's longest are half of this."""
+
+Arguments = dict[str, Any]
+Result = Mapping[str, Any]
+
+_log = structlog.get_logger(__name__)
+
+
+class Desk:
+    """Carries out requests; what changes something is logged with who asked for it."""
+
+    def __init__(self, body: Body, reloader: Reloader) -> None:
+        self._body = body
+        self._reloader = reloader
+        self.server: ControlServer | None = None
+        self.stop_at_start = False
+        """"stop" was asked for before there was a robot to be stopped."""
+
+    def hello(self) -> Result:
+        """The first line that each client is sent."""
+        return {
+            "event": "hello",
+            "protocol": PROTOCOL,
+            "name": self._body.outfit.settings.name,
+            "version": __version__,
+        }
+
+    async def serve(self, request: Request, client: Client) -> Result:
+        """Carry a request out. Raises RefusalError."""
+        command = COMMANDS.get(request.command)
+        if command is None:
+            hint = did_you_mean(request.command[:40], COMMANDS)
+            raise RefusalError("unknown_command", f"unknown command {request.command[:40]!r}; {hint}")
+        known, run = command
+        arguments = checked_arguments(request, known)
+        if request.command in CHANGING:
+            caller = client.caller
+            _log.info("asked to", command=request.command, **arguments, pid=caller.pid, uid=caller.uid)
+        return await run(self, arguments, client)
+
+    async def status(self, _: Arguments, _client: Client) -> Result:
+        return status_of(self._body)
+
+    async def tasks(self, _: Arguments, _client: Client) -> Result:
+        robot = self._robot()
+        return {"now_s": round(robot.now, 3), "tasks": tasks_of(self._body, robot.now)}
+
+    async def say(self, arguments: Arguments, _client: Client) -> Result:
+        text = arguments.get("text", "")
+        if not 0 < len(text) <= MAX_TEXT_LENGTH:
+            raise RefusalError("bad_argument", f"text: give a sentence of 1 to {MAX_TEXT_LENGTH} characters")
+        robot = self._robot()
+        try:
+            utterance = robot.phrasebook.parse_text(text)
+            written = robot.phrasebook.write(utterance)
+        except PhraseError as error:
+            raise RefusalError("not_in_phrasebook", str(error)) from None
+        reason = robot.coordination.say(utterance, robot.now)
+        if reason is not None:
+            raise RefusalError("refused", reason)
+        return {"text": written}
+
+    async def stop(self, _: Arguments, _client: Client) -> Result:
+        if self._body.wheels is not None:
+            self._body.wheels.halt()
+        robot = self._body.robot
+        if robot is None:
+            self.stop_at_start = True
+            before = self._body.journal.stopped
+        else:
+            before = not robot.coordination.stop(robot.now)
+        self._body.journal.stop()
+        unkept = await self._body.journal.stop_kept()
+        return {"stopped": True, "before": before, "kept": unkept is None, "reason": unkept}
+
+    async def resume(self, _: Arguments, _client: Client) -> Result:
+        robot = self._robot()
+        before = robot.coordination.resume(robot.now)
+        return {"stopped": False, "before": before}
+
+    async def base(self, arguments: Arguments, _client: Client) -> Result:
+        if self._body.base is None:
+            driver = self._body.outfit.settings.wheels.driver
+            if driver == "ros":
+                raise RefusalError("starting", "the robot is still starting; try again in a moment")
+            text = f"hvcpd has the wheels (wheels.driver is {driver}); set it to ros to leave them to ROS"
+            raise RefusalError("refused", text)
+        self._body.base.take(arguments)
+        return {}
+
+    async def transcript(self, arguments: Arguments, _client: Client) -> Result:
+        after, since_s = arguments.get("after", 0), float(arguments.get("since_s", -math.inf))
+        limit = arguments.get("limit", MAX_ROWS)
+        if not 1 <= limit <= MAX_ROWS:
+            raise RefusalError("bad_argument", f"limit: give a number from 1 to {MAX_ROWS}")
+        if after < 0:
+            raise RefusalError("bad_argument", "after: give the number of a line, or 0")
+        try:
+            rows = await self._body.journal.transcript(after, since_s, limit)
+        except StoreError as error:
+            raise RefusalError("failed", str(error)) from None
+        return {"rows": [{"number": row.number, "wall_s": row.wall_s, **asdict(row.record)} for row in rows]}
+
+    async def config(self, _: Arguments, _client: Client) -> Result:
+        return {"settings": [asdict(each) for each in self._reloader.sources]}
+
+    async def reload(self, _: Arguments, _client: Client) -> Result:
+        try:
+            return await self._reloader.reload()
+        except NotDoneError as error:
+            raise RefusalError("starting", str(error)) from None
+        except HvcpdError as error:
+            raise RefusalError("bad_settings", str(error)) from None
+
+    async def subscribe(self, arguments: Arguments, client: Client) -> Result:
+        kinds = arguments.get("events", sorted(KINDS.keys() - FREQUENT))
+        for kind in kinds:
+            if not isinstance(kind, str) or kind not in KINDS:
+                raise RefusalError("bad_argument", f"events: {did_you_mean(str(kind)[:40], KINDS)}")
+        if self.server is not None:
+            self.server.follow(client, frozenset(kinds))
+        return {"events": sorted(set(kinds))}
+
+    def _robot(self) -> Robot:
+        if self._body.robot is None:
+            raise RefusalError(
+                "starting", f"{self._body.outfit.settings.name} is still starting; try again in a moment"
+            )
+        return self._body.robot
+
+
+Command = Callable[[Desk, Arguments, Client], Awaitable[Result]]
+ArgumentTypes = dict[str, tuple[type, ...]]
+
+COMMANDS: dict[str, tuple[ArgumentTypes, Command]] = {
+    "status": ({}, Desk.status),
+    "tasks": ({}, Desk.tasks),
+    "say": ({"text": (str,)}, Desk.say),
+    "stop": ({}, Desk.stop),
+    "resume": ({}, Desk.resume),
+    "base": (base_request_handler.ARGUMENTS, Desk.base),
+    "transcript": ({"after": (int,), "since_s": (int, float), "limit": (int,)}, Desk.transcript),
+    "config": ({}, Desk.config),
+    "reload": ({}, Desk.reload),
+    "subscribe": ({"events": (list,)}, Desk.subscribe),
+}
+"""Each command with its arguments, none of which must be given but `say`'s."""
+
+CHANGING = frozenset({"say", "stop", "resume", "reload"})
+"""Those that are told in the log."""

@@ -1,0 +1,245 @@
+"""Everything that a robot needs besides its devices, from its settings."""
+
+from __future__ import annotations
+
+import secrets
+import time
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from datetime import UTC, datetime, timedelta
+from functools import partial
+from pathlib import Path
+
+import structlog
+
+from hvcpd.assembly.make import RobotPlan, Sound, make_phrasebook, make_sound
+from hvcpd.assembly.voice_assignment import cast
+from hvcpd.config.settings import MAX_KNOWN_NAMES, Settings
+from hvcpd.config.task_file import load_tasks
+from hvcpd.config.tasks import Motion, Place, TaskRepository
+from hvcpd.coordination.actions import Role, Speech, Timing
+from hvcpd.daemon.pose_keeper import KeptPose
+from hvcpd.errors import ConfigError, HvcpdError, PhraseError, VocabularyError
+from hvcpd.hardware.kinematics import Drive, drive_of
+from hvcpd.hardware.navigator import Navigator
+from hvcpd.language.phrasebook import Phrasebook
+from hvcpd.people.ears import Worker
+from hvcpd.people.enrolled import Person, enrolled_people
+from hvcpd.robot.own_voice import Acoustics
+from hvcpd.security.keyring import KeyFile, find_key_file, keep_out_of_dumps, read_key_file
+from hvcpd.security.keys import KeyRing
+from hvcpd.security.trust import People
+from hvcpd.synthesis.lexicon import Lexicon
+from hvcpd.synthesis.likeness import sounds_alike
+
+_log = structlog.get_logger(__name__)
+
+SEED_BITS = 32
+"""Of a fresh seed; as many as the settings' `seed` may have."""
+
+
+ONE_DAY = timedelta(days=1)
+"""Between the days of two places on Earth."""
+
+
+@dataclass(frozen=True)
+class Outfit:
+    """What `equip` found good."""
+
+    settings: Settings
+    tasks: TaskRepository
+    sound: Sound
+    keys: KeyFile | None = None
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """All robots and people known beforehand, this one first."""
+        own = self.settings.name
+        people = (person.name for person in self.sound.people.values())
+        others = {name.casefold(): name for name in (*people, *self.settings.names)}
+        return own, *(name for key, name in others.items() if key != own.casefold())
+
+    @property
+    def seals_path(self) -> Path:
+        """Where counters of seals are kept, apart from the tasks; see `Journal`."""
+        return self.settings.state_dir / f"{self.settings.name.lower()}.seals.sqlite3"
+
+    @property
+    def latch_path(self) -> Path:
+        """Where it is kept whether the robot may go on at its next start; see `StopLatch`."""
+        return self.settings.state_dir / f"{self.settings.name.lower()}.latch"
+
+    @property
+    def unable(self) -> frozenset[int]:
+        """The tasks that the robot lacks the means for: what the settings name and, without wheels, what drives."""
+        wheeled = self.settings.wheels.driver != "none"
+        return frozenset(self.settings.unable) | (frozenset() if wheeled else self.driving)
+
+    @property
+    def driving(self) -> frozenset[int]:
+        """The tasks that need wheels."""
+        return frozenset(t.number for t in self.tasks.tasks if any(isinstance(a, Motion) for a in t.actions))
+
+    @property
+    def drive(self) -> Drive:
+        """The robot's dimensions."""
+        return drive_of(self.settings.wheels)
+
+    def with_live(self, role: Role) -> Role:
+        """The role with what of it may change while the robot lives."""
+        settings = self.settings
+        return replace(
+            role,
+            coordinator=settings.mode == "coordinate",
+            volunteer=settings.mode == "volunteer",
+            nearest_first=settings.pick == "nearest",
+            unable=self.unable,
+        )
+
+    def wall_s(self) -> float | None:
+        """The time, seconds since 1970; None without a key, or if the clock is set to before the newest
+        key was made, so not at all."""
+        if self.keys is None:
+            return None
+        now_s = time.time()
+        return now_s if datetime.fromtimestamp(now_s, UTC).date() >= self.keys.newest - ONE_DAY else None
+
+    def ring(self) -> KeyRing | None:
+        """The keys that count today, if the team has any."""
+        wall_s = self.wall_s()
+        today = datetime.fromtimestamp(wall_s, UTC).date() if wall_s is not None else None
+        return self.keys.ring(today) if self.keys is not None else None
+
+    def _phrasebook(self, names: Sequence[str]) -> Phrasebook:
+        settings = self.settings
+        return make_phrasebook(names, settings.teams, self.tasks, self.keys is not None, settings.security.encrypted)
+
+    def phrasebook(self) -> Phrasebook:
+        """Of the names known beforehand. Raises PhraseError."""
+        return self._phrasebook(self.names)
+
+    def names_with(self, heard: Sequence[str]) -> tuple[str, ...]:
+        """All that were told and, as far as there is room, those `heard` last that can be told from them."""
+        names = self.names
+        for name in reversed(heard):
+            if len(names) >= MAX_KNOWN_NAMES or any(name.casefold() == known.casefold() for known in names):
+                continue
+            try:
+                self._phrasebook((*names, name))
+            except PhraseError as error:
+                _log.warning("name forgotten", name=name, reason=str(error))
+            else:
+                names = (*names, name)
+        return names
+
+    def plan(
+        self,
+        remembered: Mapping[int, tuple[str, str | None]],
+        acoustics: Acoustics,
+        heard: Sequence[str] = (),
+        stopped: bool = False,
+        counters: Mapping[str, int] | None = None,
+        here: KeptPose | None = None,
+        navigator: Navigator | None = None,
+        second: Worker | None = None,
+    ) -> RobotPlan:
+        """What makes this robot, with what it remembers: the tasks, the names that it `heard`, whether it is stopped.
+
+        `here` is where it stands, if that is not where the settings have it start. `navigator` finds its ways; None:
+        the usual one. `second` looks again at what the voices of robots do not explain.
+
+        Without a seed in the settings it gets a fresh one.
+        """
+        settings = self.settings
+        role = Role(
+            settings.name,
+            settings.team,
+            speech=Speech(slowly=settings.speech.rate == "slow", times=settings.speech.repeat),
+            listed=any(name.casefold() == settings.name.casefold() for name in settings.names),
+            people=People(settings.security.people),
+        )
+        seed = settings.seed if settings.seed is not None else secrets.randbits(SEED_BITS)
+        return RobotPlan(
+            self.with_live(role),
+            self.names_with(heard),
+            self.tasks,
+            here.pose if here is not None else settings.start.pose,
+            seed,
+            settings.teams,
+            dict(remembered),
+            acoustics,
+            stopped=stopped,
+            strangers=True,
+            prepared=False,
+            keys=self.ring(),
+            encrypts=settings.security.encrypted,
+            told=self.names,
+            counters=counters,
+            home=Place(settings.start.pose.x_m, settings.start.pose.y_m),
+            timing=Timing(
+                absent_s=settings.waits.absent_s, lease_s=settings.waits.lease_s, answer_s=settings.waits.answer_s
+            ),
+            reading=here.reading if here is not None else None,
+            drive=self.drive,
+            navigator=navigator,
+            second=second if settings.voices != "robots" else None,
+            any_voice=settings.voices == "any",
+        )
+
+
+def equip(settings: Settings, allow_confusable: bool = False) -> Outfit:
+    """Read the lexicon, the tasks and the team's key, and try the phrasebook. Raises ConfigError with the faults of all
+    four, or else with those of recorded voices.
+
+    With `allow_confusable`, task names may sound alike.
+    """
+    faults: list[str] = []
+    sound = tasks = keys = None
+    try:
+        keys = _team_key(settings)
+    except HvcpdError as error:
+        faults.append(str(error))
+    try:
+        sound = make_sound(settings.lexicon, settings.state_dir / "units")
+        sound = replace(sound, people=_people(settings))
+    except HvcpdError as error:
+        faults.append(str(error))
+    lexicon = sound.lexicon if sound is not None else Lexicon.load()
+    try:
+        tasks = load_tasks(settings.tasks, None if allow_confusable else partial(sounds_alike, lexicon=lexicon))
+    except HvcpdError as error:
+        faults.append(str(error))
+    if sound is None or tasks is None or faults:
+        raise ConfigError("\n".join(faults))
+    numbers = [task.number for task in tasks.tasks]
+    for number in settings.unable:
+        if number not in numbers:
+            listed = ", ".join(map(str, numbers))
+            raise ConfigError(f"unable: {settings.tasks} has no task {number}; its numbers are {listed}")
+    outfit = Outfit(settings, tasks, sound, keys)
+    try:
+        phrasebook = outfit.phrasebook()
+    except VocabularyError as error:
+        raise ConfigError(error.at(settings.tasks)) from error
+    return replace(outfit, sound=cast(sound, settings, phrasebook.marked_graph.words))
+
+
+def _people(settings: Settings) -> dict[str, Person]:
+    """Who is enrolled; a file that cannot be used costs that person's voice, not the mission."""
+    if settings.voices == "robots":
+        return {}
+    people, faults = enrolled_people(settings.state_dir)
+    for fault in faults:
+        _log.warning("person not known", reason=fault)
+    return {name: person for name, person in people.items() if name != settings.name.lower()}
+
+
+def _team_key(settings: Settings) -> KeyFile | None:
+    """The team's keys, if there are any; from then on this process shows nobody its memory."""
+    path = find_key_file(settings.security.key)
+    if path is None:
+        if settings.security.encrypted:
+            raise ConfigError("security.encrypted: there is no key to encrypt with; make one with: hvcpctl key new")
+        return None
+    keep_out_of_dumps()
+    return read_key_file(path)

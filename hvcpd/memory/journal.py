@@ -1,0 +1,103 @@
+"""Writes what a robot reports into its own store; with this and the store's `tasks` a robot survives a restart."""
+
+from __future__ import annotations
+
+import secrets
+from collections.abc import Iterable
+from typing import cast
+
+from hvcpd.config.tasks import TaskRepository
+from hvcpd.coordination.actions import SavePeer, SaveStopped, SaveTask
+from hvcpd.memory.store import PeerRecord, Store, TaskRecord, TaskState, TranscriptRecord
+from hvcpd.robot.records import (
+    DoubtRecord,
+    GarbledRecord,
+    HeardRecord,
+    HoldRecord,
+    Record,
+    SaidRecord,
+    SaveCounter,
+    VoiceRecord,
+)
+from hvcpd.robot.sealing import seal_shown
+from hvcpd.security.codes import LOST
+from hvcpd.security.guard import DOUBTED, LOST_BITS, SKIPPED
+
+STOPPED = "stopped"
+"""The flag of a stopped robot in its store."""
+
+
+class Journal:
+    """One robot's store, fed with its records.
+
+    `seals` is where counters of seals and codes are kept: apart, since who deletes the tasks to begin anew must not
+    make old recordings good again.
+    """
+
+    def __init__(self, store: Store, tasks: TaskRepository, own_name: str, seals: Store | None = None) -> None:
+        self._store = store
+        self._seals = seals
+        self._names = {task.number: task.name for task in tasks.tasks}
+        self._own_name = own_name
+
+    def remembered(self) -> dict[int, tuple[str, str | None]]:
+        """The tasks' states as the robot last knew them: number → (state, owner)."""
+        return {task.number: (task.state, task.owner) for task in self._store.tasks() if task.number in self._names}
+
+    @property
+    def counters(self) -> dict[str, int]:
+        """The counters of seals and codes as they were last."""
+        return self._seals.counters() if self._seals is not None else {}
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """All names that the robot has heard, who was heard last at the end."""
+        return self._store.names_heard()
+
+    def doubt_counters(self, fingerprints: Iterable[str], are_lost: bool) -> None:
+        """Keep that the counters under these keys may lag behind, or are lost. Raises StoreError."""
+        if self._seals is None:
+            return
+        known = self._seals.counters()
+        for key in fingerprints:
+            self._seals.raise_counter(f"{DOUBTED}{key}", known.get(f"{DOUBTED}{key}", 0) + 1)
+            own = f"{key}/{self._own_name.casefold()}"
+            if are_lost:
+                self._seals.raise_counter(f"{LOST}{key}", 1)
+                self._seals.raise_counter(own, secrets.randbits(LOST_BITS))
+            elif own in known:
+                self._seals.raise_counter(own, known[own] + SKIPPED)
+
+    def write(self, records: Iterable[Record], now: float) -> None:
+        """Keep the records of one step. Raises StoreError."""
+        for record in records:
+            match record:
+                case SaveTask(number, state, owner):
+                    self._store.save_task(TaskRecord(number, self._names[number], cast(TaskState, state), owner, now))
+                case SavePeer(name, team, heard_at_s):
+                    self._store.save_peer(PeerRecord(name, team, heard_at_s))
+                case SaveStopped(stopped):
+                    self._store.set_flag(STOPPED, stopped)
+                case SaveCounter(name, value):
+                    if self._seals is not None:
+                        self._seals.raise_counter(name, value)
+                case DoubtRecord() | VoiceRecord():
+                    note = TranscriptRecord(record.at_s, "garbled", record.speaker, record.note, None)
+                    self._store.append_transcript(note)
+                case SaidRecord():
+                    self._store.append_transcript(
+                        TranscriptRecord(
+                            record.at_s, "said", self._own_name, record.text, None, seal_shown(record.utterance) or None
+                        )
+                    )
+                case HeardRecord():
+                    speaker = record.utterance.speaker
+                    seal = seal_shown(record.utterance, record.trust) or None
+                    self._store.append_transcript(
+                        TranscriptRecord(record.start_s, "heard", speaker, record.text, record.confidence, seal)
+                    )
+                case GarbledRecord():
+                    self._store.append_transcript(TranscriptRecord(record.start_s, "garbled", None, "", None))
+                case HoldRecord(at_s, until_s):
+                    stood = f"stop? no: stood still for {until_s - at_s:.1f} s"
+                    self._store.append_transcript(TranscriptRecord(at_s, "garbled", None, stood, None))

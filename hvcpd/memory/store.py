@@ -1,0 +1,260 @@
+"""A robot's memory: its own copy of the tasks, the transcript, its peers and its counters, in one SQLite file.
+
+One robot, one file, one writer; nothing is shared. All times are seconds of the robot's sample clock.
+"""
+
+from __future__ import annotations
+
+import os
+import sqlite3
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import astuple, dataclass
+from pathlib import Path
+from typing import Any, Literal
+
+from hvcpd.errors import StoreError
+from hvcpd.memory.store_file import IN_MEMORY, Connect, connect, failures, open_store
+
+TaskState = Literal["open", "claimed", "done", "failed"]
+TranscriptKind = Literal["said", "heard", "garbled"]
+
+MAX_TRANSCRIPT = 100_000
+"""Utterances that are kept, some 15 MB: a class of six robots makes so many in a month or two, and to check the file
+at each start stays quick."""
+FORGET_EVERY = 1000
+"""So many utterances too many may be kept for a while."""
+
+IDENTITY = "identity"
+"""The counter that is none: the number of this memory."""
+
+_WALL_CLOCK_S = "(julianday('now') - 2440587.5) * 86400.0"
+"""SQLite's clock in seconds since 1970: for people who ask what was said this morning; the robot itself never does."""
+
+
+@dataclass(frozen=True)
+class TaskRecord:
+    """What this robot knows of a task; `owner` is the name of the robot that claimed, did or failed it."""
+
+    number: int
+    name: str
+    state: TaskState
+    owner: str | None
+    changed_at_s: float
+
+
+@dataclass(frozen=True)
+class TranscriptRecord:
+    """One utterance said or heard; of a garbled one `text` is the best guess and `speaker` may be unknown."""
+
+    at_s: float
+    kind: TranscriptKind
+    speaker: str | None
+    text: str
+    confidence: float | None = None
+    seal: str | None = None
+    """How it was said or heard where there is a key: "sealed", "encrypted", "code", "not trusted"."""
+
+
+@dataclass(frozen=True)
+class PeerRecord:
+    """Another robot that was heard, and when last."""
+
+    name: str
+    team: str | None
+    last_heard_s: float
+
+
+class Store:
+    """The memory in the file `path`, opened or made new.
+
+    A file that is damaged is set aside as NAME.corrupt-N with a warning in the log, and a new one is begun; one of a
+    newer version raises NewerStoreError. Every method raises StoreError when the disk is full, read-only or failing,
+    and those that write also when the file was replaced, cut short or deleted meanwhile. What is `durable` is on the
+    disk as soon as it is written; other writes a loss of power may take back.
+    """
+
+    def __init__(
+        self,
+        path: Path = IN_MEMORY,
+        connect: Connect = connect,
+        utterances: int = MAX_TRANSCRIPT,
+        durable: bool = False,
+    ) -> None:
+        self._path = path
+        self._utterances = utterances
+        opened = open_store(path, connect)
+        self._db = opened.db
+        self.is_new = opened.is_new
+        """Whether there was nothing in the file."""
+        self.damage = opened.damage
+        """Why the file that was there was set aside, if it was."""
+        self._durable = durable
+        if durable:
+            self._db.execute("PRAGMA synchronous = FULL")
+        self._file = _FileWatch(path)
+
+    @property
+    def identity(self) -> int | None:
+        """The number that tells this memory from any other; None before `mark`."""
+        rows = self._read("SELECT value FROM counters WHERE name = ?", (IDENTITY,))
+        return int(rows[0][0]) if rows else None
+
+    def mark(self, identity: int) -> None:
+        """Give the memory its number, or the same once more; it is on the disk when this returns."""
+        with self._lasting():
+            self._write("INSERT OR REPLACE INTO counters VALUES (?, ?)", (IDENTITY, identity))
+            with failures(self._path):  # into the file itself: what follows in the journal may be lost without it
+                self._db.execute("PRAGMA wal_checkpoint(PASSIVE)").fetchall()
+
+    def save_task(self, task: TaskRecord) -> None:
+        """Keep what is known of a task, in place of what was known of that number before."""
+        self._write("INSERT OR REPLACE INTO tasks VALUES (?, ?, ?, ?, ?)", astuple(task))
+
+    def tasks(self) -> tuple[TaskRecord, ...]:
+        """All tasks by number."""
+        return tuple(TaskRecord(*row) for row in self._read("SELECT * FROM tasks ORDER BY number"))
+
+    def append_transcript(self, record: TranscriptRecord) -> None:
+        """Add an utterance to the transcript; the oldest beyond `utterances` are forgotten now and then."""
+        number = self._write(
+            "INSERT INTO transcript (at_s, kind, speaker, text, confidence, seal, wall_s) "
+            f"VALUES (?, ?, ?, ?, ?, ?, {_WALL_CLOCK_S})",
+            astuple(record),
+        )
+        if number % FORGET_EVERY == 0:
+            self._write("DELETE FROM transcript WHERE id <= ?", (number - self._utterances,))
+
+    def transcript(self, since_s: float = float("-inf")) -> tuple[TranscriptRecord, ...]:
+        """The utterances from `since_s` on, in the order of their times."""
+        query = "SELECT at_s, kind, speaker, text, confidence, seal FROM transcript WHERE at_s >= ? ORDER BY at_s, id"
+        return tuple(TranscriptRecord(*row) for row in self._read(query, (since_s,)))
+
+    def save_peer(self, peer: PeerRecord) -> None:
+        """Keep what is known of a robot, in place of what was known before; names are the same in any case."""
+        self._write("INSERT OR REPLACE INTO peers VALUES (?, ?, ?)", astuple(peer))
+
+    def peers(self) -> tuple[PeerRecord, ...]:
+        """All robots that were ever heard, by name."""
+        return tuple(PeerRecord(*row) for row in self._read("SELECT * FROM peers ORDER BY name"))
+
+    def names_heard(self) -> tuple[str, ...]:
+        """The names of all robots that were ever heard, who was heard last at the end."""
+        return tuple(name for (name,) in self._read("SELECT name FROM peers ORDER BY rowid"))
+
+    def count(self, name: str, by: int = 1) -> None:
+        """Add to a counter; one that is new begins at 0."""
+        query = "INSERT INTO counters VALUES (?, ?) ON CONFLICT (name) DO UPDATE SET value = value + excluded.value"
+        self._write(query, (name, by))
+
+    def raise_counter(self, name: str, value: int) -> None:
+        """Remember a counter's value, unless a higher one is remembered."""
+        query = "INSERT INTO counters VALUES (?, ?) ON CONFLICT (name) DO UPDATE SET value = max(value, excluded.value)"
+        self._write(query, (name, value))
+
+    def set_flag(self, name: str, on: bool) -> None:
+        """Remember that something is so, or no longer; it is on the disk when this returns."""
+        with self._lasting():
+            self._write("INSERT OR IGNORE INTO flags VALUES (?)" if on else "DELETE FROM flags WHERE name = ?", (name,))
+
+    def flags(self) -> frozenset[str]:
+        """All that is so."""
+        return frozenset(name for (name,) in self._read("SELECT name FROM flags"))
+
+    def counters(self) -> dict[str, int]:
+        """All counters by name."""
+        return dict(self._read("SELECT name, value FROM counters WHERE name != ? ORDER BY name", (IDENTITY,)))
+
+    def close(self) -> None:
+        """Let go of the file; twice is harmless."""
+        self._db.close()
+
+    def _write(self, query: str, values: Sequence[Any]) -> int:
+        """The number of the row that was inserted, if one was."""
+        self._file.check()
+        with failures(self._path):
+            return self._db.execute(query, values).lastrowid or 0
+
+    @contextmanager
+    def _lasting(self) -> Iterator[None]:
+        """Have what is written in here on the disk before it returns."""
+        with failures(self._path):
+            self._db.execute("PRAGMA synchronous = FULL")
+        try:
+            yield
+        finally:
+            if not self._durable:
+                self._db.execute("PRAGMA synchronous = NORMAL")
+
+    def _read(self, query: str, values: Sequence[Any] = ()) -> list[Any]:
+        with failures(self._path):
+            return self._db.execute(query, values).fetchall()
+
+
+class _FileWatch:
+    """Sees that the file under an open database is no longer the one that was opened: SQLite itself goes on."""
+
+    def __init__(self, path: Path) -> None:
+        self._path = path if path != IN_MEMORY else None
+        self._first: os.stat_result | None = None
+        self._size = 0
+        self.check()
+
+    def check(self) -> None:
+        """Raises StoreError if the file is gone, another one, or shorter than it was."""
+        if self._path is None:
+            return
+        try:
+            status = self._path.stat()
+        except OSError as error:
+            raise StoreError(
+                f"{self._path}: the robot's memory is gone ({error.strerror}); put it back, or restart the daemon"
+            ) from error
+        first = self._first = self._first or status
+        if (status.st_dev, status.st_ino) != (first.st_dev, first.st_ino):
+            raise StoreError(f"{self._path}: another file is in the place of the robot's memory; restart the daemon")
+        if status.st_size < self._size:
+            raise StoreError(f"{self._path}: the robot's memory was cut short; check the disk and restart the daemon")
+        self._size = status.st_size
+
+
+@dataclass(frozen=True)
+class TranscriptRow:
+    """One utterance of a transcript on file: its number, when it was written (seconds since 1970, None before that
+    was noted), and the utterance."""
+
+    number: int
+    wall_s: float | None
+    record: TranscriptRecord
+
+
+class TranscriptReader:
+    """Reads the transcript of a store that a daemon may be writing at the same time, and changes nothing.
+
+    Raises StoreError when there is no such file, or it is no robot's memory.
+    """
+
+    def __init__(self, path: Path) -> None:
+        self._path = path
+        if not path.is_file():
+            raise StoreError(f"{path}: there is no robot's memory here; name another with --memory FILE")
+        self._db = sqlite3.connect(f"{path.absolute().as_uri()}?mode=ro", uri=True, timeout=1.0)
+
+    def rows(self, after: int = 0, since_wall_s: float = float("-inf"), limit: int = -1) -> tuple[TranscriptRow, ...]:
+        """The first `limit` utterances (-1: all) with numbers over `after`, written at `since_wall_s` or later, in the
+        order they were kept."""
+        query = (
+            "SELECT id, wall_s, at_s, kind, speaker, text, confidence, seal FROM transcript "
+            "WHERE id > ? AND coalesce(wall_s, 0) >= ? ORDER BY id LIMIT ?"
+        )
+        try:
+            found = self._db.execute(query, (after, max(since_wall_s, -1.0), limit)).fetchall()
+        except sqlite3.DatabaseError as error:
+            raise StoreError(
+                f"{self._path}: no transcript can be read from it ({error}); start the daemon once to update it"
+            ) from error
+        return tuple(TranscriptRow(row[0], row[1], TranscriptRecord(*row[2:])) for row in found)
+
+    def close(self) -> None:
+        """Let go of the file."""
+        self._db.close()

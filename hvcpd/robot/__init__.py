@@ -1,0 +1,1 @@
+"""One robot, whole, without I/O."""

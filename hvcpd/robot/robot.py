@@ -1,0 +1,347 @@
+"""One robot, whole, without I/O: blocks of sound and encoder readings in; sound, wheel speeds and records out.
+
+It never asks a clock: time is the number of samples that it has heard. So the daemon on a robot and twelve robots
+in a test run the same code.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+
+import numpy as np
+
+from hvcpd.config.tasks import Place
+from hvcpd.coordination.actions import SECOND_PAUSE_S, Halt, Perform, SavePeer, SaveStopped, SaveTask, Say
+from hvcpd.coordination.coordination import Coordination
+from hvcpd.errors import PhraseError
+from hvcpd.hardware.kinematics import Odometry
+from hvcpd.language.messages import Spelled, Stop, Stopped, Utterance
+from hvcpd.language.phrasebook import Phrasebook
+from hvcpd.ports import SAMPLE_RATE_HZ, STANDSTILL, Samples, WheelCommand, WheelReading
+from hvcpd.recognition.events import Event as HearingEvent
+from hvcpd.recognition.events import Held, Recognised, Released, Urgent
+from hvcpd.recognition.protocols import Ears, Overhears
+from hvcpd.robot.own_voice import Acoustics, MeasuresDelay, OwnVoice
+from hvcpd.robot.performer import Outcome, Performer
+from hvcpd.robot.records import (
+    EchoRecord,
+    GarbledRecord,
+    HeardRecord,
+    HoldRecord,
+    LearnName,
+    PerformedRecord,
+    Record,
+    RobotOutput,
+    SaidRecord,
+    VoiceRecord,
+)
+from hvcpd.robot.sealing import Judged, Sealing, written
+from hvcpd.robot.speech_output import Mouth, spoken
+from hvcpd.security.trust import Trust
+
+
+class Robot:
+    """See the module. `here` and the parts passed in are this robot's own; nothing is shared with another robot."""
+
+    def __init__(
+        self,
+        coordination: Coordination,
+        phrasebook: Phrasebook,
+        ears: Ears,
+        mouth: Mouth,
+        odometry: Odometry,
+        performer: Performer,
+        acoustics: Acoustics | None = None,
+        slow_mouth: Mouth | None = None,
+        overhearing: Overhears | None = None,
+        sealing: Sealing | None = None,
+        own_delay: MeasuresDelay | None = None,
+        voices: Mapping[str, str] | None = None,
+    ) -> None:
+        """`voices`: what the recogniser calls each speaker's voice, by name in lower case."""
+        self.coordination = coordination
+        self.phrasebook = phrasebook
+        self.odometry = odometry
+        self._ears = ears
+        self._mouth = mouth
+        self._slow_mouth = slow_mouth or mouth
+        self._performer = performer
+        self._overhearing = overhearing
+        self._sealing = sealing
+        self.expect(voices or {})
+        self._voice = OwnVoice(acoustics or Acoustics(), own_delay)
+        self._n_heard = 0
+        self._busy = False
+        self._held_s: float | None = None
+        self._disturbed_until_s = 0.0
+        self.is_silent = False
+        """It listens and obeys, and waits with what it has to say, as if somebody else were speaking."""
+        self._task = 0
+        self._records: list[Record] = []
+        self._strangers: dict[str, Recognised] = {}
+        self._lesson: tuple[Phrasebook, Ears] | None = None
+
+    @property
+    def now(self) -> float:
+        """The sample clock, s."""
+        return self._n_heard / SAMPLE_RATE_HZ
+
+    @property
+    def speaking(self) -> bool:
+        return self._voice.speaking
+
+    @property
+    def latency_s(self) -> float:
+        """How late the robot hears itself, as far as it knows."""
+        return self._voice.latency_s
+
+    def tell_latency(self, latency_s: float) -> None:
+        """The sound system's word for `Acoustics.latency_s`, which may change while the robot lives."""
+        self._voice.tell_latency(latency_s)
+
+    def disturb(self) -> None:
+        """Sound was lost or late until now, and does not show who has whose voice or name."""
+        self._disturbed_until_s = self.now
+
+    def set_clock(self, wall_s: float | None) -> None:
+        """Tell the time, seconds since 1970, for people's codes that depend on it; None if nobody knows it."""
+        if self._sealing is not None:
+            self._sealing.guard.set_clock(None if wall_s is None else wall_s - self.now)
+
+    def prepare(self, go_on: Callable[[], bool]) -> None:
+        """Make ready what it listens for, while `go_on`. Takes seconds; another thread may do it."""
+        self._ears.prepare(go_on)
+
+    def expect(self, voices: Mapping[str, str]) -> None:
+        """What the recogniser calls each speaker's voice, by name in lower case."""
+        self._voices = voices
+
+    def adopt(self, phrasebook: Phrasebook, ears: Ears) -> None:
+        """Understand what can be said with more names, as soon as nobody is in the midst of a sentence."""
+        self._lesson = (phrasebook, ears)
+
+    def step(self, heard: Samples, reading: WheelReading | None, lost: int | None = None) -> RobotOutput:
+        """Live for one block.
+
+        `heard`: shape (n,), float32, what the microphone gave; `reading`: of the wheels, None if they were not
+        read; `lost`: so many samples before this block never came, 0 if it is unknown how many, None if all came. The
+        sound that comes back has the same shape and is to be played over the next block. A block of no samples, after
+        `lost` ones, tells that there is no sound at all: the robot then stands still and waits to hear again.
+        """
+        if len(heard) == 0:
+            return self._endure(lost or 0, reading)
+        gap_events = self._skip(lost) if lost is not None else []
+        self._finish_speaking()
+        self._take_lesson()
+        masked = self._voice.masks(self.now)
+        self._voice.hear(heard)
+        events = gap_events + self._ears.push(heard, masked=masked)
+        if self._overhearing is not None:
+            events += self._overhearing.hear(heard, masked)
+        self._n_heard += len(heard)
+        now = self.now
+        self._locate(reading)
+        self._set_channel(self._ears.busy or self.is_silent, now)
+        for event in events:
+            self._understand(event, now)
+        wheels = self._perform(now, reading)
+        if now >= self.coordination.next_deadline():
+            self.coordination.tick(now)
+        halted = self._act(now)
+        records, self._records = tuple(self._records), []
+        return RobotOutput(self._next_sound(len(heard)), STANDSTILL if halted else wheels, records)
+
+    def _endure(self, lost: int, reading: WheelReading | None) -> RobotOutput:
+        """Time goes on without sound. Who hears nobody must not speak: for the floor that is a channel in use.
+
+        What was being said is said again later, and coordination waits: nobody could have answered meanwhile.
+        """
+        self._n_heard += lost
+        self.disturb()
+        now = self.now
+        was_speaking = self._voice.speaking
+        self._voice.break_off(now)
+        if was_speaking:
+            self.coordination.spoken(now)
+            self.coordination.garbled(True, now)
+        self._set_channel(True, now)
+        self._locate(reading)
+        if self._performer.busy:
+            self._performer.rest(now)
+        for event in self._ears.lost(lost):
+            self._understand(event, now)
+        records, self._records = tuple(self._records), []
+        return RobotOutput(self._next_sound(0), STANDSTILL, records)
+
+    def _locate(self, reading: WheelReading | None) -> None:
+        if reading is not None:
+            pose = self.odometry.update(reading)
+            self.coordination.sensed(Place(pose.x_m, pose.y_m), reading.voltage_v)
+
+    def _skip(self, lost: int) -> list[HearingEvent]:
+        """Time goes on; the own words wait, for nothing is played in place of sound that was not handed out."""
+        self._n_heard += lost
+        self.disturb()
+        if self._overhearing is not None:
+            self._overhearing.lost()
+        self._voice.lose(lost / SAMPLE_RATE_HZ)
+        return self._ears.lost(lost)
+
+    def _take_lesson(self) -> None:
+        if self._lesson is None or self._ears.busy or self._held_s is not None:
+            return  # what is held for, these ears alone can tell
+        (self.phrasebook, ears), self._lesson = self._lesson, None
+        ears.succeed(self._ears)
+        self._ears = ears
+        for name, event in tuple(self._strangers.items()):
+            if self.phrasebook.known_name(name) is not None:
+                del self._strangers[name]
+                judged = self._judge(self.phrasebook.parse(event.words), self.now)
+                self.coordination.heard(judged.utterance, self.now, event.confidence, event.snr_db, judged.trust)
+
+    def _is_stranger(self, utterance: Utterance, event: Recognised) -> bool:
+        """Whether a name was spelled that is still to be learned; its owner is answered then."""
+        spelled = utterance.statement
+        if not isinstance(spelled, Spelled) or self.phrasebook.known_name(spelled.letters) is not None:
+            return False
+        name = utterance.speaker or spelled.letters
+        self._strangers[name] = event
+        self._records.append(LearnName(name))
+        return True
+
+    def _finish_speaking(self) -> None:
+        if self._voice.finished(self.now):
+            self.coordination.spoken(self.now)
+
+    def _set_channel(self, busy: bool, now: float) -> None:
+        if busy != self._busy:
+            self._busy = busy
+            self.coordination.channel(busy, now)
+
+    def _understand(self, event: HearingEvent, now: float) -> None:
+        start_s, end_s = event.start_sample / SAMPLE_RATE_HZ, event.end_sample / SAMPLE_RATE_HZ
+        if isinstance(event, Held | Released | Urgent):
+            self._hold(event, now)
+            return
+        utterance = self._parse(event)
+        if not isinstance(event, Recognised) or utterance is None:
+            self._records.append(GarbledRecord(now, start_s, end_s))
+            self.coordination.garbled(self._voice.overlapped(start_s, end_s), now)
+            return
+        if not isinstance(utterance.statement, Stop) and self._voice.returns(event.words, end_s):
+            self._records.append(EchoRecord(now, start_s, end_s))
+            return
+        judged = self._judge(utterance, now)
+        utterance = judged.utterance
+        text = written(utterance, self.phrasebook)
+        words = tuple((s.word, s.start_sample / SAMPLE_RATE_HZ, s.end_sample / SAMPLE_RATE_HZ) for s in event.spans)
+        sure, snr_db = event.confidence, event.snr_db
+        heard = HeardRecord(now, utterance, text, start_s, end_s, sure, snr_db, event.voice, words, judged.trust)
+        self._records += (heard, *judged.records)
+        speaker, is_torn = (utterance.speaker or "").lower(), start_s < self._disturbed_until_s
+        if is_torn and speaker == self.coordination.role.name.lower():
+            return  # its own words, late
+        expected = self._voices.get(speaker, event.voice)
+        if utterance.speaker is not None and event.voice != expected and not is_torn:
+            self._records.append(VoiceRecord(start_s, utterance.speaker, event.voice, expected))
+        if not self._is_stranger(utterance, event):
+            self.coordination.heard(utterance, now, sure, snr_db, judged.trust)
+
+    def _judge(self, utterance: Utterance, now: float) -> Judged:
+        """What it says, and how far to trust it; without a key everybody is believed."""
+        if self._sealing is None:
+            return Judged(utterance, Trust.OPEN, ())
+        return self._sealing.heard(utterance, self.phrasebook, now)
+
+    def _hold(self, event: Held | Released | Urgent, now: float) -> None:
+        """Stand still at once for what may be "stop" over talk; go on where it was not, stay where it was.
+
+        Whoever it was meant for, and whatever else was said: a halt too many does no harm.
+        """
+        if isinstance(event, Held):
+            self._held_s = now if self._held_s is None else self._held_s
+            return
+        held_s, self._held_s = self._held_s, None
+        if isinstance(event, Released):
+            if held_s is not None and self._performer.busy:
+                self._records.append(HoldRecord(held_s, now))
+            return
+        start_s, end_s = event.start_sample / SAMPLE_RATE_HZ, event.end_sample / SAMPLE_RATE_HZ
+        stop = Utterance(None, statement=Stop())
+        heard = HeardRecord(now, stop, self.phrasebook.write(stop), start_s, end_s, 0.0, 0.0, "")
+        self._records.append(heard)
+        self.coordination.heard(stop, now, heard.confidence)
+
+    def _parse(self, event: HearingEvent) -> Utterance | None:
+        if not isinstance(event, Recognised):
+            return None
+        try:
+            return self.phrasebook.parse(event.words)
+        except PhraseError:  # the network holds only sentences of the phrasebook; a foreign recogniser may not
+            return None
+
+    def _perform(self, now: float, reading: WheelReading | None) -> WheelCommand:
+        if not self._performer.busy:
+            return STANDSTILL
+        if self._held_s is not None:
+            self._performer.rest(now)
+            return STANDSTILL
+        progress = self._performer.step(self.odometry.pose, now, reading)
+        if progress.remark is not None:
+            self.coordination.remark(progress.remark, now)
+        if progress.outcome is Outcome.DONE:
+            self._done(now)
+        elif progress.outcome is Outcome.FAILED:
+            self.coordination.perform_failed(now)
+        return progress.wheels
+
+    def _done(self, now: float) -> None:
+        if self.coordination.at_place:
+            self._records.append(PerformedRecord(now, self._task))
+        self.coordination.performed(now)
+
+    def _act(self, now: float) -> bool:
+        """Do what coordination asks for; whether it asked for a halt."""
+        halted = False
+        pending = list(self.coordination.actions())
+        while pending:
+            action = pending.pop(0)
+            match action:
+                case Say():
+                    self._say(action, now)
+                case Perform(task, actions):
+                    self._task = task
+                    self._performer.begin(actions)
+                    if not actions:
+                        self._done(now)
+                        pending += self.coordination.actions()
+                case Halt():
+                    self._performer.cancel()
+                    halted = True
+                case SaveTask() | SavePeer() | SaveStopped():
+                    self._records.append(action)
+        return halted
+
+    def _say(self, say: Say, now: float) -> None:
+        utterance = say.utterance
+        if self._sealing is not None:
+            utterance, records = self._sealing.said(utterance, self.phrasebook, now)
+            self._records += records
+        mouth = self._slow_mouth if say.slowly else self._mouth
+        phrases = self.phrasebook.phrases(utterance)
+        once = spoken(mouth, utterance, self.phrasebook)
+        pause = np.zeros(round(SECOND_PAUSE_S * SAMPLE_RATE_HZ), np.float32)
+        speech = np.concatenate([once] + [pause, once] * (say.times - 1))
+        duration_s = len(speech) / SAMPLE_RATE_HZ
+        self._voice.begin(speech, [word for phrase in phrases for word in phrase], now)
+        # Stopped, it need not stop again; and a filter that is out of step would take the own voice for anything.
+        may_stop = not isinstance(utterance.statement, Stopped)
+        if self._overhearing is not None and may_stop and self._voice.is_latency_known:
+            self._overhearing.begin(self._n_heard, self._voice.latency_s)
+        self._records.append(SaidRecord(now, utterance, written(utterance, self.phrasebook), duration_s))
+
+    def _next_sound(self, n: int) -> Samples:
+        out = self._voice.take(n)
+        if self._overhearing is not None:
+            self._overhearing.play(out)
+        return out

@@ -1,0 +1,142 @@
+"""The way between utterances and their seals: what a robot says is sealed or encrypted, and what it hears is judged.
+
+Where no key is set there is no such object, and nothing is sealed, judged or derived.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass, replace
+
+from hvcpd.language import messages as m
+from hvcpd.language.marks import CIPHER_TAG_BYTES, hidden, is_sealed, with_statement, without_mark
+from hvcpd.language.phrasebook import Phrasebook
+from hvcpd.robot.records import DoubtRecord, Record, SaveCounter
+from hvcpd.security.cipher import Message
+from hvcpd.security.guard import Guard, Verdict
+from hvcpd.security.seal import Sentence
+from hvcpd.security.trust import Trust
+
+
+def sentence_of(utterance: m.Utterance, book: Phrasebook) -> Sentence:
+    """What is sealed of an utterance: its canonical words, whatever was said for them ("hello" is "hi").
+
+    Of an encrypted one it is what everybody hears, and what the numbers of statements mean.
+    """
+    match utterance.addressee:
+        case m.ToRobot(name):
+            to = name
+        case m.ToTeam(team):
+            to = f"team {team}"
+        case m.ToAll():
+            to = "all"
+        case None:
+            to = ""
+    words = book.render(without_mark(hidden(utterance)))
+    meaning = (book.codebook.digest.hex(),) if isinstance(utterance.mark, m.Cipher) else ()
+    return Sentence(utterance.speaker or "", to, (*words, *meaning))
+
+
+def written(utterance: m.Utterance, book: Phrasebook) -> str:
+    """An utterance as it is shown and kept: without a person's code, which others may still take, and an encrypted one
+    as it was meant, if that is known."""
+    return book.write(without_mark(utterance) if isinstance(utterance.mark, m.Code | m.Cipher) else utterance)
+
+
+def seal_shown(utterance: m.Utterance, trust: Trust | None = None) -> str:
+    """What people are shown of an utterance's seal: "sealed", "encrypted", "code", or, of one that was heard with a
+    `trust` that proves nothing, "not trusted"; empty without any."""
+    match utterance.mark:
+        case None:
+            return ""
+        case _ if trust is not None and not trust.proves_speaker:
+            return "not trusted"
+        case m.Cipher():
+            return "encrypted"
+        case m.Seal():
+            return "sealed"
+        case m.Code():
+            return "code"
+
+
+@dataclass(frozen=True)
+class Judged:
+    """A sentence with what was encrypted in it, how far it is to be trusted, and what is to be remembered of it."""
+
+    utterance: m.Utterance
+    trust: Trust
+    records: tuple[Record, ...]
+
+
+class Sealing:
+    """One robot's. Where it `encrypts`, what it says to those who have the key is hidden from all others: to groups,
+    and to the robots of the `roster`, if there is one; people are answered plainly."""
+
+    def __init__(self, guard: Guard, encrypts: bool = False, roster: Iterable[str] = ()) -> None:
+        self.guard = guard
+        self._encrypts = encrypts
+        self._roster = frozenset(name.casefold() for name in roster)
+
+    def said(self, utterance: m.Utterance, book: Phrasebook, now: float) -> tuple[m.Utterance, list[Record]]:
+        """What the robot says instead, and what is to be remembered of it."""
+        return self.marked(utterance, book, now), self._saves()
+
+    def heard(self, utterance: m.Utterance, book: Phrasebook, now: float) -> Judged:
+        """What the robot makes of an utterance."""
+        opened, verdict = self.judge(utterance, book, now)
+        records = self._saves()
+        if utterance.mark is not None and not verdict.trust.proves_speaker:
+            text = written(opened, book)
+            records.append(DoubtRecord(now, utterance.speaker, text, verdict.trust.value, verdict.silence_s))
+        return Judged(opened, verdict.trust, tuple(records))
+
+    def _saves(self) -> list[Record]:
+        return [SaveCounter(name, value) for name, value in self.guard.saves().items()]
+
+    def marked(self, utterance: m.Utterance, book: Phrasebook, now: float) -> m.Utterance:
+        """What the robot says instead: encrypted, or else with its seal, if it is of those that have one."""
+        number = (
+            book.codebook.number_of(m.own_words(utterance.statement)) if self._hides_from_others(utterance) else None
+        )
+        asks = isinstance(utterance.statement, m.SayAgain)
+        if number is not None:
+            said = replace(utterance, mark=m.Cipher(0, book.cipher_words))
+            plain = number.to_bytes(book.codebook.n_bytes, "big")
+            packet = self.guard.encrypt(sentence_of(said, book), plain, now, asks)
+            return replace(utterance, mark=m.Cipher(packet, book.cipher_words))
+        if not is_sealed(utterance.statement):
+            return utterance
+        return replace(utterance, mark=m.Seal(self.guard.seal(sentence_of(utterance, book), now, asks)))
+
+    def _hides_from_others(self, utterance: m.Utterance) -> bool:
+        to = utterance.addressee
+        alone = isinstance(to, m.ToRobot) and bool(self._roster) and to.name.casefold() not in self._roster
+        return self._encrypts and utterance.speaker is not None and not alone
+
+    def judge(self, utterance: m.Utterance, book: Phrasebook, now: float) -> tuple[m.Utterance, Verdict]:
+        """The utterance with what was encrypted in it, if the key fits, and what to think of it. One of a kind that is
+        never sealed is no worse without a seal."""
+        mark = utterance.mark
+        if mark is None:
+            return utterance, Verdict(Trust.BARE)
+        if isinstance(mark, m.Cipher):
+            return self._opened(hidden(utterance), mark, book, now)
+        seal = mark.value if isinstance(mark, m.Seal) else None
+        code = mark.digits if isinstance(mark, m.Code) else None
+        asks = isinstance(utterance.statement, m.SayAgain)
+        return utterance, self.guard.judge(sentence_of(utterance, book), seal, code, now, asks)
+
+    def _opened(
+        self, utterance: m.Utterance, mark: m.Cipher, book: Phrasebook, now: float
+    ) -> tuple[m.Utterance, Verdict]:
+        sentence = sentence_of(utterance, book)
+        message = Message(sentence, mark.value, book.codebook.n_bytes + CIPHER_TAG_BYTES)
+        verdict = self.guard.judge_message(message, now)
+        number = int.from_bytes(verdict.plain, "big") if verdict.plain is not None else None
+        statement = book.codebook.statement_of(number) if number is not None else None
+        if statement is None:
+            return utterance, verdict
+        opened = with_statement(utterance, statement)
+        if isinstance(opened.statement, m.SayAgain):
+            self.guard.challenged(sentence, mark.value, verdict, now)
+        return opened, verdict

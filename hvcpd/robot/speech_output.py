@@ -1,0 +1,30 @@
+"""How a robot's sentence becomes sound."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Protocol
+
+import numpy as np
+
+from hvcpd.language.messages import Cipher, Utterance
+from hvcpd.language.phrasebook import Phrasebook
+from hvcpd.ports import SAMPLE_RATE_HZ, Samples
+
+CIPHER_PAUSE_S = 0.4
+"""Longer than the rest that ends a sentence, 0.25 s, and shorter than what no speaker pauses inside one, 0.6 s."""
+
+
+class Mouth(Protocol):
+    """The synthesizer, as the robot needs it."""
+
+    def render(self, phrases: Sequence[Sequence[str]]) -> Samples: ...
+
+
+def spoken(mouth: Mouth, utterance: Utterance, book: Phrasebook) -> Samples:
+    """The sound of an utterance. After "sealed message" comes a pause in which who has no key understands so much."""
+    phrases = book.phrases(utterance)
+    if not isinstance(utterance.mark, Cipher):
+        return mouth.render(phrases)
+    pause = np.zeros(round(CIPHER_PAUSE_S * SAMPLE_RATE_HZ), np.float32)
+    return np.concatenate([mouth.render(phrases[:-1]), pause, mouth.render(phrases[-1:])])

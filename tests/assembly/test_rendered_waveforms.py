@@ -1,0 +1,85 @@
+"""What robots' voices say, as listeners by waveform need it."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from hvcpd.assembly.rendered_waveforms import KEPT, LastAsked, Shelf, SpokenBook
+from hvcpd.recognition.matched import power_of
+from hvcpd.recognition.paths import thirds_of
+from hvcpd.synthesis.lexicon import Lexicon
+from hvcpd.synthesis.recorded import RecordedSpeaker
+from hvcpd.synthesis.speaker import Speaker
+from hvcpd.synthesis.unit_cache import UnitCache
+from hvcpd.synthesis.voices import VOICES
+
+LEXICON = Lexicon.load()
+PHRASES = (("hi", "rob"), ("i", "am", "bot"), ("water", "the", "yellow", "rose"))
+WORDS = {word for phrase in PHRASES for word in phrase}
+
+
+@pytest.fixture(scope="module")
+def speaker(tmp_path_factory: pytest.TempPathFactory) -> Speaker:
+    return Speaker(VOICES[0], LEXICON, UnitCache(tmp_path_factory.mktemp("units")))
+
+
+def test_a_sentence_is_the_sum_of_what_is_said(speaker: Speaker) -> None:
+    book = SpokenBook("oak", speaker, WORDS)
+    said = [(word, number == len(phrase) - 1) for phrase in PHRASES for number, word in enumerate(phrase)]
+    rendered = speaker.render(PHRASES)
+    made = np.zeros(len(rendered), np.float32)
+    at, paused = 0, True
+    for (word, final), third in zip(said, thirds_of(len(said)), strict=True):
+        [way] = [way for way in book.said(word, third) if way.final == final]
+        at = max(at - way.lead * paused, 0)
+        made[at : at + len(way.samples)] += way.samples
+        at, paused = at + way.advance, final
+    gain = float(rendered @ made / (made @ made))
+    assert np.allclose(rendered, gain * made, atol=2e-4)
+
+
+def test_other_words_are_not_said(speaker: Speaker) -> None:
+    assert SpokenBook("oak", speaker, WORDS).said("lily", 0) == ()
+
+
+def test_memory_is_bounded_and_can_be_given_back(speaker: Speaker) -> None:
+    words = [word for word in LEXICON.entries if word.isalpha()][: KEPT + 5]
+    silent = RecordedSpeaker({word: np.ones(400, np.float32) for word in ()}, LEXICON)
+    shelf = Shelf()
+    book, other = SpokenBook("oak", silent, words, shelf), SpokenBook("elm", silent, words, shelf)
+    for word in words:
+        assert book.said(word, 0) == ()
+    assert len(shelf.sounds) == KEPT
+    other.said(words[0], 0)
+    assert len(shelf.sounds) == KEPT
+    book.forget()
+    assert len(shelf.sounds) == 0
+
+
+def test_what_each_way_has_at_each_frequency_is_kept_for_the_last_ones(speaker: Speaker) -> None:
+    shelf = Shelf()
+    shelf.powers = LastAsked(3)
+    book = SpokenBook("oak", speaker, WORDS, shelf)
+    ways = [way for word in sorted(WORDS) for way in book.said(word, 0)]
+    for way in ways:
+        assert np.array_equal(way.power, power_of(way.samples))
+    assert len(ways) > 3 == len(shelf.powers)
+
+
+def test_recorded_words_are_said_at_every_pitch() -> None:
+    hum = np.asarray(0.3 * np.sin(np.arange(8000) / 9.0) * np.hanning(8000), np.float32)
+    book = SpokenBook("oak", RecordedSpeaker({"stop": hum}, LEXICON), ("stop",))
+    ways = [book.said("stop", third) for third in (0, 1, 2)]
+    assert [[way.final for way in each] for each in ways] == [[False, True]] * 3
+    assert all(np.array_equal(each[1].samples, ways[0][1].samples) for each in ways)
+
+
+def test_preparing_fills_the_cache_until_it_is_told_to_end(tmp_path: Path) -> None:
+    speaker = Speaker(VOICES[1], LEXICON, UnitCache(tmp_path))
+    SpokenBook("oak", speaker, ("hi",)).prepare(lambda: False)
+    assert not list(tmp_path.iterdir())
+    SpokenBook("oak", speaker, ("hi",)).prepare(lambda: True)
+    assert len(list(tmp_path.iterdir())) == 6

@@ -1,0 +1,121 @@
+"""Robots speak with the voices that settings choose, and the others listen for those."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import get_args
+
+import numpy as np
+import pytest
+
+from hvcpd.assembly.make import RobotPlan, Sound, make_phrasebook, make_recogniser, make_robot, make_sound
+from hvcpd.assembly.voice_assignment import cast
+from hvcpd.config.names import VoiceName
+from hvcpd.config.settings import PeerSettings, Settings
+from hvcpd.config.task_file import load_tasks
+from hvcpd.config.tasks import default_tasks_path
+from hvcpd.coordination.actions import Role
+from hvcpd.daemon.wiring import equip
+from hvcpd.errors import ConfigError
+from hvcpd.hardware.soundfile import write_wav
+from hvcpd.ports import SAMPLE_RATE_HZ, Pose, Samples
+from hvcpd.recognition.events import Recognised
+from hvcpd.robot.records import HeardRecord
+from hvcpd.synthesis.lexicon import Lexicon
+from hvcpd.synthesis.speaker import Speaker, UnitPosition
+from hvcpd.synthesis.voices import VOICES, voice_for, voice_named
+
+LEXICON = Lexicon.load()
+WORDS = ("hi", "i", "am", "rob")
+SENTENCE = (("hi",), ("i", "am", "rob"))
+
+
+def in_words(folder: Path, voice: str, *words: str) -> Path:
+    """A folder of words "recorded" from a synthetic voice, as a person's would be: silence around them, any level."""
+    folder.mkdir()
+    speaker = Speaker(voice_named(voice), LEXICON)
+    for word in words:
+        write_wav(folder / f"{word}.wav", np.pad(0.3 * speaker.unit(word, UnitPosition.FINAL), 3000))
+    return folder
+
+
+def heard(settings: Settings, sound: Samples) -> list[tuple[str, ...]]:
+    """What a robot with these settings understands of a sound."""
+    tasks = load_tasks(settings.tasks)
+    book = make_phrasebook(settings.names, settings.teams, tasks)
+    ears = make_recogniser(book, [n for n in settings.names if n != settings.name], cast(Sound(LEXICON), settings, ()))
+    quiet = 1e-3 * np.random.default_rng(5).standard_normal(len(sound) + 2 * SAMPLE_RATE_HZ)
+    quiet[SAMPLE_RATE_HZ : SAMPLE_RATE_HZ + len(sound)] += sound
+    events = [*ears.push(quiet.astype(np.float32)), *ears.flush()]
+    return [event.words for event in events if isinstance(event, Recognised)]
+
+
+def test_the_settings_know_exactly_the_voices_that_there_are() -> None:
+    assert get_args(VoiceName) == tuple(voice.name for voice in VOICES)
+
+
+def test_a_chosen_voice_stands_over_the_one_of_the_name() -> None:
+    sound = cast(Sound(LEXICON), Settings(name="Rob", voice="oak", peers={"Bot": PeerSettings(voice="cedar")}), ())
+    assert sound.speaker_of("rob").voice == voice_named("oak")
+    assert sound.voice_of("BOT") == voice_named("cedar")
+    assert sound.voice_of("Max") == voice_for("Max")
+    assert sound.speaker_of("Rob", 0.8).voice.rate == pytest.approx(0.8 * voice_named("oak").rate)
+
+
+@pytest.mark.slow
+def test_a_peer_is_heard_in_the_voice_that_it_was_given() -> None:
+    said = Speaker(voice_named("granite"), LEXICON).render(SENTENCE)
+    told = Settings(name="Bot", peers={"Rob": PeerSettings(voice="granite")})
+    assert heard(told, 0.2 * said) == [("hi", "i", "am", "rob")]
+
+
+def test_recordings_are_spoken_and_make_templates(tmp_path: Path) -> None:
+    folder = in_words(tmp_path / "mine", "willow", *WORDS)
+    sound = cast(Sound(LEXICON), Settings(name="Rob", voice="oak", voice_folder=folder), WORDS)
+    speaker = sound.speaker_of("Rob", 0.8)
+    spoken = speaker.unit("rob", UnitPosition.MEDIAL)
+    theirs = Speaker(voice_named("willow"), LEXICON).unit("rob", UnitPosition.FINAL)
+    assert len(speaker.render(SENTENCE)) > 0.5 * SAMPLE_RATE_HZ
+    assert np.max(np.correlate(spoken, theirs, "full")) > 0.9 * np.linalg.norm(spoken) * np.linalg.norm(theirs)
+    medial, final = speaker.templates("rob")
+    assert len(medial) < len(final) < len(spoken)
+    assert np.array_equal(final[: len(medial)], medial)
+
+
+def test_a_name_without_a_recording_is_synthesized(tmp_path: Path) -> None:
+    folder = in_words(tmp_path / "mine", "willow", *WORDS)
+    speaker = cast(Sound(LEXICON), Settings(name="Rob", voice="oak", voice_folder=folder), WORDS).speaker_of("Rob")
+    oak = Speaker(voice_named("oak"), LEXICON)
+    assert np.array_equal(speaker.unit("zorg", UnitPosition.FINAL), oak.unit("zorg", UnitPosition.FINAL))
+    assert [len(t) for t in speaker.templates("zorg")] == [len(t) for t in oak.templates("zorg")]
+
+
+def test_every_word_that_a_folder_lacks_is_told_at_once(tmp_path: Path) -> None:
+    folder = in_words(tmp_path / "mine", "oak", "hi")
+    peers = {"Bot": PeerSettings(voice_folder=tmp_path / "nowhere")}
+    with pytest.raises(ConfigError) as error:
+        equip(Settings(name="Rob", voice_folder=folder, peers=peers, state_dir=tmp_path))
+    lines = str(error.value).splitlines()
+    assert len(lines) == 2
+    assert "no recording of" in lines[1]
+    assert "am" in lines[1]
+    assert "nowhere: there is no such folder" in lines[0]
+
+
+def test_a_robot_that_learned_a_name_listens_for_its_voice_after_a_restart() -> None:
+    role = Role("Rob", "plant", volunteer=False)
+    tasks = load_tasks(default_tasks_path())
+    sound = make_sound()
+    robot = make_robot(RobotPlan(role, ("Rob", "Bot", "Gus"), tasks, Pose(0, 0, 0), 1, told=("Rob", "Bot")), sound)
+    greeting = robot.phrasebook.phrases(robot.phrasebook.parse_text("Hi all, I am Gus"))
+    quiet = np.zeros(2 * SAMPLE_RATE_HZ, np.float32)
+    noise = np.random.default_rng(1).normal(0.0, 1e-4, 10 * SAMPLE_RATE_HZ).astype(np.float32)
+    said = np.concatenate([quiet[:8000], 0.1 * sound.speaker_of("Gus").render(greeting), quiet])
+    heard = [
+        record.voice
+        for at in range(0, len(said) - 400, 400)
+        for record in robot.step(said[at : at + 400] + noise[at : at + 400], None).records
+        if isinstance(record, HeardRecord)
+    ]
+    assert heard == [voice_for("Gus").name]
+    assert robot.coordination.role.roster == ("Rob", "Bot")

@@ -1,0 +1,28 @@
+"""The daemon's memory: what it must not load."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+
+_PROBE = """
+import sys
+from hvcpd.cli import main
+main(["--name", "Rob", "--check"])
+loaded = set(sys.modules)
+import rich.console, ssl
+print(sorted(loaded & {"rich", "rich.console", "ssl", "_hashlib", "scipy", "scipy.signal", "cryptography"}))
+"""
+
+
+def test_the_daemon_loads_neither_tls_nor_openssl_nor_colours_and_others_still_can() -> None:
+    done = subprocess.run([sys.executable, "-c", _PROBE], capture_output=True, text=True, timeout=120, check=False)
+    assert done.stdout.splitlines()[-1:] == ["[]"], done.stderr
+
+
+def test_what_was_loaded_before_stays() -> None:
+    probe = (
+        "import ssl; from hvcpd.daemon.allocator import load_libraries; load_libraries(); import sys, ssl as again; "
+    )
+    probe += "assert again is ssl and sys.modules['asyncio'].sslproto.ssl is ssl"
+    subprocess.run([sys.executable, "-c", probe], timeout=120, check=True)

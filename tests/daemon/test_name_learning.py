@@ -1,0 +1,113 @@
+"""Who comes to be known, and who is forgotten, while a robot lives."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import cast
+
+import numpy as np
+from structlog.testing import capture_logs
+
+from hvcpd.assembly.make import RobotPlan, make_sound
+from hvcpd.assembly.name_registry import Roster
+from hvcpd.config.tasks import Place, TaskDefinition, TaskRepository, Water
+from hvcpd.coordination.actions import Role
+from hvcpd.daemon.cache_warm_up import Rehearsal
+from hvcpd.daemon.name_learning import Lessons
+from hvcpd.language.phrasebook import Phrasebook, Vocabulary
+from hvcpd.people.enrolled import Person
+from hvcpd.ports import Pose
+from hvcpd.robot.records import LearnName
+from hvcpd.robot.robot import Robot
+from tests.daemon.control_bench import run
+
+TASKS = TaskRepository((TaskDefinition(1, "water the red rose", Place(0.0, 0.0), (Water(1.0),)),))
+
+
+class Pupil:
+    """What lessons need of a robot; it never has the time to adopt what it is given."""
+
+    now = 0.0
+    voices: Mapping[str, str] = {}
+    prepared = 0
+
+    def __init__(self, *names: str) -> None:
+        self.phrasebook = Phrasebook(Vocabulary(names, ("plant",), ("water the red rose",), (1,)))
+
+    def expect(self, voices: Mapping[str, str]) -> None:
+        self.voices = voices
+
+    def prepare(self, go_on: Callable[[], bool]) -> None:
+        self.prepared += go_on()
+
+
+class School:
+    """A robot's names, some of them of people, and its lessons."""
+
+    def __init__(self, units: Path, *names: str, settled: tuple[str, ...] = ()) -> None:
+        self.sound = make_sound(None, units)
+        for name in names:
+            self.enrol(name)
+        role = Role("Bot", "plant", volunteer=False)
+        self.plan = RobotPlan(role, ("Bot", *names), TASKS, Pose(0.0, 0.0), 1, prepared=False)
+        self.roster = Roster(self.plan, self.sound, settled)
+        self.pupil = Pupil("Bot", *names)
+
+    def enrol(self, name: str) -> None:
+        self.sound.people[name.lower()] = Person(name, {"stop": [np.ones((20, 24), np.float32)]})
+
+    def lessons(self) -> Lessons:
+        return Lessons(cast(Robot, self.pupil), self.roster, self.sound, Rehearsal(self.plan, self.sound))
+
+    async def join(self, *names: str) -> None:
+        lessons = self.lessons()
+        lessons.join(names)
+        await lessons.settled()
+
+
+def test_who_is_removed_leaves_the_name_to_others(units: Path) -> None:
+    school = School(units, "Clara")
+    del school.sound.people["clara"]
+    run(school.join())
+    assert school.pupil.voices.keys() == {"bot"}, "nobody expects Clara's voice any more"
+    assert school.roster.names == ("Bot",), "and nobody's name sounds like hers"
+
+
+def test_who_is_removed_before_it_was_learned_is_not(units: Path) -> None:
+    school = School(units)
+    run(school.join("Clara"))
+    assert school.roster.names == ("Bot",)
+
+
+def test_whom_the_settings_name_stays_known_when_an_enrolment_is_removed(units: Path) -> None:
+    school = School(units, "Clara", "Rob", settled=("Bot", "Rob"))
+    school.sound.people.clear()
+    run(school.join())
+    assert school.roster.names == ("Bot", "Rob")
+
+
+def test_more_words_of_whom_it_knows_are_made_ready(units: Path) -> None:
+    school = School(units, "Clara")
+    run(school.join())
+    assert school.pupil.prepared == 1
+
+
+def test_a_name_that_is_spelled_twice_and_then_enrolled_is_kept(units: Path) -> None:
+    school = School(units)
+    school.roster.names = ("Bot", "Zorg")  # as it was learned
+
+    async def spell() -> None:
+        lessons = school.lessons()
+        lessons.take([LearnName("Zorg")])  # before the robot has adopted it
+        await lessons.settled()
+
+    with capture_logs() as logs:
+        run(spell())
+    assert logs == []
+    school.enrol("Zorg")
+    run(school.join("Zorg"))
+    assert school.pupil.voices["zorg"] == "zorg, enrolled"
+    del school.sound.people["zorg"]
+    run(school.join())
+    assert school.roster.names == ("Bot",), "as of anybody else who was removed"

@@ -1,0 +1,122 @@
+"""A second look in a thread: what it finds comes back, and too much is refused."""
+
+from __future__ import annotations
+
+import asyncio
+import threading
+from collections.abc import Callable
+from concurrent.futures import Executor, ThreadPoolExecutor
+
+import numpy as np
+from structlog.testing import capture_logs
+
+from hvcpd.daemon.second_pass import MOST_WAITING, SecondLook
+from hvcpd.people.ears import Piece
+from hvcpd.recognition.events import Recognised
+
+SENTENCE = Recognised(("stop",), "stranger", 0, 100, 0.9, 20.0, ())
+
+
+def piece() -> Piece:
+    return Piece(np.zeros(100, np.float32), 0, 0, 100, 0)
+
+
+class Gate:
+    """Looks when it is let, and tells in which thread it did."""
+
+    def __init__(self) -> None:
+        self.open = threading.Event()
+        self.thread = ""
+
+    def prepare(self, _go_on: Callable[[], bool]) -> None:
+        pass
+
+    def look(self, _piece: Piece) -> Recognised | None:
+        self.open.wait(5.0)
+        self.thread = threading.current_thread().name
+        return SENTENCE
+
+
+class Broken:
+    def prepare(self, _go_on: Callable[[], bool]) -> None:
+        pass
+
+    def look(self, _piece: Piece) -> Recognised | None:
+        raise ImportError("no such library")
+
+
+def test_what_was_found_comes_back_from_another_thread() -> None:
+    async def live() -> None:
+        work, gate, one = SecondLook(), Gate(), piece()
+        assert work.submit(one, gate)
+        assert list(work.findings()) == []
+        gate.open.set()
+        await work.settled()
+        assert list(work.findings()) == [(one, SENTENCE)]
+        assert gate.thread.startswith("second-look")
+        assert list(work.findings()) == []
+        await work.close()
+
+    asyncio.run(live())
+
+
+def test_no_more_wait_than_can_be_told_in_time() -> None:
+    async def live() -> None:
+        work, gate = SecondLook(), Gate()
+        assert all(work.submit(piece(), gate) for _ in range(MOST_WAITING))
+        assert not work.submit(piece(), gate)
+        gate.open.set()
+        await work.settled()
+        assert len(work.findings()) == MOST_WAITING
+        assert work.submit(piece(), gate)
+        await work.close()
+
+    asyncio.run(live())
+
+
+def test_a_look_that_fails_finds_nothing() -> None:
+    async def live() -> None:
+        work, one = SecondLook(), piece()
+        assert work.submit(one, Broken())
+        await work.settled()
+        assert list(work.findings()) == [(one, None)]
+        await work.close()
+
+    asyncio.run(live())
+
+
+def fails() -> None:
+    raise PermissionError(1, "Operation not permitted")
+
+
+def test_a_broken_pool_is_replaced_and_reported() -> None:
+    pools = iter((ThreadPoolExecutor(1, initializer=fails), ThreadPoolExecutor(1)))
+
+    async def live() -> None:
+        work, gate, lost, found = SecondLook(lambda: next(pools)), Gate(), piece(), piece()
+        gate.open.set()
+        assert work.submit(lost, gate)
+        await work.settled()
+        assert list(work.findings()) == [(lost, None)]
+        assert work.submit(found, gate), "the pool has broken, and a new one takes it"
+        await work.settled()
+        assert list(work.findings()) == [(found, SENTENCE)]
+        await work.close()
+
+    with capture_logs() as logs:
+        asyncio.run(live())
+    assert "second look begun anew" in [line["event"] for line in logs if line["log_level"] == "warning"]
+
+
+def test_where_no_pool_works_the_robot_lives_without() -> None:
+    def closed() -> Executor:
+        pool = ThreadPoolExecutor(1)
+        pool.shutdown()
+        return pool
+
+    async def live() -> None:
+        work = SecondLook(closed)
+        assert not work.submit(piece(), Gate())
+        await work.close()
+
+    asyncio.run(live())

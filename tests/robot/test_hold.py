@@ -1,0 +1,216 @@
+"""A robot stands still for what may be "stop" over talk, and goes on, or stays, when it is known."""
+
+from __future__ import annotations
+
+import random
+from collections.abc import Callable, Sequence
+
+import numpy as np
+
+from hvcpd.assembly.make import make_phrasebook
+from hvcpd.config.tasks import Forward, Place, TaskDefinition, TaskRepository, Wait
+from hvcpd.coordination.actions import Role, SaveStopped
+from hvcpd.coordination.coordination import Coordination
+from hvcpd.coordination.states import State
+from hvcpd.hardware.kinematics import BURGER, Odometry
+from hvcpd.hardware.navigator import Navigator
+from hvcpd.ports import SAMPLE_RATE_HZ, STANDSTILL, Pose, Samples, WheelReading
+from hvcpd.recognition.events import Event, Held, Released, Urgent
+from hvcpd.recognition.protocols import Overhears
+from hvcpd.robot.performer import Performer
+from hvcpd.robot.records import HoldRecord, PerformedRecord, Record, SaidRecord
+from hvcpd.robot.robot import Robot
+
+BLOCK = 400
+BLOCK_S = BLOCK / SAMPLE_RATE_HZ
+
+
+class ScriptedEars:
+    """Reports what it is told to report, at its block."""
+
+    def __init__(self) -> None:
+        self.coming: list[Event] = []
+        self.busy = False
+
+    def push(self, samples: Samples, masked: bool = False) -> list[Event]:
+        told, self.coming = self.coming, []
+        return told
+
+    def lost(self, n_samples: int) -> list[Event]:
+        return []
+
+    def succeed(self, predecessor: ScriptedEars) -> None:
+        raise AssertionError("nobody spells a name here")
+
+    def prepare(self, go_on: Callable[[], bool]) -> None:
+        pass
+
+
+class Mouth:
+    def render(self, phrases: Sequence[Sequence[str]]) -> Samples:
+        return np.zeros(800, np.float32)
+
+
+class Bench:
+    """A robot alone, with wheels that do what they are told."""
+
+    def __init__(self, *actions: Forward | Wait, overhearing: Overhears | None = None) -> None:
+        tasks = TaskRepository((TaskDefinition(1, "water the green rose", Place(0.0, 0.0), actions),))
+        self.ears, self.records = ScriptedEars(), list[Record]()
+        coordination = Coordination(Role("Rob", "plant", volunteer=True), tasks.tasks, random.Random(1))
+        book = make_phrasebook(("Rob", "Bot"), ("plant",), tasks)
+        odometry, performer = Odometry(Pose(0.0, 0.0), BURGER), Performer(Navigator())
+        self.robot = Robot(coordination, book, self.ears, Mouth(), odometry, performer, overhearing=overhearing)
+        self.angles = [0.0, 0.0]
+        self.wheels = STANDSTILL
+
+    @property
+    def stopped(self) -> bool:
+        return self.robot.coordination.state is State.STOPPED
+
+    def live(self, *events: Event) -> None:
+        """One block, at whose end these events are known."""
+        self.angles[0] += self.wheels.left_rad_s * BLOCK_S
+        self.angles[1] += self.wheels.right_rad_s * BLOCK_S
+        self.ears.coming = list(events)
+        left_rad, right_rad = self.angles
+        reading = WheelReading(left_rad, right_rad, self.wheels.left_rad_s, self.wheels.right_rad_s)
+        output = self.robot.step(np.zeros(BLOCK, np.float32), reading)
+        self.wheels = output.wheels
+        self.records += output.records
+
+    def run(self, duration_s: float) -> None:
+        for _ in range(round(duration_s / BLOCK_S)):
+            self.live()
+
+    def until_driving(self) -> None:
+        while self.wheels == STANDSTILL:
+            assert self.robot.now < 300.0
+            self.live()
+        self.run(1.0)
+
+    def noted(self, kind: type[Record]) -> list[Record]:
+        return [record for record in self.records if isinstance(record, kind)]
+
+
+def test_a_hold_halts_in_the_same_block_and_a_release_goes_on() -> None:
+    bench = Bench(Forward(2.0))
+    bench.until_driving()
+    bench.live(Held(0, 1))
+    held_s = bench.robot.now
+    for _ in range(240):
+        assert bench.wheels == STANDSTILL
+        bench.live()
+    bench.live(Released(0, 1))
+    assert bench.wheels != STANDSTILL
+    assert not bench.stopped
+    assert bench.noted(HoldRecord) == [HoldRecord(held_s, bench.robot.now)]
+    bench.run(15.0)
+    assert bench.noted(PerformedRecord)
+
+
+def test_a_hold_that_was_the_stop_latches() -> None:
+    bench = Bench(Forward(2.0))
+    bench.until_driving()
+    bench.live(Held(0, 1))
+    bench.run(2.0)
+    bench.live(Urgent(0, 1))
+    assert bench.stopped
+    bench.run(20.0)
+    bench.live(Held(0, 1))
+    bench.live(Released(0, 1))
+    bench.run(20.0)
+    assert bench.wheels == STANDSTILL
+    assert bench.noted(SaveStopped) == [SaveStopped(True)]
+    assert not bench.noted(HoldRecord)
+
+
+def test_two_calls_in_a_row_are_one_hold() -> None:
+    bench = Bench(Forward(2.0))
+    bench.until_driving()
+    bench.live(Held(0, 1))
+    held_s = bench.robot.now
+    bench.run(1.0)
+    bench.live(Held(2, 3))
+    bench.run(1.0)
+    bench.live(Released(2, 3))
+    assert bench.noted(HoldRecord) == [HoldRecord(held_s, bench.robot.now)]
+
+
+def test_watering_takes_its_time_beside_the_hold() -> None:
+    ends = []
+    for held_s in (0.0, 3.0):
+        bench = Bench(Wait(8.0))
+        while bench.robot.coordination.state is not State.ACTING:
+            assert bench.robot.now < 300.0
+            bench.live()
+        bench.run(1.0)
+        if held_s:
+            bench.live(Held(0, 1))
+            bench.run(held_s - BLOCK_S)
+            bench.live(Released(0, 1))
+        while not bench.noted(PerformedRecord):
+            assert bench.robot.now < 400.0
+            bench.live()
+        ends.append(bench.robot.now)
+    assert abs(ends[1] - ends[0] - 3.0) < 2 * BLOCK_S
+
+
+def test_a_hold_while_idle_leaves_no_trace() -> None:
+    bench = Bench(Forward(2.0))
+    bench.run(0.5)
+    bench.live(Held(0, 1))
+    bench.run(1.0)
+    bench.live(Released(0, 1))
+    bench.until_driving()
+    assert not bench.noted(HoldRecord)
+
+
+class Overheard:
+    """Reports "stop" in the block in which it is told to."""
+
+    def __init__(self) -> None:
+        self.coming: list[Event] = []
+        self.begun: list[int] = []
+        self.played = 0
+
+    def begin(self, now: int, latency_s: float) -> None:
+        self.begun.append(now)
+
+    def play(self, samples: Samples) -> None:
+        self.played += len(samples)
+
+    def hear(self, samples: Samples, speaking: bool) -> list[Event]:
+        told, self.coming = self.coming, []
+        return told
+
+    def lost(self) -> None:
+        raise AssertionError("nothing is lost here")
+
+
+def test_a_robot_that_speaks_halts_for_what_it_overhears() -> None:
+    overheard = Overheard()
+    bench = Bench(Forward(1.0), overhearing=overheard)
+    while not bench.robot.speaking:
+        bench.live()
+    assert overheard.begun == [round(bench.robot.now * SAMPLE_RATE_HZ)]
+    bench.live()
+    assert overheard.played >= 2 * BLOCK, "the first block is played over the block after the one that it was begun in"
+    overheard.coming = [Urgent(100, 200)]
+    bench.live()
+    assert bench.stopped
+
+
+def test_who_has_no_words_yet_listens_and_obeys_and_speaks_once_it_has_them() -> None:
+    bench = Bench(Forward(1.0))
+    bench.robot.is_silent = True
+    for _ in range(800):  # 20 s, far more than it waits before it greets
+        bench.live()
+    assert not [r for r in bench.records if isinstance(r, SaidRecord)]
+    bench.live(Urgent(0, 1))
+    assert bench.stopped
+    bench.robot.is_silent = False
+    for _ in range(400):
+        bench.live()
+    said = [r.text for r in bench.records if isinstance(r, SaidRecord)]
+    assert said[0].endswith("I have stopped")

@@ -1,0 +1,162 @@
+"""A robot notes who speaks in another voice than its name has, and takes it for what it is worth."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from hvcpd.assembly.make import RobotPlan, Sound, make_robot, make_sound
+from hvcpd.config.task_file import load_tasks
+from hvcpd.config.tasks import default_tasks_path
+from hvcpd.coordination.actions import Role
+from hvcpd.coordination.states import State
+from hvcpd.language.messages import NameTaken
+from hvcpd.memory.journal import Journal
+from hvcpd.memory.store import Store
+from hvcpd.people.enrolled import Person
+from hvcpd.ports import STANDSTILL, Pose, Samples
+from hvcpd.recognition.events import Event, Recognised
+from hvcpd.robot.records import HeardRecord, SaidRecord, VoiceRecord
+from hvcpd.security.keys import KEY_BYTES, KeyRing, TeamKey
+from hvcpd.synthesis.voices import voice_for
+
+BLOCK = np.zeros(400, np.float32)
+
+
+class Told:
+    """Ears that tell one sentence in one voice."""
+
+    busy = False
+
+    def __init__(self, words: str, voice: str) -> None:
+        self.event = Recognised(tuple(words.split()), voice, 0, 400, 0.99, 20.0, ())
+
+    def push(self, samples: Samples, masked: bool = False) -> list[Event]:
+        return [self.event]
+
+    def lost(self, n_samples: int) -> list[Event]:
+        return []
+
+    def succeed(self, predecessor: object) -> None:
+        """Nothing to go on with."""
+
+    def prepare(self, go_on: Callable[[], bool]) -> None:
+        pass
+
+
+@pytest.fixture(scope="module")
+def sound(units: Path) -> Sound:
+    take = np.ones((20, 24), np.float32)
+    made = make_sound(None, units)
+    return Sound(made.lexicon, made.cache, people={"anna": Person("Anna", {"stop": [take]})})
+
+
+@pytest.mark.parametrize(
+    ("words", "voice", "other"),
+    [
+        ("hi rob i am bot i am free", voice_for("Bot").name, False),
+        ("hi rob i am bot i am free", "stranger", True),
+        ("hi rob i am bot i am free", "anna, enrolled", True),
+        ("hi rob i am anna what is left", "anna, enrolled", False),
+        ("hi rob i am anna what is left", voice_for("Bot").name, True),
+        ("who is here", "stranger", False),
+    ],
+)
+def test_a_name_in_another_voice_is_noted(sound: Sound, words: str, voice: str, other: bool) -> None:
+    tasks = load_tasks(default_tasks_path())
+    robot = make_robot(RobotPlan(Role("Rob", "plant"), ("Rob", "Bot", "Anna"), tasks, Pose(0.0, 0.0), 1), sound)
+    robot.adopt(robot.phrasebook, Told(words, voice))
+    records = robot.step(BLOCK, None).records
+    assert any(isinstance(r, HeardRecord) for r in records)
+    noted = [r for r in records if isinstance(r, VoiceRecord)]
+    assert bool(noted) == other
+    store = Store()
+    Journal(store, tasks, "Rob").write(records, 0.0)
+    texts = [row.text for row in store.transcript() if row.kind == "garbled"]
+    assert texts == [f"another voice than {r.speaker}'s: {r.voice}, not {r.expected}" for r in noted]
+
+
+class Repeated(Told):
+    """Ears that tell it every two seconds, as just said."""
+
+    n = 0
+
+    def lost(self, n_samples: int) -> list[Event]:
+        self.n += n_samples
+        return []
+
+    def push(self, samples: Samples, masked: bool = False) -> list[Event]:
+        self.n += len(samples)
+        return [replace(self.event, start_sample=self.n - 8_000, end_sample=self.n)] if self.n % 32_000 == 0 else []
+
+
+def test_torn_sound_tells_nothing_of_who_has_whose_voice_or_name(sound: Sound) -> None:
+    tasks = load_tasks(default_tasks_path())
+    robot = make_robot(RobotPlan(Role("Rob", "plant"), ("Rob", "Bot", "Anna"), tasks, Pose(0.0, 0.0), 1), sound)
+    robot.adopt(robot.phrasebook, Repeated("hi bot i am rob i am free", "stranger"))
+
+    def lives(disturbed: bool) -> tuple[int, int, int]:
+        heard = others = taken = 0
+        for _ in range(800):
+            if disturbed:
+                robot.disturb()
+            for record in robot.step(BLOCK, None).records:
+                heard += isinstance(record, HeardRecord)
+                others += isinstance(record, VoiceRecord)
+                taken += isinstance(record, SaidRecord) and isinstance(record.utterance.statement, NameTaken)
+        return heard, others, taken
+
+    assert lives(disturbed=True) == (10, 0, 0)
+    assert lives(disturbed=False) == (10, 10, 1)
+
+
+def test_a_sentence_with_a_gap_in_it_tells_nothing_of_a_voice(sound: Sound) -> None:
+    tasks = load_tasks(default_tasks_path())
+    robot = make_robot(RobotPlan(Role("Rob", "plant"), ("Rob", "Bot", "Anna"), tasks, Pose(0.0, 0.0), 1), sound)
+    robot.adopt(robot.phrasebook, Repeated("hi rob i am bot i am free", "stranger"))
+    for _ in range(79):
+        robot.step(BLOCK, None)
+    records = robot.step(BLOCK, None, lost=0).records
+    assert any(isinstance(r, HeardRecord) for r in records)
+    assert not any(isinstance(r, VoiceRecord) for r in records)
+
+
+class Once(Told):
+    """Ears that tell it once."""
+
+    def push(self, samples: Samples, masked: bool = False) -> list[Event]:
+        told, self.event = self.event, None  # type: ignore[assignment]
+        return [told] if told is not None else []
+
+
+KEYS = KeyRing(TeamKey(bytes(KEY_BYTES)))
+
+
+@pytest.mark.parametrize(("voice", "keys"), [("stranger", None), ("stranger", KEYS), ("anna, enrolled", KEYS)])
+def test_where_the_team_has_a_key_no_voice_alone_sets_wheels_in_motion(
+    sound: Sound, voice: str, keys: KeyRing | None
+) -> None:
+    """Neither a stranger's nor an enrolled one: a recording has that too. "Stop" is obeyed from anybody."""
+    role, names = Role("Rob", "plant"), ("Rob", "Bot", "Anna")
+    plan = RobotPlan(role, names, load_tasks(default_tasks_path()), Pose(0.0, 0.0), 1, keys=keys, told=names[:2])
+    robot = make_robot(plan, sound)
+    robot.adopt(robot.phrasebook, Once("bot stop", voice))
+    while robot.coordination.state is not State.READY:
+        robot.step(BLOCK, None)
+    robot.adopt(robot.phrasebook, Once("rob move forward one metre", voice))
+    outputs, states = [], set()
+    for _ in range(240):
+        outputs.append(robot.step(BLOCK, None))
+        states.add(robot.coordination.state)
+    said = {r.text for out in outputs for r in out.records if isinstance(r, SaidRecord)}
+    trusted = keys is None
+    assert (State.MOVING in states) == trusted
+    assert trusted or all(out.wheels == STANDSTILL for out in outputs)
+    assert ("Hi all, I am Rob, I do not trust that" in said) != trusted
+    robot.adopt(robot.phrasebook, Once("rob stop", voice))
+    robot.step(BLOCK, None)
+    assert robot.coordination.state is State.STOPPED
