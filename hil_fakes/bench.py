@@ -20,7 +20,7 @@ from hil_fakes.haste import Haste
 from hil_fakes.room import Air, Noise, Point, Room, Ways
 from hil_fakes.scorekeeper import Scorekeeper
 from hvcpd.assembly.make import RobotPlan, Sound, make_robot
-from hvcpd.assembly.name_registry import Roster
+from hvcpd.assembly.name_registry import NameRegistry
 from hvcpd.config.tasks import TaskRepository
 from hvcpd.coordination.actions import Role, Speech, Timing
 from hvcpd.errors import PhraseError
@@ -113,7 +113,7 @@ class _Place:
     body: Body
     journal: Journal
     off_blocks: int
-    roster: Roster
+    roster: NameRegistry
     haste: Haste | None = None
     playing: Samples = field(default_factory=lambda: np.zeros(BLOCK, np.float32))
     wheels: WheelCommand = STANDSTILL
@@ -232,7 +232,7 @@ class Bench:
         stack.callback(store.close)
         body = stack.enter_context(Body(start, own_seed(plan.seed, f"body {name}")))
         off_blocks = round(chance.random() * SWITCH_ON_SPREAD_S / BLOCK_S)
-        robot, roster = make_robot(robot_plan, self._sound), Roster(robot_plan, self._sound)
+        robot, roster = make_robot(robot_plan, self._sound), NameRegistry(robot_plan, self._sound)
         haste = Haste(plan.tasks) if plan.hasty else None
         return _Place(name, robot, body, Journal(store, plan.tasks, name), off_blocks, roster, haste)
 

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from hvcpd.daemon.log_lines import RateLimiter
     from hvcpd.daemon.main_loop import Daemon
     from hvcpd.daemon.preflight import Preflight
-    from hvcpd.daemon.wiring import Outfit
+    from hvcpd.daemon.wiring import Wiring
 
 _EPILOG = (
     "Exit status, as in sysexits.h: 0 stopped by a signal, 64 wrong usage, 69 a device is missing or failed, 70 a "
@@ -83,7 +83,7 @@ def _start(options: argparse.Namespace, devices: Devices | None) -> int:
     from hvcpd.daemon.logging import set_up_logging
     from hvcpd.daemon.notify import ServiceManager
     from hvcpd.daemon.preflight import examine
-    from hvcpd.daemon.wiring import equip
+    from hvcpd.daemon.wiring import wire_up
     from hvcpd.synthesis.likeness import name_fault
 
     devices = devices or Devices()
@@ -98,13 +98,13 @@ def _start(options: argparse.Namespace, devices: Devices | None) -> int:
     manager.status("looking for all that it needs; the first time takes longest")
     preflight = examine(settings, devices, allow_confusable=options.allow_confusable)
     _show(preflight, options.check)
-    if options.check or preflight.outfit is None or preflight.exit_status != EX_OK:
+    if options.check or preflight.wiring is None or preflight.exit_status != EX_OK:
         return preflight.exit_status
     limiter = set_up_logging(settings.log_level, form=settings.log_format)
 
-    def read_again() -> tuple[Loaded, Outfit]:
+    def read_again() -> tuple[Loaded, Wiring]:
         again = load_with_sources(options.config, overrides, reserved=name_fault)
-        return again, equip(again.settings, options.allow_confusable)
+        return again, wire_up(again.settings, options.allow_confusable)
 
     def set_log(settings: Settings) -> None:
         set_up_logging(settings.log_level, form=settings.log_format, limiter=limiter)
@@ -113,7 +113,7 @@ def _start(options: argparse.Namespace, devices: Devices | None) -> int:
     from hvcpd.daemon.reloading import Rereading
 
     rereading = Rereading(loaded.sources, read_again, set_log)
-    return _run(Daemon(preflight.outfit, devices, manager, rereading), limiter)
+    return _run(Daemon(preflight.wiring, devices, manager, rereading), limiter)
 
 
 def _show(preflight: Preflight, ok_too: bool) -> None:

@@ -33,7 +33,7 @@ from hvcpd.config.settings import AudioSettings, load_settings
 from hvcpd.daemon.allocator import tune_allocator
 from hvcpd.daemon.devices import Devices
 from hvcpd.daemon.main_loop import Daemon
-from hvcpd.daemon.wiring import Outfit, equip
+from hvcpd.daemon.wiring import Wiring, wire_up
 from hvcpd.hardware.audio_stream import StreamCounters
 from hvcpd.language import messages as m
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples, Wheels
@@ -69,7 +69,7 @@ class OverError(Exception):
 class Talker:
     """The other one in the room: what its loudspeaker plays, block by block."""
 
-    outfit: Outfit
+    wiring: Wiring
     talk_every_s: float
     chance: random.Random
     waiting: deque[Samples] = field(default_factory=deque)
@@ -80,8 +80,8 @@ class Talker:
     _resume_due: bool = False
 
     def __post_init__(self) -> None:
-        self._book = make_phrasebook(self.outfit.names, self.outfit.settings.teams, self.outfit.tasks)
-        self._speaker = self.outfit.sound.speaker_of("Bot")
+        self._book = make_phrasebook(self.wiring.names, self.wiring.settings.teams, self.wiring.tasks)
+        self._speaker = self.wiring.sound.speaker_of("Bot")
 
     def block(self, now_s: float) -> Samples:
         """What is played at that time; shape (BLOCK,), float32."""
@@ -251,9 +251,9 @@ def soak(hours: float, seed: int, talk_every_s: float) -> list[Line]:
     with tempfile.TemporaryDirectory() as directory:
         given: dict[str, object] = {"name": "Rob", "state_dir": directory, "seed": seed}
         settings = load_settings(None, given, system_path=Path(directory) / "none.yaml")
-        outfit = equip(settings)
+        wiring = wire_up(settings)
         robot = VirtualRobot("xl430", seed)
-        talker = Talker(outfit, talk_every_s, random.Random(seed))
+        talker = Talker(wiring, talk_every_s, random.Random(seed))
         stream = SoakStream(robot, talker, hours * 3600.0, seed)
 
         def make_stream(_: AudioSettings) -> SoakStream:
@@ -262,7 +262,7 @@ def soak(hours: float, seed: int, talk_every_s: float) -> list[Line]:
         def make_wheels(_: object) -> Wheels:
             return robot.wheels
 
-        daemon = stream.daemon = Daemon(outfit, Devices(lambda: None, make_stream, make_wheels))
+        daemon = stream.daemon = Daemon(wiring, Devices(lambda: None, make_stream, make_wheels))
         try:
             asyncio.run(daemon.run())
         except OverError:

@@ -12,7 +12,7 @@ from hvcpd.recognition.protocols import Ears
 from hvcpd.synthesis.likeness import sounds_alike
 
 
-class Roster:
+class NameRegistry:
     """The names that one robot knows: those it was told, and those that it learns, the oldest of which it forgets."""
 
     def __init__(self, plan: RobotPlan, sound: Sound, settled: Iterable[str] = ()) -> None:

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import structlog
 
-from hvcpd.daemon.second_pass import SecondLook
+from hvcpd.daemon.second_pass import SecondPass
 from hvcpd.errors import StoreError
 from hvcpd.people.enrolled import Person, Takes, person_path, read_person, write_person
 from hvcpd.people.learning import Learning
@@ -17,10 +17,10 @@ from hvcpd.robot.records import HeardRecord, Record, SaidRecord
 _log = structlog.get_logger(__name__)
 
 
-class Pupil:
+class Adaptation:
     """`take` what the robot reports; files are written in a thread, one after the other."""
 
-    def __init__(self, own_name: str, people: dict[str, Person], state_dir: Path, second: SecondLook) -> None:
+    def __init__(self, own_name: str, people: dict[str, Person], state_dir: Path, second: SecondPass) -> None:
         """`people`, by name in lower case, is where the second look finds them; what is learned is put there."""
         self._learning = Learning(own_name)
         self._people = people

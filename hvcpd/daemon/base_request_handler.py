@@ -15,7 +15,7 @@ import structlog
 from hvcpd.coordination.states import State
 from hvcpd.daemon.control_protocol import RefusalError
 from hvcpd.daemon.wheel_service import MOVING_S, SLACK_S
-from hvcpd.daemon.wiring import Outfit
+from hvcpd.daemon.wiring import Wiring
 from hvcpd.hardware.goals import GoalNavigator
 from hvcpd.hardware.kinematics import Twist, twist_of
 from hvcpd.hardware.ros_base import BaseReport, RosBase
@@ -48,7 +48,7 @@ ARGUMENTS: dict[str, tuple[type, ...]] = {
 _log = structlog.get_logger(__name__)
 
 
-class BaseDesk:
+class BaseRequestHandler:
     """Between the bridge and the robot; all of it in the event loop."""
 
     def __init__(self, base: RosBase, navigator: GoalNavigator | None = None) -> None:
@@ -84,7 +84,7 @@ class BaseDesk:
         self._last = new
         return new
 
-    def watch(self, robot: Robot, outfit: Outfit) -> None:
+    def watch(self, robot: Robot, wiring: Wiring) -> None:
         """Have the robot leave alone what drives while there is no base."""
         if self._base.fault is None:
             self._seen_s = robot.now
@@ -96,15 +96,15 @@ class BaseDesk:
         forgiven = mine - self._given_up if there else ()
         self._given_up = self._given_up if there else mine
         self._there = there
-        c.reconfigure(robot.now, replace(c.role, unable=self.unable(outfit)), forgiven=forgiven)
+        c.reconfigure(robot.now, replace(c.role, unable=self.unable(wiring)), forgiven=forgiven)
         if there:
             _log.info("base is there")
         else:
             _log.warning("no base", reason=self._base.fault, effect="tasks that drive are left to others")
 
-    def unable(self, outfit: Outfit) -> frozenset[int]:
+    def unable(self, wiring: Wiring) -> frozenset[int]:
         """The tasks that the robot lacks the means for, just now."""
-        return outfit.unable if self._there else outfit.unable | outfit.driving
+        return wiring.unable if self._there else wiring.unable | wiring.driving
 
 
 def _is_due(last: Drive, new: Drive) -> bool:

@@ -106,7 +106,7 @@ class Preparation:
             _log.info("making words ready", what=what, done=self.done, of=self.total)
 
 
-class Rehearsal:
+class CacheWarmUp:
     """One robot's words. Every method may take minutes, and is for another thread; without a cache none does anything.
 
     `go_on` is asked before each word.

@@ -11,7 +11,7 @@ from hvcpd.daemon.control_server import ControlServer
 from hvcpd.daemon.control_socket import SocketFile, socket_path
 from hvcpd.daemon.control_status import Body
 from hvcpd.daemon.reloading import Reloader, Rereading
-from hvcpd.daemon.request_handler import Desk
+from hvcpd.daemon.request_handler import RequestHandler
 from hvcpd.ports import Samples, WheelReading
 from hvcpd.reporting.events import Memory, as_json
 from hvcpd.robot.records import RobotOutput
@@ -26,16 +26,16 @@ class ControlService:
     def __init__(self, body: Body, rereading: Rereading | None = None) -> None:
         self.body = body
         self.reloader = Reloader(body, rereading or Rereading())
-        self._desk = Desk(body, self.reloader)
-        self._server = ControlServer(self._desk.serve, self._desk.hello)
-        self._desk.server = self._server
-        self._events = EventSource(body.outfit.settings.name, body.meter)
+        self._handler = RequestHandler(body, self.reloader)
+        self._server = ControlServer(self._handler.serve, self._handler.hello)
+        self._handler.server = self._server
+        self._events = EventSource(body.wiring.settings.name, body.meter)
         self._file: SocketFile | None = None
-        self._memory = Memory(0.0, body.outfit.settings.name, None, None, None)
+        self._memory = Memory(0.0, body.wiring.settings.name, None, None, None)
 
     async def open(self) -> None:
         """Begin to serve. Raises RunningError if another daemon has this one's socket."""
-        settings = self.body.outfit.settings
+        settings = self.body.wiring.settings
         if not settings.control.enabled:
             return
         path = socket_path(settings)
@@ -65,7 +65,7 @@ class ControlService:
     def begin(self, robot: Robot) -> None:
         """The robot is there, and can be asked."""
         self.body.robot = robot
-        if self._desk.stop_at_start:
+        if self._handler.stop_at_start:
             robot.coordination.stop(robot.now)
         if self.body.journal.loss is not None:
             robot.coordination.tell_memory_lost(robot.now)
@@ -93,7 +93,7 @@ class ControlService:
         base, wheels = self.body.base, self.body.wheels
         if base is None or wheels is None:
             return
-        base.watch(robot, self.body.outfit)
+        base.watch(robot, self.body.wiring)
         drive = base.drive(robot, wheels.wanted)
         if drive is not None:
             self._server.publish(as_json(drive))

@@ -14,13 +14,13 @@ from hvcpd import __version__
 from hvcpd.coordination.board import Entry
 from hvcpd.coordination.peers import Peer
 from hvcpd.coordination.states import State
-from hvcpd.daemon.base_request_handler import BaseDesk
+from hvcpd.daemon.base_request_handler import BaseRequestHandler
 from hvcpd.daemon.cache_warm_up import Preparation
 from hvcpd.daemon.control_events import Meter
 from hvcpd.daemon.journal_service import JournalService
 from hvcpd.daemon.sound_service import SoundService
 from hvcpd.daemon.wheel_service import WheelService
-from hvcpd.daemon.wiring import Outfit
+from hvcpd.daemon.wiring import Wiring
 from hvcpd.ports import STANDSTILL, WheelReading
 from hvcpd.robot.robot import Robot
 
@@ -29,7 +29,7 @@ from hvcpd.robot.robot import Robot
 class Body:
     """The parts of a daemon that there are so far; what is still None is being started."""
 
-    outfit: Outfit
+    wiring: Wiring
     journal: JournalService
     meter: Meter = field(default_factory=Meter)
     preparation: Preparation = field(default_factory=Preparation)
@@ -38,7 +38,7 @@ class Body:
     wheels: WheelService | None = None
     join: Callable[[Sequence[str]], None] = lambda _names: None
     """Has the robot know the names of those who were enrolled meanwhile, and what else there is new of who is."""
-    base: BaseDesk | None = None
+    base: BaseRequestHandler | None = None
     """Of a robot whose base ROS has."""
     heard: bool = False
     """Sound has come."""
@@ -55,7 +55,7 @@ class Body:
 
 def status_of(body: Body) -> dict[str, Any]:
     """All that `hvcpctl status` shows; docs/control.md lists the fields."""
-    settings = body.outfit.settings
+    settings = body.wiring.settings
     return {
         "name": settings.name,
         "team": settings.team,
@@ -94,7 +94,7 @@ def _conversation(body: Body) -> dict[str, Any]:
         nothing = {"now_s": 0.0, "pose": None, "stopped": body.journal.stopped, "speaking": False}
         return {"state": "starting", "doing": "is starting", **nothing, "task": None, "tasks": {}, "peers": []}
     c, now = robot.coordination, robot.now
-    task = body.outfit.tasks.by_number(c.task) if c.task is not None else None
+    task = body.wiring.tasks.by_number(c.task) if c.task is not None else None
     pose = robot.odometry.pose
     return {
         "state": c.state.name.lower(),
@@ -137,7 +137,7 @@ def _sound(body: Body) -> dict[str, Any]:
 
 
 def _wheels(body: Body) -> dict[str, Any] | None:
-    settings = body.outfit.settings.wheels
+    settings = body.wiring.settings.wheels
     if body.wheels is None and settings.driver == "none":
         return None
     wanted = body.wheels.wanted if body.wheels is not None else STANDSTILL

@@ -17,7 +17,7 @@ import structlog
 from hvcpd.coordination.actions import SavePeer, SaveStopped, SaveTask
 from hvcpd.daemon.control_socket import socket_path
 from hvcpd.daemon.memory import Memory, MemoryFiles, open_memory
-from hvcpd.daemon.wiring import Outfit
+from hvcpd.daemon.wiring import Wiring
 from hvcpd.errors import StoreError
 from hvcpd.memory.journal import Journal
 from hvcpd.memory.latch import Permit, StopLatch, spare_places
@@ -44,11 +44,11 @@ class JournalService:
     the latch does not let the next start go on by itself.
     """
 
-    def __init__(self, outfit: Outfit) -> None:
-        self._outfit = outfit
+    def __init__(self, wiring: Wiring) -> None:
+        self._wiring = wiring
         self._thread = ThreadPoolExecutor(max_workers=1, thread_name_prefix="memory")
         self._latch_thread = ThreadPoolExecutor(max_workers=1, thread_name_prefix="latch")
-        self._latch = StopLatch(outfit.latch_path, spare_places(outfit.latch_path, socket_path(outfit.settings)))
+        self._latch = StopLatch(wiring.latch_path, spare_places(wiring.latch_path, socket_path(wiring.settings)))
         self._memory: Memory | None = None
         self._journal: Journal | None = None
         self._opened = asyncio.Event()
@@ -81,7 +81,7 @@ class JournalService:
         if self.loss is not None:
             remedy = 'look at the files named, then say "resume", or: hvcpctl resume'
             _log.error("memory lost", reason=self.loss, starts="stopped", remedy=remedy)
-        ring = self._outfit.ring()
+        ring = self._wiring.ring()
         if ring is not None and f"{LOST}{ring.spoken.fingerprint}" in self.counters:
             _log.error(
                 "counters of seals lost",
@@ -165,12 +165,12 @@ class JournalService:
         return self._memory is not None and self._memory.fault is not None
 
     def _open(self) -> Remembered:
-        outfit = self._outfit
-        files = MemoryFiles(outfit.settings.memory_path, outfit.seals_path, outfit.latch_path)
-        memory = self._memory = open_memory(files, self._latch, outfit.keys is not None)
-        self._journal = Journal(memory.store, outfit.tasks, outfit.settings.name, memory.seals)
+        wiring = self._wiring
+        files = MemoryFiles(wiring.settings.memory_path, wiring.seals_path, wiring.latch_path)
+        memory = self._memory = open_memory(files, self._latch, wiring.keys is not None)
+        self._journal = Journal(memory.store, wiring.tasks, wiring.settings.name, memory.seals)
         self.fault = memory.fault or memory.failing
-        ring = outfit.ring()
+        ring = wiring.ring()
         if ring is not None and (memory.seals_lost or memory.seals_stale):
             try:
                 self._journal.doubt_counters([key.fingerprint for key in ring.accepted], memory.seals_lost)
@@ -184,7 +184,7 @@ class JournalService:
         return self._journal.remembered()
 
     def _transcript(self, after: int, since_wall_s: float, limit: int) -> tuple[TranscriptRow, ...]:
-        with closing(TranscriptReader(self._outfit.settings.memory_path)) as reader:
+        with closing(TranscriptReader(self._wiring.settings.memory_path)) as reader:
             return reader.rows(after, since_wall_s, limit)
 
     def _write(self, records: Sequence[Record], now: float) -> None:

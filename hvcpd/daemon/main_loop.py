@@ -9,11 +9,11 @@ from contextlib import AsyncExitStack, suppress
 import structlog
 
 from hvcpd.assembly.make import make_robot
-from hvcpd.assembly.name_registry import Roster
-from hvcpd.daemon.adaptation import Pupil
+from hvcpd.assembly.name_registry import NameRegistry
+from hvcpd.daemon.adaptation import Adaptation
 from hvcpd.daemon.allocator import give_back_memory
-from hvcpd.daemon.base_request_handler import BaseDesk
-from hvcpd.daemon.cache_warm_up import Preparation, Rehearsal
+from hvcpd.daemon.base_request_handler import BaseRequestHandler
+from hvcpd.daemon.cache_warm_up import CacheWarmUp, Preparation
 from hvcpd.daemon.clips import Clips
 from hvcpd.daemon.control_service import ControlService
 from hvcpd.daemon.control_socket import socket_path
@@ -21,15 +21,15 @@ from hvcpd.daemon.control_status import Body
 from hvcpd.daemon.devices import Devices
 from hvcpd.daemon.journal_service import JournalService, Remembered
 from hvcpd.daemon.logging import tell
-from hvcpd.daemon.name_learning import Lessons
+from hvcpd.daemon.name_learning import NameLearning
 from hvcpd.daemon.notify import ServiceManager
 from hvcpd.daemon.overload import TOO_BUSY
 from hvcpd.daemon.pose_keeper import KeptPose, PoseKeeper
 from hvcpd.daemon.reloading import Rereading
-from hvcpd.daemon.second_pass import SecondLook
+from hvcpd.daemon.second_pass import SecondPass
 from hvcpd.daemon.sound_service import SoundService
 from hvcpd.daemon.wheel_service import WheelService
-from hvcpd.daemon.wiring import Outfit
+from hvcpd.daemon.wiring import Wiring
 from hvcpd.errors import HvcpdError
 from hvcpd.hardware.goals import GoalNavigator
 from hvcpd.hardware.ros_base import RosBase
@@ -52,23 +52,23 @@ class Daemon:
 
     def __init__(
         self,
-        outfit: Outfit,
+        wiring: Wiring,
         devices: Devices,
         manager: ServiceManager | None = None,
         rereading: Rereading | None = None,
     ) -> None:
-        self._outfit = outfit
-        self._listens = f"{outfit.settings.name} of team {outfit.settings.team} listens"
+        self._wiring = wiring
+        self._listens = f"{wiring.settings.name} of team {wiring.settings.team} listens"
         self._manager = manager or ServiceManager({})
         self._devices = devices
-        self._journal = JournalService(outfit)
-        self._pose = PoseKeeper(socket_path(outfit.settings).with_suffix(".pose"))
-        self._control = ControlService(Body(outfit, self._journal), rereading)
-        self._clips = Clips(lambda: self._control.body.outfit.settings.clips, outfit.settings.name)
+        self._journal = JournalService(wiring)
+        self._pose = PoseKeeper(socket_path(wiring.settings).with_suffix(".pose"))
+        self._control = ControlService(Body(wiring, self._journal), rereading)
+        self._clips = Clips(lambda: self._control.body.wiring.settings.clips, wiring.settings.name)
         self._wheels: WheelService | None = None
-        self._lessons: Lessons | None = None
-        self._pupil: Pupil | None = None
-        self._second = SecondLook()
+        self._name_learning: NameLearning | None = None
+        self._adaptation: Adaptation | None = None
+        self._second = SecondPass()
         self._preparation = self._control.body.preparation = Preparation(self._tell_preparation)
         self.sound: SoundService | None = None
         self.robot: Robot | None = None
@@ -98,7 +98,7 @@ class Daemon:
 
         Raises StoreError, DeviceError, ConfigError, and RunningError if a robot of this name runs here already.
         """
-        settings = self._outfit.settings
+        settings = self._wiring.settings
         async with AsyncExitStack() as stack:
             stack.callback(self._manager.close)
             stack.callback(self._control.release)
@@ -122,7 +122,7 @@ class Daemon:
             self._manager.status("making words ready; the first time takes longest")
             acoustics = Acoustics(latency_s=sound.latency_s)
             navigator = self._goal_navigator()
-            plan = self._outfit.plan(
+            plan = self._wiring.plan(
                 remembered,
                 acoustics,
                 self._journal.names,
@@ -132,23 +132,23 @@ class Daemon:
                 navigator,
                 self._second,
             )
-            rehearsal = Rehearsal(plan, self._outfit.sound, self._preparation)
-            await asyncio.to_thread(rehearsal.before_listening, lambda: not self._ending)
-            robot = self.robot = await asyncio.to_thread(make_robot, plan, self._outfit.sound)
+            warm_up = CacheWarmUp(plan, self._wiring.sound, self._preparation)
+            await asyncio.to_thread(warm_up.before_listening, lambda: not self._ending)
+            robot = self.robot = await asyncio.to_thread(make_robot, plan, self._wiring.sound)
             self._control.begin(robot)
             give_back_memory()
-            roster = Roster(plan, self._outfit.sound, settings.names)
-            self._lessons = Lessons(robot, roster, self._outfit.sound, rehearsal)
-            stack.push_async_callback(self._lessons.close)
-            self._control.body.join = self._lessons.join
-            people = self._outfit.sound.people
-            self._pupil = Pupil(settings.name, people, settings.state_dir, self._second)
-            stack.push_async_callback(self._pupil.settled)
+            roster = NameRegistry(plan, self._wiring.sound, settings.names)
+            self._name_learning = NameLearning(robot, roster, self._wiring.sound, warm_up)
+            stack.push_async_callback(self._name_learning.close)
+            self._control.body.join = self._name_learning.join
+            people = self._wiring.sound.people
+            self._adaptation = Adaptation(settings.name, people, settings.state_dir, self._second)
+            stack.push_async_callback(self._adaptation.settled)
 
             await self._find_wheels(stack, navigator)
             await sound.start()
             self._manager.ready(self._listens)
-            self._lessons.prepare()
+            self._name_learning.prepare()
             _log.info("listening", names=", ".join(plan.names), latency_s=round(sound.latency_s, 3))
             stack.callback(sound.tell_losses)
             with self._pose.forgotten_at_the_end():
@@ -162,18 +162,18 @@ class Daemon:
             self._manager.status(text)
 
     def _goal_navigator(self) -> GoalNavigator | None:
-        wheels = self._outfit.settings.wheels
+        wheels = self._wiring.settings.wheels
         is_wanted = wheels.driver == "ros" and wheels.ros_mode == "goal"
-        return GoalNavigator(self._outfit.drive) if is_wanted else None
+        return GoalNavigator(self._wiring.drive) if is_wanted else None
 
     async def _find_wheels(self, stack: AsyncExitStack, navigator: GoalNavigator | None) -> None:
-        wheels = self._devices.make_wheels(self._outfit.settings.wheels)
+        wheels = self._devices.make_wheels(self._wiring.settings.wheels)
         if wheels is None:
             return
         self._manager.status("looking for the wheels")
         body = self._control.body
         if isinstance(wheels, RosBase):  # it comes and goes, and the robot talks on without it
-            body.base = BaseDesk(wheels, navigator)
+            body.base = BaseRequestHandler(wheels, navigator)
             self._wheels = WheelService(wheels, lost_s=math.inf)
         else:
             self._wheels = WheelService(wheels)
@@ -185,10 +185,10 @@ class Daemon:
         """Wait until wheels and memory have nothing under way; for those who make time pass themselves."""
         if self._wheels is not None:
             await self._wheels.settled()
-        if self._lessons is not None:
-            await self._lessons.settled()
-        if self._pupil is not None:
-            await self._pupil.settled()
+        if self._name_learning is not None:
+            await self._name_learning.settled()
+        if self._adaptation is not None:
+            await self._adaptation.settled()
         await self._second.settled()
         await self._journal.settled()
         await self._pose.settled()
@@ -201,8 +201,8 @@ class Daemon:
             if sound.overload.standing:
                 robot.disturb()
             reading = self._wheels.take_reading() if self._wheels is not None else None
-            if self._outfit.keys is not None:
-                robot.set_clock(self._outfit.wall_s())
+            if self._wiring.keys is not None:
+                robot.set_clock(self._wiring.wall_s())
             output = robot.step(block.samples, reading, block.lost)
             if self._wheels is not None:
                 self._wheels.serve(output.wheels, robot.now)  # first of all: a halt is not to wait
@@ -211,12 +211,12 @@ class Daemon:
             self._control.note(robot, block.samples, reading, output)
             self._journal.write(output.records, robot.now)
             self._pose.note(robot.odometry.pose, robot.odometry.last, robot.now)
-            if self._lessons is not None:
-                self._lessons.take(output.records)
-            if self._pupil is not None:
-                self._pupil.take(output.records)
+            if self._name_learning is not None:
+                self._name_learning.take(output.records)
+            if self._adaptation is not None:
+                self._adaptation.take(output.records)
             for record in output.records:
-                tell(record, self._outfit.tasks)
+                tell(record, self._wiring.tasks)
             self._tell_manager(sound)
             await asyncio.sleep(0)  # signals and finished work get their turn even while sound waits
 
@@ -243,14 +243,14 @@ class Daemon:
         return robot.now >= self._leave_until_s or (robot.coordination.has_left and not robot.speaking)
 
     def _tell_start(self, remembered: Remembered, here: KeptPose | None) -> None:
-        settings = self._outfit.settings
+        settings = self._wiring.settings
         states = [state for state, _ in remembered.values()]
         _log.info(
             "starting",
             name=settings.name,
             team=settings.team,
             mode=settings.mode,
-            tasks=len(self._outfit.tasks.tasks),
+            tasks=len(self._wiring.tasks.tasks),
             done_before=states.count("done"),
         )
         if here is not None:
@@ -260,8 +260,8 @@ class Daemon:
                 y_m=round(here.pose.y_m, 2),
                 reason="the daemon did not end in order; if the robot was carried to its start, restart the service",
             )
-        if states.count("done") == len(self._outfit.tasks.tasks):
-            files = f"{self._outfit.settings.memory_path} and {self._outfit.latch_path}"
+        if states.count("done") == len(self._wiring.tasks.tasks):
+            files = f"{self._wiring.settings.memory_path} and {self._wiring.latch_path}"
             _log.warning(
                 "nothing left to do",
                 reason=f"every task was done before; to begin anew end the daemon and delete {files}",

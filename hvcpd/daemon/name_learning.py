@@ -9,9 +9,9 @@ from collections.abc import Coroutine, Iterable, Sequence
 import structlog
 
 from hvcpd.assembly.make import Sound, voices_of
-from hvcpd.assembly.name_registry import Roster
+from hvcpd.assembly.name_registry import NameRegistry
 from hvcpd.daemon.allocator import give_back_memory
-from hvcpd.daemon.cache_warm_up import Rehearsal
+from hvcpd.daemon.cache_warm_up import CacheWarmUp
 from hvcpd.errors import PhraseError
 from hvcpd.language.phrasebook import Phrasebook
 from hvcpd.recognition.protocols import Ears
@@ -24,14 +24,14 @@ ADOPTED_S = 10.0
 _log = structlog.get_logger(__name__)
 
 
-class Lessons:
+class NameLearning:
     """Answers a robot's LearnName records, one after the other."""
 
-    def __init__(self, robot: Robot, roster: Roster, sound: Sound, rehearsal: Rehearsal) -> None:
+    def __init__(self, robot: Robot, roster: NameRegistry, sound: Sound, warm_up: CacheWarmUp) -> None:
         self._robot = robot
         self._roster = roster
         self._sound = sound
-        self._rehearsal = rehearsal
+        self._warm_up = warm_up
         self._turn = asyncio.Lock()
         self._under_way: set[asyncio.Task[object]] = set()
         self._tidy_s = robot.now + ADOPTED_S  # the first words said have needed some, too
@@ -64,9 +64,9 @@ class Lessons:
 
     async def _prepare(self) -> None:
         async with self._turn:
-            await asyncio.to_thread(self._rehearsal.before_speaking, self._goes_on)
+            await asyncio.to_thread(self._warm_up.before_speaking, self._goes_on)
             self._robot.is_silent = False
-            await asyncio.to_thread(self._rehearsal.the_rest, self._robot, self._goes_on)
+            await asyncio.to_thread(self._warm_up.the_rest, self._robot, self._goes_on)
             give_back_memory()
             _log.info("knows the others' voices sample by sample")
 
@@ -123,6 +123,6 @@ class Lessons:
 
     def _make_ready(self, name: str, told: bool) -> tuple[Phrasebook, Ears]:
         ready = self._roster.learn(name, told)
-        self._rehearsal.learn(name)
+        self._warm_up.learn(name)
         ready[1].prepare(self._goes_on)
         return ready

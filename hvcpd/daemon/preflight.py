@@ -13,7 +13,7 @@ from hvcpd.assembly.vocabulary import check, refusal
 from hvcpd.config.settings import AudioSettings, Settings, WheelSettings
 from hvcpd.config.task_doubts import doubts
 from hvcpd.daemon.devices import Devices
-from hvcpd.daemon.wiring import Outfit, equip
+from hvcpd.daemon.wiring import Wiring, wire_up
 from hvcpd.errors import EX_CANTCREAT, EX_CONFIG, EX_OK, EX_UNAVAILABLE, ConfigError, DeviceError
 from hvcpd.hardware.audio import Direction, find_device
 
@@ -41,10 +41,10 @@ class Finding:
 
 @dataclass(frozen=True)
 class Preflight:
-    """All findings; `outfit` is there if tasks, lexicon and phrasebook are good."""
+    """All findings; `wiring` is there if tasks, lexicon and phrasebook are good."""
 
     findings: tuple[Finding, ...]
-    outfit: Outfit | None
+    wiring: Wiring | None
 
     @property
     def exit_status(self) -> int:
@@ -60,30 +60,30 @@ def examine(
     They are looked for in this order; no device is opened, and no directory made.
     """
     findings: list[Finding] = []
-    outfit: Outfit | None = None
+    wiring: Wiring | None = None
     try:
-        outfit = equip(settings, allow_confusable)
-        numbers = len(outfit.tasks.tasks)
+        wiring = wire_up(settings, allow_confusable)
+        numbers = len(wiring.tasks.tasks)
         findings.append(Finding("tasks", f"{numbers} task{'s' * (numbers != 1)} in {settings.tasks}"))
-        findings += [Finding("tasks", f"{settings.tasks}: {text}", doubtful=True) for text in doubts(outfit.tasks)]
+        findings += [Finding("tasks", f"{settings.tasks}: {text}", doubtful=True) for text in doubts(wiring.tasks)]
         if not allow_confusable:
-            findings.append(find_confusable(outfit))
+            findings.append(find_confusable(wiring))
     except ConfigError as error:
         findings.append(Finding("tasks", str(error), error.exit_status))
     findings.append(find_memory(settings.state_dir))
     findings.extend(find_sound(settings.audio, devices))
     findings.append(find_port(settings.wheels, device_directory))
-    return Preflight(tuple(findings), outfit)
+    return Preflight(tuple(findings), wiring)
 
 
-def find_confusable(outfit: Outfit) -> Finding:
+def find_confusable(wiring: Wiring) -> Finding:
     """Whether tasks and names can be told apart by ear; kept in the state directory, if that is there already."""
-    settings = outfit.settings
+    settings = wiring.settings
     there = settings.state_dir.is_dir()
-    book = make_phrasebook(outfit.names, settings.teams, outfit.tasks)
-    sound = outfit.sound if there else replace(outfit.sound, cache=None)
+    book = make_phrasebook(wiring.names, settings.teams, wiring.tasks)
+    sound = wiring.sound if there else replace(wiring.sound, cache=None)
     cache = settings.state_dir / "vocabulary" if there else None
-    found = check(book, outfit.names, sound, cache, chosen_only=True)
+    found = check(book, wiring.names, sound, cache, chosen_only=True)
     why = refusal(found, settings.tasks)
     if why is not None:
         return Finding("vocabulary", why, EX_CONFIG)

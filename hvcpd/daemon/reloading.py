@@ -13,7 +13,7 @@ from hvcpd.config.settings import Loaded, Settings
 from hvcpd.config.sources import Sourced
 from hvcpd.config.tasks import TaskRepository
 from hvcpd.daemon.control_status import Body
-from hvcpd.daemon.wiring import Outfit
+from hvcpd.daemon.wiring import Wiring
 from hvcpd.errors import HvcpdError, NotDoneError
 from hvcpd.people.enrolled import Person
 
@@ -32,7 +32,7 @@ class Rereading:
     """How a daemon came by its settings, to do so again. `read` raises HvcpdError with every fault."""
 
     sources: tuple[Sourced, ...] = ()
-    read: Callable[[], tuple[Loaded, Outfit]] | None = None
+    read: Callable[[], tuple[Loaded, Wiring]] | None = None
     set_log: Callable[[Settings], None] = lambda _: None
 
 
@@ -48,21 +48,21 @@ class Reloader:
     async def reload(self) -> dict[str, Any]:
         """What has changed, and what needs a restart to change. Raises HvcpdError; then nothing has changed."""
         if self._body.robot is None:
-            raise NotDoneError(f"{self._body.outfit.settings.name} is still starting; try again in a moment")
+            raise NotDoneError(f"{self._body.wiring.settings.name} is still starting; try again in a moment")
         if self._rereading.read is None:
             return {"changed": [], "restart": []}
         async with self._turn:
             try:
-                loaded, outfit = await asyncio.to_thread(self._rereading.read)
+                loaded, wiring = await asyncio.to_thread(self._rereading.read)
             except HvcpdError as error:
                 _log.error("not reloaded", reason=str(error))
                 raise
-            result = self._take(loaded, outfit)
+            result = self._take(loaded, wiring)
         changed = ", ".join(change["key"] for change in result["changed"])
         _log.info("reloaded", changed=changed or "nothing", needs_restart=", ".join(result["restart"]) or "nothing")
         return result
 
-    def _take(self, loaded: Loaded, read: Outfit) -> dict[str, Any]:
+    def _take(self, loaded: Loaded, read: Wiring) -> dict[str, Any]:
         changed, restart, sources = [], [], []
         for old, new in zip(self.sources, loaded.sources, strict=True):
             live = new.key.split(".")[0] in LIVE
@@ -74,24 +74,24 @@ class Reloader:
             else:
                 restart.append(new.key)
         self.sources = tuple(sources)
-        outfit = self._body.outfit
+        wiring = self._body.wiring
         if not set(PEOPLE_FROM).intersection(restart):
-            known, found = outfit.sound.people, read.sound.people
+            known, found = wiring.sound.people, read.sound.people
             # Whom the settings name is one of the robots until an enrolment, in whose turns people do not take part.
-            if (known.keys() ^ found.keys()) & {name.lower() for name in outfit.settings.names}:
+            if (known.keys() ^ found.keys()) & {name.lower() for name in wiring.settings.names}:
                 restart.append("people")
             changed += self._take_people(known, found)
-        settings = replace(outfit.settings, **{key: getattr(read.settings, key) for key in LIVE})
-        tasks = outfit.tasks
+        settings = replace(wiring.settings, **{key: getattr(read.settings, key) for key in LIVE})
+        tasks = wiring.tasks
         if "tasks" not in restart and read.tasks != tasks:
             if _words(read.tasks) != _words(tasks):
                 restart.append("tasks")
             else:
                 changed += _task_changes(tasks, read.tasks)
                 tasks = read.tasks
-        self._body.outfit = replace(outfit, settings=settings, tasks=tasks)
+        self._body.wiring = replace(wiring, settings=settings, tasks=tasks)
         self._rereading.set_log(settings)
-        self._tell_robot(self._body.outfit)
+        self._tell_robot(self._body.wiring)
         return {"changed": changed, "restart": restart}
 
     def _take_people(self, known: dict[str, Person], read: dict[str, Person]) -> list[dict[str, Any]]:
@@ -112,15 +112,15 @@ class Reloader:
             self._body.join(new)
         return changes
 
-    def _tell_robot(self, outfit: Outfit) -> None:
+    def _tell_robot(self, wiring: Wiring) -> None:
         robot = self._body.robot
         if robot is None:
             return
         c = robot.coordination
-        role = outfit.with_live(c.role)
+        role = wiring.with_live(c.role)
         if self._body.base is not None:
-            role = replace(role, unable=self._body.base.unable(outfit))
-        c.reconfigure(robot.now, role, outfit.tasks.tasks)
+            role = replace(role, unable=self._body.base.unable(wiring))
+        c.reconfigure(robot.now, role, wiring.tasks.tasks)
 
 
 def _names(people: dict[str, Person]) -> list[str]:

@@ -30,7 +30,7 @@ Result = Mapping[str, Any]
 _log = structlog.get_logger(__name__)
 
 
-class Desk:
+class RequestHandler:
     """Carries out requests; what changes something is logged with who asked for it."""
 
     def __init__(self, body: Body, reloader: Reloader) -> None:
@@ -45,7 +45,7 @@ class Desk:
         return {
             "event": "hello",
             "protocol": PROTOCOL,
-            "name": self._body.outfit.settings.name,
+            "name": self._body.wiring.settings.name,
             "version": __version__,
         }
 
@@ -104,7 +104,7 @@ class Desk:
 
     async def base(self, arguments: Arguments, _client: Client) -> Result:
         if self._body.base is None:
-            driver = self._body.outfit.settings.wheels.driver
+            driver = self._body.wiring.settings.wheels.driver
             if driver == "ros":
                 raise RefusalError("starting", "the robot is still starting; try again in a moment")
             text = f"hvcpd has the wheels (wheels.driver is {driver}); set it to ros to leave them to ROS"
@@ -148,25 +148,25 @@ class Desk:
     def _robot(self) -> Robot:
         if self._body.robot is None:
             raise RefusalError(
-                "starting", f"{self._body.outfit.settings.name} is still starting; try again in a moment"
+                "starting", f"{self._body.wiring.settings.name} is still starting; try again in a moment"
             )
         return self._body.robot
 
 
-Command = Callable[[Desk, Arguments, Client], Awaitable[Result]]
+Command = Callable[[RequestHandler, Arguments, Client], Awaitable[Result]]
 ArgumentTypes = dict[str, tuple[type, ...]]
 
 COMMANDS: dict[str, tuple[ArgumentTypes, Command]] = {
-    "status": ({}, Desk.status),
-    "tasks": ({}, Desk.tasks),
-    "say": ({"text": (str,)}, Desk.say),
-    "stop": ({}, Desk.stop),
-    "resume": ({}, Desk.resume),
-    "base": (base_request_handler.ARGUMENTS, Desk.base),
-    "transcript": ({"after": (int,), "since_s": (int, float), "limit": (int,)}, Desk.transcript),
-    "config": ({}, Desk.config),
-    "reload": ({}, Desk.reload),
-    "subscribe": ({"events": (list,)}, Desk.subscribe),
+    "status": ({}, RequestHandler.status),
+    "tasks": ({}, RequestHandler.tasks),
+    "say": ({"text": (str,)}, RequestHandler.say),
+    "stop": ({}, RequestHandler.stop),
+    "resume": ({}, RequestHandler.resume),
+    "base": (base_request_handler.ARGUMENTS, RequestHandler.base),
+    "transcript": ({"after": (int,), "since_s": (int, float), "limit": (int,)}, RequestHandler.transcript),
+    "config": ({}, RequestHandler.config),
+    "reload": ({}, RequestHandler.reload),
+    "subscribe": ({"events": (list,)}, RequestHandler.subscribe),
 }
 """Each command with its arguments, none of which must be given but `say`'s."""
 

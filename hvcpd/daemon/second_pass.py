@@ -28,7 +28,7 @@ def one_thread() -> Executor:
     return ThreadPoolExecutor(1, "second-look")
 
 
-class SecondLook:
+class SecondPass:
     """A `people.ears.Worker`. `make_pool` makes what runs one call after the other; one that has failed is replaced."""
 
     def __init__(self, make_pool: Callable[[], Executor] = one_thread) -> None:

@@ -43,8 +43,8 @@ ONE_DAY = timedelta(days=1)
 
 
 @dataclass(frozen=True)
-class Outfit:
-    """What `equip` found good."""
+class Wiring:
+    """What `wire_up` found good."""
 
     settings: Settings
     tasks: TaskRepository
@@ -187,7 +187,7 @@ class Outfit:
         )
 
 
-def equip(settings: Settings, allow_confusable: bool = False) -> Outfit:
+def wire_up(settings: Settings, allow_confusable: bool = False) -> Wiring:
     """Read the lexicon, the tasks and the team's key, and try the phrasebook. Raises ConfigError with the faults of all
     four, or else with those of recorded voices.
 
@@ -216,12 +216,12 @@ def equip(settings: Settings, allow_confusable: bool = False) -> Outfit:
         if number not in numbers:
             listed = ", ".join(map(str, numbers))
             raise ConfigError(f"unable: {settings.tasks} has no task {number}; its numbers are {listed}")
-    outfit = Outfit(settings, tasks, sound, keys)
+    wiring = Wiring(settings, tasks, sound, keys)
     try:
-        phrasebook = outfit.phrasebook()
+        phrasebook = wiring.phrasebook()
     except VocabularyError as error:
         raise ConfigError(error.at(settings.tasks)) from error
-    return replace(outfit, sound=cast(sound, settings, phrasebook.marked_graph.words))
+    return replace(wiring, sound=cast(sound, settings, phrasebook.marked_graph.words))
 
 
 def _people(settings: Settings) -> dict[str, Person]:

@@ -107,7 +107,7 @@ class RehearsedWheels:
         self._left_rad = self._right_rad = 0.0
 
     def clock(self) -> float:
-        """The rehearsal's time, s."""
+        """The warm_up's time, s."""
         return self.now_s
 
     def sleep(self, duration_s: float) -> None:

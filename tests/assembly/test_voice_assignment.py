@@ -15,7 +15,7 @@ from hvcpd.config.settings import PeerSettings, Settings
 from hvcpd.config.task_file import load_tasks
 from hvcpd.config.tasks import default_tasks_path
 from hvcpd.coordination.actions import Role
-from hvcpd.daemon.wiring import equip
+from hvcpd.daemon.wiring import wire_up
 from hvcpd.errors import ConfigError
 from hvcpd.hardware.soundfile import write_wav
 from hvcpd.ports import SAMPLE_RATE_HZ, Pose, Samples
@@ -94,7 +94,7 @@ def test_every_word_that_a_folder_lacks_is_told_at_once(tmp_path: Path) -> None:
     folder = in_words(tmp_path / "mine", "oak", "hi")
     peers = {"Bot": PeerSettings(voice_folder=tmp_path / "nowhere")}
     with pytest.raises(ConfigError) as error:
-        equip(Settings(name="Rob", voice_folder=folder, peers=peers, state_dir=tmp_path))
+        wire_up(Settings(name="Rob", voice_folder=folder, peers=peers, state_dir=tmp_path))
     lines = str(error.value).splitlines()
     assert len(lines) == 2
     assert "no recording of" in lines[1]

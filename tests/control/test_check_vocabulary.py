@@ -19,7 +19,7 @@ from hvcpd.config.task_file import load_tasks
 from hvcpd.config.tasks import TaskDefinition, TaskRepository, Wait, default_tasks_path
 from hvcpd.control.cli import main
 from hvcpd.daemon.preflight import find_confusable
-from hvcpd.daemon.wiring import equip
+from hvcpd.daemon.wiring import wire_up
 from hvcpd.errors import EX_CONFIG
 from hvcpd.language.phrasebook import RESERVED_WORDS
 from hvcpd.language.rewording import SYNONYMS_PATH, known_names
@@ -160,7 +160,7 @@ def test_names_that_sound_the_same_are_refused(sound: Sound) -> None:
 
 def test_the_daemons_preflight_refuses_too(tmp_path: Path) -> None:
     tasks = task_file(tmp_path, "water the lamp rose", "water the land rose")
-    finding = find_confusable(equip(Settings(name="Rob", state_dir=tmp_path / "state", tasks=tasks)))
+    finding = find_confusable(wire_up(Settings(name="Rob", state_dir=tmp_path / "state", tasks=tasks)))
     assert finding.exit_status == EX_CONFIG
     assert "by the words 'lamp' and 'land'" in finding.text
     assert not (tmp_path / "state").exists()

@@ -20,7 +20,7 @@ from hvcpd.daemon.control_status import Body
 from hvcpd.daemon.journal_service import JournalService
 from hvcpd.daemon.reloading import Rereading
 from hvcpd.daemon.wheel_service import WheelService
-from hvcpd.daemon.wiring import Outfit, equip
+from hvcpd.daemon.wiring import Wiring, wire_up
 from hvcpd.ports import WheelCommand, WheelReading
 from hvcpd.recognition.events import Event
 from tests.robot.test_hold import BLOCK, Bench
@@ -91,15 +91,15 @@ class ControlBench:
         self.file.write_text("mode: volunteer\n")
         given = {"name": "Rob", "tasks": str(directory / "tasks.yaml"), "state_dir": str(directory / "state")} | more
 
-        def read() -> tuple[Loaded, Outfit]:
+        def read() -> tuple[Loaded, Wiring]:
             again = load_with_sources(self.file, given, environment={})
-            return again, equip(again.settings)
+            return again, wire_up(again.settings)
 
-        loaded, outfit = read()
+        loaded, wiring = read()
         self.bench = Bench(Forward(1.0))
         self.wheels = NotedWheels()
-        self.journal = JournalService(outfit)
-        self.body = Body(outfit, self.journal)
+        self.journal = JournalService(wiring)
+        self.body = Body(wiring, self.journal)
         self.service = ControlService(self.body, Rereading(loaded.sources, read))
         self.path = loaded.settings.control.socket or directory / "state" / "rob.sock"
 

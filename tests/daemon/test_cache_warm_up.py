@@ -1,4 +1,4 @@
-"""After the rehearsal nothing needs the synthesizer any more, and it says how far it is."""
+"""After the warm_up nothing needs the synthesizer any more, and it says how far it is."""
 
 from __future__ import annotations
 
@@ -13,8 +13,8 @@ from structlog.testing import capture_logs
 
 from hvcpd.assembly.make import RobotPlan, Sound, make_robot
 from hvcpd.config.settings import Settings
-from hvcpd.daemon.cache_warm_up import LOGGED_EVERY_S, Chore, Preparation, Rehearsal
-from hvcpd.daemon.wiring import equip
+from hvcpd.daemon.cache_warm_up import LOGGED_EVERY_S, CacheWarmUp, Chore, Preparation
+from hvcpd.daemon.wiring import wire_up
 from hvcpd.people.ears import AtOnce
 from hvcpd.ports import Samples
 from hvcpd.robot.own_voice import Acoustics
@@ -38,34 +38,34 @@ class CountingCache(UnitCache):
 
 
 def planned(directory: Path, cache: UnitCache | None, **more: object) -> tuple[RobotPlan, Sound]:
-    outfit = equip(replace(Settings(name="Rob", names=("Rob", "Bot", "Zoe"), state_dir=directory), **more))  # type: ignore[arg-type]
-    return outfit.plan({}, Acoustics(), second=AtOnce()), replace(outfit.sound, cache=cache)
+    wiring = wire_up(replace(Settings(name="Rob", names=("Rob", "Bot", "Zoe"), state_dir=directory), **more))  # type: ignore[arg-type]
+    return wiring.plan({}, Acoustics(), second=AtOnce()), replace(wiring.sound, cache=cache)
 
 
 @pytest.mark.slow
 def test_each_stage_has_all_that_is_needed_from_then_on(tmp_path: Path, units: Path) -> None:
     cache = CountingCache(units)
     plan, sound = planned(tmp_path, cache)
-    rehearsal = Rehearsal(plan, sound)
-    rehearsal.before_listening()
+    warm_up = CacheWarmUp(plan, sound)
+    warm_up.before_listening()
     cache.made = 0
     robot = make_robot(plan, sound)
     assert cache.made <= 8, "only what tells the call from a name that sounds like it"
-    rehearsal.before_speaking()
+    warm_up.before_speaking()
     cache.made = 0
     chance = random.Random(1)
     speaker = sound.speaker_of("Rob")
     for _ in range(200):
         assert len(speaker.render(robot.phrasebook.phrases(robot.phrasebook.sample(chance)))) > 0
     assert cache.made == 0
-    rehearsal.the_rest(robot)
+    warm_up.the_rest(robot)
     cache.made = 0
     robot = make_robot(plan, sound)
     robot.prepare(lambda: True)
     slowly = sound.speaker_of("Rob", 1.0 / 1.25)
-    for stage in (rehearsal.before_listening, rehearsal.before_speaking):
+    for stage in (warm_up.before_listening, warm_up.before_speaking):
         stage()
-    rehearsal.the_rest(robot)
+    warm_up.the_rest(robot)
     assert cache.made == 0
     assert slowly.voice.rate < speaker.voice.rate
 
@@ -73,9 +73,9 @@ def test_each_stage_has_all_that_is_needed_from_then_on(tmp_path: Path, units: P
 def test_without_a_cache_there_is_nothing_to_do(tmp_path: Path) -> None:
     plan, sound = planned(tmp_path, None)
     made = Preparation(lambda _: pytest.fail("something was made"))
-    rehearsal = Rehearsal(plan, sound, made)
-    rehearsal.before_listening()
-    rehearsal.before_speaking()
+    warm_up = CacheWarmUp(plan, sound, made)
+    warm_up.before_listening()
+    warm_up.before_speaking()
     assert list(tmp_path.iterdir()) == []
 
 
@@ -83,7 +83,7 @@ def test_whoever_ends_meanwhile_waits_for_one_word_at_most(tmp_path: Path) -> No
     cache = CountingCache(tmp_path / "units")
     plan, sound = planned(tmp_path, cache)
     turns = iter((True, False))
-    Rehearsal(plan, sound).before_listening(lambda: next(turns, False))
+    CacheWarmUp(plan, sound).before_listening(lambda: next(turns, False))
     assert 0 < cache.made <= 4
 
 

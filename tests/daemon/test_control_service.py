@@ -244,7 +244,7 @@ def test_reload_takes_new_words_and_whoever_is_new_or_gone(tmp_path: Path) -> No
     async def scene() -> None:
         async with control(tmp_path) as bench:
             talk = await bench.connect()
-            known = bench.body.outfit.sound.people
+            known = bench.body.wiring.sound.people
             write_person(person_path(state, "Anna"), anna.with_takes({"rob": [take]}))
             joined: list[Sequence[str]] = []
             bench.body.join = joined.append
@@ -280,7 +280,7 @@ def test_who_counts_stays_the_same_while_the_settings_for_it_wait_for_a_restart(
             talk = await bench.connect()
             bench.file.write_text("mode: volunteer\nvoices: robots\n")
             assert (await talk.ask("reload"))["result"] == {"changed": [], "restart": ["voices"]}
-            assert list(bench.body.outfit.sound.people) == ["anna"]
+            assert list(bench.body.wiring.sound.people) == ["anna"]
             bench.file.write_text("mode: volunteer\n")
             assert (await talk.ask("reload"))["result"] == {"changed": [], "restart": []}
             await talk.hang_up()
@@ -407,7 +407,7 @@ def test_a_memory_that_fails_is_told_as_an_event_and_in_the_status(tmp_path: Pat
             talk = await bench.connect()
             await talk.ask("subscribe", events=["memory"])
             assert (await talk.ask("status"))["result"]["memory"]["fault"] is None
-            bench.body.outfit.settings.memory_path.unlink()
+            bench.body.wiring.settings.memory_path.unlink()
             with capture_logs():
                 await bench.live(heard(), blocks=2)
                 await bench.journal.settled()

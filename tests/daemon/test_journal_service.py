@@ -14,7 +14,7 @@ from structlog.testing import capture_logs
 from hvcpd.config.settings import Settings
 from hvcpd.coordination.actions import SaveStopped, SaveTask
 from hvcpd.daemon.journal_service import MAX_WAITING, JournalService
-from hvcpd.daemon.wiring import Outfit, equip
+from hvcpd.daemon.wiring import Wiring, wire_up
 from hvcpd.errors import StoreError
 from hvcpd.memory.latch import Permit, StopLatch
 from hvcpd.memory.store import Store
@@ -22,17 +22,17 @@ from hvcpd.robot.records import GarbledRecord
 
 
 @pytest.fixture
-def outfit(tmp_path: Path) -> Outfit:
-    return equip(Settings(name="Rob", state_dir=tmp_path / "state"))
+def wiring(tmp_path: Path) -> Wiring:
+    return wire_up(Settings(name="Rob", state_dir=tmp_path / "state"))
 
 
 def run(scene: Coroutine[Any, Any, None]) -> None:
     asyncio.run(asyncio.wait_for(scene, 20.0))
 
 
-def test_all_that_was_written_is_there_after_closing(outfit: Outfit) -> None:
+def test_all_that_was_written_is_there_after_closing(wiring: Wiring) -> None:
     async def scene() -> None:
-        journal = JournalService(outfit)
+        journal = JournalService(wiring)
         assert await journal.open() == {}
         for second in range(100):
             journal.write((GarbledRecord(second, second, second + 1.0),), float(second))
@@ -40,30 +40,30 @@ def test_all_that_was_written_is_there_after_closing(outfit: Outfit) -> None:
         await journal.close()
 
     run(scene())
-    store = Store(outfit.settings.memory_path)
+    store = Store(wiring.settings.memory_path)
     assert [record.at_s for record in store.transcript()] == [float(second) for second in range(100)]
     assert [(task.number, task.state) for task in store.tasks()] == [(2, "done")]
     store.close()
 
 
-def test_what_is_remembered_at_the_next_start(outfit: Outfit) -> None:
+def test_what_is_remembered_at_the_next_start(wiring: Wiring) -> None:
     async def scene() -> None:
-        journal = JournalService(outfit)
+        journal = JournalService(wiring)
         await journal.open()
         journal.write((SaveTask(2, "done", "Bot"),), 1.0)
         await journal.close()
-        again = JournalService(outfit)
+        again = JournalService(wiring)
         assert await again.open() == {2: ("done", "Bot")}
         await again.close()
 
     run(scene())
 
 
-def test_another_process_at_the_memory_costs_records_but_not_the_mission(outfit: Outfit) -> None:
+def test_another_process_at_the_memory_costs_records_but_not_the_mission(wiring: Wiring) -> None:
     async def scene() -> None:
-        journal = JournalService(outfit)
+        journal = JournalService(wiring)
         await journal.open()
-        other = sqlite3.connect(outfit.settings.memory_path, isolation_level=None)
+        other = sqlite3.connect(wiring.settings.memory_path, isolation_level=None)
         other.execute("BEGIN EXCLUSIVE")
         journal.write((GarbledRecord(1.0, 1.0, 2.0),), 1.0)
         await journal.settled()
@@ -79,9 +79,9 @@ def test_another_process_at_the_memory_costs_records_but_not_the_mission(outfit:
     assert "another process uses it" in logs[0]["reason"]
 
 
-def test_what_waits_is_bounded(outfit: Outfit) -> None:
+def test_what_waits_is_bounded(wiring: Wiring) -> None:
     async def scene() -> None:
-        journal = JournalService(outfit)
+        journal = JournalService(wiring)
         await journal.open()
         for _ in range(MAX_WAITING + 5):  # without letting the loop turn
             journal.write((GarbledRecord(1.0, 1.0, 2.0),), 1.0)
@@ -93,11 +93,11 @@ def test_what_waits_is_bounded(outfit: Outfit) -> None:
     assert [line["event"] for line in logs].count("memory failed") == 1
 
 
-def test_a_memory_that_cannot_be_opened(outfit: Outfit) -> None:
-    outfit.settings.state_dir.write_text("in the way")
+def test_a_memory_that_cannot_be_opened(wiring: Wiring) -> None:
+    wiring.settings.state_dir.write_text("in the way")
 
     async def scene() -> None:
-        journal = JournalService(outfit)
+        journal = JournalService(wiring)
         with pytest.raises(StoreError, match="state_dir"):
             await journal.open()
         await journal.close()
@@ -105,9 +105,9 @@ def test_a_memory_that_cannot_be_opened(outfit: Outfit) -> None:
     run(scene())
 
 
-def test_our_own_mistake_is_raised(outfit: Outfit) -> None:
+def test_our_own_mistake_is_raised(wiring: Wiring) -> None:
     async def scene() -> None:
-        journal = JournalService(outfit)
+        journal = JournalService(wiring)
         await journal.open()
         journal.write((SaveTask(77, "done", "Bot"),), 1.0)  # there is no such task
         await journal.settled()
@@ -118,23 +118,23 @@ def test_our_own_mistake_is_raised(outfit: Outfit) -> None:
     run(scene())
 
 
-def permit(outfit: Outfit) -> Permit | None:
+def permit(wiring: Wiring) -> Permit | None:
     """What the latch says of the next start."""
-    found = StopLatch(outfit.latch_path).read()
+    found = StopLatch(wiring.latch_path).read()
     return found.permit if found is not None else None
 
 
-def test_what_must_not_be_lost_is_written_as_soon_as_the_disk_works_again(outfit: Outfit) -> None:
+def test_what_must_not_be_lost_is_written_as_soon_as_the_disk_works_again(wiring: Wiring) -> None:
     async def scene() -> None:
-        journal = JournalService(outfit)
+        journal = JournalService(wiring)
         await journal.open()
-        assert permit(outfit) is Permit.FREE
-        other = sqlite3.connect(outfit.settings.memory_path, isolation_level=None)
+        assert permit(wiring) is Permit.FREE
+        other = sqlite3.connect(wiring.settings.memory_path, isolation_level=None)
         other.execute("BEGIN EXCLUSIVE")
         journal.write((SaveTask(1, "claimed", "Rob"), SaveTask(2, "done", "Bot")), 1.0)
         await journal.settled()
         assert journal.fault is not None
-        assert permit(outfit) is Permit.UNSURE, "killed now, the robot would start stopped"
+        assert permit(wiring) is Permit.UNSURE, "killed now, the robot would start stopped"
         journal.write((SaveTask(1, "done", "Rob"),), 1.5)
         await journal.settled()
         other.execute("ROLLBACK")
@@ -142,9 +142,9 @@ def test_what_must_not_be_lost_is_written_as_soon_as_the_disk_works_again(outfit
         journal.write((), 10.0)
         await journal.settled()
         assert (journal.fault, journal.lost) == (None, 0)
-        assert permit(outfit) is Permit.FREE
+        assert permit(wiring) is Permit.FREE
         await journal.close()
-        again = JournalService(outfit)
+        again = JournalService(wiring)
         assert await again.open() == {1: ("done", "Rob"), 2: ("done", "Bot")}
         assert again.stopped is False
         await again.close()
@@ -152,26 +152,26 @@ def test_what_must_not_be_lost_is_written_as_soon_as_the_disk_works_again(outfit
     run(scene())
 
 
-def test_a_stop_is_kept_before_it_is_answered_and_whatever_waits_for_the_disk(outfit: Outfit) -> None:
+def test_a_stop_is_kept_before_it_is_answered_and_whatever_waits_for_the_disk(wiring: Wiring) -> None:
     async def scene() -> None:
-        journal = JournalService(outfit)
+        journal = JournalService(wiring)
         journal.stop()  # before the memory is open
         opening = asyncio.ensure_future(journal.open())
         assert await journal.stop_kept() is None
         await opening
-        assert permit(outfit) is Permit.STOPPED
+        assert permit(wiring) is Permit.STOPPED
         journal.stop(False)
         assert await journal.stop_kept() is None
-        assert permit(outfit) is Permit.FREE
-        other = sqlite3.connect(outfit.settings.memory_path, isolation_level=None)
+        assert permit(wiring) is Permit.FREE
+        other = sqlite3.connect(wiring.settings.memory_path, isolation_level=None)
         other.execute("BEGIN EXCLUSIVE")
         journal.write((GarbledRecord(1.0, 1.0, 2.0), SaveStopped(True)), 1.0)
         assert await journal.stop_kept() is None
-        assert permit(outfit) is Permit.STOPPED, "though nothing else can be written"
+        assert permit(wiring) is Permit.STOPPED, "though nothing else can be written"
         other.execute("ROLLBACK")
         other.close()
         await journal.close()
-        again = JournalService(outfit)
+        again = JournalService(wiring)
         await again.open()
         assert again.stopped
         await again.close()
@@ -179,12 +179,12 @@ def test_a_stop_is_kept_before_it_is_answered_and_whatever_waits_for_the_disk(ou
     run(scene())
 
 
-def test_a_file_that_cannot_be_used_costs_the_memory_and_the_robot_starts_stopped(outfit: Outfit) -> None:
-    outfit.settings.state_dir.mkdir()
-    outfit.settings.memory_path.mkdir()
+def test_a_file_that_cannot_be_used_costs_the_memory_and_the_robot_starts_stopped(wiring: Wiring) -> None:
+    wiring.settings.state_dir.mkdir()
+    wiring.settings.memory_path.mkdir()
 
     async def scene() -> None:
-        journal = JournalService(outfit)
+        journal = JournalService(wiring)
         assert await journal.open() == {}
         assert journal.stopped
         assert journal.fault is not None
@@ -192,7 +192,7 @@ def test_a_file_that_cannot_be_used_costs_the_memory_and_the_robot_starts_stoppe
         journal.write((SaveStopped(False), SaveTask(1, "done", "Rob"), GarbledRecord(1.0, 1.0, 2.0)), 1.0)
         journal.write((), 5.0)
         await journal.close()
-        assert permit(outfit) is Permit.UNSURE, "it was told to resume, and nobody knows what it has done since"
+        assert permit(wiring) is Permit.UNSURE, "it was told to resume, and nobody knows what it has done since"
 
     with capture_logs() as logs:
         run(scene())

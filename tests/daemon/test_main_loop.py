@@ -14,7 +14,7 @@ from structlog.testing import capture_logs
 from hvcpd.config.settings import Loaded, Settings, load_settings, load_with_sources
 from hvcpd.daemon.main_loop import Daemon
 from hvcpd.daemon.reloading import Rereading
-from hvcpd.daemon.wiring import Outfit, equip
+from hvcpd.daemon.wiring import Wiring, wire_up
 from hvcpd.errors import DeviceError, HvcpdError
 from hvcpd.memory.store import Store
 from hvcpd.people.enrolled import Person, person_path, write_person
@@ -40,9 +40,9 @@ def settings_of(directory: Path, units: Path, name: str, **more: object) -> Sett
     return load_settings(None, given | more, system_path=directory / "none.yaml")
 
 
-def live(outfits: list[Outfit], room: SharedRoom) -> list[Daemon]:
-    """Run a daemon for each outfit until the room ends it."""
-    daemons = [Daemon(outfit, devices_of(room, number)) for number, outfit in enumerate(outfits)]
+def live(outfits: list[Wiring], room: SharedRoom) -> list[Daemon]:
+    """Run a daemon for each wiring until the room ends it."""
+    daemons = [Daemon(wiring, devices_of(room, number)) for number, wiring in enumerate(outfits)]
     for stream, daemon in zip(room.streams, daemons, strict=True):
         stream.settled = daemon.settled
 
@@ -70,20 +70,20 @@ def said(logs: list[Any]) -> list[str]:
 
 
 @pytest.fixture(scope="module")
-def lonely(tmp_path_factory: pytest.TempPathFactory, units: Path) -> tuple[list[Any], SharedRoom, Outfit]:
+def lonely(tmp_path_factory: pytest.TempPathFactory, units: Path) -> tuple[list[Any], SharedRoom, Wiring]:
     """A robot alone in the room, from switching on until its task is done."""
     directory = tmp_path_factory.mktemp("lonely")
     settings = settings_of(directory, units, "Rob")
-    outfit = equip(settings)
+    wiring = wire_up(settings)
     with shared_room([settings], until(90.0, lambda: "Task one complete" in " ".join(said(logs)))) as room:
         with capture_logs() as logs:
-            live([outfit], room)
+            live([wiring], room)
         poses = room.bodies[0].pose
     assert poses is not None
-    return logs, room, outfit
+    return logs, room, wiring
 
 
-def test_it_greets_claims_drives_waters_and_reports(lonely: tuple[list[Any], SharedRoom, Outfit]) -> None:
+def test_it_greets_claims_drives_waters_and_reports(lonely: tuple[list[Any], SharedRoom, Wiring]) -> None:
     logs, room, _ = lonely
     sentences = said(logs)
     assert sentences[0] == "Hi all, I am Rob, member of team plant"
@@ -94,7 +94,7 @@ def test_it_greets_claims_drives_waters_and_reports(lonely: tuple[list[Any], Sha
     assert abs(body.y_m + 5.0) < 0.1
 
 
-def test_every_event_is_one_log_line(lonely: tuple[list[Any], SharedRoom, Outfit]) -> None:
+def test_every_event_is_one_log_line(lonely: tuple[list[Any], SharedRoom, Wiring]) -> None:
     logs, _, _ = lonely
     states = [(line["number"], line["state"], line["owner"]) for line in logs if line["event"] == "task"]
     assert states == [(1, "claimed", "Rob"), (1, "done", "Rob")]
@@ -102,21 +102,21 @@ def test_every_event_is_one_log_line(lonely: tuple[list[Any], SharedRoom, Outfit
     assert {"starting", "listening"} <= {line["event"] for line in logs}
 
 
-def test_it_remembers_across_a_restart(lonely: tuple[list[Any], SharedRoom, Outfit]) -> None:
-    logs, _, outfit = lonely
-    store = Store(outfit.settings.memory_path)
+def test_it_remembers_across_a_restart(lonely: tuple[list[Any], SharedRoom, Wiring]) -> None:
+    logs, _, wiring = lonely
+    store = Store(wiring.settings.memory_path)
     try:
         assert [(task.state, task.owner) for task in store.tasks()] == [("done", "Rob")]
         assert [record.text for record in store.transcript()] == said(logs)
     finally:
         store.close()
-    with shared_room([outfit.settings], until(30.0)) as room, capture_logs() as later:
-        live([outfit], room)
+    with shared_room([wiring.settings], until(30.0)) as room, capture_logs() as later:
+        live([wiring], room)
     assert "nothing left to do" in {line["event"] for line in later}
     assert not any("complete task" in text for text in said(later))
 
 
-def test_everything_is_taken_down_and_the_wheels_stand(lonely: tuple[list[Any], SharedRoom, Outfit]) -> None:
+def test_everything_is_taken_down_and_the_wheels_stand(lonely: tuple[list[Any], SharedRoom, Wiring]) -> None:
     _, room, _ = lonely
     assert room.streams[0].log == ["open", "start", "close"]
     for motor in room.bodies[0].motors:
@@ -144,7 +144,7 @@ def test_a_card_that_dies_while_driving_stops_the_wheels_and_the_task_is_done_wh
 
     with shared_room([settings], watch) as room, capture_logs() as logs:
         room.streams[0].on_open_afresh = time_passes
-        live([equip(settings)], room)
+        live([wire_up(settings)], room)
     dying_m, standing_m, later_m = way_m
     assert later_m == pytest.approx(standing_m, abs=1e-3)
     assert standing_m - dying_m < 0.03, "0.2 m/s and the motors' time constant of 0.1 s make 2 cm"
@@ -166,8 +166,8 @@ def test_a_daemon_that_fails_on_the_way_goes_on_from_where_the_robot_stands(tmp_
         until(failed[0] + 90.0 if failed else 90.0, lambda: "Task one complete" in " ".join(said(logs)))(now)
 
     with shared_room([settings], watch) as room, capture_logs() as logs:
-        live([equip(settings)], room)
-        live([equip(settings)], room)
+        live([wire_up(settings)], room)
+        live([wire_up(settings)], room)
         assert failed
         assert room.bodies[0].pose.x_m == pytest.approx(-4.6, abs=0.06)
     assert [line["task"] for line in logs if line["event"] == "performed"] == [1]
@@ -177,7 +177,7 @@ def test_a_daemon_that_fails_on_the_way_goes_on_from_where_the_robot_stands(tmp_
 @pytest.mark.slow
 def test_two_daemons_greet_each_other_and_share_one_task(tmp_path: Path, units: Path) -> None:
     outfits = [
-        equip(settings_of(tmp_path / name, units, name, **{"start.y_m": y_m, "seed": seed}))
+        wire_up(settings_of(tmp_path / name, units, name, **{"start.y_m": y_m, "seed": seed}))
         for name, y_m, seed in (("Rob", -5.0, 1), ("Bot", -4.0, 2))
         if (tmp_path / name).mkdir() is None
     ]
@@ -189,7 +189,7 @@ def test_two_daemons_greet_each_other_and_share_one_task(tmp_path: Path, units: 
                 quiet_since.append(room.now_s)
             return bool(quiet_since) and room.now_s - quiet_since[0] > 1.0
 
-        with shared_room([outfit.settings for outfit in outfits], until(120.0, done)) as room:
+        with shared_room([wiring.settings for wiring in outfits], until(120.0, done)) as room:
             live(outfits, room)
     assert [line["task"] for line in logs if line["event"] == "performed"] == [1]
     heard = {line["speaker"] for line in logs if line["event"] == "heard" and line["confidence"] > 0}
@@ -200,7 +200,7 @@ def test_two_daemons_greet_each_other_and_share_one_task(tmp_path: Path, units: 
 @pytest.mark.slow
 def test_two_daemons_that_know_only_their_own_names_meet_and_remember_each_other(tmp_path: Path, units: Path) -> None:
     outfits = [
-        equip(settings_of(tmp_path / name, units, name, **{"start.y_m": y_m, "seed": seed, "names": ["Anna"]}))
+        wire_up(settings_of(tmp_path / name, units, name, **{"start.y_m": y_m, "seed": seed, "names": ["Anna"]}))
         for name, y_m, seed in (("Rob", -5.0, 1), ("Zorg", -4.0, 2))
         if (tmp_path / name).mkdir() is None
     ]
@@ -209,15 +209,15 @@ def test_two_daemons_that_know_only_their_own_names_meet_and_remember_each_other
         def done() -> bool:
             return any("confirmed" in text for text in said(logs))
 
-        with shared_room([outfit.settings for outfit in outfits], until(60.0, done)) as room:
+        with shared_room([wiring.settings for wiring in outfits], until(60.0, done)) as room:
             live(outfits, room)
     assert {line["name"] for line in logs if line["event"] == "name learned"} == {"Rob", "Zorg"}
     assert any(text.startswith(("Hi Rob, I am Zorg, confirmed", "Hi Zorg, I am Rob, confirmed")) for text in said(logs))
-    for outfit, other in zip(outfits, ("Zorg", "Rob"), strict=True):
-        store = Store(outfit.settings.memory_path)
+    for wiring, other in zip(outfits, ("Zorg", "Rob"), strict=True):
+        store = Store(wiring.settings.memory_path)
         try:
             assert store.names_heard() == (other,)
-            assert outfit.names_with(store.names_heard()) == (*outfit.names, other)
+            assert wiring.names_with(store.names_heard()) == (*wiring.names, other)
         finally:
             store.close()
 
@@ -227,11 +227,11 @@ def test_who_is_enrolled_while_it_lives_is_known_after_a_reload(tmp_path: Path, 
     settings = settings_of(tmp_path, units, "Rob", names=["Bot"], mode="follow")
     given = {"name": "Rob", "tasks": str(settings.tasks), "state_dir": str(settings.state_dir), "names": ["Bot"]}
 
-    def read() -> tuple[Loaded, Outfit]:
+    def read() -> tuple[Loaded, Wiring]:
         loaded = load_with_sources(None, given, system_path=tmp_path / "none.yaml", environment={})
-        return loaded, equip(loaded.settings)
+        return loaded, wire_up(loaded.settings)
 
-    loaded, outfit = read()
+    loaded, wiring = read()
     reloads: list[asyncio.Task[None]] = []
 
     def watch(now_s: float) -> None:
@@ -245,11 +245,11 @@ def test_who_is_enrolled_while_it_lives_is_known_after_a_reload(tmp_path: Path, 
             raise OverError("the test has seen enough")
 
     with capture_logs() as logs, shared_room([settings], watch) as room:
-        daemon = Daemon(outfit, devices_of(room, 0), rereading=Rereading(loaded.sources, read))
+        daemon = Daemon(wiring, devices_of(room, 0), rereading=Rereading(loaded.sources, read))
         room.streams[0].settled = daemon.settled
         with pytest.raises(OverError):
             asyncio.run(daemon.run())
     assert [line["name"] for line in logs if line["event"] == "name learned"] == ["Clara"]
     assert daemon.robot is not None
     assert daemon.robot.phrasebook.known_name("Clara") == "Clara"
-    assert outfit.sound.people["clara"].words == {"stop"}
+    assert wiring.sound.people["clara"].words == {"stop"}

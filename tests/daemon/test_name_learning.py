@@ -10,11 +10,11 @@ import numpy as np
 from structlog.testing import capture_logs
 
 from hvcpd.assembly.make import RobotPlan, make_sound
-from hvcpd.assembly.name_registry import Roster
+from hvcpd.assembly.name_registry import NameRegistry
 from hvcpd.config.tasks import Place, TaskDefinition, TaskRepository, Water
 from hvcpd.coordination.actions import Role
-from hvcpd.daemon.cache_warm_up import Rehearsal
-from hvcpd.daemon.name_learning import Lessons
+from hvcpd.daemon.cache_warm_up import CacheWarmUp
+from hvcpd.daemon.name_learning import NameLearning
 from hvcpd.language.phrasebook import Phrasebook, Vocabulary
 from hvcpd.people.enrolled import Person
 from hvcpd.ports import Pose
@@ -25,8 +25,8 @@ from tests.daemon.control_bench import run
 TASKS = TaskRepository((TaskDefinition(1, "water the red rose", Place(0.0, 0.0), (Water(1.0),)),))
 
 
-class Pupil:
-    """What lessons need of a robot; it never has the time to adopt what it is given."""
+class Adaptation:
+    """What name_learning need of a robot; it never has the time to adopt what it is given."""
 
     now = 0.0
     voices: Mapping[str, str] = {}
@@ -43,7 +43,7 @@ class Pupil:
 
 
 class School:
-    """A robot's names, some of them of people, and its lessons."""
+    """A robot's names, some of them of people, and its name_learning."""
 
     def __init__(self, units: Path, *names: str, settled: tuple[str, ...] = ()) -> None:
         self.sound = make_sound(None, units)
@@ -51,26 +51,26 @@ class School:
             self.enrol(name)
         role = Role("Bot", "plant", volunteer=False)
         self.plan = RobotPlan(role, ("Bot", *names), TASKS, Pose(0.0, 0.0), 1, prepared=False)
-        self.roster = Roster(self.plan, self.sound, settled)
-        self.pupil = Pupil("Bot", *names)
+        self.roster = NameRegistry(self.plan, self.sound, settled)
+        self.adaptation = Adaptation("Bot", *names)
 
     def enrol(self, name: str) -> None:
         self.sound.people[name.lower()] = Person(name, {"stop": [np.ones((20, 24), np.float32)]})
 
-    def lessons(self) -> Lessons:
-        return Lessons(cast(Robot, self.pupil), self.roster, self.sound, Rehearsal(self.plan, self.sound))
+    def name_learning(self) -> NameLearning:
+        return NameLearning(cast(Robot, self.adaptation), self.roster, self.sound, CacheWarmUp(self.plan, self.sound))
 
     async def join(self, *names: str) -> None:
-        lessons = self.lessons()
-        lessons.join(names)
-        await lessons.settled()
+        name_learning = self.name_learning()
+        name_learning.join(names)
+        await name_learning.settled()
 
 
 def test_who_is_removed_leaves_the_name_to_others(units: Path) -> None:
     school = School(units, "Clara")
     del school.sound.people["clara"]
     run(school.join())
-    assert school.pupil.voices.keys() == {"bot"}, "nobody expects Clara's voice any more"
+    assert school.adaptation.voices.keys() == {"bot"}, "nobody expects Clara's voice any more"
     assert school.roster.names == ("Bot",), "and nobody's name sounds like hers"
 
 
@@ -90,7 +90,7 @@ def test_whom_the_settings_name_stays_known_when_an_enrolment_is_removed(units: 
 def test_more_words_of_whom_it_knows_are_made_ready(units: Path) -> None:
     school = School(units, "Clara")
     run(school.join())
-    assert school.pupil.prepared == 1
+    assert school.adaptation.prepared == 1
 
 
 def test_a_name_that_is_spelled_twice_and_then_enrolled_is_kept(units: Path) -> None:
@@ -98,16 +98,16 @@ def test_a_name_that_is_spelled_twice_and_then_enrolled_is_kept(units: Path) -> 
     school.roster.names = ("Bot", "Zorg")  # as it was learned
 
     async def spell() -> None:
-        lessons = school.lessons()
-        lessons.take([LearnName("Zorg")])  # before the robot has adopted it
-        await lessons.settled()
+        name_learning = school.name_learning()
+        name_learning.take([LearnName("Zorg")])  # before the robot has adopted it
+        await name_learning.settled()
 
     with capture_logs() as logs:
         run(spell())
     assert logs == []
     school.enrol("Zorg")
     run(school.join("Zorg"))
-    assert school.pupil.voices["zorg"] == "zorg, enrolled"
+    assert school.adaptation.voices["zorg"] == "zorg, enrolled"
     del school.sound.people["zorg"]
     run(school.join())
     assert school.roster.names == ("Bot",), "as of anybody else who was removed"

@@ -15,7 +15,7 @@ from structlog.testing import capture_logs
 from hvcpd.daemon.main_loop import NO_SOUND, Daemon
 from hvcpd.daemon.notify import ServiceManager
 from hvcpd.daemon.overload import TOO_BUSY
-from hvcpd.daemon.wiring import equip
+from hvcpd.daemon.wiring import wire_up
 from hvcpd.errors import DeviceError
 from tests.daemon.test_main_loop import settings_of
 from tests.daemon.virtual import devices_of, shared_room
@@ -126,7 +126,7 @@ def test_a_robot_tells_when_it_is_ready_that_sound_flows_and_that_it_ends(tmp_pa
             daemon.leave()
 
     with shared_room([settings], watch) as room:
-        daemon = Daemon(equip(settings), devices_of(room), manager)
+        daemon = Daemon(wire_up(settings), devices_of(room), manager)
         room.streams[0].settled = daemon.settled
         asyncio.run(daemon.run())
     told.extend(listener.told())
@@ -156,7 +156,7 @@ def test_a_robot_on_a_computer_that_is_too_busy_says_so(tmp_path: Path, units: P
             daemon.leave()
 
     with shared_room([settings], watch) as room, capture_logs() as logs:
-        daemon = Daemon(equip(settings), devices_of(room), ServiceManager(listener.environment))
+        daemon = Daemon(wire_up(settings), devices_of(room), ServiceManager(listener.environment))
         room.streams[0].settled = daemon.settled
         asyncio.run(daemon.run())
     told = listener.told()

@@ -13,7 +13,7 @@ from hil_fakes.dynamixel.motor import turtlebot3_pair
 from hvcpd.config.settings import Settings, SpeechSettings, WheelSettings
 from hvcpd.coordination.actions import Speech
 from hvcpd.daemon.preflight import find_memory, find_port
-from hvcpd.daemon.wiring import Outfit, equip
+from hvcpd.daemon.wiring import Wiring, wire_up
 from hvcpd.errors import EX_CANTCREAT, EX_OK, EX_UNAVAILABLE, ConfigError
 from hvcpd.hardware.groups import group_of
 from hvcpd.robot.own_voice import Acoustics
@@ -83,8 +83,8 @@ def test_memory_in_a_read_only_directory(tmp_path: Path) -> None:
     assert f"cannot be made in {tmp_path}" in finding.text
 
 
-def outfit(tmp_path: Path, **more: object) -> Outfit:
-    return equip(Settings(**({"name": "Rob", "state_dir": tmp_path} | more)))  # type: ignore[arg-type]
+def wiring(tmp_path: Path, **more: object) -> Wiring:
+    return wire_up(Settings(**({"name": "Rob", "state_dir": tmp_path} | more)))  # type: ignore[arg-type]
 
 
 @pytest.mark.parametrize(
@@ -92,13 +92,13 @@ def outfit(tmp_path: Path, **more: object) -> Outfit:
     [("volunteer", False, True), ("coordinate", True, False), ("follow", False, False)],
 )
 def test_the_mode_makes_the_role(mode: str, coordinator: bool, volunteer: bool, tmp_path: Path) -> None:
-    role = outfit(tmp_path, mode=mode).plan({}, Acoustics()).role
+    role = wiring(tmp_path, mode=mode).plan({}, Acoustics()).role
     assert (role.coordinator, role.volunteer) == (coordinator, volunteer)
 
 
 def test_the_plan_follows_the_settings(tmp_path: Path) -> None:
     speech = SpeechSettings("slow", 2)
-    made = outfit(
+    made = wiring(
         tmp_path, names=("rob", "Bot"), pick="nearest", seed=7, team="garden", teams=("garden",), speech=speech
     )
     plan = made.plan({1: ("done", "Bot")}, Acoustics(latency_s=0.1))
@@ -113,7 +113,7 @@ def test_the_plan_follows_the_settings(tmp_path: Path) -> None:
 
 
 def test_without_a_seed_every_start_differs(tmp_path: Path) -> None:
-    made = outfit(tmp_path)
+    made = wiring(tmp_path)
     assert made.plan({}, Acoustics()).seed != made.plan({}, Acoustics()).seed
 
 
@@ -127,7 +127,7 @@ def test_faults_of_lexicon_and_tasks_are_told_together(tmp_path: Path) -> None:
     (tmp_path / "lexicon.txt").write_text("rob R QQ B\n")
     (tmp_path / "tasks.yaml").write_text("tasks: []\n")
     with pytest.raises(ConfigError) as fault:
-        outfit(tmp_path, lexicon=tmp_path / "lexicon.txt", tasks=tmp_path / "tasks.yaml")
+        wiring(tmp_path, lexicon=tmp_path / "lexicon.txt", tasks=tmp_path / "tasks.yaml")
     assert "lexicon.txt:1" in str(fault.value)
     assert "tasks.yaml:1" in str(fault.value)
 
@@ -135,10 +135,10 @@ def test_faults_of_lexicon_and_tasks_are_told_together(tmp_path: Path) -> None:
 def test_a_clash_of_the_vocabulary_is_a_fault(tmp_path: Path) -> None:
     (tmp_path / "tasks.yaml").write_text("tasks:\n- {number: 1, name: say again slowly, actions: [{wait: 1}]}\n")
     with pytest.raises(ConfigError, match=r"tasks\.yaml"):
-        outfit(tmp_path, tasks=tmp_path / "tasks.yaml")
+        wiring(tmp_path, tasks=tmp_path / "tasks.yaml")
 
 
 def test_a_name_that_clashes_is_told_with_its_setting_and_not_with_the_tasks(tmp_path: Path) -> None:
     with pytest.raises(ConfigError) as fault:
-        outfit(tmp_path, names=("Rob", "please"))
+        wiring(tmp_path, names=("Rob", "please"))
     assert str(fault.value).startswith("names: 'please' is a word of the phrasebook")

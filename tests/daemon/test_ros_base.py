@@ -11,7 +11,7 @@ from typing import Any
 import pytest
 
 from hvcpd.config.settings import WheelSettings
-from hvcpd.daemon.base_request_handler import BaseDesk
+from hvcpd.daemon.base_request_handler import BaseRequestHandler
 from hvcpd.daemon.devices import make_wheels
 from hvcpd.daemon.wheel_service import WheelService
 from hvcpd.errors import DeviceError
@@ -75,7 +75,7 @@ async def ros_bench(
     await bench.open(with_robot=False)
     bench.service.begin(bench.bench.robot)
     base = RosBase(clock=clock)
-    bench.body.base, bench.body.wheels = BaseDesk(base, navigator), WheelService(base, lost_s=float("inf"))
+    bench.body.base, bench.body.wheels = BaseRequestHandler(base, navigator), WheelService(base, lost_s=float("inf"))
     try:
         talk = await bench.connect()
         await talk.ask("subscribe", events=["drive"])

@@ -17,7 +17,7 @@ from hvcpd.config.task_file import load_tasks
 from hvcpd.config.tasks import default_tasks_path
 from hvcpd.daemon.journal_service import JournalService
 from hvcpd.daemon.logging import tell
-from hvcpd.daemon.wiring import Outfit, equip
+from hvcpd.daemon.wiring import Wiring, wire_up
 from hvcpd.errors import ConfigError
 from hvcpd.language import messages as m
 from hvcpd.language.forms import Kind
@@ -39,9 +39,9 @@ def key(tmp_path: Path) -> Path:
     return path
 
 
-def outfit_with(key: Path | None, tmp_path: Path, people: str = "questions") -> Outfit:
+def outfit_with(key: Path | None, tmp_path: Path, people: str = "questions") -> Wiring:
     security = SecuritySettings(key, people)  # type: ignore[arg-type]
-    return equip(Settings(name="Rob", state_dir=tmp_path / "state", security=security))
+    return wire_up(Settings(name="Rob", state_dir=tmp_path / "state", security=security))
 
 
 def run(scene: Coroutine[Any, Any, None]) -> None:
@@ -49,9 +49,9 @@ def run(scene: Coroutine[Any, Any, None]) -> None:
 
 
 def test_a_robot_is_given_the_key_that_its_settings_name(key: Path, tmp_path: Path) -> None:
-    outfit = outfit_with(key, tmp_path, "nothing")
-    plan = outfit.plan({}, Acoustics(), counters={"a": 1})
-    assert plan.keys == outfit.ring()
+    wiring = outfit_with(key, tmp_path, "nothing")
+    plan = wiring.plan({}, Acoustics(), counters={"a": 1})
+    assert plan.keys == wiring.ring()
     assert plan.keys is not None
     assert (plan.counters, plan.role.people) == ({"a": 1}, People.NOTHING)
 
@@ -59,12 +59,12 @@ def test_a_robot_is_given_the_key_that_its_settings_name(key: Path, tmp_path: Pa
 def test_encryption_is_what_its_settings_say_and_needs_a_key(key: Path, tmp_path: Path) -> None:
     state = tmp_path / "state"
     settings = Settings(name="Rob", state_dir=state, security=SecuritySettings(key, encrypted=True))
-    outfit = equip(settings)
-    assert outfit.plan({}, Acoustics()).encrypts
-    assert Kind.ENCRYPTED in outfit.phrasebook().vocabulary.kinds
+    wiring = wire_up(settings)
+    assert wiring.plan({}, Acoustics()).encrypts
+    assert Kind.ENCRYPTED in wiring.phrasebook().vocabulary.kinds
     assert Kind.ENCRYPTED not in outfit_with(key, tmp_path).phrasebook().vocabulary.kinds
     with pytest.raises(ConfigError, match="hvcpctl key new"):
-        equip(Settings(name="Rob", state_dir=state, security=SecuritySettings(None, encrypted=True)))
+        wire_up(Settings(name="Rob", state_dir=state, security=SecuritySettings(None, encrypted=True)))
 
 
 def test_people_who_were_heard_before_a_restart_are_no_robots_of_the_team(key: Path, tmp_path: Path) -> None:
@@ -74,8 +74,8 @@ def test_people_who_were_heard_before_a_restart_are_no_robots_of_the_team(key: P
 
 
 def test_without_a_key_nothing_is_different(tmp_path: Path) -> None:
-    outfit = outfit_with(None, tmp_path)
-    assert (outfit.keys, outfit.ring(), outfit.wall_s(), outfit.plan({}, Acoustics()).keys) == (None,) * 4
+    wiring = outfit_with(None, tmp_path)
+    assert (wiring.keys, wiring.ring(), wiring.wall_s(), wiring.plan({}, Acoustics()).keys) == (None,) * 4
 
 
 def test_a_key_that_others_can_read_keeps_the_robot_from_starting(key: Path, tmp_path: Path) -> None:
@@ -86,16 +86,16 @@ def test_a_key_that_others_can_read_keeps_the_robot_from_starting(key: Path, tmp
 
 def test_a_clock_that_was_never_set_is_none(key: Path, tmp_path: Path) -> None:
     write_key_file(key, KeyFile((fresh_entry(TODAY + timedelta(days=400)),)), replaces=True)
-    outfit = outfit_with(key, tmp_path)
-    assert outfit.wall_s() is None
-    assert outfit.ring() is not None
+    wiring = outfit_with(key, tmp_path)
+    assert wiring.wall_s() is None
+    assert wiring.ring() is not None
 
 
 def test_counters_outlive_the_memory_of_tasks(key: Path, tmp_path: Path) -> None:
-    outfit = outfit_with(key, tmp_path)
+    wiring = outfit_with(key, tmp_path)
 
     async def scene(*counters: SaveCounter) -> dict[str, int]:
-        journal = JournalService(outfit)
+        journal = JournalService(wiring)
         await journal.open()
         found = journal.counters
         journal.write(counters, 1.0)
@@ -103,58 +103,58 @@ def test_counters_outlive_the_memory_of_tasks(key: Path, tmp_path: Path) -> None
         return found
 
     asyncio.run(scene(SaveCounter("k/bot", 7), SaveCounter("k/zoe", 3), SaveCounter("k/bot", 5)))
-    outfit.settings.memory_path.unlink()
+    wiring.settings.memory_path.unlink()
     assert asyncio.run(scene()) == {"k/bot": 7, "k/zoe": 3}
 
 
-def counters_after(harm: Callable[[Outfit], None], outfit: Outfit) -> tuple[dict[str, int], list[str]]:
+def counters_after(harm: Callable[[Wiring], None], wiring: Wiring) -> tuple[dict[str, int], list[str]]:
     """What a robot that has heard seals knows of them once this has happened, and what its log says."""
 
     async def scene(*counters: SaveCounter) -> dict[str, int]:
-        journal = JournalService(outfit)
+        journal = JournalService(wiring)
         await journal.open()
         journal.write(counters, 1.0)
         await journal.close()
         return journal.counters
 
-    own = f"{outfit.ring().spoken.fingerprint}/rob"  # type: ignore[union-attr]
+    own = f"{wiring.ring().spoken.fingerprint}/rob"  # type: ignore[union-attr]
     asyncio.run(scene(SaveCounter("k/bot", 7), SaveCounter(own, 40)))
-    harm(outfit)
+    harm(wiring)
     with capture_logs() as logs:
         counters = asyncio.run(scene())
     return {name.replace(own, "own"): value for name, value in counters.items()}, [line["event"] for line in logs]
 
 
 def test_counters_that_are_lost_are_told_and_doubted(key: Path, tmp_path: Path) -> None:
-    def lose(outfit: Outfit) -> None:
-        outfit.seals_path.unlink()
+    def lose(wiring: Wiring) -> None:
+        wiring.seals_path.unlink()
 
-    outfit = outfit_with(key, tmp_path)
-    counters, events = counters_after(lose, outfit)
-    fingerprint = outfit.ring().spoken.fingerprint  # type: ignore[union-attr]
+    wiring = outfit_with(key, tmp_path)
+    counters, events = counters_after(lose, wiring)
+    fingerprint = wiring.ring().spoken.fingerprint  # type: ignore[union-attr]
     assert counters.pop("own") > 40, "no number is used twice"
     assert counters == {f"doubted/{fingerprint}": 1, f"lost/{fingerprint}": 1}
     assert events == ["memory lost", "counters of seals lost"]
-    _, events = counters_after(lambda _: None, outfit)
+    _, events = counters_after(lambda _: None, wiring)
     assert events == ["counters of seals lost"], "until there is another key"
 
 
 def test_counters_that_may_lag_behind_are_doubted(key: Path, tmp_path: Path) -> None:
-    def fail(outfit: Outfit) -> None:
-        outfit.latch_path.write_text("")
+    def fail(wiring: Wiring) -> None:
+        wiring.latch_path.write_text("")
 
-    outfit = outfit_with(key, tmp_path)
-    counters, events = counters_after(fail, outfit)
-    assert counters == {"k/bot": 7, "own": 40 + SKIPPED, f"doubted/{outfit.ring().spoken.fingerprint}": 1}  # type: ignore[union-attr]
+    wiring = outfit_with(key, tmp_path)
+    counters, events = counters_after(fail, wiring)
+    assert counters == {"k/bot": 7, "own": 40 + SKIPPED, f"doubted/{wiring.ring().spoken.fingerprint}": 1}  # type: ignore[union-attr]
     assert events == ["memory lost"]
 
 
 def test_what_is_not_believed_is_in_the_log_and_the_transcript(key: Path, tmp_path: Path) -> None:
-    outfit = outfit_with(key, tmp_path)
+    wiring = outfit_with(key, tmp_path)
     doubt = DoubtRecord(3.0, "Bot", "Hi Rob, I am Bot, turn left, tango tango tango tango", Trust.WRONG.value, 20.0)
 
     async def scene() -> None:
-        journal = JournalService(outfit)
+        journal = JournalService(wiring)
         await journal.open()
         journal.write((doubt,), 3.0)
         rows = await journal.transcript(0, 0.0, 10)
@@ -163,14 +163,14 @@ def test_what_is_not_believed_is_in_the_log_and_the_transcript(key: Path, tmp_pa
 
     run(scene())
     with capture_logs() as logs:
-        tell(doubt, outfit.tasks)
+        tell(doubt, wiring.tasks)
     [line] = logs
     assert (line["log_level"], line["not_listened_to_s"], line["speaker"]) == ("warning", 20.0, "Bot")
 
 
 def test_neither_key_nor_code_is_in_what_is_recorded(key: Path, tmp_path: Path) -> None:
-    outfit = outfit_with(key, tmp_path)
-    ring = outfit.ring()
+    wiring = outfit_with(key, tmp_path)
+    ring = wiring.ring()
     assert ring is not None
     digits = counted_code(ring.spoken.sheet_key, 0)
     sealing = Sealing(Guard("Rob", ring))
@@ -178,7 +178,7 @@ def test_neither_key_nor_code_is_in_what_is_recorded(key: Path, tmp_path: Path) 
     said = m.Utterance("Ann", m.ToRobot("Rob"), None, m.TurnBy(90.0), m.Code(digits))
     first, second = (sealing.heard(said, book, now) for now in (0.0, 1.0))
     assert (first.trust, second.trust) == (Trust.CODE, Trust.WRONG)
-    shown = repr((first, second, outfit.keys, ring))
+    shown = repr((first, second, wiring.keys, ring))
     assert "turn left" in shown
     assert digits not in shown
     assert ring.spoken.secret.hex() not in shown

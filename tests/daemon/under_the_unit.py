@@ -25,7 +25,7 @@ from hvcpd.config.settings import load_settings
 from hvcpd.daemon.allocator import tune_allocator
 from hvcpd.daemon.logging import set_up_logging
 from hvcpd.daemon.main_loop import Daemon
-from hvcpd.daemon.wiring import equip
+from hvcpd.daemon.wiring import wire_up
 from hvcpd.errors import HvcpdError
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 from hvcpd.security.keyring import keep_out_of_dumps
@@ -78,7 +78,7 @@ def main(state: Path) -> None:
     settings = load_settings(None, given, system_path=state / "none.yaml")
     with shared_room([settings], lambda _: None) as room:
         stream = room.streams[0] = Overheard(room, talk=talk())
-        daemon = Daemon(equip(settings), devices_of(room))
+        daemon = Daemon(wire_up(settings), devices_of(room))
         stream.settled = daemon.settled
         with suppress(OverError):
             asyncio.run(daemon.run())

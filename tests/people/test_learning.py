@@ -9,8 +9,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from hvcpd.daemon.adaptation import Pupil
-from hvcpd.daemon.second_pass import SecondLook
+from hvcpd.daemon.adaptation import Adaptation
+from hvcpd.daemon.second_pass import SecondPass
 from hvcpd.language.messages import Confirmed, SayAgain, ToRobot, Utterance, WhatLeft
 from hvcpd.people.ears import Piece
 from hvcpd.people.enrolled import Person, person_path, read_person, remove_person, write_person
@@ -86,7 +86,7 @@ def test_nothing_is_learned_of_what_was_not_asked_for_or_not_confirmed(wrong: di
 def confirm(people: dict[str, Person], state_dir: Path) -> None:
     """A daemon that knows these people hears Anna confirm two words."""
 
-    class Found(SecondLook):
+    class Found(SecondPass):
         def take_sentences(self) -> list[tuple[Piece, Recognised]]:
             return [piece_of("water", "rose")]
 
@@ -95,10 +95,10 @@ def confirm(people: dict[str, Person], state_dir: Path) -> None:
 
     async def live(records: list[Record]) -> None:
         second = Found()
-        pupil = Pupil("Rob", people, state_dir, second)
+        adaptation = Adaptation("Rob", people, state_dir, second)
         for record in records:
-            pupil.take([record])
-        await pupil.settled()
+            adaptation.take([record])
+        await adaptation.settled()
         await second.close()
 
     records: list[Record] = [

@@ -15,7 +15,7 @@ from hvcpd.assembly.make import (
     make_sound,
     make_spelled,
 )
-from hvcpd.assembly.name_registry import Roster
+from hvcpd.assembly.name_registry import NameRegistry
 from hvcpd.config.settings import DEFAULT_TEAMS
 from hvcpd.config.tasks import Place, TaskDefinition, TaskRepository, Water
 from hvcpd.coordination.actions import Role
@@ -68,13 +68,13 @@ def test_a_name_is_heard_in_every_voice_and_once(sound: Sound) -> None:
         assert not [e for e in events if isinstance(e, Garbled)], voice.name
 
 
-def _robot(sound: Sound) -> tuple[Robot, Roster]:
+def _robot(sound: Sound) -> tuple[Robot, NameRegistry]:
     role = Role("Bot", "plant", volunteer=False, listed=False)
     plan = RobotPlan(role, ("Bot",), TASKS, Pose(0.0, 0.0), 1, strangers=True)
-    return make_robot(plan, sound), Roster(plan, sound)
+    return make_robot(plan, sound), NameRegistry(plan, sound)
 
 
-def _live(robot: Robot, samples: Samples, roster: Roster | None = None) -> list[object]:
+def _live(robot: Robot, samples: Samples, roster: NameRegistry | None = None) -> list[object]:
     records: list[object] = []
     for at in range(0, len(samples), 400):
         new = robot.step(samples[at : at + 400], None).records

@@ -26,10 +26,10 @@ SHOWN_EVERY_S = 0.25
 class DriveShow:
     """A context manager; the live table stands while it is open."""
 
-    def __init__(self, as_json: bool, action: str, rehearsal: bool) -> None:
+    def __init__(self, as_json: bool, action: str, warm_up: bool) -> None:
         self._json = as_json
         self._action = action
-        self._rehearsal = rehearsal
+        self._warm_up = warm_up
         self._console = Console()
         self._live: Live | None = None
         self._shown_s = -math.inf
@@ -50,7 +50,7 @@ class DriveShow:
                 self._print(
                     {"event": "moving", "at_s": round(moment.at_s, 2), **_pose(moment.pose), **_details(moment)}
                 )
-        elif self._console.is_terminal and not self._rehearsal:
+        elif self._console.is_terminal and not self._warm_up:
             if self._live is None:
                 self._live = Live(console=self._console, refresh_per_second=8)
                 self._live.start()
@@ -93,10 +93,10 @@ class DriveShow:
         """Show how a journey ended."""
         self.end_live()
         if self._json:
-            fields = {"event": "end", "state": state.value, "reason": reason, "dry_run": self._rehearsal}
+            fields = {"event": "end", "state": state.value, "reason": reason, "dry_run": self._warm_up}
             self._print({**fields, **_pose(pose), "way_m": round(way_m, 3)})
             return
-        tense = "would have " if self._rehearsal else ""
+        tense = "would have " if self._warm_up else ""
         where = f"x {_plain(pose.x_m, 3)} m, y {_plain(pose.y_m, 3)} m, heading {_degrees(pose)}°"
         self._line(f"{tense}{state.value}{': ' + reason if reason else ''}; at {where}, after {way_m:.2f} m")
 

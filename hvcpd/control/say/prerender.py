@@ -18,9 +18,9 @@ from rich.progress import Progress
 from hvcpd.assembly.make import make_robot, user_cache_folder
 from hvcpd.config.settings import Settings, load_with_sources
 from hvcpd.control.simulate.team import load_team
-from hvcpd.daemon.cache_warm_up import Preparation, Rehearsal
+from hvcpd.daemon.cache_warm_up import CacheWarmUp, Preparation
 from hvcpd.daemon.preflight import find_confusable
-from hvcpd.daemon.wiring import equip
+from hvcpd.daemon.wiring import wire_up
 from hvcpd.errors import EX_OK, ConfigError
 from hvcpd.people.ears import AtOnce
 from hvcpd.robot.own_voice import Acoustics
@@ -58,11 +58,11 @@ def run(options: argparse.Namespace) -> int:
 
 def _prepare(settings: Settings, folder: Path, for_service: bool) -> None:
     """All that the daemon makes for this robot, and it in a robot that is thrown away."""
-    outfit = equip(settings, allow_confusable=True)
-    sound = replace(outfit.sound, cache=UnitCache(folder))
+    wiring = wire_up(settings, allow_confusable=True)
+    sound = replace(wiring.sound, cache=UnitCache(folder))
     if for_service:
-        find_confusable(replace(outfit, sound=sound))
-    plan = outfit.plan({}, Acoustics(), second=AtOnce())
+        find_confusable(replace(wiring, sound=sound))
+    plan = wiring.plan({}, Acoustics(), second=AtOnce())
     with Progress(console=Console(stderr=True)) as bar:
         task = bar.add_task(settings.name, total=None)
 
@@ -70,10 +70,10 @@ def _prepare(settings: Settings, folder: Path, for_service: bool) -> None:
             bar.update(task, description=f"{settings.name}: {text}", completed=made.done, total=made.total)
 
         made = Preparation(show, logged_every_s=math.inf)
-        rehearsal = Rehearsal(plan, sound, made)
-        rehearsal.before_listening()
-        rehearsal.before_speaking()
-        rehearsal.the_rest(make_robot(plan, sound))
+        warm_up = CacheWarmUp(plan, sound, made)
+        warm_up.before_listening()
+        warm_up.before_speaking()
+        warm_up.the_rest(make_robot(plan, sound))
         bar.update(task, description=settings.name, completed=made.total, total=made.total)
 
 
