@@ -1,0 +1,55 @@
+"""docs/architecture.md tells of the rooms, files and contracts that there are."""
+
+from __future__ import annotations
+
+import re
+import tomllib
+from pathlib import Path
+
+from hvcpd.daemon import journal_service
+from hvcpd.daemon.control_protocol import MAX_LINE_BYTES
+from hvcpd.daemon.control_server import MAX_CLIENTS, MAX_UNREAD_BYTES
+from hvcpd.recognition import lattice
+
+ROOT = Path(__file__).parents[2]
+PAGE = (ROOT / "docs" / "architecture.md").read_text(encoding="utf-8")
+PACKAGE = ROOT / "hvcpd"
+FILES = frozenset(
+    path.relative_to(ROOT).as_posix()
+    for folder in ("hvcpd", "hil_fakes", "etc")
+    for path in (ROOT / folder).rglob("*")
+    if "__pycache__" not in path.parts
+)
+
+
+def contract(name: str) -> dict[str, list[str]]:
+    pyproject = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
+    [found] = [each for each in pyproject["tool"]["importlinter"]["contracts"] if each["name"] == name]
+    return found
+
+
+def test_the_layers_are_those_of_the_contract() -> None:
+    layers = contract("The house: one-way imports")["layers"]
+    block = "\n".join(f"       {layer}" for layer in layers)
+    assert f"\n\n{block}\n\n" in PAGE
+
+
+def test_every_room_and_module_at_the_top_level_is_in_the_table() -> None:
+    rooms = {path.name for path in PACKAGE.iterdir() if (path / "__init__.py").exists()}
+    modules = {path.name for path in PACKAGE.glob("*.py")} - {"__init__.py"}
+    assert len(modules) <= 5
+    assert {room for room in rooms if f"`hvcpd/{room}/`" not in PAGE} == set()
+    assert {module for module in modules if f"`hvcpd/{module}`" not in PAGE} == set()
+
+
+def test_every_file_that_is_named_exists() -> None:
+    named = set(re.findall(r"`([\w/]+\.(?:py|yaml))`", PAGE))
+    assert len(named) > 50
+    assert {name for name in named if not any(f"/{file}".endswith(f"/{name}") for file in FILES)} == set()
+
+
+def test_the_bounds_are_those_of_the_code() -> None:
+    assert f"{MAX_CLIENTS} clients, {MAX_LINE_BYTES >> 10} KiB a line, {MAX_UNREAD_BYTES >> 10} KiB unread each" in PAGE
+    assert f"{journal_service.MAX_WAITING} records; beyond" in PAGE
+    recognition = (ROOT / "docs" / "recognition.md").read_text(encoding="utf-8")
+    assert f"a ring of {lattice.CAPACITY:,} records" in recognition
