@@ -86,7 +86,7 @@ def test_everything_else_can_be_rehearsed_too(capsys: pytest.CaptureFixture[str]
         (["forward", "11"], "out of the range -10 to 10"),
         (["forward", "nan"], "out of the range"),
         (["turn", "right"], "'right' is not a number"),
-        (["fly"], "invalid choice"),
+        (["fly"], "there is no action 'fly'"),
     ],
 )
 def test_no_motion_without_a_bound(capsys: pytest.CaptureFixture[str], arguments: list[str], part: str) -> None:

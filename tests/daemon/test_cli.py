@@ -341,12 +341,3 @@ def test_the_real_stream_on_a_card_that_is_pulled_out_and_put_back(
     assert card.listed_afresh == 1
     assert card.inputs[-1].closed
     assert card.outputs[-1].closed
-
-
-def test_a_memory_that_cannot_be_opened_exits_with_73_before_any_device(
-    ready: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    ready.write_text(ready.read_text().replace("wheels: {", "wheels: {driver: none, "))
-    (ready.parent / "state" / "rob.sqlite3").mkdir()
-    assert main(["--config", str(ready), "--name", "Rob"], Devices(TwoCards, never, never)) == EX_CANTCREAT
-    assert "set `state_dir` to another" in capsys.readouterr().err.splitlines()[-1]

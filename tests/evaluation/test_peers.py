@@ -65,7 +65,7 @@ def test_listening_is_what_is_measured() -> None:
     kept: list[Samples] = []
 
     def make() -> contenders.Listen:
-        kept.append(np.ones(16_000_000, np.float32))  # 64 MB, touched
+        kept.append(np.ones(64_000_000, np.float32))  # 256 MB, touched; what other tests leave behind is far less
 
         def listen(heard: Samples, said: Sequence[Said]) -> int:
             return sum(range(3_000_000)) + len(heard) + len(said)
@@ -73,7 +73,7 @@ def test_listening_is_what_is_measured() -> None:
         return listen
 
     found = footprint.measure(make, sound, [])
-    assert found.memory_mb > found.bare_mb + 60.0
+    assert found.memory_mb > found.bare_mb + 200.0
     assert found.share > 0.001  # of a second's sound
     assert found.start_s >= 0.0
 

@@ -47,7 +47,7 @@ def sound(tmp_path_factory: pytest.TempPathFactory) -> Sound:
 
 def _said(utterance: m.Utterance, voice: Voice, words: Phrasebook, sound: Sound) -> Samples:
     speech = Speaker(voice, sound.lexicon, sound.cache).render(words.phrases(utterance)) * np.float32(0.3)
-    return np.concatenate([np.zeros(16_000, np.float32), speech, np.zeros(16_000, np.float32)])
+    return np.concatenate([np.zeros(16_000, np.float32), speech, np.zeros(24_000, np.float32)])
 
 
 def _noisy(samples: Samples, seed: int = 1) -> Samples:
