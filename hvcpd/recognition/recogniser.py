@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from hvcpd.language.graph import WordGraph
 from hvcpd.ports import Samples
 from hvcpd.recognition.agreement import Agreement
-from hvcpd.recognition.coherent import CoherentListener
+from hvcpd.recognition.coherent import GREETING, CoherentListener
 from hvcpd.recognition.confidence import sentence_fare, word_fare
 from hvcpd.recognition.events import Event, Garbled, Recognised, WordSpan
 from hvcpd.recognition.frontend import HOP_SAMPLES
@@ -199,9 +199,10 @@ class Recogniser:
         return told
 
     def _is_explained(self, sentence: Coherent) -> bool:
-        """Whether it is enough of what was heard."""
+        """Whether it explains enough of what was heard. A call without a greeting is short: in quiet, where scores are
+        high, a part of another sentence may resemble it, so that no score stands for the share that it explains."""
         s = self._settings
-        if sentence.score >= s.surely:
+        if sentence.score >= s.surely and sentence.words[0].word == GREETING:
             return sentence.explained >= s.least_explained_surely
         speech, noise = self.watch.powers(*_frames_of(sentence))
         return sentence.explained * (speech + noise) >= s.least_explained * (speech + s.noise_share * noise)
