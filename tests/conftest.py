@@ -7,15 +7,24 @@ from pathlib import Path
 import pytest
 from hypothesis import settings
 
+from tests import slow
 from tests.skipping import summary
 
 settings.register_profile("hvcpd", derandomize=True, database=None, deadline=None, print_blob=True)
 settings.load_profile("hvcpd")
 
 
+@pytest.hookimpl(tryfirst=True)  # marks are read by what comes after
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Tests of real parts mostly wait: begun early, and by different workers of `make test`, they cost no time of the
-    others. Each worker first takes a third of what there is, in this order."""
+    """Marks what was measured to be slow, and puts tests of real parts first.
+
+    Those mostly wait: begun early, and by different workers of `make test`, they cost no time of the others. Each
+    worker first takes a third of what there is, in this order.
+    """
+    left_out = slow.names()
+    for item in items:
+        if slow.name_of(item.nodeid) in left_out:
+            item.add_marker("slow")
     of_folder = {name: [i for i in items if i.path.parent.name == name] for name in ("e2e", "release")}
     rest = [i for i in items if i.path.parent.name not in of_folder]
     third = len(rest) // 3
