@@ -6,6 +6,8 @@ OUT ?= out/demo
 SEED ?= 1
 # Small matrices: more threads only wait for each other.
 export OPENBLAS_NUM_THREADS ?= 1
+# Where no bytecode is kept, every process compiles hvcpd, and every test run all tests, anew.
+unexport PYTHONDONTWRITEBYTECODE
 
 .PHONY: demo test check slow setup setup-dev deb sbom lock clean
 

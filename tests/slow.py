@@ -1,4 +1,4 @@
-"""Which tests `make check` leaves out besides those marked as slow: functions of which one case took longer than LIMIT_S.
+"""The tests that `make check` leaves out besides those marked as slow: one of their cases took longer than LIMIT_S.
 
     make slow
 
