@@ -67,6 +67,9 @@ def main(arguments: Sequence[str] | None = None, devices: Devices | None = None)
     except SystemExit:  # after a help text, too
         _flush()
         raise
+    except OSError as error:  # the help text itself, where nothing is held back
+        _output_failed(error)
+        return EX_OK
     try:
         return _start(options, devices)
     except KeyboardInterrupt:  # before there is a robot that could say that it leaves
@@ -133,10 +136,13 @@ def _flush(lines: Iterable[str] = ()) -> None:
     try:
         sys.stdout.writelines(lines)
         sys.stdout.flush()
-    except BrokenPipeError:
-        let_go(sys.stdout)
     except (OSError, UnicodeEncodeError) as error:
-        let_go(sys.stdout)
+        _output_failed(error)
+
+
+def _output_failed(error: OSError | UnicodeEncodeError) -> None:
+    let_go(sys.stdout)
+    if not isinstance(error, BrokenPipeError):
         complain("hvcpd", output_fault(error))
 
 

@@ -15,6 +15,9 @@ from typing import Any, NoReturn, TextIO
 
 from hvcpd.errors import EX_OK, EX_USER, nearest, unwritable
 
+_MISSING = "the following arguments are required"
+"""How argparse's message begins."""
+
 
 class _Help(argparse.HelpFormatter):
     """Help that breaks no path, option or word at the end of a line; lines that begin with a space stay as they are."""
@@ -47,6 +50,7 @@ class Parser(argparse.ArgumentParser):
 
     def __init__(self, *arguments: Any, **options: Any) -> None:
         options.setdefault("formatter_class", _Help)
+        self._given: list[str] = []
         super().__init__(*arguments, **options)
 
     def parse_known_args(self, args: Any = None, namespace: Any = None) -> Any:
@@ -54,12 +58,15 @@ class Parser(argparse.ArgumentParser):
         if not given and self._subparsers is not None:
             self.print_help()
             self.exit(EX_OK)
+        self._given = given
         found, unknown = super().parse_known_args(given, namespace)
         if unknown:
             self.error(self._unknown(unknown[0]))
         return found, unknown
 
     def error(self, message: str) -> NoReturn:
+        if message.startswith(_MISSING) and (wrong := self._wrong_option()):
+            message = self._unknown(wrong)
         complain(self.prog, f"{message}; see {self.prog} --help")
         self.exit(self.usage_status)
 
@@ -78,6 +85,18 @@ class Parser(argparse.ArgumentParser):
             raise argparse.ArgumentError(None, f"there is no {what} '{value}'{hint}")
         hint = f"did you mean '{near}'?" if near else f"choose from {', '.join(choices)}"
         raise argparse.ArgumentError(action, f"'{value}' is none of the choices; {hint}")
+
+    def _wrong_option(self) -> str | None:
+        """The first that was given and looks like an option, but is none: argparse looks for what is missing first."""
+        given = self._given[: self._given.index("--")] if "--" in self._given else self._given
+        for argument in given:
+            name = argument.partition("=")[0]
+            known = (name.startswith("--") and any(o.startswith(name) for o in self._option_string_actions)) or (
+                not name.startswith("--") and name[:2] in self._option_string_actions
+            )
+            if name.startswith("-") and name != "-" and not name[1].isdigit() and not known:
+                return argument
+        return None
 
     def _unknown(self, argument: str) -> str:
         if not argument.startswith("-") or argument == "-":

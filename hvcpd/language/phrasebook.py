@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import difflib
-from collections import Counter
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -48,7 +47,8 @@ tells whether it lasts another shift."""
 
 _FREE = {"task": 99, "remark": 99, "team": 3, "addressee": 3, "speaker": 3}
 """Slots whose words a team chooses, and in how many forms each value is tried for a second reading. Task names and
-remarks are whole sentences and tried in all; names and teams stand in the opening, which all forms share."""
+remarks are whole sentences and tried in all, and first, for a name said before one that reads twice is not to blame;
+names and teams stand in the opening, which all forms share."""
 
 _KEEP_CASE = {"i": "I"}
 
@@ -267,13 +267,11 @@ class Phrasebook:
                     both = f"{_describe(slot, value)} and {_describe(slot, spoken[words])}"
                     raise VocabularyError(f"{both} are spoken the same way: rename one", _key(slot, value))
                 spoken[words] = value
-        tried: Counter[str] = Counter()
-        for compiled in self._usable_forms():
-            for slot in sorted(compiled.slots & _FREE.keys()):
-                tried[slot] += 1
-                if tried[slot] <= _FREE[slot]:
-                    for value in self.slots[slot]:
-                        self._refuse_second_reading(compiled, slot, value)
+        usable = list(self._usable_forms())
+        for slot, tries in _FREE.items():
+            for compiled in [c for c in usable if slot in c.slots][:tries]:
+                for value in self.slots[slot]:
+                    self._refuse_second_reading(compiled, slot, value)
 
     def _refuse_second_reading(self, compiled: CompiledForm, slot: str, value: object) -> None:
         bindings = {s: next(iter(self.slots[s])) for s in compiled.slots if self.slots.get(s)} | {slot: value}

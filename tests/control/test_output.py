@@ -54,8 +54,9 @@ def test_no_message_can_be_written_either() -> None:
 
 
 @needs_full
-def test_the_daemons_help_is_no_exception() -> None:
-    done = shell(f"{' '.join(HVCPD)} --help > /dev/full")
+@pytest.mark.parametrize("unbuffered", ["", "1"])
+def test_the_daemons_help_is_no_exception(unbuffered: str) -> None:
+    done = shell(f"{' '.join(HVCPD)} --help > /dev/full", PYTHONUNBUFFERED=unbuffered)
     assert "No space left on device" in done.stderr
     assert "Traceback" not in done.stderr
 

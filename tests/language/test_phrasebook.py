@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from hvcpd.errors import PhraseError
+from hvcpd.errors import PhraseError, VocabularyError
 from hvcpd.language import messages as m
 from hvcpd.language.card import as_markdown, as_text, make_card
 from hvcpd.language.forms import Kind
@@ -221,6 +221,13 @@ def test_any_text_is_a_sentence_or_a_phrase_error(text: str) -> None:
 def test_a_vocabulary_that_is_ambiguous_is_refused(vocabulary: Vocabulary) -> None:
     with pytest.raises(PhraseError):
         Phrasebook(vocabulary)
+
+
+@pytest.mark.parametrize("task", ["turn left", "come back", "complete task two", "move forward two metres"])
+def test_the_task_that_reads_as_another_sentence_is_blamed_not_the_name_before_it(task: str) -> None:
+    with pytest.raises(VocabularyError, match=f"^the task '{task}' can be mistaken") as refused:
+        Phrasebook(Vocabulary(names=("Rob", "Bot"), tasks=(task, "shelve the novels")))
+    assert refused.value.key == "tasks"
 
 
 def test_an_unknown_name_or_task_cannot_be_rendered() -> None:
