@@ -93,17 +93,7 @@ class SocketFile:
             self._lock = None
 
     def _take_lock(self) -> None:
-        flags = os.O_RDWR | os.O_CREAT | os.O_CLOEXEC | os.O_NOFOLLOW
-        self._lock = os.open(self.path.with_name(self.path.name + ".lock"), flags, 0o600)
-        try:
-            fcntl.flock(self._lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
-        except BlockingIOError:
-            os.close(self._lock)
-            self._lock = None
-            raise RunningError(
-                f"a robot of this name runs on this computer already (it has {self.path}); stop it, or give this one "
-                "another name with --name NAME"
-            ) from None
+        self._lock = locked(self.path.with_name(self.path.name + ".lock"), self.path)
 
     def _remove_stale(self) -> None:
         try:
@@ -113,6 +103,25 @@ class SocketFile:
         if not stat.S_ISSOCK(status.st_mode):
             raise FileExistsError(None, "something that is no socket lies there; move it away", str(self.path))
         self.path.unlink()
+
+
+def locked(path: Path, what: Path) -> int:
+    """The descriptor of a lock in the file `path`, held until it is closed or the process ends.
+
+    Raises RunningError if a daemon, which so has `what`, holds it, OSError if it cannot be made.
+    """
+    lock = os.open(path, os.O_RDWR | os.O_CREAT | os.O_CLOEXEC | os.O_NOFOLLOW, 0o600)
+    try:
+        fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except OSError as error:
+        os.close(lock)
+        if not isinstance(error, BlockingIOError):
+            raise
+        raise RunningError(
+            f"a robot of this name runs on this computer already (it has {what}); stop it, or give this one "
+            "another name with --name NAME"
+        ) from None
+    return lock
 
 
 @contextmanager

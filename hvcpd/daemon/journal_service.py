@@ -7,21 +7,23 @@ from __future__ import annotations
 
 import asyncio
 import math
+import os
 from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
-from contextlib import closing
+from contextlib import closing, suppress
 from dataclasses import replace
 
 import structlog
 
 from hvcpd.coordination.actions import SavePeer, SaveStopped, SaveTask
-from hvcpd.daemon.control_socket import socket_path
+from hvcpd.daemon.control_socket import locked, socket_path
 from hvcpd.daemon.memory import Memory, MemoryFiles, open_memory
 from hvcpd.daemon.wiring import Wiring
 from hvcpd.errors import StoreError
 from hvcpd.memory.journal import Journal
 from hvcpd.memory.latch import Permit, StopLatch, spare_places
 from hvcpd.memory.store import TranscriptReader, TranscriptRow
+from hvcpd.memory.store_file import make_directory
 from hvcpd.robot.records import Record, SaveCounter
 from hvcpd.security.codes import LOST
 
@@ -49,6 +51,8 @@ class JournalService:
         self._thread = ThreadPoolExecutor(max_workers=1, thread_name_prefix="memory")
         self._latch_thread = ThreadPoolExecutor(max_workers=1, thread_name_prefix="latch")
         self._latch = StopLatch(wiring.latch_path, spare_places(wiring.latch_path, socket_path(wiring.settings)))
+        self._lock: int | None = None
+        """On the memory, whichever socket a daemon has: one that stands must not be released by another one's latch."""
         self._memory: Memory | None = None
         self._journal: Journal | None = None
         self._opened = asyncio.Event()
@@ -76,8 +80,9 @@ class JournalService:
         """Records that were not kept."""
 
     async def open(self) -> Remembered:
-        """Open the memory; what it knows of the tasks. Raises NewerStoreError."""
+        """Open the memory; what it knows of the tasks. Raises NewerStoreError, and RunningError if a daemon has it."""
         remembered = await asyncio.get_running_loop().run_in_executor(self._thread, self._open)
+        self._is_stopped = self._is_stopped or self.stopped
         if self.loss is not None:
             remedy = 'look at the files named, then say "resume", or: hvcpctl resume'
             _log.error("memory lost", reason=self.loss, starts="stopped", remedy=remedy)
@@ -98,9 +103,10 @@ class JournalService:
         self._now = now
         if self._broken is not None:
             raise self._broken
+        stops = [record.stopped for record in records if isinstance(record, SaveStopped)]
+        if stops:
+            self.stop(stops[-1])  # the last alone: "resume, stop" must not be "free" for a moment
         for record in records:
-            if isinstance(record, SaveStopped):
-                self.stop(record.stopped)
             key = _key(record)
             if key is not None:
                 self._unwritten.pop(key, None)
@@ -156,6 +162,9 @@ class JournalService:
                 if store is not None:
                     await loop.run_in_executor(self._thread, store.close)
             await loop.run_in_executor(self._latch_thread, self._latch.close)
+        if self._lock is not None:
+            os.close(self._lock)
+            self._lock = None
         self._thread.shutdown(wait=False)
         self._latch_thread.shutdown(wait=False)
 
@@ -167,6 +176,9 @@ class JournalService:
     def _open(self) -> Remembered:
         wiring = self._wiring
         files = MemoryFiles(wiring.settings.memory_path, wiring.seals_path, wiring.latch_path)
+        make_directory(files.tasks.parent)
+        with suppress(OSError):  # a disk that takes no lock takes no latch either, and the robot starts stopped
+            self._lock = locked(files.latch.with_name(f"{files.latch.name}.lock"), files.tasks)
         memory = self._memory = open_memory(files, self._latch, wiring.keys is not None)
         self._journal = Journal(memory.store, wiring.tasks, wiring.settings.name, memory.seals)
         self.fault = memory.fault or memory.failing
@@ -178,7 +190,6 @@ class JournalService:
                 self.fault = self.fault or str(error)
         self.counters = self._journal.counters
         self.stopped = memory.stopped
-        self._is_stopped = self._is_stopped or memory.stopped
         self.loss = memory.loss
         self.names = self._journal.names
         return self._journal.remembered()

@@ -184,11 +184,14 @@ class StopLatch:
 
     def _cut(self) -> None:
         """Cut the file short: neither a full disk nor the folder's permissions are in the way."""
-        descriptor = self._held if self._held is not None else os.open(self.path, os.O_WRONLY | os.O_CLOEXEC)
+        flags = (
+            os.O_WRONLY | os.O_CLOEXEC | os.O_NOFOLLOW | os.O_NONBLOCK
+        )  # not what a link names; a pipe has no reader
+        descriptor = self._held if self._held is not None else os.open(self.path, flags)
         try:
             os.ftruncate(descriptor, 0)
             os.fsync(descriptor)
-            if not os.path.samestat(self.path.stat(), os.fstat(descriptor)):
+            if not os.path.samestat(self.path.lstat(), os.fstat(descriptor)):
                 raise FileNotFoundError(None, "another file is in its place")
         finally:
             if descriptor != self._held:

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import asyncio
+import re
 import sqlite3
+import sys
 from collections.abc import Coroutine
 from pathlib import Path
 from typing import Any
@@ -15,7 +17,7 @@ from hvcpd.config.settings import Settings
 from hvcpd.coordination.actions import SaveStopped, SaveTask
 from hvcpd.daemon.journal_service import MAX_WAITING, JournalService
 from hvcpd.daemon.wiring import Wiring, wire_up
-from hvcpd.errors import StoreError
+from hvcpd.errors import RunningError, StoreError
 from hvcpd.memory.latch import Permit, StopLatch
 from hvcpd.memory.store import Store
 from hvcpd.robot.records import GarbledRecord
@@ -170,6 +172,51 @@ def test_a_stop_is_kept_before_it_is_answered_and_whatever_waits_for_the_disk(wi
         assert permit(wiring) is Permit.STOPPED, "though nothing else can be written"
         other.execute("ROLLBACK")
         other.close()
+        await journal.close()
+        again = JournalService(wiring)
+        await again.open()
+        assert again.stopped
+        await again.close()
+
+    run(scene())
+
+
+def test_resume_and_stop_in_one_breath_leave_the_latch_stopped_all_the_while(wiring: Wiring) -> None:
+    written: list[str] = []
+
+    def note(event: str, arguments: tuple[object, ...]) -> None:  # an audit hook stays for good, and then notes nothing
+        if noting and event == "os.rename" and arguments[1] == str(wiring.latch_path):
+            written.append(Path(str(arguments[0])).read_text().split()[0])
+
+    async def scene() -> None:
+        journal = JournalService(wiring)
+        await journal.open()
+        journal.stop()
+        assert await journal.stop_kept() is None
+        journal.write((SaveStopped(False), SaveStopped(True)), 1.0)
+        await journal.settled()
+        await journal.close()
+
+    sys.addaudithook(note)
+    noting = True
+    try:
+        run(scene())
+    finally:
+        noting = False
+    assert written
+    assert "free" not in written[written.index("stopped") :]
+
+
+def test_a_memory_has_one_daemon_whichever_sockets_they_have(wiring: Wiring) -> None:
+    async def scene() -> None:
+        journal, other = JournalService(wiring), JournalService(wiring)
+        await journal.open()
+        journal.stop()
+        assert await journal.stop_kept() is None
+        with pytest.raises(RunningError, match=re.escape(str(wiring.settings.memory_path))):
+            await other.open()
+        await other.close()
+        assert permit(wiring) is Permit.STOPPED
         await journal.close()
         again = JournalService(wiring)
         await again.open()

@@ -8,6 +8,7 @@ import shutil
 import signal
 import sqlite3
 import subprocess
+import threading
 from collections.abc import Callable, Iterator
 from contextlib import closing, contextmanager
 from pathlib import Path
@@ -255,6 +256,28 @@ def test_a_stop_on_a_full_disk_is_kept_all_the_same(robot: Robot) -> None:
         with pytest.raises(StoreError):
             memory.store.save_task(TASK)
         stop(memory, latch)
+    assert robot.starts().stopped
+
+
+def a_link(latch: Path) -> None:
+    latch.with_name("precious").write_text("precious")
+    latch.symlink_to("precious")
+
+
+@pytest.mark.parametrize("other", [os.mkfifo, a_link])
+def test_a_stop_on_a_full_disk_neither_waits_for_a_pipe_in_the_place_of_the_latch_nor_cuts_what_a_link_names(
+    robot: Robot, other: Callable[[Path], None]
+) -> None:
+    robot.lives()
+    robot.files.latch.unlink()
+    other(robot.files.latch)
+    latch = StopLatch(robot.files.latch, robot.spares)
+    writing = threading.Thread(target=latch.write, args=(Latched(Permit.STOPPED),), daemon=True)
+    with no_new_bytes():
+        writing.start()
+        writing.join(10.0)
+    assert not writing.is_alive()
+    assert all(file.read_text() == "precious" for file in robot.files.latch.parent.glob("precious"))
     assert robot.starts().stopped
 
 
