@@ -8,11 +8,18 @@ and of equals the name that comes first in the alphabet; objections are said bef
 from __future__ import annotations
 
 from hvcpd.coordination import composing, orders
-from hvcpd.coordination.addressing import is_for_me_alone
+from hvcpd.coordination.addressing import (
+    DOER_SLOT,
+    OTHERS_SLOT,
+    OWNER_SLOT,
+    UNSURE_SLOTS,
+    confirming_slot,
+    is_for_me_alone,
+    objection_slot,
+)
 from hvcpd.coordination.board import CLAIMED, Entry
 from hvcpd.coordination.floor import Urgency
 from hvcpd.coordination.knowledge import HeardClaim, Knowledge, QuotedReport, Reactions
-from hvcpd.coordination.slots import DOER_SLOT, OTHERS_SLOT, OWNER_SLOT, UNSURE_SLOTS, confirming_slot, objection_slot
 from hvcpd.coordination.states import AT_WORK, NEWCOMER, PROPOSING, State, Trigger
 from hvcpd.coordination.table import fire
 from hvcpd.language import messages as m

@@ -12,13 +12,12 @@ from collections.abc import Iterable, Mapping
 from hvcpd.config.tasks import Place, TaskDefinition
 from hvcpd.coordination import choosing, composing, deadlines, hearing, repair, requested_speech, strangers, trusting
 from hvcpd.coordination.actions import Action, Rng, Role, SavePeer, SaveTask, Say, Timing
-from hvcpd.coordination.addressing import whose_turn
+from hvcpd.coordination.addressing import confirming_slot, whose_turn
 from hvcpd.coordination.board import Board
 from hvcpd.coordination.floor import Floor, Intent, Order, Urgency, round_of_turns
 from hvcpd.coordination.knowledge import Knowledge
 from hvcpd.coordination.peers import Peers, team_of
 from hvcpd.coordination.relaying import note_passed_on
-from hvcpd.coordination.slots import confirming_slot
 from hvcpd.coordination.states import AT_WORK, NEWCOMER, State, Trigger
 from hvcpd.coordination.table import fire
 from hvcpd.language import messages as m

@@ -6,10 +6,10 @@ from hvcpd.config.tasks import Action as TaskAction
 from hvcpd.config.tasks import Forward, GoTo, Turn
 from hvcpd.coordination import composing, earshot
 from hvcpd.coordination.actions import Halt, Perform, SaveStopped
+from hvcpd.coordination.addressing import confirming_slot
 from hvcpd.coordination.board import DONE
 from hvcpd.coordination.floor import RANK_MAX, Urgency
 from hvcpd.coordination.knowledge import Knowledge
-from hvcpd.coordination.slots import confirming_slot
 from hvcpd.coordination.states import Trigger
 from hvcpd.language import messages as m
 

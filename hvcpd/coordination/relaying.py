@@ -10,11 +10,10 @@ passed on is never passed on in turn, so that nothing goes round in a circle: a 
 from __future__ import annotations
 
 from hvcpd.coordination import claims, composing
-from hvcpd.coordination.addressing import is_for_me_alone
+from hvcpd.coordination.addressing import OWNER_SLOT, is_for_me_alone
 from hvcpd.coordination.board import DONE
 from hvcpd.coordination.floor import Urgency
 from hvcpd.coordination.knowledge import NEVER_S, Knowledge, QuotedReport, Reactions, RelayedMessage, Relays
-from hvcpd.coordination.slots import OWNER_SLOT
 from hvcpd.coordination.states import DEPARTING, NEWCOMER, State
 from hvcpd.language import messages as m
 from hvcpd.language.forms import RELAYABLE
