@@ -10,7 +10,7 @@ import math
 from collections.abc import Iterable, Mapping
 
 from hvcpd.config.tasks import Place, TaskDefinition
-from hvcpd.coordination import choosing, composing, deadlines, hearing, repair, requested_speech, strangers, trusting
+from hvcpd.coordination import choosing, composing, deadlines, hearing, repair, requested_speech, trusting
 from hvcpd.coordination.actions import Action, Rng, Role, SavePeer, SaveTask, Say, Timing
 from hvcpd.coordination.addressing import confirming_slot, whose_turn
 from hvcpd.coordination.board import Board
@@ -101,8 +101,6 @@ class Coordination:
         if me.state is State.MEETING:
             me.arm(now, me.timing.greeting_wait_s)  # somebody is there, who will say it again
         repair.after_garble(me, over_own_speech, now)
-        if not over_own_speech:
-            strangers.after_garble(me, now)
 
     def channel(self, busy: bool, now: float) -> None:
         """Somebody else began (True) or ended (False) to speak."""

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from hvcpd.coordination import choosing, composing, earshot, strangers
+from hvcpd.coordination import choosing, composing, earshot, repair
 from hvcpd.coordination.floor import Urgency
 from hvcpd.coordination.knowledge import Knowledge
 from hvcpd.coordination.states import State, Trigger
-from hvcpd.coordination.table import LEAVES_UNHEARD, fire
+from hvcpd.coordination.table import fire, states_with
 from hvcpd.language import messages as m
 
 BAD_AIR_REPEATS = 2
@@ -15,6 +15,8 @@ CALL_S = 15.0
 """Who has answered a greeting has done so by then; doubled each time."""
 CALL_DOUBLINGS_MAX = 6
 """It never stops looking: at last every 16 minutes."""
+LEAVES_UNHEARD = states_with(Trigger.UNHEARD)
+"""States in which a robot may be answered elsewhere."""
 
 
 def time_is_over(me: Knowledge, now: float) -> None:
@@ -38,7 +40,7 @@ def _again_or_give_up(me: Knowledge, times: int, now: float) -> None:
     me.current.repeats += 1
     if me.current.repeats >= BAD_AIR_REPEATS:
         me.missed.last_s = now
-        strangers.spell_if_unknown(me, now)
+        repair.spell_if_unknown(me, now)
     if me.current.repeats < times:
         fire(me, Trigger.TIMEOUT, now)
     elif me.state in LEAVES_UNHEARD and earshot.way_back(me, now) is not None:
@@ -49,7 +51,7 @@ def _again_or_give_up(me: Knowledge, times: int, now: float) -> None:
 
 
 def _choose(me: Knowledge, now: float) -> None:
-    strangers.spell_now_and_then(me, now)
+    repair.spell_now_and_then(me, now)
     waited = earshot.has_waited(me, now)
     if waited and earshot.way_back(me, now) is not None:
         fire(me, Trigger.UNHEARD, now)

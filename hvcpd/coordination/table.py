@@ -134,8 +134,10 @@ TRANSITIONS: dict[tuple[State, Trigger], tuple[State, Effect]] = {
 TRANSITIONS |= {(state, T.STOP): (S.STOPPED, effects.halt) for state in State if state not in DEPARTING | {S.STOPPED}}
 TRANSITIONS |= {(state, T.LEAVE): (S.LEAVING, effects.want_farewell) for state in State if state not in DEPARTING}
 
-LEAVES_UNHEARD = frozenset({state for state, trigger in TRANSITIONS if trigger is T.UNHEARD})
-"""States in which a robot may be answered elsewhere."""
+
+def states_with(trigger: Trigger) -> frozenset[State]:
+    """The states in which a trigger has a row."""
+    return frozenset(state for state, each in TRANSITIONS if each is trigger)
 
 
 def fire(me: Knowledge, trigger: Trigger, now: float) -> None:
