@@ -114,10 +114,6 @@ def working(me: Knowledge) -> m.Utterance | None:
     return to_all(me, m.Working(_by_name(me, me.current.task))) if me.current.task is not None else None
 
 
-def renewal(me: Knowledge) -> m.Utterance | None:
-    return working(me) if me.state in (State.GOING, State.ACTING) else None
-
-
 def occupation(me: Knowledge, asker: str | None) -> m.Utterance:
     """What this robot is doing, for who asked."""
     if me.state is State.STOPPED:

@@ -36,30 +36,20 @@ TRANSITIONS: dict[tuple[State, Trigger], tuple[State, Effect]] = {
     (S.READY, T.CHOSE_CLAIM): (S.CLAIMING, effects.want_claim),
     (S.CLAIMING, T.SPOKEN): (S.PROPOSED, effects.wait_for_objections),
     (S.CLAIMING, T.WITHDRAWN): (S.READY, effects.rest),
-    (S.CLAIMING, T.LOST): (S.READY, effects.drop_task),
-    (S.CLAIMING, T.DONE_BEFORE): (S.READY, effects.drop_task),
     (S.CLAIMING, T.DENIED): (S.READY, effects.leave_to_others),
     (S.CLAIMING, T.CONFIRMED): (S.GOING, effects.go),
     (S.PROPOSED, T.CONFIRMED): (S.GOING, effects.go),
     (S.PROPOSED, T.TIMEOUT): (S.CLAIMING, effects.want_claim_again),
     (S.PROPOSED, T.GAVE_UP): (S.GOING, effects.go_alone),
-    (S.PROPOSED, T.LOST): (S.READY, effects.drop_task),
-    (S.PROPOSED, T.DONE_BEFORE): (S.READY, effects.drop_task),
     (S.PROPOSED, T.DENIED): (S.READY, effects.leave_to_others),
     (S.GOING, T.ARRIVED): (S.ANNOUNCING, effects.want_announcement),
     (S.GOING, T.ARRIVED_SURE): (S.ACTING, effects.act),
     (S.GOING, T.FAILED): (S.REPORTING, effects.give_task_up),
-    (S.GOING, T.LOST): (S.READY, effects.drop_task),
-    (S.GOING, T.DONE_BEFORE): (S.READY, effects.drop_task),
     (S.ANNOUNCING, T.SPOKEN): (S.CHECKING, effects.wait_for_objections),
     (S.ANNOUNCING, T.CONFIRMED): (S.ACTING, effects.act),
-    (S.ANNOUNCING, T.LOST): (S.READY, effects.drop_task),
-    (S.ANNOUNCING, T.DONE_BEFORE): (S.READY, effects.drop_task),
     (S.CHECKING, T.CONFIRMED): (S.ACTING, effects.act),
     (S.CHECKING, T.TIMEOUT): (S.ANNOUNCING, effects.want_announcement),
     (S.CHECKING, T.GAVE_UP): (S.ACTING, effects.act),
-    (S.CHECKING, T.LOST): (S.READY, effects.drop_task),
-    (S.CHECKING, T.DONE_BEFORE): (S.READY, effects.drop_task),
     (S.ACTING, T.PERFORMED): (S.REPORTING, effects.finish_task),
     (S.ACTING, T.FAILED): (S.REPORTING, effects.give_task_up),
     (S.REPORTING, T.SPOKEN): (S.REPORTED, effects.wait_for_confirmation),
@@ -68,23 +58,12 @@ TRANSITIONS: dict[tuple[State, Trigger], tuple[State, Effect]] = {
     (S.REPORTING, T.CONFIRMED): (S.READY, effects.end_report),
     (S.REPORTING, T.WITHDRAWN): (S.READY, effects.end_report),
     (S.REPORTED, T.CONFIRMED): (S.READY, effects.end_report),
-    (S.REPORTED, T.ORDER): (S.READING_BACK, effects.want_read_back),
     (S.REPORTED, T.TIMEOUT): (S.REPORTING, effects.want_report),
     (S.REPORTED, T.GAVE_UP): (S.READY, effects.end_report),
-    # following an order: read it back, be confirmed, go
-    (S.READY, T.ORDER): (S.READING_BACK, effects.want_read_back),
-    (S.MEETING, T.ORDER): (S.READING_BACK, effects.want_read_back),
-    (S.CLAIMING, T.ORDER): (S.READING_BACK, effects.want_read_back),
-    (S.ASKING, T.ORDER): (S.READING_BACK, effects.want_read_back),
-    (S.ASKED, T.ORDER): (S.READING_BACK, effects.want_read_back),
+    # following an order or a motion: read it back, be confirmed, go
     (S.READING_BACK, T.SPOKEN): (S.READ_BACK, effects.wait_for_answer),
-    (S.READING_BACK, T.LOST): (S.READY, effects.drop_task),
-    (S.READING_BACK, T.DONE_BEFORE): (S.READY, effects.drop_task),
     (S.READ_BACK, T.CONFIRMED): (S.GOING, effects.go),
-    (S.READ_BACK, T.ORDER): (S.READING_BACK, effects.want_read_back),
     (S.READ_BACK, T.DENIED): (S.READY, effects.drop_task),
-    (S.READ_BACK, T.LOST): (S.READY, effects.drop_task),
-    (S.READ_BACK, T.DONE_BEFORE): (S.READY, effects.drop_task),
     (S.READ_BACK, T.TIMEOUT): (S.READING_BACK, effects.want_read_back),
     (S.READ_BACK, T.GAVE_UP): (S.READY, effects.drop_task),
     # giving orders
@@ -104,11 +83,6 @@ TRANSITIONS: dict[tuple[State, Trigger], tuple[State, Effect]] = {
     (S.CONFIRMING, T.SPOKEN): (S.READY, effects.rest),
     (S.DENYING, T.SPOKEN): (S.ORDERING, effects.want_order_again),
     # motions that people order
-    (S.READY, T.MOTION): (S.READING_BACK, effects.want_read_back),
-    (S.MEETING, T.MOTION): (S.READING_BACK, effects.want_read_back),
-    (S.CLAIMING, T.MOTION): (S.READING_BACK, effects.want_read_back),
-    (S.READ_BACK, T.MOTION): (S.READING_BACK, effects.want_read_back),
-    (S.REPORTED, T.MOTION): (S.READING_BACK, effects.want_read_back),
     (S.MOVING, T.MOTION): (S.READING_BACK, effects.turn_to_next_motion),
     (S.READING_BACK, T.SPOKEN_SURE): (S.MOVING, effects.move),
     (S.READ_BACK, T.CONFIRMED_MOTION): (S.MOVING, effects.move),
@@ -131,6 +105,17 @@ TRANSITIONS: dict[tuple[State, Trigger], tuple[State, Effect]] = {
     (S.GONE, T.STOP): (S.GONE, effects.latch),
 }
 
+TRANSITIONS |= {
+    (state, trigger): (S.READY, effects.drop_task)
+    for state in (S.CLAIMING, S.PROPOSED, S.GOING, S.ANNOUNCING, S.CHECKING, S.READING_BACK, S.READ_BACK)
+    for trigger in (T.LOST, T.DONE_BEFORE)
+}
+TRANSITIONS |= {
+    (state, trigger): (S.READING_BACK, effects.want_read_back)
+    for state in (S.READY, S.MEETING, S.CLAIMING, S.READ_BACK, S.REPORTED)
+    for trigger in (T.ORDER, T.MOTION)
+}
+TRANSITIONS |= {(state, T.ORDER): (S.READING_BACK, effects.want_read_back) for state in (S.ASKING, S.ASKED)}
 TRANSITIONS |= {(state, T.STOP): (S.STOPPED, effects.halt) for state in State if state not in DEPARTING | {S.STOPPED}}
 TRANSITIONS |= {(state, T.LEAVE): (S.LEAVING, effects.want_farewell) for state in State if state not in DEPARTING}
 
