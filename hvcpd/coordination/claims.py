@@ -88,7 +88,10 @@ def contend(me: Knowledge, u: m.Utterance, other: str, entry: Entry, other_at_wo
 
 def _deny(me: Knowledge, other: str, number: int, owner: str | None, slot: int, now: float) -> None:
     """Object for another one, if it still has the task, or still may have done it, when this robot's turn comes."""
-    still = lambda: me.board[number].owner == owner  # noqa: E731
+
+    def still() -> bool:
+        return me.board[number].owner == owner
+
     composing.answer(me, other, f"deny {number}", m.Negative(), now, slot=slot, call=other, still=still)
 
 
@@ -112,7 +115,10 @@ def _contend_for_own(me: Knowledge, other: str, number: int, other_at_work: bool
 def _say_it_is_mine(me: Knowledge, other: str, number: int, now: float) -> None:
     ref = m.TaskByNumber(number)
     statement = m.Working(ref) if me.state in AT_WORK else m.Claim(ref)
-    still = lambda: me.current.task == number  # noqa: E731
+
+    def still() -> bool:
+        return me.current.task == number
+
     composing.answer(me, other, f"mine {number}", statement, now, slot=OWNER_SLOT, still=still)
 
 
@@ -126,7 +132,10 @@ def tell_done(me: Knowledge, other: str, entry: Entry, now: float) -> None:
         statement = m.Relayed(doer, statement) if doer is not None else m.Negative()
         me.overheard.report = QuotedReport(doer, me.role.name, number, now) if doer is not None else me.overheard.report
         to, slot = other, objection_slot(me, other, number, now)
-    still = lambda: me.board[number].known_done  # noqa: E731
+
+    def still() -> bool:
+        return me.board[number].known_done
+
     composing.answer(me, to, f"done {number}", statement, now, slot=slot, call=other, still=still)
 
 

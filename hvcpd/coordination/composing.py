@@ -46,8 +46,7 @@ def answer(
     """Want the floor to answer somebody (None: everybody), if the statement is `still` true then; see `Intent`."""
     said = to_asker(me, name, statement)
     key = call.lower() if call is not None else None
-    compose = lambda: said if still() else None  # noqa: E731
-    me.want(Urgency.ANSWER, topic, compose, now, slot=slot, call=key, tentative=tentative)
+    me.want(Urgency.ANSWER, topic, lambda: said if still() else None, now, slot=slot, call=key, tentative=tentative)
 
 
 def introduction(me: Knowledge, to: m.Addressee) -> m.Utterance:

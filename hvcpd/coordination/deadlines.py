@@ -16,7 +16,7 @@ BAD_AIR_REPEATS = 2
 CALL_S = 15.0
 """Who has answered a greeting has done so by then; doubled each time."""
 CALL_DOUBLINGS_MAX = 6
-"""It never stops looking: at last every 16 minutes."""
+"""Maximum number of doublings of CALL_S: the robot never stops looking, at last every 16 minutes."""
 RENEWS = frozenset({State.GOING, State.ACTING})
 """States in which the lease of the robot's own claim is renewed."""
 LEAVES_UNHEARD = states_with(Trigger.UNHEARD)

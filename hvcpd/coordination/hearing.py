@@ -89,8 +89,10 @@ def _introduce(me: Knowledge, name: str | None, now: float) -> None:
             after_s = 2.0 * me.timing.back_off_s * me.rng.random()
         peer.answered_s = now
     trigger = Trigger.GREETED if me.state in (State.WAKING, State.GREETING) else None
-    compose = lambda: composing.answer_to_greeting(me, name, now)  # noqa: E731
-    me.want(Urgency.TURN, f"greet {name}", compose, now, trigger=trigger, after_s=after_s)
+    topic = f"greet {name}"
+    me.want(
+        Urgency.TURN, topic, lambda: composing.answer_to_greeting(me, name, now), now, trigger=trigger, after_s=after_s
+    )
 
 
 def _who_here(me: Knowledge, u: m.Utterance, _s: m.WhoHere, now: float) -> None:

@@ -1,5 +1,4 @@
-"""Somebody else's words: what is passed on between two that do not hear each other, and reports told in the name of who
-made them.
+"""Relays: what is passed on between two that do not hear each other, and reports told in their speaker's name.
 
 An order or a question to one robot that stays silent is said again by the first robot that has heard both, in the name
 of who said it ("Hi Bot, I am Max, Rob says, …"). From then on that pair is taken for one whose voices do not reach each
@@ -22,7 +21,7 @@ OPENERS = (m.Order, m.WhatDoing)
 SILENT_SLOT = 6
 """Who was asked would have begun by then: its slot is one of three, and its voice is noticed within another."""
 APART_SLOT = 4
-"""The same for two that are known not to hear each other."""
+"""First slot for passing on between two that are known not to hear each other."""
 RANK_MAX = 3
 """Beyond this rank those who could pass it on share a slot; the speaker repeats its sentence soon after."""
 APART_S = 600.0
