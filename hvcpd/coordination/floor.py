@@ -31,7 +31,7 @@ OVERDUE_SLOTS = 2
 """Slots before all turns in a crowd, for who has waited too long."""
 OVERDUE_S = 15.0
 """Waiting time, for each robot of the team, that is too long: a turn with its answer takes 12.5 s. Of twelve robots
-that lose three sentences of ten, one waits for 202 to 267 s at most then (12 and 18 s for each), and for 640 s without."""
+that lose three sentences of ten, one then waits for 202 to 267 s at most (12 and 18 s for each), else 640 s."""
 
 
 class Urgency(IntEnum):
