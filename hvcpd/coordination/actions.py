@@ -27,11 +27,11 @@ SECOND_GAP_S = 0.7
 """Once a sentence is understood, 0.2 to 0.3 s after its last word, its second saying is noticed within so long: what is
 left of the pause, 0.2 s for the onset, 0.1 s of ringing, and 0.15 s to be sure."""
 SLOW_STRETCH = 1.25
-"""A sentence said slowly takes so much longer."""
+"""Factor on the length of a sentence said slowly."""
 SEALED_STRETCH = 1.6
-"""A sentence with a seal, too: 2.1 s more than the usual 3.6 s."""
+"""Factor on the length of a sentence with a seal: 2.1 s more than the usual 3.6 s."""
 ENCRYPTED_STRETCH = 1.9
-"""A sentence whose statement is encrypted."""
+"""Factor on the length of a sentence whose statement is encrypted."""
 
 
 @dataclass(frozen=True)
@@ -117,7 +117,7 @@ class Timing:
     greeting_wait_s: float = 4.0
     """Time for the next answer to a greeting to begin; each one that comes grants it anew."""
     greetings_max: int = 3
-    """So often an unanswered greeting is repeated before the robot works alone."""
+    """How often an unanswered greeting is repeated before the robot works alone."""
     reply_gap_s: float = 0.15
     """Before an answer, once the question is understood: people leave about 0.2 s (Stivers et al. 2009)."""
     turn_gap_s: float = 1.2
@@ -142,14 +142,14 @@ class Timing:
     answer_s: float = 4.0
     """Time for a read-back or a confirmation to begin before the sentence is repeated."""
     repeats_max: int = 3
-    """So often an unanswered order, question or read-back is said."""
+    """How often an unanswered order, question or read-back is said."""
     claims_max: int = 6
     """So often a claim or report that nobody answers is said, if others were there: at a loss of 30 % the chance
     that all of six rounds fail between two robots is (1 − 0.7²)⁶ = 1.8 %."""
     claims_among_talkers: int = 3
-    """And so many times as often if somebody was heard meanwhile: then the air is crowded, not empty."""
+    """Factor on `claims_max` if somebody was heard meanwhile: then the air is crowded, not empty."""
     claims_alone: int = 2
-    """And if nobody has been heard of."""
+    """How often a claim or report is said if nobody has been heard of."""
     ask_again_s: float = 30.0
     """Between two questions whether what may be done is done, at least; at most twice as long."""
     bad_air_s: float = 300.0
@@ -158,7 +158,7 @@ class Timing:
     """A claim whose owner was not heard of for so long is free again: a 20 m drive takes 100 s, and in a crowd a
     report waits for more than a minute until it is heard."""
     lease_per_robot_s: float = 40.0
-    """But so long at least for each other robot: a turn, with its confirmation, takes 12.5 s, and where three of ten
+    """Shortest lease for each other robot: a turn, with its confirmation, takes 12.5 s, and where three of ten
     sentences are lost a report waits for three rounds of them once in a hundred times."""
     unconfirmed_lease_s: float = 90.0
     """A claim that nobody was heard to confirm is free again sooner: it may have been denied, unheard."""

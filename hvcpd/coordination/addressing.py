@@ -1,4 +1,4 @@
-"""Whom a sentence is for."""
+"""Whom a sentence is for, and the slots in which those who could answer do so: objections first, then confirmations."""
 
 from __future__ import annotations
 
@@ -9,6 +9,19 @@ JUST_SPELLED_S = 20.0
 """A name that was spelled is not spelled again for so long: others who greet meanwhile have heard it too."""
 OPENERS = (m.Order, m.WhatDoing, m.WhatLeft, m.WhoHere, m.ReportWanted, m.Completed, m.Failed)
 """What is said to one robot unasked; everything else that is said to one answers it."""
+
+DOER_SLOT = 0
+"""Who did the task objects first."""
+OWNER_SLOT = 1
+"""Who is at the task, or wants it, objects second: in the doer's slot the two would speak at once, over and over."""
+OTHERS_SLOT = 2
+"""The first slot of the others who know better; each takes the slot of its rank."""
+OTHERS_RANK_MAX = 2
+"""Highest rank that has a slot of its own before all confirmations."""
+SHARED_SLOTS = 2
+"""Slots that higher ranks draw from. If two draw the same, nobody understands them and nobody confirms."""
+UNSURE_SLOTS = 4
+"""Slots that a newcomer, or a robot that missed the claim, leaves to those who know more."""
 
 
 def is_for(me: Knowledge, u: m.Utterance) -> bool:
@@ -39,3 +52,19 @@ def must_spell_for(me: Knowledge, name: str | None, now: float) -> bool:
     if me.role.listed or now - a.spelled_s < JUST_SPELLED_S:
         return False
     return name is None or name.lower() not in a.known_by
+
+
+def confirming_slot(me: Knowledge, now: float) -> int:
+    """The first slot for confirmations, after all objections; where two are alone no third can object."""
+    others = len(me.peers.present(now))
+    if others > OTHERS_RANK_MAX + 1:
+        others = OTHERS_RANK_MAX + 1 + SHARED_SLOTS
+    return OTHERS_SLOT + (others if others > 1 else 0)
+
+
+def objection_slot(me: Knowledge, other: str, number: int, now: float) -> int:
+    """The slot in which this robot objects to `other`'s claim, if it knows better and is neither doer nor owner."""
+    rank = me.rank(other, number, now)
+    if rank > OTHERS_RANK_MAX:
+        rank = OTHERS_RANK_MAX + 1 + int(me.rng.random() * SHARED_SLOTS)
+    return OTHERS_SLOT + rank

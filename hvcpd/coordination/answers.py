@@ -60,9 +60,7 @@ def _be_confirmed(me: Knowledge, now: float) -> None:
     me.lease.assured_s = me.lease_end_s(me.lease.claimed_s)
     if me.report.said:
         me.report.task = None
-    if (
-        me.current.task is not None or me.state is not State.CLAIMING
-    ):  # a claim that is still to be chosen is not meant either
+    if me.current.task is not None or me.state is not State.CLAIMING:  # a claim still to be chosen is not meant either
         fire(me, Trigger.CONFIRMED, now)
 
 

@@ -8,11 +8,17 @@ and of equals the name that comes first in the alphabet; objections are said bef
 from __future__ import annotations
 
 from hvcpd.coordination import composing, orders
-from hvcpd.coordination.addressing import is_for_me_alone
+from hvcpd.coordination.addressing import (
+    DOER_SLOT,
+    OTHERS_SLOT,
+    OWNER_SLOT,
+    UNSURE_SLOTS,
+    confirming_slot,
+    is_for_me_alone,
+    objection_slot,
+)
 from hvcpd.coordination.board import CLAIMED, Entry
-from hvcpd.coordination.floor import Urgency
 from hvcpd.coordination.knowledge import HeardClaim, Knowledge, QuotedReport, Reactions
-from hvcpd.coordination.slots import DOER_SLOT, OTHERS_SLOT, OWNER_SLOT, UNSURE_SLOTS, confirming_slot, objection_slot
 from hvcpd.coordination.states import AT_WORK, NEWCOMER, PROPOSING, State, Trigger
 from hvcpd.coordination.table import fire
 from hvcpd.language import messages as m
@@ -29,11 +35,8 @@ def claim(me: Knowledge, u: m.Utterance, s: m.Claim, now: float) -> None:
         return
     entry = me.board.find(s.task)
     if orders.answers_order(me, u):
-        fire(
-            me,
-            Trigger.RIGHT if entry is not None and entry.definition.number == me.current.task else Trigger.WRONG,
-            now,
-        )
+        right = entry is not None and entry.definition.number == me.current.task
+        fire(me, Trigger.RIGHT if right else Trigger.WRONG, now)
         return
     if entry is None:
         return
@@ -63,9 +66,8 @@ def contend(me: Knowledge, u: m.Utterance, other: str, entry: Entry, other_at_wo
         tell_done(me, other, entry, now)
         return False
     if entry.hearsay and entry.told_by is None and entry.owner != other:
-        _deny(
-            me, other, number, entry.owner, confirming_slot(me, now) + UNSURE_SLOTS + me.rank(other, number, now), now
-        )
+        slot = confirming_slot(me, now) + UNSURE_SLOTS + me.rank(other, number, now)
+        _deny(me, other, number, entry.owner, slot, now)
         return False
     if me.current.task == number and me.state in PROPOSING | AT_WORK:
         return _contend_for_own(me, other, number, other_at_work, now)
@@ -86,9 +88,11 @@ def contend(me: Knowledge, u: m.Utterance, other: str, entry: Entry, other_at_wo
 
 def _deny(me: Knowledge, other: str, number: int, owner: str | None, slot: int, now: float) -> None:
     """Object for another one, if it still has the task, or still may have done it, when this robot's turn comes."""
-    denial = composing.to_robot(me, other, m.Negative())
-    compose = lambda: denial if me.board[number].owner == owner else None  # noqa: E731
-    me.want(Urgency.ANSWER, f"deny {number}", compose, now, slot=slot, call=other.lower())
+
+    def still() -> bool:
+        return me.board[number].owner == owner
+
+    composing.answer(me, other, f"deny {number}", m.Negative(), now, slot=slot, call=other, still=still)
 
 
 def _note_claim(me: Knowledge, other: str, entry: Entry, now: float) -> None:
@@ -101,62 +105,59 @@ def _note_claim(me: Knowledge, other: str, entry: Entry, now: float) -> None:
 def _contend_for_own(me: Knowledge, other: str, number: int, other_at_work: bool, now: float) -> bool:
     mine, theirs = (me.state not in AT_WORK, me.role.name.lower()), (not other_at_work, other.lower())
     if me.state is State.ACTING or mine < theirs:
-        at_work = me.state in AT_WORK
-        ref = m.TaskByNumber(number)
-        statement = m.Working(ref) if at_work else m.Claim(ref)
-        me.want(
-            Urgency.ANSWER,
-            f"mine {number}",
-            lambda: composing.to_robot(me, other, statement) if me.current.task == number else None,
-            now,
-            slot=OWNER_SLOT,
-        )
+        _say_it_is_mine(me, other, number, now)
         return False
     me.board.claim(number, other, me.lease_end_s(now))
     fire(me, Trigger.LOST, now)
     return True
 
 
+def _say_it_is_mine(me: Knowledge, other: str, number: int, now: float) -> None:
+    ref = m.TaskByNumber(number)
+    statement = m.Working(ref) if me.state in AT_WORK else m.Claim(ref)
+
+    def still() -> bool:
+        return me.current.task == number
+
+    composing.answer(me, other, f"mine {number}", statement, now, slot=OWNER_SLOT, still=still)
+
+
 def tell_done(me: Knowledge, other: str, entry: Entry, now: float) -> None:
     """It was not heard that the task is done: who did it says so at once, somebody else if that one does not; nobody
     says of a task that it is done who knows neither that it did it itself nor who else."""
     number, doer = entry.definition.number, entry.owner
-    done = m.Completed(m.TaskByNumber(number))
-    if doer == me.role.name:
-        said, slot = composing.to_all(me, done), DOER_SLOT
-    else:
-        said = composing.to_robot(me, other, m.Relayed(doer, done) if doer is not None else m.Negative())
+    statement: m.Statement = m.Completed(m.TaskByNumber(number))
+    to, slot = None, DOER_SLOT
+    if doer != me.role.name:
+        statement = m.Relayed(doer, statement) if doer is not None else m.Negative()
         me.overheard.report = QuotedReport(doer, me.role.name, number, now) if doer is not None else me.overheard.report
-        slot = objection_slot(me, other, number, now)
-    compose = lambda: said if me.board[number].known_done else None  # noqa: E731
-    me.want(Urgency.ANSWER, f"done {number}", compose, now, slot=slot, call=other.lower())
+        to, slot = other, objection_slot(me, other, number, now)
+
+    def still() -> bool:
+        return me.board[number].known_done
+
+    composing.answer(me, to, f"done {number}", statement, now, slot=slot, call=other, still=still)
 
 
 def confirm_at_once(me: Knowledge, name: str, now: float) -> None:
-    confirmed = composing.to_robot(me, name, m.Confirmed())
-    me.want(Urgency.ANSWER, f"confirm {name}", lambda: confirmed, now, slot=OWNER_SLOT)
+    composing.answer(me, name, f"confirm {name}", m.Confirmed(), now, slot=OWNER_SLOT)
 
 
 def _confirm_in_turn(me: Knowledge, name: str, number: int, now: float, sure: bool = True) -> None:
     """Confirm what `name` said of a task, unless it is no longer true then or another one does."""
     complete = me.board[number].known_done
     statement = m.Confirmed(m.TaskByNumber(number), complete=complete) if sure else m.SayAgain()
-    said = composing.to_robot(me, name, statement)
-    slot = (
-        confirming_slot(me, now)
-        + me.rank(name, number, now)
-        + (UNSURE_SLOTS if me.state in NEWCOMER or not sure else 0)
-    )
+    slot = confirming_slot(me, now) + me.rank(name, number, now)
+    slot += UNSURE_SLOTS if me.state in NEWCOMER or not sure else 0
 
-    def compose() -> m.Utterance | None:
-        if me.board[number].owner != name and not complete:
-            return None
-        if sure:
+    def still() -> bool:
+        true = me.board[number].owner == name or complete
+        if true and sure:
             me.board.claim(number, name, me.lease_end_s(now))
             note_moved_on(me, name, number)
-        return said
+        return true
 
-    me.want(Urgency.ANSWER, f"confirm {name}", compose, now, slot=slot, call=name.lower(), tentative=True)
+    composing.answer(me, name, f"confirm {name}", statement, now, slot=slot, call=name, tentative=True, still=still)
 
 
 def completed(me: Knowledge, u: m.Utterance, s: m.Completed, now: float) -> None:
@@ -177,8 +178,7 @@ def completed(me: Knowledge, u: m.Utterance, s: m.Completed, now: float) -> None
     if is_for_me_alone(me, u):
         confirm_at_once(me, u.speaker, now)
     elif not sure and not doubt and not objection and len(me.peers.present(now)) <= SMALL_TEAM:
-        again = composing.to_robot(me, u.speaker, m.SayAgain())
-        me.want(Urgency.ANSWER, f"again {u.speaker}", lambda: again, now, slot=OTHERS_SLOT)
+        composing.answer(me, u.speaker, f"again {u.speaker}", m.SayAgain(), now, slot=OTHERS_SLOT)
     elif good and not doubt and not isinstance(u.addressee, m.ToRobot) and not (objection and not new):
         _confirm_in_turn(me, u.speaker, upon, now, sure)
     me.reconsider(now)
@@ -200,9 +200,7 @@ def doubts(me: Knowledge, speaker: str, number: int, in_passing: bool, now: floa
         return False
     me.current.doubted, me.missed.last_s = (speaker, number), now
     if at_work:
-        said = composing.to_robot(me, speaker, m.Working(m.TaskByNumber(number)))
-        compose = lambda: said if me.current.task == number else None  # noqa: E731
-        me.want(Urgency.ANSWER, f"mine {number}", compose, now, slot=OWNER_SLOT)
+        _say_it_is_mine(me, speaker, number, now)
     return True
 
 
@@ -245,11 +243,9 @@ def failed(me: Knowledge, u: m.Utterance, s: m.Failed, now: float) -> None:
     if is_for_me_alone(me, u):
         confirm_at_once(me, u.speaker, now)
     elif not isinstance(u.addressee, m.ToRobot):
-        said = composing.to_robot(me, u.speaker, m.Confirmed(m.TaskByNumber(number)))
-        slot = confirming_slot(me, now) + me.rank(u.speaker, number, now)
-        me.want(
-            Urgency.ANSWER, f"confirm {u.speaker}", lambda: said, now, slot=slot, call=u.speaker.lower(), tentative=True
-        )
+        name, statement = u.speaker, m.Confirmed(m.TaskByNumber(number))
+        slot = confirming_slot(me, now) + me.rank(name, number, now)
+        composing.answer(me, name, f"confirm {name}", statement, now, slot=slot, call=name, tentative=True)
     me.reconsider(now)
 
 

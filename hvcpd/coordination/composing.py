@@ -1,10 +1,13 @@
-"""The sentences that a robot says of itself, made when it has the floor. None: there is nothing left to say."""
+"""The sentences that a robot says, composed when it has the floor. None: there is nothing left to say."""
 
 from __future__ import annotations
+
+from collections.abc import Callable
 
 from hvcpd.coordination import choosing
 from hvcpd.coordination.addressing import must_spell_for
 from hvcpd.coordination.board import DONE, spoken_name
+from hvcpd.coordination.floor import Urgency
 from hvcpd.coordination.knowledge import Knowledge
 from hvcpd.coordination.states import AT_WORK, State
 from hvcpd.language import messages as m
@@ -28,20 +31,39 @@ def to_asker(me: Knowledge, name: str | None, statement: m.Statement) -> m.Utter
     return to_robot(me, name, statement) if name else to_all(me, statement)
 
 
+def answer(
+    me: Knowledge,
+    name: str | None,
+    topic: str,
+    statement: m.Statement,
+    now: float,
+    *,
+    slot: int | None = None,
+    call: str | None = None,
+    tentative: bool = False,
+    still: Callable[[], bool] = lambda: True,
+) -> None:
+    """Want the floor to answer somebody (None: everybody), if the statement is `still` true then; see `Intent`."""
+    said = to_asker(me, name, statement)
+    key = call.lower() if call is not None else None
+    me.want(Urgency.ANSWER, topic, lambda: said if still() else None, now, slot=slot, call=key, tentative=tentative)
+
+
 def introduction(me: Knowledge, to: m.Addressee) -> m.Utterance:
     """The name, and the team unless the team is addressed: air is dear among many."""
     return m.Utterance(me.role.name, to, None if isinstance(to, m.ToTeam) else me.role.team, None)
 
 
-def spelled_name(me: Knowledge, to: m.Addressee, ask: bool = False) -> m.Utterance:
-    return utterance(me, to, m.Spelled(me.role.name.lower(), ask))
+def spelled_name(me: Knowledge, to: m.Addressee | None = None, ask: bool = False) -> m.Utterance:
+    """The own name, spelled to the team or to somebody else; `ask`: who hears it is to do the same."""
+    return utterance(me, to or to_team(me), m.Spelled(me.role.name.lower(), ask))
 
 
 def answer_to_greeting(me: Knowledge, name: str | None, now: float) -> m.Utterance:
     """The own name, to who asked for it; spelled, to the team, if that one may not know it."""
     if must_spell_for(me, name, now):
-        return spelled_name(me, to_team(me))
-    peer = me.peers.get(name) if name else None
+        return spelled_name(me)
+    peer = me.peers.get(name)
     if peer is not None and peer.team is not None and peer.team == me.role.team:
         return introduction(me, to_team(me))
     return introduction(me, m.ToRobot(name) if name else m.ToAll())
@@ -89,10 +111,6 @@ def report(me: Knowledge, now: float) -> m.Utterance | None:
 
 def working(me: Knowledge) -> m.Utterance | None:
     return to_all(me, m.Working(_by_name(me, me.current.task))) if me.current.task is not None else None
-
-
-def renewal(me: Knowledge) -> m.Utterance | None:
-    return working(me) if me.state in (State.GOING, State.ACTING) else None
 
 
 def occupation(me: Knowledge, asker: str | None) -> m.Utterance:

@@ -10,16 +10,15 @@ import math
 from collections.abc import Iterable, Mapping
 
 from hvcpd.config.tasks import Place, TaskDefinition
-from hvcpd.coordination import choosing, composing, deadlines, hearing, repair, requested_speech, strangers, trusting
+from hvcpd.coordination import choosing, composing, deadlines, hearing, repair, trusting
 from hvcpd.coordination.actions import Action, Rng, Role, SavePeer, SaveTask, Say, Timing
-from hvcpd.coordination.addressing import whose_turn
+from hvcpd.coordination.addressing import confirming_slot, whose_turn
 from hvcpd.coordination.board import Board
 from hvcpd.coordination.floor import Floor, Intent, Order, Urgency, round_of_turns
 from hvcpd.coordination.knowledge import Knowledge
 from hvcpd.coordination.peers import Peers, team_of
 from hvcpd.coordination.relaying import note_passed_on
-from hvcpd.coordination.slots import confirming_slot
-from hvcpd.coordination.states import AT_WORK, NEWCOMER, State, Trigger
+from hvcpd.coordination.states import AT_WORK, DEPARTING, NEWCOMER, State, Trigger
 from hvcpd.coordination.table import fire
 from hvcpd.language import messages as m
 from hvcpd.security.trust import Trust
@@ -29,6 +28,13 @@ SAME_WITHIN_S = 1.0
 more for ears that notice late. Nobody who waits for an answer says anything again so soon."""
 CONFIRMERS = 3
 """Maximum number of confirmations that may still begin before a new turn does: three in a row rarely miss a claim."""
+MAX_SENTENCES = 8
+"""Sentences of the robot's owner that may wait for the floor: some 40 s of talk, after which nobody knows why they were
+wanted."""
+QUESTIONS = (m.WhatDoing, m.WhoHere, m.WhatLeft, m.ReportWanted)
+REQUESTABLE = (m.Order, m.Motion, m.Stop, m.Resume, m.SayAgain, m.Remark, *QUESTIONS)
+"""What the owner may have the robot say: orders, questions, calls and remarks. Every other statement tells of the
+robot's own doings or binds it, and it says that only when it is so."""
 
 
 class Coordination:
@@ -102,8 +108,6 @@ class Coordination:
         if me.state is State.MEETING:
             me.arm(now, me.timing.greeting_wait_s)  # somebody is there, who will say it again
         repair.after_garble(me, over_own_speech, now)
-        if not over_own_speech:
-            strangers.after_garble(me, now)
 
     def channel(self, busy: bool, now: float) -> None:
         """Somebody else began (True) or ended (False) to speak."""
@@ -138,10 +142,20 @@ class Coordination:
 
     def say(self, utterance: m.Utterance, now: float) -> str | None:
         """Say a sentence for the robot's owner when its turn comes; why it will not be said, or None."""
-        reason = requested_speech.refusal(self.knowledge, utterance)
-        if reason is None:
-            requested_speech.want_to_say(self.knowledge, utterance, now)
-        return reason
+        me = self.knowledge
+        own, statement = me.role.name, m.own_words(utterance.statement)
+        if utterance.speaker is not None and utterance.speaker.lower() != own.lower():
+            return f"this robot is {own}, not {utterance.speaker}; say '… I am {own}, …'"
+        if statement is not None and not isinstance(statement, REQUESTABLE):
+            return f"that tells what {own} itself does or knows; {own} says so only when it is so"
+        if me.state in DEPARTING:
+            return f"{own} is leaving"
+        topics = (f"requested {number}" for number in range(MAX_SENTENCES))
+        topic = next((topic for topic in topics if not me.floor.wants(topic)), None)
+        if topic is None:
+            return f"{MAX_SENTENCES} sentences wait to be said already; try again when it is quieter"
+        me.want(Urgency.TURN, topic, lambda: utterance, now)
+        return None
 
     def sensed(self, here: Place | None = None, battery_v: float | None = None) -> None:
         """Where the robot is, and its battery's voltage; None: not known now. Its first place is its home."""
@@ -193,7 +207,7 @@ class Coordination:
             else:
                 me.timer_s = None
                 deadlines.time_is_over(me, now)
-        self._renew(now)
+        deadlines.renew_lease(me, now)
         intent = me.floor.begin(now)
         if intent is not None:
             self._begin(intent, now)
@@ -204,7 +218,7 @@ class Coordination:
     def next_deadline(self) -> float:
         """When `tick` must be called at the latest; infinity if nothing is due."""
         me = self.knowledge
-        deadline_s = min(me.floor.next_deadline(), self._renewal_s())
+        deadline_s = min(me.floor.next_deadline(), deadlines.renewal_s(me))
         return deadline_s if me.timer_s is None else min(deadline_s, me.timer_s)
 
     def actions(self) -> tuple[Action, ...]:
@@ -302,24 +316,8 @@ class Coordination:
             me.lease.claimed_s = now
             intent.trigger = Trigger.SPOKEN_BOTH if intent.trigger and me.state is State.REPORTING else intent.trigger
 
-    def _renewal_s(self) -> float:
-        me = self.knowledge
-        if (me.state is not State.GOING and me.state is not State.ACTING) or not me.peers.all():
-            return math.inf
-        return me.lease.claimed_s + me.timing.renewal_s
-
-    def _renew(self, now: float) -> None:
-        me = self.knowledge
-        if now >= self._renewal_s():
-            me.lease.claimed_s = now
-            me.board.claim(me.my_task(), me.role.name, me.lease_end_s(now))
-            me.want(Urgency.TURN, "renewal", lambda: composing.renewal(me), now)
-
     def _save_changes(self) -> None:
         me = self.knowledge
-        changed = me.board.changed
-        if changed:
-            for number in changed:
-                entry = me.board[number]
-                me.do(SaveTask(number, entry.lasting_state, entry.owner))
-            changed.clear()
+        for number in me.board.changed:
+            me.do(SaveTask(number, me.board[number].lasting_state, me.board[number].owner))
+        me.board.changed.clear()

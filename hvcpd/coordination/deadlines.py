@@ -1,12 +1,14 @@
-"""What a time that is over means: say it again, give up, or choose what to do next."""
+"""What is due at a time: say a sentence again, give up, choose what to do next, or renew a lease."""
 
 from __future__ import annotations
 
-from hvcpd.coordination import choosing, composing, earshot, strangers
+import math
+
+from hvcpd.coordination import choosing, composing, earshot, repair
 from hvcpd.coordination.floor import Urgency
 from hvcpd.coordination.knowledge import Knowledge
 from hvcpd.coordination.states import State, Trigger
-from hvcpd.coordination.table import LEAVES_UNHEARD, fire
+from hvcpd.coordination.table import fire, states_with
 from hvcpd.language import messages as m
 
 BAD_AIR_REPEATS = 2
@@ -14,7 +16,11 @@ BAD_AIR_REPEATS = 2
 CALL_S = 15.0
 """Who has answered a greeting has done so by then; doubled each time."""
 CALL_DOUBLINGS_MAX = 6
-"""It never stops looking: at last every 16 minutes."""
+"""Maximum number of doublings of CALL_S: the robot never stops looking, at last every 16 minutes."""
+RENEWS = frozenset({State.GOING, State.ACTING})
+"""States in which the lease of the robot's own claim is renewed."""
+LEAVES_UNHEARD = states_with(Trigger.UNHEARD)
+"""States in which a robot may be answered elsewhere."""
 
 
 def time_is_over(me: Knowledge, now: float) -> None:
@@ -34,11 +40,26 @@ def time_is_over(me: Knowledge, now: float) -> None:
             fire(me, Trigger.TIMEOUT, now)
 
 
+def renewal_s(me: Knowledge) -> float:
+    """When the lease of this robot's own claim is to be renewed; infinity if it has none, or nobody is there."""
+    if me.state not in RENEWS or not me.peers.all():
+        return math.inf
+    return me.lease.claimed_s + me.timing.renewal_s
+
+
+def renew_lease(me: Knowledge, now: float) -> None:
+    """Say that the robot is at its task, if it has not spoken of it for long: who hears it renews the lease."""
+    if now >= renewal_s(me):
+        me.lease.claimed_s = now
+        me.board.claim(me.my_task(), me.role.name, me.lease_end_s(now))
+        me.want(Urgency.TURN, "renewal", lambda: composing.working(me) if me.state in RENEWS else None, now)
+
+
 def _again_or_give_up(me: Knowledge, times: int, now: float) -> None:
     me.current.repeats += 1
     if me.current.repeats >= BAD_AIR_REPEATS:
         me.missed.last_s = now
-        strangers.spell_if_unknown(me, now)
+        repair.spell_if_unknown(me, now)
     if me.current.repeats < times:
         fire(me, Trigger.TIMEOUT, now)
     elif me.state in LEAVES_UNHEARD and earshot.way_back(me, now) is not None:
@@ -49,7 +70,7 @@ def _again_or_give_up(me: Knowledge, times: int, now: float) -> None:
 
 
 def _choose(me: Knowledge, now: float) -> None:
-    strangers.spell_now_and_then(me, now)
+    repair.spell_now_and_then(me, now)
     waited = earshot.has_waited(me, now)
     if waited and earshot.way_back(me, now) is not None:
         fire(me, Trigger.UNHEARD, now)
@@ -89,7 +110,7 @@ def _choose(me: Knowledge, now: float) -> None:
     if me.acquaintance.own_name_heard_s:
         waits.append(me.acquaintance.own_name_heard_s[-1] + me.timing.name_conflict_s)
     later = [t for t in waits if t is not None and t > now]
-    me.arm_until(min(later, default=None))
+    me.timer_s = min(later, default=None)
 
 
 def _look_for_robots(me: Knowledge, now: float) -> None:

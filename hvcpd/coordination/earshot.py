@@ -35,7 +35,7 @@ TAKES_ORDER = (m.Claim, m.Unable, m.Unknown, m.Busy)
 def note(me: Knowledge, u: m.Utterance, now: float) -> None:
     """A sentence was understood: learn from it who hears whom."""
     alone, waiting = is_for_me_alone(me, u), me.waiting
-    peer = me.peers.get(u.speaker) if u.speaker else None
+    peer = me.peers.get(u.speaker)
     if peer is not None:
         answered = alone and not isinstance(u.statement, OPENERS)
         if answered or peer.met is None:

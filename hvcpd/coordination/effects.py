@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 from hvcpd.config.tasks import Action as TaskAction
 from hvcpd.config.tasks import Forward, GoTo, Turn
 from hvcpd.coordination import composing, earshot
 from hvcpd.coordination.actions import Halt, Perform, SaveStopped
+from hvcpd.coordination.addressing import confirming_slot
 from hvcpd.coordination.board import DONE
 from hvcpd.coordination.floor import RANK_MAX, Urgency
 from hvcpd.coordination.knowledge import Knowledge
-from hvcpd.coordination.slots import confirming_slot
 from hvcpd.coordination.states import Trigger
 from hvcpd.language import messages as m
 
@@ -17,7 +19,7 @@ OWN_TURN = "own turn"
 """The topic of what the state machine itself wants to say; answers to others have topics of their own."""
 
 DENIED_OFTEN = 2
-"""A task that is another's is reported soon, or its lease lapses."""
+"""Denials of one claim from which the robot asks what is left: another's task is reported soon, or its lease lapses."""
 BACK_OFF_DOUBLINGS = 2
 """The time that back-off is drawn from doubles with each attempt, so many times: up to 24 s."""
 
@@ -36,17 +38,29 @@ def end_report(me: Knowledge, now: float) -> None:
     rest(me, now)
 
 
-def _back_off_s(me: Knowledge, times: int) -> float:
-    """How long to hold back a sentence that was said so many times and not answered."""
-    if times == 0:
-        return 0.0
-    return me.rng.random() * me.timing.back_off_s * 2.0 ** min(times - 1, BACK_OFF_DOUBLINGS)
+def _want_turn(
+    me: Knowledge,
+    compose: Callable[[], m.Utterance | None],
+    now: float,
+    urgency: Urgency = Urgency.TURN,
+    times: int = 0,
+    slowly: bool = False,
+) -> None:
+    """Want the floor for the state's own sentence; one that was said so many `times` unanswered is held back."""
+    doublings = min(times - 1, BACK_OFF_DOUBLINGS)
+    after_s = me.rng.random() * me.timing.back_off_s * 2.0**doublings if times > 0 else 0.0
+    me.want(urgency, OWN_TURN, compose, now, trigger=Trigger.SPOKEN, slowly=slowly, after_s=after_s)
+
+
+def _want_turn_again(me: Knowledge, compose: Callable[[], m.Utterance | None], now: float) -> None:
+    """The same, more urgent once it was said and not answered."""
+    urgency = Urgency.AGAIN if me.current.repeats else Urgency.TURN
+    _want_turn(me, compose, now, urgency, times=me.current.repeats)
 
 
 def want_greeting(me: Knowledge, now: float) -> None:
-    after_s = _back_off_s(me, me.acquaintance.greetings)
     me.acquaintance.greetings += 1
-    me.want(Urgency.TURN, OWN_TURN, lambda: composing.greeting(me), now, trigger=Trigger.SPOKEN, after_s=after_s)
+    _want_turn(me, lambda: composing.greeting(me), now, times=me.acquaintance.greetings - 1)
 
 
 def wait_for_greetings(me: Knowledge, now: float) -> None:
@@ -61,9 +75,7 @@ def wait_for_answer(me: Knowledge, now: float) -> None:
 def want_question(me: Knowledge, now: float) -> None:
     if me.current.repeats == 0:
         me.current.asked_since_s = now
-    ask = composing.to_all(me, m.WhatLeft())
-    after_s = _back_off_s(me, me.current.repeats)
-    me.want(Urgency.TURN, OWN_TURN, lambda: ask, now, trigger=Trigger.SPOKEN, after_s=after_s)
+    _want_turn(me, lambda: composing.to_all(me, m.WhatLeft()), now, times=me.current.repeats)
 
 
 def end_question(me: Knowledge, now: float) -> None:
@@ -75,12 +87,11 @@ def end_question(me: Knowledge, now: float) -> None:
 
 def want_claim(me: Knowledge, now: float) -> None:
     me.current.task = None
-    me.want(Urgency.TURN, OWN_TURN, lambda: composing.claim(me, now), now, trigger=Trigger.SPOKEN)
+    _want_turn(me, lambda: composing.claim(me, now), now)
 
 
 def want_claim_again(me: Knowledge, now: float) -> None:
-    after_s = _back_off_s(me, me.current.repeats)
-    me.want(Urgency.AGAIN, OWN_TURN, lambda: composing.claim(me, now), now, trigger=Trigger.SPOKEN, after_s=after_s)
+    _want_turn(me, lambda: composing.claim(me, now), now, Urgency.AGAIN, times=me.current.repeats)
 
 
 def wait_for_objections(me: Knowledge, now: float) -> None:
@@ -127,14 +138,7 @@ def _split(me: Knowledge) -> tuple[tuple[TaskAction, ...], tuple[TaskAction, ...
 
 
 def want_announcement(me: Knowledge, now: float) -> None:
-    me.want(
-        Urgency.AGAIN if me.current.repeats else Urgency.TURN,
-        OWN_TURN,
-        lambda: composing.working(me),
-        now,
-        trigger=Trigger.SPOKEN,
-        after_s=_back_off_s(me, me.current.repeats),
-    )
+    _want_turn_again(me, lambda: composing.working(me), now)
 
 
 def finish_task(me: Knowledge, now: float) -> None:
@@ -155,14 +159,7 @@ def _report_first_time(me: Knowledge, now: float) -> None:
 
 
 def want_report(me: Knowledge, now: float) -> None:
-    me.want(
-        Urgency.AGAIN if me.current.repeats else Urgency.TURN,
-        OWN_TURN,
-        lambda: composing.report(me, now),
-        now,
-        trigger=Trigger.SPOKEN,
-        after_s=_back_off_s(me, me.current.repeats),
-    )
+    _want_turn_again(me, lambda: composing.report(me, now), now)
 
 
 def let_go(me: Knowledge) -> None:
@@ -198,9 +195,8 @@ def leave_to_others(me: Knowledge, now: float) -> None:
 
 def want_read_back(me: Knowledge, now: float) -> None:
     trigger = Trigger.SPOKEN_SURE if me.current.motion is not None and me.current.motion_sure else Trigger.SPOKEN
-    me.want(
-        Urgency.ANSWER, OWN_TURN, lambda: composing.read_back(me), now, trigger=trigger, slowly=me.repair.speak_slowly
-    )
+    slowly = me.repair.speak_slowly
+    me.want(Urgency.ANSWER, OWN_TURN, lambda: composing.read_back(me), now, trigger=trigger, slowly=slowly)
 
 
 def turn_to_next_motion(me: Knowledge, now: float) -> None:
@@ -224,12 +220,11 @@ def move(me: Knowledge, _now: float) -> None:
 
 
 def want_order(me: Knowledge, now: float) -> None:
-    me.want(Urgency.TURN, OWN_TURN, lambda: composing.order(me, now), now, trigger=Trigger.SPOKEN)
+    _want_turn(me, lambda: composing.order(me, now), now)
 
 
 def want_order_again(me: Knowledge, now: float) -> None:
-    slowly = me.repair.speak_slowly
-    me.want(Urgency.TURN, OWN_TURN, lambda: composing.same_order(me), now, trigger=Trigger.SPOKEN, slowly=slowly)
+    _want_turn(me, lambda: composing.same_order(me), now, slowly=me.repair.speak_slowly)
 
 
 def want_confirmation(me: Knowledge, now: float) -> None:
@@ -240,23 +235,23 @@ def want_confirmation(me: Knowledge, now: float) -> None:
             peer.assigned = me.my_task()
         me.acquaintance.calls = 0
     confirmed = composing.to_partner(me, m.Confirmed())
-    me.want(Urgency.ANSWER, OWN_TURN, lambda: confirmed, now, trigger=Trigger.SPOKEN)
+    _want_turn(me, lambda: confirmed, now, Urgency.ANSWER)
 
 
 def want_denial(me: Knowledge, now: float) -> None:
     denial = composing.to_partner(me, m.Negative())
-    me.want(Urgency.ANSWER, OWN_TURN, lambda: denial, now, trigger=Trigger.SPOKEN)
+    _want_turn(me, lambda: denial, now, Urgency.ANSWER)
 
 
 def note_refusal(me: Knowledge, now: float) -> None:
-    peer = me.peers.get(me.current.partner) if me.current.partner else None
+    peer = me.peers.get(me.current.partner)
     if peer is not None:
         peer.unable |= {me.my_task()}
     rest(me, now)
 
 
 def note_silence(me: Knowledge, now: float) -> None:
-    peer = me.peers.get(me.current.partner) if me.current.partner else None
+    peer = me.peers.get(me.current.partner)
     if peer is not None:
         peer.silent_until_s = now + me.timing.silent_peer_s
     rest(me, now)
@@ -275,7 +270,7 @@ def want_farewell(me: Knowledge, now: float) -> None:
     _report_before(me, Urgency.ALARM, now)
     me.current.clear()
     me.report.task = None
-    me.arm_until(None)
+    me.timer_s = None
     _want_to_say_farewell(me, now)
 
 
@@ -298,7 +293,7 @@ def latch(me: Knowledge, _now: float) -> None:
 
 def fall_silent(me: Knowledge, _now: float) -> None:
     me.floor.clear()
-    me.arm_until(None)
+    me.timer_s = None
 
 
 def _report_before(me: Knowledge, urgency: Urgency, now: float) -> None:

@@ -22,19 +22,16 @@ from hvcpd.language.messages import Utterance
 
 RANK_MAX = 10
 """Slots for answers are given to so many robots; beyond, they are shared: that ten before fail to answer is rare."""
-
-
 SLOTS_MAX = 64
-"""Random back-off is drawn from twice as many slots after each sentence that nobody understood, up to so many, and
-from three quarters of them after each that was understood (binary exponential back-off, as Ethernet has it)."""
-
+"""Maximum number of slots that random back-off is drawn from: twice as many after each sentence that nobody understood,
+three quarters after each that was understood (binary exponential back-off, as Ethernet has it)."""
 CROWD = 4
-"""Of more than so many, one may miss its turn so often that its lease ends before it can report;"""
+"""In a team of more robots, one may miss its turn so often that its lease ends before it can report."""
 OVERDUE_SLOTS = 2
-"""so turns begin so many slots later, which are for who has waited too long,"""
+"""Slots before all turns in a crowd, for who has waited too long."""
 OVERDUE_S = 15.0
-"""that is, for so long for each robot: a turn with its answer takes 12.5 s. Of twelve robots that lose three sentences
-of ten, one waits for 202 to 267 s at most then (12 and 18 s for each), and for 640 s without."""
+"""Waiting time, for each robot of the team, that is too long: a turn with its answer takes 12.5 s. Of twelve robots
+that lose three sentences of ten, one then waits for 202 to 267 s at most (12 and 18 s for each), else 640 s."""
 
 
 class Urgency(IntEnum):

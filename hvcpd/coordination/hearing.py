@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from hvcpd.coordination import answers, claims, composing, earshot, orders, people, relaying, repair, stopping
+from hvcpd.coordination import answers, claims, commands, composing, earshot, orders, relaying, repair
 from hvcpd.coordination.addressing import is_for, is_for_me_alone, must_spell_for
 from hvcpd.coordination.floor import Urgency
 from hvcpd.coordination.knowledge import Knowledge, Reactions
@@ -15,9 +15,8 @@ from hvcpd.language import messages as m
 GREETING_ANSWERED_FOR_S = 5.0
 """A greeting repeated within so long is the same greeting: it was answered."""
 GREETED_AGAIN_WITHIN_S = 60.0
-"""And one repeated within so long tells that the answer was not heard: maybe because another one, whom this robot does
-not hear, answered at the same time. So the next answer waits for a while that chance draws."""
-
+"""A greeting repeated within so long tells that the answer was not heard, maybe because another one, whom this robot
+does not hear, answered at the same time: the next answer waits for a random time."""
 FOREIGN_S = 8.0
 """The code words of a message for others take 4 to 6 s, said slowly 7.5 s."""
 
@@ -42,14 +41,8 @@ def react(me: Knowledge, u: m.Utterance, confidence: float, now: float) -> None:
         me.acquaintance.known_by.add(u.speaker.lower())
     if isinstance(statement, m.Negative):
         relaying.denied(me, u, now)
-    if isinstance(statement, m.ComeBack | m.MoveBy | m.TurnBy):
-        people.motion(me, u, statement, confidence, now)
-        return
-    if isinstance(statement, m.Resume):
-        people.resume(me, u, confidence, now)
-        return
-    if isinstance(statement, m.Stop):
-        stopping.stop(me, u, confidence, now)
+    if isinstance(statement, commands.Command):
+        commands.obey(me, u, statement, confidence, now)
         return
     reaction = _REACTIONS.get(type(statement))
     if reaction is not None:
@@ -63,7 +56,7 @@ def hear_own_name(me: Knowledge, now: float) -> None:
     if len(recent) == 2:
         if me.state in PROPOSING:
             fire(me, Trigger.LOST, now)
-        me.want(Urgency.ANSWER, "my name", lambda: composing.to_all(me, m.NameTaken()), now)
+        composing.answer(me, None, "my name", m.NameTaken(), now)
 
 
 def _greeting(me: Knowledge, u: m.Utterance, _: m.Spelled | None, now: float) -> None:
@@ -90,14 +83,16 @@ def _spelled(me: Knowledge, u: m.Utterance, s: m.Spelled, now: float) -> None:
 
 def _introduce(me: Knowledge, name: str | None, now: float) -> None:
     """Say the own name; a robot that has not greeted yet has done so by this."""
-    peer, after_s = me.peers.get(name) if name else None, 0.0
+    peer, after_s = me.peers.get(name), 0.0
     if peer is not None:
         if now - peer.answered_s < GREETED_AGAIN_WITHIN_S:
             after_s = 2.0 * me.timing.back_off_s * me.rng.random()
         peer.answered_s = now
     trigger = Trigger.GREETED if me.state in (State.WAKING, State.GREETING) else None
-    compose = lambda: composing.answer_to_greeting(me, name, now)  # noqa: E731
-    me.want(Urgency.TURN, f"greet {name}", compose, now, trigger=trigger, after_s=after_s)
+    topic = f"greet {name}"
+    me.want(
+        Urgency.TURN, topic, lambda: composing.answer_to_greeting(me, name, now), now, trigger=trigger, after_s=after_s
+    )
 
 
 def _who_here(me: Knowledge, u: m.Utterance, _s: m.WhoHere, now: float) -> None:
@@ -115,7 +110,7 @@ def _let_go(me: Knowledge, u: m.Utterance, s: m.Stopped | m.Leaving, now: float)
     if u.speaker is None:
         return
     if isinstance(s, m.Stopped):
-        stopping.note_halted(me, u.speaker, now)
+        commands.note_halted(me, u.speaker, now)
     for entry in me.board.entries():
         if entry.owner == u.speaker:
             me.board.release(entry.definition.number)
@@ -127,7 +122,7 @@ def _let_go(me: Knowledge, u: m.Utterance, s: m.Stopped | m.Leaving, now: float)
 
 def _name_taken(me: Knowledge, u: m.Utterance, _s: m.NameTaken, now: float) -> None:
     """Two robots answer to this name: no order for it."""
-    peer = me.peers.get(u.speaker) if u.speaker else None
+    peer = me.peers.get(u.speaker)
     if peer is not None:
         peer.silent_until_s = now + me.timing.name_conflict_s
 
@@ -147,7 +142,7 @@ _REACTIONS: Reactions = {
     **claims.REACTIONS,
     **answers.REACTIONS,
     **orders.REACTIONS,
-    **people.REACTIONS,
+    **commands.REACTIONS,
     **relaying.REACTIONS,
     type(None): _greeting,
     m.Spelled: _spelled,

@@ -218,7 +218,7 @@ class Knowledge:
     floor: Floor
     state: State = State.WAKING
     timer_s: float | None = None
-    """When the state's time is over."""
+    """When the state's time is over; None: never."""
     current: Current = field(default_factory=Current)
     report: Report = field(default_factory=Report)
     lease: Lease = field(default_factory=Lease)
@@ -261,12 +261,8 @@ class Knowledge:
         self.floor.want(Intent(urgency, topic, compose, trigger, slot, call, slowly, tentative, now + after_s), now)
 
     def arm(self, now: float, after_s: float) -> None:
-        """The state's time is over then."""
+        """The state's time is over `after_s` from now."""
         self.timer_s = now + after_s
-
-    def arm_until(self, time_s: float | None) -> None:
-        """The state's time is over then; never, if it is None."""
-        self.timer_s = time_s
 
     def postpone(self, by_s: float) -> None:
         """Give the state more time, if it has an end at all."""

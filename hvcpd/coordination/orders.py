@@ -5,24 +5,12 @@ from __future__ import annotations
 from hvcpd.coordination import composing
 from hvcpd.coordination.addressing import is_for_me_alone
 from hvcpd.coordination.choosing import in_name_conflict
-from hvcpd.coordination.floor import Urgency
 from hvcpd.coordination.knowledge import Knowledge, Reactions
 from hvcpd.coordination.states import AT_WORK, State, Trigger
-from hvcpd.coordination.table import fire
+from hvcpd.coordination.table import fire, states_with
 from hvcpd.language import messages as m
 
-FREE = frozenset(
-    {
-        State.READY,
-        State.MEETING,
-        State.ASKING,
-        State.ASKED,
-        State.CLAIMING,
-        State.READ_BACK,
-        State.REPORTED,
-        State.RETURNING,
-    }
-)
+FREE = states_with(Trigger.ORDER)
 """Who can take an order. Not while a claim of its own is unsettled: it would have to be taken back."""
 
 
@@ -31,27 +19,22 @@ def order(me: Knowledge, u: m.Utterance, s: m.Order, now: float) -> None:
         return
     name, entry = u.speaker, me.board.find(s.task)
     if entry is not None and entry.known_done:
-        number = m.TaskByNumber(entry.definition.number)
-        _answer(me, name, m.Completed(number), now)
+        composing.answer(me, name, f"answer {name}", m.Completed(m.TaskByNumber(entry.definition.number)), now)
         return
     same = entry is not None and me.current.task == entry.definition.number and me.current.partner == name
     if same and me.state in AT_WORK:  # it did not hear the read-back
-        _answer(me, name, m.Claim(s.task), now)
+        composing.answer(me, name, f"answer {name}", m.Claim(s.task), now)
         return
     if same and me.state is State.READING_BACK:
         return
     refusal = refusal_of(me, s.task, now)
     if refusal is not None or entry is None:
-        _answer(me, name, refusal or m.Unable(s.task), now)
+        composing.answer(me, name, f"answer {name}", refusal or m.Unable(s.task), now)
         return
     if not same:
         me.current.repeats = 0
-    me.current.partner, me.current.task, me.current.task_ref, me.current.motion = (
-        name,
-        entry.definition.number,
-        s.task,
-        None,
-    )
+    me.current.partner, me.current.motion = name, None
+    me.current.task, me.current.task_ref = entry.definition.number, s.task
     fire(me, Trigger.ORDER, now)
 
 
@@ -68,11 +51,6 @@ def refusal_of(me: Knowledge, task: m.TaskRef, now: float) -> m.Statement | None
     if me.state is State.STOPPED:
         return m.Stopped()
     return None if me.state in FREE else m.Busy()
-
-
-def _answer(me: Knowledge, name: str, statement: m.Statement, now: float) -> None:
-    said = composing.to_robot(me, name, statement)
-    me.want(Urgency.ANSWER, f"answer {name}", lambda: said, now)
 
 
 def answers_order(me: Knowledge, u: m.Utterance) -> bool:

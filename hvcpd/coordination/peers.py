@@ -59,14 +59,13 @@ class Peers:
         self._absent_s = absent_s
         self._peers: dict[str, Peer] = {}
         self._present: tuple[str, ...] | None = None
-        """Who is present, if it is known: it is asked many times about each sentence;"""
+        """Who is present, kept until `_present_until_s`: it is asked many times about each sentence."""
         self._present_until_s = float("-inf")
-        """and no later than this."""
         self.last_heard_s = float("-inf")
         """When anybody was heard last."""
 
-    def get(self, name: str) -> Peer | None:
-        return self._peers.get(name.lower())
+    def get(self, name: str | None) -> Peer | None:
+        return self._peers.get(name.lower()) if name is not None else None
 
     def all(self) -> tuple[Peer, ...]:
         return tuple(self._peers.values())

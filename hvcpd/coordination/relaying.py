@@ -1,5 +1,4 @@
-"""Somebody else's words: what is passed on between two that do not hear each other, and reports told in the name of who
-made them.
+"""Relays: what is passed on between two that do not hear each other, and reports told in their speaker's name.
 
 An order or a question to one robot that stays silent is said again by the first robot that has heard both, in the name
 of who said it ("Hi Bot, I am Max, Rob says, …"). From then on that pair is taken for one whose voices do not reach each
@@ -10,11 +9,9 @@ passed on is never passed on in turn, so that nothing goes round in a circle: a 
 from __future__ import annotations
 
 from hvcpd.coordination import claims, composing
-from hvcpd.coordination.addressing import is_for_me_alone
+from hvcpd.coordination.addressing import OWNER_SLOT, is_for_me_alone
 from hvcpd.coordination.board import DONE
-from hvcpd.coordination.floor import Urgency
-from hvcpd.coordination.knowledge import NEVER_S, Knowledge, QuotedReport, Reactions, RelayedMessage, Relays
-from hvcpd.coordination.slots import OWNER_SLOT
+from hvcpd.coordination.knowledge import NEVER_S, Knowledge, QuotedReport, Reactions, Relays
 from hvcpd.coordination.states import DEPARTING, NEWCOMER, State
 from hvcpd.language import messages as m
 from hvcpd.language.forms import RELAYABLE
@@ -24,16 +21,16 @@ OPENERS = (m.Order, m.WhatDoing)
 SILENT_SLOT = 6
 """Who was asked would have begun by then: its slot is one of three, and its voice is noticed within another."""
 APART_SLOT = 4
-"""The same for two that are known not to hear each other."""
+"""First slot for passing on between two that are known not to hear each other."""
 RANK_MAX = 3
 """Beyond this rank those who could pass it on share a slot; the speaker repeats its sentence soon after."""
 APART_S = 600.0
 """So long two are taken not to hear each other, after something was passed on between them: as long as a robot that is
 not heard counts as present."""
 REPEATED_S = 60.0
-"""Within so long the same words to the same robot are the same message, said again for want of an answer;"""
+"""Within so long the same words to the same robot are the same message, said again for want of an answer."""
 RELAYS_MAX = 2
-"""which is passed on once, and once more if the speaker, who hears it passed on, still has no answer."""
+"""A message is passed on once, and once more if the speaker, who hears it passed on, still has no answer."""
 ANSWER_S = 12.0
 """Who hears its words passed on waits so long for the answer to be passed on in turn: the answer, which it may not
 hear, lasts 5 s, or 6 said slowly, and as many seconds are for the gaps around it."""
@@ -47,16 +44,6 @@ def note_passed_on(relays: Relays, to: str, s: m.Relayed, now: float) -> None:
     relays.passed_on = {msg: seen for msg, seen in relays.passed_on.items() if now - seen[1] < REPEATED_S}
     relays.passed_on[message] = (relays.passed_on.get(message, (0, now))[0] + 1, now)
     relays.apart[frozenset(message[:2])] = now
-
-
-def _may_pass_on(relays: Relays, message: RelayedMessage, now: float) -> bool:
-    times, at_s = relays.passed_on.get(message, (0, NEVER_S))
-    return times < RELAYS_MAX or now - at_s >= REPEATED_S
-
-
-def _just_passed_on(relays: Relays, message: RelayedMessage, now: float) -> bool:
-    """Whether it was passed on a moment ago: if it is said again, its speaker has no answer yet."""
-    return now - relays.passed_on.get(message, (0, NEVER_S))[1] < 2.0 * ANSWER_S
 
 
 def are_apart(relays: Relays, pair: frozenset[str], now: float) -> bool:
@@ -80,19 +67,20 @@ def overheard(me: Knowledge, u: m.Utterance, now: float) -> None:
         return
     pair = frozenset((speaker.lower(), to.lower()))
     message = (speaker.lower(), to.lower(), u.statement)
-    if me.floor.wants(_topic(to, speaker)) and not _just_passed_on(me.relays, message, now):
+    times, passed_on_s = me.relays.passed_on.get(message, (0, NEVER_S))
+    just_passed_on = now - passed_on_s < 2.0 * ANSWER_S  # said again, its speaker has no answer yet
+    if me.floor.wants(_topic(to, speaker)) and not just_passed_on:
         me.floor.withdraw(_topic(to, speaker))  # it answers before the words were passed on: it has heard them
         me.relays.apart.pop(pair, None)
     apart = are_apart(me.relays, pair, now)
-    if not isinstance(u.statement, RELAYABLE if apart else OPENERS) or not _may_pass_on(me.relays, message, now):
+    passed_on_enough = times >= RELAYS_MAX and now - passed_on_s < REPEATED_S
+    if not isinstance(u.statement, RELAYABLE if apart else OPENERS) or passed_on_enough:
         return
     if not me.peers.is_present(to, now) or (isinstance(u.statement, m.Completed) and u.statement.next is not None):
         return
-    said = composing.to_robot(me, to, m.Relayed(speaker, u.statement))
     slot = (APART_SLOT if apart else SILENT_SLOT) + min(me.rank(speaker, 0, now), RANK_MAX)
-    me.want(
-        Urgency.ANSWER, _topic(speaker, to), lambda: said, now, slot=slot, call=speaker.lower(), tentative=not apart
-    )
+    relay = m.Relayed(speaker, u.statement)
+    composing.answer(me, to, _topic(speaker, to), relay, now, slot=slot, call=speaker, tentative=not apart)
 
 
 def _note_relay(me: Knowledge, s: m.Relayed, to: str, now: float) -> None:
@@ -128,8 +116,7 @@ def relayed(me: Knowledge, u: m.Utterance, s: m.Relayed, now: float) -> None:
     number = entry.definition.number
     if s.speaker.lower() == me.role.name.lower():
         if entry.owner != me.role.name or not entry.known_done:
-            said = composing.to_robot(me, u.speaker, m.Negative())
-            me.want(Urgency.ANSWER, f"answer {u.speaker}", lambda: said, now, slot=OWNER_SLOT)
+            composing.answer(me, u.speaker, f"answer {u.speaker}", m.Negative(), now, slot=OWNER_SLOT)
         return
     peer = me.peers.get(s.speaker)
     if is_for_me_alone(me, u) and peer is not None and peer.assigned == number:

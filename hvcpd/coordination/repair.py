@@ -1,26 +1,42 @@
-"""What is done about speech that was not understood: ask again, twice, then more slowly, then say that it is no use."""
+"""Speech that was not understood: ask for it again, more slowly, or for the name of who speaks.
+
+In an exchange with one other the robot says "say again" twice, then "say again slowly", then "I did not understand".
+
+Whoever does not know a name cannot understand any sentence of its owner. So a robot whose name others may not know
+spells it when nobody answers, and a robot that hears speech time and again that it cannot understand asks for names.
+"""
 
 from __future__ import annotations
 
 from hvcpd.coordination import composing
+from hvcpd.coordination.addressing import must_spell_for
 from hvcpd.coordination.floor import Urgency
 from hvcpd.coordination.knowledge import Knowledge
-from hvcpd.coordination.states import State
+from hvcpd.coordination.states import DEPARTING, State
 from hvcpd.language import messages as m
 
 ASK_MAX = 2
-"""So often "say again" is said; then once "say again slowly"; then the robot gives up and says so."""
-
+"""Maximum number of times that "say again" is said before "say again slowly"."""
 ASK_AGAIN = "say again"
 """The topic of asking so; once the other one is understood it is no longer needed."""
-
 SENTENCE_S = 4.0
 """The usual sentence, and some more."""
-
 REPEATING_ANYWAY = frozenset(
     {State.READ_BACK, State.ORDERED, State.REPORTED, State.PROPOSED, State.CHECKING, State.ASKED}
 )
 """Who waits for an answer says the sentence again when none comes."""
+
+GARBLES_MAX = 2
+"""Maximum number of sentences within GARBLES_WITHIN_S that may not be understood because they collided."""
+GARBLES_WITHIN_S = 60.0
+"""More than GARBLES_MAX sentences not understood within this time come from somebody whose name is not known."""
+ASK_NAMES_S = 20.0
+"""Shortest time between two questions for names; it doubles after each that brought no new name."""
+ASK_NAMES_MAX_S = 160.0
+RESPELL_S = 60.0
+"""After a name was spelled, everybody has had reason to say it; who has not may not have heard it."""
+RESPELL_MAX_S = 960.0
+"""A person may never say it."""
 
 
 def speaks_slowly(me: Knowledge) -> bool:
@@ -33,21 +49,22 @@ def after_garble(me: Knowledge, over_own_speech: bool, now: float) -> None:
     """Over the own speech: say it again, for nobody heard it. In an exchange with one other: ask that one."""
     if over_own_speech:
         last, me.repair.last_said = me.repair.last_said, None
-        if last is None or me.state in REPEATING_ANYWAY:
-            return
-        me.want(Urgency.ANSWER, "again", lambda: last, now)
-        me.postpone(me.timing.answer_s)
+        if last is not None and me.state not in REPEATING_ANYWAY:
+            me.want(Urgency.ANSWER, "again", lambda: last, now)
+            me.postpone(me.timing.answer_s)
         return
-    if me.current.partner is None or me.state not in (State.READ_BACK, State.ORDERED):
-        return
-    partner = me.current.partner
+    if me.current.partner is not None and me.state in (State.READ_BACK, State.ORDERED):
+        _ask_partner(me, me.current.partner, now)
+    _ask_names(me, now)
+
+
+def _ask_partner(me: Knowledge, partner: str, now: float) -> None:
     me.repair.asked += 1
     if me.repair.asked > ASK_MAX + 2:
         return
-    statement: m.Statement = m.SayAgain(slowly=me.repair.asked > ASK_MAX)
-    if me.repair.asked == ASK_MAX + 2:
-        statement = m.NotUnderstood()
-    me.want(Urgency.ANSWER, ASK_AGAIN, lambda: composing.to_robot(me, partner, statement), now)
+    gives_up = me.repair.asked == ASK_MAX + 2
+    statement = m.NotUnderstood() if gives_up else m.SayAgain(slowly=me.repair.asked > ASK_MAX)
+    composing.answer(me, partner, ASK_AGAIN, statement, now)
     me.postpone(me.timing.answer_s)
 
 
@@ -68,3 +85,38 @@ def _once_more(me: Knowledge, last: m.Utterance) -> m.Utterance:
     if me.state in REPEATING_ANYWAY:
         me.postpone(SENTENCE_S * me.role.speech.stretch)
     return last
+
+
+def spell_if_unknown(me: Knowledge, now: float) -> None:
+    """Nobody answers: those who are there may not know who speaks."""
+    if any(must_spell_for(me, name, now) for name in me.peers.present(now)):
+        said = composing.spelled_name(me)
+        me.want(Urgency.ANSWER, "spell", lambda: said, now, slot=0)
+
+
+def spell_now_and_then(me: Knowledge, now: float) -> None:
+    """Somebody is there and has never said this robot's name: spell it again, more and more rarely."""
+    a = me.acquaintance
+    respell_s = a.respell_s or RESPELL_S
+    if me.role.listed or now < max(a.spelled_s, a.respelled_s) + respell_s:
+        return
+    if any(name not in a.known_by for name in me.peers.present(now)):
+        a.respell_s = min(2.0 * respell_s, RESPELL_MAX_S)
+        a.respelled_s = now
+        said = composing.spelled_name(me)
+        me.want(Urgency.TURN, "spell", lambda: said, now)
+
+
+def _ask_names(me: Knowledge, now: float) -> None:
+    """Ask for names if speech cannot be understood time and again, where strangers are about."""
+    a = me.acquaintance
+    if (me.role.listed and not a.strangers) or me.state in DEPARTING:
+        return
+    a.garbled_s = (*(t for t in a.garbled_s if now - t < GARBLES_WITHIN_S), now)
+    if len(a.garbled_s) <= GARBLES_MAX or now < a.ask_s:
+        return
+    longer_s = min(2.0 * (a.pause_s or ASK_NAMES_S), ASK_NAMES_MAX_S)
+    a.pause_s = ASK_NAMES_S if len(me.peers.all()) > a.met else longer_s
+    a.met, a.ask_s, a.garbled_s = len(me.peers.all()), now + a.pause_s, ()
+    ask = composing.spelled_name(me, ask=True)
+    me.want(Urgency.TURN, "names", lambda: ask, now)

@@ -75,7 +75,3 @@ NEWCOMER = frozenset({State.WAKING, State.GREETING, State.MEETING})
 """Has not heard enough to know better than others."""
 DEPARTING = frozenset({State.LEAVING, State.GONE})
 """Takes no part in the conversation any more; only "stop" is still obeyed."""
-EXPECTING = frozenset(
-    {State.MEETING, State.ASKED, State.PROPOSED, State.CHECKING, State.REPORTED, State.READ_BACK, State.ORDERED}
-)
-"""Waits for somebody's answer, and stands still for it."""

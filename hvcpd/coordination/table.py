@@ -1,11 +1,16 @@
 """The robot's conversation as one transition table.
 
 `TRANSITIONS[state, trigger]` is the next state and the effect that runs on the way, a function of `effects`. A trigger
-that a state has no row for changes nothing. The diagram in docs/protocol.md is drawn from this table.
+that a state has no row for changes nothing. The diagram in docs/protocol.md is drawn from this table:
+
+    python -m hvcpd.coordination.table
+
+prints it; a test holds the page to the table.
 """
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Callable
 
 from hvcpd.coordination import effects
@@ -36,30 +41,20 @@ TRANSITIONS: dict[tuple[State, Trigger], tuple[State, Effect]] = {
     (S.READY, T.CHOSE_CLAIM): (S.CLAIMING, effects.want_claim),
     (S.CLAIMING, T.SPOKEN): (S.PROPOSED, effects.wait_for_objections),
     (S.CLAIMING, T.WITHDRAWN): (S.READY, effects.rest),
-    (S.CLAIMING, T.LOST): (S.READY, effects.drop_task),
-    (S.CLAIMING, T.DONE_BEFORE): (S.READY, effects.drop_task),
     (S.CLAIMING, T.DENIED): (S.READY, effects.leave_to_others),
     (S.CLAIMING, T.CONFIRMED): (S.GOING, effects.go),
     (S.PROPOSED, T.CONFIRMED): (S.GOING, effects.go),
     (S.PROPOSED, T.TIMEOUT): (S.CLAIMING, effects.want_claim_again),
     (S.PROPOSED, T.GAVE_UP): (S.GOING, effects.go_alone),
-    (S.PROPOSED, T.LOST): (S.READY, effects.drop_task),
-    (S.PROPOSED, T.DONE_BEFORE): (S.READY, effects.drop_task),
     (S.PROPOSED, T.DENIED): (S.READY, effects.leave_to_others),
     (S.GOING, T.ARRIVED): (S.ANNOUNCING, effects.want_announcement),
     (S.GOING, T.ARRIVED_SURE): (S.ACTING, effects.act),
     (S.GOING, T.FAILED): (S.REPORTING, effects.give_task_up),
-    (S.GOING, T.LOST): (S.READY, effects.drop_task),
-    (S.GOING, T.DONE_BEFORE): (S.READY, effects.drop_task),
     (S.ANNOUNCING, T.SPOKEN): (S.CHECKING, effects.wait_for_objections),
     (S.ANNOUNCING, T.CONFIRMED): (S.ACTING, effects.act),
-    (S.ANNOUNCING, T.LOST): (S.READY, effects.drop_task),
-    (S.ANNOUNCING, T.DONE_BEFORE): (S.READY, effects.drop_task),
     (S.CHECKING, T.CONFIRMED): (S.ACTING, effects.act),
     (S.CHECKING, T.TIMEOUT): (S.ANNOUNCING, effects.want_announcement),
     (S.CHECKING, T.GAVE_UP): (S.ACTING, effects.act),
-    (S.CHECKING, T.LOST): (S.READY, effects.drop_task),
-    (S.CHECKING, T.DONE_BEFORE): (S.READY, effects.drop_task),
     (S.ACTING, T.PERFORMED): (S.REPORTING, effects.finish_task),
     (S.ACTING, T.FAILED): (S.REPORTING, effects.give_task_up),
     (S.REPORTING, T.SPOKEN): (S.REPORTED, effects.wait_for_confirmation),
@@ -68,23 +63,12 @@ TRANSITIONS: dict[tuple[State, Trigger], tuple[State, Effect]] = {
     (S.REPORTING, T.CONFIRMED): (S.READY, effects.end_report),
     (S.REPORTING, T.WITHDRAWN): (S.READY, effects.end_report),
     (S.REPORTED, T.CONFIRMED): (S.READY, effects.end_report),
-    (S.REPORTED, T.ORDER): (S.READING_BACK, effects.want_read_back),
     (S.REPORTED, T.TIMEOUT): (S.REPORTING, effects.want_report),
     (S.REPORTED, T.GAVE_UP): (S.READY, effects.end_report),
-    # following an order: read it back, be confirmed, go
-    (S.READY, T.ORDER): (S.READING_BACK, effects.want_read_back),
-    (S.MEETING, T.ORDER): (S.READING_BACK, effects.want_read_back),
-    (S.CLAIMING, T.ORDER): (S.READING_BACK, effects.want_read_back),
-    (S.ASKING, T.ORDER): (S.READING_BACK, effects.want_read_back),
-    (S.ASKED, T.ORDER): (S.READING_BACK, effects.want_read_back),
+    # following an order or a motion: read it back, be confirmed, go
     (S.READING_BACK, T.SPOKEN): (S.READ_BACK, effects.wait_for_answer),
-    (S.READING_BACK, T.LOST): (S.READY, effects.drop_task),
-    (S.READING_BACK, T.DONE_BEFORE): (S.READY, effects.drop_task),
     (S.READ_BACK, T.CONFIRMED): (S.GOING, effects.go),
-    (S.READ_BACK, T.ORDER): (S.READING_BACK, effects.want_read_back),
     (S.READ_BACK, T.DENIED): (S.READY, effects.drop_task),
-    (S.READ_BACK, T.LOST): (S.READY, effects.drop_task),
-    (S.READ_BACK, T.DONE_BEFORE): (S.READY, effects.drop_task),
     (S.READ_BACK, T.TIMEOUT): (S.READING_BACK, effects.want_read_back),
     (S.READ_BACK, T.GAVE_UP): (S.READY, effects.drop_task),
     # giving orders
@@ -104,11 +88,6 @@ TRANSITIONS: dict[tuple[State, Trigger], tuple[State, Effect]] = {
     (S.CONFIRMING, T.SPOKEN): (S.READY, effects.rest),
     (S.DENYING, T.SPOKEN): (S.ORDERING, effects.want_order_again),
     # motions that people order
-    (S.READY, T.MOTION): (S.READING_BACK, effects.want_read_back),
-    (S.MEETING, T.MOTION): (S.READING_BACK, effects.want_read_back),
-    (S.CLAIMING, T.MOTION): (S.READING_BACK, effects.want_read_back),
-    (S.READ_BACK, T.MOTION): (S.READING_BACK, effects.want_read_back),
-    (S.REPORTED, T.MOTION): (S.READING_BACK, effects.want_read_back),
     (S.MOVING, T.MOTION): (S.READING_BACK, effects.turn_to_next_motion),
     (S.READING_BACK, T.SPOKEN_SURE): (S.MOVING, effects.move),
     (S.READ_BACK, T.CONFIRMED_MOTION): (S.MOVING, effects.move),
@@ -131,11 +110,27 @@ TRANSITIONS: dict[tuple[State, Trigger], tuple[State, Effect]] = {
     (S.GONE, T.STOP): (S.GONE, effects.latch),
 }
 
+TRANSITIONS |= {
+    (state, trigger): (S.READY, effects.drop_task)
+    for state in (S.CLAIMING, S.PROPOSED, S.GOING, S.ANNOUNCING, S.CHECKING, S.READING_BACK, S.READ_BACK)
+    for trigger in (T.LOST, T.DONE_BEFORE)
+}
+TRANSITIONS |= {
+    (state, trigger): (S.READING_BACK, effects.want_read_back)
+    for state in (S.READY, S.MEETING, S.CLAIMING, S.READ_BACK, S.REPORTED)
+    for trigger in (T.ORDER, T.MOTION)
+}
+TRANSITIONS |= {(state, T.ORDER): (S.READING_BACK, effects.want_read_back) for state in (S.ASKING, S.ASKED)}
 TRANSITIONS |= {(state, T.STOP): (S.STOPPED, effects.halt) for state in State if state not in DEPARTING | {S.STOPPED}}
 TRANSITIONS |= {(state, T.LEAVE): (S.LEAVING, effects.want_farewell) for state in State if state not in DEPARTING}
 
-LEAVES_UNHEARD = frozenset({state for state, trigger in TRANSITIONS if trigger is T.UNHEARD})
-"""States in which a robot may be answered elsewhere."""
+FROM_EVERYWHERE = (T.STOP, T.LEAVE)
+"""Triggers left out of the diagram."""
+
+
+def states_with(trigger: Trigger) -> frozenset[State]:
+    """The states in which a trigger has a row."""
+    return frozenset(state for state, each in TRANSITIONS if each is trigger)
 
 
 def fire(me: Knowledge, trigger: Trigger, now: float) -> None:
@@ -147,3 +142,30 @@ def fire(me: Knowledge, trigger: Trigger, now: float) -> None:
     me.timer_s = None
     me.floor.withdraw(effects.OWN_TURN)
     effect(me, now)
+
+
+def diagram() -> str:
+    """All transitions but "stop" and "leave", which lead from every other state to STOPPED and LEAVING; parallel ones
+    share an arrow."""
+    lines = ["stateDiagram-v2", f"    [*] --> {State.WAKING.name}"]
+    arrows: dict[tuple[State, State], list[str]] = {}
+    for (state, trigger), (following, _) in TRANSITIONS.items():
+        if trigger not in FROM_EVERYWHERE:
+            arrows.setdefault((state, following), []).append(trigger.name.lower().replace("_", " "))
+    lines += [f"    {a.name} --> {b.name}: {', '.join(triggers)}" for (a, b), triggers in arrows.items()]
+    lines += [f"    {State.STOPPED.name}: STOPPED (by stop, from every state but LEAVING and GONE)"]
+    lines += [f"    {State.LEAVING.name}: LEAVING (by leave, from every state but GONE)"]
+    return "\n".join(lines) + "\n"
+
+
+def legend() -> str:
+    """What the states and the triggers mean, as two Markdown tables."""
+    out = ["| state | the robot |", "|---|---|"]
+    out += [f"| {state.name} | {state.value} |" for state in State]
+    out += ["", "| trigger | when |", "|---|---|"]
+    out += [f"| {trigger.name.lower().replace('_', ' ')} | {trigger.value} |" for trigger in Trigger]
+    return "\n".join(out) + "\n"
+
+
+if __name__ == "__main__":
+    sys.stdout.write(f"```mermaid\n{diagram()}```\n\n{legend()}")

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from hvcpd.coordination import composing
 from hvcpd.coordination.addressing import is_for, is_for_me_alone
-from hvcpd.coordination.floor import RANK_MAX, Urgency
+from hvcpd.coordination.floor import RANK_MAX
 from hvcpd.coordination.knowledge import Knowledge
 from hvcpd.coordination.states import DEPARTING, State
 from hvcpd.language import messages as m
@@ -22,11 +22,11 @@ ASK_MAX = 2
 """So often somebody is asked to say again what was not believed: misheard words fare better then, and
 the answer to the second is a proof of presence even if the first was misheard."""
 ASK_AGAIN_S = 300.0
-"""And not again before so long, unless something was believed meanwhile."""
+"""After ASK_MAX questions none is asked for so long, unless something was believed meanwhile."""
 TELL_S = 10.0
-"""Not before then "I do not trust that" is said again to the same one; each time it takes twice as long,"""
+"""Before then "I do not trust that" is not said again to the same one; it doubles each time, up to TELL_MOST_S."""
 TELL_MOST_S = 640.0
-"""up to here: a recording that is played for hours does not make a robot talk for hours."""
+"""A recording that is played for hours does not make a robot talk for hours."""
 OTHERS_SLOT = 3
 """Of what was said to many, those who believe it answer first."""
 
@@ -82,18 +82,15 @@ def refuse(me: Knowledge, u: m.Utterance, trust: Trust, now: float) -> None:
     misheard = trust.may_be_misheard or (trust is Trust.BARE and _is_robot(me, name))
     asks = trust is Trust.SEALED or (misheard and name is not None and _may_ask(me, name, now))
     if asks and name is not None:
-        _answer(me, u, composing.to_robot(me, name, m.SayAgain()), now)
+        statement: m.Statement = m.SayAgain()
     elif _may_tell(me, name, now):
-        _answer(me, u, composing.to_asker(me, name, m.Distrusted()), now)
-
-
-def _answer(me: Knowledge, u: m.Utterance, said: m.Utterance, now: float) -> None:
-    """Of many who heard it, one answers."""
-    name = u.speaker or ""
-    alone = is_for_me_alone(me, u)
-    slot = 0 if alone else OTHERS_SLOT + min(me.rank(name, 0, now), RANK_MAX)
-    call = None if alone else name.lower()
-    me.want(Urgency.ANSWER, f"trust {name}", lambda: said, now, slot=slot, call=call, tentative=not alone)
+        statement = m.Distrusted()
+    else:
+        return
+    key, alone = name or "", is_for_me_alone(me, u)
+    slot = 0 if alone else OTHERS_SLOT + min(me.rank(key, 0, now), RANK_MAX)  # of many who heard it, one answers
+    call = None if alone else key
+    composing.answer(me, name, f"trust {key}", statement, now, slot=slot, call=call, tentative=not alone)
 
 
 def _may_ask(me: Knowledge, name: str, now: float) -> bool:

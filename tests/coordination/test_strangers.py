@@ -5,8 +5,8 @@ import math
 import pytest
 
 from hil_fakes.word_channel import Conditions
+from hvcpd.coordination.repair import RESPELL_S
 from hvcpd.coordination.states import State
-from hvcpd.coordination.strangers import RESPELL_S
 from hvcpd.language import messages as m
 from tests.coordination.mission import Mission, plants
 

@@ -20,7 +20,7 @@ from structlog.testing import capture_logs
 
 from hvcpd import __version__
 from hvcpd.control.live.status_screen import status_screen
-from hvcpd.coordination.requested_speech import MAX_SENTENCES
+from hvcpd.coordination.coordination import MAX_SENTENCES
 from hvcpd.coordination.states import State
 from hvcpd.daemon.control_lobby import MAX_WAITING
 from hvcpd.daemon.control_protocol import MAX_LINE_BYTES

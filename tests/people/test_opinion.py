@@ -13,7 +13,7 @@ import pytest
 from hvcpd.assembly.make import DEFAULT_TEAMS, Sound, make_phrasebook, make_recogniser, make_sound
 from hvcpd.config.task_file import load_tasks
 from hvcpd.config.tasks import default_tasks_path
-from hvcpd.coordination.people import SURE
+from hvcpd.coordination.commands import SURE
 from hvcpd.language.phrasebook import Phrasebook
 from hvcpd.people.cepstra import Bands
 from hvcpd.people.ears import AtOnce, Piece, SecondEars
