@@ -95,6 +95,8 @@ def write_wav(path: Path, samples: Samples) -> None:
 
 def _read_bytes(path: Path) -> bytes:
     try:
+        if path.is_char_device():
+            raise AudioFileError(f"{path}: a device and no WAV file, which may never end; name a file, or - for a pipe")
         if path.stat().st_size > MAX_FILE_BYTES:
             raise AudioFileError(f"{path}: larger than {MAX_FILE_BYTES} bytes; cut it into shorter files")
         return path.read_bytes()

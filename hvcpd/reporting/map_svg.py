@@ -277,5 +277,6 @@ class _Labels:
     def _cost(self, left: float, base: float, wide: float) -> float:
         a, b, c, d = self._box(left, base, wide)
         hidden = sum(max(min(c, q[2]) - max(a, q[0]), 0) * max(min(d, q[3]) - max(b, q[1]), 0) for q in self._taken)
+        # Over a trail a label can still be read, over another label neither can.
         crossed = sum(a <= x <= c and b <= y <= d for x, y in self._crowd)
-        return hidden + 8.0 * crossed + 1000.0 * (a < 0 or c > self._width)
+        return 10.0 * hidden + 8.0 * crossed + 1000.0 * (a < 0 or c > self._width)

@@ -160,6 +160,10 @@ def test_files_that_are_not_there(tmp_path: Path, refused: Refuse) -> None:
     assert "cannot be read" in refused("hear", "a\0b.wav")
 
 
+def test_a_device_that_never_ends_is_not_read(refused: Refuse) -> None:
+    assert "a device and no WAV file" in refused("hear", "/dev/zero")
+
+
 @given(st.binary(max_size=120), st.integers(0, 60))
 def test_any_bytes_give_sound_or_an_audio_file_error(more: bytes, kept: int) -> None:
     with tempfile.TemporaryDirectory() as directory:
