@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from pathlib import Path
 
 import pytest
@@ -40,5 +41,8 @@ def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter) -> None:
 
 @pytest.fixture(scope="session")
 def units(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """Rendered units that the tests of a run share, as the starts of one robot do."""
-    return tmp_path_factory.mktemp("units")
+    """Rendered units that all tests of a run share, as the starts of one robot do, and several robots of one computer."""
+    base = tmp_path_factory.getbasetemp()
+    folder = (base.parent if "PYTEST_XDIST_WORKER" in os.environ else base) / "shared-units"
+    folder.mkdir(exist_ok=True)
+    return folder

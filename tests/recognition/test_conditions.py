@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -25,8 +26,8 @@ SPEECH_RMS = 0.03
 
 
 @pytest.fixture(scope="module")
-def sound(tmp_path_factory: pytest.TempPathFactory) -> Sound:
-    return make_sound(None, tmp_path_factory.mktemp("units"))
+def sound(units: Path) -> Sound:
+    return make_sound(None, units)
 
 
 def said(text: str, sound: Sound, rate: float = 1.0) -> Samples:

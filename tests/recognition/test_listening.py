@@ -1,6 +1,7 @@
 """Names being spelled, beside everything else that is said."""
 
 import random
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -41,8 +42,8 @@ BOOK = make_phrasebook(("Rob",), DEFAULT_TEAMS, TASKS)
 
 
 @pytest.fixture(scope="module")
-def sound(tmp_path_factory: pytest.TempPathFactory) -> Sound:
-    return make_sound(None, tmp_path_factory.mktemp("units"))
+def sound(units: Path) -> Sound:
+    return make_sound(None, units)
 
 
 def _said(utterance: m.Utterance, voice: Voice, words: Phrasebook, sound: Sound) -> Samples:
