@@ -41,7 +41,7 @@ def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter) -> None:
 
 @pytest.fixture(scope="session")
 def units(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """Rendered units that all tests of a run share, as the starts of one robot do, and several robots of one computer."""
+    """Rendered units that all tests of a run share, as a robot's starts do, and several robots on one computer."""
     base = tmp_path_factory.getbasetemp()
     folder = (base.parent if "PYTEST_XDIST_WORKER" in os.environ else base) / "shared-units"
     folder.mkdir(exist_ok=True)
