@@ -27,7 +27,7 @@ class Halting:
         texts = spotter.texts if spotter is not None else frozenset[str]()
         self._lookalike = Lookalike(bank, spotter) if spotter is not None else None
         self._remainder = Remainder(spotter) if spotter is not None else None
-        self._hold = Hold(texts, self._alone, hold)
+        self._hold = Hold(texts, self._alone, hold, self._subtracted)
         self._noise = np.zeros(N_BANDS, np.float32)
         self._span = (0, 0)
         self._quiet_since = 0
@@ -96,10 +96,11 @@ class Halting:
         return self._hold.word(*self._span, word.score, max(frame, end) * HOP_SAMPLES, word.excuse)
 
     def _alone(self, sentence: Recognised, start: int, end: int) -> float:
-        """How much of the word the sentence shows by itself: all, if nothing is left of the word without it."""
-        if self._remainder is not None and self._remainder.explains(sentence, start, end):
-            return 1.0
+        """How much of the word the sentence shows by itself."""
         return self._lookalike.share(sentence, start, end) if self._lookalike is not None else 0.0
+
+    def _subtracted(self, sentence: Recognised, start: int, end: int) -> bool:
+        return self._remainder is not None and self._remainder.explains(sentence, start, end)
 
     def _tell(self, verdict: Verdict) -> list[Event]:
         """The verdict as an event, with where the word was heard last."""

@@ -59,6 +59,8 @@ class HoldSettings:
 
 Alone = Callable[[Recognised, int, int], float]
 """How much of the word a sentence shows by itself between two samples, as scores go."""
+Subtracted = Callable[[Recognised, int, int], bool]
+"""Whether nothing of the word is left between two samples once the sentence, known to the sample, is taken out."""
 
 
 @dataclass(frozen=True)
@@ -72,10 +74,17 @@ class _Word:
 class Hold:
     """Tell it what the recogniser finds. After RELEASED or SAID nothing is held."""
 
-    def __init__(self, texts: frozenset[str], alone: Alone, settings: HoldSettings | None = None) -> None:
+    def __init__(
+        self,
+        texts: frozenset[str],
+        alone: Alone,
+        settings: HoldSettings | None = None,
+        subtracted: Subtracted = lambda _sentence, _start, _end: False,
+    ) -> None:
         """`texts`: the words that are heard as the urgent one, as they are written, itself among them."""
         self._settings = settings or HoldSettings()
         self._alone = alone
+        self._subtracted = subtracted
         self._texts = texts
         self._open: list[_Word] = []
         self._since = 0
@@ -159,5 +168,9 @@ class Hold:
         there = [span for span in sentence.spans if span.start_sample < word.end and word.start < span.end_sample]
         if any(self._is_said(span) for span in there):
             return True  # the word was said in the sentence; whom it was meant for is told there
-        sure = sentence.confidence >= s.sentence_confidence and all(span.deficit <= s.most_deficit for span in there)
-        return bool(there) and sure and word.score <= self._alone(sentence, word.start, word.end) + s.most_excess
+        if not there or sentence.confidence < s.sentence_confidence:
+            return False
+        if self._subtracted(sentence, word.start, word.end):
+            return True  # the sound itself shows it: how well each word fits tells no more
+        sure = all(span.deficit <= s.most_deficit for span in there)
+        return sure and word.score <= self._alone(sentence, word.start, word.end) + s.most_excess

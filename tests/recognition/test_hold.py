@@ -52,6 +52,17 @@ def test_an_unsure_word_at_that_time_is_the_stop(unsure: int) -> None:
     assert not held.held
 
 
+@pytest.mark.parametrize(("is_gone", "expected"), [(True, Verdict.RELEASED), (False, Verdict.SAID)])
+def test_nothing_left_of_the_word_without_the_sentence_tells_more_than_how_its_words_fit(
+    is_gone: bool, expected: Verdict
+) -> None:
+    doubtful = replace(sentence(1.0), confidence=SETTINGS.sentence_confidence - 0.01)
+    for heard, verdict in ((sentence(1.0, unsure=0), expected), (doubtful, Verdict.SAID)):
+        held = Hold(frozenset({"stop"}), lambda *_: ALONE, subtracted=lambda *_: is_gone)
+        word(held, 1.2)
+        assert held.sentence(heard) is verdict
+
+
 @pytest.mark.parametrize("unsure", [2, 3, 4])
 def test_an_unsure_word_at_another_time_is_none(unsure: int) -> None:
     held = hold()
