@@ -1,7 +1,7 @@
 """The lobby of the control socket: whoever connects waits here, at little cost, until it has said its first line.
 
-Who connects in a storm, and says nothing, takes nobody's place at the handler. And "stop" goes before all others: it is
-passed on as soon as it is read. Who does not wait for the first line has already said it when it is let in.
+Who connects in a storm, and says nothing, takes nobody's place among the clients. And "stop" goes before all others: it
+is passed on as soon as it is read. Who does not wait for the first line has already said it when it is let in.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ ACCEPTS = 8
 """So many are let in each TURN_S: 400 a second, 0.1 ms each (x86), so that a storm takes a few per cent of a processor.
 The system keeps the others waiting in the order in which they came."""
 ADMISSIONS = 2
-"""So many of them pass on to the handler each TURN_S, where a request takes ten times as long."""
+"""So many of them pass on to the request handler each TURN_S, where a request takes ten times as long."""
 
 _log = structlog.get_logger(__name__)
 

@@ -10,6 +10,7 @@ import asyncio
 import socket
 from collections import Counter
 from collections.abc import Awaitable, Callable, Mapping
+from contextlib import ExitStack
 from dataclasses import dataclass
 from typing import Any
 
@@ -160,11 +161,10 @@ class ControlServer:
         reader = asyncio.StreamReader(MAX_LINE_BYTES)
         reader.feed_data(bytes(visitor.said))
         protocol = asyncio.StreamReaderProtocol(reader)
-        try:
+        with ExitStack() as stack:
+            stack.callback(visitor.connection.close)
             transport, _ = await loop.connect_accepted_socket(lambda: protocol, visitor.connection)
-        except BaseException:
-            visitor.connection.close()
-            raise
+            stack.pop_all()
         client.writer = asyncio.StreamWriter(transport, protocol, reader, loop)
         try:
             while await self._serve_line(client, reader):

@@ -32,6 +32,14 @@ def run(scene: Coroutine[Any, Any, None]) -> None:
     asyncio.run(asyncio.wait_for(scene, 20.0))
 
 
+async def starts_stopped(wiring: Wiring) -> None:
+    """The next start of the same robot, which is stopped."""
+    again = JournalService(wiring)
+    await again.open()
+    assert again.stopped
+    await again.close()
+
+
 def test_all_that_was_written_is_there_after_closing(wiring: Wiring) -> None:
     async def scene() -> None:
         journal = JournalService(wiring)
@@ -173,10 +181,7 @@ def test_a_stop_is_kept_before_it_is_answered_and_whatever_waits_for_the_disk(wi
         other.execute("ROLLBACK")
         other.close()
         await journal.close()
-        again = JournalService(wiring)
-        await again.open()
-        assert again.stopped
-        await again.close()
+        await starts_stopped(wiring)
 
     run(scene())
 
@@ -218,10 +223,7 @@ def test_a_memory_has_one_daemon_whichever_sockets_they_have(wiring: Wiring) -> 
         await other.close()
         assert permit(wiring) is Permit.STOPPED
         await journal.close()
-        again = JournalService(wiring)
-        await again.open()
-        assert again.stopped
-        await again.close()
+        await starts_stopped(wiring)
 
     run(scene())
 
