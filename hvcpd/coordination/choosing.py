@@ -6,7 +6,7 @@ import math
 from collections.abc import Iterator
 
 from hvcpd.config.tasks import Place, TaskDefinition, Wait
-from hvcpd.coordination.board import CLAIMED
+from hvcpd.coordination.board import CLAIMED, DONE
 from hvcpd.coordination.knowledge import Knowledge
 from hvcpd.coordination.peers import Peer
 
@@ -50,6 +50,12 @@ def task_to_claim(me: Knowledge, now: float) -> int | None:
     if not free:
         return None
     return (_nearest(me, free) if me.role.nearest_first else me.rng.choice(free)).number
+
+
+def may_claim_with_report(me: Knowledge, now: float) -> bool:
+    """Whether a volunteer that reports its task as done, for the first time, claims another one in the same breath."""
+    done = me.report.task is not None and me.board[me.report.task].state == DONE
+    return done and me.current.partner is None and me.current.repeats == 0 and may_volunteer(me, now)
 
 
 def _nearest(me: Knowledge, tasks: tuple[TaskDefinition, ...]) -> TaskDefinition:

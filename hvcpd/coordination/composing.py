@@ -1,13 +1,12 @@
-"""The sentences that a robot says, composed when it has the floor. None: there is nothing left to say."""
+"""The sentences that a robot says, composed of what it knows. None: there is nothing left to say."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
 
-from hvcpd.coordination import choosing
 from hvcpd.coordination.addressing import must_spell_for
 from hvcpd.coordination.board import DONE, spoken_name
-from hvcpd.coordination.floor import Urgency
+from hvcpd.coordination.floor import Intent, Urgency, nothing
 from hvcpd.coordination.knowledge import Knowledge
 from hvcpd.coordination.states import AT_WORK, State
 from hvcpd.language import messages as m
@@ -31,22 +30,29 @@ def to_asker(me: Knowledge, name: str | None, statement: m.Statement) -> m.Utter
     return to_robot(me, name, statement) if name else to_all(me, statement)
 
 
+def _true() -> bool:
+    return True
+
+
 def answer(
     me: Knowledge,
     name: str | None,
     topic: str,
     statement: m.Statement,
     now: float,
-    *,
     slot: int | None = None,
+    *,
     call: str | None = None,
     tentative: bool = False,
-    still: Callable[[], bool] = lambda: True,
+    still: Callable[[], bool] = _true,
+    on_said: Callable[[], None] = nothing,
 ) -> None:
     """Want the floor to answer somebody (None: everybody), if the statement is `still` true then; see `Intent`."""
-    said = to_asker(me, name, statement)
-    key = call.lower() if call is not None else None
-    me.want(Urgency.ANSWER, topic, lambda: said if still() else None, now, slot=slot, call=key, tentative=tentative)
+    said, key = to_asker(me, name, statement), call.lower() if call is not None else None
+    intent = Intent(
+        Urgency.ANSWER, topic, lambda: said if still() else None, None, slot, key, tentative=tentative, on_said=on_said
+    )
+    me.floor.want(intent, now)
 
 
 def introduction(me: Knowledge, to: m.Addressee) -> m.Utterance:
@@ -79,34 +85,23 @@ def greeting(me: Knowledge) -> m.Utterance:
     return introduction(me, to) if me.role.listed else spelled_name(me, to)
 
 
-def claim(me: Knowledge, now: float) -> m.Utterance | None:
-    """The claim of a task, chosen now if it is the first time; with the last one's report, if that is still due."""
+def claim(me: Knowledge) -> m.Utterance | None:
+    """The claim of a task; with the last one's report, if that is still due."""
     if me.current.task is None:
-        task = choosing.task_to_claim(me, now)
-        if task is None:
-            return None
-        me.current.task = task
-        me.current.owner_before, me.current.doubted = me.board[task].owner, None
-        me.current.repeats = 0
-    me.board.claim(me.current.task, me.role.name, me.lease_end_s(now))
+        return None
     ref = m.TaskByNumber(me.current.task)
     if me.report.task is not None and me.board[me.report.task].state == DONE:
         return to_all(me, m.Completed(m.TaskByNumber(me.report.task), ref))
     return utterance(me, to_team(me), m.Claim(ref))
 
 
-def report(me: Knowledge, now: float) -> m.Utterance | None:
+def report(me: Knowledge) -> m.Utterance | None:
     """What became of the task; a volunteer claims the next one in the same breath."""
-    if me.report.task is None:
-        return None
+    if me.report.task is None or me.current.task is not None:
+        return claim(me)
     number = m.TaskByNumber(me.report.task)
-    if me.board[me.report.task].state != DONE:
-        return to_asker(me, me.current.partner, m.Failed(number))
-    if me.current.partner is None and me.current.repeats == 0 and choosing.may_volunteer(me, now):
-        both = claim(me, now)
-        if both is not None:
-            return both
-    return to_asker(me, me.current.partner, m.Completed(number))
+    done = me.board[me.report.task].state == DONE
+    return to_asker(me, me.current.partner, m.Completed(number) if done else m.Failed(number))
 
 
 def working(me: Knowledge) -> m.Utterance | None:
@@ -159,17 +154,7 @@ def read_back(me: Knowledge) -> m.Utterance | None:
     return to_robot(me, me.current.partner, m.Claim(me.current.task_ref))
 
 
-def order(me: Knowledge, now: float) -> m.Utterance | None:
-    chosen = choosing.next_order(me, now)
-    if chosen is None:
-        return None
-    me.current.partner, task = chosen
-    me.current.task = task.number
-    me.current.task_ref = m.TaskByName(spoken_name(task))
-    return same_order(me)
-
-
-def same_order(me: Knowledge) -> m.Utterance | None:
+def order(me: Knowledge) -> m.Utterance | None:
     if me.current.partner is None or me.current.task_ref is None:
         return None
     return to_robot(me, me.current.partner, m.Order(me.current.task_ref))

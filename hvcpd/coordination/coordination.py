@@ -15,7 +15,7 @@ from hvcpd.coordination.actions import Action, Rng, Role, SavePeer, SaveTask, Sa
 from hvcpd.coordination.addressing import confirming_slot, whose_turn
 from hvcpd.coordination.board import Board
 from hvcpd.coordination.floor import Floor, Intent, Order, Urgency, round_of_turns
-from hvcpd.coordination.knowledge import Knowledge
+from hvcpd.coordination.knowledge import Heard, Knowledge
 from hvcpd.coordination.peers import Peers, team_of
 from hvcpd.coordination.relaying import note_passed_on
 from hvcpd.coordination.states import AT_WORK, DEPARTING, NEWCOMER, State, Trigger
@@ -93,7 +93,7 @@ class Coordination:
         if not believed:
             trusting.refuse(me, utterance, trust, now)
             return
-        hearing.react(me, utterance, 1.0 if trust.checks_words else confidence, now)
+        hearing.react(me, Heard(utterance, 1.0 if trust.checks_words else confidence, now))
         if me.state is State.READY and me.timer_s is None and not me.board.all_done:
             me.arm(now, me.timing.decide_s)
         self._save_changes()
@@ -138,7 +138,8 @@ class Coordination:
     def remark(self, text: str, now: float) -> None:
         """Want to make a remark that a task asks for."""
         me = self.knowledge
-        me.want(Urgency.TURN, f"remark {text}", lambda: composing.to_all(me, m.Remark(text)), now)
+        remark = composing.to_all(me, m.Remark(text))
+        me.floor.want(Intent(Urgency.TURN, f"remark {text}", lambda: remark), now)
 
     def say(self, utterance: m.Utterance, now: float) -> str | None:
         """Say a sentence for the robot's owner when its turn comes; why it will not be said, or None."""
@@ -154,7 +155,7 @@ class Coordination:
         topic = next((topic for topic in topics if not me.floor.wants(topic)), None)
         if topic is None:
             return f"{MAX_SENTENCES} sentences wait to be said already; try again when it is quieter"
-        me.want(Urgency.TURN, topic, lambda: utterance, now)
+        me.floor.want(Intent(Urgency.TURN, topic, lambda: utterance), now)
         return None
 
     def sensed(self, here: Place | None = None, battery_v: float | None = None) -> None:
@@ -174,7 +175,8 @@ class Coordination:
         """Its memory is lost, so that it began stopped: say so aloud, and once released ask what is left."""
         me = self.knowledge
         me.missed.heard_work = True
-        me.want(Urgency.ALARM, "stopped", lambda: composing.to_all(me, m.Stopped(forgot=True)), now, slot=0)
+        stopped = composing.to_all(me, m.Stopped(forgot=True))
+        me.floor.want(Intent(Urgency.ALARM, "stopped", lambda: stopped, slot=0), now)
 
     def resume(self, now: float) -> bool:
         """Take on tasks again, as if "resume" had been heard; whether it was stopped."""
@@ -287,19 +289,23 @@ class Coordination:
 
     def _begin(self, intent: Intent, now: float) -> None:
         me = self.knowledge
+        chosen = intent.decide()
+        if chosen is not None:
+            fire(me, chosen, now)
         utterance = intent.compose()
         if utterance is None:
             me.floor.ended(now)
             if intent.trigger is not None:
                 fire(me, Trigger.WITHDRAWN, now)
             return
-        self._note_own_words(utterance, intent, now)
+        intent.on_said()
+        self._note_own_words(utterance, now)
         slowly = intent.slowly or repair.speaks_slowly(me) or me.role.speech.slowly
         me.repair.last_said = utterance
         me.last_heard = None
         me.do(Say(utterance, slowly, me.role.speech.times))
 
-    def _note_own_words(self, utterance: m.Utterance, intent: Intent, now: float) -> None:
+    def _note_own_words(self, utterance: m.Utterance, now: float) -> None:
         """What follows for this robot from what it says."""
         me = self.knowledge
         statement = utterance.statement
@@ -314,7 +320,6 @@ class Coordination:
             me.acquaintance.spelled_s = now
         if isinstance(statement, m.Completed) and statement.next is not None:
             me.lease.claimed_s = now
-            intent.trigger = Trigger.SPOKEN_BOTH if intent.trigger and me.state is State.REPORTING else intent.trigger
 
     def _save_changes(self) -> None:
         me = self.knowledge

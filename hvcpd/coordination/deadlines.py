@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 from hvcpd.coordination import choosing, composing, earshot, repair
-from hvcpd.coordination.floor import Urgency
+from hvcpd.coordination.floor import Intent, Urgency
 from hvcpd.coordination.knowledge import Knowledge
 from hvcpd.coordination.states import State, Trigger
 from hvcpd.coordination.table import fire, states_with
@@ -52,7 +52,8 @@ def renew_lease(me: Knowledge, now: float) -> None:
     if now >= renewal_s(me):
         me.lease.claimed_s = now
         me.board.claim(me.my_task(), me.role.name, me.lease_end_s(now))
-        me.want(Urgency.TURN, "renewal", lambda: composing.working(me) if me.state in RENEWS else None, now)
+        working = Intent(Urgency.TURN, "renewal", lambda: composing.working(me) if me.state in RENEWS else None)
+        me.floor.want(working, now)
 
 
 def _again_or_give_up(me: Knowledge, times: int, now: float) -> None:
@@ -122,7 +123,8 @@ def _look_for_robots(me: Knowledge, now: float) -> None:
         return
     if a.call_s is not None and now >= a.call_s:
         a.calls, a.call_s = a.calls + 1, None
-        me.want(Urgency.TURN, "who is here", lambda: composing.to_all(me, m.WhoHere()), now)
+        question = composing.to_all(me, m.WhoHere())
+        me.floor.want(Intent(Urgency.TURN, "who is here", lambda: question), now)
     if a.call_s is None:
         a.call_s = now + CALL_S * 2.0 ** min(a.calls, CALL_DOUBLINGS_MAX)
 

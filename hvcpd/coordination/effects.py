@@ -6,11 +6,11 @@ from collections.abc import Callable
 
 from hvcpd.config.tasks import Action as TaskAction
 from hvcpd.config.tasks import Forward, GoTo, Turn
-from hvcpd.coordination import composing, earshot
+from hvcpd.coordination import choosing, composing, earshot
 from hvcpd.coordination.actions import Halt, Perform, SaveStopped
 from hvcpd.coordination.addressing import confirming_slot
-from hvcpd.coordination.board import DONE
-from hvcpd.coordination.floor import RANK_MAX, Urgency
+from hvcpd.coordination.board import DONE, spoken_name
+from hvcpd.coordination.floor import RANK_MAX, Intent, Urgency, nothing
 from hvcpd.coordination.knowledge import Knowledge
 from hvcpd.coordination.states import Trigger
 from hvcpd.language import messages as m
@@ -44,18 +44,21 @@ def _want_turn(
     now: float,
     urgency: Urgency = Urgency.TURN,
     times: int = 0,
-    slowly: bool = False,
+    *,
+    trigger: Trigger = Trigger.SPOKEN,
+    slot: int | None = None,
+    decide: Callable[[], Trigger | None] = nothing,
 ) -> None:
     """Want the floor for the state's own sentence; one that was said so many `times` unanswered is held back."""
     doublings = min(times - 1, BACK_OFF_DOUBLINGS)
     after_s = me.rng.random() * me.timing.back_off_s * 2.0**doublings if times > 0 else 0.0
-    me.want(urgency, OWN_TURN, compose, now, trigger=Trigger.SPOKEN, slowly=slowly, after_s=after_s)
+    intent = Intent(urgency, OWN_TURN, compose, trigger, slot, not_before_s=now + after_s, decide=decide)
+    me.floor.want(intent, now)
 
 
-def _want_turn_again(me: Knowledge, compose: Callable[[], m.Utterance | None], now: float) -> None:
-    """The same, more urgent once it was said and not answered."""
-    urgency = Urgency.AGAIN if me.current.repeats else Urgency.TURN
-    _want_turn(me, compose, now, urgency, times=me.current.repeats)
+def _urgency(me: Knowledge) -> Urgency:
+    """What was said and not answered is more urgent."""
+    return Urgency.AGAIN if me.current.repeats else Urgency.TURN
 
 
 def want_greeting(me: Knowledge, now: float) -> None:
@@ -86,12 +89,24 @@ def end_question(me: Knowledge, now: float) -> None:
 
 
 def want_claim(me: Knowledge, now: float) -> None:
-    me.current.task = None
-    _want_turn(me, lambda: composing.claim(me, now), now)
+    me.current.task, me.current.repeats = None, 0
+    want_claim_again(me, now)
 
 
 def want_claim_again(me: Knowledge, now: float) -> None:
-    _want_turn(me, lambda: composing.claim(me, now), now, Urgency.AGAIN, times=me.current.repeats)
+    """The task is chosen once the floor is had."""
+    compose, decide = lambda: composing.claim(me), lambda: claim_task(me, now)
+    _want_turn(me, compose, now, _urgency(me), me.current.repeats, decide=decide)
+
+
+def claim_task(me: Knowledge, now: float) -> None:
+    """Claim the task that was claimed before, or else one that is free."""
+    if me.current.task is None:
+        me.current.task = choosing.task_to_claim(me, now)
+        if me.current.task is None:
+            return
+        me.current.owner_before, me.current.doubted = me.board[me.current.task].owner, None
+    me.board.claim(me.current.task, me.role.name, me.lease_end_s(now))
 
 
 def wait_for_objections(me: Knowledge, now: float) -> None:
@@ -138,7 +153,7 @@ def _split(me: Knowledge) -> tuple[tuple[TaskAction, ...], tuple[TaskAction, ...
 
 
 def want_announcement(me: Knowledge, now: float) -> None:
-    _want_turn_again(me, lambda: composing.working(me), now)
+    _want_turn(me, lambda: composing.working(me), now, _urgency(me), me.current.repeats)
 
 
 def finish_task(me: Knowledge, now: float) -> None:
@@ -159,7 +174,16 @@ def _report_first_time(me: Knowledge, now: float) -> None:
 
 
 def want_report(me: Knowledge, now: float) -> None:
-    _want_turn_again(me, lambda: composing.report(me, now), now)
+    def decide() -> Trigger | None:
+        if choosing.may_claim_with_report(me, now):
+            claim_task(me, now)
+        return Trigger.CHOSE_CLAIM if me.current.task is not None else None
+
+    _want_turn(me, lambda: composing.report(me), now, _urgency(me), me.current.repeats, decide=decide)
+
+
+def claim_with_report(_me: Knowledge, _now: float) -> None:
+    """The report is about to be said; the task that was just chosen is claimed in the same breath."""
 
 
 def let_go(me: Knowledge) -> None:
@@ -194,9 +218,9 @@ def leave_to_others(me: Knowledge, now: float) -> None:
 
 
 def want_read_back(me: Knowledge, now: float) -> None:
-    trigger = Trigger.SPOKEN_SURE if me.current.motion is not None and me.current.motion_sure else Trigger.SPOKEN
-    slowly = me.repair.speak_slowly
-    me.want(Urgency.ANSWER, OWN_TURN, lambda: composing.read_back(me), now, trigger=trigger, slowly=slowly)
+    sure = me.current.motion is not None and me.current.motion_sure
+    trigger = Trigger.SPOKEN_SURE if sure else Trigger.SPOKEN
+    _want_turn(me, lambda: composing.read_back(me), now, Urgency.ANSWER, trigger=trigger)
 
 
 def turn_to_next_motion(me: Knowledge, now: float) -> None:
@@ -220,11 +244,14 @@ def move(me: Knowledge, _now: float) -> None:
 
 
 def want_order(me: Knowledge, now: float) -> None:
-    _want_turn(me, lambda: composing.order(me, now), now)
+    """The same once more, or another one, chosen once the floor is had."""
+    _want_turn(me, lambda: composing.order(me), now, decide=lambda: choose_order(me, now))
 
 
-def want_order_again(me: Knowledge, now: float) -> None:
-    _want_turn(me, lambda: composing.same_order(me), now, slowly=me.repair.speak_slowly)
+def choose_order(me: Knowledge, now: float) -> None:
+    if me.current.partner is None and (chosen := choosing.next_order(me, now)) is not None:
+        me.current.partner, task = chosen
+        me.current.task, me.current.task_ref = task.number, m.TaskByName(spoken_name(task))
 
 
 def want_confirmation(me: Knowledge, now: float) -> None:
@@ -276,7 +303,7 @@ def want_farewell(me: Knowledge, now: float) -> None:
 
 def _want_to_say_farewell(me: Knowledge, now: float) -> None:
     farewell = composing.to_all(me, m.Leaving())
-    me.want(Urgency.ANSWER, OWN_TURN, lambda: farewell, now, trigger=Trigger.SPOKEN_FAREWELL, slot=1)
+    _want_turn(me, lambda: farewell, now, Urgency.ANSWER, trigger=Trigger.SPOKEN_FAREWELL, slot=1)
 
 
 def stop_and_leave(me: Knowledge, now: float) -> None:
@@ -300,7 +327,7 @@ def _report_before(me: Knowledge, urgency: Urgency, now: float) -> None:
     """Say once more what is finished and was not confirmed, before it is forgotten."""
     if me.report.task is not None and me.board[me.report.task].state == DONE:
         done = composing.to_all(me, m.Completed(m.TaskByNumber(me.report.task)))
-        me.want(urgency, f"done {me.report.task}", lambda: done, now, slot=0)
+        me.floor.want(Intent(urgency, f"done {me.report.task}", lambda: done, slot=0), now)
 
 
 def halt(me: Knowledge, now: float) -> None:
@@ -312,4 +339,5 @@ def halt(me: Knowledge, now: float) -> None:
     me.current.clear()
     me.report.task = None
     slot = me.rank("", 0, now)  # in turn: each wants to be heard by all others
-    me.want(Urgency.ALARM, "stopped", lambda: composing.to_all(me, m.Stopped()), now, slot=slot)
+    stopped = composing.to_all(me, m.Stopped())
+    me.floor.want(Intent(Urgency.ALARM, "stopped", lambda: stopped, slot=slot), now)

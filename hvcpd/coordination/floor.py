@@ -42,12 +42,19 @@ class Urgency(IntEnum):
     TURN = 3
 
 
+def nothing() -> None:
+    """What most intents decide, and most sentences change."""
+
+
 @dataclass
 class Intent:
     """Something to be said: composed only when the floor is had, so that it is still true then.
 
-    `compose` returns None when there is no longer anything to say. `trigger` moves the state machine when the
-    sentence is out; `topic` tells intents apart: a new one replaces an old one of the same topic. `slot` is the
+    First `decide` chooses what is still open, and names the trigger of that choice, if it has one. Then `compose` only
+    looks: it returns None when there is no longer anything to say. `on_said` notes what follows from the sentence, once
+    it is begun; `trigger` moves the state machine when it is out.
+
+    `topic` tells intents apart: a new one replaces an old one of the same topic. `slot` is the
     answerer's place in the order of those who could answer (None: drawn); `call` is who is to be answered, if one
     answer is enough. A `tentative` answer is given up as soon as anything else is said to the one who called, or
     something that was not understood. An answer that did not get the floor for `answer_kept_s` is no answer any more.
@@ -63,6 +70,8 @@ class Intent:
     tentative: bool = False
     not_before_s: float = -math.inf
     """It is held back until then, whoever's turn it is."""
+    decide: Callable[[], Trigger | None] = nothing
+    on_said: Callable[[], None] = nothing
     ready_s: float = 0.0
     wanted_s: float = 0.0
 
