@@ -26,7 +26,7 @@ def confirmed(me: Knowledge, heard: Heard, s: m.Confirmed) -> None:
         if me.current.partner in (None, heard.speaker):
             fire(me, Trigger.CONFIRMED_MOTION if me.current.motion is not None else Trigger.CONFIRMED, heard.now)
     elif _is_meant(me, heard.speaker, s):
-        me.lease.assured_s = me.lease_end_s(me.lease.claimed_s)
+        me.current.assured_s = me.lease_end_s(me.current.claimed_s)
         if me.report.said:
             me.report.task = None
         if me.current.task is not None or me.state is not State.CLAIMING:  # a claim still to be chosen is not meant

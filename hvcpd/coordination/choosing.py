@@ -76,7 +76,7 @@ def is_assured(me: Knowledge, now: float) -> bool:
         return False  # who had the task before may have done it, and its objection may have been lost
     actions = me.board[me.my_task()].definition.actions
     needs_s = sum(a.duration_s for a in actions if isinstance(a, Wait))
-    return now + needs_s + MARGIN_S <= me.lease.assured_s
+    return now + needs_s + MARGIN_S <= me.current.assured_s
 
 
 def next_order(me: Knowledge, now: float) -> tuple[str, TaskDefinition] | None:

@@ -198,7 +198,7 @@ def doubts(me: Knowledge, speaker: str, number: int, in_passing: bool, now: floa
 def _is_objection(me: Knowledge, speaker: str, number: int, now: float) -> bool:
     """Whether "task … complete" answers somebody who has just claimed that task."""
     last = me.claim_heard
-    mine = me.current.task == number and now - me.lease.claimed_s < me.timing.recent_s
+    mine = me.current.task == number and now - me.current.claimed_s < me.timing.recent_s
     theirs = last is not None and last.number == number and last.speaker != speaker
     return mine or (last is not None and theirs and now - last.at_s < me.timing.recent_s)
 

@@ -18,7 +18,7 @@ from hvcpd.coordination.floor import Floor, Intent, Order, Urgency, round_of_tur
 from hvcpd.coordination.knowledge import Heard, Knowledge
 from hvcpd.coordination.peers import Peers, team_of
 from hvcpd.coordination.relaying import note_passed_on
-from hvcpd.coordination.states import AT_WORK, DEPARTING, NEWCOMER, State, Trigger
+from hvcpd.coordination.states import DEPARTING, NEWCOMER, State, Trigger
 from hvcpd.coordination.table import fire
 from hvcpd.language import messages as m
 from hvcpd.security.trust import Trust
@@ -57,7 +57,8 @@ class Coordination:
     ) -> None:
         timing = (timing or Timing()).for_speech(role.speech)
         board = Board(tasks, remembered or {}, now + timing.lease_s)
-        self.knowledge = me = Knowledge(role, timing, rng, board, Peers(timing.absent_s), Floor(timing, rng))
+        self.board, self.peers = board, Peers(timing.absent_s)
+        self.knowledge = me = Knowledge(role, timing, rng, board, self.peers, Floor(timing, rng))
         me.missed.heard_work = bool(remembered)
         me.body.home = home
         self._roster = frozenset(name.lower() for name in role.roster)
@@ -96,7 +97,6 @@ class Coordination:
         hearing.react(me, Heard(utterance, 1.0 if trust.checks_words else confidence, now))
         if me.state is State.READY and me.timer_s is None and not me.board.all_done:
             me.arm(now, me.timing.decide_s)
-        self._save_changes()
 
     def garbled(self, over_own_speech: bool, now: float) -> None:
         """Speech was noticed that could not be understood; over the own speech it tells that nobody heard us."""
@@ -123,17 +123,14 @@ class Coordination:
 
     def performed(self, now: float) -> None:
         """The actions of the last `Perform` are carried out."""
-        me = self.knowledge
+        me, trigger = self.knowledge, Trigger.PERFORMED
         if me.state is State.GOING:
-            fire(me, Trigger.ARRIVED_SURE if choosing.is_assured(me, now) else Trigger.ARRIVED, now)
-        else:
-            fire(me, Trigger.PERFORMED, now)
-        self._save_changes()
+            trigger = Trigger.ARRIVED_SURE if choosing.is_assured(me, now) else Trigger.ARRIVED
+        fire(me, trigger, now)
 
     def perform_failed(self, now: float) -> None:
         """The actions of the last `Perform` cannot be carried out."""
         fire(self.knowledge, Trigger.FAILED, now)
-        self._save_changes()
 
     def remark(self, text: str, now: float) -> None:
         """Want to make a remark that a task asks for."""
@@ -167,9 +164,9 @@ class Coordination:
 
     def stop(self, now: float) -> bool:
         """Halt and latch, as if "stop" had been heard, and say so aloud; whether it was not stopped already."""
-        was_free = self.state is not State.STOPPED
+        before = self.state
         fire(self.knowledge, Trigger.STOP, now)
-        return was_free
+        return before is not State.STOPPED
 
     def tell_memory_lost(self, now: float) -> None:
         """Its memory is lost, so that it began stopped: say so aloud, and once released ask what is left."""
@@ -180,9 +177,9 @@ class Coordination:
 
     def resume(self, now: float) -> bool:
         """Take on tasks again, as if "resume" had been heard; whether it was stopped."""
-        was_stopped = self.state is State.STOPPED
+        before = self.state
         fire(self.knowledge, Trigger.RESUME, now)
-        return was_stopped
+        return before is State.STOPPED
 
     def reconfigure(
         self, now: float, role: Role, tasks: Iterable[TaskDefinition] = (), forgiven: Iterable[int] = ()
@@ -190,30 +187,26 @@ class Coordination:
         """Take another role, and other places and actions for some of the tasks, whose numbers and names stay. The
         robot may try the tasks `forgiven` again, although it gave them up."""
         self.knowledge.role = role
-        self.knowledge.board.redefine(tasks)
-        self.knowledge.board.forgive(role.name, forgiven)
+        self.board.redefine(tasks)
+        self.board.forgive(role.name, forgiven)
         self.knowledge.reconsider(now)
 
     def leave(self, now: float) -> None:
         """The robot is about to be switched off: it says so, and gives back its task."""
         fire(self.knowledge, Trigger.LEAVE, now)
-        self._save_changes()
 
     def tick(self, now: float) -> None:
         """Do what is due."""
         me = self.knowledge
         if me.timer_s is not None and now >= me.timer_s:
-            unsettled_s = me.floor.unsettled_until(now)
-            if now < unsettled_s:
-                me.timer_s = unsettled_s  # what is waited for may be being said, or recognised, right now
-            else:
+            me.timer_s = me.floor.unsettled_until(now)  # what is waited for may be being said, or recognised, right now
+            if now >= me.timer_s:
                 me.timer_s = None
                 deadlines.time_is_over(me, now)
         deadlines.renew_lease(me, now)
         intent = me.floor.begin(now)
         if intent is not None:
             self._begin(intent, now)
-        self._save_changes()
 
     # --- what its owner asks of it -----------------------------------------------------------------------------
 
@@ -226,6 +219,9 @@ class Coordination:
     def actions(self) -> tuple[Action, ...]:
         """What is to be done now, in order; handed out once."""
         me = self.knowledge
+        for number in me.board.changed:
+            me.do(SaveTask(number, me.board[number].lasting_state, me.board[number].owner))
+        me.board.changed.clear()
         actions, me.actions = tuple(me.actions), []
         return actions
 
@@ -243,21 +239,6 @@ class Coordination:
     def role(self) -> Role:
         """Who it is in the team."""
         return self.knowledge.role
-
-    @property
-    def board(self) -> Board:
-        """What it knows of the tasks."""
-        return self.knowledge.board
-
-    @property
-    def peers(self) -> Peers:
-        """Whom it has heard."""
-        return self.knowledge.peers
-
-    @property
-    def at_work(self) -> bool:
-        """Whether it has a task that is its own."""
-        return self.state in AT_WORK
 
     @property
     def at_place(self) -> bool:
@@ -280,8 +261,7 @@ class Coordination:
         return last[0] == u
 
     def _order_after(self, speaker: str | None, now: float) -> Order | None:
-        """This robot's place in the round of turns that begins after a speaker; a newcomer knows of one only if it was
-        told the names."""
+        """This robot's place in the round of turns after a speaker; a newcomer that was told no names knows of none."""
         me = self.knowledge
         if speaker is None or (me.state in NEWCOMER and not me.role.roster):
             return None
@@ -301,16 +281,16 @@ class Coordination:
         intent.on_said()
         self._note_own_words(utterance, now)
         slowly = intent.slowly or repair.speaks_slowly(me) or me.role.speech.slowly
-        me.repair.last_said = utterance
-        me.last_heard = None
+        me.repair.last_said, me.last_heard = utterance, None
         me.do(Say(utterance, slowly, me.role.speech.times))
 
     def _note_own_words(self, utterance: m.Utterance, now: float) -> None:
         """What follows for this robot from what it says."""
-        me = self.knowledge
-        statement = utterance.statement
-        if isinstance(statement, m.Claim | m.Working):
-            me.lease.claimed_s = now
+        me, statement = self.knowledge, utterance.statement
+        claims = isinstance(statement, m.Claim | m.Working)
+        if claims or (isinstance(statement, m.Completed) and statement.next is not None):
+            me.current.claimed_s = now
+        if claims:
             me.report.said = False
         elif isinstance(statement, m.Completed | m.Failed) and statement.task.number == me.report.task:
             me.report.said = True
@@ -318,11 +298,3 @@ class Coordination:
             note_passed_on(me.relays, utterance.addressee.name, statement, now)
         if isinstance(statement, m.Spelled):
             me.acquaintance.spelled_s = now
-        if isinstance(statement, m.Completed) and statement.next is not None:
-            me.lease.claimed_s = now
-
-    def _save_changes(self) -> None:
-        me = self.knowledge
-        for number in me.board.changed:
-            me.do(SaveTask(number, me.board[number].lasting_state, me.board[number].owner))
-        me.board.changed.clear()

@@ -44,13 +44,13 @@ def renewal_s(me: Knowledge) -> float:
     """When the lease of this robot's own claim is to be renewed; infinity if it has none, or nobody is there."""
     if me.state not in RENEWS or not me.peers.all():
         return math.inf
-    return me.lease.claimed_s + me.timing.renewal_s
+    return me.current.claimed_s + me.timing.renewal_s
 
 
 def renew_lease(me: Knowledge, now: float) -> None:
     """Say that the robot is at its task, if it has not spoken of it for long: who hears it renews the lease."""
     if now >= renewal_s(me):
-        me.lease.claimed_s = now
+        me.current.claimed_s = now
         me.board.claim(me.my_task(), me.role.name, me.lease_end_s(now))
         working = Intent(Urgency.TURN, "renewal", lambda: composing.working(me) if me.state in RENEWS else None)
         me.floor.want(working, now)

@@ -130,7 +130,7 @@ def go(me: Knowledge, now: float) -> None:
     me.current.repeats = 0
     me.board.claim(me.my_task(), me.role.name, me.lease_end_s(now))
     if me.current.partner is not None:
-        me.lease.claimed_s = now
+        me.current.claimed_s = now
     me.do(Perform(me.my_task(), _split(me)[0]))
 
 

@@ -36,6 +36,10 @@ class Current:
     """Who ordered it, or is being ordered."""
     owner_before: str | None = None
     """Whose the task was before this robot claimed it."""
+    claimed_s: float = NEVER_S
+    """When it last spoke of its task."""
+    assured_s: float = NEVER_S
+    """Until when somebody who confirmed the claim keeps it."""
     doubted: tuple[str, int] | None = None
     """Who said that the task, of that number, was done, and was not believed."""
     repeats: int = 0
@@ -56,16 +60,6 @@ class Report:
     """A task that it has finished or given up, and nobody has confirmed to have heard so."""
     said: bool = False
     """Whether the sentence that waits for a confirmation held the report."""
-
-
-@dataclass
-class Lease:
-    """How long this robot's claim is safe."""
-
-    claimed_s: float = NEVER_S
-    """When it last spoke of its task."""
-    assured_s: float = NEVER_S
-    """Until when somebody who confirmed the claim keeps it."""
 
 
 @dataclass
@@ -212,7 +206,6 @@ class Knowledge:
     """When the state's time is over; None: never."""
     current: Current = field(default_factory=Current)
     report: Report = field(default_factory=Report)
-    lease: Lease = field(default_factory=Lease)
     body: Body = field(default_factory=Body)
     missed: Missed = field(default_factory=Missed)
     claim_heard: HeardClaim | None = None

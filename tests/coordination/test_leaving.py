@@ -3,7 +3,7 @@
 import pytest
 
 from hvcpd.coordination.actions import Halt, SaveStopped, Say
-from hvcpd.coordination.states import State, Trigger
+from hvcpd.coordination.states import AT_WORK, State, Trigger
 from hvcpd.language import messages as m
 from tests.coordination.mission import Mission, plants
 
@@ -12,7 +12,7 @@ LEAVING = "Hi all, I am Rob, I am leaving"
 
 def _until_rob_is_at_work(mission: Mission) -> int:
     rob = mission.robots["Rob"]
-    while not rob.at_work:
+    while rob.state not in AT_WORK:
         mission.air.run_until(mission.air.now + 0.5)
     return rob.knowledge.my_task()
 

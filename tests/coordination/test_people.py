@@ -5,7 +5,7 @@ import pytest
 from hvcpd.config.tasks import Forward, GoTo, Turn
 from hvcpd.coordination.actions import Perform, Role
 from hvcpd.coordination.composing import spoken_volts
-from hvcpd.coordination.states import State
+from hvcpd.coordination.states import AT_WORK, State
 from hvcpd.language import messages as m
 from tests.coordination.mission import Mission, plants
 
@@ -20,7 +20,7 @@ def _waiting(*names: str, **more: object) -> Mission:
 def _at_work() -> Mission:
     """One robot that has just set out to its only plant, 35 s away."""
     mission = Mission(("Rob",), plants(3)[2:], ("Anna",), seed=5)
-    while not mission.robots["Rob"].at_work:
+    while mission.robots["Rob"].state not in AT_WORK:
         mission.air.run_until(mission.air.now + 1.0)
     return mission
 
@@ -183,7 +183,7 @@ def test_a_robot_at_work_says_that_it_is_busy() -> None:
     mission.tell(mission.air.now, "Anna", order)
     mission.air.run_until(mission.air.now + 6.0)
     assert mission.written()[-1] == "Hi Anna, I am Rob, I am busy"
-    assert mission.robots["Rob"].at_work
+    assert mission.robots["Rob"].state in AT_WORK
 
 
 def test_one_robot_refuses_and_an_able_one_takes_over() -> None:
