@@ -141,7 +141,7 @@ def spoken_volts(battery_v: float | None) -> float | None:
 def left(me: Knowledge, asker: str | None) -> m.Utterance:
     """Which tasks are not known to be done: open ones first, because those can be claimed. Hearsay is not passed on as
     knowledge: two that have it from each other, or from one word that both misheard, would make a certainty of it."""
-    numbers = sorted(me.board.maybe_left(), key=lambda n: (me.board[n].owner is not None, n))
+    numbers = sorted(me.board.not_done() + me.board.hearsay(), key=lambda n: (me.board[n].owner is not None, n))
     refs = [m.TaskByNumber(n) for n in numbers[:3]] + [None] * 3
     return to_asker(me, asker, m.Left(refs[0], refs[1], refs[2], more=len(numbers) > 3))
 
