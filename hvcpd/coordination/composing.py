@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 
 from hvcpd.coordination.addressing import must_spell_for
 from hvcpd.coordination.board import DONE, spoken_name
@@ -21,17 +22,13 @@ def to_all(me: Knowledge, statement: m.Statement) -> m.Utterance:
     return utterance(me, m.ToAll(), statement)
 
 
-def to_robot(me: Knowledge, name: str, statement: m.Statement) -> m.Utterance:
-    return utterance(me, m.ToRobot(name), statement)
-
-
 def to_asker(me: Knowledge, name: str | None, statement: m.Statement) -> m.Utterance:
     """To who asked; one who gave no name is answered for everybody."""
-    return to_robot(me, name, statement) if name else to_all(me, statement)
+    return utterance(me, m.ToRobot(name) if name else m.ToAll(), statement)
 
 
-def _true() -> bool:
-    return True
+def to_partner(me: Knowledge, statement: m.Statement) -> m.Utterance | None:
+    return to_asker(me, me.current.partner, statement) if me.current.partner else None
 
 
 def answer(
@@ -44,7 +41,7 @@ def answer(
     *,
     call: str | None = None,
     tentative: bool = False,
-    still: Callable[[], bool] = _true,
+    still: Callable[[], bool] = lambda: True,
     on_said: Callable[[], None] = nothing,
 ) -> None:
     """Want the floor to answer somebody (None: everybody), if the statement is `still` true then; see `Intent`."""
@@ -105,7 +102,7 @@ def report(me: Knowledge) -> m.Utterance | None:
 
 
 def working(me: Knowledge) -> m.Utterance | None:
-    return to_all(me, m.Working(_by_name(me, me.current.task))) if me.current.task is not None else None
+    return to_all(me, m.Working(_my_task(me))) if me.current.task is not None else None
 
 
 def occupation(me: Knowledge, asker: str | None) -> m.Utterance:
@@ -113,7 +110,7 @@ def occupation(me: Knowledge, asker: str | None) -> m.Utterance:
     if me.state is State.STOPPED:
         return to_asker(me, asker, m.Stopped())
     if me.current.task is not None and me.state in AT_WORK:
-        return to_asker(me, asker, m.Working(_by_name(me, me.current.task)))
+        return to_asker(me, asker, m.Working(_my_task(me)))
     if me.current.motion is not None and me.state is State.MOVING:
         return to_asker(me, asker, m.WillMove(me.current.motion))
     return to_asker(me, asker, m.Free())
@@ -128,8 +125,8 @@ def shift_report(me: Knowledge, asker: str | None) -> m.Utterance:
         doing, task = m.Doing.WORKING, m.TaskByNumber(me.current.task)
     elif me.current.motion is not None:
         doing = m.Doing.BUSY
-    to = m.ToRobot(asker) if asker else m.ToAll()
-    return m.Utterance(me.role.name, to, me.role.team, m.Report(doing, task, spoken_volts(me.body.battery_v)))
+    report = to_asker(me, asker, m.Report(doing, task, spoken_volts(me.body.battery_v)))
+    return replace(report, team=me.role.team)
 
 
 def spoken_volts(battery_v: float | None) -> float | None:
@@ -149,22 +146,12 @@ def left(me: Knowledge, asker: str | None) -> m.Utterance:
 def read_back(me: Knowledge) -> m.Utterance | None:
     if me.current.motion is not None:
         return to_asker(me, me.current.partner, m.WillMove(me.current.motion))
-    if me.current.partner is None or me.current.task_ref is None:
-        return None
-    return to_robot(me, me.current.partner, m.Claim(me.current.task_ref))
+    return to_partner(me, m.Claim(me.current.task_ref)) if me.current.task_ref is not None else None
 
 
 def order(me: Knowledge) -> m.Utterance | None:
-    if me.current.partner is None or me.current.task_ref is None:
-        return None
-    return to_robot(me, me.current.partner, m.Order(me.current.task_ref))
+    return to_partner(me, m.Order(me.current.task_ref)) if me.current.task_ref is not None else None
 
 
-def to_partner(me: Knowledge, statement: m.Statement) -> m.Utterance | None:
-    return to_robot(me, me.current.partner, statement) if me.current.partner else None
-
-
-def _by_name(me: Knowledge, number: int | None) -> m.TaskByName:
-    if number is None:
-        raise RuntimeError("no task to speak of")
-    return m.TaskByName(spoken_name(me.board[number].definition))
+def _my_task(me: Knowledge) -> m.TaskByName:
+    return m.TaskByName(spoken_name(me.board[me.my_task()].definition))

@@ -95,7 +95,7 @@ class Coordination:
             trusting.refuse(me, utterance, trust, now)
             return
         hearing.react(me, Heard(utterance, 1.0 if trust.checks_words else confidence, now))
-        if me.state is State.READY and me.timer_s is None and not me.board.all_done:
+        if me.state is State.READY and me.timer_s == math.inf and not me.board.all_done:
             me.arm(now, me.timing.decide_s)
 
     def garbled(self, over_own_speech: bool, now: float) -> None:
@@ -115,11 +115,11 @@ class Coordination:
 
     def spoken(self, now: float) -> None:
         """The sentence of the last `Say` is out."""
-        me = self.knowledge
-        said = me.repair.last_said
-        intent = me.floor.ended(now, self._order_after(whose_turn(said) if said else me.role.name, now))
+        said = self.knowledge.repair.last_said
+        order = self._order_after(whose_turn(said) if said else self.role.name, now)
+        intent = self.knowledge.floor.ended(now, order)
         if intent is not None and intent.trigger is not None:
-            fire(me, intent.trigger, now)
+            fire(self.knowledge, intent.trigger, now)
 
     def performed(self, now: float) -> None:
         """The actions of the last `Perform` are carried out."""
@@ -134,9 +134,8 @@ class Coordination:
 
     def remark(self, text: str, now: float) -> None:
         """Want to make a remark that a task asks for."""
-        me = self.knowledge
-        remark = composing.to_all(me, m.Remark(text))
-        me.floor.want(Intent(Urgency.TURN, f"remark {text}", lambda: remark), now)
+        remark = composing.to_all(self.knowledge, m.Remark(text))
+        self.knowledge.floor.want(Intent(Urgency.TURN, f"remark {text}", lambda: remark), now)
 
     def say(self, utterance: m.Utterance, now: float) -> str | None:
         """Say a sentence for the robot's owner when its turn comes; why it will not be said, or None."""
@@ -170,10 +169,9 @@ class Coordination:
 
     def tell_memory_lost(self, now: float) -> None:
         """Its memory is lost, so that it began stopped: say so aloud, and once released ask what is left."""
-        me = self.knowledge
-        me.missed.heard_work = True
-        stopped = composing.to_all(me, m.Stopped(forgot=True))
-        me.floor.want(Intent(Urgency.ALARM, "stopped", lambda: stopped, slot=0), now)
+        self.knowledge.missed.heard_work = True
+        stopped = composing.to_all(self.knowledge, m.Stopped(forgot=True))
+        self.knowledge.floor.want(Intent(Urgency.ALARM, "stopped", lambda: stopped, slot=0), now)
 
     def resume(self, now: float) -> bool:
         """Take on tasks again, as if "resume" had been heard; whether it was stopped."""
@@ -198,10 +196,10 @@ class Coordination:
     def tick(self, now: float) -> None:
         """Do what is due."""
         me = self.knowledge
-        if me.timer_s is not None and now >= me.timer_s:
+        if now >= me.timer_s:
             me.timer_s = me.floor.unsettled_until(now)  # what is waited for may be being said, or recognised, right now
             if now >= me.timer_s:
-                me.timer_s = None
+                me.timer_s = math.inf
                 deadlines.time_is_over(me, now)
         deadlines.renew_lease(me, now)
         intent = me.floor.begin(now)
@@ -213,8 +211,7 @@ class Coordination:
     def next_deadline(self) -> float:
         """When `tick` must be called at the latest; infinity if nothing is due."""
         me = self.knowledge
-        deadline_s = min(me.floor.next_deadline(), deadlines.renewal_s(me))
-        return deadline_s if me.timer_s is None else min(deadline_s, me.timer_s)
+        return min(me.floor.next_deadline(), deadlines.renewal_s(me), me.timer_s)
 
     def actions(self) -> tuple[Action, ...]:
         """What is to be done now, in order; handed out once."""

@@ -72,35 +72,39 @@ def _again_or_give_up(me: Knowledge, times: int, now: float) -> None:
 
 def _choose(me: Knowledge, now: float) -> None:
     repair.spell_now_and_then(me, now)
+    me.current.repeats = 0
     waited = earshot.has_waited(me, now)
     if waited and earshot.way_back(me, now) is not None:
         fire(me, Trigger.UNHEARD, now)
-        return
-    if waited or (me.missed.heard_work and me.peers.present(now)):
+    elif waited or (me.missed.heard_work and me.peers.present(now)):
         _ask(me, now)
-        return
-    if me.role.coordinator and choosing.can_order(me, now):
-        me.current.repeats = 0
+    elif me.role.coordinator and choosing.can_order(me, now):
         fire(me, Trigger.CHOSE_ORDER, now)
-        return
-    if choosing.may_volunteer(me, now) and choosing.task_is_free(me, now):
+    elif choosing.may_volunteer(me, now) and choosing.task_is_free(me, now):
         fire(me, Trigger.CHOSE_CLAIM, now)
-        return
+    else:
+        _choose_talk_or_wait(me, now)
+
+
+def _choose_talk_or_wait(me: Knowledge, now: float) -> None:
+    """There is nothing to be done: look for robots, report, ask whether what may be done is, or wait."""
     if me.role.coordinator:
         _look_for_robots(me, now)
+    unsure = not me.board.not_done() and me.board.hearsay() and now >= me.missed.ask_again_s
     if me.report.task is not None:
-        me.current.repeats = 0
         fire(me, Trigger.CHOSE_REPORT, now)
-        return
-    if not me.board.not_done() and me.board.hearsay() and now >= me.missed.ask_again_s:
-        if me.peers.present(now):
-            me.missed.ask_again_s = now + me.timing.ask_again_s * (1.0 + me.rng.random())
-            _ask(me, now)
-        elif choosing.may_volunteer(me, now):  # there is nobody to ask: better twice than not at all
-            for number in me.board.hearsay():
-                me.board.reopen(number)
+    elif unsure and me.peers.present(now):
+        me.missed.ask_again_s = now + me.timing.ask_again_s * (1.0 + me.rng.random())
+        _ask(me, now)
+    elif unsure:
+        for number in me.board.hearsay() if choosing.may_volunteer(me, now) else ():
+            me.board.reopen(number)  # there is nobody to ask: better twice than not at all
             me.reconsider(now)
-        return
+    else:
+        _wait(me, now)
+
+
+def _wait(me: Knowledge, now: float) -> None:
     waits = [
         me.board.next_lapse(now),
         me.missed.ask_again_s if me.board.hearsay() else None,
@@ -111,7 +115,7 @@ def _choose(me: Knowledge, now: float) -> None:
     if me.acquaintance.own_name_heard_s:
         waits.append(me.acquaintance.own_name_heard_s[-1] + me.timing.name_conflict_s)
     later = [t for t in waits if t is not None and t > now]
-    me.timer_s = min(later, default=None)
+    me.timer_s = min(later, default=math.inf)
 
 
 def _look_for_robots(me: Knowledge, now: float) -> None:
@@ -132,5 +136,4 @@ def _look_for_robots(me: Knowledge, now: float) -> None:
 def _ask(me: Knowledge, now: float) -> None:
     me.missed.heard_work = False
     earshot.note_asked(me)
-    me.current.repeats = 0
     fire(me, Trigger.CHOSE_QUESTION, now)

@@ -95,7 +95,7 @@ def end_question(me: Knowledge, now: float) -> None:
 
 
 def want_claim(me: Knowledge, now: float) -> None:
-    me.current.task, me.current.repeats = None, 0
+    me.current.task = None
     want_claim_again(me, now)
 
 

@@ -202,8 +202,8 @@ class Knowledge:
     peers: Peers
     floor: Floor
     state: State = State.WAKING
-    timer_s: float | None = None
-    """When the state's time is over; None: never."""
+    timer_s: float = math.inf
+    """When the state's time is over."""
     current: Current = field(default_factory=Current)
     report: Report = field(default_factory=Report)
     body: Body = field(default_factory=Body)
@@ -236,8 +236,7 @@ class Knowledge:
 
     def postpone(self, by_s: float) -> None:
         """Give the state more time, if it has an end at all."""
-        if self.timer_s is not None:
-            self.timer_s += by_s
+        self.timer_s += by_s
 
     def reconsider(self, now: float) -> None:
         """Something became free."""

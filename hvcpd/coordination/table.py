@@ -6,6 +6,7 @@ that a state has no row for changes nothing. `python -m release.diagram` draws i
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 
 from hvcpd.coordination import effects
@@ -131,6 +132,6 @@ def fire(me: Knowledge, trigger: Trigger, now: float) -> None:
     if row is None:
         return
     me.state, effect = row
-    me.timer_s = None
+    me.timer_s = math.inf
     me.floor.withdraw(effects.OWN_TURN)
     effect(me, now)
