@@ -15,14 +15,15 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from hil_fakes.room import PinkNoise
-from hvcpd.assembly.make import RobotPlan, Sound, make_robot
+from hvcpd.assembly.make import Sound, make_robot
+from hvcpd.assembly.plan import MemoryPlan, RobotPlan, SecurityPlan, TeamPlan
 from hvcpd.config.task_file import load_tasks
 from hvcpd.config.tasks import default_tasks_path
 from hvcpd.coordination.actions import Role
 from hvcpd.language import messages as m
 from hvcpd.language.code_words import BITS
 from hvcpd.language.marks import SEAL_WORDS
-from hvcpd.ports import SAMPLE_RATE_HZ, Pose, Samples
+from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 from hvcpd.robot.records import SaidRecord, SaveCounter
 from hvcpd.robot.robot import Robot
 from hvcpd.robot.sealing import Sealing
@@ -102,15 +103,12 @@ class AudioAttacks:
         role = Role(LISTENER, "plant", volunteer=False)
         plan = RobotPlan(
             role,
-            NAMES,
+            TeamPlan(NAMES),
             tasks,
-            Pose(0.0, 0.0, 0.0),
             self._chance.getrandbits(32),
-            keys=self._ring,
-            encrypts=self._encrypts,
-            counters=dict(self._counters),
-            stopped=True,
-            patience=Patience(free=float("inf")),  # the seals alone must keep attacks out
+            memory=MemoryPlan(stopped=True, counters=dict(self._counters)),
+            # The seals alone must keep attacks out.
+            security=SecurityPlan(self._ring, self._encrypts, Patience(free=float("inf"))),
         )
         robot = make_robot(plan, self._sound)
         self._robot = robot

@@ -19,8 +19,9 @@ from hil_fakes.body import Body
 from hil_fakes.haste import Haste
 from hil_fakes.room import Air, Noise, Point, Room, Ways
 from hil_fakes.scorekeeper import Scorekeeper
-from hvcpd.assembly.make import RobotPlan, Sound, make_robot
+from hvcpd.assembly.make import Sound, make_robot
 from hvcpd.assembly.name_registry import NameRegistry
+from hvcpd.assembly.plan import BodyPlan, RobotPlan, SecurityPlan, TeamPlan
 from hvcpd.config.tasks import TaskRepository
 from hvcpd.coordination.actions import Role, Speech, Timing
 from hvcpd.errors import PhraseError
@@ -219,13 +220,11 @@ class Bench:
         names = (name,) if plan.strangers else plan.names
         robot_plan = RobotPlan(
             role,
-            names,
+            TeamPlan(names, strangers=plan.strangers),
             plan.tasks,
-            start,
             own_seed(plan.seed, name),
-            strangers=plan.strangers,
-            keys=plan.keys,
-            encrypts=plan.encrypts,
+            BodyPlan(start),
+            security=SecurityPlan(plan.keys, plan.encrypts),
             timing=plan.timing,
         )
         store = Store(IN_MEMORY)

@@ -8,19 +8,20 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
+from hvcpd.assembly.plan import RobotPlan
 from hvcpd.assembly.rendered_waveforms import MadeWhenAsked, Shelf, SpokenBook
 from hvcpd.config.settings import DEFAULT_TEAMS as DEFAULT_TEAMS
-from hvcpd.config.tasks import Place, TaskRepository
-from hvcpd.coordination.actions import SLOW_STRETCH, Role, Timing
+from hvcpd.config.tasks import TaskRepository
+from hvcpd.coordination.actions import SLOW_STRETCH, Timing
 from hvcpd.coordination.coordination import Coordination
-from hvcpd.hardware.kinematics import BURGER, Drive, Odometry
+from hvcpd.hardware.kinematics import Odometry
 from hvcpd.hardware.navigator import Navigator
 from hvcpd.language.forms import OPEN_KINDS, SEALED_KINDS, Kind
 from hvcpd.language.phrasebook import Phrasebook, Vocabulary
-from hvcpd.people.ears import SecondEars, Worker
+from hvcpd.people.ears import SecondEars
 from hvcpd.people.enrolled import Person
 from hvcpd.people.opinion import SecondOpinion
-from hvcpd.ports import Pose, Samples, WheelReading
+from hvcpd.ports import Samples
 from hvcpd.recognition.coherent import CoherentListener
 from hvcpd.recognition.listening import MIN_SPELLED_CONFIDENCE, Listening
 from hvcpd.recognition.overhearing import Overhearing
@@ -38,8 +39,6 @@ from hvcpd.robot.performer import Performer
 from hvcpd.robot.robot import Robot
 from hvcpd.robot.sealing import Sealing
 from hvcpd.security.guard import Guard
-from hvcpd.security.keys import KeyRing
-from hvcpd.security.silence import Patience
 from hvcpd.synthesis.lexicon import Lexicon
 from hvcpd.synthesis.recorded import RecordedSpeaker
 from hvcpd.synthesis.speaker import Speaker
@@ -62,18 +61,13 @@ class Sound:
     """Where pronunciations come from, where rendered units are kept, and which robot speaks how.
 
     `voices` and `recorded` have the robots, by name in lower case, whose voice was chosen and does not follow from the
-    name; `people` those who are enrolled, and no robots: their words may become more while a robot lives.
+    name.
     """
 
     lexicon: Lexicon
     cache: UnitCache | None = None
     voices: Mapping[str, Voice] = field(default_factory=dict)
     recorded: Mapping[str, RecordedSpeaker] = field(default_factory=dict)
-    people: dict[str, Person] = field(default_factory=dict)
-
-    def robots(self, names: Iterable[str]) -> tuple[str, ...]:
-        """Of the names those that are no enrolled person's."""
-        return tuple(name for name in names if name.lower() not in self.people)
 
     def voice_of(self, name: str) -> Voice:
         """The synthesizer's voice of that robot."""
@@ -101,55 +95,6 @@ def user_cache_folder() -> Path | None:
         return (Path(base) if base else Path.home() / ".cache") / "hvcpd" / "units"
     except RuntimeError:
         return None
-
-
-@dataclass(frozen=True)
-class RobotPlan:
-    """Everything that tells one robot from another. `names` are all names known beforehand, its own among them."""
-
-    role: Role
-    names: tuple[str, ...]
-    tasks: TaskRepository
-    start: Pose
-    seed: int
-    teams: tuple[str, ...] = DEFAULT_TEAMS
-    remembered: Mapping[int, tuple[str, str | None]] | None = None
-    acoustics: Acoustics | None = None
-    stopped: bool = False
-    """It was stopped when it was switched off."""
-    drive: Drive = BURGER
-    strangers: bool = False
-    """Robots that it was not told of may come and spell their names."""
-    second: Worker | None = None
-    """Looks again at what the voices of robots do not explain; None: nobody does."""
-    prepared: bool = True
-    """Names that are spelled are listened for at once, and voices by their waveform, which is in the cache, or may be
-    rendered when it is needed; otherwise `Robot.prepare` is to be called."""
-    any_voice: bool = True
-    """It looks for people who are not enrolled too."""
-    keys: KeyRing | None = None
-    """Where the team has a key: everything that matters is sealed, and nothing else is believed."""
-    encrypts: bool = False
-    """It has a key, and hides what it says from all who have not."""
-    counters: Mapping[str, int] | None = None
-    """Of seals and codes, as it remembers them."""
-    home: Place | None = None
-    """Where it comes back to, if that is not where it is at first."""
-    timing: Timing | None = None
-    patience: Patience | None = None
-    """With wrong seals; None for the usual."""
-    reading: WheelReading | None = None
-    """Of its wheels at `start`, if that was kept."""
-    navigator: Navigator | None = None
-    """Finds its ways; None for the usual one."""
-    told: tuple[str, ...] | None = None
-    """The names that all robots were told, where `names` has others that it has learned; None: all."""
-
-    @property
-    def roster(self) -> tuple[str, ...]:
-        """The names that all were told, if its own is one of them."""
-        known = self.names if self.told is None else self.told
-        return known if self.role.listed else ()
 
 
 def make_phrasebook(
@@ -205,10 +150,10 @@ def robot_voice(name: str, sound: Sound) -> str:
     return f"{name}, recorded" if name.lower() in sound.recorded else sound.voice_of(name).name
 
 
-def voices_of(names: Iterable[str], sound: Sound) -> dict[str, str]:
-    """The same of robots and people, by name in lower case."""
-    people = {key: person.voice for key, person in sound.people.items()}
-    return {name.lower(): people.get(name.lower()) or robot_voice(name, sound) for name in names}
+def voices_of(names: Iterable[str], sound: Sound, people: Mapping[str, Person]) -> dict[str, str]:
+    """The same of robots and of those who are enrolled, by name in lower case."""
+    voices = {key: person.voice for key, person in people.items()}
+    return {name.lower(): voices.get(name.lower()) or robot_voice(name, sound) for name in names}
 
 
 def make_ears(
@@ -278,67 +223,62 @@ def templates_of(words: Iterable[str], voice: Voice, sound: Sound) -> dict[str, 
 
 def make_robot(plan: RobotPlan, sound: Sound) -> Robot:
     """A whole robot. It listens for the voices of all names but its own."""
-    phrasebook = phrasebook_of(plan, plan.names)
-    role = replace(
-        plan.role,
-        roster=sound.robots(plan.roster),
-        speech=replace(plan.role.speech, sealed=plan.keys is not None, encrypted=plan.encrypts),
-    )
-    acoustics = plan.acoustics or Acoustics()
+    names, body, security = plan.team.names, plan.body, plan.security
+    speech = replace(plan.role.speech, sealed=security.keys is not None, encrypted=security.encrypts)
+    acoustics = plan.hearing.acoustics or Acoustics()
     coordination = Coordination(
-        role,
+        replace(plan.role, roster=plan.roster, speech=speech),
         plan.tasks.tasks,
         random.Random(plan.seed),
         (plan.timing or Timing()).for_latency(acoustics.latency_s),
-        remembered=plan.remembered,
-        stopped=plan.stopped,
-        home=plan.home,
+        remembered=plan.memory.tasks,
+        stopped=plan.memory.stopped,
+        home=body.home,
     )
-    ears = make_ears(phrasebook, others(plan, sound.robots(plan.names)), sound, plan.strangers, plan.prepared)
+    phrasebook, ears, listening = _book_and_ears(plan, names, sound, plan.team.strangers)
     return Robot(
         coordination,
         phrasebook,
-        _looking_twice(plan, phrasebook, ears, sound),
+        ears,
         sound.speaker_of(plan.role.name),
-        Odometry(plan.start, plan.drive, plan.reading),
-        Performer(plan.navigator or Navigator(plan.drive)),
-        plan.acoustics,
+        Odometry(body.start, body.drive, body.reading),
+        Performer(body.navigator or Navigator(body.drive)),
+        plan.hearing.acoustics,
         sound.speaker_of(plan.role.name, SLOW),
-        Overhearing(ears.urgent) if ears.urgent is not None else None,
-        make_sealing(plan, sound.robots(plan.roster)),
+        Overhearing(listening.urgent) if listening.urgent is not None else None,
+        make_sealing(plan),
         OwnDelay(),
-        voices_of(plan.names, sound),
+        voices_of(names, sound, plan.hearing.people),
     )
 
 
-def make_sealing(plan: RobotPlan, robots: tuple[str, ...] | None = None) -> Sealing | None:
-    """What seals and judges for the robot, where there is a key; `robots`: of the names, those that have it too."""
-    if plan.keys is None:
+def make_sealing(plan: RobotPlan) -> Sealing | None:
+    """What seals and judges for the robot, where there is a key."""
+    security = plan.security
+    if security.keys is None:
         return None
-    guard = Guard(plan.role.name, plan.keys, plan.counters, patience=plan.patience)
-    return Sealing(guard, plan.encrypts, plan.roster if robots is None else robots)
-
-
-def _looking_twice(plan: RobotPlan, phrasebook: Phrasebook, ears: Listening, sound: Sound) -> Ears:
-    if plan.second is None:
-        return ears
-    opinion = SecondOpinion(phrasebook.people_graph, sound.lexicon, sound.people, plan.any_voice)
-    return SecondEars(ears, opinion, plan.second)
+    guard = Guard(plan.role.name, security.keys, plan.memory.counters, patience=security.patience)
+    return Sealing(guard, security.encrypts, plan.roster)
 
 
 def phrasebook_of(plan: RobotPlan, names: Sequence[str]) -> Phrasebook:
     """The robot's phrasebook once it knows these names. Raises PhraseError."""
-    teams = (*plan.teams, *([plan.role.team] if plan.role.team else []))
-    return make_phrasebook(names, teams, plan.tasks, plan.keys is not None, plan.encrypts)
-
-
-def others(plan: RobotPlan, names: Sequence[str]) -> Sequence[str]:
-    """Of the names those of the peers, whose voices are listened for; its own if there is no other."""
-    return [name for name in names if name.lower() != plan.role.name.lower()] or names
+    teams = (*plan.team.teams, *([plan.role.team] if plan.role.team else []))
+    return make_phrasebook(names, teams, plan.tasks, plan.security.keys is not None, plan.security.encrypts)
 
 
 def make_phrasebook_and_ears(plan: RobotPlan, names: Sequence[str], sound: Sound) -> tuple[Phrasebook, Ears]:
     """The same robot's phrasebook and ears once it knows these names. Raises PhraseError when words clash."""
-    book = phrasebook_of(plan, names)
-    ears = make_ears(book, others(plan, sound.robots(names)), sound, False, plan.prepared)
-    return book, _looking_twice(plan, book, ears, sound)
+    return _book_and_ears(plan, names, sound, False)[:2]
+
+
+def _book_and_ears(
+    plan: RobotPlan, names: Sequence[str], sound: Sound, strangers: bool
+) -> tuple[Phrasebook, Ears, Listening]:
+    """Phrasebook, ears, and those of the ears that listen for robots."""
+    book, hearing = phrasebook_of(plan, names), plan.hearing
+    listening = make_ears(book, plan.peers(names), sound, strangers, hearing.prepared)
+    if hearing.second is None:
+        return book, listening, listening
+    opinion = SecondOpinion(book.people_graph, sound.lexicon, hearing.people, hearing.any_voice)
+    return book, SecondEars(listening, opinion, hearing.second), listening

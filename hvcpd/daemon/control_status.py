@@ -7,7 +7,7 @@ import os
 import time
 from collections import Counter
 from collections.abc import Callable, Sequence
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict, dataclass, field, replace
 from typing import Any
 
 from hvcpd import __version__
@@ -21,6 +21,7 @@ from hvcpd.daemon.journal_service import JournalService
 from hvcpd.daemon.sound_service import SoundService
 from hvcpd.daemon.wheel_service import WheelService
 from hvcpd.daemon.wiring import Wiring
+from hvcpd.people.enrolled import Person
 from hvcpd.ports import STANDSTILL, WheelReading
 from hvcpd.robot.robot import Robot
 
@@ -46,6 +47,11 @@ class Body:
     """Of the battery, as the wheels measured it last."""
     began_s: float = field(default_factory=time.monotonic)
     """When the daemon was started, by the monotonic clock."""
+
+    def know(self, person: Person) -> None:
+        """There are more takes of somebody who is enrolled."""
+        people = {**self.wiring.people, person.name.lower(): person}
+        self.wiring = replace(self.wiring, people=people)
 
     def take(self, reading: WheelReading | None) -> None:
         """Note what the wheels have measured."""

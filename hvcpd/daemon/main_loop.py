@@ -10,7 +10,8 @@ import structlog
 
 from hvcpd.assembly.make import make_robot
 from hvcpd.assembly.name_registry import NameRegistry
-from hvcpd.daemon.adaptation import Adaptation
+from hvcpd.assembly.plan import MemoryPlan
+from hvcpd.daemon.adaptation import Adaptation, CurrentPeople
 from hvcpd.daemon.allocator import give_back_memory
 from hvcpd.daemon.base_request_handler import BaseRequestHandler
 from hvcpd.daemon.cache_warm_up import CacheWarmUp, Preparation
@@ -57,7 +58,6 @@ class Daemon:
         manager: ServiceManager | None = None,
         rereading: Rereading | None = None,
     ) -> None:
-        self._wiring = wiring
         self._listens = f"{wiring.settings.name} of team {wiring.settings.team} listens"
         self._manager = manager or ServiceManager({})
         self._devices = devices
@@ -75,6 +75,11 @@ class Daemon:
         self._listening = False
         self._ending = False
         self._leave_until_s: float | None = None
+
+    @property
+    def _wiring(self) -> Wiring:
+        """The one in force: what is read again meanwhile takes its place."""
+        return self._control.body.wiring
 
     @property
     def listening(self) -> bool:
@@ -122,16 +127,9 @@ class Daemon:
             self._manager.status("making words ready; the first time takes longest")
             acoustics = Acoustics(latency_s=sound.latency_s)
             navigator = self._goal_navigator()
-            plan = self._wiring.plan(
-                remembered,
-                acoustics,
-                self._journal.names,
-                self._journal.stopped,
-                self._journal.counters,
-                here,
-                navigator,
-                self._second,
-            )
+            body, memory = self._control.body, MemoryPlan(remembered, self._journal.stopped, self._journal.counters)
+            enrolled = CurrentPeople(lambda: body.wiring.people)
+            plan = self._wiring.plan(memory, acoustics, self._journal.names, here, navigator, self._second, enrolled)
             warm_up = CacheWarmUp(plan, self._wiring.sound, self._preparation)
             await asyncio.to_thread(warm_up.before_listening, lambda: not self._ending)
             robot = self.robot = await asyncio.to_thread(make_robot, plan, self._wiring.sound)
@@ -140,16 +138,15 @@ class Daemon:
             roster = NameRegistry(plan, self._wiring.sound, settings.names)
             self._name_learning = NameLearning(robot, roster, self._wiring.sound, warm_up)
             stack.push_async_callback(self._name_learning.close)
-            self._control.body.join = self._name_learning.join
-            people = self._wiring.sound.people
-            self._adaptation = Adaptation(settings.name, people, settings.state_dir, self._second)
+            body.join = self._name_learning.join
+            self._adaptation = Adaptation(settings.name, enrolled, body.know, settings.state_dir, self._second)
             stack.push_async_callback(self._adaptation.settled)
 
             await self._find_wheels(stack, navigator)
             await sound.start()
             self._manager.ready(self._listens)
             self._name_learning.prepare()
-            _log.info("listening", names=", ".join(plan.names), latency_s=round(sound.latency_s, 3))
+            _log.info("listening", names=", ".join(plan.team.names), latency_s=round(sound.latency_s, 3))
             stack.callback(sound.tell_losses)
             with self._pose.forgotten_at_the_end():
                 await self._live(robot, sound)

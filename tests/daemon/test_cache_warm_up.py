@@ -11,13 +11,13 @@ import numpy as np
 import pytest
 from structlog.testing import capture_logs
 
-from hvcpd.assembly.make import RobotPlan, Sound, make_robot
+from hvcpd.assembly.make import Sound, make_robot
+from hvcpd.assembly.plan import RobotPlan
 from hvcpd.config.settings import Settings
 from hvcpd.daemon.cache_warm_up import LOGGED_EVERY_S, CacheWarmUp, Chore, Preparation
 from hvcpd.daemon.wiring import wire_up
 from hvcpd.people.ears import AtOnce
 from hvcpd.ports import Samples
-from hvcpd.robot.own_voice import Acoustics
 from hvcpd.synthesis.unit_cache import UnitCache
 
 
@@ -39,7 +39,7 @@ class CountingCache(UnitCache):
 
 def planned(directory: Path, cache: UnitCache | None, **more: object) -> tuple[RobotPlan, Sound]:
     wiring = wire_up(replace(Settings(name="Rob", names=("Rob", "Bot", "Zoe"), state_dir=directory), **more))  # type: ignore[arg-type]
-    return wiring.plan({}, Acoustics(), second=AtOnce()), replace(wiring.sound, cache=cache)
+    return wiring.plan(second=AtOnce()), replace(wiring.sound, cache=cache)
 
 
 @pytest.mark.slow

@@ -81,12 +81,12 @@ def _draw(path: Path, samples: Samples, events: list[Event], title: str) -> None
 
 def events_in(samples: Samples, team: Team) -> Iterator[Event]:
     """Everything that the recogniser reports in a recording, garbled speech too, in order."""
-    robots = team.sound.robots(team.names)
+    robots = tuple(name for name in team.names if name.lower() not in team.people)
     recogniser = make_recogniser(team.phrasebook, robots or team.names, team.sound)
     voices = team.settings.voices
     ears = None
     if voices != "robots":
-        listener = SecondOpinion(team.phrasebook.people_graph, team.sound.lexicon, team.sound.people, voices == "any")
+        listener = SecondOpinion(team.phrasebook.people_graph, team.sound.lexicon, team.people, voices == "any")
         ears = SecondEars(recogniser, listener, AtOnce())
     for start in range(0, len(samples), BLOCK):
         yield from (ears or recogniser).push(samples[start : start + BLOCK])

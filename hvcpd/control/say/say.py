@@ -12,7 +12,7 @@ import re
 import sys
 from contextlib import closing
 
-from hvcpd.assembly.recorded_voices import recorded_voice
+from hvcpd.assembly.voice_assignment import recorded_voice
 from hvcpd.config.names import valid_robot_name
 from hvcpd.control.live.daemon_client import DaemonClient, find_daemon, find_daemon_of
 from hvcpd.control.simulate.team import Team, load_team
