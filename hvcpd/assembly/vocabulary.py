@@ -14,10 +14,10 @@ from numpy.typing import NDArray
 
 from hvcpd.assembly.make import Sound, templates_of
 from hvcpd.errors import PhraseError
-from hvcpd.language.examples import example_sentences
 from hvcpd.language.phrasebook import RESERVED_WORDS, Phrasebook, Vocabulary
 from hvcpd.language.rewording import (
     SYNONYMS_PATH,
+    example_sentences,
     instead_of_deed,
     instead_of_name,
     instead_of_team,

@@ -17,11 +17,11 @@ import structlog
 
 from hvcpd.coordination.actions import SavePeer, SaveStopped, SaveTask
 from hvcpd.daemon.control_socket import locked, socket_path
-from hvcpd.daemon.memory import Memory, MemoryFiles, open_memory
 from hvcpd.daemon.wiring import Wiring
 from hvcpd.errors import StoreError
 from hvcpd.memory.journal import Journal
 from hvcpd.memory.latch import Permit, StopLatch, spare_places
+from hvcpd.memory.opening import Memory, MemoryFiles, open_memory
 from hvcpd.memory.store import TranscriptReader, TranscriptRow
 from hvcpd.memory.store_file import make_directory
 from hvcpd.robot.records import Record, SaveCounter

@@ -24,11 +24,10 @@ from hvcpd.daemon.journal_service import JournalService, Remembered
 from hvcpd.daemon.logging import tell
 from hvcpd.daemon.name_learning import NameLearning
 from hvcpd.daemon.notify import ServiceManager
-from hvcpd.daemon.overload import TOO_BUSY
 from hvcpd.daemon.pose_keeper import KeptPose, PoseKeeper
 from hvcpd.daemon.reloading import Rereading
 from hvcpd.daemon.second_pass import SecondPass
-from hvcpd.daemon.sound_service import SoundService
+from hvcpd.daemon.sound_service import TOO_BUSY, SoundService
 from hvcpd.daemon.wheel_service import WheelService
 from hvcpd.daemon.wiring import Wiring
 from hvcpd.errors import HvcpdError
@@ -77,7 +76,7 @@ class Daemon:
         self._leave_until_s: float | None = None
 
     @property
-    def _wiring(self) -> Wiring:
+    def wiring(self) -> Wiring:
         """The one in force: what is read again meanwhile takes its place."""
         return self._control.body.wiring
 
@@ -103,7 +102,7 @@ class Daemon:
 
         Raises StoreError, DeviceError, ConfigError, and RunningError if a robot of this name runs here already.
         """
-        settings = self._wiring.settings
+        settings = self.wiring.settings
         async with AsyncExitStack() as stack:
             stack.callback(self._manager.close)
             stack.callback(self._control.release)
@@ -129,14 +128,14 @@ class Daemon:
             navigator = self._goal_navigator()
             body, memory = self._control.body, MemoryPlan(remembered, self._journal.stopped, self._journal.counters)
             enrolled = CurrentPeople(lambda: body.wiring.people)
-            plan = self._wiring.plan(memory, acoustics, self._journal.names, here, navigator, self._second, enrolled)
-            warm_up = CacheWarmUp(plan, self._wiring.sound, self._preparation)
+            plan = self.wiring.plan(memory, acoustics, self._journal.names, here, navigator, self._second, enrolled)
+            warm_up = CacheWarmUp(plan, self.wiring.sound, self._preparation)
             await asyncio.to_thread(warm_up.before_listening, lambda: not self._ending)
-            robot = self.robot = await asyncio.to_thread(make_robot, plan, self._wiring.sound)
+            robot = self.robot = await asyncio.to_thread(make_robot, plan, self.wiring.sound)
             self._control.begin(robot)
             give_back_memory()
-            roster = NameRegistry(plan, self._wiring.sound, settings.names)
-            self._name_learning = NameLearning(robot, roster, self._wiring.sound, warm_up)
+            roster = NameRegistry(plan, self.wiring.sound, settings.names)
+            self._name_learning = NameLearning(robot, roster, self.wiring.sound, warm_up)
             stack.push_async_callback(self._name_learning.close)
             body.join = self._name_learning.join
             self._adaptation = Adaptation(settings.name, enrolled, body.know, settings.state_dir, self._second)
@@ -159,12 +158,12 @@ class Daemon:
             self._manager.status(text)
 
     def _goal_navigator(self) -> GoalNavigator | None:
-        wheels = self._wiring.settings.wheels
+        wheels = self.wiring.settings.wheels
         is_wanted = wheels.driver == "ros" and wheels.ros_mode == "goal"
-        return GoalNavigator(self._wiring.drive) if is_wanted else None
+        return GoalNavigator(self.wiring.drive) if is_wanted else None
 
     async def _find_wheels(self, stack: AsyncExitStack, navigator: GoalNavigator | None) -> None:
-        wheels = self._devices.make_wheels(self._wiring.settings.wheels)
+        wheels = self._devices.make_wheels(self.wiring.settings.wheels)
         if wheels is None:
             return
         self._manager.status("looking for the wheels")
@@ -198,8 +197,8 @@ class Daemon:
             if sound.overload.standing:
                 robot.disturb()
             reading = self._wheels.take_reading() if self._wheels is not None else None
-            if self._wiring.keys is not None:
-                robot.set_clock(self._wiring.wall_s())
+            if self.wiring.keys is not None:
+                robot.set_clock(self.wiring.wall_s())
             output = robot.step(block.samples, reading, block.lost)
             if self._wheels is not None:
                 self._wheels.serve(output.wheels, robot.now)  # first of all: a halt is not to wait
@@ -213,7 +212,7 @@ class Daemon:
             if self._adaptation is not None:
                 self._adaptation.take(output.records)
             for record in output.records:
-                tell(record, self._wiring.tasks)
+                tell(record, self.wiring.tasks)
             self._tell_manager(sound)
             await asyncio.sleep(0)  # signals and finished work get their turn even while sound waits
 
@@ -240,14 +239,14 @@ class Daemon:
         return robot.now >= self._leave_until_s or (robot.coordination.has_left and not robot.speaking)
 
     def _tell_start(self, remembered: Remembered, here: KeptPose | None) -> None:
-        settings = self._wiring.settings
+        settings = self.wiring.settings
         states = [state for state, _ in remembered.values()]
         _log.info(
             "starting",
             name=settings.name,
             team=settings.team,
             mode=settings.mode,
-            tasks=len(self._wiring.tasks.tasks),
+            tasks=len(self.wiring.tasks.tasks),
             done_before=states.count("done"),
         )
         if here is not None:
@@ -257,8 +256,8 @@ class Daemon:
                 y_m=round(here.pose.y_m, 2),
                 reason="the daemon did not end in order; if the robot was carried to its start, restart the service",
             )
-        if states.count("done") == len(self._wiring.tasks.tasks):
-            files = f"{self._wiring.settings.memory_path} and {self._wiring.latch_path}"
+        if states.count("done") == len(self.wiring.tasks.tasks):
+            files = f"{self.wiring.settings.memory_path} and {self.wiring.latch_path}"
             _log.warning(
                 "nothing left to do",
                 reason=f"every task was done before; to begin anew end the daemon and delete {files}",

@@ -10,7 +10,6 @@ from typing import Protocol, TypeVar
 
 from hvcpd.errors import PhraseError, VocabularyError
 from hvcpd.language import messages as m
-from hvcpd.language.alternatives import by_word, refuse_senseless
 from hvcpd.language.automaton import build_graph, expected_after
 from hvcpd.language.binding import CompiledForm, build, compile_form, unbuild
 from hvcpd.language.code_words import words_for
@@ -29,7 +28,7 @@ from hvcpd.language.pattern import (
     words_of,
 )
 from hvcpd.language.spelling import WORD_OF, letter_words
-from hvcpd.language.variants import as_spoken
+from hvcpd.language.variants import as_spoken, by_word, refuse_senseless
 from hvcpd.language.words import number_words, spoken_words, strict_words
 
 _T = TypeVar("_T")

@@ -15,9 +15,8 @@ from hypothesis import strategies as st
 from hvcpd.ports import SAMPLE_RATE_HZ
 from hvcpd.reporting.audio_clip import halve_rate, limited, make_clip
 from hvcpd.reporting.events import Trail
-from hvcpd.reporting.png import encode_png, magma
 from hvcpd.reporting.simplify import length_m, simplified
-from hvcpd.reporting.spectrogram import picture, spectrogram
+from hvcpd.reporting.spectrogram import encode_png, magma, picture, spectrogram
 
 
 def decode_png(png: bytes) -> tuple[np.ndarray, np.ndarray]:

@@ -13,8 +13,7 @@ import numpy as np
 
 import hvcpd
 from hvcpd.assembly.make import make_recogniser
-from hvcpd.control.doctor.command import RunCommand, run_command
-from hvcpd.control.doctor.diagnosis import Diagnosis, fine, note, wrong
+from hvcpd.control.doctor.diagnosis import Diagnosis, RunCommand, fine, note, run_command, wrong
 from hvcpd.control.simulate.team import Team
 from hvcpd.daemon.preflight import find_memory, nearest_there
 from hvcpd.hardware.groups import group_of
