@@ -21,8 +21,8 @@ from hvcpd.config.task_file import load_tasks
 from hvcpd.config.tasks import default_tasks_path
 from hvcpd.coordination.actions import Role
 from hvcpd.language import messages as m
-from hvcpd.language.code_words import BITS
 from hvcpd.language.marks import SEAL_WORDS
+from hvcpd.language.spelling import BITS
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 from hvcpd.robot.records import SaidRecord, SaveCounter
 from hvcpd.robot.robot import Robot

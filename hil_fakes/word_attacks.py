@@ -17,9 +17,9 @@ from hvcpd.coordination.actions import Role
 from hvcpd.coordination.coordination import Coordination
 from hvcpd.coordination.trusting import believes
 from hvcpd.language import messages as m
-from hvcpd.language.code_words import BITS
 from hvcpd.language.marks import SEAL_WORDS, is_sealed
 from hvcpd.language.phrasebook import Phrasebook
+from hvcpd.language.spelling import BITS
 from hvcpd.robot.sealing import Sealing
 from hvcpd.security.guard import CHALLENGE_S, Guard
 from hvcpd.security.keys import KEY_BYTES, KeyRing, TeamKey

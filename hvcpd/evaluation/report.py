@@ -13,7 +13,7 @@ from hvcpd.evaluation import plots
 from hvcpd.evaluation.trials import Findings, Table
 from hvcpd.reporting.files import write_whole
 from hvcpd.reporting.markup import Markup, tag
-from hvcpd.reporting.style import own_file
+from hvcpd.reporting.palette import own_file
 
 STYLE = Markup(
     "main{max-width:60rem;margin:0 auto;padding:1rem}table{border-collapse:collapse;font-size:.85rem}"

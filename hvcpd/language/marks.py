@@ -11,10 +11,10 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 from hvcpd.language import messages as m
-from hvcpd.language.code_words import CODE_WORDS, number_of, words_of
 from hvcpd.language.forms import OPENING, Form
 from hvcpd.language.graph import Arc, WordGraph
 from hvcpd.language.pattern import Choice, Node, Pause, Series, Word
+from hvcpd.language.spelling import CODE_WORDS, number_of, words_of
 from hvcpd.language.words import number_words
 
 SEAL_WORDS = 4

@@ -12,7 +12,6 @@ from hvcpd.errors import PhraseError, VocabularyError
 from hvcpd.language import messages as m
 from hvcpd.language.automaton import build_graph, expected_after
 from hvcpd.language.binding import CompiledForm, build, compile_form, unbuild
-from hvcpd.language.code_words import words_for
 from hvcpd.language.codebook import Codebook
 from hvcpd.language.forms import FORMS, OPEN_KINDS, Kind
 from hvcpd.language.graph import WordGraph, with_phrases
@@ -27,7 +26,7 @@ from hvcpd.language.pattern import (
     render,
     words_of,
 )
-from hvcpd.language.spelling import WORD_OF, letter_words
+from hvcpd.language.spelling import WORD_OF, letter_words, words_for
 from hvcpd.language.variants import as_spoken, by_word, refuse_senseless
 from hvcpd.language.words import number_words, spoken_words, strict_words
 

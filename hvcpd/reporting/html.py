@@ -16,11 +16,10 @@ from hvcpd.reporting.files import write_whole
 from hvcpd.reporting.icons import badge
 from hvcpd.reporting.map_svg import draw_map
 from hvcpd.reporting.markup import Markup, escaped, joined, tag
-from hvcpd.reporting.palette import robot_slot
+from hvcpd.reporting.palette import own_file, robot_slot, style_sheet
 from hvcpd.reporting.simplify import length_m, simplified
 from hvcpd.reporting.spectrogram import choose, figure
 from hvcpd.reporting.story import Story, TaskStory, tell
-from hvcpd.reporting.style import own_file, style_sheet
 from hvcpd.reporting.text import clock, listed, number, plural, repeated
 from hvcpd.reporting.timeline_svg import draw_timeline
 

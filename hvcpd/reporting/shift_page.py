@@ -10,9 +10,8 @@ from hvcpd.language import messages as m
 from hvcpd.reporting.files import write_whole
 from hvcpd.reporting.icons import badge
 from hvcpd.reporting.markup import Markup, escaped, joined, tag
-from hvcpd.reporting.palette import robot_slot
+from hvcpd.reporting.palette import robot_slot, style_sheet
 from hvcpd.reporting.shift import Member, Shift
-from hvcpd.reporting.style import style_sheet
 from hvcpd.reporting.text import clean, percent, plural
 from hvcpd.reporting.timeline_svg import draw_timeline
 

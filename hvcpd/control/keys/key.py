@@ -12,7 +12,7 @@ from pathlib import Path
 
 from hvcpd.config.settings import load_settings
 from hvcpd.errors import EX_OK, KeyFileError, unwritable
-from hvcpd.language.code_words import BITS, number_of, words_of
+from hvcpd.language.spelling import BITS, number_of, words_of
 from hvcpd.language.words import spoken_words
 from hvcpd.security.keyring import (
     CREDENTIAL,

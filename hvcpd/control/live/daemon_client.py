@@ -16,7 +16,6 @@ from pathlib import Path
 from typing import Any
 
 from hvcpd.config.document import parse, read_bytes
-from hvcpd.config.environment import FILE_VARIABLE
 from hvcpd.config.settings import (
     STAND_IN_NAME,
     STATE_DIR,
@@ -25,6 +24,7 @@ from hvcpd.config.settings import (
     Settings,
     load_with_sources,
 )
+from hvcpd.config.sources import FILE_VARIABLE
 from hvcpd.daemon.control_protocol import PROTOCOL
 from hvcpd.daemon.control_socket import short_address, socket_folders, socket_name
 from hvcpd.errors import (
