@@ -20,7 +20,7 @@ from hvcpd.coordination.addressing import is_for, is_for_me_alone
 from hvcpd.coordination.board import Entry
 from hvcpd.coordination.choosing import in_name_conflict
 from hvcpd.coordination.floor import RANK_MAX, Intent, Urgency
-from hvcpd.coordination.knowledge import Heard, Knowledge, Reactions
+from hvcpd.coordination.knowledge import Heard, Knowledge, Reaction, Reactions
 from hvcpd.coordination.states import AT_WORK, NEWCOMER, State, Trigger
 from hvcpd.coordination.table import fire, states_with
 from hvcpd.language import messages as m
@@ -164,36 +164,21 @@ def _move(me: Knowledge, heard: Heard, s: m.Motion) -> None:
         fire(me, Trigger.MOTION, now)
 
 
-def _tell(
-    me: Knowledge,
-    heard: Heard,
-    topic: str,
-    compose: Callable[[Knowledge, str | None], m.Utterance],
-    call: str | None = None,
-) -> None:
-    """Everybody who is asked tells: at once if asked alone, else one after the other."""
-    if is_for(me, heard.to):
-        asker = heard.speaker
-        slot = 0 if is_for_me_alone(me, heard.to) else me.rank(asker or SOMEBODY, 0, heard.now)
-        me.floor.want(Intent(Urgency.ANSWER, topic, lambda: compose(me, asker), slot=slot, call=call), heard.now)
+def _telling(topic: str, tell: Callable[[Knowledge, str | None], m.Utterance], one: bool = False) -> Reaction:
+    """Everybody who is asked tells, or `one` for all: at once if asked alone, else in turn."""
 
+    def reaction(me: Knowledge, heard: Heard, _: m.Statement) -> None:
+        alone, asker = is_for_me_alone(me, heard.to), heard.speaker
+        if not is_for(me, heard.to) or (one and me.state in NEWCOMER and not alone):
+            return
+        peer = me.peers.get(asker)
+        if one and peer is not None:
+            peer.assigned = None  # who asks what is left has no order, or no longer
+        name = asker or SOMEBODY
+        slot, call = 0 if alone else me.rank(name, 0, heard.now), name.lower() if one else None
+        me.floor.want(Intent(Urgency.ANSWER, topic, lambda: tell(me, asker), slot=slot, call=call), heard.now)
 
-def _what_doing(me: Knowledge, heard: Heard, _: m.WhatDoing) -> None:
-    _tell(me, heard, "doing", composing.occupation)
-
-
-def _report_wanted(me: Knowledge, heard: Heard, _: m.ReportWanted) -> None:
-    _tell(me, heard, "report", composing.shift_report)
-
-
-def _what_left(me: Knowledge, heard: Heard, _: m.WhatLeft) -> None:
-    """One answers for all."""
-    if not is_for(me, heard.to) or (me.state in NEWCOMER and not is_for_me_alone(me, heard.to)):
-        return
-    asker = me.peers.get(heard.speaker)
-    if asker is not None:
-        asker.assigned = None  # who asks has no order, or no longer
-    _tell(me, heard, "left", composing.left, call=(heard.speaker or SOMEBODY).lower())
+    return reaction
 
 
 REACTIONS: Reactions = {
@@ -207,7 +192,7 @@ REACTIONS: Reactions = {
     m.ComeBack: _move,
     m.MoveBy: _move,
     m.TurnBy: _move,
-    m.WhatDoing: _what_doing,
-    m.WhatLeft: _what_left,
-    m.ReportWanted: _report_wanted,
+    m.WhatDoing: _telling("doing", composing.occupation),
+    m.ReportWanted: _telling("report", composing.shift_report),
+    m.WhatLeft: _telling("left", composing.left, one=True),
 }

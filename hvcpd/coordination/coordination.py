@@ -67,8 +67,6 @@ class Coordination:
         else:
             me.arm(now, timing.wake_min_s + rng.random() * timing.wake_spread_s)
 
-    # --- what its owner tells it -------------------------------------------------------------------------------
-
     def heard(
         self,
         utterance: m.Utterance,
@@ -206,8 +204,6 @@ class Coordination:
         if intent is not None:
             self._begin(intent, now)
 
-    # --- what its owner asks of it -----------------------------------------------------------------------------
-
     def next_deadline(self) -> float:
         """When `tick` must be called at the latest; infinity if nothing is due."""
         me = self.knowledge
@@ -246,8 +242,6 @@ class Coordination:
     def has_left(self) -> bool:
         """Whether it has said that it leaves."""
         return self.state is State.GONE
-
-    # --- its turns ---------------------------------------------------------------------------------------------
 
     def _is_second(self, u: m.Utterance, now: float) -> bool:
         """Whether this is the sentence that was understood just before, said once more: it is not acted on again."""

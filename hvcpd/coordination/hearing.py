@@ -24,7 +24,7 @@ def react(me: Knowledge, heard: Heard) -> None:
     if me.state in DEPARTING and not isinstance(heard.utterance.statement, m.Stop):
         return
     relaying.overheard(me, heard)
-    heard = relaying.direct(me, heard)
+    heard = relaying.direct(me, heard)  # from here on as if the one whose words they are had said them itself
     statement = heard.utterance.statement
     repair.note(me, heard)
     earshot.note(me, heard)

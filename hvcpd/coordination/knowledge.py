@@ -275,5 +275,7 @@ class Heard:
         return self.utterance.addressee
 
 
-Reactions = dict[type, Callable[[Knowledge, Heard, Any], None]]
-"""What a robot does about a sentence, by the type of its statement, which is handed to it too."""
+Reaction = Callable[[Knowledge, Heard, Any], None]
+"""What a robot does about a sentence, whose statement is handed to it too."""
+Reactions = dict[type, Reaction]
+"""The same by the statement's type."""
