@@ -35,9 +35,7 @@ def test_it_waits_for_others_as_long_as_it_is_told(tmp_path: Path) -> None:
     wiring = wire_up(Settings(name="Rob", state_dir=tmp_path, waits=WaitSettings(900.0, 300.0, 8.0)))
     timing = wiring.plan().timing
     assert timing == Timing(absent_s=900.0, lease_s=300.0, answer_s=8.0)
-    assert wire_up(Settings(name="Rob", state_dir=tmp_path)).plan().timing == Timing(), (
-        "the same defaults"
-    )
+    assert wire_up(Settings(name="Rob", state_dir=tmp_path)).plan().timing == Timing(), "the same defaults"
 
 
 def test_a_robot_is_made_with_these_times(tmp_path: Path) -> None:
@@ -52,10 +50,7 @@ def test_a_task_that_is_not_there_is_told(tmp_path: Path) -> None:
 
 
 def test_only_a_name_that_the_others_were_told_is_not_spelled(tmp_path: Path) -> None:
-    listed = {
-        name: wire_up(Settings(name=name, state_dir=tmp_path)).plan().role.listed
-        for name in ("Rob", "Zorg")
-    }
+    listed = {name: wire_up(Settings(name=name, state_dir=tmp_path)).plan().role.listed for name in ("Rob", "Zorg")}
     assert listed == {"Rob": True, "Zorg": False}
 
 
