@@ -8,7 +8,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
-from hvcpd.assembly.rendered_waveforms import MadeWhenAsked, Shelf, SpokenBook
+from hvcpd.assembly.rendered_waveforms import LazyMapping, SpokenBook, WaveformCache
 from hvcpd.config.settings import DEFAULT_TEAMS as DEFAULT_TEAMS
 from hvcpd.config.tasks import Place, TaskRepository
 from hvcpd.coordination.actions import SLOW_STRETCH, Role, Timing
@@ -177,7 +177,7 @@ def make_recogniser(phrasebook: Phrasebook, names: Sequence[str], sound: Sound, 
     listened to: to render them again and again would take too long.
     """
     speakers = {robot_voice(name, sound): name for name in names}
-    bank = MadeWhenAsked(speakers, lambda voice: word_bank(phrasebook, sound.speaker_of(speakers[voice])))
+    bank = LazyMapping(speakers, lambda voice: word_bank(phrasebook, sound.speaker_of(speakers[voice])))
     sealed = Kind.SEALED in phrasebook.vocabulary.kinds
     settings = RecogniserSettings(spotter=SpotterSettings(beam=Beam(max_pairs=SEALED_PAIRS))) if sealed else None
     coherent = make_coherent(phrasebook, names, sound, prepared) if sound.cache is not None else None
@@ -190,10 +190,10 @@ def make_coherent(
     """Hears the same voices by their waveform, where noise hides the words."""
     graph = phrasebook.marked_graph
     speakers = {robot_voice(name, sound): name for name in names}
-    shelf = Shelf()
-    usual = [SpokenBook(voice, sound.speaker_of(name), graph.words, shelf) for voice, name in speakers.items()]
+    waveforms = WaveformCache()
+    usual = [SpokenBook(voice, sound.speaker_of(name), graph.words, waveforms) for voice, name in speakers.items()]
     slow = [
-        SpokenBook(voice, sound.speaker_of(name, SLOW), graph.words, shelf)
+        SpokenBook(voice, sound.speaker_of(name, SLOW), graph.words, waveforms)
         for voice, name in speakers.items()
         if name.lower() not in sound.recorded
     ]
@@ -228,7 +228,7 @@ def make_spelled(phrasebook: Phrasebook, sound: Sound, watch: Watch | None = Non
     """Hears names being spelled, in every voice; `watch`: of another recogniser on the same microphone."""
     graph = phrasebook.spelling_graph
     speakers = {voice.name: Speaker(voice, sound.lexicon, sound.cache) for voice in VOICES}
-    bank = MadeWhenAsked(speakers, lambda voice: MadeWhenAsked(graph.words, speakers[voice].templates))
+    bank = LazyMapping(speakers, lambda voice: LazyMapping(graph.words, speakers[voice].templates))
     return Recogniser(graph, bank, RecogniserSettings(min_confidence=MIN_SPELLED_CONFIDENCE), watch=watch)
 
 
@@ -267,7 +267,7 @@ def word_bank(phrasebook: Phrasebook, speaker: Speaker) -> Mapping[str, list[Sam
         phrases = phrasebook.alternatives.get(word, ())
         return speaker.templates(word) + [take for phrase in phrases for take in speaker.phrase_templates(phrase)]
 
-    return MadeWhenAsked(phrasebook.marked_graph.words, rendered)
+    return LazyMapping(phrasebook.marked_graph.words, rendered)
 
 
 def templates_of(words: Iterable[str], voice: Voice, sound: Sound) -> dict[str, list[Samples]]:

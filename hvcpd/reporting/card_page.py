@@ -6,10 +6,12 @@ import math
 import re
 from collections.abc import Iterable, Sequence
 
+from markupsafe import Markup
+
 from hvcpd.config.tasks import TaskDefinition
 from hvcpd.language.card import Card, Line, Topic
 from hvcpd.reporting.icons import badge
-from hvcpd.reporting.markup import Markup, escaped, joined, tag
+from hvcpd.reporting.markup import escaped, joined, tag
 from hvcpd.reporting.palette import robot_slot
 from hvcpd.reporting.style import style_sheet
 from hvcpd.reporting.text import listed

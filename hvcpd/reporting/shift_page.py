@@ -6,10 +6,12 @@ from collections.abc import Collection, Iterable, Sequence
 from datetime import datetime
 from pathlib import Path
 
+from markupsafe import Markup
+
 from hvcpd.language import messages as m
 from hvcpd.reporting.files import write_whole
 from hvcpd.reporting.icons import badge
-from hvcpd.reporting.markup import Markup, escaped, joined, tag
+from hvcpd.reporting.markup import escaped, joined, tag
 from hvcpd.reporting.palette import robot_slot
 from hvcpd.reporting.shift import Member, Shift
 from hvcpd.reporting.style import style_sheet
@@ -129,7 +131,7 @@ def page(shift: Shift) -> str:
 
 
 def _classed(element: Markup, kind: str) -> Markup:
-    return Markup(element.replace("<dl>", f'<dl class="{kind}">', 1))
+    return element.replace("<dl>", Markup(f'<dl class="{kind}">'), 1)
 
 
 def _figures(shift: Shift) -> list[tuple[str, str]]:

@@ -6,11 +6,12 @@ import base64
 from dataclasses import dataclass
 
 import numpy as np
+from markupsafe import Markup
 from numpy.typing import NDArray
 
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 from hvcpd.reporting.audio_clip import slice_of
-from hvcpd.reporting.markup import Markup, joined, tag
+from hvcpd.reporting.markup import joined, tag
 from hvcpd.reporting.png import encode_png, magma
 from hvcpd.reporting.story import Line, Story
 from hvcpd.reporting.text import clock

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from importlib import resources
 
-from hvcpd.reporting.markup import Markup
+from markupsafe import Markup
+
 from hvcpd.reporting.palette import ROBOT_DARK, ROBOT_LIGHT
 
 
