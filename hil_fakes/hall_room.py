@@ -7,7 +7,6 @@ from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.fft import irfft, next_fast_len, rfft
 
 from hil_fakes.room import DelayLine
 from hvcpd.ports import Samples
@@ -20,6 +19,8 @@ LONGEST = 20_000
 """Samples that a response keeps at most, 1.25 s."""
 _BLOCK = 400
 """Samples that are usually asked for at once; others work, a little more slowly."""
+_FFT_STEP = 1024
+"""Transforms are a multiple of this long: so all their prime factors are 2 or at most 19, and they are quick."""
 
 Respond = Callable[[float], Samples]
 """The impulse response at a distance (m) that is a multiple of STEP_M: the flight time is in it, and direct sound has
@@ -52,12 +53,12 @@ class Echoing:
 
     def _convolved(self, line: DelayLine, n: int, step: int) -> NDArray[np.float64]:
         length = len(self._respond(step))
-        size = next_fast_len(length + max(n, _BLOCK) - 1, real=True)
-        heard = irfft(rfft(line.last(length + n - 1), size) * self._spectrum(step, size), size)
+        size = -(-(length + max(n, _BLOCK) - 1) // _FFT_STEP) * _FFT_STEP
+        heard = np.fft.irfft(np.fft.rfft(line.last(length + n - 1), size) * self._spectrum(step, size), size)
         return np.asarray(heard[length - 1 : length + n - 1], np.float64)
 
     def _spectrum_of(self, step: int, size: int) -> NDArray[np.complex128]:
-        return np.asarray(rfft(self._respond(step).astype(np.float64), size))
+        return np.asarray(np.fft.rfft(self._respond(step).astype(np.float64), size))
 
 
 def shortened(response: Samples) -> Samples:

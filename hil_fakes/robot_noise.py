@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.signal import lfilter
 
+from hil_fakes.filters import one_pole
 from hvcpd.ports import SAMPLE_RATE_HZ
 
 FAN_BLADES_HZ = 280.0
@@ -33,7 +33,7 @@ def unit(sound: NDArray[np.float64]) -> NDArray[np.float64]:
 def fan(n: int, random_: np.random.Generator) -> NDArray[np.float64]:
     """Air noise that falls above FAN_CORNER_HZ, and blade tones of slightly wandering speed."""
     pole = np.exp(-2.0 * np.pi * FAN_CORNER_HZ / SAMPLE_RATE_HZ)
-    air = unit(lfilter([1.0], [1.0, -pole], random_.standard_normal(n)))
+    air = unit(one_pole(random_.standard_normal(n), pole))
     phase = np.cumsum(FAN_BLADES_HZ * (1.0 + 0.004 * _wander(n, 2.0, random_))) * 2.0 * np.pi / SAMPLE_RATE_HZ
     tones = sum(np.sin(k * phase + k * k) / k for k in range(1, 6))
     return unit(air + unit(np.asarray(tones)) * 10.0 ** (FAN_TONE_DB / 20.0))
@@ -53,7 +53,7 @@ def motor(n: int, random_: np.random.Generator) -> NDArray[np.float64]:
     phase = np.cumsum(MOTOR_HZ * speed) * 2.0 * np.pi / SAMPLE_RATE_HZ
     tones = sum(np.sin(order * phase + order) / np.sqrt(order) for order in MESH)
     pole = np.exp(-2.0 * np.pi * 2000.0 / SAMPLE_RATE_HZ)
-    hiss = unit(lfilter([1.0], [1.0, -pole], random_.standard_normal(n))) * 10.0 ** (MOTOR_HISS_DB / 20.0)
+    hiss = unit(one_pole(random_.standard_normal(n), pole)) * 10.0 ** (MOTOR_HISS_DB / 20.0)
     return unit((unit(np.asarray(tones)) + hiss) * speed)
 
 

@@ -14,8 +14,8 @@ from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.signal import lfilter
 
+from hil_fakes.filters import one_pole
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 
 Point = tuple[float, float]
@@ -79,7 +79,7 @@ class PinkNoise:
     def __init__(self, rms: float, seed: int) -> None:
         self._scale = rms / _PINK_RMS
         self._generator = np.random.default_rng(seed)
-        self._states = [np.zeros(1) for _ in _PINK_POLES]
+        self._states = [0.0 for _ in _PINK_POLES]
         self._ready: Samples = np.zeros(0, np.float32)
 
     def take(self, n: int) -> Samples:
@@ -93,7 +93,8 @@ class PinkNoise:
         white = self._generator.standard_normal(SAMPLE_RATE_HZ // 4)
         total = _PINK_DIRECT * white
         for k, (pole, gain) in enumerate(zip(_PINK_POLES, _PINK_GAINS, strict=True)):
-            part, self._states[k] = lfilter([gain], [1.0, -pole], white, zi=self._states[k])
+            part = one_pole(gain * white, pole, self._states[k])
+            self._states[k] = float(part[-1])
             total += part
         return (self._scale * total).astype(np.float32)
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from enum import Enum
+from functools import lru_cache
 from itertools import cycle
 
 import numpy as np
@@ -80,7 +81,7 @@ class Speaker:
         self.voice = voice
         self._lexicon = lexicon
         self._cache = cache
-        self._units: dict[tuple[Pronunciation, UnitPosition, float], Samples] = {}
+        self._said = lru_cache(UNITS_KEPT if cache is not None else None)(self._make_read_only)
 
     def unit(self, word: str, position: UnitPosition, pitch: float = 1.0, place: Place | None = None) -> Samples:
         """One word as sound, shape (n,), read-only; `pitch` multiplies the voice's pitch.
@@ -90,19 +91,12 @@ class Speaker:
         """
         return self._said(self._lexicon.pronounce(word, place), position, pitch)
 
-    def _said(self, phones: Pronunciation, position: UnitPosition, pitch: float = 1.0) -> Samples:
-        key = (phones, position, pitch)
-        unit = self._units.pop(key, None)
-        if unit is None:
-            unit = self._make(key)
-            unit.flags.writeable = False
-            if self._cache is not None and len(self._units) >= UNITS_KEPT:
-                del self._units[next(iter(self._units))]
-        self._units[key] = unit  # the last of all, as it was asked for last
+    def _make_read_only(self, phones: Pronunciation, position: UnitPosition, pitch: float) -> Samples:
+        unit = self._make(phones, position, pitch)
+        unit.flags.writeable = False
         return unit
 
-    def _make(self, key: tuple[Pronunciation, UnitPosition, float]) -> Samples:
-        phones, position, pitch = key
+    def _make(self, phones: Pronunciation, position: UnitPosition, pitch: float) -> Samples:
         if not phones:
             return np.zeros(0, dtype=np.float32)
 
@@ -123,7 +117,7 @@ class Speaker:
         edge = round(LEAD_S * SAMPLE_RATE_HZ)
         found = []
         for phones in self._lexicon.spoken(word):
-            medial, final = self._said(phones, UnitPosition.MEDIAL), self._said(phones, UnitPosition.FINAL)
+            medial, final = (self._said(phones, position, 1.0) for position in UnitPosition)
             found += [medial[edge : len(medial) - edge], final[edge:]]
         return found
 
@@ -135,7 +129,7 @@ class Speaker:
     def sounds(self, word: str, pitch: float) -> list[Samples]:
         """The same, the sounds alone."""
         return [
-            self._make((phones, position, pitch)) for phones in self._lexicon.spoken(word) for position in UnitPosition
+            self._make(phones, position, pitch) for phones in self._lexicon.spoken(word) for position in UnitPosition
         ]
 
     def phrase_templates(self, words: Sequence[str]) -> list[Samples]:
