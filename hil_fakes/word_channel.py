@@ -83,9 +83,9 @@ class WordChannel:
 
     A sentence that overlaps another one, or the listener's own, is garbled. `touched` runs for every talker that
     something happened to (to collect its actions). `earshot(speaker, listener)` tells who can hear whom now, and
-    `fading` with what chance a sentence is lost on that way, besides what `conditions` lose; `mishear` makes the
-    wrong sentence. What a listener cannot follow, for names that it does not know, is garbled. `judge` tells what a
-    listener makes of a sentence with a seal.
+    `fading` with what probability a sentence is lost on that way, besides what `conditions` lose; `mishear` makes the
+    wrong sentence; `misses(listener, utterance)` tells who hears nothing of one. A sentence that a listener does not
+    follow, because it does not know a name, is garbled. `judge` tells what a listener makes of a sentence with a seal.
     """
 
     talkers: Mapping[str, Talker]
@@ -96,6 +96,7 @@ class WordChannel:
     earshot: Callable[[str, str], bool] | None = None
     fading: Callable[[str, str], float] | None = None
     mishear: Callable[[Utterance, random.Random], Utterance] = lambda utterance, _chance: utterance
+    misses: Callable[[str, Utterance], bool] = lambda _listener, _utterance: False
     follows: Callable[[str, Utterance], bool] | None = None
     judge: Callable[[str, Utterance], tuple[Utterance, Trust]] = lambda _listener, utterance: (utterance, Trust.OPEN)
     now: float = 0.0
@@ -233,6 +234,8 @@ class WordChannel:
 
     def _deliver(self, listener: str, sound: Sound, overlap: list[Sound]) -> None:
         talker, chance = self.talkers[listener], self._chance
+        if self.misses(listener, sound.utterance):
+            return
         if self.earshot is not None:
             overlap = [s for s in overlap if self._audible(s, listener)]
         if overlap or sound.cut:

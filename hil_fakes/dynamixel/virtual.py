@@ -59,6 +59,10 @@ class VirtualPort:
         if self.is_open and self.plugged:
             self._inbox += wire
 
+    def inject(self, data: bytes) -> None:
+        """Have these bytes come next, as noise on the line would."""
+        self._inbox += data
+
     def _check(self) -> None:
         if not self.plugged:
             raise OSError(errno.EIO, "the adapter is unplugged")

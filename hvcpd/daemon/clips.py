@@ -66,6 +66,11 @@ class Clips:
             if isinstance(record, GarbledRecord):
                 self._keep(self._stretch(record.start_s - BEFORE_S, record.end_s + AFTER_S), settings)
 
+    @property
+    def kept_s(self) -> float:
+        """Length of the sound in memory, s."""
+        return self._length / SAMPLE_RATE_HZ
+
     async def close(self) -> None:
         """Write what waits."""
         while self._flights:

@@ -69,6 +69,10 @@ class MasterWatch:
         """Begin to ask."""
         self._thread.start()
 
+    def wait(self, timeout_s: float) -> None:
+        """Wait until there is a fault, for `timeout_s` at most."""
+        self._thread.join(timeout_s)
+
     def close(self) -> None:
         """Ask no more."""
         self._over.set()
