@@ -39,7 +39,7 @@ BLOCK = 400
 NOISE_RMS = 0.003
 """20 dB below speech of LEVEL."""
 LEVEL = 0.3
-"""Of the synthesizer's own: about -30 dBFS at the microphone."""
+"""Factor of the synthesizer's own level: about -30 dBFS at the microphone."""
 QUIET_S = 1.6
 """After this without a word nobody answers any more: the longest gap of an answer, and some more."""
 MOTIONS = (m.TurnBy(90.0), m.TurnBy(-90.0), m.MoveBy(1.0), m.MoveBy(2.0), m.ComeBack())

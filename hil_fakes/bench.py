@@ -64,25 +64,26 @@ class BenchPlan:
     nearest_first: bool = False
     air: Air = field(default_factory=Air)
     ways: Ways | None = None
-    """Of sound between two robots; None: through free air."""
+    """Ways of sound between two robots; None: through free air."""
     noise_at: Callable[[int], Noise] | None = None
     """Makes what the microphone of each robot takes in quiet; None: pink noise, as loud as `air` has it."""
     hasty: bool = False
-    """Who claims a task drives off at once, as the paper's robots do; ours stand still until they are heard."""
+    """Whether a robot that claims a task drives off at once, as the paper's robots do; ours stand still until they are
+    heard."""
     strangers: bool = False
     """Each robot knows no name but its own beforehand."""
     speech: Speech = field(default_factory=Speech)
     """How all of them speak."""
     keys: KeyRing | None = None
-    """Where the team has a key."""
+    """The team's keys; None: no sentence is sealed."""
     encrypts: bool = False
-    """It has one, and its robots hide what they say."""
+    """Whether robots with a key also hide what they say."""
     starts: tuple[Pose, ...] | None = None
-    """Where the robots start; None: in rows, a metre apart."""
+    """Places where the robots start; None: in rows, a metre apart."""
     met_s: float = 0.0
     """Until then they hear each other as if they stood in rows a metre apart: who has met knows who is there."""
     timing: Timing | None = None
-    """How long they wait for each other; None for the usual."""
+    """Times for which robots wait for each other; None: the usual ones."""
     earshot_m: float = math.inf
     """Robots farther from each other than this hear nothing of each other, whatever the air,"""
     earshot_from_s: float = 0.0

@@ -18,7 +18,7 @@ Absorption = Callable[[NDArray[np.float64]], NDArray[np.float64]]
 WATER_M_S = 1490.0
 """Sea water of 10 °C, 35 g of salt a kilogram, at 10 m (K. V. Mackenzie, JASA 70, 1981: 1489.97 m/s)."""
 TAPS = 65
-"""Of the filter: 4 ms, for absorption changes slowly with frequency."""
+"""Length of the filter: 4 ms, because absorption changes slowly with frequency."""
 _HALF = TAPS // 2
 _STEPS_A_DOUBLING = 48
 """A filter serves for distances of so fine a step: absorption within 1.5 %."""

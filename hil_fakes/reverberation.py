@@ -15,7 +15,7 @@ HEIGHT_M = 0.25
 START_M = 2.0
 """From the end wall to the speaker."""
 SPEAKER_SHARE = 0.45
-"""Where the speaker stands across the hall, of its width."""
+"""Position of the speaker across the hall, as a share of its width."""
 ASIDE_M = 0.4
 """The listener stands this far aside of the straight line along the hall."""
 MAX_ORDER = 40

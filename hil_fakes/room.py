@@ -102,7 +102,7 @@ class PinkNoise:
 MAX_DISTANCE_M = 60.0
 """Longest way in free air: at it speech is at 29 dB SPL, below any room's noise."""
 CARRIED_M = 5.0
-"""Who moves so far in a block did not drive: it was carried there, and there is no sound of the way."""
+"""Largest move in a block that is driving: whoever moves farther was carried there, and no sound follows its way."""
 _MARGIN = 1024
 """Samples that a delay line holds beyond the longest way: a block, and what interpolation needs."""
 
@@ -155,7 +155,7 @@ class Ways(Protocol):
     """How sound gets from a loudspeaker to a microphone."""
 
     max_distance_m: float
-    """Who is farther away counts as that far."""
+    """Distance to which greater ones are clipped."""
     reach: int
     """The latest that any of a sound still arrives, samples."""
 

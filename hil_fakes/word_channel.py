@@ -50,7 +50,7 @@ class Conditions:
     mishearing: float = 0.0
     """A listener understands another sentence of the phrasebook, which differs in one word."""
     delay_s: float = 0.0
-    """At most so much later than RECOGNITION_S is a sentence reported; drawn anew for each listener."""
+    """Largest delay beyond RECOGNITION_S after which a sentence is reported; drawn anew for each listener."""
     latency_s: float = 0.0
     """From the decision to speak until the first sample is in the air: what sound cards and their drivers hold back."""
     stop_through: float = 1.0
@@ -71,7 +71,7 @@ class Sound:
     pause_s: float = 0.0
     """after so long."""
     noticed_by: tuple[str, ...] = ()
-    """Who heard it begin: they hear it end, wherever they are by then."""
+    """Robots that heard it begin: they hear it end, wherever they are by then."""
 
     def overlaps(self, other: Sound) -> bool:
         return self.start_s < other.end_s and self.end_s > other.start_s

@@ -33,7 +33,7 @@ from hvcpd.coordination.coordination import Coordination
 from hvcpd.language import messages as m
 
 STEP_S = 5.0
-"""So often it is looked whether all is done."""
+"""Interval at which the mission checks whether all is done."""
 
 
 @dataclass(frozen=True)
@@ -69,7 +69,7 @@ class WordPlan:
     """How all of them speak."""
     timing: Timing = field(default_factory=Timing)
     seals: WordSeals | None = None
-    """Where the team has a key."""
+    """Seals of a team with a key; None: no sentence is sealed."""
     limit_s: float = 10_000.0
     settle_s: float = 20.0
 

@@ -15,11 +15,12 @@ NAMES = tuple("Rob Bot Max Zoe Ada Kim Leo Mia Tom Eva Sam Ida Ben Joy Pip Gus N
 ROOM_M = 6.0
 """Half the side of the room that the tasks are strewn over."""
 MISHEARING_MAX = 0.01
-"""Of the sentences that a robot reports, at most so many are wrong; the recogniser's own rate is measured elsewhere."""
+"""Largest share of a robot's reported sentences that is wrong; the recogniser's own rate is measured elsewhere."""
 DELAY_S = 0.05
 """By so much the robots' recognisers report one sentence at different times."""
 EARSHOT_M = (5.0, 9.0)
-"""How far a voice carries where it fades: less than the way to most plants; in noise as loud as speech it is 8 m."""
+"""Distance that a voice carries where it fades: less than the way to most plants; in noise as loud as speech it is
+8 m."""
 CLEAR = 0.6
 """Up to this share of that way nothing is lost."""
 FADING_LIMIT_S = 4000.0

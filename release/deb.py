@@ -47,7 +47,7 @@ FILES = {
     "CHANGELOG.md": "usr/share/doc/hvcpd/changelog",
     "release/debian/copyright": "usr/share/doc/hvcpd/copyright",
 }
-"""Where files of the repository go; those under etc/ are conffiles: what a person changed there stays."""
+"""Destination of each file of the repository; those under etc/ are conffiles: what a person changed there stays."""
 
 COMMANDS = {"hvcpd": "hvcpd.cli", "hvcpctl": "hvcpd.control.cli"}
 

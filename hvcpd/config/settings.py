@@ -26,7 +26,7 @@ SYSTEM_SETTINGS_PATH = Path("/etc/hvcpd/hvcpd.yaml")
 """Read if no other file is named; it need not be there."""
 
 STATE_DIR = Path("/var/lib/hvcpd")
-"""Where a service keeps its state, by the Filesystem Hierarchy Standard."""
+"""Folder where a service keeps its state, by the Filesystem Hierarchy Standard."""
 
 MAX_KNOWN_NAMES = 12
 """Robots known beforehand; each name makes the recognizer's network larger, and a class room has no more."""

@@ -43,7 +43,7 @@ ARGUMENTS: dict[str, tuple[type, ...]] = {
     "arrived": (bool,),
     "reason": (str,),
 }
-"""Of the command `base`: odometry, or why there is none, or what became of a goal."""
+"""Arguments of the command `base`: odometry, or why there is none, or what became of a goal."""
 
 _log = structlog.get_logger(__name__)
 

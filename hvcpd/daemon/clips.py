@@ -22,7 +22,8 @@ from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 from hvcpd.robot.records import GarbledRecord, Record
 
 KEPT_S = 20.0
-"""Of sound in memory, 1.3 MB: the longest that counts as one piece of speech, with what stands around it."""
+"""Length of the sound kept in memory, 1.3 MB: the longest that counts as one segment of speech, with its
+surroundings."""
 BEFORE_S, AFTER_S = 0.5, 0.2
 """Kept around the speech: enough to hear the noise that it came out of."""
 MAX_WAITING = 4

@@ -21,7 +21,7 @@ MAX_LINE_BYTES = 8192
 
 MAX_ID_LENGTH = 64
 MAX_NUMBER = 2**53
-"""Beyond, JSON's readers in other languages lose digits (RFC 8259, section 6)."""
+"""Largest number accepted: beyond it JSON's readers in other languages lose digits (RFC 8259, section 6)."""
 
 Id = str | int | None
 

@@ -32,7 +32,8 @@ MAX_WAITING = 1000
 RETRY_S = 1.0
 """After a failure nothing is tried for so long (sample clock): each try may wait 1 s for another process."""
 LATCH_S = 5.0
-"""So long who says "stop" waits to hear that it is kept: half of the patience of `hvcpctl`."""
+"""Longest time that a client that sent "stop" waits until the stop is on the disk: half of the patience of
+`hvcpctl`."""
 
 Remembered = dict[int, tuple[str, str | None]]
 

@@ -24,7 +24,7 @@ SECRETS = frozenset({"key", "secret", "password", "code", "otp", "token"})
 """Names under which nothing is ever written."""
 
 BURST = 20
-"""So many lines of one kind in a row: five tasks, three retries and every peer's greeting fit."""
+"""Maximum number of lines of one kind in a row: five tasks, three retries and every peer's greeting fit."""
 REFILL_S = 3.0
 """After so long one more: a sentence lasts as long, so that no conversation is cut."""
 

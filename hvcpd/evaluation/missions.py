@@ -27,7 +27,7 @@ from hvcpd.synthesis.leveling import audible
 ONE, OTHER = "Rob", "Bot"
 """The paper's pair. (PocketSphinx hears other names, as they rhyme: `listeners.CALLED`.)"""
 WATER_S = 1.0
-"""How long a robot waters: short, for only the talk is of interest."""
+"""Duration of watering: short, because only the talk is of interest."""
 END_WALL_M = 0.5
 """Nobody stands nearer to the far wall."""
 LIMIT_S = 240.0

@@ -15,9 +15,9 @@ from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 
 PORCUPINE = "Porcupine"
 NAMES = ("Jarvis", "Bumblebee", "Terminator", "Computer")
-"""Of its built-in words, those that can be a robot's name."""
+"""Built-in words of Porcupine that can be a robot's name."""
 LATE_S = 0.5
-"""It reports a word up to so long after it was said."""
+"""Longest delay from the end of a word to its report."""
 
 
 def available() -> bool:

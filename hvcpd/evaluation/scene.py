@@ -24,7 +24,7 @@ LEAD_S = 3.0
 GAP_S = (1.2, 2.5)
 """Silence between two sentences, shortest and longest."""
 SHIFT_M = 1.5
-"""Both robots stand up to so much farther along the hall, drawn for each block of trials."""
+"""Largest shift of both robots along the hall, drawn for each block of trials."""
 FITTED_ROBOT_NOISE_DB_SPL = 57.5
 """At which PocketSphinx, a recogniser for general speech as the paper's is, understands half of the calls at 120 cm, as
 the paper's does: 95 % interval 56.6 to 58.3 dB (`hvcpctl evaluate fit --trials 12`, seed 1)."""
@@ -37,7 +37,7 @@ class Bench:
     hall: Hall = field(default_factory=lambda: Hall((24.0, 6.0, 3.0), 0.45))
     """An office corridor or class room with furniture has 0.4 to 0.6 s (DIN 18041:2016, figure 2, class A4)."""
     speech_db_spl: float = Air().speech_db_spl
-    """Of the sentence's audible part, RMS, at 1 m in front of the loudspeaker."""
+    """RMS level of the sentence's audible part at 1 m in front of the loudspeaker."""
     loudspeaker_hz: tuple[float, float] = (300.0, 6000.0)
     """Corners of a small loudspeaker, 12 dB an octave beyond."""
     ambient_db_spl: float = 20.0

@@ -26,7 +26,7 @@ SPEED_M_S = 0.211
 ANSWER_S = 1.0
 """Between one robot's claim and the other's: to understand, and to listen whether nobody else speaks."""
 CLAIMS = tuple(f"Hi all, I am {CALLER}, I will complete task {number}" for number in ("one", "two"))
-"""Both in the one voice that listeners are tried with."""
+"""The two claims, in the one voice that listeners are tried with."""
 FIRST, SECOND = 1, 2
 SAID_M = (0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 1.0, 1.1, 1.2, 1.4, 1.7, 2.0)
 QUICK_SAID_M = (0.2, 0.4, 0.6, 0.8, 1.1)

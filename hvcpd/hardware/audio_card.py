@@ -33,7 +33,8 @@ FILLED_BLOCKS = 2
 WATCHED_BLOCKS = 40
 """The filling is averaged over so many blocks: sound servers take what waits in lumps of a block and more."""
 BEHIND_BLOCKS = 2
-"""So much that still waits to be heard comes late: after a stall a sound server delivers all that it has kept."""
+"""Number of blocks that, still unread, mean that the microphone is behind: after a stall a sound server delivers all
+that it has kept."""
 SLACK_BLOCKS = 0.75
 """The mean filling may stray by so much before silence is left out or added: 19 ms of 25 ms blocks, which two clocks
 100 ppm apart need three minutes for."""

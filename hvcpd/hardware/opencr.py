@@ -41,7 +41,8 @@ COMMAND_PER_UNIT = 100
 
 BATTERY_UNIT_V = 0.01
 EFFORT_UNIT = 0.001
-"""Of the "present current": a Burger's XL430 has no current sensor, the firmware reads its load (0.1 %) instead."""
+"""Unit of the "present current": a Burger's XL430 has no current sensor, the firmware reads its load (0.1 %)
+instead."""
 
 NO_MOTORS = -1
 """Device status when the motors did not answer the controller at its start."""

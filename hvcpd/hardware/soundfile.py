@@ -32,7 +32,8 @@ MAX_FILE_BYTES = 2_000_000_000
 """Larger files are refused: their header cannot hold their length, and a robot cannot hold their samples."""
 
 MAX_SAMPLES = MAX_FILE_BYTES // 2
-"""Of all channels: what a header that is broken may state at most, and what a WAV file of that size can hold."""
+"""Most samples of all channels that are read: as many as a WAV file of MAX_FILE_BYTES can hold; a broken header may
+state more."""
 
 MAX_LEVEL = 64.0
 """Samples of float files beyond 36 dB over full scale are clipped here, so that filters cannot overflow."""

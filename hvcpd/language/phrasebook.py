@@ -38,7 +38,7 @@ HIGHEST_NUMBER_ALWAYS_KNOWN = 10
 """Task numbers up to here can be spoken of even when no such task exists, so that an order for one is refused aloud."""
 
 DISTANCES_M = {0.5: "half a metre", 1.0: "one metre", 2.0: "two metres", 3.0: "three metres", 5.0: "five metres"}
-"""How far a robot can be told to move in one go: far enough for a room, and few words to be confused."""
+"""Distances that a robot can be told to move in one go: far enough for a room, and few words to be confused."""
 
 VOLTS_STEP = 0.5
 VOLTS = {n + half: f"{n}{' and a half' if half else ''}" for n in range(9, 13) for half in (0.0, VOLTS_STEP)}
@@ -71,7 +71,7 @@ class Vocabulary:
     alternatives: tuple[tuple[str, str], ...] = ()
     """Words, and phrases that count as them when they are heard: ("indigo", "in the go")."""
     kinds: frozenset[Kind] = OPEN_KINDS
-    """Which forms this team uses; each kind makes every listener's network larger."""
+    """Kinds of forms that this team uses; each makes every listener's network larger."""
 
 
 _COMPILED = tuple(map(compile_form, FORMS))

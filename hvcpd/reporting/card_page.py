@@ -22,7 +22,7 @@ _WALL_LINE, _WALL_LINES = 42, 6
 """Letters of a line on the sheet for the wall (90 mm at 8.8 points), and lines that it has for tasks; more have a sheet
 of their own."""
 _MANY_LETTERS = 80
-"""Of the names and the example; beyond, the sheet for the wall has smaller print."""
+"""Letters of the names and the example beyond which the sheet for the wall has smaller print."""
 _MAX_WORDS = 26
 """Words to fill in that the sheet has room for: as many as there are letters to spell with."""
 _POCKET_LINE = 56

@@ -19,10 +19,11 @@ from hvcpd.reporting.text import clean, percent, plural
 from hvcpd.reporting.timeline_svg import draw_timeline
 
 SHORT_S = 1800.0
-"""In a shift shorter than this, seconds are told, too."""
+"""Length of a shift below which times are shown with seconds."""
 DAY_S = 86400.0
 _UNITS_PER_S = 0.15
-"""Of the timeline, SVG units: a task of four minutes has room for its number, two hours are to be seen at once."""
+"""Scale of the timeline, SVG units per second: a task of four minutes has room for its number, two hours are visible at
+once."""
 MAX_LISTED = 6
 """Tasks that stand beside a member at once; of more the page tells the number, and the tasks on demand."""
 LABEL_EVERY = 4

@@ -26,7 +26,7 @@ PRE_EMPHASIS = 0.97
 MAX_RANGE_DB = 60.0
 """From the loudest point to the darkest colour; less if the noise lies higher."""
 NOISE_SHARE = 0.10
-"""This share of all points, the quietest, is drawn in the darkest colours."""
+"""Share of all points, the quietest, that is drawn in the darkest colours."""
 LEVELS = 48
 """Colours: steps of about 1 dB, which the eye does not tell apart, and pictures of half the size of 256 colours."""
 MARGIN_S = 0.25

@@ -24,8 +24,9 @@ NEAR = 16
 """The look-ahead window: so many seals of a speaker may go unheard in a row. Each doubles what a guess is worth by its
 logarithm: 16 cost 4 of the 24 bits."""
 FAR = 2048
-"""So far ahead two seals in a row are taken: a day of talk. Such a search takes 23 ms, of an encrypted statement 18 ms
-(x86, one key, in the daemon, which has no OpenSSL for its hashes); only wrong seals need it."""
+"""Largest distance between a seal's number and the last one at which two seals in a row are accepted: a day of talk.
+Such a search takes 23 ms, of an encrypted statement 18 ms (x86, one key, in the daemon, which has no OpenSSL for its
+hashes); only wrong seals need it."""
 RESERVED = 4
 """Counters are kept on the disk in steps of so many, ahead of use: a power cut skips some and repeats none."""
 PRESENT_S = 300.0
@@ -43,10 +44,11 @@ once it has answered a challenge. SURE, of a speaker: it has, since the doubt of
 NO_SPEAKER = ("sheet/", "clock/", DOUBTED, SURE, LOST)
 """Counters of other things than a speaker's seals begin so."""
 SKIPPED = FAR - 2 * NEAR
-"""So many numbers a robot passes over whose own counter may lag behind: it repeats none, unless nothing could be kept
-for a day of talk, and is believed again from its second seal on."""
+"""Numbers that a robot whose own counter may lag behind passes over: it repeats none, unless nothing could be kept for
+a day of talk, and is believed again from its second seal on."""
 LOST_BITS = 48
-"""And who has lost it begins anywhere: it is not believed under that key any more, but no number is used twice."""
+"""Bits of the random number at which a robot that lost its counter begins: it is not believed under that key any more,
+but no number is used twice."""
 CODE = "code"
 """Codes are counted together, whoever says to be speaking; no robot is called so."""
 

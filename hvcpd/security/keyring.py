@@ -28,7 +28,7 @@ from hvcpd.security.keys import KEY_BYTES, KeyRing, TeamKey
 CREDENTIAL = "hvcpd.key"
 """The name under which systemd hands the file to the service (systemd.exec(5), LoadCredential=)."""
 DEFAULT_PATH = Path("/etc/hvcpd/team.key")
-"""Where `hvcpctl key` keeps it if nothing else is said."""
+"""File where `hvcpctl key` keeps the key unless another is given."""
 MAX_BYTES = 64 * 1024
 """No team has so many keys; a device file or a film is not read to its end."""
 _ENTRY = re.compile(

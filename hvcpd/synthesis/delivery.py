@@ -20,18 +20,19 @@ LOMBARD_RATE = 0.85
 """People in noise stretch vowels and speak some 10 to 25 % slower (Junqua, JASA 93, 1993)."""
 
 LOMBARD_PITCH = 1.1
-"""And higher, by one to three semitones (Junqua 1993; Lu and Cooke, JASA 124, 2008)."""
+"""Factor of the pitch of speech in noise: talkers raise it by one to three semitones (Junqua 1993; Lu and Cooke, JASA
+124, 2008)."""
 
 LOMBARD_TILT = 2.2
-"""And with a flatter spectrum, the one change that helps listeners by itself (Lu and Cooke, *Speech Communication* 51,
-2009): the source's low-pass moves up by so much."""
+"""Factor of the source's low-pass frequency in noise. Talkers flatten the spectrum, the one change that helps listeners
+by itself (Lu and Cooke, *Speech Communication* 51, 2009)."""
 
 LOMBARD_OPEN = 0.75
-"""And with a tenser voice, whose glottis is open for less of each cycle: more sound in the formants, less in the first
+"""Factor of the glottis's open share in noise. The voice is tenser: more sound in the formants, less in the first
 harmonics (Junqua 1993)."""
 
 LOMBARD_GAIN_DB = 6.0
-"""And louder: 6 dB is the middle of what talkers add in 65 to 85 dB of noise."""
+"""Gain of speech in noise: the middle of what talkers add in 65 to 85 dB of noise."""
 
 
 @dataclass(frozen=True)

@@ -24,8 +24,8 @@ PAUSE_S = 0.14
 silence): long enough to be heard as a pause, short of the recogniser's end of sentence."""
 
 OVERLAP_S = 2.0 * LEAD_S
-"""How far the units of neighbouring words overlap, cross-faded: the end of one word's last phone and the start of the
-next word's first one fall together in its middle."""
+"""Overlap of the units of neighbouring words, which are cross-faded: the end of one word's last phone and the start of
+the next word's first one fall together in its middle."""
 
 PITCH_STEPS = (1.03, 1.0, 0.97)
 """The declination of a sentence in steps, relative to the voice's pitch: first, middle and last third. Few, so that
@@ -34,8 +34,8 @@ about 10 to 20 % over a sentence."""
 
 
 UNITS_KEPT = 64
-"""Of those that can be read from disk, in memory: those said last, 2 MB. A sentence has 25 at most, to read one takes
-0.06 ms, and all 708 that a robot may come to say in a day are 22 MB."""
+"""Maximum number of units kept in memory, 2 MB, where a cache on the disk has the others. A sentence has 25 at most, to
+read one takes 0.06 ms, and all 708 that a robot may come to say in a day are 22 MB."""
 
 
 class UnitPosition(Enum):

@@ -40,11 +40,11 @@ DOUBTFUL = 0.5
 MOST_DOUBTFUL = 2
 """Words of a sentence that are looked at, the most doubtful first: with three wrong words it is another sentence."""
 LEAD_S = 3.0
-"""Of the recording before the stretch is heard with it, for the noise: the noise tracker's memory."""
+"""Length of the recording before the stretch that is heard with it, for the noise: the noise tracker's memory."""
 TAIL_S = 1.0
-"""Of the recording after it: longer than a sentence needs to end."""
+"""Length of the recording after the stretch that is heard with it: longer than a sentence needs to end."""
 MAX_SYLLABLES = 2
-"""Of the words that are tried; longer ones are made of several."""
+"""Most syllables of a word that is tried; longer ones are made of several."""
 
 
 @dataclass(frozen=True)
