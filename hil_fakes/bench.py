@@ -85,9 +85,9 @@ class BenchPlan:
     timing: Timing | None = None
     """Times for which robots wait for each other; None: the usual ones."""
     earshot_m: float = math.inf
-    """Robots farther from each other than this hear nothing of each other, whatever the air,"""
+    """Distance beyond which robots hear nothing of each other, whatever the air."""
     earshot_from_s: float = 0.0
-    """from this time on: so that they can meet before."""
+    """Time from which on `earshot_m` holds, so that robots can meet before."""
     unable: Mapping[str, frozenset[int]] = field(default_factory=dict)
     """What each robot cannot do, by the tasks' numbers."""
     limit_s: float = 1800.0

@@ -62,7 +62,8 @@ class Echoing:
 
 
 def shortened(response: Samples) -> Samples:
-    """Without its end, which holds so little of its energy that KEPT_DB lie between."""
+    """Return an impulse response, shape (n,), without its end, which holds so little of its energy that KEPT_DB lie
+    between."""
     left = np.cumsum(np.square(response[::-1].astype(np.float64)))[::-1]
     end = int(np.searchsorted(-left, -left[0] * 10.0 ** (-KEPT_DB / 10.0)))
     return response[: min(max(end, 1), LONGEST)]
@@ -76,7 +77,7 @@ class Recorded:
         self._at = 0
 
     def take(self, n: int) -> Samples:
-        """The next `n` samples."""
+        """Return the next samples, shape (n,), float32."""
         wanted = (self._at + np.arange(n)) % len(self._sound)
         self._at += n
         return self._sound[wanted]

@@ -26,12 +26,13 @@ MOTOR_SPEEDS = (0.5, 1.0)
 
 
 def unit(sound: NDArray[np.float64]) -> NDArray[np.float64]:
-    """The sound at RMS 1."""
+    """Return the sound, shape (n,), at RMS 1."""
     return np.asarray(sound / np.sqrt(np.mean(sound**2)))
 
 
 def fan(n: int, random_: np.random.Generator) -> NDArray[np.float64]:
-    """Air noise that falls above FAN_CORNER_HZ, and blade tones of slightly wandering speed."""
+    """Return air noise that falls above FAN_CORNER_HZ, and blade tones of slightly wandering speed: shape (n,),
+    float64."""
     pole = np.exp(-2.0 * np.pi * FAN_CORNER_HZ / SAMPLE_RATE_HZ)
     air = unit(one_pole(random_.standard_normal(n), pole))
     phase = np.cumsum(FAN_BLADES_HZ * (1.0 + 0.004 * _wander(n, 2.0, random_))) * 2.0 * np.pi / SAMPLE_RATE_HZ
@@ -40,7 +41,8 @@ def fan(n: int, random_: np.random.Generator) -> NDArray[np.float64]:
 
 
 def motor(n: int, random_: np.random.Generator) -> NDArray[np.float64]:
-    """Gears and commutator of a motor that changes its speed every 2 to 6 s, within 0.3 s, and wobbles by 1 %."""
+    """Return gears and commutator of a motor that changes its speed every 2 to 6 s, within 0.3 s, and wobbles by 1
+    %: shape (n,), float64."""
     speed = np.empty(n)
     at = 0
     while at < n:

@@ -67,9 +67,9 @@ class Sound:
     end_s: float
     cut: bool = False
     again: Callable[[], Sound] | None = None
-    """Says it once more, if it is to be said twice;"""
+    """Says the sentence once more, if it is to be said twice."""
     pause_s: float = 0.0
-    """after so long."""
+    """Pause before the sentence is said once more."""
     noticed_by: tuple[str, ...] = ()
     """Robots that heard it begin: they hear it end, wherever they are by then."""
 

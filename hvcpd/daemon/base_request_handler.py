@@ -26,7 +26,7 @@ from hvcpd.robot.robot import Robot
 MAX_POSE_M = 1e6
 """Of odometry; beyond, it is no robot's in a room, and its float has no more millimetres to spare."""
 MAX_SPEED = 100.0
-"""m/s and rad/s; beyond, it is no measurement."""
+"""Largest speed, m/s and rad/s, that is a measurement."""
 MAX_REASON_LENGTH = 200
 GONE_S = 2.0
 """A base that is silent for so long (sample clock) counts as gone; it stands long before that."""

@@ -132,7 +132,7 @@ class SoundService:
         return Block(samples, lost if gap else None)
 
     def write(self, samples: Samples) -> None:
-        """Have sound played, as long as what was read; without a card it goes nowhere."""
+        """Have sound played, shape (n,), float32, as long as what was read; without a card it is dropped."""
         if self._recovery is None:
             self._stream.write(samples)
 

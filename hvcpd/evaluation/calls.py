@@ -51,7 +51,8 @@ def hear(
     who_listens: Sequence[str],
     book: Phrasebook,
 ) -> dict[str, list[str]]:
-    """What each listener takes each sentence for, said one after the other so far away; "" for nothing."""
+    """Return what each listener takes each sentence for, "" for nothing: the sentences, words and sound of shape
+    (n,), float32, are said one after the other at that distance."""
     sound, said = stream(sentences, bench, chance)
     heard = heard_at(sound, distance_m, bench, chance)
     return {name: LISTENERS[name](heard, said, book) for name in who_listens}

@@ -35,7 +35,8 @@ def _engine() -> Any:
 
 
 def detections(heard: Samples) -> list[tuple[int, str]]:
-    """Every built-in word that it hears, with the sample by which it reports it. Raises ImportError."""
+    """Return every built-in word that Porcupine hears in the sound, shape (n,), float32, with the sample at which it
+    reports it. Raises ImportError."""
     engine, found = _engine(), []
     sound = (np.clip(heard, -1, 1) * 32767).astype("<i2")
     for at in range(0, len(sound) - engine.frame_length + 1, engine.frame_length):

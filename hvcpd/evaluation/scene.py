@@ -65,8 +65,8 @@ class Bench:
 def stream(
     sentences: Sequence[tuple[tuple[str, ...], Samples]], bench: Bench, chance: np.random.Generator
 ) -> tuple[Samples, list[Said]]:
-    """Sentences (words and sound) one after the other as they leave the loudspeaker, at its level at 1 m, and what is
-    where; float32, 1.0 = the microphone's full scale."""
+    """Return sentences, words and sound of shape (k,), one after the other as they leave the loudspeaker, at its
+    level at 1 m, and where each is: shape (n,), float32, 1.0 = the microphone's full scale."""
     pieces = [np.zeros(round(LEAD_S * SAMPLE_RATE_HZ), np.float32)]
     at = len(pieces[0])
     said = []
@@ -82,7 +82,8 @@ def stream(
 
 
 def heard_at(sound: Samples, distance_m: float, bench: Bench, chance: np.random.Generator) -> Samples:
-    """What the microphone takes of such a stream at that distance, as 16 bits, the way's delay taken out.
+    """Return what the microphone takes of such a stream, shape (n,), at that distance: shape (n,), float32 in steps of
+    16 bits, without the delay of the way.
 
     Raises ImportError without pyroomacoustics.
     """
@@ -95,7 +96,7 @@ def heard_at(sound: Samples, distance_m: float, bench: Bench, chance: np.random.
 
 
 def noise(n: int, bench: Bench, chance: np.random.Generator) -> Samples:
-    """All that a microphone takes while nobody speaks, `n` samples."""
+    """Return all that a microphone takes while nobody speaks, shape (n,), float32, 1.0 = its full scale."""
 
     def rms(level_db_spl: float) -> float:
         return amplitude(level_db_spl - bench.full_scale_db_spl)

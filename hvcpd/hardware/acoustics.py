@@ -33,7 +33,7 @@ def power_dbfs(power: float) -> float:
 
 
 def clipped_share(sound: Samples) -> float:
-    """The share of samples at full scale, 0 to 1."""
+    """Return the share, 0 to 1, of samples at full scale in sound of shape (n,)."""
     return float(np.mean(np.abs(sound) >= CLIPPED_AT)) if sound.size else 0.0
 
 

@@ -58,7 +58,7 @@ class SampleQueue:
         return excess
 
     def take(self, count: int) -> Samples:
-        """The oldest `count` samples, or all if there are fewer."""
+        """Return the oldest `count` samples, shape (count,), float32, or all if there are fewer."""
         taken: list[Samples] = []
         missing = count
         while missing > 0 and self._blocks:

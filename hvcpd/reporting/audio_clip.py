@@ -84,7 +84,7 @@ def slice_of(from_s: float, to_s: float, n: int) -> slice:
 
 
 def limited(sound: Samples) -> Samples:
-    """Unchanged up to `KNEE`; above it bent smoothly, never beyond full scale."""
+    """Return sound, shape (n,), float32, unchanged up to `KNEE`, above it bent smoothly, never beyond full scale."""
     size = np.abs(sound)
     room = np.float32(1.0 - KNEE)
     bent = KNEE + room * np.tanh((size - KNEE) / room)
@@ -92,7 +92,8 @@ def limited(sound: Samples) -> Samples:
 
 
 def halve_rate(sound: Samples) -> Samples:
-    """Every second sample, after a half-band low pass (windowed sinc; Oppenheim & Schafer, ch. 7), no delay."""
+    """Return every second sample, shape (ceil(n / 2),), after a half-band low pass (windowed sinc; Oppenheim &
+    Schafer, ch. 7), without delay."""
     k = np.arange(_HALF_BAND_TAPS) - _HALF_BAND_TAPS // 2
     taps = 0.5 * np.sinc(k / 2.0) * np.kaiser(_HALF_BAND_TAPS, _KAISER_BETA)
     taps = (taps / taps.sum()).astype(np.float32)

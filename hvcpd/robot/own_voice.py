@@ -88,7 +88,7 @@ class OwnVoice:
             self._delay.begin()
 
     def take(self, n: int) -> Samples:
-        """The next `n` samples to be played."""
+        """Return the next samples to be played, shape (n,), float32."""
         out = np.zeros(n, np.float32)
         if self.speaking:
             piece = self._speech[self._position : self._position + n]

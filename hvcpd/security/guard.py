@@ -30,10 +30,11 @@ hashes); only wrong seals need it."""
 RESERVED = 4
 """Counters are kept on the disk in steps of so many, ahead of use: a power cut skips some and repeats none."""
 PRESENT_S = 300.0
-"""Who has proved to be here is taken to be for so long after each right seal,"""
+"""Time after each right seal for which a speaker that has proved to be here is taken to be here."""
 PROVED_S = 1800.0
-"""and no longer than so long after the proof: who holds back many orders and plays one every few minutes would keep
-their speaker here for ever. It costs two sentences each half an hour."""
+"""Longest time after the proof for which a speaker is taken to be here. Without it an attacker that holds back many
+orders and plays one every few minutes would keep their speaker here for ever. The proof costs two sentences each half
+an hour."""
 CHALLENGE_S = 30.0
 """A challenge holds so long: two sentences, said slowly, and their turns."""
 KEPT = 512

@@ -63,7 +63,8 @@ class Delivery:
         )
 
     def level(self, sound: Samples) -> tuple[Samples, float]:
-        """The sound at its level, and the gain (dB) that it got: less than asked where its peak would pass `PEAK`."""
+        """Return the sound, shape (n,), at its level, and its gain, dB: less than asked for where its peak would
+        pass `PEAK`."""
         wanted_db = self.gain_db + (LOMBARD_GAIN_DB if self.lombard else 0.0)
         peak = float(np.max(np.abs(sound), initial=0.0))
         gain_db = min(wanted_db, float(20.0 * np.log10(PEAK / peak))) if peak > 0.0 else wanted_db

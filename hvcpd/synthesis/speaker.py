@@ -109,10 +109,11 @@ class Speaker:
         return self._cache.get((phones, self.voice, position.value, pitch), fresh)
 
     def templates(self, word: str) -> list[Samples]:
-        """The renderings of a word that `render` uses, medial and final, at the voice's own pitch.
+        """Return the renderings of a word that `render` uses, medial and final, at the voice's own pitch: shape (n,)
+        each.
 
-        Of every pronunciation that a phrase may ask for. Without the outer half of each joint: there a sentence has the
-        neighbouring word's sound too.
+        There are two for every pronunciation that a phrase may ask for, without the outer half of each joint: there
+        a sentence has the neighbouring word's sound too.
         """
         edge = round(LEAD_S * SAMPLE_RATE_HZ)
         found = []
@@ -122,18 +123,20 @@ class Speaker:
         return found
 
     def joined(self, word: str, pitch: float) -> list[Joined]:
-        """All renderings of a word at that pitch of `PITCH_STEPS`, of every pronunciation; kept in the cache only."""
+        """Return all renderings of a word at that pitch of `PITCH_STEPS`, of every pronunciation; not kept in
+        memory."""
         finals = [position is UnitPosition.FINAL for position in UnitPosition]
         return [joined(unit, final) for unit, final in zip(self.sounds(word, pitch), cycle(finals), strict=False)]
 
     def sounds(self, word: str, pitch: float) -> list[Samples]:
-        """The same, the sounds alone."""
+        """Return the waveforms of `joined` alone, shape (n,) each, float32."""
         return [
             self._make(phones, position, pitch) for phones in self._lexicon.spoken(word) for position in UnitPosition
         ]
 
     def phrase_templates(self, words: Sequence[str]) -> list[Samples]:
-        """The same for several words said as one: before another word, and before a pause."""
+        """Return the renderings of several words said as one, before another word and before a pause: shape (n,)
+        each."""
         overlap = round(OVERLAP_S * SAMPLE_RATE_HZ)
         edge = round(LEAD_S * SAMPLE_RATE_HZ)
         found = []
@@ -149,11 +152,12 @@ class Speaker:
         return found
 
     def render(self, phrases: Sequence[Sequence[str]]) -> Samples:
-        """A sentence as sound, float32 at 16 kHz: groups of words, between which the speaker pauses."""
+        """Return a sentence as sound, shape (n,), float32 at 16 kHz: groups of words, between which the speaker
+        pauses."""
         return self.render_marked(phrases).samples
 
     def render_marked(self, phrases: Sequence[Sequence[str]]) -> Rendered:
-        """The same, with the place of every word."""
+        """Return a sentence as `render` does, with the place of every word."""
         spoken = [
             (word, number == len(phrase) - 1, place_in(phrase, number))
             for phrase in phrases
@@ -181,7 +185,7 @@ class Speaker:
 
 
 def joined(unit: Samples, final: bool) -> Joined:
-    """How a rendered word joins its neighbours."""
+    """Return a rendered word, shape (n,), with how it joins its neighbours."""
     begin, end = audible(unit)
     advance = end + round(PAUSE_S * SAMPLE_RATE_HZ) if final else len(unit) - round(OVERLAP_S * SAMPLE_RATE_HZ)
     return Joined(unit, final, begin, advance)
