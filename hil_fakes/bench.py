@@ -131,7 +131,7 @@ class _Place:
         return self.body.exchange(self.wheels)
 
     def live(self, block: int, heard: Samples) -> None:
-        """One block of this robot's life."""
+        """Let one block, shape (n,), float32, of this robot's life pass."""
         self.recording.append(heard)
         if block < self.off_blocks:
             return

@@ -74,7 +74,7 @@ class VirtualRobot:
         return reading
 
     def run(self, command: WheelCommand, duration_s: float) -> WheelReading:
-        """The same command for a while; the last reading."""
+        """Give the same command for a while; return the last reading."""
         for _ in range(max(round(duration_s / PERIOD_S), 1)):
             reading = self.cycle(command)
         return reading

@@ -84,7 +84,7 @@ class SpokenWay:
 
     @property
     def power(self) -> Spectrum:
-        """Its `power_of`."""
+        """The `power_of` its waveform."""
         return self.book.power(self)
 
 
@@ -104,7 +104,7 @@ class SpokenBook:
         return self._cache.units(self, word, third)
 
     def power(self, way: SpokenWay) -> Spectrum:
-        """The `power_of` one of the renderings."""
+        """Return the `power_of` a rendering's waveform."""
         return self._cache.powers(way)
 
     def forget(self) -> None:

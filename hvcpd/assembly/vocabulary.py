@@ -211,7 +211,7 @@ def _distances(sounds: VoiceSounds, pairs: Sequence[Pair]) -> dict[Pair, NDArray
 
 
 def judge(pair: Pair, voice: Voice, distances: NDArray[np.float32]) -> Confusion:
-    """What these distances, one for each of CONDITIONS, mean for the pair."""
+    """Return what these distances, shape (len(CONDITIONS),), mean for the pair."""
     rate = ConfusionCurve().rate
 
     def worst(snr_db: float | None) -> float:

@@ -57,7 +57,7 @@ class StartSettings:
 
     @property
     def pose(self) -> Pose:
-        """The same with the heading in radians."""
+        """The start with the heading in radians."""
         return Pose(self.x_m, self.y_m, math.radians(self.heading_deg))
 
 
@@ -284,7 +284,7 @@ def _check_wheels(parts: Parts) -> None:
 
 
 def _with_whole_paths(settings: Settings, document: Document, path: Path | None) -> Settings:
-    """The same with file names that mean the same from anywhere, and with its own team among the teams."""
+    """Return the settings with absolute file names, and with their own team among the teams."""
 
     def whole(name: Path, *key: str) -> Path:
         return _absolute(name, document, key, path)

@@ -111,7 +111,7 @@ class Clips:
         self._delete_oldest(path.parent, settings)
 
     def _delete_oldest(self, folder: Path, settings: ClipSettings) -> None:
-        """So that no more stay than may; only files that are named as ours."""
+        """Delete the oldest clips beyond the limits; only files that have our names."""
         clips = sorted(folder.glob(f"garbled-{self._name}-*.wav"), reverse=True)
         total = 0
         for number, clip in enumerate(clips):

@@ -92,7 +92,7 @@ def reply_line(mark: Id, result: Mapping[str, Any]) -> bytes:
 
 
 def refusal_line(mark: Id, refusal: RefusalError) -> bytes:
-    """The same of a command that was refused."""
+    """Return the reply line for a command that was refused."""
     return _line({"id": mark, "ok": False, "error": {"code": refusal.code, "text": str(refusal)}})
 
 

@@ -73,7 +73,7 @@ class ControlService:
             robot.coordination.tell_memory_lost(robot.now)
 
     def note(self, robot: Robot, heard: Samples, reading: WheelReading | None, output: RobotOutput) -> None:
-        """Tell who listens of one step of the robot: `heard` went in, and `output` came out."""
+        """Publish one step of the robot: `heard`, shape (n,), float32, went in, and `output` came out."""
         self.body.heard |= heard.size > 0
         self.body.take(reading)
         is_reading = self.body.meter.take(heard) and any(map(self._server.followed, FREQUENT))

@@ -80,7 +80,8 @@ class Microphone:
         return bool(self.stream.read_available >= BEHIND_BLOCKS * self._frames)
 
     def read(self) -> tuple[Samples, int | None]:
-        """Wait for the next block; at 16 kHz, and how much the card lost before it, None if nothing."""
+        """Wait for the next block and return it, shape (n,), float32 at 16 kHz, with how much the card lost before
+        it, None if nothing."""
         frames, overflowed = self.stream.read(self._frames)
         lost = self._clock.block(len(frames), self.stream.read_available, bool(overflowed))
         sound = self._to_ours.push(np.array(frames[:, self._channel - 1], np.float32))
@@ -119,10 +120,10 @@ class Loudspeaker:
         self._put(np.zeros(min(FILLED_BLOCKS * self._frames, self._room), np.float32))
 
     def write(self, samples: Samples, behind: bool = False) -> bool:
-        """Have sound of 16 kHz played; whether the card had run out of it before.
+        """Play sound, shape (n,), float32 at 16 kHz; return whether the card had run out of it before.
 
-        It waits for room, but while the microphone is `behind`: what answers to sound so old should have been played
-        by now, and is left out, or else all that follows would come late for ever.
+        Waits for room, unless the microphone is `behind`: then the sound, which answers to old sound, is left out;
+        otherwise all that follows would come late for ever.
         """
         sound = self._to_card.push(samples)
         if behind and self.stream.write_available < sound.size:

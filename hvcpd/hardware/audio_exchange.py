@@ -98,7 +98,7 @@ class SoundExchange:
             return np.concatenate([out, np.zeros(missing, np.float32)]) if missing else out
 
     def take(self) -> Samples:
-        """The oldest block heard, or what there is of it."""
+        """Return the oldest block heard, shape (block,), float32, or what there is of it."""
         with self._lock:
             return self._heard.take(self._block)
 

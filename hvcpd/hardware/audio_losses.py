@@ -21,7 +21,8 @@ class CaptureClock:
         self._lead: float | None = None
 
     def block(self, read: int, waiting: int, overflowed: bool) -> int:
-        """So many samples were read and so many wait now; how many were lost before them: 0 but after an overflow."""
+        """Take the number of samples read and of those that wait now; return how many were lost before: 0 without an
+        overflow."""
         self._captured += read
         lead = self._clock() * self._rate_hz - self._captured - waiting
         if self._lead is None:

@@ -55,7 +55,7 @@ class Twist:
 
 
 def wrap_angle(angle_rad: float) -> float:
-    """The same direction within (-pi, pi]."""
+    """Return the same direction within (-pi, pi]."""
     return math.pi - (math.pi - angle_rad) % (2.0 * math.pi)
 
 

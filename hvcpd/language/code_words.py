@@ -22,7 +22,7 @@ _NUMBER_OF = {word: number for number, word in enumerate(CODE_WORDS)}
 
 
 def words_for(bits: int) -> int:
-    """So many words hold a number of that size."""
+    """Return the number of words that hold a number of that size."""
     return -(-bits // BITS)
 
 

@@ -159,7 +159,7 @@ class Phrasebook:
 
     @cached_property
     def marked_graph(self) -> WordGraph:
-        """The same, for a team with a key, with a seal or a code after the sentences that have them."""
+        """The graph of a team with a key: with a seal or a code after the sentences that have them."""
         if Kind.SEALED not in self.vocabulary.kinds:
             return self.graph
         encrypts = Kind.ENCRYPTED in self.vocabulary.kinds
@@ -173,7 +173,7 @@ class Phrasebook:
 
     @property
     def cipher_words(self) -> int:
-        """So many code words has an encrypted statement, whichever it is."""
+        """Number of code words of an encrypted statement, whichever it is."""
         return words_for(8 * (self.codebook.n_bytes + CIPHER_TAG_BYTES))
 
     @cached_property

@@ -69,6 +69,6 @@ def task_colour(name: str) -> str:
 
 
 def task_style(name: str) -> str:
-    """The same as a terminal's colour."""
+    """Return the task's colour as a terminal's."""
     words = re.findall(r"[a-z]+", name.lower())
     return next((TASK_TERMINAL[word] for word in words if word in TASK_TERMINAL), "white")

@@ -68,7 +68,8 @@ def picture(spectrum: Spectrogram) -> tuple[bytes, float]:
 
 
 def choose(story: Story, sound: Samples) -> list[Line]:
-    """Which utterances to draw, the best first: each robot's clearest long one, a collision, then other clear ones."""
+    """Return the utterances to draw, the best first: each robot's clearest long one, a collision, then other clear
+    ones; of sound of shape (n,), float32."""
     rated = []
     for line in story.lines:
         length_s = line.said.end_s - line.said.at_s
@@ -91,7 +92,8 @@ def choose(story: Story, sound: Samples) -> list[Line]:
 
 
 def figure(line: Line, sound: Samples) -> Markup:
-    """An utterance's spectrogram with axes, and above it the words where a listener recognised them."""
+    """Return an utterance's spectrogram, from sound of shape (n,), float32, with axes, and above it the words where
+    a listener recognised them."""
     begin_s = max(line.said.at_s - MARGIN_S, 0.0)
     end_s = min(line.said.end_s + MARGIN_S, begin_s + MAX_LENGTH_S)
     part = sound[slice_of(begin_s, end_s, len(sound))]

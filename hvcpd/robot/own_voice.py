@@ -17,7 +17,7 @@ ECHO_S = 1.0
 
 
 class MeasuresDelay(Protocol):
-    """`OwnDelay`, as the robot needs it."""
+    """`OwnDelay`, as the robot needs it; sound has the shape (n,), float32."""
 
     def begin(self) -> None: ...
 
@@ -99,7 +99,7 @@ class OwnVoice:
         return out
 
     def hear(self, heard: Samples) -> None:
-        """This came from the microphone; n samples were taken for each n that are heard."""
+        """Take what the microphone heard, shape (n,), float32, of which n samples were played."""
         if self.speaking and self._delay is not None:
             self._delay.hear(heard)
 
@@ -123,7 +123,8 @@ class OwnVoice:
             self._speech, self.speaking, self.until_s = self._speech[:0], False, now
 
     def lose(self, lost_s: float) -> None:
-        """So much was not heard, and nothing was played in its place: the words wait, and cannot be compared."""
+        """Note sound that was not heard, and in whose place nothing was played: the words wait, and cannot be
+        compared."""
         self._doubt()
         if self.speaking:
             self.until_s += lost_s

@@ -82,13 +82,14 @@ def _hear(recogniser: Recogniser, samples: Samples) -> list[Event]:
 
 
 def missed(samples: Samples, team: Team, said: tuple[str, ...] | None) -> list[Event]:
-    """The garbled stretches; when it is known what was `said`, also those that were taken for something else."""
+    """Return the garbled stretches of a recording, shape (n,), float32 at 16 kHz; where it is known what was `said`,
+    also those that were taken for something else."""
     events = _hear(make_recogniser(team.phrasebook, team.names, team.sound), samples)
     return [e for e in events if isinstance(e, Garbled) or (said and isinstance(e, Recognised) and e.words != said)]
 
 
 def learn(samples: Samples, miss: Event, team: Team, said: tuple[str, ...] | None, file: str) -> Iterator[Proposal]:
-    """What the doubtful words of one stretch sounded like."""
+    """Yield what the doubtful words of one stretch of a recording, shape (n,), float32 at 16 kHz, sounded like."""
     begin = max(miss.start_sample - round(LEAD_S * SAMPLE_RATE_HZ), 0)
     piece = samples[begin : miss.end_sample + round(TAIL_S * SAMPLE_RATE_HZ)]
     graph = graph_of(said, frozenset(range(1, len(said)))) if said else team.phrasebook.graph
