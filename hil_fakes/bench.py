@@ -206,7 +206,7 @@ class Bench:
 
     def _make_place(self, k: int, start: Pose, stack: ExitStack) -> _Place:
         plan, name = self.plan, self.plan.names[k]
-        chance = np.random.default_rng(own_seed(plan.seed, f"switch {name}"))
+        rng = np.random.default_rng(own_seed(plan.seed, f"switch {name}"))
         role = Role(
             name,
             plan.team,
@@ -232,7 +232,7 @@ class Bench:
         store = Store(IN_MEMORY)
         stack.callback(store.close)
         body = stack.enter_context(Body(start, own_seed(plan.seed, f"body {name}")))
-        off_blocks = round(chance.random() * SWITCH_ON_SPREAD_S / BLOCK_S)
+        off_blocks = round(rng.random() * SWITCH_ON_SPREAD_S / BLOCK_S)
         robot, roster = make_robot(robot_plan, self._sound), NameRegistry(robot_plan, self._sound)
         haste = Haste(plan.tasks) if plan.hasty else None
         return _Place(name, robot, body, Journal(store, plan.tasks, name), off_blocks, roster, haste)

@@ -95,7 +95,7 @@ class WordChannel:
     touched: Callable[[str], None] = lambda _name: None
     earshot: Callable[[str, str], bool] | None = None
     fading: Callable[[str, str], float] | None = None
-    mishear: Callable[[Utterance, random.Random], Utterance] = lambda utterance, _chance: utterance
+    mishear: Callable[[Utterance, random.Random], Utterance] = lambda utterance, _rng: utterance
     misses: Callable[[str, Utterance], bool] = lambda _listener, _utterance: False
     follows: Callable[[str, Utterance], bool] | None = None
     judge: Callable[[str, Utterance], tuple[Utterance, Trust]] = lambda _listener, utterance: (utterance, Trust.OPEN)
@@ -109,7 +109,7 @@ class WordChannel:
     _due: dict[str, float] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
-        self._chance = random.Random(self.seed)
+        self._rng = random.Random(self.seed)
         self._order = itertools.count()
         self.refresh()
 
@@ -137,7 +137,7 @@ class WordChannel:
 
         Its speaker learns that it has spoken after the last time.
         """
-        length_s = stretch * WORD_S * self.length_words(utterance) * (0.9 + 0.2 * self._chance.random())
+        length_s = stretch * WORD_S * self.length_words(utterance) * (0.9 + 0.2 * self._rng.random())
         start_s = self.now + self.conditions.latency_s
         sound = Sound(speaker, utterance, start_s, start_s + length_s)
         if times > 1:
@@ -230,10 +230,10 @@ class WordChannel:
                 self.refresh((name,))
 
         for name in self._listeners(sound):
-            self.at(self.now + self._chance.random() * self.conditions.delay_s, lambda name=name: deliver(name))  # type: ignore[misc]
+            self.at(self.now + self._rng.random() * self.conditions.delay_s, lambda name=name: deliver(name))  # type: ignore[misc]
 
     def _deliver(self, listener: str, sound: Sound, overlap: list[Sound]) -> None:
-        talker, chance = self.talkers[listener], self._chance
+        talker, rng = self.talkers[listener], self._rng
         if self.misses(listener, sound.utterance):
             return
         if self.earshot is not None:
@@ -241,22 +241,22 @@ class WordChannel:
         if overlap or sound.cut:
             own = [s for s in overlap if s.speaker == listener]
             if isinstance(sound.utterance.statement, Stop) and not sound.cut:
-                if chance.random() < self.conditions.stop_through:
+                if rng.random() < self.conditions.stop_through:
                     talker.heard(sound.utterance, self.now)
                 return
             if not own or max(s.end_s for s in own) < sound.end_s:  # else drowned by the own voice to its end
                 talker.garbled(bool(own), self.now)
             return
-        if self.conditions.loss and chance.random() < self.conditions.loss:
+        if self.conditions.loss and rng.random() < self.conditions.loss:
             return
-        if self.fading is not None and chance.random() < self.fading(sound.speaker, listener):
+        if self.fading is not None and rng.random() < self.fading(sound.speaker, listener):
             return
         utterance = sound.utterance
         if self.follows is not None and not self.follows(listener, utterance):
             talker.garbled(False, self.now)
             return
-        if self.conditions.mishearing and chance.random() < self.conditions.mishearing:
-            utterance = self.mishear(utterance, chance)
+        if self.conditions.mishearing and rng.random() < self.conditions.mishearing:
+            utterance = self.mishear(utterance, rng)
             self.misheard += 1
         utterance, trust = self.judge(listener, utterance)
         talker.heard(utterance, self.now, trust=trust)

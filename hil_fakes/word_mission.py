@@ -104,7 +104,7 @@ class WordMission:
         self.said: list[tuple[float, str, m.Utterance]] = []
         self.off_in_mid_task = False
         self.halted_s: dict[str, float] = {}
-        self._chance = random.Random(plan.seed)
+        self._rng = random.Random(plan.seed)
         self._pending = 0
         self._names = {name.lower(): name for name in plan.names}
         self.known: dict[str, set[str]] = {name: {name} for name in plan.names}
@@ -114,7 +114,7 @@ class WordMission:
             self.robots,
             WordLengths(),
             plan.conditions,
-            self._chance.getrandbits(32),
+            self._rng.getrandbits(32),
             touched=self._collect,
             earshot=None if plan.earshot_m is None else self._in_earshot,
             fading=None if plan.clear_m is None else self._fading,
@@ -199,7 +199,7 @@ class WordMission:
         self.robots[name] = Coordination(
             role,
             plan.tasks,
-            random.Random(self._chance.getrandbits(32)),
+            random.Random(self._rng.getrandbits(32)),
             plan.timing,
             remembered=self.saved[name],
             now=self.air.now,
@@ -311,7 +311,7 @@ class WordMission:
         named |= {u.statement.speaker} if isinstance(u.statement, m.Relayed) else set()
         return named <= known
 
-    def _mishear(self, u: m.Utterance, chance: random.Random) -> m.Utterance:
+    def _mishear(self, u: m.Utterance, rng: random.Random) -> m.Utterance:
         """One word wrong: a number, a name, or how a task ended."""
         if isinstance(u.statement, m.Spelled):
             return u  # every letter wrong is a name that nobody has; the recogniser's own threshold keeps those away
@@ -323,14 +323,14 @@ class WordMission:
             kinds += ["number", "number"]
         if isinstance(s, m.Completed) and s.next is None:
             kinds += ["failed"]
-        kind = chance.choice(kinds) if kinds else "none"
+        kind = rng.choice(kinds) if kinds else "none"
         match kind:
             case "speaker":
-                return replace(u, speaker=chance.choice(self.plan.names))
+                return replace(u, speaker=rng.choice(self.plan.names))
             case "addressee":
-                return replace(u, addressee=m.ToRobot(chance.choice(self.plan.names)))
+                return replace(u, addressee=m.ToRobot(rng.choice(self.plan.names)))
             case "number":
-                number = m.TaskByNumber(chance.choice(numbers))
+                number = m.TaskByNumber(rng.choice(numbers))
                 return replace(u, statement=replace(s, task=number))  # type: ignore[type-var]
             case "failed" if isinstance(s, m.Completed):
                 return replace(u, statement=m.Failed(s.task))

@@ -63,17 +63,17 @@ def run(trial: Trial, tasks: TaskRepository, **plan: Any) -> tuple[tuple[Event, 
 
     Settings: `distance_m`, `robot_noise_db_spl` (or null). Raises ImportError without pyroomacoustics.
     """
-    s, chance = trial.settings, trial.generator()
+    s, rng = trial.settings, trial.generator()
     setting = replace(Bench(), robot_noise_db_spl=s["robot_noise_db_spl"])
     free_m = setting.hall.size_m[0] - START_M - END_WALL_M
-    shift_m = round(float(chance.uniform(0.0, max(min(SHIFT_M, free_m - s["distance_m"]), 0.0))), 3)
-    seed = int(chance.integers(2**31))
+    shift_m = round(float(rng.uniform(0.0, max(min(SHIFT_M, free_m - s["distance_m"]), 0.0))), 3)
+    seed = int(rng.integers(2**31))
     air = Air(
         speech_db_spl=setting.speech_db_spl,
         microphone_full_scale_db_spl=setting.full_scale_db_spl,
         speech_dbfs=spoken_dbfs((ONE, OTHER)),
     )
-    noises = [noise(round(NOISE_S * SAMPLE_RATE_HZ), setting, chance) for _ in range(2)]
+    noises = [noise(round(NOISE_S * SAMPLE_RATE_HZ), setting, rng) for _ in range(2)]
     mission = bodies.Bench(
         bodies.BenchPlan(
             (ONE, OTHER),

@@ -63,7 +63,7 @@ class Bench:
 
 
 def stream(
-    sentences: Sequence[tuple[tuple[str, ...], Samples]], bench: Bench, chance: np.random.Generator
+    sentences: Sequence[tuple[tuple[str, ...], Samples]], bench: Bench, rng: np.random.Generator
 ) -> tuple[Samples, list[Said]]:
     """Return sentences, words and sound of shape (k,), one after the other as they leave the loudspeaker, at its
     level at 1 m, and where each is: shape (n,), float32, 1.0 = the microphone's full scale."""
@@ -75,34 +75,34 @@ def stream(
         loud = np.sqrt(np.mean(np.square(sound[first:last], dtype=np.float64)))
         gain = amplitude(bench.speech_db_spl - bench.full_scale_db_spl) / loud
         said.append(Said(words, at, at + last))
-        gap = np.zeros(round(chance.uniform(*GAP_S) * SAMPLE_RATE_HZ), np.float32)
+        gap = np.zeros(round(rng.uniform(*GAP_S) * SAMPLE_RATE_HZ), np.float32)
         pieces += [(gain * sound).astype(np.float32), gap]
         at += len(sound) + len(gap)
     return np.concatenate(pieces), said
 
 
-def heard_at(sound: Samples, distance_m: float, bench: Bench, chance: np.random.Generator) -> Samples:
+def heard_at(sound: Samples, distance_m: float, bench: Bench, rng: np.random.Generator) -> Samples:
     """Return what the microphone takes of such a stream, shape (n,), at that distance: shape (n,), float32 in steps of
     16 bits, without the delay of the way.
 
     Raises ImportError without pyroomacoustics.
     """
     room_m = bench.hall.size_m[0] - START_M - 0.5 - distance_m
-    shift_m = round(float(chance.uniform(0.0, max(min(SHIFT_M, room_m), 0.0))), 3)
+    shift_m = round(float(rng.uniform(0.0, max(min(SHIFT_M, room_m), 0.0))), 3)
     impulse, delay = response(bench.hall, distance_m, shift_m)
     n = len(sound)
     far = through(np.pad(band(sound, *bench.loudspeaker_hz), (0, delay)), impulse)[delay:]
-    return digitize(far.astype(np.float64) + noise(n, bench, chance))
+    return digitize(far.astype(np.float64) + noise(n, bench, rng))
 
 
-def noise(n: int, bench: Bench, chance: np.random.Generator) -> Samples:
+def noise(n: int, bench: Bench, rng: np.random.Generator) -> Samples:
     """Return all that a microphone takes while nobody speaks, shape (n,), float32, 1.0 = its full scale."""
 
     def rms(level_db_spl: float) -> float:
         return amplitude(level_db_spl - bench.full_scale_db_spl)
 
-    total = PinkNoise(rms(bench.ambient_db_spl), int(chance.integers(2**31))).take(n).astype(np.float64)
-    total += rms(bench.self_noise_db_spl) * chance.standard_normal(n)
+    total = PinkNoise(rms(bench.ambient_db_spl), int(rng.integers(2**31))).take(n).astype(np.float64)
+    total += rms(bench.self_noise_db_spl) * rng.standard_normal(n)
     if bench.robot_noise_db_spl is not None:
-        total += rms(bench.robot_noise_db_spl) * fan(n, chance)
+        total += rms(bench.robot_noise_db_spl) * fan(n, rng)
     return total.astype(np.float32)

@@ -54,12 +54,12 @@ def _run(trial: Trial) -> Row:
 
 def _said_once(trial: Trial) -> Row:
     """As the paper's: each robot claims its plant once; the first one drives off while the second one claims."""
-    s, chance, book = trial.settings, trial.generator(), listeners.book()
+    s, rng, book = trial.settings, trial.generator(), listeners.book()
     setting = replace(Bench(), robot_noise_db_spl=s["robot_noise_db_spl"])
     right = [True] * s["calls"]
     for text, away_m in zip(CLAIMS, (0.0, way_m() if s["drives"] else 0.0), strict=True):
         sentence = listeners.spoken(text, book)
-        (got,) = hear([sentence] * s["calls"], s["distance_m"] + away_m, setting, chance, s["listeners"], book).values()
+        (got,) = hear([sentence] * s["calls"], s["distance_m"] + away_m, setting, rng, s["listeners"], book).values()
         right = [ok and text == " ".join(sentence[0]) for ok, text in zip(right, got, strict=True)]
     return {**s, PEER: sum(right), f"{PEER} wrong": []}
 

@@ -109,8 +109,8 @@ def _pack(sound: Samples, bits: int) -> bytes:
         return bytes(np.clip(np.rint(sound * 32767.0), -32768, 32767).astype("<i2").tobytes())
     # Triangular dither of one step each way makes the error of 8 bits a steady hiss below the room's own noise
     # (Lipshitz, Wannamaker & Vanderkooy 1992); its seed is fixed, so that the same mission gives the same page.
-    chance = np.random.default_rng(_DITHER_SEED)
-    dither: NDArray[np.float32] = chance.random(len(sound), np.float32) - chance.random(len(sound), np.float32)
+    rng = np.random.default_rng(_DITHER_SEED)
+    dither: NDArray[np.float32] = rng.random(len(sound), np.float32) - rng.random(len(sound), np.float32)
     return bytes(np.clip(np.rint(sound * 126.0 + dither) + 128.0, 0, 255).astype(np.uint8).tobytes())
 
 
