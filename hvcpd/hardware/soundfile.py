@@ -38,6 +38,10 @@ state more."""
 MAX_LEVEL = 64.0
 """Samples of float files beyond 36 dB over full scale are clipped here, so that filters cannot overflow."""
 
+_MAGICS = (b"RIFF", b"RF64", b"FORM", b"fLaC", b"OggS")
+"""First bytes of WAV, AIFF, FLAC and Ogg. Other formats are refused: libsndfile guesses at MP3, and its decoder writes of
+each fault to standard error."""
+
 _REPAIRED = re.compile(r"^\s*(?:data|SSND)\s*: (\d+) \(should be (\d+)\)", re.MULTILINE)
 """How libsndfile logs that a WAV or AIFF file states more bytes of samples than it has; it reads what is there."""
 
@@ -49,9 +53,9 @@ _UNKNOWN_LENGTH = 0x7FFF0000
 def read_wav(path: Path) -> Samples:
     """Return the sound of a recording at 16 kHz, mono: shape (n,), float32, 1.0 = full scale.
 
-    Reads WAV, FLAC, AIFF, Ogg and whatever else libsndfile knows, at 8 to 192 kHz; several channels are averaged; NaN
-    and infinite samples become 0. Raises AudioFileError, naming the file and the remedy, for a file that is missing,
-    of another format, empty or cut short.
+    Reads WAV, FLAC, AIFF and Ogg at 8 to 192 kHz; several channels are averaged; NaN and infinite samples become 0.
+    Raises AudioFileError, naming the file and the remedy, for a file that is missing, of another format, empty or cut
+    short.
     """
     try:
         with path.open("rb") as file:
@@ -96,12 +100,17 @@ def _read_file(path: Path, file: BinaryIO) -> Samples:
     """Return the samples of an open file of known length, as `read_wav` does; messages name it `path`."""
     import soundfile
 
+    magic = file.read(4)
     size = file.seek(0, io.SEEK_END)
     file.seek(0)
     if size == 0:
         raise AudioFileError(f"{path}: the file is empty; record it again")
     if size > MAX_FILE_BYTES:
         raise AudioFileError(f"{path}: larger than {MAX_FILE_BYTES} bytes; cut it into shorter files")
+    if magic not in _MAGICS:
+        raise AudioFileError(
+            f"{path}: no WAV, FLAC, AIFF or Ogg; convert it, for example with `sox {path.name} new.wav`"
+        )
     try:
         # By its number: a Python file would be read by callbacks, which need memory that the service's unit forbids.
         with soundfile.SoundFile(file.fileno(), closefd=False) as sound:

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import io
 import math
-import struct
+import wave
 from collections.abc import Iterable
 from dataclasses import dataclass
 
@@ -23,7 +24,6 @@ KNEE = 0.6
 _HALF_BAND_TAPS = 63
 """Kaiser window (β = 8): 76 dB down from 4.65 kHz on, flat to 3.35 kHz (checked by a test)."""
 _KAISER_BETA = 8.0
-_PCM = 1
 _DITHER_SEED = 20
 
 
@@ -115,13 +115,9 @@ def _pack(sound: Samples, bits: int) -> bytes:
 
 
 def _wav(packed: bytes, rate_hz: int, bits: int) -> bytes:
-    """RIFF WAVE, mono; 8-bit samples are unsigned, others signed, as the format has it."""
-    step = bits // 8
-    padding = b"\0" * (len(packed) % 2)
-    header = struct.pack(
-        "<4sI4s4sIHHIIHH4sI",
-        *(b"RIFF", 36 + len(packed) + len(padding), b"WAVE", b"fmt ", 16),
-        *(_PCM, 1, rate_hz, rate_hz * step, step, bits),
-        *(b"data", len(packed)),
-    )
-    return header + packed + padding
+    """Return a WAV file, mono; 8-bit samples are unsigned, others signed, as the format has it."""
+    file = io.BytesIO()
+    with wave.open(file, "wb") as writer:
+        writer.setparams((1, bits // 8, rate_hz, 0, "NONE", ""))
+        writer.writeframes(packed)
+    return file.getvalue() + b"\0" * (len(packed) % 2)  # chunks are padded to even lengths
