@@ -45,7 +45,7 @@ MAP_BLOCKS = 40
 SWITCH_ON_SPREAD_S = 1.5
 """Robots are switched on by hand, one after the other."""
 SETTLE_S = 2.0
-"""Sound goes on for so long after the last task is known to be done."""
+"""Time for which sound goes on after the last task is known to be done."""
 START_SPACING_M = 1.0
 START_CORNER = (-5.0, -5.0)
 """The paper's robots start at (−5, −5)."""

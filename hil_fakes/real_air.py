@@ -38,7 +38,7 @@ LIMIT_LAG_S = 0.4
 RETRY_S = 0.1
 """Interval at which a sound server that is gone is looked for."""
 SPACING_M = 1.0
-"""The robots stand in a row, so far from each other."""
+"""Distance between neighbours in the row of robots."""
 
 
 class Recording:

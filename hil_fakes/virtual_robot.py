@@ -24,7 +24,7 @@ from hvcpd.ports import STANDSTILL, Pose, WheelCommand, WheelReading
 
 Kind = Literal["xl430", "opencr"]
 PERIOD_S = 0.05
-"""A moving robot's wheels are served so often, as ROBOTIS's own node does."""
+"""Interval of exchanges with a moving robot's wheels: that of ROBOTIS's own node."""
 
 
 class VirtualRobot:

@@ -34,7 +34,7 @@ SLOW_LIMIT_S = 1.25
 STANDING_RAD_S = 0.05
 """1.7 mm/s at the rim; encoder and gear play are no more."""
 MEMORY_S = {"xl430": 0.6, "opencr": 1.35}
-"""A speed must be explained by a command of so long ago at most: the longest stop limit and two control periods."""
+"""Largest age of a command that can explain a speed: the longest stop limit and two control periods."""
 LIMIT_S = 120.0
 ODOMETRY_M = 0.05
 LOW_V = 10.2

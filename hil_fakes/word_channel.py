@@ -25,7 +25,7 @@ RELEASE_S = 0.15
 RECOGNITION_S = 0.3
 """After the last word the sentence is reported."""
 REMEMBERED_S = 30.0
-"""Sounds are kept for so long, to find what overlapped what; no sentence lasts longer."""
+"""Time for which sounds are kept, to find which overlapped; no sentence lasts longer."""
 
 
 class Talker(Protocol):

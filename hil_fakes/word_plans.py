@@ -17,7 +17,7 @@ ROOM_M = 6.0
 MISHEARING_MAX = 0.01
 """Largest share of a robot's reported sentences that is wrong; the recogniser's own rate is measured elsewhere."""
 DELAY_S = 0.05
-"""By so much the robots' recognisers report one sentence at different times."""
+"""Largest difference between the times at which robots' recognisers report one sentence."""
 EARSHOT_M = (5.0, 9.0)
 """Distance that a voice carries where it fades: less than the way to most plants; in noise as loud as speech it is
 8 m."""
@@ -26,7 +26,7 @@ CLEAR = 0.6
 FADING_LIMIT_S = 4000.0
 """By then all is done six times over."""
 LATE = 0.3
-"""In so many missions of three and more robots one comes late."""
+"""Share of missions of three and more robots in which one comes late."""
 
 
 def random_tasks(n: int, rng: random.Random) -> tuple[TaskDefinition, ...]:

@@ -14,7 +14,7 @@ from hil_fakes.dynamixel.line import Line
 WIRE_BITS = 10
 """A byte on a serial line: start bit, eight bits, stop bit."""
 QUIET_S = 0.02
-"""`drain` waits for so long after the last byte."""
+"""Wait of `drain` after the last byte."""
 
 
 class VirtualTime:

@@ -29,7 +29,7 @@ MAX_SPEED = 100.0
 """Largest speed, m/s and rad/s, that is a measurement."""
 MAX_REASON_LENGTH = 200
 GONE_S = 2.0
-"""A base that is silent for so long (sample clock) counts as gone; it stands long before that."""
+"""Silence (sample clock) after which a base counts as gone; it stands long before that."""
 
 NUMBER = (int, float)
 ARGUMENTS: dict[str, tuple[type, ...]] = {

@@ -39,7 +39,7 @@ MAX_FOLLOWERS = 12
 PAUSE_S = 0.01
 """After each request of a client, so that 16 that ask without end take less than a tenth of a processor's time."""
 PATIENCE_S = 5.0
-"""A client that does not read its reply within so long is let go."""
+"""Time within which a client must read its reply; then it is let go."""
 MAX_UNREAD_BYTES = 1 << 18
 """256 KiB: many minutes of events; a client that lets more of them lie is let go."""
 FAREWELL_S = 0.5

@@ -26,7 +26,7 @@ SECRETS = frozenset({"key", "secret", "password", "code", "otp", "token"})
 BURST = 20
 """Maximum number of lines of one kind in a row: five tasks, three retries and every peer's greeting fit."""
 REFILL_S = 3.0
-"""After so long one more: a sentence lasts as long, so that no conversation is cut."""
+"""Interval after which one more line of a kind may follow: a sentence lasts as long, so that no conversation is cut."""
 
 
 def clean_values(_logger: Any, _method: str, event: EventDict) -> EventDict:

@@ -30,7 +30,7 @@ from hvcpd.robot.records import (
 LogFormat = Literal["auto", "console", "keyvalue", "json"]
 
 HELD_BACK_EVERY_S = 60.0
-"""Lines that were held back, and after which none of their kind has come, are told of so often."""
+"""Interval of reports on lines that were held back and after which none of their kind has come."""
 
 _log = structlog.get_logger(__name__)
 

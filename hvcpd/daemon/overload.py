@@ -10,11 +10,12 @@ from hvcpd.hardware.audio_exchange import StreamCounters
 
 RAISED_BY = 5
 RAISED_WITHIN_S = 10
-"""Seconds with a disturbed block, of the last so many: one stall, however long, is one or two. At a load of 5 to 13 two
-robots had one such second in ten (docs/daemon.md), and understood each other."""
+"""Window, s, in which seconds with a disturbed block are counted: one stall, however long, is one or two. At a load of
+5 to 13 two robots had one such second in ten (docs/daemon.md), and understood each other."""
 CLEARED_BY = 2
 CLEARED_WITHIN_S = 30
-"""No more than so many seconds: hardly one in three of the longest sentences."""
+"""The alarm ends when at most CLEARED_BY of the last CLEARED_WITHIN_S seconds had a disturbed block: hardly one in three
+of the longest sentences."""
 
 TOO_BUSY = "the computer is too busy"
 

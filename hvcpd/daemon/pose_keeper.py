@@ -21,7 +21,7 @@ import structlog
 from hvcpd.ports import Pose, WheelReading
 
 EVERY_S = 0.2
-"""A moving robot's pose is kept so often (sample clock). No sync: it need not outlive a loss of power."""
+"""Interval (sample clock) at which a moving robot's pose is kept. No sync: it need not outlive a loss of power."""
 
 BOOT_ID = Path("/proc/sys/kernel/random/boot_id")
 """Another text after each boot of the computer, random(4)."""

@@ -33,7 +33,7 @@ END_WALL_M = 0.5
 LIMIT_S = 240.0
 """A mission that has not ended by then is judged as it stands: without trouble it takes 35 to 70 s."""
 NOISE_S = 30.0
-"""The robots' own noise repeats itself after so long: ten times as long as their recognisers look back."""
+"""Period after which the robots' own noise repeats: ten times as long as their recognisers look back."""
 
 
 @dataclass(frozen=True)

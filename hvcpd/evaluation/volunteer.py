@@ -20,7 +20,7 @@ PAPER_DROP_M = 0.7
 """From which the paper's success in this mode falls, for the robots drive off (section IV-A)."""
 DRIVING, STANDING = "driving off", "standing still"
 AWAY_M = 2.0
-"""Each robot's plant is so far behind it, away from the other."""
+"""Distance of each robot's plant behind it, away from the other."""
 SPEED_M_S = 0.211
 """TurtleBot3's firmware holds the wheels at 61 rpm; the paper's program asks for 0.3 m/s."""
 ANSWER_S = 1.0

@@ -24,22 +24,22 @@ from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 OTHER_RATES_HZ = (48_000, 44_100, 32_000, 96_000)
 """Tried after 16 kHz and the card's own; what USB microphones and boards for the Raspberry Pi have."""
 MOST_OUTPUTS = 2
-"""The voice is played on so many channels: both loudspeakers of a pair. Beyond them are those of a cinema."""
+"""Most channels on which the voice is played: both loudspeakers of a pair. Beyond them are those of a cinema."""
 BUFFER_BLOCKS = 3
 """Asked of the loudspeaker's buffer. With 4, PulseAudio takes two blocks at a time, all that is kept, and every block
 that comes a little late leaves a gap: 20 in 40 s on a computer with much to do. With 3 it takes one: 2 gaps."""
 FILLED_BLOCKS = 2
 """Kept in it, so that the thread may be late by as much, and the buffer take as much, before a sample is lost."""
 WATCHED_BLOCKS = 40
-"""The filling is averaged over so many blocks: sound servers take what waits in lumps of a block and more."""
+"""Number of blocks over which the filling is averaged: sound servers take what waits in lumps of a block and more."""
 BEHIND_BLOCKS = 2
 """Number of blocks that, still unread, mean that the microphone is behind: after a stall a sound server delivers all
 that it has kept."""
 SLACK_BLOCKS = 0.75
-"""The mean filling may stray by so much before silence is left out or added: 19 ms of 25 ms blocks, which two clocks
-100 ppm apart need three minutes for."""
+"""Largest error of the mean filling that is left alone; beyond it silence is left out or added. 19 ms of 25 ms blocks,
+which two clocks 100 ppm apart need three minutes for."""
 PATIENCE_S = 15.0
-"""Silence is waited for so long; then sound is left out, or silence added, within words. Sentences take 12 s."""
+"""Longest wait for silence; then sound is left out, or silence added, within words. Sentences take 12 s."""
 
 
 @dataclass(frozen=True)

@@ -48,7 +48,7 @@ NO_MOTORS = -1
 """Device status when the motors did not answer the controller at its start."""
 
 HEARTBEAT_TIMEOUT_S = 0.5
-"""HEARTBEAT_TIMEOUT_MS: the commands become zero when the heartbeat has not changed for so long."""
+"""HEARTBEAT_TIMEOUT_MS: the time without a changed heartbeat after which the commands become zero."""
 
 
 def command_block(linear: int, angular: int) -> bytes:

@@ -39,8 +39,8 @@ MAX_LEVEL = 64.0
 """Samples of float files beyond 36 dB over full scale are clipped here, so that filters cannot overflow."""
 
 _MAGICS = (b"RIFF", b"RF64", b"FORM", b"fLaC", b"OggS")
-"""First bytes of WAV, AIFF, FLAC and Ogg. All else is refused: libsndfile guesses at MP3, and its decoder writes of each
-fault to standard error."""
+"""First bytes of WAV, AIFF, FLAC and Ogg. All else is refused: libsndfile guesses at MP3, and its decoder then
+complains on standard error."""
 
 _REPAIRED = re.compile(r"^\s*(?:data|SSND)\s*: (\d+) \(should be (\d+)\)", re.MULTILINE)
 """How libsndfile logs that a WAV or AIFF file states more bytes of samples than it has; it reads what is there."""

@@ -36,7 +36,7 @@ class Acoustics:
     """From handing a block out until it is heard in the own microphone, as the sound system tells it; the bench has
     none beyond the block."""
     tail_s: float = 0.12
-    """The own voice rings on in the room for so long."""
+    """Time for which the own voice rings on in the room."""
     collision_s: float = 0.4
     """Speech that was garbled and began no later than this after the own speech ended overlapped it."""
 

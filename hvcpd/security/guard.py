@@ -21,14 +21,14 @@ from hvcpd.security.silence import CODE_PATIENCE, GrowingSilence, Patience
 from hvcpd.security.trust import Trust
 
 NEAR = 16
-"""The look-ahead window: so many seals of a speaker may go unheard in a row. Each doubles what a guess is worth by its
-logarithm: 16 cost 4 of the 24 bits."""
+"""Look-ahead window: number of a speaker's seals in a row that may go unheard. Each factor of two costs one bit: 16
+cost 4 of the 24."""
 FAR = 2048
 """Largest distance between a seal's number and the last one at which two seals in a row are accepted: a day of talk.
 Such a search takes 23 ms, of an encrypted statement 18 ms (x86, one key, in the daemon, which has no OpenSSL for its
 hashes); only wrong seals need it."""
 RESERVED = 4
-"""Counters are kept on the disk in steps of so many, ahead of use: a power cut skips some and repeats none."""
+"""Step in which counters are kept on the disk, ahead of use: a power cut skips some numbers and repeats none."""
 PRESENT_S = 300.0
 """Time after each right seal for which a speaker that has proved to be here is taken to be here."""
 PROVED_S = 1800.0
@@ -36,7 +36,7 @@ PROVED_S = 1800.0
 orders and plays one every few minutes would keep their speaker here for ever. The proof costs two sentences each half
 an hour."""
 CHALLENGE_S = 30.0
-"""A challenge holds so long: two sentences, said slowly, and their turns."""
+"""Time for which a challenge holds: two sentences, said slowly, and their turns."""
 KEPT = 512
 """Seals that were taken lately, kept word by word to tell a recording from a mistake."""
 DOUBTED, SURE = "doubted/", "sure/"

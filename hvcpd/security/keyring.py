@@ -30,7 +30,7 @@ CREDENTIAL = "hvcpd.key"
 DEFAULT_PATH = Path("/etc/hvcpd/team.key")
 """File where `hvcpctl key` keeps the key unless another is given."""
 MAX_BYTES = 64 * 1024
-"""No team has so many keys; a device file or a film is not read to its end."""
+"""Largest key file that is read: no team has that many keys; a device file or a film is not read to its end."""
 _ENTRY = re.compile(
     rf"key (?P<secret>[0-9a-f]{{{2 * KEY_BYTES}}}) made (?P<made>\S+) from (?P<spoken>\S+)(?: until (?P<until>\S+))?"
 )
