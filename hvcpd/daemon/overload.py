@@ -14,8 +14,8 @@ RAISED_WITHIN_S = 10
 5 to 13 two robots had one such second in ten (docs/daemon.md), and understood each other."""
 CLEARED_BY = 2
 CLEARED_WITHIN_S = 30
-"""The alarm ends when at most CLEARED_BY of the last CLEARED_WITHIN_S seconds had a disturbed block: hardly one in three
-of the longest sentences."""
+"""The alarm ends when at most CLEARED_BY of the last CLEARED_WITHIN_S seconds had a disturbed block: hardly one in
+three of the longest sentences."""
 
 TOO_BUSY = "the computer is too busy"
 
