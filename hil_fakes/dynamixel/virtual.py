@@ -1,4 +1,4 @@
-"""The same line without a pseudo-terminal: a port in memory on a virtual clock, so that a time-out costs no time.
+"""The line without a pseudo-terminal: a port in memory on a virtual clock, so that a time-out costs no time.
 
 Everything that is written is heard at once; to wait for a reply that does not come makes the devices' time pass. The
 port has the methods that `dynamixel-sdk`'s packet handlers call, so those run unmodified on it.

@@ -206,7 +206,7 @@ def robot_voice(name: str, sound: Sound) -> str:
 
 
 def voices_of(names: Iterable[str], sound: Sound) -> dict[str, str]:
-    """The same of robots and people, by name in lower case."""
+    """Return the voices of robots and people, as the recogniser calls them, by name in lower case."""
     people = {key: person.voice for key, person in sound.people.items()}
     return {name.lower(): people.get(name.lower()) or robot_voice(name, sound) for name in names}
 
@@ -256,12 +256,12 @@ def _excuses(spotter: UrgentSpotter, sound: Sound, names: Iterable[str]) -> list
 
 
 def templates(phrasebook: Phrasebook, voice: Voice, sound: Sound) -> dict[str, list[Samples]]:
-    """Every word of the phrasebook in one voice, and the phrases that count as one."""
+    """Return the templates, shape (n,) each, float32, of all words in one voice, and of the phrases that count as one."""
     return dict(word_bank(phrasebook, Speaker(voice, sound.lexicon, sound.cache)))
 
 
 def word_bank(phrasebook: Phrasebook, speaker: Speaker) -> Mapping[str, list[Samples]]:
-    """The same as that speaker says them, each made when it is asked for."""
+    """Return the templates of all words in a speaker's voice, shape (n,) each, float32, made at each access."""
 
     def rendered(word: str) -> list[Samples]:
         phrases = phrasebook.alternatives.get(word, ())
@@ -271,7 +271,7 @@ def word_bank(phrasebook: Phrasebook, speaker: Speaker) -> Mapping[str, list[Sam
 
 
 def templates_of(words: Iterable[str], voice: Voice, sound: Sound) -> dict[str, list[Samples]]:
-    """These words in one voice."""
+    """Return the templates of these words in one voice, shape (n,) each, float32."""
     speaker = Speaker(voice, sound.lexicon, sound.cache)
     return {word: speaker.templates(word) for word in words}
 
@@ -338,7 +338,7 @@ def others(plan: RobotPlan, names: Sequence[str]) -> Sequence[str]:
 
 
 def make_phrasebook_and_ears(plan: RobotPlan, names: Sequence[str], sound: Sound) -> tuple[Phrasebook, Ears]:
-    """The same robot's phrasebook and ears once it knows these names. Raises PhraseError when words clash."""
+    """Return a robot's phrasebook and ears once it knows these names. Raises PhraseError when words clash."""
     book = phrasebook_of(plan, names)
     ears = make_ears(book, others(plan, sound.robots(names)), sound, False, plan.prepared)
     return book, _looking_twice(plan, book, ears, sound)

@@ -83,7 +83,7 @@ class _Sealed:
 
 @dataclass(frozen=True)
 class _Encrypted:
-    """The same of an encrypted statement."""
+    """An encrypted statement as a proof."""
 
     message: Message
 

@@ -72,7 +72,7 @@ class KeyFile:
         return KeyRing(spoken[-1].key, others, frozenset(self.revoked))
 
     def rotated(self, today: date, after: timedelta, keep: timedelta) -> KeyFile:
-        """The same with a fresh key, spoken after a while; the older ones are believed for a while from then on, and
+        """Return the file with a fresh key, spoken after a while; the older ones are believed for a while from then on, and
         where that is no time at all, they leave the file at once. The clock is as for `ring`."""
         day = max(today, self.newest)
         spoken_from = day + after
