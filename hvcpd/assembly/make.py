@@ -256,7 +256,7 @@ def _excuses(spotter: UrgentSpotter, sound: Sound, names: Iterable[str]) -> list
 
 
 def templates(phrasebook: Phrasebook, voice: Voice, sound: Sound) -> dict[str, list[Samples]]:
-    """Return the templates, shape (n,) each, float32, of all words in one voice, and of the phrases that count as one."""
+    """Return the templates, shape (n,) each, of all words in one voice, and of the phrases that count as one."""
     return dict(word_bank(phrasebook, Speaker(voice, sound.lexicon, sound.cache)))
 
 

@@ -72,8 +72,8 @@ class KeyFile:
         return KeyRing(spoken[-1].key, others, frozenset(self.revoked))
 
     def rotated(self, today: date, after: timedelta, keep: timedelta) -> KeyFile:
-        """Return the file with a fresh key, spoken after a while; the older ones are believed for a while from then on, and
-        where that is no time at all, they leave the file at once. The clock is as for `ring`."""
+        """Return the file with a fresh key, spoken from `after` on; older ones are believed for `keep` from then on, or
+        leave the file at once where that is 0. The clock is as for `ring`."""
         day = max(today, self.newest)
         spoken_from = day + after
         ending = [replace(e, until=min(e.until or date.max, spoken_from + keep)) for e in self.entries]
