@@ -9,7 +9,7 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 from hvcpd.assembly.plan import RobotPlan
-from hvcpd.assembly.rendered_waveforms import MadeWhenAsked, Shelf, SpokenBook
+from hvcpd.assembly.rendered_waveforms import LazyMapping, SpokenBook, WaveformCache
 from hvcpd.config.settings import DEFAULT_TEAMS as DEFAULT_TEAMS
 from hvcpd.config.tasks import TaskRepository
 from hvcpd.coordination.actions import SLOW_STRETCH, Timing
@@ -122,7 +122,7 @@ def make_recogniser(phrasebook: Phrasebook, names: Sequence[str], sound: Sound, 
     listened to: to render them again and again would take too long.
     """
     speakers = {robot_voice(name, sound): name for name in names}
-    bank = MadeWhenAsked(speakers, lambda voice: word_bank(phrasebook, sound.speaker_of(speakers[voice])))
+    bank = LazyMapping(speakers, lambda voice: word_bank(phrasebook, sound.speaker_of(speakers[voice])))
     sealed = Kind.SEALED in phrasebook.vocabulary.kinds
     settings = RecogniserSettings(spotter=SpotterSettings(beam=Beam(max_pairs=SEALED_PAIRS))) if sealed else None
     coherent = make_coherent(phrasebook, names, sound, prepared) if sound.cache is not None else None
@@ -135,10 +135,10 @@ def make_coherent(
     """Hears the same voices by their waveform, where noise hides the words."""
     graph = phrasebook.marked_graph
     speakers = {robot_voice(name, sound): name for name in names}
-    shelf = Shelf()
-    usual = [SpokenBook(voice, sound.speaker_of(name), graph.words, shelf) for voice, name in speakers.items()]
+    waveforms = WaveformCache()
+    usual = [SpokenBook(voice, sound.speaker_of(name), graph.words, waveforms) for voice, name in speakers.items()]
     slow = [
-        SpokenBook(voice, sound.speaker_of(name, SLOW), graph.words, shelf)
+        SpokenBook(voice, sound.speaker_of(name, SLOW), graph.words, waveforms)
         for voice, name in speakers.items()
         if name.lower() not in sound.recorded
     ]
@@ -151,7 +151,7 @@ def robot_voice(name: str, sound: Sound) -> str:
 
 
 def voices_of(names: Iterable[str], sound: Sound, people: Mapping[str, Person]) -> dict[str, str]:
-    """The same of robots and of those who are enrolled, by name in lower case."""
+    """Return the voices of robots and of those who are enrolled, by name in lower case."""
     voices = {key: person.voice for key, person in people.items()}
     return {name.lower(): voices.get(name.lower()) or robot_voice(name, sound) for name in names}
 
@@ -173,7 +173,7 @@ def make_spelled(phrasebook: Phrasebook, sound: Sound, watch: Watch | None = Non
     """Hears names being spelled, in every voice; `watch`: of another recogniser on the same microphone."""
     graph = phrasebook.spelling_graph
     speakers = {voice.name: Speaker(voice, sound.lexicon, sound.cache) for voice in VOICES}
-    bank = MadeWhenAsked(speakers, lambda voice: MadeWhenAsked(graph.words, speakers[voice].templates))
+    bank = LazyMapping(speakers, lambda voice: LazyMapping(graph.words, speakers[voice].templates))
     return Recogniser(graph, bank, RecogniserSettings(min_confidence=MIN_SPELLED_CONFIDENCE), watch=watch)
 
 
@@ -201,22 +201,22 @@ def _excuses(spotter: UrgentSpotter, sound: Sound, names: Iterable[str]) -> list
 
 
 def templates(phrasebook: Phrasebook, voice: Voice, sound: Sound) -> dict[str, list[Samples]]:
-    """Every word of the phrasebook in one voice, and the phrases that count as one."""
+    """Return the templates, shape (n,) each, of all words in one voice, and of the phrases that count as one."""
     return dict(word_bank(phrasebook, Speaker(voice, sound.lexicon, sound.cache)))
 
 
 def word_bank(phrasebook: Phrasebook, speaker: Speaker) -> Mapping[str, list[Samples]]:
-    """The same as that speaker says them, each made when it is asked for."""
+    """Return the templates of all words in a speaker's voice, shape (n,) each, float32, made at each access."""
 
     def rendered(word: str) -> list[Samples]:
         phrases = phrasebook.alternatives.get(word, ())
         return speaker.templates(word) + [take for phrase in phrases for take in speaker.phrase_templates(phrase)]
 
-    return MadeWhenAsked(phrasebook.marked_graph.words, rendered)
+    return LazyMapping(phrasebook.marked_graph.words, rendered)
 
 
 def templates_of(words: Iterable[str], voice: Voice, sound: Sound) -> dict[str, list[Samples]]:
-    """These words in one voice."""
+    """Return the templates of these words in one voice, shape (n,) each, float32."""
     speaker = Speaker(voice, sound.lexicon, sound.cache)
     return {word: speaker.templates(word) for word in words}
 
@@ -268,7 +268,7 @@ def phrasebook_of(plan: RobotPlan, names: Sequence[str]) -> Phrasebook:
 
 
 def make_phrasebook_and_ears(plan: RobotPlan, names: Sequence[str], sound: Sound) -> tuple[Phrasebook, Ears]:
-    """The same robot's phrasebook and ears once it knows these names. Raises PhraseError when words clash."""
+    """Return a robot's phrasebook and ears once it knows these names. Raises PhraseError when words clash."""
     return _book_and_ears(plan, names, sound, False)[:2]
 
 

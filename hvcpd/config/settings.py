@@ -27,7 +27,7 @@ SYSTEM_SETTINGS_PATH = Path("/etc/hvcpd/hvcpd.yaml")
 """Read if no other file is named; it need not be there."""
 
 STATE_DIR = Path("/var/lib/hvcpd")
-"""Where a service keeps its state, by the Filesystem Hierarchy Standard."""
+"""Folder where a service keeps its state, by the Filesystem Hierarchy Standard."""
 
 MAX_KNOWN_NAMES = 12
 """Robots known beforehand; each name makes the recognizer's network larger, and a class room has no more."""
@@ -58,7 +58,7 @@ class StartSettings:
 
     @property
     def pose(self) -> Pose:
-        """The same with the heading in radians."""
+        """The start with the heading in radians."""
         return Pose(self.x_m, self.y_m, math.radians(self.heading_deg))
 
 
@@ -276,7 +276,7 @@ def _check_wheels(parts: Parts) -> None:
 
 
 def _with_whole_paths(settings: Settings, document: Document, path: Path | None) -> Settings:
-    """The same with file names that mean the same from anywhere, and with its own team among the teams."""
+    """Return the settings with absolute file names, and with their own team among the teams."""
 
     def whole(name: Path, *key: str) -> Path:
         return _absolute(name, document, key, path)

@@ -27,7 +27,7 @@ from hvcpd.reporting.markup import escaped
 from hvcpd.reporting.palette import style_sheet
 
 KEEP_ALIVE_S = 15.0
-"""Something is sent at least so often: else a tunnel between may take the connection for dead."""
+"""Longest silence towards a page: after a longer one a tunnel between may take the connection for dead."""
 
 _TYPES = {"js": "text/javascript", "css": "text/css", "svg": "image/svg+xml"}
 

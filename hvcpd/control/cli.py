@@ -198,7 +198,7 @@ def _sound_out(text: str) -> Path:
 def _add_hear(commands: _Commands) -> None:
     c = commands.add_parser("hear", help="list every sentence in a recording")
     _add_shared(c)
-    c.add_argument("file", type=_sound_in, nargs="+", metavar="FILE.wav", help="any WAV, 8 to 192 kHz; - for a pipe")
+    c.add_argument("file", type=_sound_in, nargs="+", metavar="FILE.wav", help="WAV, FLAC, AIFF or Ogg; - for a pipe")
     c.add_argument("--json", action="store_true", help="print one JSON object a line")
     c.add_argument(
         "--learn-alternatives",

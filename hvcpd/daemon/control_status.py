@@ -44,7 +44,7 @@ class Body:
     heard: bool = False
     """Sound has come."""
     voltage_v: float | None = None
-    """Of the battery, as the wheels measured it last."""
+    """The battery's voltage as the wheels measured it last."""
     began_s: float = field(default_factory=time.monotonic)
     """When the daemon was started, by the monotonic clock."""
 

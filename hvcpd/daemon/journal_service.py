@@ -30,9 +30,10 @@ from hvcpd.security.codes import LOST
 MAX_WAITING = 1000
 """Records that may wait for the disk: more than a day's talk makes in ten minutes; beyond, new ones are not kept."""
 RETRY_S = 1.0
-"""After a failure nothing is tried for so long (sample clock): each try may wait 1 s for another process."""
+"""Pause after a failure (sample clock): each try may wait 1 s for another process."""
 LATCH_S = 5.0
-"""So long who says "stop" waits to hear that it is kept: half of the patience of `hvcpctl`."""
+"""Longest time that a client that sent "stop" waits until the stop is on the disk: half of the patience of
+`hvcpctl`."""
 
 Remembered = dict[int, tuple[str, str | None]]
 

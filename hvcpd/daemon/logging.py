@@ -149,7 +149,7 @@ def is_journal(stream: TextIO, environment: Mapping[str, str], stat: Callable[[i
 LogFormat = Literal["auto", "console", "keyvalue", "json"]
 
 HELD_BACK_EVERY_S = 60.0
-"""Lines that were held back, and after which none of their kind has come, are told of so often."""
+"""Interval of reports on lines that were held back and after which none of their kind has come."""
 
 _log = structlog.get_logger(__name__)
 

@@ -37,10 +37,11 @@ from hvcpd.robot.own_voice import Acoustics
 from hvcpd.robot.robot import Robot
 
 FAREWELL_S = 12.0
-"""So long a robot that is told to end waits for its turn to say so (sample clock): somebody else's sentence of 5 s, a
-report that is still due, its own farewell."""
+"""Longest time (sample clock) that a robot that is told to end waits for its turn to say so: another one's sentence of
+5 s, a report that is still due, its own farewell."""
 FAREWELL_WALL_S = 20.0
-"""The same by the clock on the wall, should sound have stopped coming; within the unit's TimeoutStopSec."""
+"""Longest time by the wall clock for the farewell, should sound have stopped coming; within the unit's
+TimeoutStopSec."""
 
 NO_SOUND = "without sound: the robot stands still, and tries again to open the sound card"
 

@@ -82,7 +82,7 @@ def is_disturbed(before: StreamCounters, after: StreamCounters) -> bool:
 
 
 LOSSES_EVERY_S = 60.0
-"""Sound that was lost is told so often at most."""
+"""Shortest interval of reports on lost sound."""
 GAP_S = 0.1
 """Without sound time is told in such steps: half of what a wheel that stands is spoken to by, and far more often than a
 systemd watchdog needs to be fed."""
@@ -91,11 +91,11 @@ RETRY_MOST_S = 10.0
 """Pauses between attempts, each twice as long as the one before: a sound server is back within a second, a plug that
 somebody has to find is not, and an attempt costs some 0.1 s of processor time."""
 STEADY_S = 10.0
-"""A stream that has lived for so long has shown that it works; the next failure is met with the short pause again."""
+"""Life of a stream after which its next failure is met with the short pause again: it has shown that it works."""
 MUTE_S = 10.0
-"""Nothing but digital zeros for so long, and the microphone is not one that hears."""
+"""Length of digital zeros after which the microphone counts as one that does not hear."""
 LET_GO_S = 30.0
-"""A card that is not let go of for so long is held by a library that hangs; then only a new process helps."""
+"""Time after which a card that is not let go counts as held by a library that hangs; then only a new process helps."""
 
 _NONE = np.zeros(0, np.float32)
 
@@ -192,7 +192,7 @@ class SoundService:
         return Block(samples, lost if gap else None)
 
     def write(self, samples: Samples) -> None:
-        """Have sound played, as long as what was read; without a card it goes nowhere."""
+        """Have sound played, shape (n,), float32, as long as what was read; without a card it is dropped."""
         if self._recovery is None:
             self._stream.write(samples)
 

@@ -36,7 +36,7 @@ HIGHEST_NUMBER_ALWAYS_KNOWN = 10
 """Task numbers up to here can be spoken of even when no such task exists, so that an order for one is refused aloud."""
 
 DISTANCES_M = {0.5: "half a metre", 1.0: "one metre", 2.0: "two metres", 3.0: "three metres", 5.0: "five metres"}
-"""How far a robot can be told to move in one go: far enough for a room, and few words to be confused."""
+"""Distances that a robot can be told to move in one go: far enough for a room, and few words to be confused."""
 
 VOLTS_STEP = 0.5
 VOLTS = {n + half: f"{n}{' and a half' if half else ''}" for n in range(9, 13) for half in (0.0, VOLTS_STEP)}
@@ -69,7 +69,7 @@ class Vocabulary:
     alternatives: tuple[tuple[str, str], ...] = ()
     """Words, and phrases that count as them when they are heard: ("indigo", "in the go")."""
     kinds: frozenset[Kind] = OPEN_KINDS
-    """Which forms this team uses; each kind makes every listener's network larger."""
+    """Kinds of forms that this team uses; each makes every listener's network larger."""
 
 
 _COMPILED = tuple(map(compile_form, FORMS))
@@ -157,7 +157,7 @@ class Phrasebook:
 
     @cached_property
     def marked_graph(self) -> WordGraph:
-        """The same, for a team with a key, with a seal or a code after the sentences that have them."""
+        """The graph of a team with a key: with a seal or a code after the sentences that have them."""
         if Kind.SEALED not in self.vocabulary.kinds:
             return self.graph
         encrypts = Kind.ENCRYPTED in self.vocabulary.kinds
@@ -171,7 +171,7 @@ class Phrasebook:
 
     @property
     def cipher_words(self) -> int:
-        """So many code words has an encrypted statement, whichever it is."""
+        """Number of code words of an encrypted statement, whichever it is."""
         return words_for(8 * (self.codebook.n_bytes + CIPHER_TAG_BYTES))
 
     @cached_property

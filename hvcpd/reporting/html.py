@@ -8,6 +8,8 @@ import math
 from pathlib import Path
 from string import Template
 
+from markupsafe import Markup
+
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 from hvcpd.reporting.audio_clip import Clip, make_clip
 from hvcpd.reporting.conversation import draw_conversation, utterance_options
@@ -15,7 +17,7 @@ from hvcpd.reporting.events import MissionRecord, Trail
 from hvcpd.reporting.files import write_whole
 from hvcpd.reporting.icons import badge
 from hvcpd.reporting.map_svg import draw_map
-from hvcpd.reporting.markup import Markup, escaped, joined, tag
+from hvcpd.reporting.markup import escaped, joined, tag
 from hvcpd.reporting.palette import own_file, robot_slot, style_sheet
 from hvcpd.reporting.simplify import length_m, simplified
 from hvcpd.reporting.spectrogram import choose, figure

@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from importlib import resources
 
-from hvcpd.reporting.markup import Markup
+from markupsafe import Markup
 
 ROBOT_LIGHT = (
     "#0b62a4 #b3470f #0a7355 #8a3b8f #7a6200 #c2255c #3b5bdb #557000 #8a5a44 #08717d #6741d9 #55606b"
@@ -72,7 +72,7 @@ def task_colour(name: str) -> str:
 
 
 def task_style(name: str) -> str:
-    """The same as a terminal's colour."""
+    """Return the task's colour as a terminal's."""
     words = re.findall(r"[a-z]+", name.lower())
     return next((TASK_TERMINAL[word] for word in words if word in TASK_TERMINAL), "white")
 

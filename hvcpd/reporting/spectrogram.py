@@ -8,11 +8,12 @@ import zlib
 from dataclasses import dataclass
 
 import numpy as np
+from markupsafe import Markup
 from numpy.typing import NDArray
 
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 from hvcpd.reporting.audio_clip import slice_of
-from hvcpd.reporting.markup import Markup, joined, tag
+from hvcpd.reporting.markup import joined, tag
 from hvcpd.reporting.story import Line, Story
 from hvcpd.reporting.text import clock
 
@@ -26,7 +27,7 @@ PRE_EMPHASIS = 0.97
 MAX_RANGE_DB = 60.0
 """From the loudest point to the darkest colour; less if the noise lies higher."""
 NOISE_SHARE = 0.10
-"""This share of all points, the quietest, is drawn in the darkest colours."""
+"""Share of all points, the quietest, that is drawn in the darkest colours."""
 LEVELS = 48
 """Colours: steps of about 1 dB, which the eye does not tell apart, and pictures of half the size of 256 colours."""
 MARGIN_S = 0.25
@@ -68,7 +69,8 @@ def picture(spectrum: Spectrogram) -> tuple[bytes, float]:
 
 
 def choose(story: Story, sound: Samples) -> list[Line]:
-    """Which utterances to draw, the best first: each robot's clearest long one, a collision, then other clear ones."""
+    """Return the utterances to draw, the best first: each robot's clearest long one, a collision, then other clear
+    ones; of sound of shape (n,), float32."""
     rated = []
     for line in story.lines:
         length_s = line.said.end_s - line.said.at_s
@@ -91,7 +93,8 @@ def choose(story: Story, sound: Samples) -> list[Line]:
 
 
 def figure(line: Line, sound: Samples) -> Markup:
-    """An utterance's spectrogram with axes, and above it the words where a listener recognised them."""
+    """Return an utterance's spectrogram, from sound of shape (n,), float32, with axes, and above it the words where
+    a listener recognised them."""
     begin_s = max(line.said.at_s - MARGIN_S, 0.0)
     end_s = min(line.said.end_s + MARGIN_S, begin_s + MAX_LENGTH_S)
     part = sound[slice_of(begin_s, end_s, len(sound))]

@@ -209,7 +209,7 @@ def test_a_recording_is_refused_at_once_and_later_and_does_not_make_robots_talk_
     listener = order.addressee.name if isinstance(order.addressee, m.ToRobot) else ""
     mission.run()
     for _ in range(40):
-        mission.say("Mallory", order)
+        mission.speak("Mallory", order)
         mission.air.run_until(mission.air.now + STEP_S)
     told = [text for text in mission.written(without=("Mallory",)) if "I do not trust that" in text]
     assert 1 <= len(told) <= 8

@@ -53,10 +53,10 @@ def test_each_stage_has_all_that_is_needed_from_then_on(tmp_path: Path, units: P
     assert cache.made <= 8, "only what tells the call from a name that sounds like it"
     warm_up.before_speaking()
     cache.made = 0
-    chance = random.Random(1)
+    rng = random.Random(1)
     speaker = sound.speaker_of("Rob")
     for _ in range(200):
-        assert len(speaker.render(robot.phrasebook.phrases(robot.phrasebook.sample(chance)))) > 0
+        assert len(speaker.render(robot.phrasebook.phrases(robot.phrasebook.sample(rng)))) > 0
     assert cache.made == 0
     warm_up.the_rest(robot)
     cache.made = 0

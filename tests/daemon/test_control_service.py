@@ -313,12 +313,12 @@ def test_who_does_not_read_is_let_go_and_holds_nobody_up(tmp_path: Path) -> None
         async with control(tmp_path) as bench:
             deaf, other = await bench.connect(), await bench.connect()
             await deaf.ask("subscribe", events=["heard"])
-            deaf.reader._transport.pause_reading()  # type: ignore[attr-defined]
+            deaf.writer.transport.pause_reading()  # type: ignore[attr-defined]
             words = [(word, 0.0, 1.0) for word in ORDER]
             one = len(json.dumps({"event": "heard", "words": words}))
             with capture_logs() as logs:
                 for _ in range(4 * MAX_UNREAD_BYTES // one):
-                    bench.service._server.publish({"event": "heard", "words": words})
+                    bench.service.publish({"event": "heard", "words": words})
                 await lives_on(bench, other)
             assert [line["reason"] for line in logs if line["event"] == "control client let go"] == ["it does not read"]
             deaf.writer.transport.abort()

@@ -43,14 +43,14 @@ class Alone:
         self.records: list[Record] = []
         self._gain = gain
         self._air = np.zeros(SAMPLE_RATE_HZ * 200, np.float32)
-        self._chance = np.random.default_rng(3)
+        self._rng = np.random.default_rng(3)
         self._n = 0
 
     def live(self, delay_s: Callable[[float], float], sentences: int) -> None:
         """Until so many have been said, and two seconds more."""
         rest = round(2.0 / BLOCK_S)
         while rest:
-            heard = self._air[self._n : self._n + BLOCK] + 1e-4 * self._chance.standard_normal(BLOCK)
+            heard = self._air[self._n : self._n + BLOCK] + 1e-4 * self._rng.standard_normal(BLOCK)
             output = self.robot.step(np.asarray(heard, np.float32), None)
             self._n += BLOCK
             assert self.robot.now < 150.0

@@ -38,12 +38,12 @@ def fine(subject: str, text: str, **figures: float) -> Diagnosis:
 
 
 def note(subject: str, text: str, **figures: float) -> Diagnosis:
-    """It works, but."""
+    """Return a finding that works, but deserves a note."""
     return Diagnosis(subject, Grade.NOTE, text, figures)
 
 
 def wrong(subject: str, text: str, **figures: float) -> Diagnosis:
-    """It does not work; the text has the remedy."""
+    """Return a finding that does not work; the text has the remedy."""
     return Diagnosis(subject, Grade.WRONG, text, figures)
 
 

@@ -80,7 +80,8 @@ def _draw(path: Path, samples: Samples, events: list[Event], title: str) -> None
 
 
 def events_in(samples: Samples, team: Team) -> Iterator[Event]:
-    """Everything that the recogniser reports in a recording, garbled speech too, in order."""
+    """Yield everything that the recogniser reports in a recording, shape (n,), float32 at 16 kHz, in order:
+    sentences and garbled speech."""
     robots = tuple(name for name in team.names if name.lower() not in team.people)
     recogniser = make_recogniser(team.phrasebook, robots or team.names, team.sound)
     voices = team.settings.voices

@@ -24,7 +24,8 @@ from hvcpd.synthesis.speaker import Speaker
 from hvcpd.synthesis.voices import VOICES
 
 HEARD_RATES = (0.7, 1.75)
-"""Of the usual rate, that robots understand (measured; a template is stretched to twice its length or half of it)."""
+"""Slowest and fastest speaking rate that robots understand, relative to the usual one (measured; a template is
+stretched to twice its length or half of it)."""
 HEARD_DB = 0.05
 """A difference of level below this is not worth a note."""
 

@@ -72,7 +72,7 @@ def run(options: argparse.Namespace) -> int:
         _make_directory(options.report)  # before a long mission, not after it
     for text in doubts(team.tasks):
         sys.stderr.write(f"hvcpctl: warning: {team.settings.tasks}: {text}\n")
-    with _Show(options.json) as show, _pacing(options) as pace:
+    with _Show(options.json) as show, pacing(options) as pace:
         bench = Bench(plan, team.sound, show.handle, pace)
         record = bench.run()
     if options.report is not None:
@@ -149,10 +149,10 @@ class _Show:
 
 
 @contextmanager
-def _pacing(options: argparse.Namespace, backend: Any | None = None) -> Iterator[Pace]:
+def pacing(options: argparse.Namespace, backend: Any | None = None) -> Iterator[Pace]:
     """How fast the mission goes: as the loudspeaker plays, by the clock on the wall, or at once."""
     with ExitStack() as stack:
-        pace: Pace = _RealTime() if options.play or options.speed == "real" else lambda _now, _sound: None
+        pace: Pace = RealTime() if options.play or options.speed == "real" else lambda _now, _sound: None
         if options.play:
             from hvcpd.hardware.audio_play import Playback
 
@@ -177,7 +177,7 @@ class _Louder:
         self._player.__exit__(*exception)  # type: ignore[arg-type]
 
 
-class _RealTime:
+class RealTime:
     """Holds the mission back to the pace of a clock on the wall."""
 
     def __init__(self) -> None:
