@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 from benchmarks.hearing.worlds import rooms
 from benchmarks.hearing.worlds.loudspeakers import GOOD, SMALL, SMALL_DISTORTING
@@ -42,15 +43,20 @@ def conditions(seed: int, data: Path | None) -> list[Condition]:
     def together(k: int) -> World:
         return World(GOOD, living(k) if k % 2 else None, 0.0, _sign(k) * 40.0, "pink", 25.0, seed=k)
 
+    def plain(name: str, label: str, **of_world: Any) -> Condition:
+        """In free field, or in the living room."""
+        at_home = of_world.pop("at_home", False)
+        return Condition(name, label, lambda k: World(room=living(k) if at_home else None, seed=k, **of_world), at_home)
+
     found = [
-        Condition("small-living", "small driver, living room, fan 20 dB", lambda k: World(SMALL, living(k), noise="fan", seed=k), True),
+        plain("small-living", "small driver, living room, fan 20 dB", loudspeaker=SMALL, noise="fan", at_home=True),
         Condition("chain", "whole chain, fan 5 dB", chain, True),
-        Condition("small-vacuum", "small driver, vacuum −5 dB", lambda k: World(SMALL, None, 0, 0, "vacuum", -5.0, seed=k)),
-        Condition("good-vacuum", "good loudspeaker, vacuum −10 dB", lambda k: World(GOOD, None, 0, 0, "vacuum", -10.0, seed=k)),
-        Condition("ideal-vacuum", "ideal loudspeaker, vacuum −10 dB", lambda k: World(noise="vacuum", snr_db=-10.0, seed=k)),
-        Condition("clock", "clock ±300 ppm, pink −10 dB", lambda k: World(ppm=_sign(k) * 300.0, snr_db=-10.0, seed=k)),
-        Condition("clock-worst", "clock ±1,300 ppm, pink −10 dB", lambda k: World(ppm=_sign(k) * 1300.0, snr_db=-10.0, seed=k)),
-        Condition("doppler", "Doppler, ±0.44 m/s, pink −5 dB", lambda k: World(speed_m_s=_sign(k) * FASTEST_M_S, snr_db=-5.0, seed=k)),
+        plain("small-vacuum", "small driver, vacuum −5 dB", loudspeaker=SMALL, noise="vacuum", snr_db=-5.0),
+        plain("good-vacuum", "good loudspeaker, vacuum −10 dB", loudspeaker=GOOD, noise="vacuum", snr_db=-10.0),
+        plain("ideal-vacuum", "ideal loudspeaker, vacuum −10 dB", noise="vacuum", snr_db=-10.0),
+        _off("clock", "clock ±300 ppm, pink −10 dB", -10.0, ppm=300.0),
+        _off("clock-worst", "clock ±1,300 ppm, pink −10 dB", -10.0, ppm=1300.0),
+        _off("doppler", "Doppler, ±0.44 m/s, pink −5 dB", -5.0, speed_m_s=FASTEST_M_S),
     ]
     measured = rooms.measured(data) if data is not None else []
 
@@ -75,6 +81,13 @@ def conditions(seed: int, data: Path | None) -> list[Condition]:
         found.append(Condition(f"two{apart_db:+g}", label, together, True, apart_db))
     found.append(Condition("drawn", "worlds drawn at random", lambda k: draw_world(k, data), True))
     return found
+
+
+def _off(name: str, label: str, snr_db: float, ppm: float = 0.0, speed_m_s: float = 0.0) -> Condition:
+    def make(k: int) -> World:
+        return World(ppm=_sign(k) * ppm, speed_m_s=_sign(k) * speed_m_s, snr_db=snr_db, seed=k)
+
+    return Condition(name, label, make)
 
 
 def _sign(k: int) -> float:

@@ -6,9 +6,9 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.fft import dct, idct
+from scipy.fft import dct, idct, next_fast_len
 from scipy.ndimage import map_coordinates
-from scipy.signal import resample_poly, stft, istft
+from scipy.signal import istft, resample, stft
 
 from hvcpd.ports import SAMPLE_RATE_HZ
 
@@ -44,7 +44,8 @@ class Microphone:
 
 def moved(sound: Sound, lag_s: NDArray[np.float64]) -> Sound:
     """The sound at other times: sample k of the result is what it was `lag_s[k]` s before sample k."""
-    dense = resample_poly(np.concatenate([sound, np.zeros(64)]), OVERSAMPLED, 1)
+    padded = np.pad(sound, (0, next_fast_len(len(sound) + 64) - len(sound)))
+    dense = resample(padded, OVERSAMPLED * len(padded))
     at = (np.arange(len(lag_s)) - lag_s * SAMPLE_RATE_HZ) * OVERSAMPLED
     return np.asarray(map_coordinates(dense, [at], order=5, mode="constant"))
 
@@ -89,7 +90,7 @@ def controlled(sound: Sound, target_dbfs: float = -23.0, most_db: float = 20.0) 
 
 
 def coded(sound: Sound, bits: int, high_hz: float) -> Sound:
-    """Through a transform codec: MDCT of 20 ms with a sine window, each band of 500 Hz rounded to its greatest value."""
+    """Through a transform codec: MDCT of 20 ms with a sine window, 500 Hz bands rounded to their greatest value."""
     half = SAMPLE_RATE_HZ // 100
     padded = np.pad(sound, (half, half + -len(sound) % half))
     window = np.sin(np.pi * (np.arange(2 * half) + 0.5) / (2 * half))

@@ -49,7 +49,11 @@ class Place:
     box: Box
     distance_m: float
     seed: int
+    facing_db: float = 4.0
+    """The direct sound is louder by so much than that of a loudspeaker that sends as much to all sides; small boxes
+    have 3 to 6 dB in the band of speech, where they face the listener."""
     drr_db: float | None = None
+    """Instead of that: what the direct sound is scaled to."""
     door: Box | None = None
     """The room behind the door, where the microphone stands; then `distance_m` is from the speaker to the door and from
     there to the microphone."""
@@ -94,8 +98,10 @@ def _computed(place: Place) -> Response:
     if place.door is not None:
         far = _box(place.door, place.distance_m, place.seed + 1)
         near = fftconvolve(near, far)[LEAD:]
-    if place.drr_db is not None:
-        direct = near[: LEAD + DIRECT]
+    direct = near[: LEAD + DIRECT]
+    if place.drr_db is None:
+        direct *= 10.0 ** (place.facing_db / 20.0)
+    else:
         wanted = 10.0 ** (place.drr_db / 10.0) * np.sum(near[LEAD + DIRECT :] ** 2)
         direct *= np.sqrt(wanted / np.sum(direct**2))
     left = np.cumsum(near[::-1] ** 2)[::-1]
@@ -189,19 +195,20 @@ def next_room(seed: int) -> Place:
     """From a kitchen through a door to a room beside it."""
     chance = np.random.default_rng([seed, 2])
     kitchen, room = _like(chance, (3.8, 3.2, 2.5), 0.6, 0.03), _like(chance, (4.8, 4.0, 2.5), 0.5)
-    return Place(kitchen, float(chance.uniform(1.5, 2.2)), seed, float(chance.uniform(-12.0, -6.0)), room)
+    return Place(kitchen, float(chance.uniform(1.5, 2.2)), seed, 0.0, float(chance.uniform(-12.0, -6.0)), room)
 
 
 def classroom(seed: int) -> Place:
-    """RT60 about 0.9 s, 6 m apart."""
+    """RT60 about 0.9 s, 6 m apart, the loudspeaker to the side."""
     chance = np.random.default_rng([seed, 3])
-    return Place(_like(chance, (9.5, 7.5, 3.1), 0.9), float(chance.uniform(5.0, 7.0)), seed)
+    return Place(_like(chance, (9.5, 7.5, 3.1), 0.9), float(chance.uniform(5.0, 7.0)), seed, 0.0)
 
 
 def chapel(seed: int) -> Place:
-    """RT60 about 2.3 s, 10 m apart."""
+    """RT60 about 2.3 s, 10 m apart, DRR from -16 to -8 dB."""
     chance = np.random.default_rng([seed, 4])
-    return Place(_like(chance, (20.0, 10.0, 8.0), 2.3, 0.1), float(chance.uniform(8.0, 11.0)), seed)
+    box = _like(chance, (20.0, 10.0, 8.0), 2.3, 0.1)
+    return Place(box, float(chance.uniform(8.0, 11.0)), seed, 0.0, float(chance.uniform(-16.0, -8.0)))
 
 
 def draw_place(seed: int) -> Place:
@@ -209,10 +216,11 @@ def draw_place(seed: int) -> Place:
     chance = np.random.default_rng([seed, 5])
     scale = float(np.exp(chance.uniform(np.log(1.8), np.log(9.0))))
     size = (scale * chance.uniform(1.1, 2.0), scale * chance.uniform(0.8, 1.3), float(np.clip(scale * 0.7, 2.3, 8.0)))
-    middle_s = 0.2 * (scale / 1.8) ** 1.1
-    rt60_s = float(np.clip(middle_s * np.exp(chance.normal(0.0, 0.45)), 0.2, 2.3))
+    middle_s = 0.25 * (scale / 1.8) ** 1.15
+    rt60_s = float(np.clip(middle_s * np.exp(chance.normal(0.0, 0.5)), 0.2, 2.3))
     longest_m = float(np.hypot(size[0] - 0.6, size[1] - 0.6))
     distance_m = float(np.clip(np.exp(chance.uniform(np.log(0.6), np.log(12.0))), 0.5, 0.9 * longest_m))
     drr_db = float(chance.uniform(-27.0, -10.0)) if chance.random() < 0.15 else None
-    box = Box((float(size[0]), float(size[1]), size[2]), rt60_s, float(chance.uniform(0, 0.15)), chance.uniform(0.1, 0.6))
-    return Place(box, distance_m, seed, drr_db)
+    tilt, scattering, facing_db = (float(chance.uniform(*span)) for span in ((0, 0.15), (0.1, 0.6), (-4, 6)))
+    box = Box((float(size[0]), float(size[1]), size[2]), rt60_s, tilt, scattering)
+    return Place(box, distance_m, seed, facing_db, drr_db)

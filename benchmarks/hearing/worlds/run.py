@@ -131,13 +131,13 @@ def line(row: Row) -> str:
 
 
 def sources(row: Row) -> str:
-    """By what right and wrong ones were told."""
+    """By what right and wrong ones were told; empty if there are none."""
     told = []
     for outcome in ("right", "wrong"):
         by = row.ours.sources(outcome)
         if by:
             told.append(f"{outcome} by " + ", ".join(f"{name} {count}" for name, count in by.most_common()))
-    return "    " + "; ".join(told)
+    return "; ".join(told)
 
 
 def _interval(count: int, n: int) -> str:
@@ -157,7 +157,8 @@ def run(options: Options, make_ears: MakeEars, console: Console, tell_wrong: boo
     for row in bench.rows():
         rows.append(row)
         console.print(line(row), markup=False)
-        console.print(sources(row), markup=False)
+        if by := sources(row):
+            console.print("    " + by, markup=False)
         if tell_wrong:
             for v in row.ours.verdicts:
                 if v.outcome != "right":

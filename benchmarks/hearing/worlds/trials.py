@@ -88,13 +88,15 @@ class Tally:
 
 
 def make_trial(team: Team, condition: Condition, number: int, seed: int, acquainted: bool, data: Path | None) -> Trial:
-    """The trial of that number, the same for the same seed. The scored sentence is the same, acquainted or not."""
+    """The trial of that number, the same for the same seed. What is scored is the same, acquainted or not; where two
+    speak at once, the one that begins first was heard before."""
     chooser = random.Random(f"{condition.name} {number} {seed}")
+    before = random.Random(f"before {condition.name} {number} {seed}")
     k = 100_000 * seed + number
     world = condition.make(k)
     speakers = team.speakers()
     voice = chooser.choice(list(speakers))
-    clean, spoken = _stream(team, voice, ACQUAINTED if acquainted else 0, chooser)
+    clean, spoken = _stream(team, voice, ACQUAINTED if acquainted else 0, chooser, before)
     arrived = world.carried(clean)
     spoken = world.when(spoken, len(arrived))
     said = [spoken[-1]]
@@ -128,15 +130,17 @@ def _sentence(team: Team, voice: str, chooser: random.Random) -> tuple[tuple[str
             return tuple(w for phrase in phrases for w in phrase), team.speakers()[voice].render(phrases)
 
 
-def _stream(team: Team, voice: str, before: int, chooser: random.Random) -> tuple[Samples, list[Spoken]]:
+def _stream(
+    team: Team, voice: str, n_before: int, chooser: random.Random, before: random.Random
+) -> tuple[Samples, list[Spoken]]:
     scored = _sentence(team, voice, chooser)
-    sentences = [*(_sentence(team, voice, chooser) for _ in range(before)), scored]
-    pieces = [np.zeros(round((LEAD_S + chooser.uniform(0, 0.3)) * SAMPLE_RATE_HZ), np.float32)]
+    sentences = [*(_sentence(team, voice, before) for _ in range(n_before)), scored]
+    pieces = [np.zeros(round((LEAD_S + before.uniform(0, 0.3)) * SAMPLE_RATE_HZ), np.float32)]
     spoken = []
     at = len(pieces[0])
     for words, sound in sentences:
         spoken.append(Spoken(words, at, at + audible(sound)[1]))
-        gap = np.zeros(round(chooser.uniform(*GAP_S) * SAMPLE_RATE_HZ), np.float32)
+        gap = np.zeros(round(before.uniform(*GAP_S) * SAMPLE_RATE_HZ), np.float32)
         pieces += [sound, gap]
         at += len(sound) + len(gap)
     pieces.append(np.zeros(round(TAIL_S * SAMPLE_RATE_HZ), np.float32))

@@ -112,11 +112,12 @@ def draw_world(seed: int, data: Path | None = None, simulated: bool = True) -> W
     elif kind < 0.85 and simulated:
         room = rooms.draw_place(seed)
     there = noises.kinds(data)
+    ppm = chance.normal(0.0, 80.0) if chance.random() < 0.7 else chance.uniform(-WORST_PPM, WORST_PPM)
     return World(
         draw_loudspeaker(chance),
         room,
         float(chance.choice([0.0, chance.uniform(-FASTEST_M_S, FASTEST_M_S)], p=[0.75, 0.25])),
-        float(np.clip(chance.normal(0.0, 80.0) if chance.random() < 0.7 else chance.uniform(-1, 1) * WORST_PPM, -1300, 1300)),
+        float(np.clip(ppm, -WORST_PPM, WORST_PPM)),
         there[int(chance.integers(len(there)))],
         float(chance.uniform(-10.0, 20.0)),
         float(chance.uniform(-42.0, -20.0)),
