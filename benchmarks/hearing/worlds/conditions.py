@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from benchmarks.hearing.worlds import rooms
+from benchmarks.hearing.worlds import noises, rooms
 from benchmarks.hearing.worlds.loudspeakers import GOOD, SMALL, SMALL_DISTORTING
 from benchmarks.hearing.worlds.microphones import Microphone
 from benchmarks.hearing.worlds.world import FASTEST_M_S, World, draw_world
@@ -36,9 +36,12 @@ def conditions(seed: int, data: Path | None) -> list[Condition]:
     def living(k: int) -> rooms.Place:
         return rooms.living_room(_variant(seed, k))
 
+    recorded = noises.kinds(data)
+    fan = "air conditioner" if "air conditioner" in recorded else "fan"
+
     def chain(k: int) -> World:
         microphone = Microphone(gain_control=True)
-        return World(SMALL_DISTORTING, living(k), 0.0, _sign(k) * 150.0, "fan", 5.0, microphone=microphone, seed=k)
+        return World(SMALL_DISTORTING, living(k), 0.0, _sign(k) * 150.0, fan, 5.0, microphone=microphone, seed=k)
 
     def together(k: int) -> World:
         return World(GOOD, living(k) if k % 2 else None, 0.0, _sign(k) * 40.0, "pink", 25.0, seed=k)
@@ -49,8 +52,8 @@ def conditions(seed: int, data: Path | None) -> list[Condition]:
         return Condition(name, label, lambda k: World(room=living(k) if at_home else None, seed=k, **of_world), at_home)
 
     found = [
-        plain("small-living", "small driver, living room, fan 20 dB", loudspeaker=SMALL, noise="fan", at_home=True),
-        Condition("chain", "whole chain, fan 5 dB", chain, True),
+        plain("small-living", f"small driver, living room, {fan} 20 dB", loudspeaker=SMALL, noise=fan, at_home=True),
+        Condition("chain", f"whole chain, {fan} 5 dB", chain, True),
         plain("small-vacuum", "small driver, vacuum −5 dB", loudspeaker=SMALL, noise="vacuum", snr_db=-5.0),
         plain("good-vacuum", "good loudspeaker, vacuum −10 dB", loudspeaker=GOOD, noise="vacuum", snr_db=-10.0),
         plain("ideal-vacuum", "ideal loudspeaker, vacuum −10 dB", noise="vacuum", snr_db=-10.0),
@@ -71,7 +74,7 @@ def conditions(seed: int, data: Path | None) -> list[Condition]:
     hard = {"next-room": rooms.next_room, "classroom": rooms.classroom, "chapel": rooms.chapel}
     for name, make in hard.items():
         found.append(Condition(name, f"{name.replace('-', ' ')}, quiet", _quiet(seed, make), True))
-    loud = "kitchen" if data is not None and (data / "kitchen.wav").exists() else "pink"
+    loud = "kitchen" if "kitchen" in recorded else "pink"
     for name, make in {"living-room": rooms.living_room, **hard}.items():
         for snr_db in (0.0, -5.0):
             label = f"{name.replace('-', ' ')}, {loud} {snr_db:g} dB"
