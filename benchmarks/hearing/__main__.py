@@ -15,6 +15,10 @@ robot in the same world (`acquainted`). With --data DIR, also by measured rooms 
 
     python -m benchmarks.hearing --rows worlds [--conditions small-living,chapel,drawn,...] [--modes first,acquainted]
         [--sentences 50] [--names Mia,Ted,Gus,Rex] [--seed 7] [--data DIR] [--jobs 1] [--no-peer] [--wrong]
+
+The row `sounds`, likewise, is of sounds that are no speech, recorded (--data DIR) and made: sentences, stops an hour.
+
+    python -m benchmarks.hearing --rows sounds [--minutes 60] [--seed 7] [--data DIR] [--wrong]
 """
 
 from __future__ import annotations
@@ -35,11 +39,12 @@ from benchmarks.hearing.material import make_team
 from benchmarks.hearing.noises import KINDS
 from benchmarks.hearing.table import HEADING, PEER_HEADING, Result, joined, line, read_csv, result, totals, write_csv
 from benchmarks.hearing.worlds import run as worlds
+from benchmarks.hearing.worlds import sounds
 from benchmarks.hearing.worlds.run import MODES
 from hil_fakes import reverberation
 
 SCORED = ("noise", "slow", "level", "channel", "clock", "rate", "steps", "range", "rooms")
-ROBOTS = ("worlds",)
+ROBOTS = ("worlds", "sounds")
 COSTS = ("cost", "vocabulary", "names")
 HELD_OUT = "Mia,Ted,Gus,Rex"
 """Their voices (cedar, willow, oak, granite) are none of those that thresholds were fitted with."""
@@ -64,6 +69,7 @@ def _parser() -> argparse.ArgumentParser:
     parser.add_argument("--conditions", default="", help="of the row worlds (default: all)")
     parser.add_argument("--modes", default=",".join(MODES), help=f"of the row worlds (default {','.join(MODES)})")
     parser.add_argument("--jobs", type=int, default=1, help="processes, for the row worlds (default 1)")
+    parser.add_argument("--minutes", type=float, default=60.0, help="of made sounds, in the row sounds (default 60)")
     return parser
 
 
@@ -132,10 +138,12 @@ def main() -> None:
         o.out.mkdir(parents=True, exist_ok=True)
     if "worlds" in rows:
         _worlds(o, console)
+    team = make_team(o.names.split(","))
+    if "sounds" in rows:
+        sounds.run(worlds.robots_ears, team, o.data, o.minutes, o.seed, console, o.wrong)
     rows = [row for row in rows if row not in ROBOTS]
     if not rows:
         return
-    team = make_team(o.names.split(","))
     peer = make_peer(team) if o.peer else None
     if o.peer and peer is None:
         console.print("PocketSphinx: skipped, not installed (pip install pocketsphinx)")

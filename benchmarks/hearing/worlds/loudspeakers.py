@@ -46,7 +46,7 @@ class Loudspeaker:
         if self.high_order and self.high_hz < NYQUIST_HZ:
             out = sosfilt(butter(self.high_order, self.high_hz, fs=SAMPLE_RATE_HZ, output="sos"), out)
         for peak in self.peaks:
-            out = sosfilt(_peaking(peak), out)
+            out = sosfilt(peaking(peak), out)
         return np.asarray(out)
 
     def _distorted(self, x: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -60,7 +60,7 @@ class Loudspeaker:
         return np.asarray(amplitude * (y + 2.0 * share * y**2 - 4.0 * share * y**3 / (1.0 + 3.0 * share)))
 
 
-def _peaking(peak: Peak) -> NDArray[np.float64]:
+def peaking(peak: Peak) -> NDArray[np.float64]:
     """R. Bristow-Johnson, "Cookbook formulae for audio EQ biquad filter coefficients": peakingEQ."""
     omega = 2.0 * np.pi * peak.hz / SAMPLE_RATE_HZ
     alpha, gain = np.sin(omega) / (2.0 * peak.q), 10.0 ** (peak.gain_db / 40.0)
