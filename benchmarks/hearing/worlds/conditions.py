@@ -21,13 +21,22 @@ VARIANTS = 8
 @dataclass(frozen=True)
 class Condition:
     """Worlds of a kind. `simulated`: they need pyroomacoustics, or the responses in the cache; `apart_db`: a second
-    robot speaks at the same time, through a world of its own, louder or fainter by so much."""
+    robot speaks at the same time, through a world of its own, louder or fainter by so much; it says `calls`, or else a
+    sentence that is drawn."""
 
     name: str
     label: str
     make: MakeWorld
     simulated: bool = False
     apart_db: float | None = None
+    calls: tuple[str, ...] | None = None
+
+    @property
+    def parts(self) -> tuple[str, ...]:
+        """What the sentences of a trial are called."""
+        if self.apart_db is None:
+            return ("",)
+        return ("louder", "fainter") if self.calls is None else ("talk", "call")
 
 
 def conditions(seed: int, data: Path | None) -> list[Condition]:
@@ -82,6 +91,7 @@ def conditions(seed: int, data: Path | None) -> list[Condition]:
     for apart_db in (6.0, 12.0):
         label = f"two robots at once, {apart_db:g} dB apart"
         found.append(Condition(f"two{apart_db:+g}", label, together, True, apart_db))
+    found.append(Condition("stop", "“stop” over talk as loud", together, True, 0.0, ("stop",)))
     found.append(Condition("drawn", "worlds drawn at random", lambda k: draw_world(k, data), True))
     return found
 

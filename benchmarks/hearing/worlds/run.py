@@ -104,8 +104,7 @@ def _trial(job: tuple[int, str, int]) -> tuple[Tally, Tally | None]:
 
 
 def _rows(condition: Condition, mode: str, found: list[tuple[Tally, Tally | None]]) -> Iterator[Row]:
-    parts = ("louder", "fainter") if condition.apart_db is not None else ("",)
-    for k, part in enumerate(parts):
+    for k, part in enumerate(condition.parts):
         mine, other = Tally(), Tally()
         for tally, peer in found:
             mine.add(Tally(tally.verdicts[k : k + 1], tally.seconds, tally.heard_s))

@@ -103,7 +103,7 @@ def make_trial(team: Team, condition: Condition, number: int, seed: int, acquain
     scored_from = spoken[-2].end + SAMPLE_RATE_HZ // 2 if acquainted else 0
     if condition.apart_db is not None:
         other = chooser.choice([name for name in speakers if name != voice])
-        words, sound = _sentence(team, other, chooser)
+        words, sound = _sentence(team, other, chooser, condition.calls)
         at = said[0].start + round(chooser.uniform(*LATER_S) * SAMPLE_RATE_HZ)
         second = np.zeros(max(len(arrived), at + len(sound) + round(TAIL_S * SAMPLE_RATE_HZ)), np.float32)
         second[at : at + len(sound)] = sound
@@ -113,7 +113,7 @@ def make_trial(team: Team, condition: Condition, number: int, seed: int, acquain
         gain = 10.0 ** (condition.apart_db / 20.0 * (1 if number % 2 else -1))
         gain *= _rms(arrived, said[0].start, said[0].end) / _rms(through, at, end)
         arrived = np.pad(arrived, (0, len(second) - len(arrived))) + gain * through
-        said.insert(0 if number % 2 else 1, Spoken(words, at, end))
+        said.insert(0 if number % 2 and condition.calls is None else 1, Spoken(words, at, end))
     return Trial(world.heard(arrived, spoken, team, data), scored_from, tuple(said))
 
 
@@ -121,8 +121,12 @@ def _rms(sound: np.ndarray, start: int, end: int) -> float:
     return float(np.sqrt(np.mean(sound[start:end] ** 2)))
 
 
-def _sentence(team: Team, voice: str, chooser: random.Random) -> tuple[tuple[str, ...], Samples]:
-    """A random sentence that this robot may say."""
+def _sentence(
+    team: Team, voice: str, chooser: random.Random, words: tuple[str, ...] | None = None
+) -> tuple[tuple[str, ...], Samples]:
+    """A sentence in that robot's voice: these words, or a random one that it may say."""
+    if words is not None:
+        return words, team.speakers()[voice].render([list(words)])
     while True:
         utterance = team.book.sample(chooser)
         if utterance.speaker in (None, voice):
@@ -190,10 +194,12 @@ def judged(events: Sequence[Event], trial: Trial) -> list[Verdict]:
         wrong.setdefault(0, []).extend(("urgent", "stop!") for e in told if isinstance(e, Urgent))
     verdicts = []
     for k, said in enumerate(trial.said):
-        heard = [e for e in sentences if e.words == said.words]
+        sources = [source_of(e) for e in sentences if e.words == said.words]
+        if said.words == ("stop",):  # whoever calls it is heard if robots stop
+            sources += ["urgent" for e in told if isinstance(e, Urgent)]
         instead = tuple(wrong.get(k, ()))
-        outcome = "wrong" if instead else "right" if heard else "lost"
-        verdicts.append(Verdict(said.words, outcome, source_of(heard[0]) if heard else "", instead))
+        outcome = "wrong" if instead else "right" if sources else "lost"
+        verdicts.append(Verdict(said.words, outcome, sources[0] if sources else "", instead))
     return verdicts
 
 
