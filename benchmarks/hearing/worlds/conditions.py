@@ -8,9 +8,9 @@ from pathlib import Path
 from typing import Any
 
 from benchmarks.hearing.worlds import noises, rooms
-from benchmarks.hearing.worlds.loudspeakers import GOOD, SMALL, SMALL_DISTORTING
 from benchmarks.hearing.worlds.microphones import Microphone
 from benchmarks.hearing.worlds.world import FASTEST_M_S, World, draw_world
+from hil_fakes.loudspeakers import GOOD, SMALL, SMALL_DISTORTING
 
 MakeWorld = Callable[[int], World]
 """The world of a sentence, by a seed that no other has."""

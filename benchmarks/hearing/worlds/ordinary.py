@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.signal import butter, lfilter, sosfilt
 
-from benchmarks.hearing.worlds.loudspeakers import Peak, peaking
+from hil_fakes.loudspeakers import Peak, peaking
 from hil_fakes.robot_noise import unit
 from hvcpd.ports import SAMPLE_RATE_HZ
 

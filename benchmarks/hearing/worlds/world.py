@@ -13,9 +13,10 @@ from scipy.signal import fftconvolve
 from benchmarks.hearing import mixing
 from benchmarks.hearing.material import Spoken, Team
 from benchmarks.hearing.worlds import noises, rooms
-from benchmarks.hearing.worlds.loudspeakers import IDEAL, Loudspeaker, draw_loudspeaker
+from benchmarks.hearing.worlds.loudspeakers import draw_loudspeaker
 from benchmarks.hearing.worlds.microphones import Microphone, draw_microphone, moved
 from benchmarks.hearing.worlds.rooms import LEAD, SOUND_SPEED_M_S, Place
+from hil_fakes.loudspeakers import IDEAL, Loudspeaker
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 
 FASTEST_M_S = 0.44
