@@ -32,18 +32,19 @@ class Wall:
 class Furniture:
     """Of the room: its walls as they lie around two robots, its volume in m³ and its reverberation time in s.
 
-    Loudspeakers and microphones are 0.25 m above a floor with a carpet, and 2.2 m below the ceiling.
+    By default a hall with furniture of 12 by 12 by 3 m, in which the paper's plants have their places. Loudspeakers and
+    microphones are 0.25 m above a floor with a carpet, and 2.75 m below the ceiling.
     """
 
     walls: tuple[Wall, ...] = (
         Wall(0.5, 0.0, 0.5),
-        Wall(4.4, 0.0, 0.7),
-        Wall(3.6, 0.0, 0.6),
-        Wall(6.2, 0.0, 0.6),
-        Wall(0.0, 3.0, 0.6),
-        Wall(0.0, 5.4, 0.6),
+        Wall(5.5, 0.0, 0.7),
+        Wall(7.0, 0.0, 0.6),
+        Wall(11.0, 0.0, 0.6),
+        Wall(0.0, 4.0, 0.6),
+        Wall(0.0, 9.0, 0.6),
     )
-    volume_m3: float = 150.0
+    volume_m3: float = 430.0
     rt60_s: float = 0.45
     tail_from_s: float = 0.02
     """Reflections are single ones before and countless after it."""

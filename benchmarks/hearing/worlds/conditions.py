@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -14,6 +14,8 @@ from hil_fakes.loudspeakers import GOOD, SMALL, SMALL_DISTORTING
 
 MakeWorld = Callable[[int], World]
 """The world of a sentence, by a seed that no other has."""
+QUIET_DB = 30.0
+"""SNR of a quiet room."""
 VARIANTS = 8
 """So many rooms of a kind for each seed: to simulate one takes seconds."""
 
@@ -41,27 +43,29 @@ class Condition:
 
 def conditions(seed: int, data: Path | None) -> list[Condition]:
     """All that can be had with this folder of data; rooms differ with `seed`."""
-
-    def living(k: int) -> rooms.Place:
-        return rooms.living_room(_variant(seed, k))
-
     recorded = noises.kinds(data)
     fan = "air conditioner" if "air conditioner" in recorded else "fan"
+    loud = "kitchen" if "kitchen" in recorded else "pink"
+    measured = rooms.measured(data) if data is not None else []
+    drawn = Condition("drawn", "worlds drawn at random", lambda k: draw_world(k, data), True)
+    return [*_channels(seed, fan), *_measured(measured), *_simulated(seed, loud), *_together(seed), drawn]
+
+
+def _channels(seed: int, fan: str) -> list[Condition]:
+    """Loudspeakers, clocks, motion."""
+
+    def plain(name: str, label: str, at_home: bool = False, **of_world: Any) -> Condition:
+        def make(k: int) -> World:
+            return World(room=rooms.living_room(_variant(seed, k)) if at_home else None, seed=k, **of_world)
+
+        return Condition(name, label, make, at_home)
 
     def chain(k: int) -> World:
-        microphone = Microphone(gain_control=True)
-        return World(SMALL_DISTORTING, living(k), 0.0, _sign(k) * 150.0, fan, 5.0, microphone=microphone, seed=k)
+        room, controlled = rooms.living_room(_variant(seed, k)), Microphone(gain_control=True)
+        return World(SMALL_DISTORTING, room, 0.0, _sign(k) * 150.0, fan, 5.0, microphone=controlled, seed=k)
 
-    def together(k: int) -> World:
-        return World(GOOD, living(k) if k % 2 else None, 0.0, _sign(k) * 40.0, "pink", 25.0, seed=k)
-
-    def plain(name: str, label: str, **of_world: Any) -> Condition:
-        """In free field, or in the living room."""
-        at_home = of_world.pop("at_home", False)
-        return Condition(name, label, lambda k: World(room=living(k) if at_home else None, seed=k, **of_world), at_home)
-
-    found = [
-        plain("small-living", f"small driver, living room, {fan} 20 dB", loudspeaker=SMALL, noise=fan, at_home=True),
+    return [
+        plain("small-living", f"small driver, living room, {fan} 20 dB", True, loudspeaker=SMALL, noise=fan),
         Condition("chain", f"whole chain, {fan} 5 dB", chain, True),
         plain("small-vacuum", "small driver, vacuum −5 dB", loudspeaker=SMALL, noise="vacuum", snr_db=-5.0),
         plain("good-vacuum", "good loudspeaker, vacuum −10 dB", loudspeaker=GOOD, noise="vacuum", snr_db=-10.0),
@@ -70,30 +74,51 @@ def conditions(seed: int, data: Path | None) -> list[Condition]:
         _off("clock-worst", "clock ±1,300 ppm, pink −10 dB", -10.0, ppm=1300.0),
         _off("doppler", "Doppler, ±0.44 m/s, pink −5 dB", -5.0, speed_m_s=FASTEST_M_S),
     ]
-    measured = rooms.measured(data) if data is not None else []
+
+
+def _measured(paths: Sequence[Path]) -> list[Condition]:
+    """Rooms that were measured, one after the other, in no order of theirs."""
+    if not paths:
+        return []
 
     def room(k: int) -> Path:
-        return measured[k * 7 % len(measured)]
+        return paths[k * 7 % len(paths)]
 
-    if measured:
-        found.append(Condition("measured", "measured rooms, quiet", lambda k: World(room=room(k), snr_db=30.0, seed=k)))
-        for snr_db in (0.0, -5.0):
-            label = f"measured rooms, appliances {snr_db:g} dB"
-            found.append(Condition(f"measured{snr_db:+g}", label, _noisy(room, "appliances", snr_db)))
+    return [
+        Condition("measured", "measured rooms, quiet", _noisy(room, "pink", QUIET_DB)),
+        *(
+            Condition(f"measured{db:+g}", f"measured rooms, appliances {db:g} dB", _noisy(room, "appliances", db))
+            for db in (0.0, -5.0)
+        ),
+    ]
+
+
+def _simulated(seed: int, loud: str) -> list[Condition]:
+    """Hard rooms in quiet, and all in noise."""
     hard = {"next-room": rooms.next_room, "classroom": rooms.classroom, "chapel": rooms.chapel}
+    found = []
     for name, make in hard.items():
-        found.append(Condition(name, f"{name.replace('-', ' ')}, quiet", _quiet(seed, make), True))
-    loud = "kitchen" if "kitchen" in recorded else "pink"
+        label = f"{name.replace('-', ' ')}, quiet"
+        found.append(Condition(name, label, _noisy(_of(seed, make), "pink", QUIET_DB), True))
     for name, make in {"living-room": rooms.living_room, **hard}.items():
         for snr_db in (0.0, -5.0):
             label = f"{name.replace('-', ' ')}, {loud} {snr_db:g} dB"
             found.append(Condition(f"{name}{snr_db:+g}", label, _noisy(_of(seed, make), loud, snr_db), True))
-    for apart_db in (6.0, 12.0):
-        label = f"two robots at once, {apart_db:g} dB apart"
-        found.append(Condition(f"two{apart_db:+g}", label, together, True, apart_db))
-    found.append(Condition("stop", "“stop” over talk as loud", together, True, 0.0, ("stop",)))
-    found.append(Condition("drawn", "worlds drawn at random", lambda k: draw_world(k, data), True))
     return found
+
+
+def _together(seed: int) -> list[Condition]:
+    """Two who speak at once, every other time in a room."""
+
+    def make(k: int) -> World:
+        room = rooms.living_room(_variant(seed, k)) if k % 2 else None
+        return World(GOOD, room, 0.0, _sign(k) * 40.0, "pink", 25.0, seed=k)
+
+    return [
+        Condition("two+6", "two robots at once, 6 dB apart", make, True, 6.0),
+        Condition("two+12", "two robots at once, 12 dB apart", make, True, 12.0),
+        Condition("stop", "“stop” over talk as loud", make, True, 0.0, ("stop",)),
+    ]
 
 
 def _off(name: str, label: str, snr_db: float, ppm: float = 0.0, speed_m_s: float = 0.0) -> Condition:
@@ -113,10 +138,6 @@ def _variant(seed: int, k: int) -> int:
 
 def _of(seed: int, make: Callable[[int], rooms.Place]) -> Callable[[int], rooms.Place]:
     return lambda k: make(_variant(seed, k))
-
-
-def _quiet(seed: int, make: Callable[[int], rooms.Place]) -> MakeWorld:
-    return lambda k: World(room=make(_variant(seed, k)), snr_db=30.0, seed=k)
 
 
 def _noisy(room: Callable[[int], rooms.Place | Path], noise: str, snr_db: float) -> MakeWorld:

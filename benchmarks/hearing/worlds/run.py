@@ -14,7 +14,11 @@ from benchmarks.hearing.material import Team, make_team
 from benchmarks.hearing.worlds.conditions import Condition, conditions
 from benchmarks.hearing.worlds.trials import MakeEars, Tally, make_trial, ours, theirs
 from hil_fakes import reverberation
+from hvcpd.assembly.make import make_ears
 from hvcpd.evaluation.statistics import wilson
+from hvcpd.people.ears import AtOnce, SecondEars
+from hvcpd.people.opinion import SecondOpinion
+from hvcpd.recognition.protocols import Ears
 
 MODES = ("first", "acquainted")
 HEADING = f"{'condition':44} {'mode':10} {'right':>8} {'95 %':>12} {'wrong':>5} {'95 %':>11} {'lost':>5}    rtf"
@@ -46,12 +50,8 @@ class Row:
     peer: Tally | None
 
 
-def robots_ears(team: Team) -> object:
+def robots_ears(team: Team) -> Ears:
     """Ears as a robot has them that listens for strangers, too."""
-    from hvcpd.assembly.make import make_ears
-    from hvcpd.people.ears import AtOnce, SecondEars
-    from hvcpd.people.opinion import SecondOpinion
-
     opinion = SecondOpinion(team.book.people_graph, team.sound.lexicon, {}, True)
     return SecondEars(make_ears(team.book, team.names, team.sound, False), opinion, AtOnce())
 
