@@ -15,6 +15,7 @@ from __future__ import annotations
 
 import argparse
 import csv
+import sys
 from collections.abc import Sequence
 from contextlib import nullcontext
 from dataclasses import dataclass
@@ -137,7 +138,11 @@ def _parser() -> argparse.ArgumentParser:
 def main() -> None:
     o = _parser().parse_args()
     console = Console(width=250, soft_wrap=True, highlight=False)
-    wanted = [m for m in ALL if not o.only or m.name in o.only.split(",")]
+    known = {m.name: m for m in ALL}
+    unknown = [name for name in filter(None, o.only.split(",")) if name not in known]
+    if unknown:
+        sys.exit(f"--only: there is no {unknown[0]!r}; there are {', '.join(known)}")
+    wanted = [known[name] for name in o.only.split(",")] if o.only else list(ALL)
     team = make_team(o.names.split(","))
     named = {condition.name: condition for condition in conditions(o.seed, o.data)}
     chosen = [named[name] for name in o.conditions.split(",") if name in named]
