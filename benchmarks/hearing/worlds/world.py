@@ -15,8 +15,9 @@ from benchmarks.hearing.material import Spoken, Team
 from benchmarks.hearing.worlds import noises, rooms
 from benchmarks.hearing.worlds.loudspeakers import draw_loudspeaker
 from benchmarks.hearing.worlds.microphones import Microphone, draw_microphone, moved
-from benchmarks.hearing.worlds.rooms import LEAD, SOUND_SPEED_M_S, Place
+from benchmarks.hearing.worlds.rooms import LEAD, Place
 from hil_fakes.loudspeakers import IDEAL, Loudspeaker
+from hil_fakes.reverberation import SOUND_SPEED_M_S
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 
 FASTEST_M_S = 0.44
