@@ -17,6 +17,7 @@ import numpy as np
 
 from hil_fakes.body import Body
 from hil_fakes.haste import Haste
+from hil_fakes.loudspeakers import IDEAL, Loudspeaker
 from hil_fakes.room import Air, Noise, Point, Room, Ways
 from hil_fakes.scorekeeper import Scorekeeper
 from hvcpd.assembly.make import Sound, make_robot
@@ -66,6 +67,8 @@ class BenchPlan:
     air: Air = field(default_factory=Air)
     ways: Ways | None = None
     """Ways of sound between two robots; None: through free air."""
+    loudspeaker: Loudspeaker = IDEAL
+    """What all of them speak with."""
     noise_at: Callable[[int], Noise] | None = None
     """Makes what the microphone of each robot takes in quiet; None: pink noise, as loud as `air` has it."""
     hasty: bool = False
@@ -239,7 +242,7 @@ class Bench:
     def _live(self, places: list[_Place], score: Scorekeeper) -> tuple[Samples, tuple[Trail, ...], float]:
         plan = self.plan
         noises = None if plan.noise_at is None else [plan.noise_at(k) for k in range(len(places))]
-        room = Room(len(places), plan.air, plan.seed, _middle(plan.tasks), plan.ways, noises)
+        room = Room(len(places), plan.air, plan.seed, _middle(plan.tasks), plan.ways, noises, plan.loudspeaker)
         heard_by_listener: list[Samples] = []
         path: list[list[Pose]] = []
         block = 0

@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hil_fakes.filters import one_pole
+from hil_fakes.loudspeakers import IDEAL, Loudspeaker, Playing
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 
 Point = tuple[float, float]
@@ -119,7 +120,7 @@ class DelayLine:
         self._written = 0
         self._loud_until = -1
 
-    def write(self, block: Samples) -> None:
+    def write(self, block: Samples | NDArray[np.float64]) -> None:
         n = len(block)
         at = (self._written + np.arange(n)) % self._size
         self._ring[at] = block
@@ -198,7 +199,8 @@ class Room:
     """Loudspeakers and microphones of `n_robots`, and one more microphone for a listener at `listener`.
 
     `ways`: between two robots, in place of free air. `noises`: at each robot's microphone, in place of pink noise.
-    Robots hear themselves, and the listener hears them, through free air.
+    `loudspeaker`: what all play with, in place of an ideal one. Robots hear themselves, and the listener hears them,
+    through free air.
     """
 
     def __init__(
@@ -209,8 +211,10 @@ class Room:
         listener: Point = (0.0, 0.0),
         ways: Ways | None = None,
         noises: Sequence[Noise] | None = None,
+        loudspeaker: Loudspeaker = IDEAL,
     ) -> None:
         self.air = air
+        self._playing = [Playing(loudspeaker) for _ in range(n_robots)] if loudspeaker != IDEAL else []
         self._free = FreeField(air.sound_speed_m_s)
         self._ways = ways or self._free
         self._lines = [DelayLine(max(self._free.reach, self._ways.reach)) for _ in range(n_robots)]
@@ -227,8 +231,8 @@ class Room:
         Returns what each microphone took, the listener's last: shape (n,) each, float32, in steps of a 16-bit
         converter and clipped at its full scale.
         """
-        for line, block in zip(self._lines, played, strict=True):
-            line.write(block)
+        for source, (line, block) in enumerate(zip(self._lines, played, strict=True)):
+            line.write(self._playing[source].play(block) if self._playing else block)
         n = len(played[0])
         taken = []
         for ear, place in enumerate([*places, self._listener]):

@@ -141,6 +141,12 @@ def _add_simulate(commands: _Commands) -> None:
         help="ambient noise in dB SPL (default 40, a quiet room)",
     )
     c.add_argument(
+        "--room",
+        choices=("open", "furnished"),
+        default="open",
+        help="open: free air, ideal loudspeakers (default); furnished: small loudspeakers and echoes",
+    )
+    c.add_argument(
         "--strangers", action="store_true", help="tell no robot another one's name: they spell them to each other"
     )
     c.add_argument("--slow", action="store_true", help="speak slowly, as for long distances")

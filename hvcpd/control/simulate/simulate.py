@@ -15,6 +15,8 @@ from typing import Any
 import numpy as np
 
 from hil_fakes.bench import Bench, BenchPlan
+from hil_fakes.furnished_room import FurnishedRoom
+from hil_fakes.loudspeakers import IDEAL, USUAL
 from hil_fakes.room import Air
 from hvcpd.assembly.vocabulary import check, refusal
 from hvcpd.config.settings import SpeechSettings
@@ -65,6 +67,8 @@ def run(options: argparse.Namespace) -> int:
         keys=keys,
         encrypts=options.encrypted,
         air=Air(noise_db_spl=options.noise_db, muted=options.mute),
+        ways=FurnishedRoom() if options.room == "furnished" else None,
+        loudspeaker=USUAL if options.room == "furnished" else IDEAL,
     )
     if not options.allow_confusable:
         _refuse_confusable(team)
