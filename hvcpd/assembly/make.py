@@ -17,10 +17,10 @@ from hvcpd.hardware.kinematics import BURGER, Drive, Odometry
 from hvcpd.hardware.navigator import Navigator
 from hvcpd.language.forms import OPEN_KINDS, SEALED_KINDS, Kind
 from hvcpd.language.phrasebook import Phrasebook, Vocabulary
-from hvcpd.people.ears import SecondEars, Worker
 from hvcpd.people.enrolled import Person
 from hvcpd.people.opinion import SecondOpinion
 from hvcpd.ports import Pose, Samples, WheelReading
+from hvcpd.recognition.channel.listener import ChannelListener
 from hvcpd.recognition.coherent import CoherentListener
 from hvcpd.recognition.listening import MIN_SPELLED_CONFIDENCE, Listening
 from hvcpd.recognition.overhearing import Overhearing
@@ -28,6 +28,7 @@ from hvcpd.recognition.own_delay import OwnDelay
 from hvcpd.recognition.protocols import Ears
 from hvcpd.recognition.pruning import Beam
 from hvcpd.recognition.recogniser import Recogniser
+from hvcpd.recognition.second_look import SecondEars, Worker
 from hvcpd.recognition.settings import RecogniserSettings
 from hvcpd.recognition.spotter import SpotterSettings
 from hvcpd.recognition.templates import trimmed_energies
@@ -188,6 +189,11 @@ def make_coherent(
     phrasebook: Phrasebook, names: Sequence[str], sound: Sound, prepared: bool = True
 ) -> CoherentListener:
     """Hears the same voices by their waveform, where noise hides the words."""
+    return CoherentListener(phrasebook.marked_graph, make_books(phrasebook, names, sound), prepared)
+
+
+def make_books(phrasebook: Phrasebook, names: Sequence[str], sound: Sound) -> Sequence[SpokenBook]:
+    """What these robots say, sample by sample: at their usual rate, and slowly."""
     graph = phrasebook.marked_graph
     speakers = {robot_voice(name, sound): name for name in names}
     shelf = Shelf()
@@ -197,7 +203,7 @@ def make_coherent(
         for voice, name in speakers.items()
         if name.lower() not in sound.recorded
     ]
-    return CoherentListener(graph, (*usual, *slow), prepared)
+    return (*usual, *slow)
 
 
 def robot_voice(name: str, sound: Sound) -> str:
@@ -294,11 +300,12 @@ def make_robot(plan: RobotPlan, sound: Sound) -> Robot:
         stopped=plan.stopped,
         home=plan.home,
     )
-    ears = make_ears(phrasebook, others(plan, sound.robots(plan.names)), sound, plan.strangers, plan.prepared)
+    peers = others(plan, sound.robots(plan.names))
+    ears = make_ears(phrasebook, peers, sound, plan.strangers, plan.prepared)
     return Robot(
         coordination,
         phrasebook,
-        _looking_twice(plan, phrasebook, ears, sound),
+        _looking_twice(plan, phrasebook, peers, ears, sound),
         sound.speaker_of(plan.role.name),
         Odometry(plan.start, plan.drive, plan.reading),
         Performer(plan.navigator or Navigator(plan.drive)),
@@ -319,11 +326,23 @@ def make_sealing(plan: RobotPlan, robots: tuple[str, ...] | None = None) -> Seal
     return Sealing(guard, plan.encrypts, plan.roster if robots is None else robots)
 
 
-def _looking_twice(plan: RobotPlan, phrasebook: Phrasebook, ears: Listening, sound: Sound) -> Ears:
+def make_second_look(
+    phrasebook: Phrasebook, names: Sequence[str], sound: Sound, any_voice: bool = True
+) -> ChannelListener:
+    """What looks again at speech that the recogniser rejects: for robots through an unknown channel, then for people.
+
+    `any_voice`: of people who are not enrolled, too.
+    """
+    opinion = SecondOpinion(phrasebook.people_graph, sound.lexicon, sound.people, any_voice)
+    return ChannelListener(phrasebook.marked_graph, make_books(phrasebook, names, sound), opinion)
+
+
+def _looking_twice(
+    plan: RobotPlan, phrasebook: Phrasebook, names: Sequence[str], ears: Listening, sound: Sound
+) -> Ears:
     if plan.second is None:
         return ears
-    opinion = SecondOpinion(phrasebook.people_graph, sound.lexicon, sound.people, plan.any_voice)
-    return SecondEars(ears, opinion, plan.second)
+    return SecondEars(ears, make_second_look(phrasebook, names, sound, plan.any_voice), plan.second)
 
 
 def phrasebook_of(plan: RobotPlan, names: Sequence[str]) -> Phrasebook:
@@ -340,5 +359,6 @@ def others(plan: RobotPlan, names: Sequence[str]) -> Sequence[str]:
 def make_phrasebook_and_ears(plan: RobotPlan, names: Sequence[str], sound: Sound) -> tuple[Phrasebook, Ears]:
     """The same robot's phrasebook and ears once it knows these names. Raises PhraseError when words clash."""
     book = phrasebook_of(plan, names)
-    ears = make_ears(book, others(plan, sound.robots(names)), sound, False, plan.prepared)
-    return book, _looking_twice(plan, book, ears, sound)
+    peers = others(plan, sound.robots(names))
+    ears = make_ears(book, peers, sound, False, plan.prepared)
+    return book, _looking_twice(plan, book, peers, ears, sound)

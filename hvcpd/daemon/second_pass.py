@@ -9,8 +9,8 @@ from concurrent.futures import Executor, Future, ThreadPoolExecutor
 
 import structlog
 
-from hvcpd.people.ears import Finding, LooksAgain, Piece
 from hvcpd.recognition.events import Recognised
+from hvcpd.recognition.second_look import Finding, LooksAgain, Piece
 
 MOST_WAITING = 2
 """Pieces that are looked at or wait for it: a third would be told too late."""
@@ -29,7 +29,7 @@ def one_thread() -> Executor:
 
 
 class SecondPass:
-    """A `people.ears.Worker`. `make_pool` makes what runs one call after the other; one that has failed is replaced."""
+    """A `recognition.second_look.Worker`. `make_pool` makes what runs one call after the other; one that has failed is replaced."""
 
     def __init__(self, make_pool: Callable[[], Executor] = one_thread) -> None:
         self._make_pool = make_pool

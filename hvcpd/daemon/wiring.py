@@ -23,8 +23,8 @@ from hvcpd.errors import ConfigError, HvcpdError, PhraseError, VocabularyError
 from hvcpd.hardware.kinematics import Drive, drive_of
 from hvcpd.hardware.navigator import Navigator
 from hvcpd.language.phrasebook import Phrasebook
-from hvcpd.people.ears import Worker
 from hvcpd.people.enrolled import Person, enrolled_people
+from hvcpd.recognition.second_look import Worker
 from hvcpd.robot.own_voice import Acoustics
 from hvcpd.security.keyring import KeyFile, find_key_file, keep_out_of_dumps, read_key_file
 from hvcpd.security.keys import KeyRing

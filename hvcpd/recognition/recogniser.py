@@ -17,7 +17,7 @@ from hvcpd.ports import Samples
 from hvcpd.recognition.agreement import Agreement
 from hvcpd.recognition.coherent import GREETING, CoherentListener
 from hvcpd.recognition.confidence import sentence_fare, word_fare
-from hvcpd.recognition.events import Event, Garbled, Recognised, WordSpan
+from hvcpd.recognition.events import Event, Garbled, Recognised, Source, WordSpan
 from hvcpd.recognition.frontend import HOP_SAMPLES
 from hvcpd.recognition.halting import Halting
 from hvcpd.recognition.hold import HoldSettings
@@ -218,6 +218,7 @@ class Recogniser:
             float(np.prod([word.chance for word in words])),
             self._snr_db(*_frames_of(sentence)),
             spans,
+            Source.WAVEFORM,
         )
 
     def _should_wake(self, n_frames: int) -> bool:

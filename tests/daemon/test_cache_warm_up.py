@@ -9,13 +9,13 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from hvcpd.people.ears import AtOnce
 from structlog.testing import capture_logs
 
 from hvcpd.assembly.make import RobotPlan, Sound, make_robot
 from hvcpd.config.settings import Settings
 from hvcpd.daemon.cache_warm_up import LOGGED_EVERY_S, CacheWarmUp, Chore, Preparation
 from hvcpd.daemon.wiring import wire_up
-from hvcpd.people.ears import AtOnce
 from hvcpd.ports import Samples
 from hvcpd.robot.own_voice import Acoustics
 from hvcpd.synthesis.unit_cache import UnitCache

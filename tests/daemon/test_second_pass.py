@@ -11,8 +11,8 @@ import numpy as np
 from structlog.testing import capture_logs
 
 from hvcpd.daemon.second_pass import MOST_WAITING, SecondPass
-from hvcpd.people.ears import Piece
 from hvcpd.recognition.events import Recognised
+from hvcpd.recognition.second_look import Piece
 
 SENTENCE = Recognised(("stop",), "stranger", 0, 100, 0.9, 20.0, ())
 

@@ -12,12 +12,12 @@ import pytest
 from hvcpd.daemon.adaptation import Adaptation
 from hvcpd.daemon.second_pass import SecondPass
 from hvcpd.language.messages import Confirmed, SayAgain, ToRobot, Utterance, WhatLeft
-from hvcpd.people.ears import Piece
 from hvcpd.people.enrolled import Person, person_path, read_person, remove_person, write_person
 from hvcpd.people.learning import ASKED_S, CONFIRMED_S, Learning, words_in
 from hvcpd.people.takes import distance, features
 from hvcpd.ports import SAMPLE_RATE_HZ
 from hvcpd.recognition.events import Recognised, WordSpan
+from hvcpd.recognition.second_look import Piece
 from hvcpd.robot.records import HeardRecord, Record, SaidRecord
 from tests.recognition.signals import word
 

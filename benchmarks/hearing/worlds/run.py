@@ -48,12 +48,11 @@ class Row:
 
 def robots_ears(team: Team) -> object:
     """Ears as a robot has them that listens for strangers, too."""
-    from hvcpd.assembly.make import make_ears
-    from hvcpd.people.ears import AtOnce, SecondEars
-    from hvcpd.people.opinion import SecondOpinion
+    from hvcpd.assembly.make import make_ears, make_second_look
+    from hvcpd.recognition.second_look import AtOnce, SecondEars
 
-    opinion = SecondOpinion(team.book.people_graph, team.sound.lexicon, {}, True)
-    return SecondEars(make_ears(team.book, team.names, team.sound, False), opinion, AtOnce())
+    second = make_second_look(team.book, team.names, team.sound)
+    return SecondEars(make_ears(team.book, team.names, team.sound, False), second, AtOnce())
 
 
 class Bench:

@@ -68,8 +68,8 @@ class Path:
         return self.starts[-1] + self.said[-1].length
 
     @property
-    def whole(self) -> bool:
-        """Whether its words stand in the thirds that a sentence of so many has."""
+    def ends(self) -> bool:
+        """Whether it may be whole: a pause follows, and its words stand in the thirds that a sentence of so many has."""
         return self.said[-1].final and self.thirds == thirds_of(len(self.words))
 
     def explained_until(self, sample: int) -> float:
@@ -108,15 +108,19 @@ class ChannelSearch:
             self._arcs.setdefault(arc.source, []).append((arc.word, arc.target))
         self._pauses = graph.pauses | graph.finals
 
-    def sentences(self, sound: WeightedSound, first: int, last: int) -> list[Path]:
-        """Whole sentences that begin between samples `first` and `last`, those that explain most first."""
+    def paths(self, sound: WeightedSound, first: int, last: int) -> list[Path]:
+        """Sentences, and beginnings of some, that begin between samples `first` and `last`: those that explain most
+        first."""
         found: list[Path] = []
         level = self._begun(sound, first, last)
         while level:
-            found += [path for path in level if path.node in self._graph.finals and path.whole]
+            found += level
             level = self._extended(sound, level)
-        found.sort(key=lambda path: -path.score)
-        return found
+        return sorted(found, key=lambda path: -path.score)
+
+    def is_whole(self, path: Path) -> bool:
+        """Whether a path is a sentence."""
+        return path.node in self._graph.finals and path.ends
 
     def _said(self, book: Voicebook, word: str, third: int, node: int) -> Iterator[Said]:
         return (said for said in book.said(word, third) if not said.final or node in self._pauses)
@@ -155,7 +159,7 @@ class ChannelSearch:
         paths = sorted((_joined(sound, each, n_taps) for each in promising), key=lambda path: -path.score)
         leaders = paths[:4]
         kept = [path for path in paths if not any(_is_behind(path, leader) for leader in leaders)]
-        return kept[: WIDE if len(kept[0].words) < WIDE_WORDS else NARROW]
+        return kept[: WIDE if len(paths[0].words) < WIDE_WORDS else NARROW]
 
     def _next(self, sound: WeightedSound, path: Path) -> Iterator[_Next]:
         """What may come next, if it promises to explain anything through the path's own response."""

@@ -6,6 +6,7 @@ block. Until then, and for MOST_WAIT_S at most, the speech counts as still going
 
 from __future__ import annotations
 
+import math
 from collections import deque
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -28,6 +29,8 @@ SHORT_S = 0.1
 """...unless so little was lost that no word was, nobody had spoken for PAUSE_S before..."""
 ONSET_S = 0.1
 """...and it was quiet for so long after it: then it begins with its first sound."""
+MIN_LEAD_S = 0.3
+"""Of sound before the speech, to know its noise."""
 LONGEST_S = 12.0
 """No sentence of the phrasebook takes longer; other talk does."""
 MOST_WAIT_S = 3.0
@@ -54,6 +57,20 @@ class Piece:
         """The speech, with BEFORE_S and AFTER_S around it."""
         end = self.lead + self.end - self.start + round(AFTER_S * SAMPLE_RATE_HZ)
         return self.sound[max(self.lead - round(BEFORE_S * SAMPLE_RATE_HZ), 0) : end]
+
+    @property
+    def snr_db(self) -> float:
+        """The mean power of the speech over that of what was heard before it; infinite without enough of that."""
+        lead = self.sound[: self.lead].astype(np.float64)
+        if len(lead) < MIN_LEAD_S * SAMPLE_RATE_HZ:
+            return math.inf
+        frame = SAMPLE_RATE_HZ // 50
+        # Somebody may have spoken before: the noise is what is left in the quieter parts.
+        powers = np.mean(lead[: len(lead) // frame * frame].reshape(-1, frame) ** 2, axis=1)
+        noise = float(np.quantile(powers, 0.3))
+        speech = self.sound[self.lead : self.lead + self.end - self.start].astype(np.float64)
+        power = float(np.sum(speech**2)) / max(len(speech), 1)
+        return 10.0 * math.log10(max(power / max(noise, 1e-12) - 1.0, 1e-3))
 
 
 Finding = tuple[Piece, Recognised | None]
