@@ -20,15 +20,17 @@ from hvcpd.language.phrasebook import Phrasebook, Vocabulary
 from hvcpd.people.enrolled import Person
 from hvcpd.people.opinion import SecondOpinion
 from hvcpd.ports import Pose, Samples, WheelReading
-from hvcpd.recognition.channel.listener import ChannelListener
+from hvcpd.recognition.channel.ears import ChannelEars
+from hvcpd.recognition.channel.listener import ChannelListener, Look, Stretch
 from hvcpd.recognition.coherent import CoherentListener
+from hvcpd.recognition.events import Recognised
 from hvcpd.recognition.listening import MIN_SPELLED_CONFIDENCE, Listening
 from hvcpd.recognition.overhearing import Overhearing
 from hvcpd.recognition.own_delay import OwnDelay
 from hvcpd.recognition.protocols import Ears
 from hvcpd.recognition.pruning import Beam
 from hvcpd.recognition.recogniser import Recogniser
-from hvcpd.recognition.second_look import SecondEars, Worker
+from hvcpd.recognition.second_look import Piece, SecondEars, Worker
 from hvcpd.recognition.settings import RecogniserSettings
 from hvcpd.recognition.spotter import SpotterSettings
 from hvcpd.recognition.templates import trimmed_energies
@@ -121,7 +123,9 @@ class RobotPlan:
     drive: Drive = BURGER
     strangers: bool = False
     """Robots that it was not told of may come and spell their names."""
-    second: Worker | None = None
+    channel: Worker[Stretch, Look] | None = None
+    """Looks again for robots whose channel is not known; None: nobody does."""
+    second: Worker[Piece, Recognised | None] | None = None
     """Looks again at what the voices of robots do not explain; None: nobody does."""
     prepared: bool = True
     """Names that are spelled are listened for at once, and voices by their waveform, which is in the cache, or may be
@@ -326,23 +330,24 @@ def make_sealing(plan: RobotPlan, robots: tuple[str, ...] | None = None) -> Seal
     return Sealing(guard, plan.encrypts, plan.roster if robots is None else robots)
 
 
-def make_second_look(
-    phrasebook: Phrasebook, names: Sequence[str], sound: Sound, any_voice: bool = True
-) -> ChannelListener:
-    """What looks again at speech that the recogniser rejects: for robots through an unknown channel, then for people.
-
-    `any_voice`: of people who are not enrolled, too.
-    """
-    opinion = SecondOpinion(phrasebook.people_graph, sound.lexicon, sound.people, any_voice)
-    return ChannelListener(phrasebook.marked_graph, make_books(phrasebook, names, sound), opinion)
+def make_channel_ears(
+    phrasebook: Phrasebook, names: Sequence[str], sound: Sound, ears: Listening, worker: Worker[Stretch, Look]
+) -> ChannelEars:
+    """Ears around others that hear these robots through a channel that is not known, too."""
+    return ChannelEars(ears, ChannelListener(phrasebook.marked_graph, make_books(phrasebook, names, sound)), worker)
 
 
 def _looking_twice(
     plan: RobotPlan, phrasebook: Phrasebook, names: Sequence[str], ears: Listening, sound: Sound
 ) -> Ears:
+    """The same ears, and around them those that the plan has workers for."""
+    whole: Ears = ears
+    if plan.channel is not None and sound.cache is not None:
+        whole = make_channel_ears(phrasebook, names, sound, ears, plan.channel)
     if plan.second is None:
-        return ears
-    return SecondEars(ears, make_second_look(phrasebook, names, sound, plan.any_voice), plan.second)
+        return whole
+    opinion = SecondOpinion(phrasebook.people_graph, sound.lexicon, sound.people, plan.any_voice)
+    return SecondEars(whole, opinion, plan.second)
 
 
 def phrasebook_of(plan: RobotPlan, names: Sequence[str]) -> Phrasebook:

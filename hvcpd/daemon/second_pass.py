@@ -29,7 +29,8 @@ def one_thread() -> Executor:
 
 
 class SecondPass:
-    """A `recognition.second_look.Worker`. `make_pool` makes what runs one call after the other; one that has failed is replaced."""
+    """A `recognition.second_look.Worker`. `make_pool` makes what runs one call after the other; one that has failed is
+    replaced."""
 
     def __init__(self, make_pool: Callable[[], Executor] = one_thread) -> None:
         self._make_pool = make_pool

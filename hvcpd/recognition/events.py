@@ -13,6 +13,7 @@ class Source(StrEnum):
     WAVEFORM = "waveform"
     CHANNEL = "channel"
     PEOPLE = "people"
+    SPELLED = "spelled"
 
 
 @dataclass(frozen=True)
@@ -50,10 +51,14 @@ class Recognised:
 
 @dataclass(frozen=True)
 class Garbled:
-    """Somebody spoke, but no sentence of the network fits: begun late, cut off, two at once, or other speech."""
+    """Somebody spoke, but no sentence of the network fits: begun late, cut off, two at once, or other speech.
+
+    `robot`: in the voice of a robot.
+    """
 
     start_sample: int
     end_sample: int
+    robot: bool = False
 
 
 @dataclass(frozen=True)

@@ -86,6 +86,12 @@ class Recogniser:
         return self.watch.activity.busy or self.under_way
 
     @property
+    def signs(self) -> bool:
+        """Whether anything that was heard last may be speech, however faint."""
+        stirred = self._agreement is not None and self._agreement.coherent.stirred
+        return self.busy or self.watch.activity.alert or stirred
+
+    @property
     def under_way(self) -> bool:
         """Whether some path looks like a sentence in progress."""
         return self._spotter.under_way or self._coherent_follows

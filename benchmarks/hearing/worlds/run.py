@@ -48,11 +48,13 @@ class Row:
 
 def robots_ears(team: Team) -> object:
     """Ears as a robot has them that listens for strangers, too."""
-    from hvcpd.assembly.make import make_ears, make_second_look
+    from hvcpd.assembly.make import make_channel_ears, make_ears
+    from hvcpd.people.opinion import SecondOpinion
     from hvcpd.recognition.second_look import AtOnce, SecondEars
 
-    second = make_second_look(team.book, team.names, team.sound)
-    return SecondEars(make_ears(team.book, team.names, team.sound, False), second, AtOnce())
+    ears = make_ears(team.book, team.names, team.sound, False)
+    robots = make_channel_ears(team.book, team.names, team.sound, ears, AtOnce())
+    return SecondEars(robots, SecondOpinion(team.book.people_graph, team.sound.lexicon, {}, True), AtOnce())
 
 
 class Bench:

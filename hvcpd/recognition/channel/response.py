@@ -9,7 +9,7 @@ Taps = NDArray[np.float32]
 
 LEAST_RIDGE, MOST_RIDGE = 2e-3, 0.3
 """Bounds of the ridge, as a share of the known signal's energy."""
-_STEPS = 24
+_STEPS = 40
 _CLOSE = 1e-3
 """Conjugate gradients end here: relative residual. The estimate's own error is far larger."""
 
@@ -24,20 +24,21 @@ def response(autocorrelation: Taps, correlation: Taps, n: int) -> Taps:
     """The `n` taps h that minimise |x - h*s|² + ridge·|h|², shape (n,), float32.
 
     `autocorrelation` of s, shape (≥ n,), and `correlation` of x with s at lags from 0, shape (≥ n,), both over noise of
-    variance 1. The ridge is the noise's variance over the mean square of a tap, as a Gaussian prior has it: in a band in
-    which s has nothing, the response stays near 0. Solves the Toeplitz system by conjugate gradients with a circulant
-    preconditioner (T. Chan, "An optimal circulant preconditioner for Toeplitz systems", SIAM J. Sci. Stat. Comput. 9,
-    1988).
+    variance 1. The ridge is the noise's variance over the mean square of a tap, as a Gaussian prior has it: in a band
+    in which s has nothing, the response stays near 0. Solves the Toeplitz system by conjugate gradients with a
+    circulant preconditioner (T. Chan, "An optimal circulant preconditioner for Toeplitz systems", SIAM J. Sci. Stat.
+    Comput. 9, 1988).
     """
     p = correlation[:n].astype(np.float32)
+    column = np.zeros(2 * n, np.float32)
+    column[:n] = autocorrelation[:n]
+    column[n + 1 :] = column[n - 1 : 0 : -1]
+    spectrum = np.fft.rfft(column).real
     energy = max(float(autocorrelation[0]), 1e-9)
     explained = max(float(p @ p) / energy, 1.0)
     ridge = energy * min(max(n / explained, LEAST_RIDGE), MOST_RIDGE)
-    column = np.zeros(2 * n, np.float32)
-    column[:n] = autocorrelation[:n]
     column[0] += ridge
-    column[n + 1 :] = column[n - 1 : 0 : -1]
-    spectrum = np.fft.rfft(column).real
+    spectrum = spectrum + ridge
     weight = np.arange(n, dtype=np.float32) / n
     around = (1.0 - weight) * column[:n]
     around[1:] += weight[1:] * column[n - 1 : 0 : -1]
@@ -46,7 +47,7 @@ def response(autocorrelation: Taps, correlation: Taps, n: int) -> Taps:
 
 
 def _solved(spectrum: NDArray[np.floating], smooth: NDArray[np.floating], p: Taps) -> Taps:
-    """Conjugate gradients; `spectrum` of the circulant matrix that holds the Toeplitz one, `smooth` of its neighbour."""
+    """Conjugate gradients; `spectrum` of the circulant matrix that holds the Toeplitz one, `smooth` of the nearest."""
     n = len(p)
     h, left = np.zeros(n, np.float32), p.copy()
     z = np.fft.irfft(np.fft.rfft(left) / smooth, n)

@@ -3,7 +3,8 @@
 A path through the word network is a known signal, each word at the sample that the one before says. Its score is the
 energy of what was heard that it explains through the response that fits it best: every path has an estimate of its own
 ("per-survivor processing", R. Raheli, A. Polydoros, C. Tzou, IEEE Trans. Communications 43, 1995). The normal equations
-of a path are the sums over its words, so that a word more costs one correlation. A response has few taps as long as
+of a path are the sums over its words, so that a word more costs one correlation; that neighbouring words overlap for a
+moment is left out, which makes no difference. A response has few taps as long as
 little is explained, and up to TAPS, as each tap explains one variance of noise by chance.
 """
 
@@ -15,28 +16,33 @@ from dataclasses import dataclass
 import numpy as np
 
 from hvcpd.language.graph import WordGraph
-from hvcpd.recognition.channel.response import Taps, response
-from hvcpd.recognition.channel.weighting import SHIFT, TAPS, WeightedSound
+from hvcpd.ports import SAMPLE_RATE_HZ, Samples
+from hvcpd.recognition.channel.response import Taps, response, transform_size
+from hvcpd.recognition.channel.weighting import BACK, SHIFT, TAPS, WeightedSound
 from hvcpd.recognition.paths import Said, Voicebook, thirds_of
 
+GREETING = "hi"
+"""What robots begin with."""
 FIRST_TAPS = 64
 """4 ms: of a first word, all that is known of most loudspeakers without a room."""
 ENOUGH = 6.0
 """Explained energy for each tap."""
 BLOCK = 16
 """Lags that are told apart where beginnings are sought."""
-PLACES = 6
-"""Beginnings of each word."""
+PLACES = 3
+"""Beginnings of each word in each voice."""
 STARTS = 64
 WIDE, NARROW = 32, 16
 """Paths that are followed, up to WIDE_WORDS words and after them."""
 WIDE_WORDS = 4
 TRIED = 48
 """Of all next words, those whose response is estimated anew."""
-MISFIT = 0.6
-"""A next word is none if it would explain so much of its own energy less than nothing."""
 BEHIND_SHARE, BEHIND = 1.25, 150.0
 """A path is dropped if another one had so much more explained at its end."""
+EARLIER, LATER = round(0.35 * SAMPLE_RATE_HZ), round(0.25 * SAMPLE_RATE_HZ)
+"""From where speech was noticed, a sentence begins so much earlier or later."""
+MOST_LAGS = 12_000
+"""Beginnings that one transform tells of."""
 NEAR = 400
 """Samples that one path's end may be after another's, to be compared."""
 
@@ -53,6 +59,7 @@ class Path:
     thirds: tuple[int, ...]
     autocorrelation: Taps
     correlation: Taps
+    """At lags from -BACK on."""
     taps: Taps
     explained: tuple[float, ...]
     """Energy that it explains beyond what its taps do by chance, up to each of its words."""
@@ -69,18 +76,34 @@ class Path:
 
     @property
     def ends(self) -> bool:
-        """Whether it may be whole: a pause follows, and its words stand in the thirds that a sentence of so many has."""
+        """Whether it may be whole: a pause follows, and its words are in the thirds that a sentence of so many has."""
         return self.said[-1].final and self.thirds == thirds_of(len(self.words))
+
+    def energy(self, sound: WeightedSound, until: int) -> float:
+        """What was heard from its first word on, until a sample."""
+        return sound.energy(self.starts[0], until)
 
     def explained_until(self, sample: int) -> float:
         """What its words explain that end before that sample."""
         ends = (start + said.length for start, said in zip(self.starts, self.said, strict=True))
         return max((e for end, e in zip(ends, self.explained, strict=True) if end <= sample), default=0.0)
 
-    def with_taps(self, n: int) -> tuple[Taps, float]:
-        """The response of `n` taps that fits it best, and what it explains then."""
-        taps = response(self.autocorrelation, self.correlation, n)
-        return taps, float(taps @ self.correlation[:n]) - n
+    def sound(self, n: int) -> Samples:
+        """What was heard of it, shape (n,)."""
+        said = np.zeros(n + TAPS, np.float32)
+        for start, each in zip(self.starts, self.said, strict=True):
+            first, last = max(start, 0), min(start + each.length, n + TAPS)
+            said[first:last] += each.samples[first - start : last - start]
+        size = transform_size(n + TAPS)
+        taps, _ = _estimate(self.autocorrelation, self.correlation, TAPS)
+        heard = np.fft.irfft(np.fft.rfft(said, size) * np.fft.rfft(taps, size), size)
+        return np.asarray(heard[BACK : BACK + n], np.float32)
+
+    @property
+    def delay(self) -> int:
+        """Samples from the place of its signal to where most of it was heard."""
+        return int(np.abs(_estimate(self.autocorrelation, self.correlation, TAPS)[0]).argmax()) - BACK
+
 
 
 @dataclass(frozen=True, eq=False)
@@ -96,6 +119,11 @@ class _Next:
     shift: int
     promise: float
 
+    @property
+    def end(self) -> int:
+        """The sample after its signal."""
+        return self.at + self.said.length
+
 
 class ChannelSearch:
     """Knows who may speak, and what."""
@@ -108,11 +136,11 @@ class ChannelSearch:
             self._arcs.setdefault(arc.source, []).append((arc.word, arc.target))
         self._pauses = graph.pauses | graph.finals
 
-    def paths(self, sound: WeightedSound, first: int, last: int) -> list[Path]:
-        """Sentences, and beginnings of some, that begin between samples `first` and `last`: those that explain most
-        first."""
+    def paths(self, sound: WeightedSound, noticed: Sequence[int]) -> list[Path]:
+        """Sentences, and beginnings of some, that begin near a sample where speech was `noticed`, or anywhere if with a
+        greeting: those that explain most first."""
         found: list[Path] = []
-        level = self._begun(sound, first, last)
+        level = self._begun(sound, noticed)
         while level:
             found += level
             level = self._extended(sound, level)
@@ -125,45 +153,41 @@ class ChannelSearch:
     def _said(self, book: Voicebook, word: str, third: int, node: int) -> Iterator[Said]:
         return (said for said in book.said(word, third) if not said.final or node in self._pauses)
 
-    def _begun(self, sound: WeightedSound, first: int, last: int) -> list[Path]:
+    def _begun(self, sound: WeightedSound, noticed: Sequence[int]) -> list[Path]:
         """Paths of one word, at the best places of each."""
-        places: list[tuple[float, Voicebook, str, int, Said, int]] = []
+        near = _merged([(at - EARLIER, at + LATER) for at in noticed], sound.n)
+        anywhere = _merged([(-EARLIER, sound.n)], sound.n)
+        paths: list[Path] = []
         for book in self._books:
             for word, node in self._arcs.get(self._graph.start, ()):
+                places: list[tuple[float, Said, int]] = []
                 for said in self._said(book, word, 0, node):
-                    begin = first - said.lead - FIRST_TAPS // 2
-                    found, energy = sound.seek(said, begin, last - first + FIRST_TAPS)
-                    places += [
-                        (gain / max(energy, 1e-9), book, word, node, said, begin + at) for gain, at in _peaks(found)
-                    ]
-        places.sort(key=lambda place: -place[0])
-        paths = []
-        for _, book, word, node, said, at in places[: 2 * STARTS]:
-            fit = sound.fit(said, at)
-            correlation = fit.correlation[SHIFT : SHIFT + TAPS]
-            taps = response(fit.autocorrelation, correlation, FIRST_TAPS)
-            explained = float(taps @ correlation[:FIRST_TAPS]) - FIRST_TAPS
-            paths.append(
-                Path(book, node, (word,), (said,), (at,), (0,), fit.autocorrelation, correlation, taps, (explained,))
-            )
-        paths.sort(key=lambda path: -path.score)
-        return paths[:STARTS]
+                    for first, last in anywhere if word == GREETING else near:
+                        at = first - said.lead
+                        found, energy = sound.seek(said, at, last - first + FIRST_TAPS)
+                        places += [(gain / max(energy, 1e-9), said, at + k) for gain, k in _peaks(found)]
+                places.sort(key=lambda place: -place[0])
+                paths += [_first(sound, book, word, node, said, at) for _, said, at in places[:PLACES]]
+        return _best_first(sound, paths)[:STARTS]
 
     def _extended(self, sound: WeightedSound, level: Sequence[Path]) -> list[Path]:
         """The paths of one word more."""
-        promising = sorted((n for path in level for n in self._next(sound, path)), key=lambda n: -n.promise)[:TRIED]
+        promising = [each for path in level for each in self._next(sound, path)]
         if not promising:
             return []
-        enough = max(promising[0].promise / ENOUGH, 1.0)
+        share = _share_of_best([(each.promise, each.path.energy(sound, each.end)) for each in promising])
+        promising.sort(key=lambda each: share * each.path.energy(sound, each.end) - each.promise)
+        promising = promising[:TRIED]
+        enough = max(max(each.promise for each in promising) / ENOUGH, 1.0)
         n_taps = min(TAPS, max(FIRST_TAPS, 1 << int(np.log2(enough))))
-        paths = sorted((_joined(sound, each, n_taps) for each in promising), key=lambda path: -path.score)
-        leaders = paths[:4]
+        paths = _best_first(sound, [_joined(sound, each, n_taps) for each in promising])
+        leaders = sorted(paths, key=lambda path: -path.score)[:4]
         kept = [path for path in paths if not any(_is_behind(path, leader) for leader in leaders)]
         return kept[: WIDE if len(paths[0].words) < WIDE_WORDS else NARROW]
 
     def _next(self, sound: WeightedSound, path: Path) -> Iterator[_Next]:
         """What may come next, if it promises to explain anything through the path's own response."""
-        n = len(path.taps)
+        n, begin = len(path.taps), _begin(len(path.taps))
         around = np.correlate(path.taps, path.taps, "full")[n - 1 :]
         around[1:] *= 2.0
         third, last, start = path.thirds[-1], path.said[-1], path.starts[-1]
@@ -174,28 +198,51 @@ class ChannelSearch:
                     if at + said.length > sound.n:
                         continue
                     fit = sound.fit(said, at)
-                    heard = np.correlate(fit.correlation[: n + 2 * SHIFT], path.taps, "valid")
+                    heard = np.correlate(fit.correlation[begin : begin + n + 2 * SHIFT], path.taps, "valid")
                     shift = int(heard.argmax())
-                    own = float(around @ fit.autocorrelation[:n])
-                    both = float(around @ _halved(sound.overlap(last, start, said, at)[:n]))
-                    gain = 2.0 * (float(heard[shift]) - both) - own
-                    if gain > -MISFIT * own:
-                        yield _Next(path, word, node, later, said, at, shift, path.score + gain)
+                    own = max(float(around @ fit.autocorrelation[:n]), 1e-9)
+                    if heard[shift] > 0.0:
+                        gain = float(heard[shift]) ** 2 / own
+                        yield _Next(path, word, node, later, said, at, shift, path.score + min(gain, 2.0 * own))
 
 
-def _halved(overlap: Taps) -> Taps:
-    """Sums over the lags k and -k, for weights that count either twice."""
-    return 0.5 * overlap
+def _first(sound: WeightedSound, book: Voicebook, word: str, node: int, said: Said, at: int) -> Path:
+    """A path of one word."""
+    fit = sound.fit(said, at)
+    correlation = fit.correlation[SHIFT : SHIFT + TAPS]
+    taps, explained = _estimate(fit.autocorrelation, correlation, FIRST_TAPS)
+    return Path(book, node, (word,), (said,), (at,), (0,), fit.autocorrelation, correlation, taps, (explained,))
+
+
+def _begin(n: int) -> int:
+    """Where in a correlation at lags from -BACK on those of a response of `n` taps begin: a long one reaches back."""
+    return BACK * (TAPS - n) // (TAPS - FIRST_TAPS)
+
+
+def _estimate(autocorrelation: Taps, correlation: Taps, n: int) -> tuple[Taps, float]:
+    """The response of `n` taps that fits best, and what it explains beyond chance."""
+    there = correlation[_begin(n) : _begin(n) + n]
+    taps = response(autocorrelation, there, n)
+    return taps, float(taps @ there) - n
+
+
+def _merged(ranges: Sequence[tuple[int, int]], n: int) -> list[tuple[int, int]]:
+    """Ranges of `n` samples, each once, in pieces of MOST_LAGS at most."""
+    merged: list[tuple[int, int]] = []
+    for first, last in sorted((first, min(last, n)) for first, last in ranges):
+        first = max(first, merged[-1][1]) if merged else first
+        while last > first:
+            merged.append((first, min(last, first + MOST_LAGS)))
+            first = merged[-1][1]
+    return merged
 
 
 def _joined(sound: WeightedSound, word: _Next, n_taps: int) -> Path:
     """A path and one more word."""
     path, fit = word.path, sound.fit(word.said, word.at)
-    overlap = sound.overlap(path.said[-1], path.starts[-1], word.said, word.at)
-    autocorrelation = path.autocorrelation + fit.autocorrelation + overlap
+    autocorrelation = path.autocorrelation + fit.autocorrelation
     correlation = path.correlation + fit.correlation[word.shift : word.shift + TAPS]
-    taps = response(autocorrelation, correlation, n_taps)
-    explained = float(taps @ correlation[:n_taps]) - n_taps
+    taps, explained = _estimate(autocorrelation, correlation, n_taps)
     return Path(
         path.book,
         word.node,
@@ -208,6 +255,20 @@ def _joined(sound: WeightedSound, word: _Next, n_taps: int) -> Path:
         taps,
         (*path.explained, explained),
     )
+
+
+def _best_first(sound: WeightedSound, paths: Sequence[Path]) -> list[Path]:
+    """Paths by how much they explain less than the best one does of as much sound: they end at different places."""
+    heard = [path.energy(sound, path.end) for path in paths]
+    share = _share_of_best([(path.score, energy) for path, energy in zip(paths, heard, strict=True)])
+    order = sorted(range(len(paths)), key=lambda k: share * heard[k] - paths[k].score)
+    return [paths[k] for k in order]
+
+
+def _share_of_best(explained: Sequence[tuple[float, float]]) -> float:
+    """Of pairs of what is explained and what was heard, the share of that pair that explains most."""
+    score, energy = max(explained)
+    return score / max(energy, 1e-9)
 
 
 def _is_behind(path: Path, leader: Path) -> bool:

@@ -13,6 +13,8 @@ from hvcpd.recognition.paths import Said
 
 TAPS = 512
 """Samples of a response, at most: 32 ms, the direct sound and what a room sends after it soon."""
+BACK = 192
+"""Of them so many are before the place where a signal was found: there may be an echo, louder than the direct sound."""
 SHIFT = 16
 """Samples (1 ms) that a word may begin off its place: clocks 1,300 ppm apart over the longest word and a pause."""
 FRAME = 1024
@@ -22,8 +24,8 @@ BAND_HZ = (100.0, 7600.0)
 ECHOES = 0.3
 """Of the spectrum that was heard, what counts as noise: late echoes, which no short response explains."""
 LOUD = 4.0
-"""Where sound has more than four times the noise's power, it counts by its own power rather: of clatter, which is noise,
-and of echoes, which are as loud as what they follow."""
+"""Where sound has more than four times the noise's power, it counts by its own power: clatter is noise, and echoes are
+as loud as what they follow."""
 POWER_S = 0.04
 FLOOR = 1e-4
 """No bin has less than -40 dB of the mean noise: a converter's empty bands would outweigh all others."""
@@ -34,8 +36,11 @@ Spectrum = NDArray[np.float32]
 
 @dataclass(frozen=True, eq=False)
 class Fit:
-    """A known signal against what was heard around its place: `correlation` at lags from -SHIFT on, shape
-    (TAPS + 2 SHIFT,), and the signal's `autocorrelation` at lags from 0, shape (TAPS,), both over noise of variance 1."""
+    """A known signal against what was heard around its place, over noise of variance 1.
+
+    `correlation` at lags from -BACK - SHIFT on, shape (TAPS + 2 SHIFT,); the signal's `autocorrelation` at lags from 0,
+    shape (TAPS,).
+    """
 
     correlation: Taps
     autocorrelation: Taps
@@ -62,7 +67,6 @@ class WeightedSound:
         self._energy = np.concatenate([[0.0], np.cumsum(np.square(white, dtype=np.float64) / variance)])
         self._heard_spectra: dict[tuple[int, int], NDArray[np.complexfloating]] = {}
         self._fits: dict[tuple[Said, int], Fit] = {}
-        self._overlaps: dict[tuple[Said, int, Said, int], Taps] = {}
 
     def energy(self, first: int, last: int) -> float:
         """What was heard from sample `first` up to `last`, in variances of the noise."""
@@ -89,7 +93,7 @@ class WeightedSound:
         size = transform_size(said.length + TAPS + 2 * SHIFT + _GRID)
         known = np.fft.rfft(self._there(said, at), size)
         weighted = np.conj(known) * self._over(size)
-        first = at - SHIFT
+        first = at - SHIFT - BACK
         begin = first // _GRID * _GRID
         heard = self._heard_spectra.get((begin, size))
         if heard is None:
@@ -97,26 +101,6 @@ class WeightedSound:
             self._heard_spectra[begin, size] = heard
         both = np.fft.irfft(np.stack([heard, known]) * weighted, size)
         return Fit(both[0, first - begin : first - begin + TAPS + 2 * SHIFT].copy(), both[1, :TAPS].copy())
-
-    def overlap(self, one: Said, at: int, other: Said, then: int) -> Taps:
-        """The correlation of two signals, each at its place, summed over the lags k and -k, shape (TAPS,)."""
-        key = (one, at, other, then)
-        both = self._overlaps.get(key)
-        if both is None:
-            both = self._overlaps[key] = self._overlapping(one, at, other, then)
-        return both
-
-    def _overlapping(self, one: Said, at: int, other: Said, then: int) -> Taps:
-        apart = then - at
-        kept = min(one.length, max(one.length - apart + TAPS, 1))
-        tail = self._there(one, at)[one.length - kept :]
-        head = self._there(other, then)[: TAPS + kept]
-        size = transform_size(len(tail) + len(head) + 2 * TAPS)
-        spectrum = np.fft.rfft(tail, size) * np.conj(np.fft.rfft(head, size)) * self._over(size)
-        found = np.fft.irfft(spectrum, size)
-        middle = apart - (one.length - kept)
-        lags = np.arange(TAPS)
-        return np.asarray(found[(middle + lags) % size] + found[(middle - lags) % size], np.float32)
 
     def _there(self, said: Said, at: int) -> Samples:
         """A signal, weighted as what was heard is where it is."""
