@@ -18,8 +18,10 @@ from hvcpd.recognition.protocols import Ears
 from hvcpd.recognition.second_look import Worker
 from hvcpd.recognition.stream import cleaned
 
-LEAD = 3 * SAMPLE_RATE_HZ
-"""Samples before a stretch, for its noise."""
+LEAD = 3 * SAMPLE_RATE_HZ // 2
+"""Samples before a stretch, for its noise: no more, since gain controls change it."""
+BEFORE = 3 * SAMPLE_RATE_HZ // 2
+"""So much before what the recogniser noticed is looked at, where there were signs of speech all the time."""
 EARLIER = SAMPLE_RATE_HZ // 4
 """Signs of speech come so much after its beginning, or sooner."""
 QUIET = SAMPLE_RATE_HZ // 2
@@ -142,10 +144,13 @@ class ChannelEars:
         if self._is_dealt_with(stretch):
             stretch.look = Look()
             return
-        sound, lead = self._history.around(stretch.begin - LEAD, stretch.begin, self._now)
-        origin = stretch.begin - lead
+        begin = max(stretch.begin, min((each.start_sample for each in stretch.held), default=0) - BEFORE)
+        sound, lead = self._history.around(begin - LEAD, begin, self._now)
+        origin = begin - lead
         proposed = tuple(each for each in stretch.held if isinstance(each, Recognised))
-        stretch.job = Stretch(sound, origin, lead, tuple(at - origin for at in stretch.noticed), proposed)
+        stretch.job = Stretch(
+            sound, origin, lead, tuple(at - origin for at in stretch.noticed if at >= begin), proposed
+        )
         if not self._worker.submit(stretch.job, self._listener):
             stretch.look = Look()
 

@@ -39,7 +39,7 @@ TRIED = 48
 """Of all next words, those whose response is estimated anew."""
 BEHIND_SHARE, BEHIND = 1.25, 150.0
 """A path is dropped if another one had so much more explained at its end."""
-EARLIER, LATER = round(0.35 * SAMPLE_RATE_HZ), round(0.25 * SAMPLE_RATE_HZ)
+EARLIER, LATER = round(0.6 * SAMPLE_RATE_HZ), round(0.25 * SAMPLE_RATE_HZ)
 """From where speech was noticed, a sentence begins so much earlier or later."""
 MOST_LAGS = 12_000
 """Beginnings that one transform tells of."""
@@ -103,7 +103,6 @@ class Path:
     def delay(self) -> int:
         """Samples from the place of its signal to where most of it was heard."""
         return int(np.abs(_estimate(self.autocorrelation, self.correlation, TAPS)[0]).argmax()) - BACK
-
 
 
 @dataclass(frozen=True, eq=False)
