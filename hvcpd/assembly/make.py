@@ -18,10 +18,11 @@ from hvcpd.hardware.kinematics import Odometry
 from hvcpd.hardware.navigator import Navigator
 from hvcpd.language.forms import OPEN_KINDS, SEALED_KINDS, Kind
 from hvcpd.language.phrasebook import Phrasebook, Vocabulary
-from hvcpd.people.ears import SecondEars
 from hvcpd.people.enrolled import Person
 from hvcpd.people.opinion import SecondOpinion
 from hvcpd.ports import Samples
+from hvcpd.recognition.channel.ears import ChannelEars
+from hvcpd.recognition.channel.listener import ChannelListener, Look, Stretch
 from hvcpd.recognition.coherent import CoherentListener
 from hvcpd.recognition.listening import MIN_SPELLED_CONFIDENCE, Listening
 from hvcpd.recognition.overhearing import Overhearing
@@ -29,6 +30,7 @@ from hvcpd.recognition.own_delay import OwnDelay
 from hvcpd.recognition.protocols import Ears
 from hvcpd.recognition.pruning import Beam
 from hvcpd.recognition.recogniser import Recogniser
+from hvcpd.recognition.second_look import SecondEars, Worker
 from hvcpd.recognition.settings import RecogniserSettings
 from hvcpd.recognition.spotter import SpotterSettings
 from hvcpd.recognition.templates import trimmed_energies
@@ -133,6 +135,11 @@ def make_coherent(
     phrasebook: Phrasebook, names: Sequence[str], sound: Sound, prepared: bool = True
 ) -> CoherentListener:
     """Hears the same voices by their waveform, where noise hides the words."""
+    return CoherentListener(phrasebook.marked_graph, make_books(phrasebook, names, sound), prepared)
+
+
+def make_books(phrasebook: Phrasebook, names: Sequence[str], sound: Sound) -> Sequence[SpokenBook]:
+    """What these robots say, sample by sample: at their usual rate, and slowly."""
     graph = phrasebook.marked_graph
     speakers = {robot_voice(name, sound): name for name in names}
     waveforms = WaveformCache()
@@ -142,7 +149,7 @@ def make_coherent(
         for voice, name in speakers.items()
         if name.lower() not in sound.recorded
     ]
-    return CoherentListener(graph, (*usual, *slow), prepared)
+    return (*usual, *slow)
 
 
 def robot_voice(name: str, sound: Sound) -> str:
@@ -261,6 +268,13 @@ def make_sealing(plan: RobotPlan) -> Sealing | None:
     return Sealing(guard, security.encrypts, plan.roster)
 
 
+def make_channel_ears(
+    phrasebook: Phrasebook, names: Sequence[str], sound: Sound, ears: Listening, worker: Worker[Stretch, Look]
+) -> ChannelEars:
+    """Return ears around others that hear these robots through a channel that is not known, too."""
+    return ChannelEars(ears, ChannelListener(phrasebook.marked_graph, make_books(phrasebook, names, sound)), worker)
+
+
 def phrasebook_of(plan: RobotPlan, names: Sequence[str]) -> Phrasebook:
     """The robot's phrasebook once it knows these names. Raises PhraseError."""
     teams = (*plan.team.teams, *([plan.role.team] if plan.role.team else []))
@@ -278,7 +292,10 @@ def _book_and_ears(
     """Phrasebook, ears, and those of the ears that listen for robots."""
     book, hearing = phrasebook_of(plan, names), plan.hearing
     listening = make_ears(book, plan.peers(names), sound, strangers, hearing.prepared)
+    ears: Ears = listening
+    if hearing.channel is not None and sound.cache is not None:
+        ears = make_channel_ears(book, plan.peers(names), sound, listening, hearing.channel)
     if hearing.second is None:
-        return book, listening, listening
+        return book, ears, listening
     opinion = SecondOpinion(book.people_graph, sound.lexicon, hearing.people, hearing.any_voice)
-    return book, SecondEars(listening, opinion, hearing.second), listening
+    return book, SecondEars(ears, opinion, hearing.second), listening

@@ -10,9 +10,11 @@ from hvcpd.config.tasks import Place, TaskRepository
 from hvcpd.coordination.actions import Role, Timing
 from hvcpd.hardware.kinematics import BURGER, Drive
 from hvcpd.hardware.navigator import Navigator
-from hvcpd.people.ears import Worker
 from hvcpd.people.enrolled import Person
 from hvcpd.ports import Pose, WheelReading
+from hvcpd.recognition.channel.listener import Look, Stretch
+from hvcpd.recognition.events import Recognised
+from hvcpd.recognition.second_look import Piece, Worker
 from hvcpd.robot.own_voice import Acoustics
 from hvcpd.security.keys import KeyRing
 from hvcpd.security.silence import Patience
@@ -61,7 +63,9 @@ class HearingPlan:
     acoustics: Acoustics | None = None
     people: Mapping[str, Person] = field(default_factory=dict)
     """Those who are enrolled, and no robots, by name in lower case. It is read anew at each look, maybe in a thread."""
-    second: Worker | None = None
+    channel: Worker[Stretch, Look] | None = None
+    """Looks again for robots that speak through a channel that is not known; None: nobody does."""
+    second: Worker[Piece, Recognised | None] | None = None
     """Looks again at what the voices of robots do not explain; None: nobody does."""
     any_voice: bool = True
     """It looks for people who are not enrolled too."""

@@ -12,6 +12,8 @@ from hvcpd.daemon.second_pass import SecondPass
 from hvcpd.errors import StoreError
 from hvcpd.people.enrolled import Person, Takes, person_path, read_person, write_person
 from hvcpd.people.learning import Learning
+from hvcpd.recognition.events import Recognised
+from hvcpd.recognition.second_look import Piece
 from hvcpd.robot.records import HeardRecord, Record, SaidRecord
 
 _log = structlog.get_logger(__name__)
@@ -47,7 +49,7 @@ class Adaptation:
         people: Mapping[str, Person],
         learned: Callable[[Person], None],
         state_dir: Path,
-        second: SecondPass,
+        second: SecondPass[Piece, Recognised | None],
     ) -> None:
         """`people` as in CurrentPeople; `learned` is told of whom there are more takes."""
         self._learning = Learning(own_name)
@@ -61,7 +63,8 @@ class Adaptation:
     def take(self, records: Iterable[Record]) -> None:
         """Notice what was asked, said again and confirmed."""
         for piece, sentence in self._second.take_sentences():
-            self._learning.found(piece, sentence)
+            if sentence is not None:
+                self._learning.found(piece, sentence)
         for record in records:
             if isinstance(record, SaidRecord):
                 self._learning.said(record.utterance, record.at_s)

@@ -33,6 +33,9 @@ from hvcpd.daemon.wiring import Wiring
 from hvcpd.errors import HvcpdError
 from hvcpd.hardware.goals import GoalNavigator
 from hvcpd.hardware.ros_base import RosBase
+from hvcpd.recognition.channel.listener import Look, Stretch
+from hvcpd.recognition.events import Recognised
+from hvcpd.recognition.second_look import Piece
 from hvcpd.robot.own_voice import Acoustics
 from hvcpd.robot.robot import Robot
 
@@ -68,7 +71,8 @@ class Daemon:
         self._wheels: WheelService | None = None
         self._name_learning: NameLearning | None = None
         self._adaptation: Adaptation | None = None
-        self._second = SecondPass()
+        self._channel = SecondPass[Stretch, Look](Look())
+        self._second = SecondPass[Piece, Recognised | None](None)
         self._preparation = self._control.body.preparation = Preparation(self._tell_preparation)
         self.sound: SoundService | None = None
         self.robot: Robot | None = None
@@ -109,6 +113,7 @@ class Daemon:
             stack.callback(self._control.release)
             stack.push_async_callback(self._journal.close)
             stack.push_async_callback(self._clips.close)
+            stack.push_async_callback(self._channel.close)
             stack.push_async_callback(self._second.close)
             stack.push_async_callback(self._pose.close)
             stack.push_async_callback(self._control.close)
@@ -129,7 +134,8 @@ class Daemon:
             navigator = self._goal_navigator()
             body, memory = self._control.body, MemoryPlan(remembered, self._journal.stopped, self._journal.counters)
             enrolled = CurrentPeople(lambda: body.wiring.people)
-            plan = self.wiring.plan(memory, acoustics, self._journal.names, here, navigator, self._second, enrolled)
+            heard, workers = self._journal.names, (self._channel, self._second)
+            plan = self.wiring.plan(memory, acoustics, heard, here, navigator, *workers, enrolled)
             warm_up = CacheWarmUp(plan, self.wiring.sound, self._preparation)
             await asyncio.to_thread(warm_up.before_listening, lambda: not self._ending)
             robot = self.robot = await asyncio.to_thread(make_robot, plan, self.wiring.sound)
@@ -186,6 +192,7 @@ class Daemon:
             await self._name_learning.settled()
         if self._adaptation is not None:
             await self._adaptation.settled()
+        await self._channel.settled()
         await self._second.settled()
         await self._journal.settled()
         await self._pose.settled()

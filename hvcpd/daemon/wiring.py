@@ -24,8 +24,10 @@ from hvcpd.errors import ConfigError, HvcpdError, PhraseError, VocabularyError
 from hvcpd.hardware.kinematics import Drive, drive_of
 from hvcpd.hardware.navigator import Navigator
 from hvcpd.language.phrasebook import Phrasebook
-from hvcpd.people.ears import Worker
 from hvcpd.people.enrolled import Person, enrolled_people
+from hvcpd.recognition.channel.listener import Look, Stretch
+from hvcpd.recognition.events import Recognised
+from hvcpd.recognition.second_look import Piece, Worker
 from hvcpd.robot.own_voice import Acoustics
 from hvcpd.security.keyring import KeyFile, find_key_file, keep_out_of_dumps, read_key_file
 from hvcpd.security.keys import KeyRing
@@ -141,13 +143,15 @@ class Wiring:
         heard: Sequence[str] = (),
         here: KeptPose | None = None,
         navigator: Navigator | None = None,
-        second: Worker | None = None,
+        channel: Worker[Stretch, Look] | None = None,
+        second: Worker[Piece, Recognised | None] | None = None,
         people: Mapping[str, Person] | None = None,
     ) -> RobotPlan:
         """What makes this robot, with what it remembers, and the names that it `heard`.
 
         `here` is where it stands, if that is not where the settings have it start. `navigator` finds its ways; None:
-        the usual one. `second` looks again at what the voices of robots do not explain. `people`, looked up anew each
+        the usual one. `channel` looks again for robots through a channel that is not known, `second` at what no robot's
+        voice explains. `people`, looked up anew each
         time, are those who are enrolled by then; None: those of now.
 
         Without a seed in the settings it gets a fresh one.
@@ -176,6 +180,7 @@ class Wiring:
             HearingPlan(
                 acoustics,
                 self.people if people is None else people,
+                channel,
                 second if settings.voices != "robots" else None,
                 any_voice=settings.voices == "any",
                 prepared=False,

@@ -17,7 +17,7 @@ from hvcpd.ports import Samples
 from hvcpd.recognition.agreement import Agreement
 from hvcpd.recognition.coherent import GREETING, CoherentListener
 from hvcpd.recognition.confidence import sentence_fare, word_fare
-from hvcpd.recognition.events import Event, Garbled, Recognised, WordSpan
+from hvcpd.recognition.events import Event, Garbled, Recognised, Source, WordSpan
 from hvcpd.recognition.frontend import HOP_SAMPLES
 from hvcpd.recognition.halting import Halting
 from hvcpd.recognition.hold import HoldSettings
@@ -84,6 +84,12 @@ class Recogniser:
     def busy(self) -> bool:
         """Whether somebody else is speaking right now, or has just ended a sentence that is still to be understood."""
         return self.watch.activity.busy or self.under_way
+
+    @property
+    def signs(self) -> bool:
+        """Whether anything that was heard last may be speech, however faint."""
+        stirred = self._agreement is not None and self._agreement.coherent.stirred
+        return self.busy or self.watch.activity.alert or stirred
 
     @property
     def under_way(self) -> bool:
@@ -218,6 +224,7 @@ class Recogniser:
             float(np.prod([word.chance for word in words])),
             self._snr_db(*_frames_of(sentence)),
             spans,
+            Source.WAVEFORM,
         )
 
     def _should_wake(self, n_frames: int) -> bool:

@@ -12,12 +12,12 @@ import pytest
 from hvcpd.daemon.adaptation import Adaptation
 from hvcpd.daemon.second_pass import SecondPass
 from hvcpd.language.messages import Confirmed, SayAgain, ToRobot, Utterance, WhatLeft
-from hvcpd.people.ears import Piece
 from hvcpd.people.enrolled import Person, person_path, read_person, remove_person, write_person
 from hvcpd.people.learning import ASKED_S, CONFIRMED_S, Learning, words_in
 from hvcpd.people.takes import distance, features
 from hvcpd.ports import SAMPLE_RATE_HZ
 from hvcpd.recognition.events import Recognised, WordSpan
+from hvcpd.recognition.second_look import Piece
 from hvcpd.robot.records import HeardRecord, Record, SaidRecord
 from tests.recognition.signals import word
 
@@ -87,15 +87,15 @@ def confirm(people: dict[str, Person], state_dir: Path) -> list[Person]:
     """A daemon that knows these people hears Anna confirm two words; of whom it learns more."""
     learned: list[Person] = []
 
-    class Found(SecondPass):
-        def take_sentences(self) -> list[tuple[Piece, Recognised]]:
+    class Found(SecondPass[Piece, Recognised | None]):
+        def take_sentences(self) -> list[tuple[Piece, Recognised | None]]:
             return [piece_of("water", "rose")]
 
     def heard(utterance: Utterance, start_s: float, at_s: float) -> HeardRecord:
         return HeardRecord(at_s, utterance, "", start_s, at_s, 0.9, 20.0, "stranger")
 
     async def live(records: list[Record]) -> None:
-        second = Found()
+        second = Found(None)
         adaptation = Adaptation("Rob", people, learned.append, state_dir, second)
         for record in records:
             adaptation.take([record])

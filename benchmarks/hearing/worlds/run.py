@@ -14,11 +14,11 @@ from benchmarks.hearing.material import Team, make_team
 from benchmarks.hearing.worlds.conditions import Condition, conditions
 from benchmarks.hearing.worlds.trials import MakeEars, Tally, make_trial, ours, theirs
 from hil_fakes import reverberation
-from hvcpd.assembly.make import make_ears
+from hvcpd.assembly.make import make_channel_ears, make_ears
 from hvcpd.evaluation.statistics import wilson
-from hvcpd.people.ears import AtOnce, SecondEars
 from hvcpd.people.opinion import SecondOpinion
 from hvcpd.recognition.protocols import Ears
+from hvcpd.recognition.second_look import AtOnce, SecondEars
 
 MODES = ("first", "acquainted")
 HEADING = f"{'condition':44} {'mode':10} {'right':>8} {'95 %':>12} {'wrong':>5} {'95 %':>11} {'lost':>5}    rtf"
@@ -52,8 +52,9 @@ class Row:
 
 def robots_ears(team: Team) -> Ears:
     """Ears as a robot has them that listens for strangers, too."""
-    opinion = SecondOpinion(team.book.people_graph, team.sound.lexicon, {}, True)
-    return SecondEars(make_ears(team.book, team.names, team.sound, False), opinion, AtOnce())
+    ears = make_ears(team.book, team.names, team.sound, False)
+    robots = make_channel_ears(team.book, team.names, team.sound, ears, AtOnce())
+    return SecondEars(robots, SecondOpinion(team.book.people_graph, team.sound.lexicon, {}, True), AtOnce())
 
 
 class Bench:

@@ -14,10 +14,10 @@ from hvcpd.control.hear.heard_sentences import as_json, as_text, sealing_of, sen
 from hvcpd.control.simulate.team import Team, load_team
 from hvcpd.errors import AudioFileError, PhraseError, unwritable
 from hvcpd.hardware.soundfile import read_wav
-from hvcpd.people.ears import AtOnce, SecondEars
 from hvcpd.people.opinion import SecondOpinion
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 from hvcpd.recognition.events import Event, Recognised
+from hvcpd.recognition.second_look import AtOnce, SecondEars
 
 BLOCK = 1600
 """Samples pushed at once, 0.1 s; the size changes no result."""
