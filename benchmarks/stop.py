@@ -27,7 +27,6 @@ from hvcpd.assembly.make import (
     make_phrasebook,
     make_recogniser,
     make_sound,
-    make_urgent,
     user_cache_folder,
 )
 from hvcpd.config.task_file import load_tasks
@@ -36,7 +35,6 @@ from hvcpd.hardware.soundfile import read_wav
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 from hvcpd.recognition.events import Event, Held, Recognised, Released, Urgent
 from hvcpd.recognition.recogniser import Recogniser
-from hvcpd.recognition.urgent import UrgentSpotter
 from hvcpd.synthesis.speaker import Speaker
 from hvcpd.synthesis.voices import VOICES, voice_for
 
@@ -67,9 +65,6 @@ class Stage:
 
     def ears(self) -> Recogniser:
         return make_recogniser(self.book, self.names, self._sound)
-
-    def urgent(self) -> UrgentSpotter:
-        return make_urgent(self._sound)
 
     def sentence(self, chooser: random.Random, speaker: str) -> Samples:
         """A random sentence of a robot that does not say "stop"."""

@@ -74,7 +74,7 @@ class Team:
     def ears(self) -> Recogniser:
         """A recogniser that has heard nothing yet, as every robot has it."""
         coherent = make_coherent(self.book, self.names, self.sound)
-        return Recogniser(self.book.graph, self.bank, urgent=make_urgent(self.sound), coherent=coherent)
+        return Recogniser(self.book.graph, self.bank, urgent=make_urgent(), coherent=coherent)
 
 
 def make_team(names: Sequence[str], tasks: TaskRepository | None = None) -> Team:

@@ -1,0 +1,1 @@
+"""Trains the net of `hvcpd.recognition.keyword`: `clips` are said and collected, `material` mixes them, `train` fits."""
