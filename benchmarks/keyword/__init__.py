@@ -1,1 +1,1 @@
-"""Trains the net of `hvcpd.recognition.keyword`: `clips` are said and collected, `material` mixes them, `train` fits."""
+"""Trains the net of `hvcpd.recognition.keyword`: `clips` collects what is said, `material` mixes it, `train` fits."""

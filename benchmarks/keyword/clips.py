@@ -3,8 +3,8 @@
     nice python -m benchmarks.keyword.clips --data DIR --out clips.npz [--seed 1] [--scale 1.0]
 
 Needs espeak-ng, festival and flite. By part: people are split by speaker, other recordings by file (`part_of`). Never
-drawn, so that `benchmarks.stop` may be held against them: flite's slt and rms, espeak-ng's plain voices and its variants
-f3 and m3.
+drawn, so that `benchmarks.stop` may be held against them: flite's slt and rms, espeak-ng's plain voices and its
+variants f3 and m3.
 """
 
 from __future__ import annotations
@@ -76,9 +76,13 @@ class Clip:
     source: str
 
 
-def part_of(name: str) -> str:
-    """Where the recordings of this speaker, or this recording, belong; the same everywhere."""
-    share = hashlib.sha256(name.encode()).digest()[0] % 100
+def part_of(name: str, half: bool = False) -> str:
+    """Where the recordings of this speaker, or this recording, belong; the same everywhere. `half`: to train or to test
+    with."""
+    first = hashlib.sha256(name.encode()).digest()[0]
+    if half:
+        return "test" if first % 2 else "train"
+    share = first % 100
     return "test" if share < 24 else "validate" if share < 32 else "train"
 
 
@@ -103,8 +107,8 @@ def recorded(data: Path) -> Iterator[Clip]:
         yield _clip(trimmed(np.asarray(read_wav(path), np.float32)), "word", part, f"digits {path.stem} {speaker}")
     for folder, kind in (("negatives", "talk"), ("sounds", "sound")):
         for path in sorted((data / folder).glob("*.wav")):
-            part = "test" if hashlib.sha256(path.stem.encode()).digest()[0] % 2 else "train"
-            yield _clip(trimmed(np.asarray(read_wav(path), np.float32)), kind, part, f"{folder} {path.stem}")
+            sound = trimmed(np.asarray(read_wav(path), np.float32))
+            yield _clip(sound, kind, part_of(path.stem, half=True), f"{folder} {path.stem}")
 
 
 def _clip(sound: Samples, kind: str, part: str, source: str) -> Clip:
@@ -172,7 +176,7 @@ def call(chooser: random.Random) -> Phrases:
 
 
 def alike(known: Mapping[str, Sequence[str]]) -> list[tuple[str, ...]]:
-    """Words and pairs of words that sound like it: those of ALIKE, and all of the dictionary that are one sound away."""
+    """Words and pairs of words that sound like it: ALIKE, and all of the dictionary that are one sound away."""
     found = [tuple(word.split("-")) for word in ALIKE]
     plain = [word for word in sorted(known) if word.isalpha() and 2 < len(word) < 12]
     for word in plain:

@@ -107,13 +107,15 @@ class Data:
         share = np.clip(bands - below, 0.0, 1.0)[:, None].astype(np.float32)
         rows = np.arange(n)[:, None]
         turned = energies.transpose(0, 2, 1)
-        moved = turned[rows, below].transpose(0, 2, 1) * (1 - share) + turned[rows, below + 1].transpose(0, 2, 1) * share
+        moved = (
+            turned[rows, below].transpose(0, 2, 1) * (1 - share) + turned[rows, below + 1].transpose(0, 2, 1) * share
+        )
         corners = np.cumsum(rng.normal(0.0, 0.4, (n, 6)), axis=1)
         at = np.linspace(0.0, 5.0, N_BANDS)
         moved *= np.exp(np.stack([np.interp(at, np.arange(6), row) for row in corners]))[:, None].astype(np.float32)
-        quiet = (self.labels != NOTHING).any(axis=(1, 2))
+        has_word = (self.labels != NOTHING).any(axis=(1, 2))
         others = rng.integers(len(self.logs), size=n)
-        others = others[~quiet[others]]
+        others = others[~has_word[others]]
         other = np.exp(self.logs[others].astype(np.float32))
         ratio = moved[: len(other)].mean(axis=(1, 2)) / other.mean(axis=(1, 2))
         gains = ratio * 10.0 ** (-rng.uniform(0.3, 2.5, len(other))) * (rng.random(len(other)) < 0.5)
@@ -249,7 +251,9 @@ def main() -> None:
             for group in optimizer.param_groups:
                 group["lr"] = rate
             optimizer.zero_grad()
-            loss = loss_of(net(sound), labels, o.weight)
+            with torch.autocast("cpu", torch.bfloat16):  # half the time where the processor has it
+                logits = net(sound)
+            loss = loss_of(logits.float(), labels, o.weight)
             loss.backward()  # type: ignore[no-untyped-call]
             nn.utils.clip_grad_norm_(net.parameters(), 5.0)
             optimizer.step()

@@ -7,8 +7,7 @@ from collections.abc import Sequence
 from hvcpd.recognition.events import Event, Held, Recognised, Released, Urgent
 from hvcpd.recognition.frontend import HOP_SAMPLES
 from hvcpd.recognition.hold import Hold, HoldSettings, Verdict
-from hvcpd.recognition.keyword.net import KeywordNet
-from hvcpd.recognition.keyword.words import KeywordSpotter
+from hvcpd.recognition.keyword.words import KeywordSpotter, Net
 from hvcpd.recognition.stream import Chunk
 
 TEXTS = frozenset(("stop", "stopped"))
@@ -18,7 +17,7 @@ TEXTS = frozenset(("stop", "stopped"))
 class Halting:
     """Joins the net that hears the word with the decision about it; without a net it hears nothing."""
 
-    def __init__(self, net: KeywordNet | None, hold: HoldSettings | None = None) -> None:
+    def __init__(self, net: Net | None, hold: HoldSettings | None = None) -> None:
         self._spotter = KeywordSpotter(net) if net is not None else None
         self._hold = Hold(TEXTS, hold)
         self._span = (0, 0)

@@ -1,8 +1,9 @@
 """Whether what sounded like the keyword was that word, or other talk. Pure; time is in samples.
 
 Whoever hears it stands still first and decides afterwards. It counts as said when it is certain, when it is heard
-again, and when it is likely and no sentence that is understood explains it. What is less likely is let go after two
-seconds: that costs nothing else, while a stop ends the mission until a person resumes it.
+again, when it is likely and no sentence that is understood explains it, and when a sentence is understood in which
+something else was heard at that time. What is less likely is let go after two seconds: that costs nothing else, while a
+stop ends the mission until a person resumes it.
 """
 
 from __future__ import annotations
@@ -101,9 +102,9 @@ class Hold:
         self._told = sentence
         edge = round(self._settings.edge_s * SAMPLE_RATE_HZ)
         reached = [word for word in self._open if word.start < sentence.end_sample - edge]
-        if any(self._is_likely(word) and not self._explains(sentence, word) for word in reached):
-            return self._said()
         explained = [word for word in reached if self._explains(sentence, word)]
+        if any(self._is_likely(w) or self._is_within(sentence, w) for w in reached if w not in explained):
+            return self._said()
         self._open = [word for word in self._open if word not in explained]
         return Verdict.RELEASED if explained and not self.held else Verdict.UNCHANGED
 
@@ -118,7 +119,7 @@ class Hold:
         quiet = now - quiet_since >= s.quiet_s * SAMPLE_RATE_HZ
         for word in self._open:
             over = quiet or now - word.told >= s.longest_s * SAMPLE_RATE_HZ
-            if self._is_certain(word, now) or over and self._is_likely(word):
+            if self._is_certain(word, now) or (over and self._is_likely(word)):
                 return self._said()
         weak = [w for w in self._open if not self._is_likely(w) and now - w.told >= s.doubt_s * SAMPLE_RATE_HZ]
         if not weak:
@@ -145,14 +146,17 @@ class Hold:
         self._doubted = None
         return Verdict.SAID
 
+    def _is_within(self, sentence: Recognised, word: _Word) -> bool:
+        edge = round(self._settings.edge_s * SAMPLE_RATE_HZ)
+        return sentence.start_sample - edge <= word.start and word.end <= sentence.end_sample + edge
+
     def _is_said(self, span: WordSpan) -> bool:
         return span.word in self._texts and span.deficit <= self._settings.most_own_deficit
 
     def _explains(self, sentence: Recognised, word: _Word) -> bool:
         """Whether nothing but the sentence was heard where the word was."""
         s = self._settings
-        edge = round(s.edge_s * SAMPLE_RATE_HZ)
-        if word.start < sentence.start_sample - edge or word.end > sentence.end_sample + edge:
+        if not self._is_within(sentence, word):
             return False
         there = [span for span in sentence.spans if span.start_sample < word.end and word.start < span.end_sample]
         if any(self._is_said(span) for span in there):

@@ -91,8 +91,8 @@ class Overhearing:
 
     def _is_loud(self) -> bool:
         """Whether what is left is louder than the own voice can leave of itself."""
-        left, own = (float(np.quantile(powers, LEVEL_QUANTILE)) for powers in (self._left_powers, self._own_powers))
-        return left >= own * 10.0 ** (FAINTEST_DB / 10.0)
+        left, own = (np.quantile(powers, LEVEL_QUANTILE) for powers in (self._left_powers, self._own_powers))
+        return bool(left >= own * 10.0 ** (FAINTEST_DB / 10.0))
 
     def _told(self, word: Word) -> Urgent:
         begin, end = (self._began + frame * HOP_SAMPLES for frame in (word.start_frame, word.end_frame))

@@ -52,7 +52,7 @@ class Levels:
         self._colour: Array = np.zeros(0, np.float32)
 
     def take(self, energies: Energies) -> Array:
-        """Energies of CHUNK_FRAMES frames, shape (..., CHUNK_FRAMES, N_BANDS), to shape (..., CHUNK_FRAMES, N_INPUTS)."""
+        """Energies of CHUNK_FRAMES frames, shape (..., CHUNK_FRAMES, N_BANDS), to (..., CHUNK_FRAMES, N_INPUTS)."""
         means = energies.sum(axis=-2) / np.float32(energies.shape[-2])
         total = means.sum(axis=-1, keepdims=True) / np.float32(N_BANDS)
         if self._level is None:

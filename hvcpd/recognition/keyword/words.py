@@ -3,9 +3,9 @@ grows surer."""
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import NamedTuple, Protocol
 
-from hvcpd.recognition.keyword.net import KeywordNet
+from hvcpd.recognition.frontend import Energies
 from hvcpd.recognition.stream import CHUNK_FRAMES, Chunk
 
 POSSIBLE = 0.5
@@ -26,10 +26,16 @@ class Word(NamedTuple):
     chance: float
 
 
+class Net(Protocol):
+    """`KeywordNet`, as it is needed here."""
+
+    def hear(self, energies: Energies) -> float: ...
+
+
 class KeywordSpotter:
     """Listens to one stream."""
 
-    def __init__(self, net: KeywordNet) -> None:
+    def __init__(self, net: Net) -> None:
         self._net = net
         self._word: Word | None = None
         self._since = 0
