@@ -34,6 +34,9 @@ class HoldSettings:
     """...for which it waits so long: sentences end after 0.25 s of rest."""
     likely: float = 0.8
     """A chance from which it counts if no sentence explains it."""
+    fair: float = 0.4
+    """A chance from which it counts if it was heard twice, or over a sentence that shows something else there. Of what
+    is less, other talk has some once a minute."""
     sentence_confidence: float = 0.9
     most_deficit: float = 0.25
     """Of each word of the sentence that was said at the same time (`WordSpan.deficit`). Alone, 0.12 at most; under a
@@ -103,7 +106,7 @@ class Hold:
         edge = round(self._settings.edge_s * SAMPLE_RATE_HZ)
         reached = [word for word in self._open if word.start < sentence.end_sample - edge]
         explained = [word for word in reached if self._explains(sentence, word)]
-        if any(self._is_likely(w) or self._is_within(sentence, w) for w in reached if w not in explained):
+        if any(self._is_likely(w) or self._is_over(sentence, w) for w in reached if w not in explained):
             return self._said()
         self._open = [word for word in self._open if word not in explained]
         return Verdict.RELEASED if explained and not self.held else Verdict.UNCHANGED
@@ -124,7 +127,8 @@ class Hold:
         weak = [w for w in self._open if not self._is_likely(w) and now - w.told >= s.doubt_s * SAMPLE_RATE_HZ]
         if not weak:
             return Verdict.UNCHANGED
-        self._doubted = weak[-1].end, weak[-1].told
+        fair = [w for w in weak if w.chance >= s.fair]
+        self._doubted = (fair[-1].end, fair[-1].told) if fair else self._doubted
         self._open = [word for word in self._open if word not in weak]
         return Verdict.UNCHANGED if self.held else Verdict.RELEASED
 
@@ -134,9 +138,15 @@ class Hold:
     def _is_likely(self, word: _Word) -> bool:
         return word.chance >= self._settings.likely
 
+    def _is_over(self, sentence: Recognised, word: _Word) -> bool:
+        return word.chance >= self._settings.fair and self._is_within(sentence, word)
+
     def _is_said_again(self, word: _Word) -> bool:
         """Whether another one that nothing explains was heard not long before."""
-        others = [(w.end, w.told) for w in self._open if w.start != word.start]
+        if word.chance < self._settings.fair:
+            return False
+        fair = [w for w in self._open if w.start != word.start and w.chance >= self._settings.fair]
+        others = [(w.end, w.told) for w in fair]
         others += [self._doubted] if self._doubted is not None else []
         edge, longest = (round(s * SAMPLE_RATE_HZ) for s in (self._settings.edge_s, self._settings.again_s))
         return any(end - edge <= word.start and word.told - told <= longest for end, told in others)

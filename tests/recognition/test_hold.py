@@ -14,6 +14,7 @@ SURE = 0.999
 WORDS = ("hi", "rob", "i", "am", "bot")
 LIKELY = SETTINGS.likely
 DOUBTFUL = LIKELY - 0.01
+FAIR = SETTINGS.fair
 
 
 def samples(s: float) -> int:
@@ -127,8 +128,19 @@ def test_a_doubtful_word_is_let_go_after_a_while_whatever_is_said_meanwhile() ->
 
 def test_a_doubtful_word_over_a_sentence_that_shows_something_else_there_is_the_stop() -> None:
     held = hold()
-    assert word(held, 1.2, DOUBTFUL) is Verdict.HELD
+    assert word(held, 1.2, FAIR) is Verdict.HELD
     assert held.sentence(sentence(1.0, unsure=0)) is Verdict.SAID
+    assert word(held, 6.2, FAIR - 0.01) is Verdict.HELD
+    assert held.sentence(sentence(6.0, unsure=0)) is Verdict.UNCHANGED
+
+
+@pytest.mark.parametrize("chances", [(FAIR, FAIR - 0.01), (FAIR - 0.01, FAIR)])
+def test_two_words_that_are_hardly_possible_are_none(chances: tuple[float, float]) -> None:
+    held = hold()
+    for begin_s, chance in zip((1.2, 2.2), chances, strict=True):
+        assert word(held, begin_s, chance) is Verdict.HELD
+    assert held.at(samples(4.9), 0) is Verdict.RELEASED
+    assert word(held, 5.5, FAIR) is Verdict.SAID
 
 
 @pytest.mark.parametrize("later_s", [0.5, 1.5, 4.0])

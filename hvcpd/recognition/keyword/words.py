@@ -8,8 +8,9 @@ from typing import NamedTuple, Protocol
 from hvcpd.recognition.frontend import Energies
 from hvcpd.recognition.stream import CHUNK_FRAMES, Chunk
 
-POSSIBLE = 0.5
-"""A chance from which it pays to stand still and see."""
+POSSIBLE = 0.2
+"""A chance from which it pays to stand still and see: calls as loud as a robot's sentence have that, and in half an
+hour of robots' sentences nothing else has."""
 LENGTH_FRAMES = 45
 """The word lasts about 0.45 s..."""
 DELAY_FRAMES = 8
