@@ -31,6 +31,8 @@ from hvcpd.recognition.pruning import Beam
 from hvcpd.recognition.recogniser import Recogniser
 from hvcpd.recognition.settings import RecogniserSettings
 from hvcpd.recognition.spotter import SpotterSettings
+from hvcpd.recognition.templates import trimmed_energies
+from hvcpd.recognition.urgent import UrgentSpotter, UrgentTemplates
 from hvcpd.recognition.watch import Watch
 from hvcpd.robot.own_voice import Acoustics
 from hvcpd.robot.performer import Performer
@@ -51,6 +53,9 @@ SLOW = 1.0 / SLOW_STRETCH
 SEALED_PAIRS = 400
 """Chains at one rung that are followed where any of 64 code words may come: each has two templates at three rungs. With
 100, as for sentences alone, most are lost (5 of 12 sealed sentences right in pink noise at 0 dB; with 300, 12)."""
+
+STOP, STOP_RIVAL = "stop", "stopped"
+"""The word that halts over any talk, and the one of the phrasebook that begins with it and does not."""
 
 
 @dataclass(frozen=True)
@@ -177,7 +182,9 @@ def make_recogniser(phrasebook: Phrasebook, names: Sequence[str], sound: Sound, 
     sealed = Kind.SEALED in phrasebook.vocabulary.kinds
     settings = RecogniserSettings(spotter=SpotterSettings(beam=Beam(max_pairs=SEALED_PAIRS))) if sealed else None
     coherent = make_coherent(phrasebook, names, sound, prepared) if sound.cache is not None else None
-    return Recogniser(phrasebook.marked_graph, bank, settings, urgent=make_urgent(), coherent=coherent)
+    return Recogniser(
+        phrasebook.marked_graph, bank, settings, make_urgent(sound, names), coherent=coherent, keyword=make_keyword()
+    )
 
 
 def make_coherent(
@@ -228,9 +235,32 @@ def make_spelled(phrasebook: Phrasebook, sound: Sound, watch: Watch | None = Non
     return Recogniser(graph, bank, RecogniserSettings(min_confidence=MIN_SPELLED_CONFIDENCE), watch=watch)
 
 
-def make_urgent() -> KeywordNet:
+def make_urgent(sound: Sound, names: Sequence[str] = ()) -> UrgentSpotter:
+    """Hears "stop" over other voices, in any of our voices: a person may have each of them.
+
+    `names`: the robots whose talk may be taken for it where two speak at once.
+    """
+    speakers = {voice.name: Speaker(voice, sound.lexicon, sound.cache) for voice in VOICES}
+    finals = {w: {name: s.templates(w)[1:2] for name, s in speakers.items()} for w in (STOP, STOP_RIVAL)}
+    plain = UrgentTemplates(finals[STOP], finals[STOP_RIVAL], frozenset((STOP, STOP_RIVAL)))
+    return UrgentSpotter(replace(plain, excuses=_excuses(UrgentSpotter(plain), sound, names)))
+
+
+def make_keyword() -> KeywordNet:
     """Hears "stop", whoever says it and over whatever else is heard."""
     return KeywordNet(Weights.load())
+
+
+def _excuses(spotter: UrgentSpotter, sound: Sound, names: Iterable[str]) -> list[Samples]:
+    """ "I have stopped" of each robot, and "I am Rob" of those whose name, after an S of somebody else, is "stop"."""
+    found = []
+    for name in names:
+        speaker = sound.speaker_of(name)
+        found.append(speaker.phrase_templates(("i", "have", STOP_RIVAL))[1])
+        after_s = (trimmed_energies(take) for take in speaker.phrase_templates(("s", name.lower())))
+        if max(map(spotter.share_in, after_s)) >= spotter.settings.threshold:
+            found += speaker.phrase_templates(("i", "am", name.lower()))
+    return found
 
 
 def templates(phrasebook: Phrasebook, voice: Voice, sound: Sound) -> dict[str, list[Samples]]:
@@ -282,7 +312,7 @@ def make_robot(plan: RobotPlan, sound: Sound) -> Robot:
         Performer(plan.navigator or Navigator(plan.drive)),
         plan.acoustics,
         sound.speaker_of(plan.role.name, SLOW),
-        Overhearing(make_urgent()) if ears.urgent is not None else None,
+        Overhearing(ears.urgent, make_keyword()) if ears.urgent is not None else None,
         make_sealing(plan, sound.robots(plan.roster)),
         OwnDelay(),
         voices_of(plan.names, sound),

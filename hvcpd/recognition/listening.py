@@ -11,8 +11,8 @@ from itertools import chain
 
 from hvcpd.ports import Samples
 from hvcpd.recognition.events import Event, Garbled, Recognised
-from hvcpd.recognition.keyword.net import KeywordNet
 from hvcpd.recognition.recogniser import Recogniser
+from hvcpd.recognition.urgent import UrgentSpotter
 from hvcpd.recognition.watch import Found
 
 MIN_SPELLED_CONFIDENCE = 0.95
@@ -43,7 +43,7 @@ class Listening:
         return self._sentences.busy
 
     @property
-    def urgent(self) -> KeywordNet | None:
+    def urgent(self) -> UrgentSpotter | None:
         """What hears the urgent word."""
         return self._sentences.urgent
 

@@ -19,17 +19,18 @@ from hvcpd.recognition.coherent import GREETING, CoherentListener
 from hvcpd.recognition.confidence import sentence_fare, word_fare
 from hvcpd.recognition.events import Event, Garbled, Recognised, WordSpan
 from hvcpd.recognition.frontend import HOP_SAMPLES
-from hvcpd.recognition.halting import Halting
 from hvcpd.recognition.hold import HoldSettings
-from hvcpd.recognition.keyword.net import KeywordNet
+from hvcpd.recognition.keyword.words import Net
 from hvcpd.recognition.network import Network
 from hvcpd.recognition.paths import Coherent
 from hvcpd.recognition.segments import Segment, SegmentTracker
 from hvcpd.recognition.settings import RecogniserSettings
 from hvcpd.recognition.spared import PATIENCE_FRAMES, QUIET_FRAMES
 from hvcpd.recognition.spotter import LEAD_FRAMES, Sentence, Spotter
+from hvcpd.recognition.stopping import Stopping
 from hvcpd.recognition.stream import CHUNK_FRAMES, Chunk
 from hvcpd.recognition.templates import Take, TemplateBank
+from hvcpd.recognition.urgent import UrgentSpotter
 from hvcpd.recognition.watch import RECENT_FRAMES, Watch
 
 UNHEARD_LEAD_FRAMES = 28
@@ -46,15 +47,17 @@ class Recogniser:
         graph: WordGraph,
         templates: Mapping[str, Mapping[str, Sequence[Take]]],
         settings: RecogniserSettings | None = None,
-        urgent: KeywordNet | None = None,
+        urgent: UrgentSpotter | None = None,
         hold: HoldSettings | None = None,
         watch: Watch | None = None,
         partial: frozenset[str] = frozenset(),
         coherent: CoherentListener | None = None,
+        keyword: Net | None = None,
     ) -> None:
-        """`templates[voice][word]`: one or a few takes of the word. `urgent` hears one word,
-        whoever says it and over whatever else is heard, `hold` says when that is believed. `watch`: what it shares with
-        other recognisers on the same microphone. `coherent` hears what the noise hides from the templates.
+        """`templates[voice][word]`: one or a few takes of the word. `urgent` hears one word
+        even while somebody else speaks, `hold` says how it is told from other talk. `watch`: what it shares with
+        other recognisers on the same microphone. `coherent` hears what the noise hides from the templates,
+        `keyword` the same word as `urgent`, whoever says it.
 
         Raises ValueError if a voice that is not in `partial` lacks a template of a word of `graph`.
         """
@@ -62,7 +65,7 @@ class Recogniser:
         bank = TemplateBank(templates)
         self._spotter = Spotter(Network(graph, bank.templates, partial), bank, self._settings.spotter)
         self.urgent = urgent
-        self._halting = Halting(urgent, hold)
+        self._halting = Stopping(bank, urgent, hold, keyword)
         self._agreement = Agreement(coherent) if coherent is not None else None
         self.watch = watch or Watch(self._settings.activity)
         self._segments = SegmentTracker(self._settings.segments)
@@ -122,7 +125,7 @@ class Recogniser:
         self.watch, self._segments = predecessor.watch, predecessor._segments
         self._dealt_with, self._lost_until = predecessor._dealt_with, predecessor._lost_until
         self._unheard_until = predecessor._unheard_until
-        self._halting = predecessor._halting
+        self._halting.succeed(predecessor._halting)
 
     def prepare(self, go_on: Callable[[], bool]) -> None:
         """Make ready what the coherent listener compares with, while `go_on`. Takes seconds; another thread may do
@@ -163,7 +166,7 @@ class Recogniser:
         speech = self._spotter.awake or self.watch.activity.alert
         if self._agreement is not None:
             events = self._settled(self._agreement, chunk, events, speech)
-        events += self._halting.hear(chunk, events, speech, self._spotter.best.node >= 0)
+        events += self._halting.hear(chunk, noise, events, speech, self._spotter.best.node >= 0)
         self._doze(len(energies))
         return events
 
@@ -190,6 +193,7 @@ class Recogniser:
             for sentence in agreement.coherent.push(chunk.first_frame * HOP_SAMPLES, chunk.samples, speech)
             if self._is_explained(sentence)
         ]
+        self._halting.understood(heard)
         since = (self._lost_until + UNHEARD_LEAD_FRAMES) * HOP_SAMPLES
         now = (chunk.first_frame + len(chunk.energies)) * HOP_SAMPLES
         told, dealt_with = agreement.settle(events, heard, since, now, self._described)

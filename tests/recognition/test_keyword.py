@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 from hvcpd.recognition.frontend import N_BANDS, energies_of
-from hvcpd.recognition.hold import HoldSettings
+from hvcpd.recognition.keyword.belief import BeliefSettings
 from hvcpd.recognition.keyword.net import GAPS, SIZE, SIZES, WEIGHTS, KeywordNet, Levels, Weights
 from hvcpd.recognition.keyword.words import DELAY_FRAMES, ONE_WORD_FRAMES, POSSIBLE, KeywordSpotter, Word
 from hvcpd.recognition.stream import CHUNK_FRAMES, Chunk, FrameStream
@@ -21,7 +21,7 @@ from hvcpd.synthesis.lexicon import Lexicon
 from hvcpd.synthesis.speaker import Speaker
 from hvcpd.synthesis.voices import VOICES, Voice, voice_named
 
-LIKELY = HoldSettings().likely
+LIKELY = BeliefSettings().likely
 SENTENCE = [["hi", "all"], ["i", "am", "rob"], ["task", "three", "complete"], ["i", "will", "complete", "task", "one"]]
 
 

@@ -5,12 +5,12 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from hvcpd.assembly.make import make_urgent
+from hvcpd.assembly.make import make_keyword
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 from hvcpd.recognition.events import Event, Held, Recognised, Released, Urgent
 from hvcpd.recognition.frontend import N_BANDS
-from hvcpd.recognition.halting import Halting
-from hvcpd.recognition.hold import HoldSettings
+from hvcpd.recognition.keyword.belief import BeliefSettings
+from hvcpd.recognition.keyword.listener import KeywordListener
 from hvcpd.recognition.keyword.words import POSSIBLE
 from hvcpd.recognition.recogniser import Recogniser
 from hvcpd.recognition.stream import CHUNK_FRAMES, CHUNK_SAMPLES, Chunk
@@ -19,12 +19,12 @@ from hvcpd.synthesis.speaker import Speaker
 from hvcpd.synthesis.voices import voice_named
 from tests.recognition.signals import graph, in_noise, sentence, templates
 
-LIKELY, CERTAIN = HoldSettings().likely, HoldSettings().certain
-DOUBT_CHUNKS = round(HoldSettings().doubt_s / 0.04)
+LIKELY, CERTAIN = BeliefSettings().likely, BeliefSettings().certain
+DOUBT_CHUNKS = round(BeliefSettings().doubt_s / 0.04)
 
 
 def ears(urgent: bool = True) -> Recogniser:
-    return Recogniser(graph(), templates(), urgent=make_urgent() if urgent else None)
+    return Recogniser(graph(), templates(), keyword=make_keyword() if urgent else None)
 
 
 def said(text: str, voice: str, dbfs: float) -> Samples:
@@ -86,7 +86,7 @@ class Bench:
 
     def __init__(self) -> None:
         self.net = Scripted()
-        self.halting = Halting(self.net)
+        self.listener = KeywordListener(self.net)
         self._frame = 0
 
     def live(self, *chances: float, ends: bool = False, speech: bool = True) -> list[type]:
@@ -94,7 +94,7 @@ class Bench:
         for self.net.chance in chances:
             energies = np.full((CHUNK_FRAMES, N_BANDS), 1e-7, np.float32)
             chunk = Chunk(self._frame, energies, False, np.zeros(CHUNK_SAMPLES, np.float32))
-            told += self.halting.hear(chunk, [], speech, ends)
+            told += self.listener.hear(chunk, [], speech, ends)
             self._frame += CHUNK_FRAMES
         return [type(event) for event in told]
 
@@ -102,7 +102,7 @@ class Bench:
 def test_what_is_possible_halts_for_two_seconds() -> None:
     bench = Bench()
     assert bench.live(*[0.0] * 50, POSSIBLE) == [Held]
-    assert bench.halting.pending
+    assert bench.listener.pending
     assert bench.live(*[0.0] * (DOUBT_CHUNKS - 2)) == []
     assert bench.live(*[0.0] * 3) == [Released]
 
@@ -110,7 +110,7 @@ def test_what_is_possible_halts_for_two_seconds() -> None:
 def test_what_grows_certain_is_held_for_first() -> None:
     bench = Bench()
     assert bench.live(*[0.0] * 50, POSSIBLE, LIKELY, CERTAIN) == [Held, Urgent]
-    assert not bench.halting.pending
+    assert not bench.listener.pending
 
 
 def test_what_is_certain_waits_where_a_sentence_may_end_with_it() -> None:
@@ -123,12 +123,12 @@ def test_what_is_likely_and_lost_or_followed_by_silence_is_the_stop() -> None:
     lost, silent = Bench(), Bench()
     for bench in (lost, silent):
         assert bench.live(*[0.0] * 50, LIKELY) == [Held]
-    assert [type(event) for event in lost.halting.interrupt()] == [Urgent]
+    assert [type(event) for event in lost.listener.interrupt()] == [Urgent]
     assert silent.live(*[0.0] * 30, speech=False) == [Urgent]
 
 
 def test_without_a_net_it_hears_nothing() -> None:
-    halting = Halting(None)
+    listener = KeywordListener(None)
     chunk = Chunk(0, np.full((CHUNK_FRAMES, N_BANDS), 1.0, np.float32), False, np.zeros(CHUNK_SAMPLES, np.float32))
-    assert halting.hear(chunk, [], True, False) == []
-    assert halting.interrupt() == []
+    assert listener.hear(chunk, [], True, False) == []
+    assert listener.interrupt() == []
