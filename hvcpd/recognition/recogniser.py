@@ -19,7 +19,9 @@ from hvcpd.recognition.coherent import GREETING, CoherentListener
 from hvcpd.recognition.confidence import sentence_fare, word_fare
 from hvcpd.recognition.events import Event, Garbled, Recognised, WordSpan
 from hvcpd.recognition.frontend import HOP_SAMPLES
+from hvcpd.recognition.halting import Halting
 from hvcpd.recognition.hold import HoldSettings
+from hvcpd.recognition.keyword.listener import KeywordListener
 from hvcpd.recognition.keyword.words import Net
 from hvcpd.recognition.network import Network
 from hvcpd.recognition.paths import Coherent
@@ -65,7 +67,7 @@ class Recogniser:
         bank = TemplateBank(templates)
         self._spotter = Spotter(Network(graph, bank.templates, partial), bank, self._settings.spotter)
         self.urgent = urgent
-        self._halting = Stopping(bank, urgent, hold, keyword)
+        self._halting = Stopping(Halting(bank, urgent, hold), KeywordListener(keyword))
         self._agreement = Agreement(coherent) if coherent is not None else None
         self.watch = watch or Watch(self._settings.activity)
         self._segments = SegmentTracker(self._settings.segments)

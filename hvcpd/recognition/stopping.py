@@ -13,13 +13,9 @@ from numpy.typing import NDArray
 
 from hvcpd.recognition.events import Event, Held, Released, Urgent
 from hvcpd.recognition.halting import Halting
-from hvcpd.recognition.hold import HoldSettings
 from hvcpd.recognition.keyword.listener import KeywordListener
-from hvcpd.recognition.keyword.words import Net
 from hvcpd.recognition.paths import Coherent
 from hvcpd.recognition.stream import Chunk
-from hvcpd.recognition.templates import TemplateBank
-from hvcpd.recognition.urgent import UrgentSpotter
 
 SAME_SAMPLES = 4800
 """Two calls within 0.3 s are one: the ears differ by so much about where it was."""
@@ -28,13 +24,9 @@ SAME_SAMPLES = 4800
 class Stopping:
     """Tells what either ear tells, once."""
 
-    def __init__(
-        self, bank: TemplateBank, spotter: UrgentSpotter | None, hold: HoldSettings | None, net: Net | None
-    ) -> None:
-        """`bank`: of the voices whose sentences the recogniser understands; without a spotter, or a net, that ear is
-        deaf."""
-        self._known = Halting(bank, spotter, hold)
-        self._anybody = KeywordListener(net)
+    def __init__(self, known: Halting, anybody: KeywordListener) -> None:
+        self._known = known
+        self._anybody = anybody
         self._held = [False, False]
         self._said: Urgent | None = None
 
