@@ -106,7 +106,7 @@ def test_what_sounds_like_it_is_not_taken_for_it(words: str) -> None:
         assert highest(heard(at_level(said([words.split()], voice), -30.0))) < LIKELY
 
 
-@settings(max_examples=20, deadline=None)
+@settings(max_examples=5, deadline=None)
 @given(st.floats(-60.0, 20.0))
 def test_the_level_of_the_microphone_does_not_count(gain_db: float) -> None:
     energies = energies_of(heard(at_level(said([["stop"]], VOICES[0]), -30.0)))

@@ -23,11 +23,11 @@ class BeliefSettings:
     """A chance of the word from which it counts, unless a sentence may be about to end with it..."""
     sentence_s: float = 0.42
     """...for which it waits so long: sentences end after 0.25 s of rest."""
-    likely: float = 0.8
+    likely: float = 0.85
     """A chance from which it counts if no sentence explains it."""
-    fair: float = 0.4
+    fair: float = 0.5
     """A chance from which it counts if it was heard twice, or over a sentence that shows something else there. Of what
-    is less, other talk has some once a minute."""
+    is less, other talk and barking dogs have some once a minute."""
     sentence_confidence: float = 0.9
     most_deficit: float = 0.25
     """Of each word of the sentence that was said at the same time (`WordSpan.deficit`). Alone, 0.12 at most; under a
