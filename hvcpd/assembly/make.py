@@ -24,6 +24,7 @@ from hvcpd.ports import Samples
 from hvcpd.recognition.channel.ears import ChannelEars
 from hvcpd.recognition.channel.listener import ChannelListener, Look, Stretch
 from hvcpd.recognition.coherent import CoherentListener
+from hvcpd.recognition.keyword.net import KeywordNet, Weights
 from hvcpd.recognition.listening import MIN_SPELLED_CONFIDENCE, Listening
 from hvcpd.recognition.overhearing import Overhearing
 from hvcpd.recognition.own_delay import OwnDelay
@@ -128,7 +129,9 @@ def make_recogniser(phrasebook: Phrasebook, names: Sequence[str], sound: Sound, 
     sealed = Kind.SEALED in phrasebook.vocabulary.kinds
     settings = RecogniserSettings(spotter=SpotterSettings(beam=Beam(max_pairs=SEALED_PAIRS))) if sealed else None
     coherent = make_coherent(phrasebook, names, sound, prepared) if sound.cache is not None else None
-    return Recogniser(phrasebook.marked_graph, bank, settings, urgent=make_urgent(sound, names), coherent=coherent)
+    return Recogniser(
+        phrasebook.marked_graph, bank, settings, make_urgent(sound, names), coherent=coherent, keyword=make_keyword()
+    )
 
 
 def make_coherent(
@@ -195,6 +198,11 @@ def make_urgent(sound: Sound, names: Sequence[str] = ()) -> UrgentSpotter:
     return UrgentSpotter(replace(plain, excuses=_excuses(UrgentSpotter(plain), sound, names)))
 
 
+def make_keyword() -> KeywordNet:
+    """Hears "stop", whoever says it and over whatever else is heard."""
+    return KeywordNet(Weights.load())
+
+
 def _excuses(spotter: UrgentSpotter, sound: Sound, names: Iterable[str]) -> list[Samples]:
     """ "I have stopped" of each robot, and "I am Rob" of those whose name, after an S of somebody else, is "stop"."""
     found = []
@@ -252,7 +260,7 @@ def make_robot(plan: RobotPlan, sound: Sound) -> Robot:
         Performer(body.navigator or Navigator(body.drive)),
         plan.hearing.acoustics,
         sound.speaker_of(plan.role.name, SLOW),
-        Overhearing(listening.urgent) if listening.urgent is not None else None,
+        Overhearing(listening.urgent, make_keyword()) if listening.urgent is not None else None,
         make_sealing(plan),
         OwnDelay(),
         voices_of(names, sound, plan.hearing.people),
