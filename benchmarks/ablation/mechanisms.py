@@ -48,7 +48,7 @@ SOURCES = (
         "second-look",
         "speech that the robots' listener rejects is looked at again",
         answering(f"{OPINION}:SecondOpinion.look", None),
-        _files("people", "opinion judging phones spelled sphinx ears cepstra"),
+        _files("people", "opinion judging phones spelled sphinx cepstra"),
     ),
     Mechanism(
         "net",

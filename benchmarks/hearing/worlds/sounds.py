@@ -15,7 +15,7 @@ from scipy.stats import chi2
 from benchmarks.hearing.material import Team
 from benchmarks.hearing.mixing import digitized
 from benchmarks.hearing.worlds import ordinary, rooms
-from benchmarks.hearing.worlds.trials import MakeEars, hear, source_of
+from benchmarks.hearing.worlds.trials import MakeEars, hear
 from hil_fakes import reverberation
 from hil_fakes.robot_noise import unit
 from hil_fakes.room import PinkNoise
@@ -73,8 +73,8 @@ def listened(make_ears: MakeEars, team: Team, clips: Iterator[tuple[str, Samples
         for event in events:
             if isinstance(event, Recognised):
                 text = " ".join(event.words)
-                heard.sentences.append(f"{name}: {text} ({event.confidence:.2f}) [{source_of(event)}]")
-                heard.sources[source_of(event)] += 1
+                heard.sentences.append(f"{name}: {text} ({event.confidence:.2f}) [{event.source!s}]")
+                heard.sources[str(event.source)] += 1
                 if event.words[-1] == "stop":
                     heard.stops.append(f"{name}: {text}")
             elif isinstance(event, Urgent):

@@ -17,7 +17,6 @@ from benchmarks.hearing.material import BLOCK, Spoken, Team
 from benchmarks.hearing.worlds.conditions import Condition
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 from hvcpd.recognition.events import Event, Recognised, Urgent
-from hvcpd.recognition.frontend import HOP_SAMPLES
 from hvcpd.synthesis.leveling import audible
 
 LEAD_S = 3.5
@@ -189,12 +188,12 @@ def judged(events: Sequence[Event], trial: Trial) -> list[Verdict]:
         if all(event.words != said.words for said in trial.said):
             overlaps = [_overlap(event, said) for said in trial.said]
             text = " ".join(event.words) + f" ({event.confidence:.2f})"
-            wrong.setdefault(int(np.argmax(overlaps)), []).append((source_of(event), text))
+            wrong.setdefault(int(np.argmax(overlaps)), []).append((str(event.source), text))
     if not any("stop" in said.words for said in trial.said):
         wrong.setdefault(0, []).extend(("urgent", "stop!") for e in told if isinstance(e, Urgent))
     verdicts = []
     for k, said in enumerate(trial.said):
-        sources = [source_of(e) for e in sentences if e.words == said.words]
+        sources = [str(e.source) for e in sentences if e.words == said.words]
         if said.words == ("stop",):  # whoever calls it is heard if robots stop
             sources += ["urgent" for e in told if isinstance(e, Urgent)]
         instead = tuple(wrong.get(k, ()))
@@ -205,18 +204,3 @@ def judged(events: Sequence[Event], trial: Trial) -> list[Verdict]:
 
 def _overlap(event: Recognised, said: Spoken) -> int:
     return min(event.end_sample, said.end) - max(event.start_sample, said.start)
-
-
-def source_of(event: Recognised) -> str:
-    """Which of the ear's listeners found a sentence: as the event tells, if it does; or else by its marks.
-
-    What strangers say has their name; the network of templates counts in frames; what is heard by its waveform begins
-    at any sample.
-    """
-    told = getattr(event, "source", None)
-    if told is not None:
-        return str(told)
-    if event.voice == "stranger":
-        return "second look"
-    marks = {sample % HOP_SAMPLES for span in event.spans for sample in (span.start_sample, span.end_sample)}
-    return "templates" if marks <= {0} else "waveform"

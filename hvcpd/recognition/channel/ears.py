@@ -18,9 +18,9 @@ from hvcpd.recognition.protocols import Ears
 from hvcpd.recognition.second_look import Worker
 from hvcpd.recognition.stream import cleaned
 
-LEAD = 3 * SAMPLE_RATE_HZ // 2
-"""Samples before a stretch, for its noise: no more, since gain controls change it."""
-BEFORE = 3 * SAMPLE_RATE_HZ // 2
+LEAD = 3 * SAMPLE_RATE_HZ
+"""Samples before a stretch, for its noise."""
+BEFORE = SAMPLE_RATE_HZ // 4
 """So much before what the recogniser noticed is looked at, where there were signs of speech all the time."""
 EARLIER = SAMPLE_RATE_HZ // 4
 """Signs of speech come so much after its beginning, or sooner."""

@@ -22,8 +22,10 @@ QUIETER = 0.2
 """...than which so many are quieter: gain controls and drop-outs make some that tell nothing."""
 LEAST_SCORE = 450.0
 """Explained energy, in variances of the noise: chance and other talk reach 390."""
-LEAST_LEAD, LEAST_LEAD_SHARE = 40.0, 0.02
+LEAST_LEAD, LEAST_LEAD_SHARE = 40.0, 0.03
 """What a sentence must explain more than any other one, and than any beginning of a longer one."""
+LEAST_FIT = 0.4
+"""Of what was to be expected of each word through the response, so much must have been heard."""
 MOST_AT_ONCE = 2
 """Robots that speak at the same time."""
 SURE = 0.99
@@ -79,7 +81,7 @@ class ChannelListener:
             paths.sort(key=lambda path: -path.score)
             if not paths or paths[0].score < LEAST_SCORE:
                 break
-            best = self._sure(paths)
+            best = self._sure(sound, paths)
             if best is None:
                 reaches_end = paths[0].end + SAMPLE_RATE_HZ > len(heard)
                 return Look(tuple(told), robot=True, unfinished=reaches_end)
@@ -94,14 +96,16 @@ class ChannelListener:
         found = [path for path in alone.paths(sound, [at]) if alone.is_whole(path)]
         return [replace(path, node=self._final) for path in found]
 
-    def _sure(self, paths: Sequence[Path]) -> Path | None:
-        """The sentence that explains most, unless another one explains nearly as much, or a longer one more."""
+    def _sure(self, sound: WeightedSound, paths: Sequence[Path]) -> Path | None:
+        """The sentence that explains most, unless another one explains nearly as much, a longer one more, or a word of
+        it hardly fits."""
         best = next((path for path in paths if self._search.is_whole(path)), None)
         if best is None or best.score < LEAST_SCORE:
             return None
         rivals = (path.score for path in paths if path.words != best.words[: len(path.words)])
         lead = best.score - max(rivals, default=0.0)
-        return best if lead >= max(LEAST_LEAD, LEAST_LEAD_SHARE * best.score) else None
+        surely = lead >= max(LEAST_LEAD, LEAST_LEAD_SHARE * best.score)
+        return best if surely and self._search.least_fit(sound, best) >= LEAST_FIT else None
 
 
 def quiet_part(before: Samples, heard: Samples) -> Samples:

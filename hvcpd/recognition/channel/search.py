@@ -35,6 +35,8 @@ STARTS = 64
 WIDE, NARROW = 32, 16
 """Paths that are followed, up to WIDE_WORDS words and after them."""
 WIDE_WORDS = 4
+EXPECTED = 60.0
+"""Energy of a word, in variances of the noise, from which on its absence shows: by 8 standard deviations."""
 TRIED = 48
 """Of all next words, those whose response is estimated anew."""
 BEHIND_SHARE, BEHIND = 1.25, 150.0
@@ -144,6 +146,21 @@ class ChannelSearch:
             found += level
             level = self._extended(sound, level)
         return sorted(found, key=lambda path: -path.score)
+
+    def least_fit(self, sound: WeightedSound, path: Path) -> float:
+        """Of the word that fits worst, what was heard of it through the path's response over what was expected: about 1
+        if it was said, 0 or less if not. Words of which little was to be expected do not count."""
+        fits = [1.0]
+        n = len(path.taps)
+        around = np.correlate(path.taps, path.taps, "full")[n - 1 :]
+        around[1:] *= 2.0
+        first = SHIFT + _begin(n)
+        for said, start in zip(path.said, path.starts, strict=True):
+            fit = sound.fit(said, start)
+            expected = float(around @ fit.autocorrelation[:n])
+            if expected >= EXPECTED:
+                fits.append(float(path.taps @ fit.correlation[first : first + n]) / expected)
+        return min(fits)
 
     def is_whole(self, path: Path) -> bool:
         """Whether a path is a sentence."""
