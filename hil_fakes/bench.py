@@ -22,7 +22,7 @@ from hil_fakes.room import Air, Noise, Point, Room, Ways
 from hil_fakes.scorekeeper import Scorekeeper
 from hvcpd.assembly.make import Sound, make_robot
 from hvcpd.assembly.name_registry import NameRegistry
-from hvcpd.assembly.plan import BodyPlan, RobotPlan, SecurityPlan, TeamPlan
+from hvcpd.assembly.plan import BodyPlan, HearingPlan, RobotPlan, SecurityPlan, TeamPlan
 from hvcpd.config.tasks import TaskRepository
 from hvcpd.coordination.actions import Role, Speech, Timing
 from hvcpd.errors import PhraseError
@@ -30,6 +30,7 @@ from hvcpd.memory.journal import Journal
 from hvcpd.memory.store import Store
 from hvcpd.memory.store_file import IN_MEMORY
 from hvcpd.ports import SAMPLE_RATE_HZ, STANDSTILL, Pose, Samples, WheelCommand, WheelReading
+from hvcpd.recognition.second_look import AtOnce
 from hvcpd.reporting.events import Event, MissionRecord, Moved, Plant, Started, Summary, Trail
 from hvcpd.robot.records import LearnName
 from hvcpd.robot.robot import Robot
@@ -228,6 +229,7 @@ class Bench:
             plan.tasks,
             own_seed(plan.seed, name),
             BodyPlan(start),
+            hearing=HearingPlan(channel=None if plan.loudspeaker is IDEAL else AtOnce()),
             security=SecurityPlan(plan.keys, plan.encrypts),
             timing=plan.timing,
         )

@@ -277,7 +277,7 @@ def make_sealing(plan: RobotPlan) -> Sealing | None:
 
 
 def make_channel_ears(
-    phrasebook: Phrasebook, names: Sequence[str], sound: Sound, ears: Listening, worker: Worker[Stretch, Look]
+    phrasebook: Phrasebook, names: Sequence[str], sound: Sound, ears: Ears, worker: Worker[Stretch, Look]
 ) -> ChannelEars:
     """Return ears around others that hear these robots through a channel that is not known, too."""
     return ChannelEars(ears, ChannelListener(phrasebook.marked_graph, make_books(phrasebook, names, sound)), worker)

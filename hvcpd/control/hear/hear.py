@@ -9,7 +9,7 @@ import sys
 from collections.abc import Iterator
 from pathlib import Path
 
-from hvcpd.assembly.make import make_recogniser
+from hvcpd.assembly.make import make_channel_ears, make_recogniser
 from hvcpd.control.hear.heard_sentences import as_json, as_text, sealing_of, sentence_of
 from hvcpd.control.simulate.team import Team, load_team
 from hvcpd.errors import AudioFileError, PhraseError, unwritable
@@ -85,11 +85,12 @@ def events_in(samples: Samples, team: Team) -> Iterator[Event]:
     robots = tuple(name for name in team.names if name.lower() not in team.people)
     recogniser = make_recogniser(team.phrasebook, robots or team.names, team.sound)
     voices = team.settings.voices
-    ears = None
+    channel = make_channel_ears(team.phrasebook, robots or team.names, team.sound, recogniser, AtOnce())
+    people = None
     if voices != "robots":
         listener = SecondOpinion(team.phrasebook.people_graph, team.sound.lexicon, team.people, voices == "any")
-        ears = SecondEars(recogniser, listener, AtOnce())
+        people = SecondEars(channel, listener, AtOnce())
     for start in range(0, len(samples), BLOCK):
-        yield from (ears or recogniser).push(samples[start : start + BLOCK])
-    rest = recogniser.flush()
-    yield from rest if ears is None else ears.take(rest)
+        yield from (people or channel).push(samples[start : start + BLOCK])
+    rest = channel.finish(recogniser.flush())
+    yield from rest if people is None else people.take(rest)

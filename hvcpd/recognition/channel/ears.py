@@ -116,6 +116,12 @@ class ChannelEars:
         self._closed = [each for each in self._closed if not self._is_over(each)]
         return out
 
+    def finish(self, events: Sequence[Event]) -> list[Event]:
+        """What comes of the first ears' last events, and of what is still open: the sound has ended."""
+        told = self.take(events)
+        self._close()
+        return told + self.take([])
+
     def _notice(self, at: int) -> None:
         """Follow the signs of speech in the block that begins at sample `at`."""
         rises, self._busy = self._ears.busy and not self._busy, self._ears.busy
