@@ -67,7 +67,7 @@ class SecondPass(Generic[Job, Found]):
         """As `Worker.findings`."""
         self._under_way = {future for future in self._under_way if not future.done()}
         found = [self._found.popleft() for _ in range(len(self._found))]
-        self._sentences += [each for each in found if each[1] != self._failed]
+        self._sentences += [each for each in found if each[1] is not self._failed]
         del self._sentences[:-MOST_WAITING]
         return found
 

@@ -11,6 +11,7 @@ from dataclasses import replace
 from itertools import chain
 
 from hvcpd.ports import Samples
+from hvcpd.recognition.channel.response import Taps
 from hvcpd.recognition.events import Event, Garbled, Recognised, Source
 from hvcpd.recognition.recogniser import Recogniser
 from hvcpd.recognition.urgent import UrgentSpotter
@@ -47,6 +48,10 @@ class Listening:
     def signs(self) -> bool:
         """As `Recogniser.signs`."""
         return self._sentences.signs
+
+    def learn(self, voice: str, taps: Taps) -> None:
+        """As `Recogniser.learn`."""
+        self._sentences.learn(voice, taps)
 
     @property
     def urgent(self) -> UrgentSpotter | None:

@@ -14,6 +14,7 @@ from typing import Generic, Protocol, Self, TypeVar
 import numpy as np
 
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
+from hvcpd.recognition.channel.response import Taps
 from hvcpd.recognition.events import Event, Garbled, Recognised
 from hvcpd.recognition.history import History
 from hvcpd.recognition.protocols import Ears
@@ -165,6 +166,10 @@ class SecondEars:
         self._now += n_samples
         self._torn_until = max(self._torn_until, self._now + round((ONSET_S if whole else PAUSE_S) * SAMPLE_RATE_HZ))
         return self.take(events)
+
+    def learn(self, voice: str, taps: Taps) -> None:
+        """As `Recogniser.learn`."""
+        self._ears.learn(voice, taps)
 
     def prepare(self, go_on: Callable[[], bool]) -> None:
         """As `Recogniser.prepare`."""

@@ -12,6 +12,7 @@ from typing import Self
 
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 from hvcpd.recognition.channel.listener import ChannelListener, Look, Stretch
+from hvcpd.recognition.channel.response import Taps
 from hvcpd.recognition.events import Event, Garbled, Recognised, Source
 from hvcpd.recognition.history import History
 from hvcpd.recognition.protocols import Ears
@@ -91,6 +92,10 @@ class ChannelEars:
         self._close()
         self._now += n_samples
         return self.take(events)
+
+    def learn(self, voice: str, taps: Taps) -> None:
+        """As `Recogniser.learn`."""
+        self._ears.learn(voice, taps)
 
     def prepare(self, go_on: Callable[[], bool]) -> None:
         """As `Recogniser.prepare`."""
@@ -194,6 +199,8 @@ class ChannelEars:
 
     def _found(self, stretch: _Open, look: Look) -> list[Event]:
         """What is to be told of a stretch that was looked at."""
+        for voice, taps in look.channels:
+            self.learn(voice, taps)
         out: list[Event] = [self._tell(sentence) for sentence in look.sentences if not self._is_told(sentence)]
         if not look.unfinished:
             held, stretch.held = stretch.held, []

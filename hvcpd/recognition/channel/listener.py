@@ -11,6 +11,7 @@ import numpy as np
 
 from hvcpd.language.graph import WordGraph, graph_of
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
+from hvcpd.recognition.channel.response import Taps
 from hvcpd.recognition.channel.search import ChannelSearch, Path
 from hvcpd.recognition.channel.weighting import FRAME, WeightedSound
 from hvcpd.recognition.events import Recognised, Source, WordSpan
@@ -44,13 +45,15 @@ class Stretch:
     proposed: tuple[Recognised, ...] = ()
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Look:
-    """The sentences in a stretch; whether a robot said something else there; and whether it seemed to go on."""
+    """The sentences in a stretch; whether a robot said something else there; whether it seemed to go on; and the
+    responses that voices came through, shape (TAPS,) each."""
 
     sentences: tuple[Recognised, ...] = ()
     robot: bool = False
     unfinished: bool = False
+    channels: tuple[tuple[str, Taps], ...] = ()
 
 
 class ChannelListener:
@@ -73,6 +76,7 @@ class ChannelListener:
         noise = quiet_part(stretch.sound[: stretch.lead], heard)
         noticed = [at - begin for at in stretch.noticed]
         told: list[Recognised] = []
+        channels: list[tuple[str, Taps]] = []
         for _ in range(MOST_AT_ONCE):
             sound = WeightedSound(heard, noise)
             paths = self._search.paths(sound, noticed)
@@ -84,10 +88,11 @@ class ChannelListener:
             best = self._sure(sound, paths)
             if best is None:
                 reaches_end = paths[0].end + SAMPLE_RATE_HZ > len(heard)
-                return Look(tuple(told), robot=True, unfinished=reaches_end)
+                return Look(tuple(told), True, reaches_end, tuple(channels))
             told.append(_told(best, stretch.origin + begin, heard, noise))
+            channels.append((best.book.voice, best.response))
             heard -= best.sound(len(heard))
-        return Look(tuple(told))
+        return Look(tuple(told), channels=tuple(channels))
 
     def _proposed(self, sound: WeightedSound, sentence: Recognised, at: int) -> list[Path]:
         """The paths of a sentence that begins about sample `at`."""

@@ -12,6 +12,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -97,14 +98,18 @@ class Path:
             first, last = max(start, 0), min(start + each.length, n + TAPS)
             said[first:last] += each.samples[first - start : last - start]
         size = transform_size(n + TAPS)
-        taps, _ = _estimate(self.autocorrelation, self.correlation, TAPS)
-        heard = np.fft.irfft(np.fft.rfft(said, size) * np.fft.rfft(taps, size), size)
+        heard = np.fft.irfft(np.fft.rfft(said, size) * np.fft.rfft(self.response, size), size)
         return np.asarray(heard[BACK : BACK + n], np.float32)
+
+    @cached_property
+    def response(self) -> Taps:
+        """The response of TAPS taps that fits it best, at lags from -BACK on."""
+        return _estimate(self.autocorrelation, self.correlation, TAPS)[0]
 
     @property
     def delay(self) -> int:
         """Samples from the place of its signal to where most of it was heard."""
-        return int(np.abs(_estimate(self.autocorrelation, self.correlation, TAPS)[0]).argmax()) - BACK
+        return int(np.abs(self.response).argmax()) - BACK
 
 
 @dataclass(frozen=True, eq=False)
