@@ -79,8 +79,9 @@ class ChannelListener:
         channels: list[tuple[str, Taps]] = []
         for _ in range(MOST_AT_ONCE):
             sound = WeightedSound(heard, noise)
-            paths = self._search.paths(sound, noticed)
-            for sentence in stretch.proposed:
+            spoken = {sentence.voice for sentence in told}  # what is left of it are its own late echoes
+            paths = self._search.paths(sound, noticed, spoken)
+            for sentence in (each for each in stretch.proposed if each.voice not in spoken):
                 paths += self._proposed(sound, sentence, sentence.start_sample - stretch.origin - begin)
             paths.sort(key=lambda path: -path.score)
             if not paths or paths[0].score < LEAST_SCORE:
