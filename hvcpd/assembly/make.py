@@ -164,6 +164,7 @@ def make_phrasebook(
             tasks=(*(task.name for task in tasks.tasks), *tasks.other_tasks),
             numbers=tuple(task.number for task in tasks.tasks),
             remarks=tasks.remarks,
+            failures=tasks.failures,
             alternatives=tasks.alternatives,
             kinds=frozenset(Kind) if encrypted else SEALED_KINDS if sealed else OPEN_KINDS,
         )

@@ -101,7 +101,7 @@ def report(me: Knowledge, now: float) -> m.Utterance | None:
         return None
     number = m.TaskByNumber(me.report.task)
     if me.board[me.report.task].state != DONE:
-        return to_asker(me, me.current.partner, m.Failed(number))
+        return to_asker(me, me.current.partner, m.Failed(number, me.report.reason))
     if me.current.partner is None and me.current.repeats == 0 and choosing.may_volunteer(me, now):
         both = claim(me, now)
         if both is not None:

@@ -130,8 +130,9 @@ class Coordination:
             fire(me, Trigger.PERFORMED, now)
         self._save_changes()
 
-    def perform_failed(self, now: float) -> None:
-        """The actions of the last `Perform` cannot be carried out."""
+    def perform_failed(self, now: float, reason: str | None = None) -> None:
+        """The actions of the last `Perform` cannot be carried out; `reason`: why, if it can be said."""
+        self.knowledge.report.reason = reason
         fire(self.knowledge, Trigger.FAILED, now)
         self._save_changes()
 

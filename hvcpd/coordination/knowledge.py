@@ -54,6 +54,8 @@ class Report:
 
     task: int | None = None
     """A task that it has finished or given up, and nobody has confirmed to have heard so."""
+    reason: str | None = None
+    """Why it was given up, if that can be said."""
     said: bool = False
     """Whether the sentence that waits for a confirmation held the report."""
 

@@ -129,7 +129,8 @@ def _names(people: dict[str, Person]) -> list[str]:
 
 def _words(tasks: TaskRepository) -> tuple[object, ...]:
     """What of the tasks can be spoken of, and is built into the recogniser."""
-    return {task.number: task.name for task in tasks.tasks}, set(tasks.remarks), tasks.other_tasks, tasks.alternatives
+    names, said = {task.number: task.name for task in tasks.tasks}, {*tasks.remarks, *tasks.failures}
+    return names, said, tasks.other_tasks, tasks.alternatives
 
 
 def _task_changes(before: TaskRepository, now: TaskRepository) -> list[dict[str, Any]]:

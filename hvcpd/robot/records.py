@@ -8,6 +8,7 @@ from hvcpd.coordination.actions import SavePeer, SaveStopped, SaveTask
 from hvcpd.language.messages import Utterance
 from hvcpd.ports import Samples, WheelCommand
 from hvcpd.security.trust import Trust
+from hvcpd.skills.life import Call, Order, Report, SkillState
 
 
 @dataclass(frozen=True)
@@ -112,6 +113,22 @@ class PerformedRecord:
 
 
 @dataclass(frozen=True)
+class SkillRecord:
+    """A skill that the robot uses has come to another state, or tells how far it is."""
+
+    at_s: float
+    call: Call
+    report: Report
+
+    @property
+    def note(self) -> str | None:
+        """As the transcript has it, if it went wrong."""
+        if self.report.state is not SkillState.FAILED:
+            return None
+        return f"{self.call.skill} failed: {self.report.text or 'no reason given'}"
+
+
+@dataclass(frozen=True)
 class LearnName:
     """Somebody has spelled a name that is new here: whoever owns the robot is to answer with `Robot.adopt`."""
 
@@ -127,6 +144,7 @@ Record = (
     | DoubtRecord
     | VoiceRecord
     | PerformedRecord
+    | SkillRecord
     | LearnName
     | SaveCounter
     | SaveTask
@@ -137,8 +155,10 @@ Record = (
 
 @dataclass(frozen=True)
 class RobotOutput:
-    """What one step gives: sound to be played next (as long as what was heard), wheel speeds, and what happened."""
+    """What one step gives: sound to be played next (as long as what was heard), wheel speeds, what happened, and what
+    whoever offers skills is to do."""
 
     sound: Samples
     wheels: WheelCommand
     records: tuple[Record, ...]
+    skills: tuple[Order, ...] = ()

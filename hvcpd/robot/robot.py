@@ -17,6 +17,7 @@ from hvcpd.errors import PhraseError
 from hvcpd.hardware.kinematics import Odometry
 from hvcpd.language.messages import Spelled, Stop, Stopped, Utterance
 from hvcpd.language.phrasebook import Phrasebook
+from hvcpd.language.words import spoken_as
 from hvcpd.ports import SAMPLE_RATE_HZ, STANDSTILL, Samples, WheelCommand, WheelReading
 from hvcpd.recognition.events import Event as HearingEvent
 from hvcpd.recognition.events import Held, Recognised, Released, Urgent
@@ -33,6 +34,7 @@ from hvcpd.robot.records import (
     Record,
     RobotOutput,
     SaidRecord,
+    SkillRecord,
     VoiceRecord,
 )
 from hvcpd.robot.sealing import Judged, Sealing, written
@@ -65,7 +67,7 @@ class Robot:
         self._ears = ears
         self._mouth = mouth
         self._slow_mouth = slow_mouth or mouth
-        self._performer = performer
+        self.performer = performer
         self._overhearing = overhearing
         self._sealing = sealing
         self.expect(voices or {})
@@ -148,8 +150,12 @@ class Robot:
         if now >= self.coordination.next_deadline():
             self.coordination.tick(now)
         halted = self._act(now)
+        return self._output(len(heard), STANDSTILL if halted else wheels)
+
+    def _output(self, n: int, wheels: WheelCommand) -> RobotOutput:
+        self._records += [SkillRecord(self.now, *news) for news in self.performer.take_news()]
         records, self._records = tuple(self._records), []
-        return RobotOutput(self._next_sound(len(heard)), STANDSTILL if halted else wheels, records)
+        return RobotOutput(self._next_sound(n), wheels, records, self.performer.take_orders())
 
     def _endure(self, lost: int, reading: WheelReading | None) -> RobotOutput:
         """Time goes on without sound. Who hears nobody must not speak: for the floor that is a channel in use.
@@ -166,12 +172,11 @@ class Robot:
             self.coordination.garbled(True, now)
         self._set_channel(True, now)
         self._locate(reading)
-        if self._performer.busy:
-            self._performer.rest(now)
+        if self.performer.busy:
+            self.performer.rest(now)
         for event in self._ears.lost(lost):
             self._understand(event, now)
-        records, self._records = tuple(self._records), []
-        return RobotOutput(self._next_sound(0), STANDSTILL, records)
+        return self._output(0, STANDSTILL)
 
     def _locate(self, reading: WheelReading | None) -> None:
         if reading is not None:
@@ -263,7 +268,7 @@ class Robot:
             return
         held_s, self._held_s = self._held_s, None
         if isinstance(event, Released):
-            if held_s is not None and self._performer.busy:
+            if held_s is not None and self.performer.busy:
                 self._records.append(HoldRecord(held_s, now))
             return
         start_s, end_s = event.start_sample / SAMPLE_RATE_HZ, event.end_sample / SAMPLE_RATE_HZ
@@ -281,18 +286,18 @@ class Robot:
             return None
 
     def _perform(self, now: float, reading: WheelReading | None) -> WheelCommand:
-        if not self._performer.busy:
+        if not self.performer.busy:
             return STANDSTILL
         if self._held_s is not None:
-            self._performer.rest(now)
+            self.performer.rest(now)
             return STANDSTILL
-        progress = self._performer.step(self.odometry.pose, now, reading)
+        progress = self.performer.step(self.odometry.pose, now, reading)
         if progress.remark is not None:
             self.coordination.remark(progress.remark, now)
         if progress.outcome is Outcome.DONE:
             self._done(now)
         elif progress.outcome is Outcome.FAILED:
-            self.coordination.perform_failed(now)
+            self.coordination.perform_failed(now, spoken_as(progress.reason, self.phrasebook.vocabulary.failures))
         return progress.wheels
 
     def _done(self, now: float) -> None:
@@ -311,12 +316,12 @@ class Robot:
                     self._say(action, now)
                 case Perform(task, actions):
                     self._task = task
-                    self._performer.begin(actions)
+                    self.performer.begin(actions, task)
                     if not actions:
                         self._done(now)
                         pending += self.coordination.actions()
                 case Halt():
-                    self._performer.cancel()
+                    self.performer.cancel()
                     halted = True
                 case SaveTask() | SavePeer() | SaveStopped():
                     self._records.append(action)
