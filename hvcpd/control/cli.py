@@ -15,7 +15,7 @@ from hvcpd.control.doctor.doctor_parser import add_calibrate, add_doctor
 from hvcpd.control.drive.drive_parser import add_drive
 from hvcpd.control.enrol.enrol_parser import add_enrol
 from hvcpd.control.keys.key_parser import add_key
-from hvcpd.control.live.daemon_parser import add_completion, add_daemon_commands, add_ros
+from hvcpd.control.live.daemon_parser import add_completion, add_daemon_commands, add_ros, add_skills
 from hvcpd.control.simulate.evaluate_parser import add_evaluate
 from hvcpd.errors import EX_FAILURE, EX_INTERRUPTED, EX_OK, EX_USER, HvcpdError
 
@@ -102,6 +102,7 @@ def make_parser() -> argparse.ArgumentParser:
     add_doctor(commands, _lazy("doctor.doctor"))
     add_calibrate(commands, _lazy("doctor.calibrate"))
     add_ros(commands, _lazy("live.ros"))
+    add_skills(commands, _lazy("live.skills"))
     add_evaluate(commands, _lazy("simulate.evaluate"), _seed)
     add_completion(commands, _lazy("completion"))
     return parser

@@ -7,7 +7,7 @@ import os
 import time
 from collections import Counter
 from collections.abc import Callable, Sequence
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict, dataclass, field, replace
 from typing import Any
 
 from hvcpd import __version__
@@ -18,11 +18,13 @@ from hvcpd.daemon.base_request_handler import BaseRequestHandler
 from hvcpd.daemon.cache_warm_up import Preparation
 from hvcpd.daemon.control_events import Meter
 from hvcpd.daemon.journal_service import JournalService
+from hvcpd.daemon.skill_service import SkillService
 from hvcpd.daemon.sound_service import SoundService
 from hvcpd.daemon.wheel_service import WheelService
 from hvcpd.daemon.wiring import Wiring
 from hvcpd.ports import STANDSTILL, WheelReading
 from hvcpd.robot.robot import Robot
+from hvcpd.skills.life import Call, Report
 
 
 @dataclass
@@ -36,6 +38,7 @@ class Body:
     robot: Robot | None = None
     sound: SoundService | None = None
     wheels: WheelService | None = None
+    skills: SkillService = field(init=False)
     join: Callable[[Sequence[str]], None] = lambda _names: None
     """Has the robot know the names of those who were enrolled meanwhile, and what else there is new of who is."""
     base: BaseRequestHandler | None = None
@@ -46,6 +49,27 @@ class Body:
     """Of the battery, as the wheels measured it last."""
     began_s: float = field(default_factory=time.monotonic)
     """When the daemon was started, by the monotonic clock."""
+
+    def __post_init__(self) -> None:
+        self.skills = SkillService(lambda: self.wiring.tasks, self.tell_unable)
+
+    @property
+    def lacking(self) -> frozenset[int]:
+        """The tasks whose skills nobody offers."""
+        return self.wiring.tasks.lacking(self.skills.offered)
+
+    def unable(self) -> frozenset[int]:
+        """The tasks that the robot lacks the means for, just now."""
+        return self.lacking | (self.wiring.unable if self.base is None else self.base.unable(self.wiring))
+
+    def tell_unable(self) -> None:
+        """Have the robot know what it cannot do now. What it gave up it may try again once it has the means anew."""
+        if self.robot is None:
+            return
+        c = self.robot.coordination
+        before, now = c.role.unable, self.unable()
+        if now != before:
+            c.reconfigure(self.robot.now, replace(c.role, unable=now), forgiven=before - now)
 
     def take(self, reading: WheelReading | None) -> None:
         """Note what the wheels have measured."""
@@ -69,6 +93,7 @@ def status_of(body: Body) -> dict[str, Any]:
         "battery_v": body.voltage_v,
         "sound": _sound(body),
         "wheels": _wheels(body),
+        "skills": _skills(body),
         "memory": {
             "file": str(settings.memory_path),
             "lost": body.journal.lost,
@@ -149,6 +174,30 @@ def _wheels(body: Body) -> dict[str, Any] | None:
         "turning": wanted != STANDSTILL,
         "left_rad_s": round(wanted.left_rad_s, 3),
         "right_rad_s": round(wanted.right_rad_s, 3),
+    }
+
+
+def _skills(body: Body) -> dict[str, Any]:
+    """What is offered, what the tasks need and nobody offers, and the call that is under way."""
+    needed = frozenset(skill for task in body.wiring.tasks.tasks for skill in task.skills)
+    return {
+        "offered": sorted(body.skills.offered),
+        "missing": sorted(needed - body.skills.offered),
+        "call": skill_shown(*body.skills.under_way) if body.skills.under_way is not None else None,
+    }
+
+
+def skill_shown(call: Call, report: Report) -> dict[str, Any]:
+    """A call and what was told of it last, as JSON has it."""
+    return {
+        "call": call.number,
+        "task": call.task,
+        "skill": call.skill,
+        "arguments": dict(call.arguments),
+        "state": report.state.name.lower(),
+        "share": report.share,
+        "text": report.text,
+        "results": dict(report.results),
     }
 
 

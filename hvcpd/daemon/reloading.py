@@ -112,15 +112,13 @@ class Reloader:
             self._body.join(new)
         return changes
 
+
     def _tell_robot(self, wiring: Wiring) -> None:
         robot = self._body.robot
-        if robot is None:
-            return
-        c = robot.coordination
-        role = wiring.with_live(c.role)
-        if self._body.base is not None:
-            role = replace(role, unable=self._body.base.unable(wiring))
-        c.reconfigure(robot.now, role, wiring.tasks.tasks)
+        if robot is not None:
+            c = robot.coordination
+            role = replace(wiring.with_live(c.role), unable=self._body.unable())
+            c.reconfigure(robot.now, role, wiring.tasks.tasks)
 
 
 def _names(people: dict[str, Person]) -> list[str]:
