@@ -43,6 +43,13 @@ def _level_db(text: str) -> float:
     return value
 
 
+def _lack(text: str) -> tuple[str, str]:
+    robot, _, skill = text.partition("=")
+    if not robot or not skill:
+        raise argparse.ArgumentTypeError(f"{text!r} is not ROBOT=SKILL, for example Bot=look")
+    return robot, skill
+
+
 def _between(least: float, most: float) -> Callable[[str], float]:
     def number(text: str) -> float:
         try:
@@ -148,6 +155,16 @@ def _add_simulate(commands: _Commands) -> None:
     c.add_argument("--repeat", type=int, choices=(1, 2), help="say every sentence so often in a row (default 1)")
     _add_key_option(c, "seal what the robots say; without a file with a key made for the occasion")
     c.add_argument("--encrypted", action="store_true", help="with --key: in code words that nobody else understands")
+    tank = "give each robot a pump, and so much water for it"
+    c.add_argument("--tank", type=_between(0.0, 1000.0), metavar="LITRES", help=tank)
+    c.add_argument(
+        "--without",
+        type=_lack,
+        action="append",
+        default=[],
+        metavar="ROBOT=SKILL",
+        help="a robot lacks a skill that the task file declares; more than once for more",
+    )
     c.add_argument("--mute", action="store_true", help="let no sound pass, to see that nothing else does")
     c.add_argument("--allow-confusable", action="store_true", help="use words that would be taken for one another too")
     c.add_argument("--report", type=Path, metavar="DIR", help="write report.html, mission.wav, transcript.jsonl")

@@ -78,7 +78,7 @@ class ControlService:
         self.body.skills.take(output.skills, robot.now)  # first of all: a cancel is not to wait
         for record in output.records:
             if isinstance(record, SkillRecord):
-                self.body.skills.note(record.report)
+                self.body.skills.note(record)
         self.body.heard |= heard.size > 0
         self.body.take(reading)
         is_reading = self.body.meter.take(heard) and any(map(self._server.followed, FREQUENT))

@@ -24,7 +24,6 @@ from hvcpd.daemon.wheel_service import WheelService
 from hvcpd.daemon.wiring import Wiring
 from hvcpd.ports import STANDSTILL, WheelReading
 from hvcpd.robot.robot import Robot
-from hvcpd.skills.life import Call, Report
 
 
 @dataclass
@@ -183,21 +182,7 @@ def _skills(body: Body) -> dict[str, Any]:
     return {
         "offered": sorted(body.skills.offered),
         "missing": sorted(needed - body.skills.offered),
-        "call": skill_shown(*body.skills.under_way) if body.skills.under_way is not None else None,
-    }
-
-
-def skill_shown(call: Call, report: Report) -> dict[str, Any]:
-    """A call and what was told of it last, as JSON has it."""
-    return {
-        "call": call.number,
-        "task": call.task,
-        "skill": call.skill,
-        "arguments": dict(call.arguments),
-        "state": report.state.name.lower(),
-        "share": report.share,
-        "text": report.text,
-        "results": dict(report.results),
+        "call": body.skills.under_way.shown() if body.skills.under_way is not None else None,
     }
 
 

@@ -17,8 +17,9 @@ from hvcpd.config.tasks import WATER, TaskRepository
 from hvcpd.daemon.control_protocol import RefusalError, event_line
 from hvcpd.daemon.control_server import Client
 from hvcpd.errors import did_you_mean
+from hvcpd.robot.records import SkillRecord
 from hvcpd.robot.robot import Robot
-from hvcpd.skills.life import Begin, Call, Order, Report, SkillState
+from hvcpd.skills.life import OVER, Begin, Call, Order, Report, SkillState
 
 BEAT_S = 0.1
 """Whoever carries a call out is told so often (sample clock) that the robot lives: silence stops a pump as it stops
@@ -42,9 +43,8 @@ _log = structlog.get_logger(__name__)
 class _Use:
     """A call under way, who carries it out, and how far it is."""
 
-    call: Call
+    last: SkillRecord
     client: Client
-    report: Report
 
 
 class SkillService:
@@ -64,9 +64,9 @@ class SkillService:
         return frozenset(self._offers)
 
     @property
-    def under_way(self) -> tuple[Call, Report] | None:
+    def under_way(self) -> SkillRecord | None:
         """The call that is being carried out, and what was told of it last."""
-        return (self._use.call, self._use.report) if self._use is not None else None
+        return self._use.last if self._use is not None else None
 
     def begin(self, robot: Robot) -> None:
         """The robot is there."""
@@ -97,8 +97,8 @@ class SkillService:
         """Hand on what the robot asks for, at time `now` (s, sample clock)."""
         for order in orders:
             if isinstance(order, Begin):
-                self._begin(order.call)
-            elif self._use is not None and self._use.call.number == order.number:
+                self._begin(order.call, now)
+            elif self._use is not None and self._use.last.call.number == order.number:
                 kind = type(order).__name__.lower()
                 self._use.client.send(event_line({"event": kind, "call": order.number}))
                 if kind == "cancel":
@@ -110,13 +110,13 @@ class SkillService:
     def halt(self) -> None:
         """Cancel what is under way now, without waiting for the next block of sound."""
         if self._use is not None:
-            self._use.client.send(event_line({"event": "cancel", "call": self._use.call.number}))
+            self._use.client.send(event_line({"event": "cancel", "call": self._use.last.call.number}))
 
-    def note(self, report: Report) -> None:
+    def note(self, record: SkillRecord) -> None:
         """What the robot holds of a call."""
-        if self._use is not None and self._use.call.number == report.number:
-            self._use.report = report
-            if report.state in (SkillState.FINISHED, SkillState.FAILED):
+        if self._use is not None and self._use.last.call.number == record.call.number:
+            self._use.last = record
+            if record.report.state in OVER:
                 self._use = None
 
     def progress(self, client: Client, arguments: dict[str, Any]) -> None:
@@ -138,18 +138,18 @@ class SkillService:
         """A call cannot be carried out."""
         self._tell(client, arguments, Report(0, SkillState.FAILED, text=_text(arguments, "reason") or "it failed"))
 
-    def _begin(self, call: Call) -> None:
+    def _begin(self, call: Call, now: float) -> None:
         client = self._offers.get(call.skill)
         if client is None:
             self._tell_robot(Report(call.number, SkillState.FAILED, text="nobody offers it"))
             return
-        self._use = _Use(call, client, Report(call.number, SkillState.WAITING))
+        self._use = _Use(SkillRecord(now, call, Report(call.number, SkillState.WAITING)), client)
         told = {"call": call.number, "task": call.task, "skill": call.skill, "arguments": dict(call.arguments)}
         client.send(event_line({"event": "perform", **told, "limit_s": call.limit_s}))
 
     def _tell(self, client: Client, arguments: dict[str, Any], report: Report) -> None:
         number, use = arguments.get("call"), self._use
-        if use is None or use.call.number != number or use.client is not client:
+        if use is None or use.last.call.number != number or use.client is not client:
             raise RefusalError("refused", f"call {number} is not under way, or not yours")
         self._tell_robot(replace(report, number=number))
 

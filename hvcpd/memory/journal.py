@@ -17,6 +17,7 @@ from hvcpd.robot.records import (
     Record,
     SaidRecord,
     SaveCounter,
+    SkillRecord,
     VoiceRecord,
 )
 from hvcpd.robot.sealing import seal_shown
@@ -83,6 +84,9 @@ class Journal:
                         self._seals.raise_counter(name, value)
                 case DoubtRecord() | VoiceRecord():
                     note = TranscriptRecord(record.at_s, "garbled", record.speaker, record.note, None)
+                    self._store.append_transcript(note)
+                case SkillRecord() if record.note is not None:
+                    note = TranscriptRecord(record.at_s, "garbled", None, record.note, None)
                     self._store.append_transcript(note)
                 case SaidRecord():
                     self._store.append_transcript(

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 from hvcpd.coordination.actions import SavePeer, SaveStopped, SaveTask
 from hvcpd.language.messages import Utterance
@@ -119,6 +120,20 @@ class SkillRecord:
     at_s: float
     call: Call
     report: Report
+
+    def shown(self) -> dict[str, Any]:
+        """As JSON has it, and as the fields of the event."""
+        call, report = self.call, self.report
+        return {
+            "call": call.number,
+            "task": call.task,
+            "skill": call.skill,
+            "state": report.state.name.lower(),
+            "share": report.share,
+            "text": report.text,
+            "arguments": dict(call.arguments),
+            "results": dict(report.results),
+        }
 
     @property
     def note(self) -> str | None:

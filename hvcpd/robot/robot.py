@@ -37,9 +37,8 @@ from hvcpd.robot.records import (
     SkillRecord,
     VoiceRecord,
 )
-from hvcpd.robot.sealing import Judged, Sealing, written
+from hvcpd.robot.sealing import Sealing, judged_by, written
 from hvcpd.robot.speech_output import Mouth, spoken
-from hvcpd.security.trust import Trust
 
 
 class Robot:
@@ -153,7 +152,7 @@ class Robot:
         return self._output(len(heard), STANDSTILL if halted else wheels)
 
     def _output(self, n: int, wheels: WheelCommand) -> RobotOutput:
-        self._records += [SkillRecord(self.now, *news) for news in self.performer.take_news()]
+        self._note_skills()
         records, self._records = tuple(self._records), []
         return RobotOutput(self._next_sound(n), wheels, records, self.performer.take_orders())
 
@@ -201,7 +200,7 @@ class Robot:
         for name, event in tuple(self._strangers.items()):
             if self.phrasebook.known_name(name) is not None:
                 del self._strangers[name]
-                judged = self._judge(self.phrasebook.parse(event.words), self.now)
+                judged = judged_by(self._sealing, self.phrasebook.parse(event.words), self.phrasebook, self.now)
                 self.coordination.heard(judged.utterance, self.now, event.confidence, event.snr_db, judged.trust)
 
     def _is_stranger(self, utterance: Utterance, event: Recognised) -> bool:
@@ -236,7 +235,7 @@ class Robot:
         if not isinstance(utterance.statement, Stop) and self._voice.returns(event.words, end_s):
             self._records.append(EchoRecord(now, start_s, end_s))
             return
-        judged = self._judge(utterance, now)
+        judged = judged_by(self._sealing, utterance, self.phrasebook, now)
         utterance = judged.utterance
         text = written(utterance, self.phrasebook)
         words = tuple((s.word, s.start_sample / SAMPLE_RATE_HZ, s.end_sample / SAMPLE_RATE_HZ) for s in event.spans)
@@ -251,12 +250,6 @@ class Robot:
             self._records.append(VoiceRecord(start_s, utterance.speaker, event.voice, expected))
         if not self._is_stranger(utterance, event):
             self.coordination.heard(utterance, now, sure, snr_db, judged.trust)
-
-    def _judge(self, utterance: Utterance, now: float) -> Judged:
-        """What it says, and how far to trust it; without a key everybody is believed."""
-        if self._sealing is None:
-            return Judged(utterance, Trust.OPEN, ())
-        return self._sealing.heard(utterance, self.phrasebook, now)
 
     def _hold(self, event: Held | Released | Urgent, now: float) -> None:
         """Stand still at once for what may be "stop" over talk; go on where it was not, stay where it was.
@@ -292,6 +285,7 @@ class Robot:
             self.performer.rest(now)
             return STANDSTILL
         progress = self.performer.step(self.odometry.pose, now, reading)
+        self._note_skills()
         if progress.remark is not None:
             self.coordination.remark(progress.remark, now)
         if progress.outcome is Outcome.DONE:
@@ -299,6 +293,9 @@ class Robot:
         elif progress.outcome is Outcome.FAILED:
             self.coordination.perform_failed(now, spoken_as(progress.reason, self.phrasebook.vocabulary.failures))
         return progress.wheels
+
+    def _note_skills(self) -> None:
+        self._records += [SkillRecord(self.now, *news) for news in self.performer.take_news()]
 
     def _done(self, now: float) -> None:
         if self.coordination.at_place:

@@ -127,6 +127,7 @@ class ControlBench:
             heard = np.full(BLOCK, 0.1, np.float32)
             reading = wheels.take_reading() if wheels is not None else None
             output = robot.step(heard, reading)
+            self.records = output.records
             if wheels is not None:
                 wheels.serve(output.wheels, robot.now)
                 await wheels.settled()
