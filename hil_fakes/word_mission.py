@@ -8,7 +8,7 @@ from __future__ import annotations
 import math
 import random
 from collections import Counter
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 
 from hil_fakes.word_body import SPEED_M_S, Body
@@ -22,6 +22,7 @@ from hvcpd.coordination.actions import (
     Halt,
     Perform,
     Role,
+    SaveDue,
     SaveStopped,
     SaveTask,
     Say,
@@ -29,8 +30,11 @@ from hvcpd.coordination.actions import (
     Timing,
 )
 from hvcpd.coordination.coordination import Coordination
+from hvcpd.coordination.schedule import SKEW_S
 from hvcpd.language import messages as m
 
+BEGIN_S = 1_700_000_000.0
+"""When missions begin, s since 1970, where robots have clocks."""
 STEP_S = 5.0
 """So often it is looked whether all is done."""
 
@@ -69,6 +73,10 @@ class WordPlan:
     timing: Timing = field(default_factory=Timing)
     seals: WordSeals | None = None
     """Where the team has a key."""
+    clocks: Mapping[str, float] | None = None
+    """How wrong each robot's clock is, s; who is not named has none. None: nobody needs one, for nothing recurs."""
+    fails: Callable[[str, int, float], bool] = lambda _robot, _task, _now: False
+    """Whether a robot fails at a task at a time."""
     limit_s: float = 10_000.0
     settle_s: float = 20.0
 
@@ -86,6 +94,10 @@ class WordResult:
     collisions: int
     airtime_s: float
     misheard: int
+    missed: int = 0
+    """Occurrences of what recurs that nobody has carried out before the next one;"""
+    repeated: int = 0
+    """and how often one was carried out more than once."""
 
 
 class WordMission:
@@ -100,6 +112,9 @@ class WordMission:
         """Who has saved that it is stopped."""
         self.watered: Counter[int] = Counter()
         self.by: dict[int, str] = {}
+        self.done: list[tuple[float, int, str]] = []
+        """What was carried out when, and by whom."""
+        self.dues: dict[str, dict[int, float]] = {name: {} for name in plan.names}
         self.said: list[tuple[float, str, m.Utterance]] = []
         self.off_in_mid_task = False
         self.halted_s: dict[str, float] = {}
@@ -137,7 +152,7 @@ class WordMission:
         ended_s = math.inf
         while air.now < plan.limit_s:
             air.run_until(air.now + STEP_S)
-            if not self._pending and self.robots and all(r.board.all_done for r in self.robots.values()):
+            if plan.clocks is None and not self._pending and self.robots and all(r.board.all_done for r in self.robots.values()):
                 ended_s = air.now
                 air.run_until(air.now + plan.settle_s)
                 break
@@ -155,7 +170,25 @@ class WordMission:
             collisions=self.air.collisions,
             airtime_s=self.air.airtime_s,
             misheard=self.air.misheard,
+            missed=sum(n == 0 for n in self.occurrences().values()),
+            repeated=sum(max(n - 1, 0) for n in self.occurrences().values()),
         )
+
+    def occurrences(self) -> dict[tuple[int, float], int]:
+        """How often each occurrence of what recurs was carried out; the last one of each task may still be under way."""
+        counts: dict[tuple[int, float], int] = {}
+        for task in self.plan.tasks:
+            due_s = task.every.last(BEGIN_S) if task.every is not None and self.plan.clocks is not None else None
+            while task.every is not None and due_s is not None:
+                following_s = task.every.next(due_s)
+                if following_s is None or following_s > BEGIN_S + self.plan.limit_s:
+                    break
+                counts[task.number, due_s] = sum(
+                    number == task.number and due_s - SKEW_S <= BEGIN_S + at_s < following_s - SKEW_S
+                    for at_s, number, _ in self.done
+                )
+                due_s = following_s
+        return counts
 
     def tell(self, at_s: float, speaker: str, utterance: m.Utterance) -> None:
         """Have somebody say something, who is no robot of ours."""
@@ -205,7 +238,10 @@ class WordMission:
             now=self.air.now,
             stopped=name in self.stopped,
             home=self._bodies[name].place,
+            dues=self.dues[name],
         )
+        if plan.clocks is not None and name in plan.clocks:
+            self.robots[name].set_clock(BEGIN_S + plan.clocks[name], self.air.now)
         self.air.refresh()
 
     def _fail(self, outage: Outage) -> None:
@@ -244,6 +280,8 @@ class WordMission:
                     self.halted_s[name] = self.air.now
                 case SaveTask(number, state, owner):
                     self.saved[name][number] = (state, owner)
+                case SaveDue(number, due_s):
+                    self.dues[name][number] = due_s
                 case SaveStopped(stopped):
                     (self.stopped.add if stopped else self.stopped.discard)(name)
                 case _:
@@ -276,9 +314,14 @@ class WordMission:
                 return
             body.halt(self.air.now)
             robot.sensed(here=body.place)
+            if acts and self.plan.fails(name, task, self.air.now):
+                robot.perform_failed(self.air.now)
+                self.air.refresh((name,))
+                return
             if acts:
                 self.watered[task] += 1
                 self.by[task] = name
+                self.done.append((self.air.now, task, name))
             robot.performed(self.air.now)
             self.air.refresh((name,))
 

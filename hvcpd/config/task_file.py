@@ -23,6 +23,7 @@ from hvcpd.config.loading import (
     structure,
 )
 from hvcpd.config.names import unsayable, valid_alternative, valid_task_name, valid_word
+from hvcpd.config.recurrence import Recurrence, valid_recurrence
 from hvcpd.config.skills import MAX_SKILLS, Skill, SkillEntry, valid_key
 from hvcpd.config.tasks import (
     WATER,
@@ -95,14 +96,16 @@ class _TaskEntry:
     actions: tuple[_ActionEntry, ...] = field(metadata=checked(_valid_actions))
     place: _PlaceEntry | None = None
     icon: str = field(default="", metadata=checked(valid_icon))
+    every: str = field(default="", metadata=checked(valid_recurrence))
 
     def definition(self) -> TaskDefinition:
         place = self.place.place() if self.place else None
         there = (GoTo(place),) if place else ()
+        every = Recurrence(self.every) if self.every else None
         actions: list[Action] = []
         for entry in self.actions:
             actions += (entry.action,) if entry.action is not None else there
-        return TaskDefinition(self.number, self.name, place, tuple(actions), self.icon)
+        return TaskDefinition(self.number, self.name, place, tuple(actions), self.icon, every)
 
 
 def _valid_count(tasks: tuple[Any, ...]) -> str | None:

@@ -7,6 +7,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
 
+from hvcpd.config.recurrence import Recurrence
 from hvcpd.config.skills import USUAL_LIMIT_S, Skill, Value
 
 WATER = "water"
@@ -85,6 +86,8 @@ class TaskDefinition:
     actions: tuple[Action, ...]
     icon: str = ""
     """Its mark in pictures: one of `hvcpd.config.icons.ICONS` or a single character; empty: a neutral one."""
+    every: Recurrence | None = None
+    """When it is due again; None: it is done once and for ever."""
 
     @property
     def places(self) -> tuple[Place, ...]:

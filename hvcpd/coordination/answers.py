@@ -95,7 +95,7 @@ def left(me: Knowledge, u: m.Utterance, s: m.Left, now: float) -> None:
         for entry in me.board.entries():
             number = entry.definition.number
             lapsed = entry.state != CLAIMED or now >= entry.lease_end_s or entry.owner in (None, u.speaker)
-            if number in s.numbers or me.current.task == number or entry.known_done:
+            if number in s.numbers or me.current.task == number or entry.known_done or entry.is_due:
                 continue
             if entry.state == DONE:
                 entry.times_told += 1

@@ -10,8 +10,8 @@ import math
 from collections.abc import Iterable, Mapping
 
 from hvcpd.config.tasks import Place, TaskDefinition
-from hvcpd.coordination import choosing, composing, deadlines, hearing, repair, trusting
-from hvcpd.coordination.actions import Action, Rng, Role, SavePeer, SaveTask, Say, Timing
+from hvcpd.coordination import choosing, composing, deadlines, hearing, repair, schedule, trusting
+from hvcpd.coordination.actions import Action, Rng, Role, SaveDue, SavePeer, SaveTask, Say, Timing
 from hvcpd.coordination.addressing import confirming_slot, whose_turn
 from hvcpd.coordination.board import Board
 from hvcpd.coordination.floor import Floor, Intent, Order, Urgency, round_of_turns
@@ -26,6 +26,8 @@ from hvcpd.security.trust import Trust
 SAME_WITHIN_S = 1.0
 """The same sentence, begun no later than this after it was understood, is its second saying: SECOND_GAP_S, and some
 more for ears that notice late. Nobody who waits for an answer says anything again so soon."""
+CLOCK_STEP_S = 1.0
+"""A clock that goes by so much less is only read at another moment."""
 CONFIRMERS = 3
 """Maximum number of confirmations that may still begin before a new turn does: three in a row rarely miss a claim."""
 MAX_SENTENCES = 8
@@ -41,7 +43,7 @@ class Coordination:
     """See the module. `remembered` are the tasks' states from the robot's store: number → (state, owner).
 
     `stopped`: it was stopped when it was switched off, and nobody has said "resume" since. `home` is where "come back"
-    leads; None: the first place that is sensed.
+    leads; None: the first place that is sensed. `dues`: when what recurs was due that was done last, s since 1970.
     """
 
     def __init__(
@@ -54,12 +56,16 @@ class Coordination:
         now: float = 0.0,
         stopped: bool = False,
         home: Place | None = None,
+        dues: Mapping[int, float] | None = None,
     ) -> None:
         timing = (timing or Timing()).for_speech(role.speech)
         board = Board(tasks, remembered or {}, now + timing.lease_s)
-        self.knowledge = me = Knowledge(role, timing, rng, board, Peers(timing.absent_s), Floor(timing, rng))
+        peers = Peers(timing.absent_s, board.recurs)
+        self.knowledge = me = Knowledge(role, timing, rng, board, peers, Floor(timing, rng))
         me.missed.heard_work = bool(remembered)
         me.body.home = home
+        for number, due_s in (dues or {}).items():
+            board[number].due_s = due_s
         self._roster = frozenset(name.lower() for name in role.roster)
         if stopped:
             me.state = State.STOPPED
@@ -93,10 +99,11 @@ class Coordination:
         if not believed:
             trusting.refuse(me, utterance, trust, now)
             return
+        schedule.heard(me, m.own_words(utterance.statement), now)
         hearing.react(me, utterance, 1.0 if trust.checks_words else confidence, now)
         if me.state is State.READY and me.timer_s is None and not me.board.all_done:
             me.arm(now, me.timing.decide_s)
-        self._save_changes()
+        self._save_changes(now)
 
     def garbled(self, over_own_speech: bool, now: float) -> None:
         """Speech was noticed that could not be understood; over the own speech it tells that nobody heard us."""
@@ -128,13 +135,13 @@ class Coordination:
             fire(me, Trigger.ARRIVED_SURE if choosing.is_assured(me, now) else Trigger.ARRIVED, now)
         else:
             fire(me, Trigger.PERFORMED, now)
-        self._save_changes()
+        self._save_changes(now)
 
     def perform_failed(self, now: float, reason: str | None = None) -> None:
         """The actions of the last `Perform` cannot be carried out; `reason`: why, if it can be said."""
         self.knowledge.report.reason = reason
         fire(self.knowledge, Trigger.FAILED, now)
-        self._save_changes()
+        self._save_changes(now)
 
     def remark(self, text: str, now: float) -> None:
         """Want to make a remark that a task asks for."""
@@ -171,6 +178,14 @@ class Coordination:
         fire(self.knowledge, Trigger.STOP, now)
         return was_free
 
+    def set_clock(self, offset_s: float | None, now: float) -> None:
+        """Tell the time: seconds since 1970 at 0 of the sample clock; None if nobody knows it."""
+        me = self.knowledge
+        if me.clock_s is None or offset_s is None or abs(offset_s - me.clock_s) > CLOCK_STEP_S:
+            me.clock_s, me.due_next_s = offset_s, None
+            schedule.open_due(me, now)
+            self._save_changes(now)
+
     def tell_memory_lost(self, now: float) -> None:
         """Its memory is lost, so that it began stopped: say so aloud, and once released ask what is left."""
         me = self.knowledge
@@ -196,7 +211,7 @@ class Coordination:
     def leave(self, now: float) -> None:
         """The robot is about to be switched off: it says so, and gives back its task."""
         fire(self.knowledge, Trigger.LEAVE, now)
-        self._save_changes()
+        self._save_changes(now)
 
     def tick(self, now: float) -> None:
         """Do what is due."""
@@ -208,18 +223,19 @@ class Coordination:
             else:
                 me.timer_s = None
                 deadlines.time_is_over(me, now)
+        schedule.open_due(me, now)
         deadlines.renew_lease(me, now)
         intent = me.floor.begin(now)
         if intent is not None:
             self._begin(intent, now)
-        self._save_changes()
+        self._save_changes(now)
 
     # --- what its owner asks of it -----------------------------------------------------------------------------
 
     def next_deadline(self) -> float:
         """When `tick` must be called at the latest; infinity if nothing is due."""
         me = self.knowledge
-        deadline_s = min(me.floor.next_deadline(), deadlines.renewal_s(me))
+        deadline_s = min(me.floor.next_deadline(), deadlines.renewal_s(me), schedule.next_s(me))
         return deadline_s if me.timer_s is None else min(deadline_s, me.timer_s)
 
     def actions(self) -> tuple[Action, ...]:
@@ -317,8 +333,11 @@ class Coordination:
             me.lease.claimed_s = now
             intent.trigger = Trigger.SPOKEN_BOTH if intent.trigger and me.state is State.REPORTING else intent.trigger
 
-    def _save_changes(self) -> None:
+    def _save_changes(self, now: float) -> None:
         me = self.knowledge
         for number in me.board.changed:
             me.do(SaveTask(number, me.board[number].lasting_state, me.board[number].owner))
+            due_s = schedule.note_done(me, number, now) if me.board[number].known_done else None
+            if due_s is not None:
+                me.do(SaveDue(number, due_s))
         me.board.changed.clear()

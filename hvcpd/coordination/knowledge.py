@@ -232,6 +232,10 @@ class Knowledge:
     waiting: Waiting = field(default_factory=Waiting)
     doubts: Doubts = field(default_factory=Doubts)
     repair: Repair = field(default_factory=Repair)
+    clock_s: float | None = None
+    """Seconds since 1970 at 0 of the sample clock; None: nobody knows the time."""
+    due_next_s: float | None = None
+    """When something is due next, s since 1970; None: to be reckoned anew."""
     last_heard: tuple[m.Utterance, float] | None = None
     actions: list[Action] = field(default_factory=list)
 
