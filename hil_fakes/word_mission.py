@@ -14,6 +14,7 @@ from dataclasses import dataclass, field, replace
 from hil_fakes.word_body import SPEED_M_S, Body
 from hil_fakes.word_channel import Conditions, WordChannel
 from hil_fakes.word_lengths import WordLengths
+from hil_fakes.word_occurrences import BEGIN_S, counted
 from hil_fakes.word_seals import WordSeals
 from hvcpd.config.tasks import Action, Forward, GoTo, Place, TaskDefinition, Wait
 from hvcpd.coordination.actions import (
@@ -30,11 +31,8 @@ from hvcpd.coordination.actions import (
     Timing,
 )
 from hvcpd.coordination.coordination import Coordination
-from hvcpd.coordination.schedule import SKEW_S
 from hvcpd.language import messages as m
 
-BEGIN_S = 1_700_000_000.0
-"""When missions begin, s since 1970, where robots have clocks."""
 STEP_S = 5.0
 """So often it is looked whether all is done."""
 
@@ -152,18 +150,21 @@ class WordMission:
         ended_s = math.inf
         while air.now < plan.limit_s:
             air.run_until(air.now + STEP_S)
-            if plan.clocks is None and not self._pending and self.robots and all(r.board.all_done for r in self.robots.values()):
+            if plan.clocks is None and not self._pending and self.robots and self._all_done():
                 ended_s = air.now
                 air.run_until(air.now + plan.settle_s)
                 break
         return self.result(ended_s)
+
+    def _all_done(self) -> bool:
+        return all(r.board.all_done for r in self.robots.values())
 
     def result(self, ended_s: float) -> WordResult:
         counts = [self.watered[task.number] for task in self.plan.tasks]
         return WordResult(
             lost=sum(n == 0 for n in counts),
             duplicates=sum(max(n - 1, 0) for n in counts),
-            agreed=all(r.board.all_done for r in self.robots.values()),
+            agreed=self._all_done(),
             off_in_mid_task=self.off_in_mid_task,
             ended_s=ended_s,
             sent=self.air.sent,
@@ -175,20 +176,8 @@ class WordMission:
         )
 
     def occurrences(self) -> dict[tuple[int, float], int]:
-        """How often each occurrence of what recurs was carried out; the last one of each task may still be under way."""
-        counts: dict[tuple[int, float], int] = {}
-        for task in self.plan.tasks:
-            due_s = task.every.last(BEGIN_S) if task.every is not None and self.plan.clocks is not None else None
-            while task.every is not None and due_s is not None:
-                following_s = task.every.next(due_s)
-                if following_s is None or following_s > BEGIN_S + self.plan.limit_s:
-                    break
-                counts[task.number, due_s] = sum(
-                    number == task.number and due_s - SKEW_S <= BEGIN_S + at_s < following_s - SKEW_S
-                    for at_s, number, _ in self.done
-                )
-                due_s = following_s
-        return counts
+        """How often each occurrence of what recurs was carried out."""
+        return counted(self.plan.tasks, self.done, self.plan.limit_s) if self.plan.clocks is not None else {}
 
     def tell(self, at_s: float, speaker: str, utterance: m.Utterance) -> None:
         """Have somebody say something, who is no robot of ours."""

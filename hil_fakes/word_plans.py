@@ -77,8 +77,8 @@ def fading_plan(seed: int, coordinate: bool) -> WordPlan:
 
 
 def recurring_plan(seed: int, robots: tuple[int, int] = (2, 12), hours: float = 72.0) -> WordPlan:
-    """A team for some days: tasks that recur, clocks that are wrong by up to a minute or missing, some robots that fail,
-    and some that are switched off and on again."""
+    """A team for some days: tasks that recur, clocks that are wrong by up to a minute or missing, some robots that
+    fail, and some that are switched off and on again."""
     chance = random.Random(seed)
     plan = random_plan(seed, robots=robots, tasks=(1, 5), outages_max=0)
     tasks = tuple(replace(t, every=Recurrence(chance.choice(PERIODS))) for t in plan.tasks)

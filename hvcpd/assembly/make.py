@@ -140,6 +140,8 @@ class RobotPlan:
     """With wrong seals; None for the usual."""
     reading: WheelReading | None = None
     """Of its wheels at `start`, if that was kept."""
+    dues: Mapping[int, float] | None = None
+    """For which time what recurs was done last, s since 1970, as it remembers."""
     navigator: Navigator | None = None
     """Finds its ways; None for the usual one."""
     told: tuple[str, ...] | None = None
@@ -294,6 +296,7 @@ def make_robot(plan: RobotPlan, sound: Sound) -> Robot:
         remembered=plan.remembered,
         stopped=plan.stopped,
         home=plan.home,
+        dues=plan.dues,
     )
     ears = make_ears(phrasebook, others(plan, sound.robots(plan.names)), sound, plan.strangers, plan.prepared)
     return Robot(

@@ -66,6 +66,8 @@ class Recurrence:
 
     @cached_property
     def _rule(self) -> rrule:
+        if "FREQ=" not in self.text:
+            raise ValueError("FREQ= is missing")
         rule = rrulestr(self.text.removeprefix("RRULE:"), dtstart=BEGIN, cache=True)
         if not isinstance(rule, rrule) or rule._freq > HOURLY:  # type: ignore[attr-defined]
             raise ValueError("one rule, hourly or rarer")

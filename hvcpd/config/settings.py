@@ -186,6 +186,7 @@ class Settings:
     mode: Literal["volunteer", "coordinate", "follow"] = "volunteer"
     pick: Literal["random", "nearest"] = "random"
     unable: tuple[int, ...] = ()
+    clock: bool = True
     start: StartSettings = StartSettings()
     audio: AudioSettings = AudioSettings()
     wheels: WheelSettings = WheelSettings()

@@ -41,6 +41,8 @@ class Entry:
     is_due: bool = False
     """It became due again while this robot was listening: a list of what is left may come from somebody whose time has
     not come, and does not tell that it is done."""
+    opened_s: float = -math.inf
+    """When that was, by the sample clock."""
     done_s: float = -math.inf
     """When it was known to be done last, by the sample clock."""
 

@@ -19,6 +19,9 @@ EARLY_S = 600.0
 """So soon after it was done, whoever speaks of it has missed that: longer than most leases. And never later than
 EARLY of the shortest time between two occurrences; it may have been done late, so that the next one is near."""
 EARLY = 0.5
+RHYTHM = 0.8
+"""Of that time: sooner after it became due, as far as was heard, it is not due again. Its first claim may have been
+late by the rest."""
 
 
 def next_s(me: Knowledge) -> float:
@@ -68,6 +71,7 @@ def note_done(me: Knowledge, number: int, now: float) -> float | None:
 def _open(me: Knowledge, entry: Entry, now: float, is_due: bool) -> None:
     number = entry.definition.number
     entry.failed_by, entry.is_due = frozenset(), is_due
+    entry.opened_s = now if is_due else -math.inf
     for peer in me.peers.all():
         peer.unable -= {number}
     if me.report.task == number:
@@ -82,6 +86,8 @@ def _may_be_due(me: Knowledge, entry: Entry, now: float) -> bool:
     if every is None:
         return False
     if me.clock_s is None:
+        if entry.opened_s > -math.inf:
+            return now - entry.opened_s >= RHYTHM * every.shortest_s
         return now - entry.done_s >= min(EARLY_S, EARLY * every.shortest_s)
     wall_s = now + me.clock_s
     coming_s = every.next(max(entry.due_s, wall_s) if entry.due_s is not None else wall_s)

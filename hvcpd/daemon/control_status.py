@@ -199,6 +199,7 @@ def _task(entry: Entry, robot: Robot, now: float) -> dict[str, Any]:
         "hearsay": entry.hearsay,
         "lease_s": round(max(entry.lease_end_s - now, 0.0), 1) if claimed else None,
         "failed_by": sorted(entry.failed_by),
+        "every": definition.every.text if definition.every is not None else None,
         "unable": definition.number in robot.coordination.role.unable,
         "place": {"x_m": place.x_m, "y_m": place.y_m} if place is not None else None,
     }

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import math
+import time
 from contextlib import AsyncExitStack, suppress
 
 import structlog
@@ -131,6 +132,7 @@ class Daemon:
                 here,
                 navigator,
                 self._second,
+                self._journal.dues,
             )
             warm_up = CacheWarmUp(plan, self._wiring.sound, self._preparation)
             await asyncio.to_thread(warm_up.before_listening, lambda: not self._ending)
@@ -203,6 +205,8 @@ class Daemon:
             reading = self._wheels.take_reading() if self._wheels is not None else None
             if self._wiring.keys is not None:
                 robot.set_clock(self._wiring.wall_s())
+            if self._wiring.settings.clock and robot.coordination.board.recurs:
+                robot.coordination.set_clock(time.time() - robot.now, robot.now)
             output = robot.step(block.samples, reading, block.lost)
             if self._wheels is not None:
                 self._wheels.serve(output.wheels, robot.now)  # first of all: a halt is not to wait

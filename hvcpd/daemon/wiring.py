@@ -142,6 +142,7 @@ class Wiring:
         here: KeptPose | None = None,
         navigator: Navigator | None = None,
         second: Worker | None = None,
+        dues: Mapping[int, float] | None = None,
     ) -> RobotPlan:
         """What makes this robot, with what it remembers: the tasks, the names that it `heard`, whether it is stopped.
 
@@ -182,6 +183,7 @@ class Wiring:
             reading=here.reading if here is not None else None,
             drive=self.drive,
             navigator=navigator,
+            dues=dues,
             second=second if settings.voices != "robots" else None,
             any_voice=settings.voices == "any",
         )

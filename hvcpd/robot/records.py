@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any
 
-from hvcpd.coordination.actions import SavePeer, SaveStopped, SaveTask
+from hvcpd.coordination.actions import SaveDue, SavePeer, SaveStopped, SaveTask
 from hvcpd.language.messages import Utterance
 from hvcpd.ports import Samples, WheelCommand
 from hvcpd.security.trust import Trust
@@ -163,6 +163,7 @@ Record = (
     | LearnName
     | SaveCounter
     | SaveTask
+    | SaveDue
     | SavePeer
     | SaveStopped
 )

@@ -261,6 +261,7 @@ def all_settings(draw: st.DrawFn) -> Settings:
             names=st.lists(names, max_size=MAX_KNOWN_NAMES, unique_by=str.casefold).map(tuple),
             state_dir=paths,
             unable=st.lists(st.integers(1, 99), max_size=5).map(tuple),
+            clock=st.booleans(),
             start=starts,
             speech=_of(SpeechSettings),
             waits=_of(

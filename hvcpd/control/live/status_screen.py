@@ -154,6 +154,8 @@ def _remark(task: Mapping[str, Any]) -> str:
         remarks.append(f"claim holds for {duration(task['lease_s'])}" if task["lease_s"] > 0 else "claim has lapsed")
     if task["failed_by"]:
         remarks.append(f"given up by {', '.join(map(clean, task['failed_by']))}")
+    if task.get("every"):
+        remarks.append(f"every {clean(task['every'])}" if task["every"][:1].isdigit() else clean(task["every"]))
     if task["unable"]:
         remarks.append("not for this robot")
     return "; ".join(remarks)
