@@ -56,7 +56,9 @@ deb: setup-dev  ## the Debian package, in dist/
 	$(VENV)/bin/python -m release.deb $(FOR)
 
 sbom: setup-dev  ## the software bill of materials, CycloneDX
-	$(VENV)/bin/python -m release.sbom dist/hvcpd.cdx.json
+	mkdir -p dist
+	$(VENV)/bin/python -W ignore -m cyclonedx_py requirements requirements/run.txt --pyproject pyproject.toml \
+		--output-reproducible --output-file dist/hvcpd.cdx.json
 
 lock: setup-dev  ## renew the hash-locked requirements (needs uv)
 	uv pip compile --universal --python-version 3.11 --generate-hashes --no-header --no-annotate --upgrade \

@@ -5,7 +5,7 @@
 Each person is one of our own synthesizer's voices with three takes of every word of the phrasebook, at other rates; all
 say sentences of the phrasebook, alone at 20 dB SNR in white noise. Prints the median and the longest time of a look on
 one core that does nothing else, for the enrolled alone and for strangers too, and how long the speech is. A look that
-takes longer than `hvcpd.people.ears.MOST_WAIT_S` is given up.
+takes longer than `hvcpd.recognition.second_look.MOST_WAIT_S` is given up.
 """
 
 from __future__ import annotations
@@ -18,10 +18,10 @@ import numpy as np
 
 from benchmarks.people import SNR_DB, Stage
 from benchmarks.people_material import alone, enrol, levelled, sentences
-from hvcpd.people.ears import MOST_WAIT_S, Piece
 from hvcpd.people.enrolled import Person, stretched
 from hvcpd.people.opinion import SecondOpinion
 from hvcpd.ports import SAMPLE_RATE_HZ
+from hvcpd.recognition.second_look import MOST_WAIT_S, Piece
 from hvcpd.synthesis.speaker import Speaker
 from hvcpd.synthesis.voices import VOICES
 

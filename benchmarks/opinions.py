@@ -41,10 +41,10 @@ from benchmarks.phones.voices import calibrators
 from hvcpd.assembly.make import make_recogniser
 from hvcpd.hardware.soundfile import read_wav
 from hvcpd.people import judging
-from hvcpd.people.ears import Finding, LooksAgain, Piece, SecondEars
 from hvcpd.people.judging import Views, evidence, supporting
 from hvcpd.people.opinion import SecondOpinion
 from hvcpd.ports import Samples
+from hvcpd.recognition.second_look import Finding, LooksAgain, Piece, SecondEars
 
 Talk = Callable[[Phrases], Samples]
 Floats = NDArray[np.float64]

@@ -22,6 +22,7 @@ import numpy as np
 from scipy.signal import fftconvolve
 
 from benchmarks.stop import IN_TIME_S, SPEECH_DBFS, Stage, at_level, room
+from hvcpd.assembly.make import make_keyword, make_sound, make_urgent, user_cache_folder
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 from hvcpd.recognition.overhearing import EARLIER_S, Overhearing
 from hvcpd.recognition.urgent import UrgentSpotter
@@ -133,7 +134,7 @@ def overlaps(
         trial = Trial(stage, n, rt60_s, 0.0, seed, speaker)
         at = trial.spans[-1][0] + round(chooser.uniform(*UNHEARD_S) * SAMPLE_RATE_HZ)
         trial.add(other_sound(stage, kind, chooser, speaker), at, louder_db, rt60_s, seed)
-        told, _ = trial.listen(Overhearing(spotter))
+        told, _ = trial.listen(Overhearing(spotter, make_keyword()))
         stopped += [seed] if told else []
     print(
         f"{kind} at {louder_db:+.0f} dB, RT60 {rt60_s} s: {len(stopped)} of {len(seeds)} stopped the robot {stopped}",
@@ -155,7 +156,7 @@ def main() -> None:
     parser.add_argument("--overlap-db", default="-15,-10,-5")
     o = parser.parse_args()
     stage = Stage(tuple(o.names.split(",")))
-    spotter = stage.urgent()
+    spotter = make_urgent(make_sound(None, user_cache_folder()))
     for rt60_s, db in product(map(float, o.rt60.split(",")), map(float, o.overlap_db.split(","))):
         for kind in ("robot", "babble", "knock") if o.overlaps else ():
             overlaps(stage, spotter, kind, range(o.seed, o.seed + o.overlaps), db, rt60_s, o.first + 1)
@@ -167,14 +168,14 @@ def main() -> None:
             for seed in range(o.seed, o.seed + o.calls):
                 trial = Trial(stage, o.first + 1, rt60_s, shift_ms, seed)
                 begin_s, end_s = trial.call(stage, o.call_db, rt60_s, seed)
-                told, _ = trial.listen(Overhearing(spotter))
+                told, _ = trial.listen(Overhearing(spotter, make_keyword()))
                 in_time = [t - end_s for t in told if begin_s < t <= end_s + IN_TIME_S]
                 lags += in_time[:1]
                 missed += [] if in_time else [seed]
             own_s, false, spent_s, seed = 0.0, 0, 0.0, o.seed + 100_000
             while own_s < 60.0 * o.minutes:
                 trial = Trial(stage, 10, rt60_s, shift_ms, seed)
-                told, cpu_s = trial.listen(Overhearing(spotter))
+                told, cpu_s = trial.listen(Overhearing(spotter, make_keyword()))
                 own_s, false, spent_s, seed = own_s + trial.own_s, false + len(told), spent_s + cpu_s, seed + 1
             cost = spent_s / max(own_s, 1e-9)
             print(

@@ -41,12 +41,12 @@ from hvcpd.config.task_file import load_tasks
 from hvcpd.config.tasks import default_tasks_path
 from hvcpd.hardware.soundfile import read_wav
 from hvcpd.language.graph import WordGraph
-from hvcpd.people.ears import AtOnce, Piece, SecondEars
 from hvcpd.people.enrolled import Person
 from hvcpd.people.opinion import SecondOpinion
 from hvcpd.people.sphinx import WIDE_BEAMS, heard, make_decoder
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 from hvcpd.recognition.events import Event, Recognised, Urgent
+from hvcpd.recognition.second_look import AtOnce, Piece, SecondEars
 
 NAMES = ("Rob", "Bot", "Anna")
 SNR_DB = 20.0

@@ -15,10 +15,10 @@ from benchmarks.judging import Phrases, program
 from hvcpd.hardware.soundfile import read_wav
 from hvcpd.language.graph import Arc, WordGraph
 from hvcpd.language.phrasebook import Phrasebook
-from hvcpd.people.ears import Piece
 from hvcpd.people.enrolled import Person
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 from hvcpd.recognition.frontend import ENERGY_FLOOR
+from hvcpd.recognition.second_look import Piece
 from hvcpd.recognition.templates import trimmed_energies
 
 SPEECH_RMS = 0.05

@@ -1,48 +1,54 @@
-"""Is "stop" heard when a person says it, over a talking robot? And how often is it heard where nobody said it?
+"""Is "stop" heard when somebody says it, over a talking robot? And how often is it heard where nobody said it?
 
-    python -m benchmarks.stop [--calls 100] [--sir-db 0] [--minutes 10] [--data DIR] [--seed 0] [--names Rob,Bot]
-        [--cases other,own,nobody,false,collide]
+    python -m benchmarks.stop [--calls 100] [--kinds robots,espeak-ng,flite,people] [--over-db none,-6,0,6,12,20]
+        [--snr-db quiet] [--worlds near] [--data DIR] [--minutes 10] [--seed 0] [--names Rob,Bot] [--peer]
+        [--cases call,two,own,false,collide,data]
 
-`other`: a robot's random sentence, and over it, at a random time and --sir-db, a person's "stop", "Rob stop" or "all
-stop" in a voice that no robot has. `own`: the listening robot itself speaks, 20 dB louder at its own microphone.
-`nobody`: the call alone. `false`: the robots' own sentences, one after the other, none of which says stop; `collide`:
-two at once, half of them begun within 0.4 s as when neither could hear the other yet; and the WAVs below --data. A call
-counts as heard when the robot halts after its beginning and no later than 0.5 s after its end, and as a stop for good
-when it stays.
+`call`: "stop", "Rob stop" or "all stop" (people: "stop") in a voice that no robot has, at a random time over a robot's
+random sentence, --over-db louder or alone (`none`). `two`: over two robots at once. `own`: the listening robot itself
+speaks, 20 dB louder at its own microphone. `false`: the robots' own sentences, one after the other, none of which says
+stop; `collide`: two at once, half of them begun within 0.4 s as when neither could hear the other yet; `data`: the
+recordings below --data in which nobody says stop. A call counts as heard when the robot halts after its beginning and
+no later than 0.5 s after its end, and as a stop for good when it stays. Intervals are Wilson's, 95 %. --kinds,
+--over-db, --snr-db and --worlds are all tried with all. --peer: PocketSphinx spots the keyword instead.
 """
 
 from __future__ import annotations
 
 import argparse
 import random
+import sys
 import time
+from dataclasses import dataclass, field
+from itertools import product
 from pathlib import Path
 
 import numpy as np
 
 from benchmarks.hearing.material import BLOCK, GAP_S
+from benchmarks.stop_callers import Callers, ended, is_held_out
 from hil_fakes.room import PinkNoise
 from hvcpd.assembly.make import (
     DEFAULT_TEAMS,
     make_phrasebook,
     make_recogniser,
     make_sound,
-    make_urgent,
     user_cache_folder,
 )
 from hvcpd.config.task_file import load_tasks
 from hvcpd.config.tasks import default_tasks_path
+from hvcpd.evaluation.statistics import wilson
 from hvcpd.hardware.soundfile import read_wav
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 from hvcpd.recognition.events import Event, Held, Recognised, Released, Urgent
 from hvcpd.recognition.recogniser import Recogniser
-from hvcpd.recognition.urgent import UrgentSpotter
 from hvcpd.synthesis.speaker import Speaker
 from hvcpd.synthesis.voices import VOICES, voice_for
 
 SPEECH_DBFS = -35.0
 NOISE_DBFS = -75.0
 """A quiet room."""
+SOON_S = 0.3
 OWN_LOUDER_DB = 20.0
 """The own loudspeaker is ten times nearer to the own microphone than anybody else."""
 LEAD_S = 2.0
@@ -51,6 +57,9 @@ REST_S = 2
 IN_TIME_S = 0.5
 UNHEARD_S = 0.4
 """Who begins so soon after another has not heard it yet."""
+PEER_THRESHOLD = 1e-20
+"""At which it hears 20 of 20 people's and robots' calls in quiet, and 5 in 3.5 minutes of robots' talk; at 1e-15 19, 20
+and 4, at 1e-30 all and 14."""
 CALLS = (("stop",), ("rob", "stop"), ("all", "stop"))
 
 
@@ -68,9 +77,6 @@ class Stage:
     def ears(self) -> Recogniser:
         return make_recogniser(self.book, self.names, self._sound)
 
-    def urgent(self) -> UrgentSpotter:
-        return make_urgent(self._sound)
-
     def sentence(self, chooser: random.Random, speaker: str) -> Samples:
         """A random sentence of a robot that does not say "stop"."""
         while True:
@@ -80,9 +86,7 @@ class Stage:
 
     def call(self, chooser: random.Random) -> Samples:
         """A person's call, cut off where it is no longer audible."""
-        sound = self._speakers[chooser.choice(self.people)].render([chooser.choice(CALLS)])
-        loud = np.flatnonzero(np.abs(sound) > 1e-3 * np.abs(sound).max())
-        return sound[: loud[-1] + 1]
+        return ended(self._speakers[chooser.choice(self.people)].render([chooser.choice(CALLS)]))
 
 
 def at_level(sound: Samples, dbfs: float) -> Samples:
@@ -90,14 +94,14 @@ def at_level(sound: Samples, dbfs: float) -> Samples:
     return np.asarray(sound * (10.0 ** (dbfs / 20.0) / np.sqrt(np.mean(active**2))), np.float32)
 
 
-def room(n: int, seed: int) -> Samples:
-    return np.asarray(PinkNoise(10.0 ** (NOISE_DBFS / 20.0), seed).take(n).copy(), np.float32)
+def room(n: int, seed: int, dbfs: float = NOISE_DBFS) -> Samples:
+    return np.asarray(PinkNoise(10.0 ** (dbfs / 20.0), seed).take(n).copy(), np.float32)
 
 
 class Listener:
     """One robot's ears, and when it halted for what it heard, s: holds, how long those released took, and stops."""
 
-    def __init__(self, ears: Recogniser) -> None:
+    def __init__(self, ears: Recogniser | Peer) -> None:
         self._ears = ears
         self._held: float | None = None
         self.now_s = self.spent_s = 0.0
@@ -149,42 +153,108 @@ class Listener:
         )
 
 
-def calls(stage: Stage, case: str, seeds: range, sir_db: float) -> None:
-    halts_s, stops_s, early, spent_s, total_s = [], [], 0, 0.0, 0.0
-    missed: list[int] = []
+class Peer:
+    """PocketSphinx's keyword mode, as a recogniser that tells nothing but the word."""
+
+    def __init__(self) -> None:
+        from pocketsphinx import Config, Decoder
+
+        self._decoder = Decoder(Config(keyphrase="stop", kws_threshold=PEER_THRESHOLD, lm=None, loglevel="FATAL"))
+        self._decoder.start_utt()
+
+    def push(self, samples: Samples, masked: bool = False) -> list[Event]:
+        """As `Recogniser.push`."""
+        self._decoder.process_raw((np.clip(samples, -1.0, 1.0) * 32767.0).astype("<i2").tobytes(), False, False)
+        if masked or self._decoder.hyp() is None:
+            return []
+        self._decoder.end_utt()
+        self._decoder.start_utt()
+        return [Urgent(0, 0)]
+
+
+@dataclass(frozen=True)
+class Cell:
+    """One row of the table: who calls, how much louder than the talk (None: nobody talks), in what noise and world."""
+
+    kind: str
+    over_db: float | None
+    snr_db: float | None
+    world: str
+    talkers: int = 1
+    own: bool = False
+
+    def __str__(self) -> str:
+        who = "its own talk" if self.own else "two robots" if self.talkers == 2 else "a robot"
+        over = "alone" if self.over_db is None else f"{self.over_db:+.0f} dB over {who}"
+        noise = "quiet" if self.snr_db is None else f"noise {self.snr_db:.0f} dB"
+        return f"{self.kind}, {over}, {noise}, {self.world}"
+
+
+@dataclass
+class Score:
+    """When it halted, and stopped for good, after the ends of the calls, s; of those that it heard."""
+
+    calls: int = 0
+    halts_s: list[float] = field(default_factory=list)
+    stops_s: list[float] = field(default_factory=list)
+    early: int = 0
+    missed: list[int] = field(default_factory=list)
+    spent_s: float = 0.0
+    total_s: float = 0.0
+
+    def told(self, what: str) -> str:
+        """A line of the table."""
+        n, low_high = len(self.halts_s), wilson(len(self.halts_s), self.calls)
+        soon = sum(t <= SOON_S for t in self.halts_s)
+        last = f"95 % after {np.quantile(self.halts_s, 0.95):.2f} s" if n else "never"
+        return (
+            f"{what}: {n} of {self.calls} halted within {IN_TIME_S} s ({100 * low_high[0]:.0f} to "
+            f"{100 * low_high[1]:.0f} %), {soon} within {SOON_S} s, {last}; {len(self.stops_s)} for good, {self.early} "
+            f"before anybody called, {self.spent_s / max(self.total_s, 1e-9):.3f} of real time"
+            + (f"; missed: seeds {self.missed}" if 0 < len(self.missed) <= 8 else "")
+        )
+
+
+def mixture(stage: Stage, callers: Callers, cell: Cell, seed: int) -> tuple[Samples, int, int, int]:
+    """What is heard; the samples where the call begins and ends, and where the talk ends."""
+    chooser = random.Random(seed)
+    call = at_level(callers.call(cell.kind, chooser), SPEECH_DBFS + (cell.over_db or 0.0))
+    end = len(call)
+    call = callers.through(call, cell.world, chooser)
+    talk: Samples = np.zeros(0, np.float32)
+    for speaker in (stage.names[0],) if cell.own else (stage.names[1], stage.names[0])[: cell.talkers]:
+        said = at_level(stage.sentence(chooser, speaker), SPEECH_DBFS + (OWN_LOUDER_DB if cell.own else 0.0))
+        said = callers.through(said, cell.world, chooser)
+        talk = np.pad(talk, (0, max(len(said) - len(talk), 0)))
+        talk[: len(said)] += said
+    lead = round(LEAD_S * SAMPLE_RATE_HZ)
+    talks = cell.over_db is not None or cell.own
+    at = lead + round(chooser.random() * max(len(talk) - end, 0))
+    noise_dbfs = NOISE_DBFS if cell.snr_db is None else SPEECH_DBFS - cell.snr_db
+    sound = room(lead + max(len(talk), at - lead + len(call)) + REST_S * SAMPLE_RATE_HZ, seed, noise_dbfs)
+    if talks:
+        sound[lead : lead + len(talk)] += talk
+    sound[at : at + len(call)] += call
+    return sound, at, at + end, lead + len(talk) if talks else lead
+
+
+def calls(stage: Stage, callers: Callers, cell: Cell, seeds: range, peer: bool) -> Score:
+    """So many calls."""
+    score = Score(len(seeds))
     for seed in seeds:
-        chooser = random.Random(seed)
-        call = at_level(stage.call(chooser), SPEECH_DBFS + sir_db)
-        speaker = stage.names[0] if case == "own" else stage.names[1]
-        talk = at_level(stage.sentence(chooser, speaker), SPEECH_DBFS + (OWN_LOUDER_DB if case == "own" else 0.0))
-        lead = round(LEAD_S * SAMPLE_RATE_HZ)
-        at = lead + round(chooser.random() * max(len(talk) - len(call), 0))
-        sound = room(lead + len(talk) + len(call) + REST_S * SAMPLE_RATE_HZ, seed)
-        if case != "nobody":
-            sound[lead : lead + len(talk)] += talk
-        sound[at : at + len(call)] += call
-        begin_s, end_s = at / SAMPLE_RATE_HZ, (at + len(call)) / SAMPLE_RATE_HZ
-        found = Listener(stage.ears())
-        found.listen(sound, (lead, lead + len(talk)) if case == "own" else (0, 0))
-        spent_s, total_s = spent_s + found.spent_s, total_s + found.now_s
+        sound, at, end, talk_end = mixture(stage, callers, cell, seed)
+        begin_s, end_s = at / SAMPLE_RATE_HZ, end / SAMPLE_RATE_HZ
+        found = Listener(Peer() if peer else stage.ears())
+        found.listen(sound, (round(LEAD_S * SAMPLE_RATE_HZ), talk_end) if cell.own else (0, 0))
         halts = [t - end_s for t in found.halts_s if begin_s < t <= end_s + IN_TIME_S]
         halts += [begin_s - end_s] if found.stood_at(begin_s) else []
         stops = [t - end_s for t in found.stopped_s if t > begin_s]
-        early += any(t <= begin_s for t in found.stopped_s)
-        halts_s += [min(halts)] if halts else []
-        stops_s += [min(stops)] if stops else []
-        if not (halts and stops):
-            missed.append(seed)
-    print(
-        f"{case:7} {len(halts_s):4d} of {len(seeds)} halted within {IN_TIME_S} s ({_spread(halts_s)}), "
-        f"{len(stops_s)} for good ({_spread(stops_s)}), {early} before anybody called, "
-        f"{spent_s / total_s:.3f} of real time" + (f"; not all: seeds {missed}" if missed else ""),
-        flush=True,
-    )
-
-
-def _spread(times_s: list[float]) -> str:
-    return f"mean {np.mean(times_s):.2f}, latest {max(times_s):.2f} s" if times_s else "never"
+        score.early += any(t <= begin_s for t in found.stopped_s)
+        score.halts_s += [min(halts)] if halts else []
+        score.stops_s += [min(stops)] if stops else []
+        score.missed += [] if halts else [seed]
+        score.spent_s, score.total_s = score.spent_s + found.spent_s, score.total_s + found.now_s
+    return score
 
 
 def false_stops(stage: Stage, minutes: float, seed: int, at_once: bool) -> None:
@@ -209,33 +279,52 @@ def false_stops(stage: Stage, minutes: float, seed: int, at_once: bool) -> None:
     print(listener.told(what), flush=True)
 
 
-def peoples_talk(stage: Stage, minutes: float, data: Path) -> None:
-    listener = Listener(stage.ears())
-    for path in sorted(data.rglob("*.wav")):
-        listener.listen(np.asarray(read_wav(path), np.float32))
-        if listener.now_s >= minutes * 60.0:
-            break
-    print(listener.told("people's talk"), flush=True)
+def recordings(stage: Stage, minutes: float, data: Path) -> None:
+    """What people say, and sounds, by folder; those that the net has not learned."""
+    for folder in ("negatives", "words", "sounds"):
+        listener = Listener(stage.ears())
+        for path in sorted((data / folder).rglob("*.wav")):
+            if path.parent.name == "stop" or not is_held_out(path):
+                continue
+            sound = np.asarray(read_wav(path), np.float32)
+            listener.listen(np.concatenate([sound, room(SAMPLE_RATE_HZ // 2, len(sound))]))
+            if listener.now_s >= minutes * 60.0:
+                break
+        print(listener.told(folder), flush=True)
+
+
+def _levels(text: str) -> list[float | None]:
+    return [None if part in ("none", "quiet") else float(part) for part in text.split(",")]
 
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--calls", type=int, default=100)
-    parser.add_argument("--sir-db", type=float, default=0.0, help="the call's level over the talk's")
+    parser.add_argument("--kinds", default="robots")
+    parser.add_argument("--over-db", default="none,-6,0,6,12,20", help="the call's level over the talk's")
+    parser.add_argument("--snr-db", default="quiet", help="the talk's, or the call's, over pink noise")
+    parser.add_argument("--worlds", default="near", help="near, room, loudspeaker")
     parser.add_argument("--minutes", type=float, default=10.0)
     parser.add_argument("--data", type=Path)
     parser.add_argument("--seed", type=int, default=0)
-    parser.add_argument("--cases", default="other,own,nobody,false,collide")
+    parser.add_argument("--cases", default="call,two,own,false,collide")
     parser.add_argument("--names", default="Rob,Bot")
+    parser.add_argument("--peer", action="store_true")
     o = parser.parse_args()
     stage = Stage(tuple(o.names.split(",")))
+    callers = Callers(stage.call, o.data)
+    levels = [_levels(o.over_db), _levels(o.snr_db)]
     for case in o.cases.split(","):
         if case in ("false", "collide"):
             false_stops(stage, o.minutes, o.seed, at_once=case == "collide")
+        elif case == "data":
+            recordings(stage, o.minutes, o.data or sys.exit("data: where is it? (--data)"))
         else:
-            calls(stage, case, range(o.seed, o.seed + o.calls), o.sir_db)
-    if o.data is not None:
-        peoples_talk(stage, o.minutes, o.data)
+            for kind, over_db, snr_db, world in product(o.kinds.split(","), *levels, o.worlds.split(",")):
+                if over_db is None and case != "call":
+                    continue
+                cell = Cell(kind, over_db, snr_db, world, 2 if case == "two" else 1, case == "own")
+                print(calls(stage, callers, cell, range(o.seed, o.seed + o.calls), o.peer).told(str(cell)), flush=True)
 
 
 if __name__ == "__main__":

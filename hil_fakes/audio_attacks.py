@@ -15,14 +15,15 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from hil_fakes.room import PinkNoise
-from hvcpd.assembly.make import RobotPlan, Sound, make_robot
+from hvcpd.assembly.make import Sound, make_robot
+from hvcpd.assembly.plan import MemoryPlan, RobotPlan, SecurityPlan, TeamPlan
 from hvcpd.config.task_file import load_tasks
 from hvcpd.config.tasks import default_tasks_path
 from hvcpd.coordination.actions import Role
 from hvcpd.language import messages as m
-from hvcpd.language.code_words import BITS
 from hvcpd.language.marks import SEAL_WORDS
-from hvcpd.ports import SAMPLE_RATE_HZ, Pose, Samples
+from hvcpd.language.spelling import BITS
+from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 from hvcpd.robot.records import SaidRecord, SaveCounter
 from hvcpd.robot.robot import Robot
 from hvcpd.robot.sealing import Sealing
@@ -39,7 +40,7 @@ BLOCK = 400
 NOISE_RMS = 0.003
 """20 dB below speech of LEVEL."""
 LEVEL = 0.3
-"""Of the synthesizer's own: about -30 dBFS at the microphone."""
+"""Factor of the synthesizer's own level: about -30 dBFS at the microphone."""
 QUIET_S = 1.6
 """After this without a word nobody answers any more: the longest gap of an answer, and some more."""
 MOTIONS = (m.TurnBy(90.0), m.TurnBy(-90.0), m.MoveBy(1.0), m.MoveBy(2.0), m.ComeBack())
@@ -59,9 +60,9 @@ class AudioAttacks:
     honest robot that were believed, and all. With `encrypts` it hides what it says, and its messages are attacked."""
 
     def __init__(self, seed: int, sound: Sound, encrypts: bool = False) -> None:
-        self._chance = random.Random(seed)
+        self._rng = random.Random(seed)
         self._sound = sound
-        self._ring = KeyRing(TeamKey(self._chance.randbytes(KEY_BYTES)))
+        self._ring = KeyRing(TeamKey(self._rng.randbytes(KEY_BYTES)))
         self._counters: dict[str, int] = {}
         self._noise = PinkNoise(NOISE_RMS, seed)
         self._encrypts = encrypts
@@ -102,15 +103,12 @@ class AudioAttacks:
         role = Role(LISTENER, "plant", volunteer=False)
         plan = RobotPlan(
             role,
-            NAMES,
+            TeamPlan(NAMES),
             tasks,
-            Pose(0.0, 0.0, 0.0),
-            self._chance.getrandbits(32),
-            keys=self._ring,
-            encrypts=self._encrypts,
-            counters=dict(self._counters),
-            stopped=True,
-            patience=Patience(free=float("inf")),  # the seals alone must keep attacks out
+            self._rng.getrandbits(32),
+            memory=MemoryPlan(stopped=True, counters=dict(self._counters)),
+            # The seals alone must keep attacks out.
+            security=SecurityPlan(self._ring, self._encrypts, Patience(free=float("inf"))),
         )
         robot = make_robot(plan, self._sound)
         self._robot = robot
@@ -147,7 +145,7 @@ class AudioAttacks:
 
     def _say_honestly(self) -> None:
         """The honest robot orders something, and says it again when it is asked to."""
-        statement = self._chance.choice(MOTIONS)
+        statement = self._rng.choice(MOTIONS)
         for _ in range(3):
             take = self._sealed(statement)
             self._takes.append(take)
@@ -170,14 +168,14 @@ class AudioAttacks:
         return Take(utterance, sound * np.float32(LEVEL), len(sound) - len(end))
 
     def _recording(self) -> Take:
-        return self._chance.choice(self._takes)
+        return self._rng.choice(self._takes)
 
     def _invented(self, mark: m.Mark | None) -> m.Utterance:
-        return m.Utterance("Rob", m.ToRobot(LISTENER), None, self._chance.choice(MOTIONS), mark)
+        return m.Utterance("Rob", m.ToRobot(LISTENER), None, self._rng.choice(MOTIONS), mark)
 
     def _guessed(self) -> m.Utterance:
         n_words = self._robot.phrasebook.cipher_words if self._encrypts else SEAL_WORDS
-        value = self._chance.getrandbits(BITS * n_words)
+        value = self._rng.getrandbits(BITS * n_words)
         return self._invented(m.Cipher(value, n_words) if self._encrypts else m.Seal(value))
 
     def _after_restart(self) -> Samples:
@@ -189,7 +187,7 @@ class AudioAttacks:
         if isinstance(a.utterance.mark, m.Cipher) and isinstance(b.utterance.mark, m.Cipher):
             return self._spliced(a.utterance, a.utterance.mark, b.utterance.mark)
         while b.utterance.mark == a.utterance.mark:
-            b = self._sealed(self._chance.choice(MOTIONS))
+            b = self._sealed(self._rng.choice(MOTIONS))
         return np.concatenate([a.sound[: a.seal_at], b.sound[b.seal_at :]])
 
     def _spliced(self, said: m.Utterance, first: m.Cipher, second: m.Cipher) -> Samples:
@@ -206,26 +204,26 @@ class AudioAttacks:
         mark = unheard.mark
         if isinstance(mark, m.Cipher):
             mark = m.Seal(mark.value % (1 << SEAL_BITS))
-        return self._spoken(replace(unheard, statement=self._chance.choice(MOTIONS[1:]), mark=mark)).sound
+        return self._spoken(replace(unheard, statement=self._rng.choice(MOTIONS[1:]), mark=mark)).sound
 
     def _readdressed(self) -> Samples:
-        unheard = self._sealed(self._chance.choice(MOTIONS), "Zoe")
+        unheard = self._sealed(self._rng.choice(MOTIONS), "Zoe")
         return self._spoken(replace(unheard.utterance, addressee=m.ToRobot(LISTENER))).sound
 
     def _one_word_wrong(self) -> Samples:
-        unheard = self._sealed(self._chance.choice(MOTIONS)).utterance
+        unheard = self._sealed(self._rng.choice(MOTIONS)).utterance
         mark = unheard.mark
         n_words = mark.n_words if isinstance(mark, m.Cipher) else SEAL_WORDS
-        wrong = self._chance.randrange(1, 1 << BITS) << BITS * self._chance.randrange(n_words)
+        wrong = self._rng.randrange(1, 1 << BITS) << BITS * self._rng.randrange(n_words)
         if isinstance(mark, m.Seal | m.Cipher):
             mark = replace(mark, value=mark.value ^ wrong)
         return self._spoken(replace(unheard, mark=mark)).sound
 
     def _jammed(self) -> Samples:
         """Noise covers the seal of the honest robot for the listener, and a restart later its recording is played."""
-        take = self._sealed(self._chance.choice(MOTIONS))
+        take = self._sealed(self._rng.choice(MOTIONS))
         covered = take.sound.copy()
-        noise = PinkNoise(0.3, self._chance.getrandbits(16)).take(len(covered) - take.seal_at)
+        noise = PinkNoise(0.3, self._rng.getrandbits(16)).take(len(covered) - take.seal_at)
         covered[take.seal_at :] += noise
         self._play(covered)
         self._switch_on()

@@ -17,11 +17,13 @@ import numpy as np
 
 from hil_fakes.body import Body
 from hil_fakes.haste import Haste
+from hil_fakes.loudspeakers import IDEAL, Loudspeaker
 from hil_fakes.room import Air, Noise, Point, Room, Ways
 from hil_fakes.scorekeeper import Scorekeeper
 from hil_fakes.skills import FakeDevice, FakeHost
-from hvcpd.assembly.make import RobotPlan, Sound, make_robot
+from hvcpd.assembly.make import Sound, make_robot
 from hvcpd.assembly.name_registry import NameRegistry
+from hvcpd.assembly.plan import BodyPlan, RobotPlan, SecurityPlan, TeamPlan
 from hvcpd.config.tasks import TaskRepository
 from hvcpd.coordination.actions import Role, Speech, Timing
 from hvcpd.coordination.coordination import Coordination
@@ -48,7 +50,7 @@ MAP_BLOCKS = 40
 SWITCH_ON_SPREAD_S = 1.5
 """Robots are switched on by hand, one after the other."""
 SETTLE_S = 2.0
-"""Sound goes on for so long after the last task is known to be done."""
+"""Time for which sound goes on after the last task is known to be done."""
 START_SPACING_M = 1.0
 START_CORNER = (-5.0, -5.0)
 """The paper's robots start at (−5, −5)."""
@@ -67,29 +69,32 @@ class BenchPlan:
     nearest_first: bool = False
     air: Air = field(default_factory=Air)
     ways: Ways | None = None
-    """Of sound between two robots; None: through free air."""
+    """Ways of sound between two robots; None: through free air."""
+    loudspeaker: Loudspeaker = IDEAL
+    """What all of them speak with."""
     noise_at: Callable[[int], Noise] | None = None
     """Makes what the microphone of each robot takes in quiet; None: pink noise, as loud as `air` has it."""
     hasty: bool = False
-    """Who claims a task drives off at once, as the paper's robots do; ours stand still until they are heard."""
+    """Whether a robot that claims a task drives off at once, as the paper's robots do; ours stand still until they are
+    heard."""
     strangers: bool = False
     """Each robot knows no name but its own beforehand."""
     speech: Speech = field(default_factory=Speech)
     """How all of them speak."""
     keys: KeyRing | None = None
-    """Where the team has a key."""
+    """The team's keys; None: no sentence is sealed."""
     encrypts: bool = False
-    """It has one, and its robots hide what they say."""
+    """Whether robots with a key also hide what they say."""
     starts: tuple[Pose, ...] | None = None
-    """Where the robots start; None: in rows, a metre apart."""
+    """Places where the robots start; None: in rows, a metre apart."""
     met_s: float = 0.0
     """Until then they hear each other as if they stood in rows a metre apart: who has met knows who is there."""
     timing: Timing | None = None
-    """How long they wait for each other; None for the usual."""
+    """Times for which robots wait for each other; None: the usual ones."""
     earshot_m: float = math.inf
-    """Robots farther from each other than this hear nothing of each other, whatever the air,"""
+    """Distance beyond which robots hear nothing of each other, whatever the air."""
     earshot_from_s: float = 0.0
-    """from this time on: so that they can meet before."""
+    """Time from which on `earshot_m` holds, so that robots can meet before."""
     unable: Mapping[str, frozenset[int]] = field(default_factory=dict)
     """What each robot cannot do, by the tasks' numbers."""
     skills: Mapping[str, Mapping[str, FakeDevice]] = field(default_factory=dict)
@@ -136,7 +141,7 @@ class _Place:
         return self.body.exchange(self.wheels)
 
     def live(self, block: int, heard: Samples) -> None:
-        """One block of this robot's life."""
+        """Let one block, shape (n,), float32, of this robot's life pass."""
         self.recording.append(heard)
         if block < self.off_blocks:
             return
@@ -213,7 +218,8 @@ class Bench:
 
     def _make_place(self, k: int, start: Pose, stack: ExitStack) -> _Place:
         plan, name = self.plan, self.plan.names[k]
-        chance, skills = np.random.default_rng(own_seed(plan.seed, f"switch {name}")), plan.skills.get(name, {})
+        rng = np.random.default_rng(own_seed(plan.seed, f"switch {name}"))
+        skills = plan.skills.get(name, {})
         role = Role(
             name,
             plan.team,
@@ -227,19 +233,17 @@ class Bench:
         names = (name,) if plan.strangers else plan.names
         robot_plan = RobotPlan(
             role,
-            names,
+            TeamPlan(names, strangers=plan.strangers),
             plan.tasks,
-            start,
             own_seed(plan.seed, name),
-            strangers=plan.strangers,
-            keys=plan.keys,
-            encrypts=plan.encrypts,
+            BodyPlan(start),
+            security=SecurityPlan(plan.keys, plan.encrypts),
             timing=plan.timing,
         )
         store = Store(IN_MEMORY)
         stack.callback(store.close)
         body = stack.enter_context(Body(start, own_seed(plan.seed, f"body {name}")))
-        off_blocks = round(chance.random() * SWITCH_ON_SPREAD_S / BLOCK_S)
+        off_blocks = round(rng.random() * SWITCH_ON_SPREAD_S / BLOCK_S)
         robot, roster = make_robot(robot_plan, self._sound), NameRegistry(robot_plan, self._sound)
         robot.performer.offer(frozenset(skills))
         haste = Haste(plan.tasks) if plan.hasty else None
@@ -249,7 +253,7 @@ class Bench:
     def _live(self, places: list[_Place], score: Scorekeeper) -> tuple[Samples, tuple[Trail, ...], float]:
         plan = self.plan
         noises = None if plan.noise_at is None else [plan.noise_at(k) for k in range(len(places))]
-        room = Room(len(places), plan.air, plan.seed, _middle(plan.tasks), plan.ways, noises)
+        room = Room(len(places), plan.air, plan.seed, _middle(plan.tasks), plan.ways, noises, plan.loudspeaker)
         heard_by_listener: list[Samples] = []
         path: list[list[Pose]] = []
         block = 0
@@ -289,7 +293,7 @@ def _is_through(c: Coordination) -> bool:
     """Whether the robot knows that all is done, or is free and can do nothing of what is left."""
     if c.board.all_done:
         return True
-    left = (c.board[number] for number in c.board.maybe_left())
+    left = (entry for entry in c.board.entries() if not entry.known_done)
     cannot = (c.role.name in e.failed_by or e.definition.number in c.role.unable for e in left)
     return c.state is State.READY and c.role.volunteer and all(cannot)
 

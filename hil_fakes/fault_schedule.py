@@ -54,17 +54,17 @@ class Event:
 
 def schedule(seed: int, start_s: float = 0.5, gap_s: tuple[float, float] = (0.4, 4.0), count: int = 4) -> list[Event]:
     """One to `count` faults, far enough apart that each can be judged by itself; in order of time."""
-    chance = random.Random(f"wheel faults {seed}")
+    rng = random.Random(f"wheel faults {seed}")
     events: list[Event] = []
     at_s = start_s
-    for _ in range(chance.randint(1, count)):
-        at_s += chance.uniform(*gap_s)
-        fault = chance.choice(list(Fault))
-        lasting = fault in (Fault.UNPLUG, Fault.DEAD_MOTOR, Fault.OBSTACLE) and chance.random() < LASTING_SHARE
-        until_s = float("inf") if lasting else at_s + chance.uniform(0.6, 3.0)
+    for _ in range(rng.randint(1, count)):
+        at_s += rng.uniform(*gap_s)
+        fault = rng.choice(list(Fault))
+        lasting = fault in (Fault.UNPLUG, Fault.DEAD_MOTOR, Fault.OBSTACLE) and rng.random() < LASTING_SHARE
+        until_s = float("inf") if lasting else at_s + rng.uniform(0.6, 3.0)
         kinds = [kind for kind in ReplyFault if kind is not ReplyFault.NONE]
-        replies = tuple(chance.choice(kinds) for _ in range(chance.randint(1, 6)))
-        events.append(Event(at_s, fault, chance.randint(0, 1), until_s, replies if fault is Fault.BAD_REPLIES else ()))
+        replies = tuple(rng.choice(kinds) for _ in range(rng.randint(1, 6)))
+        events.append(Event(at_s, fault, rng.randint(0, 1), until_s, replies if fault is Fault.BAD_REPLIES else ()))
         if until_s == float("inf"):
             break
         at_s = until_s

@@ -7,7 +7,6 @@ from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.fft import irfft, next_fast_len, rfft
 
 from hil_fakes.room import DelayLine
 from hvcpd.ports import Samples
@@ -20,6 +19,8 @@ LONGEST = 20_000
 """Samples that a response keeps at most, 1.25 s."""
 _BLOCK = 400
 """Samples that are usually asked for at once; others work, a little more slowly."""
+_FFT_STEP = 1024
+"""Transforms are a multiple of this long: so all their prime factors are 2 or at most 19, and they are quick."""
 
 Respond = Callable[[float], Samples]
 """The impulse response at a distance (m) that is a multiple of STEP_M: the flight time is in it, and direct sound has
@@ -52,16 +53,17 @@ class Echoing:
 
     def _convolved(self, line: DelayLine, n: int, step: int) -> NDArray[np.float64]:
         length = len(self._respond(step))
-        size = next_fast_len(length + max(n, _BLOCK) - 1, real=True)
-        heard = irfft(rfft(line.last(length + n - 1), size) * self._spectrum(step, size), size)
+        size = -(-(length + max(n, _BLOCK) - 1) // _FFT_STEP) * _FFT_STEP
+        heard = np.fft.irfft(np.fft.rfft(line.last(length + n - 1), size) * self._spectrum(step, size), size)
         return np.asarray(heard[length - 1 : length + n - 1], np.float64)
 
     def _spectrum_of(self, step: int, size: int) -> NDArray[np.complex128]:
-        return np.asarray(rfft(self._respond(step).astype(np.float64), size))
+        return np.asarray(np.fft.rfft(self._respond(step).astype(np.float64), size))
 
 
 def shortened(response: Samples) -> Samples:
-    """Without its end, which holds so little of its energy that KEPT_DB lie between."""
+    """Return an impulse response, shape (n,), without its end, which holds so little of its energy that KEPT_DB lie
+    between."""
     left = np.cumsum(np.square(response[::-1].astype(np.float64)))[::-1]
     end = int(np.searchsorted(-left, -left[0] * 10.0 ** (-KEPT_DB / 10.0)))
     return response[: min(max(end, 1), LONGEST)]
@@ -75,7 +77,7 @@ class Recorded:
         self._at = 0
 
     def take(self, n: int) -> Samples:
-        """The next `n` samples."""
+        """Return the next samples, shape (n,), float32."""
         wanted = (self._at + np.arange(n)) % len(self._sound)
         self._at += n
         return self._sound[wanted]

@@ -18,14 +18,15 @@ Absorption = Callable[[NDArray[np.float64]], NDArray[np.float64]]
 WATER_M_S = 1490.0
 """Sea water of 10 °C, 35 g of salt a kilogram, at 10 m (K. V. Mackenzie, JASA 70, 1981: 1489.97 m/s)."""
 TAPS = 65
-"""Of the filter: 4 ms, for absorption changes slowly with frequency."""
+"""Length of the filter: 4 ms, because absorption changes slowly with frequency."""
 _HALF = TAPS // 2
 _STEPS_A_DOUBLING = 48
 """A filter serves for distances of so fine a step: absorption within 1.5 %."""
 
 
 def air_db_m(hz: NDArray[np.float64], celsius: float = 20.0, humidity_percent: float = 50.0) -> NDArray[np.float64]:
-    """Absorption of still air at sea level (ISO 9613-1:1993, equations 3 to 5 and B.3)."""
+    """Return the absorption of still air at sea level, dB/m, shape as `hz` (ISO 9613-1:1993, equations 3 to 5 and
+    B.3)."""
     kelvin = celsius + 273.15
     warmth = kelvin / 293.15
     vapour = humidity_percent * 10.0 ** (-6.8346 * (273.16 / kelvin) ** 1.261 + 4.6151)
@@ -40,7 +41,7 @@ def air_db_m(hz: NDArray[np.float64], celsius: float = 20.0, humidity_percent: f
 def water_db_m(
     hz: NDArray[np.float64], celsius: float = 10.0, salinity: float = 35.0, ph: float = 8.0, depth_km: float = 0.01
 ) -> NDArray[np.float64]:
-    """Absorption of sea water (M. A. Ainslie & J. G. McColm, JASA 103, 1998)."""
+    """Return the absorption of sea water, dB/m, shape as `hz` (M. A. Ainslie & J. G. McColm, JASA 103, 1998)."""
     khz = hz / 1000.0
     boric = 0.78 * math.sqrt(salinity / 35.0) * math.exp(celsius / 26.0)
     magnesium = 42.0 * math.exp(celsius / 17.0)
@@ -73,7 +74,8 @@ class Absorbing(FreeField):
 
 
 def taps(absorption: Absorption, distance_m: float) -> NDArray[np.float64]:
-    """A filter of linear phase that does what the medium does over that distance (frequency sampling, Hann window)."""
+    """Return a filter of linear phase, shape (TAPS,), with the medium's absorption over that distance (frequency
+    sampling, Hann window)."""
     hz = np.asarray(np.fft.rfftfreq(512, 1.0 / SAMPLE_RATE_HZ), np.float64)
     impulse = np.fft.irfft(10.0 ** (-absorption(hz) * distance_m / 20.0))
     return np.asarray(np.roll(impulse, _HALF)[:TAPS] * np.hanning(TAPS + 2)[1:-1])

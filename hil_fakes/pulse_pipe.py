@@ -92,7 +92,7 @@ class PulsePipe:
         self.close()
 
     def read(self, n: int) -> Samples:
-        """The next `n` samples, float32; waits for them."""
+        """Wait for the next samples and return them, shape (n,), float32."""
         data = np.zeros(n, "<i2")
         self._exchange(self._library.pa_simple_read, data)
         return (data / _FULL_SCALE).astype(np.float32)

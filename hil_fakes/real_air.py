@@ -32,13 +32,13 @@ BLOCK = 160
 LATENCY_S = 0.03
 """Sound that waits in the server at each end: as much as the mixer may be late without a gap."""
 MAX_LAG_S = 0.05
-"""Air has no memory: what a mixer that was held up is later than this is left out, as soon as nobody speaks."""
+"""Lag of a mixer that was held up beyond which its sound is left out as soon as nobody speaks: air has no memory."""
 LIMIT_LAG_S = 0.4
-"""And in the midst of a word from here on."""
+"""Lag of a mixer beyond which its sound is left out in the midst of a word, too."""
 RETRY_S = 0.1
-"""A sound server that is gone is looked for so often."""
+"""Interval at which a sound server that is gone is looked for."""
 SPACING_M = 1.0
-"""The robots stand in a row, so far from each other."""
+"""Distance between neighbours in the row of robots."""
 
 
 class Recording:
@@ -61,7 +61,7 @@ class Recording:
         self._file.close()
 
     def add(self, block: Samples) -> None:
-        """Append a block of sound."""
+        """Append a block of sound, shape (n,), float32."""
         self._waiting.append(block)
         if len(self._waiting) * BLOCK >= SAMPLE_RATE_HZ:
             self._flush()

@@ -15,7 +15,7 @@ HEIGHT_M = 0.25
 START_M = 2.0
 """From the end wall to the speaker."""
 SPEAKER_SHARE = 0.45
-"""Where the speaker stands across the hall, of its width."""
+"""Position of the speaker across the hall, as a share of its width."""
 ASIDE_M = 0.4
 """The listener stands this far aside of the straight line along the hall."""
 MAX_ORDER = 40
@@ -39,7 +39,8 @@ class Hall:
 
 @lru_cache(maxsize=64)  # some 180 KB each
 def response(hall: Hall, distance_m: float, shift_m: float = 0.0) -> tuple[Samples, int]:
-    """Impulse response at that distance, scaled so that the direct sound at 1 m has power 1; and its delay, samples.
+    """Return the impulse response at that distance, shape (n,), float32, and its delay, samples; direct sound at 1 m
+    has power 1.
 
     `shift_m` moves both robots along the hall. Raises ImportError without pyroomacoustics.
     """
@@ -92,14 +93,15 @@ def _absorption(hall: Hall) -> float:
 
 
 def decay_s(impulse: Samples) -> float:
-    """Reverberation time T20 (ISO 3382-2): from -5 to -25 dB of Schroeder's backward integral, times three."""
+    """Return the reverberation time T20 (ISO 3382-2) of an impulse response, shape (n,): from -5 to -25 dB of
+    Schroeder's backward integral, times three."""
     left = np.cumsum(np.square(impulse[::-1].astype(np.float64)))[::-1]
     level_db = 10.0 * np.log10(np.maximum(left / left[0], 1e-12))
     return 3.0 * float(np.argmax(level_db < -25.0) - np.argmax(level_db < -5.0)) / SAMPLE_RATE_HZ
 
 
 def through(sound: Samples, impulse: Samples) -> Samples:
-    """The sound as it is heard there, of the same length."""
+    """Return the sound, shape (n,), as it is heard through an impulse response, shape (k,): shape (n,), float32."""
     size = 1 << (len(sound) + len(impulse) - 1).bit_length()
     heard = np.fft.irfft(np.fft.rfft(sound, size) * np.fft.rfft(impulse, size), size)
     return np.asarray(heard[: len(sound)], np.float32)

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.signal import lfilter
 
+from hil_fakes.filters import one_pole
 from hvcpd.ports import SAMPLE_RATE_HZ
 
 FAN_BLADES_HZ = 280.0
@@ -26,39 +26,41 @@ MOTOR_SPEEDS = (0.5, 1.0)
 
 
 def unit(sound: NDArray[np.float64]) -> NDArray[np.float64]:
-    """The sound at RMS 1."""
+    """Return the sound, shape (n,), at RMS 1."""
     return np.asarray(sound / np.sqrt(np.mean(sound**2)))
 
 
-def fan(n: int, random_: np.random.Generator) -> NDArray[np.float64]:
-    """Air noise that falls above FAN_CORNER_HZ, and blade tones of slightly wandering speed."""
+def fan(n: int, rng: np.random.Generator) -> NDArray[np.float64]:
+    """Return air noise that falls above FAN_CORNER_HZ, and blade tones of slightly wandering speed: shape (n,),
+    float64."""
     pole = np.exp(-2.0 * np.pi * FAN_CORNER_HZ / SAMPLE_RATE_HZ)
-    air = unit(lfilter([1.0], [1.0, -pole], random_.standard_normal(n)))
-    phase = np.cumsum(FAN_BLADES_HZ * (1.0 + 0.004 * _wander(n, 2.0, random_))) * 2.0 * np.pi / SAMPLE_RATE_HZ
+    air = unit(one_pole(rng.standard_normal(n), pole))
+    phase = np.cumsum(FAN_BLADES_HZ * (1.0 + 0.004 * _wander(n, 2.0, rng))) * 2.0 * np.pi / SAMPLE_RATE_HZ
     tones = sum(np.sin(k * phase + k * k) / k for k in range(1, 6))
     return unit(air + unit(np.asarray(tones)) * 10.0 ** (FAN_TONE_DB / 20.0))
 
 
-def motor(n: int, random_: np.random.Generator) -> NDArray[np.float64]:
-    """Gears and commutator of a motor that changes its speed every 2 to 6 s, within 0.3 s, and wobbles by 1 %."""
+def motor(n: int, rng: np.random.Generator) -> NDArray[np.float64]:
+    """Return gears and commutator of a motor that changes its speed every 2 to 6 s, within 0.3 s, and wobbles by 1
+    %: shape (n,), float64."""
     speed = np.empty(n)
     at = 0
     while at < n:
-        length = int(random_.uniform(2.0, 6.0) * SAMPLE_RATE_HZ)
-        speed[at : at + length] = random_.uniform(*MOTOR_SPEEDS)
+        length = int(rng.uniform(2.0, 6.0) * SAMPLE_RATE_HZ)
+        speed[at : at + length] = rng.uniform(*MOTOR_SPEEDS)
         at += length
     ramp = int(0.3 * SAMPLE_RATE_HZ)
     sums = np.cumsum(np.concatenate([np.full(ramp, speed[0]), speed]))
-    speed = (sums[ramp:] - sums[:-ramp]) / ramp * (1.0 + 0.01 * _wander(n, 8.0, random_))
+    speed = (sums[ramp:] - sums[:-ramp]) / ramp * (1.0 + 0.01 * _wander(n, 8.0, rng))
     phase = np.cumsum(MOTOR_HZ * speed) * 2.0 * np.pi / SAMPLE_RATE_HZ
     tones = sum(np.sin(order * phase + order) / np.sqrt(order) for order in MESH)
     pole = np.exp(-2.0 * np.pi * 2000.0 / SAMPLE_RATE_HZ)
-    hiss = unit(lfilter([1.0], [1.0, -pole], random_.standard_normal(n))) * 10.0 ** (MOTOR_HISS_DB / 20.0)
+    hiss = unit(one_pole(rng.standard_normal(n), pole)) * 10.0 ** (MOTOR_HISS_DB / 20.0)
     return unit((unit(np.asarray(tones)) + hiss) * speed)
 
 
-def _wander(n: int, hz: float, random_: np.random.Generator) -> NDArray[np.float64]:
+def _wander(n: int, hz: float, rng: np.random.Generator) -> NDArray[np.float64]:
     """A slow random walk around 0, standard deviation about 1, that changes at rates up to `hz`."""
     points = max(int(n / SAMPLE_RATE_HZ * hz), 2) + 2
-    values = random_.standard_normal(points)
+    values = rng.standard_normal(points)
     return np.interp(np.linspace(0.0, points - 1.0, n), np.arange(points), values)

@@ -14,8 +14,9 @@ from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.signal import lfilter
 
+from hil_fakes.filters import one_pole
+from hil_fakes.loudspeakers import IDEAL, Loudspeaker, Playing
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 
 Point = tuple[float, float]
@@ -79,11 +80,11 @@ class PinkNoise:
     def __init__(self, rms: float, seed: int) -> None:
         self._scale = rms / _PINK_RMS
         self._generator = np.random.default_rng(seed)
-        self._states = [np.zeros(1) for _ in _PINK_POLES]
+        self._states = [0.0 for _ in _PINK_POLES]
         self._ready: Samples = np.zeros(0, np.float32)
 
     def take(self, n: int) -> Samples:
-        """The next `n` samples, float32."""
+        """Return the next samples, shape (n,), float32."""
         while len(self._ready) < n:
             self._ready = np.concatenate([self._ready, self._block()])
         taken, self._ready = self._ready[:n], self._ready[n:]
@@ -93,7 +94,8 @@ class PinkNoise:
         white = self._generator.standard_normal(SAMPLE_RATE_HZ // 4)
         total = _PINK_DIRECT * white
         for k, (pole, gain) in enumerate(zip(_PINK_POLES, _PINK_GAINS, strict=True)):
-            part, self._states[k] = lfilter([gain], [1.0, -pole], white, zi=self._states[k])
+            part = one_pole(gain * white, pole, self._states[k])
+            self._states[k] = float(part[-1])
             total += part
         return (self._scale * total).astype(np.float32)
 
@@ -101,7 +103,7 @@ class PinkNoise:
 MAX_DISTANCE_M = 60.0
 """Longest way in free air: at it speech is at 29 dB SPL, below any room's noise."""
 CARRIED_M = 5.0
-"""Who moves so far in a block did not drive: it was carried there, and there is no sound of the way."""
+"""Largest move in a block that is driving: whoever moves farther was carried there, and no sound follows its way."""
 _MARGIN = 1024
 """Samples that a delay line holds beyond the longest way: a block, and what interpolation needs."""
 
@@ -118,7 +120,7 @@ class DelayLine:
         self._written = 0
         self._loud_until = -1
 
-    def write(self, block: Samples) -> None:
+    def write(self, block: Samples | NDArray[np.float64]) -> None:
         n = len(block)
         at = (self._written + np.arange(n)) % self._size
         self._ring[at] = block
@@ -131,7 +133,8 @@ class DelayLine:
         return self._loud_until < self._written - n - delay - 4
 
     def read(self, n: int, delays: NDArray[np.float64]) -> NDArray[np.float64]:
-        """The last `n` samples, each `delays[i]` samples earlier; delays are 2 or more."""
+        """Return the last `n` samples, shape (n,), float64, each `delays[i]` samples earlier; delays, shape (n,),
+        are 2 or more."""
         time = self._written - n + np.arange(n) - delays
         base = np.floor(time).astype(np.int64)
         x = time - base
@@ -145,7 +148,7 @@ class DelayLine:
         return interpolated
 
     def last(self, n: int) -> NDArray[np.float64]:
-        """The last `n` samples."""
+        """Return the last `n` samples, shape (n,), float64."""
         recent: NDArray[np.float64] = self._ring[(self._written - n + np.arange(n)) % self._size]
         return recent
 
@@ -154,7 +157,7 @@ class Ways(Protocol):
     """How sound gets from a loudspeaker to a microphone."""
 
     max_distance_m: float
-    """Who is farther away counts as that far."""
+    """Distance to which greater ones are clipped."""
     reach: int
     """The latest that any of a sound still arrives, samples."""
 
@@ -163,8 +166,8 @@ class Ways(Protocol):
         ...
 
     def carry(self, line: DelayLine, n: int, before_m: float, distance_m: float, gain: float) -> NDArray[np.float64]:
-        """What arrives of `line` over the last `n` samples, while the distance went from one to the other, float64;
-        `gain`: at 1 m."""
+        """Return what arrives of `line` over the last `n` samples, shape (n,), float64, while the distance changed
+        from `before_m` to `distance_m`; `gain`: at 1 m."""
         ...
 
 
@@ -188,7 +191,7 @@ class Noise(Protocol):
     """What a microphone takes while nobody speaks."""
 
     def take(self, n: int) -> Samples:
-        """The next `n` samples, float32."""
+        """Return the next samples, shape (n,), float32."""
         ...
 
 
@@ -196,7 +199,8 @@ class Room:
     """Loudspeakers and microphones of `n_robots`, and one more microphone for a listener at `listener`.
 
     `ways`: between two robots, in place of free air. `noises`: at each robot's microphone, in place of pink noise.
-    Robots hear themselves, and the listener hears them, through free air.
+    `loudspeaker`: what all play with, in place of an ideal one. Robots hear themselves, and the listener hears them,
+    through free air.
     """
 
     def __init__(
@@ -207,8 +211,10 @@ class Room:
         listener: Point = (0.0, 0.0),
         ways: Ways | None = None,
         noises: Sequence[Noise] | None = None,
+        loudspeaker: Loudspeaker = IDEAL,
     ) -> None:
         self.air = air
+        self._playing = [Playing(loudspeaker) for _ in range(n_robots)] if loudspeaker != IDEAL else []
         self._free = FreeField(air.sound_speed_m_s)
         self._ways = ways or self._free
         self._lines = [DelayLine(max(self._free.reach, self._ways.reach)) for _ in range(n_robots)]
@@ -220,13 +226,13 @@ class Room:
         """Robots farther from each other than this hear nothing of each other, as behind walls; the listener does."""
 
     def advance(self, played: Sequence[Samples], places: Sequence[Point]) -> list[Samples]:
-        """Let one block pass: `played` by each loudspeaker while the robots moved to `places` (m).
+        """Let one block pass: `played` by each loudspeaker, shape (n,) each, while the robots moved to `places` (m).
 
-        Returns what each microphone took, the listener's last: float32 of the same length, in steps of a 16-bit
+        Returns what each microphone took, the listener's last: shape (n,) each, float32, in steps of a 16-bit
         converter and clipped at its full scale.
         """
-        for line, block in zip(self._lines, played, strict=True):
-            line.write(block)
+        for source, (line, block) in enumerate(zip(self._lines, played, strict=True)):
+            line.write(self._playing[source].play(block) if self._playing else block)
         n = len(played[0])
         taken = []
         for ear, place in enumerate([*places, self._listener]):
@@ -252,5 +258,5 @@ class Room:
 
 
 def digitize(sound: NDArray[np.float64]) -> Samples:
-    """As a 16-bit converter gives it."""
+    """Return sound, any shape, as a 16-bit converter gives it, float32: in steps of 2^-15, clipped at full scale."""
     return (np.clip(np.rint(sound * 32768.0), -32768, 32767) / 32768.0).astype(np.float32)

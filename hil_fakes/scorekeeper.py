@@ -17,9 +17,9 @@ from hvcpd.robot.sealing import seal_shown
 WATERING_REACH_M = 0.3
 """A robot truly stands at a place only if it is this near: a burger's half length and a short arm."""
 STILL_M = 0.01
-"""Who has not moved so far"""
+"""Largest movement within `STANDS_S` of a robot that stands."""
 STANDS_S = 0.2
-"""for so long stands: slower than 5 cm/s, a quarter of a burger's speed."""
+"""Time over which `STILL_M` is measured: the limit is 5 cm/s, a quarter of a burger's speed."""
 
 
 @dataclass

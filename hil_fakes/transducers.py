@@ -11,7 +11,8 @@ from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 
 
 def band(sound: Samples, low_hz: float, high_hz: float) -> Samples:
-    """Through a small loudspeaker: 12 dB an octave below `low_hz` and above `high_hz` (Butterworth of order 2)."""
+    """Return sound, shape (n,), float32, through a small loudspeaker: 12 dB an octave below `low_hz` and above
+    `high_hz` (Butterworth of order 2)."""
     return _filtered(
         sound,
         lambda hz: (1.0 + (low_hz / np.maximum(hz, 1.0)) ** 4) ** -0.5 * (1.0 + (hz / high_hz) ** 4) ** -0.5,
@@ -19,7 +20,8 @@ def band(sound: Samples, low_hz: float, high_hz: float) -> Samples:
 
 
 def tilt(sound: Samples, db_per_octave: float) -> Samples:
-    """Through a microphone whose sensitivity rises by so much an octave; the same at 1 kHz, held below 100 Hz."""
+    """Return sound, shape (n,), float32, through a microphone whose sensitivity rises by `db_per_octave`: 0 dB at 1
+    kHz, constant below 100 Hz."""
     return _filtered(sound, lambda hz: 10.0 ** (db_per_octave / 20.0 * np.log2(np.clip(hz, 100.0, None) / 1000.0)))
 
 

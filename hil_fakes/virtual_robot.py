@@ -24,7 +24,7 @@ from hvcpd.ports import STANDSTILL, Pose, WheelCommand, WheelReading
 
 Kind = Literal["xl430", "opencr"]
 PERIOD_S = 0.05
-"""A moving robot's wheels are served so often, as ROBOTIS's own node does."""
+"""Interval of exchanges with a moving robot's wheels: that of ROBOTIS's own node."""
 
 
 class VirtualRobot:
@@ -74,7 +74,7 @@ class VirtualRobot:
         return reading
 
     def run(self, command: WheelCommand, duration_s: float) -> WheelReading:
-        """The same command for a while; the last reading."""
+        """Give the same command for a while; return the last reading."""
         for _ in range(max(round(duration_s / PERIOD_S), 1)):
             reading = self.cycle(command)
         return reading

@@ -34,7 +34,7 @@ SLOW_LIMIT_S = 1.25
 STANDING_RAD_S = 0.05
 """1.7 mm/s at the rim; encoder and gear play are no more."""
 MEMORY_S = {"xl430": 0.6, "opencr": 1.35}
-"""A speed must be explained by a command of so long ago at most: the longest stop limit and two control periods."""
+"""Largest age of a command that can explain a speed: the longest stop limit and two control periods."""
 LIMIT_S = 120.0
 ODOMETRY_M = 0.05
 LOW_V = 10.2
@@ -71,7 +71,7 @@ class Trial:
         self.verdict = Verdict(seed, kind, schedule(seed))
         self.robot = VirtualRobot(kind, seed)
         self.robot.time.follow(self._watch)
-        self._chance = random.Random(f"journey {seed}")
+        self._rng = random.Random(f"journey {seed}")
         self._todo = deque(self.verdict.events)
         self._undo: list[Event] = []
         self._hang_until_s = 0.0
@@ -107,8 +107,8 @@ class Trial:
         return verdict
 
     def _journey(self) -> Journey:
-        draw = self._chance.uniform
-        match self._chance.randrange(3):
+        draw = self._rng.uniform
+        match self._rng.randrange(3):
             case 0:
                 return Waypoints(((draw(0.3, 1.0), draw(-0.5, 0.5)), (draw(-0.5, 0.5), draw(0.3, 1.0))))
             case 1:

@@ -17,9 +17,9 @@ from hvcpd.coordination.actions import Role
 from hvcpd.coordination.coordination import Coordination
 from hvcpd.coordination.trusting import believes
 from hvcpd.language import messages as m
-from hvcpd.language.code_words import BITS
 from hvcpd.language.marks import SEAL_WORDS, is_sealed
 from hvcpd.language.phrasebook import Phrasebook
+from hvcpd.language.spelling import BITS
 from hvcpd.robot.sealing import Sealing
 from hvcpd.security.guard import CHALLENGE_S, Guard
 from hvcpd.security.keys import KEY_BYTES, KeyRing, TeamKey
@@ -55,14 +55,14 @@ class WordAttacks:
     def __init__(
         self, seed: int, tasks: tuple[TaskDefinition, ...], bits: int = SEAL_BITS, encrypts: bool = False
     ) -> None:
-        self._chance = random.Random(seed)
+        self._rng = random.Random(seed)
         self._bits = bits
         self._encrypts = encrypts
-        self._ring = KeyRing(TeamKey(self._chance.randbytes(KEY_BYTES)))
+        self._ring = KeyRing(TeamKey(self._rng.randbytes(KEY_BYTES)))
         self._book: Phrasebook = keyed_book(NAMES, tasks)
         self._counters: dict[str, int] = {}
         self._speakers = {name: self._sealing(name) for name in NAMES}
-        self._ears = Coordination(Role(LISTENER, "plant", roster=NAMES), tasks, self._chance)
+        self._ears = Coordination(Role(LISTENER, "plant", roster=NAMES), tasks, self._rng)
         self._now = 0.0
         self._heard: list[m.Utterance] = []
         self._own: list[m.Utterance] = []
@@ -73,7 +73,7 @@ class WordAttacks:
             "replay after a restart": self._after_restart,
             "replay of what was not heard": self._missed,
             "replay as another robot": self._as_another,
-            "its own voice played back": lambda: self._chance.choice(self._own),
+            "its own voice played back": lambda: self._rng.choice(self._own),
             "seal of another sentence": lambda: replace(self._invented(), mark=self._recording().mark),
             "other words under an unheard seal": lambda: replace(self._invented(), mark=self._missed().mark),
             "other addressee under an unheard seal": self._readdressed,
@@ -104,7 +104,7 @@ class WordAttacks:
     def _honest(self) -> None:
         """Somebody says something; the listener may miss it, and doubts who has been silent for long."""
         self._now += PACE_S
-        if self._chance.random() < RESTARTS:
+        if self._rng.random() < RESTARTS:
             self._restart()
         drawn = self._sample()
         said = self._sealed(drawn.speaker or "", drawn)
@@ -112,7 +112,7 @@ class WordAttacks:
         self._own = [*self._own[-50:], own]
         for name in NAMES[:2]:
             self._speakers[name].judge(own, self._book, self._now)
-        if self._chance.random() < UNHEARD:
+        if self._rng.random() < UNHEARD:
             return
         self.tally.honest += 1
         believed = self._believes(said) or self._proves(said)
@@ -141,16 +141,16 @@ class WordAttacks:
     def _sample(self) -> m.Utterance:
         """Something sealed that an honest robot says to the listener, or to all."""
         while True:
-            drawn = self._book.sample(self._chance)
+            drawn = self._book.sample(self._rng)
             if is_sealed(drawn.statement) and not isinstance(drawn.statement, m.SayAgain) and drawn.speaker:
-                to = self._chance.choice((m.ToRobot(LISTENER), m.ToAll()))
-                return replace(drawn, speaker=self._chance.choice(NAMES[:2]), addressee=to)
+                to = self._rng.choice((m.ToRobot(LISTENER), m.ToAll()))
+                return replace(drawn, speaker=self._rng.choice(NAMES[:2]), addressee=to)
 
     def _invented(self) -> m.Utterance:
         return replace(self._sample(), addressee=m.ToRobot(LISTENER))
 
     def _recording(self) -> m.Utterance:
-        return self._chance.choice(self._heard)
+        return self._rng.choice(self._heard)
 
     def _restart(self) -> None:
         self._speakers[LISTENER] = self._sealing(LISTENER)
@@ -161,7 +161,7 @@ class WordAttacks:
 
     def _missed(self) -> m.Utterance:
         """An honest robot's order to the listener, which the attacker kept from it, to be played after a restart."""
-        said = m.Utterance("Rob", m.ToRobot(LISTENER), None, self._chance.choice(MOVING))
+        said = m.Utterance("Rob", m.ToRobot(LISTENER), None, self._rng.choice(MOVING))
         recorded = self._sealed("Rob", said)
         self._restart()
         self._now += 2.0 * CHALLENGE_S
@@ -172,15 +172,15 @@ class WordAttacks:
         return replace(heard, speaker="Zoe" if heard.speaker == "Rob" else "Rob")
 
     def _readdressed(self) -> m.Utterance:
-        said = m.Utterance("Rob", m.ToRobot("Zoe"), None, self._chance.choice(MOVING))
+        said = m.Utterance("Rob", m.ToRobot("Zoe"), None, self._rng.choice(MOVING))
         return replace(self._sealed("Rob", said), addressee=m.ToRobot(LISTENER))
 
     def _guess(self) -> m.Utterance:
         """A seal, or the packet of a message, drawn at random."""
-        mark: m.Mark = m.Seal(self._chance.getrandbits(self._bits))
+        mark: m.Mark = m.Seal(self._rng.getrandbits(self._bits))
         if self._encrypts:
             n_words = self._book.cipher_words
-            mark = m.Cipher(self._chance.getrandbits(BITS * n_words), n_words)
+            mark = m.Cipher(self._rng.getrandbits(BITS * n_words), n_words)
         return replace(self._invented(), mark=mark)
 
     def _recast(self) -> m.Utterance:
@@ -191,7 +191,7 @@ class WordAttacks:
     def _one_word_wrong(self) -> m.Utterance:
         missed = self._missed()
         value, n_words = _value_of(missed)
-        place, other = self._chance.randrange(n_words), self._chance.randrange(1, 1 << BITS)
+        place, other = self._rng.randrange(n_words), self._rng.randrange(1, 1 << BITS)
         return self._with_value(missed, value ^ other << BITS * place)
 
     def _spliced(self) -> m.Utterance:

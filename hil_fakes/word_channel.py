@@ -25,7 +25,7 @@ RELEASE_S = 0.15
 RECOGNITION_S = 0.3
 """After the last word the sentence is reported."""
 REMEMBERED_S = 30.0
-"""Sounds are kept for so long, to find what overlapped what; no sentence lasts longer."""
+"""Time for which sounds are kept, to find which overlapped; no sentence lasts longer."""
 
 
 class Talker(Protocol):
@@ -50,7 +50,7 @@ class Conditions:
     mishearing: float = 0.0
     """A listener understands another sentence of the phrasebook, which differs in one word."""
     delay_s: float = 0.0
-    """At most so much later than RECOGNITION_S is a sentence reported; drawn anew for each listener."""
+    """Largest delay beyond RECOGNITION_S after which a sentence is reported; drawn anew for each listener."""
     latency_s: float = 0.0
     """From the decision to speak until the first sample is in the air: what sound cards and their drivers hold back."""
     stop_through: float = 1.0
@@ -67,11 +67,11 @@ class Sound:
     end_s: float
     cut: bool = False
     again: Callable[[], Sound] | None = None
-    """Says it once more, if it is to be said twice;"""
+    """Says the sentence once more, if it is to be said twice."""
     pause_s: float = 0.0
-    """after so long."""
+    """Pause before the sentence is said once more."""
     noticed_by: tuple[str, ...] = ()
-    """Who heard it begin: they hear it end, wherever they are by then."""
+    """Robots that heard it begin: they hear it end, wherever they are by then."""
 
     def overlaps(self, other: Sound) -> bool:
         return self.start_s < other.end_s and self.end_s > other.start_s
@@ -83,9 +83,9 @@ class WordChannel:
 
     A sentence that overlaps another one, or the listener's own, is garbled. `touched` runs for every talker that
     something happened to (to collect its actions). `earshot(speaker, listener)` tells who can hear whom now, and
-    `fading` with what chance a sentence is lost on that way, besides what `conditions` lose; `mishear` makes the
-    wrong sentence. What a listener cannot follow, for names that it does not know, is garbled. `judge` tells what a
-    listener makes of a sentence with a seal.
+    `fading` with what probability a sentence is lost on that way, besides what `conditions` lose; `mishear` makes the
+    wrong sentence; `misses(listener, utterance)` tells who hears nothing of one. A sentence that a listener does not
+    follow, because it does not know a name, is garbled. `judge` tells what a listener makes of a sentence with a seal.
     """
 
     talkers: Mapping[str, Talker]
@@ -95,7 +95,8 @@ class WordChannel:
     touched: Callable[[str], None] = lambda _name: None
     earshot: Callable[[str, str], bool] | None = None
     fading: Callable[[str, str], float] | None = None
-    mishear: Callable[[Utterance, random.Random], Utterance] = lambda utterance, _chance: utterance
+    mishear: Callable[[Utterance, random.Random], Utterance] = lambda utterance, _rng: utterance
+    misses: Callable[[str, Utterance], bool] = lambda _listener, _utterance: False
     follows: Callable[[str, Utterance], bool] | None = None
     judge: Callable[[str, Utterance], tuple[Utterance, Trust]] = lambda _listener, utterance: (utterance, Trust.OPEN)
     now: float = 0.0
@@ -108,7 +109,7 @@ class WordChannel:
     _due: dict[str, float] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
-        self._chance = random.Random(self.seed)
+        self._rng = random.Random(self.seed)
         self._order = itertools.count()
         self.refresh()
 
@@ -136,7 +137,7 @@ class WordChannel:
 
         Its speaker learns that it has spoken after the last time.
         """
-        length_s = stretch * WORD_S * self.length_words(utterance) * (0.9 + 0.2 * self._chance.random())
+        length_s = stretch * WORD_S * self.length_words(utterance) * (0.9 + 0.2 * self._rng.random())
         start_s = self.now + self.conditions.latency_s
         sound = Sound(speaker, utterance, start_s, start_s + length_s)
         if times > 1:
@@ -229,31 +230,33 @@ class WordChannel:
                 self.refresh((name,))
 
         for name in self._listeners(sound):
-            self.at(self.now + self._chance.random() * self.conditions.delay_s, lambda name=name: deliver(name))  # type: ignore[misc]
+            self.at(self.now + self._rng.random() * self.conditions.delay_s, lambda name=name: deliver(name))  # type: ignore[misc]
 
     def _deliver(self, listener: str, sound: Sound, overlap: list[Sound]) -> None:
-        talker, chance = self.talkers[listener], self._chance
+        talker, rng = self.talkers[listener], self._rng
+        if self.misses(listener, sound.utterance):
+            return
         if self.earshot is not None:
             overlap = [s for s in overlap if self._audible(s, listener)]
         if overlap or sound.cut:
             own = [s for s in overlap if s.speaker == listener]
             if isinstance(sound.utterance.statement, Stop) and not sound.cut:
-                if chance.random() < self.conditions.stop_through:
+                if rng.random() < self.conditions.stop_through:
                     talker.heard(sound.utterance, self.now)
                 return
             if not own or max(s.end_s for s in own) < sound.end_s:  # else drowned by the own voice to its end
                 talker.garbled(bool(own), self.now)
             return
-        if self.conditions.loss and chance.random() < self.conditions.loss:
+        if self.conditions.loss and rng.random() < self.conditions.loss:
             return
-        if self.fading is not None and chance.random() < self.fading(sound.speaker, listener):
+        if self.fading is not None and rng.random() < self.fading(sound.speaker, listener):
             return
         utterance = sound.utterance
         if self.follows is not None and not self.follows(listener, utterance):
             talker.garbled(False, self.now)
             return
-        if self.conditions.mishearing and chance.random() < self.conditions.mishearing:
-            utterance = self.mishear(utterance, chance)
+        if self.conditions.mishearing and rng.random() < self.conditions.mishearing:
+            utterance = self.mishear(utterance, rng)
             self.misheard += 1
         utterance, trust = self.judge(listener, utterance)
         talker.heard(utterance, self.now, trust=trust)

@@ -10,6 +10,7 @@ import random
 from collections import Counter
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
+from functools import partial
 
 from hil_fakes.word_body import SPEED_M_S, Body
 from hil_fakes.word_channel import Conditions, WordChannel
@@ -34,7 +35,7 @@ from hvcpd.coordination.coordination import Coordination
 from hvcpd.language import messages as m
 
 STEP_S = 5.0
-"""So often it is looked whether all is done."""
+"""Interval at which the mission checks whether all is done."""
 
 
 @dataclass(frozen=True)
@@ -70,7 +71,7 @@ class WordPlan:
     """How all of them speak."""
     timing: Timing = field(default_factory=Timing)
     seals: WordSeals | None = None
-    """Where the team has a key."""
+    """Seals of a team with a key; None: no sentence is sealed."""
     clocks: Mapping[str, float] | None = None
     """How wrong each robot's clock is, s; who is not named has none. None: nobody needs one, for nothing recurs."""
     fails: Callable[[str, int, float], bool] = lambda _robot, _task, _now: False
@@ -116,17 +117,17 @@ class WordMission:
         self.said: list[tuple[float, str, m.Utterance]] = []
         self.off_in_mid_task = False
         self.halted_s: dict[str, float] = {}
-        self._chance = random.Random(plan.seed)
+        self._rng = random.Random(plan.seed)
         self._pending = 0
         self._names = {name.lower(): name for name in plan.names}
         self.known: dict[str, set[str]] = {name: {name} for name in plan.names}
         """Whose names each robot knows; it survives being switched off."""
-        self._bodies = {name: Body(Place(-5.0 + i % 4, -5.0 + i // 4)) for i, name in enumerate(plan.names)}
+        self.bodies = {name: Body(Place(-5.0 + i % 4, -5.0 + i // 4)) for i, name in enumerate(plan.names)}
         self.air = WordChannel(
             self.robots,
             WordLengths(),
             plan.conditions,
-            self._chance.getrandbits(32),
+            self._rng.getrandbits(32),
             touched=self._collect,
             earshot=None if plan.earshot_m is None else self._in_earshot,
             fading=None if plan.clear_m is None else self._fading,
@@ -138,11 +139,11 @@ class WordMission:
             self.air.judge = lambda listener, utterance: seals.judge(listener, utterance, self.air.now)
         for name in plan.names:
             on_s = plan.late.get(name, 0.0)
-            self._later(on_s, lambda name=name: self._switch_on(name)) if on_s else self._switch_on(name)
+            self.at(on_s, partial(self.switch_on, name)) if on_s else self.switch_on(name)
         for name, at_s in plan.leaving.items():
-            self._later(at_s, lambda name=name: self.leave(name))
+            self.at(at_s, partial(self.leave, name))
         for outage in plan.outages:
-            self._later(outage.at_s, lambda outage=outage: self._fail(outage))
+            self.at(outage.at_s, partial(self.fail, outage))
 
     def run(self) -> WordResult:
         """To the end: every robot that is on holds all for done, and nothing more will happen to any."""
@@ -179,29 +180,28 @@ class WordMission:
         """How often each occurrence of what recurs was carried out."""
         return counted(self.plan.tasks, self.done, self.plan.limit_s) if self.plan.clocks is not None else {}
 
-    def tell(self, at_s: float, speaker: str, utterance: m.Utterance) -> None:
-        """Have somebody say something, who is no robot of ours."""
-        self._later(at_s, lambda: self._speak(speaker, utterance))
+    def tell(self, at_s: float, speaker: str, utterance: m.Utterance, times: int = 1) -> None:
+        """Have somebody say something at that time, `times` times, who is no robot of ours."""
+        self.at(at_s, lambda: self.speak(speaker, utterance, times=times))
 
-    def say(self, speaker: str, utterance: m.Utterance) -> None:
-        """The same, now."""
-        self._speak(speaker, utterance)
-
-    def _speak(self, speaker: str, utterance: m.Utterance, slowly: bool = False, times: int = 1) -> None:
+    def speak(self, speaker: str, utterance: m.Utterance, slowly: bool = False, times: int = 1) -> None:
+        """Have anybody say something now; robots do it here, too. A subclass may note it."""
         if self.keep:
             self.said.append((self.air.now, speaker, utterance))
         self.air.say(speaker, utterance, SLOW_STRETCH if slowly else 1.0, times, SECOND_PAUSE_S)
 
-    def _later(self, at_s: float, what: object) -> None:
+    def at(self, at_s: float, what: Callable[[], object]) -> None:
+        """Call `what` at that time; the mission goes on at least so long."""
         self._pending += 1
 
         def do() -> None:
             self._pending -= 1
-            what()  # type: ignore[operator]
+            what()
 
         self.air.at(at_s, do)
 
-    def _switch_on(self, name: str) -> None:
+    def switch_on(self, name: str) -> None:
+        """Switch a robot on, with what it saved when it was on before."""
         plan = self.plan
         role = Role(
             name,
@@ -221,26 +221,27 @@ class WordMission:
         self.robots[name] = Coordination(
             role,
             plan.tasks,
-            random.Random(self._chance.getrandbits(32)),
+            random.Random(self._rng.getrandbits(32)),
             plan.timing,
             remembered=self.saved[name],
             now=self.air.now,
             stopped=name in self.stopped,
-            home=self._bodies[name].place,
+            home=self.bodies[name].place,
             dues=self.dues[name],
         )
         if plan.clocks is not None and name in plan.clocks:
             self.robots[name].set_clock(BEGIN_S + plan.clocks[name], self.air.now)
         self.air.refresh()
 
-    def _fail(self, outage: Outage) -> None:
+    def fail(self, outage: Outage) -> None:
+        """Switch a robot off now, without a word, and on again later."""
         robot = self.robots.get(outage.name)
         if robot is None:
             return
         self.off_in_mid_task |= robot.task is not None or robot.knowledge.report.task is not None
         self._switch_off(outage.name)
         if outage.back_s is not None:
-            self._later(self.air.now + outage.back_s, lambda: self._switch_on(outage.name))
+            self.at(self.air.now + outage.back_s, lambda: self.switch_on(outage.name))
 
     def leave(self, name: str) -> None:
         """Tell a robot to end: it is switched off once it has said so."""
@@ -249,23 +250,23 @@ class WordMission:
             self.air.refresh((name,))
 
     def _switch_off(self, name: str) -> None:
-        self._bodies[name].halt(self.air.now)
+        self.bodies[name].halt(self.air.now)
         del self.robots[name]
         self.air.switch_off(name)
 
     def _collect(self, name: str) -> None:
         robot = self.robots[name]
-        robot.sensed(here=self._bodies[name].at(self.air.now))
-        for action in robot.actions():
+        robot.sensed(here=self.bodies[name].at(self.air.now))
+        for action in robot.actions(self.air.now):
             match action:
                 case Say(utterance, slowly, times):
                     if self.plan.seals is not None:
                         utterance = self.plan.seals.marked(name, utterance, self.air.now)
-                    self._speak(name, utterance, slowly, times)
+                    self.speak(name, utterance, slowly, times)
                 case Perform(task, actions):
-                    self._perform(name, task, actions)
+                    self.perform(name, task, actions)
                 case Halt():
-                    self._bodies[name].halt(self.air.now)
+                    self.bodies[name].halt(self.air.now)
                     self.halted_s[name] = self.air.now
                 case SaveTask(number, state, owner):
                     self.saved[name][number] = (state, owner)
@@ -278,8 +279,9 @@ class WordMission:
         if robot.has_left:
             self.air.at(self.air.now, lambda: self._switch_off(name) if self.robots.get(name) is robot else None)
 
-    def _perform(self, name: str, task: int, actions: tuple[Action, ...]) -> None:
-        body, now = self._bodies[name], self.air.now
+    def perform(self, name: str, task: int, actions: tuple[Action, ...]) -> None:
+        """Have a robot carry out the actions of a task, 0 for a motion, from now on. A subclass may do otherwise."""
+        body, now = self.bodies[name], self.air.now
         body.halt(now)
         job = body.job
         robot = self.robots[name]
@@ -326,9 +328,9 @@ class WordMission:
 
     def _apart_m(self, speaker: str, listener: str) -> float:
         """How far two robots are from each other; whoever is no robot is everywhere."""
-        if speaker not in self._bodies:
+        if speaker not in self.bodies:
             return 0.0
-        a, b = self._bodies[speaker].at(self.air.now), self._bodies[listener].at(self.air.now)
+        a, b = self.bodies[speaker].at(self.air.now), self.bodies[listener].at(self.air.now)
         return math.hypot(a.x_m - b.x_m, a.y_m - b.y_m)
 
     def _follows(self, listener: str, u: m.Utterance) -> bool:
@@ -341,7 +343,7 @@ class WordMission:
         named |= {u.statement.speaker} if isinstance(u.statement, m.Relayed) else set()
         return named <= known
 
-    def _mishear(self, u: m.Utterance, chance: random.Random) -> m.Utterance:
+    def _mishear(self, u: m.Utterance, rng: random.Random) -> m.Utterance:
         """One word wrong: a number, a name, or how a task ended."""
         if isinstance(u.statement, m.Spelled):
             return u  # every letter wrong is a name that nobody has; the recogniser's own threshold keeps those away
@@ -353,14 +355,14 @@ class WordMission:
             kinds += ["number", "number"]
         if isinstance(s, m.Completed) and s.next is None:
             kinds += ["failed"]
-        kind = chance.choice(kinds) if kinds else "none"
+        kind = rng.choice(kinds) if kinds else "none"
         match kind:
             case "speaker":
-                return replace(u, speaker=chance.choice(self.plan.names))
+                return replace(u, speaker=rng.choice(self.plan.names))
             case "addressee":
-                return replace(u, addressee=m.ToRobot(chance.choice(self.plan.names)))
+                return replace(u, addressee=m.ToRobot(rng.choice(self.plan.names)))
             case "number":
-                number = m.TaskByNumber(chance.choice(numbers))
+                number = m.TaskByNumber(rng.choice(numbers))
                 return replace(u, statement=replace(s, task=number))  # type: ignore[type-var]
             case "failed" if isinstance(s, m.Completed):
                 return replace(u, statement=m.Failed(s.task))

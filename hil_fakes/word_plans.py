@@ -21,25 +21,26 @@ FAILING, CRASHING = 0.1, 0.3
 ROOM_M = 6.0
 """Half the side of the room that the tasks are strewn over."""
 MISHEARING_MAX = 0.01
-"""Of the sentences that a robot reports, at most so many are wrong; the recogniser's own rate is measured elsewhere."""
+"""Largest share of a robot's reported sentences that is wrong; the recogniser's own rate is measured elsewhere."""
 DELAY_S = 0.05
-"""By so much the robots' recognisers report one sentence at different times."""
+"""Largest difference between the times at which robots' recognisers report one sentence."""
 EARSHOT_M = (5.0, 9.0)
-"""How far a voice carries where it fades: less than the way to most plants; in noise as loud as speech it is 8 m."""
+"""Distance that a voice carries where it fades: less than the way to most plants; in noise as loud as speech it is
+8 m."""
 CLEAR = 0.6
 """Up to this share of that way nothing is lost."""
 FADING_LIMIT_S = 4000.0
 """By then all is done six times over."""
 LATE = 0.3
-"""In so many missions of three and more robots one comes late."""
+"""Share of missions of three and more robots in which one comes late."""
 
 
-def random_tasks(n: int, chance: random.Random) -> tuple[TaskDefinition, ...]:
+def random_tasks(n: int, rng: random.Random) -> tuple[TaskDefinition, ...]:
     """Places to drive to and to water at, for 2 to 8 s."""
 
     def task(number: int) -> TaskDefinition:
-        place = Place(chance.uniform(-ROOM_M, ROOM_M), chance.uniform(-ROOM_M, ROOM_M))
-        return TaskDefinition(number, f"task {number}", place, (GoTo(place), Water(chance.uniform(2.0, 8.0))))
+        place = Place(rng.uniform(-ROOM_M, ROOM_M), rng.uniform(-ROOM_M, ROOM_M))
+        return TaskDefinition(number, f"task {number}", place, (GoTo(place), Water(rng.uniform(2.0, 8.0))))
 
     return tuple(task(number) for number in range(1, n + 1))
 
@@ -53,26 +54,26 @@ def random_plan(
     outages_max: int = 2,
 ) -> WordPlan:
     """A mission drawn from these ranges, with up to `outages_max` robots switched off, half of them for good."""
-    chance = random.Random(seed)
-    names = NAMES[: chance.randint(*robots)]
-    conditions = Conditions(chance.uniform(*loss), chance.uniform(0.0, MISHEARING_MAX), DELAY_S)
-    n_off = min(chance.randint(0, outages_max), len(names) - 1)
+    rng = random.Random(seed)
+    names = NAMES[: rng.randint(*robots)]
+    conditions = Conditions(rng.uniform(*loss), rng.uniform(0.0, MISHEARING_MAX), DELAY_S)
+    n_off = min(rng.randint(0, outages_max), len(names) - 1)
     outages = tuple(
-        Outage(name, chance.uniform(5.0, 400.0), chance.choice((None, chance.uniform(5.0, 200.0))))
-        for name in chance.sample(names, n_off)
+        Outage(name, rng.uniform(5.0, 400.0), rng.choice((None, rng.uniform(5.0, 200.0))))
+        for name in rng.sample(names, n_off)
     )
-    late = {names[-1]: chance.uniform(20.0, 200.0)} if len(names) > 2 and chance.random() < LATE else {}
-    return WordPlan(names, random_tasks(chance.randint(*tasks), chance), seed, conditions, outages=outages, late=late)
+    late = {names[-1]: rng.uniform(20.0, 200.0)} if len(names) > 2 and rng.random() < LATE else {}
+    return WordPlan(names, random_tasks(rng.randint(*tasks), rng), seed, conditions, outages=outages, late=late)
 
 
 def fading_plan(seed: int, coordinate: bool) -> WordPlan:
     """Two to five robots among plants, some out of earshot of each other; voices fade with the way, or end at once."""
-    chance = random.Random(seed)
-    n = chance.randint(2, 5)
+    rng = random.Random(seed)
+    n = rng.randint(2, 5)
     plan = random_plan(seed, robots=(n, n), tasks=(4, 10), outages_max=0, loss=(0.0, 0.1))
-    earshot_m = chance.uniform(*EARSHOT_M)
-    clear_m = chance.choice((CLEAR, 1.0)) * earshot_m - 1e-3
-    coordinator = chance.choice(plan.names) if coordinate else None
+    earshot_m = rng.uniform(*EARSHOT_M)
+    clear_m = rng.choice((CLEAR, 1.0)) * earshot_m - 1e-3
+    coordinator = rng.choice(plan.names) if coordinate else None
     return replace(plan, earshot_m=earshot_m, clear_m=clear_m, coordinator=coordinator, late={}, limit_s=FADING_LIMIT_S)
 
 

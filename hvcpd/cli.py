@@ -16,7 +16,7 @@ from hvcpd.errors import EX_INTERRUPTED, EX_OK, EX_SOFTWARE, EX_USAGE, HvcpdErro
 if TYPE_CHECKING:
     from hvcpd.config.settings import Loaded, Settings
     from hvcpd.daemon.devices import Devices
-    from hvcpd.daemon.log_lines import RateLimiter
+    from hvcpd.daemon.logging import RateLimiter
     from hvcpd.daemon.main_loop import Daemon
     from hvcpd.daemon.preflight import Preflight
     from hvcpd.daemon.wiring import Wiring

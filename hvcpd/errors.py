@@ -40,7 +40,7 @@ class HvcpdError(Exception):
     exit_status = EX_SOFTWARE
     """The daemon's exit status (sysexits.h)."""
     command_status = EX_USER
-    """And that of `hvcpctl`."""
+    """Exit status of `hvcpctl` for this error."""
 
 
 class ConfigError(HvcpdError):

@@ -17,15 +17,16 @@ import subprocess
 import sys
 import tempfile
 from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 
 from hvcpd import __version__
-from release import sbom
 from release.lock import GLIBC, MACHINES, Locked, LockError, Target, needed, read_lock
 
 REPOSITORY = Path(__file__).parents[1]
 TEMPLATES = Path(__file__).parent / "debian"
 LIBRARIES = Path("usr/lib/hvcpd")
+DOCUMENTS = Path("usr/share/doc/hvcpd")
 MAINTAINER = "hvcpd maintainers <maintainers@hvcpd.invalid>"
 """There is no mailing list; whoever hands the package on puts a name with DEBFULLNAME and DEBEMAIL."""
 
@@ -47,7 +48,7 @@ FILES = {
     "CHANGELOG.md": "usr/share/doc/hvcpd/changelog",
     "release/debian/copyright": "usr/share/doc/hvcpd/copyright",
 }
-"""Where files of the repository go; those under etc/ are conffiles: what a person changed there stays."""
+"""Destination of each file of the repository; those under etc/ are conffiles: what a person changed there stays."""
 
 COMMANDS = {"hvcpd": "hvcpd.cli", "hvcpctl": "hvcpd.control.cli"}
 
@@ -67,8 +68,10 @@ def build(target: Target, output: Path, version: str = __version__) -> Path:
     full_version = f"{version}+py{target.python.replace('.', '')}"
     with tempfile.TemporaryDirectory(prefix="hvcpd-deb-") as scratch:
         root = Path(scratch) / "root"
-        _put_libraries(root / LIBRARIES, target)
+        wanted = [locked for locked in needed(read_lock(), target) if locked.name not in BUILD_TOOLS]
+        _put_libraries(root / LIBRARIES, wanted, target)
         _put_files(root)
+        write_bill_of_materials(wanted, root / DOCUMENTS / "sbom.cdx.json")
         _put_control(root, target, full_version)
         _set_modes(root)
         output.mkdir(parents=True, exist_ok=True)
@@ -77,10 +80,9 @@ def build(target: Target, output: Path, version: str = __version__) -> Path:
     return package
 
 
-def _put_libraries(folder: Path, target: Target) -> None:
+def _put_libraries(folder: Path, wanted: Sequence[Locked], target: Target) -> None:
     """The locked wheels and our own two packages, without tests, compiled files and commands of theirs."""
     folder.mkdir(parents=True)
-    wanted = [locked for locked in needed(read_lock(), target) if locked.name not in BUILD_TOOLS]
     install_wheels(wanted, target, folder)
     for name in ("hvcpd", "hil_fakes"):
         shutil.copytree(REPOSITORY / name, folder / name)
@@ -91,12 +93,30 @@ def _put_libraries(folder: Path, target: Target) -> None:
 
 def install_wheels(wanted: Sequence[Locked], target: Target, folder: Path) -> None:
     """Unpack the wheels of exactly these versions and hashes for `target`. Raises CalledProcessError."""
-    with tempfile.NamedTemporaryFile("w", suffix=".txt") as requirements:
-        requirements.write("".join(f"{locked.line}\n" for locked in wanted))
-        requirements.flush()
+    with _requirements(wanted) as requirements:
         pip = [sys.executable, "-m", "pip", "install", "--quiet", "--disable-pip-version-check", "--no-deps"]
         pip += ["--no-compile", "--require-hashes", "--target", str(folder), *target.pip_options()]
-        _run(*pip, "--requirement", requirements.name)
+        _run(*pip, "--requirement", requirements)
+
+
+def write_bill_of_materials(wanted: Sequence[Locked], path: Path) -> None:
+    """Write what the package is made of as CycloneDX 1.6 JSON; the same lock gives the same bytes.
+
+    Raises CalledProcessError.
+    """
+    with _requirements(wanted) as requirements:
+        bill = [sys.executable, "-W", "ignore", "-m", "cyclonedx_py", "requirements", requirements, "--sv", "1.6"]
+        bill += ["--pyproject", str(REPOSITORY / "pyproject.toml"), "--output-reproducible"]
+        _run(*bill, "--output-file", str(path))
+
+
+@contextmanager
+def _requirements(wanted: Sequence[Locked]) -> Iterator[str]:
+    """The name of a requirements file with these lines."""
+    with tempfile.NamedTemporaryFile("w", suffix=".txt") as file:
+        file.write("".join(f"{locked.line}\n" for locked in wanted))
+        file.flush()
+        yield file.name
 
 
 def _put_files(root: Path) -> None:
@@ -104,9 +124,7 @@ def _put_files(root: Path) -> None:
         path = root / destination
         path.parent.mkdir(parents=True, exist_ok=True)
         shutil.copyfile(REPOSITORY / source, path)
-    changelog = root / "usr/share/doc/hvcpd/changelog"
-    _run("gzip", "--best", "--no-name", str(changelog))
-    sbom.main([str(root / "usr/share/doc/hvcpd/sbom.cdx.json")])
+    _run("gzip", "--best", "--no-name", str(root / DOCUMENTS / "changelog"))
     (root / "usr/bin").mkdir(parents=True)
     launcher = (TEMPLATES / "launcher").read_text()
     for command, module in COMMANDS.items():

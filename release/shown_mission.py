@@ -22,7 +22,7 @@ from hvcpd.reporting.story import task_names
 from hvcpd.reporting.transcript import read_trails, read_transcript
 
 SHARE = 0.65
-"""Of the mission has passed at least at the moment shown: some tasks are done, some are under way."""
+"""Least share of the mission that has passed at the moment shown: some tasks are done, some are under way."""
 WALL_S = datetime(2026, 11, 22, 14, 30).timestamp()
 """When the mission began, for a page that shows the clock on the wall."""
 BATTERY_V, LEVEL_DBFS, FLOOR_DBFS = 11.9, -62.0, -63.0

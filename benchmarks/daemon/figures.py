@@ -24,7 +24,8 @@ from pathlib import Path
 
 import numpy as np
 
-from hvcpd.assembly.make import RobotPlan, Sound, make_phrasebook, make_robot, make_sound
+from hvcpd.assembly.make import Sound, make_phrasebook, make_robot, make_sound
+from hvcpd.assembly.plan import RobotPlan, TeamPlan
 from hvcpd.config.settings import DEFAULT_TEAMS
 from hvcpd.config.task_file import load_tasks
 from hvcpd.config.tasks import default_tasks_path
@@ -32,7 +33,7 @@ from hvcpd.coordination.actions import Role
 from hvcpd.hardware.audio_stream import LEAD_BLOCKS
 from hvcpd.language.messages import ToRobot, Utterance, WhatDoing
 from hvcpd.language.phrasebook import Phrasebook
-from hvcpd.ports import SAMPLE_RATE_HZ, Pose
+from hvcpd.ports import SAMPLE_RATE_HZ
 
 MOST_SHARE, MOST_MB, MOST_READY_S, MOST_REPLY_S = 0.05, 80.0, 2.0, 0.6
 LOOK_EVERY_S = 1.0
@@ -140,7 +141,7 @@ def replies(orders: int) -> list[float]:
     with tempfile.TemporaryDirectory() as directory:
         book, sound = phrasebook_and_sound(Path(directory))
         role = Role("Rob", "plant", volunteer=False)  # a volunteer would talk into the order
-        plan = RobotPlan(role, ("Rob", "Bot"), load_tasks(default_tasks_path()), Pose(0.0, 0.0), 1)
+        plan = RobotPlan(role, TeamPlan(("Rob", "Bot")), load_tasks(default_tasks_path()), 1)
         robot = make_robot(plan, sound)
         asked = Utterance("Bot", ToRobot("Rob"), statement=WhatDoing())
         spoken = sound.speaker_of("Bot").render(book.phrases(asked))

@@ -8,6 +8,17 @@ beside what earlier runs have left there, and plots are drawn (matplotlib: the `
 
     python -m benchmarks.hearing [--rows noise,range,rooms,...] [--sentences 50] [--names Mia,Ted,Gus,Rex] [--seed 7]
         [--noise white,pink] [--snr 20,0,-5] [--level DBFS] [--data DIR] [--out DIR] [--no-peer] [--wrong]
+
+The row `worlds`, which `all` leaves out, is of loudspeakers, rooms, clocks, motion and noises as they are met, each
+sentence heard by the fresh ears of a whole robot, which looks twice: alone (`first`), or after two others of the same
+robot in the same world (`acquainted`). With --data DIR, also by measured rooms and in recorded noises.
+
+    python -m benchmarks.hearing --rows worlds [--conditions small-living,chapel,drawn,...] [--modes first,acquainted]
+        [--sentences 50] [--names Mia,Ted,Gus,Rex] [--seed 7] [--data DIR] [--jobs 1] [--no-peer] [--wrong]
+
+The row `sounds`, likewise, is of sounds that are no speech, recorded (--data DIR) and made: sentences, stops an hour.
+
+    python -m benchmarks.hearing --rows sounds [--minutes 60] [--seed 7] [--data DIR] [--wrong]
 """
 
 from __future__ import annotations
@@ -27,9 +38,13 @@ from benchmarks.hearing.listeners import Peer, make_peer, ours
 from benchmarks.hearing.material import make_team
 from benchmarks.hearing.noises import KINDS
 from benchmarks.hearing.table import HEADING, PEER_HEADING, Result, joined, line, read_csv, result, totals, write_csv
+from benchmarks.hearing.worlds import run as worlds
+from benchmarks.hearing.worlds import sounds
+from benchmarks.hearing.worlds.run import MODES
 from hil_fakes import reverberation
 
 SCORED = ("noise", "slow", "level", "channel", "clock", "rate", "steps", "range", "rooms")
+ROBOTS = ("worlds", "sounds")
 COSTS = ("cost", "vocabulary", "names")
 HELD_OUT = "Mia,Ted,Gus,Rex"
 """Their voices (cedar, willow, oak, granite) are none of those that thresholds were fitted with."""
@@ -39,7 +54,7 @@ def _parser() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(
         prog="python -m benchmarks.hearing", description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
-    parser.add_argument("--rows", default="all", help=f"of {','.join((*SCORED, *COSTS))} (default: all)")
+    parser.add_argument("--rows", default="all", help=f"of {','.join((*SCORED, *COSTS, *ROBOTS))} (default: all)")
     parser.add_argument("--sentences", type=int, default=50, help="in each condition (default 50)")
     parser.add_argument("--names", default=HELD_OUT, help=f"of the robots (default {HELD_OUT})")
     parser.add_argument("--seed", type=int, default=7)
@@ -51,12 +66,16 @@ def _parser() -> argparse.ArgumentParser:
     parser.add_argument("--out", type=Path, help="folder for table.csv, cost.csv and the plots")
     parser.add_argument("--peer", action=argparse.BooleanOptionalAction, default=True, help="PocketSphinx beside ours")
     parser.add_argument("--wrong", action="store_true", help="print every sentence that was not right")
+    parser.add_argument("--conditions", default="", help="of the row worlds (default: all)")
+    parser.add_argument("--modes", default=",".join(MODES), help=f"of the row worlds (default {','.join(MODES)})")
+    parser.add_argument("--jobs", type=int, default=1, help="processes, for the row worlds (default 1)")
+    parser.add_argument("--minutes", type=float, default=60.0, help="of made sounds, in the row sounds (default 60)")
     return parser
 
 
 def _rows(text: str) -> list[str]:
-    known = (*SCORED, *COSTS)
-    rows = list(known) if text == "all" else text.split(",")
+    known = (*SCORED, *COSTS, *ROBOTS)
+    rows = [*SCORED, *COSTS] if text == "all" else text.split(",")
     unknown = [row for row in rows if row not in known]
     if unknown:
         sys.exit(f"--rows: there is no row {unknown[0]!r}; there are {', '.join(known)}")
@@ -88,6 +107,20 @@ def _score(stage: Stage, rows: list[str], peer: Peer | None, wrong: bool, consol
                 yield found
 
 
+def _worlds(o: argparse.Namespace, console: Console) -> None:
+    options = worlds.Options(
+        tuple(o.names.split(",")),
+        o.sentences,
+        o.seed,
+        o.data,
+        tuple(o.modes.split(",")),
+        tuple(filter(None, o.conditions.split(","))),
+        o.jobs,
+        o.peer,
+    )
+    worlds.run(options, worlds.robots_ears, console, o.wrong)
+
+
 def main() -> None:
     o = _parser().parse_args()
     rows = _rows(o.rows)
@@ -103,7 +136,14 @@ def main() -> None:
     console = Console(width=250, soft_wrap=True, highlight=False)
     if o.out is not None:
         o.out.mkdir(parents=True, exist_ok=True)
+    if "worlds" in rows:
+        _worlds(o, console)
     team = make_team(o.names.split(","))
+    if "sounds" in rows:
+        sounds.run(worlds.robots_ears, team, o.data, o.minutes, o.seed, console, o.wrong)
+    rows = [row for row in rows if row not in ROBOTS]
+    if not rows:
+        return
     peer = make_peer(team) if o.peer else None
     if o.peer and peer is None:
         console.print("PocketSphinx: skipped, not installed (pip install pocketsphinx)")

@@ -13,6 +13,7 @@ from hvcpd.assembly.make import (
     DEFAULT_TEAMS,
     Sound,
     make_coherent,
+    make_keyword,
     make_phrasebook,
     make_sound,
     make_urgent,
@@ -74,7 +75,9 @@ class Team:
     def ears(self) -> Recogniser:
         """A recogniser that has heard nothing yet, as every robot has it."""
         coherent = make_coherent(self.book, self.names, self.sound)
-        return Recogniser(self.book.graph, self.bank, urgent=make_urgent(self.sound), coherent=coherent)
+        return Recogniser(
+            self.book.graph, self.bank, None, make_urgent(self.sound), coherent=coherent, keyword=make_keyword()
+        )
 
 
 def make_team(names: Sequence[str], tasks: TaskRepository | None = None) -> Team:

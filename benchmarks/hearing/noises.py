@@ -48,8 +48,8 @@ def steady(colour: str, n: int, seed: int) -> NDArray[np.float64]:
     return np.random.default_rng(seed).standard_normal(n)
 
 
-def babble(n: int, seed: int, team: Team, data: Path | None) -> NDArray[np.float64]:
-    """TALKERS voices without a pause: people's, from `data`; or else voices that no robot of the team has, which say
+def babble(n: int, seed: int, team: Team, data: Path | None, talkers: int = TALKERS) -> NDArray[np.float64]:
+    """`talkers` voices without a pause: people's, from `data`; or else voices that no robot of the team has, which say
     words of the lexicon in any order."""
     chooser = random.Random(seed)
     total = np.zeros(n)
@@ -57,7 +57,7 @@ def babble(n: int, seed: int, team: Team, data: Path | None) -> NDArray[np.float
     taken = {voice_for(name).name for name in team.names}
     others = [voice for voice in VOICES if voice.name not in taken] or list(VOICES)
     words = sorted(team.sound.lexicon.entries)
-    for talker in range(TALKERS):
+    for talker in range(talkers):
         speaker = Speaker(others[talker % len(others)], team.sound.lexicon, team.sound.cache)
         at = -chooser.randrange(SAMPLE_RATE_HZ)
         while at < n:

@@ -31,13 +31,14 @@ ERROR_VOLTAGE, SHUTDOWN_OVERHEAT, SHUTDOWN_OVERLOAD = 1 << 0, 1 << 2, 1 << 5
 """Bits of the hardware error status (e-Manual)."""
 OVERLOAD_SHARE = 0.8
 OVERLOAD_S = 3.0
-"""More than this effort for so long is an overload; the manual says "persistent" and gives no figures: assumption."""
+"""Duration of an effort beyond the limit that is an overload; the manual says "persistent" and gives no figures:
+assumption."""
 SAG_V = 0.4
 """The supply falls by this at full effort: some 0.3 ohm of battery, switch and cable at 1.3 A; assumption."""
 AMBIENT_C = 30.0
 HEATING_C = 60.0
 HEATING_S = 300.0
-"""A motor at full effort ends up so much warmer, with this time constant; assumption."""
+"""Final rise of the temperature at full effort, °C, and its time constant; assumptions."""
 
 
 class FakeXL430:

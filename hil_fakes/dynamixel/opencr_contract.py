@@ -46,7 +46,7 @@ def answers_a_ping_with_its_model(rig: Rig) -> None:
 
 
 def is_silent_to_a_broadcast_ping(rig: Rig) -> None:
-    """So it cannot be found by searching."""
+    """The controller does not answer a broadcast ping, so it cannot be found by searching."""
     assert rig.protocol.broadcastPing(rig.port)[0] == {}
 
 

@@ -17,7 +17,7 @@ from hil_fakes.dynamixel.bus import FakeBus
 
 LOOK_EVERY_S = 0.001
 PATIENCE_S = 60.0
-"""Of real time; a fake that has heard nothing for so long is unplugged or dead."""
+"""Real time without a sign of the fake after which it is unplugged or dead."""
 
 
 class PacedPort(PortHandler):  # type: ignore[misc]  # the SDK carries no types

@@ -1,4 +1,4 @@
-"""The same line without a pseudo-terminal: a port in memory on a virtual clock, so that a time-out costs no time.
+"""The line without a pseudo-terminal: a port in memory on a virtual clock, so that a time-out costs no time.
 
 Everything that is written is heard at once; to wait for a reply that does not come makes the devices' time pass. The
 port has the methods that `dynamixel-sdk`'s packet handlers call, so those run unmodified on it.
@@ -14,7 +14,7 @@ from hil_fakes.dynamixel.line import Line
 WIRE_BITS = 10
 """A byte on a serial line: start bit, eight bits, stop bit."""
 QUIET_S = 0.02
-"""`drain` waits for so long after the last byte."""
+"""Wait of `drain` after the last byte."""
 
 
 class VirtualTime:
@@ -58,6 +58,10 @@ class VirtualPort:
         wire = self._line.advance(dt_s)
         if self.is_open and self.plugged:
             self._inbox += wire
+
+    def inject(self, data: bytes) -> None:
+        """Have these bytes come next, as noise on the line would."""
+        self._inbox += data
 
     def _check(self) -> None:
         if not self.plugged:

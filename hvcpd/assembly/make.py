@@ -8,26 +8,30 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
-from hvcpd.assembly.rendered_waveforms import MadeWhenAsked, Shelf, SpokenBook
+from hvcpd.assembly.plan import RobotPlan
+from hvcpd.assembly.rendered_waveforms import LazyMapping, SpokenBook, WaveformCache
 from hvcpd.config.settings import DEFAULT_TEAMS as DEFAULT_TEAMS
-from hvcpd.config.tasks import Place, TaskRepository
-from hvcpd.coordination.actions import SLOW_STRETCH, Role, Timing
+from hvcpd.config.tasks import TaskRepository
+from hvcpd.coordination.actions import SLOW_STRETCH, Timing
 from hvcpd.coordination.coordination import Coordination
-from hvcpd.hardware.kinematics import BURGER, Drive, Odometry
+from hvcpd.hardware.kinematics import Odometry
 from hvcpd.hardware.navigator import Navigator
 from hvcpd.language.forms import OPEN_KINDS, SEALED_KINDS, Kind
 from hvcpd.language.phrasebook import Phrasebook, Vocabulary
-from hvcpd.people.ears import SecondEars, Worker
 from hvcpd.people.enrolled import Person
 from hvcpd.people.opinion import SecondOpinion
-from hvcpd.ports import Pose, Samples, WheelReading
+from hvcpd.ports import Samples
+from hvcpd.recognition.channel.ears import ChannelEars
+from hvcpd.recognition.channel.listener import ChannelListener, Look, Stretch
 from hvcpd.recognition.coherent import CoherentListener
+from hvcpd.recognition.keyword.net import KeywordNet, Weights
 from hvcpd.recognition.listening import MIN_SPELLED_CONFIDENCE, Listening
 from hvcpd.recognition.overhearing import Overhearing
 from hvcpd.recognition.own_delay import OwnDelay
 from hvcpd.recognition.protocols import Ears
 from hvcpd.recognition.pruning import Beam
 from hvcpd.recognition.recogniser import Recogniser
+from hvcpd.recognition.second_look import SecondEars, Worker
 from hvcpd.recognition.settings import RecogniserSettings
 from hvcpd.recognition.spotter import SpotterSettings
 from hvcpd.recognition.templates import trimmed_energies
@@ -38,8 +42,6 @@ from hvcpd.robot.performer import Performer
 from hvcpd.robot.robot import Robot
 from hvcpd.robot.sealing import Sealing
 from hvcpd.security.guard import Guard
-from hvcpd.security.keys import KeyRing
-from hvcpd.security.silence import Patience
 from hvcpd.synthesis.lexicon import Lexicon
 from hvcpd.synthesis.recorded import RecordedSpeaker
 from hvcpd.synthesis.speaker import Speaker
@@ -62,18 +64,13 @@ class Sound:
     """Where pronunciations come from, where rendered units are kept, and which robot speaks how.
 
     `voices` and `recorded` have the robots, by name in lower case, whose voice was chosen and does not follow from the
-    name; `people` those who are enrolled, and no robots: their words may become more while a robot lives.
+    name.
     """
 
     lexicon: Lexicon
     cache: UnitCache | None = None
     voices: Mapping[str, Voice] = field(default_factory=dict)
     recorded: Mapping[str, RecordedSpeaker] = field(default_factory=dict)
-    people: dict[str, Person] = field(default_factory=dict)
-
-    def robots(self, names: Iterable[str]) -> tuple[str, ...]:
-        """Of the names those that are no enrolled person's."""
-        return tuple(name for name in names if name.lower() not in self.people)
 
     def voice_of(self, name: str) -> Voice:
         """The synthesizer's voice of that robot."""
@@ -103,57 +100,6 @@ def user_cache_folder() -> Path | None:
         return None
 
 
-@dataclass(frozen=True)
-class RobotPlan:
-    """Everything that tells one robot from another. `names` are all names known beforehand, its own among them."""
-
-    role: Role
-    names: tuple[str, ...]
-    tasks: TaskRepository
-    start: Pose
-    seed: int
-    teams: tuple[str, ...] = DEFAULT_TEAMS
-    remembered: Mapping[int, tuple[str, str | None]] | None = None
-    acoustics: Acoustics | None = None
-    stopped: bool = False
-    """It was stopped when it was switched off."""
-    drive: Drive = BURGER
-    strangers: bool = False
-    """Robots that it was not told of may come and spell their names."""
-    second: Worker | None = None
-    """Looks again at what the voices of robots do not explain; None: nobody does."""
-    prepared: bool = True
-    """Names that are spelled are listened for at once, and voices by their waveform, which is in the cache, or may be
-    rendered when it is needed; otherwise `Robot.prepare` is to be called."""
-    any_voice: bool = True
-    """It looks for people who are not enrolled too."""
-    keys: KeyRing | None = None
-    """Where the team has a key: everything that matters is sealed, and nothing else is believed."""
-    encrypts: bool = False
-    """It has a key, and hides what it says from all who have not."""
-    counters: Mapping[str, int] | None = None
-    """Of seals and codes, as it remembers them."""
-    home: Place | None = None
-    """Where it comes back to, if that is not where it is at first."""
-    timing: Timing | None = None
-    patience: Patience | None = None
-    """With wrong seals; None for the usual."""
-    reading: WheelReading | None = None
-    """Of its wheels at `start`, if that was kept."""
-    dues: Mapping[int, float] | None = None
-    """For which time what recurs was done last, s since 1970, as it remembers."""
-    navigator: Navigator | None = None
-    """Finds its ways; None for the usual one."""
-    told: tuple[str, ...] | None = None
-    """The names that all robots were told, where `names` has others that it has learned; None: all."""
-
-    @property
-    def roster(self) -> tuple[str, ...]:
-        """The names that all were told, if its own is one of them."""
-        known = self.names if self.told is None else self.told
-        return known if self.role.listed else ()
-
-
 def make_phrasebook(
     names: Sequence[str], teams: Iterable[str], tasks: TaskRepository, sealed: bool = False, encrypted: bool = False
 ) -> Phrasebook:
@@ -180,27 +126,34 @@ def make_recogniser(phrasebook: Phrasebook, names: Sequence[str], sound: Sound, 
     listened to: to render them again and again would take too long.
     """
     speakers = {robot_voice(name, sound): name for name in names}
-    bank = MadeWhenAsked(speakers, lambda voice: word_bank(phrasebook, sound.speaker_of(speakers[voice])))
+    bank = LazyMapping(speakers, lambda voice: word_bank(phrasebook, sound.speaker_of(speakers[voice])))
     sealed = Kind.SEALED in phrasebook.vocabulary.kinds
     settings = RecogniserSettings(spotter=SpotterSettings(beam=Beam(max_pairs=SEALED_PAIRS))) if sealed else None
     coherent = make_coherent(phrasebook, names, sound, prepared) if sound.cache is not None else None
-    return Recogniser(phrasebook.marked_graph, bank, settings, urgent=make_urgent(sound, names), coherent=coherent)
+    return Recogniser(
+        phrasebook.marked_graph, bank, settings, make_urgent(sound, names), coherent=coherent, keyword=make_keyword()
+    )
 
 
 def make_coherent(
     phrasebook: Phrasebook, names: Sequence[str], sound: Sound, prepared: bool = True
 ) -> CoherentListener:
     """Hears the same voices by their waveform, where noise hides the words."""
+    return CoherentListener(phrasebook.marked_graph, make_books(phrasebook, names, sound), prepared)
+
+
+def make_books(phrasebook: Phrasebook, names: Sequence[str], sound: Sound) -> Sequence[SpokenBook]:
+    """What these robots say, sample by sample: at their usual rate, and slowly."""
     graph = phrasebook.marked_graph
     speakers = {robot_voice(name, sound): name for name in names}
-    shelf = Shelf()
-    usual = [SpokenBook(voice, sound.speaker_of(name), graph.words, shelf) for voice, name in speakers.items()]
+    waveforms = WaveformCache()
+    usual = [SpokenBook(voice, sound.speaker_of(name), graph.words, waveforms) for voice, name in speakers.items()]
     slow = [
-        SpokenBook(voice, sound.speaker_of(name, SLOW), graph.words, shelf)
+        SpokenBook(voice, sound.speaker_of(name, SLOW), graph.words, waveforms)
         for voice, name in speakers.items()
         if name.lower() not in sound.recorded
     ]
-    return CoherentListener(graph, (*usual, *slow), prepared)
+    return (*usual, *slow)
 
 
 def robot_voice(name: str, sound: Sound) -> str:
@@ -208,10 +161,10 @@ def robot_voice(name: str, sound: Sound) -> str:
     return f"{name}, recorded" if name.lower() in sound.recorded else sound.voice_of(name).name
 
 
-def voices_of(names: Iterable[str], sound: Sound) -> dict[str, str]:
-    """The same of robots and people, by name in lower case."""
-    people = {key: person.voice for key, person in sound.people.items()}
-    return {name.lower(): people.get(name.lower()) or robot_voice(name, sound) for name in names}
+def voices_of(names: Iterable[str], sound: Sound, people: Mapping[str, Person]) -> dict[str, str]:
+    """Return the voices of robots and of those who are enrolled, by name in lower case."""
+    voices = {key: person.voice for key, person in people.items()}
+    return {name.lower(): voices.get(name.lower()) or robot_voice(name, sound) for name in names}
 
 
 def make_ears(
@@ -231,7 +184,7 @@ def make_spelled(phrasebook: Phrasebook, sound: Sound, watch: Watch | None = Non
     """Hears names being spelled, in every voice; `watch`: of another recogniser on the same microphone."""
     graph = phrasebook.spelling_graph
     speakers = {voice.name: Speaker(voice, sound.lexicon, sound.cache) for voice in VOICES}
-    bank = MadeWhenAsked(speakers, lambda voice: MadeWhenAsked(graph.words, speakers[voice].templates))
+    bank = LazyMapping(speakers, lambda voice: LazyMapping(graph.words, speakers[voice].templates))
     return Recogniser(graph, bank, RecogniserSettings(min_confidence=MIN_SPELLED_CONFIDENCE), watch=watch)
 
 
@@ -244,6 +197,11 @@ def make_urgent(sound: Sound, names: Sequence[str] = ()) -> UrgentSpotter:
     finals = {w: {name: s.templates(w)[1:2] for name, s in speakers.items()} for w in (STOP, STOP_RIVAL)}
     plain = UrgentTemplates(finals[STOP], finals[STOP_RIVAL], frozenset((STOP, STOP_RIVAL)))
     return UrgentSpotter(replace(plain, excuses=_excuses(UrgentSpotter(plain), sound, names)))
+
+
+def make_keyword() -> KeywordNet:
+    """Hears "stop", whoever says it and over whatever else is heard."""
+    return KeywordNet(Weights.load())
 
 
 def _excuses(spotter: UrgentSpotter, sound: Sound, names: Iterable[str]) -> list[Samples]:
@@ -259,90 +217,95 @@ def _excuses(spotter: UrgentSpotter, sound: Sound, names: Iterable[str]) -> list
 
 
 def templates(phrasebook: Phrasebook, voice: Voice, sound: Sound) -> dict[str, list[Samples]]:
-    """Every word of the phrasebook in one voice, and the phrases that count as one."""
+    """Return the templates, shape (n,) each, of all words in one voice, and of the phrases that count as one."""
     return dict(word_bank(phrasebook, Speaker(voice, sound.lexicon, sound.cache)))
 
 
 def word_bank(phrasebook: Phrasebook, speaker: Speaker) -> Mapping[str, list[Samples]]:
-    """The same as that speaker says them, each made when it is asked for."""
+    """Return the templates of all words in a speaker's voice, shape (n,) each, float32, made at each access."""
 
     def rendered(word: str) -> list[Samples]:
         phrases = phrasebook.alternatives.get(word, ())
         return speaker.templates(word) + [take for phrase in phrases for take in speaker.phrase_templates(phrase)]
 
-    return MadeWhenAsked(phrasebook.marked_graph.words, rendered)
+    return LazyMapping(phrasebook.marked_graph.words, rendered)
 
 
 def templates_of(words: Iterable[str], voice: Voice, sound: Sound) -> dict[str, list[Samples]]:
-    """These words in one voice."""
+    """Return the templates of these words in one voice, shape (n,) each, float32."""
     speaker = Speaker(voice, sound.lexicon, sound.cache)
     return {word: speaker.templates(word) for word in words}
 
 
 def make_robot(plan: RobotPlan, sound: Sound) -> Robot:
     """A whole robot. It listens for the voices of all names but its own."""
-    phrasebook = phrasebook_of(plan, plan.names)
-    role = replace(
-        plan.role,
-        roster=sound.robots(plan.roster),
-        speech=replace(plan.role.speech, sealed=plan.keys is not None, encrypted=plan.encrypts),
-    )
-    acoustics = plan.acoustics or Acoustics()
+    names, body, security = plan.team.names, plan.body, plan.security
+    speech = replace(plan.role.speech, sealed=security.keys is not None, encrypted=security.encrypts)
+    acoustics = plan.hearing.acoustics or Acoustics()
     coordination = Coordination(
-        role,
+        replace(plan.role, roster=plan.roster, speech=speech),
         plan.tasks.tasks,
         random.Random(plan.seed),
         (plan.timing or Timing()).for_latency(acoustics.latency_s),
-        remembered=plan.remembered,
-        stopped=plan.stopped,
-        home=plan.home,
-        dues=plan.dues,
+        remembered=plan.memory.tasks,
+        stopped=plan.memory.stopped,
+        home=body.home,
+        dues=plan.memory.dues,
     )
-    ears = make_ears(phrasebook, others(plan, sound.robots(plan.names)), sound, plan.strangers, plan.prepared)
+    phrasebook, ears, listening = _book_and_ears(plan, names, sound, plan.team.strangers)
     return Robot(
         coordination,
         phrasebook,
-        _looking_twice(plan, phrasebook, ears, sound),
+        ears,
         sound.speaker_of(plan.role.name),
-        Odometry(plan.start, plan.drive, plan.reading),
-        Performer(plan.navigator or Navigator(plan.drive)),
-        plan.acoustics,
+        Odometry(body.start, body.drive, body.reading),
+        Performer(body.navigator or Navigator(body.drive)),
+        plan.hearing.acoustics,
         sound.speaker_of(plan.role.name, SLOW),
-        Overhearing(ears.urgent) if ears.urgent is not None else None,
-        make_sealing(plan, sound.robots(plan.roster)),
+        Overhearing(listening.urgent, make_keyword()) if listening.urgent is not None else None,
+        make_sealing(plan),
         OwnDelay(),
-        voices_of(plan.names, sound),
+        voices_of(names, sound, plan.hearing.people),
     )
 
 
-def make_sealing(plan: RobotPlan, robots: tuple[str, ...] | None = None) -> Sealing | None:
-    """What seals and judges for the robot, where there is a key; `robots`: of the names, those that have it too."""
-    if plan.keys is None:
+def make_sealing(plan: RobotPlan) -> Sealing | None:
+    """What seals and judges for the robot, where there is a key."""
+    security = plan.security
+    if security.keys is None:
         return None
-    guard = Guard(plan.role.name, plan.keys, plan.counters, patience=plan.patience)
-    return Sealing(guard, plan.encrypts, plan.roster if robots is None else robots)
+    guard = Guard(plan.role.name, security.keys, plan.memory.counters, patience=security.patience)
+    return Sealing(guard, security.encrypts, plan.roster)
 
 
-def _looking_twice(plan: RobotPlan, phrasebook: Phrasebook, ears: Listening, sound: Sound) -> Ears:
-    if plan.second is None:
-        return ears
-    opinion = SecondOpinion(phrasebook.people_graph, sound.lexicon, sound.people, plan.any_voice)
-    return SecondEars(ears, opinion, plan.second)
+def make_channel_ears(
+    phrasebook: Phrasebook, names: Sequence[str], sound: Sound, ears: Listening, worker: Worker[Stretch, Look]
+) -> ChannelEars:
+    """Return ears around others that hear these robots through a channel that is not known, too."""
+    return ChannelEars(ears, ChannelListener(phrasebook.marked_graph, make_books(phrasebook, names, sound)), worker)
 
 
 def phrasebook_of(plan: RobotPlan, names: Sequence[str]) -> Phrasebook:
     """The robot's phrasebook once it knows these names. Raises PhraseError."""
-    teams = (*plan.teams, *([plan.role.team] if plan.role.team else []))
-    return make_phrasebook(names, teams, plan.tasks, plan.keys is not None, plan.encrypts)
-
-
-def others(plan: RobotPlan, names: Sequence[str]) -> Sequence[str]:
-    """Of the names those of the peers, whose voices are listened for; its own if there is no other."""
-    return [name for name in names if name.lower() != plan.role.name.lower()] or names
+    teams = (*plan.team.teams, *([plan.role.team] if plan.role.team else []))
+    return make_phrasebook(names, teams, plan.tasks, plan.security.keys is not None, plan.security.encrypts)
 
 
 def make_phrasebook_and_ears(plan: RobotPlan, names: Sequence[str], sound: Sound) -> tuple[Phrasebook, Ears]:
-    """The same robot's phrasebook and ears once it knows these names. Raises PhraseError when words clash."""
-    book = phrasebook_of(plan, names)
-    ears = make_ears(book, others(plan, sound.robots(names)), sound, False, plan.prepared)
-    return book, _looking_twice(plan, book, ears, sound)
+    """Return a robot's phrasebook and ears once it knows these names. Raises PhraseError when words clash."""
+    return _book_and_ears(plan, names, sound, False)[:2]
+
+
+def _book_and_ears(
+    plan: RobotPlan, names: Sequence[str], sound: Sound, strangers: bool
+) -> tuple[Phrasebook, Ears, Listening]:
+    """Phrasebook, ears, and those of the ears that listen for robots."""
+    book, hearing = phrasebook_of(plan, names), plan.hearing
+    listening = make_ears(book, plan.peers(names), sound, strangers, hearing.prepared)
+    ears: Ears = listening
+    if hearing.channel is not None and sound.cache is not None:
+        ears = make_channel_ears(book, plan.peers(names), sound, listening, hearing.channel)
+    if hearing.second is None:
+        return book, ears, listening
+    opinion = SecondOpinion(book.people_graph, sound.lexicon, hearing.people, hearing.any_voice)
+    return book, SecondEars(ears, opinion, hearing.second), listening

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
-from hvcpd.assembly.make import RobotPlan, Sound, make_phrasebook_and_ears
+from hvcpd.assembly.make import Sound, make_phrasebook_and_ears
+from hvcpd.assembly.plan import RobotPlan
 from hvcpd.config.settings import MAX_KNOWN_NAMES
 from hvcpd.errors import PhraseError
 from hvcpd.language.phrasebook import Phrasebook
@@ -19,10 +20,11 @@ class NameRegistry:
         """`settled`: of the plan's names those that it knows whoever is enrolled."""
         self._plan = plan
         self._sound = sound
-        self._told = plan.names
-        self._guests = set(sound.people).difference(name.lower() for name in (plan.role.name, *settled))
+        self._told = plan.team.names
+        self.people = plan.hearing.people
+        self._guests = set(self.people).difference(name.lower() for name in (plan.role.name, *settled))
         """Who is known for being enrolled alone, in lower case."""
-        self.names = plan.names
+        self.names = plan.team.names
 
     def knows(self, name: str) -> bool:
         """Whether it is one of the names, whatever its case."""
@@ -37,7 +39,7 @@ class NameRegistry:
 
     def part(self) -> None:
         """Forget the names of those who are enrolled no more."""
-        gone = self._guests.difference(self._sound.people)
+        gone = self._guests.difference(self.people)
         self._guests -= gone
         self._told = tuple(name for name in self._told if name.lower() not in gone)
         self.names = tuple(name for name in self.names if name.lower() not in gone)

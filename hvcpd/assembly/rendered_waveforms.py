@@ -1,11 +1,11 @@
-"""What robots' voices say, sample by sample, for who listens to their waveform."""
+"""The waveforms that robots' synthesizers make of each word, for listeners that compare waveforms."""
 
 from __future__ import annotations
 
-from collections import OrderedDict
-from collections.abc import Callable, Hashable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass
-from typing import Generic, TypeVar
+from functools import lru_cache
+from typing import TypeVar
 
 from hvcpd.ports import Samples
 from hvcpd.recognition.matched import Spectrum, power_of
@@ -13,27 +13,25 @@ from hvcpd.recognition.rounded import Rounded, restored, rounded
 from hvcpd.synthesis.speaker import PITCH_STEPS, Speaker
 
 KEPT = 80
-"""Words with their pitch of which the sounds are kept in memory, of all voices, at most: 2.5 MB. The cache has the
-others; twice as many save no time."""
+"""Maximum number of words, by book and pitch, whose waveforms are kept in memory, of all voices: 2.5 MB. All others are
+on the disk; twice as many save no time."""
 POWERS_KEPT = 600
-"""Likewise ways to say a word of which the `power_of` is: 1.2 MB."""
+"""Maximum number of renderings whose `power_of` is kept in memory, of all voices: 1.2 MB."""
 NOTED = 2000
-"""Words with their pitch of which it is noted how they join others, in each book, at most: 1 MB."""
+"""Maximum number of words by pitch of which each book knows how they join their neighbours: 1 MB."""
 
-Sounds = tuple[Rounded, ...]
-Key = TypeVar("Key", bound=Hashable)
-Made = TypeVar("Made")
+Value = TypeVar("Value")
 
 
-class MadeWhenAsked(Mapping[str, Made]):
-    """The words of a voice, or the voices themselves, one at a time: all sounds together would be most of the daemon's
+class LazyMapping(Mapping[str, Value]):
+    """A mapping whose values are made at each access and not kept: all templates together would be most of the daemon's
     memory."""
 
-    def __init__(self, names: Iterable[str], make: Callable[[str], Made]) -> None:
+    def __init__(self, names: Iterable[str], make: Callable[[str], Value]) -> None:
         self._names = tuple(names)
         self._make = make
 
-    def __getitem__(self, name: str) -> Made:
+    def __getitem__(self, name: str) -> Value:
         return self._make(name)
 
     def __iter__(self) -> Iterator[str]:
@@ -43,43 +41,32 @@ class MadeWhenAsked(Mapping[str, Made]):
         return len(self._names)
 
 
-class LastAsked(Generic[Key, Made]):
-    """What was asked for last, at most `most` of it."""
+@dataclass(frozen=True)
+class Unit:
+    """One rendering of a word: its waveform, quantised, shape (n,), int16; and how it joins its neighbours, samples."""
 
-    def __init__(self, most: int) -> None:
-        self._kept: OrderedDict[Key, Made] = OrderedDict()
-        self._most = most
+    sound: Rounded
+    final: bool
+    lead: int
+    advance: int
 
-    def __len__(self) -> int:
-        return len(self._kept)
 
-    def get(self, key: Key, made: Callable[[], Made]) -> Made:
-        """What is kept under the key, or what is made now."""
-        found = self._kept.get(key)
-        if found is None:
-            found = self._kept[key] = made()
-            if len(self._kept) > self._most:
-                self._kept.popitem(last=False)
-        else:
-            self._kept.move_to_end(key)
-        return found
+class WaveformCache:
+    """The waveforms and spectra used last, of all books that share it."""
+
+    def __init__(self, units: int = KEPT, powers: int = POWERS_KEPT) -> None:
+        self.units = lru_cache(units)(SpokenBook.render)
+        self.powers = lru_cache(powers)(lambda way: power_of(way.samples))
 
     def clear(self) -> None:
-        """Forget it all."""
-        self._kept.clear()
-
-
-class Shelf:
-    """Where books keep what they were asked for last: sounds by book, word and third, and powers by the way."""
-
-    def __init__(self) -> None:
-        self.sounds: LastAsked[tuple[int, str, int], Sounds] = LastAsked(KEPT)
-        self.powers: LastAsked[SpokenWay, Spectrum] = LastAsked(POWERS_KEPT)
+        """Give the memory back."""
+        self.units.cache_clear()
+        self.powers.cache_clear()
 
 
 @dataclass(frozen=True, eq=False, slots=True)
 class SpokenWay:
-    """One way to say a word, see `paths.Said`; number `number` of the ways in its book."""
+    """One rendering of a word, see `paths.Said`: number `number` of those in its book."""
 
     book: SpokenBook
     word: str
@@ -92,48 +79,37 @@ class SpokenWay:
 
     @property
     def samples(self) -> Samples:
-        """Its sound, shape (length,)."""
-        return restored(self.book.sounds(self.word, self.third)[self.number])
+        """Its waveform, shape (length,), float32, 1.0 = full scale."""
+        return restored(self.book.units(self.word, self.third)[self.number].sound)
 
     @property
     def power(self) -> Spectrum:
-        """Its `power_of`."""
+        """The `power_of` its waveform."""
         return self.book.power(self)
 
 
 class SpokenBook:
-    """One speaker's words, each rendered or read from the cache when it is asked for."""
+    """One speaker's words, each rendered or read from the disk when it is needed."""
 
-    def __init__(self, voice: str, speaker: Speaker, words: Iterable[str], shelf: Shelf | None = None) -> None:
-        """`voice`: what listeners call it; `words`: those that it may say; `shelf`: shared with other books."""
+    def __init__(self, voice: str, speaker: Speaker, words: Iterable[str], cache: WaveformCache | None = None) -> None:
+        """`voice`: its name among the listeners; `words`: those that it may say; `cache`: shared with other books."""
         self.voice = voice
         self._speaker = speaker
         self._words = frozenset(words)
-        self._ways: dict[tuple[str, int], tuple[SpokenWay, ...]] = {}
-        self._shelf = shelf if shelf is not None else Shelf()
+        self._cache = cache if cache is not None else WaveformCache()
+        self.said = lru_cache(NOTED)(self._said)
 
-    def said(self, word: str, third: int) -> tuple[SpokenWay, ...]:
-        """All ways to say `word` in a third (0, 1, 2) of a sentence; none if it is no word of this voice."""
-        ways = self._ways.get((word, third))
-        if ways is None:
-            if len(self._ways) >= NOTED:
-                self._ways.clear()
-            ways = self._ways[word, third] = self._joined(word, third)
-        return ways
-
-    def sounds(self, word: str, third: int) -> Sounds:
-        """The sounds of all ways to say a word of this voice."""
-        key = (id(self), word, third)
-        return self._shelf.sounds.get(key, lambda: _kept(self._speaker.sounds(word, PITCH_STEPS[third])))
+    def units(self, word: str, third: int) -> tuple[Unit, ...]:
+        """All renderings of `word` in a third (0, 1, 2) of a sentence; none if it is no word of this voice."""
+        return self._cache.units(self, word, third)
 
     def power(self, way: SpokenWay) -> Spectrum:
-        """The `power_of` one of the ways."""
-        return self._shelf.powers.get(way, lambda: power_of(way.samples))
+        """Return the `power_of` a rendering's waveform."""
+        return self._cache.powers(way)
 
     def forget(self) -> None:
-        """Give back memory: nobody has spoken for a while, in any voice."""
-        self._shelf.sounds.clear()
-        self._shelf.powers.clear()
+        """Give memory back, that of all books with this cache: nobody has spoken for a while."""
+        self._cache.clear()
 
     def prepare(self, go_on: Callable[[], bool]) -> None:
         """Render all that may be asked for into the cache, while `go_on`. Takes seconds; another thread may do it."""
@@ -142,15 +118,15 @@ class SpokenBook:
                 if go_on():
                     self._speaker.joined(word, pitch)
 
-    def _joined(self, word: str, third: int) -> tuple[SpokenWay, ...]:
+    def render(self, word: str, third: int) -> tuple[Unit, ...]:
+        """`units`, made anew."""
         made = self._speaker.joined(word, PITCH_STEPS[third]) if word in self._words else []
-        self._shelf.sounds.get((id(self), word, third), lambda: _kept(each.samples for each in made))
+        return tuple(Unit(rounded(each.samples), each.final, each.lead, each.advance) for each in made)
+
+    def _said(self, word: str, third: int) -> tuple[SpokenWay, ...]:
+        """All ways to say `word` in a third (0, 1, 2) of a sentence, with their waveforms left in the cache."""
         return tuple(
-            SpokenWay(self, word, third, number, len(each.samples), each.final, each.lead, each.advance)
-            for number, each in enumerate(made)
-            if len(each.samples)
+            SpokenWay(self, word, third, number, len(unit.sound), unit.final, unit.lead, unit.advance)
+            for number, unit in enumerate(self.units(word, third))
+            if len(unit.sound)
         )
-
-
-def _kept(sounds: Iterable[Samples]) -> Sounds:
-    return tuple(map(rounded, sounds))

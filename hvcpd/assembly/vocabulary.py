@@ -14,10 +14,10 @@ from numpy.typing import NDArray
 
 from hvcpd.assembly.make import Sound, templates_of
 from hvcpd.errors import PhraseError
-from hvcpd.language.examples import example_sentences
 from hvcpd.language.phrasebook import RESERVED_WORDS, Phrasebook, Vocabulary
 from hvcpd.language.rewording import (
     SYNONYMS_PATH,
+    example_sentences,
     instead_of_deed,
     instead_of_name,
     instead_of_team,
@@ -32,9 +32,9 @@ from hvcpd.synthesis.unit_cache import recipe
 from hvcpd.synthesis.voices import Voice
 
 HARDEST = CONDITIONS[-1:]
-"""Where distances are least: pairs that are far apart here need no closer look."""
+"""The condition in which distances are least: pairs that are far apart in it are not compared in the others."""
 EVERY = 2
-"""Of the frames one in so many for the first look, at a quarter of the cost."""
+"""Step between the frames that the first comparison takes, which so costs a quarter."""
 FAR = 22.0
 """Distance at that first look beyond which a pair is let go: twice that over all frames, where no pair at all was
 confused (benchmarks/vocabulary.py)."""
@@ -71,11 +71,11 @@ class Confusion:
     at_0_db: float
     at_minus_5_db: float
     fixed: bool
-    """Both are the phrasebook's own: a team cannot reword them, and is not refused for them."""
+    """Whether both are the phrasebook's own: a team cannot reword them, and is not refused for them."""
     sentences: tuple[str, str] = ("", "")
     """Two that differ in these phrases alone."""
     subject: str = ""
-    """Which of the two to reword, where one is the team's."""
+    """The one of the two to reword, where one is the team's."""
     key: str = "tasks"
     """The setting that it comes from: `tasks`, `names` or `teams`."""
     proposals: tuple[str, ...] = ()
@@ -211,7 +211,7 @@ def _distances(sounds: VoiceSounds, pairs: Sequence[Pair]) -> dict[Pair, NDArray
 
 
 def judge(pair: Pair, voice: Voice, distances: NDArray[np.float32]) -> Confusion:
-    """What these distances, one for each of CONDITIONS, mean for the pair."""
+    """Return what these distances, shape (len(CONDITIONS),), mean for the pair."""
     rate = ConfusionCurve().rate
 
     def worst(snr_db: float | None) -> float:

@@ -1,24 +1,31 @@
-"""Which robot speaks with which voice, where the settings say so and it does not follow from the name."""
+"""Which robot speaks with which voice, where the settings say so and it does not follow from the name.
+
+It is another one of the synthesizer's, or a folder of recorded words, one WAV each, named by its word: `water.wav`.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import replace
+from pathlib import Path
 
 from hvcpd.assembly.make import Sound
-from hvcpd.assembly.recorded_voices import recorded_voice
 from hvcpd.config.settings import PeerSettings, Settings
 from hvcpd.errors import AudioFileError, ConfigError
+from hvcpd.hardware.soundfile import read_wav
+from hvcpd.synthesis.lexicon import Lexicon
 from hvcpd.synthesis.recorded import RecordedSpeaker
-from hvcpd.synthesis.voices import voice_for, voice_named
+from hvcpd.synthesis.voices import Voice, voice_for, voice_named
+
+SHOWN = 40
+"""Missing words that are named; who lacks more has only begun."""
 
 
 def cast(sound: Sound, settings: Settings, words: Iterable[str]) -> Sound:
     """`sound` with the voices that the settings choose for the robot and its peers.
 
     `words` is all that they may say, which a folder of recordings must have; a name that is learned later is said by
-    the synthesizer. Raises ConfigError with every fault of
-    every folder.
+    the synthesizer. Raises ConfigError with every fault of every folder.
     """
     own = PeerSettings(settings.voice, settings.voice_folder)
     chosen = {**{name.lower(): peer for name, peer in settings.peers.items()}, settings.name.lower(): own}
@@ -37,3 +44,34 @@ def cast(sound: Sound, settings: Settings, words: Iterable[str]) -> Sound:
     if faults:
         raise ConfigError("\n".join(faults))
     return replace(sound, voices=voices, recorded=recorded)
+
+
+def recorded_voice(
+    folder: Path, words: Iterable[str], lexicon: Lexicon, stand_in: Voice | None = None
+) -> RecordedSpeaker:
+    """The voice of a folder, of which `words` are needed: any WAV that `hvcpctl hear` reads.
+
+    `stand_in` says all others. Raises AudioFileError that names every word without a file, or every file of them that
+    cannot be used, at once.
+    """
+    if not folder.is_dir():
+        raise AudioFileError(f"{folder}: there is no such folder; name one that holds a WAV for each word (water.wav)")
+    files = {path.stem.lower(): path for path in sorted(folder.iterdir()) if path.suffix.lower() == ".wav"}
+    wanted = sorted({word.lower() for word in words})
+    missing = [word for word in wanted if word not in files]
+    faults = []
+    if missing:
+        more = f" and {len(missing) - SHOWN} more" if len(missing) > SHOWN else ""
+        faults.append(f"{folder}: no recording of {', '.join(missing[:SHOWN])}{more}; record each as WORD.wav")
+    recordings = {}
+    for word in wanted:
+        if word in files:
+            try:
+                recordings[word] = read_wav(files[word])
+            except AudioFileError as error:
+                faults.append(str(error))
+    speaker = RecordedSpeaker(recordings, lexicon, stand_in)
+    faults += [f"{files[word]}: nothing is to be heard in it; record it again" for word in speaker.missing(recordings)]
+    if faults:
+        raise AudioFileError("\n".join(faults))
+    return speaker

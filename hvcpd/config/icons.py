@@ -8,7 +8,7 @@ from itertools import pairwise
 from hvcpd.errors import did_you_mean
 
 ICONS = ("flower", "book", "box", "shelf", "bottle", "door", "lamp", "tool", "bin", "flag")
-"""Those that are drawn; `hvcpd.reporting.icons` has their outlines."""
+"""Names of the icons that are drawn; `hvcpd.reporting.icons` has their outlines."""
 
 _JOINER = "\u200d"
 _EXTENDING = {"\ufe0e", "\ufe0f", "\u20e3", *map(chr, range(0x1F3FB, 0x1F400)), *map(chr, range(0xE0020, 0xE0080))}

@@ -62,7 +62,7 @@ def valid_robot_name(name: str, reserved: NameCheck | None = None) -> str | None
 
 
 def _instead_of_name(name: str) -> str:
-    """The same name as it can be spoken: José is Jose, R2-D2 is R2D2."""
+    """Return the name as it can be spoken: José is Jose, R2-D2 is R2D2."""
     tidy = re.sub(r"[^A-Za-z0-9]", "", plain_letters(name))[:MAX_NAME_LENGTH]
     return f"write for example {tidy!r}" if _ROBOT_NAME.fullmatch(tidy) else "choose another"
 

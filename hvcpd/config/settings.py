@@ -8,26 +8,27 @@ from __future__ import annotations
 import dataclasses
 import math
 import os
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Literal
+from typing import Any, Literal, ParamSpec, cast
 
 from hvcpd.config.document import Document, KeyPath, Place, parse, read_bytes
-from hvcpd.config.environment import FILE_VARIABLE, overlay_environment
 from hvcpd.config.loading import Parts, between, checked, structure
-from hvcpd.config.name_checks import check_peers, check_reserved
 from hvcpd.config.names import NameCheck, VoiceName, repeated_names, valid_robot_name, valid_team_name
 from hvcpd.config.skill_settings import SkillSettings, runnable, valid_skills
-from hvcpd.config.sources import Sourced, sources_of
+from hvcpd.config.sources import FILE_VARIABLE, Sourced, overlay_environment, sources_of
 from hvcpd.config.tasks import default_tasks_path
+from hvcpd.errors import did_you_mean
 from hvcpd.ports import Pose
+
+_P = ParamSpec("_P")
 
 SYSTEM_SETTINGS_PATH = Path("/etc/hvcpd/hvcpd.yaml")
 """Read if no other file is named; it need not be there."""
 
 STATE_DIR = Path("/var/lib/hvcpd")
-"""Where a service keeps its state, by the Filesystem Hierarchy Standard."""
+"""Folder where a service keeps its state, by the Filesystem Hierarchy Standard."""
 
 MAX_KNOWN_NAMES = 12
 """Robots known beforehand; each name makes the recognizer's network larger, and a class room has no more."""
@@ -58,7 +59,7 @@ class StartSettings:
 
     @property
     def pose(self) -> Pose:
-        """The same with the heading in radians."""
+        """The start with the heading in radians."""
         return Pose(self.x_m, self.y_m, math.radians(self.heading_deg))
 
 
@@ -214,26 +215,6 @@ class Loaded:
     file: Path | None = None
 
 
-def load_settings(
-    path: Path | None = None,
-    overrides: Mapping[str, object] | None = None,
-    *,
-    name_needed: bool = True,
-    reserved: NameCheck | None = None,
-    system_path: Path = SYSTEM_SETTINGS_PATH,
-    environment: Mapping[str, str] = os.environ,
-) -> Settings:
-    """The settings of `load_with_sources` alone."""
-    return load_with_sources(
-        path,
-        overrides,
-        name_needed=name_needed,
-        reserved=reserved,
-        system_path=system_path,
-        environment=environment,
-    ).settings
-
-
 def load_with_sources(
     path: Path | None = None,
     overrides: Mapping[str, object] | None = None,
@@ -276,6 +257,17 @@ def load_with_sources(
     return Loaded(settings, tuple(sources_of(settings, document)), path)
 
 
+def _settings_of(load: Callable[_P, Loaded]) -> Callable[_P, Settings]:
+    def settings(*given: _P.args, **options: _P.kwargs) -> Settings:
+        return load(*given, **options).settings
+
+    return settings
+
+
+load_settings = _settings_of(load_with_sources)
+"""The settings of `load_with_sources` alone."""
+
+
 def _check_wheels(parts: Parts) -> None:
     """Two motors on one bus have two identifiers."""
     sides: tuple[tuple[KeyPath, int], ...] = (("wheels", "left_id"), 1), (("wheels", "right_id"), 2)
@@ -287,7 +279,7 @@ def _check_wheels(parts: Parts) -> None:
 
 
 def _with_whole_paths(settings: Settings, document: Document, path: Path | None) -> Settings:
-    """The same with file names that mean the same from anywhere, and with its own team among the teams."""
+    """Return the settings with absolute file names, and with their own team among the teams."""
 
     def whole(name: Path, *key: str) -> Path:
         return _absolute(name, document, key, path)
@@ -320,3 +312,35 @@ def _absolute(name: Path, document: Document, key: KeyPath, path: Path | None) -
         name = Path.home().joinpath(*name.parts[1:])
     from_file = path is not None and document.has(key) and document.place(key).source == str(path)
     return path.parent / name if path is not None and from_file else name
+
+
+def check_reserved(parts: Parts, reserved: NameCheck | None) -> None:
+    """No name is, or sounds like, a word of the phrasebook."""
+    if reserved is None:
+        return
+    paths: list[KeyPath] = [("name",), *(("names", index) for index in range(parts.length(("names",))))]
+    for path in paths:
+        name = parts.get(path, str)
+        text = reserved(name) if name is not None else None
+        if text is not None:
+            parts.fault(path, text)
+
+
+def check_peers(parts: Parts, default_names: tuple[str, ...]) -> None:
+    """Each peer is another robot among those that are known."""
+    names = parts.get(("names",), tuple[str, ...]) if parts.has(("names",)) else default_names
+    own = parts.get(("name",), str) or ""
+    peers = parts.get(("peers",), cast(type[Any], Any))
+    if names is None or not isinstance(peers, dict):
+        return
+    known = {name.casefold() for name in names}
+    told: list[str] = []
+    for peer in (peer for peer in peers if isinstance(peer, str)):
+        told.append(peer)
+        text = repeated_names(tuple(told))
+        if peer.casefold() == own.casefold():
+            text = f"{peer!r} is this robot itself; set its own `voice` or `voice_folder` instead"
+        elif text is None and peer.casefold() not in known:
+            text = f"{peer[:40]!r} is not one of `names`; {did_you_mean(peer[:40], names)}"
+        if text is not None:
+            parts.fault(("peers", peer), text)

@@ -24,10 +24,10 @@ from hvcpd.console.viewers import Message, Viewers
 from hvcpd.errors import HvcpdError, NotRunningError
 from hvcpd.reporting.jsonlines import as_strict_json
 from hvcpd.reporting.markup import escaped
-from hvcpd.reporting.style import style_sheet
+from hvcpd.reporting.palette import style_sheet
 
 KEEP_ALIVE_S = 15.0
-"""Something is sent at least so often: else a tunnel between may take the connection for dead."""
+"""Longest silence towards a page: after a longer one a tunnel between may take the connection for dead."""
 
 _TYPES = {"js": "text/javascript", "css": "text/css", "svg": "image/svg+xml"}
 

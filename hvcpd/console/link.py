@@ -23,7 +23,7 @@ RETRY_S = (0.25, 0.5, 1.0, 2.0)
 MAX_LINE_BYTES = 4 * 1024 * 1024
 """A reply's line; a hundred rows of transcript have some 30 kB."""
 BACK_S = 8 * 3600.0
-"""So much of the past is asked for: a shift."""
+"""Length of the past that is asked for: a shift."""
 EVENTS = ["said", "heard", "garbled", "held", "noted", "taskchanged", "watered", "statechanged", "moved", "level"]
 
 Reply = dict[str, Any]

@@ -19,7 +19,8 @@ MAX_TRAIL = 4000
 STEP_M = 0.05
 """Between two points of a trail: less than the line's width on the map."""
 SAME_WITHIN_S = 60.0
-"""A row of the transcript is the event of the same kind, text and sample time within so much of the wall's clock."""
+"""Largest difference of the wall clock between a row of the transcript and the event of the same kind, text and sample
+time."""
 KEPT_KEYS = 2000
 
 Reply = Mapping[str, Any]

@@ -18,7 +18,7 @@ from hvcpd.errors import ConfigError
 
 BACKLOG = 64
 GRACE_S = 1
-"""Open pages are given so long when the console ends."""
+"""Time that open pages have to end when the console ends."""
 SOCKET_MODE = 0o600
 """Only who started the console: whoever may connect may stop and resume the robot."""
 

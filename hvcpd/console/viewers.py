@@ -28,6 +28,11 @@ class Viewer:
         self.ended = False
         """Nothing more will be told."""
 
+    @property
+    def waiting(self) -> int:
+        """Number of messages that wait, without those of kinds in REPLACED."""
+        return len(self._waiting)
+
     def put(self, message: Message) -> None:
         """Have it told; of kinds in REPLACED the newest only. Never waits."""
         if message["kind"] in REPLACED:

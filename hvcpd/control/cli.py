@@ -149,6 +149,12 @@ def _add_simulate(commands: _Commands) -> None:
         help="ambient noise in dB SPL (default 40, a quiet room)",
     )
     c.add_argument(
+        "--room",
+        choices=("open", "furnished"),
+        default="open",
+        help="open: free air, ideal loudspeakers (default); furnished: small loudspeakers and echoes",
+    )
+    c.add_argument(
         "--strangers", action="store_true", help="tell no robot another one's name: they spell them to each other"
     )
     c.add_argument("--slow", action="store_true", help="speak slowly, as for long distances")
@@ -216,7 +222,7 @@ def _sound_out(text: str) -> Path:
 def _add_hear(commands: _Commands) -> None:
     c = commands.add_parser("hear", help="list every sentence in a recording")
     _add_shared(c)
-    c.add_argument("file", type=_sound_in, nargs="+", metavar="FILE.wav", help="any WAV, 8 to 192 kHz; - for a pipe")
+    c.add_argument("file", type=_sound_in, nargs="+", metavar="FILE.wav", help="WAV, FLAC, AIFF or Ogg; - for a pipe")
     c.add_argument("--json", action="store_true", help="print one JSON object a line")
     c.add_argument(
         "--learn-alternatives",

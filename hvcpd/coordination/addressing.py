@@ -24,9 +24,9 @@ UNSURE_SLOTS = 4
 """Slots that a newcomer, or a robot that missed the claim, leaves to those who know more."""
 
 
-def is_for(me: Knowledge, u: m.Utterance) -> bool:
-    """Whether the sentence is addressed to this robot, alone or among others."""
-    match u.addressee:
+def is_for(me: Knowledge, to: m.Addressee | None) -> bool:
+    """Whether what is said to somebody is said to this robot, alone or among others."""
+    match to:
         case m.ToRobot(name):
             return name.lower() == me.role.name.lower()
         case m.ToTeam(team):
@@ -35,8 +35,8 @@ def is_for(me: Knowledge, u: m.Utterance) -> bool:
             return True
 
 
-def is_for_me_alone(me: Knowledge, u: m.Utterance) -> bool:
-    return isinstance(u.addressee, m.ToRobot) and u.addressee.name.lower() == me.role.name.lower()
+def is_for_me_alone(me: Knowledge, to: m.Addressee | None) -> bool:
+    return isinstance(to, m.ToRobot) and to.name.lower() == me.role.name.lower()
 
 
 def whose_turn(u: m.Utterance) -> str | None:

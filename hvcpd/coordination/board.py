@@ -81,8 +81,7 @@ class Board:
             return self._entries.get(ref.number)
         if not self._numbers:
             self._numbers = {spoken_name(e.definition): n for n, e in self._entries.items()}
-        number = self._numbers.get(ref.name)
-        return self._entries.get(number) if number is not None else None
+        return self._entries.get(self._numbers.get(ref.name, -1))
 
     def entries(self) -> tuple[Entry, ...]:
         return tuple(self._entries.values())
@@ -98,16 +97,12 @@ class Board:
         return self._not_sure == 0
 
     def hearsay(self) -> tuple[int, ...]:
-        """The tasks that may be done."""
+        """The numbers of the tasks that may be done: heard once, concluded, or left out of somebody's list."""
         return tuple(number for number, entry in self._entries.items() if entry.state == DONE and entry.hearsay)
 
     def not_done(self) -> tuple[int, ...]:
         """The numbers of all tasks that are open or claimed."""
         return tuple(number for number, entry in self._entries.items() if entry.state != DONE)
-
-    def maybe_left(self) -> tuple[int, ...]:
-        """The same and those that are done by hearsay only: heard once, concluded, or left out of somebody's list."""
-        return tuple(number for number, entry in self._entries.items() if not entry.known_done)
 
     def free_for(self, robot: str, now: float, unable: frozenset[int] = frozenset()) -> tuple[TaskDefinition, ...]:
         """The tasks that a robot may claim: its own claims, or else open ones, or else those with a lapsed lease; none
@@ -116,11 +111,8 @@ class Board:
         A task that is its own already, as after a restart, is to be finished first; one whose lease has lapsed comes
         last, for its owner may have done it and only wait for a chance to say so.
         """
-        live = [
-            e
-            for number, e in self._entries.items()
-            if e.state != DONE and robot not in e.failed_by and number not in unable
-        ]
+        able = [e for number, e in self._entries.items() if robot not in e.failed_by and number not in unable]
+        live = [e for e in able if e.state != DONE]
         own = tuple(e.definition for e in live if e.state == CLAIMED and e.owner == robot)
         if own:
             return own

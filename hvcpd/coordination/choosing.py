@@ -6,7 +6,7 @@ import math
 from collections.abc import Iterator
 
 from hvcpd.config.tasks import Place, TaskDefinition, Use, Wait
-from hvcpd.coordination.board import CLAIMED
+from hvcpd.coordination.board import CLAIMED, DONE
 from hvcpd.coordination.knowledge import Knowledge
 from hvcpd.coordination.peers import Peer
 
@@ -52,6 +52,12 @@ def task_to_claim(me: Knowledge, now: float) -> int | None:
     return (_nearest(me, free) if me.role.nearest_first else me.rng.choice(free)).number
 
 
+def may_claim_with_report(me: Knowledge, now: float) -> bool:
+    """Whether a volunteer that reports its task as done, for the first time, claims another one in the same breath."""
+    done = me.report.task is not None and me.board[me.report.task].state == DONE
+    return done and me.current.partner is None and me.current.repeats == 0 and may_volunteer(me, now)
+
+
 def _nearest(me: Knowledge, tasks: tuple[TaskDefinition, ...]) -> TaskDefinition:
     here = me.body.here or Place(0.0, 0.0)
 
@@ -71,7 +77,7 @@ def is_assured(me: Knowledge, now: float) -> bool:
     actions = me.board[me.my_task()].definition.actions
     needs_s = sum(a.duration_s for a in actions if isinstance(a, Wait))
     needs_s += sum(a.limit_s for a in actions if isinstance(a, Use))
-    return now + needs_s + MARGIN_S <= me.lease.assured_s
+    return now + needs_s + MARGIN_S <= me.current.assured_s
 
 
 def next_order(me: Knowledge, now: float) -> tuple[str, TaskDefinition] | None:

@@ -7,7 +7,7 @@ and of equals the name that comes first in the alphabet; objections are said bef
 
 from __future__ import annotations
 
-from hvcpd.coordination import composing, orders
+from hvcpd.coordination import commands, composing
 from hvcpd.coordination.addressing import (
     DOER_SLOT,
     OTHERS_SLOT,
@@ -18,7 +18,7 @@ from hvcpd.coordination.addressing import (
     objection_slot,
 )
 from hvcpd.coordination.board import CLAIMED, Entry
-from hvcpd.coordination.knowledge import HeardClaim, Knowledge, QuotedReport, Reactions
+from hvcpd.coordination.knowledge import Heard, HeardClaim, Knowledge, QuotedReport, Reactions
 from hvcpd.coordination.states import AT_WORK, NEWCOMER, PROPOSING, State, Trigger
 from hvcpd.coordination.table import fire
 from hvcpd.language import messages as m
@@ -30,37 +30,37 @@ HEARD_SURELY = 2
 """So often it must have been heard whose a task is, before anything is concluded from what its owner does next."""
 
 
-def claim(me: Knowledge, u: m.Utterance, s: m.Claim, now: float) -> None:
-    if u.speaker is None:
+def claim(me: Knowledge, heard: Heard, s: m.Claim) -> None:
+    entry, speaker, now = me.board.find(s.task), heard.speaker, heard.now
+    if speaker is None:
         return
-    entry = me.board.find(s.task)
-    if orders.answers_order(me, u):
+    if commands.answers_order(me, heard):
         right = entry is not None and entry.definition.number == me.current.task
         fire(me, Trigger.RIGHT if right else Trigger.WRONG, now)
-        return
-    if entry is None:
-        return
-    peer = me.peers.get(u.speaker)
-    if is_for_me_alone(me, u) and peer is not None and peer.assigned == entry.definition.number:
-        confirm_at_once(me, u.speaker, now)  # our confirmation was lost
-        return
-    good = contend(me, u, u.speaker, entry, False, now)
-    if good and not isinstance(u.addressee, m.ToRobot):
-        _confirm_in_turn(me, u.speaker, entry.definition.number, now)
+    elif entry is not None:
+        peer = me.peers.get(speaker)
+        if is_for_me_alone(me, heard.to) and peer is not None and peer.assigned == entry.definition.number:
+            confirm_at_once(me, speaker, now)  # our confirmation was lost
+        else:
+            _settle(me, heard, speaker, entry, False)
 
 
-def working(me: Knowledge, u: m.Utterance, s: m.Working, now: float) -> None:
+def working(me: Knowledge, heard: Heard, s: m.Working) -> None:
     entry = me.board.find(s.task)
-    if entry is None or u.speaker is None:
-        return
-    good = contend(me, u, u.speaker, entry, True, now)
-    if good and not isinstance(u.addressee, m.ToRobot):
-        _confirm_in_turn(me, u.speaker, entry.definition.number, now)
+    if entry is not None and heard.speaker is not None:
+        _settle(me, heard, heard.speaker, entry, True)
 
 
-def contend(me: Knowledge, u: m.Utterance, other: str, entry: Entry, other_at_work: bool, now: float) -> bool:
+def _settle(me: Knowledge, heard: Heard, other: str, entry: Entry, at_work: bool) -> None:
+    """Object to a claim, or confirm it if it was said to many."""
+    good = contend(me, heard, other, entry, at_work)
+    if good and not isinstance(heard.to, m.ToRobot):
+        _confirm_in_turn(me, other, entry.definition.number, heard.now)
+
+
+def contend(me: Knowledge, heard: Heard, other: str, entry: Entry, other_at_work: bool) -> bool:
     """Somebody takes or has a task: True if that is right as far as this robot knows; otherwise it objects."""
-    number = entry.definition.number
+    number, now = entry.definition.number, heard.now
     _note_claim(me, other, entry, now)
     if entry.known_done and entry.owner != other:
         tell_done(me, other, entry, now)
@@ -72,9 +72,9 @@ def contend(me: Knowledge, u: m.Utterance, other: str, entry: Entry, other_at_wo
     if me.current.task == number and me.state in PROPOSING | AT_WORK:
         return _contend_for_own(me, other, number, other_at_work, now)
     third = entry.owner if entry.state == CLAIMED and entry.owner != other else None
-    live = third is not None and now < entry.lease_end_s
-    answer_to_owner = isinstance(u.addressee, m.ToRobot) and u.addressee.name == third
-    if third is not None and live and not other_at_work and not answer_to_owner and me.peers.is_present(third, now):
+    answers_owner = isinstance(heard.to, m.ToRobot) and heard.to.name == third
+    live = third is not None and now < entry.lease_end_s and me.peers.is_present(third, now)
+    if third is not None and live and not other_at_work and not answers_owner:
         if entry.firm:
             _deny(me, other, number, third, objection_slot(me, other, number, now), now)
         return False
@@ -88,18 +88,16 @@ def contend(me: Knowledge, u: m.Utterance, other: str, entry: Entry, other_at_wo
 
 def _deny(me: Knowledge, other: str, number: int, owner: str | None, slot: int, now: float) -> None:
     """Object for another one, if it still has the task, or still may have done it, when this robot's turn comes."""
-
-    def still() -> bool:
-        return me.board[number].owner == owner
-
-    composing.answer(me, other, f"deny {number}", m.Negative(), now, slot=slot, call=other, still=still)
+    composing.answer(
+        me, other, f"deny {number}", m.Negative(), now, slot, call=other, still=lambda: me.board[number].owner == owner
+    )
 
 
 def _note_claim(me: Knowledge, other: str, entry: Entry, now: float) -> None:
     """Remember who claimed what last, and what was known of it before: objections refer to that."""
-    number, last = entry.definition.number, me.overheard.claim
+    number, last = entry.definition.number, me.claim_heard
     if last is None or last.speaker != other or last.number != number or now - last.at_s > me.timing.recent_s:
-        me.overheard.claim = HeardClaim(other, number, (entry.state, entry.owner, entry.lease_end_s), now)
+        me.claim_heard = HeardClaim(other, number, (entry.state, entry.owner, entry.lease_end_s), now)
 
 
 def _contend_for_own(me: Knowledge, other: str, number: int, other_at_work: bool, now: float) -> bool:
@@ -115,11 +113,7 @@ def _contend_for_own(me: Knowledge, other: str, number: int, other_at_work: bool
 def _say_it_is_mine(me: Knowledge, other: str, number: int, now: float) -> None:
     ref = m.TaskByNumber(number)
     statement = m.Working(ref) if me.state in AT_WORK else m.Claim(ref)
-
-    def still() -> bool:
-        return me.current.task == number
-
-    composing.answer(me, other, f"mine {number}", statement, now, slot=OWNER_SLOT, still=still)
+    composing.answer(me, other, f"mine {number}", statement, now, OWNER_SLOT, still=lambda: me.current.task == number)
 
 
 def tell_done(me: Knowledge, other: str, entry: Entry, now: float) -> None:
@@ -129,18 +123,15 @@ def tell_done(me: Knowledge, other: str, entry: Entry, now: float) -> None:
     statement: m.Statement = m.Completed(m.TaskByNumber(number))
     to, slot = None, DOER_SLOT
     if doer != me.role.name:
-        statement = m.Relayed(doer, statement) if doer is not None else m.Negative()
-        me.overheard.report = QuotedReport(doer, me.role.name, number, now) if doer is not None else me.overheard.report
         to, slot = other, objection_slot(me, other, number, now)
-
-    def still() -> bool:
-        return me.board[number].known_done
-
-    composing.answer(me, to, f"done {number}", statement, now, slot=slot, call=other, still=still)
+        statement = m.Relayed(doer, statement) if doer is not None else m.Negative()
+        if doer is not None:
+            me.report_quoted = QuotedReport(doer, number, now)
+    composing.answer(me, to, f"done {number}", statement, now, slot, call=other, still=lambda: entry.known_done)
 
 
 def confirm_at_once(me: Knowledge, name: str, now: float) -> None:
-    composing.answer(me, name, f"confirm {name}", m.Confirmed(), now, slot=OWNER_SLOT)
+    composing.answer(me, name, f"confirm {name}", m.Confirmed(), now, OWNER_SLOT)
 
 
 def _confirm_in_turn(me: Knowledge, name: str, number: int, now: float, sure: bool = True) -> None:
@@ -151,36 +142,36 @@ def _confirm_in_turn(me: Knowledge, name: str, number: int, now: float, sure: bo
     slot += UNSURE_SLOTS if me.state in NEWCOMER or not sure else 0
 
     def still() -> bool:
-        true = me.board[number].owner == name or complete
-        if true and sure:
+        return complete or me.board[number].owner == name
+
+    def on_said() -> None:
+        if sure:
             me.board.claim(number, name, me.lease_end_s(now))
             note_moved_on(me, name, number)
-        return true
 
-    composing.answer(me, name, f"confirm {name}", statement, now, slot=slot, call=name, tentative=True, still=still)
+    topic = f"confirm {name}"
+    composing.answer(me, name, topic, statement, now, slot, call=name, tentative=True, still=still, on_said=on_said)
 
 
-def completed(me: Knowledge, u: m.Utterance, s: m.Completed, now: float) -> None:
-    entry = me.board.find(s.task)
-    if entry is None or u.speaker is None:
+def completed(me: Knowledge, heard: Heard, s: m.Completed) -> None:
+    entry, speaker, now = me.board.find(s.task), heard.speaker, heard.now
+    if entry is None or speaker is None:
         return
-    number = entry.definition.number
-    objection = _is_objection(me, u.speaker, number, now)
+    number = upon = entry.definition.number
+    objection = _is_objection(me, speaker, number, now)
     if objection:
         me.floor.withdraw(f"done {number}")
-    new = not entry.known_done
-    doubt = doubts(me, u.speaker, number, s.next is not None, now)
-    sure = not doubt and (note_done(me, u.speaker, number, now) or not new)
-    good, upon = True, number
+    new, good = not entry.known_done, True
+    doubt = doubts(me, speaker, number, s.next is not None, now)
+    sure = not doubt and (note_done(me, speaker, number, now) or not new)
     if s.next is not None and (following := me.board.find(s.next)) is not None:
-        upon = following.definition.number
-        good = contend(me, u, u.speaker, following, False, now)
-    if is_for_me_alone(me, u):
-        confirm_at_once(me, u.speaker, now)
+        upon, good = following.definition.number, contend(me, heard, speaker, following, False)
+    if is_for_me_alone(me, heard.to):
+        confirm_at_once(me, speaker, now)
     elif not sure and not doubt and not objection and len(me.peers.present(now)) <= SMALL_TEAM:
-        composing.answer(me, u.speaker, f"again {u.speaker}", m.SayAgain(), now, slot=OTHERS_SLOT)
-    elif good and not doubt and not isinstance(u.addressee, m.ToRobot) and not (objection and not new):
-        _confirm_in_turn(me, u.speaker, upon, now, sure)
+        composing.answer(me, speaker, f"again {speaker}", m.SayAgain(), now, OTHERS_SLOT)
+    elif good and not doubt and not isinstance(heard.to, m.ToRobot) and (new or not objection):
+        _confirm_in_turn(me, speaker, upon, now, sure)
     me.reconsider(now)
 
 
@@ -206,18 +197,16 @@ def doubts(me: Knowledge, speaker: str, number: int, in_passing: bool, now: floa
 
 def _is_objection(me: Knowledge, speaker: str, number: int, now: float) -> bool:
     """Whether "task … complete" answers somebody who has just claimed that task."""
-    last = me.overheard.claim
-    if me.current.task == number and now - me.lease.claimed_s < me.timing.recent_s:
-        return True
-    return (
-        last is not None and last.number == number and last.speaker != speaker and now - last.at_s < me.timing.recent_s
-    )
+    last = me.claim_heard
+    mine = me.current.task == number and now - me.current.claimed_s < me.timing.recent_s
+    theirs = last is not None and last.number == number and last.speaker != speaker
+    return mine or (last is not None and theirs and now - last.at_s < me.timing.recent_s)
 
 
 def note_done(me: Knowledge, doer: str, number: int, now: float) -> bool:
     """It was said that `doer` has done the task; whether that fits what was known, or is heard again."""
     entry = me.board[number]
-    last = me.overheard.claim
+    last = me.claim_heard
     before = last.before[1] if last is not None and last.number == number else None
     sure = doer in (entry.owner, before) or (me.current.task == number and doer == me.current.owner_before)
     if not sure or me.current.task == number:
@@ -232,20 +221,19 @@ def note_done(me: Knowledge, doer: str, number: int, now: float) -> bool:
     return sure
 
 
-def failed(me: Knowledge, u: m.Utterance, s: m.Failed, now: float) -> None:
-    entry = me.board.find(s.task)
-    if entry is None or u.speaker is None:
+def failed(me: Knowledge, heard: Heard, s: m.Failed) -> None:
+    entry, name, now = me.board.find(s.task), heard.speaker, heard.now
+    if entry is None or name is None:
         return
     number = entry.definition.number
     if me.current.task != number or me.state not in AT_WORK:
-        me.board.give_up(number, u.speaker)
-    release_assignment(me, u.speaker, number)
-    if is_for_me_alone(me, u):
-        confirm_at_once(me, u.speaker, now)
-    elif not isinstance(u.addressee, m.ToRobot):
-        name, statement = u.speaker, m.Confirmed(m.TaskByNumber(number))
-        slot = confirming_slot(me, now) + me.rank(name, number, now)
-        composing.answer(me, name, f"confirm {name}", statement, now, slot=slot, call=name, tentative=True)
+        me.board.give_up(number, name)
+    release_assignment(me, name, number)
+    if is_for_me_alone(me, heard.to):
+        confirm_at_once(me, name, now)
+    elif not isinstance(heard.to, m.ToRobot):
+        said, slot = m.Confirmed(m.TaskByNumber(number)), confirming_slot(me, now) + me.rank(name, number, now)
+        composing.answer(me, name, f"confirm {name}", said, now, slot, call=name, tentative=True)
     me.reconsider(now)
 
 

@@ -1,4 +1,6 @@
-"""Stop, resume, motions and questions: what a person or another robot may ask of this robot.
+"""Orders, stop, resume, motions and questions: what a person or another robot may ask of this robot.
+
+An order is read back, confirmed or corrected, or refused with the reason.
 
 A "stop" that is meant for many reaches those who are out of earshot of its speaker. Each robot that halts says so. A
 robot that has not heard all others say it, says "stop" once itself, in its own name: so each robot that hears one is
@@ -11,12 +13,15 @@ too many is cheap; it is not sure enough to halt those who heard nothing.
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 from hvcpd.coordination import composing
 from hvcpd.coordination.addressing import is_for, is_for_me_alone
+from hvcpd.coordination.board import Entry
 from hvcpd.coordination.choosing import in_name_conflict
-from hvcpd.coordination.floor import RANK_MAX, Urgency
-from hvcpd.coordination.knowledge import Knowledge, Reactions
-from hvcpd.coordination.states import NEWCOMER, State, Trigger
+from hvcpd.coordination.floor import RANK_MAX, Intent, Urgency
+from hvcpd.coordination.knowledge import Heard, Knowledge, Reaction, Reactions
+from hvcpd.coordination.states import AT_WORK, NEWCOMER, State, Trigger
 from hvcpd.coordination.table import fire, states_with
 from hvcpd.language import messages as m
 
@@ -27,36 +32,83 @@ SAID_AGAIN_S = 30.0
 """A "resume" that was not heard surely counts if it is heard again within this time: nobody's talk gives two."""
 MOVABLE = states_with(Trigger.MOTION)
 """In the midst of a task a robot is not sent about; it can be stopped at any time."""
+FREE = states_with(Trigger.ORDER)
+"""Who can take an order. Not while a claim of its own is unsettled: it would have to be taken back."""
 SOMEBODY = ""
 """The call of who asks without a name."""
 
-Command = m.Stop | m.Resume | m.ComeBack | m.MoveBy | m.TurnBy
+
+def _order(me: Knowledge, heard: Heard, s: m.Order) -> None:
+    name, entry = heard.speaker, me.board.find(s.task)
+    if name is None or not is_for_me_alone(me, heard.to):
+        return
+    number = entry.definition.number if entry is not None else None
+    same = entry is not None and me.current.task == number and me.current.partner == name
+    if entry is not None and entry.known_done:
+        reply: m.Statement | None = m.Completed(m.TaskByNumber(entry.definition.number))
+    elif same and me.state in AT_WORK:  # it did not hear the read-back
+        reply = m.Claim(s.task)
+    elif same and me.state is State.READING_BACK:
+        return
+    else:
+        reply = _refusal(me, s.task, entry, heard.now)
+    if reply is not None:
+        composing.answer(me, name, f"answer {name}", reply, heard.now)
+        return
+    if not same:
+        me.current.repeats = 0
+    me.current.partner, me.current.motion = name, None
+    me.current.task, me.current.task_ref = number, s.task
+    fire(me, Trigger.ORDER, heard.now)
 
 
-def obey(me: Knowledge, u: m.Utterance, command: Command, confidence: float, now: float) -> None:
-    """Do what was commanded, as far as it was meant for this robot and surely heard."""
-    match command:
-        case m.Stop():
-            _stop(me, u, confidence, now)
-        case m.Resume():
-            _resume(me, u, confidence, now)
-        case _:
-            _move(me, u, command, confidence, now)
+def _refusal(me: Knowledge, task: m.TaskRef, entry: Entry | None, now: float) -> m.Statement | None:
+    """Why an order for a task cannot be taken, as it is said; None if it can."""
+    if in_name_conflict(me, now):
+        return m.NameTaken()
+    if entry is None:
+        return m.Unknown(task) if isinstance(task, m.TaskByNumber) else m.Unable(task)
+    if me.role.coordinator or me.role.name in entry.failed_by or entry.definition.number in me.role.unable:
+        return m.Unable(task)
+    if me.state is State.STOPPED:
+        return m.Stopped()
+    return None if me.state in FREE else m.Busy()
 
 
-def _stop(me: Knowledge, u: m.Utterance, confidence: float, now: float) -> None:
+def answers_order(me: Knowledge, heard: Heard) -> bool:
+    """Whether somebody answers this robot's order, be it after the time for that: in noise a sentence is understood
+    later than its voice seems to end."""
+    ordered = me.state is State.ORDERED or (me.state is State.ORDERING and me.current.repeats > 0)
+    return ordered and heard.speaker == me.current.partner and is_for_me_alone(me, heard.to)
+
+
+def _unable(me: Knowledge, heard: Heard, _: m.Unable | m.Unknown) -> None:
+    if answers_order(me, heard):
+        fire(me, Trigger.REFUSED, heard.now)
+
+
+def _gives_up(me: Knowledge, heard: Heard, _: m.Busy | m.Distrusted) -> None:
+    """Who is busy, or does not believe this robot's order, is not asked again for a while."""
+    if me.state is State.ORDERED and answers_order(me, heard):
+        fire(me, Trigger.GAVE_UP, heard.now)
+
+
+def stop(me: Knowledge, heard: Heard, _: m.Stop) -> None:
     """Halt, and see to it that all for whom it was meant do."""
-    note_halted(me, u.speaker, now)
-    if not is_for(me, u) or _stands(me):
+    now, to = heard.now, heard.to
+    note_halted(me, heard.speaker, now)
+    if not is_for(me, to) or _stands(me):
         return
     fire(me, Trigger.STOP, now)
-    if not _stands(me) or confidence < SURE or isinstance(u.addressee, m.ToRobot):
+    if not _stands(me) or heard.confidence < SURE or isinstance(to, m.ToRobot):
         return
-    again = composing.utterance(me, u.addressee or m.ToAll(), m.Stop())
+    again = composing.utterance(me, to or m.ToAll(), m.Stop())
     slot = min(len(me.peers.present(now)), RANK_MAX) + 1 + me.rank("", 0, now)  # after all who say that they halted
-    me.want(
-        Urgency.ALARM, "stop", lambda: again if _stands(me) and _somebody_goes_on(me, u, now) else None, now, slot=slot
-    )
+
+    def compose() -> m.Utterance | None:
+        return again if _stands(me) and _somebody_goes_on(me, to, now) else None
+
+    me.floor.want(Intent(Urgency.ALARM, "stop", compose, slot=slot), now)
 
 
 def _stands(me: Knowledge) -> bool:
@@ -70,77 +122,77 @@ def note_halted(me: Knowledge, name: str | None, now: float) -> None:
         peer.halted_s = now
 
 
-def _somebody_goes_on(me: Knowledge, u: m.Utterance, since_s: float) -> bool:
+def _somebody_goes_on(me: Knowledge, to: m.Addressee | None, since_s: float) -> bool:
     """Whether one who may be meant, and is believed to be there, has not been heard to halt since then.
 
     It may be a person, who need not: once too often is better than not at all.
     """
-    teams = (None, u.addressee.team) if isinstance(u.addressee, m.ToTeam) else None
+    teams = (None, to.team) if isinstance(to, m.ToTeam) else None
     meant = [peer for peer in me.peers.all() if teams is None or peer.team in teams]
     return any(me.peers.is_present(peer.name, since_s) and peer.halted_s < since_s for peer in meant)
 
 
-def _resume(me: Knowledge, u: m.Utterance, confidence: float, now: float) -> None:
+def _resume(me: Knowledge, heard: Heard, _: m.Resume) -> None:
     """Nothing but this ends a stop, so what only sounded like it must not: it is heard surely, or twice."""
-    if not is_for(me, u):
+    if not is_for(me, heard.to):
         return
-    heard_s, me.repair.resume_s = me.repair.resume_s, now
-    if confidence >= SURE or now - heard_s <= SAID_AGAIN_S:
-        fire(me, Trigger.RESUME, now)
+    before_s, me.repair.resume_s = me.repair.resume_s, heard.now
+    if heard.confidence >= SURE or heard.now - before_s <= SAID_AGAIN_S:
+        fire(me, Trigger.RESUME, heard.now)
 
 
-def _move(me: Knowledge, u: m.Utterance, s: m.Motion, confidence: float, now: float) -> None:
+def _move(me: Knowledge, heard: Heard, s: m.Motion) -> None:
     """A motion moves one robot: the one addressed, or, by a call to nobody, the only one there."""
-    alone_with = all(name == (u.speaker or "").lower() for name in me.peers.present(now))
-    if not is_for_me_alone(me, u) and (u.addressee is not None or not alone_with):
+    name, now = heard.speaker, heard.now
+    alone_with = all(other == (name or "").lower() for other in me.peers.present(now))
+    if not is_for_me_alone(me, heard.to) and (heard.to is not None or not alone_with):
         return
+    same = me.current.motion == s
     refusal: m.Statement | None = None
     if in_name_conflict(me, now):
         refusal = m.NameTaken()
     elif me.state is State.STOPPED:
         refusal = m.Stopped()
-    elif me.state not in MOVABLE and not (me.state is State.READING_BACK and me.current.motion == s):
+    elif me.state not in MOVABLE and not (me.state is State.READING_BACK and same):
         refusal = m.Busy()
     if refusal is not None:
-        composing.answer(me, u.speaker, f"answer {u.speaker}", refusal, now)
-        return
-    if me.state is State.READING_BACK:
-        return
-    heard_twice = me.state is State.READ_BACK and me.current.motion == s
-    me.current.partner, me.current.task, me.current.task_ref, me.current.motion = u.speaker, None, None, s
-    me.current.motion_sure = confidence >= SURE or heard_twice
-    me.current.repeats = 0
-    fire(me, Trigger.MOTION, now)
+        composing.answer(me, name, f"answer {name}", refusal, now)
+    elif me.state is not State.READING_BACK:
+        heard_twice = me.state is State.READ_BACK and same
+        me.current.partner, me.current.task, me.current.task_ref, me.current.motion = name, None, None, s
+        me.current.motion_sure, me.current.repeats = heard.confidence >= SURE or heard_twice, 0
+        fire(me, Trigger.MOTION, now)
 
 
-def _answering_slot(me: Knowledge, u: m.Utterance, now: float) -> int:
-    """At once if only this robot was asked, else in turn."""
-    return 0 if is_for_me_alone(me, u) else me.rank(u.speaker or SOMEBODY, 0, now)
+def _telling(topic: str, tell: Callable[[Knowledge, str | None], m.Utterance], one: bool = False) -> Reaction:
+    """Everybody who is asked tells, or `one` for all: at once if asked alone, else in turn."""
+
+    def reaction(me: Knowledge, heard: Heard, _: m.Statement) -> None:
+        alone, asker = is_for_me_alone(me, heard.to), heard.speaker
+        if not is_for(me, heard.to) or (one and me.state in NEWCOMER and not alone):
+            return
+        peer = me.peers.get(asker)
+        if one and peer is not None:
+            peer.assigned = None  # who asks what is left has no order, or no longer
+        name = asker or SOMEBODY
+        slot, call = 0 if alone else me.rank(name, 0, heard.now), name.lower() if one else None
+        me.floor.want(Intent(Urgency.ANSWER, topic, lambda: tell(me, asker), slot=slot, call=call), heard.now)
+
+    return reaction
 
 
-def _what_doing(me: Knowledge, u: m.Utterance, _s: m.WhatDoing, now: float) -> None:
-    """Everybody who is asked tells, one after the other."""
-    if is_for(me, u):
-        slot = _answering_slot(me, u, now)
-        me.want(Urgency.ANSWER, "doing", lambda: composing.occupation(me, u.speaker), now, slot=slot)
-
-
-def _report_wanted(me: Knowledge, u: m.Utterance, _s: m.ReportWanted, now: float) -> None:
-    """Everybody who is asked reports, one after the other."""
-    if is_for(me, u):
-        slot = _answering_slot(me, u, now)
-        me.want(Urgency.ANSWER, "report", lambda: composing.shift_report(me, u.speaker), now, slot=slot)
-
-
-def _what_left(me: Knowledge, u: m.Utterance, _s: m.WhatLeft, now: float) -> None:
-    """One answers for all."""
-    if not is_for(me, u) or (me.state in NEWCOMER and not is_for_me_alone(me, u)):
-        return
-    asker = me.peers.get(u.speaker)
-    if asker is not None:
-        asker.assigned = None  # who asks has no order, or no longer
-    slot, call = _answering_slot(me, u, now), (u.speaker or SOMEBODY).lower()
-    me.want(Urgency.ANSWER, "left", lambda: composing.left(me, u.speaker), now, slot=slot, call=call)
-
-
-REACTIONS: Reactions = {m.WhatDoing: _what_doing, m.WhatLeft: _what_left, m.ReportWanted: _report_wanted}
+REACTIONS: Reactions = {
+    m.Order: _order,
+    m.Unable: _unable,
+    m.Unknown: _unable,
+    m.Busy: _gives_up,
+    m.Distrusted: _gives_up,
+    m.Stop: stop,
+    m.Resume: _resume,
+    m.ComeBack: _move,
+    m.MoveBy: _move,
+    m.TurnBy: _move,
+    m.WhatDoing: _telling("doing", composing.occupation),
+    m.ReportWanted: _telling("report", composing.shift_report),
+    m.WhatLeft: _telling("left", composing.left, one=True),
+}

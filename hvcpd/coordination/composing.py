@@ -1,13 +1,13 @@
-"""The sentences that a robot says, composed when it has the floor. None: there is nothing left to say."""
+"""The sentences that a robot says, composed of what it knows. None: there is nothing left to say."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 
-from hvcpd.coordination import choosing
 from hvcpd.coordination.addressing import must_spell_for
 from hvcpd.coordination.board import DONE, spoken_name
-from hvcpd.coordination.floor import Urgency
+from hvcpd.coordination.floor import Intent, Urgency, nothing
 from hvcpd.coordination.knowledge import Knowledge
 from hvcpd.coordination.states import AT_WORK, State
 from hvcpd.language import messages as m
@@ -22,13 +22,13 @@ def to_all(me: Knowledge, statement: m.Statement) -> m.Utterance:
     return utterance(me, m.ToAll(), statement)
 
 
-def to_robot(me: Knowledge, name: str, statement: m.Statement) -> m.Utterance:
-    return utterance(me, m.ToRobot(name), statement)
-
-
 def to_asker(me: Knowledge, name: str | None, statement: m.Statement) -> m.Utterance:
     """To who asked; one who gave no name is answered for everybody."""
-    return to_robot(me, name, statement) if name else to_all(me, statement)
+    return utterance(me, m.ToRobot(name) if name else m.ToAll(), statement)
+
+
+def to_partner(me: Knowledge, statement: m.Statement) -> m.Utterance | None:
+    return to_asker(me, me.current.partner, statement) if me.current.partner else None
 
 
 def answer(
@@ -37,16 +37,19 @@ def answer(
     topic: str,
     statement: m.Statement,
     now: float,
-    *,
     slot: int | None = None,
+    *,
     call: str | None = None,
     tentative: bool = False,
     still: Callable[[], bool] = lambda: True,
+    on_said: Callable[[], None] = nothing,
 ) -> None:
     """Want the floor to answer somebody (None: everybody), if the statement is `still` true then; see `Intent`."""
-    said = to_asker(me, name, statement)
-    key = call.lower() if call is not None else None
-    me.want(Urgency.ANSWER, topic, lambda: said if still() else None, now, slot=slot, call=key, tentative=tentative)
+    said, key = to_asker(me, name, statement), call.lower() if call is not None else None
+    intent = Intent(
+        Urgency.ANSWER, topic, lambda: said if still() else None, None, slot, key, tentative=tentative, on_said=on_said
+    )
+    me.floor.want(intent, now)
 
 
 def introduction(me: Knowledge, to: m.Addressee) -> m.Utterance:
@@ -79,38 +82,27 @@ def greeting(me: Knowledge) -> m.Utterance:
     return introduction(me, to) if me.role.listed else spelled_name(me, to)
 
 
-def claim(me: Knowledge, now: float) -> m.Utterance | None:
-    """The claim of a task, chosen now if it is the first time; with the last one's report, if that is still due."""
+def claim(me: Knowledge) -> m.Utterance | None:
+    """The claim of a task; with the last one's report, if that is still due."""
     if me.current.task is None:
-        task = choosing.task_to_claim(me, now)
-        if task is None:
-            return None
-        me.current.task = task
-        me.current.owner_before, me.current.doubted = me.board[task].owner, None
-        me.current.repeats = 0
-    me.board.claim(me.current.task, me.role.name, me.lease_end_s(now))
+        return None
     ref = m.TaskByNumber(me.current.task)
     if me.report.task is not None and me.board[me.report.task].state == DONE:
         return to_all(me, m.Completed(m.TaskByNumber(me.report.task), ref))
     return utterance(me, to_team(me), m.Claim(ref))
 
 
-def report(me: Knowledge, now: float) -> m.Utterance | None:
+def report(me: Knowledge) -> m.Utterance | None:
     """What became of the task; a volunteer claims the next one in the same breath."""
-    if me.report.task is None:
-        return None
+    if me.report.task is None or me.current.task is not None:
+        return claim(me)
     number = m.TaskByNumber(me.report.task)
-    if me.board[me.report.task].state != DONE:
-        return to_asker(me, me.current.partner, m.Failed(number, me.report.reason))
-    if me.current.partner is None and me.current.repeats == 0 and choosing.may_volunteer(me, now):
-        both = claim(me, now)
-        if both is not None:
-            return both
-    return to_asker(me, me.current.partner, m.Completed(number))
+    done = me.board[me.report.task].state == DONE
+    return to_asker(me, me.current.partner, m.Completed(number) if done else m.Failed(number, me.report.reason))
 
 
 def working(me: Knowledge) -> m.Utterance | None:
-    return to_all(me, m.Working(_by_name(me, me.current.task))) if me.current.task is not None else None
+    return to_all(me, m.Working(_my_task(me))) if me.current.task is not None else None
 
 
 def occupation(me: Knowledge, asker: str | None) -> m.Utterance:
@@ -118,7 +110,7 @@ def occupation(me: Knowledge, asker: str | None) -> m.Utterance:
     if me.state is State.STOPPED:
         return to_asker(me, asker, m.Stopped())
     if me.current.task is not None and me.state in AT_WORK:
-        return to_asker(me, asker, m.Working(_by_name(me, me.current.task)))
+        return to_asker(me, asker, m.Working(_my_task(me)))
     if me.current.motion is not None and me.state is State.MOVING:
         return to_asker(me, asker, m.WillMove(me.current.motion))
     return to_asker(me, asker, m.Free())
@@ -133,8 +125,8 @@ def shift_report(me: Knowledge, asker: str | None) -> m.Utterance:
         doing, task = m.Doing.WORKING, m.TaskByNumber(me.current.task)
     elif me.current.motion is not None:
         doing = m.Doing.BUSY
-    to = m.ToRobot(asker) if asker else m.ToAll()
-    return m.Utterance(me.role.name, to, me.role.team, m.Report(doing, task, spoken_volts(me.body.battery_v)))
+    report = to_asker(me, asker, m.Report(doing, task, spoken_volts(me.body.battery_v)))
+    return replace(report, team=me.role.team)
 
 
 def spoken_volts(battery_v: float | None) -> float | None:
@@ -146,7 +138,7 @@ def spoken_volts(battery_v: float | None) -> float | None:
 def left(me: Knowledge, asker: str | None) -> m.Utterance:
     """Which tasks are not known to be done: open ones first, because those can be claimed. Hearsay is not passed on as
     knowledge: two that have it from each other, or from one word that both misheard, would make a certainty of it."""
-    numbers = sorted(me.board.maybe_left(), key=lambda n: (me.board[n].owner is not None, n))
+    numbers = sorted(me.board.not_done() + me.board.hearsay(), key=lambda n: (me.board[n].owner is not None, n))
     refs = [m.TaskByNumber(n) for n in numbers[:3]] + [None] * 3
     return to_asker(me, asker, m.Left(refs[0], refs[1], refs[2], more=len(numbers) > 3))
 
@@ -154,32 +146,12 @@ def left(me: Knowledge, asker: str | None) -> m.Utterance:
 def read_back(me: Knowledge) -> m.Utterance | None:
     if me.current.motion is not None:
         return to_asker(me, me.current.partner, m.WillMove(me.current.motion))
-    if me.current.partner is None or me.current.task_ref is None:
-        return None
-    return to_robot(me, me.current.partner, m.Claim(me.current.task_ref))
+    return to_partner(me, m.Claim(me.current.task_ref)) if me.current.task_ref is not None else None
 
 
-def order(me: Knowledge, now: float) -> m.Utterance | None:
-    chosen = choosing.next_order(me, now)
-    if chosen is None:
-        return None
-    me.current.partner, task = chosen
-    me.current.task = task.number
-    me.current.task_ref = m.TaskByName(spoken_name(task))
-    return same_order(me)
+def order(me: Knowledge) -> m.Utterance | None:
+    return to_partner(me, m.Order(me.current.task_ref)) if me.current.task_ref is not None else None
 
 
-def same_order(me: Knowledge) -> m.Utterance | None:
-    if me.current.partner is None or me.current.task_ref is None:
-        return None
-    return to_robot(me, me.current.partner, m.Order(me.current.task_ref))
-
-
-def to_partner(me: Knowledge, statement: m.Statement) -> m.Utterance | None:
-    return to_robot(me, me.current.partner, statement) if me.current.partner else None
-
-
-def _by_name(me: Knowledge, number: int | None) -> m.TaskByName:
-    if number is None:
-        raise RuntimeError("no task to speak of")
-    return m.TaskByName(spoken_name(me.board[number].definition))
+def _my_task(me: Knowledge) -> m.TaskByName:
+    return m.TaskByName(spoken_name(me.board[me.my_task()].definition))

@@ -15,10 +15,10 @@ from hvcpd.coordination.actions import Action, Rng, Role, SaveDue, SavePeer, Sav
 from hvcpd.coordination.addressing import confirming_slot, whose_turn
 from hvcpd.coordination.board import Board
 from hvcpd.coordination.floor import Floor, Intent, Order, Urgency, round_of_turns
-from hvcpd.coordination.knowledge import Knowledge
+from hvcpd.coordination.knowledge import Heard, Knowledge
 from hvcpd.coordination.peers import Peers, team_of
 from hvcpd.coordination.relaying import note_passed_on
-from hvcpd.coordination.states import AT_WORK, DEPARTING, NEWCOMER, State, Trigger
+from hvcpd.coordination.states import DEPARTING, NEWCOMER, State, Trigger
 from hvcpd.coordination.table import fire
 from hvcpd.language import messages as m
 from hvcpd.security.trust import Trust
@@ -60,8 +60,8 @@ class Coordination:
     ) -> None:
         timing = (timing or Timing()).for_speech(role.speech)
         board = Board(tasks, remembered or {}, now + timing.lease_s)
-        peers = Peers(timing.absent_s, board.recurs)
-        self.knowledge = me = Knowledge(role, timing, rng, board, peers, Floor(timing, rng))
+        self.board, self.peers = board, Peers(timing.absent_s, board.recurs)
+        self.knowledge = me = Knowledge(role, timing, rng, board, self.peers, Floor(timing, rng))
         me.missed.heard_work = bool(remembered)
         me.body.home = home
         for number, due_s in (dues or {}).items():
@@ -71,8 +71,6 @@ class Coordination:
             me.state = State.STOPPED
         else:
             me.arm(now, timing.wake_min_s + rng.random() * timing.wake_spread_s)
-
-    # --- what its owner tells it -------------------------------------------------------------------------------
 
     def heard(
         self,
@@ -100,10 +98,9 @@ class Coordination:
             trusting.refuse(me, utterance, trust, now)
             return
         schedule.heard(me, m.own_words(utterance.statement), now)
-        hearing.react(me, utterance, 1.0 if trust.checks_words else confidence, now)
-        if me.state is State.READY and me.timer_s is None and not me.board.all_done:
+        hearing.react(me, Heard(utterance, 1.0 if trust.checks_words else confidence, now))
+        if me.state is State.READY and me.timer_s == math.inf and not me.board.all_done:
             me.arm(now, me.timing.decide_s)
-        self._save_changes(now)
 
     def garbled(self, over_own_speech: bool, now: float) -> None:
         """Speech was noticed that could not be understood; over the own speech it tells that nobody heard us."""
@@ -122,31 +119,28 @@ class Coordination:
 
     def spoken(self, now: float) -> None:
         """The sentence of the last `Say` is out."""
-        me = self.knowledge
-        said = me.repair.last_said
-        intent = me.floor.ended(now, self._order_after(whose_turn(said) if said else me.role.name, now))
+        said = self.knowledge.repair.last_said
+        order = self._order_after(whose_turn(said) if said else self.role.name, now)
+        intent = self.knowledge.floor.ended(now, order)
         if intent is not None and intent.trigger is not None:
-            fire(me, intent.trigger, now)
+            fire(self.knowledge, intent.trigger, now)
 
     def performed(self, now: float) -> None:
         """The actions of the last `Perform` are carried out."""
-        me = self.knowledge
+        me, trigger = self.knowledge, Trigger.PERFORMED
         if me.state is State.GOING:
-            fire(me, Trigger.ARRIVED_SURE if choosing.is_assured(me, now) else Trigger.ARRIVED, now)
-        else:
-            fire(me, Trigger.PERFORMED, now)
-        self._save_changes(now)
+            trigger = Trigger.ARRIVED_SURE if choosing.is_assured(me, now) else Trigger.ARRIVED
+        fire(me, trigger, now)
 
     def perform_failed(self, now: float, reason: str | None = None) -> None:
         """The actions of the last `Perform` cannot be carried out; `reason`: why, if it can be said."""
         self.knowledge.report.reason = reason
         fire(self.knowledge, Trigger.FAILED, now)
-        self._save_changes(now)
 
     def remark(self, text: str, now: float) -> None:
         """Want to make a remark that a task asks for."""
-        me = self.knowledge
-        me.want(Urgency.TURN, f"remark {text}", lambda: composing.to_all(me, m.Remark(text)), now)
+        remark = composing.to_all(self.knowledge, m.Remark(text))
+        self.knowledge.floor.want(Intent(Urgency.TURN, f"remark {text}", lambda: remark), now)
 
     def say(self, utterance: m.Utterance, now: float) -> str | None:
         """Say a sentence for the robot's owner when its turn comes; why it will not be said, or None."""
@@ -162,7 +156,7 @@ class Coordination:
         topic = next((topic for topic in topics if not me.floor.wants(topic)), None)
         if topic is None:
             return f"{MAX_SENTENCES} sentences wait to be said already; try again when it is quieter"
-        me.want(Urgency.TURN, topic, lambda: utterance, now)
+        me.floor.want(Intent(Urgency.TURN, topic, lambda: utterance), now)
         return None
 
     def sensed(self, here: Place | None = None, battery_v: float | None = None) -> None:
@@ -174,9 +168,9 @@ class Coordination:
 
     def stop(self, now: float) -> bool:
         """Halt and latch, as if "stop" had been heard, and say so aloud; whether it was not stopped already."""
-        was_free = self.state is not State.STOPPED
+        before = self.state
         fire(self.knowledge, Trigger.STOP, now)
-        return was_free
+        return before is not State.STOPPED
 
     def set_clock(self, offset_s: float | None, now: float) -> None:
         """Tell the time: seconds since 1970 at 0 of the sample clock; None if nobody knows it."""
@@ -184,19 +178,18 @@ class Coordination:
         if me.clock_s is None or offset_s is None or abs(offset_s - me.clock_s) > CLOCK_STEP_S:
             me.clock_s, me.due_next_s = offset_s, None
             schedule.open_due(me, now)
-            self._save_changes(now)
 
     def tell_memory_lost(self, now: float) -> None:
         """Its memory is lost, so that it began stopped: say so aloud, and once released ask what is left."""
-        me = self.knowledge
-        me.missed.heard_work = True
-        me.want(Urgency.ALARM, "stopped", lambda: composing.to_all(me, m.Stopped(forgot=True)), now, slot=0)
+        self.knowledge.missed.heard_work = True
+        stopped = composing.to_all(self.knowledge, m.Stopped(forgot=True))
+        self.knowledge.floor.want(Intent(Urgency.ALARM, "stopped", lambda: stopped, slot=0), now)
 
     def resume(self, now: float) -> bool:
         """Take on tasks again, as if "resume" had been heard; whether it was stopped."""
-        was_stopped = self.state is State.STOPPED
+        before = self.state
         fire(self.knowledge, Trigger.RESUME, now)
-        return was_stopped
+        return before is State.STOPPED
 
     def reconfigure(
         self, now: float, role: Role, tasks: Iterable[TaskDefinition] = (), forgiven: Iterable[int] = ()
@@ -204,43 +197,42 @@ class Coordination:
         """Take another role, and other places and actions for some of the tasks, whose numbers and names stay. The
         robot may try the tasks `forgiven` again, although it gave them up."""
         self.knowledge.role = role
-        self.knowledge.board.redefine(tasks)
-        self.knowledge.board.forgive(role.name, forgiven)
+        self.board.redefine(tasks)
+        self.board.forgive(role.name, forgiven)
         self.knowledge.reconsider(now)
 
     def leave(self, now: float) -> None:
         """The robot is about to be switched off: it says so, and gives back its task."""
         fire(self.knowledge, Trigger.LEAVE, now)
-        self._save_changes(now)
 
     def tick(self, now: float) -> None:
         """Do what is due."""
         me = self.knowledge
-        if me.timer_s is not None and now >= me.timer_s:
-            unsettled_s = me.floor.unsettled_until(now)
-            if now < unsettled_s:
-                me.timer_s = unsettled_s  # what is waited for may be being said, or recognised, right now
-            else:
-                me.timer_s = None
+        if now >= me.timer_s:
+            me.timer_s = me.floor.unsettled_until(now)  # what is waited for may be being said, or recognised, right now
+            if now >= me.timer_s:
+                me.timer_s = math.inf
                 deadlines.time_is_over(me, now)
         schedule.open_due(me, now)
         deadlines.renew_lease(me, now)
         intent = me.floor.begin(now)
         if intent is not None:
             self._begin(intent, now)
-        self._save_changes(now)
-
-    # --- what its owner asks of it -----------------------------------------------------------------------------
 
     def next_deadline(self) -> float:
         """When `tick` must be called at the latest; infinity if nothing is due."""
         me = self.knowledge
-        deadline_s = min(me.floor.next_deadline(), deadlines.renewal_s(me), schedule.next_s(me))
-        return deadline_s if me.timer_s is None else min(deadline_s, me.timer_s)
+        return min(me.floor.next_deadline(), deadlines.renewal_s(me), schedule.next_s(me), me.timer_s)
 
-    def actions(self) -> tuple[Action, ...]:
+    def actions(self, now: float) -> tuple[Action, ...]:
         """What is to be done now, in order; handed out once."""
         me = self.knowledge
+        for number in me.board.changed:
+            me.do(SaveTask(number, me.board[number].lasting_state, me.board[number].owner))
+            due_s = schedule.note_done(me, number, now) if me.board[number].known_done else None
+            if due_s is not None:
+                me.do(SaveDue(number, due_s))
+        me.board.changed.clear()
         actions, me.actions = tuple(me.actions), []
         return actions
 
@@ -260,21 +252,6 @@ class Coordination:
         return self.knowledge.role
 
     @property
-    def board(self) -> Board:
-        """What it knows of the tasks."""
-        return self.knowledge.board
-
-    @property
-    def peers(self) -> Peers:
-        """Whom it has heard."""
-        return self.knowledge.peers
-
-    @property
-    def at_work(self) -> bool:
-        """Whether it has a task that is its own."""
-        return self.state in AT_WORK
-
-    @property
     def at_place(self) -> bool:
         """Whether what is being performed is the task itself, not the way there."""
         return self.state is State.ACTING
@@ -283,8 +260,6 @@ class Coordination:
     def has_left(self) -> bool:
         """Whether it has said that it leaves."""
         return self.state is State.GONE
-
-    # --- its turns ---------------------------------------------------------------------------------------------
 
     def _is_second(self, u: m.Utterance, now: float) -> bool:
         """Whether this is the sentence that was understood just before, said once more: it is not acted on again."""
@@ -295,8 +270,7 @@ class Coordination:
         return last[0] == u
 
     def _order_after(self, speaker: str | None, now: float) -> Order | None:
-        """This robot's place in the round of turns that begins after a speaker; a newcomer knows of one only if it was
-        told the names."""
+        """This robot's place in the round of turns after a speaker; a newcomer that was told no names knows of none."""
         me = self.knowledge
         if speaker is None or (me.state in NEWCOMER and not me.role.roster):
             return None
@@ -304,24 +278,28 @@ class Coordination:
 
     def _begin(self, intent: Intent, now: float) -> None:
         me = self.knowledge
+        chosen = intent.decide()
+        if chosen is not None:
+            fire(me, chosen, now)
         utterance = intent.compose()
         if utterance is None:
             me.floor.ended(now)
             if intent.trigger is not None:
                 fire(me, Trigger.WITHDRAWN, now)
             return
-        self._note_own_words(utterance, intent, now)
+        intent.on_said()
+        self._note_own_words(utterance, now)
         slowly = intent.slowly or repair.speaks_slowly(me) or me.role.speech.slowly
-        me.repair.last_said = utterance
-        me.last_heard = None
+        me.repair.last_said, me.last_heard = utterance, None
         me.do(Say(utterance, slowly, me.role.speech.times))
 
-    def _note_own_words(self, utterance: m.Utterance, intent: Intent, now: float) -> None:
+    def _note_own_words(self, utterance: m.Utterance, now: float) -> None:
         """What follows for this robot from what it says."""
-        me = self.knowledge
-        statement = utterance.statement
-        if isinstance(statement, m.Claim | m.Working):
-            me.lease.claimed_s = now
+        me, statement = self.knowledge, utterance.statement
+        claims = isinstance(statement, m.Claim | m.Working)
+        if claims or (isinstance(statement, m.Completed) and statement.next is not None):
+            me.current.claimed_s = now
+        if claims:
             me.report.said = False
         elif isinstance(statement, m.Completed | m.Failed) and statement.task.number == me.report.task:
             me.report.said = True
@@ -329,15 +307,3 @@ class Coordination:
             note_passed_on(me.relays, utterance.addressee.name, statement, now)
         if isinstance(statement, m.Spelled):
             me.acquaintance.spelled_s = now
-        if isinstance(statement, m.Completed) and statement.next is not None:
-            me.lease.claimed_s = now
-            intent.trigger = Trigger.SPOKEN_BOTH if intent.trigger and me.state is State.REPORTING else intent.trigger
-
-    def _save_changes(self, now: float) -> None:
-        me = self.knowledge
-        for number in me.board.changed:
-            me.do(SaveTask(number, me.board[number].lasting_state, me.board[number].owner))
-            due_s = schedule.note_done(me, number, now) if me.board[number].known_done else None
-            if due_s is not None:
-                me.do(SaveDue(number, due_s))
-        me.board.changed.clear()

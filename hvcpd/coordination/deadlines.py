@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 from hvcpd.coordination import choosing, composing, earshot, repair
-from hvcpd.coordination.floor import Urgency
+from hvcpd.coordination.floor import Intent, Urgency
 from hvcpd.coordination.knowledge import Knowledge
 from hvcpd.coordination.states import State, Trigger
 from hvcpd.coordination.table import fire, states_with
@@ -44,15 +44,16 @@ def renewal_s(me: Knowledge) -> float:
     """When the lease of this robot's own claim is to be renewed; infinity if it has none, or nobody is there."""
     if me.state not in RENEWS or not me.peers.all():
         return math.inf
-    return me.lease.claimed_s + me.timing.renewal_s
+    return me.current.claimed_s + me.timing.renewal_s
 
 
 def renew_lease(me: Knowledge, now: float) -> None:
     """Say that the robot is at its task, if it has not spoken of it for long: who hears it renews the lease."""
     if now >= renewal_s(me):
-        me.lease.claimed_s = now
+        me.current.claimed_s = now
         me.board.claim(me.my_task(), me.role.name, me.lease_end_s(now))
-        me.want(Urgency.TURN, "renewal", lambda: composing.working(me) if me.state in RENEWS else None, now)
+        working = Intent(Urgency.TURN, "renewal", lambda: composing.working(me) if me.state in RENEWS else None)
+        me.floor.want(working, now)
 
 
 def _again_or_give_up(me: Knowledge, times: int, now: float) -> None:
@@ -71,35 +72,39 @@ def _again_or_give_up(me: Knowledge, times: int, now: float) -> None:
 
 def _choose(me: Knowledge, now: float) -> None:
     repair.spell_now_and_then(me, now)
+    me.current.repeats = 0
     waited = earshot.has_waited(me, now)
     if waited and earshot.way_back(me, now) is not None:
         fire(me, Trigger.UNHEARD, now)
-        return
-    if waited or (me.missed.heard_work and me.peers.present(now)):
+    elif waited or (me.missed.heard_work and me.peers.present(now)):
         _ask(me, now)
-        return
-    if me.role.coordinator and choosing.can_order(me, now):
-        me.current.repeats = 0
+    elif me.role.coordinator and choosing.can_order(me, now):
         fire(me, Trigger.CHOSE_ORDER, now)
-        return
-    if choosing.may_volunteer(me, now) and choosing.task_is_free(me, now):
+    elif choosing.may_volunteer(me, now) and choosing.task_is_free(me, now):
         fire(me, Trigger.CHOSE_CLAIM, now)
-        return
+    else:
+        _choose_talk_or_wait(me, now)
+
+
+def _choose_talk_or_wait(me: Knowledge, now: float) -> None:
+    """There is nothing to be done: look for robots, report, ask whether what may be done is, or wait."""
     if me.role.coordinator:
         _look_for_robots(me, now)
+    unsure = not me.board.not_done() and me.board.hearsay() and now >= me.missed.ask_again_s
     if me.report.task is not None:
-        me.current.repeats = 0
         fire(me, Trigger.CHOSE_REPORT, now)
-        return
-    if not me.board.not_done() and me.board.hearsay() and now >= me.missed.ask_again_s:
-        if me.peers.present(now):
-            me.missed.ask_again_s = now + me.timing.ask_again_s * (1.0 + me.rng.random())
-            _ask(me, now)
-        elif choosing.may_volunteer(me, now):  # there is nobody to ask: better twice than not at all
-            for number in me.board.hearsay():
-                me.board.reopen(number)
+    elif unsure and me.peers.present(now):
+        me.missed.ask_again_s = now + me.timing.ask_again_s * (1.0 + me.rng.random())
+        _ask(me, now)
+    elif unsure:
+        for number in me.board.hearsay() if choosing.may_volunteer(me, now) else ():
+            me.board.reopen(number)  # there is nobody to ask: better twice than not at all
             me.reconsider(now)
-        return
+    else:
+        _wait(me, now)
+
+
+def _wait(me: Knowledge, now: float) -> None:
     waits = [
         me.board.next_lapse(now),
         me.missed.ask_again_s if me.board.hearsay() else None,
@@ -110,7 +115,7 @@ def _choose(me: Knowledge, now: float) -> None:
     if me.acquaintance.own_name_heard_s:
         waits.append(me.acquaintance.own_name_heard_s[-1] + me.timing.name_conflict_s)
     later = [t for t in waits if t is not None and t > now]
-    me.timer_s = min(later, default=None)
+    me.timer_s = min(later, default=math.inf)
 
 
 def _look_for_robots(me: Knowledge, now: float) -> None:
@@ -122,7 +127,8 @@ def _look_for_robots(me: Knowledge, now: float) -> None:
         return
     if a.call_s is not None and now >= a.call_s:
         a.calls, a.call_s = a.calls + 1, None
-        me.want(Urgency.TURN, "who is here", lambda: composing.to_all(me, m.WhoHere()), now)
+        question = composing.to_all(me, m.WhoHere())
+        me.floor.want(Intent(Urgency.TURN, "who is here", lambda: question), now)
     if a.call_s is None:
         a.call_s = now + CALL_S * 2.0 ** min(a.calls, CALL_DOUBLINGS_MAX)
 
@@ -130,5 +136,4 @@ def _look_for_robots(me: Knowledge, now: float) -> None:
 def _ask(me: Knowledge, now: float) -> None:
     me.missed.heard_work = False
     earshot.note_asked(me)
-    me.current.repeats = 0
     fire(me, Trigger.CHOSE_QUESTION, now)

@@ -16,7 +16,7 @@ import math
 from hvcpd.config.tasks import Place
 from hvcpd.coordination import choosing
 from hvcpd.coordination.addressing import OPENERS, is_for_me_alone
-from hvcpd.coordination.knowledge import Knowledge
+from hvcpd.coordination.knowledge import Heard, Knowledge
 from hvcpd.coordination.peers import Peer
 from hvcpd.language import messages as m
 
@@ -32,32 +32,26 @@ TAKES_ORDER = (m.Claim, m.Unable, m.Unknown, m.Busy)
 """What is said to one robot in answer to its order."""
 
 
-def note(me: Knowledge, u: m.Utterance, now: float) -> None:
-    """A sentence was understood: learn from it who hears whom."""
-    alone, waiting = is_for_me_alone(me, u), me.waiting
-    peer = me.peers.get(u.speaker)
+def note(me: Knowledge, heard: Heard) -> None:
+    """Learn from a sentence who hears whom."""
+    said, to, alone, waiting = heard.utterance.statement, heard.to, is_for_me_alone(me, heard.to), me.waiting
+    peer = me.peers.get(heard.speaker)
     if peer is not None:
-        answered = alone and not isinstance(u.statement, OPENERS)
+        answered = alone and not isinstance(said, OPENERS)
         if answered or peer.met is None:
             peer.met = me.body.here
         peer.sought = peer.sought and not answered
-    if isinstance(u.statement, m.Order):
-        waiting.giver = u.speaker
-    elif isinstance(u.statement, TAKES_ORDER) and isinstance(u.addressee, m.ToRobot) and not alone:
-        waiting.giver = u.addressee.name
-    if alone and isinstance(u.statement, m.Order | m.Confirmed):
+    if isinstance(said, m.Order):
+        waiting.giver = heard.speaker
+    elif isinstance(said, TAKES_ORDER) and isinstance(to, m.ToRobot) and not alone:
+        waiting.giver = to.name
+    if alone and isinstance(said, m.Order | m.Confirmed):
         waiting.asked, waiting.until_s = 0, None
-    if me.role.coordinator:
-        _note_who_can_be_ordered(me, u, now)
-
-
-def _note_who_can_be_ordered(me: Knowledge, u: m.Utterance, now: float) -> None:
-    """Whom others speak to is in their earshot, so that orders to it can be passed on."""
-    to = u.addressee
-    if isinstance(to, m.ToRobot) and not is_for_me_alone(me, u) and not me.peers.is_present(to.name, now):
-        me.peers.heard(to.name, None, now, 1.0, None)
-    if choosing.can_order(me, now):
-        me.reconsider(now)
+    if me.role.coordinator:  # whom others speak to is in their earshot, so that orders to it can be passed on
+        if isinstance(to, m.ToRobot) and not alone and not me.peers.is_present(to.name, heard.now):
+            me.peers.heard(to.name, None, heard.now, 1.0, None)
+        if choosing.can_order(me, heard.now):
+            me.reconsider(heard.now)
 
 
 def way_back(me: Knowledge, now: float) -> Place | None:

@@ -6,11 +6,11 @@ from collections.abc import Callable
 
 from hvcpd.config.tasks import Action as TaskAction
 from hvcpd.config.tasks import Forward, GoTo, Turn
-from hvcpd.coordination import composing, earshot
+from hvcpd.coordination import choosing, composing, earshot
 from hvcpd.coordination.actions import Halt, Perform, SaveStopped
 from hvcpd.coordination.addressing import confirming_slot
-from hvcpd.coordination.board import DONE
-from hvcpd.coordination.floor import RANK_MAX, Urgency
+from hvcpd.coordination.board import DONE, spoken_name
+from hvcpd.coordination.floor import RANK_MAX, Intent, Urgency, nothing
 from hvcpd.coordination.knowledge import Knowledge
 from hvcpd.coordination.states import Trigger
 from hvcpd.language import messages as m
@@ -32,35 +32,45 @@ def rest(me: Knowledge, now: float) -> None:
 
 def end_report(me: Knowledge, now: float) -> None:
     """The report was confirmed, or nobody is there to confirm it."""
-    if me.current.repeats >= me.timing.claims_max and me.peers.last_heard_s < me.current.asked_since_s:
-        me.peers.nobody_answers()
+    if me.current.repeats >= me.timing.claims_max:
+        me.peers.nobody_answered(me.current.asked_since_s)
     me.report.task = None
     rest(me, now)
 
 
 def _want_turn(
     me: Knowledge,
-    compose: Callable[[], m.Utterance | None],
+    compose: Callable[[Knowledge], m.Utterance | None],
     now: float,
     urgency: Urgency = Urgency.TURN,
     times: int = 0,
-    slowly: bool = False,
+    *,
+    trigger: Trigger = Trigger.SPOKEN,
+    slot: int | None = None,
+    decide: Callable[[], Trigger | None] = nothing,
 ) -> None:
     """Want the floor for the state's own sentence; one that was said so many `times` unanswered is held back."""
     doublings = min(times - 1, BACK_OFF_DOUBLINGS)
     after_s = me.rng.random() * me.timing.back_off_s * 2.0**doublings if times > 0 else 0.0
-    me.want(urgency, OWN_TURN, compose, now, trigger=Trigger.SPOKEN, slowly=slowly, after_s=after_s)
+    not_before_s = now + after_s
+    intent = Intent(urgency, OWN_TURN, lambda: compose(me), trigger, slot, not_before_s=not_before_s, decide=decide)
+    me.floor.want(intent, now)
 
 
-def _want_turn_again(me: Knowledge, compose: Callable[[], m.Utterance | None], now: float) -> None:
+def _want_turn_again(
+    me: Knowledge,
+    compose: Callable[[Knowledge], m.Utterance | None],
+    now: float,
+    decide: Callable[[], Trigger | None] = nothing,
+) -> None:
     """The same, more urgent once it was said and not answered."""
     urgency = Urgency.AGAIN if me.current.repeats else Urgency.TURN
-    _want_turn(me, compose, now, urgency, times=me.current.repeats)
+    _want_turn(me, compose, now, urgency, me.current.repeats, decide=decide)
 
 
 def want_greeting(me: Knowledge, now: float) -> None:
     me.acquaintance.greetings += 1
-    _want_turn(me, lambda: composing.greeting(me), now, times=me.acquaintance.greetings - 1)
+    _want_turn(me, composing.greeting, now, times=me.acquaintance.greetings - 1)
 
 
 def wait_for_greetings(me: Knowledge, now: float) -> None:
@@ -75,23 +85,33 @@ def wait_for_answer(me: Knowledge, now: float) -> None:
 def want_question(me: Knowledge, now: float) -> None:
     if me.current.repeats == 0:
         me.current.asked_since_s = now
-    _want_turn(me, lambda: composing.to_all(me, m.WhatLeft()), now, times=me.current.repeats)
+    _want_turn(me, lambda me: composing.to_all(me, m.WhatLeft()), now, times=me.current.repeats)
 
 
 def end_question(me: Knowledge, now: float) -> None:
-    if me.peers.last_heard_s < me.current.asked_since_s:
-        me.peers.nobody_answers()
+    if me.peers.nobody_answered(me.current.asked_since_s):
         me.missed.ask_again_s = now
     rest(me, now)
 
 
 def want_claim(me: Knowledge, now: float) -> None:
     me.current.task = None
-    _want_turn(me, lambda: composing.claim(me, now), now)
+    want_claim_again(me, now)
 
 
 def want_claim_again(me: Knowledge, now: float) -> None:
-    _want_turn(me, lambda: composing.claim(me, now), now, Urgency.AGAIN, times=me.current.repeats)
+    """The task is chosen once the floor is had."""
+    _want_turn_again(me, composing.claim, now, lambda: claim_task(me, now))
+
+
+def claim_task(me: Knowledge, now: float) -> None:
+    """Claim the task that was claimed before, or else one that is free."""
+    if me.current.task is None:
+        me.current.task = choosing.task_to_claim(me, now)
+        if me.current.task is None:
+            return
+        me.current.owner_before, me.current.doubted = me.board[me.current.task].owner, None
+    me.board.claim(me.current.task, me.role.name, me.lease_end_s(now))
 
 
 def wait_for_objections(me: Knowledge, now: float) -> None:
@@ -110,19 +130,17 @@ def wait_for_confirmation(me: Knowledge, now: float) -> None:
 
 
 def go(me: Knowledge, now: float) -> None:
-    _report_before(me, Urgency.TURN, now)
-    me.report.task = None
+    _forget_report(me, Urgency.TURN, now)
     me.current.repeats = 0
     me.board.claim(me.my_task(), me.role.name, me.lease_end_s(now))
     if me.current.partner is not None:
-        me.lease.claimed_s = now
+        me.current.claimed_s = now
     me.do(Perform(me.my_task(), _split(me)[0]))
 
 
 def go_alone(me: Knowledge, now: float) -> None:
     """Nobody has answered, however often it was said: there is nobody."""
-    if me.peers.last_heard_s < me.current.asked_since_s:
-        me.peers.nobody_answers()
+    me.peers.nobody_answered(me.current.asked_since_s)
     go(me, now)
 
 
@@ -138,7 +156,7 @@ def _split(me: Knowledge) -> tuple[tuple[TaskAction, ...], tuple[TaskAction, ...
 
 
 def want_announcement(me: Knowledge, now: float) -> None:
-    _want_turn_again(me, lambda: composing.working(me), now)
+    _want_turn_again(me, composing.working, now)
 
 
 def finish_task(me: Knowledge, now: float) -> None:
@@ -159,7 +177,16 @@ def _report_first_time(me: Knowledge, now: float) -> None:
 
 
 def want_report(me: Knowledge, now: float) -> None:
-    _want_turn_again(me, lambda: composing.report(me, now), now)
+    def decide() -> Trigger | None:
+        if choosing.may_claim_with_report(me, now):
+            claim_task(me, now)
+        return Trigger.CHOSE_CLAIM if me.current.task is not None else None
+
+    _want_turn_again(me, composing.report, now, decide)
+
+
+def claim_with_report(_me: Knowledge, _now: float) -> None:
+    """The report is about to be said; the task that was just chosen is claimed in the same breath."""
 
 
 def let_go(me: Knowledge) -> None:
@@ -194,37 +221,38 @@ def leave_to_others(me: Knowledge, now: float) -> None:
 
 
 def want_read_back(me: Knowledge, now: float) -> None:
-    trigger = Trigger.SPOKEN_SURE if me.current.motion is not None and me.current.motion_sure else Trigger.SPOKEN
-    slowly = me.repair.speak_slowly
-    me.want(Urgency.ANSWER, OWN_TURN, lambda: composing.read_back(me), now, trigger=trigger, slowly=slowly)
+    sure = me.current.motion is not None and me.current.motion_sure
+    trigger = Trigger.SPOKEN_SURE if sure else Trigger.SPOKEN
+    _want_turn(me, composing.read_back, now, Urgency.ANSWER, trigger=trigger)
 
 
-def turn_to_next_motion(me: Knowledge, now: float) -> None:
+def halt_and_read_back(me: Knowledge, now: float) -> None:
     me.do(Halt())
     want_read_back(me, now)
 
 
 def move(me: Knowledge, _now: float) -> None:
     """Every spoken motion is bounded: a distance, an angle, or the way home."""
-    action: TaskAction | None = None
+    actions: tuple[TaskAction, ...] = ()
     match me.current.motion:
         case m.MoveBy(distance_m, back):
-            action = Forward(-distance_m if back else distance_m)
+            actions = (Forward(-distance_m if back else distance_m),)
         case m.TurnBy(angle_deg):
-            action = Turn(angle_deg)
+            actions = (Turn(angle_deg),)
         case m.ComeBack() if me.body.home is not None:
-            action = GoTo(me.body.home)
-        case _:
-            pass
-    me.do(Perform(0, (action,) if action is not None else ()))
+            actions = (GoTo(me.body.home),)
+    me.do(Perform(0, actions))
 
 
 def want_order(me: Knowledge, now: float) -> None:
-    _want_turn(me, lambda: composing.order(me, now), now)
+    """The same once more, or another one, chosen once the floor is had."""
+    _want_turn(me, composing.order, now, decide=lambda: choose_order(me, now))
 
 
-def want_order_again(me: Knowledge, now: float) -> None:
-    _want_turn(me, lambda: composing.same_order(me), now, slowly=me.repair.speak_slowly)
+def choose_order(me: Knowledge, now: float) -> None:
+    if me.current.partner is None and (chosen := choosing.next_order(me, now)) is not None:
+        me.current.partner, task = chosen
+        me.current.task, me.current.task_ref = task.number, m.TaskByName(spoken_name(task))
 
 
 def want_confirmation(me: Knowledge, now: float) -> None:
@@ -234,13 +262,11 @@ def want_confirmation(me: Knowledge, now: float) -> None:
         if peer is not None:
             peer.assigned = me.my_task()
         me.acquaintance.calls = 0
-    confirmed = composing.to_partner(me, m.Confirmed())
-    _want_turn(me, lambda: confirmed, now, Urgency.ANSWER)
+    _want_turn(me, lambda me: composing.to_partner(me, m.Confirmed()), now, Urgency.ANSWER)
 
 
 def want_denial(me: Knowledge, now: float) -> None:
-    denial = composing.to_partner(me, m.Negative())
-    _want_turn(me, lambda: denial, now, Urgency.ANSWER)
+    _want_turn(me, lambda me: composing.to_partner(me, m.Negative()), now, Urgency.ANSWER)
 
 
 def note_refusal(me: Knowledge, now: float) -> None:
@@ -267,16 +293,14 @@ def want_farewell(me: Knowledge, now: float) -> None:
     """Give the task back and say so; what was finished and not yet confirmed is reported once more before."""
     let_go(me)
     me.floor.clear()
-    _report_before(me, Urgency.ALARM, now)
+    _forget_report(me, Urgency.ALARM, now)
     me.current.clear()
-    me.report.task = None
-    me.timer_s = None
     _want_to_say_farewell(me, now)
 
 
 def _want_to_say_farewell(me: Knowledge, now: float) -> None:
     farewell = composing.to_all(me, m.Leaving())
-    me.want(Urgency.ANSWER, OWN_TURN, lambda: farewell, now, trigger=Trigger.SPOKEN_FAREWELL, slot=1)
+    _want_turn(me, lambda _: farewell, now, Urgency.ANSWER, trigger=Trigger.SPOKEN_FAREWELL, slot=1)
 
 
 def stop_and_leave(me: Knowledge, now: float) -> None:
@@ -293,14 +317,14 @@ def latch(me: Knowledge, _now: float) -> None:
 
 def fall_silent(me: Knowledge, _now: float) -> None:
     me.floor.clear()
-    me.timer_s = None
 
 
-def _report_before(me: Knowledge, urgency: Urgency, now: float) -> None:
-    """Say once more what is finished and was not confirmed, before it is forgotten."""
+def _forget_report(me: Knowledge, urgency: Urgency, now: float) -> None:
+    """Say once more what is finished and was not confirmed."""
     if me.report.task is not None and me.board[me.report.task].state == DONE:
         done = composing.to_all(me, m.Completed(m.TaskByNumber(me.report.task)))
-        me.want(urgency, f"done {me.report.task}", lambda: done, now, slot=0)
+        me.floor.want(Intent(urgency, f"done {me.report.task}", lambda: done, slot=0), now)
+    me.report.task = None
 
 
 def halt(me: Knowledge, now: float) -> None:
@@ -308,8 +332,8 @@ def halt(me: Knowledge, now: float) -> None:
     let_go(me)
     me.do(SaveStopped(True))
     me.floor.clear()
-    _report_before(me, Urgency.TURN, now)
+    _forget_report(me, Urgency.TURN, now)
     me.current.clear()
-    me.report.task = None
     slot = me.rank("", 0, now)  # in turn: each wants to be heard by all others
-    me.want(Urgency.ALARM, "stopped", lambda: composing.to_all(me, m.Stopped()), now, slot=slot)
+    stopped = composing.to_all(me, m.Stopped())
+    me.floor.want(Intent(Urgency.ALARM, "stopped", lambda: stopped, slot=slot), now)

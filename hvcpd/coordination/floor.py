@@ -42,15 +42,21 @@ class Urgency(IntEnum):
     TURN = 3
 
 
+def nothing() -> None:
+    """What most intents decide, and most sentences change."""
+
+
 @dataclass
 class Intent:
     """Something to be said: composed only when the floor is had, so that it is still true then.
 
-    `compose` returns None when there is no longer anything to say. `trigger` moves the state machine when the
-    sentence is out; `topic` tells intents apart: a new one replaces an old one of the same topic. `slot` is the
-    answerer's place in the order of those who could answer (None: drawn); `call` is who is to be answered, if one
-    answer is enough. A `tentative` answer is given up as soon as anything else is said to the one who called, or
-    something that was not understood. An answer that did not get the floor for `answer_kept_s` is no answer any more.
+    First `decide` chooses what is still open; the trigger of that choice, if it has one, is fired. `compose` changes
+    nothing; it returns None when there is no longer anything to say. `on_said` notes what follows once the sentence is
+    begun; `trigger` moves the state machine when it is out. A new intent replaces an old one of the same `topic`.
+    `slot` is the answerer's place in the order of those who could answer (None: drawn); `call` is who is to be
+    answered, if one answer is enough. A `tentative` answer is given up as soon as anything else is said to the one who
+    called, or something that was not understood. An answer that did not get the floor for `answer_kept_s` is no answer
+    any more. It is held back until `not_before_s`, whoever's turn it is.
     """
 
     urgency: Urgency
@@ -62,7 +68,8 @@ class Intent:
     slowly: bool = False
     tentative: bool = False
     not_before_s: float = -math.inf
-    """It is held back until then, whoever's turn it is."""
+    decide: Callable[[], Trigger | None] = nothing
+    on_said: Callable[[], None] = nothing
     ready_s: float = 0.0
     wanted_s: float = 0.0
 
@@ -98,7 +105,8 @@ class Floor:
         self._timing = timing
         self._rng = rng
         self._intents: list[Intent] = []
-        self._busy = False
+        self.busy = False
+        """Somebody else is speaking."""
         self._released_s = -math.inf
         self._understood_s = -math.inf
         self.busy_since_s = -math.inf
@@ -113,16 +121,10 @@ class Floor:
         """So many slots after a sentence are for answers: turns begin after them, if that is later than their gap."""
         self.speaking: Intent | None = None
 
-    @property
-    def busy(self) -> bool:
-        """Somebody else is speaking."""
-        return self._busy
-
     def unsettled_until(self, now: float) -> float:
         """Until when something that somebody says may still come to be understood."""
-        if self._busy or self.speaking is not None:
-            return now + self._timing.settle_s
-        return self._released_s + self._timing.settle_s
+        speaking = self.busy or self.speaking is not None
+        return (now if speaking else self._released_s) + self._timing.settle_s
 
     def want(self, intent: Intent, now: float) -> None:
         self.withdraw(intent.topic)
@@ -135,8 +137,7 @@ class Floor:
         return any(intent.topic == topic for intent in self._intents)
 
     def withdraw(self, topic: str) -> None:
-        if self._intents:
-            self._intents = [intent for intent in self._intents if intent.topic != topic]
+        self._intents = [intent for intent in self._intents if intent.topic != topic]
 
     def withdraw_all(self, topics: str) -> None:
         """Withdraw every topic that begins so."""
@@ -144,8 +145,7 @@ class Floor:
 
     def answered(self, call: str, only_tentative: bool = False) -> None:
         """Somebody else has answered: who wanted to holds back."""
-        if self._intents:
-            self._intents = [i for i in self._intents if i.call != call or (only_tentative and not i.tentative)]
+        self._intents = [i for i in self._intents if i.call != call or (only_tentative and not i.tentative)]
 
     def garbled(self) -> None:
         """Something was said that may have been an objection."""
@@ -154,23 +154,22 @@ class Floor:
             self._give_up_tentative()
 
     def _give_up_tentative(self) -> None:
-        if self._intents:
-            self._intents = [intent for intent in self._intents if not intent.tentative]
+        self._intents = [intent for intent in self._intents if not intent.tentative]
 
     def clear(self) -> None:
         self._intents.clear()
 
     def channel(self, busy: bool, now: float) -> None:
         """Somebody began or ended to speak; after an end everybody backs off anew."""
-        if self._busy and not busy:
+        if self.busy and not busy:
             self._released_s = now
             self.hold_back(now)
-        if busy and not self._busy:
+        if busy and not self.busy:
             self.busy_since_s = now
             self.is_second = now < self._understood_s + self._timing.second_s
             if not self.is_second:
                 self._give_up_tentative()  # most likely another one answers; if not, the question comes again
-        self._busy = busy
+        self.busy = busy
 
     def understood(self, now: float, order: Order | None) -> None:
         """A sentence was understood; back off from its end as others do. `order`: the place in the round of turns."""
@@ -186,19 +185,13 @@ class Floor:
 
     def begin(self, now: float) -> Intent | None:
         """The intent whose turn has come, now being spoken; None if there is none or the floor is taken."""
-        if not self._intents or self._busy or self.speaking is not None:
+        if now < self.next_deadline():
             return None
         due = [intent for intent in self._intents if intent.ready_s <= now]
         late = [i for i in due if i.call is not None and now - i.wanted_s > self._timing.answer_kept_s]
-        if late:
-            self._intents = [intent for intent in self._intents if intent not in late]
-            due = [intent for intent in due if intent not in late]
-        if not due:
-            return None
-        intent = min(due, key=lambda i: (i.urgency, i.ready_s))
-        self._intents.remove(intent)
-        self.speaking = intent
-        return intent
+        self.speaking = min((i for i in due if i not in late), key=lambda i: (i.urgency, i.ready_s), default=None)
+        self._intents = [i for i in self._intents if i not in late and i is not self.speaking]
+        return self.speaking
 
     def ended(self, now: float, order: Order | None = None) -> Intent | None:
         """The own sentence is out; returns what it was. `order` is as in `hold_back`."""
@@ -207,9 +200,9 @@ class Floor:
         return intent
 
     def next_deadline(self) -> float:
-        if not self._intents or self._busy or self.speaking is not None:
+        if self.busy or self.speaking is not None:
             return math.inf
-        return min(intent.ready_s for intent in self._intents)
+        return min((intent.ready_s for intent in self._intents), default=math.inf)
 
     def _back_off(self, now: float) -> None:
         for intent in self._intents:
@@ -229,11 +222,6 @@ class Floor:
             if now - intent.wanted_s > OVERDUE_S * self._ring_size:
                 return turn_gap_s + int(self._rng.random() * OVERDUE_SLOTS) * timing.slot_s
             turn_gap_s += OVERDUE_SLOTS * timing.slot_s
-        return self._turn(intent, turn_gap_s, now)
-
-    def _turn(self, intent: Intent, turn_gap_s: float, now: float) -> float:
-        """How long from now to wait for the own turn; all turns begin `turn_gap_s` after what was said."""
-        timing = self._timing
         collided = intent.urgency is Urgency.AGAIN and self._round is not None and self._round.own
         if self._round is None or collided:  # two who spoke at once know of no order
             after_turns = self._ring_size if self._round is None else 0

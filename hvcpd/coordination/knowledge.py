@@ -13,9 +13,9 @@ from typing import Any
 from hvcpd.config.tasks import Place
 from hvcpd.coordination.actions import Action, Rng, Role, Timing
 from hvcpd.coordination.board import Board
-from hvcpd.coordination.floor import RANK_MAX, Floor, Intent, Urgency
+from hvcpd.coordination.floor import RANK_MAX, Floor
 from hvcpd.coordination.peers import Peers, lot
-from hvcpd.coordination.states import State, Trigger
+from hvcpd.coordination.states import State
 from hvcpd.language import messages as m
 
 NEVER_S = -math.inf
@@ -36,6 +36,10 @@ class Current:
     """Who ordered it, or is being ordered."""
     owner_before: str | None = None
     """Whose the task was before this robot claimed it."""
+    claimed_s: float = NEVER_S
+    """When it last spoke of its task."""
+    assured_s: float = NEVER_S
+    """Until when somebody who confirmed the claim keeps it."""
     doubted: tuple[str, int] | None = None
     """Who said that the task, of that number, was done, and was not believed."""
     repeats: int = 0
@@ -58,16 +62,6 @@ class Report:
     """Why it was given up, if that can be said."""
     said: bool = False
     """Whether the sentence that waits for a confirmation held the report."""
-
-
-@dataclass
-class Lease:
-    """How long this robot's claim is safe."""
-
-    claimed_s: float = NEVER_S
-    """When it last spoke of its task."""
-    assured_s: float = NEVER_S
-    """Until when somebody who confirmed the claim keeps it."""
 
 
 @dataclass
@@ -104,20 +98,11 @@ class HeardClaim:
 
 @dataclass(frozen=True)
 class QuotedReport:
-    """A report that `by` passed on in the name of `speaker`."""
+    """A report that somebody passed on in the name of `speaker`."""
 
     speaker: str
-    by: str
     number: int
     at_s: float
-
-
-@dataclass
-class Overheard:
-    """The last sentences of others that objections may refer to."""
-
-    claim: HeardClaim | None = None
-    report: QuotedReport | None = None
 
 
 RelayedMessage = tuple[str, str, m.Statement | None]
@@ -219,14 +204,16 @@ class Knowledge:
     peers: Peers
     floor: Floor
     state: State = State.WAKING
-    timer_s: float | None = None
-    """When the state's time is over; None: never."""
+    timer_s: float = math.inf
+    """When the state's time is over."""
     current: Current = field(default_factory=Current)
     report: Report = field(default_factory=Report)
-    lease: Lease = field(default_factory=Lease)
     body: Body = field(default_factory=Body)
     missed: Missed = field(default_factory=Missed)
-    overheard: Overheard = field(default_factory=Overheard)
+    claim_heard: HeardClaim | None = None
+    """The last one: what others object to."""
+    report_quoted: QuotedReport | None = None
+    """The last one: what its speaker may deny."""
     relays: Relays = field(default_factory=Relays)
     acquaintance: Acquaintance = field(default_factory=Acquaintance)
     waiting: Waiting = field(default_factory=Waiting)
@@ -249,31 +236,13 @@ class Knowledge:
         """Hand an action out with the next ones."""
         self.actions.append(action)
 
-    def want(
-        self,
-        urgency: Urgency,
-        topic: str,
-        compose: Callable[[], m.Utterance | None],
-        now: float,
-        *,
-        trigger: Trigger | None = None,
-        slot: int | None = None,
-        call: str | None = None,
-        slowly: bool = False,
-        tentative: bool = False,
-        after_s: float = 0.0,
-    ) -> None:
-        """Want the floor for a sentence, not before `after_s`; see `Intent`."""
-        self.floor.want(Intent(urgency, topic, compose, trigger, slot, call, slowly, tentative, now + after_s), now)
-
     def arm(self, now: float, after_s: float) -> None:
         """The state's time is over `after_s` from now."""
         self.timer_s = now + after_s
 
     def postpone(self, by_s: float) -> None:
         """Give the state more time, if it has an end at all."""
-        if self.timer_s is not None:
-            self.timer_s += by_s
+        self.timer_s += by_s
 
     def reconsider(self, now: float) -> None:
         """Something became free."""
@@ -295,5 +264,24 @@ class Knowledge:
         return now + max(self.timing.lease_s, self.timing.lease_per_robot_s * len(self.peers.present(now)))
 
 
-Reactions = dict[type, Callable[[Knowledge, m.Utterance, Any, float], None]]
-"""What a robot does about a sentence, by the type of its statement: knowledge, utterance, statement, time in s."""
+@dataclass(frozen=True)
+class Heard:
+    """A sentence that was understood, with a confidence of 0 to 1, at a time in s."""
+
+    utterance: m.Utterance
+    confidence: float
+    now: float
+
+    @property
+    def speaker(self) -> str | None:
+        return self.utterance.speaker
+
+    @property
+    def to(self) -> m.Addressee | None:
+        return self.utterance.addressee
+
+
+Reaction = Callable[[Knowledge, Heard, Any], None]
+"""What a robot does about a sentence, whose statement is handed to it too."""
+Reactions = dict[type, Reaction]
+"""The same by the statement's type."""

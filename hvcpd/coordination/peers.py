@@ -119,8 +119,10 @@ class Peers:
         if peer is not None:
             peer.silent = True
 
-    def nobody_answers(self) -> None:
-        """All were asked, often, and none has answered."""
-        self._present = None
-        for peer in self._peers.values():
+    def nobody_answered(self, since_s: float) -> bool:
+        """All were asked, often; whether none was heard since then, so that they count as gone."""
+        silent = self.last_heard_s < since_s
+        for peer in self._peers.values() if silent else ():
             peer.silent = True
+        self._present = None
+        return silent

@@ -8,11 +8,12 @@ passed on is never passed on in turn, so that nothing goes round in a circle: a 
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 from hvcpd.coordination import claims, composing
 from hvcpd.coordination.addressing import OWNER_SLOT, is_for_me_alone
-from hvcpd.coordination.board import DONE
-from hvcpd.coordination.knowledge import NEVER_S, Knowledge, QuotedReport, Reactions, Relays
-from hvcpd.coordination.states import DEPARTING, NEWCOMER, State
+from hvcpd.coordination.knowledge import NEVER_S, Heard, Knowledge, QuotedReport, Reactions, Relays
+from hvcpd.coordination.states import NEWCOMER, State
 from hvcpd.language import messages as m
 from hvcpd.language.forms import RELAYABLE
 
@@ -55,18 +56,18 @@ def _topic(speaker: str, listener: str) -> str:
     return f"relay {speaker.lower()} {listener.lower()}"
 
 
-def overheard(me: Knowledge, u: m.Utterance, now: float) -> None:
+def overheard(me: Knowledge, heard: Heard) -> None:
     """Pass on what somebody said to another one that stays silent, or is known not to hear it."""
-    if u.speaker is None or not isinstance(u.addressee, m.ToRobot) or me.state in NEWCOMER | DEPARTING:
+    said, speaker, now = heard.utterance.statement, heard.speaker, heard.now
+    if speaker is None or not isinstance(heard.to, m.ToRobot) or me.state in NEWCOMER:
         return
-    speaker, to = u.speaker, u.addressee.name
-    if isinstance(u.statement, m.Relayed):
-        _note_relay(me, u.statement, to, now)
+    to = heard.to.name
+    if isinstance(said, m.Relayed):
+        _note_relay(me, said, to, now)
         return
-    if is_for_me_alone(me, u):
+    if is_for_me_alone(me, heard.to):
         return
-    pair = frozenset((speaker.lower(), to.lower()))
-    message = (speaker.lower(), to.lower(), u.statement)
+    pair, message = frozenset((speaker.lower(), to.lower())), (speaker.lower(), to.lower(), said)
     times, passed_on_s = me.relays.passed_on.get(message, (0, NEVER_S))
     just_passed_on = now - passed_on_s < 2.0 * ANSWER_S  # said again, its speaker has no answer yet
     if me.floor.wants(_topic(to, speaker)) and not just_passed_on:
@@ -74,13 +75,13 @@ def overheard(me: Knowledge, u: m.Utterance, now: float) -> None:
         me.relays.apart.pop(pair, None)
     apart = are_apart(me.relays, pair, now)
     passed_on_enough = times >= RELAYS_MAX and now - passed_on_s < REPEATED_S
-    if not isinstance(u.statement, RELAYABLE if apart else OPENERS) or passed_on_enough:
+    if not isinstance(said, RELAYABLE if apart else OPENERS) or passed_on_enough:
         return
-    if not me.peers.is_present(to, now) or (isinstance(u.statement, m.Completed) and u.statement.next is not None):
+    if not me.peers.is_present(to, now) or (isinstance(said, m.Completed) and said.next is not None):
         return
     slot = (APART_SLOT if apart else SILENT_SLOT) + min(me.rank(speaker, 0, now), RANK_MAX)
-    relay = m.Relayed(speaker, u.statement)
-    composing.answer(me, to, _topic(speaker, to), relay, now, slot=slot, call=speaker, tentative=not apart)
+    relay = m.Relayed(speaker, said)
+    composing.answer(me, to, _topic(speaker, to), relay, now, slot, call=speaker, tentative=not apart)
 
 
 def _note_relay(me: Knowledge, s: m.Relayed, to: str, now: float) -> None:
@@ -93,52 +94,38 @@ def _note_relay(me: Knowledge, s: m.Relayed, to: str, now: float) -> None:
         me.arm(now, ANSWER_S * me.role.speech.stretch)
 
 
-def direct(me: Knowledge, u: m.Utterance) -> m.Utterance | None:
-    """What somebody had passed on to this robot, as if that one had said it itself; None if it is nothing to act on.
+def direct(me: Knowledge, heard: Heard) -> Heard:
+    """What somebody had passed on to this robot, as if that one had said it itself; all else as it was heard.
 
-    Reports are not among it: they are what everybody may learn from; see `relayed`.
+    Reports stay as they are: they are what everybody may learn from; see `relayed`.
     """
-    s = u.statement
-    if not isinstance(s, m.Relayed) or isinstance(s.statement, m.Completed) or not is_for_me_alone(me, u):
-        return None
-    own = s.speaker.lower() == me.role.name.lower()
-    return None if own else m.Utterance(s.speaker, u.addressee, None, s.statement)
+    s = heard.utterance.statement
+    if not isinstance(s, m.Relayed) or isinstance(s.statement, m.Completed) or not is_for_me_alone(me, heard.to):
+        return heard
+    if s.speaker.lower() == me.role.name.lower():
+        return heard
+    me.peers.heard(s.speaker, None, heard.now, heard.confidence, None)
+    return replace(heard, utterance=m.Utterance(s.speaker, heard.to, None, s.statement))
 
 
-def relayed(me: Knowledge, u: m.Utterance, s: m.Relayed, now: float) -> None:
+def relayed(me: Knowledge, heard: Heard, s: m.Relayed) -> None:
     """Somebody else's words: a report is noted as its speaker's, who denies it if it never said so."""
-    inner = s.statement
-    if not isinstance(inner, m.Completed):
+    inner, name, now = s.statement, heard.speaker, heard.now
+    entry = me.board.find(inner.task) if isinstance(inner, m.Completed) else None
+    if entry is None or name is None:
         return
-    entry = me.board.find(inner.task)
-    if entry is None or u.speaker is None:
-        return
-    number = entry.definition.number
+    number, alone = entry.definition.number, is_for_me_alone(me, heard.to)
     if s.speaker.lower() == me.role.name.lower():
         if entry.owner != me.role.name or not entry.known_done:
-            composing.answer(me, u.speaker, f"answer {u.speaker}", m.Negative(), now, slot=OWNER_SLOT)
+            composing.answer(me, name, f"answer {name}", m.Negative(), now, OWNER_SLOT)
         return
     peer = me.peers.get(s.speaker)
-    if is_for_me_alone(me, u) and peer is not None and peer.assigned == number:
+    if alone and peer is not None and peer.assigned == number:
         me.peers.heard(peer.name, None, now, peer.confidence, None)
         claims.confirm_at_once(me, peer.name, now)
-    me.overheard.report = QuotedReport(s.speaker, u.speaker, number, now)
-    if claims.doubts(me, u.speaker, number, False, now):
-        return
-    if is_for_me_alone(me, u) or not entry.known_done:
+    me.report_quoted = QuotedReport(s.speaker, number, now)
+    if not claims.doubts(me, name, number, False, now) and (alone or not entry.known_done):
         claims.note_done(me, s.speaker, number, now)
-        me.reconsider(now)
-
-
-def denied(me: Knowledge, u: m.Utterance, now: float) -> None:
-    """Whose words were passed on says that they are wrong: what they told of is open."""
-    quoted = me.overheard.report
-    if quoted is None or u.speaker != quoted.speaker or now - quoted.at_s > me.timing.recent_s:
-        return
-    entry = me.board[quoted.number]
-    if entry.state == DONE and entry.owner == quoted.speaker:
-        me.missed.last_s = now
-        me.board.reopen(quoted.number)
         me.reconsider(now)
 
 

@@ -9,9 +9,9 @@ spells it when nobody answers, and a robot that hears speech time and again that
 from __future__ import annotations
 
 from hvcpd.coordination import composing
-from hvcpd.coordination.addressing import must_spell_for
-from hvcpd.coordination.floor import Urgency
-from hvcpd.coordination.knowledge import Knowledge
+from hvcpd.coordination.addressing import is_for, is_for_me_alone, must_spell_for
+from hvcpd.coordination.floor import Intent, Urgency
+from hvcpd.coordination.knowledge import Heard, Knowledge, Reactions
 from hvcpd.coordination.states import DEPARTING, State
 from hvcpd.language import messages as m
 
@@ -21,6 +21,8 @@ ASK_AGAIN = "say again"
 """The topic of asking so; once the other one is understood it is no longer needed."""
 SENTENCE_S = 4.0
 """The usual sentence, and some more."""
+FOREIGN_S = 8.0
+"""The code words of a message for others take 4 to 6 s, said slowly 7.5 s."""
 REPEATING_ANYWAY = frozenset(
     {State.READ_BACK, State.ORDERED, State.REPORTED, State.PROPOSED, State.CHECKING, State.ASKED}
 )
@@ -45,12 +47,22 @@ def speaks_slowly(me: Knowledge) -> bool:
     return repair.speak_slowly or repair.was_asked >= ASK_MAX or repair.asked > ASK_MAX
 
 
+def note(me: Knowledge, heard: Heard) -> None:
+    """Somebody was understood: what is not to be asked or answered any more, and who knows this robot's name."""
+    if isinstance(heard.to, m.ToRobot):
+        me.floor.answered(heard.to.name.lower(), isinstance(heard.utterance.statement, m.Confirmed))
+    if heard.speaker is not None and heard.speaker == me.current.partner:
+        me.floor.withdraw(ASK_AGAIN)
+    if heard.speaker is not None and is_for_me_alone(me, heard.to):
+        me.acquaintance.known_by.add(heard.speaker.lower())
+
+
 def after_garble(me: Knowledge, over_own_speech: bool, now: float) -> None:
     """Over the own speech: say it again, for nobody heard it. In an exchange with one other: ask that one."""
     if over_own_speech:
         last, me.repair.last_said = me.repair.last_said, None
         if last is not None and me.state not in REPEATING_ANYWAY:
-            me.want(Urgency.ANSWER, "again", lambda: last, now)
+            me.floor.want(Intent(Urgency.ANSWER, "again", lambda: last), now)
             me.postpone(me.timing.answer_s)
         return
     if me.current.partner is not None and me.state in (State.READ_BACK, State.ORDERED):
@@ -68,30 +80,34 @@ def _ask_partner(me: Knowledge, partner: str, now: float) -> None:
     me.postpone(me.timing.answer_s)
 
 
-def say_again(me: Knowledge, slowly: bool, now: float) -> None:
+def say_again(me: Knowledge, heard: Heard, s: m.SayAgain) -> None:
     """Somebody did not understand: the last sentence is said once more."""
-    last = me.repair.last_said
-    if last is None:
+    last, now = me.repair.last_said, heard.now
+    if last is None or not is_for(me, heard.to):
         return
-    me.repair.speak_slowly = me.repair.speak_slowly or slowly
+    me.repair.speak_slowly = me.repair.speak_slowly or s.slowly
     me.repair.was_asked += 1
-    me.want(Urgency.ANSWER, "again", lambda: _once_more(me, last), now, slowly=speaks_slowly(me))
+
+    def wait_longer() -> None:  # nobody answers while it is said
+        if me.state in REPEATING_ANYWAY:
+            me.postpone(SENTENCE_S * me.role.speech.stretch)
+
+    slowly = speaks_slowly(me)
+    me.floor.want(Intent(Urgency.ANSWER, "again", lambda: last, slowly=slowly, on_said=wait_longer), now)
     if me.state in REPEATING_ANYWAY:
         me.postpone(me.timing.answer_s)
 
 
-def _once_more(me: Knowledge, last: m.Utterance) -> m.Utterance:
-    """While it is said nobody answers it: who waits for an answer waits so much longer."""
-    if me.state in REPEATING_ANYWAY:
-        me.postpone(SENTENCE_S * me.role.speech.stretch)
-    return last
+def _sealed_message(me: Knowledge, heard: Heard, _: m.SealedMessage) -> None:
+    """Somebody speaks to those who have a key that this robot has not; the code words follow."""
+    me.repair.foreign_until_s = heard.now + FOREIGN_S
 
 
 def spell_if_unknown(me: Knowledge, now: float) -> None:
     """Nobody answers: those who are there may not know who speaks."""
     if any(must_spell_for(me, name, now) for name in me.peers.present(now)):
         said = composing.spelled_name(me)
-        me.want(Urgency.ANSWER, "spell", lambda: said, now, slot=0)
+        me.floor.want(Intent(Urgency.ANSWER, "spell", lambda: said, slot=0), now)
 
 
 def spell_now_and_then(me: Knowledge, now: float) -> None:
@@ -104,7 +120,7 @@ def spell_now_and_then(me: Knowledge, now: float) -> None:
         a.respell_s = min(2.0 * respell_s, RESPELL_MAX_S)
         a.respelled_s = now
         said = composing.spelled_name(me)
-        me.want(Urgency.TURN, "spell", lambda: said, now)
+        me.floor.want(Intent(Urgency.TURN, "spell", lambda: said), now)
 
 
 def _ask_names(me: Knowledge, now: float) -> None:
@@ -119,4 +135,7 @@ def _ask_names(me: Knowledge, now: float) -> None:
     a.pause_s = ASK_NAMES_S if len(me.peers.all()) > a.met else longer_s
     a.met, a.ask_s, a.garbled_s = len(me.peers.all()), now + a.pause_s, ()
     ask = composing.spelled_name(me, ask=True)
-    me.want(Urgency.TURN, "names", lambda: ask, now)
+    me.floor.want(Intent(Urgency.TURN, "names", lambda: ask), now)
+
+
+REACTIONS: Reactions = {m.SayAgain: say_again, m.SealedMessage: _sealed_message}

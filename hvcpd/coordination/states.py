@@ -36,7 +36,6 @@ class State(Enum):
 class Trigger(Enum):
     TIMEOUT = "the state's time is over"
     SPOKEN = "its sentence is out"
-    SPOKEN_BOTH = "its report is out, with a claim in it"
     SPOKEN_SURE = "its read-back of a motion is out, and the order was clear"
     SPOKEN_FAREWELL = "it has said that it leaves"
     WITHDRAWN = "nothing is left to be said"

@@ -1,16 +1,12 @@
 """The robot's conversation as one transition table.
 
 `TRANSITIONS[state, trigger]` is the next state and the effect that runs on the way, a function of `effects`. A trigger
-that a state has no row for changes nothing. The diagram in docs/protocol.md is drawn from this table:
-
-    python -m hvcpd.coordination.table
-
-prints it; a test holds the page to the table.
+that a state has no row for changes nothing. `python -m release.diagram` draws it for docs/protocol.md.
 """
 
 from __future__ import annotations
 
-import sys
+import math
 from collections.abc import Callable
 
 from hvcpd.coordination import effects
@@ -58,7 +54,7 @@ TRANSITIONS: dict[tuple[State, Trigger], tuple[State, Effect]] = {
     (S.ACTING, T.PERFORMED): (S.REPORTING, effects.finish_task),
     (S.ACTING, T.FAILED): (S.REPORTING, effects.give_task_up),
     (S.REPORTING, T.SPOKEN): (S.REPORTED, effects.wait_for_confirmation),
-    (S.REPORTING, T.SPOKEN_BOTH): (S.PROPOSED, effects.wait_for_objections),
+    (S.REPORTING, T.CHOSE_CLAIM): (S.CLAIMING, effects.claim_with_report),
     (S.READY, T.CHOSE_REPORT): (S.REPORTING, effects.want_report),
     (S.REPORTING, T.CONFIRMED): (S.READY, effects.end_report),
     (S.REPORTING, T.WITHDRAWN): (S.READY, effects.end_report),
@@ -83,12 +79,12 @@ TRANSITIONS: dict[tuple[State, Trigger], tuple[State, Effect]] = {
     (S.ORDERED, T.REFUSED): (S.READY, effects.note_refusal),
     (S.ORDERED, T.LOST): (S.READY, effects.rest),
     (S.ORDERED, T.DONE_BEFORE): (S.READY, effects.rest),
-    (S.ORDERED, T.TIMEOUT): (S.ORDERING, effects.want_order_again),
+    (S.ORDERED, T.TIMEOUT): (S.ORDERING, effects.want_order),
     (S.ORDERED, T.GAVE_UP): (S.READY, effects.note_silence),
     (S.CONFIRMING, T.SPOKEN): (S.READY, effects.rest),
-    (S.DENYING, T.SPOKEN): (S.ORDERING, effects.want_order_again),
+    (S.DENYING, T.SPOKEN): (S.ORDERING, effects.want_order),
     # motions that people order
-    (S.MOVING, T.MOTION): (S.READING_BACK, effects.turn_to_next_motion),
+    (S.MOVING, T.MOTION): (S.READING_BACK, effects.halt_and_read_back),
     (S.READING_BACK, T.SPOKEN_SURE): (S.MOVING, effects.move),
     (S.READ_BACK, T.CONFIRMED_MOTION): (S.MOVING, effects.move),
     (S.MOVING, T.PERFORMED): (S.READY, effects.rest),
@@ -102,8 +98,8 @@ TRANSITIONS: dict[tuple[State, Trigger], tuple[State, Effect]] = {
     (S.RETURNING, T.PERFORMED): (S.READY, effects.rest),
     (S.RETURNING, T.FAILED): (S.READY, effects.rest),
     (S.RETURNING, T.CONFIRMED): (S.READY, effects.drop_task),
-    (S.RETURNING, T.ORDER): (S.READING_BACK, effects.turn_to_next_motion),
-    (S.RETURNING, T.MOTION): (S.READING_BACK, effects.turn_to_next_motion),
+    (S.RETURNING, T.ORDER): (S.READING_BACK, effects.halt_and_read_back),
+    (S.RETURNING, T.MOTION): (S.READING_BACK, effects.halt_and_read_back),
     (S.STOPPED, T.RESUME): (S.READY, effects.release),
     (S.LEAVING, T.SPOKEN_FAREWELL): (S.GONE, effects.fall_silent),
     (S.LEAVING, T.STOP): (S.LEAVING, effects.stop_and_leave),
@@ -124,9 +120,6 @@ TRANSITIONS |= {(state, T.ORDER): (S.READING_BACK, effects.want_read_back) for s
 TRANSITIONS |= {(state, T.STOP): (S.STOPPED, effects.halt) for state in State if state not in DEPARTING | {S.STOPPED}}
 TRANSITIONS |= {(state, T.LEAVE): (S.LEAVING, effects.want_farewell) for state in State if state not in DEPARTING}
 
-FROM_EVERYWHERE = (T.STOP, T.LEAVE)
-"""Triggers left out of the diagram."""
-
 
 def states_with(trigger: Trigger) -> frozenset[State]:
     """The states in which a trigger has a row."""
@@ -139,33 +132,6 @@ def fire(me: Knowledge, trigger: Trigger, now: float) -> None:
     if row is None:
         return
     me.state, effect = row
-    me.timer_s = None
+    me.timer_s = math.inf
     me.floor.withdraw(effects.OWN_TURN)
     effect(me, now)
-
-
-def diagram() -> str:
-    """All transitions but "stop" and "leave", which lead from every other state to STOPPED and LEAVING; parallel ones
-    share an arrow."""
-    lines = ["stateDiagram-v2", f"    [*] --> {State.WAKING.name}"]
-    arrows: dict[tuple[State, State], list[str]] = {}
-    for (state, trigger), (following, _) in TRANSITIONS.items():
-        if trigger not in FROM_EVERYWHERE:
-            arrows.setdefault((state, following), []).append(trigger.name.lower().replace("_", " "))
-    lines += [f"    {a.name} --> {b.name}: {', '.join(triggers)}" for (a, b), triggers in arrows.items()]
-    lines += [f"    {State.STOPPED.name}: STOPPED (by stop, from every state but LEAVING and GONE)"]
-    lines += [f"    {State.LEAVING.name}: LEAVING (by leave, from every state but GONE)"]
-    return "\n".join(lines) + "\n"
-
-
-def legend() -> str:
-    """What the states and the triggers mean, as two Markdown tables."""
-    out = ["| state | the robot |", "|---|---|"]
-    out += [f"| {state.name} | {state.value} |" for state in State]
-    out += ["", "| trigger | when |", "|---|---|"]
-    out += [f"| {trigger.name.lower().replace('_', ' ')} | {trigger.value} |" for trigger in Trigger]
-    return "\n".join(out) + "\n"
-
-
-if __name__ == "__main__":
-    sys.stdout.write(f"```mermaid\n{diagram()}```\n\n{legend()}")

@@ -37,7 +37,7 @@ def believes(me: Knowledge, u: m.Utterance, trust: Trust) -> bool:
     if trust is Trust.OPEN or isinstance(statement, m.Stop):
         return True
     if trust.proves_speaker:
-        return trust.proves_presence or not isinstance(statement, NEED_PRESENCE) or not is_for(me, u)
+        return trust.proves_presence or not isinstance(statement, NEED_PRESENCE) or not is_for(me, u.addressee)
     if isinstance(statement, m.SayAgain):
         return True
     person = not _is_robot(me, u.speaker)
@@ -54,7 +54,7 @@ def _needs_proof(u: m.Utterance) -> bool:
 def _answers_read_back(me: Knowledge, u: m.Utterance) -> bool:
     """Whether a person whose code was good says yes or no to what was understood of it: codes are good once, and those
     of a clock come every 30 s."""
-    answers = isinstance(u.statement, m.Confirmed | m.Negative) and is_for_me_alone(me, u)
+    answers = isinstance(u.statement, m.Confirmed | m.Negative) and is_for_me_alone(me, u.addressee)
     return answers and me.state is State.READ_BACK and u.speaker is not None and u.speaker == me.current.partner
 
 
@@ -76,7 +76,7 @@ def refuse(me: Knowledge, u: m.Utterance, trust: Trust, now: float) -> None:
 
     A right seal is asked about however often: each is good once, so nobody can play it again and again.
     """
-    if me.state in DEPARTING or not is_for(me, u) or not _needs_proof(u):
+    if me.state in DEPARTING or not is_for(me, u.addressee) or not _needs_proof(u):
         return
     name = u.speaker
     misheard = trust.may_be_misheard or (trust is Trust.BARE and _is_robot(me, name))
@@ -87,7 +87,7 @@ def refuse(me: Knowledge, u: m.Utterance, trust: Trust, now: float) -> None:
         statement = m.Distrusted()
     else:
         return
-    key, alone = name or "", is_for_me_alone(me, u)
+    key, alone = name or "", is_for_me_alone(me, u.addressee)
     slot = 0 if alone else OTHERS_SLOT + min(me.rank(key, 0, now), RANK_MAX)  # of many who heard it, one answers
     call = None if alone else key
     composing.answer(me, name, f"trust {key}", statement, now, slot=slot, call=call, tentative=not alone)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import asyncio
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable, Iterator, Mapping, ValuesView
 from pathlib import Path
 
 import structlog
@@ -12,18 +12,49 @@ from hvcpd.daemon.second_pass import SecondPass
 from hvcpd.errors import StoreError
 from hvcpd.people.enrolled import Person, Takes, person_path, read_person, write_person
 from hvcpd.people.learning import Learning
+from hvcpd.recognition.events import Recognised
+from hvcpd.recognition.second_look import Piece
 from hvcpd.robot.records import HeardRecord, Record, SaidRecord
 
 _log = structlog.get_logger(__name__)
 
 
+class CurrentPeople(Mapping[str, Person]):
+    """Who is enrolled `now`, by name in lower case: each time it is asked for a value that is only replaced as a whole,
+    so that another thread finds who was enrolled before a change or after it."""
+
+    def __init__(self, now: Callable[[], Mapping[str, Person]]) -> None:
+        self._now = now
+
+    def __getitem__(self, name: str) -> Person:
+        return self._now()[name]
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._now())
+
+    def __len__(self) -> int:
+        return len(self._now())
+
+    def values(self) -> ValuesView[Person]:
+        """All of one moment."""
+        return self._now().values()
+
+
 class Adaptation:
     """`take` what the robot reports; files are written in a thread, one after the other."""
 
-    def __init__(self, own_name: str, people: dict[str, Person], state_dir: Path, second: SecondPass) -> None:
-        """`people`, by name in lower case, is where the second look finds them; what is learned is put there."""
+    def __init__(
+        self,
+        own_name: str,
+        people: Mapping[str, Person],
+        learned: Callable[[Person], None],
+        state_dir: Path,
+        second: SecondPass[Piece, Recognised | None],
+    ) -> None:
+        """`people` as in CurrentPeople; `learned` is told of whom there are more takes."""
         self._learning = Learning(own_name)
         self._people = people
+        self._learned = learned
         self._state_dir = state_dir
         self._second = second
         self._turn = asyncio.Lock()
@@ -32,7 +63,8 @@ class Adaptation:
     def take(self, records: Iterable[Record]) -> None:
         """Notice what was asked, said again and confirmed."""
         for piece, sentence in self._second.take_sentences():
-            self._learning.found(piece, sentence)
+            if sentence is not None:
+                self._learning.found(piece, sentence)
         for record in records:
             if isinstance(record, SaidRecord):
                 self._learning.said(record.utterance, record.at_s)
@@ -47,7 +79,8 @@ class Adaptation:
             await asyncio.wait(self._under_way)
 
     def _keep(self, name: str, takes: Takes) -> None:
-        person = self._people[name.lower()] = self._people[name.lower()].with_takes(takes)
+        person = self._people[name.lower()].with_takes(takes)
+        self._learned(person)
         task = asyncio.get_running_loop().create_task(self._write(person.name, takes))
         self._under_way.add(task)
         task.add_done_callback(self._under_way.discard)

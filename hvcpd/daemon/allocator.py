@@ -31,7 +31,7 @@ OWN_PAGES_BYTES = 1 << 18
 FREE_TOP_BYTES = 1 << 24
 """Kept at the heap's end until `give_back_memory`: with 128 KB a first start takes twice as long."""
 FREE_TOP_LATER_BYTES = 1 << 18
-"""And from then on."""
+"""Kept at the heap's end after `give_back_memory`."""
 
 
 def tune_allocator() -> None:

@@ -26,10 +26,10 @@ from hvcpd.robot.robot import Robot
 MAX_POSE_M = 1e6
 """Of odometry; beyond, it is no robot's in a room, and its float has no more millimetres to spare."""
 MAX_SPEED = 100.0
-"""m/s and rad/s; beyond, it is no measurement."""
+"""Largest speed, m/s and rad/s, that is a measurement."""
 MAX_REASON_LENGTH = 200
 GONE_S = 2.0
-"""A base that is silent for so long (sample clock) counts as gone; it stands long before that."""
+"""Silence (sample clock) after which a base counts as gone; it stands long before that."""
 
 NUMBER = (int, float)
 ARGUMENTS: dict[str, tuple[type, ...]] = {
@@ -43,7 +43,7 @@ ARGUMENTS: dict[str, tuple[type, ...]] = {
     "arrived": (bool,),
     "reason": (str,),
 }
-"""Of the command `base`: odometry, or why there is none, or what became of a goal."""
+"""Arguments of the command `base`: odometry, or why there is none, or what became of a goal."""
 
 _log = structlog.get_logger(__name__)
 

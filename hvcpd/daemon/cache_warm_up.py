@@ -13,7 +13,8 @@ from dataclasses import dataclass
 
 import structlog
 
-from hvcpd.assembly.make import SLOW, STOP, STOP_RIVAL, RobotPlan, Sound, others, phrasebook_of, robot_voice, word_bank
+from hvcpd.assembly.make import SLOW, STOP, STOP_RIVAL, Sound, phrasebook_of, robot_voice, word_bank
+from hvcpd.assembly.plan import RobotPlan
 from hvcpd.robot.robot import Robot
 from hvcpd.synthesis.homographs import Place
 from hvcpd.synthesis.speaker import PITCH_STEPS, Speaker, UnitPosition
@@ -116,8 +117,8 @@ class CacheWarmUp:
         self._plan = plan
         self._sound = sound
         self._preparation = preparation or Preparation()
-        self._book = phrasebook_of(plan, plan.names)
-        named = {robot_voice(name, sound): name for name in others(plan, sound.robots(plan.names))}
+        self._book = phrasebook_of(plan, plan.team.names)
+        named = {robot_voice(name, sound): name for name in plan.peers(plan.team.names)}
         self._peers = tuple(named.values())
         """One robot of each voice that is listened for."""
 
@@ -139,7 +140,7 @@ class CacheWarmUp:
     def the_rest(self, robot: Robot, go_on: GoOn = always) -> None:
         """What spelled names and the peers' waveforms are heard by, and the own words at the other rate, for who is
         asked to say again slowly. At last what nobody has needed for long is deleted."""
-        letters = tuple(self._book.spelling_graph.words) if self._plan.strangers else ()
+        letters = tuple(self._book.spelling_graph.words) if self._plan.team.strangers else ()
         all_voices = self._all_voices().items()
         self._run([Chore(f"letters in the voice {name}", letters, s.templates) for name, s in all_voices], go_on)
         robot.prepare(self._preparation.counted("the others' sentences", self._n_waveforms(), go_on))

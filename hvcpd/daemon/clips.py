@@ -22,7 +22,8 @@ from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 from hvcpd.robot.records import GarbledRecord, Record
 
 KEPT_S = 20.0
-"""Of sound in memory, 1.3 MB: the longest that counts as one piece of speech, with what stands around it."""
+"""Length of the sound kept in memory, 1.3 MB: the longest that counts as one segment of speech, with its
+surroundings."""
 BEFORE_S, AFTER_S = 0.5, 0.2
 """Kept around the speech: enough to hear the noise that it came out of."""
 MAX_WAITING = 4
@@ -66,6 +67,11 @@ class Clips:
             if isinstance(record, GarbledRecord):
                 self._keep(self._stretch(record.start_s - BEFORE_S, record.end_s + AFTER_S), settings)
 
+    @property
+    def kept_s(self) -> float:
+        """Length of the sound in memory, s."""
+        return self._length / SAMPLE_RATE_HZ
+
     async def close(self) -> None:
         """Write what waits."""
         while self._flights:
@@ -105,7 +111,7 @@ class Clips:
         self._delete_oldest(path.parent, settings)
 
     def _delete_oldest(self, folder: Path, settings: ClipSettings) -> None:
-        """So that no more stay than may; only files that are named as ours."""
+        """Delete the oldest clips beyond the limits; only files that have our names."""
         clips = sorted(folder.glob(f"garbled-{self._name}-*.wav"), reverse=True)
         total = 0
         for number, clip in enumerate(clips):

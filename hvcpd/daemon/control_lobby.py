@@ -19,13 +19,15 @@ from hvcpd.daemon.control_protocol import MAX_LINE_BYTES, RefusalError, parse_re
 from hvcpd.daemon.control_socket import Caller, caller_of
 
 MAX_WAITING = 64
-"""Who has said no whole line yet, or waits for its turn. With its 8 KiB each they hold half a megabyte at most."""
+"""Maximum number of connections that have sent no whole line yet, or wait for their turn; with 8 KiB each they hold
+half a megabyte."""
 TURN_S = 0.02
 ACCEPTS = 8
-"""So many are let in each TURN_S: 400 a second, 0.1 ms each (x86), so that a storm takes a few per cent of a processor.
-The system keeps the others waiting in the order in which they came."""
+"""Maximum number of connections accepted each TURN_S: 400 a second, 0.1 ms each (x86), so that a storm takes a few per
+cent of a processor. The system keeps the others waiting in the order in which they came."""
 ADMISSIONS = 2
-"""So many of them pass on to the request handler each TURN_S, where a request takes ten times as long."""
+"""Maximum number of connections passed on to the request handler each TURN_S; a request takes it ten times as long as
+accepting takes."""
 
 _log = structlog.get_logger(__name__)
 

@@ -21,7 +21,7 @@ MAX_LINE_BYTES = 8192
 
 MAX_ID_LENGTH = 64
 MAX_NUMBER = 2**53
-"""Beyond, JSON's readers in other languages lose digits (RFC 8259, section 6)."""
+"""Largest number accepted: beyond it JSON's readers in other languages lose digits (RFC 8259, section 6)."""
 
 Id = str | int | None
 
@@ -92,7 +92,7 @@ def reply_line(mark: Id, result: Mapping[str, Any]) -> bytes:
 
 
 def refusal_line(mark: Id, refusal: RefusalError) -> bytes:
-    """The same of a command that was refused."""
+    """Return the reply line for a command that was refused."""
     return _line({"id": mark, "ok": False, "error": {"code": refusal.code, "text": str(refusal)}})
 
 

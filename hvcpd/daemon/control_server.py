@@ -30,19 +30,20 @@ from hvcpd.daemon.control_protocol import (
 from hvcpd.daemon.control_socket import Caller
 
 MAX_CLIENTS = 16
-"""Who has said something: a ROS bridge, a console with several windows, and people's commands."""
+"""Maximum number of clients that have sent a request: a ROS bridge, a console with several windows, and people's
+commands."""
 STOP_PLACES = 16
-"""And so many more for who begins with "stop", while all others are being answered."""
+"""Further places for clients that begin with "stop", for while all others are taken."""
 MAX_FOLLOWERS = 12
-"""Of them so many may stay for events; the places that are left are for who has something to ask, such as to stop."""
+"""Maximum number of clients that may stay for events; the other places are for requests, such as "stop"."""
 PAUSE_S = 0.01
 """After each request of a client, so that 16 that ask without end take less than a tenth of a processor's time."""
 PATIENCE_S = 5.0
-"""A client that does not read its reply within so long is let go."""
+"""Time within which a client must read its reply; then it is let go."""
 MAX_UNREAD_BYTES = 1 << 18
 """256 KiB: many minutes of events; a client that lets more of them lie is let go."""
 FAREWELL_S = 0.5
-"""So long clients may read what they have been sent when the daemon ends."""
+"""Time that clients have to read what they were sent when the daemon ends."""
 
 _log = structlog.get_logger(__name__)
 
@@ -55,7 +56,7 @@ class Client:
     asked_s: float
     """When it last asked something, by the event loop's clock."""
     is_waiting: bool = True
-    """It has asked something, and is not yet answered."""
+    """Whether a request of the client is not yet answered."""
     writer: asyncio.StreamWriter | None = None
     wanted: frozenset[str] = frozenset()
     """The kinds of events that it follows."""

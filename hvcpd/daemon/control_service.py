@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import replace
+from typing import Any
 
 import structlog
 
@@ -74,7 +76,7 @@ class ControlService:
             robot.coordination.tell_memory_lost(robot.now)
 
     def note(self, robot: Robot, heard: Samples, reading: WheelReading | None, output: RobotOutput) -> None:
-        """Tell who listens of one step of the robot: `heard` went in, and `output` came out."""
+        """Publish one step of the robot: `heard`, shape (n,), float32, went in, and `output` came out."""
         self.body.skills.take(output.skills, robot.now)  # first of all: a cancel is not to wait
         for record in output.records:
             if isinstance(record, SkillRecord):
@@ -83,18 +85,22 @@ class ControlService:
         self.body.take(reading)
         is_reading = self.body.meter.take(heard) and any(map(self._server.followed, FREQUENT))
         for event in self._events.of_step(robot, output.records, is_reading):
-            self._server.publish(as_json(event))
+            self.publish(as_json(event))
         if reading is not None and self._server.followed("odom"):
-            self._server.publish(as_json(odom_of(robot, reading)))
+            self.publish(as_json(odom_of(robot, reading)))
         self._note_memory(robot.now)
         self._move_base(robot)
+
+    def publish(self, event: Mapping[str, Any]) -> None:
+        """Send an event to all clients that follow its kind."""
+        self._server.publish(event)
 
     def _note_memory(self, now: float) -> None:
         journal = self.body.journal
         memory = replace(self._memory, fault=journal.fault, unkept=journal.unkept, loss=journal.loss)
         if memory != self._memory:
             self._memory = memory
-            self._server.publish(as_json(replace(memory, at_s=now)))
+            self.publish(as_json(replace(memory, at_s=now)))
 
     def _move_base(self, robot: Robot) -> None:
         base, wheels = self.body.base, self.body.wheels
@@ -103,4 +109,4 @@ class ControlService:
         base.watch(robot, self.body.wiring, self.body.lacking)
         drive = base.drive(robot, wheels.wanted)
         if drive is not None:
-            self._server.publish(as_json(drive))
+            self.publish(as_json(drive))

@@ -16,7 +16,7 @@ from hvcpd.config.settings import Settings
 from hvcpd.errors import RunningError
 
 SYSTEM_FOLDER = Path("/run/hvcpd")
-"""Where a service keeps its sockets, by the Filesystem Hierarchy Standard; systemd or the package makes it."""
+"""Folder where a service keeps its sockets, by the Filesystem Hierarchy Standard; systemd or the package makes it."""
 
 MODE = 0o660
 """Owner and group: whoever may command the robot is put into the group."""

@@ -22,6 +22,7 @@ from hvcpd.daemon.skill_service import SkillService
 from hvcpd.daemon.sound_service import SoundService
 from hvcpd.daemon.wheel_service import WheelService
 from hvcpd.daemon.wiring import Wiring
+from hvcpd.people.enrolled import Person
 from hvcpd.ports import STANDSTILL, WheelReading
 from hvcpd.robot.robot import Robot
 
@@ -45,7 +46,7 @@ class Body:
     heard: bool = False
     """Sound has come."""
     voltage_v: float | None = None
-    """Of the battery, as the wheels measured it last."""
+    """The battery's voltage as the wheels measured it last."""
     began_s: float = field(default_factory=time.monotonic)
     """When the daemon was started, by the monotonic clock."""
 
@@ -69,6 +70,11 @@ class Body:
         before, now = c.role.unable, self.unable()
         if now != before:
             c.reconfigure(self.robot.now, replace(c.role, unable=now), forgiven=before - now)
+
+    def know(self, person: Person) -> None:
+        """There are more takes of somebody who is enrolled."""
+        people = {**self.wiring.people, person.name.lower(): person}
+        self.wiring = replace(self.wiring, people=people)
 
     def take(self, reading: WheelReading | None) -> None:
         """Note what the wheels have measured."""

@@ -18,6 +18,8 @@ from hvcpd.ports import Samples, Wheels
 class SoundStream(Protocol):
     """Microphone and loudspeaker, as `AudioStream` has them; every method may raise DeviceError but `close`.
 
+    Sound has the shape (n,), float32 at 16 kHz.
+
     Opened `afresh`, the cards are looked for anew: one may have gone, or come back under another number.
     """
 

@@ -17,11 +17,11 @@ import structlog
 
 from hvcpd.coordination.actions import SavePeer, SaveStopped, SaveTask
 from hvcpd.daemon.control_socket import locked, socket_path
-from hvcpd.daemon.memory import Memory, MemoryFiles, open_memory
 from hvcpd.daemon.wiring import Wiring
 from hvcpd.errors import StoreError
 from hvcpd.memory.journal import Journal
 from hvcpd.memory.latch import Permit, StopLatch, spare_places
+from hvcpd.memory.opening import Memory, MemoryFiles, open_memory
 from hvcpd.memory.store import TranscriptReader, TranscriptRow
 from hvcpd.memory.store_file import make_directory
 from hvcpd.robot.records import Record, SaveCounter
@@ -30,9 +30,10 @@ from hvcpd.security.codes import LOST
 MAX_WAITING = 1000
 """Records that may wait for the disk: more than a day's talk makes in ten minutes; beyond, new ones are not kept."""
 RETRY_S = 1.0
-"""After a failure nothing is tried for so long (sample clock): each try may wait 1 s for another process."""
+"""Pause after a failure (sample clock): each try may wait 1 s for another process."""
 LATCH_S = 5.0
-"""So long who says "stop" waits to hear that it is kept: half of the patience of `hvcpctl`."""
+"""Longest time that a client that sent "stop" waits until the stop is on the disk: half of the patience of
+`hvcpctl`."""
 
 Remembered = dict[int, tuple[str, str | None]]
 

@@ -1,4 +1,7 @@
-"""What the daemon says of itself in its log: one line an event, for people on a terminal, else as logfmt or JSON."""
+"""What the daemon says of itself in its log: one line an event, for people on a terminal, else as logfmt or JSON.
+
+Nothing in a line can forge another one, tell a secret, or flood the disk.
+"""
 
 from __future__ import annotations
 
@@ -7,14 +10,17 @@ import os
 import sys
 import time
 from collections.abc import Callable, Mapping
+from contextlib import suppress
+from dataclasses import dataclass
 from typing import Any, Literal, TextIO, cast
 
 import structlog
+from structlog.typing import EventDict
 
 from hvcpd.config.tasks import TaskRepository
 from hvcpd.coordination.actions import SavePeer, SaveTask
-from hvcpd.daemon.log_lines import LossyStream, RateLimiter, clean_values, hide_secrets, is_journal, with_priority
 from hvcpd.reporting.jsonlines import as_strict_json
+from hvcpd.reporting.text import clean
 from hvcpd.robot.records import (
     DoubtRecord,
     EchoRecord,
@@ -27,10 +33,123 @@ from hvcpd.robot.records import (
     VoiceRecord,
 )
 
+PRIORITIES = {"debug": 7, "info": 6, "warning": 4, "error": 3, "exception": 3, "critical": 2}
+"""syslog's numbers, which the journal reads from "<N>" at the beginning of a line (sd-daemon(3))."""
+
+MAX_VALUE_LENGTH = 2000
+"""Characters of a value; the longest of ours is a message with all faults of a device, some 500."""
+MAX_TRACE_LENGTH = 20_000
+"""Of a traceback; the journal cuts a line at 48 KiB (journald.conf(5), LineMax)."""
+
+SECRETS = frozenset({"key", "secret", "password", "code", "otp", "token"})
+"""Names under which nothing is ever written."""
+
+BURST = 20
+"""So many lines of one kind in a row: five tasks, three retries and every peer's greeting fit."""
+REFILL_S = 3.0
+"""After so long one more: a sentence lasts as long, so that no conversation is cut."""
+
+
+def clean_values(_logger: Any, _method: str, event: EventDict) -> EventDict:
+    """Nothing can end a line or steer a terminal, and nothing is endless; only a traceback has lines of its own."""
+    return {key: _cleaned(key, value) for key, value in event.items()}
+
+
+def _cleaned(key: str, value: Any) -> Any:
+    if value is None or isinstance(value, bool | int | float):
+        return value
+    text = str(value)
+    if key == "exception":
+        return "\n".join(map(clean, text[-MAX_TRACE_LENGTH:].splitlines()))  # what was raised stands at its end
+    return clean(text if len(text) <= MAX_VALUE_LENGTH else text[: MAX_VALUE_LENGTH - 1] + "…")
+
+
+def hide_secrets(_logger: Any, _method: str, event: EventDict) -> EventDict:
+    """Nothing is written that is named as a secret."""
+    return {key: "(hidden)" if key.lower() in SECRETS else value for key, value in event.items()}
+
+
+@dataclass
+class _Bucket:
+    tokens: float
+    filled_s: float
+    held_back: int = 0
+
+
+class RateLimiter:
+    """Holds back lines of a kind (level and event) that comes too often, and counts them; `clock` is monotonic, s.
+
+    The next line of that kind that passes tells how many were held back before it; `take_held_back` tells of those
+    after which none has come yet.
+    """
+
+    def __init__(self, clock: Callable[[], float], burst: int = BURST, refill_s: float = REFILL_S) -> None:
+        self._clock = clock
+        self._burst = burst
+        self._refill_s = refill_s
+        self._buckets: dict[tuple[str, str], _Bucket] = {}
+
+    def __call__(self, _logger: Any, method: str, event: EventDict) -> EventDict:
+        """Pass the line on, or raise structlog.DropEvent."""
+        now_s = self._clock()
+        bucket = self._buckets.setdefault((method, str(event.get("event"))), _Bucket(self._burst, now_s))
+        bucket.tokens = min(bucket.tokens + (now_s - bucket.filled_s) / self._refill_s, self._burst)
+        bucket.filled_s = now_s
+        if bucket.tokens < 1.0:
+            bucket.held_back += 1
+            raise structlog.DropEvent
+        bucket.tokens -= 1.0
+        if bucket.held_back:
+            event["held_back"], bucket.held_back = bucket.held_back, 0
+        return event
+
+    def take_held_back(self) -> dict[str, int]:
+        """How many lines of each event were held back and not told of yet; they then are."""
+        found: dict[str, int] = {}
+        for (_, event), bucket in self._buckets.items():
+            if bucket.held_back:
+                found[event] = found.get(event, 0) + bucket.held_back
+                bucket.held_back = 0
+        return found
+
+
+def with_priority(_logger: Any, method: str, text: str) -> str:
+    """The text as the journal wants it: its priority before each line."""
+    priority = PRIORITIES.get(method, 6)
+    return "\n".join(f"<{priority}>{line}" for line in text.splitlines())
+
+
+class LossyStream:
+    """A stream for the log that may fail: the robot goes on when the disk is full or the reader has gone."""
+
+    def __init__(self, stream: TextIO) -> None:
+        self._stream = stream
+
+    def write(self, text: str) -> None:
+        with suppress(OSError, ValueError):  # ValueError: it has been closed
+            self._stream.write(text)
+
+    def flush(self) -> None:
+        with suppress(OSError, ValueError):
+            self._stream.flush()
+
+
+def is_journal(stream: TextIO, environment: Mapping[str, str], stat: Callable[[int], Any]) -> bool:
+    """Whether the stream leads to the journal: JOURNAL_STREAM names its device and inode (systemd.exec(5)).
+
+    The variable alone does not tell: a shell under systemd hands it on to everything that it starts.
+    """
+    try:
+        status = stat(stream.fileno())
+    except (OSError, ValueError):
+        return False
+    return environment.get("JOURNAL_STREAM") == f"{status.st_dev}:{status.st_ino}"
+
+
 LogFormat = Literal["auto", "console", "keyvalue", "json"]
 
 HELD_BACK_EVERY_S = 60.0
-"""Lines that were held back, and after which none of their kind has come, are told of so often."""
+"""Interval of reports on lines that were held back and after which none of their kind has come."""
 
 _log = structlog.get_logger(__name__)
 

@@ -11,7 +11,8 @@ import structlog
 
 from hvcpd.assembly.make import make_robot
 from hvcpd.assembly.name_registry import NameRegistry
-from hvcpd.daemon.adaptation import Adaptation
+from hvcpd.assembly.plan import MemoryPlan
+from hvcpd.daemon.adaptation import Adaptation, CurrentPeople
 from hvcpd.daemon.allocator import give_back_memory
 from hvcpd.daemon.base_request_handler import BaseRequestHandler
 from hvcpd.daemon.cache_warm_up import CacheWarmUp, Preparation
@@ -24,24 +25,27 @@ from hvcpd.daemon.journal_service import JournalService, Remembered
 from hvcpd.daemon.logging import tell
 from hvcpd.daemon.name_learning import NameLearning
 from hvcpd.daemon.notify import ServiceManager
-from hvcpd.daemon.overload import TOO_BUSY
 from hvcpd.daemon.pose_keeper import KeptPose, PoseKeeper
 from hvcpd.daemon.reloading import Rereading
 from hvcpd.daemon.second_pass import SecondPass
-from hvcpd.daemon.sound_service import SoundService
+from hvcpd.daemon.sound_service import TOO_BUSY, SoundService
 from hvcpd.daemon.wheel_service import WheelService
 from hvcpd.daemon.wiring import Wiring
 from hvcpd.errors import HvcpdError
 from hvcpd.hardware.goals import GoalNavigator
 from hvcpd.hardware.ros_base import RosBase
+from hvcpd.recognition.channel.listener import Look, Stretch
+from hvcpd.recognition.events import Recognised
+from hvcpd.recognition.second_look import Piece
 from hvcpd.robot.own_voice import Acoustics
 from hvcpd.robot.robot import Robot
 
 FAREWELL_S = 12.0
-"""So long a robot that is told to end waits for its turn to say so (sample clock): somebody else's sentence of 5 s, a
-report that is still due, its own farewell."""
+"""Longest time (sample clock) that a robot that is told to end waits for its turn to say so: another one's sentence of
+5 s, a report that is still due, its own farewell."""
 FAREWELL_WALL_S = 20.0
-"""The same by the clock on the wall, should sound have stopped coming; within the unit's TimeoutStopSec."""
+"""Longest time by the wall clock for the farewell, should sound have stopped coming; within the unit's
+TimeoutStopSec."""
 
 NO_SOUND = "without sound: the robot stands still, and tries again to open the sound card"
 
@@ -58,7 +62,6 @@ class Daemon:
         manager: ServiceManager | None = None,
         rereading: Rereading | None = None,
     ) -> None:
-        self._wiring = wiring
         self._listens = f"{wiring.settings.name} of team {wiring.settings.team} listens"
         self._manager = manager or ServiceManager({})
         self._devices = devices
@@ -69,13 +72,19 @@ class Daemon:
         self._wheels: WheelService | None = None
         self._name_learning: NameLearning | None = None
         self._adaptation: Adaptation | None = None
-        self._second = SecondPass()
+        self._channel = SecondPass[Stretch, Look](Look())
+        self._second = SecondPass[Piece, Recognised | None](None)
         self._preparation = self._control.body.preparation = Preparation(self._tell_preparation)
         self.sound: SoundService | None = None
         self.robot: Robot | None = None
         self._listening = False
         self._ending = False
         self._leave_until_s: float | None = None
+
+    @property
+    def wiring(self) -> Wiring:
+        """The one in force: what is read again meanwhile takes its place."""
+        return self._control.body.wiring
 
     @property
     def listening(self) -> bool:
@@ -99,12 +108,13 @@ class Daemon:
 
         Raises StoreError, DeviceError, ConfigError, and RunningError if a robot of this name runs here already.
         """
-        settings = self._wiring.settings
+        settings = self.wiring.settings
         async with AsyncExitStack() as stack:
             stack.callback(self._manager.close)
             stack.callback(self._control.release)
             stack.push_async_callback(self._journal.close)
             stack.push_async_callback(self._clips.close)
+            stack.push_async_callback(self._channel.close)
             stack.push_async_callback(self._second.close)
             stack.push_async_callback(self._pose.close)
             stack.push_async_callback(self._control.close)
@@ -123,35 +133,28 @@ class Daemon:
             self._manager.status("making words ready; the first time takes longest")
             acoustics = Acoustics(latency_s=sound.latency_s)
             navigator = self._goal_navigator()
-            plan = self._wiring.plan(
-                remembered,
-                acoustics,
-                self._journal.names,
-                self._journal.stopped,
-                self._journal.counters,
-                here,
-                navigator,
-                self._second,
-                self._journal.dues,
-            )
-            warm_up = CacheWarmUp(plan, self._wiring.sound, self._preparation)
+            body, journal = self._control.body, self._journal
+            memory = MemoryPlan(remembered, journal.stopped, journal.counters, journal.dues)
+            enrolled = CurrentPeople(lambda: body.wiring.people)
+            heard, workers = journal.names, (self._channel, self._second)
+            plan = self.wiring.plan(memory, acoustics, heard, here, navigator, *workers, enrolled)
+            warm_up = CacheWarmUp(plan, self.wiring.sound, self._preparation)
             await asyncio.to_thread(warm_up.before_listening, lambda: not self._ending)
-            robot = self.robot = await asyncio.to_thread(make_robot, plan, self._wiring.sound)
+            robot = self.robot = await asyncio.to_thread(make_robot, plan, self.wiring.sound)
             self._control.begin(robot)
             give_back_memory()
-            roster = NameRegistry(plan, self._wiring.sound, settings.names)
-            self._name_learning = NameLearning(robot, roster, self._wiring.sound, warm_up)
+            roster = NameRegistry(plan, self.wiring.sound, settings.names)
+            self._name_learning = NameLearning(robot, roster, self.wiring.sound, warm_up)
             stack.push_async_callback(self._name_learning.close)
-            self._control.body.join = self._name_learning.join
-            people = self._wiring.sound.people
-            self._adaptation = Adaptation(settings.name, people, settings.state_dir, self._second)
+            body.join = self._name_learning.join
+            self._adaptation = Adaptation(settings.name, enrolled, body.know, settings.state_dir, self._second)
             stack.push_async_callback(self._adaptation.settled)
 
             await self._find_wheels(stack, navigator)
             await sound.start()
             self._manager.ready(self._listens)
             self._name_learning.prepare()
-            _log.info("listening", names=", ".join(plan.names), latency_s=round(sound.latency_s, 3))
+            _log.info("listening", names=", ".join(plan.team.names), latency_s=round(sound.latency_s, 3))
             stack.callback(sound.tell_losses)
             with self._pose.forgotten_at_the_end():
                 await self._live(robot, sound)
@@ -164,12 +167,12 @@ class Daemon:
             self._manager.status(text)
 
     def _goal_navigator(self) -> GoalNavigator | None:
-        wheels = self._wiring.settings.wheels
+        wheels = self.wiring.settings.wheels
         is_wanted = wheels.driver == "ros" and wheels.ros_mode == "goal"
-        return GoalNavigator(self._wiring.drive) if is_wanted else None
+        return GoalNavigator(self.wiring.drive) if is_wanted else None
 
     async def _find_wheels(self, stack: AsyncExitStack, navigator: GoalNavigator | None) -> None:
-        wheels = self._devices.make_wheels(self._wiring.settings.wheels)
+        wheels = self._devices.make_wheels(self.wiring.settings.wheels)
         if wheels is None:
             return
         self._manager.status("looking for the wheels")
@@ -191,6 +194,7 @@ class Daemon:
             await self._name_learning.settled()
         if self._adaptation is not None:
             await self._adaptation.settled()
+        await self._channel.settled()
         await self._second.settled()
         await self._journal.settled()
         await self._pose.settled()
@@ -203,9 +207,9 @@ class Daemon:
             if sound.overload.standing:
                 robot.disturb()
             reading = self._wheels.take_reading() if self._wheels is not None else None
-            if self._wiring.keys is not None:
-                robot.set_clock(self._wiring.wall_s())
-            if self._wiring.settings.clock and robot.coordination.board.recurs:
+            if self.wiring.keys is not None:
+                robot.set_clock(self.wiring.wall_s())
+            if self.wiring.settings.clock and robot.coordination.board.recurs:
                 robot.coordination.set_clock(time.time() - robot.now, robot.now)
             output = robot.step(block.samples, reading, block.lost)
             if self._wheels is not None:
@@ -220,7 +224,7 @@ class Daemon:
             if self._adaptation is not None:
                 self._adaptation.take(output.records)
             for record in output.records:
-                tell(record, self._wiring.tasks)
+                tell(record, self.wiring.tasks)
             self._tell_manager(sound)
             await asyncio.sleep(0)  # signals and finished work get their turn even while sound waits
 
@@ -247,14 +251,14 @@ class Daemon:
         return robot.now >= self._leave_until_s or (robot.coordination.has_left and not robot.speaking)
 
     def _tell_start(self, remembered: Remembered, here: KeptPose | None) -> None:
-        settings = self._wiring.settings
+        settings = self.wiring.settings
         states = [state for state, _ in remembered.values()]
         _log.info(
             "starting",
             name=settings.name,
             team=settings.team,
             mode=settings.mode,
-            tasks=len(self._wiring.tasks.tasks),
+            tasks=len(self.wiring.tasks.tasks),
             done_before=states.count("done"),
         )
         if here is not None:
@@ -264,8 +268,8 @@ class Daemon:
                 y_m=round(here.pose.y_m, 2),
                 reason="the daemon did not end in order; if the robot was carried to its start, restart the service",
             )
-        if states.count("done") == len(self._wiring.tasks.tasks):
-            files = f"{self._wiring.settings.memory_path} and {self._wiring.latch_path}"
+        if states.count("done") == len(self.wiring.tasks.tasks):
+            files = f"{self.wiring.settings.memory_path} and {self.wiring.latch_path}"
             _log.warning(
                 "nothing left to do",
                 reason=f"every task was done before; to begin anew end the daemon and delete {files}",

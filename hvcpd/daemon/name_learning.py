@@ -101,7 +101,7 @@ class NameLearning:
     async def _learn(self, name: str, told: bool = False) -> bool:
         """Whether it was learned."""
         async with self._turn:
-            if told and name.lower() not in self._sound.people:
+            if told and name.lower() not in self._roster.people:
                 return False  # removed again meanwhile
             if self._roster.knows(name):  # it was spelled twice, or is enrolled now
                 if told:
@@ -119,7 +119,7 @@ class NameLearning:
             return True
 
     def _expect_voices(self) -> None:
-        self._robot.expect(voices_of(self._roster.names, self._sound))
+        self._robot.expect(voices_of(self._roster.names, self._sound, self._roster.people))
 
     def _make_ready(self, name: str, told: bool) -> tuple[Phrasebook, Ears]:
         ready = self._roster.learn(name, told)

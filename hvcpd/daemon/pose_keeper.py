@@ -21,16 +21,16 @@ import structlog
 from hvcpd.ports import Pose, WheelReading
 
 EVERY_S = 0.2
-"""A moving robot's pose is kept so often (sample clock). No sync: it need not outlive a loss of power."""
+"""Interval (sample clock) at which a moving robot's pose is kept. No sync: it need not outlive a loss of power."""
 
 BOOT_ID = Path("/proc/sys/kernel/random/boot_id")
 """Another text after each boot of the computer, random(4)."""
 
 MAX_BYTES = 1000
-"""Of the file, which has about 150."""
+"""Largest size of the file, which has about 150."""
 
 KEYS = ("x_m", "y_m", "heading_rad", "left_rad", "right_rad")
-"""Of the file, beside "boot"."""
+"""Keys of the file, beside "boot"."""
 
 _log = structlog.get_logger(__name__)
 

@@ -33,7 +33,7 @@ class Finding:
     text: str
     exit_status: int = EX_OK
     doubtful: bool = False
-    """It works, but may be a mistake."""
+    """Whether it works, but may be a mistake."""
 
     @property
     def ok(self) -> bool:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import asyncio
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -75,43 +75,28 @@ class Reloader:
                 restart.append(new.key)
         self.sources = tuple(sources)
         wiring = self._body.wiring
+        tasks, people = wiring.tasks, wiring.people
         if not set(PEOPLE_FROM).intersection(restart):
-            known, found = wiring.sound.people, read.sound.people
             # Whom the settings name is one of the robots until an enrolment, in whose turns people do not take part.
-            if (known.keys() ^ found.keys()) & {name.lower() for name in wiring.settings.names}:
+            if (people.keys() ^ read.people.keys()) & {name.lower() for name in wiring.settings.names}:
                 restart.append("people")
-            changed += self._take_people(known, found)
+            # Who is known with the same words stays the same object, for what was made of its words is kept.
+            people = {k: people[k] if k in people and people[k].same_as(p) else p for k, p in read.people.items()}
+        news = _news_of_people(wiring.people, people)
+        changed += news
         settings = replace(wiring.settings, **{key: getattr(read.settings, key) for key in LIVE})
-        tasks = wiring.tasks
         if "tasks" not in restart and read.tasks != tasks:
             if _words(read.tasks) != _words(tasks):
                 restart.append("tasks")
             else:
                 changed += _task_changes(tasks, read.tasks)
                 tasks = read.tasks
-        self._body.wiring = replace(wiring, settings=settings, tasks=tasks)
+        self._body.wiring = replace(wiring, settings=settings, tasks=tasks, people=people)
         self._rereading.set_log(settings)
         self._tell_robot(self._body.wiring)
+        if news:
+            self._body.join([person.name for key, person in people.items() if key not in wiring.people])
         return {"changed": changed, "restart": restart}
-
-    def _take_people(self, known: dict[str, Person], read: dict[str, Person]) -> list[dict[str, Any]]:
-        """Everybody counts with the words that are on file now; who is new comes to be known by name, too."""
-        before, new = _names(known), [person.name for key, person in read.items() if key not in known]
-        more = {key: read[key] for key in known.keys() & read.keys() if not known[key].same_as(read[key])}
-        changes = [
-            {"key": f"takes of {more[key].name}", "before": known[key].n_takes, "now": more[key].n_takes}
-            for key in sorted(more)
-        ]
-        gone = known.keys() - read.keys()
-        for key in gone:
-            del known[key]
-        known.update({key: person for key, person in read.items() if key not in known or key in more})
-        if new or gone:
-            changes.insert(0, {"key": "people", "before": before, "now": _names(known)})
-        if changes:
-            self._body.join(new)
-        return changes
-
 
     def _tell_robot(self, wiring: Wiring) -> None:
         robot = self._body.robot
@@ -121,8 +106,15 @@ class Reloader:
             c.reconfigure(robot.now, role, wiring.tasks.tasks)
 
 
-def _names(people: dict[str, Person]) -> list[str]:
-    return sorted(person.name for person in people.values())
+def _news_of_people(before: Mapping[str, Person], now: Mapping[str, Person]) -> list[dict[str, Any]]:
+    """Who is new or gone, and of whom there are other takes."""
+    changes: list[dict[str, Any]] = [
+        {"key": f"takes of {now[key].name}", "before": before[key].n_takes, "now": now[key].n_takes}
+        for key in sorted(before.keys() & now.keys())
+        if before[key] is not now[key]
+    ]
+    names = [sorted(person.name for person in people.values()) for people in (before, now)]
+    return [{"key": "people", "before": names[0], "now": names[1]}, *changes] if names[0] != names[1] else changes
 
 
 def _words(tasks: TaskRepository) -> tuple[object, ...]:

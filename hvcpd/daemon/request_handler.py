@@ -197,4 +197,4 @@ COMMANDS: dict[str, tuple[ArgumentTypes, Command]] = {
 """Each command with its arguments, none of which must be given but `say`'s."""
 
 CHANGING = frozenset({"say", "stop", "resume", "reload"})
-"""Those that are told in the log."""
+"""Commands that are logged."""

@@ -6,11 +6,11 @@ import asyncio
 from collections import deque
 from collections.abc import Callable, Sequence
 from concurrent.futures import Executor, Future, ThreadPoolExecutor
+from typing import Generic
 
 import structlog
 
-from hvcpd.people.ears import Finding, LooksAgain, Piece
-from hvcpd.recognition.events import Recognised
+from hvcpd.recognition.second_look import Found, Job, Looks
 
 MOST_WAITING = 2
 """Pieces that are looked at or wait for it: a third would be told too late."""
@@ -28,47 +28,50 @@ def one_thread() -> Executor:
     return ThreadPoolExecutor(1, "second-look")
 
 
-class SecondPass:
-    """A `people.ears.Worker`. `make_pool` makes what runs one call after the other; one that has failed is replaced."""
+class SecondPass(Generic[Job, Found]):
+    """A `recognition.second_look.Worker` with a thread of its own."""
 
-    def __init__(self, make_pool: Callable[[], Executor] = one_thread) -> None:
+    def __init__(self, failed: Found, make_pool: Callable[[], Executor] = one_thread) -> None:
+        """`failed` is what is found where a look fails. `make_pool` makes what runs one call after the other; one that
+        is broken is replaced."""
+        self._failed = failed
         self._make_pool = make_pool
         self._pool = make_pool()
-        self._under_way: set[Future[Recognised | None]] = set()
-        self._found: deque[Finding] = deque()
-        self._sentences: list[tuple[Piece, Recognised]] = []
+        self._under_way: set[Future[Found]] = set()
+        self._found: deque[tuple[Job, Found]] = deque()
+        self._sentences: list[tuple[Job, Found]] = []
 
-    def submit(self, piece: Piece, listener: LooksAgain) -> bool:
+    def submit(self, job: Job, listener: Looks[Job, Found]) -> bool:
         """As `Worker.submit`."""
         if len(self._under_way) >= MOST_WAITING:
             return False
-        future = self._begin(listener, piece)
+        future = self._begin(listener, job)
         if future is None:
             return False
         self._under_way.add(future)
-        future.add_done_callback(lambda done: self._found.append((piece, _result(done))))
+        future.add_done_callback(lambda done: self._found.append((job, self._result(done))))
         return True
 
-    def _begin(self, listener: LooksAgain, piece: Piece) -> Future[Recognised | None] | None:
+    def _begin(self, listener: Looks[Job, Found], job: Job) -> Future[Found] | None:
         """The look, under way; None if even a new pool does not take it."""
         for _ in range(2):
             try:
-                return self._pool.submit(listener.look, piece)
+                return self._pool.submit(listener.look, job)
             except RuntimeError as error:  # the pool is broken, or no thread can be started
                 _log.warning("second look begun anew", reason=f"{type(error).__name__}: {error}")
                 self._pool.shutdown(wait=False, cancel_futures=True)
                 self._pool = self._make_pool()
         return None
 
-    def findings(self) -> Sequence[Finding]:
+    def findings(self) -> Sequence[tuple[Job, Found]]:
         """As `Worker.findings`."""
         self._under_way = {future for future in self._under_way if not future.done()}
         found = [self._found.popleft() for _ in range(len(self._found))]
-        self._sentences += [(piece, sentence) for piece, sentence in found if sentence is not None]
+        self._sentences += [each for each in found if each[1] != self._failed]
         del self._sentences[:-MOST_WAITING]
         return found
 
-    def take_sentences(self) -> list[tuple[Piece, Recognised]]:
+    def take_sentences(self) -> list[tuple[Job, Found]]:
         """The sentences among the findings, each told once; the newest if nobody asked for long."""
         sentences, self._sentences = self._sentences, []
         return sentences
@@ -83,12 +86,11 @@ class SecondPass:
         self._pool.shutdown(wait=False, cancel_futures=True)
         await self.settled()
 
-
-def _result(future: Future[Recognised | None]) -> Recognised | None:
-    if future.cancelled():
-        return None
-    error = future.exception()
-    if error is not None:
-        _log.error("second look failed", reason=f"{type(error).__name__}: {error}")
-        return None
-    return future.result()
+    def _result(self, future: Future[Found]) -> Found:
+        if future.cancelled():
+            return self._failed
+        error = future.exception()
+        if error is not None:
+            _log.error("second look failed", reason=f"{type(error).__name__}: {error}")
+            return self._failed
+        return future.result()

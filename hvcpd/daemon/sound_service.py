@@ -7,6 +7,7 @@ clock, the wheels, the memory and whoever asks from outside are served on.
 from __future__ import annotations
 
 import asyncio
+from collections import deque
 from collections.abc import Awaitable, Callable
 from dataclasses import asdict, dataclass, fields
 
@@ -14,13 +15,74 @@ import numpy as np
 import structlog
 
 from hvcpd.daemon.devices import SoundStream
-from hvcpd.daemon.overload import Overload
 from hvcpd.errors import DeviceError
 from hvcpd.hardware.audio_exchange import StreamCounters
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 
+RAISED_BY = 5
+RAISED_WITHIN_S = 10
+"""Seconds with a disturbed block, of the last so many: one stall, however long, is one or two. At a load of 5 to 13 two
+robots had one such second in ten (docs/daemon.md), and understood each other."""
+CLEARED_BY = 2
+CLEARED_WITHIN_S = 30
+"""No more than so many seconds: hardly one in three of the longest sentences."""
+
+TOO_BUSY = "the computer is too busy"
+
+_log = structlog.get_logger(__name__)
+
+
+class Overload:
+    """`note` each block; while `standing`, the alarm is raised. Times are seconds of sound that came."""
+
+    def __init__(self) -> None:
+        self._disturbed_s: deque[int] = deque()
+        self._since_s: float | None = None
+        self._blocks = 0
+
+    @property
+    def standing(self) -> bool:
+        """Whether sound is lost or late so often that what is heard proves little."""
+        return self._since_s is not None
+
+    def note(self, now_s: float, before: StreamCounters, after: StreamCounters) -> None:
+        """A block came at `now_s`, between these counts of what was lost."""
+        if is_disturbed(before, after):
+            self._blocks += 1
+            if not self._disturbed_s or self._disturbed_s[-1] < int(now_s):
+                self._disturbed_s.append(int(now_s))
+        while self._disturbed_s and now_s - self._disturbed_s[0] > CLEARED_WITHIN_S:
+            self._disturbed_s.popleft()
+        if self._since_s is None:
+            self._raise(now_s)
+        elif now_s - self._since_s >= CLEARED_WITHIN_S and len(self._disturbed_s) <= CLEARED_BY:
+            _log.info("the computer keeps up again", after_s=round(now_s - self._since_s, 1), disturbed=self._blocks)
+            self._since_s = None
+        if self._since_s is None and not self._disturbed_s:
+            self._blocks = 0
+
+    def _raise(self, now_s: float) -> None:
+        recent = sum(now_s - at_s <= RAISED_WITHIN_S for at_s in self._disturbed_s)
+        if recent < RAISED_BY:
+            return
+        self._since_s = now_s
+        _log.warning(
+            TOO_BUSY,
+            disturbed=self._blocks,
+            remedy="sound is lost or late; end other programs, or give the robot a faster computer",
+        )
+
+
+def is_disturbed(before: StreamCounters, after: StreamCounters) -> bool:
+    """Whether sound was lost or late between two counts. Silence that evens out two clocks is neither."""
+    if before is after:
+        return False
+    lost = ("input_dropped", "output_dropped", "output_late", "card_overflows", "card_underflows", "card_lost")
+    return any(getattr(after, name) > getattr(before, name) for name in lost)
+
+
 LOSSES_EVERY_S = 60.0
-"""Sound that was lost is told so often at most."""
+"""Shortest interval of reports on lost sound."""
 GAP_S = 0.1
 """Without sound time is told in such steps: half of what a wheel that stands is spoken to by, and far more often than a
 systemd watchdog needs to be fed."""
@@ -29,13 +91,11 @@ RETRY_MOST_S = 10.0
 """Pauses between attempts, each twice as long as the one before: a sound server is back within a second, a plug that
 somebody has to find is not, and an attempt costs some 0.1 s of processor time."""
 STEADY_S = 10.0
-"""A stream that has lived for so long has shown that it works; the next failure is met with the short pause again."""
+"""Life of a stream after which its next failure is met with the short pause again: it has shown that it works."""
 MUTE_S = 10.0
-"""Nothing but digital zeros for so long, and the microphone is not one that hears."""
+"""Length of digital zeros after which the microphone counts as one that does not hear."""
 LET_GO_S = 30.0
-"""A card that is not let go of for so long is held by a library that hangs; then only a new process helps."""
-
-_log = structlog.get_logger(__name__)
+"""Time after which a card that is not let go counts as held by a library that hangs; then only a new process helps."""
 
 _NONE = np.zeros(0, np.float32)
 
@@ -132,7 +192,7 @@ class SoundService:
         return Block(samples, lost if gap else None)
 
     def write(self, samples: Samples) -> None:
-        """Have sound played, as long as what was read; without a card it goes nowhere."""
+        """Have sound played, shape (n,), float32, as long as what was read; without a card it is dropped."""
         if self._recovery is None:
             self._stream.write(samples)
 

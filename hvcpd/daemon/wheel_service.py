@@ -11,16 +11,17 @@ from hvcpd.errors import DeviceError
 from hvcpd.ports import STANDSTILL, WheelCommand, WheelReading, Wheels
 
 MOVING_S = 0.05
-"""A moving robot's wheels are served so often (sample clock), as ROBOTIS's own node does."""
+"""Interval of exchanges with a moving robot's wheels (sample clock): that of ROBOTIS's own node."""
 STANDING_S = 0.1
-"""And a standing robot's: well within the motors' bus watchdog of 0.24 s; ROBOTIS beats OpenCR's heart as often."""
+"""Interval of exchanges with a robot that stands: well within the motors' bus watchdog of 0.24 s; ROBOTIS's own
+interval for OpenCR's heartbeat."""
 LEASE_S = 0.25
 """Real time without a new command after which a moving robot is told to stop; it then stands within half a second."""
 LOST_S = 10.0
-"""The daemon gives up after the wheels have failed for so long: by then the motion has failed (4 s) and the failure
-has been told aloud (5 s)."""
+"""Duration of the wheels' failure after which the daemon gives up: by then the motion has failed (4 s) and the failure
+was said aloud (5 s)."""
 SLACK_S = 1e-6
-"""Of the sample clock's arithmetic."""
+"""Tolerance for the arithmetic of the sample clock."""
 
 _log = structlog.get_logger(__name__)
 

@@ -5,14 +5,15 @@ from __future__ import annotations
 import secrets
 import time
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from datetime import UTC, datetime, timedelta
 from functools import partial
 from pathlib import Path
 
 import structlog
 
-from hvcpd.assembly.make import RobotPlan, Sound, make_phrasebook, make_sound
+from hvcpd.assembly.make import Sound, make_phrasebook, make_sound
+from hvcpd.assembly.plan import BodyPlan, HearingPlan, MemoryPlan, RobotPlan, SecurityPlan, TeamPlan
 from hvcpd.assembly.voice_assignment import cast
 from hvcpd.config.settings import MAX_KNOWN_NAMES, Settings
 from hvcpd.config.task_file import load_tasks
@@ -23,8 +24,10 @@ from hvcpd.errors import ConfigError, HvcpdError, PhraseError, VocabularyError
 from hvcpd.hardware.kinematics import Drive, drive_of
 from hvcpd.hardware.navigator import Navigator
 from hvcpd.language.phrasebook import Phrasebook
-from hvcpd.people.ears import Worker
 from hvcpd.people.enrolled import Person, enrolled_people
+from hvcpd.recognition.channel.listener import Look, Stretch
+from hvcpd.recognition.events import Recognised
+from hvcpd.recognition.second_look import Piece, Worker
 from hvcpd.robot.own_voice import Acoustics
 from hvcpd.security.keyring import KeyFile, find_key_file, keep_out_of_dumps, read_key_file
 from hvcpd.security.keys import KeyRing
@@ -44,18 +47,19 @@ ONE_DAY = timedelta(days=1)
 
 @dataclass(frozen=True)
 class Wiring:
-    """What `wire_up` found good."""
+    """What `wire_up` found good. `people`: those who are enrolled, and no robots, by name in lower case."""
 
     settings: Settings
     tasks: TaskRepository
     sound: Sound
     keys: KeyFile | None = None
+    people: Mapping[str, Person] = field(default_factory=dict)
 
     @property
     def names(self) -> tuple[str, ...]:
         """All robots and people known beforehand, this one first."""
         own = self.settings.name
-        people = (person.name for person in self.sound.people.values())
+        people = (person.name for person in self.people.values())
         others = {name.casefold(): name for name in (*people, *self.settings.names)}
         return own, *(name for key, name in others.items() if key != own.casefold())
 
@@ -134,24 +138,25 @@ class Wiring:
 
     def plan(
         self,
-        remembered: Mapping[int, tuple[str, str | None]],
-        acoustics: Acoustics,
+        memory: MemoryPlan | None = None,
+        acoustics: Acoustics | None = None,
         heard: Sequence[str] = (),
-        stopped: bool = False,
-        counters: Mapping[str, int] | None = None,
         here: KeptPose | None = None,
         navigator: Navigator | None = None,
-        second: Worker | None = None,
-        dues: Mapping[int, float] | None = None,
+        channel: Worker[Stretch, Look] | None = None,
+        second: Worker[Piece, Recognised | None] | None = None,
+        people: Mapping[str, Person] | None = None,
     ) -> RobotPlan:
-        """What makes this robot, with what it remembers: the tasks, the names that it `heard`, whether it is stopped.
+        """What makes this robot, with what it remembers, and the names that it `heard`.
 
         `here` is where it stands, if that is not where the settings have it start. `navigator` finds its ways; None:
-        the usual one. `second` looks again at what the voices of robots do not explain.
+        the usual one. `channel` looks again for robots through a channel that is not known, `second` at what no robot's
+        voice explains. `people`, looked up anew each
+        time, are those who are enrolled by then; None: those of now.
 
         Without a seed in the settings it gets a fresh one.
         """
-        settings = self.settings
+        settings, start, waits = self.settings, self.settings.start.pose, self.settings.waits
         role = Role(
             settings.name,
             settings.team,
@@ -159,33 +164,29 @@ class Wiring:
             listed=any(name.casefold() == settings.name.casefold() for name in settings.names),
             people=People(settings.security.people),
         )
-        seed = settings.seed if settings.seed is not None else secrets.randbits(SEED_BITS)
         return RobotPlan(
             self.with_live(role),
-            self.names_with(heard),
+            TeamPlan(self.names_with(heard), self.names, settings.teams, strangers=True),
             self.tasks,
-            here.pose if here is not None else settings.start.pose,
-            seed,
-            settings.teams,
-            dict(remembered),
-            acoustics,
-            stopped=stopped,
-            strangers=True,
-            prepared=False,
-            keys=self.ring(),
-            encrypts=settings.security.encrypted,
-            told=self.names,
-            counters=counters,
-            home=Place(settings.start.pose.x_m, settings.start.pose.y_m),
-            timing=Timing(
-                absent_s=settings.waits.absent_s, lease_s=settings.waits.lease_s, answer_s=settings.waits.answer_s
+            settings.seed if settings.seed is not None else secrets.randbits(SEED_BITS),
+            BodyPlan(
+                here.pose if here is not None else start,
+                Place(start.x_m, start.y_m),
+                here.reading if here is not None else None,
+                self.drive,
+                navigator,
             ),
-            reading=here.reading if here is not None else None,
-            drive=self.drive,
-            navigator=navigator,
-            dues=dues,
-            second=second if settings.voices != "robots" else None,
-            any_voice=settings.voices == "any",
+            memory or MemoryPlan(),
+            HearingPlan(
+                acoustics,
+                self.people if people is None else people,
+                channel,
+                second if settings.voices != "robots" else None,
+                any_voice=settings.voices == "any",
+                prepared=False,
+            ),
+            SecurityPlan(self.ring(), settings.security.encrypted),
+            Timing(absent_s=waits.absent_s, lease_s=waits.lease_s, answer_s=waits.answer_s),
         )
 
 
@@ -203,7 +204,6 @@ def wire_up(settings: Settings, allow_confusable: bool = False) -> Wiring:
         faults.append(str(error))
     try:
         sound = make_sound(settings.lexicon, settings.state_dir / "units")
-        sound = replace(sound, people=_people(settings))
     except HvcpdError as error:
         faults.append(str(error))
     lexicon = sound.lexicon if sound is not None else Lexicon.load()
@@ -218,7 +218,7 @@ def wire_up(settings: Settings, allow_confusable: bool = False) -> Wiring:
         if number not in numbers:
             listed = ", ".join(map(str, numbers))
             raise ConfigError(f"unable: {settings.tasks} has no task {number}; its numbers are {listed}")
-    wiring = Wiring(settings, tasks, sound, keys)
+    wiring = Wiring(settings, tasks, sound, keys, _people(settings))
     try:
         phrasebook = wiring.phrasebook()
     except VocabularyError as error:

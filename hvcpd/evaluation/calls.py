@@ -31,13 +31,13 @@ def call(trial: Trial) -> Row:
 
     Settings: `text`, `calls`, `distance_m`, `robot_noise_db_spl` (or null), `listeners`.
     """
-    s, chance = trial.settings, trial.generator()
+    s, rng = trial.settings, trial.generator()
     bench = replace(Bench(), robot_noise_db_spl=s["robot_noise_db_spl"])
     book = listeners.book()
     sentence = listeners.spoken(s["text"], book)
     words = " ".join(sentence[0])
     row: dict[str, Any] = dict(s)
-    for name, got in hear([sentence] * s["calls"], s["distance_m"], bench, chance, s["listeners"], book).items():
+    for name, got in hear([sentence] * s["calls"], s["distance_m"], bench, rng, s["listeners"], book).items():
         row[name] = sum(text == words for text in got)
         row[f"{name} wrong"] = sorted(text for text in got if text not in ("", words))
     return row
@@ -47,13 +47,14 @@ def hear(
     sentences: Sequence[tuple[tuple[str, ...], Samples]],
     distance_m: float,
     bench: Bench,
-    chance: np.random.Generator,
+    rng: np.random.Generator,
     who_listens: Sequence[str],
     book: Phrasebook,
 ) -> dict[str, list[str]]:
-    """What each listener takes each sentence for, said one after the other so far away; "" for nothing."""
-    sound, said = stream(sentences, bench, chance)
-    heard = heard_at(sound, distance_m, bench, chance)
+    """Return what each listener takes each sentence for, "" for nothing: the sentences, words and sound of shape
+    (n,), float32, are said one after the other at that distance."""
+    sound, said = stream(sentences, bench, rng)
+    heard = heard_at(sound, distance_m, bench, rng)
     return {name: LISTENERS[name](heard, said, book) for name in who_listens}
 
 

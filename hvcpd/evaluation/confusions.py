@@ -62,12 +62,12 @@ def _trials(scale: Scale) -> Sequence[Trial]:
 
 def _run(trial: Trial) -> Row:
     """Every objective once, in any order: what each listener took it for."""
-    s, chance = trial.settings, trial.generator()
+    s, rng = trial.settings, trial.generator()
     bench, book = replace(Bench(), robot_noise_db_spl=s["robot_noise_db_spl"]), _book(s["variant"])
-    order = [OBJECTIVES[k] for k in chance.permutation(len(OBJECTIVES))]
+    order = [OBJECTIVES[k] for k in rng.permutation(len(OBJECTIVES))]
     texts = [f"Hi {CALLED}, I am {CALLER}, water the {objective} rose" for objective in order]
     spoken = [listeners.spoken(text, book) for text in texts]
-    heard = hear(spoken, s["distance_m"], bench, chance, s["listeners"], book)
+    heard = hear(spoken, s["distance_m"], bench, rng, s["listeners"], book)
     taken = {name: [_objective(text, book) for text in got] for name, got in heard.items()}
     return {**s, "said": order, "taken": taken}
 

@@ -37,7 +37,7 @@ class Footprint:
 
 
 def measured(listener: str, sound: Samples, said: Sequence[Said]) -> Footprint:
-    """Start a process that listens to the sound, in which these sentences are.
+    """Start a process that listens to the sound, shape (n,), float32, in which these sentences are; return its cost.
 
     Raises subprocess.CalledProcessError and TimeoutExpired.
     """
@@ -57,7 +57,7 @@ def resident_mb(field: str) -> float:
 
 
 def measure(make: Callable[[], Listen], sound: Samples, said: Sequence[Said]) -> Footprint:
-    """What it costs here and now to make a listener, and to have it listen."""
+    """Return the cost, here and now, of making a listener and of having it listen to the sound, shape (n,), float32."""
     bare_mb, began_s = resident_mb("VmRSS"), time.process_time()
     listen = make()
     ready_s = time.process_time()

@@ -62,19 +62,20 @@ def book() -> Phrasebook:
 
 
 def spoken(text: str, book: Phrasebook) -> tuple[tuple[str, ...], Samples]:
-    """A sentence in the caller's voice: its words, and its sound. Raises PhraseError."""
+    """Return a sentence in the caller's voice: its words, and its sound, shape (n,), float32. Raises PhraseError."""
     phrases = book.phrases(book.parse_text(text))
     return tuple(word for phrase in phrases for word in phrase), sound().speaker_of(CALLER).render(phrases)
 
 
 def sentences(recogniser: Recogniser, heard: Samples) -> list[Recognised]:
-    """What a recogniser understands of a sound, to its end."""
+    """Return what a recogniser understands of a sound, shape (n,), float32, to its end."""
     events = [e for at in range(0, len(heard), BLOCK) for e in recogniser.push(heard[at : at + BLOCK])]
     return [e for e in (*events, *recogniser.flush()) if isinstance(e, Recognised)]
 
 
 def ours(heard: Samples, said: Sequence[Said], book: Phrasebook) -> list[str]:
-    """What a robot that has heard nothing yet understands of each sentence: its words, or "" for nothing."""
+    """Return what a robot that has heard nothing yet understands of each sentence in the sound, shape (n,), float32:
+    its words, or "" for nothing."""
     understood = sentences(make_recogniser(book, (CALLER,), sound()), heard)
     return [
         " + ".join(" ".join(e.words) for e in understood if e.start_sample < s.end and e.end_sample > s.start)
@@ -90,7 +91,8 @@ def decoder(book: Phrasebook) -> Any:
 
 
 def peer(heard: Samples, said: Sequence[Said], book: Phrasebook) -> list[str]:
-    """What PocketSphinx takes each sentence for, with the same grammar; "" for nothing."""
+    """Return what PocketSphinx, with the same grammar, takes each sentence in the sound, shape (n,), float32, for;
+    "" for nothing."""
     pad = round(PAD_S * SAMPLE_RATE_HZ)
     known = decoder(book)
     return [heard_by_sphinx(known, heard[max(s.start - pad, 0) : s.end + pad]) for s in said]

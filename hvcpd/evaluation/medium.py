@@ -49,7 +49,7 @@ class Medium:
     assumed: str
 
     def air(self) -> Air:
-        """The same for the bench."""
+        """The medium for the bench."""
         return Air(
             sound_speed_m_s=self.sound_speed_m_s,
             speech_db_spl=self.speech_db,

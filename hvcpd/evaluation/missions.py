@@ -27,13 +27,13 @@ from hvcpd.synthesis.leveling import audible
 ONE, OTHER = "Rob", "Bot"
 """The paper's pair. (PocketSphinx hears other names, as they rhyme: `listeners.CALLED`.)"""
 WATER_S = 1.0
-"""How long a robot waters: short, for only the talk is of interest."""
+"""Duration of watering: short, because only the talk is of interest."""
 END_WALL_M = 0.5
 """Nobody stands nearer to the far wall."""
 LIMIT_S = 240.0
 """A mission that has not ended by then is judged as it stands: without trouble it takes 35 to 70 s."""
 NOISE_S = 30.0
-"""The robots' own noise repeats itself after so long: ten times as long as their recognisers look back."""
+"""Period after which the robots' own noise repeats: ten times as long as their recognisers look back."""
 
 
 @dataclass(frozen=True)
@@ -63,17 +63,17 @@ def run(trial: Trial, tasks: TaskRepository, **plan: Any) -> tuple[tuple[Event, 
 
     Settings: `distance_m`, `robot_noise_db_spl` (or null). Raises ImportError without pyroomacoustics.
     """
-    s, chance = trial.settings, trial.generator()
+    s, rng = trial.settings, trial.generator()
     setting = replace(Bench(), robot_noise_db_spl=s["robot_noise_db_spl"])
     free_m = setting.hall.size_m[0] - START_M - END_WALL_M
-    shift_m = round(float(chance.uniform(0.0, max(min(SHIFT_M, free_m - s["distance_m"]), 0.0))), 3)
-    seed = int(chance.integers(2**31))
+    shift_m = round(float(rng.uniform(0.0, max(min(SHIFT_M, free_m - s["distance_m"]), 0.0))), 3)
+    seed = int(rng.integers(2**31))
     air = Air(
         speech_db_spl=setting.speech_db_spl,
         microphone_full_scale_db_spl=setting.full_scale_db_spl,
         speech_dbfs=spoken_dbfs((ONE, OTHER)),
     )
-    noises = [noise(round(NOISE_S * SAMPLE_RATE_HZ), setting, chance) for _ in range(2)]
+    noises = [noise(round(NOISE_S * SAMPLE_RATE_HZ), setting, rng) for _ in range(2)]
     mission = bodies.Bench(
         bodies.BenchPlan(
             (ONE, OTHER),

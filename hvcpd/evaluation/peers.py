@@ -52,19 +52,19 @@ def _run(trial: Trial) -> Row:
     return _success(trial) if trial.settings["part"] == SUCCESS else _cost(trial)
 
 
-def _heard(names: Sequence[str], distance_m: float, noise_db_spl: float | None, chance: np.random.Generator) -> Any:
+def _heard(names: Sequence[str], distance_m: float, noise_db_spl: float | None, rng: np.random.Generator) -> Any:
     """Calls to these robots as they are heard; and what is where."""
     bench = replace(Bench(), robot_noise_db_spl=noise_db_spl)
     spoken = [listeners.spoken(f"Hi {name}, I am {CALLER}", book()) for name in names]
-    sound, said = stream(spoken, bench, chance)
-    return heard_at(sound, distance_m, bench, chance), said
+    sound, said = stream(spoken, bench, rng)
+    return heard_at(sound, distance_m, bench, rng), said
 
 
 def _success(trial: Trial) -> Row:
     """Each of the robots is called once: how many calls each listener understands, Porcupine by the name alone."""
-    s, chance = trial.settings, trial.generator()
-    names = [NAMES[k] for k in chance.permutation(len(NAMES))]
-    heard, said = _heard(names, s["distance_m"], s["robot_noise_db_spl"], chance)
+    s, rng = trial.settings, trial.generator()
+    names = [NAMES[k] for k in rng.permutation(len(NAMES))]
+    heard, said = _heard(names, s["distance_m"], s["robot_noise_db_spl"], rng)
     row: dict[str, Any] = {**s, "calls": len(names)}
     for listener in s["listeners"]:
         alone = listener == PORCUPINE
@@ -81,8 +81,8 @@ def _success(trial: Trial) -> Row:
 def _cost(trial: Trial) -> Row:
     """Measured in a process of its own, and so the one thing that another run has otherwise."""
     s = trial.settings
-    chance = replace(trial, settings={"part": COST}).generator()  # the same sound for all
-    heard, said = _heard([*NAMES] * (COST_CALLS // len(NAMES)), COST_DISTANCE_M, s["robot_noise_db_spl"], chance)
+    rng = replace(trial, settings={"part": COST}).generator()  # the same sound for all
+    heard, said = _heard([*NAMES] * (COST_CALLS // len(NAMES)), COST_DISTANCE_M, s["robot_noise_db_spl"], rng)
     return {**s, **asdict(measured(s["listener"], heard, said))}
 
 

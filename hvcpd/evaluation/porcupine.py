@@ -15,9 +15,9 @@ from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 
 PORCUPINE = "Porcupine"
 NAMES = ("Jarvis", "Bumblebee", "Terminator", "Computer")
-"""Of its built-in words, those that can be a robot's name."""
+"""Built-in words of Porcupine that can be a robot's name."""
 LATE_S = 0.5
-"""It reports a word up to so long after it was said."""
+"""Longest delay from the end of a word to its report."""
 
 
 def available() -> bool:
@@ -35,7 +35,8 @@ def _engine() -> Any:
 
 
 def detections(heard: Samples) -> list[tuple[int, str]]:
-    """Every built-in word that it hears, with the sample by which it reports it. Raises ImportError."""
+    """Return every built-in word that Porcupine hears in the sound, shape (n,), float32, with the sample at which it
+    reports it. Raises ImportError."""
     engine, found = _engine(), []
     sound = (np.clip(heard, -1, 1) * 32767).astype("<i2")
     for at in range(0, len(sound) - engine.frame_length + 1, engine.frame_length):

@@ -9,13 +9,15 @@ import io
 from collections.abc import Sequence
 from pathlib import Path
 
+from markupsafe import Markup
+
 from hvcpd.evaluation import plots
 from hvcpd.evaluation.trials import Findings, Table
 from hvcpd.reporting.files import write_whole
-from hvcpd.reporting.markup import Markup, tag
-from hvcpd.reporting.style import own_file
+from hvcpd.reporting.markup import tag
+from hvcpd.reporting.palette import own_file
 
-STYLE = Markup(
+STYLE = (
     "main{max-width:60rem;margin:0 auto;padding:1rem}table{border-collapse:collapse;font-size:.85rem}"
     "th,td{padding:.15rem .6rem;text-align:right;border-bottom:1px solid #8884}th:first-child,td:first-child,"
     "td.text,th.text{text-align:left}img{max-width:100%;height:auto;background:#fff}.wide{overflow-x:auto}"

@@ -24,7 +24,7 @@ LEAD_S = 3.0
 GAP_S = (1.2, 2.5)
 """Silence between two sentences, shortest and longest."""
 SHIFT_M = 1.5
-"""Both robots stand up to so much farther along the hall, drawn for each block of trials."""
+"""Largest shift of both robots along the hall, drawn for each block of trials."""
 FITTED_ROBOT_NOISE_DB_SPL = 57.5
 """At which PocketSphinx, a recogniser for general speech as the paper's is, understands half of the calls at 120 cm, as
 the paper's does: 95 % interval 56.6 to 58.3 dB (`hvcpctl evaluate fit --trials 12`, seed 1)."""
@@ -37,7 +37,7 @@ class Bench:
     hall: Hall = field(default_factory=lambda: Hall((24.0, 6.0, 3.0), 0.45))
     """An office corridor or class room with furniture has 0.4 to 0.6 s (DIN 18041:2016, figure 2, class A4)."""
     speech_db_spl: float = Air().speech_db_spl
-    """Of the sentence's audible part, RMS, at 1 m in front of the loudspeaker."""
+    """RMS level of the sentence's audible part at 1 m in front of the loudspeaker."""
     loudspeaker_hz: tuple[float, float] = (300.0, 6000.0)
     """Corners of a small loudspeaker, 12 dB an octave beyond."""
     ambient_db_spl: float = 20.0
@@ -63,10 +63,10 @@ class Bench:
 
 
 def stream(
-    sentences: Sequence[tuple[tuple[str, ...], Samples]], bench: Bench, chance: np.random.Generator
+    sentences: Sequence[tuple[tuple[str, ...], Samples]], bench: Bench, rng: np.random.Generator
 ) -> tuple[Samples, list[Said]]:
-    """Sentences (words and sound) one after the other as they leave the loudspeaker, at its level at 1 m, and what is
-    where; float32, 1.0 = the microphone's full scale."""
+    """Return sentences, words and sound of shape (k,), one after the other as they leave the loudspeaker, at its
+    level at 1 m, and where each is: shape (n,), float32, 1.0 = the microphone's full scale."""
     pieces = [np.zeros(round(LEAD_S * SAMPLE_RATE_HZ), np.float32)]
     at = len(pieces[0])
     said = []
@@ -75,33 +75,34 @@ def stream(
         loud = np.sqrt(np.mean(np.square(sound[first:last], dtype=np.float64)))
         gain = amplitude(bench.speech_db_spl - bench.full_scale_db_spl) / loud
         said.append(Said(words, at, at + last))
-        gap = np.zeros(round(chance.uniform(*GAP_S) * SAMPLE_RATE_HZ), np.float32)
+        gap = np.zeros(round(rng.uniform(*GAP_S) * SAMPLE_RATE_HZ), np.float32)
         pieces += [(gain * sound).astype(np.float32), gap]
         at += len(sound) + len(gap)
     return np.concatenate(pieces), said
 
 
-def heard_at(sound: Samples, distance_m: float, bench: Bench, chance: np.random.Generator) -> Samples:
-    """What the microphone takes of such a stream at that distance, as 16 bits, the way's delay taken out.
+def heard_at(sound: Samples, distance_m: float, bench: Bench, rng: np.random.Generator) -> Samples:
+    """Return what the microphone takes of such a stream, shape (n,), at that distance: shape (n,), float32 in steps of
+    16 bits, without the delay of the way.
 
     Raises ImportError without pyroomacoustics.
     """
     room_m = bench.hall.size_m[0] - START_M - 0.5 - distance_m
-    shift_m = round(float(chance.uniform(0.0, max(min(SHIFT_M, room_m), 0.0))), 3)
+    shift_m = round(float(rng.uniform(0.0, max(min(SHIFT_M, room_m), 0.0))), 3)
     impulse, delay = response(bench.hall, distance_m, shift_m)
     n = len(sound)
     far = through(np.pad(band(sound, *bench.loudspeaker_hz), (0, delay)), impulse)[delay:]
-    return digitize(far.astype(np.float64) + noise(n, bench, chance))
+    return digitize(far.astype(np.float64) + noise(n, bench, rng))
 
 
-def noise(n: int, bench: Bench, chance: np.random.Generator) -> Samples:
-    """All that a microphone takes while nobody speaks, `n` samples."""
+def noise(n: int, bench: Bench, rng: np.random.Generator) -> Samples:
+    """Return all that a microphone takes while nobody speaks, shape (n,), float32, 1.0 = its full scale."""
 
     def rms(level_db_spl: float) -> float:
         return amplitude(level_db_spl - bench.full_scale_db_spl)
 
-    total = PinkNoise(rms(bench.ambient_db_spl), int(chance.integers(2**31))).take(n).astype(np.float64)
-    total += rms(bench.self_noise_db_spl) * chance.standard_normal(n)
+    total = PinkNoise(rms(bench.ambient_db_spl), int(rng.integers(2**31))).take(n).astype(np.float64)
+    total += rms(bench.self_noise_db_spl) * rng.standard_normal(n)
     if bench.robot_noise_db_spl is not None:
-        total += rms(bench.robot_noise_db_spl) * fan(n, chance)
+        total += rms(bench.robot_noise_db_spl) * fan(n, rng)
     return total.astype(np.float32)

@@ -10,16 +10,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 Z = 1.959964
-"""Of the normal distribution: two-sided 95 %."""
+"""Quantile of the normal distribution for a two-sided interval of 95 %."""
 CHI2 = Z * Z
-"""Of the chi-squared distribution with one degree of freedom, its 95 % point."""
+"""95 % point of the chi-squared distribution with one degree of freedom."""
 STEEPNESS = np.concatenate([np.geomspace(0.01, 0.4, 12), np.geomspace(0.5, 100.0, 48)])
-"""Slopes that are tried: the logit changes by so much while the distance grows by a factor of e. 0.01 is flat, 100 is a
+"""Slopes that are tried: the change of the logit while the distance grows by a factor of e. 0.01 is flat, 100 is a
 cliff: from 99 to 1 % within a tenth of the distance."""
 FINE = 600
 """Pivotal points that are tried."""
 BEYOND = 2.0
-"""They reach so much nearer and farther than what was tried."""
+"""Factor by which the pivotal distances tried reach nearer and farther than the measured ones."""
 
 
 def wilson(right: int, n: int) -> tuple[float, float]:

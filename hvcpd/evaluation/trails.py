@@ -17,7 +17,7 @@ ROBOTS = ("Rob", "Bot")
 PAPER_SHARES = (3, 2)
 """The plants that the paper's Rob and Bot watered (its figure 6)."""
 EVERY = 20
-"""Of the trail's points, 25 ms apart, one in so many is kept: every half second, 10 cm of way."""
+"""Step between the points of a trail that are kept, which lie 25 ms apart: every half second, 10 cm of way."""
 NOISE_DB_SPL = Air().noise_db_spl
 
 

@@ -24,7 +24,7 @@ class Trial:
 
     @property
     def key(self) -> str:
-        """The same for the same trial, whatever the order in which its settings are given."""
+        """A key that is equal for equal trials, whatever the order of their settings."""
         return json.dumps([self.experiment, self.seed, self.settings], sort_keys=True)
 
     def generator(self) -> np.random.Generator:

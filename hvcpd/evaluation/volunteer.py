@@ -20,13 +20,13 @@ PAPER_DROP_M = 0.7
 """From which the paper's success in this mode falls, for the robots drive off (section IV-A)."""
 DRIVING, STANDING = "driving off", "standing still"
 AWAY_M = 2.0
-"""Each robot's plant is so far behind it, away from the other."""
+"""Distance of each robot's plant behind it, away from the other."""
 SPEED_M_S = 0.211
 """TurtleBot3's firmware holds the wheels at 61 rpm; the paper's program asks for 0.3 m/s."""
 ANSWER_S = 1.0
 """Between one robot's claim and the other's: to understand, and to listen whether nobody else speaks."""
 CLAIMS = tuple(f"Hi all, I am {CALLER}, I will complete task {number}" for number in ("one", "two"))
-"""Both in the one voice that listeners are tried with."""
+"""The two claims, in the one voice that listeners are tried with."""
 FIRST, SECOND = 1, 2
 SAID_M = (0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 1.0, 1.1, 1.2, 1.4, 1.7, 2.0)
 QUICK_SAID_M = (0.2, 0.4, 0.6, 0.8, 1.1)
@@ -54,12 +54,12 @@ def _run(trial: Trial) -> Row:
 
 def _said_once(trial: Trial) -> Row:
     """As the paper's: each robot claims its plant once; the first one drives off while the second one claims."""
-    s, chance, book = trial.settings, trial.generator(), listeners.book()
+    s, rng, book = trial.settings, trial.generator(), listeners.book()
     setting = replace(Bench(), robot_noise_db_spl=s["robot_noise_db_spl"])
     right = [True] * s["calls"]
     for text, away_m in zip(CLAIMS, (0.0, way_m() if s["drives"] else 0.0), strict=True):
         sentence = listeners.spoken(text, book)
-        (got,) = hear([sentence] * s["calls"], s["distance_m"] + away_m, setting, chance, s["listeners"], book).values()
+        (got,) = hear([sentence] * s["calls"], s["distance_m"] + away_m, setting, rng, s["listeners"], book).values()
         right = [ok and text == " ".join(sentence[0]) for ok, text in zip(right, got, strict=True)]
     return {**s, PEER: sum(right), f"{PEER} wrong": []}
 

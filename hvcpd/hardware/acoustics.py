@@ -14,8 +14,8 @@ SILENCE_DBFS = -120.0
 CLIPPED_AT = 0.999
 """Amplitude from which a sample counts as clipped; converters differ in their last step."""
 FOUND_SHARPNESS = 6.0
-"""The correlation's peak stands out so much over its RMS when the own sound is in the recording; the largest of some
-50,000 values of mere noise seldom passes 4.5 times its RMS (normal distribution)."""
+"""Least ratio of the correlation's peak to its RMS at which the own sound is in the recording; the largest of some
+50,000 values of mere noise seldom passes 4.5 (normal distribution)."""
 NEEDED_SNR_DB = 0.0
 """At which all sentences are understood in steady noise (docs/recognition.md, "Noise": white, pink, fan at 0 dB)."""
 
@@ -33,7 +33,7 @@ def power_dbfs(power: float) -> float:
 
 
 def clipped_share(sound: Samples) -> float:
-    """The share of samples at full scale, 0 to 1."""
+    """Return the share, 0 to 1, of samples at full scale in sound of shape (n,)."""
     return float(np.mean(np.abs(sound) >= CLIPPED_AT)) if sound.size else 0.0
 
 

@@ -24,21 +24,22 @@ from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 OTHER_RATES_HZ = (48_000, 44_100, 32_000, 96_000)
 """Tried after 16 kHz and the card's own; what USB microphones and boards for the Raspberry Pi have."""
 MOST_OUTPUTS = 2
-"""The voice is played on so many channels: both loudspeakers of a pair. Beyond them are those of a cinema."""
+"""Most channels on which the voice is played: both loudspeakers of a pair. Beyond them are those of a cinema."""
 BUFFER_BLOCKS = 3
 """Asked of the loudspeaker's buffer. With 4, PulseAudio takes two blocks at a time, all that is kept, and every block
 that comes a little late leaves a gap: 20 in 40 s on a computer with much to do. With 3 it takes one: 2 gaps."""
 FILLED_BLOCKS = 2
 """Kept in it, so that the thread may be late by as much, and the buffer take as much, before a sample is lost."""
 WATCHED_BLOCKS = 40
-"""The filling is averaged over so many blocks: sound servers take what waits in lumps of a block and more."""
+"""Number of blocks over which the filling is averaged: sound servers take what waits in lumps of a block and more."""
 BEHIND_BLOCKS = 2
-"""So much that still waits to be heard comes late: after a stall a sound server delivers all that it has kept."""
+"""Number of blocks that, still unread, mean that the microphone is behind: after a stall a sound server delivers all
+that it has kept."""
 SLACK_BLOCKS = 0.75
-"""The mean filling may stray by so much before silence is left out or added: 19 ms of 25 ms blocks, which two clocks
-100 ppm apart need three minutes for."""
+"""Largest error of the mean filling that is left alone; beyond it silence is left out or added. 19 ms of 25 ms blocks,
+which two clocks 100 ppm apart need three minutes for."""
 PATIENCE_S = 15.0
-"""Silence is waited for so long; then sound is left out, or silence added, within words. Sentences take 12 s."""
+"""Longest wait for silence; then sound is left out, or silence added, within words. Sentences take 12 s."""
 
 
 @dataclass(frozen=True)
@@ -79,7 +80,8 @@ class Microphone:
         return bool(self.stream.read_available >= BEHIND_BLOCKS * self._frames)
 
     def read(self) -> tuple[Samples, int | None]:
-        """Wait for the next block; at 16 kHz, and how much the card lost before it, None if nothing."""
+        """Wait for the next block and return it, shape (n,), float32 at 16 kHz, with how much the card lost before
+        it, None if nothing."""
         frames, overflowed = self.stream.read(self._frames)
         lost = self._clock.block(len(frames), self.stream.read_available, bool(overflowed))
         sound = self._to_ours.push(np.array(frames[:, self._channel - 1], np.float32))
@@ -118,10 +120,10 @@ class Loudspeaker:
         self._put(np.zeros(min(FILLED_BLOCKS * self._frames, self._room), np.float32))
 
     def write(self, samples: Samples, behind: bool = False) -> bool:
-        """Have sound of 16 kHz played; whether the card had run out of it before.
+        """Play sound, shape (n,), float32 at 16 kHz; return whether the card had run out of it before.
 
-        It waits for room, but while the microphone is `behind`: what answers to sound so old should have been played
-        by now, and is left out, or else all that follows would come late for ever.
+        Waits for room, unless the microphone is `behind`: then the sound, which answers to old sound, is left out;
+        otherwise all that follows would come late for ever.
         """
         sound = self._to_card.push(samples)
         if behind and self.stream.write_available < sound.size:

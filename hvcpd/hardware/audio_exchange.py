@@ -58,7 +58,7 @@ class SampleQueue:
         return excess
 
     def take(self, count: int) -> Samples:
-        """The oldest `count` samples, or all if there are fewer."""
+        """Return the oldest `count` samples, shape (count,), float32, or all if there are fewer."""
         taken: list[Samples] = []
         missing = count
         while missing > 0 and self._blocks:
@@ -98,7 +98,7 @@ class SoundExchange:
             return np.concatenate([out, np.zeros(missing, np.float32)]) if missing else out
 
     def take(self) -> Samples:
-        """The oldest block heard, or what there is of it."""
+        """Return the oldest block heard, shape (block,), float32, or what there is of it."""
         with self._lock:
             return self._heard.take(self._block)
 

@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable
 
 SMOOTH = 1.0 / 200.0
-"""Of the clock's lead, a block: over some 5 s, in which two clocks 100 ppm apart stray by 0.5 ms."""
+"""Weight of a block in the mean of the clock's lead: over some 5 s, in which two clocks 100 ppm apart stray by 0.5
+ms."""
 MOST_LOST_S = 10.0
 """A longer stay away is the watchdog's, and not told by an overflow."""
 
@@ -20,7 +21,8 @@ class CaptureClock:
         self._lead: float | None = None
 
     def block(self, read: int, waiting: int, overflowed: bool) -> int:
-        """So many samples were read and so many wait now; how many were lost before them: 0 but after an overflow."""
+        """Take the number of samples read and of those that wait now; return how many were lost before: 0 without an
+        overflow."""
         self._captured += read
         lead = self._clock() * self._rate_hz - self._captured - waiting
         if self._lead is None:

@@ -16,7 +16,7 @@ from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 
 
 def play(samples: Samples, device: str | None = None, backend: Any | None = None) -> None:
-    """Play to the end. Raises DeviceError when there is no loudspeaker."""
+    """Play sound, shape (n,), float32, to the end. Raises DeviceError when there is no loudspeaker."""
     with Playback(device, backend) as player:
         player(0.0, samples)
 

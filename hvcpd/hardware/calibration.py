@@ -19,7 +19,7 @@ from hvcpd.hardware.navigator import Face, Journey, Waypoints
 from hvcpd.ports import Pose
 
 SIDE_M = 1.0
-"""Of the squares, and the length of the straight line."""
+"""Side of the squares, and length of the straight line."""
 
 PLAUSIBLE = 0.1
 """A wheel is not further off its data sheet than a tenth; a larger result is a slip of the tape measure."""

@@ -55,7 +55,7 @@ class Twist:
 
 
 def wrap_angle(angle_rad: float) -> float:
-    """The same direction within (-pi, pi]."""
+    """Return the same direction within (-pi, pi]."""
     return math.pi - (math.pi - angle_rad) % (2.0 * math.pi)
 
 
@@ -114,8 +114,8 @@ robot rolls on for 0.4 to 0.7 s, 4.5 rad at most. Further, the motor has lost co
 
 
 RESTARTED_M = 0.5
-"""A base that keeps account itself and is so far off its last word has begun a new account: by REP-105 its frame does
-not jump, and within the lease of 0.5 s a base of this size goes no further (1 m/s)."""
+"""Jump from which on a base that keeps account itself has begun a new account: by REP-105 its frame does not jump, and
+within the lease of 0.5 s a base of this size goes no further (1 m/s)."""
 
 
 class Odometry:

@@ -79,7 +79,7 @@ class MotionSettings:
     patience_s: float = 4.0
     """Without progress for this long the motion has failed."""
     slack: float = 3.0
-    """A motion that takes so many times as long as it should, and `patience_s`, has failed too."""
+    """Factor by which a motion may take longer, beside `patience_s`, before it has failed."""
     step_limit_s: float = 0.1
     """Longest time that one step counts for the ramps; after a longer pause speed still rises gently."""
 

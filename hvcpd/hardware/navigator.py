@@ -44,11 +44,11 @@ BACK_OFF_M = 0.05
 BACK_OFF_RAD = math.radians(10.0)
 """Back from an obstacle met in turning."""
 REST_S = 0.3
-"""The wheels rest for so long between hitting something and backing off: they come to a stand, and people see why."""
+"""Rest of the wheels between hitting something and backing off: they come to a stand, and people see why."""
 RAD_AS_M = 0.1
 """A radian of turning weighs as much as this way (half the wheels' separation, rounded up), for the progress."""
 BLIND_LIMIT_S = 4.0
-"""Without a reading for so long the motion has failed; as long as without progress."""
+"""Time without a reading after which the motion has failed; as long as without progress."""
 
 
 class Navigator:

@@ -41,13 +41,14 @@ COMMAND_PER_UNIT = 100
 
 BATTERY_UNIT_V = 0.01
 EFFORT_UNIT = 0.001
-"""Of the "present current": a Burger's XL430 has no current sensor, the firmware reads its load (0.1 %) instead."""
+"""Unit of the "present current": a Burger's XL430 has no current sensor, the firmware reads its load (0.1 %)
+instead."""
 
 NO_MOTORS = -1
 """Device status when the motors did not answer the controller at its start."""
 
 HEARTBEAT_TIMEOUT_S = 0.5
-"""HEARTBEAT_TIMEOUT_MS: the commands become zero when the heartbeat has not changed for so long."""
+"""HEARTBEAT_TIMEOUT_MS: the time without a changed heartbeat after which the commands become zero."""
 
 
 def command_block(linear: int, angular: int) -> bytes:

@@ -20,7 +20,7 @@ FRESH_S = 0.35
 wheels' own period of 0.05 s and a block of sound the robot is told to stand within half a second."""
 
 LASTING_S = 5.0
-"""What a bridge said of why it has no base counts so long; it says it once a second."""
+"""Time for which the bridge's reason for having no base holds; it repeats it once a second."""
 
 NEVER = "ROS has told no odometry; start `hvcpctl ros`, and see that the base publishes odom"
 

@@ -1,18 +1,21 @@
-"""WAV files of any common kind in, 16 kHz mono out.
+"""Recordings of any common format in, 16 kHz mono out and into WAV files.
 
-Format: Microsoft/IBM, "Multimedia Programming Interface and Data Specifications 1.0" (1991) and "Multiple Channel
-Audio Data and WAVE Files" (2007) for WAVE_FORMAT_EXTENSIBLE.
+libsndfile reads, through python-soundfile, which is loaded with the first recording: a daemon that reads none does
+without it. Python's own `wave` writes. The choice is explained in docs/decisions/libraries.md.
 """
 
 from __future__ import annotations
 
-import struct
-from collections.abc import Iterator
-from dataclasses import dataclass
+import io
+import re
+import shutil
+import stat
+import tempfile
+import wave
 from pathlib import Path
+from typing import BinaryIO
 
 import numpy as np
-from numpy.typing import NDArray
 
 from hvcpd.errors import AudioFileError, unwritable
 from hvcpd.hardware.audio_resample import resample
@@ -28,48 +31,51 @@ MAX_CHANNELS = 64
 MAX_FILE_BYTES = 2_000_000_000
 """Larger files are refused: their header cannot hold their length, and a robot cannot hold their samples."""
 
-_PCM, _FLOAT, _EXTENSIBLE = 0x0001, 0x0003, 0xFFFE
-_SUBFORMAT_TAIL = bytes.fromhex("000000001000800000aa00389b71")
-"""The last 14 bytes of the GUIDs KSDATAFORMAT_SUBTYPE_PCM and _IEEE_FLOAT; the first two are the format's number."""
+MAX_SAMPLES = MAX_FILE_BYTES // 2
+"""Most samples of all channels that are read: as many as a WAV file of MAX_FILE_BYTES can hold; a broken header may
+state more."""
+
+MAX_LEVEL = 64.0
+"""Samples of float files beyond 36 dB over full scale are clipped here, so that filters cannot overflow."""
+
+_MAGICS = (b"RIFF", b"RF64", b"FORM", b"fLaC", b"OggS")
+"""First bytes of WAV, AIFF, FLAC and Ogg. All else is refused: libsndfile guesses at MP3, and its decoder then
+complains on standard error."""
+
+_REPAIRED = re.compile(r"^\s*(?:data|SSND)\s*: (\d+) \(should be (\d+)\)", re.MULTILINE)
+"""How libsndfile logs that a WAV or AIFF file states more bytes of samples than it has; it reads what is there."""
 
 _UNKNOWN_LENGTH = 0x7FFF0000
 """Data lengths from here on are written by programs that stream to a pipe and cannot go back (sox, espeak-ng: about
 2^31; others: 2^32 - 1); the data then ends with the file, which MAX_FILE_BYTES keeps smaller."""
 
-MAX_LEVEL = 64.0
-"""Samples of float files beyond 36 dB over full scale are clipped here, so that filters cannot overflow."""
-
-
-@dataclass(frozen=True)
-class _Format:
-    code: int
-    channels: int
-    rate_hz: int
-    block_bytes: int
-    bits: int
-
 
 def read_wav(path: Path) -> Samples:
-    """The sound of a WAV file at 16 kHz, mono: shape (n,), float32, 1.0 = full scale.
+    """Return the sound of a recording at 16 kHz, mono: shape (n,), float32, 1.0 = full scale.
 
-    Reads 8, 16, 24 and 32 bit PCM and 32 and 64 bit float at 8 to 192 kHz; several channels are averaged; NaN and
-    infinite samples become 0. Raises AudioFileError, naming the file and the remedy, for anything else: a file that
-    is missing, no WAV, empty or cut short.
+    Reads WAV, FLAC, AIFF and Ogg at 8 to 192 kHz; several channels are averaged; NaN and infinite samples become 0.
+    Raises AudioFileError, naming the file and the remedy, for a file that is missing, of another format, empty or cut
+    short.
     """
-    data = _read_bytes(path)
-    if len(data) == 0:
-        raise AudioFileError(f"{path}: the file is empty; record it again")
-    if len(data) < 12 or data[:4] != b"RIFF" or data[8:12] != b"WAVE":
-        raise AudioFileError(f"{path}: not a WAV file; convert it, for example with `sox {path.name} new.wav`")
-    format_: _Format | None = None
-    for name, begin, length in _chunks(data):
-        if name == b"fmt ":
-            format_ = _read_format(path, data[begin : begin + length])
-        elif name == b"data":
-            if format_ is None:
-                raise AudioFileError(f"{path}: broken, its samples come before their format; record it again")
-            return _read_samples(path, format_, memoryview(data)[begin:], length)
-    raise AudioFileError(f"{path}: broken or cut short, no samples in it; record or copy it again")
+    try:
+        with path.open("rb") as file:
+            mode = path.stat().st_mode
+            if stat.S_ISCHR(mode):
+                raise AudioFileError(f"{path}: a device, which may never end; name a file, or - for a pipe")
+            if stat.S_ISREG(mode):
+                return _read_file(path, file)
+            with tempfile.TemporaryFile() as whole:  # a pipe, in which libsndfile cannot go back
+                shutil.copyfileobj(file, whole)
+                whole.seek(0)
+                return _read_file(path, whole)
+    except FileNotFoundError as error:
+        raise AudioFileError(f"{path}: there is no such file; check the name") from error
+    except IsADirectoryError as error:
+        raise AudioFileError(f"{path}: this is a directory; name a recording in it") from error
+    except PermissionError as error:
+        raise AudioFileError(f"{path}: no permission to read it; run `chmod a+r` on it") from error
+    except (OSError, ValueError) as error:  # ValueError: a NUL in the name
+        raise AudioFileError(f"{path}: cannot be read ({error}); check the name and the disk") from error
 
 
 def write_wav(path: Path, samples: Samples) -> None:
@@ -78,90 +84,63 @@ def write_wav(path: Path, samples: Samples) -> None:
     Raises AudioFileError if the file cannot be written.
     """
     scaled = np.rint(np.nan_to_num(samples.astype(np.float64)) * 2.0**15)
-    whole = np.clip(scaled, -(2**15), 2**15 - 1).astype("<i2").tobytes()
-    header = struct.pack(
-        "<4sI4s4sIHHIIHH4sI",
-        *(b"RIFF", 36 + len(whole), b"WAVE", b"fmt ", 16),
-        *(_PCM, 1, SAMPLE_RATE_HZ, 2 * SAMPLE_RATE_HZ, 2, 16),
-        *(b"data", len(whole)),
-    )
+    data = io.BytesIO()
+    with wave.open(data, "wb") as file:
+        file.setparams((1, 2, SAMPLE_RATE_HZ, 0, "NONE", ""))
+        file.writeframes(np.clip(scaled, -(2**15), 2**15 - 1).astype("<i2").tobytes())
     try:
-        path.write_bytes(header + whole)
+        path.write_bytes(data.getvalue())
     except BrokenPipeError:
         raise  # the reader of a pipe has gone
     except (OSError, ValueError) as error:
         raise AudioFileError(unwritable(path, error)) from error
 
 
-def _read_bytes(path: Path) -> bytes:
+def _read_file(path: Path, file: BinaryIO) -> Samples:
+    """Return the samples of an open file of known length, as `read_wav` does; messages name it `path`."""
+    import soundfile
+
+    magic = file.read(4)
+    size = file.seek(0, io.SEEK_END)
+    file.seek(0)
+    if size == 0:
+        raise AudioFileError(f"{path}: the file is empty; record it again")
+    if size > MAX_FILE_BYTES:
+        raise AudioFileError(f"{path}: larger than {MAX_FILE_BYTES} bytes; cut it into shorter files")
+    if magic not in _MAGICS:
+        raise AudioFileError(
+            f"{path}: no WAV, FLAC, AIFF or Ogg; convert it, for example with `sox {path.name} new.wav`"
+        )
     try:
-        if path.is_char_device():
-            raise AudioFileError(f"{path}: a device and no WAV file, which may never end; name a file, or - for a pipe")
-        if path.stat().st_size > MAX_FILE_BYTES:
-            raise AudioFileError(f"{path}: larger than {MAX_FILE_BYTES} bytes; cut it into shorter files")
-        return path.read_bytes()
-    except FileNotFoundError as error:
-        raise AudioFileError(f"{path}: there is no such file; check the name") from error
-    except IsADirectoryError as error:
-        raise AudioFileError(f"{path}: this is a directory; name a WAV file in it") from error
-    except PermissionError as error:
-        raise AudioFileError(f"{path}: no permission to read it; run `chmod a+r` on it") from error
-    except (OSError, ValueError) as error:  # ValueError: a NUL in the name
-        raise AudioFileError(f"{path}: cannot be read ({error}); check the name and the disk") from error
+        # By its number: a Python file would be read by callbacks, which need memory that the service's unit forbids.
+        with soundfile.SoundFile(file.fileno(), closefd=False) as sound:
+            _check(path, sound.samplerate, sound.channels, sound.frames, sound.extra_info)
+            frames = sound.read(dtype="float32", always_2d=True)
+            rate_hz: int = sound.samplerate
+    except soundfile.LibsndfileError as error:
+        reason = error.error_string.rstrip(".")
+        raise AudioFileError(
+            f"{path}: {reason}; record it again, or convert it with `sox {path.name} new.wav`"
+        ) from error
+    if not len(frames):
+        raise AudioFileError(f"{path}: cut short, or its samples cannot be read; copy or record it again")
+    mono = np.nan_to_num(frames, nan=0.0, posinf=0.0, neginf=0.0).mean(axis=1, dtype=np.float64)
+    return resample(np.clip(mono, -MAX_LEVEL, MAX_LEVEL).astype(np.float32), rate_hz, SAMPLE_RATE_HZ)
 
 
-def _chunks(data: bytes) -> Iterator[tuple[bytes, int, int]]:
-    """Name, first byte and stated length of each RIFF chunk; chunks are padded to even lengths."""
-    position = 12
-    while position + 8 <= len(data):
-        name, length = struct.unpack_from("<4sI", data, position)
-        yield name, position + 8, length
-        position += 8 + length + length % 2
-
-
-def _read_format(path: Path, chunk: bytes) -> _Format:
-    if len(chunk) < 16:
-        raise AudioFileError(f"{path}: broken, its format is cut short; record or copy it again")
-    code, channels, rate_hz, _, block_bytes, bits = struct.unpack_from("<HHIIHH", chunk)
-    if code == _EXTENSIBLE:
-        if len(chunk) < 40 or chunk[26:40] != _SUBFORMAT_TAIL:
-            raise AudioFileError(f"{path}: holds a kind of sound unknown here; convert it to 16-bit PCM with sox")
-        (code,) = struct.unpack_from("<H", chunk, 24)
-    if (code, bits) not in {(_PCM, 8), (_PCM, 16), (_PCM, 24), (_PCM, 32), (_FLOAT, 32), (_FLOAT, 64)}:
-        raise AudioFileError(f"{path}: holds {bits}-bit sound of format {code:#x}; convert it to 16-bit PCM with sox")
+def _check(path: Path, rate_hz: int, channels: int, frames: int, log: str) -> None:
+    """Raise AudioFileError for what libsndfile reads and we do not."""
     if not MIN_RATE_HZ <= rate_hz <= MAX_RATE_HZ:
         raise AudioFileError(f"{path}: has {rate_hz} samples a second; convert it to {SAMPLE_RATE_HZ} with sox")
-    if not 1 <= channels <= MAX_CHANNELS or block_bytes != channels * bits // 8:
-        raise AudioFileError(f"{path}: broken, {channels} channels in {block_bytes} bytes; record or copy it again")
-    return _Format(code, channels, rate_hz, block_bytes, bits)
-
-
-def _read_samples(path: Path, format_: _Format, rest: memoryview, length: int) -> Samples:
-    """The samples of a data chunk whose header states `length` bytes; `rest` is the file from its first byte on."""
-    stated = len(rest) if length >= _UNKNOWN_LENGTH else length
-    there = min(stated, len(rest)) // format_.block_bytes
-    if stated > len(rest):
-        missing, stated_s = (stated - len(rest)) / format_.block_bytes, stated / format_.block_bytes / format_.rate_hz
-        raise AudioFileError(
-            f"{path}: cut short, {missing:.0f} samples of {stated_s:.2f} s are missing; copy or record it again"
-        )
-    if there == 0:
+    if channels > MAX_CHANNELS:
+        raise AudioFileError(f"{path}: has {channels} channels; convert it to one with sox")
+    repaired = _REPAIRED.search(log)
+    if repaired:
+        stated, found = map(int, repaired.groups())
+        if found < stated < _UNKNOWN_LENGTH:
+            missing = f"{stated - found} of {stated} bytes of its samples are missing"
+            raise AudioFileError(f"{path}: cut short, {missing}; copy or record it again")
+    if frames * channels > MAX_SAMPLES:
+        raise AudioFileError(f"{path}: states {frames} samples, too many to read; cut it into shorter files")
+    if frames <= 0:
         raise AudioFileError(f"{path}: no samples in it; record it again")
-    frames = _decode(rest[: there * format_.block_bytes], format_).reshape(there, format_.channels)
-    mono = np.nan_to_num(frames, nan=0.0, posinf=0.0, neginf=0.0).mean(axis=1, dtype=np.float64)
-    return resample(np.clip(mono, -MAX_LEVEL, MAX_LEVEL).astype(np.float32), format_.rate_hz, SAMPLE_RATE_HZ)
-
-
-def _decode(data: memoryview, format_: _Format) -> NDArray[np.float64] | NDArray[np.float32]:
-    """All samples, channels interleaved, 1.0 = full scale."""
-    match format_.code, format_.bits:
-        case 3, bits:
-            return np.frombuffer(data, f"<f{bits // 8}")
-        case _, 8:
-            return (np.frombuffer(data, np.uint8).astype(np.float64) - 128.0) / 128.0
-        case _, 24:
-            whole = np.zeros((len(data) // 3, 4), np.uint8)
-            whole[:, 1:] = np.frombuffer(data, np.uint8).reshape(-1, 3)
-            return whole.view("<i4")[:, 0] / 2.0**31
-        case _, bits:
-            return np.frombuffer(data, f"<i{bits // 8}") / 2.0 ** (bits - 1)

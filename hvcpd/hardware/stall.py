@@ -13,7 +13,8 @@ STALL_SHARE = 0.1
 LEAST_COMMAND_RAD_S = 0.3
 """10 mm/s at the rim; below that, friction may well hold a wheel."""
 STALL_S = 0.2
-"""For so long. With one control period and the motors' own stop the wheels stand half a second after the obstacle."""
+"""Duration of strain without motion that is a stall. With one control period and the motors' own stop the wheels stand
+half a second after the obstacle."""
 
 
 class StallWatch:

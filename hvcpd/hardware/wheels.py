@@ -37,7 +37,7 @@ class DynamixelSettings:
     """Motor's own ramp, 214.577 rev/min² a unit; 0 leaves the ramps to the motion controller."""
     lowest_voltage_v: float = LOWEST_VOLTAGE_V
     search_s: float = SEARCH_S
-    """How long to listen for motors with other IDs when one does not answer at `open`."""
+    """Time to listen for motors with other IDs when one does not answer at `open`."""
     look_every: int = 4
     """Exchanges between two looks at torque, watchdog and hardware errors: every 200 ms in motion."""
 

@@ -30,8 +30,8 @@ LIMIT_M_S = xl430.FACTORY_VELOCITY_LIMIT * xl430.VELOCITY_UNIT_RAD_S * BURGER.wh
 """0.2097 m/s at the rim: beyond their own velocity limit motors refuse the controller's goals (up to 0.2108)."""
 
 NO_PROFILE = bytes(opencr.PROFILE_ACCELERATION_LEFT.size + opencr.PROFILE_ACCELERATION_RIGHT.size)
-"""Both motors' own ramps, side by side. ROBOTIS's node can set them, and the motors keep them until their power is cut:
-a gentle one would stretch every stop, also that of the heartbeat."""
+"""Value that switches off the ramps of both motors, side by side. ROBOTIS's node can set them, and the motors keep them
+until their power is cut: a gentle one would stretch every stop, also that of the heartbeat."""
 
 TORQUE_DELAY_S = 0.04
 """The controller's table shows the torque up to one of its 20 ms periods after it was switched on; twice that."""

@@ -23,8 +23,9 @@ DRAIN_LIMIT_S = 0.05
 """Draining ends here even if the line babbles on: three tries with all their draining stay within the lease."""
 
 OVERTIME_S = 0.05
-"""Bytes are taken for so long beyond a reply's time: they came in time, and only we are late to fetch them. After that
-the line is babbling, and the SDK, which looks at the time only when no bytes are left, would never come back."""
+"""Time beyond a reply's time for which bytes are still taken: they came in time, and only we are late to fetch them.
+After that the line is babbling, and the SDK, which looks at the time only when no bytes are left, would never come
+back."""
 
 
 class Port(Protocol):

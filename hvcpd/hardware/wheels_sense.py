@@ -14,7 +14,7 @@ SUSTAINED_S = 1.0
 """A dip while the motors start is shorter."""
 
 RECOVERED_V = 0.3
-"""So much above the lowest voltage a battery counts as charged or changed; at rest a weak one rises less."""
+"""Rise above the lowest voltage from which on a battery counts as charged or changed; at rest a weak one rises less."""
 
 FASTEST_TICKS_S = 5500.0
 """No wheel turns faster by itself: 80 rev/min, a third above the motors' limit."""
@@ -27,7 +27,8 @@ WENT_ON, WENT_ON_S = 1.2, 1.3
 a dead motor needs up to a second to hear of it, and the wheel some time to come to a stand."""
 
 LEAP_TICKS = xl430.TICKS_PER_TURN // 2
-"""Beyond what time explains, a position further off than this is no movement: the motor has lost count of its turns."""
+"""Largest change of position, beyond what the time since explains, that is a movement: more means that the motor has
+lost count of its turns."""
 
 
 @dataclass(frozen=True)

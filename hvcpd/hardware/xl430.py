@@ -20,7 +20,7 @@ class Register:
         return value.to_bytes(self.size, "little", signed=self.signed)
 
     def decode(self, window: bytes, start: int) -> int:
-        """This register's value from `window`, the bytes read from address `start` on."""
+        """Return this register's value from `window`, the bytes read from address `start` on."""
         at = self.address - start
         if at < 0 or at + self.size > len(window):
             raise ValueError(f"{self.name} is not in the {len(window)} bytes from {start}")

@@ -6,11 +6,10 @@ from dataclasses import dataclass
 from enum import Enum
 
 from hvcpd.language import messages as m
-from hvcpd.language.code_words import BITS, CODE_WORDS
 from hvcpd.language.forms import CALL, CALL_TO, FORMS, OPENING, PLEASE, Form, Kind
 from hvcpd.language.marks import CIPHER_CALL, SEAL_WORDS, mark_words
 from hvcpd.language.phrasebook import Phrasebook
-from hvcpd.language.spelling import WORD_OF
+from hvcpd.language.spelling import BITS, CODE_WORDS, WORD_OF
 
 _PLACEHOLDERS = {
     "<addressee>": "WHO",

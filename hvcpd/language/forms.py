@@ -23,7 +23,7 @@ CALL = "[(hi|hello)] [<addressee> ,]"
 """How a person begins who gives no name."""
 
 CALL_TO = "[(hi|hello)] <addressee> ,"
-"""The same, where nobody is meant unless somebody is named: one word alone is too easily heard in other talk."""
+"""A call that means nobody unless it names somebody: one word alone is too easily heard in other talk."""
 
 PLEASE = "[please]"
 """Before what is asked for, and after what people ask for in a few words. Robots understand it and never say it."""
@@ -45,7 +45,7 @@ SLOT_FIELDS = {
     "letters": "letters",
     "volts": "battery_v",
 }
-"""Which field of the utterance or of its statement a slot binds; `other` is who is quoted in a relayed one."""
+"""Field of the utterance or of its statement that each slot binds; `other` is the speaker quoted in a relayed one."""
 
 
 class Kind(Enum):
@@ -262,7 +262,7 @@ _SEALED: tuple[Form, ...] = (
 )
 
 SMALL_STEP_M = 0.5
-"""Who does not say how far means not far: the least that can be said."""
+"""Distance of a motion without a stated one: the least that can be said."""
 
 _CASUAL: tuple[Form, ...] = (
     Form("(hi|hello) <addressee>", m.WhoHere, "Everybody who hears it says its name.", Kind.PEOPLE, casual=True),

@@ -11,10 +11,10 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 from hvcpd.language import messages as m
-from hvcpd.language.code_words import CODE_WORDS, number_of, words_of
 from hvcpd.language.forms import OPENING, Form
 from hvcpd.language.graph import Arc, WordGraph
 from hvcpd.language.pattern import Choice, Node, Pause, Series, Word
+from hvcpd.language.spelling import CODE_WORDS, number_of, words_of
 from hvcpd.language.words import number_words
 
 SEAL_WORDS = 4
@@ -100,14 +100,14 @@ def without_mark(utterance: m.Utterance) -> m.Utterance:
 
 
 def hidden(utterance: m.Utterance) -> m.Utterance:
-    """The same as those hear it who have no key: "sealed message" in place of what a cipher hides."""
+    """Return the utterance as those without a key hear it: "sealed message" in place of what a cipher hides."""
     if not isinstance(utterance.mark, m.Cipher):
         return utterance
     return with_statement(utterance, m.SealedMessage())
 
 
 def with_statement(utterance: m.Utterance, statement: m.Statement) -> m.Utterance:
-    """The same with another statement, passed on from whom the first was."""
+    """Return the utterance with another statement, passed on from the speaker of the first."""
     if isinstance(utterance.statement, m.Relayed):
         statement = m.Relayed(utterance.statement.speaker, statement)
     return replace(utterance, statement=statement)

@@ -10,10 +10,8 @@ from typing import Protocol, TypeVar
 
 from hvcpd.errors import PhraseError, VocabularyError
 from hvcpd.language import messages as m
-from hvcpd.language.alternatives import by_word, refuse_senseless
 from hvcpd.language.automaton import build_graph, expected_after
 from hvcpd.language.binding import CompiledForm, build, compile_form, unbuild
-from hvcpd.language.code_words import words_for
 from hvcpd.language.codebook import Codebook
 from hvcpd.language.forms import FORMS, OPEN_KINDS, Kind
 from hvcpd.language.graph import WordGraph, with_phrases
@@ -28,8 +26,8 @@ from hvcpd.language.pattern import (
     render,
     words_of,
 )
-from hvcpd.language.spelling import WORD_OF, letter_words
-from hvcpd.language.variants import as_spoken
+from hvcpd.language.spelling import WORD_OF, letter_words, words_for
+from hvcpd.language.variants import as_spoken, by_word, refuse_senseless
 from hvcpd.language.words import number_words, spoken_words, strict_words
 
 _T = TypeVar("_T")
@@ -38,7 +36,7 @@ HIGHEST_NUMBER_ALWAYS_KNOWN = 10
 """Task numbers up to here can be spoken of even when no such task exists, so that an order for one is refused aloud."""
 
 DISTANCES_M = {0.5: "half a metre", 1.0: "one metre", 2.0: "two metres", 3.0: "three metres", 5.0: "five metres"}
-"""How far a robot can be told to move in one go: far enough for a room, and few words to be confused."""
+"""Distances that a robot can be told to move in one go: far enough for a room, and few words to be confused."""
 
 VOLTS_STEP = 0.5
 VOLTS = {n + half: f"{n}{' and a half' if half else ''}" for n in range(9, 13) for half in (0.0, VOLTS_STEP)}
@@ -72,7 +70,7 @@ class Vocabulary:
     alternatives: tuple[tuple[str, str], ...] = ()
     """Words, and phrases that count as them when they are heard: ("indigo", "in the go")."""
     kinds: frozenset[Kind] = OPEN_KINDS
-    """Which forms this team uses; each kind makes every listener's network larger."""
+    """Kinds of forms that this team uses; each makes every listener's network larger."""
 
 
 _COMPILED = tuple(map(compile_form, FORMS))
@@ -160,7 +158,7 @@ class Phrasebook:
 
     @cached_property
     def marked_graph(self) -> WordGraph:
-        """The same, for a team with a key, with a seal or a code after the sentences that have them."""
+        """The graph of a team with a key: with a seal or a code after the sentences that have them."""
         if Kind.SEALED not in self.vocabulary.kinds:
             return self.graph
         encrypts = Kind.ENCRYPTED in self.vocabulary.kinds
@@ -174,7 +172,7 @@ class Phrasebook:
 
     @property
     def cipher_words(self) -> int:
-        """So many code words has an encrypted statement, whichever it is."""
+        """Number of code words of an encrypted statement, whichever it is."""
         return words_for(8 * (self.codebook.n_bytes + CIPHER_TAG_BYTES))
 
     @cached_property

@@ -1,15 +1,17 @@
-"""Ordinary variants of words in typed sentences: contractions, American spellings, one and many, decimals.
+"""Other words for those of the phrasebook, which count when they are read or heard, and are never said.
 
-They are for reading only. What robots say and hear has one form of each word, and a word that can stand where it stands
-is never replaced.
+In typed sentences: contractions, American spellings, one and many, decimals. By ear: the phrases that a team names.
+What robots say and hear has one form of each word, and a word that can stand where it stands is never replaced.
 """
 
 from __future__ import annotations
 
+import difflib
 import re
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator, Mapping
 
-from hvcpd.language.graph import WordGraph
+from hvcpd.errors import VocabularyError
+from hvcpd.language.graph import WordGraph, ends_of
 from hvcpd.language.pattern import Words
 from hvcpd.language.words import NUMBER_MAX, number_words
 
@@ -108,3 +110,25 @@ def as_spoken(graph: WordGraph, words: Words) -> Words:
         else:
             return (*read, *words[place:])
     return tuple(read)
+
+
+def by_word(pairs: Iterable[tuple[str, str]]) -> dict[str, tuple[Words, ...]]:
+    """The phrases of each word, in spoken words."""
+    found: dict[str, tuple[Words, ...]] = {}
+    for word, phrase in pairs:
+        found[word] = (*found.get(word, ()), tuple(phrase.split()))
+    return found
+
+
+def refuse_senseless(graph: WordGraph, alternatives: Mapping[str, tuple[Words, ...]]) -> None:
+    """Raises VocabularyError for an alternative of no word of the network, or one that can be said in its place."""
+    for word, phrases in alternatives.items():
+        places = {arc.source for arc in graph.arcs if arc.word == word}
+        if not places:
+            close = difflib.get_close_matches(word, graph.words, n=1)
+            hint = f"did you mean '{close[0]}'?" if close else "leave it out (all words: hvcpctl phrases)"
+            raise VocabularyError(f"alternatives: '{word}' is no word of the phrasebook; {hint}", "tasks")
+        for phrase in phrases:
+            if any(ends_of(graph, place, phrase) for place in places):
+                text = f"'{' '.join(phrase)}' cannot count as '{word}', for it can be said itself in that place"
+                raise VocabularyError(f"alternatives: {text}; leave it out", "tasks")

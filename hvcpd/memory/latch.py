@@ -22,10 +22,10 @@ from pathlib import Path
 from hvcpd.errors import StoreError
 
 MAX_BYTES = 100
-"""Of the file, which has at most 50."""
+"""Largest size of the file, which has at most 50."""
 
 IDENTITY_BITS = 62
-"""Of the number that tells one memory from any other: a positive integer of SQLite's."""
+"""Bits of the number that tells one memory from any other: a positive integer of SQLite's."""
 
 
 class Permit(Enum):

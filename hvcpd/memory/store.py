@@ -20,10 +20,10 @@ TaskState = Literal["open", "claimed", "done", "failed"]
 TranscriptKind = Literal["said", "heard", "garbled"]
 
 MAX_TRANSCRIPT = 100_000
-"""Utterances that are kept, some 15 MB: a class of six robots makes so many in a month or two, and to check the file
-at each start stays quick."""
+"""Maximum number of utterances that are kept, some 15 MB: those of a class of six robots in a month or two; the check
+of the file at each start stays quick."""
 FORGET_EVERY = 1000
-"""So many utterances too many may be kept for a while."""
+"""Number of utterances beyond the limit that may be kept until the oldest are deleted at once."""
 
 IDENTITY = "identity"
 """The counter that is none: the number of this memory."""

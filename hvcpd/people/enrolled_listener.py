@@ -16,7 +16,6 @@ import numpy as np
 from hvcpd.language.graph import WordGraph
 from hvcpd.people.cepstra import Bands
 from hvcpd.people.composed import ComposedTakes
-from hvcpd.people.ears import Piece
 from hvcpd.people.echoes import SHARED, EchoedTakes, Remembered
 from hvcpd.people.enrolled import Person, spoken_takes
 from hvcpd.people.matching import Hearing, Match, Matcher
@@ -24,6 +23,7 @@ from hvcpd.people.phones import Sounds
 from hvcpd.recognition.confidence import logistic
 from hvcpd.recognition.events import Recognised, WordSpan
 from hvcpd.recognition.frontend import HOP_SAMPLES, Energies, energies_of
+from hvcpd.recognition.second_look import Piece
 from hvcpd.recognition.templates import Noise
 
 AROUND_FRAMES = 30

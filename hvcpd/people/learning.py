@@ -10,12 +10,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from hvcpd.language.messages import Confirmed, SayAgain, Utterance
-from hvcpd.people.ears import Piece
 from hvcpd.people.enrolled import MIN_FRAMES, Takes
 from hvcpd.people.takes import check_take
 from hvcpd.ports import SAMPLE_RATE_HZ
 from hvcpd.recognition.events import Recognised
 from hvcpd.recognition.frontend import Energies
+from hvcpd.recognition.second_look import Piece
 
 ASKED_S = 15.0
 """After "say again" so long what is said counts as said again."""

@@ -4,16 +4,12 @@ enrolled people's words, and, where it is installed, of PocketSphinx."""
 from __future__ import annotations
 
 import importlib.util
-import math
 from collections.abc import Callable, Mapping
 from dataclasses import replace
 from typing import Protocol
 
-import numpy as np
-
 from hvcpd.language.graph import WordGraph
 from hvcpd.people.cepstra import Bands, levelled, logs_of, noise_of
-from hvcpd.people.ears import BEFORE_S, Piece
 from hvcpd.people.echoes import SHARED, Remembered
 from hvcpd.people.enrolled import Person
 from hvcpd.people.enrolled_listener import EnrolledListener
@@ -22,7 +18,8 @@ from hvcpd.people.phones import FRAME_SAMPLES, centred, sounds_of
 from hvcpd.people.spelled import Speller
 from hvcpd.people.sphinx import Guess, Sphinx
 from hvcpd.ports import SAMPLE_RATE_HZ
-from hvcpd.recognition.events import Recognised, WordSpan
+from hvcpd.recognition.events import Recognised, Source, WordSpan
+from hvcpd.recognition.second_look import BEFORE_S, Piece
 from hvcpd.synthesis.lexicon import Lexicon
 
 STRANGER = "stranger"
@@ -38,8 +35,6 @@ MOST_SURE = 0.94
 words of no sentence at all, clearly spoken, have fitted as well as some that were right."""
 MIN_SNR_DB = 6.0
 """Speech that is less above what was heard before it is left to the enrolled people's templates."""
-MIN_LEAD_S = 0.3
-"""Of sound before the speech, to know its noise."""
 
 
 class Guesses(Protocol):
@@ -83,7 +78,7 @@ class SecondOpinion:
 
     def look(self, piece: Piece) -> Recognised | None:
         """The sentence in a piece, as sure as it is; None if none is sure enough."""
-        snr_db = snr_of(piece)
+        snr_db = piece.snr_db
         if not self._strangers or snr_db < MIN_SNR_DB:
             listener = self._listener()
             return _surely(listener.nearest(piece) if listener is not None else None, snr_db)
@@ -98,7 +93,7 @@ class SecondOpinion:
     def likeliest(self, piece: Piece) -> Recognised | None:
         """The sentence in a piece that is likelier right than others, however unlikely."""
         views, judged = self._judged(piece)
-        return _told(judged, views, piece, snr_of(piece)) if judged is not None else None
+        return _told(judged, views, piece, piece.snr_db) if judged is not None else None
 
     def _judged(self, piece: Piece) -> tuple[Views, Judged | None]:
         """PocketSphinx, which takes longest, is asked where the others are not sure."""
@@ -152,23 +147,9 @@ def _told(judged: Judged, views: Views, piece: Piece, snr_db: float) -> Recognis
         for word, (start, end) in zip(words, views.spans(words), strict=True)
     )
     sure = min(chance, MOST_SURE)
-    return Recognised(words, STRANGER, spans[0].start_sample, spans[-1].end_sample, sure, snr_db, spans)
+    return Recognised(words, STRANGER, spans[0].start_sample, spans[-1].end_sample, sure, snr_db, spans, Source.PEOPLE)
 
 
 def sphinx_installed() -> bool:
     """Whether PocketSphinx is; it is not loaded."""
     return importlib.util.find_spec("pocketsphinx") is not None
-
-
-def snr_of(piece: Piece) -> float:
-    """The mean power of the speech over that of what was heard before it, dB; infinite without enough of that."""
-    lead = piece.sound[: piece.lead].astype(np.float64)
-    if len(lead) < MIN_LEAD_S * SAMPLE_RATE_HZ:
-        return math.inf
-    frame = SAMPLE_RATE_HZ // 50
-    # Somebody may have spoken before: the noise is what is left in the quieter parts.
-    powers = np.mean(lead[: len(lead) // frame * frame].reshape(-1, frame) ** 2, axis=1)
-    noise = float(np.quantile(powers, 0.3))
-    speech = piece.sound[piece.lead : piece.lead + piece.end - piece.start].astype(np.float64)
-    power = float(np.sum(speech**2)) / max(len(speech), 1)
-    return 10.0 * math.log10(max(power / max(noise, 1e-12) - 1.0, 1e-3))

@@ -89,6 +89,11 @@ class CoherentListener:
         return bool(self._books)
 
     @property
+    def stirred(self) -> bool:
+        """Whether a known voice's harmonics stand out, as far as can be told."""
+        return self._sound.weighing.stirred
+
+    @property
     def follows(self) -> Path | None:
         """The best sentence in the making of two words and more, if it is surely one."""
         best = max((p for p in self._paths if p.parent), key=lambda p: p.score, default=None)

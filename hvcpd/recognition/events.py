@@ -3,6 +3,17 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from enum import StrEnum
+
+
+class Source(StrEnum):
+    """Which of the ear's listeners found a sentence: see docs/recognition.md."""
+
+    TEMPLATES = "templates"
+    WAVEFORM = "waveform"
+    CHANNEL = "channel"
+    PEOPLE = "people"
+    SPELLED = "spelled"
 
 
 @dataclass(frozen=True)
@@ -25,7 +36,7 @@ class Recognised:
     """A whole sentence of the word network.
 
     `voice` is the name of the template voice that fitted best, `confidence` the probability that every word is
-    right (0 to 1), `snr_db` the mean power of the sentence over that of the tracked noise.
+    right (0 to 1), `snr_db` the mean power of the sentence over that of the tracked noise, `source` what found it.
     """
 
     words: tuple[str, ...]
@@ -35,14 +46,19 @@ class Recognised:
     confidence: float
     snr_db: float
     spans: tuple[WordSpan, ...]
+    source: Source = Source.TEMPLATES
 
 
 @dataclass(frozen=True)
 class Garbled:
-    """Somebody spoke, but no sentence of the network fits: begun late, cut off, two at once, or other speech."""
+    """Somebody spoke, but no sentence of the network fits: begun late, cut off, two at once, or other speech.
+
+    `robot`: in the voice of a robot.
+    """
 
     start_sample: int
     end_sample: int
+    robot: bool = False
 
 
 @dataclass(frozen=True)

@@ -7,10 +7,11 @@ has few words, so that it costs less than the first.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
+from dataclasses import replace
 from itertools import chain
 
 from hvcpd.ports import Samples
-from hvcpd.recognition.events import Event, Garbled, Recognised
+from hvcpd.recognition.events import Event, Garbled, Recognised, Source
 from hvcpd.recognition.recogniser import Recogniser
 from hvcpd.recognition.urgent import UrgentSpotter
 from hvcpd.recognition.watch import Found
@@ -41,6 +42,11 @@ class Listening:
     def busy(self) -> bool:
         """Whether somebody else is speaking right now."""
         return self._sentences.busy
+
+    @property
+    def signs(self) -> bool:
+        """As `Recogniser.signs`."""
+        return self._sentences.signs
 
     @property
     def urgent(self) -> UrgentSpotter | None:
@@ -82,7 +88,7 @@ class Listening:
     def _once(self, sentences: list[Event], spelled: list[Event]) -> list[Event]:
         if not sentences and not spelled:
             return []
-        names = [event for event in spelled if isinstance(event, Recognised)]
+        names = [replace(event, source=Source.SPELLED) for event in spelled if isinstance(event, Recognised)]
         out: list[Event] = []
         for event in (*names, *sentences):
             if isinstance(event, Recognised | Garbled) and self._accounted(event):

@@ -1,16 +1,20 @@
 """Hears the urgent word while the robot itself speaks: its own voice is taken out of what the microphone hears.
 
-What is left has the own voice still in it, some 20 dB fainter, and fainter than anybody whom the robot should heed.
+What is left has the own voice still in it, some 20 dB fainter, and fainter than anybody whom the robot should heed. Two
+ears listen to it, as where the robot is silent (`stopping`).
 """
 
 from __future__ import annotations
 
 import numpy as np
+from numpy.typing import NDArray
 
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 from hvcpd.recognition.echo import EchoCanceller
 from hvcpd.recognition.events import Urgent
-from hvcpd.recognition.frontend import ENERGY_FLOOR, HOP_SAMPLES, N_BANDS
+from hvcpd.recognition.frontend import ENERGY_FLOOR, HOP_SAMPLES, N_BANDS, Energies
+from hvcpd.recognition.keyword.net import KeywordNet
+from hvcpd.recognition.keyword.words import LENGTH_FRAMES, KeywordSpotter
 from hvcpd.recognition.stream import FrameStream
 from hvcpd.recognition.urgent import LEVEL_QUANTILE, Spotted, UrgentSpotter
 
@@ -23,6 +27,8 @@ FAINTEST_DB = -15.0
 """The least level of the word, by the own voice's; the filter leaves -16 dB of it in its first sentence."""
 SILENCE = np.full(N_BANDS, ENERGY_FLOOR, np.float32)
 """What the room's own noise is does not matter next to the own voice."""
+CERTAIN = 0.9
+"""A chance, by the net, from which it counts: nothing that is heard later could tell more, for the robot speaks on."""
 RECENT_FRAMES = 400
 """The own level is that of the last 4 s of it."""
 
@@ -30,7 +36,8 @@ RECENT_FRAMES = 400
 class Overhearing:
     """Tell it what is played and what is heard, block by block; it listens from `begin` until the own voice is gone."""
 
-    def __init__(self, spotter: UrgentSpotter) -> None:
+    def __init__(self, spotter: UrgentSpotter, net: KeywordNet) -> None:
+        self._net = net
         self._spotter = spotter.again(GAINS_DB)
         self._echo = EchoCanceller()
         self._latency_s = 0.0
@@ -51,6 +58,10 @@ class Overhearing:
         self._listens = True
         self._echo.pause()
         self._spotter.reset()
+        self._net.reset()
+        self._anybody = KeywordSpotter(self._net)
+        self._left_powers = np.zeros(0)
+        self._told_until = 0
         self._playing: Samples = np.zeros(max(round((self._latency_s - EARLIER_S) * SAMPLE_RATE_HZ), 0), np.float32)
         self._heard, self._rest = FrameStream(), FrameStream()
 
@@ -58,6 +69,7 @@ class Overhearing:
         """Sound was lost: what is played and what is heard are out of step, and may stay so."""
         self._echo.reset()
         self._spotter.reset()
+        self._net.reset()
 
     def play(self, samples: Samples) -> None:
         """This is played over the next block."""
@@ -79,19 +91,28 @@ class Overhearing:
         for chunk in self._rest.push(self._echo.take(line[: len(samples)], samples), False):
             self._spotter.feed(chunk.first_frame, chunk.energies, SILENCE, least)
             found += self._told(self._spotter.ended(chunk.first_frame + len(chunk.energies), False))
+            self._left_powers = _recent(self._left_powers, chunk.energies, LENGTH_FRAMES)
+            word = self._anybody.hear(chunk)
+            if word is not None and word.chance >= CERTAIN and np.quantile(self._left_powers, LEVEL_QUANTILE) >= least:
+                found += self._told(Spotted(word.end_frame, word.chance, 0.0))
         return found
 
     def _least_level(self, samples: Samples) -> float:
         """Of the word, by how loud the own voice is."""
         for chunk in self._heard.push(samples, False):
-            powers = chunk.energies.sum(axis=1, dtype=np.float64)
-            self._own_powers = np.concatenate([self._own_powers, powers])[-RECENT_FRAMES:]
+            self._own_powers = _recent(self._own_powers, chunk.energies, RECENT_FRAMES)
         if not len(self._own_powers):
             return 0.0
         return float(np.quantile(self._own_powers, LEVEL_QUANTILE) * 10.0 ** (FAINTEST_DB / 10.0))
 
     def _told(self, word: Spotted | None) -> list[Urgent]:
-        if word is None:
-            return []
+        if word is None or word.end_frame < self._told_until:
+            return []  # the other ear has told it
+        self._told_until = word.end_frame + LENGTH_FRAMES
         end = self._began + word.end_frame * HOP_SAMPLES
         return [Urgent(end - self._spotter.length * HOP_SAMPLES, end)]
+
+
+def _recent(powers: NDArray[np.float64], energies: Energies, most: int) -> NDArray[np.float64]:
+    """The powers of the last frames, these included."""
+    return np.concatenate([powers, energies.sum(axis=1, dtype=np.float64)])[-most:]

@@ -17,16 +17,19 @@ from hvcpd.ports import Samples
 from hvcpd.recognition.agreement import Agreement
 from hvcpd.recognition.coherent import GREETING, CoherentListener
 from hvcpd.recognition.confidence import sentence_fare, word_fare
-from hvcpd.recognition.events import Event, Garbled, Recognised, WordSpan
+from hvcpd.recognition.events import Event, Garbled, Recognised, Source, WordSpan
 from hvcpd.recognition.frontend import HOP_SAMPLES
 from hvcpd.recognition.halting import Halting
 from hvcpd.recognition.hold import HoldSettings
+from hvcpd.recognition.keyword.listener import KeywordListener
+from hvcpd.recognition.keyword.words import Net
 from hvcpd.recognition.network import Network
 from hvcpd.recognition.paths import Coherent
 from hvcpd.recognition.segments import Segment, SegmentTracker
 from hvcpd.recognition.settings import RecogniserSettings
 from hvcpd.recognition.spared import PATIENCE_FRAMES, QUIET_FRAMES
 from hvcpd.recognition.spotter import LEAD_FRAMES, Sentence, Spotter
+from hvcpd.recognition.stopping import Stopping
 from hvcpd.recognition.stream import CHUNK_FRAMES, Chunk
 from hvcpd.recognition.templates import Take, TemplateBank
 from hvcpd.recognition.urgent import UrgentSpotter
@@ -51,10 +54,12 @@ class Recogniser:
         watch: Watch | None = None,
         partial: frozenset[str] = frozenset(),
         coherent: CoherentListener | None = None,
+        keyword: Net | None = None,
     ) -> None:
         """`templates[voice][word]`: one or a few takes of the word. `urgent` hears one word
         even while somebody else speaks, `hold` says how it is told from other talk. `watch`: what it shares with
-        other recognisers on the same microphone. `coherent` hears what the noise hides from the templates.
+        other recognisers on the same microphone. `coherent` hears what the noise hides from the templates,
+        `keyword` the same word as `urgent`, whoever says it.
 
         Raises ValueError if a voice that is not in `partial` lacks a template of a word of `graph`.
         """
@@ -62,7 +67,7 @@ class Recogniser:
         bank = TemplateBank(templates)
         self._spotter = Spotter(Network(graph, bank.templates, partial), bank, self._settings.spotter)
         self.urgent = urgent
-        self._halting = Halting(bank, urgent, hold)
+        self._halting = Stopping(Halting(bank, urgent, hold), KeywordListener(keyword))
         self._agreement = Agreement(coherent) if coherent is not None else None
         self.watch = watch or Watch(self._settings.activity)
         self._segments = SegmentTracker(self._settings.segments)
@@ -84,6 +89,12 @@ class Recogniser:
     def busy(self) -> bool:
         """Whether somebody else is speaking right now, or has just ended a sentence that is still to be understood."""
         return self.watch.activity.busy or self.under_way
+
+    @property
+    def signs(self) -> bool:
+        """Whether anything that was heard last may be speech, however faint."""
+        stirred = self._agreement is not None and self._agreement.coherent.stirred
+        return self.busy or self.watch.activity.alert or stirred
 
     @property
     def under_way(self) -> bool:
@@ -122,6 +133,7 @@ class Recogniser:
         self.watch, self._segments = predecessor.watch, predecessor._segments
         self._dealt_with, self._lost_until = predecessor._dealt_with, predecessor._lost_until
         self._unheard_until = predecessor._unheard_until
+        self._halting.succeed(predecessor._halting)
 
     def prepare(self, go_on: Callable[[], bool]) -> None:
         """Make ready what the coherent listener compares with, while `go_on`. Takes seconds; another thread may do
@@ -218,6 +230,7 @@ class Recogniser:
             float(np.prod([word.chance for word in words])),
             self._snr_db(*_frames_of(sentence)),
             spans,
+            Source.WAVEFORM,
         )
 
     def _should_wake(self, n_frames: int) -> bool:

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import io
 import math
-import struct
+import wave
 from collections.abc import Iterable
 from dataclasses import dataclass
 
@@ -23,7 +24,6 @@ KNEE = 0.6
 _HALF_BAND_TAPS = 63
 """Kaiser window (β = 8): 76 dB down from 4.65 kHz on, flat to 3.35 kHz (checked by a test)."""
 _KAISER_BETA = 8.0
-_PCM = 1
 _DITHER_SEED = 20
 
 
@@ -84,7 +84,7 @@ def slice_of(from_s: float, to_s: float, n: int) -> slice:
 
 
 def limited(sound: Samples) -> Samples:
-    """Unchanged up to `KNEE`; above it bent smoothly, never beyond full scale."""
+    """Return sound, shape (n,), float32, unchanged up to `KNEE`, above it bent smoothly, never beyond full scale."""
     size = np.abs(sound)
     room = np.float32(1.0 - KNEE)
     bent = KNEE + room * np.tanh((size - KNEE) / room)
@@ -92,7 +92,8 @@ def limited(sound: Samples) -> Samples:
 
 
 def halve_rate(sound: Samples) -> Samples:
-    """Every second sample, after a half-band low pass (windowed sinc; Oppenheim & Schafer, ch. 7), no delay."""
+    """Return every second sample, shape (ceil(n / 2),), after a half-band low pass (windowed sinc; Oppenheim &
+    Schafer, ch. 7), without delay."""
     k = np.arange(_HALF_BAND_TAPS) - _HALF_BAND_TAPS // 2
     taps = 0.5 * np.sinc(k / 2.0) * np.kaiser(_HALF_BAND_TAPS, _KAISER_BETA)
     taps = (taps / taps.sum()).astype(np.float32)
@@ -108,19 +109,15 @@ def _pack(sound: Samples, bits: int) -> bytes:
         return bytes(np.clip(np.rint(sound * 32767.0), -32768, 32767).astype("<i2").tobytes())
     # Triangular dither of one step each way makes the error of 8 bits a steady hiss below the room's own noise
     # (Lipshitz, Wannamaker & Vanderkooy 1992); its seed is fixed, so that the same mission gives the same page.
-    chance = np.random.default_rng(_DITHER_SEED)
-    dither: NDArray[np.float32] = chance.random(len(sound), np.float32) - chance.random(len(sound), np.float32)
+    rng = np.random.default_rng(_DITHER_SEED)
+    dither: NDArray[np.float32] = rng.random(len(sound), np.float32) - rng.random(len(sound), np.float32)
     return bytes(np.clip(np.rint(sound * 126.0 + dither) + 128.0, 0, 255).astype(np.uint8).tobytes())
 
 
 def _wav(packed: bytes, rate_hz: int, bits: int) -> bytes:
-    """RIFF WAVE, mono; 8-bit samples are unsigned, others signed, as the format has it."""
-    step = bits // 8
-    padding = b"\0" * (len(packed) % 2)
-    header = struct.pack(
-        "<4sI4s4sIHHIIHH4sI",
-        *(b"RIFF", 36 + len(packed) + len(padding), b"WAVE", b"fmt ", 16),
-        *(_PCM, 1, rate_hz, rate_hz * step, step, bits),
-        *(b"data", len(packed)),
-    )
-    return header + packed + padding
+    """Return a WAV file, mono; 8-bit samples are unsigned, others signed, as the format has it."""
+    file = io.BytesIO()
+    with wave.open(file, "wb") as writer:
+        writer.setparams((1, bits // 8, rate_hz, 0, "NONE", ""))
+        writer.writeframes(packed)
+    return file.getvalue() + b"\0" * (len(packed) % 2)  # chunks are padded to even lengths

@@ -6,12 +6,13 @@ import math
 import re
 from collections.abc import Iterable, Sequence
 
+from markupsafe import Markup
+
 from hvcpd.config.tasks import TaskDefinition
 from hvcpd.language.card import Card, Line, Topic
 from hvcpd.reporting.icons import badge
-from hvcpd.reporting.markup import Markup, escaped, joined, tag
-from hvcpd.reporting.palette import robot_slot
-from hvcpd.reporting.style import style_sheet
+from hvcpd.reporting.markup import escaped, joined, tag
+from hvcpd.reporting.palette import robot_slot, style_sheet
 from hvcpd.reporting.text import listed
 
 POCKET_CARDS = 8
@@ -20,7 +21,7 @@ _WALL_LINE, _WALL_LINES = 42, 6
 """Letters of a line on the sheet for the wall (90 mm at 8.8 points), and lines that it has for tasks; more have a sheet
 of their own."""
 _MANY_LETTERS = 80
-"""Of the names and the example; beyond, the sheet for the wall has smaller print."""
+"""Letters of the names and the example beyond which the sheet for the wall has smaller print."""
 _MAX_WORDS = 26
 """Words to fill in that the sheet has room for: as many as there are letters to spell with."""
 _POCKET_LINE = 56

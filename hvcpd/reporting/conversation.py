@@ -4,9 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+from markupsafe import Markup
+
 from hvcpd.reporting.events import Garbled, Heard, Watered
 from hvcpd.reporting.icons import badge
-from hvcpd.reporting.markup import Markup, joined, tag
+from hvcpd.reporting.markup import joined, tag
 from hvcpd.reporting.palette import robot_slot
 from hvcpd.reporting.story import Line, Story
 from hvcpd.reporting.text import clock, listed, percent, plural, seal_words

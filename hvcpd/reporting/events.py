@@ -50,7 +50,7 @@ class Said:
     text: str
     collided: bool
     seal: str = ""
-    """Where there is a key: "sealed" or "encrypted"; empty if neither."""
+    """"sealed" or "encrypted" where there is a key; otherwise empty."""
 
 
 @dataclass(frozen=True)

@@ -9,6 +9,8 @@ from collections.abc import Sequence
 from pathlib import Path
 from string import Template
 
+from markupsafe import Markup
+
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 from hvcpd.reporting.audio_clip import Clip, make_clip
 from hvcpd.reporting.conversation import draw_conversation, utterance_options
@@ -16,12 +18,11 @@ from hvcpd.reporting.events import MissionRecord, Trail
 from hvcpd.reporting.files import write_whole
 from hvcpd.reporting.icons import badge
 from hvcpd.reporting.map_svg import draw_map
-from hvcpd.reporting.markup import Markup, escaped, joined, tag
-from hvcpd.reporting.palette import robot_slot
+from hvcpd.reporting.markup import escaped, joined, tag
+from hvcpd.reporting.palette import own_file, robot_slot, style_sheet
 from hvcpd.reporting.simplify import length_m, simplified
 from hvcpd.reporting.spectrogram import choose, figure
 from hvcpd.reporting.story import SkillSpan, Story, TaskStory, tell
-from hvcpd.reporting.style import own_file, style_sheet
 from hvcpd.reporting.text import clock, listed, number, plural, repeated
 from hvcpd.reporting.timeline_svg import draw_timeline
 

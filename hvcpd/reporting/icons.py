@@ -5,9 +5,10 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
+from markupsafe import Markup
 from rich.cells import cell_len
 
-from hvcpd.reporting.markup import Markup, tag
+from hvcpd.reporting.markup import tag
 from hvcpd.reporting.palette import task_colour
 
 RADIUS = 12.0

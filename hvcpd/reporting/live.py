@@ -26,7 +26,7 @@ MAP_MIN_WIDTH = 76
 """Narrower terminals get the task board alone: it needs some 44 columns beside the map."""
 MAP_MIN_HEIGHT = 20
 OTHER_ROWS = 9
-"""Of the picture, besides the board: two utterances of two lines, rules, the progress bar, the prompt."""
+"""Rows of the picture beside the board: two utterances of two lines, rules, the progress bar, the prompt."""
 BAR_WIDTH = 24
 INDENT = 7
 """Columns of the time and the gap after it: what goes on on another line begins below the words."""

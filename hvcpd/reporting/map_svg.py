@@ -8,10 +8,11 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from markupsafe import Markup
 
 from hvcpd.reporting.events import Plant, Trail, Watered
 from hvcpd.reporting.icons import drawn
-from hvcpd.reporting.markup import Markup, joined, tag
+from hvcpd.reporting.markup import joined, tag
 from hvcpd.reporting.palette import robot_slot
 from hvcpd.reporting.story import Story
 from hvcpd.reporting.text import clock, number, without_common_start

@@ -1,9 +1,10 @@
-"""HTML and SVG made so that nothing from outside can be read as markup: every string is escaped but `Markup`."""
+"""HTML and SVG elements: every string is escaped but markupsafe's `Markup`; nothing from outside is read as markup."""
 
 from __future__ import annotations
 
-import html
 from collections.abc import Iterable
+
+from markupsafe import Markup, escape
 
 from hvcpd.reporting.text import clean, number
 
@@ -11,18 +12,12 @@ VOID = frozenset("meta link br img input hr".split())
 """HTML's elements without an end tag (of those that we use)."""
 
 
-class Markup(str):
-    """Text that is markup already, made by `tag` or read from our own files."""
-
-    __slots__ = ()
-
-
 Child = str | float | None
 
 
 def escaped(text: str) -> Markup:
     """Any text as markup that shows it."""
-    return text if isinstance(text, Markup) else Markup(html.escape(clean(text), quote=True))
+    return text if isinstance(text, Markup) else escape(clean(text))
 
 
 def joined(parts: Iterable[str], between: str = "") -> Markup:
@@ -46,4 +41,4 @@ def tag(name: str, *children: Child, **attributes: str | float | bool | None) ->
 
 
 def _attribute(value: str | float) -> str:
-    return number(value) if isinstance(value, int | float) else html.escape(clean(value), quote=True)
+    return number(value) if isinstance(value, int | float) else escape(clean(str(value)))

@@ -1,8 +1,11 @@
-"""Colours: of robots, by their place in the team, and of tasks, by the colour word in their name."""
+"""Colours of robots, by their place in the team, and of tasks, by the colour word in their name; style sheets."""
 
 from __future__ import annotations
 
 import re
+from importlib import resources
+
+from markupsafe import Markup
 
 ROBOT_LIGHT = (
     "#0b62a4 #b3470f #0a7355 #8a3b8f #7a6200 #c2255c #3b5bdb #557000 #8a5a44 #08717d #6741d9 #55606b"
@@ -69,6 +72,22 @@ def task_colour(name: str) -> str:
 
 
 def task_style(name: str) -> str:
-    """The same as a terminal's colour."""
+    """Return the task's colour as a terminal's."""
     words = re.findall(r"[a-z]+", name.lower())
     return next((TASK_TERMINAL[word] for word in words if word in TASK_TERMINAL), "white")
+
+
+def own_file(name: str) -> str:
+    """The text of a file of this package."""
+    return resources.files("hvcpd.reporting").joinpath(name).read_text(encoding="utf-8")
+
+
+def style_sheet(*names: str) -> Markup:
+    """These files one after the other, and the robots' colours: a class r0 to r11 sets --robot."""
+
+    def block(colours: list[str]) -> str:
+        return "".join(f".r{k}{{--robot:{colour}}}" for k, colour in enumerate(colours))
+
+    light, dark = block(ROBOT_LIGHT), block(ROBOT_DARK)
+    robots = f"{light}@media screen and (prefers-color-scheme:dark){{{dark}}}"
+    return Markup("".join(map(own_file, names)) + robots)

@@ -18,7 +18,8 @@ from hvcpd.reporting.events import Event, Garbled, Heard, MissionRecord, Said, S
 from hvcpd.reporting.story import Story, tell
 
 WORD_S = 0.4
-"""How long a word is drawn: the transcript keeps when a sentence began. An utterance of nine words lasts some 3.6 s."""
+"""Duration for which a word is drawn: the transcript keeps when a sentence began. An utterance of nine words lasts some
+3.6 s."""
 SAME_REPORT_S = 600.0
 """A report is repeated until somebody confirms it; what is reported later than this was done again."""
 BINS = 32

@@ -6,21 +6,23 @@ from collections.abc import Collection, Iterable, Sequence
 from datetime import datetime
 from pathlib import Path
 
+from markupsafe import Markup
+
 from hvcpd.language import messages as m
 from hvcpd.reporting.files import write_whole
 from hvcpd.reporting.icons import badge
-from hvcpd.reporting.markup import Markup, escaped, joined, tag
-from hvcpd.reporting.palette import robot_slot
+from hvcpd.reporting.markup import escaped, joined, tag
+from hvcpd.reporting.palette import robot_slot, style_sheet
 from hvcpd.reporting.shift import Member, Shift
-from hvcpd.reporting.style import style_sheet
 from hvcpd.reporting.text import clean, percent, plural
 from hvcpd.reporting.timeline_svg import draw_timeline
 
 SHORT_S = 1800.0
-"""In a shift shorter than this, seconds are told, too."""
+"""Length of a shift below which times are shown with seconds."""
 DAY_S = 86400.0
 _UNITS_PER_S = 0.15
-"""Of the timeline, SVG units: a task of four minutes has room for its number, two hours are to be seen at once."""
+"""Scale of the timeline, SVG units per second: a task of four minutes has room for its number, two hours are visible at
+once."""
 MAX_LISTED = 6
 """Tasks that stand beside a member at once; of more the page tells the number, and the tasks on demand."""
 LABEL_EVERY = 4
@@ -129,7 +131,7 @@ def page(shift: Shift) -> str:
 
 
 def _classed(element: Markup, kind: str) -> Markup:
-    return Markup(element.replace("<dl>", f'<dl class="{kind}">', 1))
+    return element.replace("<dl>", Markup(f'<dl class="{kind}">'), 1)
 
 
 def _figures(shift: Shift) -> list[tuple[str, str]]:

@@ -3,15 +3,17 @@
 from __future__ import annotations
 
 import base64
+import struct
+import zlib
 from dataclasses import dataclass
 
 import numpy as np
+from markupsafe import Markup
 from numpy.typing import NDArray
 
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 from hvcpd.reporting.audio_clip import slice_of
-from hvcpd.reporting.markup import Markup, joined, tag
-from hvcpd.reporting.png import encode_png, magma
+from hvcpd.reporting.markup import joined, tag
 from hvcpd.reporting.story import Line, Story
 from hvcpd.reporting.text import clock
 
@@ -25,7 +27,7 @@ PRE_EMPHASIS = 0.97
 MAX_RANGE_DB = 60.0
 """From the loudest point to the darkest colour; less if the noise lies higher."""
 NOISE_SHARE = 0.10
-"""This share of all points, the quietest, is drawn in the darkest colours."""
+"""Share of all points, the quietest, that is drawn in the darkest colours."""
 LEVELS = 48
 """Colours: steps of about 1 dB, which the eye does not tell apart, and pictures of half the size of 256 colours."""
 MARGIN_S = 0.25
@@ -67,7 +69,8 @@ def picture(spectrum: Spectrogram) -> tuple[bytes, float]:
 
 
 def choose(story: Story, sound: Samples) -> list[Line]:
-    """Which utterances to draw, the best first: each robot's clearest long one, a collision, then other clear ones."""
+    """Return the utterances to draw, the best first: each robot's clearest long one, a collision, then other clear
+    ones; of sound of shape (n,), float32."""
     rated = []
     for line in story.lines:
         length_s = line.said.end_s - line.said.at_s
@@ -90,7 +93,8 @@ def choose(story: Story, sound: Samples) -> list[Line]:
 
 
 def figure(line: Line, sound: Samples) -> Markup:
-    """An utterance's spectrogram with axes, and above it the words where a listener recognised them."""
+    """Return an utterance's spectrogram, from sound of shape (n,), float32, with axes, and above it the words where
+    a listener recognised them."""
     begin_s = max(line.said.at_s - MARGIN_S, 0.0)
     end_s = min(line.said.end_s + MARGIN_S, begin_s + MAX_LENGTH_S)
     part = sound[slice_of(begin_s, end_s, len(sound))]
@@ -169,3 +173,40 @@ def _words(line: Line, begin_s: float, length_s: float) -> Markup:
         parts.append(tag("line", class_="word", x1=x2, x2=x2, y1=_TOP - 4, y2=_TOP + _HEIGHT))
         parts.append(tag("text", word, class_="word", x=(x1 + x2) / 2, y=_TOP - 9, text_anchor="middle"))
     return joined(parts)
+
+
+MAGIC = b"\x89PNG\r\n\x1a\n"
+_INDEXED = 3
+
+MAGMA = "000004 180f3e 451077 721f81 9f2f7f cd4071 f1605d fd9567 fec98d fcfdbf".split()
+"""Ten of the stops of the colour map "magma" (van der Walt & Smith 2015, CC0): evenly rising in lightness, legible to
+the colour-blind and in grey print."""
+
+
+def magma(levels: int) -> NDArray[np.uint8]:
+    """The colour map in `levels` steps: shape (levels, 3), RGB, uint8."""
+    stops = np.array([[int(stop[i : i + 2], 16) for i in (0, 2, 4)] for stop in MAGMA], dtype=np.float64)
+    at = np.linspace(0.0, len(stops) - 1.0, levels)
+    channels = [np.interp(at, np.arange(len(stops)), stops[:, c]) for c in range(3)]
+    return np.rint(np.stack(channels, axis=1)).astype(np.uint8)
+
+
+def encode_png(pixels: NDArray[np.uint8], palette: NDArray[np.uint8]) -> bytes:
+    """A picture: `pixels`, shape (height, width), are rows of `palette`, shape (k, 3), RGB. ValueError if empty."""
+    height, width = pixels.shape
+    if height == 0 or width == 0 or not 0 < len(palette) <= 256 or int(pixels.max()) >= len(palette):
+        raise ValueError(f"no picture of {width} × {height} pixels with {len(palette)} colours")
+    rows = np.zeros((height, width + 1), dtype=np.uint8)  # each row after its filter's number, 0: none
+    rows[:, 1:] = pixels
+    header = struct.pack(">IIBBBBB", width, height, 8, _INDEXED, 0, 0, 0)
+    chunks = [
+        (b"IHDR", header),
+        (b"PLTE", palette.tobytes()),
+        (b"IDAT", zlib.compress(rows.tobytes(), 9)),
+        (b"IEND", b""),
+    ]
+    return MAGIC + b"".join(_chunk(kind, data) for kind, data in chunks)
+
+
+def _chunk(kind: bytes, data: bytes) -> bytes:
+    return struct.pack(">I", len(data)) + kind + data + struct.pack(">I", zlib.crc32(kind + data))

@@ -6,9 +6,10 @@ import math
 from collections.abc import Callable, Sequence
 
 import numpy as np
+from markupsafe import Markup
 
 from hvcpd.reporting.events import Trail, Watered
-from hvcpd.reporting.markup import Markup, joined, tag
+from hvcpd.reporting.markup import joined, tag
 from hvcpd.reporting.palette import robot_slot, task_colour
 from hvcpd.reporting.story import Line, SkillSpan, Span, Story
 from hvcpd.reporting.text import clock, without_common_start

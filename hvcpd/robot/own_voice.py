@@ -17,7 +17,7 @@ ECHO_S = 1.0
 
 
 class MeasuresDelay(Protocol):
-    """`OwnDelay`, as the robot needs it."""
+    """`OwnDelay`, as the robot needs it; sound has the shape (n,), float32."""
 
     def begin(self) -> None: ...
 
@@ -36,7 +36,7 @@ class Acoustics:
     """From handing a block out until it is heard in the own microphone, as the sound system tells it; the bench has
     none beyond the block."""
     tail_s: float = 0.12
-    """The own voice rings on in the room for so long."""
+    """Time for which the own voice rings on in the room."""
     collision_s: float = 0.4
     """Speech that was garbled and began no later than this after the own speech ended overlapped it."""
 
@@ -88,7 +88,7 @@ class OwnVoice:
             self._delay.begin()
 
     def take(self, n: int) -> Samples:
-        """The next `n` samples to be played."""
+        """Return the next samples to be played, shape (n,), float32."""
         out = np.zeros(n, np.float32)
         if self.speaking:
             piece = self._speech[self._position : self._position + n]
@@ -99,7 +99,7 @@ class OwnVoice:
         return out
 
     def hear(self, heard: Samples) -> None:
-        """This came from the microphone; n samples were taken for each n that are heard."""
+        """Take what the microphone heard, shape (n,), float32, of which n samples were played."""
         if self.speaking and self._delay is not None:
             self._delay.hear(heard)
 
@@ -123,7 +123,8 @@ class OwnVoice:
             self._speech, self.speaking, self.until_s = self._speech[:0], False, now
 
     def lose(self, lost_s: float) -> None:
-        """So much was not heard, and nothing was played in its place: the words wait, and cannot be compared."""
+        """Note sound that was not heard, and in whose place nothing was played: the words wait, and cannot be
+        compared."""
         self._doubt()
         if self.speaking:
             self.until_s += lost_s

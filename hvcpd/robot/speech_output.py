@@ -16,13 +16,14 @@ CIPHER_PAUSE_S = 0.4
 
 
 class Mouth(Protocol):
-    """The synthesizer, as the robot needs it."""
+    """The synthesizer, as the robot needs it; it renders sound of shape (n,), float32 at 16 kHz."""
 
     def render(self, phrases: Sequence[Sequence[str]]) -> Samples: ...
 
 
 def spoken(mouth: Mouth, utterance: Utterance, book: Phrasebook) -> Samples:
-    """The sound of an utterance. After "sealed message" comes a pause in which who has no key understands so much."""
+    """Return the sound of an utterance, shape (n,), float32 at 16 kHz. A pause after "sealed message" lets listeners
+    without a key understand that much."""
     phrases = book.phrases(utterance)
     if not isinstance(utterance.mark, Cipher):
         return mouth.render(phrases)

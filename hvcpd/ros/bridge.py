@@ -31,7 +31,7 @@ STATUS_S = 1.0
 BASE_S = 0.03
 """Between two words of odometry to the daemon: it reads its wheels every 0.05 s."""
 SILENT_S = 1.0
-"""A base without odometry for so long is told of, so that people see why the robot stands."""
+"""Time without odometry after which the bridge reports it, so that people see why the robot stands."""
 UNANSWERED_S = 1.0
 """A reply that has not come by then is not waited for any more."""
 MAX_SAY_LENGTH = 500

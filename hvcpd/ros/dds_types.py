@@ -43,7 +43,7 @@ def _dds_class(plain: Any) -> Any:
 
 
 def to_dds(value: Any) -> Any:
-    """The same content as DDS's type."""
+    """Return a message as an object of DDS's type."""
     if isinstance(value, tuple):
         return [to_dds(each) for each in value]
     if not dataclasses.is_dataclass(value):

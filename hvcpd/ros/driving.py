@@ -14,11 +14,11 @@ from typing import Any
 from hvcpd.ports import PlaceGoal
 
 LEASE_S = 0.4
-"""The daemon speaks every 0.05 s; after so long a silence the base is stopped."""
+"""Silence of the daemon, which speaks every 0.05 s, after which the base is stopped."""
 PERIOD_S = 0.05
 """Between two commands to a base that moves or is held, as Nav2 and move_base do (20 Hz)."""
 ZEROS_S = 0.5
-"""After a motion zero is commanded for so long, then nothing: others may drive the base by hand."""
+"""Time for which zero is commanded after a motion; then nothing is: others may drive the base by hand."""
 
 
 @dataclass(frozen=True)

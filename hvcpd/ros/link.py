@@ -15,7 +15,7 @@ from hvcpd.errors import NotRunningError
 CHUNK = 1 << 16
 """Bytes read at a time; a board of tasks has some 2000."""
 PATIENCE_S = 1.0
-"""For the kernel to take a line; a daemon that reads nothing for so long hangs."""
+"""Longest time for the kernel to take a line; a daemon that reads nothing for longer hangs."""
 
 
 class DaemonLink:

@@ -13,14 +13,14 @@ from urllib.parse import urlsplit
 from hvcpd.errors import ConfigError
 
 DEFAULT_URI = "http://localhost:11311"
-"""Where a master is if nothing else is said (ROS wiki, "ROS/EnvironmentVariables")."""
+"""Address of a master unless another is given (ROS wiki, "ROS/EnvironmentVariables")."""
 ANSWER_S = 0.3
 """A master answers within milliseconds; the robot is to stand within half a second of its end."""
 EVERY_S = 0.15
 """Between two questions."""
 MISSES = 5
-"""So many answers in a row are late, if the master's port is still open, before it counts as hanging: twice in three
-minutes two of them were, on a busy machine. A master that has ended is noticed at once."""
+"""Number of late answers in a row, while the master's port is still open, from which on it counts as hanging: twice in
+three minutes two of them were late on a busy machine. A master that has ended is noticed at once."""
 
 
 class _Impatient(xmlrpc.client.Transport):
@@ -68,6 +68,10 @@ class MasterWatch:
     def start(self) -> None:
         """Begin to ask."""
         self._thread.start()
+
+    def wait(self, timeout_s: float) -> None:
+        """Wait until there is a fault, for `timeout_s` at most."""
+        self._thread.join(timeout_s)
 
     def close(self) -> None:
         """Ask no more."""

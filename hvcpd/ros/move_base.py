@@ -18,7 +18,7 @@ SUCCEEDED = 3
 ENDS = {2: "preempted", 4: "aborted", 5: "rejected", 8: "recalled", 9: "lost"}
 """actionlib_msgs/GoalStatus: what a result can be beside SUCCEEDED."""
 SILENT_S = 3.0
-"""An action server tells its status five times a second; after so long without a word there is none."""
+"""Silence after which there is no action server: it sends its status five times a second."""
 
 
 class MoveBase:

@@ -24,7 +24,7 @@ from hvcpd.ros.ros_arguments import parse_ros_arguments
 from hvcpd.ros.topics import Topic
 
 BLOCKING_S = 0.1
-"""A reliable writer waits so long at most for a reader that does not keep up."""
+"""Longest wait of a reliable writer for a reader that does not keep up."""
 COMMON = "<Compatibility><IgnoreTypeInformation>1.1,1.15,1.16</IgnoreTypeInformation></Compatibility>"
 """ROS 2 nodes match by the types' names. Some makers' DDS also tells how types are built, not as Cyclone's Python has
 it, and would not match: RTI Connext, Fast DDS and Cyclone, by their vendor numbers (OMG, DDSI-RTPS)."""

@@ -20,7 +20,7 @@ from hvcpd.ros.topics import Topic
 JOIN_S = 2.0
 """For the thread that serves callbacks to end."""
 SPIN_S = 0.1
-"""It looks so often whether it is to end."""
+"""Interval at which the thread checks whether it is to end."""
 
 
 class RclpyPort:

@@ -36,9 +36,9 @@ SAY = Topic("say", String)
 ESTOP = Topic("estop", Bool)
 
 PUBLISHED = (HEARD, HEARD_JSON, SAID, SAID_JSON, EVENTS, TASKS, STATE, STOPPED, DIAGNOSTICS)
-"""In any case."""
+"""Topics that are published in any case."""
 SUBSCRIBED = (SAY, ESTOP)
-"""In any case."""
+"""Topics that are subscribed to in any case."""
 
 
 def published(ros_drives: bool) -> tuple[Topic, ...]:

@@ -8,7 +8,8 @@ from hvcpd.security.keys import TeamKey
 from hvcpd.security.one_time import counted_code, step_of
 
 SHEET_WINDOW = 10
-"""So many codes of the sheet may have been crossed out, or said to others, since the last one that was heard."""
+"""Number of the sheet's codes after the last one heard that are accepted: others may have been crossed out, or said to
+others."""
 CLOCK_DRIFT = 1
 """A robot's clock may be one step off, either way (RFC 6238, section 5.2)."""
 

@@ -21,20 +21,22 @@ from hvcpd.security.silence import CODE_PATIENCE, GrowingSilence, Patience
 from hvcpd.security.trust import Trust
 
 NEAR = 16
-"""The look-ahead window: so many seals of a speaker may go unheard in a row. Each doubles what a guess is worth by its
-logarithm: 16 cost 4 of the 24 bits."""
+"""Look-ahead window: number of a speaker's seals in a row that may go unheard. Each factor of two costs one bit: 16
+cost 4 of the 24."""
 FAR = 2048
-"""So far ahead two seals in a row are taken: a day of talk. Such a search takes 23 ms, of an encrypted statement 18 ms
-(x86, one key, in the daemon, which has no OpenSSL for its hashes); only wrong seals need it."""
+"""Largest distance between a seal's number and the last one at which two seals in a row are accepted: a day of talk.
+Such a search takes 23 ms, of an encrypted statement 18 ms (x86, one key, in the daemon, which has no OpenSSL for its
+hashes); only wrong seals need it."""
 RESERVED = 4
-"""Counters are kept on the disk in steps of so many, ahead of use: a power cut skips some and repeats none."""
+"""Step in which counters are kept on the disk, ahead of use: a power cut skips some numbers and repeats none."""
 PRESENT_S = 300.0
-"""Who has proved to be here is taken to be for so long after each right seal,"""
+"""Time after each right seal for which a speaker that has proved to be here is taken to be here."""
 PROVED_S = 1800.0
-"""and no longer than so long after the proof: who holds back many orders and plays one every few minutes would keep
-their speaker here for ever. It costs two sentences each half an hour."""
+"""Longest time after the proof for which a speaker is taken to be here. Without it an attacker that holds back many
+orders and plays one every few minutes would keep their speaker here for ever. The proof costs two sentences each half
+an hour."""
 CHALLENGE_S = 30.0
-"""A challenge holds so long: two sentences, said slowly, and their turns."""
+"""Time for which a challenge holds: two sentences, said slowly, and their turns."""
 KEPT = 512
 """Seals that were taken lately, kept word by word to tell a recording from a mistake."""
 DOUBTED, SURE = "doubted/", "sure/"
@@ -43,10 +45,11 @@ once it has answered a challenge. SURE, of a speaker: it has, since the doubt of
 NO_SPEAKER = ("sheet/", "clock/", DOUBTED, SURE, LOST)
 """Counters of other things than a speaker's seals begin so."""
 SKIPPED = FAR - 2 * NEAR
-"""So many numbers a robot passes over whose own counter may lag behind: it repeats none, unless nothing could be kept
-for a day of talk, and is believed again from its second seal on."""
+"""Numbers that a robot whose own counter may lag behind passes over: it repeats none, unless nothing could be kept for
+a day of talk, and is believed again from its second seal on."""
 LOST_BITS = 48
-"""And who has lost it begins anywhere: it is not believed under that key any more, but no number is used twice."""
+"""Bits of the random number at which a robot that lost its counter begins: it is not believed under that key any more,
+but no number is used twice."""
 CODE = "code"
 """Codes are counted together, whoever says to be speaking; no robot is called so."""
 
@@ -80,7 +83,7 @@ class _Sealed:
 
 @dataclass(frozen=True)
 class _Encrypted:
-    """The same of an encrypted statement."""
+    """An encrypted statement as a proof."""
 
     message: Message
 

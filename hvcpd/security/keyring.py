@@ -28,9 +28,9 @@ from hvcpd.security.keys import KEY_BYTES, KeyRing, TeamKey
 CREDENTIAL = "hvcpd.key"
 """The name under which systemd hands the file to the service (systemd.exec(5), LoadCredential=)."""
 DEFAULT_PATH = Path("/etc/hvcpd/team.key")
-"""Where `hvcpctl key` keeps it if nothing else is said."""
+"""File where `hvcpctl key` keeps the key unless another is given."""
 MAX_BYTES = 64 * 1024
-"""No team has so many keys; a device file or a film is not read to its end."""
+"""Largest key file that is read: no team has that many keys; a device file or a film is not read to its end."""
 _ENTRY = re.compile(
     rf"key (?P<secret>[0-9a-f]{{{2 * KEY_BYTES}}}) made (?P<made>\S+) from (?P<spoken>\S+)(?: until (?P<until>\S+))?"
 )
@@ -72,8 +72,8 @@ class KeyFile:
         return KeyRing(spoken[-1].key, others, frozenset(self.revoked))
 
     def rotated(self, today: date, after: timedelta, keep: timedelta) -> KeyFile:
-        """The same with a fresh key, spoken after a while; the older ones are believed for a while from then on, and
-        where that is no time at all, they leave the file at once. The clock is as for `ring`."""
+        """Return the file with a fresh key, spoken from `after` on; older ones are believed for `keep` from then on, or
+        leave the file at once where that is 0. The clock is as for `ring`."""
         day = max(today, self.newest)
         spoken_from = day + after
         ending = [replace(e, until=min(e.until or date.max, spoken_from + keep)) for e in self.entries]

@@ -8,7 +8,7 @@ import hmac
 DIGITS = 6
 """What authenticators on telephones show, and a person can say in three seconds."""
 STEP_S = 30
-"""A code of the clock lasts so long (RFC 6238, section 5.2)."""
+"""Validity of a code of the clock (RFC 6238, section 5.2)."""
 
 
 def counted_code(key: bytes, count: int, digits: int = DIGITS) -> str:

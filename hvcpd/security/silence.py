@@ -13,13 +13,13 @@ class Patience:
     free: float = 4.0
     """Wrong seals that cost nothing: misheard words are usual in noise."""
     forgive_s: float = 300.0
-    """One is forgotten after so long,"""
+    """Time after which one wrong seal is forgotten."""
     per_right: float = 0.5
-    """and so many for each right one: who is well heard is not silenced for now and then."""
+    """Number of wrong seals forgotten for each right one: a robot that is well heard is not silenced for a few."""
     first_s: float = 10.0
-    """The first silence; each further wrong seal doubles it,"""
+    """Length of the first silence; each further wrong seal doubles it."""
     longest_s: float = 3600.0
-    """up to here: in the end a guess an hour."""
+    """Longest silence: in the end an attacker has one guess an hour."""
 
 
 CODE_PATIENCE = Patience(free=2.0, forgive_s=900.0)

@@ -10,7 +10,7 @@ class People(Enum):
 
     EVERYTHING = "everything"
     QUESTIONS = "questions"
-    """And greetings."""
+    """Questions and greetings."""
     NOTHING = "nothing"
 
 

@@ -41,8 +41,8 @@ def allophone(phones: Sequence[str], number: int) -> Phone:
 
 
 FINAL_VOICE_BAR_DB = 7.0
-"""How much louder the voice sounds through a final B, D or G than through one that begins a syllable, which English
-hardly voices at all (Lisker and Abramson 1964); without it "Rob" was taken for "bot" in noise."""
+"""Level of the voice through a final B, D or G above that through one that begins a syllable, which English hardly
+voices at all (Lisker and Abramson 1964); without it "Rob" was taken for "bot" in noise."""
 
 
 def _final_stop(phone: Phone) -> Phone:

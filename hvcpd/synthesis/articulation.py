@@ -17,8 +17,8 @@ from hvcpd.synthesis.phones import Kind, Phone, Triple, stress_of
 from hvcpd.synthesis.voices import Voice
 
 LEAD_S = 0.02
-"""How long before a word's first phone its sources are on already, and after its last one still, when another word
-follows: there neighbouring words are cross-faded, as the voice does not stop between words."""
+"""Time for which a word's sources are on before its first phone and, when another word follows, after its last one:
+there neighbouring words are cross-faded, as the voice does not stop between words."""
 
 TAIL_S = 0.03
 """Time for the last sound before a pause to ring out."""
@@ -43,10 +43,10 @@ FULL_GLIDE = 0.9
 """Share of its inherent duration that a diphthong needs to reach its end."""
 
 NASAL_BEFORE_S = 0.08
-"""How long before a nasal's closure the velum opens, at most (Cohn 1993)."""
+"""Longest time before a nasal's closure at which the velum opens (Cohn 1993)."""
 
 NASAL_AFTER_S = 0.04
-"""How long after its release the velum stays open, at most (Cohn 1993)."""
+"""Longest time after a nasal's release for which the velum stays open (Cohn 1993)."""
 
 
 @dataclass(frozen=True)

@@ -20,18 +20,19 @@ LOMBARD_RATE = 0.85
 """People in noise stretch vowels and speak some 10 to 25 % slower (Junqua, JASA 93, 1993)."""
 
 LOMBARD_PITCH = 1.1
-"""And higher, by one to three semitones (Junqua 1993; Lu and Cooke, JASA 124, 2008)."""
+"""Factor of the pitch of speech in noise: talkers raise it by one to three semitones (Junqua 1993; Lu and Cooke, JASA
+124, 2008)."""
 
 LOMBARD_TILT = 2.2
-"""And with a flatter spectrum, the one change that helps listeners by itself (Lu and Cooke, *Speech Communication* 51,
-2009): the source's low-pass moves up by so much."""
+"""Factor of the source's low-pass frequency in noise. Talkers flatten the spectrum, the one change that helps listeners
+by itself (Lu and Cooke, *Speech Communication* 51, 2009)."""
 
 LOMBARD_OPEN = 0.75
-"""And with a tenser voice, whose glottis is open for less of each cycle: more sound in the formants, less in the first
+"""Factor of the glottis's open share in noise. The voice is tenser: more sound in the formants, less in the first
 harmonics (Junqua 1993)."""
 
 LOMBARD_GAIN_DB = 6.0
-"""And louder: 6 dB is the middle of what talkers add in 65 to 85 dB of noise."""
+"""Gain of speech in noise: the middle of what talkers add in 65 to 85 dB of noise."""
 
 
 @dataclass(frozen=True)
@@ -62,7 +63,8 @@ class Delivery:
         )
 
     def level(self, sound: Samples) -> tuple[Samples, float]:
-        """The sound at its level, and the gain (dB) that it got: less than asked where its peak would pass `PEAK`."""
+        """Return the sound, shape (n,), at its level, and its gain, dB: less than asked for where its peak would
+        pass `PEAK`."""
         wanted_db = self.gain_db + (LOMBARD_GAIN_DB if self.lombard else 0.0)
         peak = float(np.max(np.abs(sound), initial=0.0))
         gain_db = min(wanted_db, float(20.0 * np.log10(PEAK / peak))) if peak > 0.0 else wanted_db

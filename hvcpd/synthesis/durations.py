@@ -37,7 +37,7 @@ BEFORE_VOICED = {Kind.FRICATIVE: 1.4, Kind.STOP: 1.15, Kind.AFFRICATE: 1.1, Kind
 """A vowel closed by a voiced consonant (rule 9)."""
 
 INSIDE_PHRASE = 0.3
-"""How much of that effect is left where no pause follows (rule 9: 70 + 0.3 of the percentage)."""
+"""Share of that lengthening that is left where no pause follows (rule 9: 70 + 0.3 of the percentage)."""
 
 IN_CLUSTER = 0.75
 """A consonant beside another consonant (rule 10)."""

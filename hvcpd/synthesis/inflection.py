@@ -18,7 +18,7 @@ _HISSING = frozenset("S Z SH ZH CH JH".split())
 _VOICELESS = frozenset("P T K F TH".split())
 _UNDOUBLED = "aeiouys"
 _PLACES_WITH = {"s": (Place.NOUN, Place.VERB), "ed": (Place.VERB, Place.NOUN), "ing": (Place.VERB, Place.NOUN)}
-"""Which of a stem's pronunciations take an ending: "reads" never comes from the participle "read"."""
+"""Pronunciations of a stem that take an ending: "reads" never comes from the participle "read"."""
 
 _DOUBLES = re.compile(r"[^aeiou]*[aeiouy][^aeiouywx]")
 """Stems that double their last letter: "caring" is no form of "car", "starred" one of "star"."""

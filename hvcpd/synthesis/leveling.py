@@ -16,13 +16,15 @@ PEAK = 10.0 ** (-1.5 / 20.0)
 
 
 def leveled(sound: Samples) -> Samples:
-    """The sound at `TARGET_LUFS`, or lower where its peak would pass `PEAK`; without DC."""
+    """Return the sound, shape (n,), float32, at `TARGET_LUFS`, or lower where its peak would pass `PEAK`; without
+    DC."""
     sound = sound - sound.mean(dtype=np.float64).astype(np.float32)
     return (sound * level_gain(sound[slice(*audible(sound))])).astype(np.float32)
 
 
 def level_gain(sound: Samples) -> np.float32:
-    """The factor that brings a sound to `TARGET_LUFS`, or as near as `PEAK` allows; 1 for silence."""
+    """Return the factor that brings a sound, shape (n,), to `TARGET_LUFS`, or as near as `PEAK` allows; 1 for
+    silence."""
     loudness = loudness_lufs(sound)
     if loudness <= SILENCE_LUFS:
         return np.float32(1.0)
@@ -30,7 +32,8 @@ def level_gain(sound: Samples) -> np.float32:
 
 
 def fade(sound: Samples, fade_s: float) -> Samples:
-    """The sound with raised-cosine ends of `fade_s`: two of them overlapped add up to one."""
+    """Return the sound, shape (n,), float32, with raised-cosine ends of `fade_s`: two of them overlapped add up to
+    one."""
     count = min(len(sound) // 2, round(fade_s * SAMPLE_RATE_HZ))
     ramp = (0.5 - 0.5 * np.cos(np.pi * (np.arange(count) + 0.5) / count)).astype(np.float32)
     out = sound.copy()
@@ -46,7 +49,7 @@ _FRAME = SAMPLE_RATE_HZ // 100
 
 
 def audible(samples: Samples) -> tuple[int, int]:
-    """Where the audible part of a unit begins and ends, in samples; (0, 0) for an empty one."""
+    """Return where the audible part of a unit, shape (n,), begins and ends, in samples; (0, 0) for an empty one."""
     n = len(samples) // _FRAME
     if n == 0:
         return 0, len(samples)

@@ -18,7 +18,7 @@ SILENCE_LUFS = -70.0
 """BS.1770's absolute gate: blocks below count as silence."""
 
 RELATIVE_GATE_LU = 10.0
-"""Blocks so far below the mean of all that pass the absolute gate don't count."""
+"""Blocks that lie further below the mean of all that pass the absolute gate do not count."""
 
 BLOCK_SAMPLES = SAMPLE_RATE_HZ * 2 // 5
 STEP_SAMPLES = BLOCK_SAMPLES // 4

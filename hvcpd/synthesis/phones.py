@@ -96,8 +96,8 @@ def _nasal(target: Triple, inherent_ms: float, least_ms: float) -> Phone:
 
 
 CLEARER_DB = 4.0
-"""How much louder the noise of fricatives is than where the phone models like it best in quiet. Talkers who mean to be
-understood raise it against the vowels (Picheny, Durlach and Braida, JSHR 29, 1986); without it "stop" in high voices
+"""Level of the noise of fricatives above the one at which the phone models like it best in quiet. Talkers who mean to
+be understood raise it against the vowels (Picheny, Durlach and Braida, JSHR 29, 1986); without it "stop" in high voices
 became "bot" at 20 dB. Louder bursts as well would cost our own recognition at -8 dB."""
 
 

@@ -33,9 +33,9 @@ class RecordedSpeaker(Speaker):
         return sorted({word.lower() for word in words if not len(self._recordings.get(word.lower(), ()))})
 
     def unit(self, word: str, position: UnitPosition, pitch: float = 1.0, place: Place | None = None) -> Samples:
-        """The recording, ready to be joined, one for every position, pitch and place.
+        """Return the recording, shape (n,), float32, ready to be joined, the same for every position, pitch and place.
 
-        PhraseError if there is none and nobody stands in.
+        Raises PhraseError if there is none and no other voice stands in.
         """
         if self.missing([word]):
             if not self._strict:
@@ -44,13 +44,15 @@ class RecordedSpeaker(Speaker):
         return self._recordings[word.lower()]
 
     def sounds(self, word: str, pitch: float) -> list[Samples]:
-        """The recording, at its own pitch: as it is joined to the next word and before a pause it is the same."""
+        """Return the recording twice, shape (n,) each, at its own pitch: before another word and before a pause it
+        is the same."""
         if self.missing([word]):
             return [] if self._strict else super().sounds(word, pitch)
         return [self.unit(word, position) for position in UnitPosition]
 
     def templates(self, word: str) -> list[Samples]:
-        """The recording as it is heard inside a phrase and before a pause: see `Speaker.templates`."""
+        """Return the recording as it is heard inside a phrase and before a pause, shape (n,) each; see
+        `Speaker.templates`."""
         if not self._strict and self.missing([word]):
             return super().templates(word)
         edge = round(LEAD_S * SAMPLE_RATE_HZ)
@@ -59,7 +61,8 @@ class RecordedSpeaker(Speaker):
 
 
 def prepared(sound: Samples) -> Samples:
-    """A recorded word at the level of all units, the silence cut to the joints, its ends faded; read-only.
+    """Return a recorded word, shape (n,), float32, at the level of all units, the silence cut to the joints, its ends
+    faded; read-only.
 
     Empty if nothing is to be heard in it.
     """

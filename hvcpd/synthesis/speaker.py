@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from enum import Enum
+from functools import lru_cache
 from itertools import cycle
 
 import numpy as np
@@ -23,8 +24,8 @@ PAUSE_S = 0.14
 silence): long enough to be heard as a pause, short of the recogniser's end of sentence."""
 
 OVERLAP_S = 2.0 * LEAD_S
-"""How far the units of neighbouring words overlap, cross-faded: the end of one word's last phone and the start of the
-next word's first one fall together in its middle."""
+"""Overlap of the units of neighbouring words, which are cross-faded: the end of one word's last phone and the start of
+the next word's first one fall together in its middle."""
 
 PITCH_STEPS = (1.03, 1.0, 0.97)
 """The declination of a sentence in steps, relative to the voice's pitch: first, middle and last third. Few, so that
@@ -33,8 +34,8 @@ about 10 to 20 % over a sentence."""
 
 
 UNITS_KEPT = 64
-"""Of those that can be read from disk, in memory: those said last, 2 MB. A sentence has 25 at most, to read one takes
-0.06 ms, and all 708 that a robot may come to say in a day are 22 MB."""
+"""Maximum number of units kept in memory, 2 MB, where a cache on the disk has the others. A sentence has 25 at most, to
+read one takes 0.06 ms, and all 708 that a robot may come to say in a day are 22 MB."""
 
 
 class UnitPosition(Enum):
@@ -80,7 +81,7 @@ class Speaker:
         self.voice = voice
         self._lexicon = lexicon
         self._cache = cache
-        self._units: dict[tuple[Pronunciation, UnitPosition, float], Samples] = {}
+        self._said = lru_cache(UNITS_KEPT if cache is not None else None)(self._make_read_only)
 
     def unit(self, word: str, position: UnitPosition, pitch: float = 1.0, place: Place | None = None) -> Samples:
         """One word as sound, shape (n,), read-only; `pitch` multiplies the voice's pitch.
@@ -90,19 +91,12 @@ class Speaker:
         """
         return self._said(self._lexicon.pronounce(word, place), position, pitch)
 
-    def _said(self, phones: Pronunciation, position: UnitPosition, pitch: float = 1.0) -> Samples:
-        key = (phones, position, pitch)
-        unit = self._units.pop(key, None)
-        if unit is None:
-            unit = self._make(key)
-            unit.flags.writeable = False
-            if self._cache is not None and len(self._units) >= UNITS_KEPT:
-                del self._units[next(iter(self._units))]
-        self._units[key] = unit  # the last of all, as it was asked for last
+    def _make_read_only(self, phones: Pronunciation, position: UnitPosition, pitch: float) -> Samples:
+        unit = self._make(phones, position, pitch)
+        unit.flags.writeable = False
         return unit
 
-    def _make(self, key: tuple[Pronunciation, UnitPosition, float]) -> Samples:
-        phones, position, pitch = key
+    def _make(self, phones: Pronunciation, position: UnitPosition, pitch: float) -> Samples:
         if not phones:
             return np.zeros(0, dtype=np.float32)
 
@@ -115,31 +109,34 @@ class Speaker:
         return self._cache.get((phones, self.voice, position.value, pitch), fresh)
 
     def templates(self, word: str) -> list[Samples]:
-        """The renderings of a word that `render` uses, medial and final, at the voice's own pitch.
+        """Return the renderings of a word that `render` uses, medial and final, at the voice's own pitch: shape (n,)
+        each.
 
-        Of every pronunciation that a phrase may ask for. Without the outer half of each joint: there a sentence has the
-        neighbouring word's sound too.
+        There are two for every pronunciation that a phrase may ask for, without the outer half of each joint: there
+        a sentence has the neighbouring word's sound too.
         """
         edge = round(LEAD_S * SAMPLE_RATE_HZ)
         found = []
         for phones in self._lexicon.spoken(word):
-            medial, final = self._said(phones, UnitPosition.MEDIAL), self._said(phones, UnitPosition.FINAL)
+            medial, final = (self._said(phones, position, 1.0) for position in UnitPosition)
             found += [medial[edge : len(medial) - edge], final[edge:]]
         return found
 
     def joined(self, word: str, pitch: float) -> list[Joined]:
-        """All renderings of a word at that pitch of `PITCH_STEPS`, of every pronunciation; kept in the cache only."""
+        """Return all renderings of a word at that pitch of `PITCH_STEPS`, of every pronunciation; not kept in
+        memory."""
         finals = [position is UnitPosition.FINAL for position in UnitPosition]
         return [joined(unit, final) for unit, final in zip(self.sounds(word, pitch), cycle(finals), strict=False)]
 
     def sounds(self, word: str, pitch: float) -> list[Samples]:
-        """The same, the sounds alone."""
+        """Return the waveforms of `joined` alone, shape (n,) each, float32."""
         return [
-            self._make((phones, position, pitch)) for phones in self._lexicon.spoken(word) for position in UnitPosition
+            self._make(phones, position, pitch) for phones in self._lexicon.spoken(word) for position in UnitPosition
         ]
 
     def phrase_templates(self, words: Sequence[str]) -> list[Samples]:
-        """The same for several words said as one: before another word, and before a pause."""
+        """Return the renderings of several words said as one, before another word and before a pause: shape (n,)
+        each."""
         overlap = round(OVERLAP_S * SAMPLE_RATE_HZ)
         edge = round(LEAD_S * SAMPLE_RATE_HZ)
         found = []
@@ -155,11 +152,12 @@ class Speaker:
         return found
 
     def render(self, phrases: Sequence[Sequence[str]]) -> Samples:
-        """A sentence as sound, float32 at 16 kHz: groups of words, between which the speaker pauses."""
+        """Return a sentence as sound, shape (n,), float32 at 16 kHz: groups of words, between which the speaker
+        pauses."""
         return self.render_marked(phrases).samples
 
     def render_marked(self, phrases: Sequence[Sequence[str]]) -> Rendered:
-        """The same, with the place of every word."""
+        """Return a sentence as `render` does, with the place of every word."""
         spoken = [
             (word, number == len(phrase) - 1, place_in(phrase, number))
             for phrase in phrases
@@ -187,7 +185,7 @@ class Speaker:
 
 
 def joined(unit: Samples, final: bool) -> Joined:
-    """How a rendered word joins its neighbours."""
+    """Return a rendered word, shape (n,), with how it joins its neighbours."""
     begin, end = audible(unit)
     advance = end + round(PAUSE_S * SAMPLE_RATE_HZ) if final else len(unit) - round(OVERLAP_S * SAMPLE_RATE_HZ)
     return Joined(unit, final, begin, advance)

@@ -60,7 +60,8 @@ class UnitCache:
             pass  # read-only, or another robot of this computer has just deleted it: the next start tries again
 
     def get(self, content: object, make: Callable[[], Samples]) -> Samples:
-        """The unit of that content, from disk or made now; `content` must have a stable repr."""
+        """Return the unit of that content, shape (n,), float32, from the disk or made now; `content` must have a
+        stable repr."""
         path = self._folder / (hashlib.sha256(f"{recipe()} {content!r}".encode()).hexdigest()[:32] + SUFFIX)
         if self._needed is not None:
             self._needed.add(path)

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from hvcpd.assembly.rendered_waveforms import KEPT, LastAsked, Shelf, SpokenBook
+from hvcpd.assembly.rendered_waveforms import KEPT, SpokenBook, WaveformCache
 from hvcpd.recognition.matched import power_of
 from hvcpd.recognition.paths import thirds_of
 from hvcpd.synthesis.lexicon import Lexicon
@@ -48,25 +48,24 @@ def test_other_words_are_not_said(speaker: Speaker) -> None:
 def test_memory_is_bounded_and_can_be_given_back(speaker: Speaker) -> None:
     words = [word for word in LEXICON.entries if word.isalpha()][: KEPT + 5]
     silent = RecordedSpeaker({word: np.ones(400, np.float32) for word in ()}, LEXICON)
-    shelf = Shelf()
-    book, other = SpokenBook("oak", silent, words, shelf), SpokenBook("elm", silent, words, shelf)
+    cache = WaveformCache()
+    book, other = SpokenBook("oak", silent, words, cache), SpokenBook("elm", silent, words, cache)
     for word in words:
         assert book.said(word, 0) == ()
-    assert len(shelf.sounds) == KEPT
+    assert cache.units.cache_info().currsize == KEPT
     other.said(words[0], 0)
-    assert len(shelf.sounds) == KEPT
+    assert cache.units.cache_info().currsize == KEPT
     book.forget()
-    assert len(shelf.sounds) == 0
+    assert cache.units.cache_info().currsize == 0
 
 
 def test_what_each_way_has_at_each_frequency_is_kept_for_the_last_ones(speaker: Speaker) -> None:
-    shelf = Shelf()
-    shelf.powers = LastAsked(3)
-    book = SpokenBook("oak", speaker, WORDS, shelf)
+    cache = WaveformCache(powers=3)
+    book = SpokenBook("oak", speaker, WORDS, cache)
     ways = [way for word in sorted(WORDS) for way in book.said(word, 0)]
     for way in ways:
         assert np.array_equal(way.power, power_of(way.samples))
-    assert len(ways) > 3 == len(shelf.powers)
+    assert len(ways) > 3 == cache.powers.cache_info().currsize
 
 
 def test_recorded_words_are_said_at_every_pitch() -> None:

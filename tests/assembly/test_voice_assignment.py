@@ -8,7 +8,8 @@ from typing import get_args
 import numpy as np
 import pytest
 
-from hvcpd.assembly.make import RobotPlan, Sound, make_phrasebook, make_recogniser, make_robot, make_sound
+from hvcpd.assembly.make import Sound, make_phrasebook, make_recogniser, make_robot, make_sound
+from hvcpd.assembly.plan import RobotPlan, TeamPlan
 from hvcpd.assembly.voice_assignment import cast
 from hvcpd.config.names import VoiceName
 from hvcpd.config.settings import PeerSettings, Settings
@@ -18,7 +19,7 @@ from hvcpd.coordination.actions import Role
 from hvcpd.daemon.wiring import wire_up
 from hvcpd.errors import ConfigError
 from hvcpd.hardware.soundfile import write_wav
-from hvcpd.ports import SAMPLE_RATE_HZ, Pose, Samples
+from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 from hvcpd.recognition.events import Recognised
 from hvcpd.robot.records import HeardRecord
 from hvcpd.synthesis.lexicon import Lexicon
@@ -106,7 +107,7 @@ def test_a_robot_that_learned_a_name_listens_for_its_voice_after_a_restart() -> 
     role = Role("Rob", "plant", volunteer=False)
     tasks = load_tasks(default_tasks_path())
     sound = make_sound()
-    robot = make_robot(RobotPlan(role, ("Rob", "Bot", "Gus"), tasks, Pose(0, 0, 0), 1, told=("Rob", "Bot")), sound)
+    robot = make_robot(RobotPlan(role, TeamPlan(("Rob", "Bot", "Gus"), ("Rob", "Bot")), tasks, 1), sound)
     greeting = robot.phrasebook.phrases(robot.phrasebook.parse_text("Hi all, I am Gus"))
     quiet = np.zeros(2 * SAMPLE_RATE_HZ, np.float32)
     noise = np.random.default_rng(1).normal(0.0, 1e-4, 10 * SAMPLE_RATE_HZ).astype(np.float32)

@@ -55,7 +55,7 @@ class EchoStream:
     def __init__(self, _settings: AudioSettings, room: EchoRoom) -> None:
         self.counters = StreamCounters()
         self._room = room
-        self._chance = np.random.default_rng(1)
+        self._rng = np.random.default_rng(1)
         self._played = np.zeros(room.delay, np.float32)
 
     async def open(self, afresh: bool = False) -> None:
@@ -67,7 +67,7 @@ class EchoStream:
     async def read(self) -> Samples:
         now, self._played = self._played[:BLOCK], self._played[BLOCK:]
         now = np.concatenate([now, np.zeros(BLOCK - len(now), np.float32)])
-        noise = self._chance.standard_normal(BLOCK).astype(np.float32)
+        noise = self._rng.standard_normal(BLOCK).astype(np.float32)
         return self._room.heard(now, noise).astype(np.float32)
 
     def write(self, samples: Samples) -> None:

@@ -55,9 +55,9 @@ def test_a_robot_that_does_not_hear_itself_is_not_calibrated(tmp_path: Path) -> 
 @settings(max_examples=20)
 @given(st.integers(0, 8000), st.floats(-40.0, 0.0), st.integers(0, 5))
 def test_an_echo_is_found_to_the_sample_and_its_level_to_a_decibel(delay: int, gain_db: float, seed: int) -> None:
-    chance = np.random.default_rng(seed)
-    played = (0.1 * chance.standard_normal(16000)).astype(np.float32)
-    noise = (1e-4 * chance.standard_normal(42000)).astype(np.float32)
+    rng = np.random.default_rng(seed)
+    played = (0.1 * rng.standard_normal(16000)).astype(np.float32)
+    noise = (1e-4 * rng.standard_normal(42000)).astype(np.float32)
     heard = noise[16000:].copy()
     heard[delay : delay + len(played)] += np.float32(10.0 ** (gain_db / 20.0)) * played
     echo = find_echo(played, heard, noise[:16000])
@@ -69,8 +69,8 @@ def test_an_echo_is_found_to_the_sample_and_its_level_to_a_decibel(delay: int, g
 
 @pytest.mark.parametrize("seed", range(20))
 def test_noise_alone_is_no_echo(seed: int) -> None:
-    chance = np.random.default_rng(seed)
-    played, heard = (0.1 * chance.standard_normal(n) for n in (16000, 60000))
+    rng = np.random.default_rng(seed)
+    played, heard = (0.1 * rng.standard_normal(n) for n in (16000, 60000))
     assert find_echo(played.astype(np.float32), heard.astype(np.float32), heard[:8000].astype(np.float32)) is None
 
 

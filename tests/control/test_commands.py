@@ -132,14 +132,14 @@ def test_a_wav_that_cannot_be_written(capsys: pytest.CaptureFixture[str], tmp_pa
     assert "cannot be written" in capsys.readouterr().err
 
 
-def pacing(play: bool, speed: str = "max") -> argparse.Namespace:
+def paced(play: bool, speed: str = "max") -> argparse.Namespace:
     return argparse.Namespace(play=play, speed=speed)
 
 
 def test_play_goes_to_the_loudspeaker_louder() -> None:
     card = FakeCard()
     quiet: Samples = np.full(400, 0.001, np.float32)
-    with simulate._pacing(pacing(True), card) as pace:
+    with simulate.pacing(paced(True), card) as pace:
         pace(0.025, quiet)
         pace(0.05, np.full(400, 0.9, np.float32))
     np.testing.assert_allclose(card.stream.played[0], quiet * simulate.LISTENER_GAIN)
@@ -148,19 +148,19 @@ def test_play_goes_to_the_loudspeaker_louder() -> None:
 
 
 def test_play_without_a_loudspeaker_is_noted_once_and_goes_on_in_real_time(capsys: pytest.CaptureFixture[str]) -> None:
-    with simulate._pacing(pacing(True), FakeCard((CAMERA,))) as pace:
+    with simulate.pacing(paced(True), FakeCard((CAMERA,))) as pace:
         pace(0.0, np.zeros(400, np.float32))
         pace(0.0, np.zeros(400, np.float32))
-        assert isinstance(pace, simulate._RealTime)
+        assert isinstance(pace, simulate.RealTime)
     (line,) = capsys.readouterr().err.splitlines()
     assert line.startswith("hvcpctl: note: nothing is played: there is no loudspeaker")
 
 
 def test_speed_chooses_the_pace() -> None:
-    with simulate._pacing(pacing(False, "real")) as pace:
-        assert isinstance(pace, simulate._RealTime)
-    with simulate._pacing(pacing(False)) as pace:
-        assert not isinstance(pace, simulate._RealTime)
+    with simulate.pacing(paced(False, "real")) as pace:
+        assert isinstance(pace, simulate.RealTime)
+    with simulate.pacing(paced(False)) as pace:
+        assert not isinstance(pace, simulate.RealTime)
 
 
 @pytest.mark.slow

@@ -16,7 +16,7 @@ import structlog
 from hvcpd.control.cli import main, make_parser
 from hvcpd.control.live import status
 from hvcpd.control.live.bid import told
-from hvcpd.control.live.daemon_client import _not_allowed
+from hvcpd.control.live.daemon_client import permission_fault
 from hvcpd.control.live.status_screen import duration
 from hvcpd.coordination.states import State
 from hvcpd.daemon.control_socket import SYSTEM_FOLDER
@@ -177,7 +177,7 @@ def test_what_a_reload_changed_is_told_as_the_file_has_it() -> None:
 
 def test_a_user_without_a_name_is_told_the_group_too(tmp_path: Path) -> None:
     nameless = 987_654_321
-    assert f"`sudo usermod -aG {tmp_path.group()} USER`" in _not_allowed(tmp_path, nameless)
+    assert f"`sudo usermod -aG {tmp_path.group()} USER`" in permission_fault(tmp_path, nameless)
 
 
 def test_without_a_name_the_only_robot_is_meant(

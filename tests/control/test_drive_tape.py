@@ -4,7 +4,7 @@ import io
 
 import pytest
 
-from hvcpd.control.drive.drive_tape import TapeMeasure
+from hvcpd.control.drive.drive import TapeMeasure
 from hvcpd.errors import ConfigError
 from hvcpd.hardware.calibration import Measured, calibrate
 from hvcpd.hardware.kinematics import BURGER

@@ -14,8 +14,8 @@ import pytest
 from hil_fakes.word_seals import keyed_book
 from hvcpd.control.cli import main
 from hvcpd.errors import KeyFileError
-from hvcpd.language.code_words import number_of
 from hvcpd.language.messages import Code
+from hvcpd.language.spelling import number_of
 from hvcpd.security.keyring import (
     CREDENTIAL,
     KeyFile,

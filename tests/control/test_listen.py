@@ -23,7 +23,7 @@ from hvcpd.errors import DeviceError
 from hvcpd.hardware.audio_capture import Block, capture
 from hvcpd.hardware.soundfile import write_wav
 from hvcpd.language import messages as m
-from hvcpd.language.code_words import CODE_WORDS, number_of
+from hvcpd.language.spelling import CODE_WORDS, number_of
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 from hvcpd.robot.sealing import Sealing
 from hvcpd.robot.speech_output import spoken

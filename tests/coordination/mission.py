@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+from collections import defaultdict
+
 from hil_fakes.word_mission import WordMission, WordPlan
-from hvcpd.config.tasks import Forward, Place, TaskDefinition, Water
+from hvcpd.config.tasks import Action, Forward, Place, TaskDefinition, Water
 from hvcpd.language import messages as m
 from hvcpd.language.phrasebook import Phrasebook, Vocabulary
 
@@ -20,15 +22,30 @@ def plants(n: int) -> tuple[TaskDefinition, ...]:
 
 
 class Mission(WordMission):
-    """A mission whose conversation can be read."""
+    """A mission whose conversation and motions can be read."""
 
     def __init__(
         self, names: tuple[str, ...], tasks: tuple[TaskDefinition, ...], people: tuple[str, ...] = (), **plan: object
     ) -> None:
+        self.slowly: defaultdict[str, list[bool]] = defaultdict(list)
+        """Of each speaker, sentence by sentence: whether it was said slowly."""
+        self.performed: list[tuple[int, tuple[Action, ...]]] = []
+        """Each task, or 0, and the actions that any robot began to carry out."""
+        self.holds_motion = False
+        """Whether nothing is carried out: a robot goes on when the test calls its `performed`."""
         super().__init__(WordPlan(names, tasks, **plan), keep=True)  # type: ignore[arg-type]
         self.book = Phrasebook(
             Vocabulary((*names, *people), ("plant",), tuple(t.name for t in tasks), tuple(t.number for t in tasks))
         )
+
+    def speak(self, speaker: str, utterance: m.Utterance, slowly: bool = False, times: int = 1) -> None:
+        self.slowly[speaker].append(slowly)
+        super().speak(speaker, utterance, slowly, times)
+
+    def perform(self, name: str, task: int, actions: tuple[Action, ...]) -> None:
+        self.performed.append((task, actions))
+        if not self.holds_motion:
+            super().perform(name, task, actions)
 
     def written(self, since_s: float = -1.0, without: tuple[str, ...] = ()) -> list[str]:
         """What was said, as people write it."""

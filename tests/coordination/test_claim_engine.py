@@ -5,8 +5,6 @@ The rules are hypothesis's stateful testing; what it found, shrunk, stands below
 
 from __future__ import annotations
 
-from typing import Any
-
 from hypothesis import HealthCheck, settings
 from hypothesis import strategies as st
 from hypothesis.stateful import RuleBasedStateMachine, initialize, invariant, precondition, rule
@@ -31,15 +29,12 @@ class Sieve(WordMission):
     def __init__(self, plan: WordPlan) -> None:
         super().__init__(plan, keep=True)
         self.deaf: dict[str, int] = {}
-        inner = self.air._deliver
+        self.air.misses = self.misses
 
-        def deliver(listener: str, sound: Any, overlap: Any) -> None:
-            if self.deaf.get(listener, 0) and not isinstance(sound.utterance.statement, m.Stop):
-                self.deaf[listener] -= 1
-                return
-            inner(listener, sound, overlap)
-
-        self.air._deliver = deliver  # type: ignore[method-assign]
+    def misses(self, listener: str, utterance: m.Utterance) -> bool:
+        missed = self.deaf.get(listener, 0) > 0 and not isinstance(utterance.statement, m.Stop)
+        self.deaf[listener] = self.deaf.get(listener, 0) - missed
+        return missed
 
 
 class ClaimEngine(RuleBasedStateMachine):
@@ -72,12 +67,12 @@ class ClaimEngine(RuleBasedStateMachine):
     def runs_flat(self, who: str, back_s: float) -> None:
         if who in self.mission.robots:
             self.off[who] = self.mission.air.now
-            self.mission._fail(Outage(who, self.mission.air.now, back_s))
+            self.mission.fail(Outage(who, self.mission.air.now, back_s))
 
     @rule()
     def person_stops_all(self) -> None:
         listening = tuple(self.mission.robots.values())
-        self.mission._speak("Anna", m.Utterance(None, None, None, m.Stop()))
+        self.mission.speak("Anna", m.Utterance(None, None, None, m.Stop()))
         said_s = self.mission.air.now
         self.mission.air.run_until(said_s + 0.37 + 0.5)
         self.stopped = True
@@ -87,7 +82,7 @@ class ClaimEngine(RuleBasedStateMachine):
     @precondition(lambda self: self.stopped)
     @rule()
     def person_resumes(self) -> None:
-        self.mission._speak("Anna", m.Utterance(None, None, None, m.Resume()))
+        self.mission.speak("Anna", m.Utterance(None, None, None, m.Resume()))
         self.mission.air.run_until(self.mission.air.now + 1.0)
         self.stopped = False
 

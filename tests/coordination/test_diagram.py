@@ -2,14 +2,15 @@
 
 from pathlib import Path
 
-from hvcpd.coordination.table import FROM_EVERYWHERE, TRANSITIONS, diagram, legend
+from hvcpd.coordination.table import TRANSITIONS
+from release.diagram import FROM_EVERYWHERE, diagram, legend
 
 PAGE = Path(__file__).parents[2] / "docs" / "protocol.md"
 
 
 def test_the_page_is_in_step_with_the_table() -> None:
     text = PAGE.read_text(encoding="utf-8")
-    remedy = "run: python -m hvcpd.coordination.table, and put its output at the end of docs/protocol.md"
+    remedy = "run: python -m release.diagram, and put its output at the end of docs/protocol.md"
     assert diagram() in text, remedy
     assert legend() in text, remedy
 

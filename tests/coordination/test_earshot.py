@@ -64,7 +64,7 @@ def test_who_is_not_heard_goes_back_to_where_it_was_and_reports_there() -> None:
     mission = far_mission(coordinator="Bot", seed=3)
     run_until(mission, "Rob", State.RETURNING)
     run_until(mission, "Rob", State.REPORTED)
-    assert near(mission._bodies["Rob"].at(mission.air.now), START)
+    assert near(mission.bodies["Rob"].at(mission.air.now), START)
     mission.run()
     assert mission.exactly_once
     assert set(mission.by.values()) == {"Rob"}
@@ -77,7 +77,7 @@ def test_it_goes_back_once_and_waits_there_if_nobody_is_left() -> None:
     ways = [at_s for at_s, who, u in mission.said if who == "Rob" and isinstance(u.statement, m.Completed)]
     assert ways, mission.written()
     assert robot.state is not State.RETURNING
-    assert near(mission._bodies["Rob"].at(mission.air.now), START)
+    assert near(mission.bodies["Rob"].at(mission.air.now), START)
 
 
 def test_stop_holds_on_the_way_back_and_resume_starts_no_old_motion() -> None:
@@ -86,14 +86,14 @@ def test_stop_holds_on_the_way_back_and_resume_starts_no_old_motion() -> None:
     mission.air.run_until(mission.air.now + 5.0)
     mission.robots["Rob"].heard(m.Utterance("Eva", m.ToRobot("Rob"), None, m.Stop()), mission.air.now)
     mission.air.refresh(("Rob",))
-    here = mission._bodies["Rob"].at(mission.air.now)
+    here = mission.bodies["Rob"].at(mission.air.now)
     assert mission.robots["Rob"].state is State.STOPPED
     assert not near(here, START)
     assert not near(here, FAR)
     mission.air.run_until(mission.air.now + 100.0)
-    assert near(mission._bodies["Rob"].at(mission.air.now), here)
+    assert near(mission.bodies["Rob"].at(mission.air.now), here)
     mission.robots["Rob"].heard(m.Utterance("Eva", m.ToRobot("Rob"), None, m.Resume()), mission.air.now)
-    assert not any(isinstance(action, Perform) for action in mission.robots["Rob"].actions())
+    assert not any(isinstance(action, Perform) for action in mission.robots["Rob"].actions(mission.air.now))
     assert mission.robots["Rob"].state is State.READY
 
 
@@ -104,14 +104,14 @@ def test_an_order_on_the_way_back_is_taken_where_it_is_heard() -> None:
     mission.robots["Rob"].heard(m.Utterance("Bot", m.ToRobot("Rob"), None, order), mission.air.now)
     mission.air.refresh(("Rob",))
     assert mission.robots["Rob"].state is State.READING_BACK
-    assert mission._bodies["Rob"].moving is None
+    assert mission.bodies["Rob"].moving is None
 
 
 def test_what_does_not_let_it_back_makes_it_speak_where_it_is() -> None:
     mission = far_mission(coordinator="Bot", seed=3)
     run_until(mission, "Rob", State.RETURNING)
     since_s = mission.air.now
-    mission._bodies["Rob"].halt(since_s)
+    mission.bodies["Rob"].halt(since_s)
     mission.robots["Rob"].perform_failed(since_s)
     mission.air.refresh(("Rob",))
     mission.air.run_until(since_s + 20.0)
@@ -124,7 +124,7 @@ def test_a_volunteer_says_its_report_where_it_is_heard_before_it_claims_more() -
     assert mission.exactly_once
     assert all(robot.board.all_done for robot in mission.robots.values())
     assert near(
-        mission._bodies[mission.by[1]].at(mission.air.now), mission.robots[mission.by[1]].knowledge.body.home or FAR
+        mission.bodies[mission.by[1]].at(mission.air.now), mission.robots[mission.by[1]].knowledge.body.home or FAR
     )
 
 
@@ -169,7 +169,7 @@ def test_who_gives_orders_learns_from_others_of_one_that_it_never_heard(seed: in
         ("Rob", "Max", "Zoe"), HERE, coordinator="Rob", earshot_m=100.0, unable={"Max": frozenset({1})}, seed=seed
     )
     for name, x_m in (("Rob", -80.0), ("Max", 0.0), ("Zoe", 80.0)):
-        mission._bodies[name].place = Place(x_m, 0.0)
+        mission.bodies[name].place = Place(x_m, 0.0)
     mission.run()
     assert mission.by == {1: "Zoe"}, mission.written()
 

@@ -21,7 +21,7 @@ def row(tasks: int, **plan: object) -> Mission:
     on_the_spot = tuple(TaskDefinition(n, f"task {n}", None, (Wait(20.0), Water(5.0))) for n in range(1, tasks + 1))
     mission = Mission(NAMES, on_the_spot, earshot_m=100.0, limit_s=4000.0, **plan)
     for k, name in enumerate(NAMES):
-        mission._bodies[name].place = Place(80.0 * k, 0.0)
+        mission.bodies[name].place = Place(80.0 * k, 0.0)
     return mission
 
 

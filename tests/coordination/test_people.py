@@ -3,9 +3,9 @@
 import pytest
 
 from hvcpd.config.tasks import Forward, GoTo, Turn
-from hvcpd.coordination.actions import Perform, Role
+from hvcpd.coordination.actions import Role
 from hvcpd.coordination.composing import spoken_volts
-from hvcpd.coordination.states import State
+from hvcpd.coordination.states import AT_WORK, State
 from hvcpd.language import messages as m
 from tests.coordination.mission import Mission, plants
 
@@ -20,7 +20,7 @@ def _waiting(*names: str, **more: object) -> Mission:
 def _at_work() -> Mission:
     """One robot that has just set out to its only plant, 35 s away."""
     mission = Mission(("Rob",), plants(3)[2:], ("Anna",), seed=5)
-    while not mission.robots["Rob"].at_work:
+    while mission.robots["Rob"].state not in AT_WORK:
         mission.air.run_until(mission.air.now + 1.0)
     return mission
 
@@ -108,10 +108,9 @@ def test_what_is_left_is_answered_by_one() -> None:
 def test_a_motion_is_read_back_and_made(order: str, action: Forward | Turn, said: str) -> None:
     mission = _waiting("Rob")
     robot = mission.robots["Rob"]
-    performed: list[Perform] = []
-    mission._perform = lambda name, task, actions: performed.append(Perform(task, actions))  # type: ignore[method-assign]
+    mission.holds_motion = True
     assert _answers(mission, order) == [f"Hi all, I am Rob, {said}"]
-    assert performed == [Perform(0, (action,))]
+    assert mission.performed == [(0, (action,))]
     assert robot.state is State.MOVING
     robot.performed(mission.air.now)
     assert robot.state is State.READY
@@ -121,10 +120,9 @@ def test_come_back_leads_to_where_the_robot_began() -> None:
     mission = _waiting("Rob")
     home = mission.robots["Rob"].knowledge.body.home
     assert home is not None
-    performed: list[Perform] = []
-    mission._perform = lambda name, task, actions: performed.append(Perform(task, actions))  # type: ignore[method-assign]
+    mission.holds_motion = True
     _answers(mission, "Hi Rob, I am Anna, come back")
-    assert performed == [Perform(0, (GoTo(home),))]
+    assert mission.performed == [(0, (GoTo(home),))]
 
 
 def test_a_motion_for_nobody_moves_nobody_where_there_are_two() -> None:
@@ -153,14 +151,13 @@ def test_a_motion_that_was_not_clearly_heard_waits_for_the_confirmation() -> Non
 @pytest.mark.parametrize("answer", ["Hi Rob, I am Anna, negative", None])
 def test_a_motion_that_is_denied_or_not_confirmed_is_not_made(answer: str | None) -> None:
     mission = _waiting("Rob")
-    performed: list[int] = []
-    mission._perform = lambda name, task, actions: performed.append(task)  # type: ignore[method-assign]
+    mission.holds_motion = True
     began_s = mission.air.now
     _hear_unsurely(mission, m.MoveBy(5.0))
     if answer:
         mission.hear(began_s + 4.0, answer)
     mission.air.run_until(began_s + 60.0)
-    assert performed == []
+    assert mission.performed == []
     assert mission.robots["Rob"].state is State.READY
 
 
@@ -183,7 +180,7 @@ def test_a_robot_at_work_says_that_it_is_busy() -> None:
     mission.tell(mission.air.now, "Anna", order)
     mission.air.run_until(mission.air.now + 6.0)
     assert mission.written()[-1] == "Hi Anna, I am Rob, I am busy"
-    assert mission.robots["Rob"].at_work
+    assert mission.robots["Rob"].state in AT_WORK
 
 
 def test_one_robot_refuses_and_an_able_one_takes_over() -> None:

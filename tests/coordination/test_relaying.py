@@ -23,7 +23,7 @@ def line(between: int = 1, coordinator: str = "Rob", **plan: object) -> Mission:
     mission = Mission(names, HERE, coordinator=coordinator, earshot_m=100.0, unable=unable, **plan)
     for name in names:
         x_m = {"Rob": -80.0, "Zoe": 80.0}.get(name, 0.0)
-        mission._bodies[name].place = Place(x_m, 0.0)
+        mission.bodies[name].place = Place(x_m, 0.0)
 
     def meet() -> None:
         for name, robot in mission.robots.items():
@@ -31,7 +31,7 @@ def line(between: int = 1, coordinator: str = "Rob", **plan: object) -> Mission:
                 if other != name:
                     robot.heard(m.Utterance(other, m.ToTeam("plant")), mission.air.now)
 
-    mission._later(0.5, meet)
+    mission.at(0.5, meet)
     return mission
 
 
@@ -104,7 +104,7 @@ def test_back_within_earshot_they_speak_for_themselves() -> None:
     ask = m.Utterance("Rob", m.ToRobot("Zoe"), None, m.WhatDoing())
     mission.tell(60.0, "Rob", ask)
     mission.air.run_until(150.0)
-    mission._bodies["Zoe"].place = mission._bodies["Rob"].place
+    mission.bodies["Zoe"].place = mission.bodies["Rob"].place
     for at_s in (151.0, 171.0):
         mission.tell(at_s, "Rob", ask)
     mission.air.run_until(200.0)

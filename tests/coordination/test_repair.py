@@ -36,16 +36,14 @@ def test_say_again_twice_then_slowly_then_it_is_given_up() -> None:
 
 def test_a_person_has_the_last_sentence_said_again_and_more_slowly() -> None:
     mission, _ = _ordered()
-    slow: list[bool] = []
-    speak = mission._speak
-    mission._speak = lambda who, u, slowly=False, times=1: (slow.append(slowly), speak(who, u, slowly, times))[1]  # type: ignore[method-assign]
+    mission.slowly.clear()
     began_s = mission.air.now
     mission.hear(began_s + 0.2, "Hi Rob, I am Anna, say again")
     mission.air.run_until(began_s + 7.5)
     mission.hear(mission.air.now, "Hi Rob, I am Anna, say again slowly")
     mission.air.run_until(mission.air.now + 8.0)
     assert mission.written(began_s, without=("Anna",))[:2] == ["Hi Anna, I am Rob, I will complete task one"] * 2
-    assert slow[:4] == [False, False, False, True]
+    assert mission.slowly["Rob"][:2] == [False, True]
 
 
 def test_noise_out_of_the_blue_is_not_answered() -> None:
@@ -63,7 +61,7 @@ def test_two_robots_of_one_name_notice_say_so_and_do_nothing_under_it() -> None:
     for _ in range(3):
         while mission.air.speaking:
             mission.air.run_until(mission.air.now + 0.1)
-        mission.say("the other Rob", m.Utterance("Rob", m.ToAll(), None, m.Working(m.TaskByNumber(1))))
+        mission.speak("the other Rob", m.Utterance("Rob", m.ToAll(), None, m.Working(m.TaskByNumber(1))))
         mission.air.run_until(mission.air.now + 10.0)
     mission.air.run_until(110.0)
     assert "Hi all, I am Rob, my name is taken" in mission.written()

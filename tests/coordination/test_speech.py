@@ -72,12 +72,9 @@ def test_where_half_of_all_is_lost_less_must_be_repeated_if_all_is_said_twice() 
 def motions_when_said_twice(mission: Mission, text: str) -> list[object]:
     """What the robots then begin to do."""
     order = mission.book.parse_text(text)
-    moved: list[object] = []
-    perform = mission._perform
-    mission._perform = lambda name, task, actions: (moved.append(actions), perform(name, task, actions))[1]  # type: ignore[method-assign]
-    mission._later(60.0, lambda: mission._speak("Anna", order, times=2))
+    mission.tell(60.0, "Anna", order, times=2)
     mission.air.run_until(100.0)
-    return moved
+    return [actions for _, actions in mission.performed]
 
 
 def test_a_motion_that_is_said_twice_is_made_once() -> None:
@@ -94,12 +91,7 @@ def test_a_robot_that_says_all_once_takes_two_sayings_for_one() -> None:
 def _read_back(speech: Speech | None = None) -> tuple[Mission, Coordination, list[bool]]:
     """Rob has read an order of Anna's back; how slowly it speaks from then on."""
     mission = Mission(("Rob",), plants(3), ("Anna",), seed=5, coordinator="Nobody", speech=speech or Speech())
-    slow: list[bool] = []
-    speak = mission._speak
-    mission._speak = lambda who, u, slowly=False, times=1: (  # type: ignore[method-assign]
-        slow.append(slowly) if who == "Rob" else None,
-        speak(who, u, slowly, times),
-    )[1]
+    slow = mission.slowly["Rob"]
     mission.hear(60.0, "Hi Rob, I am Anna, complete task one")
     robot = mission.robots["Rob"]
     while robot.state is not State.READ_BACK:

@@ -18,14 +18,14 @@ def row(n: int, apart_m: float = 80.0, seed: int = 4, **plan: object) -> Mission
     names = tuple("Rob Max Zoe Kim Ada Leo Bot Ted Ann Sam Eva Joe".split()[:n])
     mission = Mission(names, plants(3), ("Anna",), seed=seed, coordinator="Nobody", earshot_m=100.0, **plan)
     for k, name in enumerate(names):
-        mission._bodies[name].place = Place(apart_m * k, 0.0)
+        mission.bodies[name].place = Place(apart_m * k, 0.0)
 
     def meet() -> None:
         for a, b in pairwise(names):
             for name, other in ((a, b), (b, a)):
                 mission.robots[name].heard(m.Utterance(other, m.ToTeam("plant")), mission.air.now)
 
-    mission._later(60.0, meet)
+    mission.at(60.0, meet)
     mission.air.run_until(90.0)
     return mission
 

@@ -48,7 +48,7 @@ def test_names_are_known_after_a_restart() -> None:
     known = mission.known["Rob"]
     mission.leave("Rob")
     mission.air.run_until(60.0)
-    mission._switch_on("Rob")
+    mission.switch_on("Rob")
     mission.run()
     assert known == {"Rob", "Bot"}
     assert mission.exactly_once

@@ -6,7 +6,7 @@ import pytest
 
 from hil_fakes.word_channel import Conditions
 from hil_fakes.word_seals import WordSeals, keyed_book
-from hvcpd.coordination.states import State
+from hvcpd.coordination.states import AT_WORK, State
 from hvcpd.language import messages as m
 from hvcpd.security.guard import Guard
 from hvcpd.security.keys import KEY_BYTES, KeyRing, TeamKey
@@ -108,7 +108,7 @@ def test_who_gave_a_code_may_confirm_what_was_read_back_and_nobody_else_may() ->
     assert mission.robots["Rob"].state is State.READ_BACK
     mission.hear(now + 27.0, "Hi Rob, I am Ann, confirmed", "Ann")
     mission.air.run_until(now + 40.0)
-    assert mission.robots["Rob"].at_work
+    assert mission.robots["Rob"].state in AT_WORK
     assert mission.robots["Rob"].task == 1
 
 
@@ -209,7 +209,7 @@ def test_a_recording_is_refused_at_once_and_later_and_does_not_make_robots_talk_
     listener = order.addressee.name if isinstance(order.addressee, m.ToRobot) else ""
     mission.run()
     for _ in range(40):
-        mission.say("Mallory", order)
+        mission.speak("Mallory", order)
         mission.air.run_until(mission.air.now + STEP_S)
     told = [text for text in mission.written(without=("Mallory",)) if "I do not trust that" in text]
     assert 1 <= len(told) <= 8

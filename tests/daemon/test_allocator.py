@@ -11,7 +11,8 @@ from hvcpd.cli import main
 main(["--name", "Rob", "--check"])
 loaded = set(sys.modules)
 import rich.console, ssl
-print(sorted(loaded & {"rich", "rich.console", "ssl", "_hashlib", "scipy", "scipy.signal", "cryptography"}))
+unwanted = {"rich", "rich.console", "ssl", "_hashlib", "scipy", "cryptography", "soundfile", "markupsafe", "shtab"}
+print(sorted(loaded & unwanted))
 """
 
 

@@ -11,13 +11,13 @@ import numpy as np
 import pytest
 from structlog.testing import capture_logs
 
-from hvcpd.assembly.make import RobotPlan, Sound, make_robot
+from hvcpd.assembly.make import Sound, make_robot
+from hvcpd.assembly.plan import RobotPlan
 from hvcpd.config.settings import Settings
 from hvcpd.daemon.cache_warm_up import LOGGED_EVERY_S, CacheWarmUp, Chore, Preparation
 from hvcpd.daemon.wiring import wire_up
-from hvcpd.people.ears import AtOnce
 from hvcpd.ports import Samples
-from hvcpd.robot.own_voice import Acoustics
+from hvcpd.recognition.second_look import AtOnce
 from hvcpd.synthesis.unit_cache import UnitCache
 
 
@@ -39,7 +39,7 @@ class CountingCache(UnitCache):
 
 def planned(directory: Path, cache: UnitCache | None, **more: object) -> tuple[RobotPlan, Sound]:
     wiring = wire_up(replace(Settings(name="Rob", names=("Rob", "Bot", "Zoe"), state_dir=directory), **more))  # type: ignore[arg-type]
-    return wiring.plan({}, Acoustics(), second=AtOnce()), replace(wiring.sound, cache=cache)
+    return wiring.plan(second=AtOnce()), replace(wiring.sound, cache=cache)
 
 
 @pytest.mark.slow
@@ -53,10 +53,10 @@ def test_each_stage_has_all_that_is_needed_from_then_on(tmp_path: Path, units: P
     assert cache.made <= 8, "only what tells the call from a name that sounds like it"
     warm_up.before_speaking()
     cache.made = 0
-    chance = random.Random(1)
+    rng = random.Random(1)
     speaker = sound.speaker_of("Rob")
     for _ in range(200):
-        assert len(speaker.render(robot.phrasebook.phrases(robot.phrasebook.sample(chance)))) > 0
+        assert len(speaker.render(robot.phrasebook.phrases(robot.phrasebook.sample(rng)))) > 0
     assert cache.made == 0
     warm_up.the_rest(robot)
     cache.made = 0

@@ -244,17 +244,16 @@ def test_reload_takes_new_words_and_whoever_is_new_or_gone(tmp_path: Path) -> No
     async def scene() -> None:
         async with control(tmp_path) as bench:
             talk = await bench.connect()
-            known = bench.body.wiring.sound.people
             write_person(person_path(state, "Anna"), anna.with_takes({"rob": [take]}))
             joined: list[Sequence[str]] = []
             bench.body.join = joined.append
             (more,) = (await talk.ask("reload"))["result"]["changed"]
             assert more == {"key": "takes of Anna", "before": 1, "now": 2}
-            assert known["anna"].words == {"stop", "rob"}
+            kept = bench.body.wiring.people["anna"]
+            assert kept.words == {"stop", "rob"}
             assert joined == [[]], "what the net makes of the new word is found out before it is needed"
-            kept = known["anna"]
             assert (await talk.ask("reload"))["result"] == {"changed": [], "restart": []}
-            assert known["anna"] is kept
+            assert bench.body.wiring.people["anna"] is kept
             assert joined == [[]]
             write_person(person_path(state, "Ben"), Person("Ben", {"stop": [take]}))
             result = (await talk.ask("reload"))["result"]
@@ -264,7 +263,7 @@ def test_reload_takes_new_words_and_whoever_is_new_or_gone(tmp_path: Path) -> No
             remove_person(person_path(state, "Anna"))
             (change,) = (await talk.ask("reload"))["result"]["changed"]
             assert change["now"] == ["Ben"]
-            assert list(known) == ["ben"], "whom the second look listens for"
+            assert list(bench.body.wiring.people) == ["ben"], "whom the second look listens for"
             assert joined == [[], ["Ben"], []]
             await talk.hang_up()
 
@@ -280,7 +279,7 @@ def test_who_counts_stays_the_same_while_the_settings_for_it_wait_for_a_restart(
             talk = await bench.connect()
             bench.file.write_text("mode: volunteer\nvoices: robots\n")
             assert (await talk.ask("reload"))["result"] == {"changed": [], "restart": ["voices"]}
-            assert list(bench.body.wiring.sound.people) == ["anna"]
+            assert list(bench.body.wiring.people) == ["anna"]
             bench.file.write_text("mode: volunteer\n")
             assert (await talk.ask("reload"))["result"] == {"changed": [], "restart": []}
             await talk.hang_up()
@@ -314,12 +313,12 @@ def test_who_does_not_read_is_let_go_and_holds_nobody_up(tmp_path: Path) -> None
         async with control(tmp_path) as bench:
             deaf, other = await bench.connect(), await bench.connect()
             await deaf.ask("subscribe", events=["heard"])
-            deaf.reader._transport.pause_reading()  # type: ignore[attr-defined]
+            deaf.writer.transport.pause_reading()  # type: ignore[attr-defined]
             words = [(word, 0.0, 1.0) for word in ORDER]
             one = len(json.dumps({"event": "heard", "words": words}))
             with capture_logs() as logs:
                 for _ in range(4 * MAX_UNREAD_BYTES // one):
-                    bench.service._server.publish({"event": "heard", "words": words})
+                    bench.service.publish({"event": "heard", "words": words})
                 await lives_on(bench, other)
             assert [line["reason"] for line in logs if line["event"] == "control client let go"] == ["it does not read"]
             deaf.writer.transport.abort()

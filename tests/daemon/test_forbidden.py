@@ -53,6 +53,24 @@ def test_what_it_forbids_is_refused() -> None:
     assert result.stdout.split() == ["1", "1", "97", "None"], result.stderr
 
 
+READS = """
+import sys
+from pathlib import Path
+from tests.daemon.forbidden import forbid
+forbid(Path(sys.argv[1]))
+from hvcpd.hardware.soundfile import read_wav
+print(len(read_wav(Path(sys.argv[2]))) > 0)
+"""
+
+
+@needs_libseccomp
+def test_recordings_are_read_under_it() -> None:
+    """libsndfile needs executable memory if it is handed a Python file."""
+    command = [sys.executable, "-c", READS, SYSTEMD / "hvcpd.service", SYSTEMD.parent / "docs/voice/01.wav"]
+    result = subprocess.run(command, capture_output=True, text=True, timeout=60)
+    assert result.stdout == "True\n", result.stderr
+
+
 @needs_libseccomp
 @pytest.mark.slow
 def test_a_daemon_lives_and_hears_strangers_under_it(tmp_path: Path, units: Path) -> None:

@@ -14,8 +14,15 @@ import structlog
 from hypothesis import given
 from hypothesis import strategies as st
 
-from hvcpd.daemon.log_lines import BURST, MAX_VALUE_LENGTH, REFILL_S, is_journal
-from hvcpd.daemon.logging import LogFormat, set_up_logging, tell_held_back
+from hvcpd.daemon.logging import (
+    BURST,
+    MAX_VALUE_LENGTH,
+    REFILL_S,
+    LogFormat,
+    is_journal,
+    set_up_logging,
+    tell_held_back,
+)
 
 FORGED = 'x\nlevel=info event=stopped \x1b[2J\r\u2028\u202e"quoted" a=b\\'
 

@@ -18,10 +18,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 from structlog.testing import capture_logs
 
-from hvcpd.daemon.memory import Memory, MemoryFiles, open_memory
 from hvcpd.errors import NewerStoreError, StoreError
 from hvcpd.memory.journal import STOPPED
 from hvcpd.memory.latch import Latched, Permit, StopLatch, latched_of
+from hvcpd.memory.opening import Memory, MemoryFiles, open_memory
 from hvcpd.memory.store import Store, TaskRecord
 from hvcpd.memory.store_file import SCHEMA_VERSION
 

@@ -9,15 +9,16 @@ from typing import cast
 import numpy as np
 from structlog.testing import capture_logs
 
-from hvcpd.assembly.make import RobotPlan, make_sound
+from hvcpd.assembly.make import make_sound
 from hvcpd.assembly.name_registry import NameRegistry
+from hvcpd.assembly.plan import HearingPlan, RobotPlan, TeamPlan
 from hvcpd.config.tasks import Place, TaskDefinition, TaskRepository, Water
 from hvcpd.coordination.actions import Role
+from hvcpd.daemon.adaptation import CurrentPeople
 from hvcpd.daemon.cache_warm_up import CacheWarmUp
 from hvcpd.daemon.name_learning import NameLearning
 from hvcpd.language.phrasebook import Phrasebook, Vocabulary
 from hvcpd.people.enrolled import Person
-from hvcpd.ports import Pose
 from hvcpd.robot.records import LearnName
 from hvcpd.robot.robot import Robot
 from tests.daemon.control_bench import run
@@ -47,15 +48,17 @@ class School:
 
     def __init__(self, units: Path, *names: str, settled: tuple[str, ...] = ()) -> None:
         self.sound = make_sound(None, units)
-        for name in names:
-            self.enrol(name)
+        self.people: dict[str, Person] = {}
+        self.enrol(*names)
         role = Role("Bot", "plant", volunteer=False)
-        self.plan = RobotPlan(role, ("Bot", *names), TASKS, Pose(0.0, 0.0), 1, prepared=False)
+        hearing = HearingPlan(people=CurrentPeople(lambda: self.people), prepared=False)
+        self.plan = RobotPlan(role, TeamPlan(("Bot", *names)), TASKS, 1, hearing=hearing)
         self.roster = NameRegistry(self.plan, self.sound, settled)
         self.adaptation = Adaptation("Bot", *names)
 
-    def enrol(self, name: str) -> None:
-        self.sound.people[name.lower()] = Person(name, {"stop": [np.ones((20, 24), np.float32)]})
+    def enrol(self, *names: str) -> None:
+        """Nobody but these from now on."""
+        self.people = {name.lower(): Person(name, {"stop": [np.ones((20, 24), np.float32)]}) for name in names}
 
     def name_learning(self) -> NameLearning:
         return NameLearning(cast(Robot, self.adaptation), self.roster, self.sound, CacheWarmUp(self.plan, self.sound))
@@ -68,7 +71,7 @@ class School:
 
 def test_who_is_removed_leaves_the_name_to_others(units: Path) -> None:
     school = School(units, "Clara")
-    del school.sound.people["clara"]
+    school.enrol()
     run(school.join())
     assert school.adaptation.voices.keys() == {"bot"}, "nobody expects Clara's voice any more"
     assert school.roster.names == ("Bot",), "and nobody's name sounds like hers"
@@ -82,7 +85,7 @@ def test_who_is_removed_before_it_was_learned_is_not(units: Path) -> None:
 
 def test_whom_the_settings_name_stays_known_when_an_enrolment_is_removed(units: Path) -> None:
     school = School(units, "Clara", "Rob", settled=("Bot", "Rob"))
-    school.sound.people.clear()
+    school.enrol()
     run(school.join())
     assert school.roster.names == ("Bot", "Rob")
 
@@ -108,6 +111,16 @@ def test_a_name_that_is_spelled_twice_and_then_enrolled_is_kept(units: Path) -> 
     school.enrol("Zorg")
     run(school.join("Zorg"))
     assert school.adaptation.voices["zorg"] == "zorg, enrolled"
-    del school.sound.people["zorg"]
+    school.enrol()
     run(school.join())
     assert school.roster.names == ("Bot",), "as of anybody else who was removed"
+
+
+def test_who_reads_while_people_change_finds_those_of_one_moment() -> None:
+    people = {"ada": Person("Ada", {}), "ben": Person("Ben", {})}
+    current = CurrentPeople(lambda: people)
+    reading = iter(current.values())  # as the second look's thread does
+    assert next(reading).name == "Ada"
+    people = {"cleo": Person("Cleo", {})}
+    assert [person.name for person in reading] == ["Ben"]
+    assert list(current) == ["cleo"]

@@ -14,7 +14,7 @@ from structlog.testing import capture_logs
 
 from hvcpd.daemon.main_loop import NO_SOUND, Daemon
 from hvcpd.daemon.notify import ServiceManager
-from hvcpd.daemon.overload import TOO_BUSY
+from hvcpd.daemon.sound_service import TOO_BUSY
 from hvcpd.daemon.wiring import wire_up
 from hvcpd.errors import DeviceError
 from tests.daemon.test_main_loop import settings_of

@@ -8,7 +8,7 @@ from dataclasses import replace
 import pytest
 from structlog.testing import capture_logs
 
-from hvcpd.daemon.overload import CLEARED_WITHIN_S, RAISED_BY, RAISED_WITHIN_S, TOO_BUSY, Overload
+from hvcpd.daemon.sound_service import CLEARED_WITHIN_S, RAISED_BY, RAISED_WITHIN_S, TOO_BUSY, Overload
 from hvcpd.hardware.audio_exchange import StreamCounters
 
 BLOCK_S = 0.025

@@ -10,6 +10,7 @@ import pytest
 
 from hil_fakes.dynamixel.bus import FakeBus
 from hil_fakes.dynamixel.motor import turtlebot3_pair
+from hvcpd.assembly.plan import MemoryPlan
 from hvcpd.config.settings import Settings, SpeechSettings, WheelSettings
 from hvcpd.coordination.actions import Speech
 from hvcpd.daemon.preflight import find_memory, find_port
@@ -92,7 +93,7 @@ def wiring(tmp_path: Path, **more: object) -> Wiring:
     [("volunteer", False, True), ("coordinate", True, False), ("follow", False, False)],
 )
 def test_the_mode_makes_the_role(mode: str, coordinator: bool, volunteer: bool, tmp_path: Path) -> None:
-    role = wiring(tmp_path, mode=mode).plan({}, Acoustics()).role
+    role = wiring(tmp_path, mode=mode).plan().role
     assert (role.coordinator, role.volunteer) == (coordinator, volunteer)
 
 
@@ -101,20 +102,20 @@ def test_the_plan_follows_the_settings(tmp_path: Path) -> None:
     made = wiring(
         tmp_path, names=("rob", "Bot"), pick="nearest", seed=7, team="garden", teams=("garden",), speech=speech
     )
-    plan = made.plan({1: ("done", "Bot")}, Acoustics(latency_s=0.1))
-    assert plan.names == ("Rob", "Bot")
+    plan = made.plan(MemoryPlan({1: ("done", "Bot")}), Acoustics(latency_s=0.1))
+    assert plan.team.names == ("Rob", "Bot")
     assert plan.seed == 7
     assert plan.role.nearest_first
     assert plan.role.speech == Speech(slowly=True, times=2)
     assert plan.role.team == "garden"
-    assert plan.remembered == {1: ("done", "Bot")}
-    assert plan.acoustics == Acoustics(latency_s=0.1)
+    assert plan.memory.tasks == {1: ("done", "Bot")}
+    assert plan.hearing.acoustics == Acoustics(latency_s=0.1)
     assert made.settings.memory_path == tmp_path / "rob.sqlite3"
 
 
 def test_without_a_seed_every_start_differs(tmp_path: Path) -> None:
     made = wiring(tmp_path)
-    assert made.plan({}, Acoustics()).seed != made.plan({}, Acoustics()).seed
+    assert made.plan().seed != made.plan().seed
 
 
 def test_names_that_cannot_be_told_from_the_phrasebook() -> None:

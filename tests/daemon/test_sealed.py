@@ -12,6 +12,7 @@ import pytest
 from structlog.testing import capture_logs
 
 from hil_fakes.word_seals import keyed_book
+from hvcpd.assembly.plan import MemoryPlan
 from hvcpd.config.settings import SecuritySettings, Settings
 from hvcpd.config.task_file import load_tasks
 from hvcpd.config.tasks import default_tasks_path
@@ -22,7 +23,6 @@ from hvcpd.errors import ConfigError
 from hvcpd.language import messages as m
 from hvcpd.language.forms import Kind
 from hvcpd.robot.records import DoubtRecord, SaveCounter
-from hvcpd.robot.robot import Acoustics
 from hvcpd.robot.sealing import Sealing
 from hvcpd.security.guard import SKIPPED, Guard
 from hvcpd.security.keyring import KeyFile, fresh_entry, write_key_file
@@ -50,17 +50,17 @@ def run(scene: Coroutine[Any, Any, None]) -> None:
 
 def test_a_robot_is_given_the_key_that_its_settings_name(key: Path, tmp_path: Path) -> None:
     wiring = outfit_with(key, tmp_path, "nothing")
-    plan = wiring.plan({}, Acoustics(), counters={"a": 1})
-    assert plan.keys == wiring.ring()
-    assert plan.keys is not None
-    assert (plan.counters, plan.role.people) == ({"a": 1}, People.NOTHING)
+    plan = wiring.plan(MemoryPlan(counters={"a": 1}))
+    assert plan.security.keys == wiring.ring()
+    assert plan.security.keys is not None
+    assert (plan.memory.counters, plan.role.people) == ({"a": 1}, People.NOTHING)
 
 
 def test_encryption_is_what_its_settings_say_and_needs_a_key(key: Path, tmp_path: Path) -> None:
     state = tmp_path / "state"
     settings = Settings(name="Rob", state_dir=state, security=SecuritySettings(key, encrypted=True))
     wiring = wire_up(settings)
-    assert wiring.plan({}, Acoustics()).encrypts
+    assert wiring.plan().security.encrypts
     assert Kind.ENCRYPTED in wiring.phrasebook().vocabulary.kinds
     assert Kind.ENCRYPTED not in outfit_with(key, tmp_path).phrasebook().vocabulary.kinds
     with pytest.raises(ConfigError, match="hvcpctl key new"):
@@ -68,14 +68,14 @@ def test_encryption_is_what_its_settings_say_and_needs_a_key(key: Path, tmp_path
 
 
 def test_people_who_were_heard_before_a_restart_are_no_robots_of_the_team(key: Path, tmp_path: Path) -> None:
-    plan = outfit_with(key, tmp_path).plan({}, Acoustics(), heard=("Wendy",))
-    assert "Wendy" in plan.names
+    plan = outfit_with(key, tmp_path).plan(heard=("Wendy",))
+    assert "Wendy" in plan.team.names
     assert set(plan.roster) == {"Rob", "Bot"}
 
 
 def test_without_a_key_nothing_is_different(tmp_path: Path) -> None:
     wiring = outfit_with(None, tmp_path)
-    assert (wiring.keys, wiring.ring(), wiring.wall_s(), wiring.plan({}, Acoustics()).keys) == (None,) * 4
+    assert (wiring.keys, wiring.ring(), wiring.wall_s(), wiring.plan().security.keys) == (None,) * 4
 
 
 def test_a_key_that_others_can_read_keeps_the_robot_from_starting(key: Path, tmp_path: Path) -> None:

@@ -11,8 +11,8 @@ import numpy as np
 from structlog.testing import capture_logs
 
 from hvcpd.daemon.second_pass import MOST_WAITING, SecondPass
-from hvcpd.people.ears import Piece
 from hvcpd.recognition.events import Recognised
+from hvcpd.recognition.second_look import Piece
 
 SENTENCE = Recognised(("stop",), "stranger", 0, 100, 0.9, 20.0, ())
 
@@ -47,7 +47,7 @@ class Broken:
 
 def test_what_was_found_comes_back_from_another_thread() -> None:
     async def live() -> None:
-        work, gate, one = SecondPass(), Gate(), piece()
+        work, gate, one = SecondPass(None), Gate(), piece()
         assert work.submit(one, gate)
         assert list(work.findings()) == []
         gate.open.set()
@@ -62,7 +62,7 @@ def test_what_was_found_comes_back_from_another_thread() -> None:
 
 def test_no_more_wait_than_can_be_told_in_time() -> None:
     async def live() -> None:
-        work, gate = SecondPass(), Gate()
+        work, gate = SecondPass(None), Gate()
         assert all(work.submit(piece(), gate) for _ in range(MOST_WAITING))
         assert not work.submit(piece(), gate)
         gate.open.set()
@@ -76,7 +76,7 @@ def test_no_more_wait_than_can_be_told_in_time() -> None:
 
 def test_a_look_that_fails_finds_nothing() -> None:
     async def live() -> None:
-        work, one = SecondPass(), piece()
+        work, one = SecondPass(None), piece()
         assert work.submit(one, Broken())
         await work.settled()
         assert list(work.findings()) == [(one, None)]
@@ -93,7 +93,7 @@ def test_a_broken_pool_is_replaced_and_reported() -> None:
     pools = iter((ThreadPoolExecutor(1, initializer=fails), ThreadPoolExecutor(1)))
 
     async def live() -> None:
-        work, gate, lost, found = SecondPass(lambda: next(pools)), Gate(), piece(), piece()
+        work, gate, lost, found = SecondPass(None, lambda: next(pools)), Gate(), piece(), piece()
         gate.open.set()
         assert work.submit(lost, gate)
         await work.settled()
@@ -115,7 +115,7 @@ def test_where_no_pool_works_the_robot_lives_without() -> None:
         return pool
 
     async def live() -> None:
-        work = SecondPass(closed)
+        work = SecondPass(None, closed)
         assert not work.submit(piece(), Gate())
         await work.close()
 

@@ -10,12 +10,11 @@ from hvcpd.config.settings import Settings, WaitSettings, WheelSettings
 from hvcpd.coordination.actions import Timing
 from hvcpd.daemon.wiring import wire_up
 from hvcpd.errors import ConfigError
-from hvcpd.robot.own_voice import Acoustics
 
 
 def test_a_robot_knows_what_it_cannot_do(tmp_path: Path) -> None:
     wiring = wire_up(Settings(name="Rob", state_dir=tmp_path, unable=(2, 3)))
-    assert wiring.plan({}, Acoustics()).role.unable == {2, 3}
+    assert wiring.plan().role.unable == {2, 3}
 
 
 def test_a_robot_without_wheels_cannot_do_what_drives(tmp_path: Path) -> None:
@@ -27,23 +26,21 @@ def test_a_robot_without_wheels_cannot_do_what_drives(tmp_path: Path) -> None:
         "  - {number: 3, name: clean the room, place: {x_m: 0, y_m: 0}, actions: [{turn: 90}]}\n"
     )
     standing = Settings(name="Rob", state_dir=tmp_path, tasks=tasks, wheels=WheelSettings(driver="none"))
-    assert wire_up(standing).plan({}, Acoustics()).role.unable == {1, 3}
+    assert wire_up(standing).plan().role.unable == {1, 3}
     assert wire_up(replace(standing, unable=(2,))).unable == {1, 2, 3}
     assert wire_up(replace(standing, wheels=WheelSettings())).unable == frozenset()
 
 
 def test_it_waits_for_others_as_long_as_it_is_told(tmp_path: Path) -> None:
     wiring = wire_up(Settings(name="Rob", state_dir=tmp_path, waits=WaitSettings(900.0, 300.0, 8.0)))
-    timing = wiring.plan({}, Acoustics()).timing
+    timing = wiring.plan().timing
     assert timing == Timing(absent_s=900.0, lease_s=300.0, answer_s=8.0)
-    assert wire_up(Settings(name="Rob", state_dir=tmp_path)).plan({}, Acoustics()).timing == Timing(), (
-        "the same defaults"
-    )
+    assert wire_up(Settings(name="Rob", state_dir=tmp_path)).plan().timing == Timing(), "the same defaults"
 
 
 def test_a_robot_is_made_with_these_times(tmp_path: Path) -> None:
     wiring = wire_up(Settings(name="Rob", state_dir=tmp_path, waits=WaitSettings(absent_s=900.0)))
-    robot = make_robot(wiring.plan({}, Acoustics()), wiring.sound)
+    robot = make_robot(wiring.plan(), wiring.sound)
     assert robot.coordination.knowledge.timing.absent_s == 900.0
 
 
@@ -53,13 +50,10 @@ def test_a_task_that_is_not_there_is_told(tmp_path: Path) -> None:
 
 
 def test_only_a_name_that_the_others_were_told_is_not_spelled(tmp_path: Path) -> None:
-    listed = {
-        name: wire_up(Settings(name=name, state_dir=tmp_path)).plan({}, Acoustics()).role.listed
-        for name in ("Rob", "Zorg")
-    }
+    listed = {name: wire_up(Settings(name=name, state_dir=tmp_path)).plan().role.listed for name in ("Rob", "Zorg")}
     assert listed == {"Rob": True, "Zorg": False}
 
 
 def test_names_that_were_heard_are_known_again(tmp_path: Path) -> None:
     wiring = wire_up(Settings(name="Rob", state_dir=tmp_path))
-    assert wiring.plan({}, Acoustics(), ("Zorg", "rob", "all")).names == ("Rob", "Bot", "Zorg")
+    assert wiring.plan(heard=("Zorg", "rob", "all")).team.names == ("Rob", "Bot", "Zorg")

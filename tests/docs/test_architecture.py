@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import ast
 import re
 import tomllib
 from pathlib import Path
@@ -46,6 +47,25 @@ def test_every_file_that_is_named_exists() -> None:
     named = set(re.findall(r"`([\w/]+\.(?:py|yaml))`", PAGE))
     assert len(named) > 50
     assert {name for name in named if not any(f"/{file}".endswith(f"/{name}") for file in FILES)} == set()
+
+
+def names_in(path: Path) -> set[str]:
+    """What a module defines: `Robot`, `Robot.step`, `TRANSITIONS`."""
+    found = set()
+    for node in ast.parse(path.read_text(encoding="utf-8")).body:
+        for each in node.targets if isinstance(node, ast.Assign) else [node]:
+            name = getattr(each, "name", None) or getattr(getattr(each, "target", each), "id", None)
+            inner = node.body if isinstance(node, ast.ClassDef) else []
+            found |= {name, *(f"{name}.{member.name}" for member in inner if hasattr(member, "name"))}
+    return found
+
+
+def test_what_is_said_to_stand_in_a_file_stands_there() -> None:
+    named = re.findall(r"`([\w/]+\.py)`\s+\(`([\w.]+)`", PAGE)
+    assert len(named) > 25
+    for file, name in named:
+        paths = [ROOT / each for each in FILES if f"/{each}".endswith(f"/{file}")]
+        assert any(name in names_in(path) for path in paths), f"{file} has no {name}"
 
 
 def test_the_bounds_are_those_of_the_code() -> None:

@@ -54,11 +54,11 @@ def test_more_trials_narrow_the_interval() -> None:
 
 
 def test_intervals_hold_the_truth_19_times_of_20() -> None:
-    chance = np.random.default_rng(3)
+    rng = np.random.default_rng(3)
     distances, n = [0.5, 1.0, 1.5, 2.0, 3.0, 4.0], 100
     held = 0
     for _ in range(150):
-        steps = [Step(d, int(chance.binomial(n, 1.0 / (1.0 + (d / 1.7) ** 5.0))), n) for d in distances]
+        steps = [Step(d, int(rng.binomial(n, 1.0 / (1.0 + (d / 1.7) ** 5.0))), n) for d in distances]
         found = pivot(steps)
         held += found.low <= 1.7 <= found.high
     low, high = wilson(held, 150)

@@ -60,10 +60,10 @@ def test_a_second_overflow_does_not_count_the_first_again() -> None:
 
 def test_lumps_of_a_sound_server_blur_it_by_no_more_than_a_lump() -> None:
     card = Card()
-    chance = np.random.default_rng(1)
+    rng = np.random.default_rng(1)
     kept = 0.0
     for _ in range(400):
-        lump = chance.integers(0, 2 * BLOCK)
+        lump = rng.integers(0, 2 * BLOCK)
         card.waiting += kept - lump
         kept = lump
         card.read()

@@ -99,7 +99,7 @@ def test_no_bytes_crash_or_hang_the_driver(kind: Kind, noise: list[bytes]) -> No
     robot.wheels.open()
     robot.run(AHEAD, 0.1)
     for piece in noise:
-        robot.port._inbox += piece
+        robot.port.inject(piece)
         robot.line.faults.schedule(ReplyFault.NOISE)
         start_s = robot.time.now_s
         before = robot.motors[0].true_angle_rad

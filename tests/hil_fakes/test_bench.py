@@ -11,6 +11,8 @@ import pytest
 
 from hil_fakes.bench import Bench, BenchPlan
 from hil_fakes.bench_plans import relay_plan
+from hil_fakes.furnished_room import FurnishedRoom
+from hil_fakes.loudspeakers import USUAL
 from hil_fakes.room import Air
 from hvcpd.assembly.make import Sound, make_phrasebook, make_recogniser, make_sound
 from hvcpd.config.settings import DEFAULT_TEAMS
@@ -53,6 +55,13 @@ def summary(record: MissionRecord) -> Summary:
 @pytest.mark.parametrize("coordinator", [None, "Bot"])
 def test_every_plant_is_watered_exactly_once(coordinator: str | None) -> None:
     score = summary(flown(coordinator=coordinator)[0])
+    assert (len(score.done), score.duplicates, score.lost) == (3, 0, 0)
+    assert score.utterances_understood > 6
+
+
+def test_so_is_it_through_small_loudspeakers_in_a_furnished_room() -> None:
+    plan = BenchPlan(NAMES, THREE, 3, ways=FurnishedRoom(), loudspeaker=USUAL, limit_s=200.0)
+    score = summary(Bench(plan, sound()).run())
     assert (len(score.done), score.duplicates, score.lost) == (3, 0, 0)
     assert score.utterances_understood > 6
 

@@ -11,11 +11,11 @@ from hypothesis import strategies as st
 
 from hvcpd.errors import PhraseError
 from hvcpd.language import messages as m
-from hvcpd.language.code_words import CODE_WORDS, number_of, words_of
 from hvcpd.language.forms import SEALED_KINDS, Kind
 from hvcpd.language.graph import ends_of
 from hvcpd.language.marks import SEAL_WORDS, hidden, is_sealed, mark_words
 from hvcpd.language.phrasebook import Phrasebook, Vocabulary
+from hvcpd.language.spelling import CODE_WORDS, number_of, words_of
 
 TASKS = ("water the green rose", "water the violet rose")
 WORDS = Vocabulary(("Rob", "Bot", "Oscar"), ("plant",), TASKS, (1, 2))

@@ -111,8 +111,8 @@ def test_an_utterance_is_written_as_a_person_would() -> None:
 
 
 def test_robots_never_say_please() -> None:
-    chance = random.Random(3)
-    assert not any("please" in BOOK.render(BOOK.sample(chance)) for _ in range(500))
+    rng = random.Random(3)
+    assert not any("please" in BOOK.render(BOOK.sample(rng)) for _ in range(500))
 
 
 def test_one_word_alone_asks_for_no_report() -> None:
@@ -144,14 +144,14 @@ def _accepts(words: tuple[str, ...]) -> bool:
 
 @given(st.integers(0, 2**32))
 def test_the_network_accepts_every_sentence_and_each_of_its_paths_is_one(seed: int) -> None:
-    chance = random.Random(seed)
-    assert _accepts(BOOK.render(BOOK.sample(chance)))
+    rng = random.Random(seed)
+    assert _accepts(BOOK.render(BOOK.sample(rng)))
     node, words = BOOK.graph.start, []
     following: dict[int, list[tuple[str, int]]] = {}
     for arc in BOOK.graph.arcs:
         following.setdefault(arc.source, []).append((arc.word, arc.target))
-    while node in following and not (node in BOOK.graph.finals and chance.random() < 0.3):
-        word, node = chance.choice(following[node])
+    while node in following and not (node in BOOK.graph.finals and rng.random() < 0.3):
+        word, node = rng.choice(following[node])
         words.append(word)
     meaning = BOOK.parse(words)
     assert BOOK.parse(BOOK.render(meaning)) == meaning

@@ -56,9 +56,9 @@ def test_the_network_of_spelled_names_has_all_of_them_and_nothing_else(seed: int
     for word in ("hello", "team", "plant", "i", "spell", *letter_words(letters)):
         node = step.get((node, word)) if node is not None else None
     assert node in graph.finals
-    chance, node, words = random.Random(seed), graph.start, []
+    rng, node, words = random.Random(seed), graph.start, []
     while node not in graph.finals:
-        arc = chance.choice([arc for arc in graph.arcs if arc.source == node])
+        arc = rng.choice([arc for arc in graph.arcs if arc.source == node])
         node, words = arc.target, [*words, arc.word]
     first_digit = words[-1] in {WORD_OF[digit] for digit in "0123456789"}
     assert first_digit or isinstance(BOOK.parse(words).statement, m.Spelled)

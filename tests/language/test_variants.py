@@ -57,8 +57,8 @@ def test_what_means_something_else_is_refused(typed: str) -> None:
 
 
 @given(st.randoms(use_true_random=False))
-def test_every_sentence_is_read_as_it_is_written_with_and_without_contractions(chance: random.Random) -> None:
-    utterance: Utterance = BOOK.sample(chance)
+def test_every_sentence_is_read_as_it_is_written_with_and_without_contractions(rng: random.Random) -> None:
+    utterance: Utterance = BOOK.sample(rng)
     written = BOOK.write(utterance)
     assert BOOK.parse_text(written) == utterance
     variant = written

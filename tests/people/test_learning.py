@@ -12,12 +12,12 @@ import pytest
 from hvcpd.daemon.adaptation import Adaptation
 from hvcpd.daemon.second_pass import SecondPass
 from hvcpd.language.messages import Confirmed, SayAgain, ToRobot, Utterance, WhatLeft
-from hvcpd.people.ears import Piece
 from hvcpd.people.enrolled import Person, person_path, read_person, remove_person, write_person
 from hvcpd.people.learning import ASKED_S, CONFIRMED_S, Learning, words_in
 from hvcpd.people.takes import distance, features
 from hvcpd.ports import SAMPLE_RATE_HZ
 from hvcpd.recognition.events import Recognised, WordSpan
+from hvcpd.recognition.second_look import Piece
 from hvcpd.robot.records import HeardRecord, Record, SaidRecord
 from tests.recognition.signals import word
 
@@ -83,19 +83,20 @@ def test_nothing_is_learned_of_what_was_not_asked_for_or_not_confirmed(wrong: di
     assert learn(**wrong) is None  # type: ignore[arg-type]
 
 
-def confirm(people: dict[str, Person], state_dir: Path) -> None:
-    """A daemon that knows these people hears Anna confirm two words."""
+def confirm(people: dict[str, Person], state_dir: Path) -> list[Person]:
+    """A daemon that knows these people hears Anna confirm two words; of whom it learns more."""
+    learned: list[Person] = []
 
-    class Found(SecondPass):
-        def take_sentences(self) -> list[tuple[Piece, Recognised]]:
+    class Found(SecondPass[Piece, Recognised | None]):
+        def take_sentences(self) -> list[tuple[Piece, Recognised | None]]:
             return [piece_of("water", "rose")]
 
     def heard(utterance: Utterance, start_s: float, at_s: float) -> HeardRecord:
         return HeardRecord(at_s, utterance, "", start_s, at_s, 0.9, 20.0, "stranger")
 
     async def live(records: list[Record]) -> None:
-        second = Found()
-        adaptation = Adaptation("Rob", people, state_dir, second)
+        second = Found(None)
+        adaptation = Adaptation("Rob", people, learned.append, state_dir, second)
         for record in records:
             adaptation.take([record])
         await adaptation.settled()
@@ -107,17 +108,18 @@ def confirm(people: dict[str, Person], state_dir: Path) -> None:
         heard(YES, START_S + 7.0, START_S + 8.0),
     ]
     asyncio.run(live(records))
+    return learned
 
 
 def test_the_daemon_keeps_what_enrolled_people_confirm(tmp_path: Path) -> None:
     anna = Person("Anna", words_in(*piece_of("stop")))
     write_person(person_path(tmp_path, "Anna"), anna)
-    confirm({}, tmp_path)
+    assert confirm({}, tmp_path) == []
     assert read_person(person_path(tmp_path, "Anna")).words == {"stop"}
-    known = {"anna": anna}
-    confirm(known, tmp_path)
+    (learned,) = confirm({"anna": anna}, tmp_path)
     assert read_person(person_path(tmp_path, "Anna")).words == {"stop", "water", "rose"}
-    assert known["anna"].words == {"stop", "water", "rose"}  # whoever looks there hears them at once
+    assert learned.words == {"stop", "water", "rose"}  # known to the second look at once
+    assert anna.words == {"stop"}
 
 
 def test_what_was_enrolled_or_removed_meanwhile_is_left_so(tmp_path: Path) -> None:

@@ -16,17 +16,17 @@ from hvcpd.config.tasks import default_tasks_path
 from hvcpd.coordination.commands import SURE
 from hvcpd.language.phrasebook import Phrasebook
 from hvcpd.people.cepstra import Bands
-from hvcpd.people.ears import AtOnce, Piece, SecondEars
 from hvcpd.people.echoes import Remembered, features_of_take
 from hvcpd.people.enrolled import Person
 from hvcpd.people.enrolled_listener import chance
 from hvcpd.people.matching import Match, MatchedWord
-from hvcpd.people.opinion import STRANGER, SecondOpinion, snr_of
+from hvcpd.people.opinion import STRANGER, SecondOpinion
 from hvcpd.people.sphinx import Guess, accented
 from hvcpd.people.takes import check_take
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 from hvcpd.recognition.events import Event, Garbled, Recognised
 from hvcpd.recognition.frontend import Energies, Features
+from hvcpd.recognition.second_look import AtOnce, Piece, SecondEars
 from hvcpd.synthesis.speaker import Speaker
 from hvcpd.synthesis.voices import VOICES, Voice, voice_for
 
@@ -182,7 +182,7 @@ def test_where_it_is_loud_only_the_enrolled_are_heard(book: Phrasebook, sound: S
     opinion = SecondOpinion(book.people_graph, sound.lexicon, {}, True, Fixed("who is here", 2.0))
     quiet = alone(stranger(sound), "who is here")
     loud = replace(quiet, sound=quiet.sound + noise(len(quiet.sound) / SAMPLE_RATE_HZ, 0.3)[: len(quiet.sound)])
-    assert snr_of(loud) < 6.0 < snr_of(quiet)
+    assert loud.snr_db < 6.0 < quiet.snr_db
     assert opinion.look(quiet) is not None
     assert opinion.look(loud) is None
 
@@ -270,8 +270,8 @@ def test_the_noise_is_that_of_the_quiet_before_the_speech() -> None:
     lead = quiet.copy()
     lead[:16000] += 0.3 * np.sin(np.arange(16000))  # somebody has spoken before
     piece = Piece(np.concatenate([lead, speech]).astype(np.float32), len(lead), 0, SAMPLE_RATE_HZ, 0)
-    assert snr_of(piece) == pytest.approx(17.0, abs=2.0)
-    assert snr_of(Piece(speech.astype(np.float32), 0, 0, SAMPLE_RATE_HZ, 0)) > 1e6
+    assert piece.snr_db == pytest.approx(17.0, abs=2.0)
+    assert Piece(speech.astype(np.float32), 0, 0, SAMPLE_RATE_HZ, 0).snr_db > 1e6
 
 
 def test_other_accents_have_other_vowels_and_drop_their_r() -> None:

@@ -7,7 +7,6 @@ import numpy as np
 import pytest
 
 from hvcpd.assembly.make import (
-    RobotPlan,
     Sound,
     make_ears,
     make_phrasebook,
@@ -17,13 +16,14 @@ from hvcpd.assembly.make import (
     make_spelled,
 )
 from hvcpd.assembly.name_registry import NameRegistry
+from hvcpd.assembly.plan import RobotPlan, TeamPlan
 from hvcpd.config.settings import DEFAULT_TEAMS
 from hvcpd.config.tasks import Place, TaskDefinition, TaskRepository, Water
 from hvcpd.coordination.actions import Role
 from hvcpd.errors import PhraseError
 from hvcpd.language import messages as m
 from hvcpd.language.phrasebook import Phrasebook
-from hvcpd.ports import Pose, Samples
+from hvcpd.ports import Samples
 from hvcpd.recognition.events import Event, Garbled, Recognised
 from hvcpd.recognition.listening import Listening
 from hvcpd.robot.records import HeardRecord, LearnName
@@ -71,7 +71,7 @@ def test_a_name_is_heard_in_every_voice_and_once(sound: Sound) -> None:
 
 def _robot(sound: Sound) -> tuple[Robot, NameRegistry]:
     role = Role("Bot", "plant", volunteer=False, listed=False)
-    plan = RobotPlan(role, ("Bot",), TASKS, Pose(0.0, 0.0), 1, strangers=True)
+    plan = RobotPlan(role, TeamPlan(("Bot",), strangers=True), TASKS, 1)
     return make_robot(plan, sound), NameRegistry(plan, sound)
 
 

@@ -7,7 +7,7 @@ from functools import cache
 import numpy as np
 import pytest
 
-from hvcpd.assembly.make import Sound, make_sound, make_urgent
+from hvcpd.assembly.make import Sound, make_keyword, make_sound, make_urgent
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 from hvcpd.recognition.echo import BLOCK, EchoCanceller
 from hvcpd.recognition.events import Urgent
@@ -97,7 +97,7 @@ def call(voice: str, level: float) -> Samples:
 
 
 def test_the_own_talk_is_not_taken_for_stop() -> None:
-    assert listen(through_room(own_voice(), 20.0, 3), Overhearing(spotter())) == []
+    assert listen(through_room(own_voice(), 20.0, 3), Overhearing(spotter(), make_keyword())) == []
 
 
 @pytest.mark.parametrize("late_ms", [0.3, 20.0, 40.0])
@@ -107,13 +107,13 @@ def test_stop_is_heard_over_the_own_voice_that_is_three_times_as_loud(late_ms: f
     stop = call("Max", own * 10.0 ** (-10.0 / 20.0))
     at = len(heard) // 2 + SAMPLE_RATE_HZ
     heard[at : at + len(stop)] += stop
-    told = listen(heard, Overhearing(spotter()))
+    told = listen(heard, Overhearing(spotter(), make_keyword()))
     assert len(told) == 1
     assert at < told[0].end_sample < at + len(stop) + 0.2 * SAMPLE_RATE_HZ
 
 
 def test_after_the_own_sentence_it_does_not_listen() -> None:
-    ears = Overhearing(spotter())
+    ears = Overhearing(spotter(), make_keyword())
     ears.begin(0, 0.0)
     ears.hear(np.zeros(BLOCK, np.float32), False)
     stop = call("Max", 0.1)

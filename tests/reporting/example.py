@@ -39,13 +39,13 @@ def example(
     sound: bool = True,
 ) -> MissionRecord:
     """Robots take the tasks in turn, say so, drive, water and report; some listeners garble, one utterance collides."""
-    chance = np.random.default_rng(seed)
+    rng = np.random.default_rng(seed)
     names = names or tuple(f"Rob{k}" if k else "Rob" for k in range(n_robots))
     task_names = task_names or tuple(f"water the {COLOURS[k % 10]} rose" for k in range(n_tasks))
     starts = tuple(Pose(-5.0 + k % 4, -5.0 + k // 4) for k in range(len(names)))
-    places = chance.uniform((-4.0, -3.0), (7.0, 5.0), (len(task_names), 2)).round(2).tolist()
+    places = rng.uniform((-4.0, -3.0), (7.0, 5.0), (len(task_names), 2)).round(2).tolist()
     plants = tuple(Plant(k + 1, name, x, y) for k, (name, (x, y)) in enumerate(zip(task_names, places, strict=True)))
-    told = _Told(names, chance)
+    told = _Told(names, rng)
     ways = {name: [(0.0, start.x_m, start.y_m)] for name, start in zip(names, starts, strict=True)}
     for k, name in enumerate(names):
         told.say(1.0 + TURN_S * k, name, f"Hi all, I am {name}, member of team plant")
@@ -58,7 +58,7 @@ def example(
         told.claim(claim_s, name, plant.task)
         told.say(claim_s, name, f"Hi team plant, I am {name}, I will complete task {plant.task}", collided=k == 1)
         arrive_s = claim_s + SENTENCE_S + math.hypot(plant.x_m - x, plant.y_m - y) / SPEED_M_S
-        off = chance.normal(0.0, 0.004, 2)
+        off = rng.normal(0.0, 0.004, 2)
         told.events.append(Watered(arrive_s + 5.0, name, plant.task, plant.x_m + off[0], plant.y_m + off[1]))
         told.change(arrive_s + 5.0, name, plant.task, "done", name)
         told.say(arrive_s + 6.0, name, f"Hi all, I am {name}, task {plant.task} complete")
@@ -73,14 +73,14 @@ def example(
     events = _in_order(told.events, names, ways, end_s)
     head = Started(0.0, names, starts, plants, "volunteer", seed, 40.0)
     tail = _summary(events, done, len(plants), end_s, seed)
-    waves = _sound(told.events, names, end_s, chance) if sound else np.zeros(0, np.float32)
+    waves = _sound(told.events, names, end_s, rng) if sound else np.zeros(0, np.float32)
     return MissionRecord((head, *events, tail), tuple(_trail(n, ways[n], end_s) for n in names), waves, title)
 
 
 class _Told:
-    def __init__(self, names: tuple[str, ...], chance: np.random.Generator) -> None:
+    def __init__(self, names: tuple[str, ...], rng: np.random.Generator) -> None:
         self.events: list[Event] = []
-        self._names, self._chance, self._n = names, chance, 0
+        self._names, self._rng, self._n = names, rng, 0
 
     def say(self, at_s: float, speaker: str, text: str, collided: bool = False) -> None:
         end_s = at_s + SENTENCE_S
@@ -88,11 +88,11 @@ class _Told:
         for listener in self._names:
             if listener == speaker:
                 continue
-            lot = self._chance.random()
+            lot = self._rng.random()
             if collided or lot < 0.15:
                 self.events.append(Garbled(at_s + 0.01, listener))
             elif lot < 0.95:
-                confidence, snr_db = 0.5 + 0.5 * self._chance.random(), self._chance.uniform(5.0, 25.0)
+                confidence, snr_db = 0.5 + 0.5 * self._rng.random(), self._rng.uniform(5.0, 25.0)
                 self.events.append(
                     Heard(at_s + 0.01, self._n, listener, speaker, text, confidence, snr_db, _words(at_s, text))
                 )
@@ -149,9 +149,9 @@ def _summary(events: list[Event], done: dict[str, str], tasks: int, end_s: float
     )
 
 
-def _sound(events: list[Event], names: tuple[str, ...], end_s: float, chance: np.random.Generator) -> np.ndarray:
+def _sound(events: list[Event], names: tuple[str, ...], end_s: float, rng: np.random.Generator) -> np.ndarray:
     """Quiet noise, and in it each utterance as a harmonic tone whose pitch tells the speaker."""
-    wave = 0.0005 * chance.standard_normal(round(end_s * SAMPLE_RATE_HZ))
+    wave = 0.0005 * rng.standard_normal(round(end_s * SAMPLE_RATE_HZ))
     t = np.arange(round(SENTENCE_S * SAMPLE_RATE_HZ)) / SAMPLE_RATE_HZ
     for event in events:
         if isinstance(event, Said):

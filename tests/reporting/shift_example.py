@@ -66,9 +66,9 @@ def flower_tasks(count: int, start: str = "water the") -> tuple[TaskDefinition, 
 
 def made_up(names: Sequence[str], tasks: Sequence[TaskDefinition], seed: int = 1, pause_s: float = 20.0) -> Remembered:
     """The first of the names remembers how they did the tasks in turn, gave some up, and talked."""
-    chance = random.Random(seed)
+    rng = random.Random(seed)
     found = Remembered(tuple(names), tuple(tasks), [], BEGIN_S, Account())
-    writer = _Writer(found, chance)
+    writer = _Writer(found, rng)
     for name in names:
         writer.say(name, f"Hi all, I am {name}, member of team plant", pause_s)
     for k, task in enumerate(tasks):
@@ -77,16 +77,16 @@ def made_up(names: Sequence[str], tasks: Sequence[TaskDefinition], seed: int = 1
         if len(names) > 1:
             other = names[(k + 1) % len(names)]
             writer.say(other, f"Hi {name}, I am {other}, confirmed task {number}", TASK_S)
-        if chance.random() < 0.3:
+        if rng.random() < 0.3:
             writer.garble(pause_s)
-        if chance.random() < 0.15:
+        if rng.random() < 0.15:
             writer.say(name, f"Hi all, I am {name}, task {number} failed", pause_s)
             found.account.failed.append((name, task.number))
             continue
-        if chance.random() < 0.1:
+        if rng.random() < 0.1:
             writer.say(name, "Stop", pause_s)
             found.account.stops += 1
-        for _ in range(chance.choice((1, 1, 2))):  # a report that nobody confirms is said again
+        for _ in range(rng.choice((1, 1, 2))):  # a report that nobody confirms is said again
             writer.say(name, f"Hi all, I am {name}, task {number} complete", pause_s)
         found.account.done.append((name, task.number))
     for name in names:
@@ -101,8 +101,8 @@ def spoken(number: int) -> tuple[str, ...]:
 
 
 class _Writer:
-    def __init__(self, found: Remembered, chance: random.Random) -> None:
-        self._found, self._chance = found, chance
+    def __init__(self, found: Remembered, rng: random.Random) -> None:
+        self._found, self._rng = found, rng
 
     def say(self, name: str, text: str, after_s: float) -> None:
         own = name == self._found.names[0]
@@ -110,7 +110,7 @@ class _Writer:
             self._found.account.said += 1
         else:
             self._found.account.heard[name] += 1
-        confidence = None if own else round(self._chance.uniform(0.85, 1.0), 3)
+        confidence = None if own else round(self._rng.uniform(0.85, 1.0), 3)
         self._row("said" if own else "heard", name, text, confidence, after_s)
 
     def garble(self, after_s: float) -> None:

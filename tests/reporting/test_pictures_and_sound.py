@@ -15,9 +15,8 @@ from hypothesis import strategies as st
 from hvcpd.ports import SAMPLE_RATE_HZ
 from hvcpd.reporting.audio_clip import halve_rate, limited, make_clip
 from hvcpd.reporting.events import Trail
-from hvcpd.reporting.png import encode_png, magma
 from hvcpd.reporting.simplify import length_m, simplified
-from hvcpd.reporting.spectrogram import picture, spectrogram
+from hvcpd.reporting.spectrogram import encode_png, magma, picture, spectrogram
 
 
 def decode_png(png: bytes) -> tuple[np.ndarray, np.ndarray]:
@@ -76,9 +75,9 @@ def test_silence_has_a_picture_and_a_blink_has_none() -> None:
 @given(st.integers(0, 2**32 - 1), st.integers(1, 300), st.floats(0.01, 0.5))
 @settings(max_examples=60, deadline=None)
 def test_a_simplified_trail_is_near_the_true_place_at_every_time(seed: int, n: int, tolerance_m: float) -> None:
-    chance = np.random.default_rng(seed)
-    t = np.cumsum(chance.uniform(0.01, 1.0, n))
-    x, y = np.cumsum(chance.normal(0, 0.05, (2, n)), axis=1)
+    rng = np.random.default_rng(seed)
+    t = np.cumsum(rng.uniform(0.01, 1.0, n))
+    x, y = np.cumsum(rng.normal(0, 0.05, (2, n)), axis=1)
     short = simplified(Trail("Rob", t, x, y), tolerance_m)
     off = np.hypot(np.interp(t, short.t_s, short.x_m) - x, np.interp(t, short.t_s, short.y_m) - y)
     assert off.max() <= tolerance_m + 1e-9

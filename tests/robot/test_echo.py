@@ -8,11 +8,12 @@ from functools import cache
 import numpy as np
 import pytest
 
-from hvcpd.assembly.make import RobotPlan, Sound, make_robot, make_sound
+from hvcpd.assembly.make import Sound, make_robot, make_sound
+from hvcpd.assembly.plan import HearingPlan, RobotPlan, TeamPlan
 from hvcpd.config.tasks import Place, TaskDefinition, TaskRepository, Wait
 from hvcpd.coordination.actions import Role
 from hvcpd.language.messages import NameTaken
-from hvcpd.ports import SAMPLE_RATE_HZ, Pose
+from hvcpd.ports import SAMPLE_RATE_HZ
 from hvcpd.recognition.events import Recognised
 from hvcpd.robot.own_voice import Acoustics
 from hvcpd.robot.records import EchoRecord, GarbledRecord, HeardRecord, Record, SaidRecord
@@ -37,19 +38,19 @@ class Alone:
 
     def __init__(self, told_s: float, gain: float = 0.5) -> None:
         role = Role("Rob", "plant", volunteer=True)
-        plan = RobotPlan(role, ("Rob", "Bot"), TASKS, Pose(0.0, 0.0), 1, acoustics=Acoustics(told_s))
+        plan = RobotPlan(role, TeamPlan(("Rob", "Bot")), TASKS, 1, hearing=HearingPlan(Acoustics(told_s)))
         self.robot: Robot = make_robot(plan, sound())
         self.records: list[Record] = []
         self._gain = gain
         self._air = np.zeros(SAMPLE_RATE_HZ * 200, np.float32)
-        self._chance = np.random.default_rng(3)
+        self._rng = np.random.default_rng(3)
         self._n = 0
 
     def live(self, delay_s: Callable[[float], float], sentences: int) -> None:
         """Until so many have been said, and two seconds more."""
         rest = round(2.0 / BLOCK_S)
         while rest:
-            heard = self._air[self._n : self._n + BLOCK] + 1e-4 * self._chance.standard_normal(BLOCK)
+            heard = self._air[self._n : self._n + BLOCK] + 1e-4 * self._rng.standard_normal(BLOCK)
             output = self.robot.step(np.asarray(heard, np.float32), None)
             self._n += BLOCK
             assert self.robot.now < 150.0

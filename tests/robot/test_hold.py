@@ -55,9 +55,7 @@ class Mouth:
 class Bench:
     """A robot alone, with wheels that do what they are told."""
 
-    def __init__(
-        self, *actions: Action, overhearing: Overhears | None = None, skills: tuple[Skill, ...] = ()
-    ) -> None:
+    def __init__(self, *actions: Action, overhearing: Overhears | None = None, skills: tuple[Skill, ...] = ()) -> None:
         task = TaskDefinition(1, "water the green rose", Place(0.0, 0.0), actions)
         tasks = TaskRepository((task,), skills=skills)
         self.ears, self.records = ScriptedEars(), list[Record]()

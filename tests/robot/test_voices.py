@@ -9,16 +9,17 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from hvcpd.assembly.make import RobotPlan, Sound, make_robot, make_sound
+from hvcpd.assembly.make import Sound, make_robot, make_sound
+from hvcpd.assembly.plan import HearingPlan, RobotPlan, SecurityPlan, TeamPlan
 from hvcpd.config.task_file import load_tasks
-from hvcpd.config.tasks import default_tasks_path
+from hvcpd.config.tasks import TaskRepository, default_tasks_path
 from hvcpd.coordination.actions import Role
 from hvcpd.coordination.states import State
 from hvcpd.language.messages import NameTaken
 from hvcpd.memory.journal import Journal
 from hvcpd.memory.store import Store
 from hvcpd.people.enrolled import Person
-from hvcpd.ports import STANDSTILL, Pose, Samples
+from hvcpd.ports import STANDSTILL, Samples
 from hvcpd.recognition.events import Event, Recognised
 from hvcpd.robot.records import HeardRecord, SaidRecord, VoiceRecord
 from hvcpd.security.keys import KEY_BYTES, KeyRing, TeamKey
@@ -50,9 +51,14 @@ class Told:
 
 @pytest.fixture(scope="module")
 def sound(units: Path) -> Sound:
-    take = np.ones((20, 24), np.float32)
-    made = make_sound(None, units)
-    return Sound(made.lexicon, made.cache, people={"anna": Person("Anna", {"stop": [take]})})
+    return make_sound(None, units)
+
+
+def plan(tasks: TaskRepository) -> RobotPlan:
+    """Rob's, who is told of Bot, a robot, and of Anna, who is enrolled."""
+    people = {"anna": Person("Anna", {"stop": [np.ones((20, 24), np.float32)]})}
+    team, hearing = TeamPlan(("Rob", "Bot", "Anna")), HearingPlan(people=people)
+    return RobotPlan(Role("Rob", "plant"), team, tasks, 1, hearing=hearing)
 
 
 @pytest.mark.parametrize(
@@ -68,7 +74,7 @@ def sound(units: Path) -> Sound:
 )
 def test_a_name_in_another_voice_is_noted(sound: Sound, words: str, voice: str, other: bool) -> None:
     tasks = load_tasks(default_tasks_path())
-    robot = make_robot(RobotPlan(Role("Rob", "plant"), ("Rob", "Bot", "Anna"), tasks, Pose(0.0, 0.0), 1), sound)
+    robot = make_robot(plan(tasks), sound)
     robot.adopt(robot.phrasebook, Told(words, voice))
     records = robot.step(BLOCK, None).records
     assert any(isinstance(r, HeardRecord) for r in records)
@@ -96,7 +102,7 @@ class Repeated(Told):
 
 def test_torn_sound_tells_nothing_of_who_has_whose_voice_or_name(sound: Sound) -> None:
     tasks = load_tasks(default_tasks_path())
-    robot = make_robot(RobotPlan(Role("Rob", "plant"), ("Rob", "Bot", "Anna"), tasks, Pose(0.0, 0.0), 1), sound)
+    robot = make_robot(plan(tasks), sound)
     robot.adopt(robot.phrasebook, Repeated("hi bot i am rob i am free", "stranger"))
 
     def lives(disturbed: bool) -> tuple[int, int, int]:
@@ -116,7 +122,7 @@ def test_torn_sound_tells_nothing_of_who_has_whose_voice_or_name(sound: Sound) -
 
 def test_a_sentence_with_a_gap_in_it_tells_nothing_of_a_voice(sound: Sound) -> None:
     tasks = load_tasks(default_tasks_path())
-    robot = make_robot(RobotPlan(Role("Rob", "plant"), ("Rob", "Bot", "Anna"), tasks, Pose(0.0, 0.0), 1), sound)
+    robot = make_robot(plan(tasks), sound)
     robot.adopt(robot.phrasebook, Repeated("hi rob i am bot i am free", "stranger"))
     for _ in range(79):
         robot.step(BLOCK, None)
@@ -142,7 +148,7 @@ def test_where_the_team_has_a_key_no_voice_alone_sets_wheels_in_motion(
 ) -> None:
     """Neither a stranger's nor an enrolled one: a recording has that too. "Stop" is obeyed from anybody."""
     role, names = Role("Rob", "plant"), ("Rob", "Bot", "Anna")
-    plan = RobotPlan(role, names, load_tasks(default_tasks_path()), Pose(0.0, 0.0), 1, keys=keys, told=names[:2])
+    plan = RobotPlan(role, TeamPlan(names, names[:2]), load_tasks(default_tasks_path()), 1, security=SecurityPlan(keys))
     robot = make_robot(plan, sound)
     robot.adopt(robot.phrasebook, Once("bot stop", voice))
     while robot.coordination.state is not State.READY:

@@ -86,7 +86,7 @@ def test_one_late_answer_is_forgiven_and_more_are_not() -> None:
 def test_the_watch_notices_it_by_itself() -> None:
     watch = MasterWatch("http://there", scripted(5, 5, ConnectionRefusedError(111, "refused")), every_s=0.001)
     watch.start()
-    watch._thread.join(10.0)
+    watch.wait(10.0)
     assert watch.fault is not None
     watch.close()
 

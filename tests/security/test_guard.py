@@ -228,11 +228,11 @@ def test_codes_of_the_clock_are_good_once_and_for_a_minute() -> None:
 
 def test_who_guesses_is_heard_ever_more_rarely() -> None:
     bot = Guard("Bot", RING)
-    chance = random.Random(4)
+    rng = random.Random(4)
     looked_at = silences = 0
     last_s = 0.0
     for minute in range(24 * 60):
-        verdict = bot.judge(said(), chance.getrandbits(24), None, 60.0 * minute)
+        verdict = bot.judge(said(), rng.getrandbits(24), None, 60.0 * minute)
         looked_at += verdict.trust is not Trust.SILENCED
         if verdict.silence_s is not None:
             silences += 1
@@ -273,11 +273,11 @@ def test_silence_itself_forgives_nothing() -> None:
 
 @pytest.mark.parametrize("bits", [6, 8])
 def test_a_guess_has_the_chance_that_the_docs_compute(bits: int) -> None:
-    chance = random.Random(bits)
+    rng = random.Random(bits)
     n, hits = 1500, 0
     for _ in range(n):  # each under a key of its own: which seals fit one sentence follows from the key
-        bot = Guard("Bot", KeyRing(TeamKey(chance.randbytes(KEY_BYTES))), bits=bits, patience=CALM)
-        hits += trust(bot, said(), chance.getrandbits(bits)).proves_speaker
+        bot = Guard("Bot", KeyRing(TeamKey(rng.randbytes(KEY_BYTES))), bits=bits, patience=CALM)
+        hits += trust(bot, said(), rng.getrandbits(bits)).proves_speaker
     expected = n * (1.0 - (1.0 - 2.0**-bits) ** NEAR)
     assert abs(hits - expected) < 4.0 * expected**0.5
 

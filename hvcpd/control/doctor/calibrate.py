@@ -10,7 +10,7 @@ import time
 from collections.abc import Callable
 from pathlib import Path
 
-from hvcpd.control.doctor.command import RunCommand, run_command
+from hvcpd.control.doctor.diagnosis import RunCommand, run_command
 from hvcpd.control.doctor.mixer import CAPTURE, Control, Mixer
 from hvcpd.control.doctor.self_hearing import SelfHearing, calibration_path, hear_oneself
 from hvcpd.control.simulate.team import Team, load_team

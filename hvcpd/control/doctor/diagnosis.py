@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import subprocess
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from enum import StrEnum
 
@@ -37,10 +38,23 @@ def fine(subject: str, text: str, **figures: float) -> Diagnosis:
 
 
 def note(subject: str, text: str, **figures: float) -> Diagnosis:
-    """It works, but."""
+    """Return a finding that works, but deserves a note."""
     return Diagnosis(subject, Grade.NOTE, text, figures)
 
 
 def wrong(subject: str, text: str, **figures: float) -> Diagnosis:
-    """It does not work; the text has the remedy."""
+    """Return a finding that does not work; the text has the remedy."""
     return Diagnosis(subject, Grade.WRONG, text, figures)
+
+
+RunCommand = Callable[[Sequence[str]], str | None]
+"""Runs a command; its output, None if there is no such command."""
+
+
+def run_command(command: Sequence[str]) -> str | None:
+    """What the command prints; None if it is not there or takes longer than 10 s."""
+    try:
+        done = subprocess.run(list(command), capture_output=True, text=True, check=False, timeout=10.0)
+    except (OSError, subprocess.TimeoutExpired):
+        return None
+    return done.stdout

@@ -48,7 +48,7 @@ def run(
 
 
 def look_at_wheels(settings: WheelSettings, make_port: MakePort = WaitingPort) -> Iterator[Diagnosis]:
-    """The same handshake as at the daemon's start; nothing moves."""
+    """Make the handshake of the daemon's start; nothing moves."""
     if settings.driver == "none":
         yield fine("wheels", "none, as wheels.driver says")
         return

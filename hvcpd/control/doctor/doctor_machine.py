@@ -13,8 +13,7 @@ import numpy as np
 
 import hvcpd
 from hvcpd.assembly.make import make_recogniser
-from hvcpd.control.doctor.command import RunCommand, run_command
-from hvcpd.control.doctor.diagnosis import Diagnosis, fine, note, wrong
+from hvcpd.control.doctor.diagnosis import Diagnosis, RunCommand, fine, note, run_command, wrong
 from hvcpd.control.simulate.team import Team
 from hvcpd.daemon.preflight import find_memory, nearest_there
 from hvcpd.hardware.groups import group_of
@@ -22,7 +21,7 @@ from hvcpd.language.messages import Free, Utterance
 from hvcpd.ports import SAMPLE_RATE_HZ
 
 GROUPS = {"audio": "snd/*", "dialout": "tty[AU][CS][MB][0-9]*"}
-"""Who may use which devices on Debian, Ubuntu and Raspberry Pi OS."""
+"""Groups that may use each kind of device on Debian, Ubuntu and Raspberry Pi OS."""
 LEAST_FREE_BYTES, FEW_FREE_BYTES = 60e6, 200e6
 """The rendered words of a team take some 40 MB, a day's transcript less than one."""
 MOST_LOAD, HIGH_LOAD = 0.8, 0.4

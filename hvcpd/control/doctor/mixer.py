@@ -6,7 +6,7 @@ import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from hvcpd.control.doctor.command import RunCommand
+from hvcpd.control.doctor.diagnosis import RunCommand
 
 CAPTURE = ("Mic", "Capture", "Input Gain", "ADC")
 """What the controls of common cards are called (USB audio class, bcm2835, HiFiBerry, HDA), the likeliest first."""

@@ -14,7 +14,7 @@ MAX_DISTANCE_M = 10.0
 """A class room's length; every motion has an end."""
 MAX_TURN_DEG = 3600.0
 MAX_COORDINATE_M = 50.0
-"""The same as in task files."""
+"""Largest coordinate that is accepted, as in task files."""
 
 _EPILOG = (
     "The place and heading in which the robot stands when the command starts are (0, 0), x ahead, y to the left. "

@@ -30,7 +30,7 @@ from hvcpd.recognition.competition import competing_phrases
 from hvcpd.recognition.frontend import Energies
 
 _NUMBERED = re.compile(r"([a-z]+)(?:[_-]?\d+)?")
-"""stop.wav, stop_1.wav, stop-2.wav, stop3.wav"""
+"""Names of takes of one word: stop.wav, stop_1.wav, stop-2.wav, stop3.wav."""
 FIRST = ("stop", "hi", "all", "i", "am")
 """Asked for before all others: who is interrupted has the words that matter most."""
 HOW_IT_COUNTS = "a robot that is running takes them with: hvcpctl reload"

@@ -14,10 +14,10 @@ from hvcpd.control.hear.heard_sentences import as_json, as_text, sealing_of, sen
 from hvcpd.control.simulate.team import Team, load_team
 from hvcpd.errors import AudioFileError, PhraseError, unwritable
 from hvcpd.hardware.soundfile import read_wav
-from hvcpd.people.ears import AtOnce, SecondEars
 from hvcpd.people.opinion import SecondOpinion
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 from hvcpd.recognition.events import Event, Recognised
+from hvcpd.recognition.second_look import AtOnce, SecondEars
 
 BLOCK = 1600
 """Samples pushed at once, 0.1 s; the size changes no result."""
@@ -80,13 +80,14 @@ def _draw(path: Path, samples: Samples, events: list[Event], title: str) -> None
 
 
 def events_in(samples: Samples, team: Team) -> Iterator[Event]:
-    """Everything that the recogniser reports in a recording, garbled speech too, in order."""
-    robots = team.sound.robots(team.names)
+    """Yield everything that the recogniser reports in a recording, shape (n,), float32 at 16 kHz, in order:
+    sentences and garbled speech."""
+    robots = tuple(name for name in team.names if name.lower() not in team.people)
     recogniser = make_recogniser(team.phrasebook, robots or team.names, team.sound)
     voices = team.settings.voices
     ears = None
     if voices != "robots":
-        listener = SecondOpinion(team.phrasebook.people_graph, team.sound.lexicon, team.sound.people, voices == "any")
+        listener = SecondOpinion(team.phrasebook.people_graph, team.sound.lexicon, team.people, voices == "any")
         ears = SecondEars(recogniser, listener, AtOnce())
     for start in range(0, len(samples), BLOCK):
         yield from (ears or recogniser).push(samples[start : start + BLOCK])

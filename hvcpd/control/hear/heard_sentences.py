@@ -34,7 +34,7 @@ class HeardSentence:
     seal: str | None = None
     """What the team's key says of its seal: "right", "wrong" or "used"; None without a seal, or without a key."""
     encrypted: bool = False
-    """It was said in code words; with the key `text` is what was meant."""
+    """Whether it was said in code words; with the key `text` is what was meant."""
 
 
 def sealing_of(path: Path | None) -> Sealing | None:

@@ -40,11 +40,11 @@ DOUBTFUL = 0.5
 MOST_DOUBTFUL = 2
 """Words of a sentence that are looked at, the most doubtful first: with three wrong words it is another sentence."""
 LEAD_S = 3.0
-"""Of the recording before the stretch is heard with it, for the noise: the noise tracker's memory."""
+"""Length of the recording before the stretch that is heard with it, for the noise: the noise tracker's memory."""
 TAIL_S = 1.0
-"""Of the recording after it: longer than a sentence needs to end."""
+"""Length of the recording after the stretch that is heard with it: longer than a sentence needs to end."""
 MAX_SYLLABLES = 2
-"""Of the words that are tried; longer ones are made of several."""
+"""Most syllables of a word that is tried; longer ones are made of several."""
 
 
 @dataclass(frozen=True)
@@ -82,13 +82,14 @@ def _hear(recogniser: Recogniser, samples: Samples) -> list[Event]:
 
 
 def missed(samples: Samples, team: Team, said: tuple[str, ...] | None) -> list[Event]:
-    """The garbled stretches; when it is known what was `said`, also those that were taken for something else."""
+    """Return the garbled stretches of a recording, shape (n,), float32 at 16 kHz; where it is known what was `said`,
+    also those that were taken for something else."""
     events = _hear(make_recogniser(team.phrasebook, team.names, team.sound), samples)
     return [e for e in events if isinstance(e, Garbled) or (said and isinstance(e, Recognised) and e.words != said)]
 
 
 def learn(samples: Samples, miss: Event, team: Team, said: tuple[str, ...] | None, file: str) -> Iterator[Proposal]:
-    """What the doubtful words of one stretch sounded like."""
+    """Yield what the doubtful words of one stretch of a recording, shape (n,), float32 at 16 kHz, sounded like."""
     begin = max(miss.start_sample - round(LEAD_S * SAMPLE_RATE_HZ), 0)
     piece = samples[begin : miss.end_sample + round(TAIL_S * SAMPLE_RATE_HZ)]
     graph = graph_of(said, frozenset(range(1, len(said)))) if said else team.phrasebook.graph

@@ -16,7 +16,6 @@ from pathlib import Path
 from typing import Any
 
 from hvcpd.config.document import parse, read_bytes
-from hvcpd.config.environment import FILE_VARIABLE
 from hvcpd.config.settings import (
     STAND_IN_NAME,
     STATE_DIR,
@@ -25,6 +24,7 @@ from hvcpd.config.settings import (
     Settings,
     load_with_sources,
 )
+from hvcpd.config.sources import FILE_VARIABLE
 from hvcpd.daemon.control_protocol import PROTOCOL
 from hvcpd.daemon.control_socket import short_address, socket_folders, socket_name
 from hvcpd.errors import (
@@ -71,7 +71,7 @@ class DaemonClient:
                 connect_in_turn(self._socket, address)
         except PermissionError:
             self._socket.close()
-            raise NotAllowedError(_not_allowed(self.path, os.getuid())) from None
+            raise NotAllowedError(permission_fault(self.path, os.getuid())) from None
         except BlockingIOError:
             self._socket.close()
             raise BusyError(
@@ -305,7 +305,7 @@ def _answers(path: Path) -> bool:
     return True
 
 
-def _not_allowed(path: Path, uid: int) -> str:
+def permission_fault(path: Path, uid: int) -> str:
     """Whom to ask for permission: the socket's group, as far as it can be seen."""
     try:
         user = pwd.getpwuid(uid).pw_name

@@ -102,7 +102,7 @@ def add_completion(commands: Commands, run: Run) -> None:
             "Written to where the shell looks for completions, it is there in the next shell.",
             "hvcpctl completion bash > ~/.local/share/bash-completion/completions/hvcpctl",
             "hvcpctl completion fish > ~/.config/fish/completions/hvcpctl.fish",
-            "source <(hvcpctl completion zsh)       # in ~/.zshrc",
+            'eval "$(hvcpctl completion zsh)"       # in ~/.zshrc, after compinit',
         ),
     )
     completion.add_argument("shell", choices=("bash", "zsh", "fish"), help="the shell")

@@ -21,7 +21,7 @@ from hvcpd.memory.store import TranscriptReader, TranscriptRecord, TranscriptRow
 from hvcpd.reporting.text import seal_words
 
 POLL_S = 0.2
-"""So often `--follow` looks for new lines: a sentence lasts seconds."""
+"""Interval at which `--follow` looks for new lines: a sentence lasts seconds."""
 
 _UNITS_S = {"s": 1.0, "m": 60.0, "h": 3600.0, "d": 86400.0}
 

@@ -30,7 +30,8 @@ def run(options: argparse.Namespace) -> int:
 
 
 def as_table(found: Sequence[Confusion]) -> str:
-    """Those that are confusable, or else the nearest few; below it one sentence a pair to be changed."""
+    """Return the confusable pairs, or else the nearest few, as a table; below it one sentence for each pair to be
+    changed."""
     shown = [c for n, c in enumerate(found) if c.confusable or n < SHOWN]
     pairs = [f"{c.first} | {c.second}" for c in shown]
     width = max(map(len, pairs), default=0)

@@ -22,8 +22,7 @@ from hvcpd.daemon.cache_warm_up import CacheWarmUp, Preparation
 from hvcpd.daemon.preflight import find_confusable
 from hvcpd.daemon.wiring import wire_up
 from hvcpd.errors import EX_OK, ConfigError
-from hvcpd.people.ears import AtOnce
-from hvcpd.robot.own_voice import Acoustics
+from hvcpd.recognition.second_look import AtOnce
 from hvcpd.synthesis.unit_cache import UnitCache
 
 SERVICE_USER = "hvcpd"
@@ -62,7 +61,7 @@ def _prepare(settings: Settings, folder: Path, for_service: bool) -> None:
     sound = replace(wiring.sound, cache=UnitCache(folder))
     if for_service:
         find_confusable(replace(wiring, sound=sound))
-    plan = wiring.plan({}, Acoustics(), second=AtOnce())
+    plan = wiring.plan(second=AtOnce())
     with Progress(console=Console(stderr=True)) as bar:
         task = bar.add_task(settings.name, total=None)
 

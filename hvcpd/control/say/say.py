@@ -12,7 +12,7 @@ import re
 import sys
 from contextlib import closing
 
-from hvcpd.assembly.recorded_voices import recorded_voice
+from hvcpd.assembly.voice_assignment import recorded_voice
 from hvcpd.config.names import valid_robot_name
 from hvcpd.control.live.daemon_client import DaemonClient, find_daemon, find_daemon_of
 from hvcpd.control.simulate.team import Team, load_team
@@ -24,7 +24,8 @@ from hvcpd.synthesis.speaker import Speaker
 from hvcpd.synthesis.voices import VOICES
 
 HEARD_RATES = (0.7, 1.75)
-"""Of the usual rate, that robots understand (measured; a template is stretched to twice its length or half of it)."""
+"""Slowest and fastest speaking rate that robots understand, relative to the usual one (measured; a template is
+stretched to twice its length or half of it)."""
 HEARD_DB = 0.05
 """A difference of level below this is not worth a note."""
 

@@ -56,7 +56,8 @@ def _of_recordings(folder: Path, out: Path) -> tuple[str, Findings]:
 
 
 def _possible(names: Sequence[str], alone: bool) -> Sequence[str]:
-    """Those that this machine can run; what is left out is told, or is an error where nothing else was asked for."""
+    """Return the experiments that this machine can run; others are named, or are an error where nothing else was
+    asked for."""
     lacking = {name: modules for name in names if (modules := missing(name))}
     for name, modules in lacking.items():
         text = f"evaluate {name} needs {' and '.join(modules)}, not installed: {remedy(modules)}"

@@ -15,6 +15,8 @@ from typing import Any
 import numpy as np
 
 from hil_fakes.bench import Bench, BenchPlan
+from hil_fakes.furnished_room import FurnishedRoom
+from hil_fakes.loudspeakers import IDEAL, USUAL
 from hil_fakes.room import Air
 from hil_fakes.skills import FakeDevice, usual_devices
 from hvcpd.assembly.vocabulary import check, refusal
@@ -67,6 +69,8 @@ def run(options: argparse.Namespace) -> int:
         encrypts=options.encrypted,
         skills=_skills(options, team, robots),
         air=Air(noise_db_spl=options.noise_db, muted=options.mute),
+        ways=FurnishedRoom() if options.room == "furnished" else None,
+        loudspeaker=USUAL if options.room == "furnished" else IDEAL,
     )
     if not options.allow_confusable:
         _refuse_confusable(team)
@@ -74,7 +78,7 @@ def run(options: argparse.Namespace) -> int:
         _make_directory(options.report)  # before a long mission, not after it
     for text in doubts(team.tasks):
         sys.stderr.write(f"hvcpctl: warning: {team.settings.tasks}: {text}\n")
-    with _Show(options.json) as show, _pacing(options) as pace:
+    with _Show(options.json) as show, pacing(options) as pace:
         bench = Bench(plan, team.sound, show.handle, pace)
         record = bench.run()
     if options.report is not None:
@@ -93,9 +97,7 @@ def _keys(options: argparse.Namespace) -> KeyRing | None:
     return read_key_file(options.key).ring(today())
 
 
-def _skills(
-    options: argparse.Namespace, team: Team, robots: tuple[str, ...]
-) -> dict[str, dict[str, FakeDevice]]:
+def _skills(options: argparse.Namespace, team: Team, robots: tuple[str, ...]) -> dict[str, dict[str, FakeDevice]]:
     """Each robot's own fake devices, as the settings have them, but for what it is to lack."""
     skills = {name: usual_devices(team.tasks, team.settings.skills, options.tank) for name in robots}
     known = {robot.lower(): robot for robot in robots}
@@ -166,10 +168,10 @@ class _Show:
 
 
 @contextmanager
-def _pacing(options: argparse.Namespace, backend: Any | None = None) -> Iterator[Pace]:
+def pacing(options: argparse.Namespace, backend: Any | None = None) -> Iterator[Pace]:
     """How fast the mission goes: as the loudspeaker plays, by the clock on the wall, or at once."""
     with ExitStack() as stack:
-        pace: Pace = _RealTime() if options.play or options.speed == "real" else lambda _now, _sound: None
+        pace: Pace = RealTime() if options.play or options.speed == "real" else lambda _now, _sound: None
         if options.play:
             from hvcpd.hardware.audio_play import Playback
 
@@ -194,7 +196,7 @@ class _Louder:
         self._player.__exit__(*exception)  # type: ignore[arg-type]
 
 
-class _RealTime:
+class RealTime:
     """Holds the mission back to the pace of a clock on the wall."""
 
     def __init__(self) -> None:

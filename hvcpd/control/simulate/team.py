@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import argparse
-from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from functools import partial
 from itertools import combinations
 from pathlib import Path
@@ -16,7 +16,7 @@ from hvcpd.config.task_file import load_tasks
 from hvcpd.config.tasks import TaskRepository
 from hvcpd.errors import ConfigError, VocabularyError
 from hvcpd.language.phrasebook import Phrasebook
-from hvcpd.people.enrolled import enrolled_people
+from hvcpd.people.enrolled import Person, enrolled_people
 from hvcpd.synthesis.likeness import name_fault, sounds_alike
 
 
@@ -29,6 +29,8 @@ class Team:
     names: tuple[str, ...]
     phrasebook: Phrasebook
     sound: Sound
+    people: Mapping[str, Person]
+    """Those of the names that are enrolled, by name in lower case."""
 
 
 def vocabulary_cache() -> Path | None:
@@ -57,7 +59,7 @@ def load_team(
     people = enrolled_people(settings.state_dir)[0] if settings.voices != "robots" else {}
     enrolled = tuple(person.name for person in people.values())
     known = {name.lower(): name for name in (*(names or (*settings.names, *enrolled)), *more)}
-    sound = replace(sound, people={key: person for key, person in people.items() if key in known})
+    people = {key: person for key, person in people.items() if key in known}
     used = tuple(known.values())
     if not allow_confusable:
         _refuse_same_sound(used, sound)
@@ -70,7 +72,7 @@ def load_team(
         phrasebook = make_phrasebook(used, settings.teams, tasks, has_key, encrypts)
     except VocabularyError as error:
         raise ConfigError(error.at(settings.tasks)) from error
-    return Team(settings, tasks, used, phrasebook, cast(sound, settings, phrasebook.marked_graph.words))
+    return Team(settings, tasks, used, phrasebook, cast(sound, settings, phrasebook.marked_graph.words), people)
 
 
 def _refuse_same_sound(names: Sequence[str], sound: Sound) -> None:

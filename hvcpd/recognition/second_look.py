@@ -6,15 +6,16 @@ block. Until then, and for MOST_WAIT_S at most, the speech counts as still going
 
 from __future__ import annotations
 
-from collections import deque
+import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Protocol, Self
+from typing import Generic, Protocol, Self, TypeVar
 
 import numpy as np
 
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 from hvcpd.recognition.events import Event, Garbled, Recognised
+from hvcpd.recognition.history import History
 from hvcpd.recognition.protocols import Ears
 from hvcpd.recognition.stream import cleaned
 
@@ -28,6 +29,8 @@ SHORT_S = 0.1
 """...unless so little was lost that no word was, nobody had spoken for PAUSE_S before..."""
 ONSET_S = 0.1
 """...and it was quiet for so long after it: then it begins with its first sound."""
+MIN_LEAD_S = 0.3
+"""Of sound before the speech, to know its noise."""
 LONGEST_S = 12.0
 """No sentence of the phrasebook takes longer; other talk does."""
 MOST_WAIT_S = 3.0
@@ -55,42 +58,65 @@ class Piece:
         end = self.lead + self.end - self.start + round(AFTER_S * SAMPLE_RATE_HZ)
         return self.sound[max(self.lead - round(BEFORE_S * SAMPLE_RATE_HZ), 0) : end]
 
+    @property
+    def snr_db(self) -> float:
+        """The mean power of the speech over that of what was heard before it; infinite without enough of that."""
+        lead = self.sound[: self.lead].astype(np.float64)
+        if len(lead) < MIN_LEAD_S * SAMPLE_RATE_HZ:
+            return math.inf
+        frame = SAMPLE_RATE_HZ // 50
+        # Somebody may have spoken before: the noise is what is left in the quieter parts.
+        powers = np.mean(lead[: len(lead) // frame * frame].reshape(-1, frame) ** 2, axis=1)
+        noise = float(np.quantile(powers, 0.3))
+        speech = self.sound[self.lead : self.lead + self.end - self.start].astype(np.float64)
+        power = float(np.sum(speech**2)) / max(len(speech), 1)
+        return 10.0 * math.log10(max(power / max(noise, 1e-12) - 1.0, 1e-3))
+
 
 Finding = tuple[Piece, Recognised | None]
+Job = TypeVar("Job")
+Found = TypeVar("Found")
+JobIn = TypeVar("JobIn", contravariant=True)
+FoundOut = TypeVar("FoundOut", covariant=True)
 
 
-class LooksAgain(Protocol):
-    """A listener that is slower than sound, and knows more voices."""
+class Looks(Protocol[JobIn, FoundOut]):
+    """A listener that is slower than sound."""
+
+    def look(self, job: JobIn, /) -> FoundOut:
+        """What is in it."""
+
+
+class LooksAgain(Looks[Piece, Recognised | None], Protocol):
+    """One that knows more voices: finds the sentence, at the samples of the piece's own clock; None if there is
+    none."""
 
     def prepare(self, go_on: Callable[[], bool]) -> None:
         """Make ready what takes long the first time, as long as `go_on`; in any thread."""
 
-    def look(self, piece: Piece) -> Recognised | None:
-        """The sentence in it, at the samples of the piece's own clock; None if there is none."""
 
+class Worker(Protocol[Job, Found]):
+    """Has sound looked at, one job after the other."""
 
-class Worker(Protocol):
-    """Has pieces of sound looked at, one after the other."""
-
-    def submit(self, piece: Piece, listener: LooksAgain) -> bool:
+    def submit(self, job: Job, listener: Looks[Job, Found]) -> bool:
         """Have it looked at; false if there is too much to do already."""
 
-    def findings(self) -> Sequence[Finding]:
+    def findings(self) -> Sequence[tuple[Job, Found]]:
         """What was found since the last call."""
 
 
-class AtOnce:
+class AtOnce(Generic[Job, Found]):
     """A worker that has looked before `submit` returns: for recordings, and where time is simulated."""
 
     def __init__(self) -> None:
-        self._found: list[Finding] = []
+        self._found: list[tuple[Job, Found]] = []
 
-    def submit(self, piece: Piece, listener: LooksAgain) -> bool:
+    def submit(self, job: Job, listener: Looks[Job, Found]) -> bool:
         """As `Worker.submit`."""
-        self._found.append((piece, listener.look(piece)))
+        self._found.append((job, listener.look(job)))
         return True
 
-    def findings(self) -> Sequence[Finding]:
+    def findings(self) -> Sequence[tuple[Job, Found]]:
         """As `Worker.findings`."""
         found, self._found = self._found, []
         return found
@@ -99,12 +125,11 @@ class AtOnce:
 class SecondEars:
     """`Ears` around others."""
 
-    def __init__(self, ears: Ears, listener: LooksAgain, worker: Worker) -> None:
+    def __init__(self, ears: Ears, listener: LooksAgain, worker: Worker[Piece, Recognised | None]) -> None:
         self._ears = ears
         self._listener = listener
         self._worker = worker
-        self._blocks: deque[tuple[int, Samples]] = deque()
-        self._kept = 0
+        self._history = History(round((LEAD_S + LONGEST_S + 2 * MOST_WAIT_S) * SAMPLE_RATE_HZ))
         self._now = 0
         self._spoke_until = -round(PAUSE_S * SAMPLE_RATE_HZ)
         """Somebody else spoke last before this sample."""
@@ -117,6 +142,11 @@ class SecondEars:
         """Whether somebody else is speaking, or has spoken and may still be understood."""
         return self._ears.busy or bool(self._waiting)
 
+    @property
+    def signs(self) -> bool:
+        """As `Ears.signs`."""
+        return self._ears.signs
+
     def push(self, samples: Samples, masked: bool = False) -> list[Event]:
         """As `Recogniser.push`; what a second look finds comes with a later push."""
         events = self._ears.push(samples, masked)
@@ -124,7 +154,7 @@ class SecondEars:
         if self._ears.busy:
             self._spoke_until = self._now
         if not masked:
-            self._keep(samples)
+            self._history.push(self._now - len(samples), cleaned(samples))
         return self.take(events)
 
     def lost(self, n_samples: int) -> list[Event]:
@@ -144,22 +174,15 @@ class SecondEars:
     def succeed(self, predecessor: Self) -> None:
         """Go on where `predecessor` is, with what it still waits for."""
         self._ears.succeed(predecessor._ears)
-        self._blocks, self._kept, self._now = predecessor._blocks, predecessor._kept, predecessor._now
+        self._history, self._now = predecessor._history, predecessor._now
         self._waiting, self._worker = predecessor._waiting, predecessor._worker
         self._spoke_until, self._torn_until = predecessor._spoke_until, predecessor._torn_until
-
-    def _keep(self, samples: Samples) -> None:
-        self._blocks.append((self._now - len(samples), cleaned(samples)))
-        self._kept += len(samples)
-        most = round((LEAD_S + LONGEST_S + 2 * MOST_WAIT_S) * SAMPLE_RATE_HZ)
-        while self._kept - len(self._blocks[0][1]) > most:
-            self._kept -= len(self._blocks.popleft()[1])
 
     def take(self, events: list[Event]) -> list[Event]:
         """What comes of events that the first ears told, and of looks that have ended."""
         out: list[Event] = []
         for event in events:
-            piece = self._piece(event) if isinstance(event, Garbled) else None
+            piece = self._piece(event) if isinstance(event, Garbled) and not event.robot else None
             if piece is not None and self._worker.submit(piece, self._listener):
                 self._waiting.append(piece)
             else:
@@ -184,9 +207,7 @@ class SecondEars:
             return None
         begin = event.start_sample - round(LEAD_S * SAMPLE_RATE_HZ)
         end = event.end_sample + round(AFTER_S * SAMPLE_RATE_HZ)
-        parts = [(at, block) for at, block in self._blocks if at + len(block) > begin and at < end]
-        sound = np.concatenate([block for _, block in parts]) if parts else np.zeros(0, np.float32)
-        lead = sum(min(len(block), max(event.start_sample - at, 0)) for at, block in parts)
+        sound, lead = self._history.around(begin, event.start_sample, end)
         if len(sound) - lead < event.end_sample - event.start_sample:
             return None
         return Piece(sound, lead, event.start_sample, event.end_sample, event.start_sample - lead)

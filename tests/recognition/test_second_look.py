@@ -7,9 +7,9 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
-from hvcpd.people.ears import AtOnce, Finding, LooksAgain, Piece, SecondEars
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 from hvcpd.recognition.events import Event, Garbled, Recognised
+from hvcpd.recognition.second_look import AtOnce, Finding, LooksAgain, Piece, SecondEars
 
 BLOCK = 1600
 SENTENCE = Recognised(("stop",), "stranger", 32000, 40000, 0.9, 20.0, ())

@@ -1,0 +1,1 @@
+"""What each mechanism of the ear is worth: run `python -m benchmarks.ablation --help`."""

@@ -1,0 +1,175 @@
+"""The rows of `worlds`: trials by condition and mode, ours and PocketSphinx's, with Wilson's intervals."""
+
+from __future__ import annotations
+
+import multiprocessing
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+from rich.console import Console
+
+from benchmarks.hearing.listeners import Peer, make_peer
+from benchmarks.hearing.material import Team, make_team
+from benchmarks.hearing.worlds.conditions import Condition, conditions
+from benchmarks.hearing.worlds.trials import MakeEars, Tally, make_trial, ours, theirs
+from hil_fakes import reverberation
+from hvcpd.assembly.make import make_channel_ears, make_ears
+from hvcpd.evaluation.statistics import wilson
+from hvcpd.people.opinion import SecondOpinion
+from hvcpd.recognition.protocols import Ears
+from hvcpd.recognition.second_look import AtOnce, SecondEars
+
+MODES = ("first", "acquainted")
+HEADING = f"{'condition':44} {'mode':10} {'right':>8} {'95 %':>12} {'wrong':>5} {'95 %':>11} {'lost':>5}    rtf"
+PEER_HEADING = " | PocketSphinx: right wrong    rtf"
+
+
+@dataclass(frozen=True)
+class Options:
+    """What the command line asks for."""
+
+    names: tuple[str, ...]
+    sentences: int
+    seed: int
+    data: Path | None
+    modes: tuple[str, ...] = MODES
+    wanted: tuple[str, ...] = ()
+    jobs: int = 1
+    peer: bool = True
+
+
+@dataclass(frozen=True)
+class Row:
+    """One line of the table: both tallies; `parts` of two robots at once, by which of them."""
+
+    condition: Condition
+    mode: str
+    part: str
+    ours: Tally
+    peer: Tally | None
+
+
+def robots_ears(team: Team) -> Ears:
+    """Ears as a robot has them that listens for strangers, too."""
+    ears = make_ears(team.book, team.names, team.sound, False)
+    robots = make_channel_ears(team.book, team.names, team.sound, ears, AtOnce())
+    return SecondEars(robots, SecondOpinion(team.book.people_graph, team.sound.lexicon, {}, True), AtOnce())
+
+
+class Bench:
+    """Runs trials; in other processes where more than one job is asked for."""
+
+    def __init__(self, options: Options, make_ears: MakeEars) -> None:
+        self.options = options
+        self.make_ears = make_ears
+        self.team = make_team(options.names)
+        self.peer: Peer | None = make_peer(self.team) if options.peer else None
+        found = conditions(options.seed, options.data)
+        names = {c.name for c in found}
+        for name in options.wanted:
+            if name not in names:
+                raise SystemExit(f"--conditions: there is no {name!r}; there are {', '.join(c.name for c in found)}")
+        self.conditions = [c for c in found if not options.wanted or c.name in options.wanted]
+
+    def trial(self, job: tuple[int, str, int]) -> tuple[Tally, Tally | None]:
+        """Condition, mode and number of a trial: how ours and PocketSphinx fared."""
+        index, mode, number = job
+        o = self.options
+        trial = make_trial(self.team, self.conditions[index], number, o.seed, mode == "acquainted", o.data)
+        return ours(self.make_ears, self.team, trial), theirs(self.peer, trial) if self.peer else None
+
+    def rows(self) -> Iterator[Row]:
+        """Condition by condition, mode by mode."""
+        for index, condition in enumerate(self.conditions):
+            for mode in self.options.modes:
+                jobs = [(index, mode, number) for number in range(self.options.sentences)]
+                yield from _rows(condition, mode, list(self._map(jobs)))
+
+    def _map(self, jobs: list[tuple[int, str, int]]) -> Iterator[tuple[Tally, Tally | None]]:
+        if self.options.jobs == 1:
+            yield from map(self.trial, jobs)
+            return
+        global _bench
+        _bench = self
+        with multiprocessing.get_context("fork").Pool(self.options.jobs) as pool:
+            yield from pool.imap(_trial, jobs)
+
+
+_bench: Bench | None = None
+
+
+def _trial(job: tuple[int, str, int]) -> tuple[Tally, Tally | None]:
+    assert _bench is not None
+    return _bench.trial(job)
+
+
+def _rows(condition: Condition, mode: str, found: list[tuple[Tally, Tally | None]]) -> Iterator[Row]:
+    for k, part in enumerate(condition.parts):
+        mine, other = Tally(), Tally()
+        for tally, peer in found:
+            mine.add(Tally(tally.verdicts[k : k + 1], tally.seconds, tally.heard_s))
+            if peer is not None:
+                other.add(Tally(peer.verdicts[k : k + 1], peer.seconds, peer.heard_s))
+        yield Row(condition, mode, part, mine, other if other.verdicts else None)
+
+
+def line(row: Row) -> str:
+    """One line of the table."""
+    t, n = row.ours, len(row.ours.verdicts)
+    right, wrong = t.count("right"), t.count("wrong")
+    label = row.condition.label + (f": {row.part}" if row.part else "")
+    text = (
+        f"{label:44} {row.mode:10} {right:4d}/{n:<3d} {_interval(right, n):>12} {wrong:5d} {_interval(wrong, n):>11}"
+        f" {t.count('lost'):5d} {t.seconds / max(t.heard_s, 1e-9):6.3f}"
+    )
+    if row.peer is not None:
+        p = row.peer
+        rtf = p.seconds / max(p.heard_s, 1e-9)
+        text += f" | {p.count('right'):13d}/{len(p.verdicts):<4d} {p.count('wrong'):5d} {rtf:6.3f}"
+    return text
+
+
+def sources(row: Row) -> str:
+    """By what right and wrong ones were told; empty if there are none."""
+    told = []
+    for outcome in ("right", "wrong"):
+        by = row.ours.sources(outcome)
+        if by:
+            told.append(f"{outcome} by " + ", ".join(f"{name} {count}" for name, count in by.most_common()))
+    return "; ".join(told)
+
+
+def _interval(count: int, n: int) -> str:
+    low, high = wilson(count, n)
+    return f"{100 * low:.0f}-{100 * high:.0f} %"
+
+
+def run(options: Options, make_ears: MakeEars, console: Console, tell_wrong: bool = False) -> list[Row]:
+    """Print the table line by line; returns its rows."""
+    bench = Bench(options, make_ears)
+    if not reverberation.available():
+        skipped = [c.name for c in bench.conditions if c.simulated]
+        bench.conditions = [c for c in bench.conditions if not c.simulated]
+        console.print(f"skipped, for want of pyroomacoustics: {', '.join(skipped)}")
+    console.print(HEADING + (PEER_HEADING if bench.peer is not None else ""), markup=False)
+    rows = []
+    for row in bench.rows():
+        rows.append(row)
+        console.print(line(row), markup=False)
+        if by := sources(row):
+            console.print("    " + by, markup=False)
+        if tell_wrong:
+            for v in row.ours.verdicts:
+                if v.outcome != "right":
+                    instead = " + ".join(f"{text} [{source}]" for source, text in v.instead) or "lost"
+                    console.print(f"        {' '.join(v.words)} -> {instead}", markup=False)
+    verdicts = [v for row in rows for v in row.ours.verdicts]
+    n, right = len(verdicts), sum(v.outcome == "right" for v in verdicts)
+    wrong = sum(v.outcome == "wrong" for v in verdicts)
+    console.print(
+        f"{n} sentences: {right} right ({_interval(right, n)}), {wrong} wrong ({_interval(wrong, n)}), "
+        f"{n - right - wrong} lost",
+        markup=False,
+    )
+    return rows

@@ -1,0 +1,117 @@
+"""Everything that tells one robot from another, grouped by what it describes; None is the usual one."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field
+
+from hvcpd.config.settings import DEFAULT_TEAMS
+from hvcpd.config.tasks import Place, TaskRepository
+from hvcpd.coordination.actions import Role, Timing
+from hvcpd.hardware.kinematics import BURGER, Drive
+from hvcpd.hardware.navigator import Navigator
+from hvcpd.people.enrolled import Person
+from hvcpd.ports import Pose, WheelReading
+from hvcpd.recognition.channel.listener import Look, Stretch
+from hvcpd.recognition.events import Recognised
+from hvcpd.recognition.second_look import Piece, Worker
+from hvcpd.robot.own_voice import Acoustics
+from hvcpd.security.keys import KeyRing
+from hvcpd.security.silence import Patience
+
+
+@dataclass(frozen=True)
+class TeamPlan:
+    """Whom it knows beforehand. `names`: of all robots and people, its own among them."""
+
+    names: tuple[str, ...]
+    told: tuple[str, ...] | None = None
+    """The names that all robots were told, where `names` has others that it has learned; None: all."""
+    teams: tuple[str, ...] = DEFAULT_TEAMS
+    strangers: bool = False
+    """Robots that it was not told of may come and spell their names."""
+
+
+@dataclass(frozen=True)
+class BodyPlan:
+    """Where it stands, and what it moves with."""
+
+    start: Pose = field(default_factory=lambda: Pose(0.0, 0.0))
+    home: Place | None = None
+    """Where it comes back to, if that is not where it is at first."""
+    reading: WheelReading | None = None
+    """Of its wheels at `start`, if that was kept."""
+    drive: Drive = BURGER
+    navigator: Navigator | None = None
+    """Finds its ways."""
+
+
+@dataclass(frozen=True)
+class MemoryPlan:
+    """What it remembers: its tasks (number → state, owner), and whether it was `stopped` when it was switched off."""
+
+    tasks: Mapping[int, tuple[str, str | None]] | None = None
+    stopped: bool = False
+    counters: Mapping[str, int] | None = None
+    """Of seals and codes."""
+    dues: Mapping[int, float] | None = None
+    """For which time each task that recurs was done last, s since 1970."""
+
+
+@dataclass(frozen=True)
+class HearingPlan:
+    """What it listens for besides the voices of robots."""
+
+    acoustics: Acoustics | None = None
+    people: Mapping[str, Person] = field(default_factory=dict)
+    """Those who are enrolled, and no robots, by name in lower case. It is read anew at each look, maybe in a thread."""
+    channel: Worker[Stretch, Look] | None = None
+    """Looks again for robots that speak through a channel that is not known; None: nobody does."""
+    second: Worker[Piece, Recognised | None] | None = None
+    """Looks again at what the voices of robots do not explain; None: nobody does."""
+    any_voice: bool = True
+    """It looks for people who are not enrolled too."""
+    prepared: bool = True
+    """Names that are spelled are listened for at once, and voices by their waveform, which is in the cache, or may be
+    rendered when it is needed; otherwise `Robot.prepare` is to be called."""
+
+
+@dataclass(frozen=True)
+class SecurityPlan:
+    """Where the team has `keys`, everything that matters is sealed, and nothing else is believed."""
+
+    keys: KeyRing | None = None
+    encrypts: bool = False
+    """It hides what it says from all who have no key."""
+    patience: Patience | None = None
+    """With wrong seals."""
+
+
+@dataclass(frozen=True)
+class RobotPlan:
+    """One robot: who it is, and the groups above."""
+
+    role: Role
+    team: TeamPlan
+    tasks: TaskRepository
+    seed: int
+    body: BodyPlan = BodyPlan()
+    memory: MemoryPlan = MemoryPlan()
+    hearing: HearingPlan = HearingPlan()
+    security: SecurityPlan = SecurityPlan()
+    timing: Timing | None = None
+
+    @property
+    def roster(self) -> tuple[str, ...]:
+        """The robots' names that all were told, if its own is one of them."""
+        told = self.team.names if self.team.told is None else self.team.told
+        return self.robots(told) if self.role.listed else ()
+
+    def robots(self, names: Iterable[str]) -> tuple[str, ...]:
+        """Of the names those that are no enrolled person's."""
+        return tuple(name for name in names if name.lower() not in self.hearing.people)
+
+    def peers(self, names: Iterable[str]) -> tuple[str, ...]:
+        """Of the names those of other robots, whose voices are listened for; its own if there is no other."""
+        robots = self.robots(names)
+        return tuple(name for name in robots if name.lower() != self.role.name.lower()) or robots

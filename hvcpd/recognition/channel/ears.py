@@ -1,0 +1,221 @@
+"""Ears that listen again, through any channel, to what the streaming recogniser did not surely understand.
+
+A stretch of sound is looked at when nothing stirs any more. Until then what the recogniser made of it is held: a
+sentence that only templates found, which a loudspeaker's colour deceives, and speech that was garbled.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+from typing import Self
+
+from hvcpd.ports import SAMPLE_RATE_HZ, Samples
+from hvcpd.recognition.channel.listener import ChannelListener, Look, Stretch
+from hvcpd.recognition.events import Event, Garbled, Recognised, Source
+from hvcpd.recognition.history import History
+from hvcpd.recognition.protocols import Ears
+from hvcpd.recognition.second_look import Worker
+from hvcpd.recognition.stream import cleaned
+
+LEAD = 3 * SAMPLE_RATE_HZ // 2
+"""Samples before a stretch, for its noise: no more, since gain controls change it."""
+BEFORE = 3 * SAMPLE_RATE_HZ // 2
+"""So much before what the recogniser noticed is looked at, where there were signs of speech all the time."""
+EARLIER = SAMPLE_RATE_HZ // 4
+"""Signs of speech come so much after its beginning, or sooner."""
+QUIET = SAMPLE_RATE_HZ // 2
+"""So much without a sign ends a stretch: more than a pause at a comma in a room without echoes."""
+AGAIN = SAMPLE_RATE_HZ
+"""What follows so soon after a sentence that seemed to go on belongs to it."""
+SHORTEST = SAMPLE_RATE_HZ // 4
+LONGEST = 10 * SAMPLE_RATE_HZ
+MOST_WAIT = 3 * SAMPLE_RATE_HZ
+"""Then what was held is told as it is."""
+CALL, SURE_CALL = "stop", 0.95
+"""A sentence that ends with it is told at once if it is so sure: a halt must not wait."""
+
+
+@dataclass(eq=False)
+class _Open:
+    """A stretch: from its first sign of speech to the last; where speech was noticed; what is held of it."""
+
+    begin: int
+    end: int
+    noticed: list[int]
+    held: list[Recognised | Garbled] = field(default_factory=list)
+    closed_at: int = 0
+    job: Stretch | None = None
+    look: Look | None = None
+
+
+class ChannelEars:
+    """`Ears` around others."""
+
+    def __init__(self, ears: Ears, listener: ChannelListener, worker: Worker[Stretch, Look]) -> None:
+        self._ears = ears
+        self._listener = listener
+        self._worker = worker
+        self._history = History(LEAD + LONGEST + 2 * MOST_WAIT)
+        self._now = 0
+        self._busy = False
+        self._open: _Open | None = None
+        self._closed: list[_Open] = []
+        """Being looked at, or looked at a moment ago."""
+        self._told: list[Recognised] = []
+
+    @property
+    def busy(self) -> bool:
+        """Whether somebody else is speaking, or has spoken and may still be understood."""
+        return self._ears.busy or any(each.look is None for each in self._closed)
+
+    @property
+    def signs(self) -> bool:
+        """As `Ears.signs`."""
+        return self._ears.signs
+
+    def push(self, samples: Samples, masked: bool = False) -> list[Event]:
+        """As `Recogniser.push`; what a look finds comes with a later push."""
+        events = self._ears.push(samples, masked)
+        before, self._now = self._now, self._now + len(samples)
+        if masked:
+            self._close()
+        else:
+            self._history.push(before, cleaned(samples))
+            self._notice(before)
+        return self.take(events)
+
+    def lost(self, n_samples: int) -> list[Event]:
+        """As `Recogniser.lost`."""
+        events = self._ears.lost(n_samples)
+        self._close()
+        self._now += n_samples
+        return self.take(events)
+
+    def prepare(self, go_on: Callable[[], bool]) -> None:
+        """As `Recogniser.prepare`."""
+        self._ears.prepare(go_on)
+        self._listener.prepare(go_on)
+
+    def succeed(self, predecessor: Self) -> None:
+        """Go on where `predecessor` is, with what it still waits for."""
+        self._ears.succeed(predecessor._ears)
+        self._worker, self._history, self._now = predecessor._worker, predecessor._history, predecessor._now
+        self._open, self._closed, self._told = predecessor._open, predecessor._closed, predecessor._told
+
+    def take(self, events: Sequence[Event]) -> list[Event]:
+        """What comes of events that the first ears told, and of looks that have ended."""
+        out: list[Event] = []
+        for event in events:
+            out += self._taken(event)
+        for job, look in self._worker.findings():
+            for each in self._closed:
+                if each.job is job:
+                    each.look = look
+                    out += self._found(each, look)
+        self._closed = [each for each in self._closed if not self._is_over(each)]
+        return out
+
+    def _notice(self, at: int) -> None:
+        """Follow the signs of speech in the block that begins at sample `at`."""
+        rises, self._busy = self._ears.busy and not self._busy, self._ears.busy
+        if self._ears.signs:
+            if self._open is None:
+                self._open = _Open(max(at - EARLIER, 0), self._now, [at])
+            elif rises:
+                self._open.noticed.append(at)
+            self._open.end = self._now
+        stretch = self._open
+        if stretch is not None and (self._now - stretch.end >= QUIET or self._now - stretch.begin >= LONGEST):
+            self._close()
+
+    def _close(self) -> None:
+        """What is open has ended: have it looked at, unless all of it is told."""
+        stretch, self._open = self._open, None
+        if stretch is None:
+            return
+        before = next((e for e in self._closed if e.look is not None and e.look.unfinished), None)
+        if before is not None and stretch.begin - before.end < AGAIN and stretch.end - before.begin < LONGEST:
+            stretch.begin, stretch.noticed = before.begin, before.noticed + stretch.noticed
+            stretch.held = before.held + stretch.held
+            self._closed.remove(before)
+        stretch.closed_at = self._now
+        self._closed.append(stretch)
+        if self._is_dealt_with(stretch):
+            stretch.look = Look()
+            return
+        begin = max(stretch.begin, min((each.start_sample for each in stretch.held), default=0) - BEFORE)
+        sound, lead = self._history.around(begin - LEAD, begin, self._now)
+        origin = begin - lead
+        proposed = tuple(each for each in stretch.held if isinstance(each, Recognised))
+        stretch.job = Stretch(
+            sound, origin, lead, tuple(at - origin for at in stretch.noticed if at >= begin), proposed
+        )
+        if not self._worker.submit(stretch.job, self._listener):
+            stretch.look = Look()
+
+    def _is_dealt_with(self, stretch: _Open) -> bool:
+        """Whether it is too short for a sentence, or all of it is told."""
+        if not stretch.held:
+            length = stretch.end - stretch.begin - EARLIER
+            told = sum(_overlap(stretch.begin, stretch.end, each) for each in self._told)
+            return length < SHORTEST or told > 0.6 * length
+        return False
+
+    def _taken(self, event: Event) -> list[Event]:
+        """What is to be told at once of an event of the first ears."""
+        if not isinstance(event, Recognised | Garbled):
+            return [event]
+        if isinstance(event, Recognised):
+            if self._is_told(event):
+                return []
+            called = event.words[-1] == CALL and event.confidence >= SURE_CALL
+            if called or event.source is not Source.TEMPLATES:
+                return [self._tell(event)]
+        elif any(_overlaps(event, each) for each in self._told):
+            return []
+        where = [each for each in (*self._closed, self._open) if each is not None]
+        there = next((e for e in where if e.begin < event.end_sample and event.start_sample < e.end), None)
+        if there is None:
+            there = self._open = self._open or _Open(event.start_sample, event.end_sample, [event.start_sample])
+        if there.look is not None and not there.look.unfinished:
+            return self._released(event, there.look)
+        there.held.append(event)
+        if there is self._open:  # whoever spoke has ended, whatever goes on beside
+            there.noticed.append(event.start_sample)
+            self._close()
+        return []
+
+    def _found(self, stretch: _Open, look: Look) -> list[Event]:
+        """What is to be told of a stretch that was looked at."""
+        out: list[Event] = [self._tell(sentence) for sentence in look.sentences if not self._is_told(sentence)]
+        if not look.unfinished:
+            held, stretch.held = stretch.held, []
+            out += [told for event in held for told in self._released(event, look)]
+        return out
+
+    def _released(self, event: Recognised | Garbled, look: Look) -> list[Event]:
+        """What is told of what was held, if no sentence was found in its place: nobody knows what it was."""
+        if any(_overlaps(event, each) for each in self._told):
+            return []
+        return [Garbled(event.start_sample, event.end_sample, look.robot)]
+
+    def _is_over(self, stretch: _Open) -> bool:
+        return self._now - stretch.closed_at > MOST_WAIT
+
+    def _is_told(self, sentence: Recognised) -> bool:
+        return any(_overlaps(sentence, each) and sentence.words == each.words for each in self._told)
+
+    def _tell(self, sentence: Recognised) -> Recognised:
+        self._told = [*self._told[-3:], sentence]
+        return sentence
+
+
+def _overlap(begin: int, end: int, event: Recognised | Garbled) -> int:
+    return max(min(end, event.end_sample) - max(begin, event.start_sample), 0)
+
+
+def _overlaps(event: Recognised | Garbled, told: Recognised) -> bool:
+    """Whether most of an event, or of what was told, is the same sound."""
+    shorter = min(event.end_sample - event.start_sample, told.end_sample - told.start_sample)
+    return _overlap(told.start_sample, told.end_sample, event) > 0.5 * shorter

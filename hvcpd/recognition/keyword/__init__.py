@@ -1,0 +1,1 @@
+"""Hears one word, whoever says it and over whatever else is heard."""

@@ -1,0 +1,166 @@
+"""Whether what the net took for the keyword was that word, or other talk. Pure; time is in samples.
+
+Whoever hears it stands still first and decides afterwards. It counts as said when it is certain, when it is heard
+again, when it is likely and no sentence that is understood explains it, and when a sentence is understood in which
+something else was heard at that time. What is less likely is let go after two seconds: that costs nothing else, while a
+stop ends the mission until a person resumes it.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from hvcpd.ports import SAMPLE_RATE_HZ
+from hvcpd.recognition.events import Recognised, WordSpan
+from hvcpd.recognition.hold import Verdict
+
+
+@dataclass(frozen=True)
+class BeliefSettings:
+    """How other talk is known; measured with `benchmarks/stop.py`."""
+
+    certain: float = 0.95
+    """A chance of the word from which it counts, unless a sentence may be about to end with it..."""
+    sentence_s: float = 0.42
+    """...for which it waits so long: sentences end after 0.25 s of rest."""
+    likely: float = 0.85
+    """A chance from which it counts if no sentence explains it."""
+    fair: float = 0.5
+    """A chance from which it counts if it was heard twice, or over a sentence that shows something else there. Of what
+    is less, other talk and barking dogs have some once a minute."""
+    sentence_confidence: float = 0.9
+    most_deficit: float = 0.25
+    """Of each word of the sentence that was said at the same time (`WordSpan.deficit`). Alone, 0.12 at most; under a
+    call as loud, 0.36 and more where the sentence itself looks like the word."""
+    most_own_deficit: float = 0.5
+    """Of the word in the sentence itself, or of "stopped": with more, somebody else's covers it. A call as loud over "I
+    have stopped" left that sentence understood, with 0.66 (1 is another word)."""
+    edge_s: float = 0.15
+    """How well the ends of the word are known, and those of a sentence."""
+    quiet_s: float = 1.0
+    """Speech that has ended for so long becomes no sentence any more."""
+    longest_s: float = 8.0
+    """As long as sentences take with the rest after it; whoever has not ended by then only talks on."""
+    doubt_s: float = 2.0
+    """So long one stands for a word that is not likely..."""
+    again_s: float = 6.0
+    """...and whoever sees the robots go on has so long, from the first call on, to say it again."""
+
+
+@dataclass(frozen=True)
+class _Word:
+    start: int
+    end: int
+    chance: float
+    told: int
+    """When it was first heard..."""
+    certain_from: int
+    """...and from when on it counts if it is certain."""
+
+
+class Belief:
+    """Tell it what is heard. After RELEASED or SAID nothing is held."""
+
+    def __init__(self, texts: frozenset[str], settings: BeliefSettings | None = None) -> None:
+        """`texts`: the words that are heard as the keyword, as they are written, itself among them."""
+        self._settings = settings or BeliefSettings()
+        self._texts = texts
+        self._open: list[_Word] = []
+        self._told: Recognised | None = None
+        """The sentence that was understood last; it may be told before the word in it is."""
+        self._doubted: tuple[int, int] | None = None
+        """Where a word was heard that was let go, and when."""
+
+    @property
+    def held(self) -> bool:
+        """Whether a word is not decided yet."""
+        return bool(self._open)
+
+    def word(self, start: int, end: int, chance: float, now: int, sentence_ends: bool = False) -> Verdict:
+        """The word was heard from sample `start` to `end`, or more surely than before; `sentence_ends`: a sentence may
+        soon account for it."""
+        s = self._settings
+        before = [w for w in self._open if w.start == start]
+        wait = now + (round(s.sentence_s * SAMPLE_RATE_HZ) if sentence_ends else 0)
+        told, wait = (before[0].told, before[0].certain_from) if before else (now, wait)
+        word = _Word(start, end, max([chance, *(w.chance for w in before)]), told, wait)
+        if self._told is not None and self._explains(self._told, word):
+            return Verdict.UNCHANGED
+        self._open = [*(w for w in self._open if w.start != start), word]
+        if self._is_said_again(word) or self._is_certain(word, now):
+            return self._said()
+        return Verdict.UNCHANGED if before else Verdict.HELD
+
+    def sentence(self, sentence: Recognised) -> Verdict:
+        """A sentence was understood."""
+        self._told = sentence
+        edge = round(self._settings.edge_s * SAMPLE_RATE_HZ)
+        reached = [word for word in self._open if word.start < sentence.end_sample - edge]
+        explained = [word for word in reached if self._explains(sentence, word)]
+        if any(self._is_likely(w) or self._is_over(sentence, w) for w in reached if w not in explained):
+            return self._said()
+        self._open = [word for word in self._open if word not in explained]
+        return Verdict.RELEASED if explained and not self.held else Verdict.UNCHANGED
+
+    def unclear(self) -> Verdict:
+        """Speech was not understood, or was lost."""
+        self._told = None
+        return self._said() if any(map(self._is_likely, self._open)) else Verdict.UNCHANGED
+
+    def at(self, now: int, quiet_since: int) -> Verdict:
+        """Time went on to sample `now`; nobody has spoken from `quiet_since` on."""
+        s = self._settings
+        quiet = now - quiet_since >= s.quiet_s * SAMPLE_RATE_HZ
+        for word in self._open:
+            over = quiet or now - word.told >= s.longest_s * SAMPLE_RATE_HZ
+            if self._is_certain(word, now) or (over and self._is_likely(word)):
+                return self._said()
+        weak = [w for w in self._open if not self._is_likely(w) and now - w.told >= s.doubt_s * SAMPLE_RATE_HZ]
+        if not weak:
+            return Verdict.UNCHANGED
+        fair = [w for w in weak if w.chance >= s.fair]
+        self._doubted = (fair[-1].end, fair[-1].told) if fair else self._doubted
+        self._open = [word for word in self._open if word not in weak]
+        return Verdict.UNCHANGED if self.held else Verdict.RELEASED
+
+    def _is_certain(self, word: _Word, now: int) -> bool:
+        return word.chance >= self._settings.certain and now >= word.certain_from
+
+    def _is_likely(self, word: _Word) -> bool:
+        return word.chance >= self._settings.likely
+
+    def _is_over(self, sentence: Recognised, word: _Word) -> bool:
+        return word.chance >= self._settings.fair and self._is_within(sentence, word)
+
+    def _is_said_again(self, word: _Word) -> bool:
+        """Whether another one that nothing explains was heard not long before."""
+        if word.chance < self._settings.fair:
+            return False
+        fair = [w for w in self._open if w.start != word.start and w.chance >= self._settings.fair]
+        others = [(w.end, w.told) for w in fair]
+        others += [self._doubted] if self._doubted is not None else []
+        edge, longest = (round(s * SAMPLE_RATE_HZ) for s in (self._settings.edge_s, self._settings.again_s))
+        return any(end - edge <= word.start and word.told - told <= longest for end, told in others)
+
+    def _said(self) -> Verdict:
+        self._open.clear()
+        self._doubted = None
+        return Verdict.SAID
+
+    def _is_within(self, sentence: Recognised, word: _Word) -> bool:
+        edge = round(self._settings.edge_s * SAMPLE_RATE_HZ)
+        return sentence.start_sample - edge <= word.start and word.end <= sentence.end_sample + edge
+
+    def _is_said(self, span: WordSpan) -> bool:
+        return span.word in self._texts and span.deficit <= self._settings.most_own_deficit
+
+    def _explains(self, sentence: Recognised, word: _Word) -> bool:
+        """Whether nothing but the sentence was heard where the word was."""
+        s = self._settings
+        if not self._is_within(sentence, word):
+            return False
+        there = [span for span in sentence.spans if span.start_sample < word.end and word.start < span.end_sample]
+        if any(self._is_said(span) for span in there):
+            return True  # the word was said in the sentence; whom it was meant for is told there
+        sure = bool(there) and sentence.confidence >= s.sentence_confidence
+        return sure and all(span.deficit <= s.most_deficit for span in there)

@@ -1,0 +1,66 @@
+"""Listens for the keyword beside the recogniser, and tells when to stand still, to go on and to stay."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from hvcpd.recognition.events import Event, Held, Recognised, Released, Urgent
+from hvcpd.recognition.frontend import HOP_SAMPLES
+from hvcpd.recognition.hold import Verdict
+from hvcpd.recognition.keyword.belief import Belief, BeliefSettings
+from hvcpd.recognition.keyword.words import KeywordSpotter, Net
+from hvcpd.recognition.stream import Chunk
+
+TEXTS = frozenset(("stop", "stopped"))
+"""A sentence with one of them accounts for what was heard."""
+
+
+class KeywordListener:
+    """Joins the net that hears the word with the decision about it; without a net it hears nothing."""
+
+    def __init__(self, net: Net | None, settings: BeliefSettings | None = None) -> None:
+        self._spotter = KeywordSpotter(net) if net is not None else None
+        self._belief = Belief(TEXTS, settings)
+        self._span = (0, 0)
+        self._quiet_since = 0
+
+    @property
+    def pending(self) -> bool:
+        """Whether the word was heard, and what is told of it depends on the sentence around it."""
+        return self._belief.held
+
+    def hear(self, chunk: Chunk, events: Sequence[Event], speech: bool, sentence_ends: bool) -> list[Event]:
+        """Take a chunk, and the `events` that the recogniser found with it.
+
+        `speech`: somebody may be speaking; `sentence_ends`: the recogniser may soon report a sentence that ended just
+        now.
+        """
+        told = [event for found in events for event in self._found(found)]
+        now = chunk.first_frame + len(chunk.energies)
+        self._quiet_since = now if speech else self._quiet_since
+        word = self._spotter.hear(chunk) if self._spotter is not None else None
+        if word is not None:
+            span = (word.start_frame * HOP_SAMPLES, word.end_frame * HOP_SAMPLES)
+            self._span = span
+            told += self._tell(self._belief.word(*span, word.chance, now * HOP_SAMPLES, sentence_ends))
+        return told + self._tell(self._belief.at(now * HOP_SAMPLES, self._quiet_since * HOP_SAMPLES))
+
+    def interrupt(self) -> list[Event]:
+        """What was being said is lost."""
+        return self._tell(self._belief.unclear())
+
+    def _found(self, event: Event) -> list[Event]:
+        verdict = self._belief.sentence(event) if isinstance(event, Recognised) else self._belief.unclear()
+        return self._tell(verdict)
+
+    def _tell(self, verdict: Verdict) -> list[Event]:
+        """The verdict as an event, with where the word was heard last."""
+        match verdict:
+            case Verdict.HELD:
+                return [Held(*self._span)]
+            case Verdict.RELEASED:
+                return [Released(*self._span)]
+            case Verdict.SAID:
+                return [Urgent(*self._span)]
+            case Verdict.UNCHANGED:
+                return []

@@ -1,0 +1,130 @@
+"""The net that hears the keyword: from mel energies to how likely it is that somebody has just said it, every 40 ms.
+
+Convolutions in time that look back only (A. Waibel et al., "Phoneme recognition using time-delay neural networks", IEEE
+Trans. ASSP 37(3), 1989), with ever wider gaps and residual paths as in WaveNet (A. van den Oord et al., 2016). What it
+is given are the logarithms of the energies, relative to the level of the last second or two, of all bands together and
+of each: so that neither distance nor a microphone's colour counts (as per-channel energy normalisation does: Y. Wang et
+al., "Trainable frontend for robust and far-field keyword spotting", ICASSP 2017). It has learned mixtures of the word
+and other talk as they are (`benchmarks/keyword`), so that nothing has to be separated.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hvcpd.ports import SAMPLE_RATE_HZ
+from hvcpd.recognition.frontend import ENERGY_FLOOR, HOP_SAMPLES, N_BANDS, Energies
+from hvcpd.recognition.stream import CHUNK_FRAMES
+
+WEIGHTS = Path(__file__).with_name("stop.npz")
+Array = NDArray[np.float32]
+
+LEVEL_S = 1.0
+"""The level of all bands together is the mean of about so long..."""
+COLOUR_S = 2.0
+"""...and that of each band: of some syllables."""
+MOST = 6.0
+"""Neper; differences beyond that (52 dB) tell nothing more."""
+SCALE = np.float32(1.0 / 3.0)
+N_INPUTS = 2 * N_BANDS
+SIZES = (8, 4)
+"""Frames of 10 ms, and then of 20 ms, that the first two layers see; each halves their rate."""
+SIZE = 3
+GAPS = (1, 2, 4, 8, 4)
+"""Chunks of 40 ms between those that each further layer sees: 1.6 s in all."""
+
+
+def kept(seconds: float) -> np.float32:
+    """How much of a mean over that time is left after a chunk."""
+    return np.float32(np.exp(-CHUNK_FRAMES * HOP_SAMPLES / SAMPLE_RATE_HZ / seconds))
+
+
+class Levels:
+    """Makes of energies what the net is given, a chunk at a time, for one stream or for many at once."""
+
+    def __init__(self) -> None:
+        self._level: Array | None = None
+        self._colour: Array = np.zeros(0, np.float32)
+
+    def take(self, energies: Energies) -> Array:
+        """Energies of CHUNK_FRAMES frames, shape (..., CHUNK_FRAMES, N_BANDS), to (..., CHUNK_FRAMES, N_INPUTS)."""
+        means = energies.sum(axis=-2) / np.float32(energies.shape[-2])
+        total = means.sum(axis=-1, keepdims=True) / np.float32(N_BANDS)
+        if self._level is None:
+            self._level, self._colour = total, means
+        self._level = self._level + (1 - kept(LEVEL_S)) * (total - self._level)
+        self._colour = self._colour + (1 - kept(COLOUR_S)) * (means - self._colour)
+        logs = np.log(np.maximum(energies, ENERGY_FLOOR))
+        level, colour = np.log(self._level)[..., None, :], np.log(self._colour)[..., None, :]
+        both = np.concatenate([logs - level, logs - colour], axis=-1)
+        return np.asarray(np.clip(both, -MOST, MOST) * SCALE, np.float32)
+
+    def scale(self, factors: Array) -> None:
+        """As if what was heard before had been so many times as loud, in power, shape (..., 1)."""
+        if self._level is not None:
+            self._level, self._colour = self._level * factors, self._colour * factors
+
+
+@dataclass(frozen=True, eq=False)
+class Weights:
+    """`layers`: of each a matrix, shape (inputs, outputs), inputs from the oldest frame to the newest, and offsets;
+    `out`: the same of the last one; `slope` and `offset` make its output the logarithm of the odds."""
+
+    layers: tuple[tuple[Array, Array], ...]
+    out: tuple[Array, Array]
+    slope: float
+    offset: float
+
+    @classmethod
+    def load(cls, path: Path = WEIGHTS) -> Weights:
+        """Those that `benchmarks.keyword.train` wrote: bytes, with a scale for each output."""
+        with np.load(path) as file:
+            pairs = [_layer(file, n) for n in range(len(SIZES) + len(GAPS) + 1)]
+            return cls(tuple(pairs[:-1]), pairs[-1], float(file["slope"]), float(file["offset"]))
+
+
+def _layer(file: Mapping[str, NDArray[np.generic]], number: int) -> tuple[Array, Array]:
+    matrix = file[f"weights{number}"].astype(np.float32) * file[f"scale{number}"].astype(np.float32)
+    return np.asarray(matrix, np.float32), np.asarray(file[f"offsets{number}"], np.float32)
+
+
+class KeywordNet:
+    """Listens to one stream. Two on one `Weights` do not disturb each other."""
+
+    def __init__(self, weights: Weights) -> None:
+        self._weights = weights
+        self.reset()
+
+    def reset(self) -> None:
+        """Forget what was heard."""
+        self._levels = Levels()
+        widths = [matrix.shape[1] for matrix, _ in self._weights.layers]
+        self._frames = np.zeros((SIZES[0] - 2, N_INPUTS), np.float32)
+        self._halves = np.zeros((SIZES[1] - 2, widths[0]), np.float32)
+        rows = [(SIZE - 1) * gap for gap in GAPS]
+        self._pasts = [np.zeros((n, w), np.float32) for n, w in zip(rows, widths[1:], strict=False)]
+        self._turn = 0
+
+    def hear(self, energies: Energies) -> float:
+        """The chance, 0 to 1, that the keyword ended within the last 0.2 s, after the next CHUNK_FRAMES frames of shape
+        (CHUNK_FRAMES, N_BANDS)."""
+        (first, first_off), (second, second_off), *others = self._weights.layers
+        self._frames = np.concatenate([self._frames[-(SIZES[0] - 2) :], self._levels.take(energies)])
+        pieces = np.stack([self._frames[k : k + SIZES[0]].ravel() for k in (0, 2)])
+        self._halves = np.concatenate([self._halves[-(SIZES[1] - 2) :], np.maximum(pieces @ first + first_off, 0)])
+        found = np.maximum(self._halves.ravel() @ second + second_off, 0)
+        for (matrix, offsets), past, gap in zip(others, self._pasts, GAPS, strict=True):
+            # A ring: the row about to be overwritten is the oldest, `gap` further on is the next that is seen.
+            at = self._turn % len(past)
+            seen = np.concatenate([past[at], past[(at + gap) % len(past)], found])
+            past[at] = found
+            found = found + np.maximum(seen @ matrix + offsets, 0)
+        self._turn += 1
+        matrix, offsets = self._weights.out
+        logit = self._weights.slope * float((found @ matrix + offsets)[0]) + self._weights.offset
+        return float(1.0 / (1.0 + np.exp(-np.clip(logit, -30.0, 30.0))))

@@ -1,0 +1,59 @@
+"""From the net's curve to the words that were said, each told as soon as it may have been said, and again while the net
+grows surer."""
+
+from __future__ import annotations
+
+from typing import NamedTuple, Protocol
+
+from hvcpd.recognition.frontend import Energies
+from hvcpd.recognition.stream import CHUNK_FRAMES, Chunk
+
+POSSIBLE = 0.2
+"""A chance from which it pays to stand still and see: calls as loud as a robot's sentence have that, and in half an
+hour of robots' sentences nothing else has."""
+LENGTH_FRAMES = 45
+"""The word lasts about 0.45 s..."""
+DELAY_FRAMES = 8
+"""...and the net tells it some 80 ms after its end."""
+ONE_WORD_FRAMES = 60
+"""What is told within 0.6 s is one word: nobody says it faster."""
+
+
+class Word(NamedTuple):
+    """About where the word was heard, and the highest chance so far that it was it."""
+
+    start_frame: int
+    end_frame: int
+    chance: float
+
+
+class Net(Protocol):
+    """`KeywordNet`, as it is needed here."""
+
+    def hear(self, energies: Energies) -> float: ...
+
+
+class KeywordSpotter:
+    """Listens to one stream."""
+
+    def __init__(self, net: Net) -> None:
+        self._net = net
+        self._word: Word | None = None
+        self._since = 0
+
+    def hear(self, chunk: Chunk) -> Word | None:
+        """The word, if the next chunk makes it possible or more likely than before."""
+        if len(chunk.energies) != CHUNK_FRAMES:
+            return None
+        chance = self._net.hear(chunk.energies)
+        now = chunk.first_frame + CHUNK_FRAMES
+        if self._word is not None and now - self._since >= ONE_WORD_FRAMES:
+            self._word = None
+        if chance < max(POSSIBLE, self._word.chance if self._word is not None else 0.0):
+            return None
+        if self._word is None:
+            self._since = now
+            end = now - DELAY_FRAMES
+            self._word = Word(max(end - LENGTH_FRAMES, 0), end, chance)
+        self._word = self._word._replace(chance=chance)
+        return self._word

@@ -1,0 +1,202 @@
+"""Whether a word that sounded like the keyword was said is decided by how sure it is, and by the sentence around it."""
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import pytest
+
+from hvcpd.ports import SAMPLE_RATE_HZ
+from hvcpd.recognition.events import Recognised, WordSpan
+from hvcpd.recognition.hold import Verdict
+from hvcpd.recognition.keyword.belief import Belief, BeliefSettings
+
+SETTINGS = BeliefSettings()
+SURE = 0.999
+WORDS = ("hi", "rob", "i", "am", "bot")
+LIKELY = SETTINGS.likely
+DOUBTFUL = LIKELY - 0.01
+FAIR = SETTINGS.fair
+
+
+def samples(s: float) -> int:
+    return round(s * SAMPLE_RATE_HZ)
+
+
+def sentence(begin_s: float, words: Sequence[str] = WORDS, unsure: int | None = None) -> Recognised:
+    """Half a second a word, the one numbered `unsure` a little too far from what was heard."""
+    deficits = [SETTINGS.most_deficit + (0.01 if k == unsure else -0.01) for k in range(len(words))]
+    ends = [samples(begin_s + 0.5 * k) for k in range(len(words) + 1)]
+    spans = tuple(map(WordSpan, words, ends, ends[1:], [SURE] * len(words), deficits))
+    return Recognised(tuple(words), "oak", spans[0].start_sample, spans[-1].end_sample, SURE, 20.0, spans)
+
+
+def hold() -> Belief:
+    return Belief(frozenset({"stop", "stopped"}))
+
+
+def word(hold: Belief, begin_s: float, chance: float = LIKELY, ends: bool = False) -> Verdict:
+    """The word is told 0.1 s after its end."""
+    return hold.word(samples(begin_s), samples(begin_s + 0.5), chance, samples(begin_s + 0.6), ends)
+
+
+def test_a_certain_word_counts_at_once_and_a_likely_one_is_held_for() -> None:
+    held = hold()
+    assert word(held, 1.2, SETTINGS.certain) is Verdict.SAID
+    assert not held.held
+    assert word(held, 3.2, SETTINGS.certain - 0.01) is Verdict.HELD
+    assert held.held
+
+
+def test_a_word_that_grows_certain_is_one_word() -> None:
+    held = hold()
+    assert word(held, 1.2, DOUBTFUL) is Verdict.HELD
+    assert word(held, 1.2, LIKELY) is Verdict.UNCHANGED
+    assert word(held, 1.2, SETTINGS.certain) is Verdict.SAID
+
+
+def test_a_certain_word_waits_for_a_sentence_that_may_end_with_it() -> None:
+    told, silent = hold(), hold()
+    for held in (told, silent):
+        assert word(held, 3.0, SURE, ends=True) is Verdict.HELD
+    assert told.sentence(sentence(2.5, ("rob", "stop"))) is Verdict.RELEASED
+    at = samples(3.6 + SETTINGS.sentence_s)
+    assert silent.at(at - 1, at - 1) is Verdict.UNCHANGED
+    assert silent.at(at, at) is Verdict.SAID
+
+
+def test_a_sure_sentence_around_the_word_releases() -> None:
+    held = hold()
+    assert word(held, 1.2) is Verdict.HELD
+    assert held.sentence(sentence(1.0)) is Verdict.RELEASED
+    assert not held.held
+
+
+@pytest.mark.parametrize("unsure", [0, 1])
+def test_an_unsure_word_at_that_time_is_the_stop(unsure: int) -> None:
+    held = hold()
+    word(held, 1.2)
+    assert held.sentence(sentence(1.0, unsure=unsure)) is Verdict.SAID
+    assert not held.held
+
+
+@pytest.mark.parametrize("unsure", [2, 3, 4])
+def test_an_unsure_word_at_another_time_is_none(unsure: int) -> None:
+    held = hold()
+    word(held, 1.2)
+    assert held.sentence(sentence(1.0, unsure=unsure)) is Verdict.RELEASED
+
+
+def test_an_unsure_sentence_is_the_stop() -> None:
+    held = hold()
+    word(held, 1.2)
+    doubtful = replace(sentence(1.0), confidence=SETTINGS.sentence_confidence - 0.01)
+    assert held.sentence(doubtful) is Verdict.SAID
+
+
+@pytest.mark.parametrize("begin_s", [0.8, 3.2, 4.0])
+def test_a_word_that_the_sentence_does_not_cover_is_the_stop_or_waits(begin_s: float) -> None:
+    held = hold()
+    word(held, begin_s)
+    later = begin_s == 4.0  # said after the sentence: another one may cover it
+    assert held.sentence(sentence(1.0)) is (Verdict.UNCHANGED if later else Verdict.SAID)
+    assert held.held is later
+
+
+def test_what_is_not_understood_or_lost_is_the_stop_if_that_is_likely() -> None:
+    likely, doubtful = hold(), hold()
+    assert likely.unclear() is Verdict.UNCHANGED
+    word(likely, 1.2)
+    word(doubtful, 1.2, DOUBTFUL)
+    assert likely.unclear() is Verdict.SAID
+    assert likely.unclear() is Verdict.UNCHANGED
+    assert doubtful.unclear() is Verdict.UNCHANGED
+    assert doubtful.held
+
+
+def test_a_doubtful_word_is_let_go_after_a_while_whatever_is_said_meanwhile() -> None:
+    for other_s in (None, 1.5):
+        held = hold()
+        assert word(held, 1.2, DOUBTFUL) is Verdict.HELD
+        over = samples(1.8 + SETTINGS.doubt_s)
+        assert held.at(over - 1, 0) is Verdict.UNCHANGED
+        if other_s is not None:
+            assert held.unclear() is Verdict.UNCHANGED
+            assert held.sentence(sentence(other_s)) is Verdict.UNCHANGED
+        assert held.at(over, 0) is Verdict.RELEASED
+        assert not held.held
+        assert held.at(over + 1, 0) is Verdict.UNCHANGED
+
+
+def test_a_doubtful_word_over_a_sentence_that_shows_something_else_there_is_the_stop() -> None:
+    held = hold()
+    assert word(held, 1.2, FAIR) is Verdict.HELD
+    assert held.sentence(sentence(1.0, unsure=0)) is Verdict.SAID
+    assert word(held, 6.2, FAIR - 0.01) is Verdict.HELD
+    assert held.sentence(sentence(6.0, unsure=0)) is Verdict.UNCHANGED
+
+
+@pytest.mark.parametrize("chances", [(FAIR, FAIR - 0.01), (FAIR - 0.01, FAIR)])
+def test_two_words_that_are_hardly_possible_are_none(chances: tuple[float, float]) -> None:
+    held = hold()
+    for begin_s, chance in zip((1.2, 2.2), chances, strict=True):
+        assert word(held, begin_s, chance) is Verdict.HELD
+    assert held.at(samples(4.9), 0) is Verdict.RELEASED
+    assert word(held, 5.5, FAIR) is Verdict.SAID
+
+
+@pytest.mark.parametrize("later_s", [0.5, 1.5, 4.0])
+def test_the_word_once_more_is_the_stop_at_once(later_s: float) -> None:
+    held = hold()
+    word(held, 1.2, DOUBTFUL)
+    held.at(samples(1.2 + later_s), 0)
+    assert word(held, 1.2 + later_s, DOUBTFUL) is Verdict.SAID
+    assert not held.held
+
+
+def test_the_word_once_more_long_after_is_another_one() -> None:
+    held = hold()
+    word(held, 1.2, DOUBTFUL)
+    held.at(samples(10.0), 0)
+    assert word(held, 1.3 + SETTINGS.again_s, DOUBTFUL) is Verdict.HELD
+
+
+def test_a_word_that_a_sentence_explained_does_not_count_for_the_next_one() -> None:
+    held = hold()
+    word(held, 1.2, DOUBTFUL)
+    assert held.sentence(sentence(1.0)) is Verdict.RELEASED
+    assert word(held, 4.0, DOUBTFUL) is Verdict.HELD
+
+
+def test_a_sentence_told_before_the_word_explains_it_too() -> None:
+    held = hold()
+    held.sentence(sentence(1.0, unsure=0))
+    assert word(held, 2.6, SURE) is Verdict.UNCHANGED
+    assert word(held, 1.2) is Verdict.HELD
+
+
+def test_the_word_as_part_of_a_sentence_is_for_the_conversation() -> None:
+    held = hold()
+    word(held, 2.1)
+    assert held.sentence(sentence(1.0, ("i", "have", "stopped"), unsure=2)) is Verdict.RELEASED
+    word(held, 5.1)
+    assert held.sentence(sentence(5.0, ("i", "have", "stopped"), unsure=0)) is Verdict.SAID
+
+
+def test_silence_without_a_sentence_and_endless_talk_are_the_stop() -> None:
+    quiet, endless = hold(), hold()
+    word(quiet, 1.2)
+    word(endless, 1.2)
+    assert quiet.at(samples(2.5), samples(2.5 - SETTINGS.quiet_s) + 1) is Verdict.UNCHANGED
+    assert quiet.at(samples(2.5), samples(2.5 - SETTINGS.quiet_s)) is Verdict.SAID
+    told_s = 1.8
+    assert endless.at(samples(told_s + SETTINGS.longest_s) - 1, samples(told_s + 7.9)) is Verdict.UNCHANGED
+    assert endless.at(samples(told_s + SETTINGS.longest_s), samples(told_s + 7.9)) is Verdict.SAID
+    assert endless.at(samples(100.0), 0) is Verdict.UNCHANGED
+
+
+@pytest.mark.parametrize(("excess", "verdict"), [(-0.01, Verdict.RELEASED), (0.01, Verdict.SAID)])
+def test_stopped_does_not_hide_a_call_that_covers_it(excess: float, verdict: Verdict) -> None:
+    held, told = hold(), sentence(1.0, ("i", "have", "stopped"))
+    covered = replace(told.spans[2], deficit=SETTINGS.most_own_deficit + excess)
+    assert word(held, 2.1) is Verdict.HELD
+    assert held.sentence(replace(told, spans=(*told.spans[:2], covered))) is verdict

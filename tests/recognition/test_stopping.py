@@ -1,0 +1,175 @@
+"""The keyword stops a robot that listens, whatever else is said; what is part of other talk only halts it."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from hvcpd.assembly.make import make_keyword, make_sound, make_urgent
+from hvcpd.ports import SAMPLE_RATE_HZ, Samples
+from hvcpd.recognition.events import Event, Held, Recognised, Released, Urgent
+from hvcpd.recognition.frontend import N_BANDS
+from hvcpd.recognition.keyword.belief import BeliefSettings
+from hvcpd.recognition.keyword.listener import KeywordListener
+from hvcpd.recognition.keyword.words import POSSIBLE
+from hvcpd.recognition.recogniser import Recogniser
+from hvcpd.recognition.stopping import Stopping
+from hvcpd.recognition.stream import CHUNK_FRAMES, CHUNK_SAMPLES, Chunk
+from hvcpd.synthesis.lexicon import Lexicon
+from hvcpd.synthesis.speaker import Speaker
+from hvcpd.synthesis.voices import voice_named
+from tests.recognition.signals import graph, in_noise, sentence, templates
+
+LIKELY, CERTAIN = BeliefSettings().likely, BeliefSettings().certain
+DOUBT_CHUNKS = round(BeliefSettings().doubt_s / 0.04)
+
+
+def ears(urgent: bool = True) -> Recogniser:
+    return Recogniser(graph(), templates(), keyword=make_keyword() if urgent else None)
+
+
+def said(text: str, voice: str, dbfs: float) -> Samples:
+    sound = Speaker(voice_named(voice), Lexicon.load()).render([text.split()])
+    loud = sound[np.abs(sound) > 0.05 * np.abs(sound).max()]
+    return np.asarray(sound * (10.0 ** (dbfs / 20.0) / np.sqrt(np.mean(loud**2))), np.float32)
+
+
+def hear(recogniser: Recogniser, sound: Samples, block: int = 400) -> list[tuple[float, Event]]:
+    return [
+        ((start + block) / SAMPLE_RATE_HZ, event)
+        for start in range(0, len(sound), block)
+        for event in recogniser.push(sound[start : start + block])
+    ]
+
+
+@pytest.mark.parametrize("over_db", [0.0, 12.0])
+@pytest.mark.parametrize("at_s", [0.3, 1.3])
+def test_stop_is_heard_over_talk_within_half_a_second(at_s: float, over_db: float) -> None:
+    talk = said("i am in the kitchen and i will water the green rose", "oak", -32.0)
+    call = said("stop", "lark", -32.0 + over_db)
+    at = round(at_s * SAMPLE_RATE_HZ)
+    mixed = talk.copy()
+    mixed[at : at + len(call)] += call
+    end_s = 1.0 + at_s + len(call) / SAMPLE_RATE_HZ
+    told = [at for at, event in hear(ears(), in_noise(mixed)) if isinstance(event, Held | Urgent)]
+    assert told
+    assert end_s - 0.2 < told[0] < end_s + 0.5
+    assert not any(isinstance(event, Held | Urgent) for _, event in hear(ears(), in_noise(talk)))
+
+
+def test_the_word_alone_is_told_in_a_voice_of_which_no_sentence_is_understood_whatever_the_blocks() -> None:
+    sound = in_noise(said("stop", "wren", -30.0))
+    per_block = [[event for _, event in hear(ears(), sound, block)] for block in (400, 1111)]
+    assert sum(isinstance(event, Urgent) for event in per_block[0]) == 1
+    assert not any(isinstance(event, Recognised | Released) for event in per_block[0])
+    assert per_block[0] == per_block[1]
+    assert not any(isinstance(event, Held | Urgent) for _, event in hear(ears(urgent=False), sound))
+
+
+def test_talk_alone_is_no_stop_and_is_still_understood() -> None:
+    events = [event for _, event in hear(ears(), in_noise(sentence("hi rob, water green")))]
+    assert [event.words for event in events if isinstance(event, Recognised)] == [("hi", "rob", "water", "green")]
+    assert not any(isinstance(event, Held | Urgent) for event in events)
+
+
+class Scripted:
+    """A net that has found what it is told to have found."""
+
+    def __init__(self) -> None:
+        self.chance = 0.0
+
+    def hear(self, _energies: np.ndarray) -> float:
+        return self.chance
+
+
+class Bench:
+    """Chunks one after the other."""
+
+    def __init__(self) -> None:
+        self.net = Scripted()
+        self.listener = KeywordListener(self.net)
+        self._frame = 0
+
+    def live(self, *chances: float, ends: bool = False, speech: bool = True) -> list[type]:
+        told: list[Event] = []
+        for self.net.chance in chances:
+            energies = np.full((CHUNK_FRAMES, N_BANDS), 1e-7, np.float32)
+            chunk = Chunk(self._frame, energies, False, np.zeros(CHUNK_SAMPLES, np.float32))
+            told += self.listener.hear(chunk, [], speech, ends)
+            self._frame += CHUNK_FRAMES
+        return [type(event) for event in told]
+
+
+def test_what_is_possible_halts_for_two_seconds() -> None:
+    bench = Bench()
+    assert bench.live(*[0.0] * 50, POSSIBLE) == [Held]
+    assert bench.listener.pending
+    assert bench.live(*[0.0] * (DOUBT_CHUNKS - 2)) == []
+    assert bench.live(*[0.0] * 3) == [Released]
+
+
+def test_what_grows_certain_is_held_for_first() -> None:
+    bench = Bench()
+    assert bench.live(*[0.0] * 50, POSSIBLE, LIKELY, CERTAIN) == [Held, Urgent]
+    assert not bench.listener.pending
+
+
+def test_what_is_certain_waits_where_a_sentence_may_end_with_it() -> None:
+    bench = Bench()
+    assert bench.live(*[0.0] * 50, CERTAIN, *[0.0] * 9, ends=True) == [Held]
+    assert bench.live(*[0.0] * 4, ends=True) == [Urgent]
+
+
+def test_what_is_likely_and_lost_or_followed_by_silence_is_the_stop() -> None:
+    lost, silent = Bench(), Bench()
+    for bench in (lost, silent):
+        assert bench.live(*[0.0] * 50, LIKELY) == [Held]
+    assert [type(event) for event in lost.listener.interrupt()] == [Urgent]
+    assert silent.live(*[0.0] * 30, speech=False) == [Urgent]
+
+
+def test_without_a_net_it_hears_nothing() -> None:
+    listener = KeywordListener(None)
+    chunk = Chunk(0, np.full((CHUNK_FRAMES, N_BANDS), 1.0, np.float32), False, np.zeros(CHUNK_SAMPLES, np.float32))
+    assert listener.hear(chunk, [], True, False) == []
+    assert listener.interrupt() == []
+
+
+def test_two_ears_tell_one_call_once() -> None:
+    """The ear for robots' voices and the one for anybody both hear it."""
+    sound = make_sound()
+    recogniser = Recogniser(graph(), templates(), urgent=make_urgent(sound), keyword=make_keyword())
+    talk = said("i am in the kitchen and i will water the green rose", "oak", -32.0)
+    call = said("stop", "lark", -26.0)
+    talk[12_000 : 12_000 + len(call)] += call
+    told = [event for _, event in hear(recogniser, in_noise(talk))]
+    assert sum(isinstance(event, Held) for event in told) >= 1
+    assert sum(isinstance(event, Urgent) for event in told) == 1
+
+
+class Ear:
+    """An ear that tells what it is told to tell."""
+
+    def __init__(self) -> None:
+        self.coming: list[Event] = []
+        self.pending = False
+
+    def interrupt(self) -> list[Event]:
+        told, self.coming = self.coming, []
+        return told
+
+
+def test_nobody_goes_on_while_one_ear_has_a_doubt() -> None:
+    first, second = Ear(), Ear()
+    joined = Stopping(first, second)
+
+    def tell(one: list[Event], other: list[Event]) -> list[Event]:
+        first.coming, second.coming = one, other
+        return joined.interrupt()
+
+    assert tell([Held(0, 1)], []) == [Held(0, 1)]
+    assert tell([], [Held(2, 3)]) == [Held(2, 3)]
+    assert tell([Released(0, 1)], []) == []
+    assert tell([], [Released(2, 3)]) == [Released(2, 3)]
+    assert tell([Urgent(50_000, 58_000)], [Urgent(52_000, 59_000)]) == [Urgent(50_000, 58_000)]
+    assert tell([], [Urgent(90_000, 98_000)]) == [Urgent(90_000, 98_000)]
