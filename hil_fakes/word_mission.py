@@ -15,6 +15,7 @@ from functools import partial
 from hil_fakes.word_body import SPEED_M_S, Body
 from hil_fakes.word_channel import Conditions, WordChannel
 from hil_fakes.word_lengths import WordLengths
+from hil_fakes.word_mishearing import misheard
 from hil_fakes.word_occurrences import BEGIN_S, counted
 from hil_fakes.word_seals import WordSeals
 from hvcpd.config.tasks import Action, Forward, GoTo, Place, TaskDefinition, Wait
@@ -131,7 +132,7 @@ class WordMission:
             touched=self._collect,
             earshot=None if plan.earshot_m is None else self._in_earshot,
             fading=None if plan.clear_m is None else self._fading,
-            mishear=self._mishear,
+            mishear=partial(misheard, plan.names, [task.number for task in plan.tasks]),
             follows=self._follows if plan.strangers else None,
         )
         if plan.seals is not None:
@@ -342,29 +343,3 @@ class WordMission:
         named |= {u.addressee.name} if isinstance(u.addressee, m.ToRobot) else set()
         named |= {u.statement.speaker} if isinstance(u.statement, m.Relayed) else set()
         return named <= known
-
-    def _mishear(self, u: m.Utterance, rng: random.Random) -> m.Utterance:
-        """One word wrong: a number, a name, or how a task ended."""
-        if isinstance(u.statement, m.Spelled):
-            return u  # every letter wrong is a name that nobody has; the recogniser's own threshold keeps those away
-        kinds = ["speaker"] if u.speaker is not None else []
-        kinds += ["addressee"] if isinstance(u.addressee, m.ToRobot) else []
-        numbers = [task.number for task in self.plan.tasks]
-        s = u.statement
-        if isinstance(s, m.Claim | m.Working | m.Completed | m.Failed) and isinstance(s.task, m.TaskByNumber):
-            kinds += ["number", "number"]
-        if isinstance(s, m.Completed) and s.next is None:
-            kinds += ["failed"]
-        kind = rng.choice(kinds) if kinds else "none"
-        match kind:
-            case "speaker":
-                return replace(u, speaker=rng.choice(self.plan.names))
-            case "addressee":
-                return replace(u, addressee=m.ToRobot(rng.choice(self.plan.names)))
-            case "number":
-                number = m.TaskByNumber(rng.choice(numbers))
-                return replace(u, statement=replace(s, task=number))  # type: ignore[type-var]
-            case "failed" if isinstance(s, m.Completed):
-                return replace(u, statement=m.Failed(s.task))
-            case _:
-                return u

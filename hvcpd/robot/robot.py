@@ -305,7 +305,7 @@ class Robot:
     def _act(self, now: float) -> bool:
         """Do what coordination asks for; whether it asked for a halt."""
         halted = False
-        pending = list(self.coordination.actions(self.now))
+        pending = list(self.coordination.actions(now))
         while pending:
             action = pending.pop(0)
             match action:
@@ -316,7 +316,7 @@ class Robot:
                     self.performer.begin(actions, task)
                     if not actions:
                         self._done(now)
-                        pending += self.coordination.actions(self.now)
+                        pending += self.coordination.actions(now)
                 case Halt():
                     self.performer.cancel()
                     halted = True
