@@ -10,8 +10,10 @@ from dataclasses import dataclass
 from datetime import datetime, timedelta
 from functools import cached_property
 from itertools import pairwise
+from typing import TYPE_CHECKING
 
-from dateutil.rrule import DAILY, HOURLY, WEEKLY, rrule, rrulestr
+if TYPE_CHECKING:
+    from dateutil.rrule import rrule
 
 BEGIN = datetime(2024, 1, 1)
 """A Monday, from which intervals of weeks, days and hours are counted."""
@@ -31,8 +33,6 @@ class Recurrence:
     text: str
 
     def __post_init__(self) -> None:
-        if self._interval_s is None and not isinstance(self._rule, rrule):
-            raise ValueError("no rule")
         if self.shortest_s < LEAST_S:
             raise ValueError(f"at most once in {LEAST_S / 60.0:g} min")
 
@@ -66,6 +66,8 @@ class Recurrence:
 
     @cached_property
     def _rule(self) -> rrule:
+        from dateutil.rrule import DAILY, HOURLY, WEEKLY, rrule, rrulestr  # most teams have no rule
+
         if "FREQ=" not in self.text:
             raise ValueError("FREQ= is missing")
         rule = rrulestr(self.text.removeprefix("RRULE:"), dtstart=BEGIN, cache=True)

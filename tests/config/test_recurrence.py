@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import subprocess
+import sys
 from datetime import datetime
 from itertools import pairwise
 
@@ -48,3 +50,12 @@ def test_what_is_no_rule_is_told_with_examples(text: str) -> None:
     told = valid_recurrence(text)
     assert told is not None
     assert "write for example `6 h`" in told
+
+
+def test_only_who_has_a_rule_loads_what_reads_rules() -> None:
+    code = "import sys; from hvcpd.config.tasks import Recurrence; Recurrence({!r}); print('dateutil' in sys.modules)"
+    loaded = [
+        subprocess.run([sys.executable, "-c", code.format(text)], capture_output=True, text=True, check=True).stdout
+        for text in ("6 h", "FREQ=DAILY;BYHOUR=8")
+    ]
+    assert loaded == ["False\n", "True\n"]
