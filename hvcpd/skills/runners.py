@@ -90,12 +90,12 @@ class Program:
         """Run it to its end."""
         arguments = dict(call.arguments)
         safe = filled(self._safe, arguments)
+        starting, said = asyncio.ensure_future(start(filled(self._run, arguments))), Said()
         try:
-            process = self._process = await start(filled(self._run, arguments))
-        except OSError as error:
-            raise FailedError(f"{self._run[0]}: {error.strerror}") from None
-        said = Said()
-        try:
+            try:  # a cancel may come when it runs already, and is not yet known to
+                process = self._process = await asyncio.shield(starting)
+            except OSError as error:
+                raise FailedError(f"{self._run[0]}: {error.strerror}") from None
             if self._guard is not None:
                 self._guard.arm(process.pid, safe)
             await listen(process, said, tell)
@@ -104,11 +104,15 @@ class Program:
                 return said.results
         finally:
             self._process = None
-            await shielded(self._end(process, safe))
+            await shielded(self._end(starting, safe))
         raise FailedError(said.reason or _told(status))
 
-    async def _end(self, process: asyncio.subprocess.Process, safe: tuple[str, ...]) -> None:
-        """Nothing of it is left, and all is safe, unless it came to a good end."""
+    async def _end(self, starting: asyncio.Future[asyncio.subprocess.Process], safe: tuple[str, ...]) -> None:
+        """Nothing of it is left, and all is safe, unless it came to a good end, or never began."""
+        try:
+            process = await starting
+        except OSError:
+            return
         await end_group(process)
         if safe and process.returncode != 0:
             with suppress(OSError):

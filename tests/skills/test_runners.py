@@ -75,6 +75,16 @@ def left_of(group: int) -> list[str]:
     return found
 
 
+def program_of(pid: Path) -> int | None:
+    """The process that a program wrote down, once it has."""
+    return int(pid.read_text()) if pid.exists() and pid.read_text() else None
+
+
+def until_gone(group: int) -> None:
+    """Who was sent SIGKILL runs no further, but is there until a busy kernel gives it its turn to die."""
+    until(lambda: left_of(group) == [], 5.0)
+
+
 def test_a_program_tells_how_far_it_is_and_what_came_of_it() -> None:
     half, litres = '{"progress": 0.5, "text": "half"}', '{"results": {"litres": 0.4}}'
     assert perform(shell(f"echo '{half}'; echo noise; echo '{litres}'")) == ({"litres": 0.4}, [(0.5, "half")])
@@ -117,7 +127,27 @@ def test_a_program_that_is_cancelled_is_gone_with_all_that_it_started(deaf: bool
     text = f"{trap}echo $$ > {tmp_path}/pid.new; sleep 60 & mv {tmp_path}/pid.new {tmp_path}/pid; wait; wait; sleep 60"
     took_s = run(cancelled(shell(text), (tmp_path / "pid").exists))
     assert took_s < STOP_S
-    assert left_of(int((tmp_path / "pid").read_text())) == []
+    until_gone(int((tmp_path / "pid").read_text()))
+
+
+def test_a_cancel_that_comes_before_a_program_is_known_to_run_ends_it_too(tmp_path: Path) -> None:
+    """What it had started lived on, and nothing was left safe: a cancel ended the waiting for it to be started."""
+    pid, safe = tmp_path / "pid", tmp_path / "safe"
+    program = Program(("sh", "-c", f"sleep 60 & echo $$ > {pid}; wait"), ("touch", str(safe)))
+
+    async def scene() -> None:
+        task = asyncio.create_task(program.perform(call(), lambda _share, _text: None))  # type: ignore[arg-type]
+        while program_of(pid) is None:
+            await asyncio.sleep(0)  # one step of the loop, and as long for the program as it needs
+            with suppress(AssertionError):
+                until(lambda: program_of(pid) is not None, 0.1)
+        task.cancel()
+        with pytest.raises(asyncio.CancelledError):
+            await task
+
+    run(scene())
+    assert safe.exists()
+    until_gone(int(pid.read_text()))
 
 
 def test_the_program_that_leaves_all_safe_is_run_after_a_bad_end_only(tmp_path: Path) -> None:
@@ -264,7 +294,7 @@ def test_a_host_that_is_killed_leaves_no_program_and_all_safe(pins: Path, tmp_pa
         time.sleep(0.2)
         host.kill()
         assert until(safe.exists, 5.0) < STOP_S
-    assert left_of(int(pid.read_text())) == []
+    until_gone(int(pid.read_text()))
 
 
 @pytest.fixture
