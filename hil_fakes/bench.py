@@ -20,11 +20,14 @@ from hil_fakes.haste import Haste
 from hil_fakes.loudspeakers import IDEAL, Loudspeaker
 from hil_fakes.room import Air, Noise, Point, Room, Ways
 from hil_fakes.scorekeeper import Scorekeeper
+from hil_fakes.skills import FakeDevice, FakeHost
 from hvcpd.assembly.make import Sound, make_robot
 from hvcpd.assembly.name_registry import NameRegistry
 from hvcpd.assembly.plan import BodyPlan, HearingPlan, RobotPlan, SecurityPlan, TeamPlan
 from hvcpd.config.tasks import TaskRepository
 from hvcpd.coordination.actions import Role, Speech, Timing
+from hvcpd.coordination.coordination import Coordination
+from hvcpd.coordination.states import State
 from hvcpd.errors import PhraseError
 from hvcpd.memory.journal import Journal
 from hvcpd.memory.store import Store
@@ -95,6 +98,8 @@ class BenchPlan:
     """Time from which on `earshot_m` holds, so that robots can meet before."""
     unable: Mapping[str, frozenset[int]] = field(default_factory=dict)
     """What each robot cannot do, by the tasks' numbers."""
+    skills: Mapping[str, Mapping[str, FakeDevice]] = field(default_factory=dict)
+    """What each robot's skills are done with."""
     limit_s: float = 1800.0
     """The mission is given up after this."""
 
@@ -121,6 +126,7 @@ class _Place:
     off_blocks: int
     roster: NameRegistry
     haste: Haste | None = None
+    host: FakeHost = field(default_factory=FakeHost)
     playing: Samples = field(default_factory=lambda: np.zeros(BLOCK, np.float32))
     wheels: WheelCommand = STANDSTILL
     served_block: int = -(10**6)
@@ -141,7 +147,9 @@ class _Place:
         if block < self.off_blocks:
             return
         reading = self.serve_wheels(block)
+        self.host.live(self.robot.now, self.robot.performer.tell)
         output = self.robot.step(heard, reading)
+        self.host.take(output.skills, self.robot.now)
         self.playing = output.sound
         wheels = output.wheels
         if self.haste is not None:
@@ -212,13 +220,14 @@ class Bench:
     def _make_place(self, k: int, start: Pose, stack: ExitStack) -> _Place:
         plan, name = self.plan, self.plan.names[k]
         rng = np.random.default_rng(own_seed(plan.seed, f"switch {name}"))
+        skills = plan.skills.get(name, {})
         role = Role(
             name,
             plan.team,
             coordinator=name == plan.coordinator,
             volunteer=plan.coordinator is None,
             nearest_first=plan.nearest_first,
-            unable=plan.unable.get(name, frozenset()),
+            unable=plan.unable.get(name, frozenset()) | plan.tasks.lacking(skills),
             listed=not plan.strangers,
             speech=plan.speech,
         )
@@ -238,8 +247,10 @@ class Bench:
         body = stack.enter_context(Body(start, own_seed(plan.seed, f"body {name}")))
         off_blocks = round(rng.random() * SWITCH_ON_SPREAD_S / BLOCK_S)
         robot, roster = make_robot(robot_plan, self._sound), NameRegistry(robot_plan, self._sound)
+        robot.performer.offer(frozenset(skills))
         haste = Haste(plan.tasks) if plan.hasty else None
-        return _Place(name, robot, body, Journal(store, plan.tasks, name), off_blocks, roster, haste)
+        host = FakeHost(skills)
+        return _Place(name, robot, body, Journal(store, plan.tasks, name), off_blocks, roster, haste, host)
 
     def _live(self, places: list[_Place], score: Scorekeeper) -> tuple[Samples, tuple[Trail, ...], float]:
         plan = self.plan
@@ -276,8 +287,17 @@ class Bench:
         while block * BLOCK_S < self.plan.limit_s and settled * BLOCK_S < SETTLE_S:
             yield block
             block += 1
-            quiet = all(p.robot.coordination.board.all_done and not p.robot.speaking for p in places)
+            quiet = all(_is_through(p.robot.coordination) and not p.robot.speaking for p in places)
             settled = settled + 1 if quiet else 0
+
+
+def _is_through(c: Coordination) -> bool:
+    """Whether the robot knows that all is done, or is free and can do nothing of what is left."""
+    if c.board.all_done:
+        return True
+    left = (entry for entry in c.board.entries() if not entry.known_done)
+    cannot = (c.role.name in e.failed_by or e.definition.number in c.role.unable for e in left)
+    return c.state is State.READY and c.role.volunteer and all(cannot)
 
 
 def _middle(tasks: TaskRepository) -> Point:

@@ -10,8 +10,8 @@ from hvcpd.config.tasks import Place, TaskRepository
 from hvcpd.coordination.actions import SaveTask
 from hvcpd.language.messages import ToRobot
 from hvcpd.ports import Pose
-from hvcpd.reporting.events import Event, Garbled, Heard, Held, Said, Summary, TaskChanged, Watered
-from hvcpd.robot.records import GarbledRecord, HeardRecord, HoldRecord, PerformedRecord, SaidRecord
+from hvcpd.reporting.events import Event, Garbled, Heard, Held, Said, Skill, Summary, TaskChanged, Watered
+from hvcpd.robot.records import GarbledRecord, HeardRecord, HoldRecord, PerformedRecord, SaidRecord, SkillRecord
 from hvcpd.robot.sealing import seal_shown
 
 WATERING_REACH_M = 0.3
@@ -64,6 +64,8 @@ class Scorekeeper:
                     self.emit(Held(on_s + at_s, on_s + until_s, robot))
                 case SaveTask(number, state, owner):
                     self.emit(TaskChanged(now, robot, number, state, owner))
+                case SkillRecord():
+                    self.emit(Skill(on_s + record.at_s, robot, **record.shown()))
                 case PerformedRecord():
                     self._performed(robot, record.task, pose, now)
         while self._pending and now >= self._sentences[self._pending[0]].said.end_s:

@@ -15,6 +15,8 @@ from functools import partial
 from hil_fakes.word_body import SPEED_M_S, Body
 from hil_fakes.word_channel import Conditions, WordChannel
 from hil_fakes.word_lengths import WordLengths
+from hil_fakes.word_mishearing import misheard
+from hil_fakes.word_occurrences import BEGIN_S, counted
 from hil_fakes.word_seals import WordSeals
 from hvcpd.config.tasks import Action, Forward, GoTo, Place, TaskDefinition, Wait
 from hvcpd.coordination.actions import (
@@ -23,6 +25,7 @@ from hvcpd.coordination.actions import (
     Halt,
     Perform,
     Role,
+    SaveDue,
     SaveStopped,
     SaveTask,
     Say,
@@ -70,6 +73,10 @@ class WordPlan:
     timing: Timing = field(default_factory=Timing)
     seals: WordSeals | None = None
     """Seals of a team with a key; None: no sentence is sealed."""
+    clocks: Mapping[str, float] | None = None
+    """How wrong each robot's clock is, s; who is not named has none. None: nobody needs one, for nothing recurs."""
+    fails: Callable[[str, int, float], bool] = lambda _robot, _task, _now: False
+    """Whether a robot fails at a task at a time."""
     limit_s: float = 10_000.0
     settle_s: float = 20.0
 
@@ -87,6 +94,10 @@ class WordResult:
     collisions: int
     airtime_s: float
     misheard: int
+    missed: int = 0
+    """Occurrences of what recurs that nobody has carried out before the next one;"""
+    repeated: int = 0
+    """and how often one was carried out more than once."""
 
 
 class WordMission:
@@ -101,6 +112,9 @@ class WordMission:
         """Who has saved that it is stopped."""
         self.watered: Counter[int] = Counter()
         self.by: dict[int, str] = {}
+        self.done: list[tuple[float, int, str]] = []
+        """What was carried out when, and by whom."""
+        self.dues: dict[str, dict[int, float]] = {name: {} for name in plan.names}
         self.said: list[tuple[float, str, m.Utterance]] = []
         self.off_in_mid_task = False
         self.halted_s: dict[str, float] = {}
@@ -118,7 +132,7 @@ class WordMission:
             touched=self._collect,
             earshot=None if plan.earshot_m is None else self._in_earshot,
             fading=None if plan.clear_m is None else self._fading,
-            mishear=self._mishear,
+            mishear=partial(misheard, plan.names, [task.number for task in plan.tasks]),
             follows=self._follows if plan.strangers else None,
         )
         if plan.seals is not None:
@@ -138,25 +152,34 @@ class WordMission:
         ended_s = math.inf
         while air.now < plan.limit_s:
             air.run_until(air.now + STEP_S)
-            if not self._pending and self.robots and all(r.board.all_done for r in self.robots.values()):
+            if plan.clocks is None and not self._pending and self.robots and self._all_done():
                 ended_s = air.now
                 air.run_until(air.now + plan.settle_s)
                 break
         return self.result(ended_s)
+
+    def _all_done(self) -> bool:
+        return all(r.board.all_done for r in self.robots.values())
 
     def result(self, ended_s: float) -> WordResult:
         counts = [self.watered[task.number] for task in self.plan.tasks]
         return WordResult(
             lost=sum(n == 0 for n in counts),
             duplicates=sum(max(n - 1, 0) for n in counts),
-            agreed=all(r.board.all_done for r in self.robots.values()),
+            agreed=self._all_done(),
             off_in_mid_task=self.off_in_mid_task,
             ended_s=ended_s,
             sent=self.air.sent,
             collisions=self.air.collisions,
             airtime_s=self.air.airtime_s,
             misheard=self.air.misheard,
+            missed=sum(n == 0 for n in self.occurrences().values()),
+            repeated=sum(max(n - 1, 0) for n in self.occurrences().values()),
         )
+
+    def occurrences(self) -> dict[tuple[int, float], int]:
+        """How often each occurrence of what recurs was carried out."""
+        return counted(self.plan.tasks, self.done, self.plan.limit_s) if self.plan.clocks is not None else {}
 
     def tell(self, at_s: float, speaker: str, utterance: m.Utterance, times: int = 1) -> None:
         """Have somebody say something at that time, `times` times, who is no robot of ours."""
@@ -205,7 +228,10 @@ class WordMission:
             now=self.air.now,
             stopped=name in self.stopped,
             home=self.bodies[name].place,
+            dues=self.dues[name],
         )
+        if plan.clocks is not None and name in plan.clocks:
+            self.robots[name].set_clock(BEGIN_S + plan.clocks[name], self.air.now)
         self.air.refresh()
 
     def fail(self, outage: Outage) -> None:
@@ -232,7 +258,7 @@ class WordMission:
     def _collect(self, name: str) -> None:
         robot = self.robots[name]
         robot.sensed(here=self.bodies[name].at(self.air.now))
-        for action in robot.actions():
+        for action in robot.actions(self.air.now):
             match action:
                 case Say(utterance, slowly, times):
                     if self.plan.seals is not None:
@@ -245,6 +271,8 @@ class WordMission:
                     self.halted_s[name] = self.air.now
                 case SaveTask(number, state, owner):
                     self.saved[name][number] = (state, owner)
+                case SaveDue(number, due_s):
+                    self.dues[name][number] = due_s
                 case SaveStopped(stopped):
                     (self.stopped.add if stopped else self.stopped.discard)(name)
                 case _:
@@ -278,9 +306,14 @@ class WordMission:
                 return
             body.halt(self.air.now)
             robot.sensed(here=body.place)
+            if acts and self.plan.fails(name, task, self.air.now):
+                robot.perform_failed(self.air.now)
+                self.air.refresh((name,))
+                return
             if acts:
                 self.watered[task] += 1
                 self.by[task] = name
+                self.done.append((self.air.now, task, name))
             robot.performed(self.air.now)
             self.air.refresh((name,))
 
@@ -310,29 +343,3 @@ class WordMission:
         named |= {u.addressee.name} if isinstance(u.addressee, m.ToRobot) else set()
         named |= {u.statement.speaker} if isinstance(u.statement, m.Relayed) else set()
         return named <= known
-
-    def _mishear(self, u: m.Utterance, rng: random.Random) -> m.Utterance:
-        """One word wrong: a number, a name, or how a task ended."""
-        if isinstance(u.statement, m.Spelled):
-            return u  # every letter wrong is a name that nobody has; the recogniser's own threshold keeps those away
-        kinds = ["speaker"] if u.speaker is not None else []
-        kinds += ["addressee"] if isinstance(u.addressee, m.ToRobot) else []
-        numbers = [task.number for task in self.plan.tasks]
-        s = u.statement
-        if isinstance(s, m.Claim | m.Working | m.Completed | m.Failed) and isinstance(s.task, m.TaskByNumber):
-            kinds += ["number", "number"]
-        if isinstance(s, m.Completed) and s.next is None:
-            kinds += ["failed"]
-        kind = rng.choice(kinds) if kinds else "none"
-        match kind:
-            case "speaker":
-                return replace(u, speaker=rng.choice(self.plan.names))
-            case "addressee":
-                return replace(u, addressee=m.ToRobot(rng.choice(self.plan.names)))
-            case "number":
-                number = m.TaskByNumber(rng.choice(numbers))
-                return replace(u, statement=replace(s, task=number))  # type: ignore[type-var]
-            case "failed" if isinstance(s, m.Completed):
-                return replace(u, statement=m.Failed(s.task))
-            case _:
-                return u

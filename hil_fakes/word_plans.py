@@ -8,10 +8,16 @@ from dataclasses import replace
 from hil_fakes.word_channel import WORD_S, Conditions
 from hil_fakes.word_lengths import WordLengths
 from hil_fakes.word_mission import Outage, WordPlan
+from hvcpd.config.recurrence import Recurrence
 from hvcpd.config.tasks import GoTo, Place, TaskDefinition, Water
 from hvcpd.language import messages as m
 
 NAMES = tuple("Rob Bot Max Zoe Ada Kim Leo Mia Tom Eva Sam Ida Ben Joy Pip Gus Ned Una Vic Wil".split())
+PERIODS = ("1 h", "90 min", "3 h", "8 h", "1 d", "FREQ=DAILY;BYHOUR=8,16", "FREQ=HOURLY;INTERVAL=4")
+CLOCKS_S = 50.0
+"""So wrong is a clock that was set by hand; two of them differ by less than `schedule.SKEW_S`."""
+FAILING, CRASHING = 0.1, 0.3
+"""Of all robots' tasks so many always fail for them; so many robots are switched off once."""
 ROOM_M = 6.0
 """Half the side of the room that the tasks are strewn over."""
 MISHEARING_MAX = 0.01
@@ -69,6 +75,30 @@ def fading_plan(seed: int, coordinate: bool) -> WordPlan:
     clear_m = rng.choice((CLEAR, 1.0)) * earshot_m - 1e-3
     coordinator = rng.choice(plan.names) if coordinate else None
     return replace(plan, earshot_m=earshot_m, clear_m=clear_m, coordinator=coordinator, late={}, limit_s=FADING_LIMIT_S)
+
+
+def recurring_plan(seed: int, robots: tuple[int, int] = (2, 12), hours: float = 72.0) -> WordPlan:
+    """A team for some days: tasks that recur, clocks that are wrong by up to a minute or missing, some robots that
+    fail, and some that are switched off and on again."""
+    chance = random.Random(seed)
+    plan = random_plan(seed, robots=robots, tasks=(1, 5), outages_max=0)
+    tasks = tuple(replace(t, every=Recurrence(chance.choice(PERIODS))) for t in plan.tasks)
+    with_clock = chance.sample(plan.names, chance.randint(1, len(plan.names)))
+    failing = {(name, task.number) for name in plan.names[1:] for task in tasks if chance.random() < FAILING}
+    outages = tuple(
+        Outage(name, chance.uniform(0.0, hours * 3600.0), chance.uniform(30.0, 20_000.0))
+        for name in plan.names[1:]
+        if chance.random() < CRASHING
+    )
+    return replace(
+        plan,
+        tasks=tasks,
+        clocks={name: chance.uniform(-CLOCKS_S, CLOCKS_S) for name in dict.fromkeys((plan.names[0], *with_clock))},
+        fails=lambda name, task, _now: (name, task) in failing,
+        outages=outages,
+        late={},
+        limit_s=hours * 3600.0,
+    )
 
 
 def omniscient_airtime_s(plan: WordPlan) -> float:

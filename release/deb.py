@@ -39,6 +39,7 @@ FILES = {
     "etc/tasks.yaml": "etc/hvcpd/tasks.yaml",
     "systemd/hvcpd.service": "usr/lib/systemd/system/hvcpd.service",
     "systemd/hvcpd@.service": "usr/lib/systemd/system/hvcpd@.service",
+    "systemd/hvcpd-skills.service": "usr/lib/systemd/system/hvcpd-skills.service",
     "systemd/hvcpd.sysusers": "usr/lib/sysusers.d/hvcpd.conf",
     "systemd/hvcpd.tmpfiles": "usr/lib/tmpfiles.d/hvcpd.conf",
     "systemd/60-hvcpd.rules": "usr/lib/udev/rules.d/60-hvcpd.rules",

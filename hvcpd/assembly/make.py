@@ -112,6 +112,7 @@ def make_phrasebook(
             tasks=(*(task.name for task in tasks.tasks), *tasks.other_tasks),
             numbers=tuple(task.number for task in tasks.tasks),
             remarks=tasks.remarks,
+            failures=tasks.failures,
             alternatives=tasks.alternatives,
             kinds=frozenset(Kind) if encrypted else SEALED_KINDS if sealed else OPEN_KINDS,
         )
@@ -249,6 +250,7 @@ def make_robot(plan: RobotPlan, sound: Sound) -> Robot:
         remembered=plan.memory.tasks,
         stopped=plan.memory.stopped,
         home=body.home,
+        dues=plan.memory.dues,
     )
     phrasebook, ears, listening = _book_and_ears(plan, names, sound, plan.team.strangers)
     return Robot(

@@ -54,6 +54,8 @@ class MemoryPlan:
     stopped: bool = False
     counters: Mapping[str, int] | None = None
     """Of seals and codes."""
+    dues: Mapping[int, float] | None = None
+    """For which time each task that recurs was done last, s since 1970."""
 
 
 @dataclass(frozen=True)

@@ -248,7 +248,8 @@ def _with_proposals(
 
 
 def _key_of(word: str, vocabulary: Vocabulary) -> str:
-    spoken = {word for task in (*vocabulary.tasks, *vocabulary.remarks) for word in spoken_words(task)}
+    texts = (*vocabulary.tasks, *vocabulary.remarks, *vocabulary.failures)
+    spoken = {word for text in texts for word in spoken_words(text)}
     if word in spoken:
         return "tasks"
     return "names" if word in (name.lower() for name in vocabulary.names) else "teams"

@@ -16,6 +16,7 @@ from typing import Any, Literal, ParamSpec, cast
 from hvcpd.config.document import Document, KeyPath, Place, parse, read_bytes
 from hvcpd.config.loading import Parts, between, checked, structure
 from hvcpd.config.names import NameCheck, VoiceName, repeated_names, valid_robot_name, valid_team_name
+from hvcpd.config.skill_settings import SkillSettings, runnable, valid_skills
 from hvcpd.config.sources import FILE_VARIABLE, Sourced, overlay_environment, sources_of
 from hvcpd.config.tasks import default_tasks_path
 from hvcpd.errors import did_you_mean
@@ -186,6 +187,7 @@ class Settings:
     mode: Literal["volunteer", "coordinate", "follow"] = "volunteer"
     pick: Literal["random", "nearest"] = "random"
     unable: tuple[int, ...] = ()
+    clock: bool = True
     start: StartSettings = StartSettings()
     audio: AudioSettings = AudioSettings()
     wheels: WheelSettings = WheelSettings()
@@ -193,6 +195,7 @@ class Settings:
     clips: ClipSettings = ClipSettings()
     voices: Literal["robots", "enrolled", "any"] = "any"
     security: SecuritySettings = SecuritySettings()
+    skills: Mapping[str, SkillSettings] = field(default_factory=dict, metadata=checked(valid_skills))
     seed: int | None = field(default=None, metadata=between(0, 2**32 - 1))
     log_level: Literal["debug", "info", "warning", "error"] = "info"
     log_format: Literal["auto", "console", "keyvalue", "json"] = "auto"
@@ -291,6 +294,7 @@ def _with_whole_paths(settings: Settings, document: Document, path: Path | None)
         lexicon=settings.lexicon and whole(settings.lexicon, "lexicon"),
         state_dir=whole(settings.state_dir, "state_dir"),
         control=dataclasses.replace(control, socket=control.socket and whole(control.socket, "control", "socket")),
+        skills={name: runnable(skill, path) for name, skill in settings.skills.items()},
         clips=dataclasses.replace(clips, folder=clips.folder and whole(clips.folder, "clips", "folder")),
         security=dataclasses.replace(security, key=security.key and whole(security.key, "security", "key")),
     )

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from hvcpd.config.tasks import Forward, GoTo, SayAction, TaskDefinition, TaskRepository, Turn, Wait, Water
+from hvcpd.config.tasks import Forward, GoTo, SayAction, TaskDefinition, TaskRepository, Turn, Use, Wait, Water
 
 
 def doubts(tasks: TaskRepository) -> tuple[str, ...]:
@@ -14,7 +14,7 @@ def _doubts(task: TaskDefinition) -> list[str]:
     found = []
     if task.place is not None:
         way = GoTo(task.place)
-        done = [k for k, action in enumerate(task.actions) if isinstance(action, Wait | SayAction)]
+        done = [k for k, action in enumerate(task.actions) if isinstance(action, Wait | SayAction | Use)]
         if way not in task.actions:
             remedy = "begin its actions with `go to place`, or leave `place` out"
             found.append(f"it has a place, but no action leads there; {remedy}")

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, cast
@@ -10,7 +10,7 @@ from typing import Any, cast
 from cattrs import Converter
 from cattrs.errors import AttributeValidationNote, BaseValidationError
 
-from hvcpd.config.document import KeyPath
+from hvcpd.config.document import Document, KeyPath, parse, read_bytes
 from hvcpd.config.icons import valid_icon
 from hvcpd.config.loading import (
     Check,
@@ -19,11 +19,14 @@ from hvcpd.config.loading import (
     between,
     checked,
     describe,
-    load,
     number_between,
+    structure,
 )
 from hvcpd.config.names import unsayable, valid_alternative, valid_task_name, valid_word
+from hvcpd.config.recurrence import Recurrence, valid_recurrence
+from hvcpd.config.skills import MAX_SKILLS, Skill, SkillEntry, valid_key
 from hvcpd.config.tasks import (
+    WATER,
     Action,
     Forward,
     GoTo,
@@ -32,10 +35,11 @@ from hvcpd.config.tasks import (
     TaskDefinition,
     TaskRepository,
     Turn,
+    Use,
     Wait,
     Water,
 )
-from hvcpd.errors import did_you_mean
+from hvcpd.errors import ConfigError, did_you_mean
 
 SoundsAlike = Callable[[str, str], bool]
 """Whether two names are too near in sound to be told apart by ear."""
@@ -92,14 +96,16 @@ class _TaskEntry:
     actions: tuple[_ActionEntry, ...] = field(metadata=checked(_valid_actions))
     place: _PlaceEntry | None = None
     icon: str = field(default="", metadata=checked(valid_icon))
+    every: str = field(default="", metadata=checked(valid_recurrence))
 
     def definition(self) -> TaskDefinition:
         place = self.place.place() if self.place else None
         there = (GoTo(place),) if place else ()
+        every = Recurrence(self.every) if self.every else None
         actions: list[Action] = []
         for entry in self.actions:
             actions += (entry.action,) if entry.action is not None else there
-        return TaskDefinition(self.number, self.name, place, tuple(actions), self.icon)
+        return TaskDefinition(self.number, self.name, place, tuple(actions), self.icon, every)
 
 
 def _valid_count(tasks: tuple[Any, ...]) -> str | None:
@@ -129,9 +135,17 @@ def _read_alternatives(value: Any, _: Converter) -> _Alternatives:
     return _Alternatives(tuple((word, p) for word, phrases in lists.items() for p in phrases if isinstance(p, str)))
 
 
+def _valid_skills(skills: Mapping[str, Any]) -> str | None:
+    if len(skills) > MAX_SKILLS:
+        return f"at most {MAX_SKILLS} skills may be declared, found {len(skills)}; remove some"
+    taken = next((f"{name!r} is what every robot can; choose another" for name in skills if name in _BUILT_IN), None)
+    return taken or next((text for name in skills if (text := valid_key(name)) is not None), None)
+
+
 @dataclass(frozen=True)
 class _TaskFile:
     tasks: tuple[_TaskEntry, ...] = field(metadata=checked(_valid_count))
+    skills: Mapping[str, SkillEntry] = field(default_factory=dict, metadata=checked(_valid_skills))
     other_tasks: tuple[str, ...] = field(default=(), metadata=checked(_valid_others))
     alternatives: _Alternatives = field(default_factory=_Alternatives)
 
@@ -148,26 +162,72 @@ _ACTIONS: dict[str, tuple[type[Any], Check | None, Callable[[Any], Action]]] = {
     "forward": (float, number_between(-MAX_DISTANCE_M, MAX_DISTANCE_M), Forward),
     "turn": (float, number_between(-MAX_ANGLE_DEG, MAX_ANGLE_DEG), Turn),
     "wait": (float, number_between(0, MAX_WAIT_S), Wait),
-    "water": (float, number_between(0, MAX_WAIT_S), Water),
+    WATER: (float, number_between(0, MAX_WAIT_S), Water),
     "say": (str, _valid_sentence, SayAction),
 }
 """The key of each action, the type of what follows it, a check of that, and what becomes of it."""
 
+_BUILT_IN = (TO_PLACE, *(key for key in _ACTIONS if key != WATER))
+"""Names that no skill of a team's own may have; to declare "water" says what this team's watering is told."""
 
-def _read_action(value: Any, converter: Converter) -> _ActionEntry:
+Declared = Mapping[str, SkillEntry | None]
+"""The skills of a file; None: one that is itself at fault, so that nothing can be said of its uses."""
+
+
+def _declared(document: Document) -> Declared:
+    """What the file declares, as far as it is right; `structure` tells of the rest."""
+    found = document.value.get("skills") if isinstance(document.value, dict) else None
+    skills: dict[str, SkillEntry | None] = {}
+    for name, value in found.items() if isinstance(found, dict) else ():
+        part = Document(document.place(("skills", name)))
+        part.value = value
+        try:
+            skills[name] = structure(part, SkillEntry)
+        except ConfigError:
+            skills[name] = None
+    return skills
+
+
+def _reader(declared: Declared) -> Callable[[Any, Converter], _ActionEntry]:
+    """Reads an action of a file that declares these skills."""
+
+    def read(value: Any, converter: Converter) -> _ActionEntry:
+        pair = (value, None) if isinstance(value, str) else _only_pair(value)
+        if pair is not None and pair[0] in declared:
+            name, argument = pair
+            return _read_use(name, argument, declared[name])
+        return _read_action(value, converter, tuple(declared))
+
+    return read
+
+
+def _only_pair(value: Any) -> tuple[str, Any] | None:
+    return next(iter(value.items())) if isinstance(value, dict) and len(value) == 1 else None
+
+
+def _read_use(name: str, argument: Any, entry: SkillEntry | None) -> _ActionEntry:
+    if entry is None:
+        return _ActionEntry(Use(name))
+    try:
+        return _ActionEntry(Use(name, entry.read(argument), entry.limit_s))
+    except FaultError as error:
+        raise FaultError(str(error), *((name, *error.path) if argument is not None else ())) from None
+
+
+def _read_action(value: Any, converter: Converter, skills: tuple[str, ...]) -> _ActionEntry:
     if value == TO_PLACE:
         return _ActionEntry(None)
-    forms = [TO_PLACE, *_ACTIONS]
+    forms = [TO_PLACE, *_ACTIONS, *skills]
     if isinstance(value, str):
         hint = f"write {{{value}: …}}" if value in _ACTIONS else did_you_mean(value[:40], forms)
         raise FaultError(f"{value[:40]!r} is no action by itself; {hint}")
     if not isinstance(value, dict) or len(value) != 1:
-        raise FaultError(
-            f"expected one action, found {describe(value)}; write {TO_PLACE!r} or one of {', '.join(_ACTIONS)}"
-        )
+        others = ", ".join((*_ACTIONS, *skills))
+        raise FaultError(f"expected one action, found {describe(value)}; write {TO_PLACE!r} or one of {others}")
     ((key, argument),) = value.items()
     if key not in _ACTIONS:
-        raise FaultError(f"unknown action {key[:40]!r}; {did_you_mean(key[:40], forms)}", key)
+        hint = did_you_mean(key[:40], forms)
+        raise FaultError(f"unknown action {key[:40]!r}; {hint} (a skill of your own is declared under `skills:`)", key)
     type_, check, make = _ACTIONS[key]
     try:
         found = converter.structure(argument, type_)
@@ -188,13 +248,19 @@ def load_tasks(path: Path, sounds_alike: SoundsAlike | None = None) -> TaskRepos
     task with "go to place" has a place; and, if `sounds_alike` is given, that no two names are mistaken by ear.
     Raises ConfigError with every fault of the file.
     """
-    file = load(
-        path,
+    document = parse(read_bytes(path), str(path))
+    file = structure(
+        document,
         _TaskFile,
         lambda parts: _check(parts, sounds_alike),
-        {_ActionEntry: _read_action, _Alternatives: _read_alternatives},
+        {_ActionEntry: _reader(_declared(document)), _Alternatives: _read_alternatives},
     )
-    return TaskRepository(tuple(entry.definition() for entry in file.tasks), file.other_tasks, file.alternatives.pairs)
+    return TaskRepository(
+        tuple(entry.definition() for entry in file.tasks),
+        file.other_tasks,
+        file.alternatives.pairs,
+        tuple(Skill(name, entry) for name, entry in file.skills.items()),
+    )
 
 
 def _check(parts: Parts, sounds_alike: SoundsAlike | None) -> None:

@@ -3,8 +3,15 @@
 from __future__ import annotations
 
 import importlib.resources
+from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
+
+from hvcpd.config.recurrence import Recurrence
+from hvcpd.config.skills import USUAL_LIMIT_S, Skill, Value
+
+WATER = "water"
+"""The skill that a `Water` is, where one of that name is offered."""
 
 
 @dataclass(frozen=True)
@@ -45,7 +52,16 @@ class Wait:
 
 @dataclass(frozen=True)
 class Water(Wait):
-    """Stand still and water: a Wait for which reports have a word of their own."""
+    """Water for so long: by the skill WATER if the robot has it, else it stands and waits."""
+
+
+@dataclass(frozen=True)
+class Use:
+    """Have a skill do something; it fails after `limit_s`. `arguments` are in the order of its parameters."""
+
+    skill: str
+    arguments: tuple[tuple[str, Value], ...] = ()
+    limit_s: float = USUAL_LIMIT_S
 
 
 @dataclass(frozen=True)
@@ -57,7 +73,7 @@ class SayAction:
 
 Motion = GoTo | Forward | Turn
 
-Action = Motion | Wait | SayAction
+Action = Motion | Wait | SayAction | Use
 
 
 @dataclass(frozen=True)
@@ -70,15 +86,22 @@ class TaskDefinition:
     actions: tuple[Action, ...]
     icon: str = ""
     """Its mark in pictures: one of `hvcpd.config.icons.ICONS` or a single character; empty: a neutral one."""
+    every: Recurrence | None = None
+    """When it is due again; None: it is done once and for ever."""
 
     @property
     def places(self) -> tuple[Place, ...]:
         """Where a robot must stand for the task to be done: wherever its actions send it, and at the task's own place
-        if something is watered there. Whatever else they ask for is done wherever the robot is."""
+        if something is watered, or a skill used, there. Whatever else they ask for is done wherever the robot is."""
         sent = [action.place for action in self.actions if isinstance(action, GoTo)]
-        if self.place is not None and any(isinstance(action, Water) for action in self.actions):
+        if self.place is not None and any(isinstance(action, Water | Use) for action in self.actions):
             sent.append(self.place)
         return tuple(dict.fromkeys(sent))
+
+    @property
+    def skills(self) -> frozenset[str]:
+        """The skills that it cannot be done without."""
+        return frozenset(action.skill for action in self.actions if isinstance(action, Use))
 
 
 @dataclass(frozen=True)
@@ -89,6 +112,17 @@ class TaskRepository:
     other_tasks: tuple[str, ...] = ()
     alternatives: tuple[tuple[str, str], ...] = ()
     """Words, and phrases that count as them when they are heard: ("indigo", "in the go")."""
+    skills: tuple[Skill, ...] = ()
+    """What its actions may use, besides what every robot can."""
+
+    @property
+    def failures(self) -> tuple[str, ...]:
+        """The reasons for which its skills may fail, as they are spoken, each once."""
+        return tuple(dict.fromkeys(reason for skill in self.skills for reason in skill.entry.failures))
+
+    def lacking(self, skills: Iterable[str]) -> frozenset[int]:
+        """The numbers of the tasks that whoever has only these skills cannot do."""
+        return frozenset(task.number for task in self.tasks if not task.skills <= frozenset(skills))
 
     @property
     def remarks(self) -> tuple[str, ...]:

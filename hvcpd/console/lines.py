@@ -7,7 +7,7 @@ from collections.abc import Callable, Mapping
 from typing import Any
 
 from hvcpd.reporting.palette import robot_slot
-from hvcpd.reporting.text import clean
+from hvcpd.reporting.text import clean, skill_words
 
 Line = dict[str, Any]
 
@@ -63,6 +63,11 @@ Event = Mapping[str, Any]
 Sort = tuple[str, str | None, str, list[dict[str, str]]]
 
 
+def is_passing(event: Event) -> bool:
+    """Whether it only tells how far a skill is: no line for each of those."""
+    return event.get("event") == "skill" and event.get("state") in ("initializing", "running") and bool(event["share"])
+
+
 def line_of(event: Event, at_s: float, slots: Slots, task: Callable[[int], str]) -> Line | None:
     """The line for a daemon's event (docs/control.md), None if it has none; `task` tells a task as people do.
 
@@ -70,7 +75,7 @@ def line_of(event: Event, at_s: float, slots: Slots, task: Callable[[int], str])
     shows it as text and never as markup.
     """
     make = _MAKERS.get(str(event.get("event")))
-    if make is None:
+    if make is None or is_passing(event):
         return None
     sort, who, text, marks = make(event, task)
     slot = slots.of(who) if who is not None else None
@@ -118,6 +123,12 @@ def _watered(event: Event, task: Callable[[int], str]) -> Sort:
     return "act", event["robot"], f"has carried out {task(event['task'])}", []
 
 
+def _skill(event: Event, _task: Callable[[int], str]) -> Sort:
+    failed, said = event["state"] == "failed", ("state", "share", "text", "arguments", "results")
+    text = clean(skill_words(str(event["skill"]), *(event[key] for key in said)))
+    return "note" if failed else "act", event["robot"], text, []
+
+
 _MAKERS: dict[str, Callable[[Event, Callable[[int], str]], Sort]] = {
     "said": _said,
     "heard": _heard,
@@ -125,6 +136,7 @@ _MAKERS: dict[str, Callable[[Event, Callable[[int], str]], Sort]] = {
     "held": _held,
     "noted": _noted,
     "watered": _watered,
+    "skill": _skill,
 }
 
 

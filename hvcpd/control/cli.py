@@ -15,7 +15,7 @@ from hvcpd.control.doctor.doctor_parser import add_calibrate, add_doctor
 from hvcpd.control.drive.drive_parser import add_drive
 from hvcpd.control.enrol.enrol_parser import add_enrol
 from hvcpd.control.keys.key_parser import add_key
-from hvcpd.control.live.daemon_parser import add_completion, add_daemon_commands, add_ros
+from hvcpd.control.live.daemon_parser import add_completion, add_daemon_commands, add_ros, add_skills
 from hvcpd.control.simulate.evaluate_parser import add_evaluate
 from hvcpd.errors import EX_FAILURE, EX_INTERRUPTED, EX_OK, EX_USER, HvcpdError
 
@@ -41,6 +41,13 @@ def _level_db(text: str) -> float:
     if not -200.0 <= value <= 200.0:
         raise argparse.ArgumentTypeError(f"{text} dB is out of the range -200 to 200")
     return value
+
+
+def _lack(text: str) -> tuple[str, str]:
+    robot, _, skill = text.partition("=")
+    if not robot or not skill:
+        raise argparse.ArgumentTypeError(f"{text!r} is not ROBOT=SKILL, for example Bot=look")
+    return robot, skill
 
 
 def _between(least: float, most: float) -> Callable[[str], float]:
@@ -102,6 +109,7 @@ def make_parser() -> argparse.ArgumentParser:
     add_doctor(commands, _lazy("doctor.doctor"))
     add_calibrate(commands, _lazy("doctor.calibrate"))
     add_ros(commands, _lazy("live.ros"))
+    add_skills(commands, _lazy("live.skills"))
     add_evaluate(commands, _lazy("simulate.evaluate"), _seed)
     add_completion(commands, _lazy("completion"))
     return parser
@@ -153,6 +161,16 @@ def _add_simulate(commands: _Commands) -> None:
     c.add_argument("--repeat", type=int, choices=(1, 2), help="say every sentence so often in a row (default 1)")
     _add_key_option(c, "seal what the robots say; without a file with a key made for the occasion")
     c.add_argument("--encrypted", action="store_true", help="with --key: in code words that nobody else understands")
+    tank = "give each robot a pump, and so much water for it"
+    c.add_argument("--tank", type=_between(0.0, 1000.0), metavar="LITRES", help=tank)
+    c.add_argument(
+        "--without",
+        type=_lack,
+        action="append",
+        default=[],
+        metavar="ROBOT=SKILL",
+        help="a robot lacks a skill that the task file declares; more than once for more",
+    )
     c.add_argument("--mute", action="store_true", help="let no sound pass, to see that nothing else does")
     c.add_argument("--allow-confusable", action="store_true", help="use words that would be taken for one another too")
     c.add_argument("--report", type=Path, metavar="DIR", help="write report.html, mission.wav, transcript.jsonl")

@@ -99,7 +99,15 @@ class SaveStopped:
     stopped: bool
 
 
-Action = Say | Perform | Halt | SaveTask | SavePeer | SaveStopped
+@dataclass(frozen=True)
+class SaveDue:
+    """Remember that a task was done for the time at which it was due, s since 1970."""
+
+    number: int
+    due_s: float
+
+
+Action = Say | Perform | Halt | SaveTask | SaveDue | SavePeer | SaveStopped
 
 
 @dataclass(frozen=True)

@@ -106,7 +106,8 @@ def left(me: Knowledge, heard: Heard, s: m.Left) -> None:
     if not s.more:
         for entry in me.board.entries():
             number = entry.definition.number
-            if number not in s.numbers and me.current.task != number and not entry.known_done:
+            unsaid = number not in s.numbers and me.current.task != number
+            if unsaid and not entry.known_done and not entry.is_due:
                 _note_left_out(me, entry, speaker, now)
     fire(me, Trigger.ANSWERED, now)
     me.reconsider(now)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 
@@ -35,6 +36,15 @@ class Entry:
     """So often the owner, and another one in answer, was heard to say whose the task is: a word can be misheard."""
     times_denied: int = 0
     """So often this robot's claim of it was denied."""
+    due_s: float | None = None
+    """Of a task that recurs: when the occurrence was due that all of this is about, s since 1970; None: unknown."""
+    is_due: bool = False
+    """It became due again while this robot was listening: a list of what is left may come from somebody whose time has
+    not come, and does not tell that it is done."""
+    opened_s: float = -math.inf
+    """When that was, by the sample clock."""
+    done_s: float = -math.inf
+    """When it was known to be done last, by the sample clock."""
 
     @property
     def known_done(self) -> bool:
@@ -75,6 +85,11 @@ class Board:
 
     def entries(self) -> tuple[Entry, ...]:
         return tuple(self._entries.values())
+
+    @property
+    def recurs(self) -> bool:
+        """Whether anything is due again when it is done."""
+        return any(entry.definition.every is not None for entry in self._entries.values())
 
     @property
     def all_done(self) -> bool:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 
-from hvcpd.config.tasks import Place, TaskDefinition, Wait
+from hvcpd.config.tasks import Place, TaskDefinition, Use, Wait
 from hvcpd.coordination.board import CLAIMED, DONE
 from hvcpd.coordination.knowledge import Knowledge
 from hvcpd.coordination.peers import Peer
@@ -76,6 +76,7 @@ def is_assured(me: Knowledge, now: float) -> bool:
         return False  # who had the task before may have done it, and its objection may have been lost
     actions = me.board[me.my_task()].definition.actions
     needs_s = sum(a.duration_s for a in actions if isinstance(a, Wait))
+    needs_s += sum(a.limit_s for a in actions if isinstance(a, Use))
     return now + needs_s + MARGIN_S <= me.current.assured_s
 
 

@@ -98,7 +98,7 @@ def report(me: Knowledge) -> m.Utterance | None:
         return claim(me)
     number = m.TaskByNumber(me.report.task)
     done = me.board[me.report.task].state == DONE
-    return to_asker(me, me.current.partner, m.Completed(number) if done else m.Failed(number))
+    return to_asker(me, me.current.partner, m.Completed(number) if done else m.Failed(number, me.report.reason))
 
 
 def working(me: Knowledge) -> m.Utterance | None:

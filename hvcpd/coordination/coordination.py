@@ -10,8 +10,8 @@ import math
 from collections.abc import Iterable, Mapping
 
 from hvcpd.config.tasks import Place, TaskDefinition
-from hvcpd.coordination import choosing, composing, deadlines, hearing, repair, trusting
-from hvcpd.coordination.actions import Action, Rng, Role, SavePeer, SaveTask, Say, Timing
+from hvcpd.coordination import choosing, composing, deadlines, hearing, repair, schedule, trusting
+from hvcpd.coordination.actions import Action, Rng, Role, SaveDue, SavePeer, SaveTask, Say, Timing
 from hvcpd.coordination.addressing import confirming_slot, whose_turn
 from hvcpd.coordination.board import Board
 from hvcpd.coordination.floor import Floor, Intent, Order, Urgency, round_of_turns
@@ -26,6 +26,8 @@ from hvcpd.security.trust import Trust
 SAME_WITHIN_S = 1.0
 """The same sentence, begun no later than this after it was understood, is its second saying: SECOND_GAP_S, and some
 more for ears that notice late. Nobody who waits for an answer says anything again so soon."""
+CLOCK_STEP_S = 1.0
+"""A clock that goes by so much less is only read at another moment."""
 CONFIRMERS = 3
 """Maximum number of confirmations that may still begin before a new turn does: three in a row rarely miss a claim."""
 MAX_SENTENCES = 8
@@ -41,7 +43,7 @@ class Coordination:
     """See the module. `remembered` are the tasks' states from the robot's store: number → (state, owner).
 
     `stopped`: it was stopped when it was switched off, and nobody has said "resume" since. `home` is where "come back"
-    leads; None: the first place that is sensed.
+    leads; None: the first place that is sensed. `dues`: when what recurs was due that was done last, s since 1970.
     """
 
     def __init__(
@@ -54,13 +56,16 @@ class Coordination:
         now: float = 0.0,
         stopped: bool = False,
         home: Place | None = None,
+        dues: Mapping[int, float] | None = None,
     ) -> None:
         timing = (timing or Timing()).for_speech(role.speech)
         board = Board(tasks, remembered or {}, now + timing.lease_s)
-        self.board, self.peers = board, Peers(timing.absent_s)
+        self.board, self.peers = board, Peers(timing.absent_s, board.recurs)
         self.knowledge = me = Knowledge(role, timing, rng, board, self.peers, Floor(timing, rng))
         me.missed.heard_work = bool(remembered)
         me.body.home = home
+        for number, due_s in (dues or {}).items():
+            board[number].due_s = due_s
         self._roster = frozenset(name.lower() for name in role.roster)
         if stopped:
             me.state = State.STOPPED
@@ -92,6 +97,7 @@ class Coordination:
         if not believed:
             trusting.refuse(me, utterance, trust, now)
             return
+        schedule.heard(me, m.own_words(utterance.statement), now)
         hearing.react(me, Heard(utterance, 1.0 if trust.checks_words else confidence, now))
         if me.state is State.READY and me.timer_s == math.inf and not me.board.all_done:
             me.arm(now, me.timing.decide_s)
@@ -126,8 +132,9 @@ class Coordination:
             trigger = Trigger.ARRIVED_SURE if choosing.is_assured(me, now) else Trigger.ARRIVED
         fire(me, trigger, now)
 
-    def perform_failed(self, now: float) -> None:
-        """The actions of the last `Perform` cannot be carried out."""
+    def perform_failed(self, now: float, reason: str | None = None) -> None:
+        """The actions of the last `Perform` cannot be carried out; `reason`: why, if it can be said."""
+        self.knowledge.report.reason = reason
         fire(self.knowledge, Trigger.FAILED, now)
 
     def remark(self, text: str, now: float) -> None:
@@ -165,6 +172,13 @@ class Coordination:
         fire(self.knowledge, Trigger.STOP, now)
         return before is not State.STOPPED
 
+    def set_clock(self, offset_s: float | None, now: float) -> None:
+        """Tell the time: seconds since 1970 at 0 of the sample clock; None if nobody knows it."""
+        me = self.knowledge
+        if me.clock_s is None or offset_s is None or abs(offset_s - me.clock_s) > CLOCK_STEP_S:
+            me.clock_s, me.due_next_s = offset_s, None
+            schedule.open_due(me, now)
+
     def tell_memory_lost(self, now: float) -> None:
         """Its memory is lost, so that it began stopped: say so aloud, and once released ask what is left."""
         self.knowledge.missed.heard_work = True
@@ -199,6 +213,7 @@ class Coordination:
             if now >= me.timer_s:
                 me.timer_s = math.inf
                 deadlines.time_is_over(me, now)
+        schedule.open_due(me, now)
         deadlines.renew_lease(me, now)
         intent = me.floor.begin(now)
         if intent is not None:
@@ -207,13 +222,16 @@ class Coordination:
     def next_deadline(self) -> float:
         """When `tick` must be called at the latest; infinity if nothing is due."""
         me = self.knowledge
-        return min(me.floor.next_deadline(), deadlines.renewal_s(me), me.timer_s)
+        return min(me.floor.next_deadline(), deadlines.renewal_s(me), schedule.next_s(me), me.timer_s)
 
-    def actions(self) -> tuple[Action, ...]:
+    def actions(self, now: float) -> tuple[Action, ...]:
         """What is to be done now, in order; handed out once."""
         me = self.knowledge
         for number in me.board.changed:
             me.do(SaveTask(number, me.board[number].lasting_state, me.board[number].owner))
+            due_s = schedule.note_done(me, number, now) if me.board[number].known_done else None
+            if due_s is not None:
+                me.do(SaveDue(number, due_s))
         me.board.changed.clear()
         actions, me.actions = tuple(me.actions), []
         return actions

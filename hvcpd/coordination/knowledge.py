@@ -58,6 +58,8 @@ class Report:
 
     task: int | None = None
     """A task that it has finished or given up, and nobody has confirmed to have heard so."""
+    reason: str | None = None
+    """Why it was given up, if that can be said."""
     said: bool = False
     """Whether the sentence that waits for a confirmation held the report."""
 
@@ -217,6 +219,10 @@ class Knowledge:
     waiting: Waiting = field(default_factory=Waiting)
     doubts: Doubts = field(default_factory=Doubts)
     repair: Repair = field(default_factory=Repair)
+    clock_s: float | None = None
+    """Seconds since 1970 at 0 of the sample clock; None: nobody knows the time."""
+    due_next_s: float | None = None
+    """When something is due next, s since 1970; None: to be reckoned anew."""
     last_heard: tuple[m.Utterance, float] | None = None
     actions: list[Action] = field(default_factory=list)
 

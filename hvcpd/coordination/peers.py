@@ -39,6 +39,8 @@ class Peer:
     """The task that we ordered it to do and that it has not reported yet."""
     met: Place | None = None
     """Where this robot stood when that one last answered it, or, until then, when it was first heard."""
+    counted_s: float = 0.0
+    """When it was heard last, by the time that counts for who is gone."""
     sought: bool = False
     """This robot has gone back there, and has not been answered since."""
     unable: frozenset[int] = frozenset()
@@ -52,11 +54,18 @@ def team_of(u: m.Utterance) -> str | None:
     return u.team
 
 
-class Peers:
-    """All who were ever heard. `absent_s`: whoever was not heard for so long counts as gone."""
+QUIET_S = 60.0
+"""Of a silence so much counts for who is gone, where robots rest for hours: longer than a turn of the largest team."""
 
-    def __init__(self, absent_s: float) -> None:
+
+class Peers:
+    """All who were ever heard. `absent_s`: whoever was not heard for so long counts as gone; if the team `rests`, of
+    each silence only QUIET_S count: where nobody speaks, nobody could have been heard."""
+
+    def __init__(self, absent_s: float, rests: bool = False) -> None:
         self._absent_s = absent_s
+        self._most_s = QUIET_S if rests else float("inf")
+        self._rested_s = 0.0
         self._peers: dict[str, Peer] = {}
         self._present: tuple[str, ...] | None = None
         """Who is present, kept until `_present_until_s`: it is asked many times about each sentence."""
@@ -73,14 +82,20 @@ class Peers:
     def present(self, now: float) -> tuple[str, ...]:
         """The names, in lower case and sorted, of all who are believed to be within earshot."""
         if self._present is None or now > self._present_until_s:
-            there = {key: p.last_heard_s for key, p in self._peers.items() if self.is_present(key, now)}
+            there = {key: p.counted_s for key, p in self._peers.items() if self.is_present(key, now)}
             self._present = tuple(sorted(there))
-            self._present_until_s = min(there.values(), default=float("inf")) + self._absent_s
+            left_s = min(there.values(), default=float("inf")) + self._absent_s - self._counted(now)
+            self._present_until_s = now + left_s
         return self._present
 
     def is_present(self, name: str, now: float) -> bool:
         peer = self._peers.get(name.lower())
-        return peer is not None and not peer.silent and peer.last_heard_s >= now - self._absent_s
+        return peer is not None and not peer.silent and peer.counted_s >= self._counted(now) - self._absent_s
+
+    def _counted(self, now: float) -> float:
+        """The time without what of the silences does not count."""
+        silence_s = now - self.last_heard_s if self.last_heard_s > float("-inf") else 0.0
+        return now - self._rested_s - max(silence_s - self._most_s, 0.0)
 
     def heard(self, name: str, team: str | None, now: float, confidence: float, snr_db: float | None) -> Peer:
         """Note that somebody spoke; a team once announced is kept."""
@@ -89,7 +104,9 @@ class Peers:
         peer = self._peers.get(name.lower())
         if peer is None:
             peer = self._peers[name.lower()] = Peer(name, team, now)
+        self._rested_s = now - self._counted(now)
         self.last_heard_s = now
+        peer.counted_s = self._counted(now)
         peer.last_heard_s, peer.team = now, team or peer.team
         peer.confidence, peer.snr_db = confidence, snr_db
         peer.silent, peer.silent_until_s = False, float("-inf")

@@ -84,8 +84,8 @@ class BaseRequestHandler:
         self._last = new
         return new
 
-    def watch(self, robot: Robot, wiring: Wiring) -> None:
-        """Have the robot leave alone what drives while there is no base."""
+    def watch(self, robot: Robot, wiring: Wiring, lacking: frozenset[int] = frozenset()) -> None:
+        """Have the robot leave alone what drives while there is no base, and always what it is `lacking` skills for."""
         if self._base.fault is None:
             self._seen_s = robot.now
         there = robot.now - self._seen_s < GONE_S
@@ -96,7 +96,7 @@ class BaseRequestHandler:
         forgiven = mine - self._given_up if there else ()
         self._given_up = self._given_up if there else mine
         self._there = there
-        c.reconfigure(robot.now, replace(c.role, unable=self.unable(wiring)), forgiven=forgiven)
+        c.reconfigure(robot.now, replace(c.role, unable=self.unable(wiring) | lacking), forgiven=forgiven)
         if there:
             _log.info("base is there")
         else:

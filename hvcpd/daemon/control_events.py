@@ -23,6 +23,7 @@ from hvcpd.reporting.events import (
     Noted,
     Odom,
     Said,
+    Skill,
     StateChanged,
     TaskChanged,
     Watered,
@@ -35,6 +36,7 @@ from hvcpd.robot.records import (
     PerformedRecord,
     Record,
     SaidRecord,
+    SkillRecord,
     VoiceRecord,
 )
 from hvcpd.robot.robot import Robot
@@ -150,4 +152,5 @@ _MAKERS: dict[type, Callable[[str, Any, Robot], LiveEvent]] = {
     VoiceRecord: lambda name, record, _: Noted(record.at_s, name, record.speaker, record.note),
     SaveTask: lambda name, record, robot: TaskChanged(robot.now, name, record.number, record.state, record.owner),
     PerformedRecord: _performed,
+    SkillRecord: lambda name, record, _: Skill(record.at_s, name, **record.shown()),
 }

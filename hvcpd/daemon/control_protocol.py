@@ -107,6 +107,7 @@ _TYPE_NAMES: dict[type, str] = {
     float: "a number",
     bool: "true or false",
     list: "a list",
+    dict: "a group of keys",
 }
 
 

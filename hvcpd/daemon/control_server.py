@@ -83,6 +83,8 @@ class ControlServer:
         self._serve = serve
         self._lobby = Lobby(lambda: event_line(hello()), self._admit)
         self._clients: dict[Client, asyncio.Task[None]] = {}
+        self.on_gone: Callable[[Client], None] = lambda _: None
+        """Told of each client that is gone."""
         self.dropped = 0
         """Clients that were let go because they did not read."""
 
@@ -151,6 +153,7 @@ class ControlServer:
 
     def _gone(self, client: Client, done: asyncio.Task[None]) -> None:
         self._clients.pop(client, None)
+        self.on_gone(client)
         if client.writer is not None:
             client.writer.close()
         error = None if done.cancelled() else done.exception()

@@ -16,7 +16,7 @@ from hvcpd.daemon.reloading import Reloader, Rereading
 from hvcpd.daemon.request_handler import RequestHandler
 from hvcpd.ports import Samples, WheelReading
 from hvcpd.reporting.events import Memory, as_json
-from hvcpd.robot.records import RobotOutput
+from hvcpd.robot.records import RobotOutput, SkillRecord
 from hvcpd.robot.robot import Robot
 
 _log = structlog.get_logger(__name__)
@@ -31,6 +31,7 @@ class ControlService:
         self._handler = RequestHandler(body, self.reloader)
         self._server = ControlServer(self._handler.serve, self._handler.hello)
         self._handler.server = self._server
+        self._server.on_gone = body.skills.gone
         self._events = EventSource(body.wiring.settings.name, body.meter)
         self._file: SocketFile | None = None
         self._memory = Memory(0.0, body.wiring.settings.name, None, None, None)
@@ -67,6 +68,8 @@ class ControlService:
     def begin(self, robot: Robot) -> None:
         """The robot is there, and can be asked."""
         self.body.robot = robot
+        self.body.skills.begin(robot)
+        self.body.tell_unable()
         if self._handler.stop_at_start:
             robot.coordination.stop(robot.now)
         if self.body.journal.loss is not None:
@@ -74,6 +77,10 @@ class ControlService:
 
     def note(self, robot: Robot, heard: Samples, reading: WheelReading | None, output: RobotOutput) -> None:
         """Publish one step of the robot: `heard`, shape (n,), float32, went in, and `output` came out."""
+        self.body.skills.take(output.skills, robot.now)  # first of all: a cancel is not to wait
+        for record in output.records:
+            if isinstance(record, SkillRecord):
+                self.body.skills.note(record)
         self.body.heard |= heard.size > 0
         self.body.take(reading)
         is_reading = self.body.meter.take(heard) and any(map(self._server.followed, FREQUENT))
@@ -99,7 +106,7 @@ class ControlService:
         base, wheels = self.body.base, self.body.wheels
         if base is None or wheels is None:
             return
-        base.watch(robot, self.body.wiring)
+        base.watch(robot, self.body.wiring, self.body.lacking)
         drive = base.drive(robot, wheels.wanted)
         if drive is not None:
             self.publish(as_json(drive))

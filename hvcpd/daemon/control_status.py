@@ -18,6 +18,7 @@ from hvcpd.daemon.base_request_handler import BaseRequestHandler
 from hvcpd.daemon.cache_warm_up import Preparation
 from hvcpd.daemon.control_events import Meter
 from hvcpd.daemon.journal_service import JournalService
+from hvcpd.daemon.skill_service import SkillService
 from hvcpd.daemon.sound_service import SoundService
 from hvcpd.daemon.wheel_service import WheelService
 from hvcpd.daemon.wiring import Wiring
@@ -37,6 +38,7 @@ class Body:
     robot: Robot | None = None
     sound: SoundService | None = None
     wheels: WheelService | None = None
+    skills: SkillService = field(init=False)
     join: Callable[[Sequence[str]], None] = lambda _names: None
     """Has the robot know the names of those who were enrolled meanwhile, and what else there is new of who is."""
     base: BaseRequestHandler | None = None
@@ -47,6 +49,27 @@ class Body:
     """The battery's voltage as the wheels measured it last."""
     began_s: float = field(default_factory=time.monotonic)
     """When the daemon was started, by the monotonic clock."""
+
+    def __post_init__(self) -> None:
+        self.skills = SkillService(lambda: self.wiring.tasks, self.tell_unable)
+
+    @property
+    def lacking(self) -> frozenset[int]:
+        """The tasks whose skills nobody offers."""
+        return self.wiring.tasks.lacking(self.skills.offered)
+
+    def unable(self) -> frozenset[int]:
+        """The tasks that the robot lacks the means for, just now."""
+        return self.lacking | (self.wiring.unable if self.base is None else self.base.unable(self.wiring))
+
+    def tell_unable(self) -> None:
+        """Have the robot know what it cannot do now. What it gave up it may try again once it has the means anew."""
+        if self.robot is None:
+            return
+        c = self.robot.coordination
+        before, now = c.role.unable, self.unable()
+        if now != before:
+            c.reconfigure(self.robot.now, replace(c.role, unable=now), forgiven=before - now)
 
     def know(self, person: Person) -> None:
         """There are more takes of somebody who is enrolled."""
@@ -75,6 +98,7 @@ def status_of(body: Body) -> dict[str, Any]:
         "battery_v": body.voltage_v,
         "sound": _sound(body),
         "wheels": _wheels(body),
+        "skills": _skills(body),
         "memory": {
             "file": str(settings.memory_path),
             "lost": body.journal.lost,
@@ -158,6 +182,16 @@ def _wheels(body: Body) -> dict[str, Any] | None:
     }
 
 
+def _skills(body: Body) -> dict[str, Any]:
+    """What is offered, what the tasks need and nobody offers, and the call that is under way."""
+    needed = frozenset(skill for task in body.wiring.tasks.tasks for skill in task.skills)
+    return {
+        "offered": sorted(body.skills.offered),
+        "missing": sorted(needed - body.skills.offered),
+        "call": body.skills.under_way.shown() if body.skills.under_way is not None else None,
+    }
+
+
 def _task(entry: Entry, robot: Robot, now: float) -> dict[str, Any]:
     definition = entry.definition
     place = definition.place
@@ -171,6 +205,7 @@ def _task(entry: Entry, robot: Robot, now: float) -> dict[str, Any]:
         "hearsay": entry.hearsay,
         "lease_s": round(max(entry.lease_end_s - now, 0.0), 1) if claimed else None,
         "failed_by": sorted(entry.failed_by),
+        "every": definition.every.text if definition.every is not None else None,
         "unable": definition.number in robot.coordination.role.unable,
         "place": {"x_m": place.x_m, "y_m": place.y_m} if place is not None else None,
     }

@@ -76,6 +76,8 @@ class JournalService:
         self.names: tuple[str, ...] = ()
         """The robots that were heard before, who was heard last at the end; known once the memory is open."""
         self.counters: dict[str, int] = {}
+        self.dues: dict[int, float] = {}
+        """For which time what recurs was done last, s since 1970."""
         """Of seals and codes; known once the memory is open."""
         self.lost = 0
         """Records that were not kept."""
@@ -190,6 +192,7 @@ class JournalService:
             except StoreError as error:
                 self.fault = self.fault or str(error)
         self.counters = self._journal.counters
+        self.dues = self._journal.dues
         self.stopped = memory.stopped
         self.loss = memory.loss
         self.names = self._journal.names

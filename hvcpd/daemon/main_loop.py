@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import math
+import time
 from contextlib import AsyncExitStack, suppress
 
 import structlog
@@ -132,9 +133,10 @@ class Daemon:
             self._manager.status("making words ready; the first time takes longest")
             acoustics = Acoustics(latency_s=sound.latency_s)
             navigator = self._goal_navigator()
-            body, memory = self._control.body, MemoryPlan(remembered, self._journal.stopped, self._journal.counters)
+            body, journal = self._control.body, self._journal
+            memory = MemoryPlan(remembered, journal.stopped, journal.counters, journal.dues)
             enrolled = CurrentPeople(lambda: body.wiring.people)
-            heard, workers = self._journal.names, (self._channel, self._second)
+            heard, workers = journal.names, (self._channel, self._second)
             plan = self.wiring.plan(memory, acoustics, heard, here, navigator, *workers, enrolled)
             warm_up = CacheWarmUp(plan, self.wiring.sound, self._preparation)
             await asyncio.to_thread(warm_up.before_listening, lambda: not self._ending)
@@ -207,6 +209,8 @@ class Daemon:
             reading = self._wheels.take_reading() if self._wheels is not None else None
             if self.wiring.keys is not None:
                 robot.set_clock(self.wiring.wall_s())
+            if self.wiring.settings.clock and robot.coordination.board.recurs:
+                robot.coordination.set_clock(time.time() - robot.now, robot.now)
             output = robot.step(block.samples, reading, block.lost)
             if self._wheels is not None:
                 self._wheels.serve(output.wheels, robot.now)  # first of all: a halt is not to wait

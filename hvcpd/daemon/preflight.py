@@ -16,6 +16,7 @@ from hvcpd.daemon.devices import Devices
 from hvcpd.daemon.wiring import Wiring, wire_up
 from hvcpd.errors import EX_CANTCREAT, EX_CONFIG, EX_OK, EX_UNAVAILABLE, ConfigError, DeviceError
 from hvcpd.hardware.audio import Direction, find_device
+from hvcpd.skills.checks import faults
 
 SERIAL_PORTS = ("serial/by-id/*", "ttyUSB*", "ttyACM*")
 """Under the devices' directory: what adapters for motors are called on Linux (U2D2: ttyUSB, OpenCR: ttyACM)."""
@@ -55,7 +56,7 @@ class Preflight:
 def examine(
     settings: Settings, devices: Devices, device_directory: Path = Path("/dev"), allow_confusable: bool = False
 ) -> Preflight:
-    """Look for tasks, confusable words (unless `allow_confusable`), memory, microphone, loudspeaker and motor port.
+    """Look for tasks, skills, confusable words (unless `allow_confusable`), memory, microphone, loudspeaker, port.
 
     They are looked for in this order; no device is opened, and no directory made.
     """
@@ -66,6 +67,8 @@ def examine(
         numbers = len(wiring.tasks.tasks)
         findings.append(Finding("tasks", f"{numbers} task{'s' * (numbers != 1)} in {settings.tasks}"))
         findings += [Finding("tasks", f"{settings.tasks}: {text}", doubtful=True) for text in doubts(wiring.tasks)]
+        wrong = tuple(faults(settings.skills, wiring.tasks, programs_too=False))
+        findings += [Finding("skills", text, EX_CONFIG) for text in wrong]
         if not allow_confusable:
             findings.append(find_confusable(wiring))
     except ConfigError as error:

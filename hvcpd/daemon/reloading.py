@@ -100,13 +100,10 @@ class Reloader:
 
     def _tell_robot(self, wiring: Wiring) -> None:
         robot = self._body.robot
-        if robot is None:
-            return
-        c = robot.coordination
-        role = wiring.with_live(c.role)
-        if self._body.base is not None:
-            role = replace(role, unable=self._body.base.unable(wiring))
-        c.reconfigure(robot.now, role, wiring.tasks.tasks)
+        if robot is not None:
+            c = robot.coordination
+            role = replace(wiring.with_live(c.role), unable=self._body.unable())
+            c.reconfigure(robot.now, role, wiring.tasks.tasks)
 
 
 def _news_of_people(before: Mapping[str, Person], now: Mapping[str, Person]) -> list[dict[str, Any]]:
@@ -122,7 +119,8 @@ def _news_of_people(before: Mapping[str, Person], now: Mapping[str, Person]) -> 
 
 def _words(tasks: TaskRepository) -> tuple[object, ...]:
     """What of the tasks can be spoken of, and is built into the recogniser."""
-    return {task.number: task.name for task in tasks.tasks}, set(tasks.remarks), tasks.other_tasks, tasks.alternatives
+    names, said = {task.number: task.name for task in tasks.tasks}, {*tasks.remarks, *tasks.failures}
+    return names, said, tasks.other_tasks, tasks.alternatives
 
 
 def _task_changes(before: TaskRepository, now: TaskRepository) -> list[dict[str, Any]]:

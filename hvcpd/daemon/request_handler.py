@@ -10,7 +10,7 @@ from typing import Any
 import structlog
 
 from hvcpd import __version__
-from hvcpd.daemon import base_request_handler
+from hvcpd.daemon import base_request_handler, skill_service
 from hvcpd.daemon.control_events import FREQUENT, KINDS
 from hvcpd.daemon.control_protocol import PROTOCOL, RefusalError, Request, checked_arguments
 from hvcpd.daemon.control_server import Client, ControlServer
@@ -23,6 +23,9 @@ MAX_ROWS = 100
 """Lines of a transcript in one reply, some 30 kB."""
 MAX_TEXT_LENGTH = 200
 """Characters of a sentence to say; the phrasebook's longest are half of this."""
+
+PERFORM = "perform"
+"""What who offers skills follows: calls, and nothing that others are told."""
 
 Arguments = dict[str, Any]
 Result = Mapping[str, Any]
@@ -87,6 +90,7 @@ class RequestHandler:
     async def stop(self, _: Arguments, _client: Client) -> Result:
         if self._body.wheels is not None:
             self._body.wheels.halt()
+        self._body.skills.halt()
         robot = self._body.robot
         if robot is None:
             self.stop_at_start = True
@@ -110,6 +114,24 @@ class RequestHandler:
             text = f"hvcpd has the wheels (wheels.driver is {driver}); set it to ros to leave them to ROS"
             raise RefusalError("refused", text)
         self._body.base.take(arguments)
+        return {}
+
+    async def offer(self, arguments: Arguments, client: Client) -> Result:
+        result = self._body.skills.offer(client, arguments.get("skills", []))
+        if self.server is not None:
+            self.server.follow(client, client.wanted | {PERFORM})
+        return result
+
+    async def progress(self, arguments: Arguments, client: Client) -> Result:
+        self._body.skills.progress(client, arguments)
+        return {}
+
+    async def done(self, arguments: Arguments, client: Client) -> Result:
+        self._body.skills.done(client, arguments)
+        return {}
+
+    async def failed(self, arguments: Arguments, client: Client) -> Result:
+        self._body.skills.failed(client, arguments)
         return {}
 
     async def transcript(self, arguments: Arguments, _client: Client) -> Result:
@@ -142,7 +164,7 @@ class RequestHandler:
             if not isinstance(kind, str) or kind not in KINDS:
                 raise RefusalError("bad_argument", f"events: {did_you_mean(str(kind)[:40], KINDS)}")
         if self.server is not None:
-            self.server.follow(client, frozenset(kinds))
+            self.server.follow(client, frozenset(kinds) | (client.wanted & {PERFORM}))
         return {"events": sorted(set(kinds))}
 
     def _robot(self) -> Robot:
@@ -163,6 +185,10 @@ COMMANDS: dict[str, tuple[ArgumentTypes, Command]] = {
     "stop": ({}, RequestHandler.stop),
     "resume": ({}, RequestHandler.resume),
     "base": (base_request_handler.ARGUMENTS, RequestHandler.base),
+    "offer": (skill_service.OFFER, RequestHandler.offer),
+    "progress": (skill_service.PROGRESS, RequestHandler.progress),
+    "done": (skill_service.DONE, RequestHandler.done),
+    "failed": (skill_service.FAILED, RequestHandler.failed),
     "transcript": ({"after": (int,), "since_s": (int, float), "limit": (int,)}, RequestHandler.transcript),
     "config": ({}, RequestHandler.config),
     "reload": ({}, RequestHandler.reload),

@@ -18,6 +18,7 @@ _PLACEHOLDERS = {
     "<number>": "NUMBER",
     "<task>": "TASK",
     "<remark>": "REMARK",
+    "<reason>": "REASON",
     "<next>": "NUMBER",
     "<first>": "NUMBER",
     "<second>": "NUMBER",
@@ -89,6 +90,8 @@ def make_card(phrasebook: Phrasebook) -> Card:
             continue
         if "<remark>" in form.pattern and not vocabulary.remarks:
             continue
+        if "<reason>" in form.pattern and not vocabulary.failures:
+            continue
         if ("<task>" in form.pattern and not vocabulary.tasks) or form.statement is m.SealedMessage:
             continue
         if form.spelled:
@@ -110,6 +113,7 @@ def make_card(phrasebook: Phrasebook) -> Card:
         ("TASK", vocabulary.tasks),
         ("DISTANCE", tuple(" ".join(spoken) for spoken in phrasebook.slots["metres"].values())),
         ("REMARK", vocabulary.remarks),
+        ("REASON", vocabulary.failures),
         ("LETTERS", tuple(word for letter, word in WORD_OF.items() if letter.isalpha())),
         ("CODE WORD", CODE_WORDS if Kind.SEALED in vocabulary.kinds else ()),
     ]

@@ -100,9 +100,10 @@ class Completed:
 
 @dataclass(frozen=True)
 class Failed:
-    """The speaker gave this task up; it is free for others."""
+    """The speaker gave this task up; it is free for others. `reason` is one that the task file lists."""
 
     task: TaskByNumber
+    reason: str | None = None
 
 
 @dataclass(frozen=True)

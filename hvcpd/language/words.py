@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Iterable
 
 from hvcpd.config.names import plain_letters
 
@@ -43,6 +44,12 @@ def strict_words(text: str) -> tuple[str, ...]:
     What is left out could change what is said: "task -1" is not task one.
     """
     return _with_numbers(_STRICT_TOKEN.findall(_plain(text)))
+
+
+def spoken_as(text: str | None, choices: Iterable[str]) -> str | None:
+    """The one of the choices that is spoken as the text is; None if there is none."""
+    words = spoken_words(text or "")
+    return next((choice for choice in choices if words and spoken_words(choice) == words), None)
 
 
 def _plain(text: str) -> str:

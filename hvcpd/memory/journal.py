@@ -7,7 +7,7 @@ from collections.abc import Iterable
 from typing import cast
 
 from hvcpd.config.tasks import TaskRepository
-from hvcpd.coordination.actions import SavePeer, SaveStopped, SaveTask
+from hvcpd.coordination.actions import SaveDue, SavePeer, SaveStopped, SaveTask
 from hvcpd.memory.store import PeerRecord, Store, TaskRecord, TaskState, TranscriptRecord
 from hvcpd.robot.records import (
     DoubtRecord,
@@ -17,12 +17,15 @@ from hvcpd.robot.records import (
     Record,
     SaidRecord,
     SaveCounter,
+    SkillRecord,
     VoiceRecord,
 )
 from hvcpd.robot.sealing import seal_shown
 from hvcpd.security.codes import LOST
 from hvcpd.security.guard import DOUBTED, LOST_BITS, SKIPPED
 
+DUE = "due "
+"""Before a task's number: the counter of when it was due that it was done for last, s since 1970."""
 STOPPED = "stopped"
 """The flag of a stopped robot in its store."""
 
@@ -43,6 +46,12 @@ class Journal:
     def remembered(self) -> dict[int, tuple[str, str | None]]:
         """The tasks' states as the robot last knew them: number → (state, owner)."""
         return {task.number: (task.state, task.owner) for task in self._store.tasks() if task.number in self._names}
+
+    @property
+    def dues(self) -> dict[int, float]:
+        """For which time each task that recurs was done last, s since 1970, by number."""
+        found = {name.removeprefix(DUE): at for name, at in self._store.counters().items() if name.startswith(DUE)}
+        return {int(number): float(at) for number, at in found.items() if int(number) in self._names}
 
     @property
     def counters(self) -> dict[str, int]:
@@ -74,6 +83,8 @@ class Journal:
             match record:
                 case SaveTask(number, state, owner):
                     self._store.save_task(TaskRecord(number, self._names[number], cast(TaskState, state), owner, now))
+                case SaveDue(number, due_s):
+                    self._store.raise_counter(f"{DUE}{number}", int(due_s))
                 case SavePeer(name, team, heard_at_s):
                     self._store.save_peer(PeerRecord(name, team, heard_at_s))
                 case SaveStopped(stopped):
@@ -83,6 +94,9 @@ class Journal:
                         self._seals.raise_counter(name, value)
                 case DoubtRecord() | VoiceRecord():
                     note = TranscriptRecord(record.at_s, "garbled", record.speaker, record.note, None)
+                    self._store.append_transcript(note)
+                case SkillRecord() if record.note is not None:
+                    note = TranscriptRecord(record.at_s, "garbled", None, record.note, None)
                     self._store.append_transcript(note)
                 case SaidRecord():
                     self._store.append_transcript(

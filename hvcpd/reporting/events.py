@@ -120,6 +120,26 @@ class Watered:
 
 
 @dataclass(frozen=True)
+class Skill:
+    """A skill that a robot uses for a task has come to another state, or tells how far it is (a `share` of 1).
+
+    `state` is one of VDA 5050's: waiting, initializing, running, paused, finished, failed (then `text` says why).
+    `call` tells one call of a robot from the next.
+    """
+
+    at_s: float
+    robot: str
+    call: int
+    task: int
+    skill: str
+    state: str
+    share: float | None = None
+    text: str = ""
+    arguments: dict[str, float | str] = field(default_factory=dict)
+    results: dict[str, float | str] = field(default_factory=dict)
+
+
+@dataclass(frozen=True)
 class Moved:
     """Where the robots truly are, now and then (for the live view)."""
 
@@ -202,10 +222,23 @@ class Summary:
     mode: str
 
 
-Event = Started | Said | Heard | Garbled | Held | TaskChanged | Watered | Moved | Summary
+Event = Started | Said | Heard | Garbled | Held | TaskChanged | Watered | Skill | Moved | Summary
 
 LiveEvent = (
-    Said | Heard | Garbled | Held | Noted | TaskChanged | Watered | Moved | Odom | Drive | Level | StateChanged | Memory
+    Said
+    | Heard
+    | Garbled
+    | Held
+    | Noted
+    | TaskChanged
+    | Watered
+    | Skill
+    | Moved
+    | Odom
+    | Drive
+    | Level
+    | StateChanged
+    | Memory
 )
 """What a daemon tells of its own robot; poses, and waterings' places, are then by its odometry."""
 

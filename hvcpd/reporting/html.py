@@ -5,6 +5,7 @@ from __future__ import annotations
 import base64
 import hashlib
 import math
+from collections.abc import Sequence
 from pathlib import Path
 from string import Template
 
@@ -21,7 +22,7 @@ from hvcpd.reporting.markup import escaped, joined, tag
 from hvcpd.reporting.palette import own_file, robot_slot, style_sheet
 from hvcpd.reporting.simplify import length_m, simplified
 from hvcpd.reporting.spectrogram import choose, figure
-from hvcpd.reporting.story import Story, TaskStory, tell
+from hvcpd.reporting.story import SkillSpan, Story, TaskStory, tell
 from hvcpd.reporting.text import clock, listed, number, plural, repeated
 from hvcpd.reporting.timeline_svg import draw_timeline
 
@@ -134,20 +135,24 @@ def _spectrograms(story: Story, sound: Samples) -> Markup:
 
 
 def _task_table(story: Story) -> Markup:
-    heads = ("No.", "Task", "Place (m)", "Done by", "Claimed", "Done", "Off its place (m)")
+    heads = ["No.", "Task", "Place (m)", "Done by", "Claimed", "Done", "Off its place (m)"]
+    heads += ["Skills"] * bool(story.skills)
     head = tag("thead", tag("tr", *(tag("th", h, scope="col") for h in heads)))
-    body = tag("tbody", *(_task_row(task) for task in story.tasks))
+    body = tag("tbody", *(_task_row(task, story.skills) for task in story.tasks))
     return tag("table", head, body)
 
 
-def _task_row(task: TaskStory) -> Markup:
+def _task_row(task: TaskStory, skills: Sequence[SkillSpan]) -> Markup:
     place = f"({task.plant.x_m:.2f}, {task.plant.y_m:.2f})".replace("-", "−") if task.plant else "–"
     doers = listed(dict.fromkeys(act.robot for act in task.waterings)) or "nobody"
     if len(task.waterings) > 1:
         doers += f", {len(task.waterings)} times"
     claimed, done = (clock(at) if at is not None else "–" for at in (task.claimed_s, task.done_s))
     off = f"{task.distance_m:.3f}" if task.distance_m is not None else "–"
-    cells = (("Place (m)", place), ("Done by", doers), ("Claimed", claimed), ("Done", done), ("Off its place (m)", off))
+    cells = [("Place (m)", place), ("Done by", doers), ("Claimed", claimed), ("Done", done), ("Off its place (m)", off)]
+    if skills:
+        used = [f"{span.last.robot}: {span.words}" for span in skills if span.last.task == task.number]
+        cells.append(("Skills", "; ".join(used) or "–"))
     return tag(
         "tr",
         tag("td", task.number, data_head="No."),

@@ -10,11 +10,21 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
-from hvcpd.reporting.events import Garbled, Heard, Plant, Started, Summary, Watered
+from hvcpd.reporting.events import Garbled, Heard, Plant, Skill, Started, Summary, Watered
 from hvcpd.reporting.icons import character
 from hvcpd.reporting.palette import ROBOT_TERMINAL, task_style
 from hvcpd.reporting.story import Line
-from hvcpd.reporting.text import clean, clock, listed, percent, plural, repeated, seal_words, without_common_start
+from hvcpd.reporting.text import (
+    clean,
+    clock,
+    listed,
+    percent,
+    plural,
+    repeated,
+    seal_words,
+    skill_words,
+    without_common_start,
+)
 from hvcpd.reporting.watching import BoardRow, GaveUp, Note, Watch
 
 _ASCII = str.maketrans({"×": "x", "–": "-", "…": "~", "·": ".", "✓": "+", "≠": "!"})
@@ -111,6 +121,11 @@ def told(artist: Artist, watch: Watch, note: Note) -> list[Text]:
             ]
         case Watered():
             return [_watered(artist, watch, note)]
+        case Skill():
+            words = skill_words(note.skill, note.state, note.share, note.text, note.arguments, note.results)
+            style = "" if note.state == "finished" else "bold red"
+            used = (f": {words}", style)
+            return [artist.text((f"{clock(note.at_s):>5}  ", "dim"), (note.robot, artist.style(note.robot)), used)]
         case GaveUp():
             gave_up = f" gives up {artist.task(watch, note.task)}"
             return [artist.text((f"{clock(note.at_s):>5}  ", "dim"), (note.robot, artist.style(note.robot)), gave_up)]

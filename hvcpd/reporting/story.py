@@ -13,11 +13,13 @@ from hvcpd.reporting.events import (
     MissionRecord,
     Plant,
     Said,
+    Skill,
     Started,
     Summary,
     TaskChanged,
     Watered,
 )
+from hvcpd.reporting.text import skill_words
 
 SLACK_S = 0.5
 """A listener may take the beginning of speech to be this much off: sound travels 29 ms, detection adds some frames."""
@@ -69,6 +71,25 @@ class Span:
 
 
 @dataclass(frozen=True)
+class SkillSpan:
+    """A robot used a skill for a task, from the call to its `last` state; of a call cut short that is not its end."""
+
+    from_s: float
+    last: Skill
+
+    @property
+    def is_done(self) -> bool:
+        """Whether it came to a good end."""
+        return self.last.state == "finished"
+
+    @property
+    def words(self) -> str:
+        """What became of it."""
+        last = self.last
+        return skill_words(last.skill, last.state, last.share, last.text, last.arguments, last.results)
+
+
+@dataclass(frozen=True)
 class Story:
     """The whole mission, in the order of time."""
 
@@ -80,6 +101,7 @@ class Story:
     tasks: tuple[TaskStory, ...]
     spans: tuple[Span, ...]
     waterings: tuple[Watered, ...]
+    skills: tuple[SkillSpan, ...]
     unplaced: tuple[Garbled | Heard, ...]
     """What listeners noticed although no robot spoke: a person, or noise."""
 
@@ -103,8 +125,18 @@ def tell(record: MissionRecord) -> Story:
         _tasks(started, changes, waterings),
         _spans(robots, changes, waterings, end_s),
         tuple(waterings),
+        _skills(events),
         unplaced,
     )
+
+
+def _skills(events: Iterable[Event]) -> tuple[SkillSpan, ...]:
+    calls: dict[tuple[str, int], SkillSpan] = {}
+    for event in events:
+        if isinstance(event, Skill):
+            key = (event.robot, event.call)
+            calls[key] = SkillSpan(calls[key].from_s if key in calls else event.at_s, event)
+    return tuple(sorted(calls.values(), key=lambda span: span.from_s))
 
 
 def _started(events: Sequence[Event], record: MissionRecord) -> Started:
@@ -120,7 +152,7 @@ def _robots(started: Started, events: Iterable[Event]) -> tuple[str, ...]:
         match event:
             case Said(speaker=name) | Heard(listener=name) | Garbled(listener=name):
                 names.setdefault(name)
-            case TaskChanged(robot=name) | Watered(robot=name):
+            case TaskChanged(robot=name) | Watered(robot=name) | Skill(robot=name):
                 names.setdefault(name)
     return tuple(names)
 

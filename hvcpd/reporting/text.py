@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import unicodedata
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 
 _HARMFUL = {"Cc", "Cs", "Zl", "Zp"}
 """Unicode categories that steer a terminal (escape sequences) or cannot be encoded (lone surrogates)."""
@@ -36,6 +36,25 @@ def number(value: float, decimals: int = 2) -> str:
         return "0"
     text = f"{value:.{decimals}f}"
     return "0" if float(text) == 0 else text.rstrip("0").rstrip(".") if "." in text else text
+
+
+def skill_words(
+    skill: str,
+    state: str,
+    share: float | None,
+    text: str,
+    arguments: Mapping[str, object],
+    results: Mapping[str, object],
+) -> str:
+    """What a skill is at, for people: "pour (litres 0.25): running, 40 %"."""
+    told = ", ".join(f"{name} {_plain(value)}" for name, value in (results or arguments).items())
+    head = f"{skill} ({told})" if told else skill
+    done = percent(share) if share is not None and state in ("running", "paused") else ""
+    return f"{head}: {', '.join(filter(None, (state, done, text)))}"
+
+
+def _plain(value: object) -> str:
+    return number(float(value), 3) if isinstance(value, int | float) else str(value)
 
 
 def percent(value: float) -> str:

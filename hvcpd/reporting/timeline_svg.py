@@ -11,7 +11,7 @@ from markupsafe import Markup
 from hvcpd.reporting.events import Trail, Watered
 from hvcpd.reporting.markup import joined, tag
 from hvcpd.reporting.palette import robot_slot, task_colour
-from hvcpd.reporting.story import Line, Span, Story
+from hvcpd.reporting.story import Line, SkillSpan, Span, Story
 from hvcpd.reporting.text import clock, without_common_start
 
 _MIN_WIDTH = 1080.0
@@ -130,10 +130,11 @@ def _lane(
 ) -> Markup:
     spans = [_span(span, story, shorts, scale, told) for span in story.spans if span.robot == robot]
     drives = [_drive(from_s, to_s, scale, told) for from_s, to_s in moving]
+    used = [_skill(span, scale, told) for span in story.skills if span.last.robot == robot]
     speech = [_speech(line, robot_slot(k), scale, told) for line in story.lines if line.said.speaker == robot]
     ticks = [_tick(act, scale, told) for act in story.waterings if act.robot == robot]
     base = tag("line", class_="grid", x1=0, x2=story.end_s * scale, y1=LANE, y2=LANE)
-    return tag("g", base, *spans, *drives, *speech, *ticks, transform=f"translate(0 {k * LANE:g})")
+    return tag("g", base, *spans, *drives, *used, *speech, *ticks, transform=f"translate(0 {k * LANE:g})")
 
 
 def _tick(act: Watered, scale: float, told: Callable[[float], str]) -> Markup:
@@ -161,6 +162,14 @@ def _drive(from_s: float, to_s: float, scale: float, told: Callable[[float], str
     title = tag("title", f"driving, {told(from_s)} to {told(to_s)}")
     wide = max((to_s - from_s) * scale, 1.0)
     return tag("rect", title, class_="drive", x=from_s * scale, y=y, width=wide, height=_DRIVE_HEIGHT)
+
+
+def _skill(span: SkillSpan, scale: float, told: Callable[[float], str]) -> Markup:
+    """When a skill was in use; its words tell what it was told and what came of it."""
+    title = tag("title", f"{span.words}, {told(span.from_s)} to {told(span.last.at_s)}")
+    x, wide = span.from_s * scale, max((span.last.at_s - span.from_s) * scale, 2.0)
+    y, kind = _TASK_Y + _TASK_HEIGHT - _DRIVE_HEIGHT, "skill" if span.is_done else "skill failed"
+    return tag("rect", title, class_=kind, x=x, y=y, width=wide, height=_DRIVE_HEIGHT)
 
 
 def _speech(line: Line, slot: int, scale: float, told: Callable[[float], str]) -> Markup:

@@ -19,6 +19,7 @@ from hvcpd.reporting.events import (
     Held,
     Moved,
     Said,
+    Skill,
     Started,
     Summary,
     TaskChanged,
@@ -29,7 +30,7 @@ from hvcpd.reporting.files import write_whole
 from hvcpd.reporting.jsonlines import as_strict_json, line
 from hvcpd.reporting.simplify import simplified
 
-_TOLD = (Started, Said, Heard, Garbled, Held, TaskChanged, Watered, Summary)
+_TOLD = (Started, Said, Heard, Garbled, Held, TaskChanged, Watered, Skill, Summary)
 _KINDS: dict[str, type[Event]] = {each.__name__.lower(): each for each in _TOLD}
 
 

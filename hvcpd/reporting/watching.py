@@ -6,7 +6,7 @@ import math
 from collections import Counter
 from dataclasses import dataclass
 
-from hvcpd.reporting.events import Event, Garbled, Heard, Moved, Said, Started, Summary, TaskChanged, Watered
+from hvcpd.reporting.events import Event, Garbled, Heard, Moved, Said, Skill, Started, Summary, TaskChanged, Watered
 from hvcpd.reporting.story import Line, meant_by, task_names
 
 PATIENCE_S = 2.0
@@ -24,7 +24,7 @@ class GaveUp:
     task: int
 
 
-Note = Line | Heard | Garbled | Watered | GaveUp
+Note = Line | Heard | Garbled | Watered | Skill | GaveUp
 """What is worth a line: a settled utterance, speech from no robot, a task carried out or given up."""
 Belief = tuple[str, str | None]
 """A task's state and owner, as one robot sees it."""
@@ -83,6 +83,9 @@ class Watch:
                 self.doers.setdefault(event.task, []).append(event.robot)
                 self.names.setdefault(event.task, f"task {event.task}")
                 told.append(event)
+            case Skill():
+                self._pass(event.at_s)
+                told += [event] if event.state in ("finished", "failed") else []
             case Moved():
                 self._pass(event.at_s)
                 self.poses = event.poses

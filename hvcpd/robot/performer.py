@@ -6,11 +6,29 @@ import math
 from dataclasses import dataclass
 from enum import Enum
 
-from hvcpd.config.tasks import Action, Forward, GoTo, SayAction, Turn, Wait
+from hvcpd.config.tasks import WATER, Action, Forward, GoTo, SayAction, Turn, Use, Wait, Water
 from hvcpd.hardware import motion
 from hvcpd.hardware.motion import MotionState
 from hvcpd.hardware.navigator import Navigator
 from hvcpd.ports import STANDSTILL, Pose, WheelCommand, WheelReading
+from hvcpd.skills.life import (
+    CANCELLED,
+    NOBODY,
+    OVER,
+    TOO_LONG,
+    Begin,
+    Call,
+    Cancel,
+    Life,
+    Order,
+    Pause,
+    Report,
+    Resume,
+    SkillState,
+)
+
+WATERING_SLACK_S = 30.0
+"""So much longer than it was told a skill may water, before it counts as hanging."""
 
 
 class Outcome(Enum):
@@ -23,15 +41,18 @@ class Outcome(Enum):
 
 @dataclass(frozen=True)
 class Progress:
-    """One step's result: wheel speeds, the outcome, and a remark to be made, if an action asks for one."""
+    """One step's result: wheel speeds, the outcome, a remark to be made, if an action asks for one, and why it failed,
+    if a skill said so."""
 
     wheels: WheelCommand
     outcome: Outcome
     remark: str | None = None
+    reason: str | None = None
 
 
 class Performer:
-    """Owns the navigator. `begin`, then `step` at every block until the outcome is not GOING_ON."""
+    """Owns the navigator, and the skill that is being used. `begin`, then `step` at every block until the outcome is
+    not GOING_ON; `take_orders` are for whoever offers skills, who answers with `tell`."""
 
     def __init__(self, navigator: Navigator) -> None:
         self._motion = navigator
@@ -41,25 +62,57 @@ class Performer:
         self._until_s = 0.0
         self._last_s = 0.0
         self._rested_s = 0.0
+        self._skills: frozenset[str] = frozenset()
+        self._life: Life | None = None
+        self._calls = 0
+        self._task = 0
+        self._orders: list[Order] = []
+        self._news: list[tuple[Call, Report]] = []
 
     @property
     def busy(self) -> bool:
         return self._index < len(self._actions)
 
-    def begin(self, actions: tuple[Action, ...]) -> None:
+    def begin(self, actions: tuple[Action, ...], task: int = 0) -> None:
         self.cancel()
-        self._actions = actions
+        self._actions, self._task = actions, task
 
     def cancel(self) -> None:
-        """Stand still and forget what was left to do."""
+        """Stand still, let go of a skill, and forget what was left to do."""
         self._actions, self._index, self._started = (), 0, False
         self._motion.cancel()
+        self._let_go(CANCELLED)
+
+    def offer(self, skills: frozenset[str]) -> None:
+        """These skills can be used from now on; one that is being used and is none of them has failed."""
+        self._skills = skills
+        if self._life is not None and self._life.call.skill not in skills:
+            self.tell(Report(self._life.call.number, SkillState.FAILED, text=NOBODY))
+
+    def tell(self, report: Report) -> None:
+        """Whoever carries a call out tells of it."""
+        if self._life is not None and self._life.take(report):
+            self._news.append((self._life.call, report))
+
+    def take_orders(self) -> tuple[Order, ...]:
+        """What whoever offers the skills is to do now; handed out once."""
+        orders, self._orders = tuple(self._orders), []
+        return orders
+
+    def take_news(self) -> tuple[tuple[Call, Report], ...]:
+        """What became of calls since this was asked last."""
+        news, self._news = tuple(self._news), []
+        return news
 
     def rest(self, now: float) -> None:
         """Instead of `step`, while the wheels must stand: the plan stays, and for all its times this does not count."""
         self._rested_s += now - self._last_s
         self._last_s = now
         self._motion.rest()
+        life = self._life
+        if life is not None and not life.is_over and life.state is not SkillState.PAUSED:
+            self._orders.append(Pause(life.call.number))
+            self.tell(Report(life.call.number, SkillState.PAUSED, life.last.share))
 
     def step(self, pose: Pose, now: float, reading: WheelReading | None) -> Progress:
         """Go on with the current action at time `now` (s, sample clock); `reading` is None if there is no new one."""
@@ -75,8 +128,9 @@ class Performer:
             if state is Outcome.GOING_ON:
                 return Progress(wheels, state, remark)
             if state is Outcome.FAILED:
+                reason = self._life.last.text if self._life is not None else None
                 self.cancel()
-                return Progress(STANDSTILL, state, remark)
+                return Progress(STANDSTILL, state, remark, reason)
             self._index += 1
             self._started = False
         self._actions, self._index = (), 0
@@ -94,13 +148,52 @@ class Performer:
                 self._until_s = now + duration_s
             case SayAction(text):
                 return text
+        if (call := self._call_for(action)) is not None:
+            self._life = Life(call, now)
+            self._news.append((call, self._life.last))
+            self._orders.append(Begin(call))
+            if call.skill not in self._skills:
+                self.tell(Report(call.number, SkillState.FAILED, text=NOBODY))
         return None
+
+    def _call_for(self, action: Action) -> Call | None:
+        """The call of a skill that an action makes, if it does."""
+        if isinstance(action, Water) and WATER in self._skills:
+            arguments = (("seconds", action.duration_s),)
+            action = Use(WATER, arguments, action.duration_s + WATERING_SLACK_S)
+        if not isinstance(action, Use):
+            return None
+        self._calls += 1
+        return Call(self._calls, self._task, action.skill, action.arguments, action.limit_s)
+
+    def _let_go(self, reason: str) -> None:
+        """Nothing more is to come of the call that is under way."""
+        life, self._life = self._life, None
+        if life is not None and not life.is_over:
+            self._orders.append(Cancel(life.call.number))
+            self._news.append((life.call, Report(life.call.number, SkillState.FAILED, life.last.share, reason)))
+
+    def _go_on_with_skill(self, life: Life, now: float) -> Outcome:
+        if life.state is SkillState.PAUSED:
+            self._orders.append(Resume(life.call.number))
+            self.tell(Report(life.call.number, SkillState.RUNNING, life.last.share))
+        if not life.is_over and life.is_late(now):
+            self._orders.append(Cancel(life.call.number))
+            self.tell(Report(life.call.number, SkillState.FAILED, life.last.share, TOO_LONG))
+        if life.state not in OVER:
+            return Outcome.GOING_ON
+        if life.state is SkillState.FAILED:
+            return Outcome.FAILED
+        self._life = None
+        return Outcome.DONE
 
     def _go_on(
         self, action: Action, pose: Pose, now: float, reading: WheelReading | None
     ) -> tuple[Outcome, WheelCommand]:
         if isinstance(action, SayAction):
             return Outcome.DONE, STANDSTILL
+        if self._life is not None:
+            return self._go_on_with_skill(self._life, now), STANDSTILL
         if isinstance(action, Wait):
             return (Outcome.DONE if now >= self._until_s else Outcome.GOING_ON), STANDSTILL
         wheels = self._motion.step(pose, now, reading)

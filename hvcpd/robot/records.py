@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
-from hvcpd.coordination.actions import SavePeer, SaveStopped, SaveTask
+from hvcpd.coordination.actions import SaveDue, SavePeer, SaveStopped, SaveTask
 from hvcpd.language.messages import Utterance
 from hvcpd.ports import Samples, WheelCommand
 from hvcpd.security.trust import Trust
+from hvcpd.skills.life import Call, Order, Report, SkillState
 
 
 @dataclass(frozen=True)
@@ -112,6 +114,36 @@ class PerformedRecord:
 
 
 @dataclass(frozen=True)
+class SkillRecord:
+    """A skill that the robot uses has come to another state, or tells how far it is."""
+
+    at_s: float
+    call: Call
+    report: Report
+
+    def shown(self) -> dict[str, Any]:
+        """As JSON has it, and as the fields of the event."""
+        call, report = self.call, self.report
+        return {
+            "call": call.number,
+            "task": call.task,
+            "skill": call.skill,
+            "state": report.state.name.lower(),
+            "share": report.share,
+            "text": report.text,
+            "arguments": dict(call.arguments),
+            "results": dict(report.results),
+        }
+
+    @property
+    def note(self) -> str | None:
+        """As the transcript has it, if it went wrong."""
+        if self.report.state is not SkillState.FAILED:
+            return None
+        return f"{self.call.skill} failed: {self.report.text or 'no reason given'}"
+
+
+@dataclass(frozen=True)
 class LearnName:
     """Somebody has spelled a name that is new here: whoever owns the robot is to answer with `Robot.adopt`."""
 
@@ -127,9 +159,11 @@ Record = (
     | DoubtRecord
     | VoiceRecord
     | PerformedRecord
+    | SkillRecord
     | LearnName
     | SaveCounter
     | SaveTask
+    | SaveDue
     | SavePeer
     | SaveStopped
 )
@@ -137,8 +171,10 @@ Record = (
 
 @dataclass(frozen=True)
 class RobotOutput:
-    """What one step gives: sound to be played next (as long as what was heard), wheel speeds, and what happened."""
+    """What one step gives: sound to be played next (as long as what was heard), wheel speeds, what happened, and what
+    whoever offers skills is to do."""
 
     sound: Samples
     wheels: WheelCommand
     records: tuple[Record, ...]
+    skills: tuple[Order, ...] = ()

@@ -11,12 +11,13 @@ from collections.abc import Callable, Mapping
 import numpy as np
 
 from hvcpd.config.tasks import Place
-from hvcpd.coordination.actions import SECOND_PAUSE_S, Halt, Perform, SavePeer, SaveStopped, SaveTask, Say
+from hvcpd.coordination.actions import SECOND_PAUSE_S, Halt, Perform, SaveDue, SavePeer, SaveStopped, SaveTask, Say
 from hvcpd.coordination.coordination import Coordination
 from hvcpd.errors import PhraseError
 from hvcpd.hardware.kinematics import Odometry
 from hvcpd.language.messages import Spelled, Stop, Stopped, Utterance
 from hvcpd.language.phrasebook import Phrasebook
+from hvcpd.language.words import spoken_as
 from hvcpd.ports import SAMPLE_RATE_HZ, STANDSTILL, Samples, WheelCommand, WheelReading
 from hvcpd.recognition.events import Event as HearingEvent
 from hvcpd.recognition.events import Held, Recognised, Released, Urgent
@@ -33,11 +34,11 @@ from hvcpd.robot.records import (
     Record,
     RobotOutput,
     SaidRecord,
+    SkillRecord,
     VoiceRecord,
 )
-from hvcpd.robot.sealing import Judged, Sealing, written
+from hvcpd.robot.sealing import Sealing, judged_by, written
 from hvcpd.robot.speech_output import Mouth, spoken
-from hvcpd.security.trust import Trust
 
 
 class Robot:
@@ -65,7 +66,7 @@ class Robot:
         self._ears = ears
         self._mouth = mouth
         self._slow_mouth = slow_mouth or mouth
-        self._performer = performer
+        self.performer = performer
         self._overhearing = overhearing
         self._sealing = sealing
         self.expect(voices or {})
@@ -148,8 +149,12 @@ class Robot:
         if now >= self.coordination.next_deadline():
             self.coordination.tick(now)
         halted = self._act(now)
+        return self._output(len(heard), STANDSTILL if halted else wheels)
+
+    def _output(self, n: int, wheels: WheelCommand) -> RobotOutput:
+        self._note_skills()
         records, self._records = tuple(self._records), []
-        return RobotOutput(self._next_sound(len(heard)), STANDSTILL if halted else wheels, records)
+        return RobotOutput(self._next_sound(n), wheels, records, self.performer.take_orders())
 
     def _endure(self, lost: int, reading: WheelReading | None) -> RobotOutput:
         """Time goes on without sound. Who hears nobody must not speak: for the floor that is a channel in use.
@@ -166,12 +171,11 @@ class Robot:
             self.coordination.garbled(True, now)
         self._set_channel(True, now)
         self._locate(reading)
-        if self._performer.busy:
-            self._performer.rest(now)
+        if self.performer.busy:
+            self.performer.rest(now)
         for event in self._ears.lost(lost):
             self._understand(event, now)
-        records, self._records = tuple(self._records), []
-        return RobotOutput(self._next_sound(0), STANDSTILL, records)
+        return self._output(0, STANDSTILL)
 
     def _locate(self, reading: WheelReading | None) -> None:
         if reading is not None:
@@ -196,7 +200,7 @@ class Robot:
         for name, event in tuple(self._strangers.items()):
             if self.phrasebook.known_name(name) is not None:
                 del self._strangers[name]
-                judged = self._judge(self.phrasebook.parse(event.words), self.now)
+                judged = judged_by(self._sealing, self.phrasebook.parse(event.words), self.phrasebook, self.now)
                 self.coordination.heard(judged.utterance, self.now, event.confidence, event.snr_db, judged.trust)
 
     def _is_stranger(self, utterance: Utterance, event: Recognised) -> bool:
@@ -231,7 +235,7 @@ class Robot:
         if not isinstance(utterance.statement, Stop) and self._voice.returns(event.words, end_s):
             self._records.append(EchoRecord(now, start_s, end_s))
             return
-        judged = self._judge(utterance, now)
+        judged = judged_by(self._sealing, utterance, self.phrasebook, now)
         utterance = judged.utterance
         text = written(utterance, self.phrasebook)
         words = tuple((s.word, s.start_sample / SAMPLE_RATE_HZ, s.end_sample / SAMPLE_RATE_HZ) for s in event.spans)
@@ -247,12 +251,6 @@ class Robot:
         if not self._is_stranger(utterance, event):
             self.coordination.heard(utterance, now, sure, snr_db, judged.trust)
 
-    def _judge(self, utterance: Utterance, now: float) -> Judged:
-        """What it says, and how far to trust it; without a key everybody is believed."""
-        if self._sealing is None:
-            return Judged(utterance, Trust.OPEN, ())
-        return self._sealing.heard(utterance, self.phrasebook, now)
-
     def _hold(self, event: Held | Released | Urgent, now: float) -> None:
         """Stand still at once for what may be "stop" over talk; go on where it was not, stay where it was.
 
@@ -263,7 +261,7 @@ class Robot:
             return
         held_s, self._held_s = self._held_s, None
         if isinstance(event, Released):
-            if held_s is not None and self._performer.busy:
+            if held_s is not None and self.performer.busy:
                 self._records.append(HoldRecord(held_s, now))
             return
         start_s, end_s = event.start_sample / SAMPLE_RATE_HZ, event.end_sample / SAMPLE_RATE_HZ
@@ -281,19 +279,23 @@ class Robot:
             return None
 
     def _perform(self, now: float, reading: WheelReading | None) -> WheelCommand:
-        if not self._performer.busy:
+        if not self.performer.busy:
             return STANDSTILL
         if self._held_s is not None:
-            self._performer.rest(now)
+            self.performer.rest(now)
             return STANDSTILL
-        progress = self._performer.step(self.odometry.pose, now, reading)
+        progress = self.performer.step(self.odometry.pose, now, reading)
+        self._note_skills()
         if progress.remark is not None:
             self.coordination.remark(progress.remark, now)
         if progress.outcome is Outcome.DONE:
             self._done(now)
         elif progress.outcome is Outcome.FAILED:
-            self.coordination.perform_failed(now)
+            self.coordination.perform_failed(now, spoken_as(progress.reason, self.phrasebook.vocabulary.failures))
         return progress.wheels
+
+    def _note_skills(self) -> None:
+        self._records += [SkillRecord(self.now, *news) for news in self.performer.take_news()]
 
     def _done(self, now: float) -> None:
         if self.coordination.at_place:
@@ -303,7 +305,7 @@ class Robot:
     def _act(self, now: float) -> bool:
         """Do what coordination asks for; whether it asked for a halt."""
         halted = False
-        pending = list(self.coordination.actions())
+        pending = list(self.coordination.actions(now))
         while pending:
             action = pending.pop(0)
             match action:
@@ -311,14 +313,14 @@ class Robot:
                     self._say(action, now)
                 case Perform(task, actions):
                     self._task = task
-                    self._performer.begin(actions)
+                    self.performer.begin(actions, task)
                     if not actions:
                         self._done(now)
-                        pending += self.coordination.actions()
+                        pending += self.coordination.actions(now)
                 case Halt():
-                    self._performer.cancel()
+                    self.performer.cancel()
                     halted = True
-                case SaveTask() | SavePeer() | SaveStopped():
+                case SaveTask() | SaveDue() | SavePeer() | SaveStopped():
                     self._records.append(action)
         return halted
 

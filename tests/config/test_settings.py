@@ -31,6 +31,7 @@ from hvcpd.config.settings import (
     WheelSettings,
     load_settings,
 )
+from hvcpd.config.skill_settings import PinSettings, SkillSettings
 from hvcpd.config.tasks import default_tasks_path
 from hvcpd.errors import ConfigError
 
@@ -210,6 +211,18 @@ paths = st.from_regex(r"/[A-Za-z0-9 _:#.-]{1,20}", fullmatch=True).map(Path)
 starts = st.builds(
     StartSettings, st.floats(-50, 50), st.floats(-50, 50), st.floats(-360, 360).map(lambda degrees: degrees + 0.0)
 )
+words = st.lists(st.text("abc/.{}-", min_size=1, max_size=9).filter(lambda w: not w.startswith(".")), min_size=1)
+pins = st.builds(
+    PinSettings,
+    pin=st.integers(0, 27),
+    amount=st.sampled_from(["seconds", "litres"]),
+    per_s=st.floats(0.001, 100),
+    active_high=st.booleans(),
+)
+skills = st.one_of(
+    st.builds(SkillSettings, run=words.map(tuple), safe=words.map(tuple), gpio=st.none()),
+    st.builds(SkillSettings, run=st.just(()), safe=st.just(()), gpio=pins),
+)
 audios = st.builds(
     AudioSettings,
     input_device=st.none() | texts,
@@ -243,10 +256,12 @@ def all_settings(draw: st.DrawFn) -> Settings:
             voice=voices,
             voice_folder=st.none() | paths,
             peers=st.just({}),
+            skills=st.dictionaries(st.sampled_from(["look", "pour", "grip_2"]), skills, max_size=3),
             tasks=paths,
             names=st.lists(names, max_size=MAX_KNOWN_NAMES, unique_by=str.casefold).map(tuple),
             state_dir=paths,
             unable=st.lists(st.integers(1, 99), max_size=5).map(tuple),
+            clock=st.booleans(),
             start=starts,
             speech=_of(SpeechSettings),
             waits=_of(

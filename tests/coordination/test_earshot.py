@@ -93,7 +93,7 @@ def test_stop_holds_on_the_way_back_and_resume_starts_no_old_motion() -> None:
     mission.air.run_until(mission.air.now + 100.0)
     assert near(mission.bodies["Rob"].at(mission.air.now), here)
     mission.robots["Rob"].heard(m.Utterance("Eva", m.ToRobot("Rob"), None, m.Resume()), mission.air.now)
-    assert not any(isinstance(action, Perform) for action in mission.robots["Rob"].actions())
+    assert not any(isinstance(action, Perform) for action in mission.robots["Rob"].actions(mission.air.now))
     assert mission.robots["Rob"].state is State.READY
 
 

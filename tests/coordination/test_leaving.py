@@ -61,11 +61,11 @@ def test_who_leaves_answers_nobody_any_more() -> None:
     for statement in (m.WhatLeft(), m.WhatDoing(), m.Order(m.TaskByNumber(1)), m.ComeBack()):
         rob.heard(m.Utterance("Anna", m.ToRobot("Rob"), None, statement), 40.0)
     rob.channel(False, 40.0)
-    rob.actions()
+    rob.actions(mission.air.now)
     said = []
     for tenth in range(400, 500):
         rob.tick(tenth / 10.0)
-        texts = [mission.book.write(a.utterance) for a in rob.actions() if hasattr(a, "utterance")]
+        texts = [mission.book.write(a.utterance) for a in rob.actions(mission.air.now) if hasattr(a, "utterance")]
         said += texts
         if texts:
             rob.spoken(tenth / 10.0 + 0.05)
@@ -97,18 +97,18 @@ def test_stop_is_obeyed_by_who_leaves_and_does_not_cut_its_farewell(when: str) -
     rob, now = mission.robots["Rob"], mission.air.now
     stop = m.Utterance(None, m.ToAll(), None, m.Stop())
     rob.leave(now)
-    rob.actions()
+    rob.actions(mission.air.now)
     if when == "before":
         rob.heard(stop, now)
     rob.tick(now + 5.0)
     if when == "during":
         rob.heard(stop, now + 6.0)
-    actions = rob.actions()
+    actions = rob.actions(mission.air.now)
     rob.spoken(now + 7.0)
     if when == "after":
         rob.heard(stop, now + 8.0)
     rob.tick(now + 20.0)
-    actions += rob.actions()
+    actions += rob.actions(mission.air.now)
     assert [mission.book.write(a.utterance) for a in actions if isinstance(a, Say)] == [LEAVING]
     assert SaveStopped(True) in actions, "it will stand when it is switched on again"
     assert Halt() in actions

@@ -13,7 +13,6 @@ from typing import Any
 import numpy as np
 
 from hvcpd.config.settings import Loaded, load_with_sources
-from hvcpd.config.tasks import Forward
 from hvcpd.daemon.control_service import ControlService
 from hvcpd.daemon.control_socket import short_address
 from hvcpd.daemon.control_status import Body
@@ -85,8 +84,8 @@ class Talk:
 class ControlBench:
     """The service, the robot behind it, and clients."""
 
-    def __init__(self, directory: Path, **more: object) -> None:
-        (directory / "tasks.yaml").write_text(ONE_TASK)
+    def __init__(self, directory: Path, board: str = ONE_TASK, **more: object) -> None:
+        (directory / "tasks.yaml").write_text(board)
         self.file = directory / "bench.yaml"
         self.file.write_text("mode: volunteer\n")
         given = {"name": "Rob", "tasks": str(directory / "tasks.yaml"), "state_dir": str(directory / "state")} | more
@@ -96,7 +95,7 @@ class ControlBench:
             return again, wire_up(again.settings)
 
         loaded, wiring = read()
-        self.bench = Bench(Forward(1.0))
+        self.bench = Bench(*wiring.tasks.tasks[0].actions, skills=wiring.tasks.skills)
         self.wheels = NotedWheels()
         self.journal = JournalService(wiring)
         self.body = Body(wiring, self.journal)
@@ -128,6 +127,7 @@ class ControlBench:
             heard = np.full(BLOCK, 0.1, np.float32)
             reading = wheels.take_reading() if wheels is not None else None
             output = robot.step(heard, reading)
+            self.records = output.records
             if wheels is not None:
                 wheels.serve(output.wheels, robot.now)
                 await wheels.settled()
@@ -146,9 +146,11 @@ class ControlBench:
 
 
 @asynccontextmanager
-async def control(directory: Path, with_robot: bool = True, **more: object) -> AsyncIterator[ControlBench]:
+async def control(
+    directory: Path, with_robot: bool = True, board: str = ONE_TASK, **more: object
+) -> AsyncIterator[ControlBench]:
     """A bench that is open meanwhile."""
-    bench = ControlBench(directory, **more)
+    bench = ControlBench(directory, board, **more)
     await bench.open(with_robot)
     try:
         yield bench

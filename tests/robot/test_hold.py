@@ -8,7 +8,8 @@ from collections.abc import Callable, Sequence
 import numpy as np
 
 from hvcpd.assembly.make import make_phrasebook
-from hvcpd.config.tasks import Forward, Place, TaskDefinition, TaskRepository, Wait
+from hvcpd.config.skills import Skill
+from hvcpd.config.tasks import Action, Forward, Place, TaskDefinition, TaskRepository, Wait
 from hvcpd.coordination.actions import Role, SaveStopped
 from hvcpd.coordination.coordination import Coordination
 from hvcpd.coordination.states import State
@@ -54,8 +55,9 @@ class Mouth:
 class Bench:
     """A robot alone, with wheels that do what they are told."""
 
-    def __init__(self, *actions: Forward | Wait, overhearing: Overhears | None = None) -> None:
-        tasks = TaskRepository((TaskDefinition(1, "water the green rose", Place(0.0, 0.0), actions),))
+    def __init__(self, *actions: Action, overhearing: Overhears | None = None, skills: tuple[Skill, ...] = ()) -> None:
+        task = TaskDefinition(1, "water the green rose", Place(0.0, 0.0), actions)
+        tasks = TaskRepository((task,), skills=skills)
         self.ears, self.records = ScriptedEars(), list[Record]()
         coordination = Coordination(Role("Rob", "plant", volunteer=True), tasks.tasks, random.Random(1))
         book = make_phrasebook(("Rob", "Bot"), ("plant",), tasks)
@@ -75,7 +77,7 @@ class Bench:
         self.ears.coming = list(events)
         left_rad, right_rad = self.angles
         reading = WheelReading(left_rad, right_rad, self.wheels.left_rad_s, self.wheels.right_rad_s)
-        output = self.robot.step(np.zeros(BLOCK, np.float32), reading)
+        output = self.output = self.robot.step(np.zeros(BLOCK, np.float32), reading)
         self.wheels = output.wheels
         self.records += output.records
 

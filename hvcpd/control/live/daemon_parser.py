@@ -63,6 +63,20 @@ def add_ros(commands: Commands, run: Run) -> None:
     command.set_defaults(run=run)
 
 
+def add_skills(commands: Commands, run: Run) -> None:
+    """Add `skills`."""
+    text = "carry out what a robot's tasks use: programs, pins and Python objects, until interrupted"
+    command = commands.add_parser(
+        "skills",
+        help=text,
+        description=text[0].upper() + text[1:] + ".",
+        epilog=with_examples(_WHICH + EXITS, "hvcpctl skills --config greenhouse.yaml", "hvcpctl skills --check"),
+    )
+    add_which(command)
+    command.add_argument("--check", action="store_true", help="only look whether all that is needed is there")
+    command.set_defaults(run=run)
+
+
 def _add_console(commands: Commands, run: Run) -> None:
     c = commands.add_parser(
         "console",

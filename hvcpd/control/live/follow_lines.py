@@ -11,10 +11,10 @@ from rich.live import Live
 from rich.rule import Rule
 from rich.text import Text
 
-from hvcpd.console.lines import SURE
+from hvcpd.console.lines import SURE, is_passing
 from hvcpd.control.live.status_screen import memory_faults, status_screen, tasks_screen
 from hvcpd.reporting.palette import ROBOT_TERMINAL
-from hvcpd.reporting.text import clean, percent, seal_words
+from hvcpd.reporting.text import clean, percent, seal_words, skill_words
 
 Event = dict[str, Any]
 Parts = list[Any]
@@ -62,7 +62,7 @@ class FollowLines:
         """The event as a line; None for what the picture shows better."""
         kind = "stopped" if event.get("state") == "stopped" else str(event.get("event"))
         tell = _TELLERS.get(kind)
-        if tell is None:
+        if tell is None or is_passing(event):
             return None
         at = datetime.fromtimestamp(wall_s).strftime("%H:%M:%S")
         return Text.assemble((at, "dim"), "  ", *tell(self, event))
@@ -127,6 +127,12 @@ def _memory(_show: FollowLines, event: Event) -> Parts:
     return [(f"memory: {told}", "bold red") if told else ("memory works again", "green")]
 
 
+def _skill(_show: FollowLines, event: Event) -> Parts:
+    said = (event[key] for key in ("state", "share", "text", "arguments", "results"))
+    style = {"failed": "bold red", "finished": "green"}.get(event["state"], "dim")
+    return [(clean(f"{event['robot']} uses {skill_words(event['skill'], *said)}"), style)]
+
+
 _TELLERS: dict[str, Callable[[FollowLines, Event], Parts]] = {
     "said": _said,
     "heard": _heard,
@@ -137,4 +143,5 @@ _TELLERS: dict[str, Callable[[FollowLines, Event], Parts]] = {
     "taskchanged": _task_changed,
     "stopped": _stopped,
     "memory": _memory,
+    "skill": _skill,
 }

@@ -11,7 +11,7 @@ from rich.table import Table
 from rich.text import Text
 
 from hvcpd.ports import WARN_BATTERY_V
-from hvcpd.reporting.text import clean, number, plural
+from hvcpd.reporting.text import clean, number, plural, skill_words
 
 _STATE_STYLES = {"done": "green", "claimed": "yellow", "failed": "red"}
 
@@ -52,6 +52,7 @@ def _facts(status: Mapping[str, Any]) -> list[tuple[str, RenderableType]]:
     if status["wheels"] is not None:
         facts.append(("Battery", _battery(status)))
     facts.append(("Sound", _sound(status["sound"])))
+    facts += _skills(status.get("skills"))  # a daemon before this field says nothing of it
     facts += [("Memory", Text(clean(fault), "bold red")) for fault in memory_faults(status["memory"])]
     return facts
 
@@ -103,6 +104,21 @@ def _sound(sound: Mapping[str, Any]) -> RenderableType:
     return told.append(f"lost: {lost}", "yellow") if lost else told.append("nothing lost")
 
 
+def _skills(skills: Mapping[str, Any] | None) -> Iterator[tuple[str, RenderableType]]:
+    """What can be used, what is missing, and what is under way; nothing where tasks use no skill."""
+    if not skills:
+        return
+    if skills["offered"]:
+        yield "Skills", ", ".join(map(clean, skills["offered"]))
+    if skills["missing"]:
+        told = ", ".join(map(clean, skills["missing"]))
+        yield "Skills", Text(f"nobody offers {told}: start `hvcpctl skills`, or leave it to others", "yellow")
+    call = skills["call"]
+    if call is not None:
+        said = (call[key] for key in ("state", "share", "text", "arguments", "results"))
+        yield "Uses", clean(skill_words(call["skill"], *said))
+
+
 def _peers(peers: Sequence[Mapping[str, Any]]) -> RenderableType:
     if not peers:
         return Text("Nobody else was heard so far", "dim")
@@ -138,6 +154,8 @@ def _remark(task: Mapping[str, Any]) -> str:
         remarks.append(f"claim holds for {duration(task['lease_s'])}" if task["lease_s"] > 0 else "claim has lapsed")
     if task["failed_by"]:
         remarks.append(f"given up by {', '.join(map(clean, task['failed_by']))}")
+    if task.get("every"):
+        remarks.append(f"every {clean(task['every'])}" if task["every"][:1].isdigit() else clean(task["every"]))
     if task["unable"]:
         remarks.append("not for this robot")
     return "; ".join(remarks)

@@ -18,13 +18,14 @@ from hil_fakes.bench import Bench, BenchPlan
 from hil_fakes.furnished_room import FurnishedRoom
 from hil_fakes.loudspeakers import IDEAL, USUAL
 from hil_fakes.room import Air
+from hil_fakes.skills import FakeDevice, usual_devices
 from hvcpd.assembly.vocabulary import check, refusal
 from hvcpd.config.settings import SpeechSettings
 from hvcpd.config.task_doubts import doubts
 from hvcpd.control.keys.key import today
 from hvcpd.control.simulate.team import Team, load_team, vocabulary_cache
 from hvcpd.coordination.actions import Speech
-from hvcpd.errors import EX_FAILURE, EX_OK, AudioFileError, ConfigError, DeviceError, unwritable
+from hvcpd.errors import EX_FAILURE, EX_OK, AudioFileError, ConfigError, DeviceError, did_you_mean, unwritable
 from hvcpd.hardware.soundfile import write_wav
 from hvcpd.ports import Samples
 from hvcpd.reporting.events import Event, MissionRecord, Started, Summary
@@ -66,6 +67,7 @@ def run(options: argparse.Namespace) -> int:
         speech=_speech(options, team.settings.speech),
         keys=keys,
         encrypts=options.encrypted,
+        skills=_skills(options, team, robots),
         air=Air(noise_db_spl=options.noise_db, muted=options.mute),
         ways=FurnishedRoom() if options.room == "furnished" else None,
         loudspeaker=USUAL if options.room == "furnished" else IDEAL,
@@ -93,6 +95,19 @@ def _keys(options: argparse.Namespace) -> KeyRing | None:
         return KeyRing(TeamKey(random.Random(options.seed).randbytes(KEY_BYTES)))
     keep_out_of_dumps()
     return read_key_file(options.key).ring(today())
+
+
+def _skills(options: argparse.Namespace, team: Team, robots: tuple[str, ...]) -> dict[str, dict[str, FakeDevice]]:
+    """Each robot's own fake devices, as the settings have them, but for what it is to lack."""
+    skills = {name: usual_devices(team.tasks, team.settings.skills, options.tank) for name in robots}
+    known = {robot.lower(): robot for robot in robots}
+    for robot, skill in options.without:
+        if robot.lower() not in known:
+            raise ConfigError(f"--without: {did_you_mean(robot, robots)}")
+        if skill not in skills[known[robot.lower()]]:
+            raise ConfigError(f"--without: {robot} has no skill {skill!r}; {did_you_mean(skill, skills[robots[0]])}")
+        del skills[known[robot.lower()]][skill]
+    return skills
 
 
 def _speech(options: argparse.Namespace, settings: SpeechSettings) -> Speech:

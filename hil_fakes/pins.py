@@ -1,0 +1,83 @@
+"""Fake pins of a Raspberry Pi, shared by processes: a folder with a file for each, as the kernel keeps a line's level.
+
+    GPIOZERO_PIN_FACTORY=files HVCPD_FAKE_PINS=/tmp/pins hvcpctl skills …
+
+has gpiozero use them, in that process and in those that it starts. A pin that somebody holds is busy for all others;
+one whose holder is killed keeps its level, as a Pi's lines do, and is free.
+"""
+
+from __future__ import annotations
+
+import fcntl
+import os
+import time
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from gpiozero.exc import PinInvalidPin
+from gpiozero.pins.mock import MockFactory, MockPin
+
+FOLDER_VARIABLE = "HVCPD_FAKE_PINS"
+
+
+@dataclass(frozen=True)
+class Edge:
+    """A pin changed to `level`, by the monotonic clock of all processes of the computer."""
+
+    at_s: float
+    level: bool
+
+
+class FilePin(MockPin):  # type: ignore[misc]
+    """One line; what it is set to stands in its file, and every change of it in another."""
+
+    def __init__(self, factory: Any, info: Any) -> None:
+        folder = Path(os.environ[FOLDER_VARIABLE])
+        folder.mkdir(parents=True, exist_ok=True)
+        number = str(info.name).removeprefix("GPIO")
+        self._log = (folder / f"{number}.log").open("a")
+        try:
+            fcntl.flock(self._log, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except BlockingIOError:
+            self._log.close()
+            raise PinInvalidPin(f"GPIO{number} busy") from None
+        super().__init__(factory, info)
+        self._level: bool | None = None
+
+    def close(self) -> None:
+        """Let go of the line; its level stays."""
+        self._log.close()
+
+    def _change_state(self, value: bool) -> bool:
+        changed = bool(super()._change_state(value))
+        if self.function == "output" and value != self._level:
+            self._level = value
+            self._log.write(f"{time.monotonic():.6f} {int(value)}\n")
+            self._log.flush()
+        return changed
+
+    def _set_state(self, value: float) -> None:
+        super()._set_state(value)
+        self._change_state(bool(value))
+
+
+class FilePins(MockFactory):  # type: ignore[misc]
+    """gpiozero's factory of the name "files"."""
+
+    def __init__(self) -> None:
+        super().__init__(pin_class=FilePin)
+
+
+def edges(folder: Path, pin: int) -> Sequence[Edge]:
+    """All changes of a pin so far."""
+    path = folder / f"{pin}.log"
+    lines = path.read_text().splitlines() if path.exists() else []
+    return [Edge(float(at), level == "1") for at, level in (line.split() for line in lines)]
+
+
+def is_on(folder: Path, pin: int) -> bool:
+    """Whether the pin is high now."""
+    found = edges(folder, pin)
+    return bool(found) and found[-1].level

@@ -1,0 +1,201 @@
+"""Fake skills in virtual time: pumps and tanks, grippers, and whatever takes its time. They answer as a host does.
+
+A device is asked at every block how a call is; what it has done stays done, as in the world.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass, field, replace
+from typing import Protocol
+
+from hvcpd.config.skill_settings import SkillSettings
+from hvcpd.config.skills import Value
+from hvcpd.config.tasks import WATER, TaskRepository
+from hvcpd.skills.life import Begin, Call, Cancel, Order, Pause, Report, Resume, SkillState
+
+Arguments = Mapping[str, Value]
+
+USUAL_S = 5.0
+"""What a skill takes of which nothing is known."""
+LITRES_PER_S = 0.05
+"""Of a small pump: 3 l a minute."""
+TOLD_EVERY_S = 1.0
+"""So often a fake tells how far it is."""
+EMPTY = "the tank is empty"
+SLIPPED = "it slipped"
+
+
+class FakeDevice(Protocol):
+    """Carries out one call after another."""
+
+    def begin(self, arguments: Arguments) -> None:
+        """A call is to be carried out."""
+
+    def advance(self, dt_s: float) -> Report:
+        """How it is after `dt_s` more of it; the report's number is not looked at."""
+
+    def leave(self) -> None:
+        """Be safe: whatever is on is off."""
+
+
+@dataclass
+class FakeTimed:
+    """Takes `duration_s` and is done; fails with `reason`, if it has one, at its end."""
+
+    duration_s: float = USUAL_S
+    reason: str | None = None
+    hangs: bool = False
+    done_s: float = 0.0
+
+    def begin(self, arguments: Arguments) -> None:  # noqa: ARG002 - it takes as long whatever it is told
+        self.done_s = 0.0
+
+    def advance(self, dt_s: float) -> Report:
+        self.done_s += dt_s
+        if self.hangs or self.done_s < self.duration_s:
+            return Report(0, SkillState.RUNNING, min(self.done_s / self.duration_s, 1.0))
+        if self.reason is not None:
+            return Report(0, SkillState.FAILED, text=self.reason)
+        return Report(0, SkillState.FINISHED, 1.0)
+
+    def leave(self) -> None:
+        """Nothing is on."""
+
+
+@dataclass
+class Tank:
+    """Water on a robot's back."""
+
+    litres: float
+
+
+@dataclass
+class FakePump:
+    """A pump on a pin: on for a call's `amount`, litres or seconds, unless the tank is empty before."""
+
+    tank: Tank
+    litres_per_s: float = LITRES_PER_S
+    amount: str = "seconds"
+    per_s: float = 1.0
+    is_on: bool = False
+    poured: float = 0.0
+    """Litres, in all calls so far."""
+    _begun: float = 0.0
+    _needed_s: float = 0.0
+    _done_s: float = 0.0
+
+    def begin(self, arguments: Arguments) -> None:
+        self._needed_s = float(arguments[self.amount]) / self.per_s
+        self._begun, self._done_s, self.is_on = self.poured, 0.0, True
+
+    def advance(self, dt_s: float) -> Report:
+        needed_s = self._needed_s
+        on_s = min(dt_s, needed_s - self._done_s)
+        litres = min(self.litres_per_s * on_s, self.tank.litres)
+        self.tank.litres -= litres
+        self.poured += litres
+        self._done_s += on_s
+        self.is_on = True
+        results: tuple[tuple[str, Value], ...] = (("litres", round(self.poured - self._begun, 3)),)
+        if self._done_s >= needed_s - 1e-9:
+            self.is_on = False
+            return Report(0, SkillState.FINISHED, 1.0, results=results)
+        if self.tank.litres <= 0.0:
+            self.is_on = False
+            return Report(0, SkillState.FAILED, self._done_s / needed_s, EMPTY, results)
+        return Report(0, SkillState.RUNNING, self._done_s / needed_s, results=results)
+
+    def leave(self) -> None:
+        self.is_on = False
+
+
+@dataclass
+class FakeGripper:
+    """A joint that closes on things: it goes to an `angle_deg`, and what is heavier than it can hold slips."""
+
+    load_kg: float = 0.1
+    holds_kg: float = 0.5
+    speed_deg_s: float = 90.0
+    angle_deg: float = 0.0
+    _goal_deg: float = 0.0
+
+    def begin(self, arguments: Arguments) -> None:
+        self._goal_deg = float(arguments["angle_deg"])
+
+    def advance(self, dt_s: float) -> Report:
+        step_deg = self.speed_deg_s * dt_s
+        self.angle_deg += max(-step_deg, min(step_deg, self._goal_deg - self.angle_deg))
+        results: tuple[tuple[str, Value], ...] = (("angle_deg", round(self.angle_deg, 1)),)
+        if abs(self._goal_deg - self.angle_deg) > 1e-9:
+            return Report(0, SkillState.RUNNING, results=results)
+        if self.load_kg > self.holds_kg:
+            return Report(0, SkillState.FAILED, text=SLIPPED, results=results)
+        return Report(0, SkillState.FINISHED, 1.0, results=results)
+
+    def leave(self) -> None:
+        """It keeps where it is, with what torque it has."""
+
+
+@dataclass
+class FakeHost:
+    """All of one robot's devices, by the skills that they are for; at most one call is under way."""
+
+    devices: Mapping[str, FakeDevice] = field(default_factory=dict)
+    _call: Call | None = None
+    _device: FakeDevice | None = None
+    _held: bool = False
+    _last_s: float = 0.0
+    _told_s: float = 0.0
+
+    def take(self, orders: Iterable[Order], now: float) -> None:
+        """What the robot asks for at time `now`, s."""
+        for order in orders:
+            match order:
+                case Begin(call):
+                    self._call, self._device, self._held = call, self.devices[call.skill], False
+                    self._last_s, self._told_s = now, -TOLD_EVERY_S
+                    self._device.begin(dict(call.arguments))
+                case Cancel():
+                    self._leave()
+                case Pause() | Resume():
+                    self._held = isinstance(order, Pause)
+                    if self._held and self._device is not None:
+                        self._device.leave()
+
+    def live(self, now: float, tell: Callable[[Report], None]) -> None:
+        """Let time pass until `now`, and tell what there is to be told."""
+        dt_s, self._last_s = now - self._last_s, now
+        call, device = self._call, self._device
+        if call is None or device is None or self._held:
+            return
+        report = replace(device.advance(dt_s), number=call.number)
+        if report.state is not SkillState.RUNNING:
+            self._leave()
+        elif now - self._told_s < TOLD_EVERY_S:
+            return
+        self._told_s = now
+        tell(report)
+
+    def _leave(self) -> None:
+        if self._device is not None:
+            self._device.leave()
+        self._call = self._device = None
+
+
+def usual_devices(
+    tasks: TaskRepository, skills: Mapping[str, SkillSettings], litres: float | None = None
+) -> dict[str, FakeDevice]:
+    """Something for each skill that a task file declares, as one robot's settings have it: a pump for a pin, and for
+    what nothing is known of something that takes its time. `litres` are in the tank; None: it has no pump that is not
+    in the settings, and a tank that never runs empty."""
+    tank = Tank(litres if litres is not None else math.inf)
+    devices: dict[str, FakeDevice] = {skill.name: FakeTimed() for skill in tasks.skills}
+    if litres is not None:
+        devices[WATER] = FakePump(tank)
+    for name, skill in skills.items():
+        if skill.gpio is not None:
+            amount, per_s = skill.gpio.amount, skill.gpio.per_s
+            devices[name] = FakePump(tank, per_s if amount == "litres" else LITRES_PER_S, amount, per_s)
+    return devices

@@ -1,0 +1,90 @@
+"""When a task is due again: "6 h", or a rule of iCalendar (RFC 5545, RRULE) in local time, "FREQ=DAILY;BYHOUR=8".
+
+All robots that read the same text come to the same times, whenever they were switched on.
+"""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass
+from datetime import datetime, timedelta
+from functools import cached_property
+from itertools import pairwise
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from dateutil.rrule import rrule
+
+BEGIN = datetime(2024, 1, 1)
+"""A Monday, from which intervals of weeks, days and hours are counted."""
+LEAST_S = 600.0
+"""A team needs some minutes to share its tasks out, to do them, and to hear of it."""
+GAPS = 60
+"""So many occurrences are looked at for the shortest time between two."""
+
+_UNITS = {"min": 60.0, "h": 3600.0, "d": 86400.0, "w": 604800.0}
+_INTERVAL = re.compile(r"([0-9]{1,4}) ?(min|h|d|w)")
+
+
+@dataclass(frozen=True)
+class Recurrence:
+    """A rule as it is written. Times are seconds since 1970. Raises ValueError for what is no rule, or too frequent."""
+
+    text: str
+
+    def __post_init__(self) -> None:
+        if self.shortest_s < LEAST_S:
+            raise ValueError(f"at most once in {LEAST_S / 60.0:g} min")
+
+    def last(self, wall_s: float) -> float | None:
+        """The latest time at or before `wall_s` at which it was due; None if it never was."""
+        if self._interval_s is not None:
+            return wall_s // self._interval_s * self._interval_s
+        found = self._rule.before(datetime.fromtimestamp(wall_s), inc=True)
+        return found.timestamp() if found is not None else None
+
+    def next(self, wall_s: float) -> float | None:
+        """The first time after `wall_s` at which it will be due; None if it never will."""
+        if self._interval_s is not None:
+            return (wall_s // self._interval_s + 1.0) * self._interval_s
+        found = self._rule.after(datetime.fromtimestamp(wall_s))
+        return found.timestamp() if found is not None else None
+
+    @cached_property
+    def shortest_s(self) -> float:
+        """The shortest time between two occurrences."""
+        if self._interval_s is not None:
+            return self._interval_s
+        times = list(self._rule.xafter(BEGIN, count=GAPS, inc=True))
+        gaps = ((later - earlier).total_seconds() for earlier, later in pairwise(times))
+        return min(gaps, default=timedelta(days=1).total_seconds())
+
+    @cached_property
+    def _interval_s(self) -> float | None:
+        found = _INTERVAL.fullmatch(self.text)
+        return int(found[1]) * _UNITS[found[2]] if found else None
+
+    @cached_property
+    def _rule(self) -> rrule:
+        from dateutil.rrule import DAILY, HOURLY, WEEKLY, rrule, rrulestr  # most teams have no rule
+
+        if "FREQ=" not in self.text:
+            raise ValueError("FREQ= is missing")
+        rule = rrulestr(self.text.removeprefix("RRULE:"), dtstart=BEGIN, cache=True)
+        if not isinstance(rule, rrule) or rule._freq > HOURLY:  # type: ignore[attr-defined]
+            raise ValueError("one rule, hourly or rarer")
+        if rule._freq in (DAILY, WEEKLY) and not rule._original_rule.get("byhour"):  # type: ignore[attr-defined]
+            return rule.replace(byhour=0, byminute=0, bysecond=0)
+        return rule
+
+
+def valid_recurrence(text: str) -> str | None:
+    """What is wrong with a rule, or None."""
+    if not text:
+        return None
+    try:
+        Recurrence(text)
+    except (ValueError, TypeError, OverflowError) as error:
+        told = f"write for example `6 h`, `1 d` or `FREQ=DAILY;BYHOUR=8`, at most once in {LEAST_S / 60.0:g} min"
+        return f"{text[:60]!r} is no rule for when a task is due ({str(error)[:60]}); {told}"
+    return None

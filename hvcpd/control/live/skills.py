@@ -1,0 +1,86 @@
+"""`hvcpctl skills`: carry out a running robot's skills, until interrupted."""
+
+from __future__ import annotations
+
+import argparse
+import asyncio
+import sys
+from contextlib import AsyncExitStack, ExitStack, closing, suppress
+from pathlib import Path
+
+from hvcpd.config.settings import Settings, load_settings
+from hvcpd.config.task_file import load_tasks
+from hvcpd.config.tasks import TaskRepository
+from hvcpd.control.live.daemon_client import find_daemon
+from hvcpd.daemon.control_protocol import MAX_LINE_BYTES
+from hvcpd.daemon.control_socket import short_address
+from hvcpd.errors import EX_OK, ConfigError, HvcpdError, NotDoneError
+from hvcpd.skills.checks import faults
+from hvcpd.skills.guard import GuardLine
+from hvcpd.skills.host import Host
+from hvcpd.skills.objects import Object, installed
+from hvcpd.skills.pins import Pin
+from hvcpd.skills.runners import Program, Runner
+
+AGAIN_S = 1.0
+"""Between two attempts to reach a daemon that has ended."""
+
+
+def run(options: argparse.Namespace) -> int:
+    """Find the robot, make its skills ready, and serve; again and again where the daemon is started anew."""
+    settings = load_settings(options.config, {"name": options.name}, name_needed=False)
+    tasks = load_tasks(settings.tasks)
+    if wrong := list(faults(settings.skills, tasks)):
+        raise ConfigError("\n".join(wrong))
+    names = offered(settings, tasks)
+    if not names:
+        raise ConfigError("there is no skill to offer: name some under `skills:` in the settings, or install a package")
+    sys.stdout.write(f"{', '.join(names)}\n")
+    if options.check:
+        return EX_OK
+    with closing(find_daemon(options)) as daemon:
+        path = daemon.path
+    with suppress(KeyboardInterrupt):
+        asyncio.run(serve(path, settings, tasks))
+    return EX_OK
+
+
+def offered(settings: Settings, tasks: TaskRepository) -> tuple[str, ...]:
+    """The skills that the settings name, and those declared ones that a Python package has."""
+    declared = {skill.name for skill in tasks.skills}
+    return tuple(sorted({*settings.skills, *declared.intersection(installed())}))
+
+
+async def serve(path: Path, settings: Settings, tasks: TaskRepository) -> None:
+    """Offer the skills to the daemon at `path` for ever. Raises HvcpdError for what trying again does not mend."""
+    async with AsyncExitStack() as stack:
+        with ExitStack() as opened:
+            pins = {skill.gpio.pin: skill.gpio.active_high for skill in settings.skills.values() if skill.gpio}
+            guard = GuardLine(pins)
+            opened.callback(guard.close)
+            runners = {name: _runner(name, settings, guard) for name in offered(settings, tasks)}
+            stack.push(opened.pop_all())
+        for runner in runners.values():
+            stack.push_async_callback(runner.close)
+            if isinstance(runner, Object):
+                await runner.open()
+        host = Host(runners)
+        while True:
+            with suppress(OSError):
+                with short_address(path) as address:
+                    reader, writer = await asyncio.open_unix_connection(address, limit=MAX_LINE_BYTES)
+                with closing(writer):
+                    await host.serve(reader, writer)
+            if host.refusal:
+                raise NotDoneError(host.refusal)
+            await asyncio.sleep(AGAIN_S)
+
+
+def _runner(name: str, settings: Settings, guard: GuardLine) -> Runner:
+    skill = settings.skills.get(name)
+    if skill is None:
+        return Object(name)
+    try:
+        return Pin(skill.gpio) if skill.gpio is not None else Program(skill.run, skill.safe, guard)
+    except HvcpdError as error:
+        raise type(error)(f"skills.{name}: {error}") from None

@@ -1,0 +1,109 @@
+"""What is due again: by the clock on the wall, or, without one, by ear.
+
+An occurrence is named by the time at which it was due. Who has a clock opens a task that was done before; who has none
+believes whoever speaks of it as of something to be done, unless it was done just before. Clocks need to agree
+to SKEW_S: who is told of a task that early takes it for due.
+"""
+
+from __future__ import annotations
+
+import math
+
+from hvcpd.coordination.board import CLAIMED, Entry
+from hvcpd.coordination.knowledge import Knowledge
+from hvcpd.language import messages as m
+
+SKEW_S = 120.0
+"""Between two clocks that were set by hand."""
+EARLY_S = 600.0
+"""So soon after it was done, whoever speaks of it has missed that: longer than most leases. And never later than
+EARLY of the shortest time between two occurrences; it may have been done late, so that the next one is near."""
+EARLY = 0.5
+RHYTHM = 0.8
+"""Of that time: sooner after it became due, as far as was heard, it is not due again. Its first claim may have been
+late by the rest."""
+
+
+def next_s(me: Knowledge) -> float:
+    """When something is due next (sample clock), s; infinity without a clock, or if nothing ever will be."""
+    if me.clock_s is None:
+        return math.inf
+    return me.due_next_s - me.clock_s if me.due_next_s is not None else -math.inf
+
+
+def open_due(me: Knowledge, now: float) -> None:
+    """Open what is due again since it was done or given up; what is being done still counts for this time."""
+    if me.clock_s is None or (me.due_next_s is not None and now < me.due_next_s - me.clock_s):
+        return
+    wall_s, me.due_next_s = now + me.clock_s, math.inf
+    for entry in me.board.entries():
+        every = entry.definition.every
+        if every is None:
+            continue
+        due_s, coming_s = every.last(wall_s), every.next(wall_s)
+        me.due_next_s = min(me.due_next_s, coming_s if coming_s is not None else math.inf)
+        if due_s is None or (entry.due_s is not None and due_s <= entry.due_s):
+            continue
+        entry.due_s = due_s
+        _open(me, entry, now, is_due=wall_s - due_s < SKEW_S)
+
+
+def heard(me: Knowledge, statement: m.Statement | None, now: float) -> None:
+    """Somebody speaks of tasks as of something to be done, or just done: of what was done here, it may be the next."""
+    for ref in _spoken_of(statement):
+        entry = me.board.find(ref)
+        if entry is None or not entry.known_done or not _may_be_due(me, entry, now):
+            continue
+        if me.clock_s is None:
+            me.missed.heard_work = True  # other tasks may be due as well
+        _open(me, entry, now, is_due=True)
+
+
+def note_done(me: Knowledge, number: int, now: float) -> float | None:
+    """A task is known to be done: for which time it was due, to be remembered; None if it is done only once."""
+    entry = me.board[number]
+    if entry.definition.every is None:
+        return None
+    entry.done_s = now
+    return entry.due_s
+
+
+def _open(me: Knowledge, entry: Entry, now: float, is_due: bool) -> None:
+    number = entry.definition.number
+    entry.failed_by, entry.is_due = frozenset(), is_due
+    entry.opened_s = now if is_due else -math.inf
+    for peer in me.peers.all():
+        peer.unable -= {number}
+    if me.report.task == number:
+        me.report.task = None  # that time is over
+    if entry.state != CLAIMED:
+        me.board.reopen(number)
+    me.reconsider(now)
+
+
+def _may_be_due(me: Knowledge, entry: Entry, now: float) -> bool:
+    every = entry.definition.every
+    if every is None:
+        return False
+    if me.clock_s is None:
+        if entry.opened_s > -math.inf:
+            return now - entry.opened_s >= RHYTHM * every.shortest_s
+        return now - entry.done_s >= min(EARLY_S, EARLY * every.shortest_s)
+    wall_s = now + me.clock_s
+    coming_s = every.next(max(entry.due_s, wall_s) if entry.due_s is not None else wall_s)
+    if coming_s is None or coming_s - wall_s > SKEW_S:
+        return False
+    entry.due_s = coming_s
+    return True
+
+
+def _spoken_of(statement: m.Statement | None) -> tuple[m.TaskRef, ...]:
+    match statement:
+        case m.Claim(ref) | m.Working(ref) | m.Order(ref) | m.Confirmed(m.TaskByNumber() as ref, complete=False):
+            return (ref,)
+        case m.Completed(ref, following):
+            return (ref,) if following is None else (ref, following)
+        case m.Left():
+            return tuple(map(m.TaskByNumber, statement.numbers))
+        case _:
+            return ()

@@ -1,0 +1,53 @@
+"""Whether a robot can do its skills as its settings say: looked at before any device opens."""
+
+from __future__ import annotations
+
+import os
+import shutil
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+
+from hvcpd.config.skill_settings import SkillSettings
+from hvcpd.config.skills import Parameter
+from hvcpd.config.tasks import WATER, TaskRepository
+from hvcpd.errors import did_you_mean
+from hvcpd.skills.runners import places
+
+_SECONDS = {"seconds": Parameter()}
+"""What watering is told where the task file declares nothing else."""
+
+
+def faults(skills: Mapping[str, SkillSettings], tasks: TaskRepository, programs_too: bool = True) -> Iterator[str]:
+    """One message with its remedy for each thing that is wrong; `programs_too`: with programs that are not there, for
+    who runs them and may see other folders than the robot does."""
+    declared = {WATER: _SECONDS} | {skill.name: dict(skill.entry.parameters) for skill in tasks.skills}
+    taken: dict[int, str] = {}
+    for name, skill in skills.items():
+        if name not in declared:
+            yield f"skills.{name}: the task file declares no such skill; {did_you_mean(name, declared)}"
+            continue
+        parameters = declared[name]
+        for place in sorted(places((*skill.run, *skill.safe)) - parameters.keys()):
+            yield f"skills.{name}: it has no parameter {place!r}; {did_you_mean(place, parameters)}"
+        for program in (skill.run[:1], skill.safe[:1]):
+            if programs_too and program and (wrong := _unrunnable(program[0])) is not None:
+                yield f"skills.{name}: {wrong}"
+        pin = skill.gpio
+        if pin is None:
+            continue
+        if pin.amount not in parameters or parameters[pin.amount].type != "number":
+            yield f"skills.{name}.gpio: amount: {pin.amount!r} is no number that it is told; name one of its parameters"
+        if pin.pin in taken:
+            yield f"skills.{name}.gpio: skill {taken[pin.pin]!r} has pin {pin.pin} already; give each its own"
+        taken[pin.pin] = name
+
+
+def _unrunnable(program: str) -> str | None:
+    path = Path(program)
+    if not path.is_absolute():
+        return None if shutil.which(program) else f"there is no program {program!r}; install it, or give its whole path"
+    if not path.exists():
+        return f"there is no {program}; check the name"
+    if path.is_dir() or not os.access(path, os.X_OK):
+        return f"{program} is no program that may be run; `chmod +x` it"
+    return None

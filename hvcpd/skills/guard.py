@@ -1,0 +1,106 @@
+"""What leaves all safe when the host of the skills itself is killed: a second process that waits for its end.
+
+The host tells it, line by line over a pipe, what there is to be made safe just now; when the pipe breaks, it does that.
+
+    python -m hvcpd.skills.guard
+
+is started by the host; its devices are open beforehand, so that it needs no time then.
+"""
+
+from __future__ import annotations
+
+import ctypes
+import json
+import os
+import signal
+import subprocess
+import sys
+from collections.abc import Mapping
+from contextlib import suppress
+from typing import Any, BinaryIO
+
+PR_SET_PDEATHSIG = 1
+"""prctl(2)."""
+
+_prctl = ctypes.CDLL(None, use_errno=True).prctl
+
+
+def die_with_parent() -> None:
+    """Have the kernel end this process as soon as the one that started it is dead; for a child, before its program."""
+    _prctl(PR_SET_PDEATHSIG, signal.SIGKILL, 0, 0, 0)
+
+
+class GuardLine:
+    """The host's end of the pipe."""
+
+    def __init__(self, pins: Mapping[int, bool] | None = None) -> None:
+        """`pins`: each pin that may be on, and whether it is on when it is high."""
+        words = (sys.executable, "-m", "hvcpd.skills.guard")
+        self._process = subprocess.Popen(words, stdin=subprocess.PIPE, start_new_session=True)
+        self._tell({"pins": [[pin, high] for pin, high in (pins or {}).items()]})
+
+    @property
+    def pid(self) -> int:
+        """Its process."""
+        return self._process.pid
+
+    def arm(self, group: int, safe: tuple[str, ...] = ()) -> None:
+        """Should this process die, kill that process group and run that program."""
+        self._tell({"group": group, "safe": list(safe)})
+
+    def clear(self) -> None:
+        """Nothing but pins is to be made safe any more."""
+        self._tell({"group": None, "safe": []})
+
+    def close(self) -> None:
+        """All is safe, and the guard can go."""
+        self._tell({"bye": True})
+        with suppress(OSError):
+            if self._process.stdin is not None:
+                self._process.stdin.close()
+        self._process.wait(timeout=5.0)
+
+    def _tell(self, value: Mapping[str, Any]) -> None:
+        with suppress(OSError):
+            if self._process.stdin is not None:
+                self._process.stdin.write(json.dumps(value).encode() + b"\n")
+                self._process.stdin.flush()
+
+
+def watch(lines: BinaryIO) -> None:
+    """Wait for the pipe's end, and then make safe what was told last."""
+    for number in (signal.SIGINT, signal.SIGTERM):
+        signal.signal(number, signal.SIG_IGN)
+    group, safe, pins = None, [], []
+    for line in lines:
+        try:
+            value = json.loads(line)
+        except ValueError:
+            continue  # cut off in its midst
+        if value.get("bye"):
+            return
+        if "pins" in value:
+            pins = value["pins"]
+            if pins:
+                import gpiozero  # noqa: F401 - its import is what takes long
+        else:
+            group, safe = value["group"], value["safe"]
+    for pin, high in pins:
+        _switch_off(pin, high)
+    if group is not None:
+        with suppress(ProcessLookupError, PermissionError):
+            os.killpg(group, signal.SIGKILL)
+    if safe:
+        with suppress(OSError):
+            subprocess.run(safe, stdin=subprocess.DEVNULL, check=False, timeout=5.0)
+
+
+def _switch_off(pin: int, active_high: bool) -> None:
+    from gpiozero import DigitalOutputDevice
+
+    with suppress(Exception):  # whatever one pin does, the others are switched off
+        DigitalOutputDevice(pin, active_high=active_high, initial_value=False)
+
+
+if __name__ == "__main__":
+    watch(sys.stdin.buffer)

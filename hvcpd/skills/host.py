@@ -1,0 +1,119 @@
+"""The process beside a robot that carries its skills out: it offers them over the control socket and does what comes.
+
+Whatever breaks, all is left safe: the connection, the robot's beat, this process (`guard`).
+"""
+
+from __future__ import annotations
+
+import asyncio
+import json
+from collections.abc import Mapping
+from contextlib import suppress
+from typing import Any
+
+import structlog
+
+from hvcpd.skills.life import CANCELLED, Call
+from hvcpd.skills.runners import FailedError, Runner
+
+BEATS_MISSED_S = 0.35
+"""Three beats and a half: a robot that says nothing for so long hangs, and what it asked for is left, safe."""
+ENDING_S = 1.0
+"""So long calls may take to leave all safe once the connection is broken."""
+
+_log = structlog.get_logger(__name__)
+
+
+class Host:
+    """Serves one connection. `runners` by the names of their skills."""
+
+    def __init__(self, runners: Mapping[str, Runner]) -> None:
+        self._runners = runners
+        self._calls: dict[int, tuple[Runner, asyncio.Task[None]]] = {}
+        self._writer: asyncio.StreamWriter | None = None
+        self._lease: asyncio.TimerHandle | None = None
+        self.refusal = ""
+        """Why the robot does not want what is offered."""
+
+    async def serve(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
+        """Offer the skills, and carry calls out until the connection ends; then nothing is under way any more."""
+        self._writer = writer
+        self._send({"command": "offer", "skills": sorted(self._runners)})
+        try:
+            while not self.refusal and (line := await reader.readline()):
+                with suppress(ValueError):
+                    self._take(json.loads(line))
+        except ConnectionError:
+            pass
+        finally:
+            self._writer = None
+            await self._leave_all()
+
+    def _take(self, value: Mapping[str, Any]) -> None:
+        match value:
+            case {"event": "perform", "call": int(number)}:
+                self._renew()
+                self._begin(number, value)
+            case {"event": "cancel", "call": int(number)} if number in self._calls:
+                self._calls[number][1].cancel()
+            case {"event": "pause" | "resume" as kind, "call": int(number)} if number in self._calls:
+                self._calls[number][0].hold(kind == "pause")
+            case {"event": "beat"}:
+                self._renew()
+            case {"ok": False, "error": {"code": "bad_argument", "text": text}}:
+                self.refusal = str(text)
+
+    def _begin(self, number: int, value: Mapping[str, Any]) -> None:
+        arguments = tuple((name, each) for name, each in value["arguments"].items())
+        call = Call(number, value["task"], value["skill"], arguments, value["limit_s"])
+        runner = self._runners.get(call.skill)
+        if runner is None:
+            self._send({"command": "failed", "call": number, "reason": "it is not offered here"})
+            return
+        task = asyncio.get_running_loop().create_task(self._perform(runner, call))
+        self._calls[number] = runner, task
+        task.add_done_callback(lambda _: self._calls.pop(number, None))
+
+    async def _perform(self, runner: Runner, call: Call) -> None:
+        def tell(share: float | None, text: str) -> None:
+            told = {"share": share} if share is not None else {}
+            self._send({"command": "progress", "call": call.number, "text": text, **told})
+
+        self._send({"command": "progress", "call": call.number})
+        began_s = asyncio.get_running_loop().time()
+        try:
+            results = await runner.perform(call, tell)
+        except FailedError as error:
+            self._send({"command": "failed", "call": call.number, "reason": str(error)})
+            _log.warning("skill failed", skill=call.skill, reason=str(error))
+        except asyncio.CancelledError:
+            self._send({"command": "failed", "call": call.number, "reason": CANCELLED})
+            _log.info("skill cancelled", skill=call.skill)
+        else:
+            self._send({"command": "done", "call": call.number, "results": dict(results)})
+            took_s = round(asyncio.get_running_loop().time() - began_s, 2)
+            _log.info("skill done", skill=call.skill, arguments=dict(call.arguments), took_s=took_s)
+
+    def _renew(self) -> None:
+        if self._lease is not None:
+            self._lease.cancel()
+        self._lease = asyncio.get_running_loop().call_later(BEATS_MISSED_S, self._lapse)
+
+    def _lapse(self) -> None:
+        self._lease = None
+        for _, task in self._calls.values():
+            _log.warning("skill cancelled", reason=f"the robot was silent for {BEATS_MISSED_S:g} s")
+            task.cancel()
+
+    async def _leave_all(self) -> None:
+        tasks = [task for _, task in self._calls.values()]
+        for task in tasks:
+            task.cancel()
+        if tasks:
+            await asyncio.wait(tasks, timeout=ENDING_S)
+        if self._lease is not None:
+            self._lease.cancel()
+
+    def _send(self, value: Mapping[str, Any]) -> None:
+        if self._writer is not None:
+            self._writer.write(json.dumps(value).encode() + b"\n")

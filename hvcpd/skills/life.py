@@ -1,0 +1,120 @@
+"""The life of one call of a skill, whoever carries it out; its states are those of VDA 5050's actions. Pure.
+
+Orders go out to whoever offers the skill, reports come back. What is late, out of turn or of another call changes
+nothing.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import Enum
+
+from hvcpd.config.skills import Value
+
+
+class SkillState(Enum):
+    """Where a call stands."""
+
+    WAITING = "waits for whoever offers the skill"
+    INITIALIZING = "is being made ready"
+    RUNNING = "is under way"
+    PAUSED = "is held until the robot goes on"
+    FINISHED = "is done"
+    FAILED = "has failed, or was cancelled"
+
+
+S = SkillState
+OVER = frozenset({S.FINISHED, S.FAILED})
+
+FOLLOWING: dict[SkillState, frozenset[SkillState]] = {
+    S.WAITING: frozenset({S.INITIALIZING, S.RUNNING, S.PAUSED, S.FINISHED, S.FAILED}),
+    S.INITIALIZING: frozenset({S.RUNNING, S.PAUSED, S.FINISHED, S.FAILED}),
+    S.RUNNING: frozenset({S.RUNNING, S.PAUSED, S.FINISHED, S.FAILED}),
+    S.PAUSED: frozenset({S.RUNNING, S.FINISHED, S.FAILED}),
+    S.FINISHED: frozenset(),
+    S.FAILED: frozenset(),
+}
+"""Which states may come next. From RUNNING to RUNNING: it tells how far it is."""
+
+TOO_LONG = "it took too long"
+CANCELLED = "it was cancelled"
+NOBODY = "nobody offers it any more"
+
+
+@dataclass(frozen=True)
+class Call:
+    """A skill is to be used. `number` tells it from all other calls of this robot's life; `limit_s` is its time."""
+
+    number: int
+    task: int
+    skill: str
+    arguments: tuple[tuple[str, Value], ...]
+    limit_s: float
+
+
+@dataclass(frozen=True)
+class Begin:
+    """Carry it out."""
+
+    call: Call
+
+
+@dataclass(frozen=True)
+class Cancel:
+    """Leave it, safe, at once."""
+
+    number: int
+
+
+@dataclass(frozen=True)
+class Pause:
+    """Hold it, safe, until Resume."""
+
+    number: int
+
+
+@dataclass(frozen=True)
+class Resume:
+    """Go on with it."""
+
+    number: int
+
+
+Order = Begin | Cancel | Pause | Resume
+
+
+@dataclass(frozen=True)
+class Report:
+    """What became of a call: `share` of 1 done, if that is known; in words; what came of it, by name."""
+
+    number: int
+    state: SkillState
+    share: float | None = None
+    text: str = ""
+    results: tuple[tuple[str, Value], ...] = ()
+
+
+class Life:
+    """One call under way. `take` what is told of it, and ask `state`; `is_late` asks for the time."""
+
+    def __init__(self, call: Call, now: float) -> None:
+        self.call = call
+        self.state = SkillState.WAITING
+        self.last = Report(call.number, self.state)
+        self._until_s = now + call.limit_s
+
+    @property
+    def is_over(self) -> bool:
+        """Whether nothing more will come of it."""
+        return self.state in OVER
+
+    def is_late(self, now: float) -> bool:
+        """Whether its time is over at `now` (s)."""
+        return now >= self._until_s
+
+    def take(self, report: Report) -> bool:
+        """What was told of it; whether that is news."""
+        if report.number != self.call.number or report.state not in FOLLOWING[self.state]:
+            return False
+        self.state, self.last = report.state, report
+        return True

@@ -1,0 +1,180 @@
+"""Skills that are Python objects, found by the entry-point group `hvcpd.skills`.
+
+    class Wave:
+        async def perform(self, call: SkillCall) -> Result: ...
+
+Each object lives in a process of its own, made once (without arguments) and called again and again. One that hangs is
+killed, and nothing else with it. Cancelled, `perform` gets asyncio.CancelledError and has a quarter of a second.
+
+    python -m hvcpd.skills.objects NAME
+
+is that process: calls come in as lines of JSON, and what becomes of them goes out so.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import json
+import os
+import sys
+from collections.abc import Awaitable, Callable, Mapping
+from contextlib import suppress
+from dataclasses import dataclass, field
+from importlib.metadata import entry_points
+from typing import Any, Protocol
+
+from hvcpd.config.skills import Value
+from hvcpd.skills.life import Call
+from hvcpd.skills.runners import TERM_S, FailedError, Said, Tell, end_group, shielded, start, take_line
+
+GROUP = "hvcpd.skills"
+
+
+@dataclass(frozen=True)
+class SkillCall:
+    """What an object is asked to do. `progress(0.5, "half way")` tells how far it is."""
+
+    skill: str
+    task: int
+    arguments: Mapping[str, Value]
+    progress: Callable[[float | None, str], None]
+
+
+@dataclass(frozen=True)
+class Result:
+    """What came of a call: done, unless there is a `reason` why not; with results by name, numbers or texts."""
+
+    reason: str | None = None
+    results: Mapping[str, Value] = field(default_factory=dict)
+
+
+class PythonSkill(Protocol):
+    """What the entry point's class has."""
+
+    def perform(self, call: SkillCall) -> Awaitable[Result]: ...
+
+
+def installed() -> tuple[str, ...]:
+    """The names of all skills that Python packages here have."""
+    return tuple(sorted({point.name for point in entry_points(group=GROUP)}))
+
+
+class Object:
+    """Carries calls out in the process of the entry point `name`; `words` start it."""
+
+    def __init__(self, name: str, words: tuple[str, ...] | None = None) -> None:
+        self._words = words or (sys.executable, "-m", "hvcpd.skills.objects", name)
+        self._process: asyncio.subprocess.Process | None = None
+
+    async def open(self) -> None:
+        """Have it made ready, so that a call begins at once. Raises FailedError."""
+        if self._process is None or self._process.returncode is not None:
+            try:
+                self._process = await start(self._words, asks=True)
+            except OSError as error:
+                raise FailedError(f"{self._words[0]}: {error.strerror}") from None
+
+    async def perform(self, call: Call, tell: Tell) -> Mapping[str, Any]:
+        """One call; whoever does not answer that it was cancelled is killed."""
+        await self.open()
+        process, said = self._process, Said()
+        assert process is not None
+        told = {"call": call.number, "skill": call.skill, "task": call.task, "arguments": dict(call.arguments)}
+        _send(process, told)
+        try:
+            over = await self._until_over(process, said, tell)
+        except asyncio.CancelledError:
+            await shielded(self._cancel(process))
+            raise
+        if "done" not in over:
+            raise FailedError(said.reason or "its process has ended")
+        return said.results
+
+    async def _cancel(self, process: asyncio.subprocess.Process) -> None:
+        _send(process, {"cancel": True})
+        with suppress(TimeoutError):
+            over = await asyncio.wait_for(self._until_over(process, Said(), lambda _share, _text: None), TERM_S)
+            if over:
+                return
+        await end_group(process)
+
+    async def _until_over(self, process: asyncio.subprocess.Process, said: Said, tell: Tell) -> dict[str, Any]:
+        """The line that ends a call; nothing if the process ends instead."""
+        assert process.stdout is not None
+        while True:
+            try:
+                line = await process.stdout.readuntil(b"\n")
+            except asyncio.LimitOverrunError as error:
+                await process.stdout.readexactly(max(error.consumed, 1))
+                continue
+            except asyncio.IncompleteReadError:
+                await end_group(process)
+                return {}
+            value = take_line(line, said, tell)
+            if "done" in value or "reason" in value:
+                return value
+
+    def hold(self, on: bool) -> None:
+        """A Python object is not held: it may be in the midst of anything, and a stop cancels it soon enough."""
+
+    async def close(self) -> None:
+        """End its process."""
+        if self._process is not None:
+            await end_group(self._process)
+
+
+def _send(process: asyncio.subprocess.Process, value: Mapping[str, Any]) -> None:
+    if process.stdin is not None:
+        process.stdin.write(json.dumps(value).encode() + b"\n")
+
+
+class _Worker:
+    """The process's side: one call after the other."""
+
+    def __init__(self, skill: PythonSkill, out: Callable[[Mapping[str, Any]], None]) -> None:
+        self._skill = skill
+        self._out = out
+        self._task: asyncio.Task[None] | None = None
+
+    def take(self, line: bytes) -> None:
+        """A call, or that the one under way is cancelled."""
+        value = json.loads(line)
+        if value.get("cancel"):
+            if self._task is not None:
+                self._task.cancel()
+            return
+        call = SkillCall(value["skill"], value["task"], value["arguments"], self._progress)
+        self._task = asyncio.get_running_loop().create_task(self._perform(call))
+
+    def _progress(self, share: float | None, text: str = "") -> None:
+        self._out({"progress": share, "text": text})
+
+    async def _perform(self, call: SkillCall) -> None:
+        try:
+            result = await self._skill.perform(call)
+        except asyncio.CancelledError:
+            self._out({"reason": "it was cancelled"})
+        except Exception as error:  # a mistake of the object's costs that call
+            self._out({"reason": f"{type(error).__name__}: {error}"})
+        else:
+            over: dict[str, Any] = {"done": True} if result.reason is None else {"reason": result.reason}
+            self._out({"results": dict(result.results), **over})
+
+
+async def _work(name: str) -> None:
+    out = os.fdopen(os.dup(1), "wb", buffering=0)
+    os.dup2(2, 1)  # what the object prints is no answer
+    point = next(iter(entry_points(group=GROUP, name=name)))
+    worker = _Worker(point.load()(), lambda value: _write(out.fileno(), value))
+    loop, reader = asyncio.get_running_loop(), asyncio.StreamReader()
+    await loop.connect_read_pipe(lambda: asyncio.StreamReaderProtocol(reader), sys.stdin)
+    while line := await reader.readline():
+        worker.take(line)
+
+
+def _write(fd: int, value: Mapping[str, Any]) -> None:
+    os.write(fd, json.dumps(value, default=str).encode() + b"\n")
+
+
+if __name__ == "__main__":
+    asyncio.run(_work(sys.argv[1]))

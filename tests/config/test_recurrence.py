@@ -1,0 +1,61 @@
+"""When a task is due again, and what is no rule."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from datetime import datetime
+from itertools import pairwise
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from hvcpd.config.recurrence import LEAST_S, Recurrence, valid_recurrence
+
+RULES = ("10 min", "6 h", "1d", "2 w", "FREQ=DAILY;BYHOUR=8", "RRULE:FREQ=WEEKLY;BYDAY=MO,TH", "FREQ=HOURLY;INTERVAL=5")
+
+
+@given(st.sampled_from(RULES), st.floats(1.71e9, 1.9e9))
+def test_the_last_and_the_next_time_lie_around_any_moment(text: str, wall_s: float) -> None:
+    every = Recurrence(text)
+    last_s, next_s = every.last(wall_s), every.next(wall_s)
+    assert last_s is not None
+    assert next_s is not None
+    assert last_s <= wall_s < next_s
+    assert every.last(next_s) == next_s
+    assert every.next(last_s) == next_s
+    assert next_s - last_s >= LEAST_S
+
+
+def test_a_rule_is_of_local_time() -> None:
+    every = Recurrence("FREQ=DAILY;BYHOUR=8,18")
+    noon = datetime(2026, 5, 4, 12, 0)
+    assert every.last(noon.timestamp()) == datetime(2026, 5, 4, 8, 0).timestamp()
+    assert every.next(noon.timestamp()) == datetime(2026, 5, 4, 18, 0).timestamp()
+    assert every.shortest_s == 10 * 3600.0
+
+
+def test_intervals_are_counted_from_midnight() -> None:
+    times = [Recurrence("6 h").next(1.76e9 + 3600.0 * k) for k in range(24)]
+    assert {(later or 0.0) - (earlier or 0.0) for earlier, later in pairwise(times)} == {0.0, 21600.0}
+
+
+@pytest.mark.parametrize(
+    "text",
+    ["5 min", "0 h", "6", "h", "every day", "FREQ=MINUTELY;INTERVAL=30", "FREQ=DAILY;BYHOUR=25", "FREQ=DALY",
+     "FREQ=HOURLY;BYMINUTE=0,5", "DTSTART:20200101T000000", "FREQ=DAILY;BYHOUR=x"],
+)  # fmt: skip
+def test_what_is_no_rule_is_told_with_examples(text: str) -> None:
+    told = valid_recurrence(text)
+    assert told is not None
+    assert "write for example `6 h`" in told
+
+
+def test_only_who_has_a_rule_loads_what_reads_rules() -> None:
+    code = "import sys; from hvcpd.config.tasks import Recurrence; Recurrence({!r}); print('dateutil' in sys.modules)"
+    loaded = [
+        subprocess.run([sys.executable, "-c", code.format(text)], capture_output=True, text=True, check=True).stdout
+        for text in ("6 h", "FREQ=DAILY;BYHOUR=8")
+    ]
+    assert loaded == ["False\n", "True\n"]

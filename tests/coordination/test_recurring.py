@@ -1,0 +1,68 @@
+"""What recurs is done once each time: with clocks that are wrong, without clocks, over failures and restarts."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import pytest
+
+from hil_fakes.word_channel import Conditions
+from hil_fakes.word_mission import Outage, WordMission, WordPlan
+from hil_fakes.word_plans import recurring_plan
+from hvcpd.config.recurrence import Recurrence
+from hvcpd.config.tasks import TaskDefinition, Wait
+
+HOUR_S = 3600.0
+EVERY_HOUR = tuple(
+    TaskDefinition(number, f"do the {word} thing", None, (Wait(20.0),), every=Recurrence("1 h"))
+    for number, word in enumerate(("first", "second", "third"), 1)
+)
+PLAN = WordPlan(("Rob", "Bot", "Max"), EVERY_HOUR, 1, Conditions(0.1), clocks={"Rob": 0.0}, limit_s=6 * HOUR_S)
+
+
+def doers(mission: WordMission) -> set[str]:
+    return {name for at_s, _, name in mission.done if at_s > HOUR_S}
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_who_has_no_clock_learns_by_ear_what_is_due_and_takes_part(seed: int) -> None:
+    mission = WordMission(replace(PLAN, seed=seed))
+    result = mission.run()
+    assert set(mission.occurrences().values()) == {1}
+    assert (result.missed, result.repeated) == (0, 0)
+    assert len(doers(mission)) > 1
+
+
+def test_where_nobody_has_a_clock_each_is_done_once_and_for_ever() -> None:
+    mission = WordMission(replace(PLAN, clocks={}))
+    mission.run()
+    assert sorted(number for _, number, _ in mission.done) == [1, 2, 3]
+
+
+def test_a_robot_that_was_off_does_not_do_again_what_was_done() -> None:
+    """All are off for half an hour, after everything was done for this hour."""
+    outages = tuple(Outage(name, 3 * HOUR_S + 1000.0, 4 * HOUR_S - 400.0) for name in PLAN.names)
+    clocks = dict.fromkeys(PLAN.names, 0.0)
+    whole = replace(PLAN, clocks=clocks)
+    off = replace(whole, outages=tuple(replace(each, back_s=1000.0) for each in outages))
+    for plan in (whole, off):
+        result = WordMission(plan).run()
+        assert (result.missed, result.repeated) == (0, 0)
+
+
+def test_who_failed_may_try_again_the_next_time() -> None:
+    mission = WordMission(replace(PLAN, names=("Rob",), fails=lambda _name, task, now: task == 1 and now < HOUR_S))
+    mission.run()
+    acts = [at_s for at_s, number, _ in mission.done if number == 1]
+    assert acts
+    assert min(acts) > HOUR_S
+    assert len(acts) >= 5
+
+
+@pytest.mark.parametrize("seed", range(8))
+def test_random_teams_over_a_day(seed: int) -> None:
+    plan = recurring_plan(seed, robots=(2, 6), hours=24.0)
+    mission = WordMission(plan)
+    result = mission.run()
+    assert (result.missed, result.repeated) == (0, 0)
+    assert mission.occurrences()

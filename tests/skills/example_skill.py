@@ -1,0 +1,31 @@
+"""A skill as a Python object, for the tests: it waves, fails, makes a mistake, or hangs."""
+
+from __future__ import annotations
+
+import asyncio
+import sys
+
+from hvcpd.skills.objects import Result, SkillCall
+
+
+class Wave:
+    """Counts its calls, to show that it lives on."""
+
+    def __init__(self) -> None:
+        self._calls = 0
+
+    async def perform(self, call: SkillCall) -> Result:
+        sys.stdout.write("what it prints is no answer\n")
+        times = int(float(call.arguments["times"]))
+        if times == -1:
+            return Result("the arm is stuck")
+        if times < -1:
+            call.progress(0.0, "")
+            while True:
+                pass
+        self._calls += 1
+        1 / times
+        for k in range(times):
+            call.progress((k + 1) / times, "")
+            await asyncio.sleep(0.001)
+        return Result(results={"waves": times, "calls": self._calls})

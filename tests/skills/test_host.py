@@ -1,0 +1,188 @@
+"""A robot with its control socket, and a host that carries its skills out: from the claim to the pump, and to stop."""
+
+from __future__ import annotations
+
+import asyncio
+import time
+from collections.abc import Awaitable, Callable
+from contextlib import suppress
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from hvcpd.coordination.states import State
+from hvcpd.daemon.control_socket import short_address
+from hvcpd.robot.records import PerformedRecord, SaidRecord
+from hvcpd.skills.host import Host
+from hvcpd.skills.runners import Program, Runner
+from tests.daemon.control_bench import ControlBench, Talk, control, run
+from tests.robot.test_hold import BLOCK_S
+
+BOARD = """
+skills:
+  pour: {parameters: {litres: {least: 0.1, most: 2}}, limit_s: 20, failures: [the tank is empty]}
+tasks:
+- {number: 1, name: water the green rose, actions: [{pour: 0.5}]}
+"""
+STOP_S = 0.5
+
+
+async def until(bench: ControlBench, true: Callable[[], bool], limit_s: float = 300.0) -> None:
+    """Live, as fast as the computer can, until it is true."""
+    until_s = bench.bench.robot.now + limit_s
+    while not true():
+        assert bench.bench.robot.now < until_s
+        await live(bench)
+
+
+async def live(bench: ControlBench) -> None:
+    await bench.live()
+    bench.bench.records += bench.records
+
+
+async def real_time(bench: ControlBench, true: Callable[[], bool]) -> float:
+    """The same as time passes on the wall; how long it took, s."""
+    began_s = time.monotonic()
+    while not true():
+        assert time.monotonic() - began_s < 10.0
+        await live(bench)
+        await asyncio.sleep(BLOCK_S)
+    return time.monotonic() - began_s
+
+
+def said(bench: ControlBench) -> list[str]:
+    return [record.text for record in bench.bench.records if isinstance(record, SaidRecord)]
+
+
+def performed(bench: ControlBench) -> bool:
+    return any(isinstance(record, PerformedRecord) for record in bench.bench.records)
+
+
+async def hosted(bench: ControlBench, scene: Callable[[], Awaitable[None]], **runners: Runner) -> None:
+    """The scene, with a host that offers these."""
+    host = Host(runners)
+    with short_address(bench.path) as address:
+        reader, writer = await asyncio.open_unix_connection(address)
+    serving = asyncio.create_task(host.serve(reader, writer))
+    try:
+        await real_time(bench, lambda: bench.body.skills.offered == set(runners))
+        await scene()
+    finally:
+        writer.close()
+        with suppress(asyncio.CancelledError):
+            await serving
+
+
+def scene(directory: Path, play: Callable[[ControlBench], Awaitable[None]]) -> None:
+    async def whole() -> None:
+        async with control(directory, board=BOARD) as bench:
+            await play(bench)
+
+    run(whole())
+
+
+def test_what_nobody_offers_is_left_to_others_and_taken_once_it_is_offered(tmp_path: Path) -> None:
+    async def play(bench: ControlBench) -> None:
+        await until(bench, lambda: bench.bench.robot.coordination.state is State.READY)
+        for _ in range(400):
+            await live(bench)
+        talk = await bench.connect()
+        status = (await talk.ask("status"))["result"]
+        assert status["skills"] == {"offered": [], "missing": ["pour"], "call": None}
+        assert (await talk.ask("tasks"))["result"]["tasks"][0]["unable"] is True
+        assert not any("i will complete" in text for text in said(bench))
+
+        async def watered() -> None:
+            await until(bench, lambda: bench.body.skills.under_way is not None)
+            call = (await talk.ask("status"))["result"]["skills"]["call"]
+            assert (call["skill"], call["arguments"]) == ("pour", {"litres": 0.5})
+            await real_time(bench, lambda: performed(bench))
+
+        await hosted(bench, watered, pour=Program(("sh", "-c", f"echo {{litres}} > {tmp_path}/poured")))
+        assert (tmp_path / "poured").read_text() == "0.5\n"
+        assert bench.body.skills.under_way is None
+
+    scene(tmp_path, play)
+
+
+def test_a_failed_program_is_told_aloud(tmp_path: Path) -> None:
+    async def play(bench: ControlBench) -> None:
+        async def failed() -> None:
+            await until(bench, lambda: bench.body.skills.under_way is not None)
+            await real_time(bench, lambda: bench.body.skills.under_way is None)
+            await until(bench, lambda: said(bench)[-1].endswith("task one failed, the tank is empty"), 30.0)
+
+        text = """echo '{"reason": "the tank is empty"}'; exit 1"""
+        await hosted(bench, failed, pour=Program(("sh", "-c", text)))
+        rows = (await (await bench.connect()).ask("transcript"))["result"]["rows"]
+        assert any(row["text"] == "pour failed: the tank is empty" for row in rows)
+
+    scene(tmp_path, play)
+
+
+@pytest.mark.parametrize("how", ["socket", "daemon gone", "robot frozen"])
+def test_stop_a_dead_daemon_and_a_frozen_robot_end_a_program_within_half_a_second(how: str, tmp_path: Path) -> None:
+    begun, safe = tmp_path / "begun", tmp_path / "safe"
+
+    async def play(bench: ControlBench) -> None:
+        async def stopped() -> None:
+            await until(bench, lambda: bench.body.skills.under_way is not None)
+            await real_time(bench, begun.exists)
+            began_s = time.monotonic()
+            if how == "socket":
+                await (await bench.connect()).ask("stop")
+            elif how == "daemon gone":
+                await bench.service.close()
+            while not safe.exists():  # nobody lives a block meanwhile
+                assert time.monotonic() - began_s < 5.0
+                await asyncio.sleep(0.005)
+            assert time.monotonic() - began_s < STOP_S + (how == "robot frozen") * 0.1
+
+        program = Program(("sh", "-c", f"touch {begun}; exec sleep 60"), ("touch", str(safe)))
+        await hosted(bench, stopped, pour=program)
+
+    scene(tmp_path, play)
+
+
+def test_a_host_that_breaks_off_has_failed(tmp_path: Path) -> None:
+    async def play(bench: ControlBench) -> None:
+        talk = await bench.connect()
+        assert (await talk.ask("offer", skills=["pour"]))["ok"]
+        await until(bench, lambda: bench.body.skills.under_way is not None)
+        await talk.hang_up()
+        await until(bench, lambda: said(bench)[-1].endswith("task one failed"), 30.0)
+        assert bench.body.skills.offered == frozenset()
+
+    scene(tmp_path, play)
+
+
+def test_any_process_may_offer_a_skill_and_only_it_may_tell_of_its_calls(tmp_path: Path) -> None:
+    async def play(bench: ControlBench) -> None:
+        arm, other = await bench.connect(), await bench.connect()
+        assert (await other.ask("offer", skills=["por"]))["error"]["text"].endswith("did you mean 'pour'?")
+        await arm.ask("offer", skills=["pour"])
+        await until(bench, lambda: bench.body.skills.under_way is not None)
+        asked = await next_event(arm, "perform")
+        told = {"call": 1, "task": 1, "skill": "pour", "arguments": {"litres": 0.5}, "limit_s": 20.0}
+        assert asked == {"event": "perform", **told}
+        assert (await other.ask("done", call=1))["error"]["code"] == "refused"
+        assert (await arm.ask("progress", call=1, share=2))["error"]["code"] == "bad_argument"
+        assert (await arm.ask("done", call=1, results={"litres": [1]}))["error"]["code"] == "bad_argument"
+        await arm.ask("progress", call=1, share=0.5, text="half")
+        await live(bench)
+        call = (await other.ask("status"))["result"]["skills"]["call"]
+        assert (call["state"], call["share"], call["text"]) == ("running", 0.5, "half")
+        await arm.ask("done", call=1, results={"litres": 0.5})
+        await live(bench)
+        assert performed(bench)
+        assert (await arm.ask("done", call=1))["error"]["code"] == "refused"
+
+    scene(tmp_path, play)
+
+
+async def next_event(talk: Talk, kind: str) -> dict[str, Any]:
+    while (line := await talk.line()) is not None:
+        if line.get("event") == kind:
+            return line
+    raise AssertionError("the daemon has hung up")

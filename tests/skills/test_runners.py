@@ -1,0 +1,340 @@
+"""Programs, pins and Python objects carry calls out; cancelled, hung or killed, they leave all safe."""
+
+from __future__ import annotations
+
+import asyncio
+import subprocess
+import sys
+import time
+from collections.abc import Callable, Coroutine
+from contextlib import suppress
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from hil_fakes.pins import edges, is_on
+from hvcpd.config.skill_settings import PinSettings
+from hvcpd.errors import DeviceError
+from hvcpd.skills.life import Call
+from hvcpd.skills.objects import Object
+from hvcpd.skills.pins import Pin
+from hvcpd.skills.runners import FailedError, Program, Runner
+
+STOP_S = 0.5
+"""From a cancel to the safe state, at the most."""
+
+EXAMPLE = Path(__file__).with_name("example_skill.py")
+
+
+def call(**arguments: float | str) -> Call:
+    return Call(1, 3, "pour", tuple(arguments.items()), 20.0)
+
+
+def shell(text: str, *more: str) -> Program:
+    """A program, which happens to be a shell here; what follows are its arguments."""
+    return Program(("sh", "-c", text, "sh", *more))
+
+
+def perform(runner: Runner, what: Call | None = None) -> tuple[dict[str, Any], list[tuple[float | None, str]]]:
+    told: list[tuple[float | None, str]] = []
+
+    async def scene() -> dict[str, Any]:
+        try:
+            return dict(await runner.perform(what or call(), lambda share, text: told.append((share, text))))
+        finally:
+            await runner.close()
+
+    return run(scene()), told
+
+
+def run(scene: Coroutine[Any, Any, Any]) -> Any:
+    return asyncio.run(asyncio.wait_for(scene, 20.0))
+
+
+async def cancelled(runner: Runner, begun: Callable[[], bool], what: Call | None = None) -> float:
+    """Cancel a call once it has begun; how long it took until all was safe, s."""
+    task = asyncio.create_task(runner.perform(what or call(), lambda _share, _text: None))  # type: ignore[arg-type]
+    while not begun():
+        assert not task.done(), task
+        await asyncio.sleep(0.005)
+    began_s = time.monotonic()
+    task.cancel()
+    with pytest.raises(asyncio.CancelledError):
+        await task
+    return time.monotonic() - began_s
+
+
+def left_of(group: int) -> list[str]:
+    """The processes of a group that still run; who is dead and was not yet fetched by its parent does not."""
+    found = []
+    for path in Path("/proc").glob("[0-9]*/stat"):
+        with suppress(OSError):
+            state, _parent, its_group = path.read_text().rpartition(")")[2].split()[:3]
+            found += [path.parent.name] if int(its_group) == group and state not in "ZX" else []
+    return found
+
+
+def program_of(pid: Path) -> int | None:
+    """The process that a program wrote down, once it has."""
+    return int(pid.read_text()) if pid.exists() and pid.read_text() else None
+
+
+def until_gone(group: int) -> None:
+    """Who was sent SIGKILL runs no further, but is there until a busy kernel gives it its turn to die."""
+    until(lambda: left_of(group) == [], 5.0)
+
+
+def test_a_program_tells_how_far_it_is_and_what_came_of_it() -> None:
+    half, litres = '{"progress": 0.5, "text": "half"}', '{"results": {"litres": 0.4}}'
+    assert perform(shell(f"echo '{half}'; echo noise; echo '{litres}'")) == ({"litres": 0.4}, [(0.5, "half")])
+
+
+def test_arguments_stand_in_its_words_and_no_shell_reads_them() -> None:
+    program = Program((sys.executable, "-c", "import sys, json; print(json.dumps({'results': {'a': sys.argv[1:]}}))",
+                       "{litres}", "to {what}"))  # fmt: skip
+    found, _ = perform(program, call(litres=0.25, what="$(reboot); 'x' {litres}"))
+    assert found == {"a": ["0.25", "to $(reboot); 'x' {litres}"]}
+
+
+@pytest.mark.parametrize(
+    ("text", "reason"),
+    [
+        ('echo "{\\"reason\\": \\"the tank is empty\\"}"; exit 3', "the tank is empty"),
+        ("exit 4", "exit status 4"),
+        ("kill -9 $$", "ended by signal 9"),
+    ],
+)
+def test_its_exit_status_decides_and_it_may_say_why(text: str, reason: str) -> None:
+    with pytest.raises(FailedError, match=reason):
+        perform(shell(text))
+
+
+def test_what_is_no_json_or_endless_is_passed_over() -> None:
+    text = "head -c 100000 /dev/zero | tr '\\0' x; echo; echo '[1]'; "
+    text += """echo '{"progress": 7}'; echo '{"progress": true}'"""
+    assert perform(shell(text)) == ({}, [(None, ""), (None, "")])
+
+
+def test_a_missing_program_is_a_failed_call() -> None:
+    with pytest.raises(FailedError, match="/no/such: No such file or directory"):
+        perform(Program(("/no/such",)))
+
+
+@pytest.mark.parametrize("deaf", [False, True])
+def test_a_program_that_is_cancelled_is_gone_with_all_that_it_started(deaf: bool, tmp_path: Path) -> None:
+    trap = "trap '' TERM; " if deaf else ""
+    text = f"{trap}echo $$ > {tmp_path}/pid.new; sleep 60 & mv {tmp_path}/pid.new {tmp_path}/pid; wait; wait; sleep 60"
+    took_s = run(cancelled(shell(text), (tmp_path / "pid").exists))
+    assert took_s < STOP_S
+    until_gone(int((tmp_path / "pid").read_text()))
+
+
+def test_a_cancel_that_comes_before_a_program_is_known_to_run_ends_it_too(tmp_path: Path) -> None:
+    """What it had started lived on, and nothing was left safe: a cancel ended the waiting for it to be started."""
+    pid, safe = tmp_path / "pid", tmp_path / "safe"
+    program = Program(("sh", "-c", f"sleep 60 & echo $$ > {pid}; wait"), ("touch", str(safe)))
+
+    async def scene() -> None:
+        task = asyncio.create_task(program.perform(call(), lambda _share, _text: None))  # type: ignore[arg-type]
+        while program_of(pid) is None:
+            await asyncio.sleep(0)  # one step of the loop, and as long for the program as it needs
+            with suppress(AssertionError):
+                until(lambda: program_of(pid) is not None, 0.1)
+        task.cancel()
+        with pytest.raises(asyncio.CancelledError):
+            await task
+
+    run(scene())
+    assert safe.exists()
+    until_gone(int(pid.read_text()))
+
+
+def test_the_program_that_leaves_all_safe_is_run_after_a_bad_end_only(tmp_path: Path) -> None:
+    safe = ("touch", f"{tmp_path}/safe")
+    with pytest.raises(FailedError):
+        perform(Program(("false",), safe))
+    assert (tmp_path / "safe").exists()
+    (tmp_path / "safe").unlink()
+    run(cancelled(Program(("sh", "-c", f"touch {tmp_path}/begun; sleep 60"), safe), (tmp_path / "begun").exists))
+    assert (tmp_path / "safe").exists()
+    (tmp_path / "safe").unlink()
+    perform(Program(("true",), safe))
+    assert not (tmp_path / "safe").exists()
+
+
+def test_a_program_that_is_held_stands_still(tmp_path: Path) -> None:
+    """It counts as fast as it can; while it is held it counts no further."""
+    program, beats = shell("while :; do echo '{\"progress\": 0.5}'; sleep 0.01; done"), []
+
+    async def scene() -> None:
+        task = asyncio.create_task(program.perform(call(), lambda _share, _text: beats.append(1)))  # type: ignore[arg-type]
+        while len(beats) < 3:
+            await asyncio.sleep(0.01)
+        program.hold(True)
+        await asyncio.sleep(0.05)
+        count = len(beats)
+        await asyncio.sleep(0.2)
+        assert len(beats) == count
+        program.hold(False)
+        while len(beats) < count + 3:
+            await asyncio.sleep(0.01)
+        task.cancel()
+        await asyncio.wait([task])
+
+    run(scene())
+
+
+@pytest.fixture
+def pins(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """A folder of fake pins that gpiozero uses here and in what is started."""
+    from gpiozero import Device
+
+    monkeypatch.setenv("GPIOZERO_PIN_FACTORY", "files")
+    monkeypatch.setenv("HVCPD_FAKE_PINS", str(tmp_path / "pins"))
+    monkeypatch.setattr(Device, "pin_factory", None)
+    return tmp_path / "pins"
+
+
+def test_a_pin_is_on_for_as_long_as_it_is_told(pins: Path) -> None:
+    async def scene() -> dict[str, Any]:
+        pin = Pin(PinSettings(17, "litres", per_s=0.5))
+        try:
+            return dict(await pin.perform(call(litres=0.1), lambda _share, _text: None))
+        finally:
+            await pin.close()
+
+    assert run(scene()) == {"litres": 0.1}
+    off, on, off_again = edges(pins, 17)
+    assert (off.level, on.level, off_again.level) == (False, True, False)
+    assert 0.2 <= off_again.at_s - on.at_s < 0.3
+
+
+def test_a_pin_that_is_cancelled_is_off_at_once_and_a_held_one_keeps_its_time(pins: Path) -> None:
+    async def scene() -> None:
+        pin = Pin(PinSettings(17))
+        assert await cancelled(pin, lambda: is_on(pins, 17), call(seconds=60.0)) < STOP_S
+        assert not is_on(pins, 17)
+        task = asyncio.create_task(pin.perform(call(seconds=0.3), lambda _share, _text: None))  # type: ignore[arg-type]
+        await asyncio.sleep(0.1)
+        pin.hold(True)
+        assert not is_on(pins, 17)
+        await asyncio.sleep(0.3)
+        assert not task.done()
+        pin.hold(False)
+        await task
+        await pin.close()
+
+    run(scene())
+    times = [edge.at_s for edge in edges(pins, 17)][3:]
+    assert times[1] - times[0] + times[3] - times[2] == pytest.approx(0.3, abs=0.05)
+
+
+def test_a_pin_that_somebody_else_has_is_told_with_its_remedy(pins: Path) -> None:
+    async def scene() -> None:
+        Pin(PinSettings(17))
+        with pytest.raises(DeviceError, match=r"pin 17 cannot be used .*busy.*; end what else uses it"):
+            Pin(PinSettings(17))
+
+    from gpiozero import Device
+
+    async def other_process() -> None:
+        code = "from gpiozero import LED; import time; led = LED(4); print(1, flush=True); time.sleep(60)"
+        with subprocess.Popen([sys.executable, "-c", code], stdout=subprocess.PIPE) as process:
+            assert process.stdout is not None
+            process.stdout.readline()
+            with pytest.raises(DeviceError, match="pin 4 cannot be used"):
+                Pin(PinSettings(4))
+            process.kill()
+
+    run(other_process())
+    assert Device.pin_factory is not None
+
+
+HOST = """
+import asyncio, sys
+from hvcpd.config.skill_settings import PinSettings
+from hvcpd.skills.guard import GuardLine
+from hvcpd.skills.life import Call
+from hvcpd.skills.pins import Pin
+from hvcpd.skills.runners import Program
+guard = GuardLine({17: True})
+async def main():
+    if sys.argv[1] == "pin":
+        runner = Pin(PinSettings(17))
+    else:
+        runner = Program(("sh", "-c", "echo $$ > $0; sleep 60", sys.argv[2]), ("touch", sys.argv[3]), guard)
+    await asyncio.sleep(0.3)
+    await runner.perform(Call(1, 1, "pour", (("seconds", 60.0),), 60.0), lambda share, text: None)
+asyncio.run(main())
+"""
+
+
+def until(true: Callable[[], bool], within_s: float) -> float:
+    """How long it took until it was true, s."""
+    began_s = time.monotonic()
+    while not true():
+        assert time.monotonic() - began_s < within_s
+        time.sleep(0.002)
+    return time.monotonic() - began_s
+
+
+def test_a_host_that_is_killed_leaves_its_pin_off(pins: Path, tmp_path: Path) -> None:
+    with subprocess.Popen([sys.executable, "-c", HOST, "pin"]) as host:
+        until(lambda: is_on(pins, 17), 10.0)
+        time.sleep(0.2)
+        host.kill()
+        assert until(lambda: not is_on(pins, 17), 5.0) < STOP_S
+
+
+def test_a_host_that_is_killed_leaves_no_program_and_all_safe(pins: Path, tmp_path: Path) -> None:
+    pid, safe = tmp_path / "pid", tmp_path / "safe"
+    with subprocess.Popen([sys.executable, "-c", HOST, "program", str(pid), str(safe)]) as host:
+        until(lambda: pid.exists() and pid.read_text() != "", 10.0)
+        time.sleep(0.2)
+        host.kill()
+        assert until(safe.exists, 5.0) < STOP_S
+    until_gone(int(pid.read_text()))
+
+
+@pytest.fixture
+def package(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A Python package with a skill, as pip installs one."""
+    folder = tmp_path / "site"
+    (folder / "example_skill-1.0.dist-info").mkdir(parents=True)
+    (folder / "example_skill-1.0.dist-info" / "METADATA").write_text("Name: example-skill\nVersion: 1.0\n")
+    points = "[hvcpd.skills]\nwave = example_skill:Wave\n"
+    (folder / "example_skill-1.0.dist-info" / "entry_points.txt").write_text(points)
+    (folder / "example_skill.py").write_text(EXAMPLE.read_text())
+    monkeypatch.setenv("PYTHONPATH", str(folder))
+
+
+@pytest.mark.usefixtures("package")
+def test_a_python_object_lives_on_from_call_to_call_and_one_that_hangs_is_killed() -> None:
+    wave = Object("wave")
+
+    async def scene() -> None:
+        told: list[float | None] = []
+        for count in (1.0, 2.0):
+            results = await wave.perform(call(times=3.0), lambda share, _text: told.append(share))
+            assert results == {"waves": 3.0, "calls": count}
+        assert told == [1 / 3, 2 / 3, 1.0] * 2
+        with pytest.raises(FailedError, match="the arm is stuck"):
+            await wave.perform(call(times=-1.0), lambda _share, _text: None)
+        with pytest.raises(FailedError, match="ZeroDivisionError: "):
+            await wave.perform(call(times=0.0), lambda _share, _text: None)
+        begun: list[float | None] = []
+        for times in (1e9, -9.0):  # the second one hangs, and answers no cancel
+            begun.clear()
+            what = call(times=times)
+            task = asyncio.create_task(wave.perform(what, lambda share, _text: begun.append(share)))  # type: ignore[arg-type]
+            while not begun:
+                await asyncio.sleep(0.005)
+            began_s = time.monotonic()
+            task.cancel()
+            await asyncio.wait([task])
+            assert time.monotonic() - began_s < STOP_S
+        assert await wave.perform(call(times=1.0), lambda _share, _text: None) == {"waves": 1.0, "calls": 1.0}
+        await wave.close()
+
+    run(scene())
