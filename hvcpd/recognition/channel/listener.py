@@ -70,6 +70,8 @@ class ChannelListener:
         """What robots said in it."""
         begin = max(stretch.lead - round(0.5 * SAMPLE_RATE_HZ), 0)
         heard = stretch.sound[begin:].copy()
+        if len(heard) < FRAME:
+            return Look()
         noise = quiet_part(stretch.sound[: stretch.lead], heard)
         noticed = [at - begin for at in stretch.noticed]
         told: list[Recognised] = []
@@ -85,7 +87,9 @@ class ChannelListener:
             if best is None:
                 reaches_end = paths[0].end + SAMPLE_RATE_HZ > len(heard)
                 return Look(tuple(told), robot=True, unfinished=reaches_end)
-            told.append(_told(best, stretch.origin + begin, heard, noise))
+            sentence = _told(best, stretch.origin + begin, heard, noise)
+            if not any(_is_left_of(sentence, each) for each in told):
+                told.append(sentence)
             heard -= best.sound(len(heard))
         return Look(tuple(told))
 
@@ -118,6 +122,12 @@ def quiet_part(before: Samples, heard: Samples) -> Samples:
     order = np.argsort(energy[np.minimum(starts + n, len(where))] - energy[starts])
     at = int(starts[order[int(QUIETER * (len(order) - 1))]])
     return where[at : at + n]
+
+
+def _is_left_of(sentence: Recognised, told: Recognised) -> bool:
+    """Whether it is what no short response explains of one that is told: its late echoes."""
+    overlap = sentence.start_sample < told.end_sample and told.start_sample < sentence.end_sample
+    return overlap and (sentence.words, sentence.voice) == (told.words, told.voice)
 
 
 def _told(path: Path, origin: int, heard: Samples, noise: Samples) -> Recognised:
