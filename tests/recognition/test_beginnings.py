@@ -11,7 +11,7 @@ from hvcpd.ports import Samples
 from hvcpd.recognition.beginnings import LONGEST_WAIT, Beginnings, First
 from hvcpd.recognition.onsets import SIZE, STEP
 from hvcpd.recognition.weighed import WeighedSound
-from tests.recognition.test_coherent import BOOKS
+from tests.recognition.hisses import BOOKS
 
 HI, STOP = (First(BOOKS["oak"], word, 1, BOOKS["oak"].said(word, 0)[0]) for word in ("hi", "stop"))
 CHUNK = STEP // 4

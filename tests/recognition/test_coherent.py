@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-import zlib
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 
 import numpy as np
 import pytest
@@ -14,78 +13,11 @@ from scipy.signal import resample
 from hvcpd.language.graph import Arc, WordGraph
 from hvcpd.ports import Samples
 from hvcpd.recognition.coherent import CoherentListener
-from hvcpd.recognition.paths import Coherent, Said, thirds_of
+from hvcpd.recognition.paths import Coherent, Said
+from tests.recognition.hisses import BOOKS, GRAPH, PAUSE, Book, spoken
 from tests.recognition.way import Way
 
-GRAPH = WordGraph(
-    n_nodes=8,
-    arcs=(
-        Arc(0, 1, "hi"),
-        Arc(1, 2, "rob"),
-        Arc(1, 2, "bot"),
-        Arc(2, 3, "water"),
-        Arc(3, 4, "rose"),
-        Arc(3, 4, "lily"),
-        Arc(2, 4, "stop"),
-        Arc(0, 5, "all"),
-        Arc(5, 4, "stop"),
-        Arc(0, 4, "stop"),
-        Arc(5, 6, "who"),
-        Arc(0, 6, "who"),
-        Arc(6, 7, "is"),
-        Arc(7, 4, "here"),
-    ),
-    start=0,
-    finals=frozenset({2, 4}),
-    pauses=frozenset({2, 5}),
-)
-OVERLAP, PAUSE, LEAD = 320, 2240, 160
 CHUNK = 640
-
-
-class Book:
-    """A voice whose words are hisses of their own, another one at each pitch."""
-
-    def __init__(self, voice: str) -> None:
-        self.voice = voice
-        self.forgot = 0
-        self.prepared = False
-
-    def said(self, word: str, third: int) -> Sequence[Said]:
-        ways = []
-        for final in (False, True):
-            random = np.random.default_rng(zlib.crc32(f"{self.voice} {word} {third} {final}".encode()))
-            n = 3200 + 400 * len(word) + 800 * final
-            hiss = np.convolve(random.standard_normal(n), [1.0, 0.8, 0.4], "same") * np.hanning(n) ** 0.3
-            advance = n + PAUSE if final else n - OVERLAP
-            sound = np.asarray(0.1 * hiss, np.float32)
-            ways.append(Way(sound, final, LEAD * final, advance))
-        return ways
-
-    def forget(self) -> None:
-        self.forgot += 1
-
-    def prepare(self, go_on: Callable[[], bool]) -> None:
-        self.prepared = go_on()
-
-
-BOOKS = {voice: Book(voice) for voice in ("oak", "willow")}
-
-
-def spoken(text: str, voice: str = "oak", book: Book | None = None) -> Samples:
-    """The sound of a sentence; a comma is a pause."""
-    book = book or BOOKS[voice]
-    words = [(word.rstrip(","), word.endswith(",")) for word in text.split()]
-    words[-1] = (words[-1][0], True)
-    out = np.zeros(160_000, np.float32)
-    at, paused, last = 0, False, 0
-    for (word, final), third in zip(words, thirds_of(len(words)), strict=True):
-        said = book.said(word, third)[final]
-        at -= said.lead * paused
-        out[at : at + len(said.samples)] += said.samples
-        last = at + len(said.samples)
-        at, paused = at + said.advance, final
-    return out[:last]
 
 
 def stream(sounds: Sequence[Samples], snr_db: float, seed: int = 1) -> Samples:

@@ -8,7 +8,7 @@ from hvcpd.ports import Samples
 from hvcpd.recognition.matched import Spectrum, power_of
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Way:
     """One way to say a word, at hand."""
 

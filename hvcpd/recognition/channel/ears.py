@@ -32,7 +32,7 @@ AGAIN = SAMPLE_RATE_HZ
 SHORTEST = SAMPLE_RATE_HZ // 4
 LONGEST = 10 * SAMPLE_RATE_HZ
 MOST_WAIT = 3 * SAMPLE_RATE_HZ
-"""Then what was held is told as it is."""
+"""Then what was held is garbled."""
 CALL, SURE_CALL = "stop", 0.95
 """A sentence that ends with it is told at once if it is so sure: a halt must not wait."""
 
@@ -59,6 +59,8 @@ class ChannelEars:
         self._worker = worker
         self._history = History(LEAD + LONGEST + 2 * MOST_WAIT)
         self._now = 0
+        self._whole_from = 0
+        """Since this sample nothing is missing: neither lost nor the robot's own voice."""
         self._busy = False
         self._open: _Open | None = None
         self._closed: list[_Open] = []
@@ -81,6 +83,7 @@ class ChannelEars:
         before, self._now = self._now, self._now + len(samples)
         if masked:
             self._close()
+            self._whole_from = self._now
         else:
             self._history.push(before, cleaned(samples))
             self._notice(before)
@@ -91,6 +94,7 @@ class ChannelEars:
         events = self._ears.lost(n_samples)
         self._close()
         self._now += n_samples
+        self._whole_from = self._now
         return self.take(events)
 
     def learn(self, voice: str, taps: Taps) -> None:
@@ -107,6 +111,7 @@ class ChannelEars:
         self._ears.succeed(predecessor._ears)
         self._worker, self._history, self._now = predecessor._worker, predecessor._history, predecessor._now
         self._open, self._closed, self._told = predecessor._open, predecessor._closed, predecessor._told
+        self._whole_from, self._busy = predecessor._whole_from, predecessor._busy
 
     def take(self, events: Sequence[Event]) -> list[Event]:
         """What comes of events that the first ears told, and of looks that have ended."""
@@ -117,7 +122,13 @@ class ChannelEars:
             for each in self._closed:
                 if each.job is job:
                     each.look = look
-                    out += self._found(each, look)
+                    for voice, taps in look.channels:
+                        self.learn(voice, taps)
+                    out += [self._tell(sentence) for sentence in look.sentences if not self._is_told(sentence)]
+        for each in self._closed:
+            if self._is_over(each) or (each.look is not None and not each.look.unfinished):
+                held, each.held = each.held, []
+                out += [told for event in held for told in self._released(event, each.look or Look())]
         self._closed = [each for each in self._closed if not self._is_over(each)]
         return out
 
@@ -132,7 +143,7 @@ class ChannelEars:
         rises, self._busy = self._ears.busy and not self._busy, self._ears.busy
         if self._ears.signs:
             if self._open is None:
-                self._open = _Open(max(at - EARLIER, 0), self._now, [at])
+                self._open = _Open(max(at - EARLIER, self._whole_from), self._now, [at])
             elif rises:
                 self._open.noticed.append(at)
             self._open.end = self._now
@@ -146,7 +157,8 @@ class ChannelEars:
         if stretch is None:
             return
         before = next((e for e in self._closed if e.look is not None and e.look.unfinished), None)
-        if before is not None and stretch.begin - before.end < AGAIN and stretch.end - before.begin < LONGEST:
+        whole = before is not None and before.begin >= self._whole_from
+        if before is not None and whole and stretch.begin - before.end < AGAIN and stretch.end - before.begin < LONGEST:
             stretch.begin, stretch.noticed = before.begin, before.noticed + stretch.noticed
             stretch.held = before.held + stretch.held
             self._closed.remove(before)
@@ -196,16 +208,6 @@ class ChannelEars:
             there.noticed.append(event.start_sample)
             self._close()
         return []
-
-    def _found(self, stretch: _Open, look: Look) -> list[Event]:
-        """What is to be told of a stretch that was looked at."""
-        for voice, taps in look.channels:
-            self.learn(voice, taps)
-        out: list[Event] = [self._tell(sentence) for sentence in look.sentences if not self._is_told(sentence)]
-        if not look.unfinished:
-            held, stretch.held = stretch.held, []
-            out += [told for event in held for told in self._released(event, look)]
-        return out
 
     def _released(self, event: Recognised | Garbled, look: Look) -> list[Event]:
         """What is told of what was held, if no sentence was found in its place: nobody knows what it was."""

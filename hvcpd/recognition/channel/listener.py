@@ -73,6 +73,8 @@ class ChannelListener:
         """What robots said in it."""
         begin = max(stretch.lead - round(0.5 * SAMPLE_RATE_HZ), 0)
         heard = stretch.sound[begin:].copy()
+        if len(heard) < FRAME:
+            return Look()
         noise = quiet_part(stretch.sound[: stretch.lead], heard)
         noticed = [at - begin for at in stretch.noticed]
         told: list[Recognised] = []

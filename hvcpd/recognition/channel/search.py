@@ -290,7 +290,7 @@ def _best_first(sound: WeightedSound, paths: Sequence[Path]) -> list[Path]:
 
 def _share_of_best(explained: Sequence[tuple[float, float]]) -> float:
     """Of pairs of what is explained and what was heard, the share of that pair that explains most."""
-    score, energy = max(explained)
+    score, energy = max(explained, default=(0.0, 0.0))
     return score / max(energy, 1e-9)
 
 

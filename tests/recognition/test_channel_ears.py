@@ -1,0 +1,254 @@
+"""What the first ears tell, and what a second look through any channel makes of it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+
+import numpy as np
+import pytest
+
+from hvcpd.ports import SAMPLE_RATE_HZ, Samples
+from hvcpd.recognition.channel.ears import MOST_WAIT, ChannelEars
+from hvcpd.recognition.channel.listener import ChannelListener, Look, Stretch
+from hvcpd.recognition.events import Event, Garbled, Held, Recognised, Source
+from hvcpd.recognition.second_look import AtOnce, Looks, Worker
+from tests.recognition.hisses import BOOKS, GRAPH, Book, scene, spoken, through_a_room
+
+LISTENER = ChannelListener(GRAPH, tuple(BOOKS.values()))
+AT, BLOCK = 40_000, 1600
+HEARD = through_a_room(spoken("hi rob, water rose"), 1)
+END = AT + len(HEARD)
+SOUND = scene(160_000, (AT, HEARD))
+RIGHT = ("hi", "rob", "water", "rose")
+GARBLED = Garbled(AT, END)
+Times = Sequence[tuple[int, int]]
+
+
+class Script:
+    """First ears that have signs of speech at some samples, and tell an event each once some sample was heard."""
+
+    def __init__(self, events: Sequence[tuple[int, Event]] = (), speech: Times = ((AT, END),)) -> None:
+        self.events, self.speech = list(events), speech
+        self.now = 0
+        self.signs = self.busy = self.prepared = False
+
+    def push(self, samples: Samples, masked: bool = False) -> list[Event]:
+        before, self.now = self.now, self.now + len(samples)
+        self.signs = self.busy = any(begin < self.now and before < end for begin, end in self.speech)
+        return [event for at, event in self.events if before < at <= self.now]
+
+    def lost(self, n_samples: int) -> list[Event]:
+        self.now += n_samples
+        return []
+
+    def succeed(self, predecessor: object) -> None:
+        self.now = predecessor.now  # type: ignore[attr-defined]
+
+    def prepare(self, go_on: Callable[[], bool]) -> None:
+        self.prepared = go_on()
+
+
+class Slow:
+    """A worker that has not ended until it is told to."""
+
+    def __init__(self, room: int = 9) -> None:
+        self.waiting: list[tuple[Stretch, Looks[Stretch, Look]]] = []
+        self.room = room
+        self.done: list[tuple[Stretch, Look]] = []
+
+    def submit(self, job: Stretch, listener: Looks[Stretch, Look]) -> bool:
+        if len(self.waiting) >= self.room:
+            return False
+        self.waiting.append((job, listener))
+        return True
+
+    def end(self) -> None:
+        self.done += [(job, listener.look(job)) for job, listener in self.waiting]
+        self.waiting.clear()
+
+    def findings(self) -> Sequence[tuple[Stretch, Look]]:
+        done, self.done = self.done, []
+        return done
+
+
+def ears(script: Script, worker: Worker[Stretch, Look] | None = None) -> ChannelEars:
+    return ChannelEars(script, LISTENER, worker or AtOnce())
+
+
+def run(
+    to: ChannelEars, first: int = 0, last: int = len(SOUND), sound: Samples = SOUND, own: Times = (), block: int = BLOCK
+) -> list[Event]:
+    """Samples `first` up to `last`, the own voice's masked."""
+    told: list[Event] = []
+    for at in range(first, last, block):
+        told += to.push(sound[at : min(at + block, last)], any(begin <= at < end for begin, end in own))
+    return told
+
+
+def guess(
+    text: str = "hi rob water lily", sure: float = 0.9, source: Source = Source.TEMPLATES, end: int = END
+) -> Recognised:
+    return Recognised(tuple(text.split()), "oak", AT, end, sure, 10.0, (), source)
+
+
+def the_sentence(told: Sequence[Event]) -> Recognised:
+    [event] = told
+    assert isinstance(event, Recognised)
+    assert (event.words, event.source) == (RIGHT, Source.CHANNEL)
+    assert abs(event.start_sample - AT) <= 32
+    return event
+
+
+def test_a_sentence_that_templates_found_is_held_until_the_look_and_replaced() -> None:
+    worker = Slow()
+    listening = ears(Script([(END + 2000, guess())]), worker)
+    assert run(listening, 0, END + 10_000) == []
+    assert listening.busy
+    worker.end()
+    the_sentence(listening.push(SOUND[END + 10_000 : END + 10_010]))
+    assert not listening.busy
+
+
+@pytest.mark.parametrize("event", [GARBLED, guess(), guess("hi rob water rose"), guess("stop", 0.9)])
+@pytest.mark.parametrize("after", [0, 6000, 20_000])
+def test_the_sentence_found_is_told_once_whatever_the_first_ears_make_of_it_and_when(event: Event, after: int) -> None:
+    the_sentence(run(ears(Script([(END + after, event)]))))
+
+
+def test_what_the_first_ears_miss_is_found() -> None:
+    the_sentence(run(ears(Script())))
+
+
+@pytest.mark.parametrize("text", ["stop", "all stop", "hi rob stop"])
+def test_a_sure_call_is_told_at_once(text: str) -> None:
+    call = guess(text, 0.97)
+    listening = ears(Script([(END, call)]), Slow())
+    assert run(listening, 0, END) == [call]
+
+
+@pytest.mark.parametrize("source", [Source.WAVEFORM, Source.SPELLED])
+def test_sentences_from_others_than_templates_pass_and_are_told_once(source: Source) -> None:
+    sentence = guess("hi rob water rose", source=source)
+    assert run(ears(Script([(END, sentence), (END + 3000, sentence), (END + 5000, GARBLED)]))) == [sentence]
+
+
+def test_other_events_pass() -> None:
+    held = Held(AT, AT + 100)
+    assert run(ears(Script([(AT + 1600, held)]), Slow()), 0, AT + 1600) == [held]
+
+
+def test_a_robot_that_was_cut_off_is_garbled_and_marked() -> None:
+    whole = through_a_room(spoken("all, who is here"), 1)
+    end = AT + len(whole) // 2
+    event = Garbled(AT, end)
+    script = Script([(end + 3000, event)], [(AT, end)])
+    assert run(ears(script), sound=scene(160_000, (AT, whole[: len(whole) // 2]))) == [Garbled(AT, end, True)]
+
+
+@pytest.mark.parametrize("event", [GARBLED, guess(), guess("stop", 0.9)])
+def test_what_nobody_understands_is_garbled(event: Event) -> None:
+    stranger = through_a_room(spoken("hi rob, water rose", book=Book("elm")), 1)
+    assert run(ears(Script([(END + 3000, event)])), sound=scene(160_000, (AT, stranger))) == [GARBLED]
+
+
+@pytest.mark.parametrize("event", [GARBLED, guess()])
+@pytest.mark.parametrize("after", [-5000, 3000, 20_000])
+def test_a_worker_that_is_full_loses_nothing(event: Event, after: int) -> None:
+    listening = ears(Script([(END + after, event)]), Slow(room=0))
+    assert run(listening, 0, END + 24_000) == [GARBLED]
+    assert not listening.busy
+    assert run(listening, END + 24_000) == []
+
+
+@pytest.mark.parametrize("event", [GARBLED, guess()])
+def test_a_worker_that_is_slow_loses_nothing_and_is_not_waited_for(event: Event) -> None:
+    worker = Slow()
+    listening = ears(Script([(END + 3000, event)]), worker)
+    assert run(listening, 0, END + MOST_WAIT) == []
+    assert listening.busy
+    assert run(listening, END + MOST_WAIT, END + MOST_WAIT + SAMPLE_RATE_HZ) == [GARBLED]
+    assert not listening.busy
+    worker.end()
+    assert run(listening, END + MOST_WAIT + SAMPLE_RATE_HZ) == []
+
+
+def test_a_sentence_that_seemed_to_go_on_and_did_not_is_garbled_in_time() -> None:
+    whole = through_a_room(spoken("all, who is here"), 1)
+    end = AT + len(whole) // 2
+    sound = scene(160_000, (AT, whole[: len(whole) // 2]))
+    told = run(ears(Script([(end + 800, Garbled(AT, end))], [(AT, end)])), 0, end + MOST_WAIT + 10_000, sound)
+    assert told == [Garbled(AT, end, True)]
+
+
+def test_a_sentence_whose_signs_paused_is_looked_at_whole() -> None:
+    script = Script([(AT + 13_000, Garbled(AT, AT + 8000))], [(AT, AT + 4000), (AT + 14_000, END)])
+    the_sentence(run(ears(script)))
+
+
+def test_the_own_voice_ends_a_stretch_and_is_not_looked_at() -> None:
+    worker = Slow()
+    sound = SOUND.copy()
+    own = (END // BLOCK + 2) * BLOCK
+    sound[own:] = 0.9
+    run(ears(Script(), worker), 0, own + BLOCK, sound, [(own, len(sound))])
+    [(job, _)] = worker.waiting
+    assert np.abs(job.sound).max() < 0.9
+
+
+@pytest.mark.parametrize("gap", [400, 3000])
+def test_who_answers_the_own_voice_at_once_is_heard_at_its_place(gap: int) -> None:
+    own = (AT - gap - 16_000, AT - gap)
+    the_sentence(run(ears(Script([(END + 3000, GARBLED)])), own=[own], block=200))
+
+
+def test_lost_sound_ends_a_stretch_and_places_are_right_after_it() -> None:
+    worker = Slow()
+    listening = ears(Script(speech=((8000, 20_000), (AT, END))), worker)
+    run(listening, 0, 16_000)
+    assert worker.waiting == []
+    listening.lost(AT - 400 - 16_000)
+    assert len(worker.waiting) == 1
+    run(listening, AT - 400, END + 12_000)
+    worker.end()
+    the_sentence(run(listening, END + 12_000))
+
+
+def test_new_ears_go_on_with_what_the_old_ones_hold() -> None:
+    worker = Slow()
+    old = ears(Script([(END + 2000, GARBLED)]), worker)
+    run(old, 0, END + 10_000)
+    new = ears(Script(speech=()))
+    new.succeed(old)
+    assert new.busy
+    worker.end()
+    the_sentence(run(new, END + 10_000))
+
+
+def test_new_ears_hear_on_in_the_middle_of_a_sentence() -> None:
+    old = ears(Script())
+    run(old, 0, AT + 8000)
+    new = ears(Script([(END + 2000, GARBLED)]))
+    new.succeed(old)
+    the_sentence(run(new, AT + 8000))
+
+
+@pytest.mark.parametrize("block", [37, 160, 1000, 4096, 8000])
+@pytest.mark.parametrize("event", [GARBLED, guess()])
+def test_blocks_may_have_any_size(block: int, event: Event) -> None:
+    the_sentence(run(ears(Script([(END + 2000, event)])), block=block))
+
+
+def test_what_is_no_sound_does_not_matter() -> None:
+    sound = SOUND.copy()
+    sound[AT - 20_000 : AT - 12_000] = np.nan
+    sound[END + 10_000 :] = np.inf
+    the_sentence(run(ears(Script([(END + 2000, GARBLED)])), sound=sound))
+    assert run(ears(Script()), sound=np.full(len(SOUND), np.nan, np.float32)) == []
+    assert ears(Script()).push(np.zeros(0, np.float32)) == []
+
+
+def test_what_takes_long_is_made_ready_before_anybody_speaks() -> None:
+    script, book = Script(), Book("oak")
+    ChannelEars(script, ChannelListener(GRAPH, (book,)), AtOnce()).prepare(lambda: True)
+    assert script.prepared
+    assert book.prepared

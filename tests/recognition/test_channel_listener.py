@@ -1,0 +1,160 @@
+"""What robots said in a stretch of sound, through channels that nobody knows."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from hvcpd.ports import SAMPLE_RATE_HZ, Samples
+from hvcpd.recognition.channel.listener import ChannelListener, Look, Stretch, quiet_part
+from hvcpd.recognition.events import Recognised, Source
+from tests.recognition.hisses import BOOKS, GRAPH, Book, scene, spoken, through_a_room
+
+LISTENER = ChannelListener(GRAPH, tuple(BOOKS.values()))
+AT, ORIGIN = 24_000, 500_000
+
+
+def look(*sounds: tuple[int, Samples], noise: float = 0.3, proposed: tuple[Recognised, ...] = ()) -> Look:
+    """At sounds in noise, each noticed a little after its beginning."""
+    n = max(at + len(sound) for at, sound in sounds) + 12_000
+    noticed = tuple(at + 1000 for at, _ in sounds)
+    return LISTENER.look(Stretch(scene(n, *sounds, noise=noise), ORIGIN, AT - 4000, noticed, proposed))
+
+
+def heard(text: str, voice: str = "oak", seed: int = 1) -> Samples:
+    return through_a_room(spoken(text, voice), seed)
+
+
+def told(found: Look) -> set[tuple[str, str]]:
+    return {(" ".join(each.words), each.voice) for each in found.sentences}
+
+
+@pytest.mark.parametrize("noise", [0.01, 0.1, 1.0])
+def test_a_sentence_is_told_with_its_words_in_their_places(noise: float) -> None:
+    sound = heard("hi rob, water rose")
+    found = look((AT, sound), noise=noise)
+    [sentence] = found.sentences
+    assert (found.robot, found.unfinished) == (False, False)
+    assert (sentence.words, sentence.source) == (("hi", "rob", "water", "rose"), Source.CHANNEL)
+    assert abs(sentence.start_sample - ORIGIN - AT) <= 32
+    assert abs(sentence.end_sample - ORIGIN - AT - len(sound)) <= 500
+    assert [span.word for span in sentence.spans] == list(sentence.words)
+    starts = [span.start_sample for span in sentence.spans]
+    assert starts == sorted(starts)
+    assert sentence.snr_db == pytest.approx(-20.0 * np.log10(noise), abs=3.0)
+
+
+@pytest.mark.parametrize("later", [0, 4000, 12_000])
+def test_two_robots_at_once_6_db_apart_are_both_heard(later: int) -> None:
+    quiet = 0.5 * heard("all, who is here", "willow", 2)
+    found = look((AT, heard("hi rob, water rose")), (AT + later, quiet))
+    assert told(found) == {("hi rob water rose", "oak"), ("all who is here", "willow")}
+
+
+@pytest.mark.parametrize("first", [1.0, 0.3])
+def test_who_says_it_again_is_heard_twice(first: float) -> None:
+    sound = heard("hi rob, water rose")
+    found = look((AT, first * sound), (AT + len(sound) + 4000, sound), noise=0.1)
+    places = sorted(each.start_sample - ORIGIN - AT for each in found.sentences)
+    assert places == pytest.approx([0, len(sound) + 4000], abs=32)
+
+
+def proposal(text: str, voice: str = "oak") -> Recognised:
+    return Recognised(tuple(text.split()), voice, ORIGIN + AT, ORIGIN + AT + 20_000, 0.99, 10.0, ())
+
+
+@pytest.mark.parametrize(
+    "wrong",
+    [
+        proposal("hi rob water lily"),
+        proposal("hi bot stop", "willow"),
+        proposal("stop"),
+        proposal("hi rob"),
+        proposal("hi rob water rose", "of nobody"),
+        proposal("no such words"),
+    ],
+)
+def test_a_wrong_sentence_that_others_heard_is_replaced(wrong: Recognised) -> None:
+    assert told(look((AT, heard("hi rob, water rose")), proposed=(wrong,))) == {("hi rob water rose", "oak")}
+
+
+def test_a_right_one_is_told_once() -> None:
+    found = look((AT, heard("hi rob, water rose")), proposed=(proposal("hi rob water rose"),))
+    assert [each.words for each in found.sentences] == [("hi", "rob", "water", "rose")]
+
+
+@pytest.mark.parametrize("share", [0.4, 0.5, 0.6, 0.7])
+def test_a_robot_that_is_cut_off_is_noticed_and_nothing_is_told(share: float) -> None:
+    whole = heard("all, who is here")
+    found = look((AT, whole[: int(share * len(whole))]))
+    assert (found.sentences, found.robot) == ((), True)
+
+
+def test_who_is_cut_off_at_the_end_of_the_sound_may_go_on() -> None:
+    whole = heard("all, who is here")
+    sound = scene(AT + len(whole) // 2, (AT, whole[: len(whole) // 2]))
+    assert LISTENER.look(Stretch(sound, 0, AT, (AT,))) == Look(robot=True, unfinished=True)
+    later = scene(AT + len(whole) // 2 + 2 * SAMPLE_RATE_HZ, (AT, whole[: len(whole) // 2]))
+    assert LISTENER.look(Stretch(later, 0, AT, (AT,))) == Look(robot=True)
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_strangers_and_noise_are_no_robots(seed: int) -> None:
+    stranger = through_a_room(spoken("hi rob, water rose", book=Book(f"elm {seed}")), seed)
+    assert look((AT, stranger)) == Look()
+    assert LISTENER.look(Stretch(scene(50_000, seed=seed), 0, AT, (AT,))) == Look()
+
+
+SOUNDS: dict[str, Callable[[int], Samples]] = {
+    "digital silence": lambda n: np.zeros(n, np.float32),
+    "a constant": lambda n: np.full(n, 0.5, np.float32),
+    "a click": lambda n: np.where(np.arange(n) == n // 2, np.float32(1), np.float32(0)),
+    "full scale": lambda n: np.sign(np.random.default_rng(1).standard_normal(n)).astype(np.float32),
+    "hardly anything": lambda n: 1e-20 * np.random.default_rng(1).standard_normal(n).astype(np.float32),
+    "a sentence and silence": lambda n: np.resize(np.pad(heard("hi bot, stop"), (30, 9000)), n),
+}
+
+
+@settings(max_examples=25)
+@given(
+    name=st.sampled_from(sorted(SOUNDS)),
+    n=st.integers(0, 12_000),
+    lead=st.integers(0, 12_000),
+    noticed=st.lists(st.integers(-20_000, 20_000), max_size=3),
+)
+def test_any_sound_is_looked_at(name: str, n: int, lead: int, noticed: list[int]) -> None:
+    with np.errstate(divide="raise", invalid="raise"):
+        found = LISTENER.look(Stretch(SOUNDS[name](n), 0, min(lead, n), tuple(noticed), (proposal("hi bot stop"),)))
+    assert all(np.isfinite(each.snr_db) for each in found.sentences)
+    assert name == "a sentence and silence" or found == Look()
+
+
+def test_a_sentence_in_digital_silence_is_heard() -> None:
+    assert told(look((AT, heard("hi rob, water rose")), noise=0.0)) == {("hi rob water rose", "oak")}
+
+
+@given(before=st.integers(0, 30_000), n=st.integers(0, 30_000))
+def test_a_part_of_what_was_heard_is_the_noise(before: int, n: int) -> None:
+    lead, sound = np.zeros(before, np.float32), np.ones(n, np.float32)
+    part = quiet_part(lead, sound)
+    assert len(part) <= 8000
+    assert not part.any() if before >= 16_000 else part.all()
+
+
+def test_noise_is_known_by_a_quiet_part_but_not_the_quietest() -> None:
+    lead = scene(48_000)
+    lead[4000:14_000] *= 10.0  # somebody spoke
+    lead[30_000:30_500] = 0.0  # a drop-out
+    part = quiet_part(lead, lead)
+    assert len(part) == 8000
+    assert np.std(part) == pytest.approx(0.3 * 0.05, rel=0.05)
+
+
+def test_all_voices_are_made_ready() -> None:
+    book = Book("oak")
+    ChannelListener(GRAPH, (book,)).prepare(lambda: True)
+    assert book.prepared

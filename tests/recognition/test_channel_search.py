@@ -1,0 +1,126 @@
+"""The sentence that explains most of a sound, whatever channel it came through."""
+
+from __future__ import annotations
+
+import random
+from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from hvcpd.assembly.make import make_books, make_phrasebook, make_sound
+from hvcpd.config.task_file import load_tasks
+from hvcpd.config.tasks import default_tasks_path
+from hvcpd.language.phrasebook import Phrasebook
+from hvcpd.ports import SAMPLE_RATE_HZ, Samples
+from hvcpd.recognition.channel.listener import LEAST_FIT, LEAST_SCORE, ChannelListener, Stretch
+from hvcpd.recognition.channel.search import ChannelSearch
+from hvcpd.recognition.channel.weighting import WeightedSound
+from hvcpd.recognition.paths import Voicebook
+from tests.recognition.hisses import BOOKS, GRAPH, scene, spoken, through_a_room
+
+NAMES = ("Rob", "Bot")
+AT = 20_000
+Team = tuple[Phrasebook, Sequence[Voicebook]]
+
+
+@pytest.fixture(scope="module")
+def team(units: Path) -> Team:
+    tasks = load_tasks(default_tasks_path())
+    book = make_phrasebook(NAMES, ("alpha",), replace(tasks, tasks=tasks.tasks[:2], other_tasks=()))
+    return book, make_books(book, NAMES, make_sound(None, units))
+
+
+def sentence(book: Phrasebook, units: Path, seed: int) -> tuple[tuple[str, ...], Samples]:
+    """A random one, through a room, a loudspeaker that has 300 Hz to 4.5 kHz, and by a clock 300 ppm off."""
+    utterance = book.sample(random.Random(seed))
+    phrases = book.phrases(utterance)
+    said = make_sound(None, units).speaker_of(utterance.speaker or "Rob").render(phrases)
+    heard = through_a_room(said, seed)
+    spectrum = np.fft.rfft(heard, len(heard) + 4000)
+    hz = np.fft.rfftfreq(len(heard) + 4000, 1 / SAMPLE_RATE_HZ)
+    limited = np.fft.irfft(np.where((hz < 300.0) | (hz > 4500.0), 0.0, spectrum))[: len(heard)]
+    off = np.interp(np.arange(0, len(limited) - 1, 1 + 3e-4), np.arange(len(limited)), limited)
+    return tuple(w for phrase in phrases for w in phrase), np.asarray(off / np.sqrt(np.mean(off**2)), np.float32)
+
+
+def test_a_sentence_is_found_at_0_db_through_a_room_by_another_clock(team: Team, units: Path) -> None:
+    book, books = team
+    words, heard = sentence(book, units, 5)
+    sound = scene(AT + len(heard) + 12_000, (AT, heard), noise=1.0)
+    search = ChannelSearch(book.marked_graph, books)
+    weighted = WeightedSound(sound[8000:], sound[:8000])
+    best = search.paths(weighted, [AT - 8000])[0]
+    assert best.words == words
+    assert search.is_whole(best)
+    assert best.score > LEAST_SCORE
+    assert search.least_fit(weighted, best) > LEAST_FIT
+    assert abs(best.starts[0] + best.delay - (AT - 8000)) < 160
+
+
+def test_of_a_sentence_cut_off_in_the_middle_nothing_is_told(team: Team, units: Path) -> None:
+    book, books = team
+    words, heard = sentence(book, units, 5)
+    sound = scene(AT + len(heard) // 2 + 12_000, (AT, heard[: len(heard) // 2]), noise=0.5)
+    look = ChannelListener(book.marked_graph, books).look(Stretch(sound, 0, AT, (AT,)))
+    assert (look.sentences, look.robot) == ((), True)
+    assert len(words) > 4
+
+
+SEARCH = ChannelSearch(GRAPH, tuple(BOOKS.values()))
+SENTENCES = ["hi rob, water rose", "hi bot, stop", "all, who is here", "who is here", "hi rob", "stop"]
+
+
+def weighted(sound: Samples) -> WeightedSound:
+    return WeightedSound(sound[8000:], sound[:8000])
+
+
+@pytest.mark.parametrize("text", SENTENCES)
+@pytest.mark.parametrize("voice", BOOKS)
+def test_each_sentence_is_found_at_its_place_in_its_voice(text: str, voice: str) -> None:
+    heard = through_a_room(spoken(text, voice), len(text))
+    sound = weighted(scene(AT + len(heard) + 9000, (AT, heard), noise=1.0))
+    found = SEARCH.paths(sound, [AT - 8000])
+    best = found[0]
+    assert (" ".join(best.words), best.book.voice) == (text.replace(",", ""), voice)
+    assert SEARCH.is_whole(best)
+    assert abs(best.starts[0] + best.delay - (AT - 8000)) <= 32
+    assert SEARCH.least_fit(sound, best) > 0.8
+    assert [path.score for path in found] == sorted((path.score for path in found), reverse=True)
+    # What is heard of it by the response is nearly all that there is beside the noise.
+    there = np.zeros(sound.n, np.float32)
+    there[AT - 8000 : AT - 8000 + len(heard)] = 0.05 * heard
+    assert np.linalg.norm(best.sound(sound.n) - there) < 0.5 * np.linalg.norm(there)
+
+
+def test_what_begins_with_a_greeting_is_found_where_nobody_noticed_it() -> None:
+    heard = through_a_room(spoken("hi rob, water rose"), 1)
+    sound = weighted(scene(AT + len(heard) + 9000, (AT, heard), noise=1.0))
+    assert SEARCH.paths(sound, [])[0].words == ("hi", "rob", "water", "rose")
+
+
+def test_a_word_that_was_not_said_does_not_fit() -> None:
+    lily = replace(GRAPH, arcs=tuple(arc for arc in GRAPH.arcs if arc.word != "rose"))
+    heard = through_a_room(spoken("hi rob, water rose"), 1)
+    sound = weighted(scene(AT + len(heard) + 9000, (AT, heard), noise=0.5))
+    search = ChannelSearch(lily, tuple(BOOKS.values()))
+    wrong = [path for path in search.paths(sound, [AT - 8000]) if path.words == ("hi", "rob", "water", "lily")]
+    assert all(search.least_fit(sound, path) < LEAST_FIT for path in wrong)
+    right = [path for path in search.paths(sound, [AT - 8000]) if path.words == ("hi", "rob", "water")]
+    assert max(search.least_fit(sound, path) for path in right) > 0.8
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_nothing_is_sure_in_noise(seed: int) -> None:
+    sound = weighted(scene(40_000, seed=seed))
+    assert all(path.score < LEAST_SCORE for path in SEARCH.paths(sound, [AT - 8000]))
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_nothing_is_sure_in_a_voice_that_nobody_has(seed: int) -> None:
+    stranger = type(BOOKS["oak"])(f"elm {seed}")
+    heard = through_a_room(spoken("hi rob, water rose", book=stranger), seed)
+    sound = weighted(scene(AT + len(heard) + 9000, (AT, heard)))
+    assert all(path.score < LEAST_SCORE for path in SEARCH.paths(sound, [AT - 8000]))
