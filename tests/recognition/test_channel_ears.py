@@ -14,7 +14,7 @@ from hvcpd.recognition.events import Event, Garbled, Held, Recognised, Source
 from hvcpd.recognition.second_look import AtOnce, Looks, Worker
 from tests.recognition.hisses import BOOKS, GRAPH, Book, scene, spoken, through_a_room
 
-LISTENER = ChannelListener(GRAPH, tuple(BOOKS.values()))
+LISTENER = ChannelListener(GRAPH, (BOOKS["oak"],))
 AT, BLOCK = 40_000, 1600
 HEARD = through_a_room(spoken("hi rob, water rose"), 1)
 END = AT + len(HEARD)
@@ -109,8 +109,16 @@ def test_a_sentence_that_templates_found_is_held_until_the_look_and_replaced() -
     assert not listening.busy
 
 
-@pytest.mark.parametrize("event", [GARBLED, guess(), guess("hi rob water rose"), guess("stop", 0.9)])
-@pytest.mark.parametrize("after", [0, 6000, 20_000])
+@pytest.mark.parametrize(
+    ("event", "after"),
+    [
+        (GARBLED, 0),
+        (GARBLED, 20_000),
+        (guess(), 6000),
+        (guess("hi rob water rose"), 6000),
+        (guess("stop", 0.9), 20_000),
+    ],
+)
 def test_the_sentence_found_is_told_once_whatever_the_first_ears_make_of_it_and_when(event: Event, after: int) -> None:
     the_sentence(run(ears(Script([(END + after, event)]))))
 
@@ -126,7 +134,7 @@ def test_a_sure_call_is_told_at_once(text: str) -> None:
     assert run(listening, 0, END) == [call]
 
 
-@pytest.mark.parametrize("source", [Source.WAVEFORM, Source.SPELLED])
+@pytest.mark.parametrize("source", [Source.WAVEFORM])
 def test_sentences_from_others_than_templates_pass_and_are_told_once(source: Source) -> None:
     sentence = guess("hi rob water rose", source=source)
     assert run(ears(Script([(END, sentence), (END + 3000, sentence), (END + 5000, GARBLED)]))) == [sentence]
@@ -145,14 +153,14 @@ def test_a_robot_that_was_cut_off_is_garbled_and_marked() -> None:
     assert run(ears(script), sound=scene(160_000, (AT, whole[: len(whole) // 2]))) == [Garbled(AT, end, True)]
 
 
-@pytest.mark.parametrize("event", [GARBLED, guess(), guess("stop", 0.9)])
+@pytest.mark.parametrize("event", [GARBLED, guess("stop", 0.9)])
 def test_what_nobody_understands_is_garbled(event: Event) -> None:
     stranger = through_a_room(spoken("hi rob, water rose", book=Book("elm")), 1)
     assert run(ears(Script([(END + 3000, event)])), sound=scene(160_000, (AT, stranger))) == [GARBLED]
 
 
 @pytest.mark.parametrize("event", [GARBLED, guess()])
-@pytest.mark.parametrize("after", [-5000, 3000, 20_000])
+@pytest.mark.parametrize("after", [-5000, 20_000])
 def test_a_worker_that_is_full_loses_nothing(event: Event, after: int) -> None:
     listening = ears(Script([(END + after, event)]), Slow(room=0))
     assert run(listening, 0, END + 24_000) == [GARBLED]
@@ -195,7 +203,7 @@ def test_the_own_voice_ends_a_stretch_and_is_not_looked_at() -> None:
     assert np.abs(job.sound).max() < 0.9
 
 
-@pytest.mark.parametrize("gap", [400, 3000])
+@pytest.mark.parametrize("gap", [400])
 def test_who_answers_the_own_voice_at_once_is_heard_at_its_place(gap: int) -> None:
     own = (AT - gap - 16_000, AT - gap)
     the_sentence(run(ears(Script([(END + 3000, GARBLED)])), own=[own], block=200))
@@ -232,8 +240,7 @@ def test_new_ears_hear_on_in_the_middle_of_a_sentence() -> None:
     the_sentence(run(new, AT + 8000))
 
 
-@pytest.mark.parametrize("block", [37, 160, 1000, 4096, 8000])
-@pytest.mark.parametrize("event", [GARBLED, guess()])
+@pytest.mark.parametrize(("block", "event"), [(67, GARBLED), (400, guess()), (1000, GARBLED), (8000, guess())])
 def test_blocks_may_have_any_size(block: int, event: Event) -> None:
     the_sentence(run(ears(Script([(END + 2000, event)])), block=block))
 

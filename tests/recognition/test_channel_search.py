@@ -30,7 +30,7 @@ Team = tuple[Phrasebook, Sequence[Voicebook]]
 def team(units: Path) -> Team:
     tasks = load_tasks(default_tasks_path())
     book = make_phrasebook(NAMES, ("alpha",), replace(tasks, tasks=tasks.tasks[:2], other_tasks=()))
-    return book, make_books(book, NAMES, make_sound(None, units))
+    return book, make_books(book, NAMES, make_sound(None, units))[: len(NAMES)]  # at their usual rate
 
 
 def sentence(book: Phrasebook, units: Path, seed: int) -> tuple[tuple[str, ...], Samples]:
@@ -77,8 +77,7 @@ def weighted(sound: Samples) -> WeightedSound:
     return WeightedSound(sound[8000:], sound[:8000])
 
 
-@pytest.mark.parametrize("text", SENTENCES)
-@pytest.mark.parametrize("voice", BOOKS)
+@pytest.mark.parametrize(("text", "voice"), list(zip(SENTENCES, 3 * list(BOOKS), strict=True)))
 def test_each_sentence_is_found_at_its_place_in_its_voice(text: str, voice: str) -> None:
     heard = through_a_room(spoken(text, voice), len(text))
     sound = weighted(scene(AT + len(heard) + 9000, (AT, heard), noise=1.0))
@@ -112,13 +111,13 @@ def test_a_word_that_was_not_said_does_not_fit() -> None:
     assert max(search.least_fit(sound, path) for path in right) > 0.8
 
 
-@pytest.mark.parametrize("seed", range(3))
+@pytest.mark.parametrize("seed", range(2))
 def test_nothing_is_sure_in_noise(seed: int) -> None:
     sound = weighted(scene(40_000, seed=seed))
     assert all(path.score < LEAST_SCORE for path in SEARCH.paths(sound, [AT - 8000]))
 
 
-@pytest.mark.parametrize("seed", range(3))
+@pytest.mark.parametrize("seed", range(2))
 def test_nothing_is_sure_in_a_voice_that_nobody_has(seed: int) -> None:
     stranger = type(BOOKS["oak"])(f"elm {seed}")
     heard = through_a_room(spoken("hi rob, water rose", book=stranger), seed)

@@ -78,7 +78,7 @@ class WeightedSound:
         size = transform_size(said.length + n)
         known = np.fft.rfft(said.samples, size)
         weighted = np.conj(known) * self._over(size)
-        energy = 2.0 * float((known * weighted).real.sum()) / size
+        energy = 2.0 * float((known * weighted).real.sum(dtype=np.float64)) / size
         found = np.fft.irfft(np.fft.rfft(self._taken(self._heard, first, size), size) * weighted, size)
         return np.asarray(found[:n], np.float32), energy
 
