@@ -210,9 +210,15 @@ class ChannelEars:
         return []
 
     def _released(self, event: Recognised | Garbled, look: Look) -> list[Event]:
-        """What is told of what was held, if no sentence was found in its place: nobody knows what it was."""
+        """What is told of what was held, if no sentence was found in its place.
+
+        A sentence that templates found stands where nobody is known to have said anything else: it may have been said
+        otherwise than robots' voices are rendered.
+        """
         if any(_overlaps(event, each) for each in self._told):
             return []
+        if isinstance(event, Recognised) and not look.robot:
+            return [self._tell(event)]
         return [Garbled(event.start_sample, event.end_sample, look.robot)]
 
     def _is_over(self, stretch: _Open) -> bool:

@@ -5,7 +5,7 @@ One after the other is found and taken out of the sound, and what is left is lis
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -27,6 +27,9 @@ LEAST_LEAD, LEAST_LEAD_SHARE = 40.0, 0.03
 """What a sentence must explain more than any other one, and than any beginning of a longer one."""
 LEAST_FIT = 0.4
 """Of what was to be expected of each word through the response, so much must have been heard."""
+SHORT, SHORT_REST = 3, 5 * SAMPLE_RATE_HZ // 4
+"""A sentence of so few words is told only near the end of a stretch, within so many samples (1.25 s): amid other talk it
+may be a part of it."""
 MOST_AT_ONCE = 2
 """Robots that speak at the same time."""
 SURE = 0.99
@@ -45,7 +48,7 @@ class Stretch:
     proposed: tuple[Recognised, ...] = ()
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True)
 class Look:
     """The sentences in a stretch; whether a robot said something else there; whether it seemed to go on; and the
     responses that voices came through, shape (TAPS,) each."""
@@ -53,7 +56,7 @@ class Look:
     sentences: tuple[Recognised, ...] = ()
     robot: bool = False
     unfinished: bool = False
-    channels: tuple[tuple[str, Taps], ...] = ()
+    channels: tuple[tuple[str, Taps], ...] = field(default=(), compare=False)
 
 
 class ChannelListener:
@@ -81,9 +84,8 @@ class ChannelListener:
         channels: list[tuple[str, Taps]] = []
         for _ in range(MOST_AT_ONCE):
             sound = WeightedSound(heard, noise)
-            spoken = {sentence.voice for sentence in told}  # what is left of it are its own late echoes
-            paths = self._search.paths(sound, noticed, spoken)
-            for sentence in (each for each in stretch.proposed if each.voice not in spoken):
+            paths = self._search.paths(sound, noticed)
+            for sentence in stretch.proposed:
                 paths += self._proposed(sound, sentence, sentence.start_sample - stretch.origin - begin)
             paths.sort(key=lambda path: -path.score)
             if not paths or paths[0].score < LEAST_SCORE:
@@ -92,8 +94,10 @@ class ChannelListener:
             if best is None:
                 reaches_end = paths[0].end + SAMPLE_RATE_HZ > len(heard)
                 return Look(tuple(told), True, reaches_end, tuple(channels))
-            told.append(_told(best, stretch.origin + begin, heard, noise))
-            channels.append((best.book.voice, best.response))
+            sentence = _told(best, stretch.origin + begin, heard, noise)
+            if not any(_is_left_of(sentence, each) for each in told):
+                told.append(sentence)
+                channels.append((best.book.voice, best.response))
             heard -= best.sound(len(heard))
         return Look(tuple(told), channels=tuple(channels))
 
@@ -112,6 +116,8 @@ class ChannelListener:
             return None
         rivals = (path.score for path in paths if path.words != best.words[: len(path.words)])
         lead = best.score - max(rivals, default=0.0)
+        if len(best.words) <= SHORT and sound.n - best.end > SHORT_REST:
+            return None
         surely = lead >= max(LEAST_LEAD, LEAST_LEAD_SHARE * best.score)
         return best if surely and self._search.least_fit(sound, best) >= LEAST_FIT else None
 
@@ -126,6 +132,13 @@ def quiet_part(before: Samples, heard: Samples) -> Samples:
     order = np.argsort(energy[np.minimum(starts + n, len(where))] - energy[starts])
     at = int(starts[order[int(QUIETER * (len(order) - 1))]])
     return where[at : at + n]
+
+
+def _is_left_of(sentence: Recognised, told: Recognised) -> bool:
+    """Whether it is made of what no short response explains of one that is told, its late echoes: a robot does not say
+    two things at once."""
+    overlap = sentence.start_sample < told.end_sample and told.start_sample < sentence.end_sample
+    return overlap and sentence.voice == told.voice
 
 
 def _told(path: Path, origin: int, heard: Samples, noise: Samples) -> Recognised:

@@ -10,7 +10,7 @@ little is explained, and up to TAPS, as each tap explains one variance of noise 
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -142,13 +142,11 @@ class ChannelSearch:
             self._arcs.setdefault(arc.source, []).append((arc.word, arc.target))
         self._pauses = graph.pauses | graph.finals
 
-    def paths(
-        self, sound: WeightedSound, noticed: Sequence[int], without: Collection[str] = frozenset()
-    ) -> list[Path]:
+    def paths(self, sound: WeightedSound, noticed: Sequence[int]) -> list[Path]:
         """Sentences, and beginnings of some, that begin near a sample where speech was `noticed`, or anywhere if with a
-        greeting: those that explain most first. `without`: voices that say none of them."""
+        greeting: those that explain most first."""
         found: list[Path] = []
-        level = self._begun(sound, noticed, [book for book in self._books if book.voice not in without])
+        level = self._begun(sound, noticed)
         while level:
             found += level
             level = self._extended(sound, level)
@@ -176,12 +174,12 @@ class ChannelSearch:
     def _said(self, book: Voicebook, word: str, third: int, node: int) -> Iterator[Said]:
         return (said for said in book.said(word, third) if not said.final or node in self._pauses)
 
-    def _begun(self, sound: WeightedSound, noticed: Sequence[int], books: Sequence[Voicebook]) -> list[Path]:
+    def _begun(self, sound: WeightedSound, noticed: Sequence[int]) -> list[Path]:
         """Paths of one word, at the best places of each."""
         near = _merged([(at - EARLIER, at + LATER) for at in noticed], sound.n)
         anywhere = _merged([(-EARLIER, sound.n)], sound.n)
         paths: list[Path] = []
-        for book in books:
+        for book in self._books:
             for word, node in self._arcs.get(self._graph.start, ()):
                 places: list[tuple[float, Said, int]] = []
                 for said in self._said(book, word, 0, node):
