@@ -282,7 +282,8 @@ def make_channel_ears(
     phrasebook: Phrasebook, names: Sequence[str], sound: Sound, ears: Ears, worker: Worker[Stretch, Look]
 ) -> ChannelEars:
     """Return ears around others that hear these robots through a channel that is not known, too."""
-    return ChannelEars(ears, ChannelListener(phrasebook.marked_graph, make_books(phrasebook, names, sound)), worker)
+    listener = ChannelListener(phrasebook.marked_graph, make_books(phrasebook, names, sound))
+    return ChannelEars(ears, listener, worker, frozenset(phrasebook.alternatives))
 
 
 def phrasebook_of(plan: RobotPlan, names: Sequence[str]) -> Phrasebook:

@@ -53,7 +53,15 @@ class _Open:
 class ChannelEars:
     """`Ears` around others."""
 
-    def __init__(self, ears: Ears, listener: ChannelListener, worker: Worker[Stretch, Look]) -> None:
+    def __init__(
+        self,
+        ears: Ears,
+        listener: ChannelListener,
+        worker: Worker[Stretch, Look],
+        varied: frozenset[str] = frozenset(),
+    ) -> None:
+        """`varied`: words that are said otherwise, too, than the listener knows."""
+        self._varied = varied
         self._ears = ears
         self._listener = listener
         self._worker = worker
@@ -217,7 +225,7 @@ class ChannelEars:
         """
         if any(_overlaps(event, each) for each in self._told):
             return []
-        if isinstance(event, Recognised) and not look.robot:
+        if isinstance(event, Recognised) and (not look.robot or self._varied.intersection(event.words)):
             return [self._tell(event)]
         return [Garbled(event.start_sample, event.end_sample, look.robot)]
 

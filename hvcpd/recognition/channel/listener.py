@@ -28,8 +28,8 @@ LEAST_LEAD, LEAST_LEAD_SHARE = 40.0, 0.03
 LEAST_FIT = 0.4
 """Of what was to be expected of each word through the response, so much must have been heard."""
 SHORT, SHORT_REST = 3, 5 * SAMPLE_RATE_HZ // 4
-"""A sentence of so few words is told only near the end of a stretch, within so many samples (1.25 s): amid other talk it
-may be a part of it."""
+"""A sentence of so few words is told only near the end of a stretch, within so many samples (1.25 s): amid other talk
+it may be a part of it."""
 MOST_AT_ONCE = 2
 """Robots that speak at the same time."""
 SURE = 0.99
