@@ -20,6 +20,8 @@ OTHERS_RANK_MAX = 2
 """Highest rank that has a slot of its own before all confirmations."""
 SHARED_SLOTS = 2
 """Slots that higher ranks draw from. If two draw the same, nobody understands them and nobody confirms."""
+OWN_WORDS_SLOTS = 3
+"""A sentence that says two things saves a sentence and the pause before it: more than these slots take."""
 UNSURE_SLOTS = 4
 """Slots that a newcomer, or a robot that missed the claim, leaves to those who know more."""
 
@@ -41,7 +43,7 @@ def is_for_me_alone(me: Knowledge, to: m.Addressee | None) -> bool:
 
 def whose_turn(u: m.Utterance) -> str | None:
     """Who has the turn in which this is said: an answer belongs to the turn of whom it is for."""
-    if isinstance(u.addressee, m.ToRobot) and not isinstance(u.statement, OPENERS):
+    if isinstance(u.addressee, m.ToRobot) and not isinstance(u.statement, (*OPENERS, m.ConfirmedAnd)):
         return u.addressee.name
     return u.speaker
 
@@ -56,10 +58,16 @@ def must_spell_for(me: Knowledge, name: str | None, now: float) -> bool:
 
 def confirming_slot(me: Knowledge, now: float) -> int:
     """The first slot for confirmations, after all objections; where two are alone no third can object."""
-    others = len(me.peers.present(now))
+    others = len(me.expected(now))
     if others > OTHERS_RANK_MAX + 1:
         others = OTHERS_RANK_MAX + 1 + SHARED_SLOTS
     return OTHERS_SLOT + (others if others > 1 else 0)
+
+
+def waiting_slots(me: Knowledge, now: float) -> int:
+    """Slots that whoever only confirms leaves to those who have something of their own to say with it."""
+    others = len(me.expected(now))
+    return min(others, OWN_WORDS_SLOTS) if others > 1 else 0
 
 
 def objection_slot(me: Knowledge, other: str, number: int, now: float) -> int:

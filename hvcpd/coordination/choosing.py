@@ -44,6 +44,12 @@ def task_is_free(me: Knowledge, now: float) -> bool:
     return bool(me.board.free_for(me.role.name, now, me.role.unable))
 
 
+def claims_at_once(me: Knowledge, now: float) -> bool:
+    """Whether a robot that has just been greeted can claim a task instead of telling its name first."""
+    known = me.role.listed and bool(me.role.roster) and not me.missed.heard_work
+    return known and may_volunteer(me, now) and task_is_free(me, now)
+
+
 def task_to_claim(me: Knowledge, now: float) -> int | None:
     """A task that is free, drawn or the nearest one."""
     free = me.board.free_for(me.role.name, now, me.role.unable)

@@ -16,8 +16,10 @@ from hvcpd.coordination.addressing import (
     confirming_slot,
     is_for_me_alone,
     objection_slot,
+    waiting_slots,
 )
 from hvcpd.coordination.board import CLAIMED, Entry
+from hvcpd.coordination.floor import OWN_TURN
 from hvcpd.coordination.knowledge import Heard, HeardClaim, Knowledge, QuotedReport, Reactions
 from hvcpd.coordination.states import AT_WORK, NEWCOMER, PROPOSING, State, Trigger
 from hvcpd.coordination.table import fire
@@ -138,7 +140,9 @@ def _confirm_in_turn(me: Knowledge, name: str, number: int, now: float, sure: bo
     """Confirm what `name` said of a task, unless it is no longer true then or another one does."""
     complete = me.board[number].known_done
     statement = m.Confirmed(m.TaskByNumber(number), complete=complete) if sure else m.SayAgain()
-    slot = confirming_slot(me, now) + me.rank(name, number, now)
+    rank, first = me.rank(name, number, now), waiting_slots(me, now)
+    joins = rank < first and composing.may_join(me) and me.floor.wants(OWN_TURN)
+    slot = confirming_slot(me, now) + rank + (0 if joins else first)
     slot += UNSURE_SLOTS if me.state in NEWCOMER or not sure else 0
 
     def still() -> bool:

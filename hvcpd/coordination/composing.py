@@ -92,6 +92,21 @@ def claim(me: Knowledge) -> m.Utterance | None:
     return utterance(me, to_team(me), m.Claim(ref))
 
 
+def may_join(me: Knowledge) -> bool:
+    """Whether this robot's own claim or report, where one waits to be said, can be said with a confirmation."""
+    to_many = me.current.partner is None and me.state in (State.CLAIMING, State.REPORTING)
+    done = me.report.task is None or me.board[me.report.task].state == DONE
+    return to_many and done and not me.role.speech.encrypted
+
+
+def joined(confirmation: m.Utterance, own: m.Utterance) -> m.Utterance:
+    """The two in one breath: "confirmed three, I will complete task five"."""
+    said, words = confirmation.statement, own.statement
+    if not isinstance(said, m.Confirmed) or not isinstance(words, m.Claim | m.Completed):
+        raise TypeError(f"{said} and {words} are not said together")
+    return replace(confirmation, statement=m.ConfirmedAnd(said, words))
+
+
 def report(me: Knowledge) -> m.Utterance | None:
     """What became of the task; a volunteer claims the next one in the same breath."""
     if me.report.task is None or me.current.task is not None:

@@ -12,9 +12,9 @@ from collections.abc import Iterable, Mapping
 from hvcpd.config.tasks import Place, TaskDefinition
 from hvcpd.coordination import choosing, composing, deadlines, hearing, repair, schedule, trusting
 from hvcpd.coordination.actions import Action, Rng, Role, SaveDue, SavePeer, SaveTask, Say, Timing
-from hvcpd.coordination.addressing import confirming_slot, whose_turn
+from hvcpd.coordination.addressing import confirming_slot, waiting_slots, whose_turn
 from hvcpd.coordination.board import Board
-from hvcpd.coordination.floor import Floor, Intent, Order, Urgency, round_of_turns
+from hvcpd.coordination.floor import OWN_TURN, Floor, Intent, Order, Urgency, round_of_turns
 from hvcpd.coordination.knowledge import Heard, Knowledge
 from hvcpd.coordination.peers import Peers, team_of
 from hvcpd.coordination.relaying import note_passed_on
@@ -30,6 +30,9 @@ CLOCK_STEP_S = 1.0
 """A clock that goes by so much less is only read at another moment."""
 CONFIRMERS = 3
 """Maximum number of confirmations that may still begin before a new turn does: three in a row rarely miss a claim."""
+ASKING = (m.Claim, m.Working, m.Completed, m.Failed, m.Left, m.Relayed)
+"""What any of those who hear it may confirm or object to, each in a slot of its own. Whatever else is said, one
+answers, if anybody does, before a turn begins."""
 MAX_SENTENCES = 8
 """Sentences of the robot's owner that may wait for the floor: some 40 s of talk, after which nobody knows why they were
 wanted."""
@@ -70,6 +73,7 @@ class Coordination:
         if stopped:
             me.state = State.STOPPED
         else:
+            me.acquaintance.all_met_s = now + timing.meeting_s * (1 + len(role.roster))
             me.arm(now, timing.wake_min_s + rng.random() * timing.wake_spread_s)
 
     def heard(
@@ -90,21 +94,24 @@ class Coordination:
         if utterance.speaker is not None and believed:
             peer = me.peers.heard(utterance.speaker, team_of(utterance), now, confidence, snr_db)
             me.do(SavePeer(peer.name, peer.team, now))
-        me.floor.answer_slots = confirming_slot(me, now) + CONFIRMERS
+        asks = isinstance(m.parts(utterance)[-1].statement, ASKING)
+        me.floor.answer_slots = self._answer_slots(now) if asks else 0
         me.floor.understood(now, self._order_after(whose_turn(utterance), now))
         if self._is_second(utterance, now):
             return
         if not believed:
             trusting.refuse(me, utterance, trust, now)
             return
-        schedule.heard(me, m.own_words(utterance.statement), now)
-        hearing.react(me, Heard(utterance, 1.0 if trust.checks_words else confidence, now))
+        for part in m.parts(utterance):
+            schedule.heard(me, m.own_words(part.statement), now)
+            hearing.react(me, Heard(part, 1.0 if trust.checks_words else confidence, now))
         if me.state is State.READY and me.timer_s == math.inf and not me.board.all_done:
             me.arm(now, me.timing.decide_s)
 
     def garbled(self, over_own_speech: bool, now: float) -> None:
         """Speech was noticed that could not be understood; over the own speech it tells that nobody heard us."""
         me = self.knowledge
+        me.floor.answer_slots = self._answer_slots(now)
         me.floor.hold_back(now)
         me.floor.garbled()
         if me.floor.is_second or now < me.repair.foreign_until_s:
@@ -121,6 +128,7 @@ class Coordination:
         """The sentence of the last `Say` is out."""
         said = self.knowledge.repair.last_said
         order = self._order_after(whose_turn(said) if said else self.role.name, now)
+        self.knowledge.floor.answer_slots = self._answer_slots(now)
         intent = self.knowledge.floor.ended(now, order)
         if intent is not None and intent.trigger is not None:
             fire(self.knowledge, intent.trigger, now)
@@ -261,6 +269,10 @@ class Coordination:
         """Whether it has said that it leaves."""
         return self.state is State.GONE
 
+    def _answer_slots(self, now: float) -> int:
+        """Slots for whoever confirms what was said, or objects."""
+        return confirming_slot(self.knowledge, now) + waiting_slots(self.knowledge, now) + CONFIRMERS
+
     def _is_second(self, u: m.Utterance, now: float) -> bool:
         """Whether this is the sentence that was understood just before, said once more: it is not acted on again."""
         me = self.knowledge
@@ -278,14 +290,9 @@ class Coordination:
 
     def _begin(self, intent: Intent, now: float) -> None:
         me = self.knowledge
-        chosen = intent.decide()
-        if chosen is not None:
-            fire(me, chosen, now)
-        utterance = intent.compose()
+        utterance = self._with_own_turn(intent, now) if intent.tentative else self._compose(intent, now)
         if utterance is None:
             me.floor.ended(now)
-            if intent.trigger is not None:
-                fire(me, Trigger.WITHDRAWN, now)
             return
         intent.on_said()
         self._note_own_words(utterance, now)
@@ -293,9 +300,32 @@ class Coordination:
         me.repair.last_said, me.last_heard = utterance, None
         me.do(Say(utterance, slowly, me.role.speech.times))
 
+    def _compose(self, intent: Intent, now: float) -> m.Utterance | None:
+        """What is said, once what is still open is chosen; None if there is nothing left to say."""
+        chosen = intent.decide()
+        if chosen is not None:
+            fire(self.knowledge, chosen, now)
+        utterance = intent.compose()
+        if utterance is None and intent.trigger is not None:
+            fire(self.knowledge, Trigger.WITHDRAWN, now)
+        return utterance
+
+    def _with_own_turn(self, confirmation: Intent, now: float) -> m.Utterance | None:
+        """A confirmation, and with it the claim or report that waits for this robot's own turn."""
+        me, said = self.knowledge, self._compose(confirmation, now)
+        if said is None or not isinstance(said.statement, m.Confirmed) or not composing.may_join(me):
+            return said
+        own = me.floor.take_along(OWN_TURN, now)
+        words = self._compose(own, now) if own is not None else None
+        if words is None:
+            me.floor.speaking = confirmation
+            return said
+        return composing.joined(said, words)
+
     def _note_own_words(self, utterance: m.Utterance, now: float) -> None:
         """What follows for this robot from what it says."""
-        me, statement = self.knowledge, utterance.statement
+        me, own = self.knowledge, m.parts(utterance)[-1]
+        statement = own.statement
         claims = isinstance(statement, m.Claim | m.Working)
         if claims or (isinstance(statement, m.Completed) and statement.next is not None):
             me.current.claimed_s = now
@@ -307,3 +337,5 @@ class Coordination:
             note_passed_on(me.relays, utterance.addressee.name, statement, now)
         if isinstance(statement, m.Spelled):
             me.acquaintance.spelled_s = now
+        if not isinstance(own.addressee, m.ToRobot) and me.role.listed:
+            me.floor.withdraw_all("greet ")  # all have heard its name

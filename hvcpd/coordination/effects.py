@@ -8,15 +8,12 @@ from hvcpd.config.tasks import Action as TaskAction
 from hvcpd.config.tasks import Forward, GoTo, Turn
 from hvcpd.coordination import choosing, composing, earshot
 from hvcpd.coordination.actions import Halt, Perform, SaveStopped
-from hvcpd.coordination.addressing import confirming_slot
+from hvcpd.coordination.addressing import confirming_slot, waiting_slots
 from hvcpd.coordination.board import DONE, spoken_name
-from hvcpd.coordination.floor import RANK_MAX, Intent, Urgency, nothing
+from hvcpd.coordination.floor import OWN_TURN, RANK_MAX, Intent, Urgency, nothing
 from hvcpd.coordination.knowledge import Knowledge
 from hvcpd.coordination.states import Trigger
 from hvcpd.language import messages as m
-
-OWN_TURN = "own turn"
-"""The topic of what the state machine itself wants to say; answers to others have topics of their own."""
 
 DENIED_OFTEN = 2
 """Denials of one claim from which the robot asks what is left: another's task is reported soon, or its lease lapses."""
@@ -118,7 +115,7 @@ def wait_for_objections(me: Knowledge, now: float) -> None:
     """Time for everybody's slot; the last statement of this kind tells until when a confirmation holds."""
     if me.current.repeats == 0:
         me.current.asked_since_s = now
-    slots = confirming_slot(me, now) + min(len(me.peers.present(now)), RANK_MAX)
+    slots = confirming_slot(me, now) + min(len(me.expected(now)), RANK_MAX) + waiting_slots(me, now)
     me.arm(now, me.timing.objection_s + slots * me.timing.slot_s)
 
 

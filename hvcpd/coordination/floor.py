@@ -20,6 +20,8 @@ from hvcpd.coordination.actions import Rng, Timing
 from hvcpd.coordination.states import Trigger
 from hvcpd.language.messages import Utterance
 
+OWN_TURN = "own turn"
+"""The topic of what the state machine itself wants to say; answers to others have topics of their own."""
 RANK_MAX = 10
 """Slots for answers are given to so many robots; beyond, they are shared: that ten before fail to answer is rare."""
 SLOTS_MAX = 64
@@ -138,6 +140,14 @@ class Floor:
 
     def withdraw(self, topic: str) -> None:
         self._intents = [intent for intent in self._intents if intent.topic != topic]
+
+    def take_along(self, topic: str, now: float) -> Intent | None:
+        """What waits to be said on a topic, to be said with what is being said; None if it is held back."""
+        intent = next((i for i in self._intents if i.topic == topic and i.not_before_s <= now), None)
+        if intent is not None:
+            self.withdraw(topic)
+            self.speaking = intent
+        return intent
 
     def withdraw_all(self, topics: str) -> None:
         """Withdraw every topic that begins so."""

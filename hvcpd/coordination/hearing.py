@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from functools import partial
 
-from hvcpd.coordination import answers, claims, commands, composing, earshot, relaying, repair
+from hvcpd.coordination import answers, choosing, claims, commands, composing, earshot, relaying, repair
 from hvcpd.coordination.addressing import is_for, must_spell_for
 from hvcpd.coordination.floor import Intent, Urgency
 from hvcpd.coordination.knowledge import Heard, Knowledge, Reactions
@@ -69,6 +69,9 @@ def _introduce(me: Knowledge, name: str | None, now: float) -> None:
         if now - peer.answered_s < GREETED_AGAIN_WITHIN_S:
             after_s = 2.0 * me.timing.back_off_s * me.rng.random()
         peer.answered_s = now
+    if choosing.claims_at_once(me, now):  # and so says its name, or else introduces itself when all have had their turn
+        fire(me, Trigger.MET, now)
+        after_s += me.acquaintance.all_met_s - now
     trigger = Trigger.GREETED if me.state in (State.WAKING, State.GREETING) else None
     answer = partial(composing.answer_to_greeting, me, name, now)
     me.floor.want(Intent(Urgency.TURN, f"greet {name}", answer, trigger, not_before_s=now + after_s), now)

@@ -123,6 +123,8 @@ class Relays:
 class Acquaintance:
     """Who knows this robot's name, and what it did to make its own and others' names known."""
 
+    all_met_s: float = NEVER_S
+    """By then everybody who is there has been heard; until then all whom it was told of may be there."""
     greetings: int = 0
     """How often it has greeted."""
     known_by: set[str] = field(default_factory=set)
@@ -257,7 +259,14 @@ class Knowledge:
         """
         own, asking = self.role.name.lower(), asker.lower()
         own_lot = lot(own, salt)
-        return min(sum(lot(name, salt) < own_lot for name in self.peers.present(now) if name != asking), RANK_MAX)
+        return min(sum(lot(name, salt) < own_lot for name in self.expected(now) if name != asking), RANK_MAX)
+
+    def expected(self, now: float) -> frozenset[str]:
+        """Who may answer now: all who are present, and at first all whom it was told of beforehand."""
+        present = frozenset(self.peers.present(now))
+        if now >= self.acquaintance.all_met_s:
+            return present
+        return present.union(map(str.lower, self.role.roster)) - {self.role.name.lower()}
 
     def lease_end_s(self, now: float) -> float:
         """When a lease that is renewed now ends: in a crowd each one's turn comes more rarely."""

@@ -10,6 +10,7 @@ import math
 from collections.abc import Callable
 
 from hvcpd.coordination import effects
+from hvcpd.coordination.floor import OWN_TURN
 from hvcpd.coordination.knowledge import Knowledge
 from hvcpd.coordination.states import DEPARTING, State, Trigger
 
@@ -21,6 +22,8 @@ Effect = Callable[[Knowledge, float], None]
 TRANSITIONS: dict[tuple[State, Trigger], tuple[State, Effect]] = {
     (S.WAKING, T.TIMEOUT): (S.GREETING, effects.want_greeting),
     (S.WAKING, T.GREETED): (S.MEETING, effects.wait_for_greetings),
+    (S.WAKING, T.MET): (S.READY, effects.rest),
+    (S.GREETING, T.MET): (S.READY, effects.rest),
     (S.GREETING, T.SPOKEN): (S.MEETING, effects.wait_for_greetings),
     (S.GREETING, T.GREETED): (S.MEETING, effects.wait_for_greetings),
     (S.GREETING, T.WITHDRAWN): (S.MEETING, effects.wait_for_greetings),
@@ -133,5 +136,5 @@ def fire(me: Knowledge, trigger: Trigger, now: float) -> None:
         return
     me.state, effect = row
     me.timer_s = math.inf
-    me.floor.withdraw(effects.OWN_TURN)
+    me.floor.withdraw(OWN_TURN)
     effect(me, now)

@@ -36,12 +36,14 @@ def build(form: Form, bindings: Bindings) -> m.Utterance:
     if form.spelled:
         bound["speaker"] = written_name(bound["letters"])
     outer = {key: bound.pop(key) for key in list(bound) if key in _UTTERANCE_FIELDS}
-    other = bound.pop("other", None)
+    other, confirmed = bound.pop("other", None), bound.pop("confirmed", None)
     statement: Any = form.statement(**bound) if form.statement is not None else None
     if form.will:
         statement = m.WillMove(statement)
     if form.relayed:
         statement = m.Relayed(other, statement)
+    if confirmed is not None:
+        statement = m.ConfirmedAnd(m.Confirmed(confirmed, form.confirms_complete), statement)
     return m.Utterance(speaker=outer.pop("speaker", None), statement=statement, **outer)
 
 
@@ -57,6 +59,10 @@ def unbuild(compiled: CompiledForm, utterance: m.Utterance) -> Bindings | None:
         if not isinstance(statement, m.WillMove):
             return None
         statement = statement.motion
+    if "confirmed" in compiled.slots:
+        if not isinstance(statement, m.ConfirmedAnd) or statement.confirmed.complete != form.confirms_complete:
+            return None
+        wanted["confirmed"], statement = statement.confirmed.task, statement.statement
     if (type(statement) if statement is not None else None) is not form.statement:
         return None
     if form.spelled and isinstance(statement, m.Spelled):

@@ -97,4 +97,5 @@ class Codebook:
 def _has_place(compiled: CompiledForm) -> bool:
     form = compiled.form
     hideable = form.statement is not None and not issubclass(form.statement, NEVER_HIDDEN)
-    return hideable and not form.relayed and form.pattern.startswith(OPENING)
+    in_passing = "confirmed" in compiled.slots
+    return hideable and not form.relayed and not in_passing and form.pattern.startswith(OPENING)

@@ -37,6 +37,7 @@ SLOT_FIELDS = {
     "next": "next",
     "first": "first",
     "second": "second",
+    "confirmed": "confirmed",
     "third": "third",
     "metres": "distance_m",
     "remark": "text",
@@ -45,7 +46,8 @@ SLOT_FIELDS = {
     "letters": "letters",
     "volts": "battery_v",
 }
-"""Field of the utterance or of its statement that each slot binds; `other` is the speaker quoted in a relayed one."""
+"""Field of the utterance or of its statement that each slot binds; `other` is the speaker quoted in a relayed one, and
+`confirmed` the task whose claim is confirmed in passing."""
 
 
 class Kind(Enum):
@@ -75,6 +77,7 @@ class Form:
     `constants` are fields of the statement that the pattern fixes. A form with `will` reads the statement, a motion,
     back; a `relayed` one quotes it from somebody else; in a `spelled` one the letters are the speaker's name. A
     `casual` one is listened for only where it cannot spoil what robots say to each other: in a second look at a sound.
+    One with the slot `confirmed` confirms a claim in passing, or, if it `confirms_complete`, a report.
     """
 
     pattern: str
@@ -86,6 +89,7 @@ class Form:
     relayed: bool = False
     spelled: bool = False
     casual: bool = False
+    confirms_complete: bool = False
 
 
 def _motions() -> tuple[tuple[str, type[m.Statement], str, dict[str, object]], ...]:
@@ -104,6 +108,13 @@ _QUESTIONS: tuple[tuple[str, type[m.Statement], str], ...] = (
     (f"who is here {PLEASE}", m.WhoHere, "Everybody who hears it says its name."),
     (f"what is left {PLEASE}", m.WhatLeft, "Which tasks are not done yet? One robot answers."),
 )
+
+_IN_PASSING: tuple[tuple[str, type[m.Statement], str], ...] = (
+    ("i will complete task <number>", m.Claim, "And I take this task."),
+    ("task <number> complete", m.Completed, "And this task is done."),
+    ("task <number> complete, i will complete task <next>", m.Completed, "And this task is done, and I take the next."),
+)
+"""What follows a confirmation in the same breath, where many want to speak."""
 
 _CORE: tuple[Form, ...] = (
     Form(OPENING, None, "A greeting: whoever hears it knows that I am here."),
@@ -141,6 +152,16 @@ _CORE: tuple[Form, ...] = (
         m.Confirmed,
         "I heard that you have done this task.",
         constants={"complete": True},
+    ),
+    *(
+        Form(
+            f"{OPENING}, confirmed <confirmed>{' complete' * complete}, {words}",
+            statement,
+            f"{'I heard that you have done this task.' if complete else 'I heard your claim: go ahead.'} {means}",
+            confirms_complete=complete,
+        )
+        for complete in (False, True)
+        for words, statement, means in _IN_PASSING
     ),
     Form(f"{OPENING}, negative", m.Negative, "What you said is wrong: don't."),
     Form(f"{OPENING}, {PLEASE} say again", m.SayAgain, "I did not understand you.", constants={"slowly": False}),
@@ -232,6 +253,8 @@ RELAYABLE = (
     m.SealedMessage,
 )
 """What is passed on for somebody else, in a form of its own each."""
+_SAID_TWICE = ("<next>", "<confirmed>")
+"""Slots of forms that say two things at once: those are not passed on."""
 _RELAYS: tuple[Form, ...] = tuple(
     Form(
         f"{OPENING}, <other> says, {form.pattern[len(OPENING) + 2 :]}",
@@ -242,7 +265,7 @@ _RELAYS: tuple[Form, ...] = tuple(
         relayed=True,
     )
     for form in (*_CORE, *_PEOPLE)
-    if form.statement in RELAYABLE and form.pattern.startswith(OPENING) and "<next>" not in form.pattern
+    if form.statement in RELAYABLE and form.pattern.startswith(OPENING) and not any(s in form.pattern for s in _SAID_TWICE)
 )
 
 _SPELLED: tuple[Form, ...] = (

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from enum import Enum
 
 from hvcpd.language.proofs import Cipher as Cipher
@@ -115,6 +115,14 @@ class Confirmed:
 
     task: TaskByNumber | None = None
     complete: bool = False
+
+
+@dataclass(frozen=True)
+class ConfirmedAnd:
+    """What the addressee said last of a task is right; and in the same breath, to all, the speaker's own claim or report."""
+
+    confirmed: Confirmed
+    statement: Claim | Completed
 
 
 @dataclass(frozen=True)
@@ -296,6 +304,7 @@ Statement = (
     | Completed
     | Failed
     | Confirmed
+    | ConfirmedAnd
     | Negative
     | SayAgain
     | NotUnderstood
@@ -323,9 +332,20 @@ Statement = (
 )
 
 
+def parts(utterance: Utterance) -> tuple[Utterance, ...]:
+    """What an utterance says to whom: a confirmation to its addressee, and what was said with it to all."""
+    both = utterance.statement
+    if not isinstance(both, ConfirmedAnd):
+        return (utterance,)
+    return (
+        replace(utterance, statement=both.confirmed),
+        replace(utterance, addressee=ToAll(), statement=both.statement),
+    )
+
+
 def own_words(statement: Statement | None) -> Statement | None:
-    """The statement itself, or what it passes on of somebody else."""
-    return statement.statement if isinstance(statement, Relayed) else statement
+    """The statement itself, or what it passes on of somebody else, or says besides a confirmation."""
+    return statement.statement if isinstance(statement, Relayed | ConfirmedAnd) else statement
 
 
 @dataclass(frozen=True)
