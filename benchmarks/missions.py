@@ -6,12 +6,14 @@
     python -m benchmarks.missions words [--seeds 1-10000] [--loss 0-0.3] [--outages 2]
     python -m benchmarks.missions earshot [--seeds 1-200]
     python -m benchmarks.missions crowd [--seeds 1-5]
+    python -m benchmarks.missions makespan [--seeds 1-20] [--tasks 24] [--work-s 5] [--pick nearest]
     python -m benchmarks.missions speed
 
 `audio` runs `hvcpctl simulate --json` for each seed; the figures are those of its last line. With `--plants`, so many
 stand at random places, in noise of a random level. `relay`: whole robots with sound, too; three in a row, an order from
 one end to the other, which do not hear each other. `earshot`: both modes, where a voice carries some metres and many
-plants are farther off. The others run the same state machines over air of words
+plants are farther off. `makespan`: how soon teams of growing size are done with the same tasks.
+The others run the same state machines over air of words
 (hil_fakes), with random teams, places, losses and outages.
 """
 
@@ -25,6 +27,7 @@ import subprocess
 import sys
 import tempfile
 import time
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any, TypeVar
@@ -35,6 +38,8 @@ from hil_fakes.bench_plans import relay_plan
 from hil_fakes.word_mission import WordMission, WordPlan
 from hil_fakes.word_plans import NAMES, fading_plan, omniscient_airtime_s, random_plan, random_tasks
 from hvcpd.assembly.make import make_sound
+from hvcpd.config.tasks import Water
+from hvcpd.language import messages as m
 from hvcpd.reporting.events import Said, Summary
 
 _Number = TypeVar("_Number", int, float)
@@ -162,6 +167,36 @@ def _crowd_mission(n: int, seed: int) -> tuple[float, ...]:
     return result.ended_s, result.sent, result.collisions, air_s, air_s / omniscient_airtime_s(plan)
 
 
+def makespan(o: argparse.Namespace) -> None:
+    """The same tasks by teams of growing size: when the last is done, when all know it, and the first two claims."""
+    print(f"{o.tasks} tasks of {o.work_s:g} s, {o.pick} first, seeds {o.seeds}: mean and worst")
+    print("robots  last done s  all know it s  two claims s  sentences  air busy  lost  twice")
+    for n in (1, 2, 4, 6, 8, 12):
+        runs = [_timed_mission(n, seed, o) for seed in _range(o.seeds)]
+        done, ended, claims, sent, busy, lost, twice = zip(*runs, strict=True)
+        print(
+            f"{n:6} {_mean(done):8.0f} {max(done):4.0f} {_mean(ended):9.0f} {max(ended):4.0f} {_mean(claims):13.1f}",
+            f"{_mean(sent):10.0f} {_mean(busy):9.0%} {sum(lost):5} {sum(twice):6}",
+            flush=True,
+        )
+
+
+def _mean(values: Sequence[float]) -> float:
+    return sum(values) / len(values)
+
+
+def _timed_mission(n: int, seed: int, o: argparse.Namespace) -> tuple[float, ...]:
+    drawn = random_tasks(o.tasks, random.Random(seed))
+    tasks = tuple(replace(t, actions=(*t.actions[:-1], Water(o.work_s))) for t in drawn)
+    mission = WordMission(WordPlan(NAMES[:n], tasks, seed, nearest_first=o.pick == "nearest"), keep=True)
+    result = mission.run()
+    claims = [at_s for at_s, _, u in mission.said if isinstance(m.own_words(u.statement), m.Claim)]
+    last_s = max(at_s for at_s, _, _ in mission.done)
+    busy = result.airtime_s / result.ended_s
+    second_s = claims[1] if len(claims) > 1 else math.nan
+    return last_s, result.ended_s, second_s, result.sent, busy, result.lost, result.duplicates
+
+
 def speed(_: argparse.Namespace) -> None:
     for robots, tasks, seeds in ((2, 5, 1000), (4, 10, 200), (12, 40, 20)):
         plans = [random_plan(s, robots=(robots, robots), tasks=(tasks, tasks), outages_max=0) for s in range(seeds)]
@@ -210,6 +245,12 @@ def main() -> None:
     c = kinds.add_parser("crowd")
     c.add_argument("--seeds", default="1-5")
     c.set_defaults(run=crowd)
+    c = kinds.add_parser("makespan")
+    c.add_argument("--seeds", default="1-20")
+    c.add_argument("--tasks", type=int, default=24)
+    c.add_argument("--work-s", type=float, default=5.0)
+    c.add_argument("--pick", choices=("nearest", "random"), default="nearest")
+    c.set_defaults(run=makespan)
     c = kinds.add_parser("speed")
     c.set_defaults(run=speed)
     o = parser.parse_args()

@@ -5,7 +5,7 @@ from __future__ import annotations
 from hvcpd.config.tasks import TaskRepository
 from hvcpd.hardware.motion import GoTo, MotionState
 from hvcpd.hardware.navigator import Navigator
-from hvcpd.language.messages import Claim, Completed, Statement, TaskByNumber, TaskRef
+from hvcpd.language.messages import Claim, Completed, Statement, TaskByNumber, TaskRef, own_words
 from hvcpd.ports import STANDSTILL, Pose, WheelCommand, WheelReading
 from hvcpd.robot.records import RobotOutput, SaidRecord
 
@@ -30,7 +30,7 @@ class Haste:
 
     def _set_off(self, said: Statement | None, pose: Pose) -> None:
         claimed: TaskRef | None = None
-        match said:
+        match own_words(said):
             case Claim(ref):
                 claimed = ref
             case Completed(_, following):

@@ -185,7 +185,7 @@ class Settings:
     names: tuple[str, ...] = field(default=DEFAULT_NAMES, metadata=checked(_valid_names))
     state_dir: Path = STATE_DIR
     mode: Literal["volunteer", "coordinate", "follow"] = "volunteer"
-    pick: Literal["random", "nearest"] = "random"
+    pick: Literal["nearest", "random"] = "nearest"
     unable: tuple[int, ...] = ()
     clock: bool = True
     start: StartSettings = StartSettings()

@@ -138,7 +138,7 @@ def _add_simulate(commands: _Commands) -> None:
         help="every robot picks tasks, or one gives orders",
     )
     c.add_argument("--coordinator", metavar="NAME", help="who gives the orders in coordinate mode (default: the last)")
-    c.add_argument("--pick", choices=("random", "nearest"), default="random", help="how a volunteer picks a task")
+    c.add_argument("--pick", choices=("nearest", "random"), default="nearest", help="how a volunteer picks a task")
     c.add_argument("--speed", choices=("max", "real"), default="max", help="as fast as the processor can, or real time")
     c.add_argument("--play", action="store_true", help="play what a listener in the room hears (implies --speed real)")
     c.add_argument(

@@ -143,7 +143,8 @@ def _confirm_in_turn(me: Knowledge, name: str, number: int, now: float, sure: bo
     rank, first = me.rank(name, number, now), waiting_slots(me, now)
     joins = rank < first and composing.may_join(me) and me.floor.wants(OWN_TURN)
     slot = confirming_slot(me, now) + rank + (0 if joins else first)
-    slot += UNSURE_SLOTS if me.state in NEWCOMER or not sure else 0
+    others_know_more = len(me.expected(now)) > 1 and (me.state in NEWCOMER or not sure)
+    slot += UNSURE_SLOTS if others_know_more else 0
 
     def still() -> bool:
         return complete or me.board[number].owner == name

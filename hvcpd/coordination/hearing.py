@@ -69,10 +69,11 @@ def _introduce(me: Knowledge, name: str | None, now: float) -> None:
         if now - peer.answered_s < GREETED_AGAIN_WITHIN_S:
             after_s = 2.0 * me.timing.back_off_s * me.rng.random()
         peer.answered_s = now
-    if choosing.claims_at_once(me, now):  # and so says its name, or else introduces itself when all have had their turn
+    begins = me.state in (State.WAKING, State.GREETING)
+    if begins and choosing.claims_at_once(me, now):  # that tells its name; if all is taken by then, it does so itself
         fire(me, Trigger.MET, now)
         after_s += me.acquaintance.all_met_s - now
-    trigger = Trigger.GREETED if me.state in (State.WAKING, State.GREETING) else None
+    trigger = Trigger.GREETED if begins else None
     answer = partial(composing.answer_to_greeting, me, name, now)
     me.floor.want(Intent(Urgency.TURN, f"greet {name}", answer, trigger, not_before_s=now + after_s), now)
 

@@ -265,7 +265,9 @@ _RELAYS: tuple[Form, ...] = tuple(
         relayed=True,
     )
     for form in (*_CORE, *_PEOPLE)
-    if form.statement in RELAYABLE and form.pattern.startswith(OPENING) and not any(s in form.pattern for s in _SAID_TWICE)
+    if form.statement in RELAYABLE
+    and form.pattern.startswith(OPENING)
+    and not any(s in form.pattern for s in _SAID_TWICE)
 )
 
 _SPELLED: tuple[Form, ...] = (

@@ -119,7 +119,8 @@ class Confirmed:
 
 @dataclass(frozen=True)
 class ConfirmedAnd:
-    """What the addressee said last of a task is right; and in the same breath, to all, the speaker's own claim or report."""
+    """What the addressee said last of a task is right; and in the same breath the speaker's own claim or report, to
+    all."""
 
     confirmed: Confirmed
     statement: Claim | Completed

@@ -180,7 +180,7 @@ class _Reader:
             case m.Utterance(addressee=m.ToRobot(doer), statement=m.Confirmed(m.TaskByNumber() as ref, complete=True)):
                 self._complete(ref, self._member(doer), wall_s)  # whose report may not have been heard
             case _:
-                self._tell(utterance.statement, member, wall_s)
+                self._tell(m.parts(utterance)[-1].statement, member, wall_s)
 
     def _member(self, name: str) -> Member:
         return self.members.setdefault(name, Member(name))

@@ -34,7 +34,7 @@ def test_after_a_confirmation_the_next_turn_is_of_who_follows_the_one_confirmed(
     bot.knowledge.state = State.READY
     bot.heard(utterance("Zoe", "Ada", m.Confirmed(TASK)), 10.0)
     wait_s = _wait(bot.knowledge.floor, 10.0) - TIMING.turn_gap_s
-    assert 0.0 <= wait_s < TIMING.slot_s, "Bot follows Ada, whose claim it was, not Zoe, who confirmed it"
+    assert -1e-9 < wait_s < TIMING.slot_s, "Bot follows Ada, whose claim it was, not Zoe, who confirmed it"
 
 
 def _wait(floor: Floor, now: float) -> float:

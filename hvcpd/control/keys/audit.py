@@ -89,7 +89,7 @@ def _count(found: Audit, u: m.Utterance, pending: dict[tuple[str, str], str]) ->
     speaker, to = u.speaker or "somebody", _addressee(u)
     found.sentences[speaker] += 1
     answered = pending.get((speaker, to))
-    match u.statement:
+    match m.parts(u)[-1].statement:
         case statement if isinstance(statement, ORDERS):
             pending[to, speaker] = f"{speaker} to {to}"
             found.orders[f"{speaker} to {to}"] += 1
