@@ -123,8 +123,8 @@ class Timing:
     wake_spread_s: float = 4.0
     """Drawn on top, so that robots switched on together do not greet at once: longer than a greeting."""
     meeting_s: float = 10.0
-    """For each robot of a team, and once more: by then everybody who is there has claimed a task or said its name. A
-    confirmation with a claim takes 7 s, and one in three is said for itself."""
+    """For each robot of a team: by then everybody who is there and finds a task has claimed one. A confirmation with a
+    claim takes 7 s."""
     greeting_wait_s: float = 4.0
     """Time for the next answer to a greeting to begin; each one that comes grants it anew."""
     greetings_max: int = 3

@@ -72,7 +72,7 @@ def waiting_slots(me: Knowledge, now: float) -> int:
 
 def objection_slot(me: Knowledge, other: str, number: int, now: float) -> int:
     """The slot in which this robot objects to `other`'s claim, if it knows better and is neither doer nor owner."""
-    rank = me.rank(other, number, now)
+    rank = me.rank_with_unheard(other, number, now)
     if rank > OTHERS_RANK_MAX:
         rank = OTHERS_RANK_MAX + 1 + int(me.rng.random() * SHARED_SLOTS)
     return OTHERS_SLOT + rank

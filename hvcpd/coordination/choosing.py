@@ -18,9 +18,10 @@ MARGIN_S = 10.0
 
 def claims_max(me: Knowledge, now: float) -> int:
     """How often a sentence that somebody should confirm is said: most often if others are heard all the while."""
-    if me.peers.last_heard_s > me.current.asked_since_s:
-        return me.timing.claims_max * me.timing.claims_among_talkers
-    return me.timing.claims_max if me.peers.present(now) else me.timing.claims_alone
+    if not me.peers.present(now):
+        return me.timing.claims_alone
+    talkers = me.peers.last_heard_s > me.current.asked_since_s
+    return me.timing.claims_max * (me.timing.claims_among_talkers if talkers else 1)
 
 
 def may_volunteer(me: Knowledge, now: float) -> bool:

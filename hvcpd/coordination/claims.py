@@ -68,7 +68,7 @@ def contend(me: Knowledge, heard: Heard, other: str, entry: Entry, other_at_work
         tell_done(me, other, entry, now)
         return False
     if entry.hearsay and entry.told_by is None and entry.owner != other:
-        slot = confirming_slot(me, now) + UNSURE_SLOTS + me.rank(other, number, now)
+        slot = confirming_slot(me, now) + UNSURE_SLOTS + me.rank_with_unheard(other, number, now)
         _deny(me, other, number, entry.owner, slot, now)
         return False
     if me.current.task == number and me.state in PROPOSING | AT_WORK:
@@ -140,8 +140,10 @@ def _confirm_in_turn(me: Knowledge, name: str, number: int, now: float, sure: bo
     """Confirm what `name` said of a task, unless it is no longer true then or another one does."""
     complete = me.board[number].known_done
     statement = m.Confirmed(m.TaskByNumber(number), complete=complete) if sure else m.SayAgain()
-    rank, first = me.rank(name, number, now), waiting_slots(me, now)
-    joins = rank < first and composing.may_join(me) and me.floor.wants(OWN_TURN)
+    rank, first = me.rank_with_unheard(name, number, now), waiting_slots(me, now)
+    a = me.acquaintance
+    known = bool(a.known_by) or not a.introduced  # or else its first words may have collided, and the ranks disagree
+    joins = rank < first and known and composing.may_join(me) and me.floor.wants(OWN_TURN)
     slot = confirming_slot(me, now) + rank + (0 if joins else first)
     others_know_more = len(me.expected(now)) > 1 and (me.state in NEWCOMER or not sure)
     slot += UNSURE_SLOTS if others_know_more else 0
@@ -237,7 +239,10 @@ def failed(me: Knowledge, heard: Heard, s: m.Failed) -> None:
     if is_for_me_alone(me, heard.to):
         confirm_at_once(me, name, now)
     elif not isinstance(heard.to, m.ToRobot):
-        said, slot = m.Confirmed(m.TaskByNumber(number)), confirming_slot(me, now) + me.rank(name, number, now)
+        said, slot = (
+            m.Confirmed(m.TaskByNumber(number)),
+            confirming_slot(me, now) + me.rank_with_unheard(name, number, now),
+        )
         composing.answer(me, name, f"confirm {name}", said, now, slot, call=name, tentative=True)
     me.reconsider(now)
 

@@ -73,7 +73,8 @@ class Coordination:
         if stopped:
             me.state = State.STOPPED
         else:
-            me.acquaintance.all_met_s = now + timing.meeting_s * (1 + len(role.roster))
+            me.acquaintance.unheard = self._roster - {role.name.lower()}
+            me.acquaintance.all_heard_s = now + timing.meeting_s * (1 + len(role.roster))
             me.arm(now, timing.wake_min_s + rng.random() * timing.wake_spread_s)
 
     def heard(
@@ -95,6 +96,7 @@ class Coordination:
             peer = me.peers.heard(utterance.speaker, team_of(utterance), now, confidence, snr_db)
             me.do(SavePeer(peer.name, peer.team, now))
         asks = isinstance(m.parts(utterance)[-1].statement, ASKING)
+        self._note_presence(utterance, now)
         me.floor.answer_slots = self._answer_slots(now) if asks else 0
         me.floor.understood(now, self._order_after(whose_turn(utterance), now))
         if self._is_second(utterance, now):
@@ -269,6 +271,14 @@ class Coordination:
         """Whether it has said that it leaves."""
         return self.state is State.GONE
 
+    def _note_presence(self, u: m.Utterance, now: float) -> None:
+        """Whoever has not said a word yet may confirm before all others: if another one does, nobody else is there."""
+        acquaintance = self.knowledge.acquaintance
+        speaker = (u.speaker or "").lower()
+        confirms = isinstance(u.statement, m.Confirmed | m.ConfirmedAnd)
+        nobody_else = (confirms and speaker not in acquaintance.unheard) or now > acquaintance.all_heard_s
+        acquaintance.unheard = frozenset() if nobody_else else acquaintance.unheard - {speaker}
+
     def _answer_slots(self, now: float) -> int:
         """Slots for whoever confirms what was said, or objects."""
         return confirming_slot(self.knowledge, now) + waiting_slots(self.knowledge, now) + CONFIRMERS
@@ -296,6 +306,9 @@ class Coordination:
             return
         intent.on_said()
         self._note_own_words(utterance, now)
+        if me.acquaintance.introduced:
+            self._note_presence(utterance, now)
+        me.acquaintance.introduced = True
         slowly = intent.slowly or repair.speaks_slowly(me) or me.role.speech.slowly
         me.repair.last_said, me.last_heard = utterance, None
         me.do(Say(utterance, slowly, me.role.speech.times))

@@ -72,7 +72,7 @@ def _introduce(me: Knowledge, name: str | None, now: float) -> None:
     begins = me.state in (State.WAKING, State.GREETING)
     if begins and choosing.claims_at_once(me, now):  # that tells its name; if all is taken by then, it does so itself
         fire(me, Trigger.MET, now)
-        after_s += me.acquaintance.all_met_s - now
+        after_s += max(me.acquaintance.all_heard_s - now, 0.0)
     trigger = Trigger.GREETED if begins else None
     answer = partial(composing.answer_to_greeting, me, name, now)
     me.floor.want(Intent(Urgency.TURN, f"greet {name}", answer, trigger, not_before_s=now + after_s), now)

@@ -6,7 +6,7 @@ Times are seconds of the robot's sample clock; -inf means never. Names that serv
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -123,8 +123,12 @@ class Relays:
 class Acquaintance:
     """Who knows this robot's name, and what it did to make its own and others' names known."""
 
-    all_met_s: float = NEVER_S
-    """By then everybody who is there has been heard; until then all whom it was told of may be there."""
+    unheard: frozenset[str] = frozenset()
+    """Whom it was told of beforehand, and who may be there and wait for a turn to say a first word."""
+    all_heard_s: float = math.inf
+    """By then everybody of them who is there has said something."""
+    introduced: bool = False
+    """Whether it has said its own name."""
     greetings: int = 0
     """How often it has greeted."""
     known_by: set[str] = field(default_factory=set)
@@ -252,21 +256,27 @@ class Knowledge:
             self.arm(now, self.timing.decide_s)
 
     def rank(self, asker: str, salt: int, now: float) -> int:
-        """This robot's place among those who could answer `asker`, in an order that `salt` shuffles.
+        """This robot's place among those present who could answer `asker`, in an order that `salt` shuffles.
 
         Each name has a number of its own. So a robot that knows of one peer fewer still agrees with the others on the
         order of all the rest: the first two answer in one slot only if the second does not know of the first.
         """
-        own, asking = self.role.name.lower(), asker.lower()
-        own_lot = lot(own, salt)
-        return min(sum(lot(name, salt) < own_lot for name in self.expected(now) if name != asking), RANK_MAX)
+        return self._rank_among(self.peers.present(now), asker, salt)
+
+    def rank_with_unheard(self, asker: str, salt: int, now: float) -> int:
+        """The same with those who have not said a word yet: they come before all whose names were heard."""
+        unheard = self.acquaintance.unheard - {asker.lower()}
+        if self.role.roster and not self.acquaintance.introduced:
+            return self._rank_among(unheard, asker, salt)
+        return min(len(unheard) + self.rank(asker, salt, now), RANK_MAX)
+
+    def _rank_among(self, names: Iterable[str], asker: str, salt: int) -> int:
+        own_lot, asking = lot(self.role.name.lower(), salt), asker.lower()
+        return min(sum(lot(name, salt) < own_lot for name in names if name != asking), RANK_MAX)
 
     def expected(self, now: float) -> frozenset[str]:
-        """Who may answer now: all who are present, and at first all whom it was told of beforehand."""
-        present = frozenset(self.peers.present(now))
-        if now >= self.acquaintance.all_met_s:
-            return present
-        return present.union(map(str.lower, self.role.roster)) - {self.role.name.lower()}
+        """Who may answer now: all who are present, and who may be and has not said a word yet."""
+        return self.acquaintance.unheard.union(self.peers.present(now))
 
     def lease_end_s(self, now: float) -> float:
         """When a lease that is renewed now ends: in a crowd each one's turn comes more rarely."""

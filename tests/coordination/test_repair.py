@@ -63,11 +63,11 @@ def test_two_robots_of_one_name_notice_say_so_and_do_nothing_under_it() -> None:
             mission.air.run_until(mission.air.now + 0.1)
         mission.speak("the other Rob", m.Utterance("Rob", m.ToAll(), None, m.Working(m.TaskByNumber(1))))
         mission.air.run_until(mission.air.now + 10.0)
-    mission.air.run_until(110.0)
+    mission.air.run_until(75.0)
     assert "Hi all, I am Rob, my name is taken" in mission.written()
-    for at_s in (115.0, 127.0, 139.0):
+    for at_s in (80.0, 90.0, 100.0):
         mission.hear(at_s, "Hi Rob, I am Anna, complete task four")
-    mission.air.run_until(160.0)
+    mission.air.run_until(113.0)
     said = [text for text in mission.written(60.0, without=("the other Rob",)) if "I am Rob" in text]
     assert "Hi Anna, I am Rob, my name is taken" in said
     assert not any("I will complete" in text for text in said)

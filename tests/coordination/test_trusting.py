@@ -60,7 +60,7 @@ def test_a_team_with_a_key_does_every_task_once(coordinator: str | None, loss: f
     plain = [u for _, _, u in mission.said if u.statement is not None and not isinstance(u.mark, m.Cipher)]
     assert bool(plain) != encrypts
     verdicts = mission.plan.seals.verdicts if mission.plan.seals else {}
-    assert verdicts[Trust.FRESH] + verdicts[Trust.SEALED] >= 8
+    assert verdicts[Trust.FRESH] + verdicts[Trust.SEALED] >= 6
     assert not any(isinstance(u.statement, m.Distrusted) for _, _, u in mission.said)
 
 
