@@ -25,6 +25,7 @@ from hvcpd.coordination.actions import (
     Halt,
     Perform,
     Role,
+    SaveChange,
     SaveDue,
     SaveStopped,
     SaveTask,
@@ -115,6 +116,7 @@ class WordMission:
         self.done: list[tuple[float, int, str]] = []
         """What was carried out when, and by whom."""
         self.dues: dict[str, dict[int, float]] = {name: {} for name in plan.names}
+        self.changes: dict[str, dict[int, tuple[int, bool]]] = {name: {} for name in plan.names}
         self.said: list[tuple[float, str, m.Utterance]] = []
         self.off_in_mid_task = False
         self.halted_s: dict[str, float] = {}
@@ -229,6 +231,7 @@ class WordMission:
             stopped=name in self.stopped,
             home=self.bodies[name].place,
             dues=self.dues[name],
+            changes=self.changes[name],
         )
         if plan.clocks is not None and name in plan.clocks:
             self.robots[name].set_clock(BEGIN_S + plan.clocks[name], self.air.now)
@@ -273,6 +276,8 @@ class WordMission:
                     self.saved[name][number] = (state, owner)
                 case SaveDue(number, due_s):
                     self.dues[name][number] = due_s
+                case SaveChange(number, count, skipped):
+                    self.changes[name][number] = (count, skipped)
                 case SaveStopped(stopped):
                     (self.stopped.add if stopped else self.stopped.discard)(name)
                 case _:

@@ -41,6 +41,12 @@ class Entry:
     is_due: bool = False
     """It became due again while this robot was listening: a list of what is left may come from somebody whose time has
     not come, and does not tell that it is done."""
+    change: int = 0
+    """The last change of it that is known, by its number; 0: none was made."""
+    is_changed: bool = False
+    """That was made since it was due last."""
+    skipped: bool = False
+    """Nobody has done it: it is to be left out this time."""
     opened_s: float = -math.inf
     """When that was, by the sample clock."""
     done_s: float = -math.inf
@@ -159,6 +165,14 @@ class Board:
             entry.told_by = told_by if hearsay else None
             entry.times_told = int(hearsay)
 
+    def change(self, number: int, count: int, skip: bool) -> None:
+        """Somebody has changed the task, for the `count`-th time: to be left out, or to be done."""
+        entry = self._entries[number]
+        if skip:
+            self._set(number, DONE, None)
+        entry.change, entry.is_changed, entry.skipped = count, True, skip
+        self.changed.append(number)
+
     def reopen(self, number: int) -> None:
         """What was heard of this task was wrong."""
         self._set(number, OPEN, None)
@@ -184,6 +198,7 @@ class Board:
             self.changed.append(number)
         entry.state, entry.owner, entry.hearsay, entry.firm = state, owner, hearsay, False
         entry.told_by = None
+        entry.skipped = entry.skipped and state == DONE
 
 
 def spoken_name(task: TaskDefinition) -> str:

@@ -54,7 +54,8 @@ def task_to_claim(me: Knowledge, now: float) -> int | None:
 
 def may_claim_with_report(me: Knowledge, now: float) -> bool:
     """Whether a volunteer that reports its task as done, for the first time, claims another one in the same breath."""
-    done = me.report.task is not None and me.board[me.report.task].state == DONE
+    report = me.board[me.report.task] if me.report.task is not None else None
+    done = report is not None and not me.report.failed and not report.is_changed
     return done and me.current.partner is None and me.current.repeats == 0 and may_volunteer(me, now)
 
 

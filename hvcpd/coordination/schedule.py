@@ -69,9 +69,15 @@ def note_done(me: Knowledge, number: int, now: float) -> float | None:
 
 
 def _open(me: Knowledge, entry: Entry, now: float, is_due: bool) -> None:
-    number = entry.definition.number
-    entry.failed_by, entry.is_due = frozenset(), is_due
+    reopen(me, entry, now)
+    entry.is_due, entry.is_changed = is_due, False
     entry.opened_s = now if is_due else -math.inf
+
+
+def reopen(me: Knowledge, entry: Entry, now: float) -> None:
+    """It is to be done once more, by whomever; a list of what is left may come from somebody who does not know."""
+    number = entry.definition.number
+    entry.failed_by, entry.is_due = frozenset(), True
     for peer in me.peers.all():
         peer.unable -= {number}
     if me.report.task == number:
@@ -86,9 +92,8 @@ def _may_be_due(me: Knowledge, entry: Entry, now: float) -> bool:
     if every is None:
         return False
     if me.clock_s is None:
-        if entry.opened_s > -math.inf:
-            return now - entry.opened_s >= RHYTHM * every.shortest_s
-        return now - entry.done_s >= min(EARLY_S, EARLY * every.shortest_s)
+        rested = now - entry.done_s >= min(EARLY_S, EARLY * every.shortest_s)
+        return rested and now - entry.opened_s >= RHYTHM * every.shortest_s
     wall_s = now + me.clock_s
     coming_s = every.next(max(entry.due_s, wall_s) if entry.due_s is not None else wall_s)
     if coming_s is None or coming_s - wall_s > SKEW_S:

@@ -44,6 +44,7 @@ SLOT_FIELDS = {
     "other": "other",
     "letters": "letters",
     "volts": "battery_v",
+    "count": "count",
 }
 """Field of the utterance or of its statement that each slot binds; `other` is the speaker quoted in a relayed one."""
 
@@ -105,6 +106,11 @@ _QUESTIONS: tuple[tuple[str, type[m.Statement], str], ...] = (
     (f"what is left {PLEASE}", m.WhatLeft, "Which tasks are not done yet? One robot answers."),
 )
 
+_CHANGES: tuple[tuple[str, str, bool], ...] = (
+    ("task <number> again", "This task is to be done once more; who passes it on tells which change it is.", False),
+    (f"{PLEASE} skip task <number>", "This task is to be left out this time; who passes it on tells which change it is.", True),
+)
+
 _CORE: tuple[Form, ...] = (
     Form(OPENING, None, "A greeting: whoever hears it knows that I am here."),
     Form(f"{OPENING}, i will complete task <number>", m.Claim, "I take this task; after an order: I read it back."),
@@ -118,6 +124,15 @@ _CORE: tuple[Form, ...] = (
         f"{OPENING}, task <number> complete, i will complete task <next>",
         m.Completed,
         "This task is done, and I take the next one.",
+    ),
+    Form(
+        f"{OPENING}, task <number> complete, change <count>",
+        m.Completed,
+        "This task is done, and I know that it was changed so many times.",
+    ),
+    *(
+        Form(f"{OPENING}, {words} [, change <count>]", m.Change, means, constants={"skip": skip})
+        for words, means, skip in _CHANGES
     ),
     Form(f"{OPENING}, task <number> failed", m.Failed, "I gave this task up: somebody else may take it."),
     Form(

@@ -92,10 +92,14 @@ class Busy:
 
 @dataclass(frozen=True)
 class Completed:
-    """The speaker has done this task; with `next` it claims another one in the same breath."""
+    """The speaker has done this task; with `next` it claims another one in the same breath.
+
+    `count`: of a task that was changed, the last `Change` that the speaker knew of.
+    """
 
     task: TaskByNumber
     next: TaskByNumber | None = None
+    count: int | None = None
 
 
 @dataclass(frozen=True)
@@ -104,6 +108,19 @@ class Failed:
 
     task: TaskByNumber
     reason: str | None = None
+
+
+@dataclass(frozen=True)
+class Change:
+    """The task is to be done once more or, with `skip`, to be left out this time.
+
+    `count` tells whoever has missed it which change of this task it is, 1 to 9 and then anew; None: somebody wants it
+    now.
+    """
+
+    task: TaskByNumber
+    skip: bool = False
+    count: int | None = None
 
 
 @dataclass(frozen=True)
@@ -295,6 +312,7 @@ Statement = (
     | Busy
     | Completed
     | Failed
+    | Change
     | Confirmed
     | Negative
     | SayAgain
