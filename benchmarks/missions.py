@@ -169,7 +169,9 @@ def days(o: argparse.Namespace) -> None:
     wall_s = time.perf_counter() - began_s
     print(f"{n} missions of {o.hours:g} h: {occurrences} occurrences, {sent / occurrences:.1f} sentences each")
     print(f"missions with an occurrence lost: {lost}; share without, 95 %: {_share(n - lost, n)}")
-    print(f"missions with one done twice, of {whole} without a crash in mid-task: {twice}; {_share(whole - twice, whole)}")
+    print(
+        f"missions with one done twice, of {whole} without a crash in mid-task: {twice}; {_share(whole - twice, whole)}"
+    )
     print(f"{n / wall_s:.2f} missions a second")
 
 

@@ -64,8 +64,7 @@ class Recurrence:
 
     @cached_property
     def _interval_s(self) -> float | None:
-        found = _INTERVAL.fullmatch(self.text)
-        return int(found[1]) * _UNITS[found[2]] if found else None
+        return interval_s(self.text)
 
     @cached_property
     def _rule(self) -> rrule:
@@ -79,6 +78,12 @@ class Recurrence:
         if not isinstance(rule, rrule) or frequency[1].upper() not in FREQUENCIES:
             raise ValueError("one rule, hourly or rarer")
         return rule
+
+
+def interval_s(text: str) -> float | None:
+    """The length of an interval as it is written, such as "30 min", in s; None if it is none."""
+    found = _INTERVAL.fullmatch(text)
+    return int(found[1]) * _UNITS[found[2]] if found else None
 
 
 def valid_recurrence(text: str) -> str | None:

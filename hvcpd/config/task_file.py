@@ -23,7 +23,7 @@ from hvcpd.config.loading import (
     structure,
 )
 from hvcpd.config.names import unsayable, valid_alternative, valid_task_name, valid_word
-from hvcpd.config.recurrence import Recurrence, valid_recurrence
+from hvcpd.config.recurrence import Recurrence, interval_s, valid_recurrence
 from hvcpd.config.skills import MAX_SKILLS, Skill, SkillEntry, valid_key
 from hvcpd.config.tasks import (
     WATER,
@@ -52,6 +52,9 @@ MAX_ACTIONS = 100
 
 MAX_DISTANCE_M = 50
 """Coordinates and distances; beyond, robots are out of each other's hearing (some 10 m) by far."""
+
+MAX_PRIORITY = 9
+"""Ten levels are more than anybody keeps apart."""
 
 MAX_ANGLE_DEG = 360
 """A turn; once around is enough."""
@@ -89,6 +92,12 @@ def _valid_actions(actions: tuple[_ActionEntry, ...]) -> str | None:
     return f"a task has 1 to {MAX_ACTIONS} actions, found {len(actions)}; write for example [{TO_PLACE}, {{water: 5}}]"
 
 
+def _valid_deadline(text: str) -> str | None:
+    if not text or interval_s(text) is not None:
+        return None
+    return f"{text[:40]!r} is no time from when a task is due until it is late; write for example `30 min` or `2 h`"
+
+
 @dataclass(frozen=True)
 class _TaskEntry:
     number: int = field(metadata=between(1, MAX_TASKS))
@@ -97,15 +106,19 @@ class _TaskEntry:
     place: _PlaceEntry | None = None
     icon: str = field(default="", metadata=checked(valid_icon))
     every: str = field(default="", metadata=checked(valid_recurrence))
+    priority: int = field(default=0, metadata=between(0, MAX_PRIORITY))
+    after: tuple[int, ...] = ()
+    deadline: str = field(default="", metadata=checked(_valid_deadline))
 
     def definition(self) -> TaskDefinition:
         place = self.place.place() if self.place else None
         there = (GoTo(place),) if place else ()
         every = Recurrence(self.every) if self.every else None
+        due = (self.priority, frozenset(self.after), interval_s(self.deadline))
         actions: list[Action] = []
         for entry in self.actions:
             actions += (entry.action,) if entry.action is not None else there
-        return TaskDefinition(self.number, self.name, place, tuple(actions), self.icon, every)
+        return TaskDefinition(self.number, self.name, place, tuple(actions), self.icon, every, *due)
 
 
 def _valid_count(tasks: tuple[Any, ...]) -> str | None:
@@ -282,8 +295,39 @@ def _check(parts: Parts, sounds_alike: SoundsAlike | None) -> None:
         if name is not None and (text := valid_task_name(name)) is not None:
             parts.fault(path, text)
         names.append((name or "", path))
+    _check_after(parts, numbers)
     _check_names(parts, [(name, path) for name, path in names if name], sounds_alike)
     _check_alternatives(parts)
+
+
+def _check_after(parts: Parts, numbers: Mapping[int, KeyPath]) -> None:
+    """What a task comes after is a task, and no task comes after itself, by whatever way round."""
+    after: dict[int, tuple[int, ...]] = {}
+    for number, path in numbers.items():
+        at: KeyPath = (*path[:-1], "after")
+        after[number] = parts.get(at, tuple[int, ...]) or ()
+        for other in set(after[number]) - numbers.keys():
+            parts.fault(at, f"task {number} comes after task {other}, which there is not; leave {other} out")
+    for number, path in numbers.items():
+        circle = _circle(after, number)
+        if circle:
+            way = " after ".join(f"task {each}" for each in circle)
+            parts.fault((*path[:-1], "after"), f"{way}: so none of them can begin; leave one of them out")
+            return
+
+
+def _circle(after: Mapping[int, tuple[int, ...]], first: int) -> tuple[int, ...]:
+    """The way by which a task comes after itself, the task at both ends; empty if there is none."""
+    ways, seen = [(first,)], set[int]()
+    while ways:
+        way = ways.pop()
+        for number in after.get(way[-1], ()):
+            if number == first:
+                return (*way, first)
+            if number not in seen:
+                seen.add(number)
+                ways.append((*way, number))
+    return ()
 
 
 def _check_alternatives(parts: Parts) -> None:

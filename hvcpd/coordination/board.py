@@ -50,7 +50,9 @@ class Entry:
     opened_s: float = -math.inf
     """When that was, by the sample clock."""
     done_s: float = -math.inf
-    """When it was known to be done last, by the sample clock."""
+    """When it was known to be done last, by the sample clock,"""
+    done_by: str | None = None
+    """and by whom."""
 
     @property
     def known_done(self) -> bool:
@@ -114,16 +116,21 @@ class Board:
         """The tasks that a robot may claim: its own claims, or else open ones, or else those with a lapsed lease; none
         that it gave up or is `unable` to do.
 
-        A task that is its own already, as after a restart, is to be finished first; one whose lease has lapsed comes
+        No task can begin before those that it comes after. A task that is its own already, as after a restart, is to be finished first; one whose lease has lapsed comes
         last, for its owner may have done it and only wait for a chance to say so.
         """
         able = [e for number, e in self._entries.items() if robot not in e.failed_by and number not in unable]
-        live = [e for e in able if e.state != DONE]
+        live = [e for e in able if e.state != DONE and self.can_begin(e)]
         own = tuple(e.definition for e in live if e.state == CLAIMED and e.owner == robot)
         if own:
             return own
         never_claimed = tuple(e.definition for e in live if e.state == OPEN)
         return never_claimed or tuple(e.definition for e in live if now >= e.lease_end_s)
+
+    def can_begin(self, entry: Entry) -> bool:
+        """Whether all that must be done before a task is done."""
+        before = (self._entries.get(number) for number in entry.definition.after)
+        return all(each is None or each.state == DONE for each in before)
 
     def redefine(self, tasks: Iterable[TaskDefinition]) -> None:
         """Take other places and actions for the tasks; their numbers and names stay."""

@@ -22,8 +22,11 @@ from hvcpd.language.phrasebook import CHANGES
 
 TIMES = 3
 """A change is said so often, by whomever: with three of ten sentences lost, 97 of 100 listeners have it then."""
+JUST_DUE_S = 20.0
+"""Sooner after a task became due nobody has done it: to claim it, to be confirmed, to get there and to say so takes
+longer. Who did it last time, says that it is done, and has no clock, means that time."""
 SPREAD_S = 30.0
-"""Before it is said again: a turn, with its confirmation, takes 12.5 s. At most twice as long, and doubled each time."""
+"""Before it is said again: a turn, with its confirmation, takes 12.5 s. At most twice as long; doubled each time."""
 
 
 def want(me: Knowledge, number: int, skip: bool, now: float) -> str | None:
@@ -150,13 +153,16 @@ def spread(me: Knowledge, now: float) -> None:
 
 
 def up_to_date(me: Knowledge, heard: Heard) -> Heard | None:
-    """What is left of a sentence whose speaker does not know the last change of a task, and is told: all, where it tells
-    nothing of such a task."""
+    """What is left of a sentence whose speaker does not know the last change of a task, and is told; else all of it."""
     said, u, now = m.own_words(heard.utterance.statement), heard.utterance, heard.now
     match said:
         case m.Completed(ref, following, count):
             entry, doer = me.board.find(ref), u.statement.speaker if isinstance(u.statement, m.Relayed) else u.speaker
-            if entry is None or not _is_outdated(entry, doer, count):
+            if entry is None:
+                return heard
+            if _means_last_time(me, entry, doer, now):
+                me.board.change(entry.definition.number, entry.change + 1, skip=False)
+            if not _is_outdated(entry, doer, count):
                 return heard
             tell(me, heard.speaker, entry, now)
             claim = replace(u, statement=m.Claim(following)) if following is not None else None
@@ -171,6 +177,15 @@ def up_to_date(me: Knowledge, heard: Heard) -> Heard | None:
                 if number not in said.numbers:
                     _tell_if_changed(me, heard, number)
     return heard
+
+
+def _means_last_time(me: Knowledge, entry: Entry, doer: str | None, now: float) -> bool:
+    """Whether this robot, which has a clock and claims the task, knows that it was done before it became due again."""
+    every, mine = entry.definition.every, me.current.task == entry.definition.number and me.state is State.PROPOSED
+    if every is None or not mine or me.clock_s is None or doer != entry.done_by:
+        return False
+    before = entry.opened_s - entry.done_s > schedule.SKEW_S
+    return before and now - entry.opened_s < JUST_DUE_S and now - entry.done_s < schedule.early_s(every)
 
 
 def _tell_if_changed(me: Knowledge, heard: Heard, number: int) -> None:

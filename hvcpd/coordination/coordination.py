@@ -234,14 +234,16 @@ class Coordination:
     def next_deadline(self) -> float:
         """When `tick` must be called at the latest; infinity if nothing is due."""
         me = self.knowledge
-        return min(me.floor.next_deadline(), deadlines.renewal_s(me), schedule.next_s(me), changing.next_s(me), me.timer_s)
+        return min(
+            me.floor.next_deadline(), deadlines.renewal_s(me), schedule.next_s(me), changing.next_s(me), me.timer_s
+        )
 
     def actions(self, now: float) -> tuple[Action, ...]:
         """What is to be done now, in order; handed out once."""
         me = self.knowledge
         for number in me.board.changed:
             me.do(SaveTask(number, me.board[number].lasting_state, me.board[number].owner))
-            due_s = schedule.note_done(me, number, now) if me.board[number].known_done else None
+            due_s = schedule.note_done(me, number, now)
             if due_s is not None:
                 me.do(SaveDue(number, due_s))
             if me.board[number].is_changed:

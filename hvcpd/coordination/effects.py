@@ -9,7 +9,7 @@ from hvcpd.config.tasks import Forward, GoTo, Turn
 from hvcpd.coordination import choosing, composing, earshot
 from hvcpd.coordination.actions import Halt, Perform, SaveStopped
 from hvcpd.coordination.addressing import confirming_slot
-from hvcpd.coordination.board import DONE, spoken_name
+from hvcpd.coordination.board import spoken_name
 from hvcpd.coordination.floor import RANK_MAX, Intent, Urgency, nothing
 from hvcpd.coordination.knowledge import Knowledge
 from hvcpd.coordination.states import Trigger

@@ -28,6 +28,9 @@ CALL_TO = "[(hi|hello)] <addressee> ,"
 PLEASE = "[please]"
 """Before what is asked for, and after what people ask for in a few words. Robots understand it and never say it."""
 
+PASSED_ON = "[, change <count>]"
+"""After a change of a task, or the report of one that was changed: how many there were. Only robots count them."""
+
 SLOT_FIELDS = {
     "addressee": "addressee",
     "speaker": "speaker",
@@ -107,8 +110,8 @@ _QUESTIONS: tuple[tuple[str, type[m.Statement], str], ...] = (
 )
 
 _CHANGES: tuple[tuple[str, str, bool], ...] = (
-    ("task <number> again", "This task is to be done once more; who passes it on tells which change it is.", False),
-    (f"{PLEASE} skip task <number>", "This task is to be left out this time; who passes it on tells which change it is.", True),
+    ("task <number> again", "Do this task once more.", False),
+    (f"{PLEASE} skip task <number>", "Leave this task out this time.", True),
 )
 
 _CORE: tuple[Form, ...] = (
@@ -119,19 +122,14 @@ _CORE: tuple[Form, ...] = (
     Form(f"{OPENING}, {PLEASE} <task>", m.Order, "Please do this task."),
     Form(f"{OPENING}, completing task <number>", m.Working, "I am at this task now."),
     Form(f"{OPENING}, completing task, <task>", m.Working, "I am at this task now."),
-    Form(f"{OPENING}, task <number> complete", m.Completed, "This task is done."),
+    Form(f"{OPENING}, task <number> complete {PASSED_ON}", m.Completed, "This task is done."),
     Form(
         f"{OPENING}, task <number> complete, i will complete task <next>",
         m.Completed,
         "This task is done, and I take the next one.",
     ),
-    Form(
-        f"{OPENING}, task <number> complete, change <count>",
-        m.Completed,
-        "This task is done, and I know that it was changed so many times.",
-    ),
     *(
-        Form(f"{OPENING}, {words} [, change <count>]", m.Change, means, constants={"skip": skip})
+        Form(f"{OPENING}, {words} {PASSED_ON}", m.Change, means, constants={"skip": skip})
         for words, means, skip in _CHANGES
     ),
     Form(f"{OPENING}, task <number> failed", m.Failed, "I gave this task up: somebody else may take it."),

@@ -39,8 +39,8 @@ DISTANCES_M = {0.5: "half a metre", 1.0: "one metre", 2.0: "two metres", 3.0: "t
 """Distances that a robot can be told to move in one go: far enough for a room, and few words to be confused."""
 
 CHANGES = 9
-"""A task's changes are counted so far, and then anew: whoever has missed more than four at a time takes the newest for an
-old one."""
+"""A task's changes are counted so far, and then anew: whoever has missed more than four in a row takes the newest for
+an old one."""
 
 VOLTS_STEP = 0.5
 VOLTS = {n + half: f"{n}{' and a half' if half else ''}" for n in range(9, 13) for half in (0.0, VOLTS_STEP)}
