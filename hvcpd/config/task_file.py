@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any, cast
+from typing import Any
 
 from cattrs import Converter
 from cattrs.errors import AttributeValidationNote, BaseValidationError
@@ -22,9 +22,10 @@ from hvcpd.config.loading import (
     number_between,
     structure,
 )
-from hvcpd.config.names import unsayable, valid_alternative, valid_task_name, valid_word
+from hvcpd.config.names import unsayable, valid_task_name
 from hvcpd.config.recurrence import Recurrence, interval_s, valid_recurrence
 from hvcpd.config.skills import MAX_SKILLS, Skill, SkillEntry, valid_key
+from hvcpd.config.task_checks import SoundsAlike, check_after, check_alternatives, check_names
 from hvcpd.config.tasks import (
     WATER,
     Action,
@@ -40,9 +41,6 @@ from hvcpd.config.tasks import (
     Water,
 )
 from hvcpd.errors import ConfigError, did_you_mean
-
-SoundsAlike = Callable[[str, str], bool]
-"""Whether two names are too near in sound to be told apart by ear."""
 
 MAX_TASKS = 99
 """Tasks of a repository, and the highest number: numbers are spoken, and the phrasebook counts to ninety-nine."""
@@ -295,64 +293,9 @@ def _check(parts: Parts, sounds_alike: SoundsAlike | None) -> None:
         if name is not None and (text := valid_task_name(name)) is not None:
             parts.fault(path, text)
         names.append((name or "", path))
-    _check_after(parts, numbers)
-    _check_names(parts, [(name, path) for name, path in names if name], sounds_alike)
-    _check_alternatives(parts)
-
-
-def _check_after(parts: Parts, numbers: Mapping[int, KeyPath]) -> None:
-    """What a task comes after is a task, and no task comes after itself, by whatever way round."""
-    after: dict[int, tuple[int, ...]] = {}
-    for number, path in numbers.items():
-        at: KeyPath = (*path[:-1], "after")
-        after[number] = parts.get(at, tuple[int, ...]) or ()
-        for other in set(after[number]) - numbers.keys():
-            parts.fault(at, f"task {number} comes after task {other}, which there is not; leave {other} out")
-    for number, path in numbers.items():
-        circle = _circle(after, number)
-        if circle:
-            way = " after ".join(f"task {each}" for each in circle)
-            parts.fault((*path[:-1], "after"), f"{way}: so none of them can begin; leave one of them out")
-            return
-
-
-def _circle(after: Mapping[int, tuple[int, ...]], first: int) -> tuple[int, ...]:
-    """The way by which a task comes after itself, the task at both ends; empty if there is none."""
-    ways, seen = [(first,)], set[int]()
-    while ways:
-        way = ways.pop()
-        for number in after.get(way[-1], ()):
-            if number == first:
-                return (*way, first)
-            if number not in seen:
-                seen.add(number)
-                ways.append((*way, number))
-    return ()
-
-
-def _check_alternatives(parts: Parts) -> None:
-    """Each phrase is spoken words, and stands for one word only."""
-    given = parts.get(("alternatives",), cast(type[Any], Any))
-    if not isinstance(given, dict):
-        return
-    taken: dict[str, tuple[str, int]] = {}
-    for word, phrases in given.items():
-        at: KeyPath = ("alternatives", word)
-        if (wrong := valid_word(word)) is not None:
-            parts.fault(at, wrong)
-        if not isinstance(phrases, list) or not phrases:
-            parts.fault(at, f"expected a list of phrases, found {describe(phrases)}; write it as [in the go]")
-            continue
-        for index, phrase in enumerate(phrases):
-            path: KeyPath = (*at, index)
-            wrong = valid_alternative(phrase) if isinstance(phrase, str) else f"{describe(phrase)} is no phrase"
-            if wrong is None and phrase in taken:
-                other, line = taken[phrase]
-                wrong = f"{phrase!r} counts as {other!r} already (line {line}); leave one of them out"
-            if wrong is not None:
-                parts.fault(path, wrong)
-            else:
-                taken[phrase] = (word, parts.line(path))
+    check_after(parts, numbers)
+    check_names(parts, [(name, path) for name, path in names if name], sounds_alike)
+    check_alternatives(parts)
 
 
 def _check_place(parts: Parts, at: KeyPath) -> None:
@@ -361,15 +304,3 @@ def _check_place(parts: Parts, at: KeyPath) -> None:
     for index in range(parts.length((*at, "actions"))):
         if parts.get((*at, "actions", index), str) == TO_PLACE:
             parts.fault((*at, "actions", index), "this task has no place; add `place: {x_m: …, y_m: …}` to it")
-
-
-def _check_names(parts: Parts, names: list[tuple[str, KeyPath]], sounds_alike: SoundsAlike | None) -> None:
-    for later, (name, path) in enumerate(names):
-        for other, other_path in names[:later]:
-            line = parts.line(other_path)
-            if name == other:
-                parts.fault(path, f"the task name {name!r} is taken in line {line} already; choose another")
-                break
-            if sounds_alike is not None and sounds_alike(other, name):
-                parts.fault(path, f"the task name {name!r} sounds like {other!r} in line {line}; reword one of them")
-                break

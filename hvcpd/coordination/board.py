@@ -116,8 +116,9 @@ class Board:
         """The tasks that a robot may claim: its own claims, or else open ones, or else those with a lapsed lease; none
         that it gave up or is `unable` to do.
 
-        No task can begin before those that it comes after. A task that is its own already, as after a restart, is to be finished first; one whose lease has lapsed comes
-        last, for its owner may have done it and only wait for a chance to say so.
+        No task can begin before those that it comes after. A task that is its own already, as after a restart, is to
+        be finished first; one whose lease has lapsed comes last, for its owner may have done it and only wait for a
+        chance to say so.
         """
         able = [e for number, e in self._entries.items() if robot not in e.failed_by and number not in unable]
         live = [e for e in able if e.state != DONE and self.can_begin(e)]

@@ -18,7 +18,7 @@ from hvcpd.coordination.knowledge import Heard, Knowledge, Reactions
 from hvcpd.coordination.states import NEWCOMER, State, Trigger
 from hvcpd.coordination.table import fire
 from hvcpd.language import messages as m
-from hvcpd.language.phrasebook import CHANGES
+from hvcpd.language.forms import CHANGES
 
 TIMES = 3
 """A change is said so often, by whomever: with three of ten sentences lost, 97 of 100 listeners have it then."""

@@ -11,7 +11,8 @@ from hvcpd.coordination.floor import Intent, Urgency, nothing
 from hvcpd.coordination.knowledge import Knowledge
 from hvcpd.coordination.states import AT_WORK, State
 from hvcpd.language import messages as m
-from hvcpd.language.phrasebook import CHANGES, VOLTS, VOLTS_STEP
+from hvcpd.language.forms import CHANGES
+from hvcpd.language.phrasebook import VOLTS, VOLTS_STEP
 
 
 def utterance(me: Knowledge, to: m.Addressee | None, statement: m.Statement | None) -> m.Utterance:

@@ -31,6 +31,10 @@ PLEASE = "[please]"
 PASSED_ON = "[, change <count>]"
 """After a change of a task, or the report of one that was changed: how many there were. Only robots count them."""
 
+CHANGES = 9
+"""A task's changes are counted so far, and then anew: whoever has missed more than four in a row takes the newest for
+an old one."""
+
 SLOT_FIELDS = {
     "addressee": "addressee",
     "speaker": "speaker",

@@ -5,6 +5,11 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from enum import Enum
 
+from hvcpd.language.motions import ComeBack as ComeBack
+from hvcpd.language.motions import Motion as Motion
+from hvcpd.language.motions import MoveBy as MoveBy
+from hvcpd.language.motions import TurnBy as TurnBy
+from hvcpd.language.motions import WillMove as WillMove
 from hvcpd.language.proofs import Cipher as Cipher
 from hvcpd.language.proofs import Code as Code
 from hvcpd.language.proofs import Mark as Mark
@@ -218,36 +223,6 @@ class Leaving:
 @dataclass(frozen=True)
 class NameTaken:
     """The speaker has heard another voice use its name."""
-
-
-@dataclass(frozen=True)
-class ComeBack:
-    """Drive to where you started."""
-
-
-@dataclass(frozen=True)
-class MoveBy:
-    """Drive straight on (or back) by a distance in metres."""
-
-    distance_m: float
-    back: bool = False
-
-
-@dataclass(frozen=True)
-class TurnBy:
-    """Turn on the spot by an angle in degrees, counter-clockwise positive (REP-103)."""
-
-    angle_deg: float
-
-
-Motion = ComeBack | MoveBy | TurnBy
-
-
-@dataclass(frozen=True)
-class WillMove:
-    """The speaker will make this motion: the read-back of its order."""
-
-    motion: Motion
 
 
 @dataclass(frozen=True)

@@ -13,7 +13,7 @@ from hvcpd.language import messages as m
 from hvcpd.language.automaton import build_graph, expected_after
 from hvcpd.language.binding import CompiledForm, build, compile_form, unbuild
 from hvcpd.language.codebook import Codebook
-from hvcpd.language.forms import FORMS, OPEN_KINDS, Kind
+from hvcpd.language.forms import CHANGES, FORMS, OPEN_KINDS, Kind
 from hvcpd.language.graph import WordGraph, with_phrases
 from hvcpd.language.marks import CIPHER_TAG_BYTES, hidden, mark_words, markable, split_mark, with_marks
 from hvcpd.language.pattern import (
@@ -37,10 +37,6 @@ HIGHEST_NUMBER_ALWAYS_KNOWN = 10
 
 DISTANCES_M = {0.5: "half a metre", 1.0: "one metre", 2.0: "two metres", 3.0: "three metres", 5.0: "five metres"}
 """Distances that a robot can be told to move in one go: far enough for a room, and few words to be confused."""
-
-CHANGES = 9
-"""A task's changes are counted so far, and then anew: whoever has missed more than four in a row takes the newest for
-an old one."""
 
 VOLTS_STEP = 0.5
 VOLTS = {n + half: f"{n}{' and a half' if half else ''}" for n in range(9, 13) for half in (0.0, VOLTS_STEP)}
