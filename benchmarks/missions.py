@@ -5,6 +5,7 @@
     python -m benchmarks.missions relay [--seeds 1-3]
     python -m benchmarks.missions words [--seeds 1-10000] [--loss 0-0.3] [--outages 2]
     python -m benchmarks.missions earshot [--seeds 1-200]
+    python -m benchmarks.missions days [--seeds 1-10000] [--hours 72]
     python -m benchmarks.missions crowd [--seeds 1-5]
     python -m benchmarks.missions makespan [--seeds 1-20] [--tasks 24] [--work-s 5] [--pick nearest]
     python -m benchmarks.missions speed
@@ -36,9 +37,17 @@ from benchmarks.random_plants import random_room
 from hil_fakes.bench import Bench
 from hil_fakes.bench_plans import relay_plan
 from hil_fakes.word_mission import WordMission, WordPlan
-from hil_fakes.word_plans import NAMES, fading_plan, omniscient_airtime_s, random_plan, random_tasks
+from hil_fakes.word_plans import (
+    NAMES,
+    fading_plan,
+    omniscient_airtime_s,
+    random_plan,
+    random_tasks,
+    recurring_plan,
+)
 from hvcpd.assembly.make import make_sound
 from hvcpd.config.tasks import Water
+from hvcpd.evaluation.statistics import wilson
 from hvcpd.language import messages as m
 from hvcpd.reporting.events import Said, Summary
 
@@ -145,6 +154,37 @@ def earshot(o: argparse.Namespace) -> None:
         print(f"{mode:10} {len(plans):9} {tasks:6} {lost:5} {twice:6} {once:13} {unaware:13} {said:17.1f}", flush=True)
 
 
+def days(o: argparse.Namespace) -> None:
+    """What is due again and again: was each time done, and once?"""
+    n = whole = lost = twice = occurrences = sent = 0
+    began_s = time.perf_counter()
+    for seed in _range(o.seeds):
+        mission = WordMission(recurring_plan(seed, hours=o.hours))
+        result = mission.run()
+        n += 1
+        whole += not result.off_in_mid_task
+        occurrences += len(mission.occurrences())
+        sent += result.sent
+        lost += result.missed > 0
+        bad = result.repeated > 0 and not result.off_in_mid_task
+        twice += bad
+        if result.missed or result.repeated:
+            crash = "; a robot was switched off in mid-task" if result.off_in_mid_task else ""
+            print(f"  seed {seed}: lost {result.missed}, twice {result.repeated}{crash}", flush=True)
+    wall_s = time.perf_counter() - began_s
+    print(f"{n} missions of {o.hours:g} h: {occurrences} occurrences, {sent / occurrences:.1f} sentences each")
+    print(f"missions with an occurrence lost: {lost}; share without, 95 %: {_share(n - lost, n)}")
+    print(
+        f"missions with one done twice, of {whole} without a crash in mid-task: {twice}; {_share(whole - twice, whole)}"
+    )
+    print(f"{n / wall_s:.2f} missions a second")
+
+
+def _share(right: int, n: int) -> str:
+    low, high = wilson(right, n)
+    return f"{low:.4f} to {high:.4f}"
+
+
 def crowd(o: argparse.Namespace) -> None:
     """The air that a team uses, against the number of robots, three tasks each, nothing lost."""
     print("robots tasks  ended s  sentences  collisions  airtime s  of an omniscient scheduler's  air busy")
@@ -242,6 +282,10 @@ def main() -> None:
     c = kinds.add_parser("earshot")
     c.add_argument("--seeds", default="1-200")
     c.set_defaults(run=earshot)
+    c = kinds.add_parser("days")
+    c.add_argument("--seeds", default="1-10000")
+    c.add_argument("--hours", type=float, default=72.0)
+    c.set_defaults(run=days)
     c = kinds.add_parser("crowd")
     c.add_argument("--seeds", default="1-5")
     c.set_defaults(run=crowd)

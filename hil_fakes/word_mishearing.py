@@ -16,7 +16,7 @@ def misheard(names: Sequence[str], numbers: Sequence[int], u: m.Utterance, rng: 
     kinds = ["speaker"] if u.speaker is not None else []
     kinds += ["addressee"] if isinstance(u.addressee, m.ToRobot) else []
     s = u.statement
-    if isinstance(s, m.Claim | m.Working | m.Completed | m.Failed) and isinstance(s.task, m.TaskByNumber):
+    if isinstance(s, m.Claim | m.Working | m.Completed | m.Failed | m.Change) and isinstance(s.task, m.TaskByNumber):
         kinds += ["number", "number"]
     if isinstance(s, m.Completed) and s.next is None:
         kinds += ["failed"]

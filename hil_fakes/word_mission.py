@@ -8,96 +8,39 @@ from __future__ import annotations
 import math
 import random
 from collections import Counter
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field, replace
+from collections.abc import Callable
+from dataclasses import replace
 from functools import partial
 
 from hil_fakes.word_body import SPEED_M_S, Body
-from hil_fakes.word_channel import Conditions, WordChannel
+from hil_fakes.word_channel import WordChannel
 from hil_fakes.word_lengths import WordLengths
 from hil_fakes.word_mishearing import misheard
-from hil_fakes.word_occurrences import BEGIN_S, counted
-from hil_fakes.word_seals import WordSeals
-from hvcpd.config.tasks import Action, Forward, GoTo, Place, TaskDefinition, Wait
+from hil_fakes.word_occurrences import counted
+from hil_fakes.word_seals import WordSeals as WordSeals
+from hil_fakes.word_setup import Outage as Outage
+from hil_fakes.word_setup import WordPlan as WordPlan
+from hil_fakes.word_setup import WordResult as WordResult
+from hvcpd.config.tasks import Action, Forward, GoTo, Place, Use, Wait
 from hvcpd.coordination.actions import (
     SECOND_PAUSE_S,
     SLOW_STRETCH,
     Halt,
     Perform,
     Role,
+    SaveChange,
     SaveDue,
     SaveStopped,
     SaveTask,
     Say,
-    Speech,
-    Timing,
 )
 from hvcpd.coordination.coordination import Coordination
 from hvcpd.language import messages as m
 
+USE_S = 5.0
+"""Whatever a skill does takes so long, as on the bench with sound."""
 STEP_S = 5.0
 """Interval at which the mission checks whether all is done."""
-
-
-@dataclass(frozen=True)
-class Outage:
-    """A robot is switched off without a word, and on again `back_s` later, with what it had saved; None: never."""
-
-    name: str
-    at_s: float
-    back_s: float | None
-
-
-@dataclass(frozen=True)
-class WordPlan:
-    """One mission. `late` are robots that are switched on only then, `leaving` those that are told to end then;
-    `earshot_m` is how far a voice carries; from `clear_m` on the chance that it is not understood grows to 1 there."""
-
-    names: tuple[str, ...]
-    tasks: tuple[TaskDefinition, ...]
-    seed: int = 0
-    conditions: Conditions = field(default_factory=Conditions)
-    coordinator: str | None = None
-    outages: tuple[Outage, ...] = ()
-    late: Mapping[str, float] = field(default_factory=dict)
-    leaving: Mapping[str, float] = field(default_factory=dict)
-    earshot_m: float | None = None
-    clear_m: float | None = None
-    nearest_first: bool = False
-    unable: Mapping[str, frozenset[int]] = field(default_factory=dict)
-    """What each robot cannot do, by the tasks' numbers."""
-    strangers: bool = False
-    """Nobody knows another one's name beforehand."""
-    speech: Speech = field(default_factory=Speech)
-    """How all of them speak."""
-    timing: Timing = field(default_factory=Timing)
-    seals: WordSeals | None = None
-    """Seals of a team with a key; None: no sentence is sealed."""
-    clocks: Mapping[str, float] | None = None
-    """How wrong each robot's clock is, s; who is not named has none. None: nobody needs one, for nothing recurs."""
-    fails: Callable[[str, int, float], bool] = lambda _robot, _task, _now: False
-    """Whether a robot fails at a task at a time."""
-    limit_s: float = 10_000.0
-    settle_s: float = 20.0
-
-
-@dataclass(frozen=True)
-class WordResult:
-    """What came of a mission. `agreed`: in the end every robot that was on held every task for done."""
-
-    lost: int
-    duplicates: int
-    agreed: bool
-    off_in_mid_task: bool
-    ended_s: float
-    sent: int
-    collisions: int
-    airtime_s: float
-    misheard: int
-    missed: int = 0
-    """Occurrences of what recurs that nobody has carried out before the next one;"""
-    repeated: int = 0
-    """and how often one was carried out more than once."""
 
 
 class WordMission:
@@ -115,6 +58,7 @@ class WordMission:
         self.done: list[tuple[float, int, str]] = []
         """What was carried out when, and by whom."""
         self.dues: dict[str, dict[int, float]] = {name: {} for name in plan.names}
+        self.changes: dict[str, dict[int, tuple[int, bool]]] = {name: {} for name in plan.names}
         self.said: list[tuple[float, str, m.Utterance]] = []
         self.off_in_mid_task = False
         self.halted_s: dict[str, float] = {}
@@ -145,6 +89,16 @@ class WordMission:
             self.at(at_s, partial(self.leave, name))
         for outage in plan.outages:
             self.at(outage.at_s, partial(self.fail, outage))
+
+    def remember_done(self, wall_s: float) -> None:
+        """Switch all robots on anew, with what recurs done for its last time before `wall_s`."""
+        recurring = {task.number: task.every for task in self.plan.tasks if task.every is not None}
+        for name in self.plan.names:
+            self.saved[name] |= dict.fromkeys(recurring, ("done", None))
+            lasts = {number: every.last(wall_s - 1.0) for number, every in recurring.items()}
+            self.dues[name] |= {number: due_s for number, due_s in lasts.items() if due_s is not None}
+        for name in tuple(self.robots):
+            self.switch_on(name)
 
     def run(self) -> WordResult:
         """To the end: every robot that is on holds all for done, and nothing more will happen to any."""
@@ -179,7 +133,11 @@ class WordMission:
 
     def occurrences(self) -> dict[tuple[int, float], int]:
         """How often each occurrence of what recurs was carried out."""
-        return counted(self.plan.tasks, self.done, self.plan.limit_s) if self.plan.clocks is not None else {}
+        return (
+            counted(self.plan.tasks, self.done, self.plan.limit_s, self.plan.begin_s)
+            if self.plan.clocks is not None
+            else {}
+        )
 
     def tell(self, at_s: float, speaker: str, utterance: m.Utterance, times: int = 1) -> None:
         """Have somebody say something at that time, `times` times, who is no robot of ours."""
@@ -229,9 +187,10 @@ class WordMission:
             stopped=name in self.stopped,
             home=self.bodies[name].place,
             dues=self.dues[name],
+            changes=self.changes[name],
         )
         if plan.clocks is not None and name in plan.clocks:
-            self.robots[name].set_clock(BEGIN_S + plan.clocks[name], self.air.now)
+            self.robots[name].set_clock(plan.begin_s + plan.clocks[name], self.air.now)
         self.air.refresh()
 
     def fail(self, outage: Outage) -> None:
@@ -273,6 +232,8 @@ class WordMission:
                     self.saved[name][number] = (state, owner)
                 case SaveDue(number, due_s):
                     self.dues[name][number] = due_s
+                case SaveChange(number, count, skipped):
+                    self.changes[name][number] = (count, skipped)
                 case SaveStopped(stopped):
                     (self.stopped.add if stopped else self.stopped.discard)(name)
                 case _:
@@ -298,6 +259,8 @@ class WordMission:
                     length_s += abs(distance_m) / SPEED_M_S
                 case Wait(duration_s):
                     length_s += duration_s
+                case Use():
+                    length_s += USE_S
                 case _:
                     pass
 

@@ -12,19 +12,22 @@ BEGIN_S = 1_700_000_000.0
 
 
 def counted(
-    tasks: Iterable[TaskDefinition], done: Sequence[tuple[float, int, str]], length_s: float
+    tasks: Iterable[TaskDefinition],
+    done: Sequence[tuple[float, int, str]],
+    length_s: float,
+    begin_s: float = BEGIN_S,
 ) -> dict[tuple[int, float], int]:
     """How often each occurrence (task, s since 1970) was carried out before the next one was due; `done` are the acts:
     when, which task, by whom. The last one of each task counts for nothing: it may still be under way."""
     counts: dict[tuple[int, float], int] = {}
     for task in tasks:
-        due_s = task.every.last(BEGIN_S) if task.every is not None else None
+        due_s = task.every.last(begin_s) if task.every is not None else None
         while task.every is not None and due_s is not None:
             following_s = task.every.next(due_s)
-            if following_s is None or following_s > BEGIN_S + length_s:
+            if following_s is None or following_s > begin_s + length_s:
                 break
             counts[task.number, due_s] = sum(
-                number == task.number and due_s - SKEW_S <= BEGIN_S + at_s < following_s - SKEW_S
+                number == task.number and due_s - SKEW_S <= begin_s + at_s < following_s - SKEW_S
                 for at_s, number, _ in done
             )
             due_s = following_s

@@ -251,6 +251,7 @@ def make_robot(plan: RobotPlan, sound: Sound) -> Robot:
         stopped=plan.memory.stopped,
         home=body.home,
         dues=plan.memory.dues,
+        changes=plan.memory.changes,
     )
     phrasebook, ears, listening = _book_and_ears(plan, names, sound, plan.team.strangers)
     return Robot(

@@ -56,6 +56,8 @@ class MemoryPlan:
     """Of seals and codes."""
     dues: Mapping[int, float] | None = None
     """For which time each task that recurs was done last, s since 1970."""
+    changes: Mapping[int, tuple[int, bool]] | None = None
+    """The last change of each task, and whether it is left out since."""
 
 
 @dataclass(frozen=True)

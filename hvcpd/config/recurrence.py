@@ -24,6 +24,9 @@ GAPS = 60
 
 _UNITS = {"min": 60.0, "h": 3600.0, "d": 86400.0, "w": 604800.0}
 _INTERVAL = re.compile(r"([0-9]{1,4}) ?(min|h|d|w)")
+_FREQUENCY = re.compile(r"(?:^|;)FREQ=([A-Za-z]+)")
+FREQUENCIES = ("HOURLY", "DAILY", "WEEKLY", "MONTHLY", "YEARLY")
+"""Of rules that can be used; what is given no hour is due at that of BEGIN, midnight."""
 
 
 @dataclass(frozen=True)
@@ -61,21 +64,26 @@ class Recurrence:
 
     @cached_property
     def _interval_s(self) -> float | None:
-        found = _INTERVAL.fullmatch(self.text)
-        return int(found[1]) * _UNITS[found[2]] if found else None
+        return interval_s(self.text)
 
     @cached_property
     def _rule(self) -> rrule:
-        from dateutil.rrule import DAILY, HOURLY, WEEKLY, rrule, rrulestr  # most teams have no rule
+        from dateutil.rrule import rrule, rrulestr  # most teams have no rule
 
-        if "FREQ=" not in self.text:
+        text = self.text.removeprefix("RRULE:")
+        frequency = _FREQUENCY.search(text)
+        if frequency is None:
             raise ValueError("FREQ= is missing")
-        rule = rrulestr(self.text.removeprefix("RRULE:"), dtstart=BEGIN, cache=True)
-        if not isinstance(rule, rrule) or rule._freq > HOURLY:  # type: ignore[attr-defined]
+        rule = rrulestr(text, dtstart=BEGIN, cache=True)
+        if not isinstance(rule, rrule) or frequency[1].upper() not in FREQUENCIES:
             raise ValueError("one rule, hourly or rarer")
-        if rule._freq in (DAILY, WEEKLY) and not rule._original_rule.get("byhour"):  # type: ignore[attr-defined]
-            return rule.replace(byhour=0, byminute=0, bysecond=0)
         return rule
+
+
+def interval_s(text: str) -> float | None:
+    """The length of an interval as it is written, such as "30 min", in s; None if it is none."""
+    found = _INTERVAL.fullmatch(text)
+    return int(found[1]) * _UNITS[found[2]] if found else None
 
 
 def valid_recurrence(text: str) -> str | None:

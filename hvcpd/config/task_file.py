@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any, cast
+from typing import Any
 
 from cattrs import Converter
 from cattrs.errors import AttributeValidationNote, BaseValidationError
@@ -22,9 +22,10 @@ from hvcpd.config.loading import (
     number_between,
     structure,
 )
-from hvcpd.config.names import unsayable, valid_alternative, valid_task_name, valid_word
-from hvcpd.config.recurrence import Recurrence, valid_recurrence
+from hvcpd.config.names import unsayable, valid_task_name
+from hvcpd.config.recurrence import Recurrence, interval_s, valid_recurrence
 from hvcpd.config.skills import MAX_SKILLS, Skill, SkillEntry, valid_key
+from hvcpd.config.task_checks import SoundsAlike, check_after, check_alternatives, check_names
 from hvcpd.config.tasks import (
     WATER,
     Action,
@@ -41,9 +42,6 @@ from hvcpd.config.tasks import (
 )
 from hvcpd.errors import ConfigError, did_you_mean
 
-SoundsAlike = Callable[[str, str], bool]
-"""Whether two names are too near in sound to be told apart by ear."""
-
 MAX_TASKS = 99
 """Tasks of a repository, and the highest number: numbers are spoken, and the phrasebook counts to ninety-nine."""
 
@@ -52,6 +50,9 @@ MAX_ACTIONS = 100
 
 MAX_DISTANCE_M = 50
 """Coordinates and distances; beyond, robots are out of each other's hearing (some 10 m) by far."""
+
+MAX_PRIORITY = 9
+"""Ten levels are more than anybody keeps apart."""
 
 MAX_ANGLE_DEG = 360
 """A turn; once around is enough."""
@@ -89,6 +90,12 @@ def _valid_actions(actions: tuple[_ActionEntry, ...]) -> str | None:
     return f"a task has 1 to {MAX_ACTIONS} actions, found {len(actions)}; write for example [{TO_PLACE}, {{water: 5}}]"
 
 
+def _valid_deadline(text: str) -> str | None:
+    if not text or interval_s(text) is not None:
+        return None
+    return f"{text[:40]!r} is no time from when a task is due until it is late; write for example `30 min` or `2 h`"
+
+
 @dataclass(frozen=True)
 class _TaskEntry:
     number: int = field(metadata=between(1, MAX_TASKS))
@@ -97,15 +104,19 @@ class _TaskEntry:
     place: _PlaceEntry | None = None
     icon: str = field(default="", metadata=checked(valid_icon))
     every: str = field(default="", metadata=checked(valid_recurrence))
+    priority: int = field(default=0, metadata=between(0, MAX_PRIORITY))
+    after: tuple[int, ...] = ()
+    deadline: str = field(default="", metadata=checked(_valid_deadline))
 
     def definition(self) -> TaskDefinition:
         place = self.place.place() if self.place else None
         there = (GoTo(place),) if place else ()
         every = Recurrence(self.every) if self.every else None
+        due = (self.priority, frozenset(self.after), interval_s(self.deadline))
         actions: list[Action] = []
         for entry in self.actions:
             actions += (entry.action,) if entry.action is not None else there
-        return TaskDefinition(self.number, self.name, place, tuple(actions), self.icon, every)
+        return TaskDefinition(self.number, self.name, place, tuple(actions), self.icon, every, *due)
 
 
 def _valid_count(tasks: tuple[Any, ...]) -> str | None:
@@ -282,33 +293,9 @@ def _check(parts: Parts, sounds_alike: SoundsAlike | None) -> None:
         if name is not None and (text := valid_task_name(name)) is not None:
             parts.fault(path, text)
         names.append((name or "", path))
-    _check_names(parts, [(name, path) for name, path in names if name], sounds_alike)
-    _check_alternatives(parts)
-
-
-def _check_alternatives(parts: Parts) -> None:
-    """Each phrase is spoken words, and stands for one word only."""
-    given = parts.get(("alternatives",), cast(type[Any], Any))
-    if not isinstance(given, dict):
-        return
-    taken: dict[str, tuple[str, int]] = {}
-    for word, phrases in given.items():
-        at: KeyPath = ("alternatives", word)
-        if (wrong := valid_word(word)) is not None:
-            parts.fault(at, wrong)
-        if not isinstance(phrases, list) or not phrases:
-            parts.fault(at, f"expected a list of phrases, found {describe(phrases)}; write it as [in the go]")
-            continue
-        for index, phrase in enumerate(phrases):
-            path: KeyPath = (*at, index)
-            wrong = valid_alternative(phrase) if isinstance(phrase, str) else f"{describe(phrase)} is no phrase"
-            if wrong is None and phrase in taken:
-                other, line = taken[phrase]
-                wrong = f"{phrase!r} counts as {other!r} already (line {line}); leave one of them out"
-            if wrong is not None:
-                parts.fault(path, wrong)
-            else:
-                taken[phrase] = (word, parts.line(path))
+    check_after(parts, numbers)
+    check_names(parts, [(name, path) for name, path in names if name], sounds_alike)
+    check_alternatives(parts)
 
 
 def _check_place(parts: Parts, at: KeyPath) -> None:
@@ -317,15 +304,3 @@ def _check_place(parts: Parts, at: KeyPath) -> None:
     for index in range(parts.length((*at, "actions"))):
         if parts.get((*at, "actions", index), str) == TO_PLACE:
             parts.fault((*at, "actions", index), "this task has no place; add `place: {x_m: …, y_m: …}` to it")
-
-
-def _check_names(parts: Parts, names: list[tuple[str, KeyPath]], sounds_alike: SoundsAlike | None) -> None:
-    for later, (name, path) in enumerate(names):
-        for other, other_path in names[:later]:
-            line = parts.line(other_path)
-            if name == other:
-                parts.fault(path, f"the task name {name!r} is taken in line {line} already; choose another")
-                break
-            if sounds_alike is not None and sounds_alike(other, name):
-                parts.fault(path, f"the task name {name!r} sounds like {other!r} in line {line}; reword one of them")
-                break

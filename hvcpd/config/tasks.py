@@ -88,6 +88,12 @@ class TaskDefinition:
     """Its mark in pictures: one of `hvcpd.config.icons.ICONS` or a single character; empty: a neutral one."""
     every: Recurrence | None = None
     """When it is due again; None: it is done once and for ever."""
+    priority: int = 0
+    """Of tasks that can be done now, those of the highest are done first."""
+    after: frozenset[int] = frozenset()
+    """The numbers of the tasks that must be done before it."""
+    deadline_s: float | None = None
+    """So long after it became due it is late, s; of equals, what is late soonest is done first."""
 
     @property
     def places(self) -> tuple[Place, ...]:

@@ -61,8 +61,8 @@ def live_app(stage: Stage, ask: Ask, run: Callable[[], Coroutine[Any, Any, None]
 
     async def act(request: Request) -> Response:
         wanted = await _body(request)
-        if wanted is None or wanted.get("do") not in ("stop", "resume"):
-            return _json({"error": "give what to do: stop or resume"}, HTTPStatus.BAD_REQUEST)
+        if wanted is None or wanted.get("do") not in list(_ACTS):
+            return _json({"error": f"give what to do: {', '.join(_ACTS)}"}, HTTPStatus.BAD_REQUEST)
         if wanted["do"] == "resume" and wanted.get("confirmed") is not True:
             return _json({"error": "resuming must be confirmed"}, HTTPStatus.BAD_REQUEST)
         try:
@@ -133,6 +133,9 @@ def _own(name: str) -> str:
     return resources.files("hvcpd.console").joinpath("page", name).read_text(encoding="utf-8")
 
 
+_ACTS = {"stop": "", "resume": "", "again": "is done again", "skip": "is left out this time"}
+"""What the page can have done; of what becomes of a task, how that is told."""
+
 _PARTS = frozenset(
     each.name for each in resources.files("hvcpd.console").joinpath("page").iterdir() if not each.name.endswith("html")
 )
@@ -160,8 +163,12 @@ def _event(message: Message) -> str:
 
 
 async def _act(wanted: dict[str, Any], ask: Ask, name: str) -> dict[str, Any]:
-    """Stop or resume this robot, and with `all` have it call the same to all others. The robot itself comes first."""
+    """Change a task; or stop or resume this robot, and with `all` have it call the same to all others, after itself."""
     word = wanted["do"]
+    if word not in ("stop", "resume"):
+        number = wanted.get("number")
+        done = await ask("task", do=word, number=number)
+        return {"told": f"task {number} {_ACTS[word]}: {name} tells the others", **done}
     done = await ask(word)
     told = f"{name} is stopped" if word == "stop" else f"{name} may take on tasks again"
     if wanted.get("all") is True:

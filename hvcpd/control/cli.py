@@ -139,6 +139,10 @@ def _add_simulate(commands: _Commands) -> None:
     )
     c.add_argument("--coordinator", metavar="NAME", help="who gives the orders in coordinate mode (default: the last)")
     c.add_argument("--pick", choices=("nearest", "random"), default="nearest", help="how a volunteer picks a task")
+    hours = "so many hours of tasks that recur, by words and without sound, and a report of the shift"
+    c.add_argument("--hours", type=_between(0.1, 24.0 * 31), metavar="N", help=hours)
+    lost = "with --hours: the share of sentences that each listener does not understand (default 0)"
+    c.add_argument("--loss", type=_between(0.0, 0.9), default=0.0, metavar="SHARE", help=lost)
     c.add_argument("--speed", choices=("max", "real"), default="max", help="as fast as the processor can, or real time")
     c.add_argument("--play", action="store_true", help="play what a listener in the room hears (implies --speed real)")
     c.add_argument(

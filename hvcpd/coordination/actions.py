@@ -107,7 +107,16 @@ class SaveDue:
     due_s: float
 
 
-Action = Say | Perform | Halt | SaveTask | SaveDue | SavePeer | SaveStopped
+@dataclass(frozen=True)
+class SaveChange:
+    """Remember the last change of a task: its number, and whether it is left out since."""
+
+    number: int
+    count: int
+    skipped: bool
+
+
+Action = Say | Perform | Halt | SaveTask | SaveDue | SaveChange | SavePeer | SaveStopped
 
 
 @dataclass(frozen=True)

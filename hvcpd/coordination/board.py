@@ -41,10 +41,18 @@ class Entry:
     is_due: bool = False
     """It became due again while this robot was listening: a list of what is left may come from somebody whose time has
     not come, and does not tell that it is done."""
+    change: int = 0
+    """The last change of it that is known, by its number; 0: none was made."""
+    is_changed: bool = False
+    """That was made since it was due last."""
+    skipped: bool = False
+    """Nobody has done it: it is to be left out this time."""
     opened_s: float = -math.inf
     """When that was, by the sample clock."""
     done_s: float = -math.inf
-    """When it was known to be done last, by the sample clock."""
+    """When it was known to be done last, by the sample clock,"""
+    done_by: str | None = None
+    """and by whom."""
 
     @property
     def known_done(self) -> bool:
@@ -108,16 +116,22 @@ class Board:
         """The tasks that a robot may claim: its own claims, or else open ones, or else those with a lapsed lease; none
         that it gave up or is `unable` to do.
 
-        A task that is its own already, as after a restart, is to be finished first; one whose lease has lapsed comes
-        last, for its owner may have done it and only wait for a chance to say so.
+        No task can begin before those that it comes after. A task that is its own already, as after a restart, is to
+        be finished first; one whose lease has lapsed comes last, for its owner may have done it and only wait for a
+        chance to say so.
         """
         able = [e for number, e in self._entries.items() if robot not in e.failed_by and number not in unable]
-        live = [e for e in able if e.state != DONE]
+        live = [e for e in able if e.state != DONE and self.can_begin(e)]
         own = tuple(e.definition for e in live if e.state == CLAIMED and e.owner == robot)
         if own:
             return own
         never_claimed = tuple(e.definition for e in live if e.state == OPEN)
         return never_claimed or tuple(e.definition for e in live if now >= e.lease_end_s)
+
+    def can_begin(self, entry: Entry) -> bool:
+        """Whether all that must be done before a task is done."""
+        before = (self._entries.get(number) for number in entry.definition.after)
+        return all(each is None or each.state == DONE for each in before)
 
     def redefine(self, tasks: Iterable[TaskDefinition]) -> None:
         """Take other places and actions for the tasks; their numbers and names stay."""
@@ -159,6 +173,14 @@ class Board:
             entry.told_by = told_by if hearsay else None
             entry.times_told = int(hearsay)
 
+    def change(self, number: int, count: int, skip: bool) -> None:
+        """Somebody has changed the task, for the `count`-th time: to be left out, or to be done."""
+        entry = self._entries[number]
+        if skip:
+            self._set(number, DONE, None)
+        entry.change, entry.is_changed, entry.skipped = count, True, skip
+        self.changed.append(number)
+
     def reopen(self, number: int) -> None:
         """What was heard of this task was wrong."""
         self._set(number, OPEN, None)
@@ -184,6 +206,7 @@ class Board:
             self.changed.append(number)
         entry.state, entry.owner, entry.hearsay, entry.firm = state, owner, hearsay, False
         entry.told_by = None
+        entry.skipped = entry.skipped and state == DONE
 
 
 def spoken_name(task: TaskDefinition) -> str:

@@ -6,7 +6,7 @@ import math
 from collections.abc import Iterator
 
 from hvcpd.config.tasks import Place, TaskDefinition, Use, Wait
-from hvcpd.coordination.board import CLAIMED, DONE
+from hvcpd.coordination.board import CLAIMED
 from hvcpd.coordination.knowledge import Knowledge
 from hvcpd.coordination.peers import Peer
 
@@ -52,16 +52,28 @@ def claims_at_once(me: Knowledge, now: float) -> bool:
 
 
 def task_to_claim(me: Knowledge, now: float) -> int | None:
-    """A task that is free, drawn or the nearest one."""
-    free = me.board.free_for(me.role.name, now, me.role.unable)
+    """A task that is free: of the most urgent ones, drawn or the nearest one."""
+    free = _most_urgent(me, me.board.free_for(me.role.name, now, me.role.unable))
     if not free:
         return None
     return (_nearest(me, free) if me.role.nearest_first else me.rng.choice(free)).number
 
 
+def _most_urgent(me: Knowledge, tasks: tuple[TaskDefinition, ...]) -> tuple[TaskDefinition, ...]:
+    """Those of the highest priority and, of these, those that are late soonest."""
+
+    def urgency(task: TaskDefinition) -> tuple[int, float]:
+        due_s = me.board[task.number].due_s or 0.0
+        return -task.priority, due_s + task.deadline_s if task.deadline_s is not None else math.inf
+
+    first = min(map(urgency, tasks), default=None)
+    return tuple(task for task in tasks if urgency(task) == first)
+
+
 def may_claim_with_report(me: Knowledge, now: float) -> bool:
     """Whether a volunteer that reports its task as done, for the first time, claims another one in the same breath."""
-    done = me.report.task is not None and me.board[me.report.task].state == DONE
+    report = me.board[me.report.task] if me.report.task is not None else None
+    done = report is not None and not me.report.failed and not report.is_changed
     return done and me.current.partner is None and me.current.repeats == 0 and may_volunteer(me, now)
 
 
@@ -90,7 +102,7 @@ def is_assured(me: Knowledge, now: float) -> bool:
 def next_order(me: Knowledge, now: float) -> tuple[str, TaskDefinition] | None:
     """A robot that can be ordered, and a task for it."""
     free = next(_free_robots(me, now), None)
-    return (free[0], me.rng.choice(free[1])) if free is not None else None
+    return (free[0], me.rng.choice(_most_urgent(me, free[1]))) if free is not None else None
 
 
 def can_order(me: Knowledge, now: float) -> bool:

@@ -122,9 +122,11 @@ def tell_done(me: Knowledge, other: str, entry: Entry, now: float) -> None:
     """It was not heard that the task is done: who did it says so at once, somebody else if that one does not; nobody
     says of a task that it is done who knows neither that it did it itself nor who else."""
     number, doer = entry.definition.number, entry.owner
-    statement: m.Statement = m.Completed(m.TaskByNumber(number))
+    statement: m.Statement = composing.done(me, number)
     to, slot = None, DOER_SLOT
-    if doer != me.role.name:
+    if entry.skipped:
+        to, statement = other, m.Change(m.TaskByNumber(number), True, composing.spoken_count(entry))
+    elif doer != me.role.name:
         to, slot = other, objection_slot(me, other, number, now)
         statement = m.Relayed(doer, statement) if doer is not None else m.Negative()
         if doer is not None:

@@ -45,7 +45,7 @@ def _order(me: Knowledge, heard: Heard, s: m.Order) -> None:
     number = entry.definition.number if entry is not None else None
     same = entry is not None and me.current.task == number and me.current.partner == name
     if entry is not None and entry.known_done:
-        reply: m.Statement | None = m.Completed(m.TaskByNumber(entry.definition.number))
+        reply: m.Statement | None = composing.done(me, entry.definition.number)
     elif same and me.state in AT_WORK:  # it did not hear the read-back
         reply = m.Claim(s.task)
     elif same and me.state is State.READING_BACK:

@@ -6,11 +6,12 @@ from collections.abc import Callable
 from dataclasses import replace
 
 from hvcpd.coordination.addressing import must_spell_for
-from hvcpd.coordination.board import DONE, spoken_name
+from hvcpd.coordination.board import Entry, spoken_name
 from hvcpd.coordination.floor import Intent, Urgency, nothing
 from hvcpd.coordination.knowledge import Knowledge
 from hvcpd.coordination.states import AT_WORK, State
 from hvcpd.language import messages as m
+from hvcpd.language.forms import CHANGES
 from hvcpd.language.phrasebook import VOLTS, VOLTS_STEP
 
 
@@ -82,21 +83,34 @@ def greeting(me: Knowledge) -> m.Utterance:
     return introduction(me, to) if me.role.listed else spelled_name(me, to)
 
 
+def spoken_count(entry: Entry) -> int:
+    """The number of a task's last change, as it is said."""
+    return (entry.change - 1) % CHANGES + 1
+
+
+def done(me: Knowledge, number: int) -> m.Completed:
+    """That a task is done; of one that was changed, since which change."""
+    entry = me.board[number]
+    return m.Completed(m.TaskByNumber(number), count=spoken_count(entry) if entry.is_changed else None)
+
+
 def claim(me: Knowledge) -> m.Utterance | None:
     """The claim of a task; with the last one's report, if that is still due."""
     if me.current.task is None:
         return None
     ref = m.TaskByNumber(me.current.task)
-    if me.report.task is not None and me.board[me.report.task].state == DONE:
-        return to_all(me, m.Completed(m.TaskByNumber(me.report.task), ref))
+    report = me.board[me.report.task] if me.report.task is not None else None
+    if report is not None and not me.report.failed and not report.is_changed:
+        return to_all(me, m.Completed(m.TaskByNumber(report.definition.number), ref))
     return utterance(me, to_team(me), m.Claim(ref))
 
 
 def may_join(me: Knowledge) -> bool:
     """Whether this robot's own claim or report, where one waits to be said, can be said with a confirmation."""
     to_many = me.current.partner is None and me.state in (State.CLAIMING, State.REPORTING)
-    done = me.report.task is None or me.board[me.report.task].state == DONE
-    return to_many and done and not me.role.speech.encrypted
+    report = me.board[me.report.task] if me.report.task is not None else None
+    plain = report is None or not (me.report.failed or report.is_changed)
+    return to_many and plain and not me.role.speech.encrypted
 
 
 def joined(confirmation: m.Utterance, own: m.Utterance) -> m.Utterance:
@@ -111,9 +125,9 @@ def report(me: Knowledge) -> m.Utterance | None:
     """What became of the task; a volunteer claims the next one in the same breath."""
     if me.report.task is None or me.current.task is not None:
         return claim(me)
-    number = m.TaskByNumber(me.report.task)
-    done = me.board[me.report.task].state == DONE
-    return to_asker(me, me.current.partner, m.Completed(number) if done else m.Failed(number, me.report.reason))
+    number = me.report.task
+    failed = m.Failed(m.TaskByNumber(number), me.report.reason)
+    return to_asker(me, me.current.partner, failed if me.report.failed else done(me, number))
 
 
 def working(me: Knowledge) -> m.Utterance | None:

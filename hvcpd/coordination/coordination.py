@@ -10,8 +10,8 @@ import math
 from collections.abc import Iterable, Mapping
 
 from hvcpd.config.tasks import Place, TaskDefinition
-from hvcpd.coordination import choosing, composing, deadlines, hearing, repair, schedule, trusting
-from hvcpd.coordination.actions import Action, Rng, Role, SaveDue, SavePeer, SaveTask, Say, Timing
+from hvcpd.coordination import changing, choosing, composing, deadlines, hearing, repair, schedule, trusting
+from hvcpd.coordination.actions import Action, Rng, Role, SaveChange, SaveDue, SavePeer, SaveTask, Say, Timing
 from hvcpd.coordination.addressing import confirming_slot, waiting_slots, whose_turn
 from hvcpd.coordination.board import Board
 from hvcpd.coordination.floor import OWN_TURN, Floor, Intent, Order, Urgency, round_of_turns
@@ -37,7 +37,7 @@ MAX_SENTENCES = 8
 """Sentences of the robot's owner that may wait for the floor: some 40 s of talk, after which nobody knows why they were
 wanted."""
 QUESTIONS = (m.WhatDoing, m.WhoHere, m.WhatLeft, m.ReportWanted)
-REQUESTABLE = (m.Order, m.Motion, m.Stop, m.Resume, m.SayAgain, m.Remark, *QUESTIONS)
+REQUESTABLE = (m.Order, m.Motion, m.Stop, m.Resume, m.SayAgain, m.Remark, m.Change, *QUESTIONS)
 """What the owner may have the robot say: orders, questions, calls and remarks. Every other statement tells of the
 robot's own doings or binds it, and it says that only when it is so."""
 
@@ -46,7 +46,8 @@ class Coordination:
     """See the module. `remembered` are the tasks' states from the robot's store: number → (state, owner).
 
     `stopped`: it was stopped when it was switched off, and nobody has said "resume" since. `home` is where "come back"
-    leads; None: the first place that is sensed. `dues`: when what recurs was due that was done last, s since 1970.
+    leads; None: the first place that is sensed. `dues`: when what recurs was due that was done last, s since 1970;
+    `changes`: the last change of each task, and whether it is left out since.
     """
 
     def __init__(
@@ -60,6 +61,7 @@ class Coordination:
         stopped: bool = False,
         home: Place | None = None,
         dues: Mapping[int, float] | None = None,
+        changes: Mapping[int, tuple[int, bool]] | None = None,
     ) -> None:
         timing = (timing or Timing()).for_speech(role.speech)
         board = Board(tasks, remembered or {}, now + timing.lease_s)
@@ -69,6 +71,9 @@ class Coordination:
         me.body.home = home
         for number, due_s in (dues or {}).items():
             board[number].due_s = due_s
+        for number, (count, skipped) in (changes or {}).items():
+            board.change(number, count, skipped)
+            board[number].is_changed = board[number].definition.every is None  # else it may have been due since then
         self._roster = frozenset(name.lower() for name in role.roster)
         if stopped:
             me.state = State.STOPPED
@@ -162,6 +167,8 @@ class Coordination:
             return f"that tells what {own} itself does or knows; {own} says so only when it is so"
         if me.state in DEPARTING:
             return f"{own} is leaving"
+        if isinstance(statement, m.Change):
+            return self.change(statement.task.number, statement.skip, now)
         topics = (f"requested {number}" for number in range(MAX_SENTENCES))
         topic = next((topic for topic in topics if not me.floor.wants(topic)), None)
         if topic is None:
@@ -195,6 +202,10 @@ class Coordination:
         stopped = composing.to_all(self.knowledge, m.Stopped(forgot=True))
         self.knowledge.floor.want(Intent(Urgency.ALARM, "stopped", lambda: stopped, slot=0), now)
 
+    def change(self, number: int, skip: bool, now: float) -> str | None:
+        """Have a task done again, or left out this time, and tell the others; why not, or None."""
+        return changing.want(self.knowledge, number, skip, now)
+
     def resume(self, now: float) -> bool:
         """Take on tasks again, as if "resume" had been heard; whether it was stopped."""
         before = self.state
@@ -224,6 +235,7 @@ class Coordination:
                 me.timer_s = math.inf
                 deadlines.time_is_over(me, now)
         schedule.open_due(me, now)
+        changing.spread(me, now)
         deadlines.renew_lease(me, now)
         intent = me.floor.begin(now)
         if intent is not None:
@@ -232,16 +244,20 @@ class Coordination:
     def next_deadline(self) -> float:
         """When `tick` must be called at the latest; infinity if nothing is due."""
         me = self.knowledge
-        return min(me.floor.next_deadline(), deadlines.renewal_s(me), schedule.next_s(me), me.timer_s)
+        return min(
+            me.floor.next_deadline(), deadlines.renewal_s(me), schedule.next_s(me), changing.next_s(me), me.timer_s
+        )
 
     def actions(self, now: float) -> tuple[Action, ...]:
         """What is to be done now, in order; handed out once."""
         me = self.knowledge
         for number in me.board.changed:
             me.do(SaveTask(number, me.board[number].lasting_state, me.board[number].owner))
-            due_s = schedule.note_done(me, number, now) if me.board[number].known_done else None
+            due_s = schedule.note_done(me, number, now)
             if due_s is not None:
                 me.do(SaveDue(number, due_s))
+            if me.board[number].is_changed:
+                me.do(SaveChange(number, me.board[number].change, me.board[number].skipped))
         me.board.changed.clear()
         actions, me.actions = tuple(me.actions), []
         return actions

@@ -13,6 +13,10 @@ from hvcpd.language import messages as m
 
 BAD_AIR_REPEATS = 2
 """So often said without an answer, a sentence did not just collide with another one."""
+ASKS_AT_ONCE = 6
+"""So often it is asked whether what may be done is done, before the pause between two questions doubles; and so on."""
+ASK_DOUBLINGS_MAX = 4
+"""At last, where nobody can tell for certain, every 8 to 16 minutes."""
 CALL_S = 15.0
 """Who has answered a greeting has done so by then; doubled each time."""
 CALL_DOUBLINGS_MAX = 6
@@ -94,13 +98,17 @@ def _choose_talk_or_wait(me: Knowledge, now: float) -> None:
     if me.report.task is not None:
         fire(me, Trigger.CHOSE_REPORT, now)
     elif unsure and me.peers.present(now):
-        me.missed.ask_again_s = now + me.timing.ask_again_s * (1.0 + me.rng.random())
+        pause_s = me.timing.ask_again_s * 2.0 ** min(me.missed.asked // ASKS_AT_ONCE, ASK_DOUBLINGS_MAX)
+        me.missed.asked += 1
+        me.missed.ask_again_s = now + pause_s * (1.0 + me.rng.random())
         _ask(me, now)
     elif unsure:
         for number in me.board.hearsay() if choosing.may_volunteer(me, now) else ():
             me.board.reopen(number)  # there is nobody to ask: better twice than not at all
             me.reconsider(now)
     else:
+        if not me.board.hearsay():
+            me.missed.asked = 0
         _wait(me, now)
 
 

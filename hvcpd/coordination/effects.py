@@ -9,7 +9,7 @@ from hvcpd.config.tasks import Forward, GoTo, Turn
 from hvcpd.coordination import choosing, composing, earshot
 from hvcpd.coordination.actions import Halt, Perform, SaveStopped
 from hvcpd.coordination.addressing import confirming_slot, waiting_slots
-from hvcpd.coordination.board import DONE, spoken_name
+from hvcpd.coordination.board import spoken_name
 from hvcpd.coordination.floor import OWN_TURN, RANK_MAX, Intent, Urgency, nothing
 from hvcpd.coordination.knowledge import Knowledge
 from hvcpd.coordination.states import Trigger
@@ -158,16 +158,17 @@ def want_announcement(me: Knowledge, now: float) -> None:
 
 def finish_task(me: Knowledge, now: float) -> None:
     me.board.complete(me.my_task(), me.role.name)
-    _report_first_time(me, now)
+    _report_first_time(me, now, failed=False)
 
 
 def give_task_up(me: Knowledge, now: float) -> None:
     me.do(Halt())
     me.board.give_up(me.my_task(), me.role.name)
-    _report_first_time(me, now)
+    _report_first_time(me, now, failed=True)
 
 
-def _report_first_time(me: Knowledge, now: float) -> None:
+def _report_first_time(me: Knowledge, now: float, failed: bool) -> None:
+    me.report.failed = failed
     me.report.task, me.current.task, me.report.said = me.current.task, None, False
     me.current.repeats = 0
     want_report(me, now)
@@ -318,8 +319,8 @@ def fall_silent(me: Knowledge, _now: float) -> None:
 
 def _forget_report(me: Knowledge, urgency: Urgency, now: float) -> None:
     """Say once more what is finished and was not confirmed."""
-    if me.report.task is not None and me.board[me.report.task].state == DONE:
-        done = composing.to_all(me, m.Completed(m.TaskByNumber(me.report.task)))
+    if me.report.task is not None and not me.report.failed:
+        done = composing.to_all(me, composing.done(me, me.report.task))
         me.floor.want(Intent(urgency, f"done {me.report.task}", lambda: done, slot=0), now)
     me.report.task = None
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from functools import partial
 
-from hvcpd.coordination import answers, choosing, claims, commands, composing, earshot, relaying, repair
+from hvcpd.coordination import answers, changing, choosing, claims, commands, composing, earshot, relaying, repair
 from hvcpd.coordination.addressing import is_for, must_spell_for
 from hvcpd.coordination.floor import Intent, Urgency
 from hvcpd.coordination.knowledge import Heard, Knowledge, Reactions
@@ -25,9 +25,12 @@ def react(me: Knowledge, heard: Heard) -> None:
         return
     relaying.overheard(me, heard)
     heard = relaying.direct(me, heard)  # from here on as if the one whose words they are had said them itself
-    statement = heard.utterance.statement
     repair.note(me, heard)
     earshot.note(me, heard)
+    left = changing.up_to_date(me, heard)
+    if left is None:
+        return
+    heard, statement = left, left.utterance.statement
     reaction = _REACTIONS.get(type(statement))
     if reaction is not None:
         reaction(me, heard, statement)
@@ -107,6 +110,7 @@ def _name_taken(me: Knowledge, heard: Heard, _: m.NameTaken) -> None:
 
 
 _REACTIONS: Reactions = {
+    **changing.REACTIONS,
     **claims.REACTIONS,
     **answers.REACTIONS,
     **commands.REACTIONS,

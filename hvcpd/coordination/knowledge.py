@@ -58,6 +58,8 @@ class Report:
 
     task: int | None = None
     """A task that it has finished or given up, and nobody has confirmed to have heard so."""
+    failed: bool = False
+    """It was given up, whatever was heard of it since."""
     reason: str | None = None
     """Why it was given up, if that can be said."""
     said: bool = False
@@ -82,6 +84,8 @@ class Missed:
     """Work went on before its first word or while it was switched off: it asks what is left."""
     ask_again_s: float = NEVER_S
     """It does not ask what is left again before then."""
+    asked: int = 0
+    """How often it has asked whether what may be done is done, since all was certain."""
     last_s: float = NEVER_S
     """When it last turned out that this robot, or one it spoke to, had missed something."""
 
@@ -229,6 +233,8 @@ class Knowledge:
     """Seconds since 1970 at 0 of the sample clock; None: nobody knows the time."""
     due_next_s: float | None = None
     """When something is due next, s since 1970; None: to be reckoned anew."""
+    spreading: dict[int, tuple[float, int]] = field(default_factory=dict)
+    """Tasks whose last change is said again: when, s, and how often it was said."""
     last_heard: tuple[m.Utterance, float] | None = None
     actions: list[Action] = field(default_factory=list)
 

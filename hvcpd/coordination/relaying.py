@@ -116,7 +116,7 @@ def relayed(me: Knowledge, heard: Heard, s: m.Relayed) -> None:
         return
     number, alone = entry.definition.number, is_for_me_alone(me, heard.to)
     if s.speaker.lower() == me.role.name.lower():
-        if entry.owner != me.role.name or not entry.known_done:
+        if entry.done_by != me.role.name and (entry.owner != me.role.name or not entry.known_done):
             composing.answer(me, name, f"answer {name}", m.Negative(), now, OWNER_SLOT)
         return
     peer = me.peers.get(s.speaker)

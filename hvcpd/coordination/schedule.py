@@ -9,7 +9,8 @@ from __future__ import annotations
 
 import math
 
-from hvcpd.coordination.board import CLAIMED, Entry
+from hvcpd.config.recurrence import Recurrence
+from hvcpd.coordination.board import CLAIMED, DONE, Entry
 from hvcpd.coordination.knowledge import Knowledge
 from hvcpd.language import messages as m
 
@@ -17,7 +18,8 @@ SKEW_S = 120.0
 """Between two clocks that were set by hand."""
 EARLY_S = 600.0
 """So soon after it was done, whoever speaks of it has missed that: longer than most leases. And never later than
-EARLY of the shortest time between two occurrences; it may have been done late, so that the next one is near."""
+EARLY of the shortest time between two occurrences; it may have been done late, so that the next one
+is near: then who has a clock tells so (`changing`)."""
 EARLY = 0.5
 RHYTHM = 0.8
 """Of that time: sooner after it became due, as far as was heard, it is not due again. Its first claim may have been
@@ -55,23 +57,32 @@ def heard(me: Knowledge, statement: m.Statement | None, now: float) -> None:
         if entry is None or not entry.known_done or not _may_be_due(me, entry, now):
             continue
         if me.clock_s is None:
+            if isinstance(statement, m.Completed) and statement.task == ref:
+                entry.done_s = now  # this time or the last one: done it is
+                continue
             me.missed.heard_work = True  # other tasks may be due as well
         _open(me, entry, now, is_due=True)
 
 
 def note_done(me: Knowledge, number: int, now: float) -> float | None:
-    """A task is known to be done: for which time it was due, to be remembered; None if it is done only once."""
+    """A task is done: for which time it was due, to be remembered; None if that is not certain, or it never recurs."""
     entry = me.board[number]
-    if entry.definition.every is None:
+    if entry.definition.every is None or entry.state != DONE:
         return None
-    entry.done_s = now
-    return entry.due_s
+    entry.done_s, entry.done_by = now, entry.owner
+    return entry.due_s if entry.known_done else None
 
 
 def _open(me: Knowledge, entry: Entry, now: float, is_due: bool) -> None:
-    number = entry.definition.number
-    entry.failed_by, entry.is_due = frozenset(), is_due
+    reopen(me, entry, now)
+    entry.is_due, entry.is_changed = is_due, False
     entry.opened_s = now if is_due else -math.inf
+
+
+def reopen(me: Knowledge, entry: Entry, now: float) -> None:
+    """It is to be done once more, by whomever; a list of what is left may come from somebody who does not know."""
+    number = entry.definition.number
+    entry.failed_by, entry.is_due = frozenset(), True
     for peer in me.peers.all():
         peer.unable -= {number}
     if me.report.task == number:
@@ -86,15 +97,18 @@ def _may_be_due(me: Knowledge, entry: Entry, now: float) -> bool:
     if every is None:
         return False
     if me.clock_s is None:
-        if entry.opened_s > -math.inf:
-            return now - entry.opened_s >= RHYTHM * every.shortest_s
-        return now - entry.done_s >= min(EARLY_S, EARLY * every.shortest_s)
+        return now - entry.done_s >= early_s(every) and now - entry.opened_s >= RHYTHM * every.shortest_s
     wall_s = now + me.clock_s
     coming_s = every.next(max(entry.due_s, wall_s) if entry.due_s is not None else wall_s)
     if coming_s is None or coming_s - wall_s > SKEW_S:
         return False
     entry.due_s = coming_s
     return True
+
+
+def early_s(every: Recurrence) -> float:
+    """So soon after it was done, whoever has no clock, and has not heard it become due, takes it to be done."""
+    return min(EARLY_S, EARLY * every.shortest_s)
 
 
 def _spoken_of(statement: m.Statement | None) -> tuple[m.TaskRef, ...]:

@@ -15,7 +15,7 @@ from dataclasses import replace
 
 import structlog
 
-from hvcpd.coordination.actions import SavePeer, SaveStopped, SaveTask
+from hvcpd.coordination.actions import SaveChange, SaveDue, SavePeer, SaveStopped, SaveTask
 from hvcpd.daemon.control_socket import locked, socket_path
 from hvcpd.daemon.wiring import Wiring
 from hvcpd.errors import StoreError
@@ -76,9 +76,11 @@ class JournalService:
         self.names: tuple[str, ...] = ()
         """The robots that were heard before, who was heard last at the end; known once the memory is open."""
         self.counters: dict[str, int] = {}
+        """Of seals and codes; known once the memory is open."""
         self.dues: dict[int, float] = {}
         """For which time what recurs was done last, s since 1970."""
-        """Of seals and codes; known once the memory is open."""
+        self.changes: dict[int, tuple[int, bool]] = {}
+        """The last change of each task, and whether it is left out since."""
         self.lost = 0
         """Records that were not kept."""
 
@@ -193,6 +195,7 @@ class JournalService:
                 self.fault = self.fault or str(error)
         self.counters = self._journal.counters
         self.dues = self._journal.dues
+        self.changes = self._journal.changes
         self.stopped = memory.stopped
         self.loss = memory.loss
         self.names = self._journal.names
@@ -274,8 +277,8 @@ class JournalService:
 def _key(record: Record) -> tuple[object, ...] | None:
     """What a record is about, if only the newest of its kind matters, and that must not be lost."""
     match record:
-        case SaveTask():
-            return "task", record.number
+        case SaveTask() | SaveDue() | SaveChange():
+            return type(record), record.number
         case SavePeer():
             return "peer", record.name.casefold()
         case SaveCounter():

@@ -134,7 +134,7 @@ class Daemon:
             acoustics = Acoustics(latency_s=sound.latency_s)
             navigator = self._goal_navigator()
             body, journal = self._control.body, self._journal
-            memory = MemoryPlan(remembered, journal.stopped, journal.counters, journal.dues)
+            memory = MemoryPlan(remembered, journal.stopped, journal.counters, journal.dues, journal.changes)
             enrolled = CurrentPeople(lambda: body.wiring.people)
             heard, workers = journal.names, (self._channel, self._second)
             plan = self.wiring.plan(memory, acoustics, heard, here, navigator, *workers, enrolled)

@@ -24,6 +24,9 @@ MAX_ROWS = 100
 MAX_TEXT_LENGTH = 200
 """Characters of a sentence to say; the phrasebook's longest are half of this."""
 
+CHANGES_OF_TASKS = ("again", "skip")
+"""What can be wanted of a task while robots work."""
+
 PERFORM = "perform"
 """What who offers skills follows: calls, and nothing that others are told."""
 
@@ -86,6 +89,16 @@ class RequestHandler:
         if reason is not None:
             raise RefusalError("refused", reason)
         return {"text": written}
+
+    async def task(self, arguments: Arguments, _client: Client) -> Result:
+        wanted, number = arguments.get("do"), arguments.get("number", 0)
+        if wanted not in CHANGES_OF_TASKS:
+            raise RefusalError("bad_argument", f"do: give one of {', '.join(CHANGES_OF_TASKS)}")
+        robot = self._robot()
+        reason = robot.coordination.change(number, wanted == "skip", robot.now)
+        if reason is not None:
+            raise RefusalError("refused", reason)
+        return {"number": number, "name": robot.coordination.board[number].definition.name, "do": wanted}
 
     async def stop(self, _: Arguments, _client: Client) -> Result:
         if self._body.wheels is not None:
@@ -182,6 +195,7 @@ COMMANDS: dict[str, tuple[ArgumentTypes, Command]] = {
     "status": ({}, RequestHandler.status),
     "tasks": ({}, RequestHandler.tasks),
     "say": ({"text": (str,)}, RequestHandler.say),
+    "task": ({"do": (str,), "number": (int,)}, RequestHandler.task),
     "stop": ({}, RequestHandler.stop),
     "resume": ({}, RequestHandler.resume),
     "base": (base_request_handler.ARGUMENTS, RequestHandler.base),
@@ -194,7 +208,7 @@ COMMANDS: dict[str, tuple[ArgumentTypes, Command]] = {
     "reload": ({}, RequestHandler.reload),
     "subscribe": ({"events": (list,)}, RequestHandler.subscribe),
 }
-"""Each command with its arguments, none of which must be given but `say`'s."""
+"""Each command with its arguments, none of which must be given but those of `say` and `task`."""
 
-CHANGING = frozenset({"say", "stop", "resume", "reload"})
+CHANGING = frozenset({"say", "task", "stop", "resume", "reload"})
 """Commands that are logged."""

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from enum import Enum
 
 from hvcpd.language import messages as m
-from hvcpd.language.forms import CALL, CALL_TO, FORMS, OPENING, PLEASE, Form, Kind
+from hvcpd.language.forms import CALL, CALL_TO, FORMS, OPENING, PASSED_ON, PLEASE, Form, Kind
 from hvcpd.language.marks import CIPHER_CALL, SEAL_WORDS, mark_words
 from hvcpd.language.phrasebook import Phrasebook
 from hvcpd.language.spelling import BITS, CODE_WORDS, WORD_OF
@@ -151,8 +151,8 @@ def _topic(form: Form) -> Topic:
 
 
 def _plain(form: Form) -> str:
-    """The pattern without what is only politeness: the card says once where "please" may stand."""
-    return " ".join(form.pattern.replace(PLEASE, "").split())
+    """The pattern without what only robots say, and without politeness: the card says once where "please" may stand."""
+    return " ".join(form.pattern.replace(PASSED_ON, "").replace(PLEASE, "").split())
 
 
 def _example(phrasebook: Phrasebook) -> str:

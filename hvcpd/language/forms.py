@@ -28,6 +28,13 @@ CALL_TO = "[(hi|hello)] <addressee> ,"
 PLEASE = "[please]"
 """Before what is asked for, and after what people ask for in a few words. Robots understand it and never say it."""
 
+PASSED_ON = "[, change <count>]"
+"""After a change of a task, or the report of one that was changed: how many there were. Only robots count them."""
+
+CHANGES = 9
+"""A task's changes are counted so far, and then anew: whoever has missed more than four in a row takes the newest for
+an old one."""
+
 SLOT_FIELDS = {
     "addressee": "addressee",
     "speaker": "speaker",
@@ -45,6 +52,7 @@ SLOT_FIELDS = {
     "other": "other",
     "letters": "letters",
     "volts": "battery_v",
+    "count": "count",
 }
 """Field of the utterance or of its statement that each slot binds; `other` is the speaker quoted in a relayed one, and
 `confirmed` the task whose claim is confirmed in passing."""
@@ -116,6 +124,11 @@ _IN_PASSING: tuple[tuple[str, type[m.Statement], str], ...] = (
 )
 """What follows a confirmation in the same breath, where many want to speak."""
 
+_CHANGES: tuple[tuple[str, str, bool], ...] = (
+    ("task <number> again", "Do this task once more.", False),
+    (f"{PLEASE} skip task <number>", "Leave this task out this time.", True),
+)
+
 _CORE: tuple[Form, ...] = (
     Form(OPENING, None, "A greeting: whoever hears it knows that I am here."),
     Form(f"{OPENING}, i will complete task <number>", m.Claim, "I take this task; after an order: I read it back."),
@@ -124,11 +137,15 @@ _CORE: tuple[Form, ...] = (
     Form(f"{OPENING}, {PLEASE} <task>", m.Order, "Please do this task."),
     Form(f"{OPENING}, completing task <number>", m.Working, "I am at this task now."),
     Form(f"{OPENING}, completing task, <task>", m.Working, "I am at this task now."),
-    Form(f"{OPENING}, task <number> complete", m.Completed, "This task is done."),
+    Form(f"{OPENING}, task <number> complete {PASSED_ON}", m.Completed, "This task is done."),
     Form(
         f"{OPENING}, task <number> complete, i will complete task <next>",
         m.Completed,
         "This task is done, and I take the next one.",
+    ),
+    *(
+        Form(f"{OPENING}, {words} {PASSED_ON}", m.Change, means, constants={"skip": skip})
+        for words, means, skip in _CHANGES
     ),
     Form(f"{OPENING}, task <number> failed", m.Failed, "I gave this task up: somebody else may take it."),
     Form(

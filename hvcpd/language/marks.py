@@ -35,6 +35,7 @@ SEALED = (
     m.Order,
     m.Completed,
     m.Failed,
+    m.Change,
     m.Confirmed,
     m.Negative,
     m.Unable,

@@ -5,6 +5,11 @@ from __future__ import annotations
 from dataclasses import dataclass, field, replace
 from enum import Enum
 
+from hvcpd.language.motions import ComeBack as ComeBack
+from hvcpd.language.motions import Motion as Motion
+from hvcpd.language.motions import MoveBy as MoveBy
+from hvcpd.language.motions import TurnBy as TurnBy
+from hvcpd.language.motions import WillMove as WillMove
 from hvcpd.language.proofs import Cipher as Cipher
 from hvcpd.language.proofs import Code as Code
 from hvcpd.language.proofs import Mark as Mark
@@ -92,10 +97,14 @@ class Busy:
 
 @dataclass(frozen=True)
 class Completed:
-    """The speaker has done this task; with `next` it claims another one in the same breath."""
+    """The speaker has done this task; with `next` it claims another one in the same breath.
+
+    `count`: of a task that was changed, the last `Change` that the speaker knew of.
+    """
 
     task: TaskByNumber
     next: TaskByNumber | None = None
+    count: int | None = None
 
 
 @dataclass(frozen=True)
@@ -104,6 +113,19 @@ class Failed:
 
     task: TaskByNumber
     reason: str | None = None
+
+
+@dataclass(frozen=True)
+class Change:
+    """The task is to be done once more or, with `skip`, to be left out this time.
+
+    `count` tells whoever has missed it which change of this task it is, 1 to 9 and then anew; None: somebody wants it
+    now.
+    """
+
+    task: TaskByNumber
+    skip: bool = False
+    count: int | None = None
 
 
 @dataclass(frozen=True)
@@ -213,36 +235,6 @@ class NameTaken:
 
 
 @dataclass(frozen=True)
-class ComeBack:
-    """Drive to where you started."""
-
-
-@dataclass(frozen=True)
-class MoveBy:
-    """Drive straight on (or back) by a distance in metres."""
-
-    distance_m: float
-    back: bool = False
-
-
-@dataclass(frozen=True)
-class TurnBy:
-    """Turn on the spot by an angle in degrees, counter-clockwise positive (REP-103)."""
-
-    angle_deg: float
-
-
-Motion = ComeBack | MoveBy | TurnBy
-
-
-@dataclass(frozen=True)
-class WillMove:
-    """The speaker will make this motion: the read-back of its order."""
-
-    motion: Motion
-
-
-@dataclass(frozen=True)
 class Spelled:
     """The speaker's name, letter by letter, in lower case: "zorg". As a greeting it is answered like one.
 
@@ -304,6 +296,7 @@ Statement = (
     | Busy
     | Completed
     | Failed
+    | Change
     | Confirmed
     | ConfirmedAnd
     | Negative

@@ -13,7 +13,7 @@ from hvcpd.language import messages as m
 from hvcpd.language.automaton import build_graph, expected_after
 from hvcpd.language.binding import CompiledForm, build, compile_form, unbuild
 from hvcpd.language.codebook import Codebook
-from hvcpd.language.forms import FORMS, OPEN_KINDS, Kind
+from hvcpd.language.forms import CHANGES, FORMS, OPEN_KINDS, Kind
 from hvcpd.language.graph import WordGraph, with_phrases
 from hvcpd.language.marks import CIPHER_TAG_BYTES, hidden, mark_words, markable, split_mark, with_marks
 from hvcpd.language.pattern import (
@@ -321,6 +321,7 @@ def _slot_values(vocabulary: Vocabulary) -> SlotValues:
         "other": {name: (name.lower(),) for name in vocabulary.names},
         "metres": {distance_m: spoken_words(text) for distance_m, text in DISTANCES_M.items()},
         "volts": {volts: spoken_words(text) for volts, text in VOLTS.items()},
+        "count": {n: number_words(n) for n in range(1, CHANGES + 1)},
         "task": {m.TaskByName(name): spoken_words(name) for name in vocabulary.tasks},
         "remark": {text: spoken_words(text) for text in vocabulary.remarks},
         "reason": {text: spoken_words(text) for text in vocabulary.failures},

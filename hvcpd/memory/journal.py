@@ -7,7 +7,7 @@ from collections.abc import Iterable
 from typing import cast
 
 from hvcpd.config.tasks import TaskRepository
-from hvcpd.coordination.actions import SaveDue, SavePeer, SaveStopped, SaveTask
+from hvcpd.coordination.actions import SaveChange, SaveDue, SavePeer, SaveStopped, SaveTask
 from hvcpd.memory.store import PeerRecord, Store, TaskRecord, TaskState, TranscriptRecord
 from hvcpd.robot.records import (
     DoubtRecord,
@@ -26,6 +26,8 @@ from hvcpd.security.guard import DOUBTED, LOST_BITS, SKIPPED
 
 DUE = "due "
 """Before a task's number: the counter of when it was due that it was done for last, s since 1970."""
+CHANGE = "change "
+"""Before a task's number: the counter of its last change, twice, and one more if it is left out since."""
 STOPPED = "stopped"
 """The flag of a stopped robot in its store."""
 
@@ -50,8 +52,16 @@ class Journal:
     @property
     def dues(self) -> dict[int, float]:
         """For which time each task that recurs was done last, s since 1970, by number."""
-        found = {name.removeprefix(DUE): at for name, at in self._store.counters().items() if name.startswith(DUE)}
-        return {int(number): float(at) for number, at in found.items() if int(number) in self._names}
+        return {number: float(due_s) for number, due_s in self._counted(DUE).items()}
+
+    @property
+    def changes(self) -> dict[int, tuple[int, bool]]:
+        """The last change of each task that was changed, and whether it is left out since, by number."""
+        return {number: (value // 2, value % 2 == 1) for number, value in self._counted(CHANGE).items()}
+
+    def _counted(self, what: str) -> dict[int, int]:
+        found = {name.removeprefix(what): n for name, n in self._store.counters().items() if name.startswith(what)}
+        return {int(number): n for number, n in found.items() if int(number) in self._names}
 
     @property
     def counters(self) -> dict[str, int]:
@@ -85,6 +95,8 @@ class Journal:
                     self._store.save_task(TaskRecord(number, self._names[number], cast(TaskState, state), owner, now))
                 case SaveDue(number, due_s):
                     self._store.raise_counter(f"{DUE}{number}", int(due_s))
+                case SaveChange(number, count, skipped):
+                    self._store.raise_counter(f"{CHANGE}{number}", 2 * count + skipped)
                 case SavePeer(name, team, heard_at_s):
                     self._store.save_peer(PeerRecord(name, team, heard_at_s))
                 case SaveStopped(stopped):

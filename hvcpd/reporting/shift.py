@@ -15,6 +15,7 @@ from hvcpd.language import messages as m
 from hvcpd.language.phrasebook import Phrasebook
 from hvcpd.memory.store import TranscriptRow
 from hvcpd.reporting.events import Event, Garbled, Heard, MissionRecord, Said, Started, TaskChanged, Watered
+from hvcpd.reporting.occurrences import Occurrence
 from hvcpd.reporting.story import Story, tell
 
 WORD_S = 0.4
@@ -76,6 +77,8 @@ class Shift:
     unknown: int
     """Sentences that today's phrasebook does not have, as after a change of names."""
     story: Story
+    due: tuple[Occurrence, ...] = ()
+    """What became due, where that is known."""
 
     @property
     def said(self) -> int:
@@ -99,7 +102,11 @@ class Shift:
 
 
 def read_shift(
-    rows: Sequence[TranscriptRow], phrasebook: Phrasebook, tasks: Sequence[TaskDefinition], span_s: tuple[float, float]
+    rows: Sequence[TranscriptRow],
+    phrasebook: Phrasebook,
+    tasks: Sequence[TaskDefinition],
+    span_s: tuple[float, float],
+    due: tuple[Occurrence, ...] = (),
 ) -> Shift:
     """The shift that lasted from `span_s[0]` to `span_s[1]`, by the rows of that time that the clock was known at."""
     timed = [row for row in rows if row.wall_s is not None and span_s[0] <= row.wall_s <= span_s[1]]
@@ -123,6 +130,7 @@ def read_shift(
         reader.garbled,
         reader.unknown,
         tell(record),
+        due,
     )
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Collection, Iterable, Sequence
 from datetime import datetime
 from pathlib import Path
@@ -12,6 +13,7 @@ from hvcpd.language import messages as m
 from hvcpd.reporting.files import write_whole
 from hvcpd.reporting.icons import badge
 from hvcpd.reporting.markup import escaped, joined, tag
+from hvcpd.reporting.occurrences import Occurrence
 from hvcpd.reporting.palette import robot_slot, style_sheet
 from hvcpd.reporting.shift import Member, Shift
 from hvcpd.reporting.text import clean, percent, plural
@@ -25,6 +27,7 @@ _UNITS_PER_S = 0.15
 once."""
 MAX_LISTED = 6
 """Tasks that stand beside a member at once; of more the page tells the number, and the tasks on demand."""
+DUE_HEADS = ("Due", "Task", "What became of it", "Carried out")
 LABEL_EVERY = 4
 """Bars of the chart of talk to one time below it."""
 
@@ -55,7 +58,10 @@ def as_text(shift: Shift) -> str:
     lines = [clean(title(shift)), "", *_columns(_figures(shift), right=(0,)), ""]
     heads = ("Name", "Team", "Sentences", "Sure", "Last report")
     lines += _columns([heads, *(_member_cells(member) for member in shift.members)], right=(2, 3))
-    if shift.story.waterings:
+    if shift.due:
+        rows = [DUE_HEADS, *(_due_cells(shift, each) for each in shift.due)]
+        lines += ["", f"What was due: {_due_sum(shift)}", *(f"  {line}" for line in _columns(rows))]
+    elif shift.story.waterings:
         done = [
             (wall_clock(shift.begin_s + act.at_s, shift), act.robot, _task(shift, act.task))
             for act in shift.story.waterings
@@ -93,6 +99,9 @@ def as_json(shift: Shift) -> dict[str, object]:
         "garbled": shift.garbled,
         "unknown": shift.unknown,
         "done": dict(shift.done),
+        "due": [
+            {"task": each.number, "due_s": each.due_s, "became": each.became, "deeds": each.deeds} for each in shift.due
+        ],
         "members": [
             {
                 "name": member.name,
@@ -125,6 +134,7 @@ def page(shift: Shift) -> str:
         "header", tag("h1", "The shift"), tag("p", title(shift), class_="setting"), _classed(figures, "figures")
     )
     sections = [("Who did what when", _timeline(shift)), ("How they understood each other", _talk(shift))]
+    sections += [("What was due", _due(shift))] if shift.due else []
     sections += [("Who was there", _members(shift)), ("Tasks", _tasks(shift)), ("What went wrong", _troubles(shift))]
     main = tag("main", *(tag("section", tag("h2", heading), content) for heading, content in sections))
     return f"<!doctype html>\n{tag('html', tag('head', *head), tag('body', header, main), lang='en')}\n"
@@ -216,6 +226,25 @@ def _tasks(shift: Shift) -> Markup:
         done = tag("td", ", ".join(acts) or "not done", data_head="Done")
         rows.append(tag("tr", tag("td", task.number, data_head="No."), name, done))
     return _table(heads, rows)
+
+
+def _due_cells(shift: Shift, each: Occurrence) -> tuple[str, str, str, str]:
+    deeds = ", ".join(f"{wall_clock(at_s, shift)} by {by}" for at_s, by in each.deeds)
+    return wall_clock(each.due_s, shift), f"task {each.number}, {each.name}", each.became, deeds or "–"
+
+
+def _due_sum(shift: Shift) -> str:
+    counts = Counter(each.became for each in shift.due)
+    return ", ".join(f"{n} {became}" for became, n in counts.most_common())
+
+
+def _due(shift: Shift) -> Markup:
+    rows = []
+    for each in shift.due:
+        at, *cells = _due_cells(shift, each)
+        data = (tag("td", cell, data_head=head) for cell, head in zip(cells, DUE_HEADS[1:], strict=True))
+        rows.append(tag("tr", tag("th", at, scope="row"), *data))
+    return joined([tag("p", _due_sum(shift)), _table(DUE_HEADS, rows)])
 
 
 def _troubles(shift: Shift) -> Markup:

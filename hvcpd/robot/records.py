@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any
 
-from hvcpd.coordination.actions import SaveDue, SavePeer, SaveStopped, SaveTask
+from hvcpd.coordination.actions import SaveChange, SaveDue, SavePeer, SaveStopped, SaveTask
 from hvcpd.language.messages import Utterance
 from hvcpd.ports import Samples, WheelCommand
 from hvcpd.security.trust import Trust
@@ -164,6 +164,7 @@ Record = (
     | SaveCounter
     | SaveTask
     | SaveDue
+    | SaveChange
     | SavePeer
     | SaveStopped
 )

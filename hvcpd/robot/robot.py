@@ -11,7 +11,7 @@ from collections.abc import Callable, Mapping
 import numpy as np
 
 from hvcpd.config.tasks import Place
-from hvcpd.coordination.actions import SECOND_PAUSE_S, Halt, Perform, SaveDue, SavePeer, SaveStopped, SaveTask, Say
+from hvcpd.coordination.actions import SECOND_PAUSE_S, Halt, Perform, Say
 from hvcpd.coordination.coordination import Coordination
 from hvcpd.errors import PhraseError
 from hvcpd.hardware.kinematics import Odometry
@@ -320,7 +320,7 @@ class Robot:
                 case Halt():
                     self.performer.cancel()
                     halted = True
-                case SaveTask() | SaveDue() | SavePeer() | SaveStopped():
+                case _:
                     self._records.append(action)
         return halted
 

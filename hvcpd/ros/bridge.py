@@ -36,6 +36,8 @@ UNANSWERED_S = 1.0
 """A reply that has not come by then is not waited for any more."""
 MAX_SAY_LENGTH = 500
 """Characters; more than any sentence of the phrasebook. The daemon hangs up on a line of more than 8192 bytes."""
+MAX_DIGITS = 4
+"""Of a task's number; which ones there are the daemon knows."""
 MAX_SAYS = 5
 """Sentences that wait for the daemon's reply, which comes at once; more would keep a stop or odometry waiting."""
 NO_DAEMON = "no daemon answers; start it with `hvcpd`"
@@ -137,6 +139,8 @@ class Bridge:
         """A message to the bridge."""
         if topic == topics.SAY and isinstance(message, String):
             self._take_say(message.data)
+        elif topic == topics.TASK and isinstance(message, String):
+            self._take_task(message.data)
         elif topic == topics.ESTOP and isinstance(message, Bool):
             command = "stop" if message.data else "resume"
             if self._asked.get(self._stop_id or 0) != command:  # else it is on its way, however often it is said
@@ -212,6 +216,14 @@ class Bridge:
             self._ask("say", text=text)
         elif self._last_refusal != TOO_MANY:
             self._tell_refusal(TOO_MANY, None)
+
+    def _take_task(self, text: str) -> None:
+        """Pass "again 3" or "skip 3" on."""
+        wanted, _, number = text.strip().partition(" ")
+        if not (number.isascii() and number.isdigit() and len(number) <= MAX_DIGITS):
+            self._tell_refusal(f"task: write 'again 3' or 'skip 3', not {text[:40]!r}", None)
+        elif sum(command == "task" for command in self._asked.values()) < MAX_SAYS:
+            self._ask("task", do=wanted, number=int(number))
 
     def _take_odometry(self, odometry: Odometry, now_s: float) -> None:
         arguments = base_arguments(odometry)

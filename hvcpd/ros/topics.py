@@ -33,11 +33,12 @@ TF = Topic("/tf", TFMessage)
 DIAGNOSTICS = Topic("/diagnostics", DiagnosticArray)
 
 SAY = Topic("say", String)
+TASK = Topic("task", String)
 ESTOP = Topic("estop", Bool)
 
 PUBLISHED = (HEARD, HEARD_JSON, SAID, SAID_JSON, EVENTS, TASKS, STATE, STOPPED, DIAGNOSTICS)
 """Topics that are published in any case."""
-SUBSCRIBED = (SAY, ESTOP)
+SUBSCRIBED = (SAY, TASK, ESTOP)
 """Topics that are subscribed to in any case."""
 
 

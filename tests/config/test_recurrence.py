@@ -36,6 +36,12 @@ def test_a_rule_is_of_local_time() -> None:
     assert every.shortest_s == 10 * 3600.0
 
 
+def test_a_rule_without_an_hour_is_due_at_midnight_and_keeps_its_minute() -> None:
+    noon = datetime(2026, 5, 4, 12, 0)
+    for text, due in (("FREQ=DAILY", datetime(2026, 5, 4)), ("FREQ=DAILY;BYMINUTE=30", datetime(2026, 5, 4, 0, 30))):
+        assert Recurrence(text).last(noon.timestamp()) == due.timestamp()
+
+
 def test_intervals_are_counted_from_midnight() -> None:
     times = [Recurrence("6 h").next(1.76e9 + 3600.0 * k) for k in range(24)]
     assert {(later or 0.0) - (earlier or 0.0) for earlier, later in pairwise(times)} == {0.0, 21600.0}

@@ -290,3 +290,49 @@ def test_a_name_in_another_script_gets_no_proposal_that_maims_it() -> None:
 def test_the_example_explains_each_thing_once() -> None:
     lines = [line for line in default_tasks_path().read_text(encoding="utf-8").splitlines() if len(line) > 40]
     assert len(lines) == len(set(lines))
+
+
+THREE = "tasks:\n" + "".join(
+    f"  - number: {n}\n    name: water the {colour} rose\n    actions: [{{wait: 1}}]\n    {{{n}}}\n"
+    for n, colour in ((1, "green"), (2, "violet"), (3, "indigo"))
+)
+
+
+def three(*more: str) -> str:
+    text = THREE
+    for number, field in enumerate(more, 1):
+        text = text.replace(f"{{{number}}}", field)
+    return text
+
+
+def test_what_is_urgent_and_what_comes_first_is_read(tmp_path: Path) -> None:
+    tasks = load(tmp_path, three("priority: 2", "after: []", "after: [1, 2]\n    deadline: 30 min"))
+    assert tasks.tasks[0].priority == 2
+    assert (tasks.tasks[2].after, tasks.tasks[2].deadline_s) == (frozenset({1, 2}), 1800.0)
+
+
+@pytest.mark.parametrize(
+    ("after", "line", "circle"),
+    [
+        (("after: [1]", "after: []", "after: []"), 5, "task 1 after task 1"),
+        (("after: [3]", "after: [1]", "after: [2]"), 5, "task 1 after task 3 after task 2 after task 1"),
+        (("after: []", "after: [3]", "after: [1, 2]"), 9, "task 2 after task 3 after task 2"),
+    ],
+)
+def test_tasks_in_a_circle_are_told_once_with_the_way_round(
+    after: tuple[str, str, str], line: int, circle: str, tmp_path: Path
+) -> None:
+    (fault,) = faults(tmp_path, three(*after))
+    assert fault == f"F:{line}: {circle}: so none of them can begin; leave one of them out"
+
+
+def test_a_task_comes_after_tasks_that_there_are(tmp_path: Path) -> None:
+    (fault,) = faults(tmp_path, three("after: [7]", "", ""))
+    assert "task 1 comes after task 7, which there is not; leave 7 out" in fault
+
+
+def test_a_deadline_is_a_time_and_a_priority_small(tmp_path: Path) -> None:
+    told = faults(tmp_path, three("deadline: soon", "priority: 10", "after: one"))
+    assert "write for example `30 min`" in told[0]
+    assert "priority" in told[1]
+    assert "after" in told[2]

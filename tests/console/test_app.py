@@ -25,6 +25,16 @@ def test_a_stop_counts_even_if_the_others_cannot_be_told() -> None:
     assert answer.json()["told"] == "Rob is stopped; but the others could not be told: 8 sentences wait"
 
 
+def test_a_task_is_wanted_again() -> None:
+    page = Page()
+    page.robot.refusals["task"] = NotDoneError("there is no task 9")
+    assert page.act({"do": "skip", "number": 9}).status == 409
+    page.robot.refusals.clear()
+    page.robot.asked.clear()
+    assert "task 3 is done again" in page.act({"do": "again", "number": 3}).json()["told"]
+    assert page.robot.asked == [("task", {"do": "again", "number": 3})]
+
+
 def test_without_a_daemon_a_stop_says_what_to_do() -> None:
     page = Page()
     page.robot.refusals["stop"] = NotRunningError("The robot's daemon does not answer")

@@ -96,6 +96,12 @@ def test_stop_and_resume(ctl: Ctl, robot: RunningRobot) -> None:
     assert "was not stopped" in ctl("resume")
 
 
+def test_a_task_is_left_out_and_wanted_again(ctl: Ctl) -> None:
+    assert ctl("task", "skip", "1") == "task 1, water the green rose, is left out this time: Rob tells the others\n"
+    assert json.loads(ctl("task", "again", "1", "--json"))["do"] == "again"
+    assert "there is no task 77" in ctl("task", "skip", "77", status=1)
+
+
 def test_say_goes_through_the_robot_whose_name_is_in_it(ctl: Ctl) -> None:
     assert ctl("say", "hi bot i am rob what are you doing") == "Rob says: Hi Bot, I am Rob, what are you doing\n"
     assert json.loads(ctl("say", "stop", "--json"))["text"] == "Stop"

@@ -11,6 +11,7 @@ from hil_fakes.word_mission import Outage, WordMission, WordPlan
 from hil_fakes.word_plans import recurring_plan
 from hvcpd.config.recurrence import Recurrence
 from hvcpd.config.tasks import TaskDefinition, Wait
+from hvcpd.language import messages as m
 
 HOUR_S = 3600.0
 EVERY_HOUR = tuple(
@@ -66,3 +67,31 @@ def test_random_teams_over_a_day(seed: int) -> None:
     result = mission.run()
     assert (result.missed, result.repeated) == (0, 0)
     assert mission.occurrences()
+
+
+def test_what_was_done_for_this_time_is_not_done_again_without_a_clock_however_it_was_heard_to_be_due() -> None:
+    """Bot has learned from a list that it is left, not from who spoke of it as due."""
+    mission = WordMission(replace(PLAN, names=("Rob", "Bot"), tasks=EVERY_HOUR[:1]))
+    mission.air.run_until(HOUR_S + 1800.0)
+    last_s, number, doer = mission.done[-1]
+    bot = mission.robots["Bot"].board[1]
+    bot.opened_s = last_s - 5000.0
+    bot.done_s = mission.air.now - 300.0
+    mission.tell(mission.air.now + 1.0, "Tom", m.Utterance("Tom", m.ToTeam("plant"), None, m.Claim(m.TaskByNumber(1))))
+    mission.air.run_until(mission.air.now + 10.0)
+    assert (number, bot.known_done, bot.owner) == (1, True, doer)
+
+
+def test_a_task_that_was_given_up_is_reported_so_whatever_is_heard_of_it_meanwhile() -> None:
+    mission = WordMission(replace(PLAN, names=("Rob", "Bot"), fails=lambda name, _task, _now: name == "Rob"), keep=True)
+    board = mission.robots["Rob"].board
+
+    def mishear() -> None:
+        if mission.robots["Rob"].knowledge.report.failed:
+            board.complete(1, "Bot", hearsay=True)
+
+    for second in range(200):
+        mission.at(float(second), mishear)
+    mission.air.run_until(200.0)
+    reports = [u.statement for _, who, u in mission.said if who == "Rob" and isinstance(u.statement, m.Completed)]
+    assert not reports

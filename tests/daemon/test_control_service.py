@@ -104,6 +104,25 @@ def test_stop_halts_the_wheels_before_the_next_block_and_is_said_aloud(tmp_path:
     run(scene())
 
 
+def test_a_task_is_left_out_and_wanted_again_and_the_others_are_told(tmp_path: Path) -> None:
+    async def scene() -> None:
+        async with control(tmp_path) as bench:
+            talk = await bench.connect()
+            for do, refusal in (("skip", "task 1 is done already"), ("again", "task 1 is to be done as it is")):
+                reply = await talk.ask("task", do=do, number=1)
+                assert reply["result"] == {"number": 1, "name": "water the green rose", "do": do}
+                assert (await talk.ask("task", do=do, number=1))["error"] == {"code": "refused", "text": refusal}
+            assert "there is no task 0" in (await talk.ask("task", do="skip"))["error"]["text"]
+            assert (await talk.ask("task", do="paint", number=1))["error"]["code"] == "bad_argument"
+            await talk.ask("subscribe", events=["said"])
+            await bench.live(blocks=300)
+            said = [await talk.line(), await talk.line()]
+            assert "Hi all, I am Rob, task one again, change two" in [line["text"] for line in said if line]
+            await talk.hang_up()
+
+    run(scene())
+
+
 def test_a_stop_before_the_robot_is_there_is_not_forgotten(tmp_path: Path) -> None:
     async def scene() -> None:
         async with control(tmp_path, with_robot=False) as bench:

@@ -14,7 +14,7 @@ import pytest
 from structlog.testing import capture_logs
 
 from hvcpd.config.settings import Settings
-from hvcpd.coordination.actions import SaveStopped, SaveTask
+from hvcpd.coordination.actions import SaveChange, SaveDue, SaveStopped, SaveTask
 from hvcpd.daemon.journal_service import MAX_WAITING, JournalService
 from hvcpd.daemon.wiring import Wiring, wire_up
 from hvcpd.errors import RunningError, StoreError
@@ -54,6 +54,21 @@ def test_all_that_was_written_is_there_after_closing(wiring: Wiring) -> None:
     assert [record.at_s for record in store.transcript()] == [float(second) for second in range(100)]
     assert [(task.number, task.state) for task in store.tasks()] == [(2, "done")]
     store.close()
+
+
+def test_changes_of_tasks_and_what_they_were_done_for_are_remembered(wiring: Wiring) -> None:
+    async def scene() -> None:
+        journal = JournalService(wiring)
+        await journal.open()
+        journal.write((SaveDue(1, 1.7e9), SaveChange(1, 2, True), SaveChange(2, 1, True), SaveChange(2, 2, False)), 1.0)
+        await journal.close()
+        again = JournalService(wiring)
+        await again.open()
+        assert again.dues == {1: 1.7e9}
+        assert again.changes == {1: (2, True), 2: (2, False)}
+        await again.close()
+
+    run(scene())
 
 
 def test_what_is_remembered_at_the_next_start(wiring: Wiring) -> None:

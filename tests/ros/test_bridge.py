@@ -145,6 +145,15 @@ def test_what_is_to_be_said_is_asked_for_and_a_refusal_is_told() -> None:
     assert talk.answer("say", code="not_in_phrasebook", text="nobody says coffee") == [Log("say: nobody says coffee")]
 
 
+def test_a_task_is_changed_and_what_is_no_change_is_told() -> None:
+    talk = Talk()
+    assert asked("task", talk.ros(topics.TASK, String("again 12"))) == [{"do": "again", "number": 12}]
+    assert talk.answer("task", code="refused", text="there is no task 12") == [Log("task: there is no task 12")]
+    (log,) = talk.ros(topics.TASK, String("again and again"))
+    assert isinstance(log, Log)
+    assert "write 'again 3'" in log.text
+
+
 def test_what_is_too_long_or_too_much_to_be_said_keeps_nothing_else_from_the_daemon() -> None:
     talk = Talk()
     (log,) = talk.ros(topics.SAY, String("x" * 10_000))

@@ -1,4 +1,5 @@
 // Who is here, the board of tasks, alarms, and the meter.
+import { act } from "./controls.js";
 import { byId, make, setText } from "./dom.js";
 
 const robots = byId("robots");
@@ -41,10 +42,20 @@ export function showBoard(message) {
         make("td", { "data-head": "No." }, String(task.number)),
         make("th", { scope: "row" }, task.name),
         make("td", { "data-head": "State" }, state),
-        make("td", { "data-head": "By" }, by),
+        make("td", { "data-head": "By" }, by, change(task)),
       );
     }),
   );
+}
+
+/** A button that has a task done again, or left out; none in a recording. */
+function change(task) {
+  if (document.body.dataset.mode !== "live") return null;
+  const wanted = task.state === "done" ? "again" : "skip";
+  const label = `${wanted === "again" ? "Do again" : "Skip"}: ${task.name}`;
+  const button = make("button", { type: "button", class: "quiet", "aria-label": label }, wanted === "again" ? "Again" : "Skip");
+  button.addEventListener("click", () => act({ do: wanted, number: task.number }));
+  return button;
 }
 
 export function showAlarms(message) {

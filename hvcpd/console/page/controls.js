@@ -5,11 +5,12 @@ const stop = byId("stop");
 const resume = byId("resume");
 const told = byId("told");
 const ask = byId("ask");
+const DOING = { stop: "Stopping …", resume: "Resuming …", again: "Asking for the task again …", skip: "Leaving the task out …" };
 const token = document.querySelector("meta[name=hvcpd-token]").content;
 
-async function act(wanted) {
+export async function act(wanted) {
   told.hidden = false;
-  setText(told, wanted.do === "stop" ? "Stopping …" : "Resuming …");
+  setText(told, DOING[wanted.do]);
   try {
     const reply = await fetch("act", {
       method: "POST",

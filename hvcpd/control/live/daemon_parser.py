@@ -20,7 +20,7 @@ _WHICH = "Without --name the robot of the settings is meant, or else the only on
 
 
 def add_daemon_commands(commands: Commands, lazy: Callable[[str], Run]) -> None:
-    """Add `status`, `tasks`, `follow`, `console`, `stop`, `resume`, `reload` and `config`."""
+    """Add `status`, `tasks`, `task`, `follow`, `console`, `stop`, `resume`, `reload` and `config`."""
     status = _add(
         commands, "status", "show what a running robot is doing", lazy("live.status"), "hvcpctl status --watch"
     )
@@ -36,6 +36,7 @@ def add_daemon_commands(commands: Commands, lazy: Callable[[str], Run]) -> None:
         lazy("live.bid"),
         "hvcpctl stop --name Rob",
     )
+    _add_task(commands, lazy("live.task"))
     _add(commands, "resume", "let a stopped robot take on tasks again", lazy("live.bid"))
     _add(commands, "reload", "have a robot read its settings and tasks again", lazy("live.bid"))
     config = _add(commands, "config", "show each setting and where it comes from", lazy("live.show_config"))
@@ -115,6 +116,18 @@ def add_which(command: argparse.ArgumentParser, name: bool = True) -> None:
     if name:
         command.add_argument("--name", metavar="NAME", help="which robot, if several run here")
     command.add_argument("--socket", type=Path, metavar="FILE", help="this control socket, wherever it lies")
+
+
+def _add_task(commands: Commands, run: Run) -> None:
+    task = _add(
+        commands,
+        "task",
+        "have a task done again, or left out this time, while the robots work",
+        run,
+        "hvcpctl task again 3     # as if somebody had said “Hi all, I am Anna, task three again”",
+    )
+    task.add_argument("do", choices=("again", "skip"), help="do it once more, or leave it out this time")
+    task.add_argument("number", type=int, metavar="NUMBER", help="the task's number, as `hvcpctl tasks` shows it")
 
 
 def _add(commands: Commands, name: str, text: str, run: Run, example: str = "") -> argparse.ArgumentParser:

@@ -23,6 +23,7 @@ from hvcpd.assembly.vocabulary import check, refusal
 from hvcpd.config.settings import SpeechSettings
 from hvcpd.config.task_doubts import doubts
 from hvcpd.control.keys.key import today
+from hvcpd.control.simulate.day import run_hours
 from hvcpd.control.simulate.team import Team, load_team, vocabulary_cache
 from hvcpd.coordination.actions import Speech
 from hvcpd.errors import EX_FAILURE, EX_OK, AudioFileError, ConfigError, DeviceError, did_you_mean, unwritable
@@ -56,6 +57,11 @@ def run(options: argparse.Namespace) -> int:
         sealed=keys is not None,
         encrypted=options.encrypted,
     )
+    if options.hours is not None:
+        if options.report is not None:
+            _make_directory(options.report)
+        speech = _speech(options, team.settings.speech)
+        return run_hours(options, team, _coordinator(options, robots), speech)
     plan = BenchPlan(
         names=robots,
         tasks=team.tasks,

@@ -1,0 +1,75 @@
+"""What a mission at the level of words is made of, and what came of it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+
+from hil_fakes.word_channel import Conditions
+from hil_fakes.word_occurrences import BEGIN_S
+from hil_fakes.word_seals import WordSeals
+from hvcpd.config.tasks import TaskDefinition
+from hvcpd.coordination.actions import Speech, Timing
+
+
+@dataclass(frozen=True)
+class Outage:
+    """A robot is switched off without a word, and on again `back_s` later, with what it had saved; None: never."""
+
+    name: str
+    at_s: float
+    back_s: float | None
+
+
+@dataclass(frozen=True)
+class WordPlan:
+    """One mission. `late` are robots that are switched on only then, `leaving` those that are told to end then;
+    `earshot_m` is how far a voice carries; from `clear_m` on the chance that it is not understood grows to 1 there."""
+
+    names: tuple[str, ...]
+    tasks: tuple[TaskDefinition, ...]
+    seed: int = 0
+    conditions: Conditions = field(default_factory=Conditions)
+    coordinator: str | None = None
+    outages: tuple[Outage, ...] = ()
+    late: Mapping[str, float] = field(default_factory=dict)
+    leaving: Mapping[str, float] = field(default_factory=dict)
+    earshot_m: float | None = None
+    clear_m: float | None = None
+    nearest_first: bool = False
+    unable: Mapping[str, frozenset[int]] = field(default_factory=dict)
+    """What each robot cannot do, by the tasks' numbers."""
+    strangers: bool = False
+    """Nobody knows another one's name beforehand."""
+    speech: Speech = field(default_factory=Speech)
+    """How all of them speak."""
+    timing: Timing = field(default_factory=Timing)
+    seals: WordSeals | None = None
+    """Seals of a team with a key; None: no sentence is sealed."""
+    clocks: Mapping[str, float] | None = None
+    """How wrong each robot's clock is, s; who is not named has none. None: nobody needs one, for nothing recurs."""
+    fails: Callable[[str, int, float], bool] = lambda _robot, _task, _now: False
+    """Whether a robot fails at a task at a time."""
+    begin_s: float = BEGIN_S
+    """When it begins, s since 1970, where robots have clocks."""
+    limit_s: float = 10_000.0
+    settle_s: float = 20.0
+
+
+@dataclass(frozen=True)
+class WordResult:
+    """What came of a mission. `agreed`: in the end every robot that was on held every task for done."""
+
+    lost: int
+    duplicates: int
+    agreed: bool
+    off_in_mid_task: bool
+    ended_s: float
+    sent: int
+    collisions: int
+    airtime_s: float
+    misheard: int
+    missed: int = 0
+    """Occurrences of what recurs that nobody has carried out before the next one;"""
+    repeated: int = 0
+    """and how often one was carried out more than once."""

@@ -1,0 +1,82 @@
+"""What the tasks of a repository must be to each other: each one's number, names and order."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from typing import Any, cast
+
+from hvcpd.config.document import KeyPath
+from hvcpd.config.loading import Parts, describe
+from hvcpd.config.names import valid_alternative, valid_word
+
+SoundsAlike = Callable[[str, str], bool]
+"""Whether two names are too near in sound to be told apart by ear."""
+
+
+def check_after(parts: Parts, numbers: Mapping[int, KeyPath]) -> None:
+    """What a task comes after is a task, and no task comes after itself, by whatever way round."""
+    after: dict[int, tuple[int, ...]] = {}
+    for number, path in numbers.items():
+        at: KeyPath = (*path[:-1], "after")
+        after[number] = parts.get(at, tuple[int, ...]) or ()
+        for other in set(after[number]) - numbers.keys():
+            parts.fault(at, f"task {number} comes after task {other}, which there is not; leave {other} out")
+    for number, path in numbers.items():
+        circle = _circle(after, number)
+        if circle:
+            way = " after ".join(f"task {each}" for each in circle)
+            parts.fault((*path[:-1], "after"), f"{way}: so none of them can begin; leave one of them out")
+            return
+
+
+def _circle(after: Mapping[int, tuple[int, ...]], first: int) -> tuple[int, ...]:
+    """The way by which a task comes after itself, the task at both ends; empty if there is none."""
+    ways: list[tuple[int, ...]] = [(first,)]
+    seen: set[int] = set()
+    while ways:
+        way = ways.pop()
+        for number in after.get(way[-1], ()):
+            if number == first:
+                return (*way, first)
+            if number not in seen:
+                seen.add(number)
+                ways.append((*way, number))
+    return ()
+
+
+def check_alternatives(parts: Parts) -> None:
+    """Each phrase is spoken words, and stands for one word only."""
+    given = parts.get(("alternatives",), cast(type[Any], Any))
+    if not isinstance(given, dict):
+        return
+    taken: dict[str, tuple[str, int]] = {}
+    for word, phrases in given.items():
+        at: KeyPath = ("alternatives", word)
+        if (wrong := valid_word(word)) is not None:
+            parts.fault(at, wrong)
+        if not isinstance(phrases, list) or not phrases:
+            parts.fault(at, f"expected a list of phrases, found {describe(phrases)}; write it as [in the go]")
+            continue
+        for index, phrase in enumerate(phrases):
+            path: KeyPath = (*at, index)
+            wrong = valid_alternative(phrase) if isinstance(phrase, str) else f"{describe(phrase)} is no phrase"
+            if wrong is None and phrase in taken:
+                other, line = taken[phrase]
+                wrong = f"{phrase!r} counts as {other!r} already (line {line}); leave one of them out"
+            if wrong is not None:
+                parts.fault(path, wrong)
+            else:
+                taken[phrase] = (word, parts.line(path))
+
+
+def check_names(parts: Parts, names: list[tuple[str, KeyPath]], sounds_alike: SoundsAlike | None) -> None:
+    """No two names are the same, or taken for each other by ear."""
+    for later, (name, path) in enumerate(names):
+        for other, other_path in names[:later]:
+            line = parts.line(other_path)
+            if name == other:
+                parts.fault(path, f"the task name {name!r} is taken in line {line} already; choose another")
+                break
+            if sounds_alike is not None and sounds_alike(other, name):
+                parts.fault(path, f"the task name {name!r} sounds like {other!r} in line {line}; reword one of them")
+                break

@@ -1,0 +1,89 @@
+"""`hvcpctl simulate --hours`: hours or days of a team at the level of words, in minutes, and a report of the shift.
+
+The robots' own conversation, over air that carries words and no sound; driving and skills take time, and nothing else.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import sys
+from datetime import timedelta
+
+from hil_fakes.word_channel import Conditions
+from hil_fakes.word_mission import WordMission, WordPlan
+from hvcpd.config.recurrence import BEGIN
+from hvcpd.control.simulate.team import Team
+from hvcpd.coordination.actions import Speech
+from hvcpd.errors import EX_FAILURE, EX_OK, AudioFileError, ConfigError, unwritable
+from hvcpd.memory.store import TranscriptRecord, TranscriptRow
+from hvcpd.reporting.occurrences import occurrences
+from hvcpd.reporting.shift import Shift, read_shift
+from hvcpd.reporting.shift_page import as_json, as_text, write_shift
+
+BEGIN_S = (BEGIN + timedelta(weeks=1)).timestamp()
+"""Midnight before a Monday, local time: every such shift begins then, so that the same seed gives the same shift."""
+HOUR_S = 3600.0
+FOR_SOUND = ("play", "key", "encrypted", "mute", "strangers", "tank")
+"""Options that are about sound, or need it."""
+
+
+def run_hours(options: argparse.Namespace, team: Team, coordinator: str | None, speech: Speech) -> int:
+    """Run it, show the shift, write its page; 0 only if all that was due was done, and nothing twice."""
+    useless = next((name for name in FOR_SOUND if getattr(options, name)), None)
+    if useless is not None:
+        raise ConfigError(f"--hours goes by words, without sound; leave --{useless} out")
+    mission = WordMission(_plan(options, team, coordinator, speech), keep=True)
+    mission.remember_done(BEGIN_S)
+    mission.run()
+    shift = _shift(mission, team, options.hours * HOUR_S)
+    if options.report is not None:
+        path = options.report / "shift.html"
+        try:
+            write_shift(shift, path)
+        except OSError as error:
+            raise AudioFileError(f"--report: {unwritable(path, error, 'name another directory')}") from None
+    sys.stdout.write(json.dumps(as_json(shift)) + "\n" if options.json else as_text(shift))
+    good = all(each.became in ("done", "done late", "to be done") for each in shift.due)
+    return EX_OK if good else EX_FAILURE
+
+
+def _plan(options: argparse.Namespace, team: Team, coordinator: str | None, speech: Speech) -> WordPlan:
+    skills = frozenset(skill.name for skill in team.tasks.skills)
+    known = {robot.lower(): robot for robot in options.robots}
+    lacked: dict[str, frozenset[str]] = {}
+    for robot, skill in options.without:
+        name = known.get(robot.lower(), robot)
+        lacked[name] = lacked.get(name, frozenset()) | {skill}
+    return WordPlan(
+        options.robots,
+        team.tasks.tasks,
+        options.seed,
+        Conditions(loss=options.loss),
+        coordinator=coordinator,
+        nearest_first=options.pick == "nearest",
+        speech=speech,
+        unable={name: team.tasks.lacking(skills - missing) for name, missing in lacked.items()},
+        clocks=dict.fromkeys(options.robots, 0.0),
+        begin_s=BEGIN_S,
+        limit_s=options.hours * HOUR_S,
+    )
+
+
+def _shift(mission: WordMission, team: Team, length_s: float) -> Shift:
+    """The shift as it was in the air, told as the first robot's."""
+    begin_s = mission.plan.begin_s
+    rows = [
+        TranscriptRow(
+            number,
+            begin_s + at_s,
+            TranscriptRecord(
+                at_s, "said" if speaker == mission.plan.names[0] else "heard", speaker, team.phrasebook.write(u), 1.0
+            ),
+        )
+        for number, (at_s, speaker, u) in enumerate(mission.said, 1)
+    ]
+    tasks, end_s = team.tasks.tasks, begin_s + length_s
+    deeds = [(begin_s + at_s, number, by) for at_s, number, by in mission.done]
+    due = occurrences(tasks, deeds, begin_s, end_s)
+    return read_shift(rows, team.phrasebook, tasks, (begin_s, end_s), due)

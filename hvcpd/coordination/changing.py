@@ -1,0 +1,205 @@
+"""What people change while robots work: a task is to be done again, or left out this time.
+
+Each change of a task has a number, and the newer one holds. Whoever hears it passes it on, a few times in all; who has
+missed it all the same objects to the next claim, or leaves the task out of a list of what is left, and is told then.
+So all come to the same, whatever each has missed.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+from hvcpd.coordination import claims, composing, schedule
+from hvcpd.coordination.addressing import OWNER_SLOT, UNSURE_SLOTS, is_for_me_alone
+from hvcpd.coordination.board import DONE, Entry
+from hvcpd.coordination.floor import Intent, Urgency
+from hvcpd.coordination.knowledge import Heard, Knowledge, Reactions
+from hvcpd.coordination.states import NEWCOMER, State, Trigger
+from hvcpd.coordination.table import fire
+from hvcpd.language import messages as m
+from hvcpd.language.forms import CHANGES
+
+TIMES = 3
+"""A change is said so often, by whomever: with three of ten sentences lost, 97 of 100 listeners have it then."""
+JUST_DUE_S = 20.0
+"""Sooner after a task became due nobody has done it: to claim it, to be confirmed, to get there and to say so takes
+longer. Who did it last time, says that it is done, and has no clock, means that time."""
+SPREAD_S = 30.0
+"""Before it is said again: a turn, with its confirmation, takes 12.5 s. At most twice as long; doubled each time."""
+
+
+def want(me: Knowledge, number: int, skip: bool, now: float) -> str | None:
+    """Change a task, and tell the others; why not, or None."""
+    entry = me.board.find(m.TaskByNumber(number))
+    if entry is None:
+        known = ", ".join(str(each.definition.number) for each in me.board.entries())
+        return f"there is no task {number}; the tasks are {known}"
+    if _is_so(entry, skip):
+        return f"task {number} is {entry.state} already" if skip else f"task {number} is to be done as it is"
+    if skip and _is_acted(me, number):
+        return f"task {number} is just being done"
+    _take(me, entry, entry.change + 1, skip, now)
+    _say_to_all(me, entry, now)
+    return None
+
+
+def changed(me: Knowledge, heard: Heard, s: m.Change) -> None:
+    """Somebody wants a change, or passes one on."""
+    entry, speaker, now = me.board.find(s.task), heard.speaker, heard.now
+    if entry is None:
+        if s.count is None and speaker is not None:
+            composing.answer(me, speaker, f"answer {speaker}", m.Unknown(s.task), now, call=speaker)
+        return
+    if s.count is not None:
+        _compare(me, heard, entry, s.skip, s.count)
+    elif speaker is not None and s.skip and entry.known_done and not entry.skipped:
+        claims.tell_done(me, speaker, entry, now)
+    else:
+        if not _is_so(entry, s.skip) and not (s.skip and _is_acted(me, entry.definition.number)):
+            _take(me, entry, entry.change + 1, s.skip, now)
+        _answer(me, speaker, entry, now)
+
+
+def _is_so(entry: Entry, skip: bool) -> bool:
+    return entry.known_done if skip else entry.state != DONE
+
+
+def _is_acted(me: Knowledge, number: int) -> bool:
+    return me.current.task == number and me.state is State.ACTING
+
+
+def _compare(me: Knowledge, heard: Heard, entry: Entry, skip: bool, spoken: int) -> None:
+    """Take what is newer, put right what is older; of two changes with one number, to do it again holds."""
+    number, now = entry.definition.number, heard.now
+    count = _counted(entry, spoken)
+    differs = skip is not entry.skipped
+    if count > entry.change or (count == entry.change and differs and not skip and entry.known_done):
+        _take(me, entry, count, skip, now)
+        return
+    if count < entry.change or (differs and skip and not entry.known_done):
+        tell(me, heard.speaker, entry, now)
+    elif not skip and entry.known_done and heard.speaker is not None and entry.owner != heard.speaker:
+        claims.tell_done(me, heard.speaker, entry, now)
+    _note_said(me, number, now)
+
+
+def _counted(entry: Entry, spoken: int) -> int:
+    """Which change a spoken number means: the nearest to the last one that is known."""
+    if not entry.change:
+        return spoken
+    ahead = (spoken - entry.change) % CHANGES
+    return entry.change + (ahead if ahead <= CHANGES // 2 else ahead - CHANGES)
+
+
+def _take(me: Knowledge, entry: Entry, count: int, skip: bool, now: float) -> None:
+    number = entry.definition.number
+    skip = skip and not _is_acted(me, number)
+    if not skip and entry.state == DONE:
+        schedule.reopen(me, entry, now)
+    me.board.change(number, count, skip)
+    if skip and me.current.task == number:
+        fire(me, Trigger.DONE_BEFORE, now)
+    me.spreading[number] = (now + SPREAD_S * (1.0 + me.rng.random()), 1)
+    me.reconsider(now)
+
+
+def said(entry: Entry) -> m.Change:
+    """The last change of a task, as it is passed on."""
+    return m.Change(m.TaskByNumber(entry.definition.number), entry.skipped, composing.spoken_count(entry))
+
+
+def tell(me: Knowledge, other: str | None, entry: Entry, now: float) -> None:
+    """Somebody has missed the last change."""
+    composing.answer(me, other, f"change {entry.definition.number}", said(entry), now, OWNER_SLOT, call=other)
+
+
+def _answer(me: Knowledge, name: str | None, entry: Entry, now: float) -> None:
+    """One of all answers who wanted a change, with its number, so that others learn that too."""
+    number = entry.definition.number
+    statement: m.Statement = said(entry) if entry.change else m.Confirmed(m.TaskByNumber(number))
+    slot = me.rank(name or "", number, now) + (UNSURE_SLOTS if me.state in NEWCOMER else 0)
+    composing.answer(me, name, f"change {number}", statement, now, slot, call=name or "", tentative=True)
+
+
+def _say_to_all(me: Knowledge, entry: Entry, now: float) -> None:
+    """While it matters: what was done again since then is reported as such."""
+
+    def compose() -> m.Utterance | None:
+        matters = entry.is_changed and (entry.skipped or not entry.known_done)
+        return composing.to_all(me, said(entry)) if matters else None
+
+    me.floor.want(Intent(Urgency.TURN, f"change {entry.definition.number}", compose), now)
+
+
+def _note_said(me: Knowledge, number: int, now: float) -> None:
+    """It was said once more, by whomever."""
+    _, times = me.spreading.pop(number, (now, TIMES))
+    if times < TIMES:
+        me.spreading[number] = (now + SPREAD_S * 2.0**times * (1.0 + me.rng.random()), times + 1)
+
+
+def next_s(me: Knowledge) -> float:
+    """When a change is to be said again, s; infinity if none is."""
+    return min((at_s for at_s, _ in me.spreading.values()), default=math.inf)
+
+
+def spread(me: Knowledge, now: float) -> None:
+    """Say the changes again whose time has come."""
+    for number in [number for number, (at_s, _) in me.spreading.items() if at_s <= now]:
+        _note_said(me, number, now)
+        if me.peers.present(now):
+            _say_to_all(me, me.board[number], now)
+
+
+def up_to_date(me: Knowledge, heard: Heard) -> Heard | None:
+    """What is left of a sentence whose speaker does not know the last change of a task, and is told; else all of it."""
+    said, u, now = m.own_words(heard.utterance.statement), heard.utterance, heard.now
+    match said:
+        case m.Completed(ref, following, count):
+            entry, doer = me.board.find(ref), u.statement.speaker if isinstance(u.statement, m.Relayed) else u.speaker
+            if entry is None:
+                return heard
+            if _means_last_time(me, entry, doer, now):
+                me.board.change(entry.definition.number, entry.change + 1, skip=False)
+            if not _is_outdated(entry, doer, count):
+                return heard
+            tell(me, heard.speaker, entry, now)
+            claim = replace(u, statement=m.Claim(following)) if following is not None else None
+            return replace(heard, utterance=claim) if claim is not None else None
+        case m.Confirmed(m.TaskByNumber() as ref, complete=True) if isinstance(heard.to, m.ToRobot):
+            entry = me.board.find(ref)
+            return None if entry is not None and _is_outdated(entry, heard.to.name, None) else heard
+        case m.Negative() if is_for_me_alone(me, heard.to) and me.current.task is not None:
+            _tell_if_changed(me, heard, me.current.task)
+        case m.Left(more=False):
+            for number in me.board.not_done():
+                if number not in said.numbers:
+                    _tell_if_changed(me, heard, number)
+    return heard
+
+
+def _means_last_time(me: Knowledge, entry: Entry, doer: str | None, now: float) -> bool:
+    """Whether this robot, which has a clock and claims the task, knows that it was done before it became due again."""
+    every, mine = entry.definition.every, me.current.task == entry.definition.number and me.state is State.PROPOSED
+    if every is None or not mine or me.clock_s is None or doer != entry.done_by:
+        return False
+    before = entry.opened_s - entry.done_s > schedule.SKEW_S
+    return before and now - entry.opened_s < JUST_DUE_S and now - entry.done_s < schedule.early_s(every)
+
+
+def _tell_if_changed(me: Knowledge, heard: Heard, number: int) -> None:
+    if me.board[number].is_changed:
+        tell(me, heard.speaker, me.board[number], heard.now)
+
+
+def _is_outdated(entry: Entry, doer: str | None, count: int | None) -> bool:
+    """Whether somebody tells that a task is done who does not know that it is to be done again; notes a change that
+    this robot did not know."""
+    known = _counted(entry, count) if count is not None else 0
+    if known > entry.change:
+        entry.change, entry.is_changed = known, True
+    return entry.is_changed and not entry.known_done and entry.owner != doer and known < entry.change
+
+
+REACTIONS: Reactions = {m.Change: changed}

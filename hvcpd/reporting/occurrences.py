@@ -1,0 +1,70 @@
+"""What was due when, and what became of it: done, late, not done, or more than once."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+
+from hvcpd.config.tasks import TaskDefinition
+from hvcpd.coordination.schedule import SKEW_S
+
+JUST_DUE_S = 1800.0
+"""What became due so shortly before the end may still be done: it is not lost."""
+
+Deed = tuple[float, int, str]
+"""What was carried out: when (s since 1970), which task, and by whom."""
+
+
+@dataclass(frozen=True)
+class Occurrence:
+    """A task, and a time at which it was due, s since 1970; `deeds` are when and by whom it was carried out for it."""
+
+    number: int
+    name: str
+    due_s: float
+    late_s: float | None
+    """From when on it is late, s since 1970; None: it cannot be."""
+    ended: bool
+    """Whether its time is over: the next one has come, or it was due for long."""
+    deeds: tuple[tuple[float, str], ...]
+
+    @property
+    def became(self) -> str:
+        """What became of it."""
+        if not self.deeds:
+            return "not done" if self.ended else "to be done"
+        if len(self.deeds) > 1:
+            return "done more than once"
+        return "done late" if self.late_s is not None and self.deeds[0][0] > self.late_s else "done"
+
+
+def occurrences(
+    tasks: Iterable[TaskDefinition], deeds: Sequence[Deed], begin_s: float, end_s: float
+) -> tuple[Occurrence, ...]:
+    """All that became due from `begin_s` to `end_s` (s since 1970), in the order of time.
+
+    What is done once and for ever was due at the beginning. What is done SKEW_S before it is due counts for that time:
+    clocks differ.
+    """
+    found = []
+    for task in tasks:
+        for due_s, next_s in _times(task, begin_s, end_s):
+            until_s = next_s - SKEW_S if next_s is not None else max(end_s, due_s)
+            mine = tuple((at_s, by) for at_s, n, by in deeds if n == task.number and due_s - SKEW_S <= at_s < until_s)
+            late_s = due_s + task.deadline_s if task.deadline_s is not None else None
+            ended = min(until_s, end_s) - due_s >= JUST_DUE_S or until_s < end_s
+            found.append(Occurrence(task.number, task.name, due_s, late_s, ended, mine))
+    return tuple(sorted(found, key=lambda each: (each.due_s, each.number)))
+
+
+def _times(task: TaskDefinition, begin_s: float, end_s: float) -> list[tuple[float, float | None]]:
+    """When a task was due, and when it is next."""
+    if task.every is None:
+        return [(begin_s, None)]
+    times = []
+    due_s = task.every.next(begin_s - 1.0)
+    while due_s is not None and due_s < end_s:
+        next_s = task.every.next(due_s)
+        times.append((due_s, next_s))
+        due_s = next_s
+    return times

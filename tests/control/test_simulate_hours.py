@@ -1,0 +1,59 @@
+"""Hours of a team by words, and what became of all that was due."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+
+from hvcpd.config.recurrence import Recurrence
+from hvcpd.config.tasks import TaskDefinition, Wait
+from hvcpd.control.cli import main
+from hvcpd.reporting.occurrences import JUST_DUE_S, Occurrence, occurrences
+
+TASKS = """tasks:
+  - {number: 1, name: water the green rose, every: "FREQ=DAILY;BYHOUR=8,18", deadline: 30 min, actions: [{wait: 5}]}
+  - {number: 2, name: water the violet rose, every: 6 h, priority: 2, after: [1], actions: [{wait: 5}]}
+  - {number: 3, name: sweep the long floor, actions: [{wait: 20}]}
+"""
+HOURLY = TaskDefinition(1, "look", None, (Wait(1.0),), every=Recurrence("1 h"), deadline_s=600.0)
+
+
+def hours(tmp_path: Path, *options: str) -> int:
+    (tmp_path / "tasks.yaml").write_text(TASKS)
+    return main(["simulate", "--tasks", str(tmp_path / "tasks.yaml"), "--robots", "Rob,Bot", *options])
+
+
+def test_a_day_is_told_with_what_was_due_and_by_whom_it_was_done(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    told = []
+    for _ in range(2):
+        assert hours(tmp_path, "--hours", "24", "--loss", "0.1", "--report", str(tmp_path), "--json") == 0
+        told.append(capsys.readouterr().out)
+    assert told[0] == told[1], "the same seed, the same shift"
+    due = json.loads(told[0])["due"]
+    assert [each["task"] for each in due] == [2, 3, 2, 1, 2, 1, 2]
+    assert {each["became"] for each in due} == {"done"}
+    assert all(each["deeds"][0][1] in ("Rob", "Bot") for each in due)
+    assert "What was due" in (tmp_path / "shift.html").read_text()
+
+
+def test_options_about_sound_are_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert hours(tmp_path, "--hours", "1", "--mute") == 2
+    assert "leave --mute out" in capsys.readouterr().err
+
+
+def test_what_became_of_each_time() -> None:
+    begin_s = 36_000.0
+    deeds = [(begin_s + at_s, 1, "Rob") for at_s in (10.0, 3600.0 + 700.0, 7200.0 - 60.0, 7200.0 + 30.0)]
+    end_s = begin_s + 4 * 3600.0 + JUST_DUE_S / 2
+    became = [each.became for each in occurrences([HOURLY], deeds, begin_s, end_s)]
+    assert became == ["done", "done late", "done more than once", "not done", "to be done"]
+
+
+def test_what_is_done_once_was_due_at_the_beginning() -> None:
+    (only,) = occurrences([replace(HOURLY, every=None)], [(50.0, 1, "Bot")], 40.0, 4000.0)
+    assert only == Occurrence(1, "look", 40.0, 640.0, True, ((50.0, "Bot"),))

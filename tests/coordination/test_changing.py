@@ -1,0 +1,117 @@
+"""Tasks that people have done again, or left out, while robots work: all come to know, whatever each has missed."""
+
+from __future__ import annotations
+
+import pytest
+
+from hil_fakes.word_channel import Conditions
+from hil_fakes.word_mission import Outage, WordMission, WordPlan
+from hvcpd.language import messages as m
+from tests.coordination.mission import Mission, plants
+
+NAMES = ("Rob", "Bot", "Max")
+AGAIN_S, LATER_S = 400.0, 900.0
+
+
+def said_by_anna(mission: WordMission, at_s: float, number: int, skip: bool = False) -> None:
+    mission.tell(at_s, "Anna", m.Utterance("Anna", m.ToAll(), None, m.Change(m.TaskByNumber(number), skip)))
+
+
+def run_until(mission: WordMission, at_s: float) -> None:
+    mission.air.run_until(at_s)
+    for robot in mission.robots.values():
+        assert robot.board.all_done
+
+
+@pytest.mark.parametrize("seed", range(6))
+@pytest.mark.parametrize("loss", [0.0, 0.3])
+def test_what_is_wanted_again_is_done_once_more_and_all_know(seed: int, loss: float) -> None:
+    mission = Mission(NAMES, plants(3), ("Anna",), seed=seed, conditions=Conditions(loss))
+    for at_s in (AGAIN_S, AGAIN_S + 20.0):  # a person who is not answered says it again, and it counts once
+        said_by_anna(mission, at_s, 2)
+    run_until(mission, AGAIN_S + LATER_S)
+    assert mission.watered == {1: 1, 2: 2, 3: 1}, "\n".join(mission.written(AGAIN_S))
+    assert {robot.board[2].change for robot in mission.robots.values()} == {1}
+
+
+@pytest.mark.parametrize("deaf", NAMES)
+def test_who_has_missed_it_learns_it_all_the_same(deaf: str) -> None:
+    mission = Mission(NAMES, plants(2), ("Anna",), seed=3)
+    mission.air.misses = lambda listener, u: listener == deaf and u.speaker == "Anna"
+    said_by_anna(mission, AGAIN_S, 2)
+    run_until(mission, AGAIN_S + LATER_S)
+    assert mission.watered == {1: 1, 2: 2}
+    assert mission.robots[deaf].board[2].change == 1
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_who_was_off_meanwhile_learns_it_by_objecting(seed: int) -> None:
+    mission = Mission(NAMES, plants(2), ("Anna",), seed=seed, outages=(Outage("Bot", AGAIN_S - 50.0, 70.0),))
+    said_by_anna(mission, AGAIN_S, 1)
+    run_until(mission, AGAIN_S + LATER_S)
+    assert mission.watered == {1: 2, 2: 1}
+
+
+def test_one_answers_with_the_number_of_the_change() -> None:
+    mission = Mission(NAMES, plants(2), ("Anna",), seed=1)
+    mission.air.run_until(AGAIN_S - 1.0)
+    said_by_anna(mission, AGAIN_S, 2)
+    mission.air.run_until(AGAIN_S + 10.0)
+    first = mission.written(AGAIN_S, without=("Anna",))[0]
+    assert first.startswith("Hi Anna, I am ")
+    assert first.endswith(", task two again, change one")
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_what_is_left_out_is_done_by_nobody(seed: int) -> None:
+    mission = Mission(NAMES, plants(6), ("Anna",), seed=seed, conditions=Conditions(0.2), late={"Max": 90.0})
+    for at_s in (1.0, 15.0):
+        said_by_anna(mission, at_s, 5, skip=True)
+    run_until(mission, LATER_S)
+    assert mission.watered == {1: 1, 2: 1, 3: 1, 4: 1, 6: 1}, "\n".join(mission.written())
+
+
+def test_what_is_left_out_can_be_wanted_again_and_survives_a_restart() -> None:
+    mission = Mission(("Rob",), plants(2), ("Anna",), seed=1, outages=(Outage("Rob", 300.0, 10.0),))
+    said_by_anna(mission, 1.0, 2, skip=True)
+    run_until(mission, 400.0)
+    assert mission.watered == {1: 1}
+    said_by_anna(mission, 401.0, 2)
+    run_until(mission, 700.0)
+    assert mission.watered == {1: 1, 2: 1}
+    assert mission.changes["Rob"] == {2: (2, False)}
+
+
+def test_what_is_done_cannot_be_left_out_and_what_nobody_knows_is_told() -> None:
+    mission = Mission(("Rob", "Bot"), plants(1), ("Anna",), seed=1)
+    mission.air.run_until(AGAIN_S)
+    said_by_anna(mission, AGAIN_S + 1.0, 1, skip=True)
+    mission.hear(AGAIN_S + 31.0, "Hi all, I am Anna, task nine again")
+    mission.air.run_until(AGAIN_S + 60.0)
+    answers = [text.split(", ")[-1] for text in mission.written(AGAIN_S, without=("Anna",))]
+    assert answers[0] == "task one complete"
+    assert answers[-1] == "I do not know task nine"
+
+
+def test_the_owner_of_a_robot_changes_tasks_and_is_told_why_not() -> None:
+    mission = Mission(("Rob", "Bot"), plants(2), seed=1)
+    mission.air.run_until(AGAIN_S)
+    rob, now = mission.robots["Rob"], mission.air.now
+    assert rob.change(7, False, now) == "there is no task 7; the tasks are 1, 2"
+    assert rob.change(2, True, now) == "task 2 is done already"
+    assert rob.change(2, False, now) is None
+    assert rob.change(2, False, now) == "task 2 is to be done as it is"
+    mission.air.refresh()
+    run_until(mission, AGAIN_S + LATER_S)
+    assert mission.watered == {1: 1, 2: 2}
+
+
+@pytest.mark.parametrize("n", [9, 10, 14])
+def test_changes_are_counted_beyond_what_is_said(n: int) -> None:
+    """The spoken numbers go from 1 to 9, and then anew."""
+    mission = WordMission(WordPlan(("Rob", "Bot"), plants(1), 2))
+    for k in range(n):
+        said_by_anna(mission, AGAIN_S * (k + 1), 1)
+    run_until(mission, AGAIN_S * (n + 1))
+    assert mission.watered == {1: n + 1}
+    assert {robot.board[1].change for robot in mission.robots.values()} == {n}
