@@ -20,6 +20,7 @@ _PLACEHOLDERS = {
     "<remark>": "REMARK",
     "<reason>": "REASON",
     "<next>": "NUMBER",
+    "<confirmed>": "NUMBER",
     "<first>": "NUMBER",
     "<second>": "NUMBER",
     "<third>": "NUMBER",

@@ -33,7 +33,7 @@ def file(tmp_path: Path) -> Path:
 def test_option_over_environment_over_file_over_default(file: Path) -> None:
     environment = {"HVCPD_MODE": "coordinate", "HVCPD_NAME": "Bot", "HVCPD_AUDIO__BLOCK_MS": "20"}
     settings = of(environment, file, name="Max")
-    assert (settings.name, settings.mode, settings.pick) == ("Max", "coordinate", "random")
+    assert (settings.name, settings.mode, settings.pick) == ("Max", "coordinate", "nearest")
     assert settings.audio == AudioSettings(block_ms=20, queue_s=3.0)
 
 
