@@ -60,8 +60,8 @@ KNOWN_TO_TALK = ("espeak-ng en-gb-x-rp", "festival kal")
 """Whose voices are enrolled where people talk."""
 AGAIN = 0.25
 """What talk counts that is judged once more, with somebody enrolled."""
-SUPPORT_SIGNS = "-?---"
-CHANCE_SIGNS = "?-?---?+????+"
+SUPPORT_SIGNS = "---"
+CHANCE_SIGNS = "?-?+????+"
 """Of each weight, where it is known which it must have."""
 
 
@@ -101,28 +101,20 @@ def said(talk: Talk, phrases: Phrases, seed: int) -> tuple[tuple[str, ...], Piec
     return words, alone(talk(phrases), SNR_DB, "white", seed)
 
 
-def both(
-    kind: str, words: tuple[str, ...], opinion: SecondOpinion, views: Views, weight: float = 1.0, counts: float = 1.0
-) -> Iterator[Case]:
-    """As it is with PocketSphinx, and without."""
-    yield Case(f"{kind}, with PocketSphinx", words, opinion.asked(views), weight, counts)
-    yield Case(f"{kind}, without", words, views, weight, counts)
-
-
 def by_voices(stage: Stage, n: int, seed: int) -> Iterator[Case]:
     nobody = stage.opinion(stage.book.people_graph, ())
     for number, (name, talk) in enumerate(talkers(seed).items()):
         spoken: list[Phrases] = [*sentences(stage.book, n, seed + number), *([c.split()] for c in FIRST_WORDS + CALLS)]
         for k, phrases in enumerate(spoken):
-            yield from heard("strangers", nobody, said(talk, phrases, 1000 * number + k))
+            yield heard("strangers", nobody, said(talk, phrases, 1000 * number + k))
         for k, text in enumerate(SHORT):
             kind = "calls" if text.endswith("stop") else "short sentences"
-            yield from heard(kind, nobody, said(talk, [text.split()], 2000 * number + k))
+            yield heard(kind, nobody, said(talk, [text.split()], 2000 * number + k))
         known = enrolled_by(stage, talk)
         for k, phrases in enumerate(
             [*sentences(stage.book, n // 2, seed + 50 + number), *([c.split()] for c in CALLS)]
         ):
-            yield from heard("enrolled", known, said(talk, phrases, 3000 * number + k))
+            yield heard("enrolled", known, said(talk, phrases, 3000 * number + k))
         print(f"{name} has spoken", flush=True)
 
 
@@ -132,10 +124,10 @@ def enrolled_by(stage: Stage, talk: Talk) -> SecondOpinion:
     return stage.opinion(stage.book.people_graph, [enrol("Anna", words)])
 
 
-def heard(kind: str, opinion: SecondOpinion, one: tuple[tuple[str, ...], Piece]) -> Iterator[Case]:
-    """A sentence, in both ways."""
+def heard(kind: str, opinion: SecondOpinion, one: tuple[tuple[str, ...], Piece]) -> Case:
+    """What the listeners make of a sentence."""
     words, piece = one
-    yield from both(kind, words, opinion, opinion.views(piece))
+    return Case(kind, words, opinion.views(piece))
 
 
 def by_digits(stage: Stage, folder: Path) -> Iterator[Case]:
@@ -158,7 +150,7 @@ def by_digits(stage: Stage, folder: Path) -> Iterator[Case]:
                     views = replace(by_nobody, known=ears.views(piece).known)
                     name = f"digits, {len(kept)} takes, {kind}, {label}"
                     weight = 3.0 if kind == "enrolled" else 1.0
-                    yield from both(name, (DIGITS[digit],), nobody, views, weight, 0.1)
+                    yield Case(name, (DIGITS[digit],), views, weight, 0.1)
 
 
 class Kept:
@@ -194,9 +186,9 @@ def talk_to_nobody(stage: Stage, folder: Path | None, seed: int) -> Iterator[Cas
         sound = np.concatenate([np.zeros(1600), *(read_wav(path) for path in some)]).astype(np.float32)
         counts = float("not" not in label)
         for piece in pieces_of(stage, sound):
-            yield from both(label, (), nobody, nobody.views(piece), counts=counts)
+            yield Case(label, (), nobody.views(piece), counts=counts)
             for name in KNOWN_TO_TALK:
-                yield from both(f"{label}, one enrolled", (), nobody, known[name].views(piece), counts=AGAIN * counts)
+                yield Case(f"{label}, one enrolled", (), known[name].views(piece), counts=AGAIN * counts)
     texts = Texts(common_words(), seed)
     for name, talk in voices.items():
         spoken = []
@@ -206,8 +198,8 @@ def talk_to_nobody(stage: Stage, folder: Path | None, seed: int) -> Iterator[Cas
                 spoken.append((text.words, talk(text.phrases)))
         sound, _ = stream(spoken, SNR_DB, "white", seed)
         for piece in pieces_of(stage, sound):
-            yield from both("prose", (), nobody, nobody.views(piece))
-            yield from both("prose, enrolled", (), nobody, known[name].views(piece), counts=AGAIN)
+            yield Case("prose", (), nobody.views(piece))
+            yield Case("prose, enrolled", (), known[name].views(piece), counts=AGAIN)
         print(f"{name} has talked", flush=True)
 
 

@@ -39,11 +39,11 @@ from benchmarks.people_material import (
 from hvcpd.assembly.make import DEFAULT_TEAMS, make_phrasebook, make_recogniser, make_sound, user_cache_folder
 from hvcpd.config.task_file import load_tasks
 from hvcpd.config.tasks import default_tasks_path
+from hvcpd.evaluation.sphinx import WIDE_BEAMS, heard, make_decoder
 from hvcpd.hardware.soundfile import read_wav
 from hvcpd.language.graph import WordGraph
 from hvcpd.people.enrolled import Person
 from hvcpd.people.opinion import SecondOpinion
-from hvcpd.people.sphinx import WIDE_BEAMS, heard, make_decoder
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 from hvcpd.recognition.events import Event, Recognised, Urgent
 from hvcpd.recognition.second_look import AtOnce, Piece, SecondEars

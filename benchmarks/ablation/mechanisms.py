@@ -48,19 +48,13 @@ SOURCES = (
         "second-look",
         "speech that the robots' listener rejects is looked at again",
         answering(f"{OPINION}:SecondOpinion.look", None),
-        _files("people", "opinion judging phones spelled sphinx cepstra"),
+        _files("people", "opinion judging phones spelled cepstra"),
     ),
     Mechanism(
         "net",
         "the second look's net of phones",
         answering(f"{PEOPLE}.spelled:Speller.spell", None),
         _files("people", "phones spelled"),
-    ),
-    Mechanism(
-        "pocketsphinx",
-        "PocketSphinx in the second look",
-        answering(f"{OPINION}:sphinx_installed", False),
-        _files("people", "sphinx"),
     ),
     Mechanism(
         "templates",
@@ -189,6 +183,5 @@ RULES = (
         "the second look must be as sure as the robots' listener",
         instead(f"{OPINION}:MIN_STRANGERS_CHANCE", 0.8),
     ),
-    Mechanism("look-always-sphinx", "PocketSphinx is asked only in doubt", instead(f"{OPINION}:SURELY", inf)),
 )
 ALL = (*SOURCES, *RULES)

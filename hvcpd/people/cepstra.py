@@ -1,8 +1,7 @@
-"""Cepstra as PocketSphinx's models of English know them (MFCC), of sound in noise that is known.
+"""Mel bands that the net of phones was trained on, of sound in noise that is known.
 
-The library's own front end learns the noise while it listens and takes the mean cepstrum of all that it hears, which is
-too little to go by where somebody says one word in a room. What is heard before the speech tells the noise at once. And
-where all that is above 4 kHz was lost (telephones, narrow microphones), it is made up from what is below.
+What is heard before the speech tells the noise, which is taken away. Where all that is above 4 kHz was lost
+(telephones, narrow microphones), it is made up from what is below.
 """
 
 from __future__ import annotations
@@ -17,18 +16,15 @@ from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 
 Bands = NDArray[np.float64]
 """Mel filterbank energies, shape (frames, N_BANDS), of sound whose full scale is FULL_SCALE."""
-Cepstra = NDArray[np.float32]
-"""Shape (frames, N_CEPSTRA)."""
 
-N_BANDS, LOW_HZ, HIGH_HZ, LIFTER = 25, 130.0, 6800.0, 22
-"""As the model `en-us` was trained with (its `feat.params`)."""
-WINDOW_SAMPLES, HOP_SAMPLES, FFT_SIZE, PRE_EMPHASIS, N_CEPSTRA = 410, 160, 512, 0.97, 13
-"""PocketSphinx's defaults at 16 kHz (`wlen`, `frate`, `nfft`, `alpha`, `ncep`)."""
+N_BANDS, LOW_HZ, HIGH_HZ = 25, 130.0, 6800.0
+WINDOW_SAMPLES, HOP_SAMPLES, FFT_SIZE, PRE_EMPHASIS = 410, 160, 512, 0.97
+"""As the net was trained with, and before it the model `en-us` of PocketSphinx, from which they come."""
 FULL_SCALE = 32768.0
 LEVEL_RMS = 0.1
 """Of the louder quarter of the speech's samples, full scale 1: the models were trained on speech about as loud."""
 LEAST = 1e-4
-"""Added to energies before the logarithm, as PocketSphinx does."""
+"""Added to energies before the logarithm."""
 
 SURELY_BEFORE_S = 0.2
 """So long before the speech was noticed it may already have begun."""
@@ -68,15 +64,6 @@ def _filters() -> NDArray[np.float64]:
     hz = np.arange(FFT_SIZE // 2 + 1)[:, None] * line_hz
     rising, falling = (hz - left) / (centre - left), (right - hz) / (right - centre)
     return np.asarray(np.maximum(np.minimum(rising, falling), 0.0) * 2.0 / (right - left))
-
-
-@cache
-def transform() -> NDArray[np.float64]:
-    """The orthonormal DCT-II with the lifter's weights, shape (N_BANDS, N_CEPSTRA)."""
-    order = np.arange(N_CEPSTRA)
-    basis = np.cos(np.pi * order * (np.arange(N_BANDS)[:, None] + 0.5) / N_BANDS) * np.sqrt(2.0 / N_BANDS)
-    basis[:, 0] /= np.sqrt(2.0)
-    return np.asarray(basis * (1.0 + LIFTER / 2.0 * np.sin(np.pi * order / LIFTER)))
 
 
 def bands_of(sound: Samples) -> Bands:
@@ -144,14 +131,6 @@ def mask_of(energies: NDArray[np.floating]) -> float:
 def completed(logs: Bands, bands: Bands) -> Bands:
     """Logarithms, shape (frames, N_BANDS), with the upper bands made up where `bands` have nothing there."""
     return np.concatenate([logs[:, :UPPER], _made_up(logs[:, :UPPER])], axis=1) if upper_lost(bands) else logs
-
-
-def cepstra_of(logs: Bands) -> Cepstra:
-    """Of the logarithms of an utterance's energies, shape (frames, N_BANDS). Their mean is 0."""
-    if not len(logs):
-        return np.zeros((0, N_CEPSTRA), np.float32)
-    cepstra = logs @ transform()
-    return np.asarray(cepstra - cepstra.mean(axis=0), np.float32)
 
 
 def upper_lost(bands: Bands) -> bool:

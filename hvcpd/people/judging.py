@@ -12,11 +12,9 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from hvcpd.people.cepstra import Bands
 from hvcpd.people.enrolled_listener import Known
 from hvcpd.people.phones import Chances
 from hvcpd.people.spelled import Spelled, Speller
-from hvcpd.people.sphinx import Guess
 from hvcpd.recognition.confidence import logistic
 from hvcpd.recognition.events import Recognised
 
@@ -26,7 +24,7 @@ MOST_LOSS = 60.0
 """A sentence that loses so much more than another is none; how much more tells nothing."""
 MOST_FARTHER = 100.0
 """Likewise, of what enrolled people's words tell."""
-MOST_MISFIT, MOST_LOGIT, MOST_LEAD = 8.0, 9.2, 6.0
+MOST_LOGIT, MOST_LEAD = 9.2, 6.0
 """Beyond these, the listeners' own measures tell nothing either."""
 LEAST_SPEECH_S = 0.2
 URGENT = "stop"
@@ -36,17 +34,15 @@ MOST_CALL_WORDS = 3
 
 @dataclass(frozen=True, eq=False)
 class Views:
-    """What listeners make of one piece of sound, `logs` and `chances` being what the net was given and found.
+    """What listeners make of one piece of sound, `chances` being what the net found.
 
-    `spelled` is the sentence that fits the phones best that a net heard, `guess` PocketSphinx's, `known` what the words
-    of enrolled people make of it; None where there is none, or where nobody asked.
+    `spelled` is the sentence that fits the phones best that a net heard, `known` what the words of enrolled people make
+    of it; None where there is none, or where nobody asked.
     """
 
-    logs: Bands
     chances: Chances
     speller: Speller
     spelled: Spelled | None
-    guess: Guess | None
     known: Known | None
     speech_s: float
     fits: dict[Words, Spelled | None] = field(default_factory=dict)
@@ -55,7 +51,7 @@ class Views:
     @property
     def sentences(self) -> list[Words]:
         """All that were found, each once."""
-        found = [view.words for view in (self.spelled, self.guess, self.nearest) if view is not None]
+        found = [view.words for view in (self.spelled, self.nearest) if view is not None]
         return list(dict.fromkeys([*found, self.echoed] if self.echoed is not None else found))
 
     @property
@@ -142,9 +138,9 @@ def alike(one: Words, other: Words) -> bool:
     return one == other or (is_call(one) and is_call(other))
 
 
-SUPPORT = (-0.185, 3.92, -1.06, -0.225, -0.0604)
+SUPPORT = (-0.185, -0.225, -0.0604)
 """Weights of `supporting`."""
-CHANCE = (0.954, -25.7, 2.37, -0.466, -0.276, -0.114, 2.39, 0.365, 0.495, 2.78, -0.371, -1.61, 0.272)
+CHANCE = (0.954, -25.7, 2.39, 0.365, 0.495, 2.78, -0.371, -1.61, 0.272)
 """Weights of `evidence`."""
 
 
@@ -154,29 +150,22 @@ def support(views: Views, words: Words) -> float:
 
 
 def supporting(views: Views, words: Words) -> Sequence[float]:
-    """What speaks for a sentence: what it loses; whether it is PocketSphinx's, and how badly it fits then; how much
-    farther it is from enrolled people's words than others are."""
-    heard = [0.0, 0.0]
-    if views.guess is not None and views.guess.words == words:
-        heard = [1.0, min(views.guess.misfit, MOST_MISFIT)]
-    return (views.loss(words), *heard, *views.farther(words))
+    """What speaks for a sentence: what it loses, and how much farther it is from enrolled people's words than others
+    are."""
+    return (views.loss(words), *views.farther(words))
 
 
 def evidence(views: Views, words: Words, lead: float) -> Sequence[float]:
     """What tells whether the likeliest sentence is right, `lead` more likely than the next: what it loses in a frame;
-    whether PocketSphinx hears it or another, how badly it fits, and its pauses; whether it is nearest to enrolled
-    people's words by cepstra, and how sure that is, and by what the net makes of them; how many words, how fast, in how
-    much speech."""
+    whether it is nearest to enrolled people's words by cepstra, and how sure that is, and by what the net makes of
+    them; how many words, how fast, in how much speech."""
     n, speech_s = len(words), max(views.speech_s, LEAST_SPEECH_S)
-    heard = [0.0] * 7
-    if views.guess is not None:
-        fit = (min(views.guess.misfit, MOST_MISFIT), views.guess.noise)
-        heard[:4] = (1.0, 0.0, *fit) if alike(views.guess.words, words) else (0.0, 1.0, 0.0, 0.0)
+    heard = [0.0, 0.0, 0.0]
     nearest = views.nearest
     if nearest is not None and alike(nearest.words, words):
-        heard[4:6] = 1.0, _logit(nearest.confidence)
+        heard[:2] = 1.0, _logit(nearest.confidence)
     if views.echoed is not None and alike(views.echoed, words):
-        heard[6] = 1.0
+        heard[2] = 1.0
     each_frame = min(views.loss(words) / max(len(views.chances), 1), 1.0)
     return (1.0, each_frame, *heard, math.log(n), n / speech_s, math.log(speech_s), lead)
 

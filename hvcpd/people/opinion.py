@@ -1,22 +1,19 @@
-"""A second opinion on speech that the robots' recogniser rejects: of a net that knows the sounds of English, of
-enrolled people's words, and, where it is installed, of PocketSphinx."""
+"""A second opinion on speech that the robots' recogniser rejects: of a net that knows the sounds of English, and of
+enrolled people's words."""
 
 from __future__ import annotations
 
-import importlib.util
 from collections.abc import Callable, Mapping
 from dataclasses import replace
-from typing import Protocol
 
 from hvcpd.language.graph import WordGraph
-from hvcpd.people.cepstra import Bands, levelled, logs_of, noise_of
+from hvcpd.people.cepstra import levelled, logs_of, noise_of
 from hvcpd.people.echoes import SHARED, Remembered
 from hvcpd.people.enrolled import Person
 from hvcpd.people.enrolled_listener import EnrolledListener
 from hvcpd.people.judging import Judged, Views, is_call, judge
 from hvcpd.people.phones import FRAME_SAMPLES, centred, sounds_of
 from hvcpd.people.spelled import Speller
-from hvcpd.people.sphinx import Guess, Sphinx
 from hvcpd.ports import SAMPLE_RATE_HZ
 from hvcpd.recognition.events import Recognised, Source, WordSpan
 from hvcpd.recognition.second_look import BEFORE_S, Piece
@@ -28,19 +25,11 @@ MIN_CHANCE = 0.8
 """As the robots' own recogniser asks for."""
 MIN_STRANGERS_CHANCE = 0.5
 """Asked of what anybody may have said: nothing that follows from it does harm (see MOST_SURE)."""
-SURELY = 0.97
-"""The net and the enrolled's listener need not be confirmed by PocketSphinx if they are so sure."""
 MOST_SURE = 0.94
 """Told of what a stranger says: less than coordination asks for to move wheels without a confirmed read-back, since
 words of no sentence at all, clearly spoken, have fitted as well as some that were right."""
 MIN_SNR_DB = 6.0
 """Speech that is less above what was heard before it is left to the enrolled people's templates."""
-
-
-class Guesses(Protocol):
-    """`Sphinx`, as it is needed here."""
-
-    def guess(self, logs: Bands) -> Guess | None: ...
 
 
 class SecondOpinion:
@@ -52,12 +41,10 @@ class SecondOpinion:
         lexicon: Lexicon,
         people: Mapping[str, Person],
         strangers: bool,
-        sphinx: Guesses | None = None,
         remembered: Remembered = SHARED,
     ) -> None:
         """`people`: those enrolled, looked up anew at each look, so that words learned meanwhile count; with
-        `strangers`, sentences of all others count too, and PocketSphinx listens where it is installed, or what stands
-        in for it."""
+        `strangers`, sentences of all others count too."""
         self._graph = graph
         self._lexicon = lexicon
         self._people = people
@@ -66,9 +53,6 @@ class SecondOpinion:
         self._enrolled: tuple[tuple[Person, ...], EnrolledListener] | None = None
         """Who knows whom: set in one step, for one thread may `prepare` while another looks."""
         self._speller: Speller | None = None
-        if sphinx is None and strangers and sphinx_installed():
-            sphinx = Sphinx(graph, lexicon)
-        self._sphinx = sphinx
 
     def prepare(self, go_on: Callable[[], bool]) -> None:
         """Make ready what takes long the first time, as long as `go_on`."""
@@ -96,12 +80,7 @@ class SecondOpinion:
         return _told(judged, views, piece, piece.snr_db) if judged is not None else None
 
     def _judged(self, piece: Piece) -> tuple[Views, Judged | None]:
-        """PocketSphinx, which takes longest, is asked where the others are not sure."""
         views = self.views(piece)
-        judged = judge(views)
-        if self._sphinx is None or (judged is not None and judged.chance >= SURELY):
-            return views, judged
-        views = self.asked(views)
         return views, judge(views)
 
     def views(self, piece: Piece) -> Views:
@@ -114,11 +93,7 @@ class SecondOpinion:
         listener = self._listener()
         known = listener.known(piece, logs, sounds) if listener is not None else None
         speech_s = (piece.end - piece.start) / SAMPLE_RATE_HZ
-        return Views(logs, sounds.chances, self._speller, self._speller.spell(sounds.chances), None, known, speech_s)
-
-    def asked(self, views: Views) -> Views:
-        """With what PocketSphinx makes of it, where there is one."""
-        return views if self._sphinx is None else replace(views, guess=self._sphinx.guess(views.logs))
+        return Views(sounds.chances, self._speller, self._speller.spell(sounds.chances), known, speech_s)
 
     def _listener(self) -> EnrolledListener | None:
         """Who knows those enrolled; None if nobody has a word of the phrasebook's."""
@@ -148,8 +123,3 @@ def _told(judged: Judged, views: Views, piece: Piece, snr_db: float) -> Recognis
     )
     sure = min(chance, MOST_SURE)
     return Recognised(words, STRANGER, spans[0].start_sample, spans[-1].end_sample, sure, snr_db, spans, Source.PEOPLE)
-
-
-def sphinx_installed() -> bool:
-    """Whether PocketSphinx is; it is not loaded."""
-    return importlib.util.find_spec("pocketsphinx") is not None

@@ -10,35 +10,26 @@ import numpy as np
 import pytest
 
 from hvcpd.language.graph import Arc, WordGraph
-from hvcpd.people.cepstra import N_BANDS
 from hvcpd.people.enrolled_listener import Known
 from hvcpd.people.judging import MOST_FARTHER, MOST_LOSS, Judged, Views, judge
 from hvcpd.people.phones import PHONES
 from hvcpd.people.spelled import Speller
-from hvcpd.people.sphinx import Guess
 from hvcpd.recognition.events import Recognised, WordSpan
 
 SAID = {"turn": [("T", "ER", "N")], "left": [("L", "EH", "F", "T")], "right": [("R", "AY", "T")]}
 GRAPH = WordGraph(3, (Arc(0, 1, "turn"), Arc(1, 2, "left"), Arc(1, 2, "right")), 0, frozenset((2,)), frozenset())
 NONE = len(PHONES)
-LOGS = np.zeros((0, N_BANDS))
 LEFT, RIGHT = ("turn", "left"), ("turn", "right")
 
 
-def views(
-    *said: str, clear: float = 8.0, guess: Guess | None = None, known: Known | None = None, speech_s: float = 0.7
-) -> Views:
+def views(*said: str, clear: float = 8.0, known: Known | None = None, speech_s: float = 0.7) -> Views:
     """Words that the net hears, each phone so much likelier than any other as `clear` says, natural logarithm."""
     phones = [phone for word in said for phone in (*SAID[word][0], "")]
     chances = np.full((2 * len(phones), NONE + 1), -clear, np.float32)
     for k, phone in enumerate(phones):
         chances[2 * k : 2 * k + 2, PHONES.index(phone) if phone else NONE] = 0.0
     speller = Speller(GRAPH, SAID.__getitem__)
-    return Views(LOGS, chances, speller, speller.spell(chances), guess, known, speech_s)
-
-
-def guessed(words: tuple[str, ...], misfit: float) -> Guess:
-    return Guess(words, misfit, 1.0)
+    return Views(chances, speller, speller.spell(chances), known, speech_s)
 
 
 def enrolled(
@@ -68,14 +59,10 @@ def test_what_is_clearly_heard_is_right() -> None:
 
 def test_who_hears_the_same_makes_it_surer_and_who_hears_another_less() -> None:
     alone = judged(views("turn", "left")).chance
-    agreed = judged(views("turn", "left", guess=guessed(LEFT, 2.5))).chance
-    disputed = judged(views("turn", "left", clear=1.5, guess=guessed(RIGHT, 2.5)))
-    assert agreed > alone > disputed.chance
-
-
-def test_the_net_yields_to_pocketsphinx_where_it_hardly_hears_a_difference() -> None:
-    for clear, words in ((0.1, RIGHT), (8.0, LEFT)):
-        assert judged(views("turn", "left", clear=clear, guess=guessed(RIGHT, 2.5))).words == words
+    same, another = ({LEFT: (cost, cost), RIGHT: (210.0 - cost, 210.0 - cost)} for cost in (100.0, 110.0))
+    agreed = judged(views("turn", "left", known=enrolled(LEFT, 0.2, 0.9, LEFT, same))).chance
+    disputed = judged(views("turn", "left", clear=1.5, known=enrolled(RIGHT, 0.2, 0.9, RIGHT, another))).chance
+    assert agreed > alone > disputed
 
 
 def test_the_nearer_an_enrolled_sentence_the_more_it_counts() -> None:
@@ -110,13 +97,13 @@ def test_few_words_do_not_take_long() -> None:
 def test_what_no_row_of_phones_explains_is_unlikely() -> None:
     noise = views("turn", "left")
     chances = np.log(np.random.default_rng(3).dirichlet(np.full(NONE + 1, 0.05), 60) + 1e-6).astype(np.float32)
-    found = Views(LOGS, chances, noise.speller, noise.speller.spell(chances), None, None, 1.2)
+    found = Views(chances, noise.speller, noise.speller.spell(chances), None, 1.2)
     assert judged(found).chance < 0.1
 
 
 def test_a_sentence_that_cannot_be_loses_no_more_than_most() -> None:
-    short = views("turn", "left", guess=guessed(RIGHT, 2.0))
-    brief = Views(LOGS, short.chances[:3], short.speller, None, short.guess, None, 0.1)
+    short = views("turn", "left")
+    brief = Views(short.chances[:3], short.speller, None, enrolled(RIGHT, 0.2, 0.9), 0.1)
     assert brief.loss(RIGHT) == MOST_LOSS
     assert len(brief.spans(RIGHT)) == 2
     assert judged(brief).words == RIGHT
@@ -129,9 +116,9 @@ def test_whoever_is_to_halt_it_is_a_call() -> None:
     chances = np.full((12, NONE + 1), -8.0, np.float32)
     for k, phone in enumerate(("AO", "L", "S", "T", "AA", "P")):
         chances[2 * k : 2 * k + 2, PHONES.index(phone)] = 0.0
-    alone = Views(LOGS, chances, speller, speller.spell(chances), None, None, 0.7)
+    alone = Views(chances, speller, speller.spell(chances), None, 0.7)
     same, other, else_ = (
-        judged(replace(alone, guess=guessed(words, 5.0))) for words in (("all", "stop"), ("rob", "stop"), LEFT)
+        judged(replace(alone, known=enrolled(words, 2.0, 0.5))) for words in (("all", "stop"), ("rob", "stop"), LEFT)
     )
     assert {same.words, other.words, else_.words} == {("all", "stop")}
     assert same.chance == other.chance > else_.chance
@@ -139,4 +126,4 @@ def test_whoever_is_to_halt_it_is_a_call() -> None:
 
 def test_nothing_heard_is_no_sentence() -> None:
     heard = views("turn", "left")
-    assert judge(Views(LOGS, heard.chances[:0], heard.speller, None, None, None, 0.0)) is None
+    assert judge(Views(heard.chances[:0], heard.speller, None, None, 0.0)) is None
