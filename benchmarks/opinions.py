@@ -1,4 +1,4 @@
-"""Fits how the listeners of the second look are weighed (`hvcpd/people/judging.py`), and prints what comes of it.
+"""Fits how the listeners of the second look are weighed (`hvcpd/people/fusion.py`), and prints what comes of it.
 
     python -m benchmarks.opinions [--data DIR] [--sentences 30] [--seed 1]
 
@@ -40,9 +40,9 @@ from benchmarks.phones.texts import Texts
 from benchmarks.phones.voices import calibrators
 from hvcpd.assembly.make import make_recogniser
 from hvcpd.hardware.soundfile import read_wav
-from hvcpd.people import judging
-from hvcpd.people.judging import Views, evidence, supporting
-from hvcpd.people.opinion import SecondOpinion
+from hvcpd.people import fusion
+from hvcpd.people.fusion import Hypotheses, evidence, supporting
+from hvcpd.people.second_pass import SecondPassRecogniser
 from hvcpd.ports import Samples
 from hvcpd.recognition.second_look import Finding, LooksAgain, Piece, SecondEars
 
@@ -75,7 +75,7 @@ class Case:
 
     kind: str
     words: tuple[str, ...]
-    views: Views
+    hypotheses: Hypotheses
     weight: float = 1.0
     counts: float = 1.0
 
@@ -118,16 +118,16 @@ def by_voices(stage: Stage, n: int, seed: int) -> Iterator[Case]:
         print(f"{name} has spoken", flush=True)
 
 
-def enrolled_by(stage: Stage, talk: Talk) -> SecondOpinion:
+def enrolled_by(stage: Stage, talk: Talk) -> SecondPassRecogniser:
     """Of somebody who knows a voice by three takes of each word."""
     words = {w: [levelled(talk([[w]])) for _ in range(3)] for w in stage.book.people_graph.words}
     return stage.opinion(stage.book.people_graph, [enrol("Anna", words)])
 
 
-def heard(kind: str, opinion: SecondOpinion, one: tuple[tuple[str, ...], Piece]) -> Case:
+def heard(kind: str, opinion: SecondPassRecogniser, one: tuple[tuple[str, ...], Piece]) -> Case:
     """What the listeners make of a sentence."""
     words, piece = one
-    return Case(kind, words, opinion.views(piece))
+    return Case(kind, words, opinion.hypotheses(piece))
 
 
 def by_digits(stage: Stage, folder: Path) -> Iterator[Case]:
@@ -143,14 +143,14 @@ def by_digits(stage: Stage, folder: Path) -> Iterator[Case]:
     for key, (who, digit) in enumerate(sorted(takes)):
         for n, (label, snr_db) in itertools.product(range(5), (("clean", None), ("10 dB", 10.0))):
             piece = alone(takes[who, digit][n], snr_db, "pink", 100 * key + n)
-            by_nobody = nobody.views(piece)
+            by_nobody = nobody.hypotheses(piece)
             for kept in (kept for kept in KEPT if n not in kept):
                 everybody, others = enrolled[kept]
                 for kind, ears in (("enrolled", everybody), ("not enrolled", others[who])):
-                    views = replace(by_nobody, known=ears.views(piece).known)
+                    hypotheses = replace(by_nobody, known=ears.hypotheses(piece).known)
                     name = f"digits, {len(kept)} takes, {kind}, {label}"
                     weight = 3.0 if kind == "enrolled" else 1.0
-                    yield Case(name, (DIGITS[digit],), views, weight, 0.1)
+                    yield Case(name, (DIGITS[digit],), hypotheses, weight, 0.1)
 
 
 class Kept:
@@ -186,9 +186,9 @@ def talk_to_nobody(stage: Stage, folder: Path | None, seed: int) -> Iterator[Cas
         sound = np.concatenate([np.zeros(1600), *(read_wav(path) for path in some)]).astype(np.float32)
         counts = float("not" not in label)
         for piece in pieces_of(stage, sound):
-            yield Case(label, (), nobody.views(piece), counts=counts)
+            yield Case(label, (), nobody.hypotheses(piece), counts=counts)
             for name in KNOWN_TO_TALK:
-                yield Case(f"{label}, one enrolled", (), known[name].views(piece), counts=AGAIN * counts)
+                yield Case(f"{label}, one enrolled", (), known[name].hypotheses(piece), counts=AGAIN * counts)
     texts = Texts(common_words(), seed)
     for name, talk in voices.items():
         spoken = []
@@ -198,8 +198,8 @@ def talk_to_nobody(stage: Stage, folder: Path | None, seed: int) -> Iterator[Cas
                 spoken.append((text.words, talk(text.phrases)))
         sound, _ = stream(spoken, SNR_DB, "white", seed)
         for piece in pieces_of(stage, sound):
-            yield Case("prose", (), nobody.views(piece))
-            yield Case("prose, enrolled", (), known[name].views(piece), counts=AGAIN)
+            yield Case("prose", (), nobody.hypotheses(piece))
+            yield Case("prose, enrolled", (), known[name].hypotheses(piece), counts=AGAIN)
         print(f"{name} has talked", flush=True)
 
 
@@ -207,9 +207,9 @@ def fit_support(cases: Sequence[Case]) -> Floats:
     """Conditional logit: of the sentences that were found, the one that was said."""
     choices = []
     for case in cases:
-        found = case.views.sentences
+        found = case.hypotheses.sentences
         if len(found) > 1 and case.words in found:
-            values = np.array([supporting(case.views, words) for words in found])
+            values = np.array([supporting(case.hypotheses, words) for words in found])
             choices.append((case.weight, values - values[found.index(case.words)]))
     scale = np.maximum(np.concatenate([values for _, values in choices]).std(axis=0), 1e-6)
 
@@ -244,13 +244,13 @@ def winners(cases: Sequence[Case]) -> list[tuple[tuple[str, ...], Sequence[float
     """The sentence that is supported best in each case, and what tells whether it is right."""
     found = []
     for case in cases:
-        scored = judging.ranked(case.views)
+        scored = fusion.ranked(case.hypotheses)
         words = scored[0][1]
-        found.append((words, evidence(case.views, words, judging.lead_of(scored))))
+        found.append((words, evidence(case.hypotheses, words, fusion.lead_of(scored))))
     return found
 
 
-def tell(cases: Sequence[Case], found: Sequence[tuple[str, ...]], chances: Floats) -> None:
+def tell(cases: Sequence[Case], found: Sequence[tuple[str, ...]], probabilities: Floats) -> None:
     """Right and wrong ones that are surer than some thresholds."""
     levels = (0.0, 0.5, 0.7, 0.8, 0.95)
     print(f"{'':44} {'right, at least as sure as':>34}   wrong   (the surest stops)")
@@ -260,9 +260,9 @@ def tell(cases: Sequence[Case], found: Sequence[tuple[str, ...]], chances: Float
         right = [k for k in mine if found[k] == cases[k].words]
         wrong = [k for k in mine if found[k] != cases[k].words]
         halts = [k for k in wrong if found[k][-1] == "stop" and cases[k].words[-1:] != ("stop",)]
-        stops = " ".join(f"{chances[k]:.2f}" for k in sorted(halts, key=lambda k: -chances[k])[:4])
+        stops = " ".join(f"{probabilities[k]:.2f}" for k in sorted(halts, key=lambda k: -probabilities[k])[:4])
         counts = [
-            "".join(f"{sum(chances[k] >= level for k in each):6d}" for level in levels) for each in (right, wrong)
+            "".join(f"{sum(probabilities[k] >= level for k in each):6d}" for level in levels) for each in (right, wrong)
         ]
         print(f"{kind:44} {counts[0]}   {counts[1]}   ({stops})")
 
@@ -277,13 +277,13 @@ def main() -> None:
     cases = list(by_voices(stage, o.sentences, o.seed))
     cases += list(by_digits(stage, o.data / "digits")) if o.data is not None else []
     cases += list(talk_to_nobody(stage, o.data / "negatives" if o.data is not None else None, o.seed))
-    cases = [case for case in cases if case.views.sentences]
-    judging.SUPPORT = tuple(fit_support(cases).tolist())
+    cases = [case for case in cases if case.hypotheses.sentences]
+    fusion.SUPPORT = tuple(fit_support(cases).tolist())
     found = winners(cases)
     values = np.array([each for _, each in found])
     right = np.array([words == case.words for case, (words, _) in zip(cases, found, strict=True)], float)
     chance = fit_chance(values, right, np.array([case.counts for case in cases]))
-    for name, weights in (("SUPPORT", judging.SUPPORT), ("CHANCE", chance.tolist())):
+    for name, weights in (("SUPPORT", fusion.SUPPORT), ("CHANCE", chance.tolist())):
         print(f"{name} = ({', '.join(f'{w:.3g}' for w in weights)})")
     tell(cases, [words for words, _ in found], 1.0 / (1.0 + np.exp(-values @ chance)))
 

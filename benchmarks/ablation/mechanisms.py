@@ -20,7 +20,7 @@ SEGMENTS = f"{HEARING}.segments:SegmentSettings"
 URGENT = f"{HEARING}.urgent:UrgentSettings"
 COHERENT = f"{HEARING}.coherent:CoherentListener"
 AGREEMENT = f"{HEARING}.agreement:Agreement"
-OPINION = f"{PEOPLE}.opinion"
+SECOND_PASS = f"{PEOPLE}.second_pass"
 
 
 @dataclass(frozen=True)
@@ -47,14 +47,14 @@ SOURCES = (
     Mechanism(
         "second-look",
         "speech that the robots' listener rejects is looked at again",
-        answering(f"{OPINION}:SecondOpinion.look", None),
-        _files("people", "opinion judging phones spelled cepstra"),
+        answering(f"{SECOND_PASS}:SecondPassRecogniser.look", None),
+        _files("people", "second_pass fusion phones bands"),
     ),
     Mechanism(
         "net",
         "the second look's net of phones",
-        answering(f"{PEOPLE}.spelled:Speller.spell", None),
-        _files("people", "phones spelled"),
+        answering(f"{PEOPLE}.phones:CtcSearch.best", None),
+        _files("people", "phones"),
     ),
     Mechanism(
         "templates",
@@ -177,11 +177,11 @@ RULES = (
         _files("recognition", "lookalike"),
     ),
     Mechanism("drowned", "a drowned word needs more", defaults(URGENT, drowned_db=-inf)),
-    Mechanism("look-snr", "no second look at faint speech", instead(f"{OPINION}:MIN_SNR_DB", -inf)),
+    Mechanism("look-snr", "no second look at faint speech", instead(f"{SECOND_PASS}:MIN_SNR_DB", -inf)),
     Mechanism(
         "look-surer",
         "the second look must be as sure as the robots' listener",
-        instead(f"{OPINION}:MIN_STRANGERS_CHANCE", 0.8),
+        instead(f"{SECOND_PASS}:MIN_STRANGERS_PROBABILITY", 0.8),
     ),
 )
 ALL = (*SOURCES, *RULES)

@@ -19,7 +19,7 @@ from hvcpd.hardware.navigator import Navigator
 from hvcpd.language.forms import OPEN_KINDS, SEALED_KINDS, Kind
 from hvcpd.language.phrasebook import Phrasebook, Vocabulary
 from hvcpd.people.enrolled import Person
-from hvcpd.people.opinion import SecondOpinion
+from hvcpd.people.second_pass import SecondPassRecogniser
 from hvcpd.ports import Samples
 from hvcpd.recognition.channel.ears import ChannelEars
 from hvcpd.recognition.channel.listener import ChannelListener, Look, Stretch
@@ -308,5 +308,5 @@ def _book_and_ears(
         ears = make_channel_ears(book, plan.peers(names), sound, listening, hearing.channel)
     if hearing.second is None:
         return book, ears, listening
-    opinion = SecondOpinion(book.people_graph, sound.lexicon, hearing.people, hearing.any_voice)
+    opinion = SecondPassRecogniser(book.people_graph, sound.lexicon, hearing.people, hearing.any_voice)
     return book, SecondEars(ears, opinion, hearing.second), listening

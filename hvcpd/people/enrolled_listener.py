@@ -14,12 +14,11 @@ from functools import cached_property
 import numpy as np
 
 from hvcpd.language.graph import WordGraph
-from hvcpd.people.cepstra import Bands
-from hvcpd.people.composed import ComposedTakes
-from hvcpd.people.echoes import SHARED, EchoedTakes, Remembered
+from hvcpd.people.bands import Bands
 from hvcpd.people.enrolled import Person, spoken_takes
-from hvcpd.people.matching import Hearing, Match, Matcher
-from hvcpd.people.phones import Sounds
+from hvcpd.people.phones import NetOutput
+from hvcpd.people.take_features import SHARED, ComposedTakes, FeatureCache, TandemTakes
+from hvcpd.people.template_decoder import Hearing, Match, TemplateDecoder
 from hvcpd.recognition.confidence import logistic
 from hvcpd.recognition.events import Recognised, WordSpan
 from hvcpd.recognition.frontend import HOP_SAMPLES, Energies, energies_of
@@ -46,39 +45,39 @@ class Known:
     """What enrolled people's words make of one piece of sound.
 
     `nearest`: the sentence that is nearest by its cepstra, in the noise of the moment, and how likely it is right;
-    `echoed`: the one that is by what the net makes of it; None where there is none, or nobody asked. `votes`: what a
+    `tandem`: the one that is by what the net makes of it; None where there is none, or nobody asked. `votes`: what a
     sentence costs in the one way and the other, None if nobody has its words.
     """
 
     nearest: Recognised | None
-    echoed: tuple[str, ...] | None
+    tandem: tuple[str, ...] | None
     votes: Callable[[tuple[str, ...]], tuple[float, float] | None]
 
 
 class EnrolledListener:
     """Knows the enrolled people, and their sentences."""
 
-    def __init__(self, graph: WordGraph, people: Iterable[Person], remembered: Remembered = SHARED) -> None:
-        """`remembered`: what the net makes of takes. Raises ValueError if nobody has a word of `graph`."""
+    def __init__(self, graph: WordGraph, people: Iterable[Person], features: FeatureCache = SHARED) -> None:
+        """`features`: what the net makes of takes. Raises ValueError if nobody has a word of `graph`."""
         takes = {person.voice: spoken_takes(person, graph.words) for person in people}
         self._graph = graph
-        self._remembered = remembered
+        self._features = features
         self._takes = {voice: words for voice, words in takes.items() if words}
         self._composed = ComposedTakes(self._takes)
-        self._matcher = Matcher(graph, self._composed.templates)
+        self._matcher = TemplateDecoder(graph, self._composed.templates)
 
     def prepare(self, go_on: Callable[[], bool]) -> None:
         """Make ready what the net makes of the takes, as long as `go_on`; else that is done when it is first needed."""
         for take in (take for words in self._takes.values() for of_word in words.values() for take in of_word):
             if not go_on():
                 return
-            self._remembered.of(take)
-        _ = self._echoes
+            self._features.of(take)
+        _ = self._tandem
 
     @cached_property
-    def _echoes(self) -> tuple[EchoedTakes, Matcher]:
-        echoed = EchoedTakes(self._takes, self._remembered)
-        return echoed, Matcher(self._graph, echoed.templates)
+    def _tandem(self) -> tuple[TandemTakes, TemplateDecoder]:
+        tandem = TandemTakes(self._takes, self._features)
+        return tandem, TemplateDecoder(self._graph, tandem.templates)
 
     def nearest(self, piece: Piece) -> Recognised | None:
         """The sentence that is nearest to the piece, at the samples of its own clock, and how likely it is right; None
@@ -86,11 +85,11 @@ class EnrolledListener:
         hearing, origin = self._heard(piece)
         return _recognised(hearing, origin)
 
-    def known(self, piece: Piece, logs: Bands, sounds: Sounds) -> Known:
+    def known(self, piece: Piece, logs: Bands, output: NetOutput) -> Known:
         """Likewise, and beside it what the net makes of the piece's `logs`, shape (frames, N_BANDS)."""
         hearing, origin = self._heard(piece)
-        echoed, matcher = self._echoes
-        echo = matcher.hear(echoed.hear(logs, sounds)) if len(logs) else None
+        tandem, matcher = self._tandem
+        echo = matcher.hear(tandem.hear(logs, output)) if len(logs) else None
 
         def votes(words: tuple[str, ...]) -> tuple[float, float] | None:
             if hearing is None or echo is None:

@@ -15,12 +15,12 @@ from hvcpd.config.task_file import load_tasks
 from hvcpd.config.tasks import default_tasks_path
 from hvcpd.coordination.commands import SURE
 from hvcpd.language.phrasebook import Phrasebook
-from hvcpd.people.echoes import Remembered, features_of_take
 from hvcpd.people.enrolled import Person
 from hvcpd.people.enrolled_listener import chance
-from hvcpd.people.matching import Match, MatchedWord
-from hvcpd.people.opinion import STRANGER, SecondOpinion
+from hvcpd.people.second_pass import STRANGER, SecondPassRecogniser
+from hvcpd.people.take_features import FeatureCache, features_of_take
 from hvcpd.people.takes import check_take
+from hvcpd.people.template_decoder import Match, MatchedWord
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 from hvcpd.recognition.events import Event, Garbled, Recognised
 from hvcpd.recognition.frontend import Energies, Features
@@ -66,7 +66,7 @@ def phrases(text: str) -> list[list[str]]:
 
 def heard(book: Phrasebook, sound: Sound, people: Sequence[Person], strangers: bool, room: Samples) -> list[Event]:
     known = {person.name: person for person in people}
-    opinion = SecondOpinion(book.people_graph, sound.lexicon, known, strangers)
+    opinion = SecondPassRecogniser(book.people_graph, sound.lexicon, known, strangers)
     ears = SecondEars(make_recogniser(book, ("Rob", "Bot"), sound), opinion, AtOnce())
     return [e for at in range(0, len(room), 1600) for e in ears.push(room[at : at + 1600])]
 
@@ -138,7 +138,7 @@ def alone(speaker: Speaker, text: str) -> Piece:
 def test_who_is_enrolled_is_told_by_name_and_who_is_not_is_a_stranger(book: Phrasebook, sound: Sound) -> None:
     speaker = Speaker(CHILD, sound.lexicon, sound.cache)
     known = {"anna": Person("Anna", takes_of(speaker, "turn", "left", "right"))}
-    opinion = SecondOpinion(book.people_graph, sound.lexicon, known, True)
+    opinion = SecondPassRecogniser(book.people_graph, sound.lexicon, known, True)
     found = [opinion.look(alone(speaker, text)) for text in ("turn left", "who is here")]
     assert [(e.words, e.voice) for e in found if e is not None] == [
         (("turn", "left"), "anna, enrolled"),
@@ -148,7 +148,7 @@ def test_who_is_enrolled_is_told_by_name_and_who_is_not_is_a_stranger(book: Phra
 
 @pytest.mark.parametrize("text", ["stop", "rob stop", "who is here", "move forward"])
 def test_anybody_is_heard(book: Phrasebook, sound: Sound, text: str) -> None:
-    opinion = SecondOpinion(book.people_graph, sound.lexicon, {}, True)
+    opinion = SecondPassRecogniser(book.people_graph, sound.lexicon, {}, True)
     found = opinion.look(alone(stranger(sound), text))
     assert found is not None
     assert found.words == tuple(text.split())
@@ -158,7 +158,7 @@ def test_anybody_is_heard(book: Phrasebook, sound: Sound, text: str) -> None:
 
 
 def test_where_it_is_loud_only_the_enrolled_are_heard(book: Phrasebook, sound: Sound) -> None:
-    opinion = SecondOpinion(book.people_graph, sound.lexicon, {}, True)
+    opinion = SecondPassRecogniser(book.people_graph, sound.lexicon, {}, True)
     quiet = alone(stranger(sound), "who is here")
     loud = replace(quiet, sound=quiet.sound + noise(len(quiet.sound) / SAMPLE_RATE_HZ, 0.3)[: len(quiet.sound)])
     assert loud.snr_db < 6.0 < quiet.snr_db
@@ -171,7 +171,7 @@ def test_where_it_is_loud_only_the_enrolled_are_heard(book: Phrasebook, sound: S
 def test_no_sound_is_too_strange(book: Phrasebook, sound: Sound, strangers: bool) -> None:
     speaker = Speaker(CHILD, sound.lexicon, sound.cache)
     known = {} if strangers else {"anna": Person("Anna", takes_of(speaker, "stop", "turn", "left", "who", "is"))}
-    opinion = SecondOpinion(book.people_graph, sound.lexicon, known, strangers)
+    opinion = SecondPassRecogniser(book.people_graph, sound.lexicon, known, strangers)
     for speech in (noise(0.0, 0.1), noise(1e-4, 0.1), noise(0.02, 0.1), noise(1.0, 0.0), np.sign(noise(1.0, 0.1))):
         for lead in (0, 8000):
             piece = Piece(np.pad(speech, (lead, 0)), lead, 0, len(speech), -lead)
@@ -193,7 +193,7 @@ def test_takes_are_made_ready_once_for_all_looks(book: Phrasebook, sound: Sound)
 
     speaker = Speaker(CHILD, sound.lexicon, sound.cache)
     known = {"anna": Person("Anna", takes_of(speaker, "turn", "left", "right"))}
-    opinion = SecondOpinion(book.people_graph, sound.lexicon, known, True, Remembered(counted))
+    opinion = SecondPassRecogniser(book.people_graph, sound.lexicon, known, True, FeatureCache(counted))
     opinion.prepare(lambda: False)
     assert made == []
     opinion.prepare(lambda: True)
@@ -208,7 +208,7 @@ def test_takes_are_made_ready_once_for_all_looks(book: Phrasebook, sound: Sound)
 def test_words_count_as_soon_as_they_are_learned(book: Phrasebook, sound: Sound) -> None:
     speaker = Speaker(CHILD, sound.lexicon, sound.cache)
     known = {"anna": Person("Anna", takes_of(speaker, "turn", "right"))}
-    opinion = SecondOpinion(book.people_graph, sound.lexicon, known, False)
+    opinion = SecondPassRecogniser(book.people_graph, sound.lexicon, known, False)
     before = opinion.look(alone(speaker, "turn left"))
     assert before is None or before.words != ("turn", "left")
     known["anna"] = known["anna"].with_takes(takes_of(speaker, "left"))
@@ -217,7 +217,7 @@ def test_words_count_as_soon_as_they_are_learned(book: Phrasebook, sound: Sound)
     assert after.words == ("turn", "left")
 
 
-class Interrupted(SecondOpinion):
+class Interrupted(SecondPassRecogniser):
     """Another thread looks as soon as anything has changed in it."""
 
     piece: Piece | None = None

@@ -1,4 +1,4 @@
-"""Which of the sentences that several listeners found in one piece of sound is right, and how likely that is.
+"""Hypothesis fusion: which of the sentences found in one piece of sound is right, and how likely that is.
 
 Two logistic curves, fitted by `python -m benchmarks.opinions` to synthetic voices that the net was not trained on, to
 people's digits, and to talk that addresses nobody.
@@ -13,8 +13,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from hvcpd.people.enrolled_listener import Known
-from hvcpd.people.phones import Chances
-from hvcpd.people.spelled import Spelled, Speller
+from hvcpd.people.phones import CtcSearch, CtcSentence, LogPosteriors
 from hvcpd.recognition.confidence import logistic
 from hvcpd.recognition.events import Recognised
 
@@ -33,26 +32,26 @@ MOST_CALL_WORDS = 3
 
 
 @dataclass(frozen=True, eq=False)
-class Views:
-    """What listeners make of one piece of sound, `chances` being what the net found.
+class Hypotheses:
+    """What the net of phones and the templates of enrolled people make of one piece of sound.
 
-    `spelled` is the sentence that fits the phones best that a net heard, `known` what the words of enrolled people make
-    of it; None where there is none, or where nobody asked.
+    `log_posteriors` are the net's, `by_phones` the sentence that fits them best, and `known` what the templates of
+    enrolled people make of the piece; None where there is none. `speech_s` is how long somebody spoke.
     """
 
-    chances: Chances
-    speller: Speller
-    spelled: Spelled | None
+    log_posteriors: LogPosteriors
+    search: CtcSearch
+    by_phones: CtcSentence | None
     known: Known | None
     speech_s: float
-    fits: dict[Words, Spelled | None] = field(default_factory=dict)
-    """How other sentences than `spelled` fit, as far as that was asked for."""
+    fits: dict[Words, CtcSentence | None] = field(default_factory=dict)
+    """How other sentences than `by_phones` fit, as far as that was asked for."""
 
     @property
     def sentences(self) -> list[Words]:
         """All that were found, each once."""
-        found = [view.words for view in (self.spelled, self.nearest) if view is not None]
-        return list(dict.fromkeys([*found, self.echoed] if self.echoed is not None else found))
+        found = [each.words for each in (self.by_phones, self.nearest) if each is not None]
+        return list(dict.fromkeys([*found, self.tandem] if self.tandem is not None else found))
 
     @property
     def nearest(self) -> Recognised | None:
@@ -60,9 +59,9 @@ class Views:
         return self.known.nearest if self.known is not None else None
 
     @property
-    def echoed(self) -> Words | None:
+    def tandem(self) -> Words | None:
         """The one that is by what the net makes of them."""
-        return self.known.echoed if self.known is not None else None
+        return self.known.tandem if self.known is not None else None
 
     def farther(self, words: Words) -> tuple[float, float]:
         """How much farther a sentence is from the enrolled's words than the nearest of all that were found, by cepstra
@@ -81,44 +80,44 @@ class Views:
 
     def loss(self, words: Words) -> float:
         """What a sentence loses for the net, MOST_LOSS more than the best at most."""
-        least = self.spelled.loss if self.spelled is not None else 0.0
-        spelled = self._aligned(words)
-        return min(spelled.loss, least + MOST_LOSS) if spelled is not None else least + MOST_LOSS
+        least = self.by_phones.loss if self.by_phones is not None else 0.0
+        aligned = self._aligned(words)
+        return min(aligned.loss, least + MOST_LOSS) if aligned is not None else least + MOST_LOSS
 
     def spans(self, words: Words) -> Sequence[tuple[int, int]]:
         """The first frame of each word of a sentence that was found, and the one after its last."""
-        spelled = self._aligned(words)
-        return spelled.spans if spelled is not None else [(0, len(self.chances))] * len(words)
+        aligned = self._aligned(words)
+        return aligned.spans if aligned is not None else [(0, len(self.log_posteriors))] * len(words)
 
-    def _aligned(self, words: Words) -> Spelled | None:
-        if self.spelled is not None and words == self.spelled.words:
-            return self.spelled
+    def _aligned(self, words: Words) -> CtcSentence | None:
+        if self.by_phones is not None and words == self.by_phones.words:
+            return self.by_phones
         if words not in self.fits:
-            self.fits[words] = self.speller.fit(self.chances, words)
+            self.fits[words] = self.search.fit(self.log_posteriors, words)
         return self.fits[words]
 
 
 @dataclass(frozen=True)
-class Judged:
-    """The sentence that is likeliest right, and how likely it is, 0 to 1."""
+class Fused:
+    """The sentence that is likeliest right, and the probability that it is, 0 to 1."""
 
     words: Words
-    chance: float
+    probability: float
 
 
-def judge(views: Views) -> Judged | None:
+def fuse(hypotheses: Hypotheses) -> Fused | None:
     """The likeliest of the sentences that were found; None if there is none."""
-    scored = ranked(views)
+    scored = ranked(hypotheses)
     if not scored:
         return None
     words = scored[0][1]
-    logit = sum(weight * value for weight, value in zip(CHANCE, evidence(views, words, lead_of(scored)), strict=True))
-    return Judged(words, logistic(logit))
+    found = evidence(hypotheses, words, lead_of(scored))
+    return Fused(words, logistic(sum(weight * value for weight, value in zip(CHANCE, found, strict=True))))
 
 
-def ranked(views: Views) -> list[tuple[float, Words]]:
+def ranked(hypotheses: Hypotheses) -> list[tuple[float, Words]]:
     """The sentences that were found, each with its support, the best first."""
-    return sorted(((support(views, words), words) for words in views.sentences), reverse=True)
+    return sorted(((support(hypotheses, words), words) for words in hypotheses.sentences), reverse=True)
 
 
 def lead_of(scored: Sequence[tuple[float, Words]]) -> float:
@@ -144,29 +143,29 @@ CHANCE = (0.954, -25.7, 2.39, 0.365, 0.495, 2.78, -0.371, -1.61, 0.272)
 """Weights of `evidence`."""
 
 
-def support(views: Views, words: Words) -> float:
+def support(hypotheses: Hypotheses, words: Words) -> float:
     """How much speaks for a sentence, beside others that were found; natural logarithm of odds."""
-    return sum(weight * value for weight, value in zip(SUPPORT, supporting(views, words), strict=True))
+    return sum(weight * value for weight, value in zip(SUPPORT, supporting(hypotheses, words), strict=True))
 
 
-def supporting(views: Views, words: Words) -> Sequence[float]:
+def supporting(hypotheses: Hypotheses, words: Words) -> Sequence[float]:
     """What speaks for a sentence: what it loses, and how much farther it is from enrolled people's words than others
     are."""
-    return (views.loss(words), *views.farther(words))
+    return (hypotheses.loss(words), *hypotheses.farther(words))
 
 
-def evidence(views: Views, words: Words, lead: float) -> Sequence[float]:
+def evidence(hypotheses: Hypotheses, words: Words, lead: float) -> Sequence[float]:
     """What tells whether the likeliest sentence is right, `lead` more likely than the next: what it loses in a frame;
     whether it is nearest to enrolled people's words by cepstra, and how sure that is, and by what the net makes of
     them; how many words, how fast, in how much speech."""
-    n, speech_s = len(words), max(views.speech_s, LEAST_SPEECH_S)
+    n, speech_s = len(words), max(hypotheses.speech_s, LEAST_SPEECH_S)
     heard = [0.0, 0.0, 0.0]
-    nearest = views.nearest
+    nearest = hypotheses.nearest
     if nearest is not None and alike(nearest.words, words):
         heard[:2] = 1.0, _logit(nearest.confidence)
-    if views.echoed is not None and alike(views.echoed, words):
+    if hypotheses.tandem is not None and alike(hypotheses.tandem, words):
         heard[2] = 1.0
-    each_frame = min(views.loss(words) / max(len(views.chances), 1), 1.0)
+    each_frame = min(hypotheses.loss(words) / max(len(hypotheses.log_posteriors), 1), 1.0)
     return (1.0, each_frame, *heard, math.log(n), n / speech_s, math.log(speech_s), lead)
 
 
@@ -176,6 +175,6 @@ def deficit_of(known: Recognised) -> float:
     return sum(n * span.deficit for n, span in zip(lengths, known.spans, strict=True)) / max(sum(lengths), 1)
 
 
-def _logit(chance: float) -> float:
-    chance = min(max(chance, 1e-9), 1.0 - 1e-9)
-    return min(max(math.log(chance / (1.0 - chance)), -MOST_LOGIT), MOST_LOGIT)
+def _logit(probability: float) -> float:
+    probability = min(max(probability, 1e-9), 1.0 - 1e-9)
+    return min(max(math.log(probability / (1.0 - probability)), -MOST_LOGIT), MOST_LOGIT)

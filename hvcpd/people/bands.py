@@ -6,13 +6,15 @@ What is heard before the speech tells the noise, which is taken away. Where all 
 
 from __future__ import annotations
 
+import importlib.resources
 from functools import cache
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from hvcpd.people.stored import stored
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
+from hvcpd.recognition.frontend import ENERGY_FLOOR, Energies
 
 Bands = NDArray[np.float64]
 """Mel filterbank energies, shape (frames, N_BANDS), of sound whose full scale is FULL_SCALE."""
@@ -33,7 +35,7 @@ QUIETER = 0.7
 LEAST_FRAMES, QUIETEST = 10, 0.1
 """With fewer frames before it, the quietest part of the speech's own does."""
 SMOOTH = 0.5
-"""Of a band's energy, what is kept from the frame before where its noise is judged."""
+"""Of a band's energy, what is kept from the frame before where its noise is fused."""
 LEAST_GAIN = 0.05
 """A band is brought down by no more than this with its noise. The models were trained on speech whose noise had been
 removed in such a way, and with neighbouring bands' gains averaged (C. Kim & R. Stern, "Power-normalized cepstral
@@ -150,3 +152,29 @@ def _regression() -> NDArray[np.float64]:
 def _made_up(lower: NDArray[np.float64]) -> NDArray[np.float64]:
     weights = _regression()
     return np.asarray(weights[0] + lower @ weights[1:])
+
+
+def masked_logs(energies: Energies, silence: int = 0) -> Bands:
+    """Logarithms of a take's energies, shape (frames, N_BANDS of the front end), with so many frames of silence before
+    and after it, nothing being fainter than what counts for the net."""
+    mask = mask_of(energies) + float(ENERGY_FLOOR)
+    return np.asarray(np.log(np.pad(energies, ((silence, silence), (0, 0))) + mask))
+
+
+@cache
+def _take_regression() -> NDArray[np.float64]:
+    """Shape (1 + the front end's N_BANDS, the net's), the constants first."""
+    return np.asarray(stored("take_bands.npz")["weights"], np.float64)
+
+
+def heard_alone(energies: Energies, silence: int) -> Bands:
+    """Logarithms of the net's bands, shape (silence + frames + silence, N_BANDS), of a take in silence."""
+    weights = _take_regression()
+    logs = weights[0] + masked_logs(energies, silence) @ weights[1:]
+    return completed(logs, np.exp(logs))
+
+
+def stored(name: str) -> dict[str, NDArray[Any]]:
+    """The arrays in a file of this folder, by name, as they were written."""
+    with (importlib.resources.files("hvcpd.people") / name).open("rb") as file:
+        return dict(np.load(file, allow_pickle=False))

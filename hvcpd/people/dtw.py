@@ -88,7 +88,7 @@ class _Part:
     node_begins: Index
 
 
-class Chains:
+class OnePassDtw:
     """A network's chains as cells, one for each template frame, side by side."""
 
     def __init__(self, net: Network) -> None:

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from hvcpd.language.graph import WordGraph, graph_of
-from hvcpd.people.chains import FAR, Chains, Costs, Ends
+from hvcpd.people.dtw import FAR, Costs, Ends, OnePassDtw
 from hvcpd.recognition.frontend import Features
 from hvcpd.recognition.network import Index, Network
 from hvcpd.recognition.scorer import norms_of, squared_distances
@@ -69,12 +69,12 @@ class _Fit:
     """How one sentence fits in the voices that have its words: least for who fits best, less for more who fit."""
 
     vote: float
-    chains: Chains
+    chains: OnePassDtw
     ends: Ends
     node: int
 
 
-class Matcher:
+class TemplateDecoder:
     """Knows a network of sentences, and where the takes of its words are among the rows of what is heard."""
 
     def __init__(self, graph: WordGraph, templates: Sequence[Template]) -> None:
@@ -85,10 +85,10 @@ class Matcher:
             self._words.setdefault(template.voice, set()).add(template.word)
         self._chains = self._compiled(graph)
 
-    def _compiled(self, graph: WordGraph) -> Chains:
-        return Chains(Network(graph, self._templates, partial=frozenset(self._words)))
+    def _compiled(self, graph: WordGraph) -> OnePassDtw:
+        return OnePassDtw(Network(graph, self._templates, partial=frozenset(self._words)))
 
-    def _alone(self, words: tuple[str, ...]) -> Chains | None:
+    def _alone(self, words: tuple[str, ...]) -> OnePassDtw | None:
         """One sentence; None if nobody has its words."""
         known = any(said.issuperset(words) for said in self._words.values())
         return self._compiled(graph_of(words)) if known else None
@@ -101,7 +101,7 @@ class Matcher:
 class Hearing:
     """A piece of sound beside a matcher's sentences."""
 
-    def __init__(self, heard: Heard, chains: Chains, alone: Callable[[tuple[str, ...]], Chains | None]) -> None:
+    def __init__(self, heard: Heard, chains: OnePassDtw, alone: Callable[[tuple[str, ...]], OnePassDtw | None]) -> None:
         self._heard = heard
         self._alone = alone
         self._fits: dict[tuple[str, ...], _Fit | None] = {}
@@ -109,7 +109,7 @@ class Hearing:
         self._nearest = ends.nearest
         self._best = self._best_of(chains, ends)
 
-    def _best_of(self, chains: Chains, ends: Ends) -> _Fit | None:
+    def _best_of(self, chains: OnePassDtw, ends: Ends) -> _Fit | None:
         """Of the sentences that fit best in one voice or another, the one that fits best in all."""
         found = _best_of_voices(chains, ends).values()
         sentences = dict.fromkeys(words for _, words, _ in found)
@@ -152,7 +152,7 @@ class Hearing:
         vote = costs.min() - VOTE_COST * float(np.log(np.exp((costs.min() - costs) / VOTE_COST).sum()))
         return _Fit(float(vote), chains, ends, min(voices)[2])
 
-    def _match(self, chains: Chains, ends: Ends, node: int) -> Match:
+    def _match(self, chains: OnePassDtw, ends: Ends, node: int) -> Match:
         heard, words = self._heard, []
         inside = np.zeros(len(heard.to_noise), np.bool_)
         least = np.minimum(self._nearest, heard.to_noise)
@@ -170,7 +170,7 @@ class Hearing:
         )
 
 
-def _best_of_voices(chains: Chains, ends: Ends) -> dict[str, tuple[float, tuple[str, ...], int]]:
+def _best_of_voices(chains: OnePassDtw, ends: Ends) -> dict[str, tuple[float, tuple[str, ...], int]]:
     """For each voice that has a sentence: the least cost, the words, and the node where they end."""
     net, found = chains.net, {}
     for number, voice in enumerate(net.voices):

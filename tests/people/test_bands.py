@@ -9,7 +9,7 @@ import pytest
 from numpy.typing import NDArray
 
 from hvcpd.assembly.make import Sound, make_sound
-from hvcpd.people.cepstra import (
+from hvcpd.people.bands import (
     LEAST,
     LEAST_GAIN,
     N_BANDS,
