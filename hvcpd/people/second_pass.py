@@ -1,4 +1,4 @@
-"""Second-pass recognition of people, where no robot's voice explains the speech: a net of phones, enrolled templates."""
+"""Second-pass recognition of people, where no robot's voice explains speech: a phone net and enrolled templates."""
 
 from __future__ import annotations
 
