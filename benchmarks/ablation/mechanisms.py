@@ -66,7 +66,7 @@ SOURCES = (
         "waveforms",
         "sentences by their waveform",
         answering("hvcpd.assembly.make:make_coherent", None),
-        _files("recognition", "coherent paths beginnings onsets matched weighed agreement spared"),
+        _files("recognition", "coherent paths onset_search matched_filter agreement spared"),
     ),
     Mechanism(
         "urgent",

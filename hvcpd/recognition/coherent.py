@@ -1,9 +1,10 @@
 """Hears sentences by their very waveform: who knows a voice knows each sample of what it will say.
 
 A second listener beside the network of templates. Where that compares spectra, of which noise leaves little, this one
-correlates (`matched`): a word begins at the sample that the one before says, within the drift of two sample clocks, so
-that a sentence is a path through the word network along which every next sound must be found at its place. It hears
-only the voices of synthesizers, in rooms by the direct sound, and then down to -15 dB."""
+correlates (`matched_filter`). A word begins at the sample that the one before says, within the drift of two sample
+clocks, so a sentence is a path through the word network along which every next sound must be found at its place. It
+hears only the voices of synthesizers, in rooms by the direct sound, and then down to -15 dB.
+"""
 
 from __future__ import annotations
 
@@ -14,10 +15,20 @@ import numpy as np
 
 from hvcpd.language.graph import WordGraph, ends_of
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
-from hvcpd.recognition.beginnings import Beginnings, First
 from hvcpd.recognition.channel.learned import ThroughChannel, around_peak
 from hvcpd.recognition.channel.response import Taps
-from hvcpd.recognition.matched import HOP, REFRESH_FRAMES, SLACK, Match, correlated, faded, power_of, scrutinized
+from hvcpd.recognition.matched_filter import (
+    HOP,
+    REFRESH_FRAMES,
+    SLACK,
+    Match,
+    WhitenedSound,
+    correlated,
+    faded,
+    power_of,
+    scrutinized,
+)
+from hvcpd.recognition.onset_search import First, OnsetSchedule
 from hvcpd.recognition.paths import (
     BY_CHANCE,
     LEAST_SHARE,
@@ -31,7 +42,6 @@ from hvcpd.recognition.paths import (
     passes,
     thirds_of,
 )
-from hvcpd.recognition.weighed import WeighedSound
 
 GREETING = "hi"
 """What robots begin with: it is listened for even while nobody seems to speak."""
@@ -58,7 +68,7 @@ CHANCE = 3.2
 """A beginning of this strength may be one, however weak it was expected..."""
 SURELY = 4.5
 """...and with this one it is: if no word comes of it, the sentence was lost on the way, as among a room's echoes."""
-UNWEIGHED = 2 * REFRESH_FRAMES * HOP
+UNWHITENED = 2 * REFRESH_FRAMES * HOP
 """Samples (0.5 s) in which a sentence may have begun before the spectrum of what is heard is known: at a recording's
 first sample, or after a silence of zeros, that takes half of it."""
 CALM = 10 * SAMPLE_RATE_HZ
@@ -76,12 +86,12 @@ class CoherentListener:
         self._arcs: dict[int, list[tuple[str, int]]] = {}
         for arc in graph.arcs:
             self._arcs.setdefault(arc.source, []).append((arc.word, arc.target))
-        self._beginnings = Beginnings(self._firsts)
-        self._sound = WeighedSound()
+        self._schedule = OnsetSchedule(self._firsts)
+        self._sound = WhitenedSound()
         self._unheard: list[Samples] = []
-        """What was pushed last while nothing stirred..."""
+        """What was pushed last while there were no signs of speech."""
         self._end = 0
-        """...up to this sample."""
+        """The number of the sample that comes next."""
         self._active = 0
         self._paths: list[Path] = []
 
@@ -91,9 +101,9 @@ class CoherentListener:
         return bool(self._books)
 
     @property
-    def stirred(self) -> bool:
+    def voiced(self) -> bool:
         """Whether a known voice's harmonics stand out, as far as can be told."""
-        return self._sound.weighing.stirred
+        return self._sound.whitening.voiced
 
     @property
     def follows(self) -> Path | None:
@@ -109,14 +119,14 @@ class CoherentListener:
             self._break_off(first)
         self._unheard.append(samples)
         self._end += len(samples)
-        if not (speech or self._paths or self._sound.weighing.stirred or self._end >= self._beginnings.due):
+        if not (speech or self._paths or self._sound.whitening.voiced or self._end >= self._schedule.due):
             return []  # in silence all is done at once when the search goes on: it costs less
         self._sound.push(np.concatenate(self._unheard))
         self._unheard = []
-        if not self._sound.weighing.ready:
-            self._beginnings.restart(self._end - UNWEIGHED)
+        if not self._sound.whitening.ready:
+            self._schedule.restart(self._end - UNWHITENED)
             return []
-        signs = speech or self._sound.weighing.stirred
+        signs = speech or self._sound.whitening.voiced
         if signs or self._paths:
             self._active = self._end
         self._begin(signs)
@@ -130,7 +140,7 @@ class CoherentListener:
             book.prepare(go_on)
             if go_on() and book not in self._books:
                 self._books = (*self._books, book)
-                self._beginnings.renew()
+                self._schedule.renew()
 
     def learn(self, voice: str, taps: Taps) -> None:
         """That voice comes through this response from now on, shape (n,)."""
@@ -138,7 +148,7 @@ class CoherentListener:
         self._all = tuple(_through(book, known) if book.voice == voice else book for book in self._all)
         self._books = tuple(_through(book, known) if book.voice == voice else book for book in self._books)
         self._paths = [path for path in self._paths if path.book.voice != voice]
-        self._beginnings.renew()
+        self._schedule.renew()
 
     def dismiss(self, end: int, voice: str | None = None) -> None:
         """What was said before sample `end`, by that voice or by any, is dealt with."""
@@ -156,7 +166,7 @@ class CoherentListener:
     def _break_off(self, at: int) -> None:
         self._paths = []
         self._sound.break_off(at)
-        self._beginnings.restart(at)
+        self._schedule.restart(at)
         self._unheard = []
         self._end = self._active = at
 
@@ -178,7 +188,7 @@ class CoherentListener:
         greeted = any(map(_is_greeting, self._paths))
         followed = self.follows
         settled = followed is not None and followed.score >= SETTLED
-        for first, at in self._beginnings.seek(self._sound, signs, greeted, settled):
+        for first, at in self._schedule.seek(self._sound, signs, greeted, settled):
             if not self._is_known(first, at):
                 extension = Extension(first.word, first.node, 0, first.said, at)
                 self._paths.append(Path(first.book, self._graph.start, at, waiting=[extension]))
@@ -217,19 +227,19 @@ class CoherentListener:
         """How each word fits, by what was heard `until` a sample; and where, samples from its place."""
         first = min(each.at for each in due) - DRIFT
         last = max(each.end for each in due) + DRIFT
-        weighed = self._sound.between(first, last if until is None else min(last, until))
+        whitened = self._sound.between(first, last if until is None else min(last, until))
         for each in due:
-            near = weighed[each.at - DRIFT - first : each.end + DRIFT - first]
+            near = whitened[each.at - DRIFT - first : each.end + DRIFT - first]
             sound = each.said.samples
             if len(near) - 2 * DRIFT < each.said.length:
                 sound = faded(sound[: max(len(near) - 2 * DRIFT, 1)])
             power = each.said.power if len(sound) == each.said.length else power_of(sound)
-            expected = max(float(np.dot(power, self._sound.weighing.weights)), 1e-20) ** 0.5
+            expected = max(float(np.dot(power, self._sound.whitening.weights)), 1e-20) ** 0.5
             strength, offset = correlated(near, sound, expected)
             fit = Match(strength, expected, True)
             if gain is None or strength >= 0.5 * min(LEAST_SHARE * gain * expected, gain * expected - SLACK):
                 there = near[offset : offset + len(sound)]
-                fit = scrutinized(there, sound, power, self._sound.weighing, strength, expected)
+                fit = scrutinized(there, sound, power, self._sound.whitening, strength, expected)
             yield each, fit, offset - DRIFT
 
     def _fitting(

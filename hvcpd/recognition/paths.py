@@ -9,7 +9,7 @@ from typing import Protocol
 import numpy as np
 
 from hvcpd.ports import Samples
-from hvcpd.recognition.matched import SLACK, Spectrum
+from hvcpd.recognition.matched_filter import SLACK, Spectrum
 
 LEAST_SHARE = 0.5
 """Of the strength that a word would have at the sentence's loudness, the least; and one over it, the most."""

@@ -94,8 +94,8 @@ class Recogniser:
     @property
     def signs(self) -> bool:
         """Whether anything that was heard last may be speech, however faint."""
-        stirred = self._agreement is not None and self._agreement.coherent.stirred
-        return self.busy or self.watch.activity.alert or stirred
+        voiced = self._agreement is not None and self._agreement.coherent.voiced
+        return self.busy or self.watch.activity.alert or voiced
 
     @property
     def under_way(self) -> bool:
