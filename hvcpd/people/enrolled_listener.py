@@ -21,6 +21,7 @@ from hvcpd.people.take_features import SHARED, ComposedTakes, FeatureCache, Tand
 from hvcpd.people.template_decoder import Hearing, Match, TemplateDecoder
 from hvcpd.recognition.confidence import logistic
 from hvcpd.recognition.events import Recognised, WordSpan
+from hvcpd.recognition.fitted import fitted
 from hvcpd.recognition.frontend import HOP_SAMPLES, Energies, energies_of
 from hvcpd.recognition.second_look import Piece
 from hvcpd.recognition.templates import Noise
@@ -121,28 +122,23 @@ def _noise(energies: Energies, start: int) -> Noise:
     return np.asarray(before[power <= np.quantile(power, share)].mean(axis=0), np.float32)
 
 
-def chance(match: Match) -> float:
-    """How likely a sentence is right, 0 to 1: a logistic curve.
-
-    Fitted to 146 pieces of sound: fluent sentences and short calls of nine synthetic voices, each with its own takes or
-    another's, and people's and synthetic talk that addresses nobody. Of 80 right ones 75 have 0.8 or more, of 66 wrong
-    ones one.
-    """
+def probability(match: Match) -> float:
+    """How likely a sentence is right, 0 to 1: a logistic curve (`enrolled_confidence` of the fitted weights)."""
     frames = [word.end - word.start for word in match.words]
     deficit = sum(n * word.deficit for n, word in zip(frames, match.words, strict=True)) / sum(frames)
     worst = min(max(word.deficit for word in match.words), MOST_DEFICIT)
     margin = min(max(min(word.margin for word in match.words), LEAST_MARGIN), MOST_MARGIN)
     audible = math.log(max(match.above_noise, LEAST_ABOVE_NOISE))
-    fits = -0.21 - 3.27 * deficit - 1.36 * worst - 6.6 * match.passed_over
-    logit = fits + 2.15 * math.log(len(match.words)) + 1.15 * math.log(margin) + 1.74 * audible
-    return logistic(logit)
+    features = (deficit, worst, match.passed_over, math.log(len(match.words)), math.log(margin), audible)
+    curve = fitted("enrolled_confidence")
+    return logistic(curve["bias"] + sum(w * x for w, x in zip(curve["weights"].values(), features, strict=True)))
 
 
 def _recognised(hearing: Hearing | None, origin: int) -> Recognised | None:
     match = hearing.match if hearing is not None else None
     if match is None or not match.words:
         return None
-    sure = chance(match)
+    sure = probability(match)
     spans = tuple(
         WordSpan(w.word, origin + w.start * HOP_SAMPLES, origin + w.end * HOP_SAMPLES, sure, w.deficit)
         for w in match.words

@@ -1,6 +1,6 @@
 """Hypothesis fusion: which of the sentences found in one piece of sound is right, and how likely that is.
 
-Two logistic curves, fitted by `python -m benchmarks.opinions` to synthetic voices that the net was not trained on, to
+Two logistic curves, fitted by `python -m benchmarks.fit` to synthetic voices that the net was not trained on, to
 people's digits, and to talk that addresses nobody.
 """
 
@@ -16,6 +16,7 @@ from hvcpd.people.enrolled_listener import Known
 from hvcpd.people.phones import CtcSearch, CtcSentence, LogPosteriors
 from hvcpd.recognition.confidence import logistic
 from hvcpd.recognition.events import Recognised
+from hvcpd.recognition.fitted import fitted
 
 Words = tuple[str, ...]
 
@@ -112,7 +113,7 @@ def fuse(hypotheses: Hypotheses) -> Fused | None:
         return None
     words = scored[0][1]
     found = evidence(hypotheses, words, lead_of(scored))
-    return Fused(words, logistic(sum(weight * value for weight, value in zip(CHANCE, found, strict=True))))
+    return Fused(words, logistic(sum(weight * value for weight, value in zip(PROBABILITY, found, strict=True))))
 
 
 def ranked(hypotheses: Hypotheses) -> list[tuple[float, Words]]:
@@ -137,10 +138,11 @@ def alike(one: Words, other: Words) -> bool:
     return one == other or (is_call(one) and is_call(other))
 
 
-SUPPORT = (-0.185, -0.225, -0.0604)
-"""Weights of `supporting`."""
-CHANCE = (0.954, -25.7, 2.39, 0.365, 0.495, 2.78, -0.371, -1.61, 0.272)
-"""Weights of `evidence`."""
+_WEIGHTS = fitted("people_fusion")["weights"]
+SUPPORT: tuple[float, ...] = tuple(_WEIGHTS["support"].values())
+"""Weights of `supporting`, in its order."""
+PROBABILITY: tuple[float, ...] = tuple(_WEIGHTS["probability"].values())
+"""Weights of `evidence`, in its order."""
 
 
 def support(hypotheses: Hypotheses, words: Words) -> float:

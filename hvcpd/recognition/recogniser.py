@@ -17,7 +17,7 @@ from hvcpd.ports import Samples
 from hvcpd.recognition.agreement import Agreement
 from hvcpd.recognition.channel.response import Taps
 from hvcpd.recognition.coherent import GREETING, CoherentListener
-from hvcpd.recognition.confidence import sentence_fare, word_fare
+from hvcpd.recognition.confidence import sentence_features, word_features
 from hvcpd.recognition.events import Event, Garbled, Recognised, Source, WordSpan
 from hvcpd.recognition.frontend import HOP_SAMPLES
 from hvcpd.recognition.halting import Halting
@@ -295,13 +295,14 @@ class Recogniser:
     def _is_doubtful(self, sentence: Sentence) -> bool:
         """Whether a sentence that is not understood was probably one, so that it is garbled however faint it was."""
         s = self._settings
-        return sentence.cost < -s.min_gain and s.confidence.chance(sentence_fare(sentence)) > s.doubtful_confidence
+        probability = s.confidence.probability(sentence_features(sentence))
+        return sentence.cost < -s.min_gain and probability > s.doubtful_confidence
 
     def _judge(self, sentence: Sentence) -> Recognised | None:
         s = self._settings
         if sentence.steps[0].start_frame < max(self._lost_until, self._unheard_until) + UNHEARD_LEAD_FRAMES:
             return None
-        confidence = s.confidence.chance(sentence_fare(sentence))
+        confidence = s.confidence.probability(sentence_features(sentence))
         if sentence.unfinished or confidence < s.min_confidence or sentence.cost > -s.min_gain:
             return None
         if min(step.margin for step in sentence.steps) < s.min_margin:
@@ -314,7 +315,7 @@ class Recogniser:
                 self._spotter.word_of(step),
                 step.start_frame * HOP_SAMPLES,
                 step.end_frame * HOP_SAMPLES,
-                s.confidence.chance(word_fare(sentence, k)),
+                s.confidence.probability(word_features(sentence, k)),
                 deficit,
             )
             for k, (step, deficit) in enumerate(zip(sentence.steps, sentence.deficits, strict=True))

@@ -108,7 +108,7 @@ class Scorer:
         self._codebook_features = self._bank.compose(self._codebook, noise, gain)
         self._codebook_norms = norms_of(self._codebook_features)
 
-    def promise(self, rows: NDArray[np.intp], most: float) -> float:
+    def expected_gain(self, rows: NDArray[np.intp], most: float) -> float:
         """What the very word, of the template's frames `rows`, would gain over the noise, a frame; `most` in each.
 
         Its distance to its template is that of noise, and so is its distance to the noise, but for the template's own.

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 from hvcpd.recognition.competition import Phrase
 from hvcpd.recognition.decoder import UNREACHABLE, StepCosts, dtw_column
+from hvcpd.recognition.fitted import fitted
 from hvcpd.recognition.frontend import (
     ENERGY_FLOOR,
     FFT_SIZE,
@@ -55,8 +56,8 @@ class ConfusionCurve:
     pitch and rate than the templates', one curve for all backgrounds, since D itself shrinks as noise grows.
     """
 
-    scale: float = 0.281
-    power: float = 0.75
+    scale: float = field(default_factory=lambda: float(fitted("confusion")["weights"]["scale"]))
+    power: float = field(default_factory=lambda: float(fitted("confusion")["weights"]["power"]))
 
     def rate(self, distance: float) -> float:
         """The predicted rate, 0 to 0.5, at a distance of 0 or more."""

@@ -69,10 +69,10 @@ class Sentence:
     """A path that ended: its words in order, and how it fared.
 
     `deficits` holds, for each word, its mean distance per frame beyond the frame's best template, in units of
-    `filler_cost`: near 0 for the very word, 1 and above for anything else. `pause` is the
-    dearest pause inside it, in the same unit times frames: how much speech it passes over. `promises` are what each
-    word would have gained over the filler if it was said (see `Scorer.promise`), `stretches` its frames over those
-    of the nearest take of the word. `unfinished`: somebody seems to go on with words that are not understood yet.
+    `filler_cost`: near 0 for the very word, 1 and above for anything else. `pause` is the dearest pause inside it, in
+    the same unit times frames: how much speech it passes over. `expected_gains` are what each word would have gained
+    over the filler if it was said (see `Scorer.expected_gain`), `stretches` its frames over those of the nearest take
+    of the word. `unfinished`: somebody seems to go on with words that are not understood yet.
     """
 
     steps: tuple[Step, ...]
@@ -80,7 +80,7 @@ class Sentence:
     deficits: tuple[float, ...]
     cost: float
     pause: float
-    promises: tuple[float, ...]
+    expected_gains: tuple[float, ...]
     stretches: tuple[float, ...]
     unfinished: bool
 
@@ -213,7 +213,7 @@ class Spotter:
             tuple(self._deficit(step) for step in steps),
             best.cost,
             max((self._pause(a.end_frame, b.start_frame) for a, b in pairwise(steps)), default=0.0),
-            tuple(self._promise(step) for step in steps),
+            tuple(self._expected_gain(step) for step in steps),
             tuple(self._stretch(step) for step in steps),
             unfinished,
         )
@@ -243,10 +243,11 @@ class Spotter:
         excess = float(self._filler_excess[frames % HISTORY_FRAMES].sum())
         return (step.cost + excess) / (max(len(frames), 1) * self._settings.filler_cost)
 
-    def _promise(self, step: Step) -> float:
+    def _expected_gain(self, step: Step) -> float:
         first = int(self._net.first_row[step.chain])
         rows = np.arange(first, first + int(self._net.length[step.chain]))
-        return max(self._scorer.promise(rows, self._settings.filler_cost), 0.01) * (step.end_frame - step.start_frame)
+        of_frame = max(self._scorer.expected_gain(rows, self._settings.filler_cost), 0.01)
+        return of_frame * (step.end_frame - step.start_frame)
 
     def _stretch(self, step: Step) -> float:
         """1 between the shortest and the longest take of the word: "I" has twice the length where it stands alone."""

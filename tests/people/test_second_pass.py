@@ -16,7 +16,7 @@ from hvcpd.config.tasks import default_tasks_path
 from hvcpd.coordination.commands import SURE
 from hvcpd.language.phrasebook import Phrasebook
 from hvcpd.people.enrolled import Person
-from hvcpd.people.enrolled_listener import chance
+from hvcpd.people.enrolled_listener import probability
 from hvcpd.people.second_pass import STRANGER, SecondPassRecogniser
 from hvcpd.people.take_features import FeatureCache, features_of_take
 from hvcpd.people.takes import check_take
@@ -115,7 +115,7 @@ def test_words_of_nobody_stay_garbled(book: Phrasebook, sound: Sound) -> None:
 def test_what_is_farther_from_the_takes_is_less_sure() -> None:
     def match(deficit: float, passed_over: float = 0.1, above_noise: float = 2.0, margin: float = 20.0) -> float:
         words = tuple(MatchedWord(w, k * 20, k * 20 + 20, deficit, margin) for k, w in enumerate(("turn", "left")))
-        return chance(Match("anna, enrolled", words, passed_over, above_noise))
+        return probability(Match("anna, enrolled", words, passed_over, above_noise))
 
     assert match(0.2) > 0.95 > match(0.9) > match(2.0)
     assert match(2.0) < 0.1

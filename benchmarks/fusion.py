@@ -1,11 +1,11 @@
 """Fits how the listeners of the second look are weighed (`hvcpd/people/fusion.py`), and prints what comes of it.
 
-    python -m benchmarks.opinions [--data DIR] [--sentences 30] [--seed 1]
+    python -m benchmarks.fusion [--data DIR] [--sentences 30] [--seed 1]
 
-By synthetic voices that neither the net was trained on nor `benchmarks.people` hears: sentences of the phrasebook,
-calls and other short sentences, by strangers and, some, by enrolled. With DIR: people's digits, takes 0 to 4, and
-people's talk that addresses nobody, every other recording; the rest of that talk is only judged. Needs espeak-ng,
-festival, flite, and sox.
+`python -m benchmarks.fit` writes the weights. By synthetic voices that neither the net was trained on nor
+`benchmarks.people` hears: sentences of the phrasebook, calls and other short sentences, by strangers and, some, by
+enrolled. With DIR: people's digits, takes 0 to 4, and people's talk that addresses nobody, every other recording; the
+rest of that talk is only judged. Needs espeak-ng, festival, flite, and sox.
 """
 
 from __future__ import annotations
@@ -42,7 +42,7 @@ from hvcpd.assembly.make import make_recogniser
 from hvcpd.hardware.soundfile import read_wav
 from hvcpd.people import fusion
 from hvcpd.people.fusion import Hypotheses, evidence, supporting
-from hvcpd.people.second_pass import SecondPassRecogniser
+from hvcpd.people.second_pass import MIN_STRANGERS_PROBABILITY, SecondPassRecogniser
 from hvcpd.ports import Samples
 from hvcpd.recognition.second_look import Finding, LooksAgain, Piece, SecondEars
 
@@ -61,8 +61,21 @@ KNOWN_TO_TALK = ("espeak-ng en-gb-x-rp", "festival kal")
 AGAIN = 0.25
 """What talk counts that is judged once more, with somebody enrolled."""
 SUPPORT_SIGNS = "---"
-CHANCE_SIGNS = "?-?+????+"
+PROBABILITY_SIGNS = "?-?+????+"
 """Of each weight, where it is known which it must have."""
+SUPPORTING = ("loss", "farther_by_cepstra", "farther_by_net")
+EVIDENCE = (
+    "bias",
+    "loss_a_frame",
+    "is_nearest",
+    "nearest_logit",
+    "is_nearest_by_net",
+    "log_words",
+    "words_a_second",
+    "log_seconds",
+    "lead",
+)
+"""Names of the weights of `fusion.supporting` and `fusion.evidence`."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -226,7 +239,7 @@ def _bounds(signs: str) -> list[tuple[float | None, float | None]]:
     return [(0.0 if sign == "+" else None, 0.0 if sign == "-" else None) for sign in signs]
 
 
-def fit_chance(values: Floats, right: Floats, case_weights: Floats) -> Floats:
+def fit_probability(values: Floats, right: Floats, case_weights: Floats) -> Floats:
     """Logistic regression; the first column of the values is 1."""
     scale = np.maximum(values.std(axis=0), 1e-6)
     scale[0] = 1.0
@@ -237,7 +250,7 @@ def fit_chance(values: Floats, right: Floats, case_weights: Floats) -> Floats:
             np.sum(case_weights * (np.logaddexp(0.0, logits) - right * logits)) + RIDGE * (weights[1:] ** 2).sum()
         )
 
-    return np.asarray(minimize(cost, np.zeros(len(scale)), bounds=_bounds(CHANCE_SIGNS)).x / scale)
+    return np.asarray(minimize(cost, np.zeros(len(scale)), bounds=_bounds(PROBABILITY_SIGNS)).x / scale)
 
 
 def winners(cases: Sequence[Case]) -> list[tuple[tuple[str, ...], Sequence[float]]]:
@@ -267,26 +280,42 @@ def tell(cases: Sequence[Case], found: Sequence[tuple[str, ...]], probabilities:
         print(f"{kind:44} {counts[0]}   {counts[1]}   ({stops})")
 
 
-def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--data", type=Path, help="folder with digits/ and negatives/")
-    parser.add_argument("--sentences", type=int, default=30, help="of each voice")
-    parser.add_argument("--seed", type=int, default=1)
-    o = parser.parse_args()
+def fitted(o: argparse.Namespace) -> dict[str, object]:
+    """Weights of both curves, and what they were fitted to."""
     stage = Stage(False)
     cases = list(by_voices(stage, o.sentences, o.seed))
     cases += list(by_digits(stage, o.data / "digits")) if o.data is not None else []
     cases += list(talk_to_nobody(stage, o.data / "negatives" if o.data is not None else None, o.seed))
     cases = [case for case in cases if case.hypotheses.sentences]
-    fusion.SUPPORT = tuple(fit_support(cases).tolist())
+    fusion.SUPPORT = tuple(round(w, 4) for w in fit_support(cases).tolist())
     found = winners(cases)
     values = np.array([each for _, each in found])
     right = np.array([words == case.words for case, (words, _) in zip(cases, found, strict=True)], float)
-    chance = fit_chance(values, right, np.array([case.counts for case in cases]))
-    for name, weights in (("SUPPORT", fusion.SUPPORT), ("CHANCE", chance.tolist())):
-        print(f"{name} = ({', '.join(f'{w:.3g}' for w in weights)})")
-    tell(cases, [words for words, _ in found], 1.0 / (1.0 + np.exp(-values @ chance)))
+    weights = fit_probability(values, right, np.array([case.counts for case in cases]))
+    probabilities = 1.0 / (1.0 + np.exp(-values @ weights))
+    tell(cases, [words for words, _ in found], probabilities)
+    sure = probabilities >= MIN_STRANGERS_PROBABILITY
+    people = ", digits of four people, people's talk" if o.data is not None else ""
+    return {
+        "data": f"{o.sentences} sentences by each of five synthetic voices, calls, enrolled voices, prose{people}; "
+        f"seed {o.seed}",
+        "score": f"at {MIN_STRANGERS_PROBABILITY}: {int((sure * right).sum())} of {int(right.sum())} right ones, "
+        f"{int((sure * (1 - right)).sum())} of {int((1 - right).sum())} wrong ones",
+        "weights": {
+            "support": dict(zip(SUPPORTING, fusion.SUPPORT, strict=True)),
+            "probability": {name: round(float(w), 3) for name, w in zip(EVIDENCE, weights, strict=True)},
+        },
+    }
+
+
+def parser() -> argparse.ArgumentParser:
+    """What can be chosen."""
+    out = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    out.add_argument("--data", type=Path, help="folder with digits/ and negatives/")
+    out.add_argument("--sentences", type=int, default=30, help="of each voice")
+    out.add_argument("--seed", type=int, default=1)
+    return out
 
 
 if __name__ == "__main__":
-    main()
+    print(fitted(parser().parse_args()))
