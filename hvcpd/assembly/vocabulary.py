@@ -25,8 +25,15 @@ from hvcpd.language.rewording import (
     known_names,
 )
 from hvcpd.language.words import NUMBER_MAX, number_words, spoken_words
-from hvcpd.recognition.competition import Pair, Phrase, competing_phrases
-from hvcpd.recognition.separation import CONDITIONS, Condition, ConfusionCurve, VoiceSounds
+from hvcpd.recognition.separation import (
+    CONDITIONS,
+    Condition,
+    ConfusionCurve,
+    Pair,
+    Phrase,
+    VoiceSounds,
+    competing_phrases,
+)
 from hvcpd.synthesis.likeness import phone_distance
 from hvcpd.synthesis.unit_cache import recipe
 from hvcpd.synthesis.voices import Voice

@@ -20,9 +20,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hvcpd.recognition.lattice import PAUSE, Costs, Lattice, Step, Tokens, token_of_start
-from hvcpd.recognition.layout import Layout, common_states, lay_out
 from hvcpd.recognition.network import Network
-from hvcpd.recognition.pruning import REACH, Beam, survivors
+from hvcpd.recognition.pruning import REACH, Beam, Layout, common_states, lay_out, survivors
 
 UNREACHABLE = np.float32(1e9)
 """A cost that no path reaches: over any sum of distances, within float32's range."""

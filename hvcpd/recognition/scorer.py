@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hvcpd.recognition.frontend import N_BANDS, N_FEATURES, Energies, Features
-from hvcpd.recognition.layout import Layout
+from hvcpd.recognition.pruning import Layout
 from hvcpd.recognition.templates import Noise, TemplateBank, noise_features
 
 LEVEL_FRAMES = 7

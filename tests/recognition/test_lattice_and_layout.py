@@ -8,8 +8,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from hvcpd.recognition.lattice import CAPACITY, PAUSE, Lattice, token_of_start
-from hvcpd.recognition.layout import AHEAD, Layout, common_states, lay_out
 from hvcpd.recognition.network import Network
+from hvcpd.recognition.pruning import AHEAD, Layout, common_states, lay_out
 from hvcpd.recognition.templates import TemplateBank
 from tests.recognition.signals import graph, templates
 

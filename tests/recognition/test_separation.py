@@ -9,10 +9,16 @@ from hypothesis import strategies as st
 
 from hvcpd.assembly.make import Sound, templates_of
 from hvcpd.language.graph import Arc, WordGraph
-from hvcpd.recognition.competition import competing_phrases
 from hvcpd.recognition.decoder import UNREACHABLE, StepCosts
 from hvcpd.recognition.frontend import N_FEATURES, power_weights
-from hvcpd.recognition.separation import CONDITIONS, ConfusionCurve, References, VoiceSounds, band_noise
+from hvcpd.recognition.separation import (
+    CONDITIONS,
+    ConfusionCurve,
+    References,
+    VoiceSounds,
+    band_noise,
+    competing_phrases,
+)
 from hvcpd.synthesis.lexicon import Lexicon
 from hvcpd.synthesis.voices import voice_named
 

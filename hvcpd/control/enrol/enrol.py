@@ -26,8 +26,8 @@ from hvcpd.people.enrolled import (
     write_person,
 )
 from hvcpd.people.takes import check_take, confusable, odd_takes
-from hvcpd.recognition.competition import competing_phrases
 from hvcpd.recognition.frontend import Energies
+from hvcpd.recognition.separation import competing_phrases
 
 _NUMBERED = re.compile(r"([a-z]+)(?:[_-]?\d+)?")
 """Names of takes of one word: stop.wav, stop_1.wav, stop-2.wav, stop3.wav."""
