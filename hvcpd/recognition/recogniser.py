@@ -29,7 +29,7 @@ from hvcpd.recognition.paths import Coherent
 from hvcpd.recognition.segments import Segment, SegmentTracker
 from hvcpd.recognition.settings import RecogniserSettings
 from hvcpd.recognition.spared import PATIENCE_FRAMES, QUIET_FRAMES
-from hvcpd.recognition.spotter import LEAD_FRAMES, Sentence, Spotter
+from hvcpd.recognition.spotter import Sentence, Spotter
 from hvcpd.recognition.stopping import Stopping
 from hvcpd.recognition.stream import CHUNK_FRAMES, Chunk
 from hvcpd.recognition.templates import Take, TemplateBank
@@ -308,7 +308,7 @@ class Recogniser:
         if min(step.margin for step in sentence.steps) < s.min_margin:
             return None
         start, end = sentence.steps[0].start_frame, sentence.steps[-1].end_frame
-        if sentence.pause > s.max_pause or not self._follows_silence(start, end):
+        if sentence.pause > s.max_pause or self._spotter.lead_in(start) > s.max_lead_in:
             return None
         spans = tuple(
             WordSpan(
@@ -329,15 +329,6 @@ class Recogniser:
             self._snr_db(start, end),
             spans,
         )
-
-    def _follows_silence(self, start: int, end: int) -> bool:
-        """Whether nobody spoke right before what was said from frame `start` to `end`, or only others, farther away:
-        so faint that it was not its beginning."""
-        if self._spotter.lead_in(start) <= self._settings.max_lead_in:
-            return True
-        before, _ = self.watch.powers(max(start - LEAD_FRAMES, 0), start - 3)
-        within, _ = self.watch.powers(start, end)
-        return before < self._settings.murmur * within
 
     def _snr_db(self, start_frame: int, end_frame: int) -> float:
         speech, noise = self.watch.powers(start_frame, end_frame)

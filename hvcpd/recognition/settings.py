@@ -34,8 +34,6 @@ class RecogniserSettings:
     max_lead_in: float = 0.4
     """A sentence must follow silence: nearer to noise than to speech in the 0.6 s before it, so that no sentence
     begins at a comma."""
-    murmur: float = 0.1
-    """...unless what came before had less than a tenth of its power."""
     surely: float = 300.0
     """A sentence with that score is none by chance, which reaches 230..."""
     least_explained_surely: float = 0.015
