@@ -107,7 +107,6 @@ RULES = (
         "a likely sentence where nobody seemed to speak is garbled",
         defaults(SETTINGS, doubtful_confidence=inf),
     ),
-    Mechanism("wake-share", "the network does not wake for clicks", defaults(SETTINGS, wake_share=0.0)),
     Mechanism("unheard", "no sentence right after lost sound", instead(f"{HEARING}.recogniser:UNHEARD_LEAD_FRAMES", 0)),
     Mechanism("going-on", "a sentence ends only where no next word is cheaper", defaults(SPOTTER, going_on=inf)),
     Mechanism(

@@ -73,7 +73,6 @@ class Recogniser:
         self.watch = watch or Watch(self._settings.activity)
         self._segments = SegmentTracker(self._settings.segments)
         self._alert_age = 0
-        self._alert_count = 0
         self._calm_frames = 0
         self._heard_until = 0
         """Until this frame..."""
@@ -158,7 +157,7 @@ class Recogniser:
         segment = self._segments.close(frame) or self._doubtful
         self._doubtful = None
         self._spotter.sleep()
-        self._alert_age = self._alert_count = 0
+        self._alert_age = 0
         garbled: list[Event] = [_garbled(segment)] if segment else []
         held = self._agreement.interrupt() if self._agreement is not None and not garbled else []
         return garbled + held + self._halting.interrupt()
@@ -240,16 +239,14 @@ class Recogniser:
         )
 
     def _should_wake(self, n_frames: int) -> bool:
-        """Count the signs of speech from the first one on."""
+        """Whether the first sign of speech was long enough ago."""
         if self._alert_age == 0 and not self.watch.activity.alert:
             return False
         self._alert_age += n_frames
-        self._alert_count += n_frames * self.watch.activity.alert
         if self._alert_age < self._settings.wake_frames:
             return False
-        enough = self._alert_count >= self._settings.wake_share * self._alert_age
-        self._alert_age = self._alert_count = 0
-        return enough
+        self._alert_age = 0
+        return True
 
     def _doze(self, n_frames: int) -> None:
         self._calm_frames = 0 if self.watch.activity.alert else self._calm_frames + n_frames
@@ -288,7 +285,7 @@ class Recogniser:
         """What was said until `frame` is dealt with; whoever speaks next may be much fainter."""
         self._spotter.sleep()
         self._doubtful = None
-        self._alert_age = self._alert_count = 0
+        self._alert_age = 0
         self._dealt_with = frame
         self.watch.activity.account_for(self._heard_until - frame)
 

@@ -19,8 +19,6 @@ class RecogniserSettings:
     segments: SegmentSettings = field(default_factory=SegmentSettings)
     wake_frames: int = 24
     """The network wakes 240 ms after the first sign of speech: long enough to have heard how loud a vowel is."""
-    wake_share: float = 0.4
-    """The share of those frames that must look like speech; clicks are shorter."""
     sleep_frames: int = 60
     """The network sleeps after 0.6 s without a sign of speech."""
     min_confidence: float = 0.8
