@@ -99,7 +99,6 @@ RULES = (
     ),
     Mechanism("follows-silence", "a sentence follows silence", defaults(SETTINGS, max_lead_in=inf)),
     Mechanism("confidence", "the least confidence of a template sentence", defaults(SETTINGS, min_confidence=0.0)),
-    Mechanism("margin", "another word must cost more in each place", defaults(SETTINGS, min_margin=-inf)),
     Mechanism("pause", "how much speech a pause may pass over", defaults(SETTINGS, max_pause=inf)),
     Mechanism("gain", "what a sentence must fit better than the filler", defaults(SETTINGS, min_gain=-inf)),
     Mechanism(

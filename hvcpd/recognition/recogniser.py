@@ -302,8 +302,6 @@ class Recogniser:
         confidence = s.confidence.probability(sentence_features(sentence))
         if sentence.unfinished or confidence < s.min_confidence or sentence.cost > -s.min_gain:
             return None
-        if min(step.margin for step in sentence.steps) < s.min_margin:
-            return None
         start, end = sentence.steps[0].start_frame, sentence.steps[-1].end_frame
         if sentence.pause > s.max_pause or self._spotter.lead_in(start) > s.max_lead_in:
             return None
