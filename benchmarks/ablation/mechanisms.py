@@ -101,11 +101,6 @@ RULES = (
     Mechanism("confidence", "the least confidence of a template sentence", defaults(SETTINGS, min_confidence=0.0)),
     Mechanism("pause", "how much speech a pause may pass over", defaults(SETTINGS, max_pause=inf)),
     Mechanism("gain", "what a sentence must fit better than the filler", defaults(SETTINGS, min_gain=-inf)),
-    Mechanism(
-        "doubtful",
-        "a likely sentence where nobody seemed to speak is garbled",
-        defaults(SETTINGS, doubtful_confidence=inf),
-    ),
     Mechanism("unheard", "no sentence right after lost sound", instead(f"{HEARING}.recogniser:UNHEARD_LEAD_FRAMES", 0)),
     Mechanism("going-on", "a sentence ends only where no next word is cheaper", defaults(SPOTTER, going_on=inf)),
     Mechanism(

@@ -82,8 +82,6 @@ class Recogniser:
         """Until this frame, sound was lost..."""
         self._unheard_until = -UNHEARD_LEAD_FRAMES
         """...or came too early for the network, which slept."""
-        self._doubtful: Segment | None = None
-        """What was probably a sentence, or the beginning of the one that is under way; not told yet."""
 
     @property
     def busy(self) -> bool:
@@ -154,8 +152,7 @@ class Recogniser:
 
     def break_off(self, frame: int) -> list[Event]:
         """Forget all paths; who spoke before `frame` is garbled."""
-        segment = self._segments.close(frame) or self._doubtful
-        self._doubtful = None
+        segment = self._segments.close(frame)
         self._spotter.sleep()
         self._alert_age = 0
         garbled: list[Event] = [_garbled(segment)] if segment else []
@@ -262,18 +259,11 @@ class Recogniser:
                 self._segments.close(end_frame)
                 self._listen_on(sentence.steps[-1].end_frame)
                 return [recognised]
-            if self._is_doubtful(sentence):
-                self._doubtful = Segment(sentence.steps[0].start_frame, sentence.steps[-1].end_frame)
             if not sentence.unfinished:
                 self._spotter.forget()
         return self._conclude_garbled(end_frame)
 
     def _conclude_garbled(self, end_frame: int) -> list[Event]:
-        doubtful = self._doubtful
-        if doubtful is not None and not self._spotter.under_way:
-            self._doubtful = None
-            if not self._segments.certify():
-                return [_garbled(doubtful)]
         segment = self._segments.ended(end_frame, self._spotter.under_way)
         if segment is None:
             return []
@@ -284,16 +274,9 @@ class Recogniser:
     def _listen_on(self, frame: int) -> None:
         """What was said until `frame` is dealt with; whoever speaks next may be much fainter."""
         self._spotter.sleep()
-        self._doubtful = None
         self._alert_age = 0
         self._dealt_with = frame
         self.watch.activity.account_for(self._heard_until - frame)
-
-    def _is_doubtful(self, sentence: Sentence) -> bool:
-        """Whether a sentence that is not understood was probably one, so that it is garbled however faint it was."""
-        s = self._settings
-        probability = s.confidence.probability(sentence_features(sentence))
-        return sentence.cost < -s.min_gain and probability > s.doubtful_confidence
 
     def _judge(self, sentence: Sentence) -> Recognised | None:
         s = self._settings

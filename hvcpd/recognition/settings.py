@@ -24,8 +24,6 @@ class RecogniserSettings:
     min_confidence: float = 0.8
     """Below it a sentence counts as garbled: of 1,102 right ones, most of them in noise, 49; of 253 wrong ones all but
     17 (`benchmarks/confidence.py`)."""
-    doubtful_confidence: float = 0.2
-    """Above it, a sentence does so even where nobody seemed to be speaking: in noise that hides speech."""
     max_lead_in: float = 0.4
     """A sentence must follow silence: nearer to noise than to speech in the 0.6 s before it, so that no sentence
     begins at a comma."""
