@@ -48,9 +48,9 @@ MASK_DB = 37.0
 MASK_SHARE = 8
 
 UPPER = 20
-"""The first band of those that lie above 4 kHz..."""
+"""The first band of those that lie above 4 kHz."""
 LOST_DB = 35.0
-"""...and that hold nothing if they are so far below the loudest frame in all frames but one of LOST_SHARE: consonants
+"""Those bands hold nothing if they are so far below the loudest frame in all frames but one of LOST_SHARE: consonants
 come to within 25 dB of it."""
 LOST_SHARE = 50
 

@@ -53,21 +53,21 @@ LEAST_RANK = 12.0
 """Log likelihood ratio of a path, less what its words add by chance."""
 LEAST_SCORE = 100.0
 """Log likelihood ratio of a sentence against noise; people's talk reaches 52 in 19 minutes, right sentences at -15 dB
-130 and more..."""
+130 and more."""
 LEAST_ALONE = 150.0
-"""...and of a single word: another one may begin with the same hiss."""
+"""Log likelihood ratio of a single word against noise: another one may begin with the same hiss."""
 GOES_ON = 2080
-"""Samples of what may come next (0.13 s) that tell whether it comes..."""
+"""Samples of what may come next (0.13 s) that tell whether it comes."""
 GOES_ON_LATER = 4800
-"""...or 0.3 s, where so little of it would not stand out..."""
+"""Samples (0.3 s) that tell it where so little would not stand out."""
 STANDS_OUT = 5.0
-"""...which it does with this expected strength."""
+"""Expected strength with which something stands out."""
 SETTLED = 300.0
 """With that score, what is followed is a sentence, and no other one begins in it."""
 CHANCE = 3.2
-"""A beginning of this strength may be one, however weak it was expected..."""
+"""Strength from which a word may have begun, however weak it was expected."""
 SURELY = 4.5
-"""...and with this one it is: if no word comes of it, the sentence was lost on the way, as among a room's echoes."""
+"""Strength from which a word surely has begun: if none comes of it, the sentence was lost, as among a room's echoes."""
 UNWHITENED = 2 * REFRESH_FRAMES * HOP
 """Samples (0.5 s) in which a sentence may have begun before the spectrum of what is heard is known: at a recording's
 first sample, or after a silence of zeros, that takes half of it."""

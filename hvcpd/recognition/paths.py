@@ -20,9 +20,9 @@ SAME_WORD = 0.9
 BEHIND_SHARE, BEHIND = 1.5, 80.0
 """With so many times its score and so much more, another path is the right one, or neither is."""
 LEAST_MARGIN = 5.0
-"""Log likelihood ratio of every word against another in its place..."""
+"""Least log likelihood ratio of a word against any other in its place."""
 AMPLE_MARGIN = 20.0
-"""...and what makes it as sure as can be."""
+"""Log likelihood ratio of a word against any other from which it is as sure as can be."""
 
 
 class Said(Protocol):

@@ -75,13 +75,13 @@ class Recogniser:
         self._alert_age = 0
         self._calm_frames = 0
         self._heard_until = 0
-        """Until this frame..."""
+        """Everything until this frame was heard."""
         self._dealt_with = 0
-        """...everything was heard, and until this one, told."""
+        """Everything until this frame was reported."""
         self._lost_until = -UNHEARD_LEAD_FRAMES
-        """Until this frame, sound was lost..."""
+        """Sound was lost until this frame."""
         self._unheard_until = -UNHEARD_LEAD_FRAMES
-        """...or came too early for the network, which slept."""
+        """Sound until this frame came too early for the decoder, which slept."""
 
     @property
     def busy(self) -> bool:

@@ -28,16 +28,16 @@ class RecogniserSettings:
     """A sentence must follow silence: nearer to noise than to speech in the 0.6 s before it, so that no sentence
     begins at a comma."""
     surely: float = 300.0
-    """A sentence with that score is none by chance, which reaches 230..."""
+    """Score from which a sentence is none by chance, which reaches 230."""
     least_explained_surely: float = 0.015
-    """...if it explains so much of the energy that was heard."""
+    """Least share of the energy that was heard, which a sentence with that score must explain."""
     least_explained: float = 0.1
-    """Another one must explain so much of what was above the noise: by chance, commands were found in sentences at a
-    rate that nobody knows, and explained 0.09 of them and less; right ones in babble of ten times their power, 0.11
-    and more..."""
+    """Least share of what was above the noise, which any other sentence must explain: by chance, commands were found in
+    sentences at a rate that nobody knows, and explained 0.09 of them and less; right ones in babble of ten times their
+    power, 0.11 and more."""
     noise_share: float = 0.1
-    """...with so much of the tracked noise, which is known no better: at -15 dB nothing seems to be above it, and right
-    ones have 0.15 and more."""
+    """Share of the tracked noise that is added to what is above it, since the noise is known no better: at -15 dB
+    nothing seems to be above it, and right sentences explain 0.15 and more."""
     confidence: ConfidenceCurve = field(default_factory=ConfidenceCurve)
     max_pause: float = 10.0
     """A pause may pass over so much speech (in frames of it): right sentences have 7 at most in noise and rooms, and a

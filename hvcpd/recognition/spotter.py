@@ -36,9 +36,9 @@ class SpotterSettings:
     late_end_frames: int = 40
     """400 ms of rest, where a path inside a word is still cheaper."""
     hidden_end_frames: int = 48
-    """480 ms, where the sentence could go on and noise may hide how a word begins..."""
+    """480 ms of rest, where the sentence could go on and noise may hide how a word begins."""
     hidden_db: float = 10.0
-    """...since a voice whose vowels are less than this above the noise begins many words unheard (k, h, f)."""
+    """Level of the vowels above the noise below which it hides how many words begin (k, h, f)."""
     going_on: float = 0.7
     """If the sentence could go on, it has not ended while a path through the next words is this much cheaper; of right
     sentences in noise one in 25 of those that could go on has, of those cut short all but one in 12."""
