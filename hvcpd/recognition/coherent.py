@@ -9,7 +9,6 @@ hears only the voices of synthesizers, in rooms by the direct sound, and then do
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import replace
 
 import numpy as np
 
@@ -20,24 +19,20 @@ from hvcpd.recognition.channel.response import Taps
 from hvcpd.recognition.matched_filter import (
     HOP,
     REFRESH_FRAMES,
-    SLACK,
-    Match,
     WhitenedSound,
-    correlated,
-    faded,
-    power_of,
-    scrutinized,
 )
 from hvcpd.recognition.onset_search import First, OnsetSchedule
 from hvcpd.recognition.paths import (
     BY_CHANCE,
-    LEAST_SHARE,
+    DRIFT,
     Coherent,
     Extension,
     HeardWord,
     Path,
     Voicebook,
+    compared,
     energy_of,
+    fitting,
     likelihood_of,
     passes,
     thirds_of,
@@ -45,8 +40,6 @@ from hvcpd.recognition.paths import (
 
 GREETING = "hi"
 """What robots begin with: it is listened for even while nobody seems to speak."""
-DRIFT = 24
-"""Samples (1.5 ms) that a word may begin off its place: clocks 400 ppm apart over a pause and a long word, an echo."""
 BEAM = 24
 """Paths that are followed."""
 LEAST_RANK = 12.0
@@ -221,38 +214,8 @@ class CoherentListener:
         """Whether it was heard to its end, wherever it began."""
         return word.end + DRIFT <= self._sound.end
 
-    def _compare(
-        self, due: Sequence[Extension], gain: float | None, until: int | None = None
-    ) -> Iterator[tuple[Extension, Match, int]]:
-        """How each word fits, by what was heard `until` a sample; and where, samples from its place."""
-        first = min(each.at for each in due) - DRIFT
-        last = max(each.end for each in due) + DRIFT
-        whitened = self._sound.between(first, last if until is None else min(last, until))
-        for each in due:
-            near = whitened[each.at - DRIFT - first : each.end + DRIFT - first]
-            sound = each.said.samples
-            if len(near) - 2 * DRIFT < each.said.length:
-                sound = faded(sound[: max(len(near) - 2 * DRIFT, 1)])
-            power = each.said.power if len(sound) == each.said.length else power_of(sound)
-            expected = max(float(np.dot(power, self._sound.whitening.weights)), 1e-20) ** 0.5
-            strength, offset = correlated(near, sound, expected)
-            fit = Match(strength, expected, True)
-            if gain is None or strength >= 0.5 * min(LEAST_SHARE * gain * expected, gain * expected - SLACK):
-                there = near[offset : offset + len(sound)]
-                fit = scrutinized(there, sound, power, self._sound.whitening, strength, expected)
-            yield each, fit, offset - DRIFT
-
-    def _fitting(
-        self, words: Sequence[Extension], gain: float, until: int | None = None
-    ) -> Iterator[tuple[Extension, Match, int]]:
-        """Those that may be what was heard, with what was to be expected at that gain."""
-        for each, fit, offset in self._compare(words, gain, until) if words else ():
-            at_gain = replace(fit, expected=gain * fit.expected)
-            if passes(at_gain.strength, at_gain.expected):
-                yield each, at_gain, offset
-
     def _extend(self, path: Path, due: Sequence[Extension]) -> None:
-        for each, fit, offset in self._compare(due, path.gain if path.words else None):
+        for each, fit, offset in compared(self._sound, due, path.gain if path.words else None):
             expected = path.gain * fit.expected if path.words else fit.strength
             path.note(each.word, likelihood_of(fit.strength, expected))
             if not passes(fit.strength, expected) or not (fit.whole or path.words):
@@ -297,8 +260,8 @@ class CoherentListener:
                 before = each.parent
                 if before is not None:
                     longer = [w for w in before.waiting if not self._is_due(w) and w.word != each.words[-1]]
-                    fitting = [rival.end + DRIFT for rival, _, _ in self._fitting(longer, before.gain, now)]
-                    path.contested_until = max([path.contested_until, *fitting])
+                    ends = [rival.end + DRIFT for rival, _, _ in fitting(self._sound, longer, before.gain, now)]
+                    path.contested_until = max([path.contested_until, *ends])
         return path.contested_until > now
 
     def _goes_on(self, path: Path) -> bool:
@@ -318,7 +281,7 @@ class CoherentListener:
     def _look(self, path: Path, until: int, last: bool) -> bool:
         """Whether any word that may come next has perhaps begun, by what was heard until then."""
         goes_on = False
-        for _, fit, _ in self._fitting(list(self._next(path)), path.gain, until):
+        for _, fit, _ in fitting(self._sound, list(self._next(path)), path.gain, until):
             goes_on |= not last or fit.expected >= STANDS_OUT or fit.strength >= CHANCE
             path.loses |= last and fit.strength >= SURELY
         return goes_on
@@ -336,7 +299,7 @@ class CoherentListener:
             if said.final
         ]
         found: list[HeardWord] = []
-        for each, fit, offset in self._fitting(places, path.gain):
+        for each, fit, offset in fitting(self._sound, places, path.gain):
             if fit.expected >= STANDS_OUT:
                 likelihood = likelihood_of(fit.strength, fit.expected)
                 start, end = each.at + offset, each.end + offset
