@@ -16,6 +16,7 @@ from hvcpd.control.simulate.team import Team, load_team
 from hvcpd.daemon.devices import Devices
 from hvcpd.errors import EX_FAILURE, EX_OK, AudioFileError, ConfigError, StoreError
 from hvcpd.hardware.soundfile import read_wav
+from hvcpd.language.competition import competing_phrases
 from hvcpd.people.enrolled import (
     MAX_TAKES,
     Person,
@@ -27,7 +28,6 @@ from hvcpd.people.enrolled import (
 )
 from hvcpd.people.takes import check_take, confusable, odd_takes
 from hvcpd.recognition.frontend import Energies
-from hvcpd.recognition.separation import competing_phrases
 
 _NUMBERED = re.compile(r"([a-z]+)(?:[_-]?\d+)?")
 """Names of takes of one word: stop.wav, stop_1.wav, stop-2.wav, stop3.wav."""
