@@ -52,7 +52,7 @@ SLOW = 1.0 / SLOW_STRETCH
 """Of the usual rate, when a robot speaks slowly; the recogniser's steps span 0.5 to 2."""
 
 SEALED_PAIRS = 400
-"""Chains at one rung that are followed where any of 64 code words may come: each has two templates at three rungs. With
+"""Word instances followed where any of 64 code words may come: each has two templates at three gains. With
 100, as for sentences alone, most are lost (5 of 12 sealed sentences right in pink noise at 0 dB; with 300, 12)."""
 
 STOP, STOP_RIVAL = "stop", "stopped"

@@ -2,13 +2,13 @@
 
 Beam search (B. Lowerre, "The HARPY speech recognition system", 1976): a path that costs much more than another is
 hardly ever the right one. Only paths of sentences that began at the same time or later count as rivals: a long sentence
-costs less and less, and would drown the beginning of the next one. Beside the beam the number of chains is limited
+costs less and less, and would drown the beginning of the next one. Beside the beam the number of instances is limited
 (V. Steinbiss et al., "Improvements in beam search", ICSLP 1994): in loud noise nothing costs much more than anything.
 
-What is followed are stretches of word instances ("chains"), their states one after the other in one vector. A path may
-be at any gain hypothesis ("rung"), so chains are followed as pairs of rung and chain. Two more states stand before each
-stretch, so that the decoder's steps need no special case at its beginning: of a chain that is followed from its first
-frame, the second of them is where sentences enter.
+What is followed are stretches of word instances, their states one after the other in one vector. A path may be at any
+gain hypothesis, so what is followed are pairs of hypothesis and instance. Two more states stand before each stretch, so
+that the decoder's steps need no special case at its beginning: of an instance that is followed from its first frame,
+the second of them is where sentences enter.
 """
 
 from __future__ import annotations
@@ -27,14 +27,14 @@ AHEAD = 2
 
 @dataclass(frozen=True, eq=False)
 class Layout:
-    """Stretches ascending by `pair` = rung * n_chains + chain, and their states.
+    """Stretches ascending by `pair` = hypothesis * n_instances + instance, and their states.
 
     For each pair (n_pairs): `low` and `high`, its template's frames low up to high; `begin`, its first state.
     For each state (n_states): `key`, ascending and the same in all layouts; `row`, its frame in the template bank.
-    States of rung r are `rung_begins[r]` up to `rung_begins[r + 1]`.
-    Open pairs, followed from their first frame: `entry`, the state where sentences enter, `source`, rung * n_nodes +
-    node. Ending pairs, followed to their last frame: `ends`, which pairs, `last`, that state, `end_chain` and `target`,
-    rung * n_nodes + node.
+    States of hypothesis r are `hypothesis_begins[r]` up to `hypothesis_begins[r + 1]`.
+    Open pairs, followed from their first frame: `entry`, the state where sentences enter, `source`, hypothesis *
+    n_nodes + node. Ending pairs, followed to their last frame: `ends`, which pairs, `last`, that state, `end_instance`
+    and `target`, hypothesis * n_nodes + node.
     """
 
     pair: Index
@@ -43,12 +43,12 @@ class Layout:
     begin: Index
     key: Index
     row: Index
-    rung_begins: tuple[int, ...]
+    hypothesis_begins: tuple[int, ...]
     entry: Index
     source: Index
     ends: Index
     last: Index
-    end_chain: Index
+    end_instance: Index
     target: Index
 
     @property
@@ -57,18 +57,18 @@ class Layout:
         return len(self.row)
 
 
-def lay_out(network: Network, n_rungs: int, pair: Index, low: Index, high: Index) -> Layout:
+def lay_out(network: Network, n_hypotheses: int, pair: Index, low: Index, high: Index) -> Layout:
     """The layout of these stretches."""
-    rung, chain = np.divmod(pair, network.n_chains)
-    length = network.length[chain]
+    hypothesis, instance = np.divmod(pair, network.n_instances)
+    length = network.length[instance]
     size = high - low + AHEAD
     ends = np.cumsum(size)
     begin = ends - size
     frame = np.arange(int(size.sum())) - np.repeat(begin - low + AHEAD, size)
-    first_row = np.repeat(network.first_row[chain], size)
+    first_row = np.repeat(network.first_row[instance], size)
     is_open, is_ending = low == 0, high == length
-    bounds = np.concatenate([[0], ends])[np.searchsorted(rung, np.arange(n_rungs + 1))]
-    node = rung * network.n_nodes
+    bounds = np.concatenate([[0], ends])[np.searchsorted(hypothesis, np.arange(n_hypotheses + 1))]
+    node = hypothesis * network.n_nodes
     return Layout(
         pair,
         low,
@@ -78,11 +78,11 @@ def lay_out(network: Network, n_rungs: int, pair: Index, low: Index, high: Index
         first_row + np.maximum(frame, 0),
         tuple(int(bound) for bound in bounds),
         begin[is_open] + AHEAD - 1,
-        (node + network.source_node[chain])[is_open],
+        (node + network.source_node[instance])[is_open],
         np.flatnonzero(is_ending),
         ends[is_ending] - 1,
-        chain[is_ending],
-        (node + network.target_node[chain])[is_ending],
+        instance[is_ending],
+        (node + network.target_node[instance])[is_ending],
     )
 
 
@@ -111,7 +111,7 @@ class Beam:
     same_time_frames: int = 12
     """Sentences that began less than this apart began at the same time."""
     max_pairs: int = 100
-    """At most so many chains at one rung each are followed."""
+    """At most so many instances at one hypothesis each are followed."""
 
 
 @dataclass(frozen=True, eq=False)

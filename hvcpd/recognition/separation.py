@@ -125,7 +125,7 @@ def _noise_of(condition: Condition, speech_power: float) -> Noise:
 
 
 class References:
-    """Phrases to compare a sound with, laid out as the decoder lays out its chains: side by side in one vector."""
+    """Phrases to compare a sound with, laid out as the decoder lays out its instances: side by side in one vector."""
 
     def __init__(self, phrases: Iterable[Sequence[Features]], condition: int | None = None) -> None:
         """`phrases`: of each, its takes, of shape (n_conditions, frames, N_FEATURES), 1 frame or more.

@@ -26,11 +26,11 @@ class SpotterSettings:
 
     filler_cost: float = 1.2
     """What the filler pays over the frame's best template: half-way between right and wrong words (measured)."""
-    ladder_step_db: float = 6.0
+    gain_step_db: float = 6.0
     """Three template gains are decoded side by side, this far apart, around the level heard at the onset."""
     retune_db: float = 4.5
-    """The ladder moves when the level heard has left its inner half: to that level while no sentence is under way,
-    else by a step up (the first word, "hi", can be much weaker than the rest)."""
+    """The gain hypotheses move when the level heard has left their inner half: to that level while no sentence is under
+    way, else by a step up (the first word, "hi", can be much weaker than the rest)."""
     end_frames: int = 25
     """250 ms of rest end a sentence: longer than the pause at a comma (150 ms)."""
     late_end_frames: int = 40
@@ -91,9 +91,9 @@ class Spotter:
     def __init__(self, network: Network, bank: TemplateBank, settings: SpotterSettings) -> None:
         self._settings = settings
         self._net = network
-        ladder_db = (-settings.ladder_step_db, 0.0, settings.ladder_step_db)
-        self._scorer = Scorer(bank, ladder_db)
-        self._decoder = Decoder(network, len(ladder_db), settings.steps, settings.beam)
+        gains_db = (-settings.gain_step_db, 0.0, settings.gain_step_db)
+        self._scorer = Scorer(bank, gains_db)
+        self._decoder = Decoder(network, len(gains_db), settings.steps, settings.beam)
         self._tail = np.zeros((0, N_BANDS), np.float32)
         self._next = 0
         self._first = 0
@@ -195,7 +195,7 @@ class Spotter:
         if not self.under_way:
             self._gain = level
         elif off_db > 0.0:
-            self._gain *= 10.0 ** (self._settings.ladder_step_db / 10.0)
+            self._gain *= 10.0 ** (self._settings.gain_step_db / 10.0)
             self._decoder.climb()
 
     def ended(self) -> Sentence | None:
@@ -228,7 +228,7 @@ class Spotter:
 
     def word_of(self, step: Step) -> str:
         """The word of a step."""
-        return self._net.word[step.chain]
+        return self._net.word[step.instance]
 
     def lead_in(self, start_frame: int) -> float:
         """The mean cost of taking the 0.6 s before a sentence for noise, in units of `filler_cost`: 0 when it was
@@ -244,15 +244,17 @@ class Spotter:
         return (step.cost + excess) / (max(len(frames), 1) * self._settings.filler_cost)
 
     def _expected_gain(self, step: Step) -> float:
-        first = int(self._net.first_row[step.chain])
-        rows = np.arange(first, first + int(self._net.length[step.chain]))
+        first = int(self._net.first_row[step.instance])
+        rows = np.arange(first, first + int(self._net.length[step.instance]))
         of_frame = max(self._scorer.expected_gain(rows, self._settings.filler_cost), 0.01)
         return of_frame * (step.end_frame - step.start_frame)
 
     def _stretch(self, step: Step) -> float:
         """1 between the shortest and the longest take of the word: "I" has twice the length where it stands alone."""
         frames = step.end_frame - step.start_frame
-        usual = min(max(frames, int(self._net.word_shortest[step.chain])), int(self._net.word_longest[step.chain]))
+        usual = min(
+            max(frames, int(self._net.word_shortest[step.instance])), int(self._net.word_longest[step.instance])
+        )
         return frames / usual
 
     def _pause(self, start_frame: int, end_frame: int) -> float:

@@ -158,14 +158,14 @@ def brute_force(distances: np.ndarray, to_noise: np.ndarray, templates: Sequence
 def test_costs_are_the_least_of_all_paths(seed: int, lengths: list[int], n: int) -> None:
     graph = WordGraph(3, (Arc(0, 1, "hi"), Arc(1, 2, "rob")), 0, frozenset((2,)), frozenset())
     bank = TemplateBank({"anna": {"hi": [take(1, lengths[0])], "rob": [take(2, lengths[1])]}})
-    chains = OnePassDtw(Network(graph, bank.templates))
+    instances = OnePassDtw(Network(graph, bank.templates))
     rng = np.random.default_rng(seed)
     distances = rng.gamma(2.0, 1.0, (n, sum(lengths))).astype(np.float32)
     to_noise = rng.gamma(2.0, 1.0, n).astype(np.float32)
-    ends = chains.forward(lambda begin, end: distances[begin:end], to_noise)
+    ends = instances.forward(lambda begin, end: distances[begin:end], to_noise)
     rows = [range(t.first, t.first + t.length) for t in bank.templates]
     assert float(ends.rest[-1, 2]) == pytest.approx(brute_force(distances, to_noise, rows), rel=1e-4)
-    first, second = chains.trace(ends, 2)
+    first, second = instances.trace(ends, 2)
     between = to_noise[first.end : second.start].sum()
     whole = to_noise[: first.start].sum() + first.cost + between + second.cost + to_noise[second.end :].sum()
     assert whole == pytest.approx(float(ends.rest[-1, 2]), rel=1e-4)
