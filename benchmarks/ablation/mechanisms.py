@@ -66,7 +66,7 @@ SOURCES = (
         "waveforms",
         "sentences by their waveform",
         answering("hvcpd.assembly.make:make_coherent", None),
-        _files("recognition", "coherent paths onset_search matched_filter agreement spared"),
+        _files("recognition", "coherent paths onset_search matched_filter agreement deferred"),
     ),
     Mechanism(
         "urgent",
@@ -87,10 +87,10 @@ RULES = (
         answering(f"{AGREEMENT}._given_up", []),
     ),
     Mechanism(
-        "spared",
+        "deferred",
         "the network waits while the waveform is followed",
-        answering(f"{RECOGNISER}._spares", False),
-        _files("recognition", "spared"),
+        answering(f"{RECOGNISER}._defers", False),
+        _files("recognition", "deferred"),
     ),
     Mechanism(
         "explained",

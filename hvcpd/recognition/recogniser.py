@@ -18,6 +18,7 @@ from hvcpd.recognition.agreement import Agreement
 from hvcpd.recognition.channel.response import Taps
 from hvcpd.recognition.coherent import GREETING, CoherentListener
 from hvcpd.recognition.confidence import sentence_features, word_features
+from hvcpd.recognition.deferred import PATIENCE_FRAMES, QUIET_FRAMES
 from hvcpd.recognition.events import Event, Garbled, Recognised, Source, WordSpan
 from hvcpd.recognition.frontend import HOP_SAMPLES
 from hvcpd.recognition.halting import Halting
@@ -28,7 +29,6 @@ from hvcpd.recognition.network import Network
 from hvcpd.recognition.paths import Coherent
 from hvcpd.recognition.segments import Segment, SegmentTracker
 from hvcpd.recognition.settings import RecogniserSettings
-from hvcpd.recognition.spared import PATIENCE_FRAMES, QUIET_FRAMES
 from hvcpd.recognition.spotter import Sentence, Spotter
 from hvcpd.recognition.stopping import Stopping
 from hvcpd.recognition.stream import CHUNK_FRAMES, Chunk
@@ -165,14 +165,14 @@ class Recogniser:
         end_frame = self._heard_until = chunk.first_frame + len(energies)
         recent = self.watch.recent[-(end_frame - self._dealt_with) :]
         if self._spotter.awake:
-            self._spotter.spared.add(energies, recent)
+            self._spotter.deferred.add(energies, recent)
         elif self._should_wake(len(energies)):
             if len(recent) == RECENT_FRAMES:  # else what came before is dealt with
                 unheard = end_frame - RECENT_FRAMES + LATE_WAKE_FRAMES - UNHEARD_LEAD_FRAMES
                 self._unheard_until = max(self._unheard_until, unheard)
             self._spotter.wake(recent, end_frame - len(recent), noise)
         self._segments.push(chunk.first_frame, energies, self.watch.activity.busy)
-        events = [] if self._spares() else self._concluded(end_frame, noise)
+        events = [] if self._defers() else self._concluded(end_frame, noise)
         speech = self._spotter.awake or self.watch.activity.alert
         if self._agreement is not None:
             events = self._settled(self._agreement, chunk, events, speech)
@@ -180,18 +180,18 @@ class Recogniser:
         self._doze(len(energies))
         return events
 
-    def _spares(self) -> bool:
+    def _defers(self) -> bool:
         """Whether the network need not hear yet what was said, since the coherent listener may understand it."""
         if self._agreement is None or not self._spotter.awake or self._halting.pending:
             return False
         if self._coherent_follows:
             return True
         speaks = self.watch.activity.quiet_frames < QUIET_FRAMES and self._agreement.coherent.listens
-        return speaks and not self._spotter.heeds and self._spotter.spared.n_frames < PATIENCE_FRAMES
+        return speaks and not self._spotter.heeds and self._spotter.deferred.n_frames < PATIENCE_FRAMES
 
     def _concluded(self, end_frame: int, noise: NDArray[np.float32]) -> list[Event]:
         """What there is to tell once the network has heard all."""
-        if not self._spotter.spared:
+        if not self._spotter.deferred:
             return self._conclude(end_frame)
         lefts = self._spotter.catch_up(noise, RECENT_FRAMES)
         return [event for left in lefts for event in self._conclude(end_frame - left)]

@@ -11,12 +11,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hvcpd.recognition.decoder import Best, Decoder, StepCosts
+from hvcpd.recognition.deferred import DeferredBuffer
 from hvcpd.recognition.frontend import CONTEXT_FRAMES, N_BANDS, Energies, Features, features_of
 from hvcpd.recognition.lattice import Step
 from hvcpd.recognition.network import Network
 from hvcpd.recognition.pruning import HORIZON_FRAMES, Beam
 from hvcpd.recognition.scorer import Scorer
-from hvcpd.recognition.spared import Spared
 from hvcpd.recognition.templates import TemplateBank
 
 
@@ -101,7 +101,7 @@ class Spotter:
         self._filler_excess = np.zeros(HISTORY_FRAMES)
         self._noise_cost = np.zeros(HISTORY_FRAMES)
         self._bests: deque[float] = deque(maxlen=FOLLOWED_BLOCKS)
-        self.spared = Spared()
+        self.deferred = DeferredBuffer()
         """What it was not fed yet."""
         self.heeds = False
         """Whether it was fed anything since it woke."""
@@ -123,28 +123,28 @@ class Spotter:
         return first < -s.followed and last < first - s.followed
 
     def wake(self, energies: Energies, first_frame: int, noise: NDArray[np.float32]) -> None:
-        """Begin at `first_frame`; the frames heard since, shape (n, N_BANDS), are those that it is spared at first."""
+        """Begin at `first_frame`; the frames heard since, shape (n, N_BANDS), are those that it need not decode yet."""
         self.awake, self.heeds = True, False
         self._next = self._first = first_frame
         self._tail = np.repeat(energies[:1], CONTEXT_FRAMES, axis=0)
         self._decoder.reset(first_frame)
         self._bests.clear()
         self._gain = self._scorer.level_of(energies, noise)
-        self.spared.clear()
-        self.spared.add(energies, energies)
+        self.deferred.clear()
+        self.deferred.add(energies, energies)
 
     def sleep(self) -> None:
         """Stop decoding; forget all paths."""
         if self.awake:
             self._scorer.rest()
         self.awake = False
-        self.spared.clear()
+        self.deferred.clear()
         self.best = Best(0.0)
 
     def catch_up(self, noise: NDArray[np.float32], most_recent: int) -> Iterator[int]:
-        """Hear what was spared, piece by piece; how many frames are left after each. `most_recent`: so many frames at
+        """Decode what was deferred, piece by piece; how many frames are left after each. `most_recent`: so many frames at
         most tell the level."""
-        for energies, recent, left in self.spared.taken(most_recent):
+        for energies, recent, left in self.deferred.taken(most_recent):
             self.feed(energies, recent, noise)
             yield left
             if not self.awake:
