@@ -142,8 +142,8 @@ class Spotter:
         self.best = Best(0.0)
 
     def catch_up(self, noise: NDArray[np.float32], most_recent: int) -> Iterator[int]:
-        """Decode what was deferred, piece by piece; how many frames are left after each. `most_recent`: so many frames at
-        most tell the level."""
+        """Decode what was deferred, piece by piece; how many frames are left after each. `most_recent`: maximum number
+        of frames that tell the level."""
         for energies, recent, left in self.deferred.taken(most_recent):
             self.feed(energies, recent, noise)
             yield left
