@@ -60,7 +60,7 @@ SOURCES = (
         "templates",
         "sentences of the network of templates (it still runs: its cost is not saved)",
         answering(f"{RECOGNISER}._judge", None),
-        _files("recognition", "spotter decoder scorer network layout lattice pruning confidence templates"),
+        _files("recognition", "spotter decoder scorer network lattice pruning confidence templates"),
     ),
     Mechanism(
         "waveforms",
