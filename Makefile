@@ -24,6 +24,10 @@ slow: setup-dev  ## measures all tests anew: check leaves out what took long
 	-$(VENV)/bin/python -m pytest -n 2 --junitxml=out/tests.xml
 	$(VENV)/bin/python -m tests.slow out/tests.xml
 
+.PHONY: fit
+fit: setup-dev  ## fits the ear's weights anew, to be reviewed: under an hour (make fit DATA=DIR: by people's recordings, too)
+	$(VENV)/bin/python -m benchmarks.fit $(if $(DATA),--data $(DATA))
+
 .PHONY: lint
 lint: setup-dev
 	$(VENV)/bin/ruff check .

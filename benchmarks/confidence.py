@@ -2,7 +2,7 @@
 
 Random sentences of two teams in noises and, with pyroomacoustics installed, in rooms (image sources); with --data also
 people who talk to each other, near and far. What the recogniser found, before it decides. Prints how many of the
-sentences of each confidence were right, and the constants for `ConfidenceCurve`.
+sentences of each confidence were right. `python -m benchmarks.fit` writes the weights.
 
     python -m benchmarks.confidence [--sentences 25] [--snr 20,0,-5,-10] [--data DIR] [--seed 21]
 """
@@ -13,6 +13,7 @@ import argparse
 import random
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import astuple, fields
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
@@ -28,10 +29,11 @@ from hvcpd.config.tasks import default_tasks_path
 from hvcpd.hardware.soundfile import read_wav
 from hvcpd.language.phrasebook import Phrasebook
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
-from hvcpd.recognition.confidence import ConfidenceCurve, Fare, sentence_fare
+from hvcpd.recognition.confidence import ConfidenceCurve, ConfidenceFeatures, sentence_features
 from hvcpd.recognition.events import Recognised
 from hvcpd.recognition.frontend import HOP_SAMPLES
 from hvcpd.recognition.recogniser import Recogniser
+from hvcpd.recognition.settings import RecogniserSettings
 from hvcpd.recognition.spotter import Sentence
 from hvcpd.synthesis.speaker import Speaker
 from hvcpd.synthesis.voices import voice_for
@@ -140,26 +142,38 @@ def collect(o: argparse.Namespace, names: tuple[str, ...], seed: int) -> Iterato
                 yield sentence, is_right(sentence, words, truth)
 
 
-def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--sentences", type=int, default=25)
-    parser.add_argument("--snr", default="20,0,-5,-10")
-    parser.add_argument("--data", type=Path)
-    parser.add_argument("--seed", type=int, default=21)
-    o = parser.parse_args()
+def fitted(o: argparse.Namespace) -> dict[str, object]:
+    """Bias and weights for `ConfidenceCurve`, and what they were fitted to."""
     found = [pair for k, names in enumerate(TEAMS) for pair in collect(o, names, o.seed + k)]
-    x = np.array([astuple(sentence_fare(sentence)) for sentence, _ in found])
     y = np.array([right for _, right in found])
-    w = fit(x, y)
-    print(f"{len(y)} sentences, {(~y).sum()} wrong")
-    names = (*(f.name for f in fields(Fare)), "bias")
-    print(", ".join(f"{name} {value:.2f}" for name, value in zip(names, w, strict=True)))
-    chance = np.array([ConfidenceCurve().chance(sentence_fare(sentence)) for sentence, _ in found])
-    for low, high in ((0.0, 0.5), (0.5, 0.7), (0.7, 0.8), (0.8, 0.9), (0.9, 0.95), (0.95, 1.0)):
-        there = (chance >= low) & (chance < high)
+    *weights, bias = fit(np.array([astuple(sentence_features(sentence)) for sentence, _ in found]), y)
+    curve = ConfidenceCurve(bias, ConfidenceFeatures(*weights))
+    probability = np.array([curve.probability(sentence_features(sentence)) for sentence, _ in found])
+    for low, high in pairwise((0.0, 0.5, 0.7, 0.8, 0.9, 0.95, 1.0)):
+        there = (probability >= low) & (probability < high)
         share = f"{y[there].mean():.3f} right" if there.any() else "-"
-        print(f"confidence {low:.2f} to {high:.2f} at present: {there.sum():4d} sentences, {share}")
+        print(f"confidence {low:.2f} to {high:.2f}: {there.sum():4d} sentences, {share}")
+    sure = probability >= RecogniserSettings.min_confidence
+    talk = ", people's talk" if o.data else ""
+    return {
+        "data": f"{len(TEAMS)} teams, {o.sentences} sentences each in {len(KINDS)} noises at {o.snr} dB, in rooms, "
+        f"with a foreign word{talk}; seed {o.seed}",
+        "score": f"at {RecogniserSettings.min_confidence}: {(sure & y).sum()} of {y.sum()} right ones, "
+        f"{(sure & ~y).sum()} of {(~y).sum()} wrong ones",
+        "bias": round(float(bias), 2),
+        "weights": {f.name: round(float(w), 2) for f, w in zip(fields(ConfidenceFeatures), weights, strict=True)},
+    }
+
+
+def parser() -> argparse.ArgumentParser:
+    """What can be chosen."""
+    out = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    out.add_argument("--sentences", type=int, default=25)
+    out.add_argument("--snr", default="20,0,-5,-10")
+    out.add_argument("--data", type=Path)
+    out.add_argument("--seed", type=int, default=21)
+    return out
 
 
 if __name__ == "__main__":
-    main()
+    print(fitted(parser().parse_args()))

@@ -19,7 +19,7 @@ import numpy as np
 from benchmarks.people import SNR_DB, Stage
 from benchmarks.people_material import alone, enrol, levelled, sentences
 from hvcpd.people.enrolled import Person, stretched
-from hvcpd.people.opinion import SecondOpinion
+from hvcpd.people.second_pass import SecondPassRecogniser
 from hvcpd.ports import SAMPLE_RATE_HZ
 from hvcpd.recognition.second_look import MOST_WAIT_S, Piece
 from hvcpd.synthesis.speaker import Speaker
@@ -37,7 +37,7 @@ def person(name: str, speaker: Speaker, words: Sequence[str]) -> Person:
     )
 
 
-def told(label: str, opinion: SecondOpinion, pieces: Sequence[Piece]) -> None:
+def told(label: str, opinion: SecondPassRecogniser, pieces: Sequence[Piece]) -> None:
     opinion.look(pieces[0])  # loads what it needs
     took = []
     for each in pieces:
@@ -67,7 +67,7 @@ def main() -> None:
         for strangers in (False, True):
             if known or strangers:
                 label = f"{number} enrolled{', and strangers' if strangers else ''}"
-                told(label, SecondOpinion(graph, stage.sound.lexicon, known, strangers), pieces)
+                told(label, SecondPassRecogniser(graph, stage.sound.lexicon, known, strangers), pieces)
 
 
 if __name__ == "__main__":

@@ -39,11 +39,11 @@ from benchmarks.people_material import (
 from hvcpd.assembly.make import DEFAULT_TEAMS, make_phrasebook, make_recogniser, make_sound, user_cache_folder
 from hvcpd.config.task_file import load_tasks
 from hvcpd.config.tasks import default_tasks_path
+from hvcpd.evaluation.sphinx import WIDE_BEAMS, heard, make_decoder
 from hvcpd.hardware.soundfile import read_wav
 from hvcpd.language.graph import WordGraph
 from hvcpd.people.enrolled import Person
-from hvcpd.people.opinion import SecondOpinion
-from hvcpd.people.sphinx import WIDE_BEAMS, heard, make_decoder
+from hvcpd.people.second_pass import SecondPassRecogniser
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 from hvcpd.recognition.events import Event, Recognised, Urgent
 from hvcpd.recognition.second_look import AtOnce, Piece, SecondEars
@@ -71,10 +71,10 @@ class Stage:
         opinion = self.opinion(self.book.people_graph, people)
         return SecondEars(make_recogniser(self.book, NAMES[:2], self.sound), opinion, AtOnce())
 
-    def opinion(self, graph: WordGraph, people: Sequence[Person]) -> SecondOpinion:
+    def opinion(self, graph: WordGraph, people: Sequence[Person]) -> SecondPassRecogniser:
         """Of whoever is enrolled, and of strangers."""
         known = {person.name.lower(): person for person in people}
-        return SecondOpinion(graph, self.sound.lexicon, known, True)
+        return SecondPassRecogniser(graph, self.sound.lexicon, known, True)
 
     def peer(self, graph: WordGraph) -> Any:
         """PocketSphinx as it comes, with beams that favour it."""
@@ -183,7 +183,7 @@ def digits_row(stage: Stage, folder: Path, most: int, seed: int) -> None:
         told(f"digits, {label}, speaker not enrolled", unknown, theirs, total)
 
 
-def _is(ears: SecondOpinion, piece: Piece, digit: int) -> bool:
+def _is(ears: SecondPassRecogniser, piece: Piece, digit: int) -> bool:
     sentence = ears.likeliest(piece)
     return sentence is not None and sentence.words == (DIGITS[digit],)
 

@@ -16,7 +16,7 @@ from collections import Counter
 from pocketsphinx import Decoder, get_model_path
 
 from benchmarks.judging import in_noise, talkers
-from hvcpd.people.sphinx import heard
+from hvcpd.evaluation.sphinx import heard
 from hvcpd.ports import Samples
 from hvcpd.synthesis.lexicon import Lexicon
 

@@ -31,7 +31,7 @@ from hvcpd.config.tasks import default_tasks_path
 from hvcpd.evaluation.statistics import wilson
 from hvcpd.language import messages as m
 from hvcpd.language.phrasebook import Phrasebook
-from hvcpd.people.opinion import SecondOpinion
+from hvcpd.people.second_pass import SecondPassRecogniser
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 from hvcpd.recognition.events import Event, Recognised, Urgent
 from hvcpd.recognition.second_look import AtOnce, SecondEars
@@ -117,7 +117,7 @@ def sound_of(case: Case, said: m.Utterance, book: Phrasebook, sound: Sound) -> S
 def heard_in(sound: Samples, book: Phrasebook, names: Sequence[str], voices: Sound) -> list[Event]:
     """All events of a file, as `hvcpctl hear` has them."""
     ears = make_recogniser(book, names, voices)
-    second = SecondEars(ears, SecondOpinion(book.people_graph, voices.lexicon, {}, True), AtOnce())
+    second = SecondEars(ears, SecondPassRecogniser(book.people_graph, voices.lexicon, {}, True), AtOnce())
     return second.push(sound) + second.take(ears.flush())
 
 

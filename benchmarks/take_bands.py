@@ -1,5 +1,5 @@
-"""Makes `hvcpd/people/take_bands.npz`, the net's mel bands of a sound by those of the front end, and `echoes.npz`, the
-principal axes of what is inside the net.
+"""Makes `hvcpd/people/take_bands.npz`, the net's mel bands of a sound by those of the front end, and `tandem.npz`, the
+principal axes of what is activations the net.
 
     python -m benchmarks.take_bands [--sentences 12] [--seed 1] [--out hvcpd/people]
 
@@ -16,10 +16,9 @@ from pathlib import Path
 import numpy as np
 
 from benchmarks.upper_bands import regression, spoken
-from hvcpd.people.cepstra import levelled, logs_of
-from hvcpd.people.echoes import directions_of
-from hvcpd.people.phones import centred, sounds_of
-from hvcpd.people.take_bands import masked_logs
+from hvcpd.people.bands import levelled, logs_of, masked_logs
+from hvcpd.people.phones import centred, phones_of
+from hvcpd.people.take_features import directions_of
 from hvcpd.recognition.frontend import energies_of, smoothed
 
 AXES = 64
@@ -31,20 +30,20 @@ def main() -> None:
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--out", type=Path, default=Path("hvcpd/people"))
     o = parser.parse_args()
-    ours, nets, inside = [], [], []
+    ours, nets, activations = [], [], []
     for sound in spoken(o.sentences, o.seed):
         logs = logs_of(levelled(sound, sound)[1], np.zeros(1))
         kept = masked_logs(smoothed(np.pad(energies_of(sound), ((1, 1), (0, 0)), mode="edge")))
         n = min(len(logs), len(kept))  # the windows are not of one length
         ours.append(kept[:n])
         nets.append(logs[:n])
-        inside.append(directions_of(sounds_of(centred(logs)).inside))
+        activations.append(directions_of(phones_of(centred(logs)).activations))
     wanted = np.concatenate(nets)
     weights, guessed = regression(np.concatenate(ours), wanted)
     off_db = 10.0 / np.log(10.0) * np.sqrt(np.mean((wanted - guessed) ** 2, axis=0))
     np.savez_compressed(o.out / "take_bands.npz", weights=weights.astype(np.float32))
-    _, sizes, axes = np.linalg.svd(np.concatenate(inside), full_matrices=False)
-    np.savez_compressed(o.out / "echoes.npz", axes=axes[:AXES].T.astype(np.float32))
+    _, sizes, axes = np.linalg.svd(np.concatenate(activations), full_matrices=False)
+    np.savez_compressed(o.out / "tandem.npz", axes=axes[:AXES].T.astype(np.float32))
     told = np.sum(sizes[:AXES] ** 2) / np.sum(sizes**2)
     print(f"{len(wanted)} frames, off by {off_db.min():.1f} to {off_db.max():.1f} dB; {AXES} axes tell {told:.0%}")
 

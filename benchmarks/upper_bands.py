@@ -22,7 +22,7 @@ from benchmarks.people_material import levelled, sentences
 from hvcpd.assembly.make import DEFAULT_TEAMS, make_phrasebook, make_sound, user_cache_folder
 from hvcpd.config.task_file import load_tasks
 from hvcpd.config.tasks import default_tasks_path
-from hvcpd.people.cepstra import LEAST, UPPER, bands_of, without_noise
+from hvcpd.people.bands import LEAST, UPPER, bands_of, without_noise
 from hvcpd.ports import Samples
 from hvcpd.synthesis.speaker import Speaker
 from hvcpd.synthesis.voices import VOICES

@@ -113,11 +113,16 @@ def fit(distance: NDArray[np.float64], wrong: NDArray[np.float64], trials: NDArr
     return found
 
 
-def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--voices", default="oak,rose")
-    parser.add_argument("--seeds", type=int, default=3)
-    options = parser.parse_args()
+def parser() -> argparse.ArgumentParser:
+    """What can be chosen."""
+    out = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    out.add_argument("--voices", default="oak,rose")
+    out.add_argument("--seeds", type=int, default=3)
+    return out
+
+
+def fitted(options: argparse.Namespace) -> dict[str, object]:
+    """Weights for `ConfusionCurve`, and what they were fitted to."""
     book = make_phrasebook(("Rob", "Bot"), DEFAULT_TEAMS, load_tasks(default_tasks_path()))
     words = sorted({*book.graph.words, *NEIGHBOURS})
     apart = ~np.eye(len(words), dtype=bool)
@@ -130,7 +135,12 @@ def main() -> None:
         print(f"\n{label}: distance, pairs, trials, predicted, measured")
         _table(d[part].ravel(), wrong[part].ravel(), trials[part].ravel())
     curve = fit(d.ravel(), wrong.ravel(), trials.ravel())
-    print(f"\nbest fit: ConfusionCurve(scale={curve.scale:.3f}, power={curve.power:.2f}); in use: {ConfusionCurve()}")
+    return {
+        "data": f"{len(words)} words of voices {options.voices} at other pitch and rate, in quiet and noise; "
+        f"{options.seeds} seeds",
+        "score": f"{int(wrong.sum())} confusions in {int(trials.sum())} comparisons",
+        "weights": {"scale": round(curve.scale, 3), "power": round(curve.power, 2)},
+    }
 
 
 def _table(d: NDArray[np.float64], wrong: NDArray[np.float64], trials: NDArray[np.float64]) -> None:
@@ -147,4 +157,4 @@ def _table(d: NDArray[np.float64], wrong: NDArray[np.float64], trials: NDArray[n
 
 
 if __name__ == "__main__":
-    main()
+    print(fitted(parser().parse_args()))

@@ -19,8 +19,8 @@ from pathlib import Path
 import numpy as np
 
 from benchmarks.judging import in_noise, talkers
+from hvcpd.evaluation.sphinx import heard, make_decoder
 from hvcpd.language.phrasebook import Phrasebook, Vocabulary
-from hvcpd.people.sphinx import heard, make_decoder
 from hvcpd.ports import SAMPLE_RATE_HZ
 from hvcpd.synthesis.lexicon import Lexicon
 from hvcpd.synthesis.speaker import Speaker

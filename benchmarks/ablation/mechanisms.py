@@ -20,7 +20,7 @@ SEGMENTS = f"{HEARING}.segments:SegmentSettings"
 URGENT = f"{HEARING}.urgent:UrgentSettings"
 COHERENT = f"{HEARING}.coherent:CoherentListener"
 AGREEMENT = f"{HEARING}.agreement:Agreement"
-OPINION = f"{PEOPLE}.opinion"
+SECOND_PASS = f"{PEOPLE}.second_pass"
 
 
 @dataclass(frozen=True)
@@ -47,32 +47,26 @@ SOURCES = (
     Mechanism(
         "second-look",
         "speech that the robots' listener rejects is looked at again",
-        answering(f"{OPINION}:SecondOpinion.look", None),
-        _files("people", "opinion judging phones spelled sphinx cepstra"),
+        answering(f"{SECOND_PASS}:SecondPassRecogniser.look", None),
+        _files("people", "second_pass fusion phones bands"),
     ),
     Mechanism(
         "net",
         "the second look's net of phones",
-        answering(f"{PEOPLE}.spelled:Speller.spell", None),
-        _files("people", "phones spelled"),
-    ),
-    Mechanism(
-        "pocketsphinx",
-        "PocketSphinx in the second look",
-        answering(f"{OPINION}:sphinx_installed", False),
-        _files("people", "sphinx"),
+        answering(f"{PEOPLE}.phones:CtcSearch.best", None),
+        _files("people", "phones"),
     ),
     Mechanism(
         "templates",
         "sentences of the network of templates (it still runs: its cost is not saved)",
         answering(f"{RECOGNISER}._judge", None),
-        _files("recognition", "spotter decoder scorer network layout lattice pruning confidence templates"),
+        _files("recognition", "spotter decoder scorer network lattice pruning confidence templates"),
     ),
     Mechanism(
         "waveforms",
         "sentences by their waveform",
         answering("hvcpd.assembly.make:make_coherent", None),
-        _files("recognition", "coherent paths beginnings onsets matched weighed agreement spared"),
+        _files("recognition", "coherent paths onset_search matched_filter agreement deferred"),
     ),
     Mechanism(
         "urgent",
@@ -93,28 +87,20 @@ RULES = (
         answering(f"{AGREEMENT}._given_up", []),
     ),
     Mechanism(
-        "spared",
+        "deferred",
         "the network waits while the waveform is followed",
-        answering(f"{RECOGNISER}._spares", False),
-        _files("recognition", "spared"),
+        answering(f"{RECOGNISER}._defers", False),
+        _files("recognition", "deferred"),
     ),
     Mechanism(
         "explained",
         "a waveform must explain a share of the sound",
         answering(f"{RECOGNISER}._is_explained", True),
     ),
-    Mechanism("follows-silence", "a sentence follows silence", answering(f"{RECOGNISER}._follows_silence", True)),
-    Mechanism("murmur", "or a murmur", defaults(SETTINGS, murmur=0.0)),
+    Mechanism("follows-silence", "a sentence follows silence", defaults(SETTINGS, max_lead_in=inf)),
     Mechanism("confidence", "the least confidence of a template sentence", defaults(SETTINGS, min_confidence=0.0)),
-    Mechanism("margin", "another word must cost more in each place", defaults(SETTINGS, min_margin=-inf)),
     Mechanism("pause", "how much speech a pause may pass over", defaults(SETTINGS, max_pause=inf)),
     Mechanism("gain", "what a sentence must fit better than the filler", defaults(SETTINGS, min_gain=-inf)),
-    Mechanism(
-        "doubtful",
-        "a likely sentence where nobody seemed to speak is garbled",
-        defaults(SETTINGS, doubtful_confidence=inf),
-    ),
-    Mechanism("wake-share", "the network does not wake for clicks", defaults(SETTINGS, wake_share=0.0)),
     Mechanism("unheard", "no sentence right after lost sound", instead(f"{HEARING}.recogniser:UNHEARD_LEAD_FRAMES", 0)),
     Mechanism("going-on", "a sentence ends only where no next word is cheaper", defaults(SPOTTER, going_on=inf)),
     Mechanism(
@@ -183,12 +169,11 @@ RULES = (
         _files("recognition", "lookalike"),
     ),
     Mechanism("drowned", "a drowned word needs more", defaults(URGENT, drowned_db=-inf)),
-    Mechanism("look-snr", "no second look at faint speech", instead(f"{OPINION}:MIN_SNR_DB", -inf)),
+    Mechanism("look-snr", "no second look at faint speech", instead(f"{SECOND_PASS}:MIN_SNR_DB", -inf)),
     Mechanism(
         "look-surer",
         "the second look must be as sure as the robots' listener",
-        instead(f"{OPINION}:MIN_STRANGERS_CHANCE", 0.8),
+        instead(f"{SECOND_PASS}:MIN_STRANGERS_PROBABILITY", 0.8),
     ),
-    Mechanism("look-always-sphinx", "PocketSphinx is asked only in doubt", instead(f"{OPINION}:SURELY", inf)),
 )
 ALL = (*SOURCES, *RULES)

@@ -49,7 +49,7 @@ _SPHINX = """
 import sys, time, tempfile, numpy as np
 from pathlib import Path
 from benchmarks.daemon.figures import NOISE_RMS, phrasebook_and_sound
-from hvcpd.people.sphinx import make_decoder
+from hvcpd.evaluation.sphinx import make_decoder
 book, sound = phrasebook_and_sound(None)
 with tempfile.TemporaryDirectory() as folder:
     decoder = make_decoder(book.graph, Path(folder), sound.lexicon)

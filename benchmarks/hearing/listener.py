@@ -74,7 +74,7 @@ def _peer(
 ) -> dict[str, object]:
     from benchmarks.hearing.listeners import PAD_S, Peer
     from benchmarks.hearing.material import make_team, more_tasks
-    from hvcpd.people.sphinx import WIDE_BEAMS
+    from hvcpd.evaluation.sphinx import WIDE_BEAMS
 
     began = time.process_time()
     team = make_team(names, more_tasks(n_words))

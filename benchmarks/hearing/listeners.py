@@ -1,8 +1,8 @@
 """Who listens: our recogniser, told nothing; and PocketSphinx, told where each sentence is.
 
-PocketSphinx gets the phrasebook's network as a finite-state grammar, as `hvcpd.people.sphinx` makes it. It hears each
-sentence alone with half a second of the condition's noise at both ends (in digital silence it fares worse), with beams
-wider than its own. Its other settings (noise removal, cepstral means of the whole, language weight) gave no more.
+PocketSphinx gets the phrasebook's network as a finite-state grammar, as `hvcpd.evaluation.sphinx` makes it. It hears
+each sentence alone with half a second of the condition's noise at both ends (in digital silence it fares worse), with
+beams wider than its own. Its other settings (noise removal, cepstral means of the whole, language weight) gave no more.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ import numpy as np
 
 from benchmarks.hearing.material import BLOCK, Spoken, Team
 from benchmarks.hearing.scoring import Outcome, Score, judge_events
-from hvcpd.people.sphinx import WIDE_BEAMS, heard, make_decoder
+from hvcpd.evaluation.sphinx import WIDE_BEAMS, heard, make_decoder
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 from hvcpd.recognition.events import Event
 from hvcpd.recognition.recogniser import Recogniser

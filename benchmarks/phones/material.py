@@ -19,7 +19,7 @@ from benchmarks.hearing.noises import steady
 from benchmarks.phones.texts import Texts
 from benchmarks.phones.voices import calibrators, resampled, talkers
 from hil_fakes.robot_noise import fan, motor
-from hvcpd.people.cepstra import logs_of, noise_of
+from hvcpd.people.bands import logs_of, noise_of
 from hvcpd.people.phones import PHONES, centred
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 from hvcpd.synthesis.lexicon import Lexicon

@@ -18,7 +18,7 @@ import torch
 from torch import Tensor, nn
 
 from benchmarks.transcripts import edits
-from hvcpd.people.cepstra import N_BANDS
+from hvcpd.people.bands import N_BANDS
 from hvcpd.people.phones import APART, HALVES, PHONES
 
 BLANK = len(PHONES)
@@ -107,8 +107,8 @@ def _mask(logs: np.ndarray, n_frames: int, rng: np.random.Generator) -> None:
 def loss_of(net: Net, batch: tuple[Tensor, Tensor, Tensor, Tensor]) -> Tensor:
     """Per phone."""
     sound, n_frames, phones, n_phones = batch
-    chances = torch.log_softmax(net(sound), 1).permute(2, 0, 1)
-    total = nn.functional.ctc_loss(chances, phones, n_frames, n_phones, BLANK, "sum", zero_infinity=True)
+    log_posteriors = torch.log_softmax(net(sound), 1).permute(2, 0, 1)
+    total = nn.functional.ctc_loss(log_posteriors, phones, n_frames, n_phones, BLANK, "sum", zero_infinity=True)
     loss: Tensor = total / n_phones.sum()
     return loss
 

@@ -19,7 +19,7 @@ from hvcpd.hardware.navigator import Navigator
 from hvcpd.language.forms import OPEN_KINDS, SEALED_KINDS, Kind
 from hvcpd.language.phrasebook import Phrasebook, Vocabulary
 from hvcpd.people.enrolled import Person
-from hvcpd.people.opinion import SecondOpinion
+from hvcpd.people.second_pass import SecondPassRecogniser
 from hvcpd.ports import Samples
 from hvcpd.recognition.channel.ears import ChannelEars
 from hvcpd.recognition.channel.listener import ChannelListener, Look, Stretch
@@ -52,7 +52,7 @@ SLOW = 1.0 / SLOW_STRETCH
 """Of the usual rate, when a robot speaks slowly; the recogniser's steps span 0.5 to 2."""
 
 SEALED_PAIRS = 400
-"""Chains at one rung that are followed where any of 64 code words may come: each has two templates at three rungs. With
+"""Word instances followed where any of 64 code words may come: each has two templates at three gains. With
 100, as for sentences alone, most are lost (5 of 12 sealed sentences right in pink noise at 0 dB; with 300, 12)."""
 
 STOP, STOP_RIVAL = "stop", "stopped"
@@ -309,5 +309,5 @@ def _book_and_ears(
         ears = make_channel_ears(book, plan.peers(names), sound, listening, hearing.channel)
     if hearing.second is None:
         return book, ears, listening
-    opinion = SecondOpinion(book.people_graph, sound.lexicon, hearing.people, hearing.any_voice)
+    opinion = SecondPassRecogniser(book.people_graph, sound.lexicon, hearing.people, hearing.any_voice)
     return book, SecondEars(ears, opinion, hearing.second), listening

@@ -8,8 +8,7 @@ from functools import lru_cache
 from typing import TypeVar
 
 from hvcpd.ports import Samples
-from hvcpd.recognition.matched import Spectrum, power_of
-from hvcpd.recognition.rounded import Rounded, restored, rounded
+from hvcpd.recognition.matched_filter import Quantised, Spectrum, power_of, quantised, restored
 from hvcpd.synthesis.speaker import PITCH_STEPS, Speaker
 
 KEPT = 80
@@ -45,7 +44,7 @@ class LazyMapping(Mapping[str, Value]):
 class Unit:
     """One rendering of a word: its waveform, quantised, shape (n,), int16; and how it joins its neighbours, samples."""
 
-    sound: Rounded
+    sound: Quantised
     final: bool
     lead: int
     advance: int
@@ -121,7 +120,7 @@ class SpokenBook:
     def render(self, word: str, third: int) -> tuple[Unit, ...]:
         """`units`, made anew."""
         made = self._speaker.joined(word, PITCH_STEPS[third]) if word in self._words else []
-        return tuple(Unit(rounded(each.samples), each.final, each.lead, each.advance) for each in made)
+        return tuple(Unit(quantised(each.samples), each.final, each.lead, each.advance) for each in made)
 
     def _said(self, word: str, third: int) -> tuple[SpokenWay, ...]:
         """All ways to say `word` in a third (0, 1, 2) of a sentence, with their waveforms left in the cache."""

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from hvcpd.assembly.make import Sound, templates_of
 from hvcpd.errors import PhraseError
+from hvcpd.language.competition import Pair, Phrase, competing_phrases
 from hvcpd.language.phrasebook import RESERVED_WORDS, Phrasebook, Vocabulary
 from hvcpd.language.rewording import (
     SYNONYMS_PATH,
@@ -25,7 +26,6 @@ from hvcpd.language.rewording import (
     known_names,
 )
 from hvcpd.language.words import NUMBER_MAX, number_words, spoken_words
-from hvcpd.recognition.competition import Pair, Phrase, competing_phrases
 from hvcpd.recognition.separation import CONDITIONS, Condition, ConfusionCurve, VoiceSounds
 from hvcpd.synthesis.likeness import phone_distance
 from hvcpd.synthesis.unit_cache import recipe

@@ -10,8 +10,8 @@ import structlog
 
 from hvcpd.daemon.second_pass import SecondPass
 from hvcpd.errors import StoreError
+from hvcpd.people.adaptation import ConfirmedTakes
 from hvcpd.people.enrolled import Person, Takes, person_path, read_person, write_person
-from hvcpd.people.learning import Learning
 from hvcpd.recognition.events import Recognised
 from hvcpd.recognition.second_look import Piece
 from hvcpd.robot.records import HeardRecord, Record, SaidRecord
@@ -52,7 +52,7 @@ class Adaptation:
         second: SecondPass[Piece, Recognised | None],
     ) -> None:
         """`people` as in CurrentPeople; `learned` is told of whom there are more takes."""
-        self._learning = Learning(own_name)
+        self._learning = ConfirmedTakes(own_name)
         self._people = people
         self._learned = learned
         self._state_dir = state_dir

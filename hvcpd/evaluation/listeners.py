@@ -12,10 +12,9 @@ from typing import Any
 from hvcpd.assembly.make import DEFAULT_TEAMS, Sound, make_phrasebook, make_recogniser, make_sound, user_cache_folder
 from hvcpd.config.task_file import load_tasks
 from hvcpd.config.tasks import TaskRepository, default_tasks_path
+from hvcpd.evaluation.sphinx import WIDE_BEAMS, make_decoder, sphinx_installed
+from hvcpd.evaluation.sphinx import heard as heard_by_sphinx
 from hvcpd.language.phrasebook import Phrasebook
-from hvcpd.people.opinion import sphinx_installed
-from hvcpd.people.sphinx import WIDE_BEAMS, make_decoder
-from hvcpd.people.sphinx import heard as heard_by_sphinx
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 from hvcpd.recognition.events import Recognised
 from hvcpd.recognition.recogniser import Recogniser
@@ -87,7 +86,7 @@ def ours(heard: Samples, said: Sequence[Said], book: Phrasebook) -> list[str]:
 def decoder(book: Phrasebook) -> Any:
     """PocketSphinx with that grammar. Raises ImportError."""
     with tempfile.TemporaryDirectory() as folder:
-        return make_decoder(book.graph, Path(folder), sound().lexicon, accents=False, **WIDE_BEAMS)
+        return make_decoder(book.graph, Path(folder), sound().lexicon, **WIDE_BEAMS)
 
 
 def peer(heard: Samples, said: Sequence[Said], book: Phrasebook) -> list[str]:

@@ -78,9 +78,9 @@ def voice_of(name: str) -> str:
 
 
 REDUCED = frozenset("a am and are do have i is not of the to will you".split())
-"""Words that have a weak form in a sentence (A. C. Gimson, "An Introduction to the Pronunciation of English")..."""
+"""Words that have a weak form in a sentence (A. C. Gimson, "An Introduction to the Pronunciation of English")."""
 WEAK = 0.5
-"""...and are half as long in it, or less; the matcher's steps span the rest. Nine synthetic voices: of
+"""Weak forms are half as long, or less; the steps of the template decoder span the rest. Nine synthetic voices: of
 90 sentences 86 were right without and 88 with such takes."""
 
 

@@ -14,14 +14,14 @@ from functools import cached_property
 import numpy as np
 
 from hvcpd.language.graph import WordGraph
-from hvcpd.people.cepstra import Bands
-from hvcpd.people.composed import ComposedTakes
-from hvcpd.people.echoes import SHARED, EchoedTakes, Remembered
+from hvcpd.people.bands import Bands
 from hvcpd.people.enrolled import Person, spoken_takes
-from hvcpd.people.matching import Hearing, Match, Matcher
-from hvcpd.people.phones import Sounds
+from hvcpd.people.phones import NetOutput
+from hvcpd.people.take_features import SHARED, ComposedTakes, FeatureCache, TandemTakes
+from hvcpd.people.template_decoder import Hearing, Match, TemplateDecoder
 from hvcpd.recognition.confidence import logistic
 from hvcpd.recognition.events import Recognised, WordSpan
+from hvcpd.recognition.fitted import fitted
 from hvcpd.recognition.frontend import HOP_SAMPLES, Energies, energies_of
 from hvcpd.recognition.second_look import Piece
 from hvcpd.recognition.templates import Noise
@@ -46,39 +46,39 @@ class Known:
     """What enrolled people's words make of one piece of sound.
 
     `nearest`: the sentence that is nearest by its cepstra, in the noise of the moment, and how likely it is right;
-    `echoed`: the one that is by what the net makes of it; None where there is none, or nobody asked. `votes`: what a
+    `tandem`: the one that is by what the net makes of it; None where there is none, or nobody asked. `votes`: what a
     sentence costs in the one way and the other, None if nobody has its words.
     """
 
     nearest: Recognised | None
-    echoed: tuple[str, ...] | None
+    tandem: tuple[str, ...] | None
     votes: Callable[[tuple[str, ...]], tuple[float, float] | None]
 
 
 class EnrolledListener:
     """Knows the enrolled people, and their sentences."""
 
-    def __init__(self, graph: WordGraph, people: Iterable[Person], remembered: Remembered = SHARED) -> None:
-        """`remembered`: what the net makes of takes. Raises ValueError if nobody has a word of `graph`."""
+    def __init__(self, graph: WordGraph, people: Iterable[Person], features: FeatureCache = SHARED) -> None:
+        """`features`: what the net makes of takes. Raises ValueError if nobody has a word of `graph`."""
         takes = {person.voice: spoken_takes(person, graph.words) for person in people}
         self._graph = graph
-        self._remembered = remembered
+        self._features = features
         self._takes = {voice: words for voice, words in takes.items() if words}
         self._composed = ComposedTakes(self._takes)
-        self._matcher = Matcher(graph, self._composed.templates)
+        self._matcher = TemplateDecoder(graph, self._composed.templates)
 
     def prepare(self, go_on: Callable[[], bool]) -> None:
         """Make ready what the net makes of the takes, as long as `go_on`; else that is done when it is first needed."""
         for take in (take for words in self._takes.values() for of_word in words.values() for take in of_word):
             if not go_on():
                 return
-            self._remembered.of(take)
-        _ = self._echoes
+            self._features.of(take)
+        _ = self._tandem
 
     @cached_property
-    def _echoes(self) -> tuple[EchoedTakes, Matcher]:
-        echoed = EchoedTakes(self._takes, self._remembered)
-        return echoed, Matcher(self._graph, echoed.templates)
+    def _tandem(self) -> tuple[TandemTakes, TemplateDecoder]:
+        tandem = TandemTakes(self._takes, self._features)
+        return tandem, TemplateDecoder(self._graph, tandem.templates)
 
     def nearest(self, piece: Piece) -> Recognised | None:
         """The sentence that is nearest to the piece, at the samples of its own clock, and how likely it is right; None
@@ -86,11 +86,11 @@ class EnrolledListener:
         hearing, origin = self._heard(piece)
         return _recognised(hearing, origin)
 
-    def known(self, piece: Piece, logs: Bands, sounds: Sounds) -> Known:
+    def known(self, piece: Piece, logs: Bands, output: NetOutput) -> Known:
         """Likewise, and beside it what the net makes of the piece's `logs`, shape (frames, N_BANDS)."""
         hearing, origin = self._heard(piece)
-        echoed, matcher = self._echoes
-        echo = matcher.hear(echoed.hear(logs, sounds)) if len(logs) else None
+        tandem, matcher = self._tandem
+        echo = matcher.hear(tandem.hear(logs, output)) if len(logs) else None
 
         def votes(words: tuple[str, ...]) -> tuple[float, float] | None:
             if hearing is None or echo is None:
@@ -122,28 +122,23 @@ def _noise(energies: Energies, start: int) -> Noise:
     return np.asarray(before[power <= np.quantile(power, share)].mean(axis=0), np.float32)
 
 
-def chance(match: Match) -> float:
-    """How likely a sentence is right, 0 to 1: a logistic curve.
-
-    Fitted to 146 pieces of sound: fluent sentences and short calls of nine synthetic voices, each with its own takes or
-    another's, and people's and synthetic talk that addresses nobody. Of 80 right ones 75 have 0.8 or more, of 66 wrong
-    ones one.
-    """
+def probability(match: Match) -> float:
+    """How likely a sentence is right, 0 to 1: a logistic curve (`enrolled_confidence` of the fitted weights)."""
     frames = [word.end - word.start for word in match.words]
     deficit = sum(n * word.deficit for n, word in zip(frames, match.words, strict=True)) / sum(frames)
     worst = min(max(word.deficit for word in match.words), MOST_DEFICIT)
     margin = min(max(min(word.margin for word in match.words), LEAST_MARGIN), MOST_MARGIN)
     audible = math.log(max(match.above_noise, LEAST_ABOVE_NOISE))
-    fits = -0.21 - 3.27 * deficit - 1.36 * worst - 6.6 * match.passed_over
-    logit = fits + 2.15 * math.log(len(match.words)) + 1.15 * math.log(margin) + 1.74 * audible
-    return logistic(logit)
+    features = (deficit, worst, match.passed_over, math.log(len(match.words)), math.log(margin), audible)
+    curve = fitted("enrolled_confidence")
+    return logistic(curve["bias"] + sum(w * x for w, x in zip(curve["weights"].values(), features, strict=True)))
 
 
 def _recognised(hearing: Hearing | None, origin: int) -> Recognised | None:
     match = hearing.match if hearing is not None else None
     if match is None or not match.words:
         return None
-    sure = chance(match)
+    sure = probability(match)
     spans = tuple(
         WordSpan(w.word, origin + w.start * HOP_SAMPLES, origin + w.end * HOP_SAMPLES, sure, w.deficit)
         for w in match.words

@@ -2,22 +2,27 @@
 
 Trained by connectionist temporal classification (A. Graves, S. Fernandez, F. Gomez & J. Schmidhuber, ICML 2006) on
 synthetic speech alone (`benchmarks/phones`): between two sounds it says that there is none.
+
+The sentence of a network whose phones fit best is found by Viterbi's search over the topology of that classification:
+each phone lasts for a frame or more, and between two phones there may be frames of none. Pauses between words are such
+frames, too.
 """
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cache
 
 import numpy as np
 from numpy.typing import NDArray
 
-from hvcpd.people.cepstra import Bands
-from hvcpd.people.stored import stored
+from hvcpd.language.graph import WordGraph, graph_of
+from hvcpd.people.bands import Bands, stored
 
 Logs = NDArray[np.float32]
-Chances = NDArray[np.float32]
-"""Logarithms of the chance of each of PHONES, and last of none of them, shape (frames, len(PHONES) + 1)."""
+LogPosteriors = NDArray[np.float32]
+"""Logarithms of the probability of each of PHONES, and last of none of them, shape (frames, len(PHONES) + 1)."""
 
 PHONES = tuple(
     "AA AE AH AO AW AY B CH D DH EH ER EY F G HH IH IY JH K L M N NG OW OY P R S SH T TH UH UW V W Y Z ZH".split()
@@ -54,15 +59,18 @@ def _weights() -> dict[str, NDArray[np.float32]]:
 
 
 @dataclass(frozen=True, eq=False)
-class Sounds:
-    """What the net makes of a piece: `chances`, and `inside`, shape (frames, its width), what its last layer but that
-    of the chances holds: alike where the same is said in the same way."""
+class NetOutput:
+    """What the net makes of a piece of sound.
 
-    chances: Chances
-    inside: Logs
+    `log_posteriors`, and `activations`, shape (frames, its width), of its last hidden layer, which are alike where the
+    same is said in the same way.
+    """
+
+    log_posteriors: LogPosteriors
+    activations: Logs
 
 
-def sounds_of(logs: Logs) -> Sounds:
+def phones_of(logs: Logs) -> NetOutput:
     """Of `centred` logarithms, shape (frames, N_BANDS): half as many frames, rounded up."""
     weights, sound = _weights(), logs
     for number, apart in enumerate(APART):
@@ -72,7 +80,7 @@ def sounds_of(logs: Logs) -> Sounds:
     logits = sound @ weights["weights_out"] + weights["bias_out"]
     logits[:, -1] -= GAP_COST
     logits -= logits.max(axis=1, keepdims=True)
-    return Sounds(np.asarray(logits - np.log(np.exp(logits).sum(axis=1, keepdims=True)), np.float32), sound)
+    return NetOutput(np.asarray(logits - np.log(np.exp(logits).sum(axis=1, keepdims=True)), np.float32), sound)
 
 
 def _layer(sound: Logs, weights: Logs, bias: Logs, apart: int, step: int) -> Logs:
@@ -82,3 +90,119 @@ def _layer(sound: Logs, weights: Logs, bias: Logs, apart: int, step: int) -> Log
     n = len(sound)
     total = bias + sum(padded[k * apart : k * apart + n : step] @ each for k, each in enumerate(weights))
     return np.asarray(np.maximum(total, 0.0), np.float32)
+
+
+Scores = NDArray[np.float32]
+Index = NDArray[np.int64]
+Pronounce = Callable[[str], Sequence[Sequence[str]]]
+
+NEVER = np.float32(-1e9)
+
+
+@dataclass(frozen=True)
+class CtcSentence:
+    """A sentence, each word with its first frame and the one after its last, and what it loses.
+
+    `loss`, 0 or more: the logarithm of the probability of the best of all rows of phones over that of its own.
+    """
+
+    words: tuple[str, ...]
+    spans: tuple[tuple[int, int], ...]
+    loss: float
+
+
+@dataclass(frozen=True, eq=False)
+class _Ends:
+    """Where paths are after each frame.
+
+    `way[t, n]`: the word by which the best path that is at node n after frame t came there, and `since[t, n]` the frame
+    at which it did, or -1; `began[t, w]`: the frame at which the word w began that ends in frame t.
+    """
+
+    way: Index
+    since: Index
+    began: Index
+
+
+class CtcSearch:
+    """A network's words as phones, side by side."""
+
+    def __init__(self, graph: WordGraph, pronounce: Pronounce) -> None:
+        """`pronounce`: the pronunciations of a word, in PHONES."""
+        known = {word: [[PHONES.index(p) for p in said] for said in pronounce(word) if said] for word in graph.words}
+        ways = sorted(((arc, said) for arc in graph.arcs for said in known[arc.word]), key=lambda way: way[0].target)
+        self._graph = graph
+        self._pronounce = pronounce
+        self._words = [arc.word for arc, _ in ways]
+        self._source: Index = np.array([arc.source for arc, _ in ways], np.int64)
+        target = np.array([arc.target for arc, _ in ways], np.int64)
+        lengths = np.array([len(said) for _, said in ways], np.int64)
+        self._last: Index = np.cumsum(lengths) - 1
+        self._first: Index = self._last - lengths + 1
+        self._phones: Index = np.array([phone for _, said in ways for phone in said], np.int64)
+        self._repeated: Index = 1 + np.flatnonzero(self._phones[1:] == self._phones[:-1])
+        self._nodes, self._begins = np.unique(target, return_index=True)
+        self._ends = np.append(self._begins[1:], len(ways))
+
+    def best(self, log_posteriors: LogPosteriors) -> CtcSentence | None:
+        """The sentence that fits all of the frames best; None if they are too few for any."""
+        ends, rest = self._forward(log_posteriors)
+        finals = sorted(self._graph.finals)
+        node = finals[int(rest[finals].argmax())]
+        if rest[node] <= NEVER / 2 or not len(log_posteriors):
+            return None
+        most = float(log_posteriors.max(axis=1).sum())
+        words, spans = self._back(ends, node)
+        return CtcSentence(tuple(words), tuple(spans), most - float(rest[node]))
+
+    def fit(self, log_posteriors: LogPosteriors, words: Sequence[str]) -> CtcSentence | None:
+        """How well one sentence fits; None if the frames are too few for it."""
+        return CtcSearch(graph_of(words), self._pronounce).best(log_posteriors)
+
+    def _forward(self, log_posteriors: LogPosteriors) -> tuple[_Ends, Scores]:
+        """Ends of words, and what the best path to each node has gained in the end."""
+        n, n_nodes = len(log_posteriors), self._graph.n_nodes
+        ends = _Ends(np.full((n, n_nodes), -1), np.full((n, n_nodes), -1), np.zeros((n, len(self._words)), np.int64))
+        rest = np.full(n_nodes, NEVER, np.float32)
+        rest[self._graph.start] = 0.0
+        since = np.full(n_nodes, -1)
+        phone = gap = np.full(len(self._phones), NEVER, np.float32)
+        phone_began = gap_began = np.zeros(len(phone), np.int64)
+        for frame, row in enumerate(log_posteriors):
+            entered, entered_began = self._entered(phone, gap, phone_began, gap_began)
+            entered[self._first], entered_began[self._first] = rest[self._source], frame
+            gap_began = np.where(phone > gap, phone_began, gap_began)
+            gap = np.maximum(phone, gap) + row[-1]
+            phone_began = np.where(entered > phone, entered_began, phone_began)
+            phone = np.maximum(entered, phone) + row[self._phones]
+            rest = rest + row[-1]
+            self._arrive(phone[self._last], rest, since, frame, ends)
+            ends.since[frame], ends.began[frame] = since, phone_began[self._last]
+        return ends, rest
+
+    def _entered(self, phone: Scores, gap: Scores, phone_began: Index, gap_began: Index) -> tuple[Scores, Index]:
+        """Scores of going on to each phone from the one before it or from the frames of none after that."""
+        straight = np.roll(phone, 1)
+        straight[self._repeated] = NEVER  # a phone said twice has a gap within
+        around = np.roll(gap, 1)
+        began = np.where(around > straight, np.roll(gap_began, 1), np.roll(phone_began, 1))
+        return np.maximum(straight, around), began
+
+    def _arrive(self, scores: Scores, rest: Scores, since: Index, frame: int, ends: _Ends) -> None:
+        """Words that end in a frame lead to nodes, where that is better than to have rested there."""
+        best = np.maximum.reduceat(scores, self._begins)
+        arriving = np.flatnonzero(best > rest[self._nodes])
+        nodes = self._nodes[arriving]
+        rest[nodes], since[nodes] = best[arriving], frame
+        for node, begin, end in zip(nodes, self._begins[arriving], self._ends[arriving], strict=True):
+            ends.way[frame, node] = begin + scores[begin:end].argmax()
+
+    def _back(self, ends: _Ends, node: int) -> tuple[list[str], list[tuple[int, int]]]:
+        words, spans, frame = [], [], int(ends.since[-1, node])
+        while frame >= 0:
+            way = int(ends.way[frame, node])
+            begin, node = int(ends.began[frame, way]), int(self._source[way])
+            words.append(self._words[way])
+            spans.append((begin, frame + 1))
+            frame = int(ends.since[begin - 1, node]) if begin > 0 else -1
+        return words[::-1], spans[::-1]

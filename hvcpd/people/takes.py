@@ -35,9 +35,9 @@ EDGE_S = 0.1
 EDGE_DB = 12.0
 """Ends that are so far below the word's loudest frame are noise; else the recording was cut at the word."""
 BEGIN_DB = 6.0
-"""The word begins and ends where it is so far above the noise..."""
+"""The word begins and ends where it is so far above the noise."""
 RANGE_DB = 35.0
-"""...and no further below its loudest frame."""
+"""The word begins and ends no further below its loudest frame."""
 LONGEST_GAP_S = 0.2
 """Within a word, as before a T; longer, and two words were said."""
 SHORTEST_S, LONGEST_S = 0.1, 1.6

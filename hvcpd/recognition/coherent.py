@@ -1,64 +1,67 @@
 """Hears sentences by their very waveform: who knows a voice knows each sample of what it will say.
 
 A second listener beside the network of templates. Where that compares spectra, of which noise leaves little, this one
-correlates (`matched`): a word begins at the sample that the one before says, within the drift of two sample clocks, so
-that a sentence is a path through the word network along which every next sound must be found at its place. It hears
-only the voices of synthesizers, in rooms by the direct sound, and then down to -15 dB."""
+correlates (`matched_filter`). A word begins at the sample that the one before says, within the drift of two sample
+clocks, so a sentence is a path through the word network along which every next sound must be found at its place. It
+hears only the voices of synthesizers, in rooms by the direct sound, and then down to -15 dB.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import replace
 
 import numpy as np
 
 from hvcpd.language.graph import WordGraph, ends_of
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
-from hvcpd.recognition.beginnings import Beginnings, First
 from hvcpd.recognition.channel.learned import ThroughChannel, around_peak
 from hvcpd.recognition.channel.response import Taps
-from hvcpd.recognition.matched import HOP, REFRESH_FRAMES, SLACK, Match, correlated, faded, power_of, scrutinized
+from hvcpd.recognition.matched_filter import (
+    HOP,
+    REFRESH_FRAMES,
+    WhitenedSound,
+)
+from hvcpd.recognition.onset_search import First, OnsetSchedule
 from hvcpd.recognition.paths import (
     BY_CHANCE,
-    LEAST_SHARE,
+    DRIFT,
     Coherent,
     Extension,
     HeardWord,
     Path,
     Voicebook,
+    compared,
     energy_of,
+    fitting,
     likelihood_of,
     passes,
     thirds_of,
 )
-from hvcpd.recognition.weighed import WeighedSound
 
 GREETING = "hi"
 """What robots begin with: it is listened for even while nobody seems to speak."""
-DRIFT = 24
-"""Samples (1.5 ms) that a word may begin off its place: clocks 400 ppm apart over a pause and a long word, an echo."""
 BEAM = 24
 """Paths that are followed."""
 LEAST_RANK = 12.0
 """Log likelihood ratio of a path, less what its words add by chance."""
 LEAST_SCORE = 100.0
 """Log likelihood ratio of a sentence against noise; people's talk reaches 52 in 19 minutes, right sentences at -15 dB
-130 and more..."""
+130 and more."""
 LEAST_ALONE = 150.0
-"""...and of a single word: another one may begin with the same hiss."""
+"""Log likelihood ratio of a single word against noise: another one may begin with the same hiss."""
 GOES_ON = 2080
-"""Samples of what may come next (0.13 s) that tell whether it comes..."""
+"""Samples of what may come next (0.13 s) that tell whether it comes."""
 GOES_ON_LATER = 4800
-"""...or 0.3 s, where so little of it would not stand out..."""
+"""Samples (0.3 s) that tell it where so little would not stand out."""
 STANDS_OUT = 5.0
-"""...which it does with this expected strength."""
+"""Expected strength with which something stands out."""
 SETTLED = 300.0
 """With that score, what is followed is a sentence, and no other one begins in it."""
 CHANCE = 3.2
-"""A beginning of this strength may be one, however weak it was expected..."""
+"""Strength from which a word may have begun, however weak it was expected."""
 SURELY = 4.5
-"""...and with this one it is: if no word comes of it, the sentence was lost on the way, as among a room's echoes."""
-UNWEIGHED = 2 * REFRESH_FRAMES * HOP
+"""Strength from which a word surely has begun: if none comes of it, the sentence was lost, as among a room's echoes."""
+UNWHITENED = 2 * REFRESH_FRAMES * HOP
 """Samples (0.5 s) in which a sentence may have begun before the spectrum of what is heard is known: at a recording's
 first sample, or after a silence of zeros, that takes half of it."""
 CALM = 10 * SAMPLE_RATE_HZ
@@ -76,12 +79,12 @@ class CoherentListener:
         self._arcs: dict[int, list[tuple[str, int]]] = {}
         for arc in graph.arcs:
             self._arcs.setdefault(arc.source, []).append((arc.word, arc.target))
-        self._beginnings = Beginnings(self._firsts)
-        self._sound = WeighedSound()
+        self._schedule = OnsetSchedule(self._firsts)
+        self._sound = WhitenedSound()
         self._unheard: list[Samples] = []
-        """What was pushed last while nothing stirred..."""
+        """What was pushed last while there were no signs of speech."""
         self._end = 0
-        """...up to this sample."""
+        """The number of the sample that comes next."""
         self._active = 0
         self._paths: list[Path] = []
 
@@ -91,9 +94,9 @@ class CoherentListener:
         return bool(self._books)
 
     @property
-    def stirred(self) -> bool:
+    def voiced(self) -> bool:
         """Whether a known voice's harmonics stand out, as far as can be told."""
-        return self._sound.weighing.stirred
+        return self._sound.whitening.voiced
 
     @property
     def follows(self) -> Path | None:
@@ -109,14 +112,14 @@ class CoherentListener:
             self._break_off(first)
         self._unheard.append(samples)
         self._end += len(samples)
-        if not (speech or self._paths or self._sound.weighing.stirred or self._end >= self._beginnings.due):
+        if not (speech or self._paths or self._sound.whitening.voiced or self._end >= self._schedule.due):
             return []  # in silence all is done at once when the search goes on: it costs less
         self._sound.push(np.concatenate(self._unheard))
         self._unheard = []
-        if not self._sound.weighing.ready:
-            self._beginnings.restart(self._end - UNWEIGHED)
+        if not self._sound.whitening.ready:
+            self._schedule.restart(self._end - UNWHITENED)
             return []
-        signs = speech or self._sound.weighing.stirred
+        signs = speech or self._sound.whitening.voiced
         if signs or self._paths:
             self._active = self._end
         self._begin(signs)
@@ -130,7 +133,7 @@ class CoherentListener:
             book.prepare(go_on)
             if go_on() and book not in self._books:
                 self._books = (*self._books, book)
-                self._beginnings.renew()
+                self._schedule.renew()
 
     def learn(self, voice: str, taps: Taps) -> None:
         """That voice comes through this response from now on, shape (n,)."""
@@ -138,7 +141,7 @@ class CoherentListener:
         self._all = tuple(_through(book, known) if book.voice == voice else book for book in self._all)
         self._books = tuple(_through(book, known) if book.voice == voice else book for book in self._books)
         self._paths = [path for path in self._paths if path.book.voice != voice]
-        self._beginnings.renew()
+        self._schedule.renew()
 
     def dismiss(self, end: int, voice: str | None = None) -> None:
         """What was said before sample `end`, by that voice or by any, is dealt with."""
@@ -156,7 +159,7 @@ class CoherentListener:
     def _break_off(self, at: int) -> None:
         self._paths = []
         self._sound.break_off(at)
-        self._beginnings.restart(at)
+        self._schedule.restart(at)
         self._unheard = []
         self._end = self._active = at
 
@@ -178,7 +181,7 @@ class CoherentListener:
         greeted = any(map(_is_greeting, self._paths))
         followed = self.follows
         settled = followed is not None and followed.score >= SETTLED
-        for first, at in self._beginnings.seek(self._sound, signs, greeted, settled):
+        for first, at in self._schedule.seek(self._sound, signs, greeted, settled):
             if not self._is_known(first, at):
                 extension = Extension(first.word, first.node, 0, first.said, at)
                 self._paths.append(Path(first.book, self._graph.start, at, waiting=[extension]))
@@ -211,38 +214,8 @@ class CoherentListener:
         """Whether it was heard to its end, wherever it began."""
         return word.end + DRIFT <= self._sound.end
 
-    def _compare(
-        self, due: Sequence[Extension], gain: float | None, until: int | None = None
-    ) -> Iterator[tuple[Extension, Match, int]]:
-        """How each word fits, by what was heard `until` a sample; and where, samples from its place."""
-        first = min(each.at for each in due) - DRIFT
-        last = max(each.end for each in due) + DRIFT
-        weighed = self._sound.between(first, last if until is None else min(last, until))
-        for each in due:
-            near = weighed[each.at - DRIFT - first : each.end + DRIFT - first]
-            sound = each.said.samples
-            if len(near) - 2 * DRIFT < each.said.length:
-                sound = faded(sound[: max(len(near) - 2 * DRIFT, 1)])
-            power = each.said.power if len(sound) == each.said.length else power_of(sound)
-            expected = max(float(np.dot(power, self._sound.weighing.weights)), 1e-20) ** 0.5
-            strength, offset = correlated(near, sound, expected)
-            fit = Match(strength, expected, True)
-            if gain is None or strength >= 0.5 * min(LEAST_SHARE * gain * expected, gain * expected - SLACK):
-                there = near[offset : offset + len(sound)]
-                fit = scrutinized(there, sound, power, self._sound.weighing, strength, expected)
-            yield each, fit, offset - DRIFT
-
-    def _fitting(
-        self, words: Sequence[Extension], gain: float, until: int | None = None
-    ) -> Iterator[tuple[Extension, Match, int]]:
-        """Those that may be what was heard, with what was to be expected at that gain."""
-        for each, fit, offset in self._compare(words, gain, until) if words else ():
-            at_gain = replace(fit, expected=gain * fit.expected)
-            if passes(at_gain.strength, at_gain.expected):
-                yield each, at_gain, offset
-
     def _extend(self, path: Path, due: Sequence[Extension]) -> None:
-        for each, fit, offset in self._compare(due, path.gain if path.words else None):
+        for each, fit, offset in compared(self._sound, due, path.gain if path.words else None):
             expected = path.gain * fit.expected if path.words else fit.strength
             path.note(each.word, likelihood_of(fit.strength, expected))
             if not passes(fit.strength, expected) or not (fit.whole or path.words):
@@ -287,8 +260,8 @@ class CoherentListener:
                 before = each.parent
                 if before is not None:
                     longer = [w for w in before.waiting if not self._is_due(w) and w.word != each.words[-1]]
-                    fitting = [rival.end + DRIFT for rival, _, _ in self._fitting(longer, before.gain, now)]
-                    path.contested_until = max([path.contested_until, *fitting])
+                    ends = [rival.end + DRIFT for rival, _, _ in fitting(self._sound, longer, before.gain, now)]
+                    path.contested_until = max([path.contested_until, *ends])
         return path.contested_until > now
 
     def _goes_on(self, path: Path) -> bool:
@@ -308,7 +281,7 @@ class CoherentListener:
     def _look(self, path: Path, until: int, last: bool) -> bool:
         """Whether any word that may come next has perhaps begun, by what was heard until then."""
         goes_on = False
-        for _, fit, _ in self._fitting(list(self._next(path)), path.gain, until):
+        for _, fit, _ in fitting(self._sound, list(self._next(path)), path.gain, until):
             goes_on |= not last or fit.expected >= STANDS_OUT or fit.strength >= CHANCE
             path.loses |= last and fit.strength >= SURELY
         return goes_on
@@ -326,7 +299,7 @@ class CoherentListener:
             if said.final
         ]
         found: list[HeardWord] = []
-        for each, fit, offset in self._fitting(places, path.gain):
+        for each, fit, offset in fitting(self._sound, places, path.gain):
             if fit.expected >= STANDS_OUT:
                 likelihood = likelihood_of(fit.strength, fit.expected)
                 start, end = each.at + offset, each.end + offset

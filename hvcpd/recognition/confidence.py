@@ -1,14 +1,15 @@
-"""How likely a sentence is right, by how it fared: logistic regression, fitted by `benchmarks/confidence.py`.
+"""How likely a sentence of the template decoder is right: logistic regression, fitted by `python -m benchmarks.fit`.
 
 What a word gains over the filler says little by itself: near the noise even the very word gains hardly anything. So it
-is measured by what the very word would gain in this noise (`Scorer.promise`).
+is measured by what the very word would gain in this noise (`Scorer.expected_gain`).
 """
 
 from __future__ import annotations
 
 import math
-from dataclasses import astuple, dataclass
+from dataclasses import astuple, dataclass, field
 
+from hvcpd.recognition.fitted import fitted
 from hvcpd.recognition.spotter import Sentence
 
 LEAST_MARGIN, MOST_MARGIN = 0.3, 12.0
@@ -22,21 +23,21 @@ FAST = 0.9
 
 
 @dataclass(frozen=True)
-class Fare:
-    """How a sentence, or one word of it, fared."""
+class ConfidenceFeatures:
+    """What tells how well a sentence, or one word of it, fits."""
 
     log_margin: float
     """Logarithm of the cost of the closest other word in the same place, of the word where that is least."""
     deficit: float
-    """The words' mean distance beyond the frames' best templates (`Sentence.deficits`)..."""
+    """The words' mean distance beyond the frames' best templates (`Sentence.deficits`)."""
     worst: float
-    """...and that of the worst word: a word that nobody knows hides in a long sentence that is right otherwise."""
+    """Deficit of the worst word: a word that nobody knows hides in a long sentence that is right otherwise."""
     log_gain: float
     """Logarithm of what the sentence fits better than the filler: long sentences do not come about by chance."""
     log_fit: float
-    """Logarithm of that in gains of the very sentence..."""
+    """Logarithm of the sentence's gain in gains of the very sentence."""
     word_fit: float
-    """...and of the word where it is least."""
+    """Gain of a word in gains of the very word, where that is least."""
     slowness: float
     """Of the slowest word, beyond SLOW: words made of a steady sound last."""
     haste: float
@@ -45,50 +46,52 @@ class Fare:
 
 @dataclass(frozen=True)
 class ConfidenceCurve:
-    """Weights of what `Fare` tells, in its order."""
+    """Bias and weights of the features."""
 
-    bias: float = -5.55
-    weights: Fare = Fare(0.32, -3.0, -4.97, 2.04, 0.87, 1.62, -4.26, -11.05)
+    bias: float = field(default_factory=lambda: float(fitted("sentence_confidence")["bias"]))
+    weights: ConfidenceFeatures = field(
+        default_factory=lambda: ConfidenceFeatures(**fitted("sentence_confidence")["weights"])
+    )
 
-    def chance(self, fare: Fare) -> float:
-        """The chance, 0 to 1, that what fared so is right."""
-        logit = self.bias + sum(w * x for w, x in zip(astuple(self.weights), astuple(fare), strict=True))
+    def probability(self, features: ConfidenceFeatures) -> float:
+        """The probability, 0 to 1, that what has these features is right."""
+        logit = self.bias + sum(w * x for w, x in zip(astuple(self.weights), astuple(features), strict=True))
         return logistic(logit)
 
 
 def logistic(logit: float) -> float:
-    """The chance whose odds have this natural logarithm."""
+    """The probability whose odds have this natural logarithm."""
     return 1.0 / (1.0 + math.exp(-max(logit, -700.0)))
 
 
-def sentence_fare(sentence: Sentence) -> Fare:
-    """How the whole sentence fared."""
+def sentence_features(sentence: Sentence) -> ConfidenceFeatures:
+    """Features of the whole sentence."""
     n, margins = len(sentence.steps), [step.margin for step in sentence.steps]
     fits = [_fit(sentence, k) for k in range(n)]
     mean = sum(sentence.deficits) / n
-    return _fare(sentence, min(margins), mean, max(sentence.deficits), min(fits), sentence.stretches)
+    return _features(sentence, min(margins), mean, max(sentence.deficits), min(fits), sentence.stretches)
 
 
-def word_fare(sentence: Sentence, k: int) -> Fare:
-    """How the `k`-th word fared in its sentence."""
+def word_features(sentence: Sentence, k: int) -> ConfidenceFeatures:
+    """Features of the `k`-th word of a sentence."""
     deficit, stretch = sentence.deficits[k], sentence.stretches[k]
-    return _fare(sentence, sentence.steps[k].margin, deficit, deficit, _fit(sentence, k), (stretch,))
+    return _features(sentence, sentence.steps[k].margin, deficit, deficit, _fit(sentence, k), (stretch,))
 
 
 def _fit(sentence: Sentence, k: int) -> float:
-    return -sentence.steps[k].cost / sentence.promises[k]
+    return -sentence.steps[k].cost / sentence.expected_gains[k]
 
 
-def _fare(
+def _features(
     sentence: Sentence, margin: float, mean: float, worst: float, word_fit: float, stretches: tuple[float, ...]
-) -> Fare:
+) -> ConfidenceFeatures:
     gain = max(-sentence.cost, 1.0)
-    return Fare(
+    return ConfidenceFeatures(
         math.log(min(max(margin, LEAST_MARGIN), MOST_MARGIN)),
         mean,
         worst,
         math.log(gain),
-        math.log(max(gain / sum(sentence.promises), LEAST_FIT)),
+        math.log(max(gain / sum(sentence.expected_gains), LEAST_FIT)),
         min(max(word_fit, LEAST_WORD_FIT), MOST_FIT),
         min(max(max(stretches), SLOW), SLOWEST) - SLOW,
         max(FAST - min(stretches), 0.0),

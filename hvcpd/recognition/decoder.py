@@ -20,9 +20,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hvcpd.recognition.lattice import PAUSE, Costs, Lattice, Step, Tokens, token_of_start
-from hvcpd.recognition.layout import Layout, common_states, lay_out
 from hvcpd.recognition.network import Network
-from hvcpd.recognition.pruning import REACH, Beam, survivors
+from hvcpd.recognition.pruning import REACH, Beam, Layout, common_states, lay_out, survivors
 
 UNREACHABLE = np.float32(1e9)
 """A cost that no path reaches: over any sum of distances, within float32's range."""
@@ -34,8 +33,8 @@ class StepCosts:
 
     stay: float = 0.3
     skip: float = 0.3
-    rung: float = 2.0
-    """For going on at the next rung of the ladder after a word: the speaker comes nearer, or stresses another word."""
+    hypothesis: float = 2.0
+    """For going on at the next gain hypothesis after a word: the speaker comes nearer, or stresses another word."""
 
 
 def dtw_column(previous: Costs, distances: Costs, steps: StepCosts, out: Costs) -> tuple[NDArray[np.bool_], ...]:
@@ -71,18 +70,18 @@ class Best:
 
 
 class Decoder:
-    """Token passing over `Network` for several rungs (template gains) side by side.
+    """Token passing over `Network` for several hypotheses (template gains) side by side.
 
     Call `prepare`, then `column` for each of at most HORIZON_FRAMES frames, and so on; `best` and `trace` read the
     result. Frames are numbered by the caller and follow each other by one until `reset`.
     """
 
-    def __init__(self, network: Network, n_rungs: int, steps: StepCosts, beam: Beam) -> None:
+    def __init__(self, network: Network, n_hypotheses: int, steps: StepCosts, beam: Beam) -> None:
         self._net = network
-        self._n_rungs = n_rungs
+        self._n_hypotheses = n_hypotheses
         self._steps = steps
         self._beam = beam
-        shape = (n_rungs, network.n_nodes)
+        shape = (n_hypotheses, network.n_nodes)
         self._rest: Costs = np.full(shape, UNREACHABLE, np.float32)
         self._rest_token: Tokens = np.zeros(shape, np.int32)
         self._may_rest = network.may_pause | network.is_final
@@ -101,7 +100,7 @@ class Decoder:
         self._rest.fill(UNREACHABLE)
         self._rest_best = float(UNREACHABLE)
         nothing = np.zeros(0, np.intp)
-        self._take_layout(lay_out(self._net, self._n_rungs, nothing, nothing, nothing))
+        self._take_layout(lay_out(self._net, self._n_hypotheses, nothing, nothing, nothing))
         self.prepare()
         self._begin_sentences()
 
@@ -119,23 +118,23 @@ class Decoder:
         """Choose what to follow for the next HORIZON_FRAMES frames."""
         old, cost, token = self.layout, self._cost, self._token
         net = self._net
-        low = np.full(self._n_rungs * net.n_chains, -1, np.intp)
-        high = np.zeros(self._n_rungs * net.n_chains, np.intp)
-        bound = np.full(self._n_rungs * net.n_chains, self._beam.above_filler, np.float32)
-        reached = np.zeros((self._n_rungs, net.n_nodes), np.bool_)
+        low = np.full(self._n_hypotheses * net.n_instances, -1, np.intp)
+        high = np.zeros(self._n_hypotheses * net.n_instances, np.intp)
+        bound = np.full(self._n_hypotheses * net.n_instances, self._beam.above_filler, np.float32)
+        reached = np.zeros((self._n_hypotheses, net.n_nodes), np.bool_)
         reached |= (self._rest < self._beam.above_filler) & self._may_leave
         if len(old.pair):
-            rung, chain = np.divmod(old.pair, net.n_chains)
-            target = rung * net.n_nodes + net.target_node[chain]
+            hypothesis, instance = np.divmod(old.pair, net.n_instances)
+            target = hypothesis * net.n_nodes + net.target_node[instance]
             began = self._lattice.start_of(token)
-            kept = survivors(old, net.length[chain], target, cost, began, self._lattice.oldest_frame(), self._beam)
+            kept = survivors(old, net.length[instance], target, cost, began, self._lattice.oldest_frame(), self._beam)
             low[kept.pair], high[kept.pair], bound[kept.pair] = kept.low, kept.high, kept.bound
             reached.reshape(-1)[kept.reached] = True
         entering = np.flatnonzero(self._open(reached)[:, net.source_node].reshape(-1))
         low[entering] = 0
-        high[entering] = np.maximum(high[entering], np.minimum(net.length[entering % net.n_chains], REACH))
+        high[entering] = np.maximum(high[entering], np.minimum(net.length[entering % net.n_instances], REACH))
         pairs = np.flatnonzero(low >= 0)
-        self._take_layout(lay_out(net, self._n_rungs, pairs, low[pairs], high[pairs]))
+        self._take_layout(lay_out(net, self._n_hypotheses, pairs, low[pairs], high[pairs]))
         were, are = common_states(old, self.layout)
         self._cost[are] = cost[were]
         self._token[are] = token[were]
@@ -143,7 +142,7 @@ class Decoder:
         return self.layout
 
     def _open(self, reached: NDArray[np.bool_]) -> NDArray[np.bool_]:
-        """The nodes that sentences may leave soon: starts, those reached, and those at the neighbouring rungs."""
+        """The nodes that sentences may leave soon: starts, those reached, and those at the neighbouring hypotheses."""
         opened = reached | self._is_start
         opened[1:] |= reached[:-1]
         opened[:-1] |= reached[1:]
@@ -187,7 +186,7 @@ class Decoder:
         if self._rest_best >= self._beam.above_filler:
             self._rest.fill(UNREACHABLE)
             self._rest_best = float(UNREACHABLE)
-        entering, token = self._change_rungs(leaving, token)
+        entering, token = self._change_hypotheses(leaving, token)
         self._cost[self.layout.entry] = entering.reshape(-1)[self.layout.source]
         self._token[self.layout.entry] = token.reshape(-1)[self.layout.source]
 
@@ -201,7 +200,7 @@ class Decoder:
             )
 
     def _record_words(self, passing: NDArray[np.intp], ends: Costs, leaving: Costs, token: Tokens) -> None:
-        """Of the words that end at the same rung and node, the cheapest goes on."""
+        """Of the words that end at the same hypothesis and node, the cheapest goes on."""
         layout = self.layout
         place = layout.target[passing]
         order = np.lexsort((ends, place))
@@ -209,9 +208,9 @@ class Decoder:
         first = np.ones(len(order), np.bool_)
         first[1:] = sorted_place[1:] != sorted_place[:-1]
         winner = order[first]
-        at, cost, chain = place[winner], ends[winner], layout.end_chain[passing[winner]]
-        rival = self._rivals(layout.end_chain[passing], ends, chain)
-        record = self._lattice.add(self._frame, chain, self._token[layout.last[passing[winner]]], cost, rival)
+        at, cost, instance = place[winner], ends[winner], layout.end_instance[passing[winner]]
+        rival = self._rivals(layout.end_instance[passing], ends, instance)
+        record = self._lattice.add(self._frame, instance, self._token[layout.last[passing[winner]]], cost, rival)
         sooner = cost < leaving.reshape(-1)[at]
         leaving.reshape(-1)[at[sooner]] = cost[sooner]
         token.reshape(-1)[at[sooner]] = record[sooner]
@@ -219,17 +218,17 @@ class Decoder:
         self._rest.reshape(-1)[at[rests]] = cost[rests]
         self._rest_token.reshape(-1)[at[rests]] = record[rests]
 
-    def _rivals(self, chains: NDArray[np.intp], ends: Costs, winners: NDArray[np.intp]) -> Costs:
-        """For each winner, the lowest cost of another word that ends at the same node now, at any rung."""
+    def _rivals(self, instances: NDArray[np.intp], ends: Costs, winners: NDArray[np.intp]) -> Costs:
+        """For each winner, the lowest cost of another word that ends at the same node now, at any hypothesis."""
         node, word = self._net.target_node, self._net.word_number
-        other = (node[chains] == node[winners][:, None]) & (word[chains] != word[winners][:, None])
+        other = (node[instances] == node[winners][:, None]) & (word[instances] != word[winners][:, None])
         rivals: Costs = np.where(other, ends, UNREACHABLE).min(axis=1)
         return rivals
 
-    def _change_rungs(self, leaving: Costs, token: Tokens) -> tuple[Costs, Tokens]:
-        """What it costs to go on at each rung, and the token to go on with."""
+    def _change_hypotheses(self, leaving: Costs, token: Tokens) -> tuple[Costs, Tokens]:
+        """What it costs to go on at each hypothesis, and the token to go on with."""
         entering, chosen = leaving.copy(), token.copy()
-        dearer = leaving + np.float32(self._steps.rung)
+        dearer = leaving + np.float32(self._steps.hypothesis)
         for to, other in ((slice(1, None), slice(None, -1)), (slice(None, -1), slice(1, None))):
             cheaper = dearer[other] < entering[to]
             np.copyto(entering[to], dearer[other], where=cheaper)
@@ -237,16 +236,16 @@ class Decoder:
         return entering, chosen
 
     def climb(self) -> None:
-        """Move the ladder up by one rung: every rung takes over the paths of the next, the highest keeps its own."""
+        """Raise all gains by a step: every hypothesis takes over the paths of the next, the highest keeps its own."""
         self._rest[:-1] = self._rest[1:].copy()
         self._rest_token[:-1] = self._rest_token[1:].copy()
         old, cost, token = self.layout, self._cost, self._token
-        lower = np.searchsorted(old.pair, self._net.n_chains)
-        top = np.searchsorted(old.pair, (self._n_rungs - 1) * self._net.n_chains)
-        pair = np.concatenate([old.pair[lower:] - self._net.n_chains, old.pair[top:]])
+        lower = np.searchsorted(old.pair, self._net.n_instances)
+        top = np.searchsorted(old.pair, (self._n_hypotheses - 1) * self._net.n_instances)
+        pair = np.concatenate([old.pair[lower:] - self._net.n_instances, old.pair[top:]])
         low, high = (np.concatenate([a[lower:], a[top:]]) for a in (old.low, old.high))
-        self._take_layout(lay_out(self._net, self._n_rungs, pair, low, high))
-        moved, highest = old.rung_begins[1], old.rung_begins[-2]
+        self._take_layout(lay_out(self._net, self._n_hypotheses, pair, low, high))
+        moved, highest = old.hypothesis_begins[1], old.hypothesis_begins[-2]
         self._cost[:] = np.concatenate([cost[moved:], cost[highest:]])
         self._token[:] = np.concatenate([token[moved:], token[highest:]])
 
@@ -256,13 +255,13 @@ class Decoder:
         if self._rest_best >= UNREACHABLE:
             return Best(cost)
         rests = self._rest[:, self._final_nodes]
-        rung, column = divmod(int(rests.argmin()), len(self._final_nodes))
-        rest_cost = float(rests[rung, column])
+        hypothesis, column = divmod(int(rests.argmin()), len(self._final_nodes))
+        rest_cost = float(rests[hypothesis, column])
         if rest_cost > cost + margin:
             return Best(min(cost, self._rest_best))
         node = int(self._final_nodes[column])
-        token = int(self._rest_token[rung, node])
-        since = int(self._lattice.frame_of(self._rest_token[rung, node : node + 1])[0])
+        token = int(self._rest_token[hypothesis, node])
+        since = int(self._lattice.frame_of(self._rest_token[hypothesis, node : node + 1])[0])
         return Best(rest_cost, node, token, self._frame - 1 - since, rest_cost - cost)
 
     def forget_rests(self, longest_frames: int) -> None:

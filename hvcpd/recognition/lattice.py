@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 CAPACITY = 1 << 17
 """Records: about ten a frame while somebody speaks, so two minutes; 3 MB, if ever a path lives that long."""
 PAUSE = -1
-"""Stands for the chain in the record of a pause's end."""
+"""Stands for the instance in the record of a pause's end."""
 
 Tokens = NDArray[np.int32]
 Costs = NDArray[np.float32]
@@ -22,12 +22,12 @@ Costs = NDArray[np.float32]
 
 @dataclass(frozen=True)
 class Step:
-    """A word on the traced path: its chain, the frames it begins at and ends before, and what it cost.
+    """A word on the traced path: its instance, the frames it begins at and ends before, and what it cost.
 
     `margin` is by how much another word at the same place would have cost more.
     """
 
-    chain: int
+    instance: int
     start_frame: int
     end_frame: int
     cost: float
@@ -43,7 +43,7 @@ class Lattice:
     """Records of word ends and pauses."""
 
     def __init__(self) -> None:
-        self._chain = np.zeros(CAPACITY, np.int32)
+        self._instance = np.zeros(CAPACITY, np.int32)
         self._token = np.zeros(CAPACITY, np.int32)
         self._cost = np.zeros(CAPACITY, np.float32)
         self._rival = np.zeros(CAPACITY, np.float32)
@@ -55,11 +55,11 @@ class Lattice:
         """Forget all records: no path is left that points to one."""
         self._count = 0
 
-    def add(self, frame: int, chain: NDArray[np.intp] | int, token: Tokens, cost: Costs, rival: Costs) -> Tokens:
+    def add(self, frame: int, instance: NDArray[np.intp] | int, token: Tokens, cost: Costs, rival: Costs) -> Tokens:
         """Store records of paths that end a word (or a pause) with `frame`; their tokens."""
         numbers = (np.arange(self._count, self._count + len(token)) % CAPACITY).astype(np.int32)
         self._count += len(token)
-        self._chain[numbers] = chain
+        self._instance[numbers] = instance
         self._token[numbers] = token
         self._cost[numbers] = cost
         self._rival[numbers] = rival
@@ -88,12 +88,12 @@ class Lattice:
         steps: list[Step] = []
         while token >= 0:
             before = int(self._token[token])
-            if self._chain[token] != PAUSE:
+            if self._instance[token] != PAUSE:
                 start_frame = int(self.frame_of(np.array([before], np.int32))[0]) + 1
                 cost = float(self._cost[token])
                 before_cost = float(self._cost[before]) if before >= 0 else 0.0
                 margin = float(self._rival[token]) - cost
                 end_frame = int(self._frame[token]) + 1
-                steps.append(Step(int(self._chain[token]), start_frame, end_frame, cost - before_cost, margin))
+                steps.append(Step(int(self._instance[token]), start_frame, end_frame, cost - before_cost, margin))
             token = before
         return steps[::-1]

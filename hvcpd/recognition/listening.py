@@ -6,7 +6,7 @@ has few words, so that it costs less than the first.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable
 from dataclasses import replace
 from itertools import chain
 
@@ -15,7 +15,6 @@ from hvcpd.recognition.channel.response import Taps
 from hvcpd.recognition.events import Event, Garbled, Recognised, Source
 from hvcpd.recognition.recogniser import Recogniser
 from hvcpd.recognition.urgent import UrgentSpotter
-from hvcpd.recognition.watch import Found
 
 MIN_SPELLED_CONFIDENCE = 0.95
 """A wrong letter makes a name that nobody has. Spelled names have 0.98 and more down to 0 dB; of 80 other sentences one
@@ -64,11 +63,16 @@ class Listening:
 
     def push(self, samples: Samples, masked: bool = False) -> list[Event]:
         """As `Recogniser.push`."""
-        return self._told(self._sentences.watch.push(samples, masked, self._all))
+        out: list[Event] = []
+        for sentences, *spelled in self._sentences.watch.push(samples, masked, self._all):
+            out += self._once(sentences, list(chain(*spelled)))
+        return out
 
     def lost(self, n_samples: int) -> list[Event]:
         """As `Recogniser.lost`."""
-        told = self._told(self._sentences.watch.lose(n_samples, self._all))
+        told: list[Event] = []
+        for sentences, *spelled in self._sentences.watch.lose(n_samples, self._all):
+            told += self._once(sentences, list(chain(*spelled)))
         for recogniser in self._all:
             recogniser.begin_late()
         return told
@@ -86,9 +90,6 @@ class Listening:
         self._sentences.succeed(predecessor._sentences)
         self._spelled, self._later = predecessor._spelled, predecessor._later
         self._understood = predecessor._understood
-
-    def _told(self, found: Iterable[Found]) -> list[Event]:
-        return [event for sentences, *spelled in found for event in self._once(sentences, list(chain(*spelled)))]
 
     def _once(self, sentences: list[Event], spelled: list[Event]) -> list[Event]:
         if not sentences and not spelled:

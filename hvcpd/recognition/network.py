@@ -1,7 +1,7 @@
-"""The word network and its templates compiled into chains of states for the decoder.
+"""The word network and its templates compiled into word instances for the decoder.
 
 Each voice has its own copy of the word graph, because one speaker utters the whole sentence. Each arc of a copy
-holds, for every template of its word, a chain of states, one a frame.
+holds, for every template of its word, a word instance, a row of states, one a frame.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ Index = NDArray[np.intp]
 class Network:
     """Arrays that describe the compiled network; none changes after construction.
 
-    Chains (n_chains, sorted by target node): `first_row` and `length`, their frames in the template bank
+    Instances (n_instances, sorted by target node): `first_row` and `length`, their frames in the template bank
     (`longest` is the longest one's); `word_shortest` and `word_longest`, frames of all takes of its word in its voice;
     `source_node`, `target_node`; `word` and `word_number` (equal words have equal numbers).
     Nodes (n_nodes): `may_pause`, `is_final`, `goes_on` (words may follow); `start_nodes` lists one node per voice.
@@ -33,7 +33,7 @@ class Network:
         by_word: dict[tuple[str, str], list[int]] = {}
         for number, t in enumerate(templates):
             by_word.setdefault((t.voice, t.word), []).append(number)
-        chains: list[tuple[int, int, str, int]] = []
+        instances: list[tuple[int, int, str, int]] = []
         for v, voice in enumerate(self.voices):
             base = v * graph.n_nodes
             missing = [word for word in graph.words if (voice, word) not in by_word]
@@ -41,11 +41,11 @@ class Network:
                 raise ValueError(f"voice {voice!r} has no template of: {', '.join(missing)}")
             for arc in graph.arcs:
                 for number in by_word.get((voice, arc.word), ()):
-                    chains.append((base + arc.target, base + arc.source, arc.word, number))
-        chains.sort()
+                    instances.append((base + arc.target, base + arc.source, arc.word, number))
+        instances.sort()
         self._lay_out_nodes(graph)
-        self._lay_out_chains(chains, templates)
-        takes = [by_word[templates[c[3]].voice, c[2]] for c in chains]
+        self._lay_out_instances(instances, templates)
+        takes = [by_word[templates[c[3]].voice, c[2]] for c in instances]
         lengths = [[templates[number].length for number in numbers] for numbers in takes]
         self.word_shortest: Index = np.array([min(each) for each in lengths], np.intp)
         self.word_longest: Index = np.array([max(each) for each in lengths], np.intp)
@@ -61,18 +61,18 @@ class Network:
             self.is_final[[base + node for node in graph.finals]] = True
             self.may_pause[[base + node for node in graph.pauses if node != graph.start]] = True
 
-    def _lay_out_chains(self, chains: list[tuple[int, int, str, int]], templates: Sequence[Template]) -> None:
-        self.n_chains = len(chains)
+    def _lay_out_instances(self, instances: list[tuple[int, int, str, int]], templates: Sequence[Template]) -> None:
+        self.n_instances = len(instances)
         self.goes_on = np.zeros(self.n_nodes, np.bool_)
-        self.goes_on[[c[1] for c in chains]] = True
-        self.target_node: Index = np.array([c[0] for c in chains], np.intp)
-        self.source_node: Index = np.array([c[1] for c in chains], np.intp)
-        self.word = tuple(c[2] for c in chains)
+        self.goes_on[[c[1] for c in instances]] = True
+        self.target_node: Index = np.array([c[0] for c in instances], np.intp)
+        self.source_node: Index = np.array([c[1] for c in instances], np.intp)
+        self.word = tuple(c[2] for c in instances)
         numbers = {word: number for number, word in enumerate(dict.fromkeys(self.word))}
         self.word_number: Index = np.array([numbers[word] for word in self.word], np.intp)
-        self.length: Index = np.array([templates[c[3]].length for c in chains], np.intp)
+        self.length: Index = np.array([templates[c[3]].length for c in instances], np.intp)
         self.longest = int(self.length.max())
-        self.first_row: Index = np.array([templates[c[3]].first for c in chains], np.intp)
+        self.first_row: Index = np.array([templates[c[3]].first for c in instances], np.intp)
 
     def voice_of_node(self, node: int) -> str:
         """The voice whose copy of the graph holds `node`."""

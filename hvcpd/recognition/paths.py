@@ -3,14 +3,25 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Protocol
 
 import numpy as np
 
 from hvcpd.ports import Samples
-from hvcpd.recognition.matched import SLACK, Spectrum
+from hvcpd.recognition.matched_filter import (
+    SLACK,
+    Match,
+    Spectrum,
+    WhitenedSound,
+    correlated,
+    faded,
+    power_of,
+    scrutinized,
+)
 
+DRIFT = 24
+"""Samples (1.5 ms) that a word may begin off its place: clocks 400 ppm apart over a pause and a long word, an echo."""
 LEAST_SHARE = 0.5
 """Of the strength that a word would have at the sentence's loudness, the least; and one over it, the most."""
 BY_CHANCE = 4.0
@@ -20,9 +31,9 @@ SAME_WORD = 0.9
 BEHIND_SHARE, BEHIND = 1.5, 80.0
 """With so many times its score and so much more, another path is the right one, or neither is."""
 LEAST_MARGIN = 5.0
-"""Log likelihood ratio of every word against another in its place..."""
+"""Least log likelihood ratio of a word against any other in its place."""
 AMPLE_MARGIN = 20.0
-"""...and what makes it as sure as can be."""
+"""Log likelihood ratio of a word against any other from which it is as sure as can be."""
 
 
 class Said(Protocol):
@@ -288,3 +299,36 @@ def passes(strength: float, expected: float) -> bool:
 def thirds_of(n_words: int) -> tuple[int, ...]:
     """In which third of a sentence each of its words is."""
     return tuple(3 * k // n_words for k in range(n_words))
+
+
+def compared(
+    sound: WhitenedSound, words: Sequence[Extension], gain: float | None, until: int | None = None
+) -> Iterator[tuple[Extension, Match, int]]:
+    """How each word fits what was heard `until` a sample, at that gain of the sentence, if it is known; and how many
+    samples from its place."""
+    first = min(each.at for each in words) - DRIFT
+    last = max(each.end for each in words) + DRIFT
+    whitened = sound.between(first, last if until is None else min(last, until))
+    for each in words:
+        near = whitened[each.at - DRIFT - first : each.end + DRIFT - first]
+        known = each.said.samples
+        if len(near) - 2 * DRIFT < each.said.length:
+            known = faded(known[: max(len(near) - 2 * DRIFT, 1)])
+        power = each.said.power if len(known) == each.said.length else power_of(known)
+        expected = max(float(np.dot(power, sound.whitening.weights)), 1e-20) ** 0.5
+        strength, offset = correlated(near, known, expected)
+        fit = Match(strength, expected, True)
+        if gain is None or strength >= 0.5 * min(LEAST_SHARE * gain * expected, gain * expected - SLACK):
+            there = near[offset : offset + len(known)]
+            fit = scrutinized(there, known, power, sound.whitening, strength, expected)
+        yield each, fit, offset - DRIFT
+
+
+def fitting(
+    sound: WhitenedSound, words: Sequence[Extension], gain: float, until: int | None = None
+) -> Iterator[tuple[Extension, Match, int]]:
+    """Those words that may be what was heard, with what was to be expected at that gain."""
+    for each, fit, offset in compared(sound, words, gain, until) if words else ():
+        at_gain = replace(fit, expected=gain * fit.expected)
+        if passes(at_gain.strength, at_gain.expected):
+            yield each, at_gain, offset

@@ -2,8 +2,13 @@
 
 Beam search (B. Lowerre, "The HARPY speech recognition system", 1976): a path that costs much more than another is
 hardly ever the right one. Only paths of sentences that began at the same time or later count as rivals: a long sentence
-costs less and less, and would drown the beginning of the next one. Beside the beam the number of chains is limited
+costs less and less, and would drown the beginning of the next one. Beside the beam the number of instances is limited
 (V. Steinbiss et al., "Improvements in beam search", ICSLP 1994): in loud noise nothing costs much more than anything.
+
+What is followed are stretches of word instances, their states one after the other in one vector. A path may be at any
+gain hypothesis, so what is followed are pairs of hypothesis and instance. Two more states stand before each stretch, so
+that the decoder's steps need no special case at its beginning: of an instance that is followed from its first frame,
+the second of them is where sentences enter.
 """
 
 from __future__ import annotations
@@ -14,8 +19,80 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hvcpd.recognition.lattice import Costs, Tokens
-from hvcpd.recognition.layout import AHEAD, Layout
-from hvcpd.recognition.network import Index
+from hvcpd.recognition.network import Index, Network
+
+AHEAD = 2
+"""States before each stretch: the longest step of a path."""
+
+
+@dataclass(frozen=True, eq=False)
+class Layout:
+    """Stretches ascending by `pair` = hypothesis * n_instances + instance, and their states.
+
+    For each pair (n_pairs): `low` and `high`, its template's frames low up to high; `begin`, its first state.
+    For each state (n_states): `key`, ascending and the same in all layouts; `row`, its frame in the template bank.
+    States of hypothesis r are `hypothesis_begins[r]` up to `hypothesis_begins[r + 1]`.
+    Open pairs, followed from their first frame: `entry`, the state where sentences enter, `source`, hypothesis *
+    n_nodes + node. Ending pairs, followed to their last frame: `ends`, which pairs, `last`, that state, `end_instance`
+    and `target`, hypothesis * n_nodes + node.
+    """
+
+    pair: Index
+    low: Index
+    high: Index
+    begin: Index
+    key: Index
+    row: Index
+    hypothesis_begins: tuple[int, ...]
+    entry: Index
+    source: Index
+    ends: Index
+    last: Index
+    end_instance: Index
+    target: Index
+
+    @property
+    def n_states(self) -> int:
+        """All states, those ahead of the stretches among them."""
+        return len(self.row)
+
+
+def lay_out(network: Network, n_hypotheses: int, pair: Index, low: Index, high: Index) -> Layout:
+    """The layout of these stretches."""
+    hypothesis, instance = np.divmod(pair, network.n_instances)
+    length = network.length[instance]
+    size = high - low + AHEAD
+    ends = np.cumsum(size)
+    begin = ends - size
+    frame = np.arange(int(size.sum())) - np.repeat(begin - low + AHEAD, size)
+    first_row = np.repeat(network.first_row[instance], size)
+    is_open, is_ending = low == 0, high == length
+    bounds = np.concatenate([[0], ends])[np.searchsorted(hypothesis, np.arange(n_hypotheses + 1))]
+    node = hypothesis * network.n_nodes
+    return Layout(
+        pair,
+        low,
+        high,
+        begin,
+        np.repeat(pair * (network.longest + AHEAD), size) + frame + AHEAD,
+        first_row + np.maximum(frame, 0),
+        tuple(int(bound) for bound in bounds),
+        begin[is_open] + AHEAD - 1,
+        (node + network.source_node[instance])[is_open],
+        np.flatnonzero(is_ending),
+        ends[is_ending] - 1,
+        instance[is_ending],
+        (node + network.target_node[instance])[is_ending],
+    )
+
+
+def common_states(old: Layout, new: Layout) -> tuple[Index, NDArray[np.bool_]]:
+    """Which states of `old` go to the masked ones of `new`."""
+    at = np.searchsorted(old.key, new.key)
+    at[at == len(old.key)] = 0
+    found = old.key[at] == new.key if len(old.key) else np.zeros(len(new.key), np.bool_)
+    return at[found], found
+
 
 HORIZON_FRAMES = 8
 """80 ms: so many frames are decoded between two prunings; fewer cost more, more delay the end of a sentence."""
@@ -34,7 +111,7 @@ class Beam:
     same_time_frames: int = 12
     """Sentences that began less than this apart began at the same time."""
     max_pairs: int = 100
-    """At most so many chains at one rung each are followed."""
+    """At most so many instances at one hypothesis each are followed."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -17,7 +17,8 @@ from hvcpd.ports import Samples
 from hvcpd.recognition.agreement import Agreement
 from hvcpd.recognition.channel.response import Taps
 from hvcpd.recognition.coherent import GREETING, CoherentListener
-from hvcpd.recognition.confidence import sentence_fare, word_fare
+from hvcpd.recognition.confidence import sentence_features, word_features
+from hvcpd.recognition.deferred import PATIENCE_FRAMES, QUIET_FRAMES
 from hvcpd.recognition.events import Event, Garbled, Recognised, Source, WordSpan
 from hvcpd.recognition.frontend import HOP_SAMPLES
 from hvcpd.recognition.halting import Halting
@@ -28,8 +29,7 @@ from hvcpd.recognition.network import Network
 from hvcpd.recognition.paths import Coherent
 from hvcpd.recognition.segments import Segment, SegmentTracker
 from hvcpd.recognition.settings import RecogniserSettings
-from hvcpd.recognition.spared import PATIENCE_FRAMES, QUIET_FRAMES
-from hvcpd.recognition.spotter import LEAD_FRAMES, Sentence, Spotter
+from hvcpd.recognition.spotter import Sentence, Spotter
 from hvcpd.recognition.stopping import Stopping
 from hvcpd.recognition.stream import CHUNK_FRAMES, Chunk
 from hvcpd.recognition.templates import Take, TemplateBank
@@ -73,18 +73,15 @@ class Recogniser:
         self.watch = watch or Watch(self._settings.activity)
         self._segments = SegmentTracker(self._settings.segments)
         self._alert_age = 0
-        self._alert_count = 0
         self._calm_frames = 0
         self._heard_until = 0
-        """Until this frame..."""
+        """Everything until this frame was heard."""
         self._dealt_with = 0
-        """...everything was heard, and until this one, told."""
+        """Everything until this frame was reported."""
         self._lost_until = -UNHEARD_LEAD_FRAMES
-        """Until this frame, sound was lost..."""
+        """Sound was lost until this frame."""
         self._unheard_until = -UNHEARD_LEAD_FRAMES
-        """...or came too early for the network, which slept."""
-        self._doubtful: Segment | None = None
-        """What was probably a sentence, or the beginning of the one that is under way; not told yet."""
+        """Sound until this frame came too early for the decoder, which slept."""
 
     @property
     def busy(self) -> bool:
@@ -94,8 +91,8 @@ class Recogniser:
     @property
     def signs(self) -> bool:
         """Whether anything that was heard last may be speech, however faint."""
-        stirred = self._agreement is not None and self._agreement.coherent.stirred
-        return self.busy or self.watch.activity.alert or stirred
+        voiced = self._agreement is not None and self._agreement.coherent.voiced
+        return self.busy or self.watch.activity.alert or voiced
 
     @property
     def under_way(self) -> bool:
@@ -155,10 +152,9 @@ class Recogniser:
 
     def break_off(self, frame: int) -> list[Event]:
         """Forget all paths; who spoke before `frame` is garbled."""
-        segment = self._segments.close(frame) or self._doubtful
-        self._doubtful = None
+        segment = self._segments.close(frame)
         self._spotter.sleep()
-        self._alert_age = self._alert_count = 0
+        self._alert_age = 0
         garbled: list[Event] = [_garbled(segment)] if segment else []
         held = self._agreement.interrupt() if self._agreement is not None and not garbled else []
         return garbled + held + self._halting.interrupt()
@@ -169,14 +165,14 @@ class Recogniser:
         end_frame = self._heard_until = chunk.first_frame + len(energies)
         recent = self.watch.recent[-(end_frame - self._dealt_with) :]
         if self._spotter.awake:
-            self._spotter.spared.add(energies, recent)
+            self._spotter.deferred.add(energies, recent)
         elif self._should_wake(len(energies)):
             if len(recent) == RECENT_FRAMES:  # else what came before is dealt with
                 unheard = end_frame - RECENT_FRAMES + LATE_WAKE_FRAMES - UNHEARD_LEAD_FRAMES
                 self._unheard_until = max(self._unheard_until, unheard)
             self._spotter.wake(recent, end_frame - len(recent), noise)
         self._segments.push(chunk.first_frame, energies, self.watch.activity.busy)
-        events = [] if self._spares() else self._concluded(end_frame, noise)
+        events = [] if self._defers() else self._concluded(end_frame, noise)
         speech = self._spotter.awake or self.watch.activity.alert
         if self._agreement is not None:
             events = self._settled(self._agreement, chunk, events, speech)
@@ -184,18 +180,18 @@ class Recogniser:
         self._doze(len(energies))
         return events
 
-    def _spares(self) -> bool:
+    def _defers(self) -> bool:
         """Whether the network need not hear yet what was said, since the coherent listener may understand it."""
         if self._agreement is None or not self._spotter.awake or self._halting.pending:
             return False
         if self._coherent_follows:
             return True
         speaks = self.watch.activity.quiet_frames < QUIET_FRAMES and self._agreement.coherent.listens
-        return speaks and not self._spotter.heeds and self._spotter.spared.n_frames < PATIENCE_FRAMES
+        return speaks and not self._spotter.heeds and self._spotter.deferred.n_frames < PATIENCE_FRAMES
 
     def _concluded(self, end_frame: int, noise: NDArray[np.float32]) -> list[Event]:
         """What there is to tell once the network has heard all."""
-        if not self._spotter.spared:
+        if not self._spotter.deferred:
             return self._conclude(end_frame)
         lefts = self._spotter.catch_up(noise, RECENT_FRAMES)
         return [event for left in lefts for event in self._conclude(end_frame - left)]
@@ -240,16 +236,14 @@ class Recogniser:
         )
 
     def _should_wake(self, n_frames: int) -> bool:
-        """Count the signs of speech from the first one on."""
+        """Whether the first sign of speech was long enough ago."""
         if self._alert_age == 0 and not self.watch.activity.alert:
             return False
         self._alert_age += n_frames
-        self._alert_count += n_frames * self.watch.activity.alert
         if self._alert_age < self._settings.wake_frames:
             return False
-        enough = self._alert_count >= self._settings.wake_share * self._alert_age
-        self._alert_age = self._alert_count = 0
-        return enough
+        self._alert_age = 0
+        return True
 
     def _doze(self, n_frames: int) -> None:
         self._calm_frames = 0 if self.watch.activity.alert else self._calm_frames + n_frames
@@ -265,18 +259,11 @@ class Recogniser:
                 self._segments.close(end_frame)
                 self._listen_on(sentence.steps[-1].end_frame)
                 return [recognised]
-            if self._is_doubtful(sentence):
-                self._doubtful = Segment(sentence.steps[0].start_frame, sentence.steps[-1].end_frame)
             if not sentence.unfinished:
                 self._spotter.forget()
         return self._conclude_garbled(end_frame)
 
     def _conclude_garbled(self, end_frame: int) -> list[Event]:
-        doubtful = self._doubtful
-        if doubtful is not None and not self._spotter.under_way:
-            self._doubtful = None
-            if not self._segments.certify():
-                return [_garbled(doubtful)]
         segment = self._segments.ended(end_frame, self._spotter.under_way)
         if segment is None:
             return []
@@ -287,34 +274,26 @@ class Recogniser:
     def _listen_on(self, frame: int) -> None:
         """What was said until `frame` is dealt with; whoever speaks next may be much fainter."""
         self._spotter.sleep()
-        self._doubtful = None
-        self._alert_age = self._alert_count = 0
+        self._alert_age = 0
         self._dealt_with = frame
         self.watch.activity.account_for(self._heard_until - frame)
-
-    def _is_doubtful(self, sentence: Sentence) -> bool:
-        """Whether a sentence that is not understood was probably one, so that it is garbled however faint it was."""
-        s = self._settings
-        return sentence.cost < -s.min_gain and s.confidence.chance(sentence_fare(sentence)) > s.doubtful_confidence
 
     def _judge(self, sentence: Sentence) -> Recognised | None:
         s = self._settings
         if sentence.steps[0].start_frame < max(self._lost_until, self._unheard_until) + UNHEARD_LEAD_FRAMES:
             return None
-        confidence = s.confidence.chance(sentence_fare(sentence))
+        confidence = s.confidence.probability(sentence_features(sentence))
         if sentence.unfinished or confidence < s.min_confidence or sentence.cost > -s.min_gain:
             return None
-        if min(step.margin for step in sentence.steps) < s.min_margin:
-            return None
         start, end = sentence.steps[0].start_frame, sentence.steps[-1].end_frame
-        if sentence.pause > s.max_pause or not self._follows_silence(start, end):
+        if sentence.pause > s.max_pause or self._spotter.lead_in(start) > s.max_lead_in:
             return None
         spans = tuple(
             WordSpan(
                 self._spotter.word_of(step),
                 step.start_frame * HOP_SAMPLES,
                 step.end_frame * HOP_SAMPLES,
-                s.confidence.chance(word_fare(sentence, k)),
+                s.confidence.probability(word_features(sentence, k)),
                 deficit,
             )
             for k, (step, deficit) in enumerate(zip(sentence.steps, sentence.deficits, strict=True))
@@ -328,15 +307,6 @@ class Recogniser:
             self._snr_db(start, end),
             spans,
         )
-
-    def _follows_silence(self, start: int, end: int) -> bool:
-        """Whether nobody spoke right before what was said from frame `start` to `end`, or only others, farther away:
-        so faint that it was not its beginning."""
-        if self._spotter.lead_in(start) <= self._settings.max_lead_in:
-            return True
-        before, _ = self.watch.powers(max(start - LEAD_FRAMES, 0), start - 3)
-        within, _ = self.watch.powers(start, end)
-        return before < self._settings.murmur * within
 
     def _snr_db(self, start_frame: int, end_frame: int) -> float:
         speech, noise = self.watch.powers(start_frame, end_frame)

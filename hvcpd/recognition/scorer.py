@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hvcpd.recognition.frontend import N_BANDS, N_FEATURES, Energies, Features
-from hvcpd.recognition.layout import Layout
+from hvcpd.recognition.pruning import Layout
 from hvcpd.recognition.templates import Noise, TemplateBank, noise_features
 
 LEVEL_FRAMES = 7
@@ -44,9 +44,9 @@ class Scores:
 class Scorer:
     """Composes the templates in use with noise and gains, and measures distances to them."""
 
-    def __init__(self, bank: TemplateBank, ladder_db: tuple[float, ...]) -> None:
+    def __init__(self, bank: TemplateBank, gains_db: tuple[float, ...]) -> None:
         self._bank = bank
-        self._ladder = 10.0 ** (np.array(ladder_db) / 10.0)
+        self._gain_factors = 10.0 ** (np.array(gains_db) / 10.0)
         self._codebook = distinct(np.linspace(0, bank.n_frames - 1, CODEBOOK_FRAMES).astype(np.intp))
         self._codebook_features = np.zeros((0, N_FEATURES), np.float32)
         self._codebook_norms = np.zeros(0, np.float32)
@@ -61,10 +61,13 @@ class Scorer:
     def rest(self) -> None:
         """Give back the memory of composed templates, most of what a scorer needs: nothing is decoded for a while.
 
-        `_composed` has their features, those of frame `row` at a rung in line `_slots[rung, row]`; line 0 is of none.
+        `_composed` has their features, those of frame `row` at a gain hypothesis in line `_slots[hypothesis, row]`;
+        line 0 is of none.
         """
         self._composed = np.zeros((FIRST_SLOTS, N_FEATURES), np.float32)
-        self._slots = np.zeros((len(self._ladder), self._bank.n_frames), np.int32)  # has pages where it is written
+        self._slots = np.zeros(
+            (len(self._gain_factors), self._bank.n_frames), np.int32
+        )  # has pages where it is written
         self._used: list[tuple[int, NDArray[np.intp]]] = []
         self._n_composed = 1
 
@@ -101,14 +104,14 @@ class Scorer:
             return
         self._noise = noise.copy()
         self._gain = gain
-        for rung, rows in self._used:
-            self._slots[rung, rows] = 0
+        for hypothesis, rows in self._used:
+            self._slots[hypothesis, rows] = 0
         self._used, self._n_composed = [], 1
         self._noise_features = noise_features(noise)
         self._codebook_features = self._bank.compose(self._codebook, noise, gain)
         self._codebook_norms = norms_of(self._codebook_features)
 
-    def promise(self, rows: NDArray[np.intp], most: float) -> float:
+    def expected_gain(self, rows: NDArray[np.intp], most: float) -> float:
         """What the very word, of the template's frames `rows`, would gain over the noise, a frame; `most` in each.
 
         Its distance to its template is that of noise, and so is its distance to the noise, but for the template's own.
@@ -120,26 +123,28 @@ class Scorer:
     def follow(self, layout: Layout) -> None:
         """Have the features of this layout's states at hand; templates are composed when first needed."""
         features = np.empty((layout.n_states, N_FEATURES), np.float32)
-        for rung in range(len(self._ladder)):
-            begin, end = layout.rung_begins[rung : rung + 2]
+        for hypothesis in range(len(self._gain_factors)):
+            begin, end = layout.hypothesis_begins[hypothesis : hypothesis + 2]
             rows = layout.row[begin:end]
-            slots = self._slots[rung, rows]
+            slots = self._slots[hypothesis, rows]
             missing = rows[slots == 0]
             if len(missing):
-                self._compose_more(rung, distinct(missing))
-                slots = self._slots[rung, rows]
+                self._compose_more(hypothesis, distinct(missing))
+                slots = self._slots[hypothesis, rows]
             np.take(self._composed, slots, axis=0, out=features[begin:end])
         self._features, self._norms = features, norms_of(features)
 
-    def _compose_more(self, rung: int, rows: NDArray[np.intp]) -> None:
+    def _compose_more(self, hypothesis: int, rows: NDArray[np.intp]) -> None:
         first, end = self._n_composed, self._n_composed + len(rows)
         if end > len(self._composed):
             grown = np.zeros((max(end, 2 * len(self._composed)), N_FEATURES), np.float32)
             grown[:first] = self._composed[:first]
             self._composed = grown
-        self._composed[first:end] = self._bank.compose(rows, self._noise, self._gain * float(self._ladder[rung]))
-        self._slots[rung, rows] = np.arange(first, end)
-        self._used.append((rung, rows))
+        self._composed[first:end] = self._bank.compose(
+            rows, self._noise, self._gain * float(self._gain_factors[hypothesis])
+        )
+        self._slots[hypothesis, rows] = np.arange(first, end)
+        self._used.append((hypothesis, rows))
         self._n_composed = end
 
     def score(self, features: Features) -> Scores:

@@ -38,15 +38,9 @@ class SegmentTracker:
         self._settings = settings
         self._start: int | None = None
         self._end = 0
-        self._certain = False
         self._count = 0
         self._sum = 0.0
         self._squares = 0.0
-
-    def certify(self) -> bool:
-        """What is going on is speech, however it looks; whether something is."""
-        self._certain = self._start is not None
-        return self._certain
 
     def push(self, first_frame: int, energies: Energies, busy: bool) -> None:
         """Take the next frames, shape (n, N_BANDS), and whether somebody speaks in them."""
@@ -80,5 +74,4 @@ class SegmentTracker:
         variance = self._squares / self._count - (self._sum / self._count) ** 2
         speech_like = variance >= self._settings.min_modulation**2
         lasted = segment.end_frame - segment.start_frame >= self._settings.min_frames
-        certain, self._certain = self._certain, False
-        return segment if certain or (speech_like and lasted) else None
+        return segment if speech_like and lasted else None

@@ -8,14 +8,15 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
 
+from hvcpd.language.competition import Phrase
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
-from hvcpd.recognition.competition import Phrase
 from hvcpd.recognition.decoder import UNREACHABLE, StepCosts, dtw_column
+from hvcpd.recognition.fitted import fitted
 from hvcpd.recognition.frontend import (
     ENERGY_FLOOR,
     FFT_SIZE,
@@ -26,7 +27,7 @@ from hvcpd.recognition.frontend import (
     mel_filterbank,
     power_weights,
 )
-from hvcpd.recognition.layout import AHEAD
+from hvcpd.recognition.pruning import AHEAD
 from hvcpd.recognition.scorer import MASK_DB
 from hvcpd.recognition.templates import Noise, TemplateBank, trimmed_energies
 
@@ -55,8 +56,8 @@ class ConfusionCurve:
     pitch and rate than the templates', one curve for all backgrounds, since D itself shrinks as noise grows.
     """
 
-    scale: float = 0.281
-    power: float = 0.75
+    scale: float = field(default_factory=lambda: float(fitted("confusion")["weights"]["scale"]))
+    power: float = field(default_factory=lambda: float(fitted("confusion")["weights"]["power"]))
 
     def rate(self, distance: float) -> float:
         """The predicted rate, 0 to 0.5, at a distance of 0 or more."""
@@ -124,7 +125,7 @@ def _noise_of(condition: Condition, speech_power: float) -> Noise:
 
 
 class References:
-    """Phrases to compare a sound with, laid out as the decoder lays out its chains: side by side in one vector."""
+    """Phrases to compare a sound with, laid out as the decoder lays out its instances: side by side in one vector."""
 
     def __init__(self, phrases: Iterable[Sequence[Features]], condition: int | None = None) -> None:
         """`phrases`: of each, its takes, of shape (n_conditions, frames, N_FEATURES), 1 frame or more.

@@ -19,34 +19,25 @@ class RecogniserSettings:
     segments: SegmentSettings = field(default_factory=SegmentSettings)
     wake_frames: int = 24
     """The network wakes 240 ms after the first sign of speech: long enough to have heard how loud a vowel is."""
-    wake_share: float = 0.4
-    """The share of those frames that must look like speech; clicks are shorter."""
     sleep_frames: int = 60
     """The network sleeps after 0.6 s without a sign of speech."""
     min_confidence: float = 0.8
     """Below it a sentence counts as garbled: of 1,102 right ones, most of them in noise, 49; of 253 wrong ones all but
     17 (`benchmarks/confidence.py`)."""
-    min_margin: float = 1.0
-    """So much more another word must cost in every place ("two" against "three"): nine of those right ones have less,
-    and three of the wrong."""
-    doubtful_confidence: float = 0.2
-    """Above it, a sentence does so even where nobody seemed to be speaking: in noise that hides speech."""
     max_lead_in: float = 0.4
     """A sentence must follow silence: nearer to noise than to speech in the 0.6 s before it, so that no sentence
     begins at a comma."""
-    murmur: float = 0.1
-    """...unless what came before had less than a tenth of its power."""
     surely: float = 300.0
-    """A sentence with that score is none by chance, which reaches 230..."""
+    """Score from which a sentence is none by chance, which reaches 230."""
     least_explained_surely: float = 0.015
-    """...if it explains so much of the energy that was heard."""
+    """Least share of the energy that was heard, which a sentence with that score must explain."""
     least_explained: float = 0.1
-    """Another one must explain so much of what was above the noise: by chance, commands were found in sentences at a
-    rate that nobody knows, and explained 0.09 of them and less; right ones in babble of ten times their power, 0.11
-    and more..."""
+    """Least share of what was above the noise, which any other sentence must explain: by chance, commands were found in
+    sentences at a rate that nobody knows, and explained 0.09 of them and less; right ones in babble of ten times their
+    power, 0.11 and more."""
     noise_share: float = 0.1
-    """...with so much of the tracked noise, which is known no better: at -15 dB nothing seems to be above it, and right
-    ones have 0.15 and more."""
+    """Share of the tracked noise that is added to what is above it, since the noise is known no better: at -15 dB
+    nothing seems to be above it, and right sentences explain 0.15 and more."""
     confidence: ConfidenceCurve = field(default_factory=ConfidenceCurve)
     max_pause: float = 10.0
     """A pause may pass over so much speech (in frames of it): right sentences have 7 at most in noise and rooms, and a

@@ -11,12 +11,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hvcpd.recognition.decoder import Best, Decoder, StepCosts
+from hvcpd.recognition.deferred import DeferredBuffer
 from hvcpd.recognition.frontend import CONTEXT_FRAMES, N_BANDS, Energies, Features, features_of
 from hvcpd.recognition.lattice import Step
 from hvcpd.recognition.network import Network
 from hvcpd.recognition.pruning import HORIZON_FRAMES, Beam
 from hvcpd.recognition.scorer import Scorer
-from hvcpd.recognition.spared import Spared
 from hvcpd.recognition.templates import TemplateBank
 
 
@@ -26,19 +26,19 @@ class SpotterSettings:
 
     filler_cost: float = 1.2
     """What the filler pays over the frame's best template: half-way between right and wrong words (measured)."""
-    ladder_step_db: float = 6.0
+    gain_step_db: float = 6.0
     """Three template gains are decoded side by side, this far apart, around the level heard at the onset."""
     retune_db: float = 4.5
-    """The ladder moves when the level heard has left its inner half: to that level while no sentence is under way,
-    else by a step up (the first word, "hi", can be much weaker than the rest)."""
+    """The gain hypotheses move when the level heard has left their inner half: to that level while no sentence is under
+    way, else by a step up (the first word, "hi", can be much weaker than the rest)."""
     end_frames: int = 25
     """250 ms of rest end a sentence: longer than the pause at a comma (150 ms)."""
     late_end_frames: int = 40
     """400 ms of rest, where a path inside a word is still cheaper."""
     hidden_end_frames: int = 48
-    """480 ms, where the sentence could go on and noise may hide how a word begins..."""
+    """480 ms of rest, where the sentence could go on and noise may hide how a word begins."""
     hidden_db: float = 10.0
-    """...since a voice whose vowels are less than this above the noise begins many words unheard (k, h, f)."""
+    """Level of the vowels above the noise below which it hides how many words begin (k, h, f)."""
     going_on: float = 0.7
     """If the sentence could go on, it has not ended while a path through the next words is this much cheaper; of right
     sentences in noise one in 25 of those that could go on has, of those cut short all but one in 12."""
@@ -69,10 +69,10 @@ class Sentence:
     """A path that ended: its words in order, and how it fared.
 
     `deficits` holds, for each word, its mean distance per frame beyond the frame's best template, in units of
-    `filler_cost`: near 0 for the very word, 1 and above for anything else. `pause` is the
-    dearest pause inside it, in the same unit times frames: how much speech it passes over. `promises` are what each
-    word would have gained over the filler if it was said (see `Scorer.promise`), `stretches` its frames over those
-    of the nearest take of the word. `unfinished`: somebody seems to go on with words that are not understood yet.
+    `filler_cost`: near 0 for the very word, 1 and above for anything else. `pause` is the dearest pause inside it, in
+    the same unit times frames: how much speech it passes over. `expected_gains` are what each word would have gained
+    over the filler if it was said (see `Scorer.expected_gain`), `stretches` its frames over those of the nearest take
+    of the word. `unfinished`: somebody seems to go on with words that are not understood yet.
     """
 
     steps: tuple[Step, ...]
@@ -80,7 +80,7 @@ class Sentence:
     deficits: tuple[float, ...]
     cost: float
     pause: float
-    promises: tuple[float, ...]
+    expected_gains: tuple[float, ...]
     stretches: tuple[float, ...]
     unfinished: bool
 
@@ -91,9 +91,9 @@ class Spotter:
     def __init__(self, network: Network, bank: TemplateBank, settings: SpotterSettings) -> None:
         self._settings = settings
         self._net = network
-        ladder_db = (-settings.ladder_step_db, 0.0, settings.ladder_step_db)
-        self._scorer = Scorer(bank, ladder_db)
-        self._decoder = Decoder(network, len(ladder_db), settings.steps, settings.beam)
+        gains_db = (-settings.gain_step_db, 0.0, settings.gain_step_db)
+        self._scorer = Scorer(bank, gains_db)
+        self._decoder = Decoder(network, len(gains_db), settings.steps, settings.beam)
         self._tail = np.zeros((0, N_BANDS), np.float32)
         self._next = 0
         self._first = 0
@@ -101,7 +101,7 @@ class Spotter:
         self._filler_excess = np.zeros(HISTORY_FRAMES)
         self._noise_cost = np.zeros(HISTORY_FRAMES)
         self._bests: deque[float] = deque(maxlen=FOLLOWED_BLOCKS)
-        self.spared = Spared()
+        self.deferred = DeferredBuffer()
         """What it was not fed yet."""
         self.heeds = False
         """Whether it was fed anything since it woke."""
@@ -123,28 +123,28 @@ class Spotter:
         return first < -s.followed and last < first - s.followed
 
     def wake(self, energies: Energies, first_frame: int, noise: NDArray[np.float32]) -> None:
-        """Begin at `first_frame`; the frames heard since, shape (n, N_BANDS), are those that it is spared at first."""
+        """Begin at `first_frame`; the frames heard since, shape (n, N_BANDS), are those that it need not decode yet."""
         self.awake, self.heeds = True, False
         self._next = self._first = first_frame
         self._tail = np.repeat(energies[:1], CONTEXT_FRAMES, axis=0)
         self._decoder.reset(first_frame)
         self._bests.clear()
         self._gain = self._scorer.level_of(energies, noise)
-        self.spared.clear()
-        self.spared.add(energies, energies)
+        self.deferred.clear()
+        self.deferred.add(energies, energies)
 
     def sleep(self) -> None:
         """Stop decoding; forget all paths."""
         if self.awake:
             self._scorer.rest()
         self.awake = False
-        self.spared.clear()
+        self.deferred.clear()
         self.best = Best(0.0)
 
     def catch_up(self, noise: NDArray[np.float32], most_recent: int) -> Iterator[int]:
-        """Hear what was spared, piece by piece; how many frames are left after each. `most_recent`: so many frames at
-        most tell the level."""
-        for energies, recent, left in self.spared.taken(most_recent):
+        """Decode what was deferred, piece by piece; how many frames are left after each. `most_recent`: maximum number
+        of frames that tell the level."""
+        for energies, recent, left in self.deferred.taken(most_recent):
             self.feed(energies, recent, noise)
             yield left
             if not self.awake:
@@ -195,7 +195,7 @@ class Spotter:
         if not self.under_way:
             self._gain = level
         elif off_db > 0.0:
-            self._gain *= 10.0 ** (self._settings.ladder_step_db / 10.0)
+            self._gain *= 10.0 ** (self._settings.gain_step_db / 10.0)
             self._decoder.climb()
 
     def ended(self) -> Sentence | None:
@@ -213,7 +213,7 @@ class Spotter:
             tuple(self._deficit(step) for step in steps),
             best.cost,
             max((self._pause(a.end_frame, b.start_frame) for a, b in pairwise(steps)), default=0.0),
-            tuple(self._promise(step) for step in steps),
+            tuple(self._expected_gain(step) for step in steps),
             tuple(self._stretch(step) for step in steps),
             unfinished,
         )
@@ -228,7 +228,7 @@ class Spotter:
 
     def word_of(self, step: Step) -> str:
         """The word of a step."""
-        return self._net.word[step.chain]
+        return self._net.word[step.instance]
 
     def lead_in(self, start_frame: int) -> float:
         """The mean cost of taking the 0.6 s before a sentence for noise, in units of `filler_cost`: 0 when it was
@@ -243,15 +243,18 @@ class Spotter:
         excess = float(self._filler_excess[frames % HISTORY_FRAMES].sum())
         return (step.cost + excess) / (max(len(frames), 1) * self._settings.filler_cost)
 
-    def _promise(self, step: Step) -> float:
-        first = int(self._net.first_row[step.chain])
-        rows = np.arange(first, first + int(self._net.length[step.chain]))
-        return max(self._scorer.promise(rows, self._settings.filler_cost), 0.01) * (step.end_frame - step.start_frame)
+    def _expected_gain(self, step: Step) -> float:
+        first = int(self._net.first_row[step.instance])
+        rows = np.arange(first, first + int(self._net.length[step.instance]))
+        of_frame = max(self._scorer.expected_gain(rows, self._settings.filler_cost), 0.01)
+        return of_frame * (step.end_frame - step.start_frame)
 
     def _stretch(self, step: Step) -> float:
         """1 between the shortest and the longest take of the word: "I" has twice the length where it stands alone."""
         frames = step.end_frame - step.start_frame
-        usual = min(max(frames, int(self._net.word_shortest[step.chain])), int(self._net.word_longest[step.chain]))
+        usual = min(
+            max(frames, int(self._net.word_shortest[step.instance])), int(self._net.word_longest[step.instance])
+        )
         return frames / usual
 
     def _pause(self, start_frame: int, end_frame: int) -> float:

@@ -43,7 +43,7 @@ LOUD_FRACTION = 0.5
 OFFSETS = (-DELTA_REACH, -1, 0, 1, DELTA_REACH)
 """The neighbours that a frame's deltas need."""
 Noise = NDArray[np.float32]
-Rounded = NDArray[np.float16]
+HalfEnergies = NDArray[np.float16]
 """Energies to 0.05 %, in half the memory; 42 dB below a voice's mean to 3e-8 of it, far below the `Scorer`'s mask."""
 Take = Samples | Energies
 """One rendering of a word: a recording at 16 kHz, shape (n,), or its energies without noise and the silence around it,
@@ -92,7 +92,7 @@ def reverberated(energies: Energies) -> Energies:
     return out
 
 
-def _joined(blocks: list[Rounded]) -> Rounded:
+def _joined(blocks: list[HalfEnergies]) -> HalfEnergies:
     """All blocks, one below the other. Each is given up when it is copied, or all would be in memory twice."""
     out = np.empty((sum(map(len, blocks)), N_BANDS), np.float16)  # takes pages only where it is written
     at = len(out)
@@ -116,7 +116,7 @@ class TemplateBank:
     def __init__(self, takes: Mapping[str, Mapping[str, Sequence[Take]]]) -> None:
         """`takes[voice][word]`: one or more; raises ValueError if there are none at all."""
         templates: list[Template] = []
-        blocks: list[Rounded] = []
+        blocks: list[HalfEnergies] = []
         first = 0
         for voice, words in takes.items():
             rows = [(word, _as_energies(take)) for word, of_word in words.items() for take in of_word]
@@ -134,7 +134,7 @@ class TemplateBank:
         if not blocks:
             raise ValueError("no templates")
         self.templates = tuple(templates)
-        self.energies: Rounded = _joined(blocks)
+        self.energies: HalfEnergies = _joined(blocks)
         """Noise-free energies of every frame, shape (n_frames, N_BANDS), a voice's mean total being about 1."""
         self.n_frames = len(self.energies)
         power = self.energies.sum(axis=1, dtype=np.float32)

@@ -113,12 +113,9 @@ class Watch:
         if not self.noise.ready:
             return
         for each in self._early:
-            yield self._told(each, watchers)
+            self.activity.push(each.energies, self.noise.estimate)
+            slots = np.arange(each.first_frame, each.first_frame + len(each.energies)) % POWER_FRAMES
+            self._speech_power[slots] = each.energies @ self._power_weights
+            self._noise_power[slots] = self.noise.estimate @ self._power_weights
+            yield tuple(w.hear(each) for w in watchers)
         self._early = []
-
-    def _told(self, chunk: Chunk, watchers: Sequence[Watcher]) -> Found:
-        self.activity.push(chunk.energies, self.noise.estimate)
-        slots = np.arange(chunk.first_frame, chunk.first_frame + len(chunk.energies)) % POWER_FRAMES
-        self._speech_power[slots] = chunk.energies @ self._power_weights
-        self._noise_power[slots] = self.noise.estimate @ self._power_weights
-        return tuple(w.hear(chunk) for w in watchers)

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from hvcpd.assembly.rendered_waveforms import KEPT, SpokenBook, WaveformCache
-from hvcpd.recognition.matched import power_of
+from hvcpd.recognition.matched_filter import power_of
 from hvcpd.recognition.paths import thirds_of
 from hvcpd.synthesis.lexicon import Lexicon
 from hvcpd.synthesis.recorded import RecordedSpeaker

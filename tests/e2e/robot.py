@@ -34,7 +34,7 @@ wheels: {wheels}
 seed: {seed}
 voices: robots
 """
-"""Only robots speak here. PocketSphinx, where it is installed, would take processor time that the rest needs."""
+"""Only robots speak here: nobody listens for people, which would take processor time that the rest needs."""
 
 
 @dataclass(frozen=True)

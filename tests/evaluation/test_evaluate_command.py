@@ -10,7 +10,6 @@ from typing import Any
 import pytest
 
 from hvcpd.control.cli import main
-from hvcpd.control.simulate.evaluate import remedy
 from hvcpd.evaluation.experiments import NAMES, experiment
 from hvcpd.evaluation.report import write_findings, write_page
 from hvcpd.evaluation.trials import Beside, Findings, Table
@@ -46,13 +45,6 @@ def test_a_place_that_cannot_be_written_is_named(tmp_path: Path, capsys: pytest.
     (tmp_path / "file").write_text("")
     assert main(["evaluate", "pronunciation", "--jobs", "1", "--out", str(tmp_path / "file" / "x")]) == 2
     assert "--out" in capsys.readouterr().err
-
-
-@pytest.mark.parametrize(
-    ("lacking", "extras"), [(("pyroomacoustics",), "eval"), (("pyroomacoustics", "pocketsphinx"), "eval,people")]
-)
-def test_what_is_not_installed_is_told_with_its_extras(lacking: tuple[str, ...], extras: str) -> None:
-    assert remedy(lacking) == f"pip install 'hvcpd[{extras}]'"
 
 
 @pytest.mark.parametrize("name", NAMES)

@@ -9,8 +9,8 @@ import pytest
 
 from benchmarks.transcripts import edits
 from hvcpd.assembly.make import Sound, make_sound
-from hvcpd.people.cepstra import N_BANDS, levelled, logs_of, noise_of
-from hvcpd.people.phones import PHONES, Logs, centred, sounds_of
+from hvcpd.people.bands import N_BANDS, levelled, logs_of, noise_of
+from hvcpd.people.phones import PHONES, Logs, centred, phones_of
 from hvcpd.ports import Samples
 from hvcpd.synthesis.speaker import Speaker
 from hvcpd.synthesis.voices import VOICES
@@ -29,21 +29,21 @@ def logs(speech: Samples, noise_rms: float = 1e-3) -> Logs:
     return centred(logs_of(part, noise_of(whole, 8000)))
 
 
-def spelled(found: Logs) -> list[str]:
+def by_phones(found: Logs) -> list[str]:
     """The likeliest phones, repeats and gaps left out."""
-    best = sounds_of(found).chances.argmax(axis=1)
+    best = phones_of(found).log_posteriors.argmax(axis=1)
     kept = best[(best != len(PHONES)) & (best != np.append([-1], best[:-1]))]
     return [PHONES[k] for k in kept]
 
 
 def test_shapes_and_sums() -> None:
     for n in (0, 1, 2, 7, 100):
-        sounds = sounds_of(np.random.default_rng(n).normal(0, 1, (n, N_BANDS)).astype(np.float32))
-        chances = sounds.chances
-        assert len(sounds.inside) == len(chances)
-        assert chances.shape == ((n + 1) // 2, len(PHONES) + 1)
-        assert np.allclose(np.exp(chances).sum(axis=1), 1.0, atol=1e-4)
-        assert chances.dtype == np.float32
+        sounds = phones_of(np.random.default_rng(n).normal(0, 1, (n, N_BANDS)).astype(np.float32))
+        log_posteriors = sounds.log_posteriors
+        assert len(sounds.activations) == len(log_posteriors)
+        assert log_posteriors.shape == ((n + 1) // 2, len(PHONES) + 1)
+        assert np.allclose(np.exp(log_posteriors).sum(axis=1), 1.0, atol=1e-4)
+        assert log_posteriors.dtype == np.float32
 
 
 def test_a_microphone_s_tilt_does_not_count() -> None:
@@ -56,7 +56,7 @@ def test_a_microphone_s_tilt_does_not_count() -> None:
 def test_what_comes_later_is_heard_as_it_would_be_now(sound: Sound) -> None:
     found = logs(Speaker(VOICES[1], sound.lexicon, sound.cache).render([["turn", "left"]]))
     quiet = np.repeat(found[:1], 400, axis=0)
-    now, later = (sounds_of(np.concatenate([quiet[:n], found, quiet])).chances for n in (100, 180))
+    now, later = (phones_of(np.concatenate([quiet[:n], found, quiet])).log_posteriors for n in (100, 180))
     assert np.allclose(now[50 : 50 + len(found) // 2], later[90 : 90 + len(found) // 2], atol=1e-3)
 
 
@@ -66,6 +66,6 @@ def test_most_phones_are_heard(sound: Sound, text: str) -> None:
     said = [phone for word in words for phone in sound.lexicon.sounds(word)[0]]
     shares = []
     for voice in VOICES:
-        found = spelled(logs(Speaker(voice, sound.lexicon, sound.cache).render([words])))
+        found = by_phones(logs(Speaker(voice, sound.lexicon, sound.cache).render([words])))
         shares.append(1.0 - edits(found, said) / len(said))
     assert np.mean(shares) > 0.75

@@ -8,9 +8,8 @@ import numpy as np
 import pytest
 
 from hvcpd.ports import Samples
-from hvcpd.recognition.beginnings import LONGEST_WAIT, Beginnings, First
-from hvcpd.recognition.onsets import SIZE, STEP
-from hvcpd.recognition.weighed import WeighedSound
+from hvcpd.recognition.matched_filter import WhitenedSound
+from hvcpd.recognition.onset_search import LONGEST_WAIT, SIZE, STEP, First, OnsetSchedule
 from tests.recognition.hisses import BOOKS
 
 HI, STOP = (First(BOOKS["oak"], word, 1, BOOKS["oak"].said(word, 0)[0]) for word in ("hi", "stop"))
@@ -27,9 +26,9 @@ class Hearing:
 
     def __init__(self, *sounds: tuple[int, Samples]) -> None:
         """Each sound that many samples after the noise is known."""
-        self.sound = WeighedSound()
+        self.sound = WhitenedSound()
         self.made: list[bool] = []
-        self.beginnings = Beginnings(self._make)
+        self.beginnings = OnsetSchedule(self._make)
         self._samples = np.asarray(0.1 * np.random.default_rng(5).standard_normal(BEFORE + 60 * CHUNK), np.float32)
         for at, sound in sounds:
             self._samples[BEFORE + at :][: len(sound)] += sound
@@ -46,7 +45,7 @@ class Hearing:
             self.sound.push(self._samples[self.sound.end :][:CHUNK])
             if self.sound.end == BEFORE:
                 self.beginnings.restart(BEFORE)
-            if self.sound.weighing.ready:
+            if self.sound.whitening.ready:
                 for first, at in self.beginnings.seek(self.sound, signs, greeted, settled):
                     yield first.word, at - BEFORE
 

@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import pytest
 
-from hvcpd.recognition.confidence import ConfidenceCurve, sentence_fare, word_fare
+from hvcpd.recognition.confidence import ConfidenceCurve, sentence_features, word_features
 from hvcpd.recognition.lattice import Step
 from hvcpd.recognition.spotter import Sentence
 
@@ -16,7 +16,7 @@ GOOD = Sentence(STEPS, "oak", (0.1, 0.15, 0.1), -90.0, 0.0, (36.0, 48.0, 48.0), 
 
 
 def chance(sentence: Sentence) -> float:
-    return CURVE.chance(sentence_fare(sentence))
+    return CURVE.probability(sentence_features(sentence))
 
 
 def test_a_sentence_that_fits_is_sure() -> None:
@@ -41,19 +41,19 @@ def test_what_speaks_against_a_sentence_makes_it_less_sure(worse: Sentence) -> N
 def test_near_the_noise_the_very_words_are_as_sure_as_they_can_be_there() -> None:
     """A third of the gain is as good where the very word would gain a third, and not where it would gain all."""
     faint = replace(GOOD, steps=tuple(replace(s, cost=s.cost / 3) for s in STEPS), cost=GOOD.cost / 3)
-    there = replace(faint, promises=tuple(p / 3 for p in GOOD.promises))
+    there = replace(faint, expected_gains=tuple(p / 3 for p in GOOD.expected_gains))
     assert chance(there) > 0.75 > chance(faint)
 
 
 def test_only_the_doubtful_word_is_doubtful() -> None:
     doubtful = replace(GOOD, deficits=(0.1, 1.2, 0.1))
-    chances = [CURVE.chance(word_fare(doubtful, k)) for k in range(3)]
+    chances = [CURVE.probability(word_features(doubtful, k)) for k in range(3)]
     assert chances[1] < 0.3 < 0.9 < min(chances[0], chances[2])
 
 
 @pytest.mark.parametrize("cost", [0.0, -1e-3, -1e6, 1e6])
 def test_a_chance_is_a_chance_whatever_it_cost(cost: float) -> None:
     odd = replace(
-        GOOD, cost=cost, steps=(Step(0, 0, 1, cost, -5.0),), deficits=(99.0,), promises=(0.01,), stretches=(9.0,)
+        GOOD, cost=cost, steps=(Step(0, 0, 1, cost, -5.0),), deficits=(99.0,), expected_gains=(0.01,), stretches=(9.0,)
     )
     assert 0.0 <= chance(odd) <= 1.0

@@ -13,9 +13,8 @@ from hypothesis import strategies as st
 from hvcpd.language.graph import Arc, WordGraph
 from hvcpd.recognition.decoder import Decoder, StepCosts
 from hvcpd.recognition.frontend import HOP_SAMPLES
-from hvcpd.recognition.layout import AHEAD
 from hvcpd.recognition.network import Network
-from hvcpd.recognition.pruning import HORIZON_FRAMES, REACH, Beam
+from hvcpd.recognition.pruning import AHEAD, HORIZON_FRAMES, REACH, Beam
 from hvcpd.recognition.templates import TemplateBank
 
 N_RUNGS = 2
@@ -44,7 +43,7 @@ def random_network(seed: int) -> Network:
 
 @dataclass(frozen=True)
 class Input:
-    """Distances (frames, rungs, rows of the bank) relative to the filler, and the cost of pausing (frames,)."""
+    """Distances (frames, hypotheses, rows of the bank) relative to the filler, and the cost of pausing (frames,)."""
 
     distances: np.ndarray
     noise_cost: np.ndarray
@@ -60,23 +59,23 @@ def random_input(net: Network, n_frames: int, seed: int) -> Input:
 
 
 def clean_input(net: Network, seed: int) -> tuple[Input, list[str]]:
-    """A random sentence, every template frame once, at rung 1 after 9 frames of noise; and its words."""
+    """A random sentence, every template frame once, at hypothesis 1 after 9 frames of noise; and its words."""
     rng = np.random.default_rng(seed)
-    node, chains = int(net.start_nodes[0]), []
-    while not (chains and net.is_final[node]):
-        chains.append(int(rng.choice(np.flatnonzero(net.source_node == node))))
-        node = int(net.target_node[chains[-1]])
-    n_frames = 9 + sum(int(net.length[c]) for c in chains) + 26
+    node, instances = int(net.start_nodes[0]), []
+    while not (instances and net.is_final[node]):
+        instances.append(int(rng.choice(np.flatnonzero(net.source_node == node))))
+        node = int(net.target_node[instances[-1]])
+    n_frames = 9 + sum(int(net.length[c]) for c in instances) + 26
     got = random_input(net, n_frames, seed)
     distances = np.abs(got.distances) + 1.0
     noise_cost = np.full(n_frames, 1.0, np.float32)
     noise_cost[:9] = noise_cost[-26:] = 0.0
     frame = 9
-    for c in chains:
+    for c in instances:
         for row in range(net.length[c]):
             distances[frame, 1, net.first_row[c] + row] = -0.8
             frame += 1
-    return Input(distances, noise_cost), [net.word[c] for c in chains]
+    return Input(distances, noise_cost), [net.word[c] for c in instances]
 
 
 def decode(net: Network, given_input: Input, beam: Beam) -> tuple[float, list[str]] | None:
@@ -86,10 +85,10 @@ def decode(net: Network, given_input: Input, beam: Beam) -> tuple[float, list[st
     for frame in range(len(given_input.distances)):
         if frame % HORIZON_FRAMES == 0:
             layout = decoder.prepare()
-        rung = np.repeat(np.arange(N_RUNGS), np.diff(layout.rung_begins))
-        decoder.column(given_input.distances[frame, rung, layout.row], float(given_input.noise_cost[frame]))
+        hypothesis = np.repeat(np.arange(N_RUNGS), np.diff(layout.hypothesis_begins))
+        decoder.column(given_input.distances[frame, hypothesis, layout.row], float(given_input.noise_cost[frame]))
     best = decoder.best(margin=1e12)
-    return None if best.node < 0 else (best.cost, [net.word[step.chain] for step in decoder.trace(best.token)])
+    return None if best.node < 0 else (best.cost, [net.word[step.instance] for step in decoder.trace(best.token)])
 
 
 Path = tuple[float, tuple[str, ...]]
@@ -103,51 +102,59 @@ def search(net: Network, given_input: Input) -> Path:
         return path[0] + cost, path[1] + words
 
     @cache
-    def within(frame: int, rung: int, chain: int, state: int) -> Path:
+    def within(frame: int, hypothesis: int, instance: int, state: int) -> Path:
         if frame < 0 or state < 0:
             return NONE
         ways = [
-            more(within(frame - 1, rung, chain, state), STEPS.stay),
-            within(frame - 1, rung, chain, state - 1) if state >= 1 else entering(frame, rung, chain),
+            more(within(frame - 1, hypothesis, instance, state), STEPS.stay),
+            within(frame - 1, hypothesis, instance, state - 1) if state >= 1 else entering(frame, hypothesis, instance),
         ]
         if state >= 1:
-            before = within(frame - 1, rung, chain, state - 2) if state >= 2 else entering(frame, rung, chain)
+            before = (
+                within(frame - 1, hypothesis, instance, state - 2)
+                if state >= 2
+                else entering(frame, hypothesis, instance)
+            )
             ways.append(more(before, STEPS.skip))
-        return more(min(ways), float(given_input.distances[frame, rung, net.first_row[chain] + state]))
+        return more(min(ways), float(given_input.distances[frame, hypothesis, net.first_row[instance] + state]))
 
     @cache
-    def word_end(frame: int, rung: int, node: int) -> Path:
-        chains = np.flatnonzero(net.target_node == node)
-        return min((more(within(frame, rung, c, net.length[c] - 1), 0.0, net.word[c]) for c in chains), default=NONE)
+    def word_end(frame: int, hypothesis: int, node: int) -> Path:
+        instances = np.flatnonzero(net.target_node == node)
+        return min(
+            (more(within(frame, hypothesis, c, net.length[c] - 1), 0.0, net.word[c]) for c in instances), default=NONE
+        )
 
     @cache
-    def resting(frame: int, rung: int, node: int) -> Path:
+    def resting(frame: int, hypothesis: int, node: int) -> Path:
         if frame < 0 or not (net.may_pause[node] or net.is_final[node]):
             return NONE
-        longer = more(resting(frame - 1, rung, node), float(given_input.noise_cost[frame]))
-        return min(longer, word_end(frame, rung, node))
+        longer = more(resting(frame - 1, hypothesis, node), float(given_input.noise_cost[frame]))
+        return min(longer, word_end(frame, hypothesis, node))
 
     @cache
-    def leaving(frame: int, rung: int, node: int) -> Path:
-        paused = resting(frame, rung, node) if net.may_pause[node] else NONE
-        return min(paused, word_end(frame, rung, node))
+    def leaving(frame: int, hypothesis: int, node: int) -> Path:
+        paused = resting(frame, hypothesis, node) if net.may_pause[node] else NONE
+        return min(paused, word_end(frame, hypothesis, node))
 
-    def entering(frame: int, rung: int, chain: int) -> Path:
+    def entering(frame: int, hypothesis: int, instance: int) -> Path:
         """What precedes a word whose first or second state meets `frame`."""
-        node = int(net.source_node[chain])
+        node = int(net.source_node[instance])
         if node in net.start_nodes:
             return 0.0, ()
         if frame == 0:
             return NONE
-        others = [r for r in (rung - 1, rung + 1) if 0 <= r < N_RUNGS]
-        return min(leaving(frame - 1, rung, node), *(more(leaving(frame - 1, r, node), STEPS.rung) for r in others))
+        others = [r for r in (hypothesis - 1, hypothesis + 1) if 0 <= r < N_RUNGS]
+        return min(
+            leaving(frame - 1, hypothesis, node), *(more(leaving(frame - 1, r, node), STEPS.hypothesis) for r in others)
+        )
 
     n_frames = len(given_input.distances)
     for frame in range(n_frames):  # fills the caches from the front, or the recursion would be too deep
-        for rung in range(N_RUNGS):
-            for chain in range(net.n_chains):
-                for state in range(net.length[chain]):
-                    within(frame, rung, chain, state)
+        for hypothesis in range(N_RUNGS):
+            for instance in range(net.n_instances):
+                for state in range(net.length[instance]):
+                    within(frame, hypothesis, instance, state)
     return min(resting(n_frames - 1, r, int(n)) for r in range(N_RUNGS) for n in np.flatnonzero(net.is_final))
 
 
@@ -189,14 +196,14 @@ def test_a_decoder_that_was_reset_is_as_good_as_new(seed: int, n_before: int) ->
     fresh = Decoder(net, N_RUNGS, STEPS, Beam())
     for frame in range(n_before):
         layout = decoder.prepare() if frame % HORIZON_FRAMES == 0 else decoder.layout
-        rung = np.repeat(np.arange(N_RUNGS), np.diff(layout.rung_begins))
-        decoder.column(before.distances[frame, rung, layout.row], float(before.noise_cost[frame]))
+        hypothesis = np.repeat(np.arange(N_RUNGS), np.diff(layout.hypothesis_begins))
+        decoder.column(before.distances[frame, hypothesis, layout.row], float(before.noise_cost[frame]))
     for d in (decoder, fresh):
         d.reset(8_640_000)
         for frame in range(len(given_input.distances)):
             layout = d.prepare() if frame % HORIZON_FRAMES == 0 else d.layout
-            rung = np.repeat(np.arange(N_RUNGS), np.diff(layout.rung_begins))
-            d.column(given_input.distances[frame, rung, layout.row], float(given_input.noise_cost[frame]))
+            hypothesis = np.repeat(np.arange(N_RUNGS), np.diff(layout.hypothesis_begins))
+            d.column(given_input.distances[frame, hypothesis, layout.row], float(given_input.noise_cost[frame]))
     ends = [(d.best().cost, d.best().rested_frames, d.trace(d.best().token)) for d in (decoder, fresh)]
     assert ends[0] == ends[1]
     assert ends[0][2][0].start_frame == 8_640_000 + 9
@@ -212,7 +219,7 @@ def test_it_follows_only_what_is_promising() -> None:
     for frame in range(len(given_input.distances)):
         layout = decoder.prepare() if frame % HORIZON_FRAMES == 0 else decoder.layout
         sizes.append(layout.n_states)
-        rung = np.repeat(np.arange(N_RUNGS), np.diff(layout.rung_begins))
-        decoder.column(given_input.distances[frame, rung, layout.row], float(given_input.noise_cost[frame]))
+        hypothesis = np.repeat(np.arange(N_RUNGS), np.diff(layout.hypothesis_begins))
+        decoder.column(given_input.distances[frame, hypothesis, layout.row], float(given_input.noise_cost[frame]))
     assert max(sizes) <= everything
     assert np.mean(sizes) < 0.6 * everything

@@ -8,8 +8,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from hvcpd.recognition.lattice import CAPACITY, PAUSE, Lattice, token_of_start
-from hvcpd.recognition.layout import AHEAD, Layout, common_states, lay_out
 from hvcpd.recognition.network import Network
+from hvcpd.recognition.pruning import AHEAD, Layout, common_states, lay_out
 from hvcpd.recognition.templates import TemplateBank
 from tests.recognition.signals import graph, templates
 
@@ -40,12 +40,12 @@ def test_a_path_is_traced_as_it_was_recorded(begin: int, parts: list[tuple[int, 
     said = []
     for number, (length, is_pause, cost) in enumerate(parts):
         start, frame, total = frame + 1, frame + length, total + cost
-        chain = PAUSE if is_pause else number
-        token = lattice.add(frame, chain, token, one(total), one(total + 2.0))
+        instance = PAUSE if is_pause else number
+        token = lattice.add(frame, instance, token, one(total), one(total + 2.0))
         if not is_pause:
             said.append((number, start, frame + 1, cost))
     steps = lattice.trace(int(token[0]))
-    assert [(s.chain, s.start_frame, s.end_frame) for s in steps] == [s[:3] for s in said]
+    assert [(s.instance, s.start_frame, s.end_frame) for s in steps] == [s[:3] for s in said]
     assert [s.cost for s in steps] == pytest.approx([s[3] for s in said], abs=1e-3)
     assert [s.margin for s in steps] == pytest.approx([2.0] * len(steps), abs=1e-3)
     assert lattice.start_of(token)[0] == begin
@@ -73,8 +73,8 @@ def test_the_ring_keeps_the_newest_and_warns_before_it_overwrites() -> None:
 @st.composite
 def layouts(draw: st.DrawFn) -> Layout:
     """Some stretches of the test network."""
-    pairs = sorted(draw(st.sets(st.integers(0, N_RUNGS * NET.n_chains - 1), max_size=12)))
-    length = [int(NET.length[p % NET.n_chains]) for p in pairs]
+    pairs = sorted(draw(st.sets(st.integers(0, N_RUNGS * NET.n_instances - 1), max_size=12)))
+    length = [int(NET.length[p % NET.n_instances]) for p in pairs]
     low = [draw(st.integers(0, n - 1)) for n in length]
     high = [draw(st.integers(at + 1, n)) for at, n in zip(low, length, strict=True)]
     return lay_out(NET, N_RUNGS, *(np.array(a, np.intp) for a in (pairs, low, high)))
@@ -86,28 +86,28 @@ def test_every_state_is_where_it_belongs(layout: Layout) -> None:
     sizes = layout.high - layout.low + AHEAD
     assert layout.n_states == sizes.sum()
     assert (np.diff(layout.key) > 0).all()
-    assert layout.rung_begins[0] == 0
-    assert layout.rung_begins[-1] == layout.n_states
+    assert layout.hypothesis_begins[0] == 0
+    assert layout.hypothesis_begins[-1] == layout.n_states
     for k, pair in enumerate(layout.pair):
-        rung, chain = divmod(int(pair), NET.n_chains)
+        hypothesis, instance = divmod(int(pair), NET.n_instances)
         states = np.arange(layout.begin[k], layout.begin[k] + sizes[k])
-        assert layout.rung_begins[rung] <= states[0]
-        assert states[-1] < layout.rung_begins[rung + 1]
+        assert layout.hypothesis_begins[hypothesis] <= states[0]
+        assert states[-1] < layout.hypothesis_begins[hypothesis + 1]
         frames = np.maximum(np.arange(layout.low[k] - AHEAD, layout.high[k]), 0)
-        assert (layout.row[states] == NET.first_row[chain] + frames).all()
+        assert (layout.row[states] == NET.first_row[instance] + frames).all()
 
 
 @settings(max_examples=80, deadline=None)
 @given(layouts())
 def test_open_pairs_have_an_entry_and_ending_pairs_an_end(layout: Layout) -> None:
-    opened, ending = layout.low == 0, layout.high == NET.length[layout.pair % NET.n_chains]
-    rung, chain = np.divmod(layout.pair, NET.n_chains)
+    opened, ending = layout.low == 0, layout.high == NET.length[layout.pair % NET.n_instances]
+    hypothesis, instance = np.divmod(layout.pair, NET.n_instances)
     assert (layout.entry == layout.begin[opened] + 1).all()
-    assert (layout.source == (rung * NET.n_nodes + NET.source_node[chain])[opened]).all()
+    assert (layout.source == (hypothesis * NET.n_nodes + NET.source_node[instance])[opened]).all()
     assert (layout.ends == np.flatnonzero(ending)).all()
-    assert (layout.row[layout.last] == (NET.first_row[chain] + NET.length[chain] - 1)[ending]).all()
-    assert (layout.target == (rung * NET.n_nodes + NET.target_node[chain])[ending]).all()
-    assert (layout.end_chain == chain[ending]).all()
+    assert (layout.row[layout.last] == (NET.first_row[instance] + NET.length[instance] - 1)[ending]).all()
+    assert (layout.target == (hypothesis * NET.n_nodes + NET.target_node[instance])[ending]).all()
+    assert (layout.end_instance == instance[ending]).all()
 
 
 @settings(max_examples=80, deadline=None)

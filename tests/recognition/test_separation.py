@@ -8,8 +8,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from hvcpd.assembly.make import Sound, templates_of
+from hvcpd.language.competition import competing_phrases
 from hvcpd.language.graph import Arc, WordGraph
-from hvcpd.recognition.competition import competing_phrases
 from hvcpd.recognition.decoder import UNREACHABLE, StepCosts
 from hvcpd.recognition.frontend import N_FEATURES, power_weights
 from hvcpd.recognition.separation import CONDITIONS, ConfusionCurve, References, VoiceSounds, band_noise
@@ -44,8 +44,8 @@ def test_sentences_that_end_in_different_places_compete() -> None:
 
 
 def test_phrases_that_never_meet_do_not_compete() -> None:
-    chain = [(n, n + 1, f"w{n}") for n in range(1, 6)]
-    assert competing_phrases(graph({6, 7}, (0, 1, "a"), (0, 7, "b"), *chain)) == ()
+    instance = [(n, n + 1, f"w{n}") for n in range(1, 6)]
+    assert competing_phrases(graph({6, 7}, (0, 1, "a"), (0, 7, "b"), *instance)) == ()
 
 
 def brute_force(heard: np.ndarray, reference: np.ndarray, steps: StepCosts) -> float:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from hvcpd.ports import Samples
-from hvcpd.recognition.matched import Spectrum, power_of
+from hvcpd.recognition.matched_filter import Spectrum, power_of
 
 
 @dataclass(frozen=True, eq=False)

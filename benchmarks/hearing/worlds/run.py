@@ -16,7 +16,7 @@ from benchmarks.hearing.worlds.trials import MakeEars, Tally, make_trial, ours, 
 from hil_fakes import reverberation
 from hvcpd.assembly.make import make_channel_ears, make_ears
 from hvcpd.evaluation.statistics import wilson
-from hvcpd.people.opinion import SecondOpinion
+from hvcpd.people.second_pass import SecondPassRecogniser
 from hvcpd.recognition.protocols import Ears
 from hvcpd.recognition.second_look import AtOnce, SecondEars
 
@@ -54,7 +54,7 @@ def robots_ears(team: Team) -> Ears:
     """Ears as a robot has them that listens for strangers, too."""
     ears = make_ears(team.book, team.names, team.sound, False)
     robots = make_channel_ears(team.book, team.names, team.sound, ears, AtOnce())
-    return SecondEars(robots, SecondOpinion(team.book.people_graph, team.sound.lexicon, {}, True), AtOnce())
+    return SecondEars(robots, SecondPassRecogniser(team.book.people_graph, team.sound.lexicon, {}, True), AtOnce())
 
 
 class Bench:

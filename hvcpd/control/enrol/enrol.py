@@ -16,6 +16,7 @@ from hvcpd.control.simulate.team import Team, load_team
 from hvcpd.daemon.devices import Devices
 from hvcpd.errors import EX_FAILURE, EX_OK, AudioFileError, ConfigError, StoreError
 from hvcpd.hardware.soundfile import read_wav
+from hvcpd.language.competition import competing_phrases
 from hvcpd.people.enrolled import (
     MAX_TAKES,
     Person,
@@ -26,7 +27,6 @@ from hvcpd.people.enrolled import (
     write_person,
 )
 from hvcpd.people.takes import check_take, confusable, odd_takes
-from hvcpd.recognition.competition import competing_phrases
 from hvcpd.recognition.frontend import Energies
 
 _NUMBERED = re.compile(r"([a-z]+)(?:[_-]?\d+)?")

@@ -14,7 +14,7 @@ from hvcpd.control.hear.heard_sentences import as_json, as_text, sealing_of, sen
 from hvcpd.control.simulate.team import Team, load_team
 from hvcpd.errors import AudioFileError, PhraseError, unwritable
 from hvcpd.hardware.soundfile import read_wav
-from hvcpd.people.opinion import SecondOpinion
+from hvcpd.people.second_pass import SecondPassRecogniser
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 from hvcpd.recognition.events import Event, Recognised
 from hvcpd.recognition.second_look import AtOnce, SecondEars
@@ -88,7 +88,7 @@ def events_in(samples: Samples, team: Team) -> Iterator[Event]:
     channel = make_channel_ears(team.phrasebook, robots or team.names, team.sound, recogniser, AtOnce())
     people = None
     if voices != "robots":
-        listener = SecondOpinion(team.phrasebook.people_graph, team.sound.lexicon, team.people, voices == "any")
+        listener = SecondPassRecogniser(team.phrasebook.people_graph, team.sound.lexicon, team.people, voices == "any")
         people = SecondEars(channel, listener, AtOnce())
     for start in range(0, len(samples), BLOCK):
         yield from (people or channel).push(samples[start : start + BLOCK])

@@ -60,16 +60,11 @@ def _possible(names: Sequence[str], alone: bool) -> Sequence[str]:
     asked for."""
     lacking = {name: modules for name in names if (modules := missing(name))}
     for name, modules in lacking.items():
-        text = f"evaluate {name} needs {' and '.join(modules)}, not installed: {remedy(modules)}"
+        text = f"evaluate {name} needs {' and '.join(modules)}, not installed: {INSTALL}"
         if alone:
             raise ConfigError(text)
         sys.stderr.write(f"hvcpctl: note: left out: {text}\n")
     return [name for name in names if name not in lacking]
-
-
-def remedy(modules: Sequence[str]) -> str:
-    """The command that installs modules that an experiment lacks."""
-    return "pip install 'hvcpd[eval,people]'" if "pocketsphinx" in modules else INSTALL
 
 
 def _run_all(names: Sequence[str], scale: Scale, options: argparse.Namespace) -> list[tuple[str, Findings]]:

@@ -10,7 +10,7 @@ import numpy as np
 
 from hvcpd.ports import Samples
 from hvcpd.recognition.channel.response import Taps, transform_size
-from hvcpd.recognition.matched import Spectrum, power_of
+from hvcpd.recognition.matched_filter import Spectrum, power_of
 from hvcpd.recognition.paths import Said, Voicebook
 
 KEPT = 80

@@ -10,133 +10,119 @@ import numpy as np
 import pytest
 
 from hvcpd.language.graph import Arc, WordGraph
-from hvcpd.people.cepstra import N_BANDS
 from hvcpd.people.enrolled_listener import Known
-from hvcpd.people.judging import MOST_FARTHER, MOST_LOSS, Judged, Views, judge
-from hvcpd.people.phones import PHONES
-from hvcpd.people.spelled import Speller
-from hvcpd.people.sphinx import Guess
+from hvcpd.people.fusion import MOST_FARTHER, MOST_LOSS, Fused, Hypotheses, fuse
+from hvcpd.people.phones import PHONES, CtcSearch
 from hvcpd.recognition.events import Recognised, WordSpan
 
 SAID = {"turn": [("T", "ER", "N")], "left": [("L", "EH", "F", "T")], "right": [("R", "AY", "T")]}
 GRAPH = WordGraph(3, (Arc(0, 1, "turn"), Arc(1, 2, "left"), Arc(1, 2, "right")), 0, frozenset((2,)), frozenset())
 NONE = len(PHONES)
-LOGS = np.zeros((0, N_BANDS))
 LEFT, RIGHT = ("turn", "left"), ("turn", "right")
 
 
-def views(
-    *said: str, clear: float = 8.0, guess: Guess | None = None, known: Known | None = None, speech_s: float = 0.7
-) -> Views:
+def hypotheses(*said: str, clear: float = 8.0, known: Known | None = None, speech_s: float = 0.7) -> Hypotheses:
     """Words that the net hears, each phone so much likelier than any other as `clear` says, natural logarithm."""
     phones = [phone for word in said for phone in (*SAID[word][0], "")]
-    chances = np.full((2 * len(phones), NONE + 1), -clear, np.float32)
+    log_posteriors = np.full((2 * len(phones), NONE + 1), -clear, np.float32)
     for k, phone in enumerate(phones):
-        chances[2 * k : 2 * k + 2, PHONES.index(phone) if phone else NONE] = 0.0
-    speller = Speller(GRAPH, SAID.__getitem__)
-    return Views(LOGS, chances, speller, speller.spell(chances), guess, known, speech_s)
-
-
-def guessed(words: tuple[str, ...], misfit: float) -> Guess:
-    return Guess(words, misfit, 1.0)
+        log_posteriors[2 * k : 2 * k + 2, PHONES.index(phone) if phone else NONE] = 0.0
+    search = CtcSearch(GRAPH, SAID.__getitem__)
+    return Hypotheses(log_posteriors, search, search.best(log_posteriors), known, speech_s)
 
 
 def enrolled(
     words: tuple[str, ...],
     deficit: float,
     confidence: float,
-    echoed: tuple[str, ...] | None = None,
+    tandem: tuple[str, ...] | None = None,
     votes: Mapping[tuple[str, ...], tuple[float, float]] | None = None,
 ) -> Known:
     """The sentence that is nearest to enrolled people's words, the one that is for the net, and what some cost."""
     spans = tuple(WordSpan(w, 3200 * k, 3200 * (k + 1), confidence, deficit) for k, w in enumerate(words))
     nearest = Recognised(words, "anna, enrolled", 0, 6400, confidence, math.inf, spans)
-    return Known(nearest, echoed, (votes or {}).get)
+    return Known(nearest, tandem, (votes or {}).get)
 
 
-def judged(found: Views) -> Judged:
-    out = judge(found)
+def fused(found: Hypotheses) -> Fused:
+    out = fuse(found)
     assert out is not None
     return out
 
 
 def test_what_is_clearly_heard_is_right() -> None:
-    found = judged(views("turn", "left"))
+    found = fused(hypotheses("turn", "left"))
     assert found.words == LEFT
-    assert found.chance > 0.8
+    assert found.probability > 0.8
 
 
 def test_who_hears_the_same_makes_it_surer_and_who_hears_another_less() -> None:
-    alone = judged(views("turn", "left")).chance
-    agreed = judged(views("turn", "left", guess=guessed(LEFT, 2.5))).chance
-    disputed = judged(views("turn", "left", clear=1.5, guess=guessed(RIGHT, 2.5)))
-    assert agreed > alone > disputed.chance
-
-
-def test_the_net_yields_to_pocketsphinx_where_it_hardly_hears_a_difference() -> None:
-    for clear, words in ((0.1, RIGHT), (8.0, LEFT)):
-        assert judged(views("turn", "left", clear=clear, guess=guessed(RIGHT, 2.5))).words == words
+    alone = fused(hypotheses("turn", "left")).probability
+    same, another = ({LEFT: (cost, cost), RIGHT: (210.0 - cost, 210.0 - cost)} for cost in (100.0, 110.0))
+    agreed = fused(hypotheses("turn", "left", known=enrolled(LEFT, 0.2, 0.9, LEFT, same))).probability
+    disputed = fused(hypotheses("turn", "left", clear=1.5, known=enrolled(RIGHT, 0.2, 0.9, RIGHT, another))).probability
+    assert agreed > alone > disputed
 
 
 def test_the_nearer_an_enrolled_sentence_the_more_it_counts() -> None:
     for deficit, confidence, words in ((0.1, 0.99, RIGHT), (3.0, 0.05, LEFT)):
         known = enrolled(RIGHT, deficit, confidence, RIGHT, {LEFT: (120.0, 140.0), RIGHT: (100.0, 100.0)})
-        assert judged(views("turn", "left", clear=0.8, known=known)).words == words
+        assert fused(hypotheses("turn", "left", clear=0.8, known=known)).words == words
 
 
 def test_how_much_farther_another_sentence_is_counts_too() -> None:
     """Both ways: what is nearest by cepstra is not always what is for the net."""
     for lefts, words in (((30.0, 60.0), RIGHT), ((2.0, -60.0), LEFT)):
         known = enrolled(RIGHT, 0.5, 0.8, LEFT, {LEFT: (100.0 + lefts[0], 100.0 + lefts[1]), RIGHT: (100.0, 100.0)})
-        assert judged(views("turn", "left", clear=0.4, known=known)).words == words
+        assert fused(hypotheses("turn", "left", clear=0.4, known=known)).words == words
 
 
 def test_what_cannot_be_told_of_a_sentence_counts_neither_for_nor_against_it() -> None:
-    heard = views("turn", "left", known=enrolled(RIGHT, 0.5, 0.8, RIGHT, {RIGHT: (100.0, 100.0)}))
+    heard = hypotheses("turn", "left", known=enrolled(RIGHT, 0.5, 0.8, RIGHT, {RIGHT: (100.0, 100.0)}))
     assert heard.farther(LEFT) == heard.farther(RIGHT) == (0.0, 0.0)
     known = enrolled(RIGHT, 0.5, 0.8, LEFT, {LEFT: (900.0, 95.0), RIGHT: (100.0, 100.0)})
-    heard = views("turn", "left", known=known)
+    heard = hypotheses("turn", "left", known=known)
     near = 1.0 / (1.0 + 0.5**2)  # takes that are far themselves tell less
     assert heard.farther(LEFT) == pytest.approx((near * MOST_FARTHER, 0.0))
     assert heard.farther(RIGHT) == pytest.approx((0.0, near * 5.0))
-    assert views("turn", "left").farther(LEFT) == (0.0, 0.0)
+    assert hypotheses("turn", "left").farther(LEFT) == (0.0, 0.0)
 
 
 def test_few_words_do_not_take_long() -> None:
-    quick, slow = (judged(views("turn", "left", clear=2.0, speech_s=s)).chance for s in (0.7, 4.0))
+    quick, slow = (fused(hypotheses("turn", "left", clear=2.0, speech_s=s)).probability for s in (0.7, 4.0))
     assert slow < quick
 
 
 def test_what_no_row_of_phones_explains_is_unlikely() -> None:
-    noise = views("turn", "left")
-    chances = np.log(np.random.default_rng(3).dirichlet(np.full(NONE + 1, 0.05), 60) + 1e-6).astype(np.float32)
-    found = Views(LOGS, chances, noise.speller, noise.speller.spell(chances), None, None, 1.2)
-    assert judged(found).chance < 0.1
+    noise = hypotheses("turn", "left")
+    log_posteriors = np.log(np.random.default_rng(3).dirichlet(np.full(NONE + 1, 0.05), 60) + 1e-6).astype(np.float32)
+    found = Hypotheses(log_posteriors, noise.search, noise.search.best(log_posteriors), None, 1.2)
+    assert fused(found).probability < 0.1
 
 
 def test_a_sentence_that_cannot_be_loses_no_more_than_most() -> None:
-    short = views("turn", "left", guess=guessed(RIGHT, 2.0))
-    brief = Views(LOGS, short.chances[:3], short.speller, None, short.guess, None, 0.1)
+    short = hypotheses("turn", "left")
+    brief = Hypotheses(short.log_posteriors[:3], short.search, None, enrolled(RIGHT, 0.2, 0.9), 0.1)
     assert brief.loss(RIGHT) == MOST_LOSS
     assert len(brief.spans(RIGHT)) == 2
-    assert judged(brief).words == RIGHT
+    assert fused(brief).words == RIGHT
 
 
 def test_whoever_is_to_halt_it_is_a_call() -> None:
     said = {**SAID, "stop": [("S", "T", "AA", "P")], "rob": [("R", "AA", "B")], "all": [("AO", "L")]}
     arcs = (Arc(0, 1, "rob"), Arc(0, 1, "all"), Arc(1, 2, "stop"), Arc(0, 3, "turn"), Arc(3, 2, "left"))
-    speller = Speller(WordGraph(4, arcs, 0, frozenset((2,)), frozenset()), said.__getitem__)
-    chances = np.full((12, NONE + 1), -8.0, np.float32)
+    search = CtcSearch(WordGraph(4, arcs, 0, frozenset((2,)), frozenset()), said.__getitem__)
+    log_posteriors = np.full((12, NONE + 1), -8.0, np.float32)
     for k, phone in enumerate(("AO", "L", "S", "T", "AA", "P")):
-        chances[2 * k : 2 * k + 2, PHONES.index(phone)] = 0.0
-    alone = Views(LOGS, chances, speller, speller.spell(chances), None, None, 0.7)
+        log_posteriors[2 * k : 2 * k + 2, PHONES.index(phone)] = 0.0
+    alone = Hypotheses(log_posteriors, search, search.best(log_posteriors), None, 0.7)
     same, other, else_ = (
-        judged(replace(alone, guess=guessed(words, 5.0))) for words in (("all", "stop"), ("rob", "stop"), LEFT)
+        fused(replace(alone, known=enrolled(words, 2.0, 0.5))) for words in (("all", "stop"), ("rob", "stop"), LEFT)
     )
     assert {same.words, other.words, else_.words} == {("all", "stop")}
-    assert same.chance == other.chance > else_.chance
+    assert same.probability == other.probability > else_.probability
 
 
 def test_nothing_heard_is_no_sentence() -> None:
-    heard = views("turn", "left")
-    assert judge(Views(LOGS, heard.chances[:0], heard.speller, None, None, None, 0.0)) is None
+    heard = hypotheses("turn", "left")
+    assert fuse(Hypotheses(heard.log_posteriors[:0], heard.search, None, None, 0.0)) is None

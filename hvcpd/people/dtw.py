@@ -28,7 +28,7 @@ STAY, SKIP, LEAP = np.float32(0.3), np.float32(0.6), np.float32(1.2)
 over two. People's digits, cross-validated over takes: 237 of 240 right with this skip, 234 with 0.3; fluent sentences
 of nine synthetic voices: 87 of 90, with 0.3 88, with 0.8 86."""
 GUARD = 3
-"""Cells before each chain, as many as the longest step."""
+"""Cells before each instance, as many as the longest step."""
 BLOCK_FRAMES = 10
 """Paths are dropped so often. Within so few frames nobody begins more than one more word."""
 AT_ONCE_FRAMES = 5 * BLOCK_FRAMES
@@ -46,9 +46,9 @@ WIDTH = np.float32(120.0)
 class Ends:
     """What the forward pass leaves.
 
-    For each frame (first axis) the `cost` of each chain's end and the frame in which it `began`, and for each node the
-    frame in which the last word before it ended (`since`; -1: none). `rest`, one row more: the cost of being at each
-    node before each frame, and after the last. `nearest`: each frame's distance to the nearest template frame of all.
+    For each frame (first axis) the `cost` of each word instance's end and the frame in which it `began`, and for each
+    node the frame in which the last word before it ended (`since`; -1: none). `rest`, one row more: the cost of being
+    at each node before each frame, and after the last. `nearest`: each frame's distance to the nearest template frame.
     """
 
     cost: Costs
@@ -60,10 +60,10 @@ class Ends:
 
 @dataclass(frozen=True)
 class Word:
-    """A word of a path: its chain, its frames `start` up to `end`, what it costs, and how much more the cheapest other
-    word would that leads to the same place at the same time."""
+    """A word of a path: its instance, its frames `start` up to `end`, what it costs, and how much more the cheapest
+    other word would that leads to the same place at the same time."""
 
-    chain: int
+    instance: int
     start: int
     end: int
     cost: float
@@ -72,12 +72,12 @@ class Word:
 
 @dataclass(frozen=True, eq=False)
 class _Part:
-    """The cells of some chains: of the first frame, of the last, and where each target node's chains begin.
+    """The cells of some instances: of the first frame, of the last, and where each target node's instances begin.
 
     `rows`: the template frames that they have, and `row` the number among these of each cell's.
     """
 
-    chains: Index
+    instances: Index
     cells: Index
     rows: Index
     row: Index
@@ -88,21 +88,21 @@ class _Part:
     node_begins: Index
 
 
-class Chains:
-    """A network's chains as cells, one for each template frame, side by side."""
+class OnePassDtw:
+    """A network's instances as cells, one for each template frame, side by side."""
 
     def __init__(self, net: Network) -> None:
         self.net = net
         size = net.length + GUARD
-        chains = zip(net.first_row, net.length, strict=True)
-        self.rows: Index = np.unique(np.concatenate([first + np.arange(n) for first, n in chains]))
-        """The template frames that some chain has."""
+        instances = zip(net.first_row, net.length, strict=True)
+        self.rows: Index = np.unique(np.concatenate([first + np.arange(n) for first, n in instances]))
+        """The template frames that some instance has."""
         self._first_row: Index = np.searchsorted(self.rows, net.first_row)
         self._begin: Index = np.cumsum(size) - size
         self._n_cells = int(size.sum())
         end = self._begin + size
         self._endings: Index = np.stack([np.maximum(end - REACH, self._begin), end], axis=1).ravel()[:-1]
-        """Where the last REACH cells of each chain begin and end, in turn, as `reduceat` takes them."""
+        """Where the last REACH cells of each instance begin and end, in turn, as `reduceat` takes them."""
 
     def forward(self, distances: Callable[[int, int], Costs], to_noise: Costs) -> Ends:
         """Of each frame to the room's noise alone, and of the frames from one to another (first axis) to the template
@@ -110,8 +110,8 @@ class Chains:
         net, n = self.net, len(to_noise)
         cells = np.full(self._n_cells, _FAR, np.int64)
         ends = Ends(
-            np.full((n, net.n_chains), FAR, np.float32),
-            np.zeros((n, net.n_chains), np.int32),
+            np.full((n, net.n_instances), FAR, np.float32),
+            np.zeros((n, net.n_instances), np.int32),
             np.empty((n, net.n_nodes), np.int32),
             np.full((n + 1, net.n_nodes), FAR, np.float32),
             np.empty(n, np.float32),
@@ -132,7 +132,7 @@ class Chains:
         return ends
 
     def _promising(self, cells: Cells, rest: Costs) -> _Part:
-        """The chains that a path is in or may enter soon, if it does not cost WIDTH more than the best."""
+        """The instances that a path is in or may enter soon, if it does not cost WIDTH more than the best."""
         net, entering = self.net, rest[self.net.source_node]
         lowest = np.minimum(_costs(np.minimum.reduceat(cells, self._begin)), entering)
         bound = min(float(lowest.min()), float(rest.min())) + WIDTH
@@ -140,17 +140,17 @@ class Chains:
         leaving = np.minimum(leaving, np.where(net.length <= REACH, entering, FAR))
         reached = np.zeros(net.n_nodes, np.bool_)
         reached[net.target_node[leaving < bound]] = True
-        chains = np.flatnonzero((lowest < bound) | reached[net.source_node])
-        size = net.length[chains] + GUARD
+        instances = np.flatnonzero((lowest < bound) | reached[net.source_node])
+        size = net.length[instances] + GUARD
         begins = np.cumsum(size) - size
         offset = np.arange(int(size.sum())) - np.repeat(begins, size)
-        nodes, node_begins = np.unique(net.target_node[chains], return_index=True)
-        row = np.repeat(self._first_row[chains], size) + np.maximum(offset - GUARD, 0)
+        nodes, node_begins = np.unique(net.target_node[instances], return_index=True)
+        row = np.repeat(self._first_row[instances], size) + np.maximum(offset - GUARD, 0)
         used = np.zeros(len(self.rows), np.bool_)
         used[row] = True
         return _Part(
-            chains,
-            np.repeat(self._begin[chains], size) + offset,
+            instances,
+            np.repeat(self._begin[instances], size) + offset,
             np.flatnonzero(used),
             (np.cumsum(used) - 1)[row],
             offset < GUARD,
@@ -163,13 +163,13 @@ class Chains:
     def _column(
         self, part: _Part, cells: Cells, ends: Ends, frame: int, distances: Cells, to_noise: np.float32
     ) -> Cells:
-        cells[part.first - 1] = _cells(ends.rest[frame, self.net.source_node[part.chains]]) + frame
+        cells[part.first - 1] = _cells(ends.rest[frame, self.net.source_node[part.instances]]) + frame
         cells = _stepped(cells)
         cells += distances.take(part.row)
         cells[part.is_guard] = _FAR
         last = cells[part.last]
-        cost = ends.cost[frame, part.chains] = _costs(last)
-        ends.began[frame, part.chains] = last & FRAME_MASK
+        cost = ends.cost[frame, part.instances] = _costs(last)
+        ends.began[frame, part.instances] = last & FRAME_MASK
         arriving = np.full(self.net.n_nodes, FAR, np.float32)
         if len(part.nodes):
             arriving[part.nodes] = np.minimum.reduceat(cost, part.node_begins)
@@ -188,13 +188,12 @@ class Chains:
         while frame >= 0:
             begin, end = np.searchsorted(net.target_node, (node, node + 1))
             costs = ends.cost[frame, begin:end]
-            chain = int(begin + costs.argmin())
-            others = costs[net.word_number[begin:end] != net.word_number[chain]]
-            start, source = int(ends.began[frame, chain]), int(net.source_node[chain])
-            cost = float(ends.cost[frame, chain])
-            yield Word(
-                chain, start, frame + 1, cost - float(ends.rest[start, source]), float(others.min(initial=FAR)) - cost
-            )
+            instance = int(begin + costs.argmin())
+            others = costs[net.word_number[begin:end] != net.word_number[instance]]
+            start, source = int(ends.began[frame, instance]), int(net.source_node[instance])
+            cost = float(ends.cost[frame, instance])
+            margin = float(others.min(initial=FAR)) - cost
+            yield Word(instance, start, frame + 1, cost - float(ends.rest[start, source]), margin)
             node, frame = source, int(ends.since[start - 1, source]) if start > 0 else -1
 
 

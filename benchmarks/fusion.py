@@ -1,11 +1,11 @@
-"""Fits how the listeners of the second look are weighed (`hvcpd/people/judging.py`), and prints what comes of it.
+"""Fits how the listeners of the second look are weighed (`hvcpd/people/fusion.py`), and prints what comes of it.
 
-    python -m benchmarks.opinions [--data DIR] [--sentences 30] [--seed 1]
+    python -m benchmarks.fusion [--data DIR] [--sentences 30] [--seed 1]
 
-By synthetic voices that neither the net was trained on nor `benchmarks.people` hears: sentences of the phrasebook,
-calls and other short sentences, by strangers and, some, by enrolled. With DIR: people's digits, takes 0 to 4, and
-people's talk that addresses nobody, every other recording; the rest of that talk is only judged. Needs espeak-ng,
-festival, flite, and sox.
+`python -m benchmarks.fit` writes the weights. By synthetic voices that neither the net was trained on nor
+`benchmarks.people` hears: sentences of the phrasebook, calls and other short sentences, by strangers and, some, by
+enrolled. With DIR: people's digits, takes 0 to 4, and people's talk that addresses nobody, every other recording; the
+rest of that talk is only judged. Needs espeak-ng, festival, flite, and sox.
 """
 
 from __future__ import annotations
@@ -40,9 +40,9 @@ from benchmarks.phones.texts import Texts
 from benchmarks.phones.voices import calibrators
 from hvcpd.assembly.make import make_recogniser
 from hvcpd.hardware.soundfile import read_wav
-from hvcpd.people import judging
-from hvcpd.people.judging import Views, evidence, supporting
-from hvcpd.people.opinion import SecondOpinion
+from hvcpd.people import fusion
+from hvcpd.people.fusion import Hypotheses, evidence, supporting
+from hvcpd.people.second_pass import MIN_STRANGERS_PROBABILITY, SecondPassRecogniser
 from hvcpd.ports import Samples
 from hvcpd.recognition.second_look import Finding, LooksAgain, Piece, SecondEars
 
@@ -60,9 +60,22 @@ KNOWN_TO_TALK = ("espeak-ng en-gb-x-rp", "festival kal")
 """Whose voices are enrolled where people talk."""
 AGAIN = 0.25
 """What talk counts that is judged once more, with somebody enrolled."""
-SUPPORT_SIGNS = "-?---"
-CHANCE_SIGNS = "?-?---?+????+"
+SUPPORT_SIGNS = "---"
+PROBABILITY_SIGNS = "?-?+????+"
 """Of each weight, where it is known which it must have."""
+SUPPORTING = ("loss", "farther_by_cepstra", "farther_by_net")
+EVIDENCE = (
+    "bias",
+    "loss_a_frame",
+    "is_nearest",
+    "nearest_logit",
+    "is_nearest_by_net",
+    "log_words",
+    "words_a_second",
+    "log_seconds",
+    "lead",
+)
+"""Names of the weights of `fusion.supporting` and `fusion.evidence`."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -75,7 +88,7 @@ class Case:
 
     kind: str
     words: tuple[str, ...]
-    views: Views
+    hypotheses: Hypotheses
     weight: float = 1.0
     counts: float = 1.0
 
@@ -101,41 +114,33 @@ def said(talk: Talk, phrases: Phrases, seed: int) -> tuple[tuple[str, ...], Piec
     return words, alone(talk(phrases), SNR_DB, "white", seed)
 
 
-def both(
-    kind: str, words: tuple[str, ...], opinion: SecondOpinion, views: Views, weight: float = 1.0, counts: float = 1.0
-) -> Iterator[Case]:
-    """As it is with PocketSphinx, and without."""
-    yield Case(f"{kind}, with PocketSphinx", words, opinion.asked(views), weight, counts)
-    yield Case(f"{kind}, without", words, views, weight, counts)
-
-
 def by_voices(stage: Stage, n: int, seed: int) -> Iterator[Case]:
     nobody = stage.opinion(stage.book.people_graph, ())
     for number, (name, talk) in enumerate(talkers(seed).items()):
         spoken: list[Phrases] = [*sentences(stage.book, n, seed + number), *([c.split()] for c in FIRST_WORDS + CALLS)]
         for k, phrases in enumerate(spoken):
-            yield from heard("strangers", nobody, said(talk, phrases, 1000 * number + k))
+            yield heard("strangers", nobody, said(talk, phrases, 1000 * number + k))
         for k, text in enumerate(SHORT):
             kind = "calls" if text.endswith("stop") else "short sentences"
-            yield from heard(kind, nobody, said(talk, [text.split()], 2000 * number + k))
+            yield heard(kind, nobody, said(talk, [text.split()], 2000 * number + k))
         known = enrolled_by(stage, talk)
         for k, phrases in enumerate(
             [*sentences(stage.book, n // 2, seed + 50 + number), *([c.split()] for c in CALLS)]
         ):
-            yield from heard("enrolled", known, said(talk, phrases, 3000 * number + k))
+            yield heard("enrolled", known, said(talk, phrases, 3000 * number + k))
         print(f"{name} has spoken", flush=True)
 
 
-def enrolled_by(stage: Stage, talk: Talk) -> SecondOpinion:
+def enrolled_by(stage: Stage, talk: Talk) -> SecondPassRecogniser:
     """Of somebody who knows a voice by three takes of each word."""
     words = {w: [levelled(talk([[w]])) for _ in range(3)] for w in stage.book.people_graph.words}
     return stage.opinion(stage.book.people_graph, [enrol("Anna", words)])
 
 
-def heard(kind: str, opinion: SecondOpinion, one: tuple[tuple[str, ...], Piece]) -> Iterator[Case]:
-    """A sentence, in both ways."""
+def heard(kind: str, opinion: SecondPassRecogniser, one: tuple[tuple[str, ...], Piece]) -> Case:
+    """What the listeners make of a sentence."""
     words, piece = one
-    yield from both(kind, words, opinion, opinion.views(piece))
+    return Case(kind, words, opinion.hypotheses(piece))
 
 
 def by_digits(stage: Stage, folder: Path) -> Iterator[Case]:
@@ -151,14 +156,14 @@ def by_digits(stage: Stage, folder: Path) -> Iterator[Case]:
     for key, (who, digit) in enumerate(sorted(takes)):
         for n, (label, snr_db) in itertools.product(range(5), (("clean", None), ("10 dB", 10.0))):
             piece = alone(takes[who, digit][n], snr_db, "pink", 100 * key + n)
-            by_nobody = nobody.views(piece)
+            by_nobody = nobody.hypotheses(piece)
             for kept in (kept for kept in KEPT if n not in kept):
                 everybody, others = enrolled[kept]
                 for kind, ears in (("enrolled", everybody), ("not enrolled", others[who])):
-                    views = replace(by_nobody, known=ears.views(piece).known)
+                    hypotheses = replace(by_nobody, known=ears.hypotheses(piece).known)
                     name = f"digits, {len(kept)} takes, {kind}, {label}"
                     weight = 3.0 if kind == "enrolled" else 1.0
-                    yield from both(name, (DIGITS[digit],), nobody, views, weight, 0.1)
+                    yield Case(name, (DIGITS[digit],), hypotheses, weight, 0.1)
 
 
 class Kept:
@@ -194,9 +199,9 @@ def talk_to_nobody(stage: Stage, folder: Path | None, seed: int) -> Iterator[Cas
         sound = np.concatenate([np.zeros(1600), *(read_wav(path) for path in some)]).astype(np.float32)
         counts = float("not" not in label)
         for piece in pieces_of(stage, sound):
-            yield from both(label, (), nobody, nobody.views(piece), counts=counts)
+            yield Case(label, (), nobody.hypotheses(piece), counts=counts)
             for name in KNOWN_TO_TALK:
-                yield from both(f"{label}, one enrolled", (), nobody, known[name].views(piece), counts=AGAIN * counts)
+                yield Case(f"{label}, one enrolled", (), known[name].hypotheses(piece), counts=AGAIN * counts)
     texts = Texts(common_words(), seed)
     for name, talk in voices.items():
         spoken = []
@@ -206,8 +211,8 @@ def talk_to_nobody(stage: Stage, folder: Path | None, seed: int) -> Iterator[Cas
                 spoken.append((text.words, talk(text.phrases)))
         sound, _ = stream(spoken, SNR_DB, "white", seed)
         for piece in pieces_of(stage, sound):
-            yield from both("prose", (), nobody, nobody.views(piece))
-            yield from both("prose, enrolled", (), nobody, known[name].views(piece), counts=AGAIN)
+            yield Case("prose", (), nobody.hypotheses(piece))
+            yield Case("prose, enrolled", (), known[name].hypotheses(piece), counts=AGAIN)
         print(f"{name} has talked", flush=True)
 
 
@@ -215,9 +220,9 @@ def fit_support(cases: Sequence[Case]) -> Floats:
     """Conditional logit: of the sentences that were found, the one that was said."""
     choices = []
     for case in cases:
-        found = case.views.sentences
+        found = case.hypotheses.sentences
         if len(found) > 1 and case.words in found:
-            values = np.array([supporting(case.views, words) for words in found])
+            values = np.array([supporting(case.hypotheses, words) for words in found])
             choices.append((case.weight, values - values[found.index(case.words)]))
     scale = np.maximum(np.concatenate([values for _, values in choices]).std(axis=0), 1e-6)
 
@@ -234,7 +239,7 @@ def _bounds(signs: str) -> list[tuple[float | None, float | None]]:
     return [(0.0 if sign == "+" else None, 0.0 if sign == "-" else None) for sign in signs]
 
 
-def fit_chance(values: Floats, right: Floats, case_weights: Floats) -> Floats:
+def fit_probability(values: Floats, right: Floats, case_weights: Floats) -> Floats:
     """Logistic regression; the first column of the values is 1."""
     scale = np.maximum(values.std(axis=0), 1e-6)
     scale[0] = 1.0
@@ -245,20 +250,20 @@ def fit_chance(values: Floats, right: Floats, case_weights: Floats) -> Floats:
             np.sum(case_weights * (np.logaddexp(0.0, logits) - right * logits)) + RIDGE * (weights[1:] ** 2).sum()
         )
 
-    return np.asarray(minimize(cost, np.zeros(len(scale)), bounds=_bounds(CHANCE_SIGNS)).x / scale)
+    return np.asarray(minimize(cost, np.zeros(len(scale)), bounds=_bounds(PROBABILITY_SIGNS)).x / scale)
 
 
 def winners(cases: Sequence[Case]) -> list[tuple[tuple[str, ...], Sequence[float]]]:
     """The sentence that is supported best in each case, and what tells whether it is right."""
     found = []
     for case in cases:
-        scored = judging.ranked(case.views)
+        scored = fusion.ranked(case.hypotheses)
         words = scored[0][1]
-        found.append((words, evidence(case.views, words, judging.lead_of(scored))))
+        found.append((words, evidence(case.hypotheses, words, fusion.lead_of(scored))))
     return found
 
 
-def tell(cases: Sequence[Case], found: Sequence[tuple[str, ...]], chances: Floats) -> None:
+def tell(cases: Sequence[Case], found: Sequence[tuple[str, ...]], probabilities: Floats) -> None:
     """Right and wrong ones that are surer than some thresholds."""
     levels = (0.0, 0.5, 0.7, 0.8, 0.95)
     print(f"{'':44} {'right, at least as sure as':>34}   wrong   (the surest stops)")
@@ -268,33 +273,49 @@ def tell(cases: Sequence[Case], found: Sequence[tuple[str, ...]], chances: Float
         right = [k for k in mine if found[k] == cases[k].words]
         wrong = [k for k in mine if found[k] != cases[k].words]
         halts = [k for k in wrong if found[k][-1] == "stop" and cases[k].words[-1:] != ("stop",)]
-        stops = " ".join(f"{chances[k]:.2f}" for k in sorted(halts, key=lambda k: -chances[k])[:4])
+        stops = " ".join(f"{probabilities[k]:.2f}" for k in sorted(halts, key=lambda k: -probabilities[k])[:4])
         counts = [
-            "".join(f"{sum(chances[k] >= level for k in each):6d}" for level in levels) for each in (right, wrong)
+            "".join(f"{sum(probabilities[k] >= level for k in each):6d}" for level in levels) for each in (right, wrong)
         ]
         print(f"{kind:44} {counts[0]}   {counts[1]}   ({stops})")
 
 
-def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--data", type=Path, help="folder with digits/ and negatives/")
-    parser.add_argument("--sentences", type=int, default=30, help="of each voice")
-    parser.add_argument("--seed", type=int, default=1)
-    o = parser.parse_args()
+def fitted(o: argparse.Namespace) -> dict[str, object]:
+    """Weights of both curves, and what they were fitted to."""
     stage = Stage(False)
     cases = list(by_voices(stage, o.sentences, o.seed))
     cases += list(by_digits(stage, o.data / "digits")) if o.data is not None else []
     cases += list(talk_to_nobody(stage, o.data / "negatives" if o.data is not None else None, o.seed))
-    cases = [case for case in cases if case.views.sentences]
-    judging.SUPPORT = tuple(fit_support(cases).tolist())
+    cases = [case for case in cases if case.hypotheses.sentences]
+    fusion.SUPPORT = tuple(round(w, 4) for w in fit_support(cases).tolist())
     found = winners(cases)
     values = np.array([each for _, each in found])
     right = np.array([words == case.words for case, (words, _) in zip(cases, found, strict=True)], float)
-    chance = fit_chance(values, right, np.array([case.counts for case in cases]))
-    for name, weights in (("SUPPORT", judging.SUPPORT), ("CHANCE", chance.tolist())):
-        print(f"{name} = ({', '.join(f'{w:.3g}' for w in weights)})")
-    tell(cases, [words for words, _ in found], 1.0 / (1.0 + np.exp(-values @ chance)))
+    weights = fit_probability(values, right, np.array([case.counts for case in cases]))
+    probabilities = 1.0 / (1.0 + np.exp(-values @ weights))
+    tell(cases, [words for words, _ in found], probabilities)
+    sure = probabilities >= MIN_STRANGERS_PROBABILITY
+    people = ", digits of four people, people's talk" if o.data is not None else ""
+    return {
+        "data": f"{o.sentences} sentences by each of five synthetic voices, calls, enrolled voices, prose{people}; "
+        f"seed {o.seed}",
+        "score": f"at {MIN_STRANGERS_PROBABILITY}: {int((sure * right).sum())} of {int(right.sum())} right ones, "
+        f"{int((sure * (1 - right)).sum())} of {int((1 - right).sum())} wrong ones",
+        "weights": {
+            "support": dict(zip(SUPPORTING, fusion.SUPPORT, strict=True)),
+            "probability": {name: round(float(w), 3) for name, w in zip(EVIDENCE, weights, strict=True)},
+        },
+    }
+
+
+def parser() -> argparse.ArgumentParser:
+    """What can be chosen."""
+    out = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    out.add_argument("--data", type=Path, help="folder with digits/ and negatives/")
+    out.add_argument("--sentences", type=int, default=30, help="of each voice")
+    out.add_argument("--seed", type=int, default=1)
+    return out
 
 
 if __name__ == "__main__":
-    main()
+    print(fitted(parser().parse_args()))

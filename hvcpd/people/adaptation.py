@@ -1,4 +1,4 @@
-"""Learning as it goes: what a person says again when asked, and then confirms, becomes takes of its words.
+"""Adaptation as it goes: what a person says again when asked, and then confirms, becomes takes of its words.
 
 Only then is it known what was said: the robot has read it back, and the same person has said that it is right.
 """
@@ -32,7 +32,7 @@ class _Candidate:
     takes: dict[str, list[Energies]]
 
 
-class Learning:
+class ConfirmedTakes:
     """Told what the robot says, what it finds and what it hears, in order; gives takes when they are confirmed."""
 
     def __init__(self, own_name: str) -> None:

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from hvcpd.language.graph import WordGraph, graph_of
-from hvcpd.people.chains import FAR, Chains, Costs, Ends
+from hvcpd.people.dtw import FAR, Costs, Ends, OnePassDtw
 from hvcpd.recognition.frontend import Features
 from hvcpd.recognition.network import Index, Network
 from hvcpd.recognition.scorer import norms_of, squared_distances
@@ -69,12 +69,12 @@ class _Fit:
     """How one sentence fits in the voices that have its words: least for who fits best, less for more who fit."""
 
     vote: float
-    chains: Chains
+    dtw: OnePassDtw
     ends: Ends
     node: int
 
 
-class Matcher:
+class TemplateDecoder:
     """Knows a network of sentences, and where the takes of its words are among the rows of what is heard."""
 
     def __init__(self, graph: WordGraph, templates: Sequence[Template]) -> None:
@@ -83,38 +83,38 @@ class Matcher:
         self._words: dict[str, set[str]] = {}
         for template in templates:
             self._words.setdefault(template.voice, set()).add(template.word)
-        self._chains = self._compiled(graph)
+        self._dtw = self._compiled(graph)
 
-    def _compiled(self, graph: WordGraph) -> Chains:
-        return Chains(Network(graph, self._templates, partial=frozenset(self._words)))
+    def _compiled(self, graph: WordGraph) -> OnePassDtw:
+        return OnePassDtw(Network(graph, self._templates, partial=frozenset(self._words)))
 
-    def _alone(self, words: tuple[str, ...]) -> Chains | None:
+    def _alone(self, words: tuple[str, ...]) -> OnePassDtw | None:
         """One sentence; None if nobody has its words."""
         known = any(said.issuperset(words) for said in self._words.values())
         return self._compiled(graph_of(words)) if known else None
 
     def hear(self, heard: Heard) -> Hearing:
         """A piece of sound, to be compared with sentences."""
-        return Hearing(heard, self._chains, self._alone)
+        return Hearing(heard, self._dtw, self._alone)
 
 
 class Hearing:
-    """A piece of sound beside a matcher's sentences."""
+    """A piece of sound beside a decoder's sentences."""
 
-    def __init__(self, heard: Heard, chains: Chains, alone: Callable[[tuple[str, ...]], Chains | None]) -> None:
+    def __init__(self, heard: Heard, dtw: OnePassDtw, alone: Callable[[tuple[str, ...]], OnePassDtw | None]) -> None:
         self._heard = heard
         self._alone = alone
         self._fits: dict[tuple[str, ...], _Fit | None] = {}
-        ends = chains.forward(heard.to(chains.rows), heard.to_noise)
+        ends = dtw.forward(heard.to(dtw.rows), heard.to_noise)
         self._nearest = ends.nearest
-        self._best = self._best_of(chains, ends)
+        self._best = self._best_of(dtw, ends)
 
-    def _best_of(self, chains: Chains, ends: Ends) -> _Fit | None:
+    def _best_of(self, dtw: OnePassDtw, ends: Ends) -> _Fit | None:
         """Of the sentences that fit best in one voice or another, the one that fits best in all."""
-        found = _best_of_voices(chains, ends).values()
+        found = _best_of_voices(dtw, ends).values()
         sentences = dict.fromkeys(words for _, words, _ in found)
         if len(sentences) == 1:
-            return _Fit(min(found)[0], chains, ends, min(found)[2])
+            return _Fit(min(found)[0], dtw, ends, min(found)[2])
         fits = [(fit.vote, words, fit) for words in sentences if (fit := self._fit(words)) is not None]
         return min(fits, key=lambda each: each[:2])[2] if fits else None
 
@@ -128,12 +128,12 @@ class Hearing:
     def best(self) -> tuple[str, ...] | None:
         """The sentence that fits best; None if the piece is too short for any."""
         fit = self._best
-        return tuple(fit.chains.net.word[w.chain] for w in fit.chains.trace(fit.ends, fit.node)) if fit else None
+        return tuple(fit.dtw.net.word[w.instance] for w in fit.dtw.trace(fit.ends, fit.node)) if fit else None
 
     @property
     def match(self) -> Match | None:
         """The best sentence, in the voice in which it fits best."""
-        return self._match(self._best.chains, self._best.ends, self._best.node) if self._best is not None else None
+        return self._match(self._best.dtw, self._best.ends, self._best.node) if self._best is not None else None
 
     def _fit(self, words: tuple[str, ...]) -> _Fit | None:
         if words not in self._fits:
@@ -141,44 +141,42 @@ class Hearing:
         return self._fits[words]
 
     def _fitted(self, words: tuple[str, ...]) -> _Fit | None:
-        chains = self._alone(words)
-        if chains is None:
+        dtw = self._alone(words)
+        if dtw is None:
             return None
-        ends = chains.forward(self._heard.to(chains.rows), self._heard.to_noise)
-        voices = _best_of_voices(chains, ends).values()
+        ends = dtw.forward(self._heard.to(dtw.rows), self._heard.to_noise)
+        voices = _best_of_voices(dtw, ends).values()
         if not voices:
             return None
         costs = np.array([cost for cost, _, _ in voices])
         vote = costs.min() - VOTE_COST * float(np.log(np.exp((costs.min() - costs) / VOTE_COST).sum()))
-        return _Fit(float(vote), chains, ends, min(voices)[2])
+        return _Fit(float(vote), dtw, ends, min(voices)[2])
 
-    def _match(self, chains: Chains, ends: Ends, node: int) -> Match:
+    def _match(self, dtw: OnePassDtw, ends: Ends, node: int) -> Match:
         heard, words = self._heard, []
         inside = np.zeros(len(heard.to_noise), np.bool_)
         least = np.minimum(self._nearest, heard.to_noise)
-        path = chains.trace(ends, node)
+        path = dtw.trace(ends, node)
         for word in path:
             excess = word.cost - float(least[word.start : word.end].sum())
             deficit = excess / (word.end - word.start)
-            words.append(MatchedWord(chains.net.word[word.chain], word.start, word.end, deficit, word.margin))
+            words.append(MatchedWord(dtw.net.word[word.instance], word.start, word.end, deficit, word.margin))
             inside[word.start : word.end] = True
         beyond = (heard.to_noise - least)[~inside]
         passed_over = float(beyond.mean()) if len(beyond) else 0.0
         inside_noise = float(heard.to_noise[inside].sum()) - sum(word.cost for word in path)
-        return Match(
-            chains.net.voice_of_node(node), tuple(words), passed_over, inside_noise / max(int(inside.sum()), 1)
-        )
+        return Match(dtw.net.voice_of_node(node), tuple(words), passed_over, inside_noise / max(int(inside.sum()), 1))
 
 
-def _best_of_voices(chains: Chains, ends: Ends) -> dict[str, tuple[float, tuple[str, ...], int]]:
+def _best_of_voices(dtw: OnePassDtw, ends: Ends) -> dict[str, tuple[float, tuple[str, ...], int]]:
     """For each voice that has a sentence: the least cost, the words, and the node where they end."""
-    net, found = chains.net, {}
+    net, found = dtw.net, {}
     for number, voice in enumerate(net.voices):
         nodes = np.arange(number * net.nodes_per_voice, (number + 1) * net.nodes_per_voice)
         costs = np.where(net.is_final[nodes], ends.rest[-1, nodes], FAR)
         node = int(nodes[costs.argmin()])
         if costs.min() < FAR / 2:
-            words = tuple(net.word[word.chain] for word in chains.trace(ends, node))
+            words = tuple(net.word[word.instance] for word in dtw.trace(ends, node))
             found[voice] = (float(costs.min()), words, node)
     return found
 

@@ -1,34 +1,32 @@
-"""Cepstra as PocketSphinx's models of English know them (MFCC), of sound in noise that is known.
+"""Mel bands that the net of phones was trained on, of sound in noise that is known.
 
-The library's own front end learns the noise while it listens and takes the mean cepstrum of all that it hears, which is
-too little to go by where somebody says one word in a room. What is heard before the speech tells the noise at once. And
-where all that is above 4 kHz was lost (telephones, narrow microphones), it is made up from what is below.
+What is heard before the speech tells the noise, which is taken away. Where all that is above 4 kHz was lost
+(telephones, narrow microphones), it is made up from what is below.
 """
 
 from __future__ import annotations
 
+import importlib.resources
 from functools import cache
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from hvcpd.people.stored import stored
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
+from hvcpd.recognition.frontend import ENERGY_FLOOR, Energies
 
 Bands = NDArray[np.float64]
 """Mel filterbank energies, shape (frames, N_BANDS), of sound whose full scale is FULL_SCALE."""
-Cepstra = NDArray[np.float32]
-"""Shape (frames, N_CEPSTRA)."""
 
-N_BANDS, LOW_HZ, HIGH_HZ, LIFTER = 25, 130.0, 6800.0, 22
-"""As the model `en-us` was trained with (its `feat.params`)."""
-WINDOW_SAMPLES, HOP_SAMPLES, FFT_SIZE, PRE_EMPHASIS, N_CEPSTRA = 410, 160, 512, 0.97, 13
-"""PocketSphinx's defaults at 16 kHz (`wlen`, `frate`, `nfft`, `alpha`, `ncep`)."""
+N_BANDS, LOW_HZ, HIGH_HZ = 25, 130.0, 6800.0
+WINDOW_SAMPLES, HOP_SAMPLES, FFT_SIZE, PRE_EMPHASIS = 410, 160, 512, 0.97
+"""As the net was trained with, and before it the model `en-us` of PocketSphinx, from which they come."""
 FULL_SCALE = 32768.0
 LEVEL_RMS = 0.1
 """Of the louder quarter of the speech's samples, full scale 1: the models were trained on speech about as loud."""
 LEAST = 1e-4
-"""Added to energies before the logarithm, as PocketSphinx does."""
+"""Added to energies before the logarithm."""
 
 SURELY_BEFORE_S = 0.2
 """So long before the speech was noticed it may already have begun."""
@@ -37,7 +35,7 @@ QUIETER = 0.7
 LEAST_FRAMES, QUIETEST = 10, 0.1
 """With fewer frames before it, the quietest part of the speech's own does."""
 SMOOTH = 0.5
-"""Of a band's energy, what is kept from the frame before where its noise is judged."""
+"""Of a band's energy, what is kept from the frame before where its noise is fused."""
 LEAST_GAIN = 0.05
 """A band is brought down by no more than this with its noise. The models were trained on speech whose noise had been
 removed in such a way, and with neighbouring bands' gains averaged (C. Kim & R. Stern, "Power-normalized cepstral
@@ -50,9 +48,9 @@ MASK_DB = 37.0
 MASK_SHARE = 8
 
 UPPER = 20
-"""The first band of those that lie above 4 kHz..."""
+"""The first band of those that lie above 4 kHz."""
 LOST_DB = 35.0
-"""...and that hold nothing if they are so far below the loudest frame in all frames but one of LOST_SHARE: consonants
+"""Those bands hold nothing if they are so far below the loudest frame in all frames but one of LOST_SHARE: consonants
 come to within 25 dB of it."""
 LOST_SHARE = 50
 
@@ -68,15 +66,6 @@ def _filters() -> NDArray[np.float64]:
     hz = np.arange(FFT_SIZE // 2 + 1)[:, None] * line_hz
     rising, falling = (hz - left) / (centre - left), (right - hz) / (right - centre)
     return np.asarray(np.maximum(np.minimum(rising, falling), 0.0) * 2.0 / (right - left))
-
-
-@cache
-def transform() -> NDArray[np.float64]:
-    """The orthonormal DCT-II with the lifter's weights, shape (N_BANDS, N_CEPSTRA)."""
-    order = np.arange(N_CEPSTRA)
-    basis = np.cos(np.pi * order * (np.arange(N_BANDS)[:, None] + 0.5) / N_BANDS) * np.sqrt(2.0 / N_BANDS)
-    basis[:, 0] /= np.sqrt(2.0)
-    return np.asarray(basis * (1.0 + LIFTER / 2.0 * np.sin(np.pi * order / LIFTER)))
 
 
 def bands_of(sound: Samples) -> Bands:
@@ -146,14 +135,6 @@ def completed(logs: Bands, bands: Bands) -> Bands:
     return np.concatenate([logs[:, :UPPER], _made_up(logs[:, :UPPER])], axis=1) if upper_lost(bands) else logs
 
 
-def cepstra_of(logs: Bands) -> Cepstra:
-    """Of the logarithms of an utterance's energies, shape (frames, N_BANDS). Their mean is 0."""
-    if not len(logs):
-        return np.zeros((0, N_CEPSTRA), np.float32)
-    cepstra = logs @ transform()
-    return np.asarray(cepstra - cepstra.mean(axis=0), np.float32)
-
-
 def upper_lost(bands: Bands) -> bool:
     """Whether there is nothing above 4 kHz."""
     upper = np.sort(bands[:, UPPER:].sum(axis=1))
@@ -171,3 +152,29 @@ def _regression() -> NDArray[np.float64]:
 def _made_up(lower: NDArray[np.float64]) -> NDArray[np.float64]:
     weights = _regression()
     return np.asarray(weights[0] + lower @ weights[1:])
+
+
+def masked_logs(energies: Energies, silence: int = 0) -> Bands:
+    """Logarithms of a take's energies, shape (frames, N_BANDS of the front end), with so many frames of silence before
+    and after it, nothing being fainter than what counts for the net."""
+    mask = mask_of(energies) + float(ENERGY_FLOOR)
+    return np.asarray(np.log(np.pad(energies, ((silence, silence), (0, 0))) + mask))
+
+
+@cache
+def _take_regression() -> NDArray[np.float64]:
+    """Shape (1 + the front end's N_BANDS, the net's), the constants first."""
+    return np.asarray(stored("take_bands.npz")["weights"], np.float64)
+
+
+def heard_alone(energies: Energies, silence: int) -> Bands:
+    """Logarithms of the net's bands, shape (silence + frames + silence, N_BANDS), of a take in silence."""
+    weights = _take_regression()
+    logs = weights[0] + masked_logs(energies, silence) @ weights[1:]
+    return completed(logs, np.exp(logs))
+
+
+def stored(name: str) -> dict[str, NDArray[Any]]:
+    """The arrays in a file of this folder, by name, as they were written."""
+    with (importlib.resources.files("hvcpd.people") / name).open("rb") as file:
+        return dict(np.load(file, allow_pickle=False))

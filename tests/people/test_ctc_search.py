@@ -9,8 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from hvcpd.language.graph import Arc, WordGraph
-from hvcpd.people.phones import PHONES
-from hvcpd.people.spelled import Speller
+from hvcpd.people.phones import PHONES, CtcSearch
 
 SAID = {"see": [("S", "IY")], "as": [("AE", "Z"), ("AH", "Z")], "zoos": [("Z", "UW", "Z")], "is": [("IH", "Z")]}
 ARCS = (Arc(0, 1, "see"), Arc(0, 1, "as"), Arc(1, 2, "zoos"), Arc(1, 2, "is"), Arc(0, 2, "is"))
@@ -18,12 +17,12 @@ GRAPH = WordGraph(3, ARCS, 0, frozenset((2,)), frozenset())
 NONE = len(PHONES)
 
 
-def speller() -> Speller:
-    return Speller(GRAPH, SAID.__getitem__)
+def search() -> CtcSearch:
+    return CtcSearch(GRAPH, SAID.__getitem__)
 
 
-def loss(speller: Speller, chances: np.ndarray, *words: str) -> float:
-    fit = speller.fit(chances, words)
+def loss(search: CtcSearch, log_posteriors: np.ndarray, *words: str) -> float:
+    fit = search.fit(log_posteriors, words)
     assert fit is not None
     return fit.loss
 
@@ -38,46 +37,46 @@ def sentences() -> list[tuple[tuple[str, ...], list[int]]]:
     ]
 
 
-def best_path(chances: np.ndarray, phones: list[int]) -> float:
+def best_path(log_posteriors: np.ndarray, phones: list[int]) -> float:
     """The best row of frames that is these phones once repeats and then gaps are left out, by trying all."""
     symbols = sorted({*phones, NONE})
     scores = [-np.inf]
-    for row in itertools.product(symbols, repeat=len(chances)):
+    for row in itertools.product(symbols, repeat=len(log_posteriors)):
         merged = [s for s, _ in itertools.groupby(row)]
         if [s for s in merged if s != NONE] == phones:
-            scores.append(sum(chances[t, s] for t, s in enumerate(row)))
+            scores.append(sum(log_posteriors[t, s] for t, s in enumerate(row)))
     return max(scores)
 
 
 @settings(max_examples=12, deadline=None)
 @given(st.integers(0, 10_000), st.integers(2, 6))
 def test_it_is_the_best_of_all_paths(seed: int, n: int) -> None:
-    chances = np.log(np.random.default_rng(seed).dirichlet(np.full(NONE + 1, 0.3), n) + 1e-9).astype(np.float32)
+    log_posteriors = np.log(np.random.default_rng(seed).dirichlet(np.full(NONE + 1, 0.3), n) + 1e-9).astype(np.float32)
     losses: dict[tuple[str, ...], float] = {}
     for words, phones in sentences():
         # A word's last phone and the next word's first may be one, as they are when people speak.
-        lost = float(chances.max(axis=1).sum()) - best_path(chances, phones)
+        lost = float(log_posteriors.max(axis=1).sum()) - best_path(log_posteriors, phones)
         losses[words] = min(lost, losses.get(words, np.inf))
-    found = speller().spell(chances)
+    found = search().best(log_posteriors)
     least = min(losses.values())
     if not np.isfinite(least):
         assert found is None
     else:
         assert found is not None
         assert found.loss <= least + 1e-3
-        assert abs(loss(speller(), chances, *found.words) - found.loss) < 1e-3
+        assert abs(loss(search(), log_posteriors, *found.words) - found.loss) < 1e-3
 
 
 def heard(*phones: str) -> np.ndarray:
-    """Chances of sounds that were clearly heard, a frame each; "" for none."""
-    chances = np.full((len(phones), NONE + 1), -8.0, np.float32)
+    """LogPosteriors of sounds that were clearly heard, a frame each; "" for none."""
+    log_posteriors = np.full((len(phones), NONE + 1), -8.0, np.float32)
     for frame, phone in enumerate(phones):
-        chances[frame, PHONES.index(phone) if phone else NONE] = -0.01
-    return chances
+        log_posteriors[frame, PHONES.index(phone) if phone else NONE] = -0.01
+    return log_posteriors
 
 
 def test_words_and_their_frames_are_found() -> None:
-    found = speller().spell(heard("", "S", "", "IY", "IY", "", "", "IH", "Z", ""))
+    found = search().best(heard("", "S", "", "IY", "IY", "", "", "IH", "Z", ""))
     assert found is not None
     assert found.words == ("see", "is")
     assert found.spans == ((1, 5), (7, 9))
@@ -85,15 +84,15 @@ def test_words_and_their_frames_are_found() -> None:
 
 
 def test_a_phone_said_twice_needs_a_gap() -> None:
-    twice = loss(speller(), heard("Z", "UW", "Z"), "zoos")
+    twice = loss(search(), heard("Z", "UW", "Z"), "zoos")
     assert twice < 1e-3
     graph = WordGraph(2, (Arc(0, 1, "zz"),), 0, frozenset((1,)), frozenset())
-    doubled = Speller(graph, lambda word: [("Z", "Z")])
+    doubled = CtcSearch(graph, lambda word: [("Z", "Z")])
     assert loss(doubled, heard("Z", "", "Z"), "zz") < 1e-3
     assert loss(doubled, heard("Z", "Z", "Z"), "zz") > 5.0
 
 
 def test_too_little_sound_has_no_sentence() -> None:
-    assert speller().spell(heard("Z")) is None
-    assert speller().spell(np.zeros((0, NONE + 1), np.float32)) is None
-    assert speller().fit(heard("Z"), ("zoos",)) is None
+    assert search().best(heard("Z")) is None
+    assert search().best(np.zeros((0, NONE + 1), np.float32)) is None
+    assert search().fit(heard("Z"), ("zoos",)) is None

@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
-from hvcpd.recognition.matched import FRAME, REACH, Weighing, correlated, faded, power_of, scrutinized
+from hvcpd.recognition.matched_filter import FRAME, REACH, WhiteningFilter, correlated, faded, power_of, scrutinized
 from hvcpd.recognition.paths import passes
 
 
@@ -16,10 +16,10 @@ def _noise(n: int, seed: int, level: float = 0.01) -> Samples:
     return np.asarray(np.random.default_rng(seed).standard_normal(n) * level, np.float32)
 
 
-def _taught(noise: Samples) -> Weighing:
-    weighing = Weighing()
-    weighing.push(noise)
-    return weighing
+def _taught(noise: Samples) -> WhiteningFilter:
+    whitening = WhiteningFilter()
+    whitening.push(noise)
+    return whitening
 
 
 def _word(n: int = 6000) -> Samples:
@@ -29,11 +29,13 @@ def _word(n: int = 6000) -> Samples:
     return np.asarray(0.05 * (hum + _noise(n, 5, 0.3)) * np.hanning(n), np.float32)
 
 
-def _strength(weighing: Weighing, heard: Samples, word: Samples, at: int, lags: int = 49) -> tuple[float, int, float]:
+def _strength(
+    whitening: WhiteningFilter, heard: Samples, word: Samples, at: int, lags: int = 49
+) -> tuple[float, int, float]:
     first = at - lags // 2
-    weighed = weighing.weigh(heard[first - REACH : first + len(word) + lags - 1 + REACH])
-    expected = float(np.dot(power_of(word), weighing.weights)) ** 0.5
-    strength, offset = correlated(weighed, word, expected)
+    whitened = whitening.whiten(heard[first - REACH : first + len(word) + lags - 1 + REACH])
+    expected = float(np.dot(power_of(word), whitening.weights)) ** 0.5
+    strength, offset = correlated(whitened, word, expected)
     return strength, offset - lags // 2, expected
 
 
@@ -42,9 +44,9 @@ def test_noise_alone_has_strength_one(coloured: bool) -> None:
     noise = _noise(160_000, 1)
     if coloured:
         noise = np.asarray(np.convolve(noise, [0.5, 1.0, 0.7, 0.3], "same"), np.float32)
-    weighing, word = _taught(noise[:64_000]), _word()
-    weighed = weighing.weigh(noise[64_000:])
-    values = np.correlate(weighed, word, "valid") / float(np.dot(power_of(word), weighing.weights)) ** 0.5
+    whitening, word = _taught(noise[:64_000]), _word()
+    whitened = whitening.whiten(noise[64_000:])
+    values = np.correlate(whitened, word, "valid") / float(np.dot(power_of(word), whitening.weights)) ** 0.5
     assert np.std(values) == pytest.approx(1.0, abs=0.12)
 
 
@@ -70,10 +72,10 @@ def test_what_is_left_over_lowers_the_strength_of_a_chance_likeness() -> None:
     other = np.roll(word[::-1], 300) * np.float32(8.0)
     heard = noise.copy()
     heard[70_000 : 70_000 + len(word)] += other
-    weighing = _taught(noise[:64_000])
-    strength, offset, expected = _strength(weighing, heard, word, 70_000)
-    weighed = weighing.weigh(heard[70_000 + offset - REACH : 70_000 + offset + len(word) + REACH])
-    fit = scrutinized(weighed, word, power_of(word), weighing, strength, expected)
+    whitening = _taught(noise[:64_000])
+    strength, offset, expected = _strength(whitening, heard, word, 70_000)
+    whitened = whitening.whiten(heard[70_000 + offset - REACH : 70_000 + offset + len(word) + REACH])
+    fit = scrutinized(whitened, word, power_of(word), whitening, strength, expected)
     assert fit.strength < 0.5 * strength
 
 
@@ -83,13 +85,13 @@ def test_somebody_loud_for_a_moment_hides_that_part_only() -> None:
     heard[70_000:78_000] += np.float32(0.3) * word
     loud = heard.copy()
     loud[76_500:78_000] += _noise(1500, 9, 0.3)
-    weighing, power = _taught(noise[:64_000]), power_of(word)
+    whitening, power = _taught(noise[:64_000]), power_of(word)
     fits = []
     for sound in (heard, loud):
-        weighed = weighing.weigh(sound[70_000 - REACH : 78_000 + REACH])
-        expected = float(np.dot(power, weighing.weights)) ** 0.5
-        strength = float(np.dot(weighed, word)) / expected
-        fits.append(scrutinized(weighed, word, power, weighing, strength, expected))
+        whitened = whitening.whiten(sound[70_000 - REACH : 78_000 + REACH])
+        expected = float(np.dot(power, whitening.weights)) ** 0.5
+        strength = float(np.dot(whitened, word)) / expected
+        fits.append(scrutinized(whitened, word, power, whitening, strength, expected))
     assert fits[1].strength > 0.8 * fits[0].strength
     assert fits[1].strength / fits[1].expected == pytest.approx(0.3, rel=0.1)
 
@@ -100,10 +102,10 @@ def test_half_a_word_is_not_the_whole() -> None:
         heard = noise.copy()
         half = np.concatenate([word[:4000], np.zeros(4000, np.float32)])
         heard[70_000:78_000] += np.float32(0.2) * (word if whole else half)
-        weighing = _taught(noise[:64_000])
-        strength, offset, expected = _strength(weighing, heard, word, 70_000)
-        weighed = weighing.weigh(heard[70_000 + offset - REACH : 78_000 + offset + REACH])
-        assert scrutinized(weighed, word, power_of(word), weighing, strength, expected).whole is whole
+        whitening = _taught(noise[:64_000])
+        strength, offset, expected = _strength(whitening, heard, word, 70_000)
+        whitened = whitening.whiten(heard[70_000 + offset - REACH : 78_000 + offset + REACH])
+        assert scrutinized(whitened, word, power_of(word), whitening, strength, expected).whole is whole
 
 
 def test_silence_before_a_burst_is_missed_by_no_loud_word() -> None:
@@ -112,11 +114,11 @@ def test_silence_before_a_burst_is_missed_by_no_loud_word() -> None:
     word[1100:1200] += _noise(100, 5, 1e-3)
     heard = noise.copy()
     heard[70_000:78_000] += np.float32(3.0) * word
-    weighing = _taught(noise[:64_000])
-    strength, offset, expected = _strength(weighing, heard, word, 70_000)
-    weighed = weighing.weigh(heard[70_000 + offset - REACH : 78_000 + offset + REACH])
+    whitening = _taught(noise[:64_000])
+    strength, offset, expected = _strength(whitening, heard, word, 70_000)
+    whitened = whitening.whiten(heard[70_000 + offset - REACH : 78_000 + offset + REACH])
     assert strength > 100.0
-    assert scrutinized(weighed, word, power_of(word), weighing, strength, expected).whole
+    assert scrutinized(whitened, word, power_of(word), whitening, strength, expected).whole
 
 
 def test_digital_silence_teaches_nothing() -> None:
@@ -128,7 +130,7 @@ def test_digital_silence_teaches_nothing() -> None:
 @settings(max_examples=20, deadline=None)
 def test_the_size_of_blocks_changes_nothing(sizes: list[int]) -> None:
     noise = _noise(40_000, 8)
-    blocks = Weighing()
+    blocks = WhiteningFilter()
     at = 0
     while at < len(noise):
         for size in sizes:
@@ -156,12 +158,12 @@ def test_a_faint_voice_stirs_and_steady_noise_does_not(colour: list[float]) -> N
     said[20 * SAMPLE_RATE_HZ :][: len(vowel)] += vowel.astype(np.float32)
 
     def stirs(sound: Samples) -> list[bool]:
-        weighing = Weighing()
-        weighing.expect(power_of(vowel.astype(np.float32))[None])
+        whitening = WhiteningFilter()
+        whitening.expect(power_of(vowel.astype(np.float32))[None])
         found = []
         for at in range(0, len(sound), 640):
-            weighing.push(sound[at : at + 640])
-            found.append(weighing.stirred)
+            whitening.push(sound[at : at + 640])
+            found.append(whitening.voiced)
         return found
 
     assert np.mean(stirs(noise)) < 0.03
@@ -179,22 +181,22 @@ def _hum(n: int) -> Samples:
 def test_the_beginning_of_a_word_is_as_strong_as_expected(cut: int) -> None:
     """Amid nothing but the voice itself all other frequencies count 10,000 times as much, and a cut has them all."""
     word = _hum(6000)
-    weighing = _taught(np.tile(word, 4))
+    whitening = _taught(np.tile(word, 4))
     part = faded(word[:cut])
-    expected = float(np.dot(power_of(part), weighing.weights)) ** 0.5
-    weighed = weighing.weigh(np.pad(word, REACH))[:cut]
-    strength, _ = correlated(weighed, part, expected)
+    expected = float(np.dot(power_of(part), whitening.weights)) ** 0.5
+    whitened = whitening.whiten(np.pad(word, REACH))[:cut]
+    strength, _ = correlated(whitened, part, expected)
     assert strength > 0.6 * expected
 
 
 def test_zeros_tell_nothing_of_the_noise() -> None:
     noise = _noise(8 * FRAME, 3)
     muted = np.concatenate([noise, np.zeros(40 * FRAME, np.float32)])
-    weighing = Weighing()
-    weighing.push(np.zeros(40 * FRAME, np.float32))
-    assert not weighing.ready
-    weighing.push(muted)
-    assert np.allclose(np.median(weighing.weights), np.median(_taught(noise).weights), rtol=0.2)
+    whitening = WhiteningFilter()
+    whitening.push(np.zeros(40 * FRAME, np.float32))
+    assert not whitening.ready
+    whitening.push(muted)
+    assert np.allclose(np.median(whitening.weights), np.median(_taught(noise).weights), rtol=0.2)
 
 
 @pytest.mark.parametrize(

@@ -9,12 +9,11 @@ import pytest
 
 from hvcpd.assembly.make import Sound, make_sound
 from hvcpd.language.graph import Arc, WordGraph
-from hvcpd.people.cepstra import N_BANDS, Bands, levelled, logs_of, noise_of, upper_lost
-from hvcpd.people.echoes import MOST_OTHERS, EchoedTakes, Remembered
-from hvcpd.people.matching import Hearing, Matcher
-from hvcpd.people.phones import centred, sounds_of
-from hvcpd.people.take_bands import heard_alone
+from hvcpd.people.bands import N_BANDS, Bands, heard_alone, levelled, logs_of, noise_of, upper_lost
+from hvcpd.people.phones import centred, phones_of
+from hvcpd.people.take_features import MOST_OTHERS, FeatureCache, TandemTakes
 from hvcpd.people.takes import check_take
+from hvcpd.people.template_decoder import Hearing, TemplateDecoder
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 from hvcpd.recognition.frontend import Energies, Features, energies_of, smoothed
 from hvcpd.synthesis.speaker import Speaker
@@ -56,8 +55,8 @@ def takes(sound: Sound) -> dict[str, dict[str, list[Energies]]]:
 
 
 def heard(takes: dict[str, dict[str, list[Energies]]], logs: Bands) -> Hearing:
-    echoed = EchoedTakes(takes)
-    return Matcher(GRAPH, echoed.templates).hear(echoed.hear(logs, sounds_of(centred(logs))))
+    tandem = TandemTakes(takes)
+    return TemplateDecoder(GRAPH, tandem.templates).hear(tandem.hear(logs, phones_of(centred(logs))))
 
 
 @pytest.mark.parametrize("noise_rms", [1e-4, 0.01])
@@ -115,16 +114,16 @@ def test_what_a_team_needs_is_remembered_however_much_and_little_else() -> None:
 
     takes = [np.full((1, 1), n, np.float32) for n in range(2 * MOST_OTHERS + 4000)]
     many, others = {"anna": {"stop": takes[MOST_OTHERS + 1 :]}}, {"ben": {"stop": takes[: MOST_OTHERS + 1]}}
-    remembered = Remembered(counted)
+    remembered = FeatureCache(counted)
     for _ in range(2):  # a word is learned
-        EchoedTakes(many, remembered)
+        TandemTakes(many, remembered)
     assert len(made) == len(takes) - MOST_OTHERS - 1
-    EchoedTakes(others, remembered)  # and everybody else is removed
+    TandemTakes(others, remembered)  # and everybody else is removed
     assert len(made) == len(takes)
-    EchoedTakes(many, remembered)
+    TandemTakes(many, remembered)
     assert len(made) == 2 * len(takes) - MOST_OTHERS - 1
 
 
 def test_without_takes_nothing_can_be_known() -> None:
     with pytest.raises(ValueError, match="no templates"):
-        EchoedTakes({"anna": {}})
+        TandemTakes({"anna": {}})

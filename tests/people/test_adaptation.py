@@ -12,8 +12,8 @@ import pytest
 from hvcpd.daemon.adaptation import Adaptation
 from hvcpd.daemon.second_pass import SecondPass
 from hvcpd.language.messages import Confirmed, SayAgain, ToRobot, Utterance, WhatLeft
+from hvcpd.people.adaptation import ASKED_S, CONFIRMED_S, ConfirmedTakes, words_in
 from hvcpd.people.enrolled import Person, person_path, read_person, remove_person, write_person
-from hvcpd.people.learning import ASKED_S, CONFIRMED_S, Learning, words_in
 from hvcpd.people.takes import distance, features
 from hvcpd.ports import SAMPLE_RATE_HZ
 from hvcpd.recognition.events import Recognised, WordSpan
@@ -54,7 +54,7 @@ def test_words_are_cut_out_of_a_sentence() -> None:
 
 
 def learn(asked_s: float = START_S - 3.0, confirmed_s: float = START_S + 8.0, yes: Utterance = YES) -> object:
-    learning = Learning("Rob")
+    learning = ConfirmedTakes("Rob")
     learning.said(ASK, asked_s)
     learning.found(*piece_of("water", "rose"))
     assert learning.heard(QUESTION, START_S, START_S + 2.0) is None

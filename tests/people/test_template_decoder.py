@@ -11,9 +11,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from hvcpd.language.graph import Arc, WordGraph
-from hvcpd.people.chains import LEAP, SKIP, STAY, Chains
-from hvcpd.people.composed import ComposedTakes
-from hvcpd.people.matching import VOTE_COST, Hearing, Match, Matcher
+from hvcpd.people.dtw import LEAP, SKIP, STAY, OnePassDtw
+from hvcpd.people.take_features import ComposedTakes
+from hvcpd.people.template_decoder import VOTE_COST, Hearing, Match, TemplateDecoder
 from hvcpd.recognition.frontend import N_BANDS, Energies
 from hvcpd.recognition.network import Network
 from hvcpd.recognition.templates import TemplateBank
@@ -70,7 +70,7 @@ ANNA: Takes = {"anna": {word: [one] for word, one in WORDS.items()}}
 
 def hearing(sound: Energies, takes: Takes = ANNA, graph: WordGraph = GRAPH) -> Hearing:
     composed = ComposedTakes(takes)
-    return Matcher(graph, composed.templates).hear(composed.hear(sound, NOISE))
+    return TemplateDecoder(graph, composed.templates).hear(composed.hear(sound, NOISE))
 
 
 @pytest.mark.parametrize("words", SENTENCES)
@@ -158,14 +158,14 @@ def brute_force(distances: np.ndarray, to_noise: np.ndarray, templates: Sequence
 def test_costs_are_the_least_of_all_paths(seed: int, lengths: list[int], n: int) -> None:
     graph = WordGraph(3, (Arc(0, 1, "hi"), Arc(1, 2, "rob")), 0, frozenset((2,)), frozenset())
     bank = TemplateBank({"anna": {"hi": [take(1, lengths[0])], "rob": [take(2, lengths[1])]}})
-    chains = Chains(Network(graph, bank.templates))
+    instances = OnePassDtw(Network(graph, bank.templates))
     rng = np.random.default_rng(seed)
     distances = rng.gamma(2.0, 1.0, (n, sum(lengths))).astype(np.float32)
     to_noise = rng.gamma(2.0, 1.0, n).astype(np.float32)
-    ends = chains.forward(lambda begin, end: distances[begin:end], to_noise)
+    ends = instances.forward(lambda begin, end: distances[begin:end], to_noise)
     rows = [range(t.first, t.first + t.length) for t in bank.templates]
     assert float(ends.rest[-1, 2]) == pytest.approx(brute_force(distances, to_noise, rows), rel=1e-4)
-    first, second = chains.trace(ends, 2)
+    first, second = instances.trace(ends, 2)
     between = to_noise[first.end : second.start].sum()
     whole = to_noise[: first.start].sum() + first.cost + between + second.cost + to_noise[second.end :].sum()
     assert whole == pytest.approx(float(ends.rest[-1, 2]), rel=1e-4)

@@ -33,9 +33,9 @@ SILENCE = 1e-12
 VOICED = slice(100 * FRAME // SAMPLE_RATE_HZ, 4000 * FRAME // SAMPLE_RATE_HZ)
 """Bins in which voices have their harmonics."""
 RISE = 0.0489
-"""What the rise of a bin, see `Weighing.stirred`, is on average in steady noise: the exponential integral E1(2)."""
-STIRRED = ((6, 1.1), (14, 0.95))
-"""Over so many last frames (0.19 and 0.45 s), so much of `Weighing.stirred` is a sign of speech. Steady noise passes
+"""Mean rise of a bin in steady noise (see `WhiteningFilter.voiced`): the exponential integral E1(2)."""
+RISEN = ((6, 1.1), (14, 0.95))
+"""Numbers of last frames (0.19 and 0.45 s), and the mean rise over them that is a sign of speech. Steady noise passes
 one of them once in 15 minutes where three voices are known, and once in three where eight are; at -10 dB nearly all
 that is said does, in a fan's noise nine of ten short sentences, where four do if all bins count alike."""
 TAPERED = 0.3
@@ -47,9 +47,9 @@ PART = FRAME
 LEAST_ENERGY = 0.01
 """Of the parts' mean, as much as a part is taken to have: a faded end has none."""
 LEAST_PART = 0.35
-"""A part fits with that share of the strength that it has at the gain of the whole..."""
+"""Least share of a part's strength at the gain of the whole sound with which that part fits."""
 SLACK = 3.5
-"""...or with this much less: chance takes no more."""
+"""Deviations by which the strength of a part may fall short by chance."""
 
 Spectrum = NDArray[np.float32]
 _WINDOW = np.hanning(FRAME).astype(np.float32)
@@ -58,9 +58,9 @@ _TAPER = np.hanning(2 * REACH).astype(np.float32)
 _SMOOTHER = np.full(SMOOTHING, 1.0 / SMOOTHING, np.float32)
 
 
-class Weighing:
-    """Divides what is heard by the mean power spectrum of the last seconds, whatever was heard in them (Welch's method,
-    with forgetting)."""
+class WhiteningFilter:
+    """Whitening filter of the mean power spectrum of the last seconds (Welch's method, with forgetting), and energy
+    detector of voices that stand out from it."""
 
     def __init__(self) -> None:
         self._power: Spectrum = np.zeros(BINS, np.float32)
@@ -76,9 +76,9 @@ class Weighing:
         self._voices: Spectrum = np.zeros((0, BINS), np.float32)
         self._watched: Spectrum = np.zeros((0, BINS), np.float32)[:, VOICED]
         """How much each bin counts for each voice."""
-        self._rises: Spectrum = np.zeros((STIRRED[-1][0], 0), np.float32)
+        self._rises: Spectrum = np.zeros((RISEN[-1][0], 0), np.float32)
         """Of the last frames, for each voice."""
-        self.stirred = False
+        self.voiced = False
         """Whether, anywhere in what was pushed last, the bins in which a known voice has its harmonics have more than
         usual, as in noise that hides the voice as a whole.
 
@@ -91,7 +91,7 @@ class Weighing:
     def expect(self, voices: Spectrum) -> None:
         """Who may speak: mean power spectra, at any level, of what their sentences begin with, shape (n, BINS)."""
         self._voices = voices
-        self._rises = np.zeros((STIRRED[-1][0], len(voices)), np.float32)
+        self._rises = np.zeros((RISEN[-1][0], len(voices)), np.float32)
         self._watch()
 
     def push(self, samples: Samples) -> None:
@@ -101,7 +101,7 @@ class Weighing:
         self._framed = heard[n * HOP :]
         # Overlapping rows of one array, as many at once as there are before the weights change.
         frames: Samples = np.ndarray((n, FRAME), np.float32, heard, 0, (HOP * heard.itemsize, heard.itemsize))
-        self.stirred = self.stirred and not n
+        self.voiced = self.voiced and not n
         frames = frames[np.einsum("ns,ns->n", frames, frames) > FRAME * SILENCE]  # zeros tell nothing of the noise
         while len(frames):
             some = REFRESH_FRAMES - self._frames % REFRESH_FRAMES
@@ -114,8 +114,8 @@ class Weighing:
         rises = np.log(np.maximum(0.5 * powers[:, VOICED] / self._usual[VOICED], 1.0)) - np.float32(RISE)
         known = np.arange(self._frames, self._frames + len(frames)) >= MEMORY_FRAMES
         self._rises = np.concatenate([self._rises, rises @ self._watched.T * known[:, None]])
-        self.stirred = self.stirred or self._stirs(len(frames))
-        self._rises = self._rises[-STIRRED[-1][0] :]
+        self.voiced = self.voiced or self._rises_enough(len(frames))
+        self._rises = self._rises[-RISEN[-1][0] :]
         for power in powers:
             self._frames += 1
             self._power += (power - self._power) / np.float32(min(self._frames, MEMORY_FRAMES))
@@ -126,19 +126,19 @@ class Weighing:
         """What comes next does not follow on what was pushed last."""
         self._framed = self._framed[:0]
         self._rises = np.zeros_like(self._rises)
-        self.stirred = False
+        self.voiced = False
 
-    def _stirs(self, n_frames: int) -> bool:
+    def _rises_enough(self, n_frames: int) -> bool:
         """Whether any of the last frames ends what rises enough."""
         sums = np.cumsum(self._rises, axis=0)
-        return any(bool((sums[-n_frames:] - sums[-n_frames - n : -n] > least * n**0.5).any()) for n, least in STIRRED)
+        return any(bool((sums[-n_frames:] - sums[-n_frames - n : -n] > least * n**0.5).any()) for n, least in RISEN)
 
     @property
     def ready(self) -> bool:
         """Whether enough was heard to tell anything."""
         return bool(self.weights.any())
 
-    def weigh(self, heard: Samples) -> Samples:
+    def whiten(self, heard: Samples) -> Samples:
         """What is heard, shape (n + 2 REACH,), over the spectrum, shape (n,): without REACH at either end."""
         size = transform_size(len(heard))
         if size not in self._filters:
@@ -176,7 +176,7 @@ def transform_size(n: int) -> int:
 
 
 def power_of(sound: Samples) -> Spectrum:
-    """Energy of a sound at each of BINS frequencies, shape (BINS,): with `Weighing.weights`, what `expected` needs."""
+    """Energy of a sound at each of BINS frequencies, shape (BINS,), for the expectation under a filter's weights."""
     size = transform_size(len(sound))
     spectrum = np.fft.rfft(sound, size)
     energy = spectrum.real**2 + spectrum.imag**2
@@ -205,24 +205,24 @@ class Match:
     whole: bool
 
 
-def correlated(weighed: Samples, sound: Samples, expected: float) -> tuple[float, int]:
+def correlated(whitened: Samples, sound: Samples, expected: float) -> tuple[float, int]:
     """The greatest strength in steady noise of `sound`, shape (n,), beginning at each of the first samples of
-    `weighed`, shape (n + lags - 1,), and at which."""
-    values = np.correlate(weighed, sound, "valid")
+    `whitened`, shape (n + lags - 1,), and at which."""
+    values = np.correlate(whitened, sound, "valid")
     offset = int(values.argmax())
     return float(values[offset]) / expected, offset
 
 
 def scrutinized(
-    weighed: Samples, sound: Samples, power: Spectrum, weighing: Weighing, strength: float, expected: float
+    whitened: Samples, sound: Samples, power: Spectrum, whitening: WhiteningFilter, strength: float, expected: float
 ) -> Match:
     """The same once it is known where: what is left over tells the deviation, and the parts whether all of it is there.
 
-    `weighed` and `sound` have the same shape (n,), `power` is the sound's `power_of`; strength and expectation are
+    `whitened` and `sound` have the same shape (n,), `power` is the sound's `power_of`; strength and expectation are
     those in steady noise. Where other people are loud, a part of the sound tells less: the parts count by what is left
     over in each of them, as the optimum detector in noise that changes has it.
     """
-    whole = weighing.weigh(np.pad(sound, REACH))
+    whole = whitening.whiten(np.pad(sound, REACH))
     edges = np.arange(0, len(sound), PART)
     lengths = np.diff([*edges, len(sound)])
     energy = np.add.reduceat(whole * sound, edges)
@@ -230,9 +230,9 @@ def scrutinized(
     faint = energy < least  # as before a burst: nothing of it can be missing, however loud the rest is
     energy = np.maximum(energy, least)
     # Each part has a gain of its own, or a part that is not there would look like noise that hides it.
-    gains = np.add.reduceat(weighed * sound, edges) / energy
+    gains = np.add.reduceat(whitened * sound, edges) / energy
     left = np.zeros(len(edges) * PART)  # double: a faint part's gain squared is more than single precision holds
-    left[: len(sound)] = weighed - np.repeat(np.maximum(gains, 0.0).astype(np.float64), lengths) * whole
+    left[: len(sound)] = whitened - np.repeat(np.maximum(gains, 0.0).astype(np.float64), lengths) * whole
     residual = np.fft.rfft(left.reshape(-1, PART))
     spread = (residual.real**2 + residual.imag**2) @ power
     counts = energy / np.maximum(spread / (lengths * max(expected**2, 1e-20)), 1.0)
@@ -242,3 +242,80 @@ def scrutinized(
     share = float(counts.sum() / energy.sum())
     there = float(np.dot(gains, counts) / counts.sum())
     return Match(there * expected * share**0.5, expected * share**0.5, fits)
+
+
+KEPT = 3 * SAMPLE_RATE_HZ
+"""Samples that are kept; a word is compared soon after it ended, and the one before a short sentence then."""
+AGAIN = 3 * SAMPLE_RATE_HZ // 4
+"""Samples that are whitened again when the weights have changed: most words are shorter."""
+
+
+class WhitenedSound:
+    """The last seconds of sound; whitens each sample once for each version of the filter."""
+
+    def __init__(self) -> None:
+        self.whitening = WhiteningFilter()
+        self.end = 0
+        """The number of the sample that comes next."""
+        self._buffer = np.zeros(2 * KEPT, np.float32)
+        self._filled = 0
+        self._version = -1
+        self._from = self._to = 0
+        self._whitened: Samples = np.zeros(0, np.float32)
+
+    def push(self, samples: Samples) -> None:
+        """The next samples, shape (n,)."""
+        if self._filled + len(samples) > len(self._buffer):
+            self._buffer[:KEPT] = self._buffer[self._filled - KEPT : self._filled]
+            self._filled = KEPT
+        self._buffer[self._filled : self._filled + len(samples)] = samples
+        self._filled += len(samples)
+        self.end += len(samples)
+        self.whitening.push(samples)
+
+    def break_off(self, at: int) -> None:
+        """What comes next, sample number `at`, does not follow on what was heard last."""
+        self.whitening.interrupt()
+        self._filled = 0
+        self.end = at
+        self._version = -1
+
+    def between(self, start: int, end: int, more: bool = True) -> Samples:
+        """Samples `start` up to `end`, whitened; silence where none are kept. `more`: others will be asked for."""
+        if self._version != self.whitening.version or start < self._from:
+            self._version = self.whitening.version
+            self._from = self._to = min(start, self.end - AGAIN) if more else start
+            self._whitened = np.zeros(0, np.float32)
+        if self._to < self.end:
+            heard = self.heard(self._to - REACH, self.end + REACH)
+            self._whitened = np.concatenate([self._whitened, self.whitening.whiten(heard)])
+            self._to = self.end
+        found = self._whitened[start - self._from : end - self._from]
+        return np.pad(found, (0, end - start - len(found))) if len(found) < end - start else found
+
+    def heard(self, start: int, end: int) -> Samples:
+        """Samples `start` up to `end` as they were heard; silence where none are kept."""
+        oldest = self.end - self._filled
+        kept = self._buffer[max(start - oldest, 0) : max(min(end, self.end) - oldest, 0)]
+        return np.pad(kept, (max(oldest - start, 0), max(end - self.end, 0)))
+
+
+QUANTA = np.float32(16_384.0)
+"""Steps in a full scale of 1, -84 dB apart, far below the noise of any microphone; what is beyond 2 is cut off."""
+
+Quantised = NDArray[np.int16]
+"""A sound in half the memory. Whole numbers, since to make half floats takes a processor eight times as long."""
+
+
+def quantised(sound: Samples) -> Quantised:
+    """A sound, any shape, in int16."""
+    steps = np.rint(sound * QUANTA)
+    out: Quantised = np.clip(steps, -32_768, 32_767, out=steps).astype(np.int16)
+    return out
+
+
+def restored(steps: Quantised) -> Samples:
+    """The sound again, float32, off by half a step at most."""
+    sound = steps.astype(np.float32)
+    sound *= np.float32(1.0) / QUANTA
+    return sound

@@ -1,7 +1,9 @@
-"""What the network of templates is spared: it need not decode what another listener understands without it.
+"""Deferred buffer of the template decoder: it need not decode what the waveform listener understands without it.
 
-Sound is kept while the other one may still make a sentence of it. If nothing comes of that, the network hears it
-afterwards, piece by piece as if it had listened all the time."""
+Sound is kept while that listener may still make a sentence of it. If nothing comes of that, the decoder hears it
+afterwards, piece by piece as if it had listened all the time. No sentence depends on it (269 of 272 right with it and
+without), but a fifth of the processor's time.
+"""
 
 from __future__ import annotations
 
@@ -20,7 +22,7 @@ With 180 ms, which no pause at a comma has, a sixth of the cost is saved; but of
 was lost and one heard wrongly, for the network hears what it catches up with in the noise of later."""
 
 
-class Spared:
+class DeferredBuffer:
     """Pieces of sound that the network has not heard yet, and what came before them."""
 
     def __init__(self) -> None:

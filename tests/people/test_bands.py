@@ -1,29 +1,25 @@
-"""What PocketSphinx is given to hear: its own cepstra, without the noise, and with what a narrow microphone lost."""
+"""What the net of phones is given: mel bands without the noise, and with what a narrow microphone lost."""
 
 from __future__ import annotations
 
-import tempfile
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
 from numpy.typing import NDArray
 
 from hvcpd.assembly.make import Sound, make_sound
-from hvcpd.people.cepstra import (
+from hvcpd.people.bands import (
     LEAST,
     LEAST_GAIN,
     N_BANDS,
-    N_CEPSTRA,
     bands_of,
-    cepstra_of,
     logs_of,
     noise_of,
-    transform,
     upper_lost,
     without_noise,
 )
+from hvcpd.people.phones import centred
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 from hvcpd.synthesis.speaker import Speaker
 from hvcpd.synthesis.voices import VOICES
@@ -58,26 +54,23 @@ def distance(one: NDArray[np.float32], other: NDArray[np.float32]) -> float:
     return float(np.sqrt(np.mean((one - other) ** 2)))
 
 
-def cepstra(sound: Samples, noise: NDArray[np.float64]) -> NDArray[np.float32]:
-    return cepstra_of(logs_of(sound, noise))
+def centred_logs(sound: Samples, noise: NDArray[np.float64]) -> NDArray[np.float32]:
+    return centred(logs_of(sound, noise))
 
 
-def test_shapes_and_mean(sentence: Samples) -> None:
-    found = cepstra(sentence, NOBODY)
-    assert found.shape == (1 + (len(sentence) - 410) // 160, N_CEPSTRA)
-    assert found.dtype == np.float32
-    assert np.abs(found.mean(axis=0)).max() < 1e-3
-    assert cepstra(sentence[:300], NOBODY).shape == (0, N_CEPSTRA)
+def test_shapes(sentence: Samples) -> None:
+    assert logs_of(sentence, NOBODY).shape == (1 + (len(sentence) - 410) // 160, N_BANDS)
+    assert logs_of(sentence[:300], NOBODY).shape == (0, N_BANDS)
 
 
 def test_the_level_does_not_count(sentence: Samples) -> None:
-    assert distance(cepstra(sentence, NOBODY), cepstra(np.float32(0.1) * sentence, NOBODY)) < 0.05
+    assert distance(centred_logs(sentence, NOBODY), centred_logs(np.float32(0.1) * sentence, NOBODY)) < 0.05
 
 
 def test_known_noise_is_taken_away(sentence: Samples) -> None:
     noisy = np.asarray(sentence + noise(len(sentence), 0.01), np.float32)
     known = bands_of(np.asarray(noise(3 * SAMPLE_RATE_HZ, 0.01), np.float32)).mean(axis=0)
-    loudness, ours = (np.ptp(cepstra(noisy, each)[:, 0]) for each in (NOBODY, known))
+    loudness, ours = (np.ptp(centred_logs(noisy, each).mean(axis=1)) for each in (NOBODY, known))
     assert ours > 1.3 * loudness
 
 
@@ -102,45 +95,6 @@ def test_what_a_narrow_microphone_lost_is_made_up(sentence: Samples) -> None:
     telephone = np.asarray(narrow(sentence) + noise(len(sentence), 1e-5), np.float32)
     assert upper_lost(bands_of(telephone))
     assert not upper_lost(bands_of(sentence))
-    wide = cepstra(sentence, NOBODY)
-    floor = cepstra(np.asarray(telephone + noise(len(sentence), 0.003), np.float32), NOBODY)  # hides the loss
-    assert distance(cepstra(telephone, NOBODY), wide) < 0.9 * distance(floor, wide)
-
-
-@pytest.fixture(scope="module")
-def decoder() -> Any:
-    """PocketSphinx with a grammar of one word, and neither noise nor mean taken away."""
-    pocketsphinx = pytest.importorskip("pocketsphinx")
-    known = pocketsphinx.Decoder(
-        hmm=pocketsphinx.get_model_path("en-us/en-us"),
-        dict=pocketsphinx.get_model_path("en-us/cmudict-en-us.dict"),
-        lm=None,
-        loglevel="FATAL",
-    )
-    with tempfile.TemporaryDirectory() as folder:
-        grammar = Path(folder) / "one.gram"
-        grammar.write_text("#JSGF V1.0;\ngrammar one;\npublic <one> = bot six is left;\n")
-        known.add_jsgf_file("one", str(grammar))
-    known.activate_search("one")
-    settings = known.config
-    settings["cmn"], settings["remove_noise"] = "none", False
-    known.reinit_feat(settings)
-    return known
-
-
-def test_plain_cepstra_are_those_of_pocketsphinx(decoder: Any, sentence: Samples) -> None:
-    def segments() -> list[tuple[str, int, float]]:
-        return [(each.word, each.end_frame, float(np.log(each.ascore))) for each in decoder.seg()]
-
-    pcm = np.round(sentence * 32768.0).astype("<i2")
-    decoder.start_utt()
-    decoder.process_raw(pcm.tobytes(), full_utt=True)
-    decoder.end_utt()
-    theirs = segments()
-    plain = np.log(bands_of(pcm.astype(np.float32) / np.float32(32768.0)) + LEAST) @ transform()
-    decoder.start_utt()
-    decoder.process_cep(plain.astype(np.float32).tobytes(), full_utt=True)
-    decoder.end_utt()
-    ours = segments()
-    assert [each[0] for each in ours] == [each[0] for each in theirs]
-    assert np.allclose([each[2] for each in ours], [each[2] for each in theirs], atol=0.01)
+    wide = centred_logs(sentence, NOBODY)
+    floor = centred_logs(np.asarray(telephone + noise(len(sentence), 0.003), np.float32), NOBODY)  # hides the loss
+    assert distance(centred_logs(telephone, NOBODY), wide) < 0.9 * distance(floor, wide)

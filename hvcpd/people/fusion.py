@@ -1,0 +1,182 @@
+"""Hypothesis fusion: which of the sentences found in one piece of sound is right, and how likely that is.
+
+Two logistic curves, fitted by `python -m benchmarks.fit` to synthetic voices that the net was not trained on, to
+people's digits, and to talk that addresses nobody.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from hvcpd.people.enrolled_listener import Known
+from hvcpd.people.phones import CtcSearch, CtcSentence, LogPosteriors
+from hvcpd.recognition.confidence import logistic
+from hvcpd.recognition.events import Recognised
+from hvcpd.recognition.fitted import fitted
+
+Words = tuple[str, ...]
+
+MOST_LOSS = 60.0
+"""A sentence that loses so much more than another is none; how much more tells nothing."""
+MOST_FARTHER = 100.0
+"""Likewise, of what enrolled people's words tell."""
+MOST_LOGIT, MOST_LEAD = 9.2, 6.0
+"""Beyond these, the listeners' own measures tell nothing either."""
+LEAST_SPEECH_S = 0.2
+URGENT = "stop"
+MOST_CALL_WORDS = 3
+""" "Team plant stop": an addressee and the word."""
+
+
+@dataclass(frozen=True, eq=False)
+class Hypotheses:
+    """What the net of phones and the templates of enrolled people make of one piece of sound.
+
+    `log_posteriors` are the net's, `by_phones` the sentence that fits them best, and `known` what the templates of
+    enrolled people make of the piece; None where there is none. `speech_s` is how long somebody spoke.
+    """
+
+    log_posteriors: LogPosteriors
+    search: CtcSearch
+    by_phones: CtcSentence | None
+    known: Known | None
+    speech_s: float
+    fits: dict[Words, CtcSentence | None] = field(default_factory=dict)
+    """How other sentences than `by_phones` fit, as far as that was asked for."""
+
+    @property
+    def sentences(self) -> list[Words]:
+        """All that were found, each once."""
+        found = [each.words for each in (self.by_phones, self.nearest) if each is not None]
+        return list(dict.fromkeys([*found, self.tandem] if self.tandem is not None else found))
+
+    @property
+    def nearest(self) -> Recognised | None:
+        """The sentence that is nearest to the words of enrolled people."""
+        return self.known.nearest if self.known is not None else None
+
+    @property
+    def tandem(self) -> Words | None:
+        """The one that is by what the net makes of them."""
+        return self.known.tandem if self.known is not None else None
+
+    def farther(self, words: Words) -> tuple[float, float]:
+        """How much farther a sentence is from the enrolled's words than the nearest of all that were found, by cepstra
+        and by what the net makes of them, MOST_FARTHER at most; less where even the nearest is far, and 0 where it
+        cannot be told."""
+        mine = self.known.votes(words) if self.known is not None else None
+        if self.known is None or self.nearest is None or mine is None:
+            return 0.0, 0.0
+        votes = (self.known.votes(other) for other in self.sentences)
+        least = np.min([each for each in votes if each is not None], axis=0)
+        near = 1.0 / (1.0 + deficit_of(self.nearest) ** 2)
+        by_cepstra, by_net = (
+            near * min(far - float(best), MOST_FARTHER) for far, best in zip(mine, least, strict=True)
+        )
+        return by_cepstra, by_net
+
+    def loss(self, words: Words) -> float:
+        """What a sentence loses for the net, MOST_LOSS more than the best at most."""
+        least = self.by_phones.loss if self.by_phones is not None else 0.0
+        aligned = self._aligned(words)
+        return min(aligned.loss, least + MOST_LOSS) if aligned is not None else least + MOST_LOSS
+
+    def spans(self, words: Words) -> Sequence[tuple[int, int]]:
+        """The first frame of each word of a sentence that was found, and the one after its last."""
+        aligned = self._aligned(words)
+        return aligned.spans if aligned is not None else [(0, len(self.log_posteriors))] * len(words)
+
+    def _aligned(self, words: Words) -> CtcSentence | None:
+        if self.by_phones is not None and words == self.by_phones.words:
+            return self.by_phones
+        if words not in self.fits:
+            self.fits[words] = self.search.fit(self.log_posteriors, words)
+        return self.fits[words]
+
+
+@dataclass(frozen=True)
+class Fused:
+    """The sentence that is likeliest right, and the probability that it is, 0 to 1."""
+
+    words: Words
+    probability: float
+
+
+def fuse(hypotheses: Hypotheses) -> Fused | None:
+    """The likeliest of the sentences that were found; None if there is none."""
+    scored = ranked(hypotheses)
+    if not scored:
+        return None
+    words = scored[0][1]
+    found = evidence(hypotheses, words, lead_of(scored))
+    return Fused(words, logistic(sum(weight * value for weight, value in zip(PROBABILITY, found, strict=True))))
+
+
+def ranked(hypotheses: Hypotheses) -> list[tuple[float, Words]]:
+    """The sentences that were found, each with its support, the best first."""
+    return sorted(((support(hypotheses, words), words) for words in hypotheses.sentences), reverse=True)
+
+
+def lead_of(scored: Sequence[tuple[float, Words]]) -> float:
+    """How much more likely the first of some sentences is than the next that says something else."""
+    best, words = scored[0]
+    others = [score for score, other in scored if not alike(words, other)]
+    return min(best - others[0], MOST_LEAD) if others else MOST_LEAD
+
+
+def is_call(words: Words) -> bool:
+    """Whether a sentence is a call for a halt."""
+    return len(words) <= MOST_CALL_WORDS and words[-1] == URGENT
+
+
+def alike(one: Words, other: Words) -> bool:
+    """Whether two sentences say the same: calls do, whoever is to halt."""
+    return one == other or (is_call(one) and is_call(other))
+
+
+_WEIGHTS = fitted("people_fusion")["weights"]
+SUPPORT: tuple[float, ...] = tuple(_WEIGHTS["support"].values())
+"""Weights of `supporting`, in its order."""
+PROBABILITY: tuple[float, ...] = tuple(_WEIGHTS["probability"].values())
+"""Weights of `evidence`, in its order."""
+
+
+def support(hypotheses: Hypotheses, words: Words) -> float:
+    """How much speaks for a sentence, beside others that were found; natural logarithm of odds."""
+    return sum(weight * value for weight, value in zip(SUPPORT, supporting(hypotheses, words), strict=True))
+
+
+def supporting(hypotheses: Hypotheses, words: Words) -> Sequence[float]:
+    """What speaks for a sentence: what it loses, and how much farther it is from enrolled people's words than others
+    are."""
+    return (hypotheses.loss(words), *hypotheses.farther(words))
+
+
+def evidence(hypotheses: Hypotheses, words: Words, lead: float) -> Sequence[float]:
+    """What tells whether the likeliest sentence is right, `lead` more likely than the next: what it loses in a frame;
+    whether it is nearest to enrolled people's words by cepstra, and how sure that is, and by what the net makes of
+    them; how many words, how fast, in how much speech."""
+    n, speech_s = len(words), max(hypotheses.speech_s, LEAST_SPEECH_S)
+    heard = [0.0, 0.0, 0.0]
+    nearest = hypotheses.nearest
+    if nearest is not None and alike(nearest.words, words):
+        heard[:2] = 1.0, _logit(nearest.confidence)
+    if hypotheses.tandem is not None and alike(hypotheses.tandem, words):
+        heard[2] = 1.0
+    each_frame = min(hypotheses.loss(words) / max(len(hypotheses.log_posteriors), 1), 1.0)
+    return (1.0, each_frame, *heard, math.log(n), n / speech_s, math.log(speech_s), lead)
+
+
+def deficit_of(known: Recognised) -> float:
+    """The mean distance of a frame to the takes beyond that to the nearest frame."""
+    lengths = [span.end_sample - span.start_sample for span in known.spans]
+    return sum(n * span.deficit for n, span in zip(lengths, known.spans, strict=True)) / max(sum(lengths), 1)
+
+
+def _logit(probability: float) -> float:
+    probability = min(max(probability, 1e-9), 1.0 - 1e-9)
+    return min(max(math.log(probability / (1.0 - probability)), -MOST_LOGIT), MOST_LOGIT)

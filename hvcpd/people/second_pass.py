@@ -1,0 +1,122 @@
+"""Second-pass recognition of people, where no robot's voice explains speech: a phone net and enrolled templates."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import replace
+
+from hvcpd.language.graph import WordGraph
+from hvcpd.people.bands import levelled, logs_of, noise_of
+from hvcpd.people.enrolled import Person
+from hvcpd.people.enrolled_listener import EnrolledListener
+from hvcpd.people.fusion import Fused, Hypotheses, fuse, is_call
+from hvcpd.people.phones import FRAME_SAMPLES, CtcSearch, centred, phones_of
+from hvcpd.people.take_features import SHARED, FeatureCache
+from hvcpd.ports import SAMPLE_RATE_HZ
+from hvcpd.recognition.events import Recognised, Source, WordSpan
+from hvcpd.recognition.second_look import BEFORE_S, Piece
+from hvcpd.synthesis.lexicon import Lexicon
+
+STRANGER = "stranger"
+"""What the voice is called of who is neither a robot nor enrolled."""
+MIN_PROBABILITY = 0.8
+"""As the robots' own recogniser asks for."""
+MIN_STRANGERS_PROBABILITY = 0.5
+"""Asked of what anybody may have said: nothing that follows from it does harm (see MOST_SURE)."""
+MOST_SURE = 0.94
+"""Told of what a stranger says: less than coordination asks for to move wheels without a confirmed read-back, since
+words of no sentence at all, clearly spoken, have fitted as well as some that were right."""
+MIN_SNR_DB = 6.0
+"""Speech that is less above what was heard before it is left to the enrolled people's templates."""
+
+
+class SecondPassRecogniser:
+    """Looks at pieces of sound; its listeners are made when they are first needed, in the thread that looks."""
+
+    def __init__(
+        self,
+        graph: WordGraph,
+        lexicon: Lexicon,
+        people: Mapping[str, Person],
+        strangers: bool,
+        features: FeatureCache = SHARED,
+    ) -> None:
+        """`people`: those enrolled, looked up anew at each look, so that words learned meanwhile count; with
+        `strangers`, sentences of all others count too."""
+        self._graph = graph
+        self._lexicon = lexicon
+        self._people = people
+        self._strangers = strangers
+        self._features = features
+        self._enrolled: tuple[tuple[Person, ...], EnrolledListener] | None = None
+        """Who knows whom: set in one step, for one thread may `prepare` while another looks."""
+        self._search: CtcSearch | None = None
+
+    def prepare(self, go_on: Callable[[], bool]) -> None:
+        """Make ready what takes long the first time, as long as `go_on`."""
+        listener = self._listener()
+        if listener is not None and self._strangers:
+            listener.prepare(go_on)
+
+    def look(self, piece: Piece) -> Recognised | None:
+        """The sentence in a piece, as sure as it is; None if none is sure enough."""
+        snr_db = piece.snr_db
+        if not self._strangers or snr_db < MIN_SNR_DB:
+            listener = self._listener()
+            return _surely(listener.nearest(piece) if listener is not None else None, snr_db)
+        hypotheses, fused = self._fused(piece)
+        if fused is not None and fused.probability >= MIN_STRANGERS_PROBABILITY:
+            if is_call(fused.words):  # a halt too many does no harm
+                fused = replace(fused, probability=max(fused.probability, MIN_PROBABILITY))
+            return _told(fused, hypotheses, piece, snr_db)
+        agreed = fused is not None and hypotheses.nearest is not None and fused.words == hypotheses.nearest.words
+        return _surely(hypotheses.nearest, snr_db) if agreed else None
+
+    def likeliest(self, piece: Piece) -> Recognised | None:
+        """The sentence in a piece that is likelier right than others, however unlikely."""
+        hypotheses, fused = self._fused(piece)
+        return _told(fused, hypotheses, piece, piece.snr_db) if fused is not None else None
+
+    def _fused(self, piece: Piece) -> tuple[Hypotheses, Fused | None]:
+        hypotheses = self.hypotheses(piece)
+        return hypotheses, fuse(hypotheses)
+
+    def hypotheses(self, piece: Piece) -> Hypotheses:
+        """What the net and the enrolled's words make of a piece."""
+        if self._search is None:
+            self._search = CtcSearch(self._graph, self._lexicon.sounds)
+        sound, speech = levelled(piece.sound, piece.speech)
+        logs = logs_of(speech, noise_of(sound, piece.lead))
+        output = phones_of(centred(logs))
+        listener = self._listener()
+        known = listener.known(piece, logs, output) if listener is not None else None
+        by_phones, speech_s = self._search.best(output.log_posteriors), (piece.end - piece.start) / SAMPLE_RATE_HZ
+        return Hypotheses(output.log_posteriors, self._search, by_phones, known, speech_s)
+
+    def _listener(self) -> EnrolledListener | None:
+        """Who knows those enrolled; None if nobody has a word of the phrasebook's."""
+        words = set(self._graph.words)
+        people = tuple(person for person in tuple(self._people.values()) if person.words & words)
+        if not people:
+            return None
+        known = self._enrolled
+        if known is None or [*map(id, people)] != [*map(id, known[0])]:
+            known = self._enrolled = people, EnrolledListener(self._graph, people, self._features)
+        return known[1]
+
+
+def _surely(nearest: Recognised | None, snr_db: float) -> Recognised | None:
+    return replace(nearest, snr_db=snr_db) if nearest is not None and nearest.confidence >= MIN_PROBABILITY else None
+
+
+def _told(fused: Fused, hypotheses: Hypotheses, piece: Piece, snr_db: float) -> Recognised:
+    """The sentence, in the voice of who is enrolled if that fits by itself."""
+    words, sure, known = fused.words, min(fused.probability, MOST_SURE), hypotheses.nearest
+    if known is not None and known.words == words and known.confidence >= MIN_PROBABILITY:
+        return replace(known, confidence=max(fused.probability, known.confidence), snr_db=snr_db)
+    first = max(piece.lead - round(BEFORE_S * SAMPLE_RATE_HZ), 0) + piece.origin
+    spans = tuple(
+        WordSpan(word, first + start * FRAME_SAMPLES, first + end * FRAME_SAMPLES, fused.probability)
+        for word, (start, end) in zip(words, hypotheses.spans(words), strict=True)
+    )
+    return Recognised(words, STRANGER, spans[0].start_sample, spans[-1].end_sample, sure, snr_db, spans, Source.PEOPLE)
