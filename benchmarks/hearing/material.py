@@ -26,6 +26,7 @@ from hvcpd.language.phrasebook import Phrasebook
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 from hvcpd.recognition.recogniser import Recogniser
 from hvcpd.synthesis.leveling import audible
+from hvcpd.synthesis.lexicon import common_words
 from hvcpd.synthesis.speaker import Speaker
 from hvcpd.synthesis.voices import voice_for
 
@@ -93,7 +94,7 @@ def more_tasks(n_words: int) -> TaskRepository | None:
     plain = load_tasks(default_tasks_path())
     team = make_team(("Rob", "Bot"))
     have = set(team.book.graph.words)
-    spare = sorted(w for w in team.sound.lexicon.entries if w.isalpha() and 4 <= len(w) <= 12 and w not in have)
+    spare = sorted(w for w in common_words() if w.isalpha() and 4 <= len(w) <= 12 and w not in have)
     random.Random(1).shuffle(spare)
     wanted = max(n_words - len(have), 0)
     return replace(plain, other_tasks=(*plain.other_tasks, *(f"water the {word} rose" for word in spare[:wanted])))

@@ -13,6 +13,7 @@ from hil_fakes.robot_noise import fan, motor, unit
 from hil_fakes.room import PinkNoise
 from hvcpd.hardware.soundfile import read_wav
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
+from hvcpd.synthesis.lexicon import common_words
 from hvcpd.synthesis.speaker import Speaker
 from hvcpd.synthesis.voices import VOICES, voice_for
 
@@ -56,7 +57,7 @@ def babble(n: int, seed: int, team: Team, data: Path | None, talkers: int = TALK
     paths = sorted(data.rglob("*.wav")) if data else []
     taken = {voice_for(name).name for name in team.names}
     others = [voice for voice in VOICES if voice.name not in taken] or list(VOICES)
-    words = sorted(team.sound.lexicon.entries)
+    words = common_words()
     for talker in range(talkers):
         speaker = Speaker(others[talker % len(others)], team.sound.lexicon, team.sound.cache)
         at = -chooser.randrange(SAMPLE_RATE_HZ)

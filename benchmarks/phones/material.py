@@ -52,7 +52,7 @@ def phones_of(words: Sequence[str], lexicon: Lexicon, known: Mapping[str, Sequen
     """Numbers of the phones: of our lexicon if it lists the word, else of the dictionary."""
     said: list[str] = []
     for word in words:
-        if word in lexicon.entries or word not in known:
+        if lexicon.listed(word) or word not in known:
             said += lexicon.sounds(word)[0]
         else:
             said += known[word]

@@ -2,22 +2,23 @@
 
 from __future__ import annotations
 
-import os
 import random
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
-from pathlib import Path
+from dataclasses import replace
 
 from hvcpd.assembly.plan import RobotPlan
 from hvcpd.assembly.rendered_waveforms import LazyMapping, SpokenBook, WaveformCache
+from hvcpd.assembly.sound import Sound as Sound
+from hvcpd.assembly.sound import make_phrasebook as make_phrasebook
+from hvcpd.assembly.sound import make_sound as make_sound
+from hvcpd.assembly.sound import user_cache_folder as user_cache_folder
 from hvcpd.config.settings import DEFAULT_TEAMS as DEFAULT_TEAMS
-from hvcpd.config.tasks import TaskRepository
 from hvcpd.coordination.actions import SLOW_STRETCH, Timing
 from hvcpd.coordination.coordination import Coordination
 from hvcpd.hardware.kinematics import Odometry
 from hvcpd.hardware.navigator import Navigator
-from hvcpd.language.forms import OPEN_KINDS, SEALED_KINDS, Kind
-from hvcpd.language.phrasebook import Phrasebook, Vocabulary
+from hvcpd.language.forms import Kind
+from hvcpd.language.phrasebook import Phrasebook
 from hvcpd.people.enrolled import Person
 from hvcpd.people.second_pass import SecondPassRecogniser
 from hvcpd.ports import Samples
@@ -42,11 +43,8 @@ from hvcpd.robot.performer import Performer
 from hvcpd.robot.robot import Robot
 from hvcpd.robot.sealing import Sealing
 from hvcpd.security.guard import Guard
-from hvcpd.synthesis.lexicon import Lexicon
-from hvcpd.synthesis.recorded import RecordedSpeaker
 from hvcpd.synthesis.speaker import Speaker
-from hvcpd.synthesis.unit_cache import UnitCache
-from hvcpd.synthesis.voices import VOICES, Voice, voice_for
+from hvcpd.synthesis.voices import VOICES, Voice
 
 SLOW = 1.0 / SLOW_STRETCH
 """Of the usual rate, when a robot speaks slowly; the recogniser's steps span 0.5 to 2."""
@@ -57,66 +55,6 @@ SEALED_PAIRS = 400
 
 STOP, STOP_RIVAL = "stop", "stopped"
 """The word that halts over any talk, and the one of the phrasebook that begins with it and does not."""
-
-
-@dataclass(frozen=True)
-class Sound:
-    """Where pronunciations come from, where rendered units are kept, and which robot speaks how.
-
-    `voices` and `recorded` have the robots, by name in lower case, whose voice was chosen and does not follow from the
-    name.
-    """
-
-    lexicon: Lexicon
-    cache: UnitCache | None = None
-    voices: Mapping[str, Voice] = field(default_factory=dict)
-    recorded: Mapping[str, RecordedSpeaker] = field(default_factory=dict)
-
-    def voice_of(self, name: str) -> Voice:
-        """The synthesizer's voice of that robot."""
-        return self.voices.get(name.lower()) or voice_for(name)
-
-    def speaker_of(self, name: str, rate: float = 1.0) -> Speaker:
-        """Speaks as that robot; `rate` below 1 is slower, which recordings cannot be."""
-        voice = self.voice_of(name)
-        recorded = self.recorded.get(name.lower())
-        return recorded or Speaker(replace(voice, rate=rate * voice.rate), self.lexicon, self.cache)
-
-
-def make_sound(lexicon: Path | None = None, cache_folder: Path | None = None) -> Sound:
-    """Pronunciations (with a lexicon file of the user's own, if any) and a cache of rendered units on disk.
-
-    Raises ConfigError with every fault of the lexicon file.
-    """
-    return Sound(Lexicon.load(lexicon), UnitCache(cache_folder) if cache_folder is not None else None)
-
-
-def user_cache_folder() -> Path | None:
-    """Where a person's commands keep rendered units, by the XDG base directories; None without a home."""
-    base = os.environ.get("XDG_CACHE_HOME")
-    try:
-        return (Path(base) if base else Path.home() / ".cache") / "hvcpd" / "units"
-    except RuntimeError:
-        return None
-
-
-def make_phrasebook(
-    names: Sequence[str], teams: Iterable[str], tasks: TaskRepository, sealed: bool = False, encrypted: bool = False
-) -> Phrasebook:
-    """The phrasebook of a team, `sealed` if it has a key, `encrypted` if it hides what it says. Raises PhraseError when
-    its words clash."""
-    return Phrasebook(
-        Vocabulary(
-            names=tuple(dict.fromkeys(names)),
-            teams=tuple(dict.fromkeys(team.lower() for team in teams)),
-            tasks=(*(task.name for task in tasks.tasks), *tasks.other_tasks),
-            numbers=tuple(task.number for task in tasks.tasks),
-            remarks=tasks.remarks,
-            failures=tasks.failures,
-            alternatives=tasks.alternatives,
-            kinds=frozenset(Kind) if encrypted else SEALED_KINDS if sealed else OPEN_KINDS,
-        )
-    )
 
 
 def make_recogniser(phrasebook: Phrasebook, names: Sequence[str], sound: Sound, prepared: bool = True) -> Recogniser:

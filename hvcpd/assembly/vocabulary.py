@@ -27,6 +27,7 @@ from hvcpd.language.rewording import (
 )
 from hvcpd.language.words import NUMBER_MAX, number_words, spoken_words
 from hvcpd.recognition.separation import CONDITIONS, Condition, ConfusionCurve, VoiceSounds
+from hvcpd.synthesis.lexicon import Origin
 from hvcpd.synthesis.likeness import phone_distance
 from hvcpd.synthesis.unit_cache import recipe
 from hvcpd.synthesis.voices import Voice
@@ -268,10 +269,9 @@ def _instead_of(word: str, key: str, book: Phrasebook, sound: Sound) -> Iterator
         firsts = {spoken_words(task)[0] for task in book.vocabulary.tasks}
         found = instead_of_deed(word) if word in firsts else instead_of_thing(word)
     used = set(book.heard_graph.words) - ({word} if key == "tasks" else set())
-    read = {word, *sound.lexicon.entries}
     for phrase in found:
-        listed = key != "tasks" or all(each in read or sound.lexicon.form(each) for each in phrase)
-        if listed and not used & {each.lower() for each in phrase}:
+        guessed = [each for each in phrase if each != word and sound.lexicon.find(each).origin is Origin.LETTERS]
+        if not (key == "tasks" and guessed) and not used & {each.lower() for each in phrase}:
             yield phrase
 
 

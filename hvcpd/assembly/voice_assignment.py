@@ -5,11 +5,11 @@ It is another one of the synthesizer's, or a folder of recorded words, one WAV e
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from dataclasses import replace
 from pathlib import Path
 
-from hvcpd.assembly.make import Sound
+from hvcpd.assembly.sound import Sound
 from hvcpd.config.settings import PeerSettings, Settings
 from hvcpd.errors import AudioFileError, ConfigError
 from hvcpd.hardware.soundfile import read_wav
@@ -21,15 +21,14 @@ SHOWN = 40
 """Missing words that are named; who lacks more has only begun."""
 
 
-def cast(sound: Sound, settings: Settings, words: Iterable[str]) -> Sound:
+def cast(sound: Sound, settings: Settings, words: Callable[[], Iterable[str]]) -> Sound:
     """`sound` with the voices that the settings choose for the robot and its peers.
 
-    `words` is all that they may say, which a folder of recordings must have; a name that is learned later is said by
+    `words` tells all that they may say, which a folder of recordings must have; a name that is learned later is said by
     the synthesizer. Raises ConfigError with every fault of every folder.
     """
     own = PeerSettings(settings.voice, settings.voice_folder)
     chosen = {**{name.lower(): peer for name, peer in settings.peers.items()}, settings.name.lower(): own}
-    words = sorted(words)
     voices = {name: voice_named(peer.voice) for name, peer in chosen.items() if peer.voice is not None}
     recorded: dict[str, RecordedSpeaker] = {}
     faults = []
@@ -37,7 +36,7 @@ def cast(sound: Sound, settings: Settings, words: Iterable[str]) -> Sound:
         if peer.voice_folder is not None:
             try:
                 recorded[name] = recorded_voice(
-                    peer.voice_folder, words, sound.lexicon, voices.get(name) or voice_for(name)
+                    peer.voice_folder, words(), sound.lexicon, voices.get(name) or voice_for(name)
                 )
             except AudioFileError as error:
                 faults.append(f"voice_folder: {error}")

@@ -16,6 +16,7 @@ from hvcpd.control.drive.drive_parser import add_drive
 from hvcpd.control.enrol.enrol_parser import add_enrol
 from hvcpd.control.keys.key_parser import add_key
 from hvcpd.control.live.daemon_parser import add_completion, add_daemon_commands, add_ros, add_skills
+from hvcpd.control.say.voices_parser import add_voices
 from hvcpd.control.simulate.evaluate_parser import add_evaluate
 from hvcpd.errors import EX_FAILURE, EX_INTERRUPTED, EX_OK, EX_USER, HvcpdError
 
@@ -98,6 +99,7 @@ def make_parser() -> argparse.ArgumentParser:
     add_enrol(commands, _lazy("enrol.enrol"))
     _add_phrases(commands)
     _add_pronounce(commands)
+    add_voices(commands, _lazy("say.voices"), _names, _sound_out)
     _add_prerender(commands)
     _add_check_vocabulary(commands)
     _add_transcript(commands)

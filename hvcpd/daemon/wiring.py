@@ -223,7 +223,7 @@ def wire_up(settings: Settings, allow_confusable: bool = False) -> Wiring:
         phrasebook = wiring.phrasebook()
     except VocabularyError as error:
         raise ConfigError(error.at(settings.tasks)) from error
-    return replace(wiring, sound=cast(sound, settings, phrasebook.marked_graph.words))
+    return replace(wiring, sound=cast(sound, settings, lambda: phrasebook.marked_graph.words))
 
 
 def _people(settings: Settings) -> dict[str, Person]:

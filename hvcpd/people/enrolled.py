@@ -16,6 +16,7 @@ import numpy as np
 
 from hvcpd.config.names import MAX_NAME_LENGTH, MAX_WORD_LENGTH, valid_robot_name
 from hvcpd.errors import StoreError, unwritable
+from hvcpd.people import PEOPLE_FOLDER
 from hvcpd.recognition.frontend import HOP_SAMPLES, N_BANDS, Energies, mel_filterbank
 
 FORMAT = 1
@@ -29,8 +30,6 @@ MAX_TAKES = 6
 MAX_FRAMES = 250
 """2.5 s: nobody takes as long for one word."""
 MIN_FRAMES = 5
-PEOPLE_FOLDER = "people"
-"""Below `state_dir`."""
 
 Takes = Mapping[str, Sequence[Energies]]
 """For each word, in lower case, its takes: shape (frames, N_BANDS), without the silence around them."""

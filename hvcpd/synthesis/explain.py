@@ -6,14 +6,15 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
+from hvcpd.synthesis.dictionary import Pronunciation
 from hvcpd.synthesis.homographs import Place, place_in
-from hvcpd.synthesis.lexicon import Lexicon, Pronunciation
+from hvcpd.synthesis.lexicon import Lexicon, Origin
 from hvcpd.synthesis.phones import PHONES, Kind, is_vowel
 
 PLACE_WORDS = {
-    Place.VERB: "a verb: it begins the phrase, or follows 'will', 'cannot' or 'to'",
-    Place.NOUN: "a noun: it follows 'the', 'a' or 'my'",
-    Place.PAST: "a participle: it follows 'have'",
+    Place.VERB: "a verb: it begins the phrase, or follows such as 'will', 'to' or 'I'",
+    Place.NOUN: "a noun or adjective: it follows such as 'the', 'in' or 'is'",
+    Place.PAST: "a participle: it follows such as 'have' or 'was'",
 }
 
 PAPER_TABLE = {
@@ -41,33 +42,27 @@ def explain(words: Sequence[str], number: int, lexicon: Lexicon, builtin: Lexico
     `builtin` is the lexicon without the user's file: its pronunciations that the file replaces are told as well.
     """
     word = words[number].lower()
-    place = place_in(words, number)
-    said = lexicon.pronounce(word, place)
-    places = {phones: at for at, phones in lexicon.places_of(word).items()}
-    in_lexicon = word in lexicon.entries
-    source = "your lexicon" if word in lexicon.own else "built-in lexicon" if in_lexicon else "letter-to-sound rules"
-    form = lexicon.form(word)
-    if form is not None:
-        source = "a regular form of a listed word"
-    elif not in_lexicon and word.isdecimal():
-        source = "read as a number"
+    entry = lexicon.find(word)
+    place = entry.place(place_in(words, number))
+    said = entry.places[place] if place is not None else entry.said[0]
+    places = {phones: at for at, phones in entry.places.items()}
     known = []
-    for phones in lexicon.pronunciations(word):
+    for phones in entry.said:
         used = phones == said
         at = places.get(phones)
-        if used and place is not None and at is place:
+        if used and place is not None:
             why = f"here it is {PLACE_WORDS[place]}"
-        elif used and not in_lexicon and form is None:
+        elif used and entry.origin in (Origin.LETTERS, Origin.NUMBER):
             why = "no lexicon has the word"
         elif used:
-            why = "the only one listed" if len(lexicon.pronunciations(word)) == 1 else "listed first"
+            why = "the only one listed" if len(entry.said) == 1 else "listed first"
         else:
             why = f"said where it is {PLACE_WORDS[at]}" if at else "listed later"
-        known.append(Known(phones, source, at, used, why))
-    if word in lexicon.own:
-        replaced = [phones for phones in builtin.pronunciations(word) if phones not in lexicon.pronunciations(word)]
-        before = "built-in lexicon" if word in builtin.entries else "letter-to-sound rules"
-        known += [Known(phones, before, None, False, "your lexicon stands over it") for phones in replaced]
+        known.append(Known(phones, entry.origin.value, at, used, why))
+    if entry.origin is Origin.OWN:
+        before = builtin.find(word)
+        replaced = [phones for phones in before.said if phones not in entry.said]
+        known += [Known(phones, before.origin.value, None, False, "your lexicon stands over it") for phones in replaced]
     return known
 
 
@@ -116,7 +111,7 @@ def _letters(syllable: Sequence[str], alone: bool) -> str:
 def paper_row(word: str, lexicon: Lexicon) -> dict[str, Any]:
     """A row of PAPER_TABLE, respelled as there: `possible` pronunciations, the `paper`'s one, ours said `alone` and, by
     the values of Place, where the words around decide."""
-    places = lexicon.places.get(word, {})
+    places = lexicon.find(word).places
     return {
         "word": word,
         "possible": [respelled(p) for p in lexicon.pronunciations(word)],

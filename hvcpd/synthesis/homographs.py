@@ -19,11 +19,14 @@ class Place(Enum):
     PAST = "past"
 
 
-_VERB_FOLLOWS = frozenset("will cannot not to and please".split())
-_NOUN_FOLLOWS = frozenset(
-    "a an the this that my your each every no one two three four five six seven eight nine".split()
+_VERB_FOLLOWS = frozenset(
+    "will cannot can could would should must may to not and please do does did don't let's i you we they who".split()
 )
-_PAST_FOLLOWS = frozenset("have has was".split())
+_NOUN_FOLLOWS = frozenset(
+    "a an the this that these those my your our his her its their each every any some no of in on at by with from for "
+    "one two three four five six seven eight nine".split()
+)
+_PAST_FOLLOWS = frozenset("have has had is are was were been be being got".split())
 _PLACES = {
     **dict.fromkeys(_VERB_FOLLOWS, Place.VERB),
     **dict.fromkeys(_NOUN_FOLLOWS, Place.NOUN),

@@ -7,7 +7,7 @@ English spells and says them by rule (Quirk et al., *A Comprehensive Grammar of 
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 
 from hvcpd.synthesis.homographs import Place
@@ -17,8 +17,6 @@ Phones = tuple[str, ...]
 _HISSING = frozenset("S Z SH ZH CH JH".split())
 _VOICELESS = frozenset("P T K F TH".split())
 _UNDOUBLED = "aeiouys"
-_PLACES_WITH = {"s": (Place.NOUN, Place.VERB), "ed": (Place.VERB, Place.NOUN), "ing": (Place.VERB, Place.NOUN)}
-"""Pronunciations of a stem that take an ending: "reads" never comes from the participle "read"."""
 
 _DOUBLES = re.compile(r"[^aeiou]*[aeiouy][^aeiouywx]")
 """Stems that double their last letter: "caring" is no form of "car", "starred" one of "star"."""
@@ -36,24 +34,28 @@ class Derived:
 
 
 def derive(
-    word: str, entries: Mapping[str, tuple[Phones, ...]], places: Mapping[str, Mapping[Place, Phones]]
+    word: str, listed: Callable[[str], tuple[Phones, ...]], places: Mapping[str, Mapping[Place, Phones]]
 ) -> Derived | None:
-    """The form `word` (lower case) of a word in `entries`, or None if it is no regular form of any."""
+    """The form `word` (lower case) of a word that `listed` has pronunciations of; None if it is no regular form of
+    any."""
     for stem, ending in _stems(word):
-        if stem not in entries or len(stem) < SHORTEST_STEM:
+        known = listed(stem) if len(stem) >= SHORTEST_STEM else ()
+        if not known:
             continue
         of_stem = places.get(stem, {})
-        taking = [of_stem[place] for place in _PLACES_WITH[ending] if place in of_stem]
-        if ending == "s":
-            taking = [phones for phones in entries[stem] if not of_stem or phones in taking]
-        by_place = {p: with_ending(of_stem[p], ending) for p in _places_of(ending) if p in of_stem}
-        said = [with_ending(phones, ending) for phones in (taking or entries[stem])]
+        taking = [phones for phones in known if not of_stem or phones in _that_take(ending, of_stem)] or known
+        by_place = {
+            p: with_ending(of_stem[p], ending) for p in (Place.NOUN, Place.VERB) if ending == "s" and p in of_stem
+        }
+        said = (with_ending(phones, ending) for phones in taking)
         return Derived(tuple(dict.fromkeys(said)), by_place)
     return None
 
 
-def _places_of(ending: str) -> tuple[Place, ...]:
-    return (Place.NOUN, Place.VERB) if ending == "s" else ()
+def _that_take(ending: str, of_stem: Mapping[Place, Phones]) -> list[Phones]:
+    """Pronunciations that take an ending: of "wind" only the verb is "winding"; "reads" is never the participle."""
+    found = [of_stem[place] for place in (Place.VERB, Place.NOUN) if place in of_stem]
+    return found if ending == "s" else found[:1]
 
 
 def _stems(word: str) -> Iterator[tuple[str, str]]:

@@ -1,30 +1,67 @@
-"""Pronunciations: our own lexicon in CMUdict's notation, a user's own file on top, and rules for every other word."""
+"""Pronunciations: a user's own file, over our lexicon, over CMUdict, over letter to sound for every other word."""
 
 from __future__ import annotations
 
 import difflib
+import re
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from enum import Enum
 from pathlib import Path
 
+from hvcpd.config.names import plain_letters
 from hvcpd.errors import ConfigError
 from hvcpd.language.words import NUMBER_MAX, number_words
+from hvcpd.synthesis.dictionary import Dictionary, Pronunciation
 from hvcpd.synthesis.homographs import Place
-from hvcpd.synthesis.inflection import Derived, derive
-from hvcpd.synthesis.letter_to_sound import letter_to_sound
+from hvcpd.synthesis.inflection import derive
+from hvcpd.synthesis.letter_to_sound import LETTER_NAMES, letter_to_sound
 from hvcpd.synthesis.phones import ARPABET, is_vowel
 
-Pronunciation = tuple[str, ...]
-"""ARPAbet phones, vowels with a stress digit: ("R", "AA1", "B")."""
-
 BUILTIN_PATH = Path(__file__).with_name("lexicon.txt")
+DICTIONARY_PATH = Path(__file__).with_name("cmudict.bin")
+COMMON_PATH = Path(__file__).with_name("common_words.txt")
+
+CMUDICT = Dictionary(DICTIONARY_PATH)
+
+SPELT_BESIDE_DIGITS = 2
+"""Letters beside digits that are spelt, not read: C3PO ends in "P O", nova7 begins with "nova"."""
 
 _PLACES = {place.value: place for place in Place}
+_PART = re.compile("[a-z]+|[0-9]")
+
+
+class Origin(Enum):
+    """Where a pronunciation is from; the value is how people are told."""
+
+    OWN = "your lexicon"
+    BUILTIN = "built-in lexicon"
+    FORM = "a regular form of a listed word"
+    NUMBER = "read as a number"
+    LETTERS = "letter to sound"
+
+
+@dataclass(frozen=True)
+class Entry:
+    """How a word is said: the preferred way first, and the one of each place in the phrase that tells them apart."""
+
+    said: tuple[Pronunciation, ...]
+    origin: Origin
+    places: Mapping[Place, Pronunciation] = field(default_factory=dict)
+
+    def place(self, place: Place | None) -> Place | None:
+        """Whose pronunciation is said at that place of a phrase; None where the preferred one is.
+
+        After "is" or "have" a word without a participle of its own is a noun or an adjective ("the power is live").
+        """
+        if place is Place.PAST and place not in self.places:
+            place = Place.NOUN
+        return place if place in self.places else None
 
 
 @dataclass(frozen=True)
 class Lexicon:
-    """Words in lower case and their pronunciations, the preferred one first.
+    """Words in lower case and their pronunciations, the preferred one first, over those of `dictionary`.
 
     `places` has, for words whose pronunciation depends on their place in the phrase, the one of each place; `own` are
     the words that a user's file gives, `path` that file.
@@ -34,6 +71,7 @@ class Lexicon:
     places: Mapping[str, Mapping[Place, Pronunciation]] = field(default_factory=dict)
     own: frozenset[str] = frozenset()
     path: Path | None = None
+    dictionary: Dictionary = CMUDICT
 
     @classmethod
     def load(cls, extra: Path | None = None) -> Lexicon:
@@ -49,34 +87,48 @@ class Lexicon:
         own = frozenset(theirs.entries)
         return cls({**ours.entries, **theirs.entries}, {**kept, **theirs.places}, own, extra)
 
+    def find(self, word: str) -> Entry:
+        """How a word is said, and where that is from. Without any letter or digit it is said as nothing."""
+        word = word.lower()
+        if word in self.entries:
+            origin = Origin.OWN if word in self.own else Origin.BUILTIN
+            return Entry(self.entries[word], origin, self.places.get(word, {}))
+        form = derive(word, self._otherwise, self.places)
+        if form is None and (listed := self.dictionary.look_up(word)):
+            return Entry(listed, Origin.BUILTIN)
+        form = form or derive(word, self.listed, self.places)
+        if form is not None:
+            return Entry(form.said, Origin.FORM, form.places)
+        if word.isascii() and word.isdecimal() and str(int(word[:9])) == word and int(word) <= NUMBER_MAX:
+            parts = (self.pronounce(part) for part in number_words(int(word)))
+            return Entry((tuple(phone for part in parts for phone in part),), Origin.NUMBER)
+        return Entry((self._read_out(word),), Origin.LETTERS)
+
+    def listed(self, word: str) -> tuple[Pronunciation, ...]:
+        """The pronunciations of a word that a lexicon or the dictionary has; empty of any other."""
+        return self.entries.get(word.lower()) or self.dictionary.look_up(word.lower())
+
+    def _otherwise(self, word: str) -> tuple[Pronunciation, ...]:
+        """As `listed`, of words that are said otherwise than in the dictionary: so are their forms."""
+        return self.entries.get(word, ())
+
     def pronunciations(self, word: str) -> tuple[Pronunciation, ...]:
-        """Every known pronunciation of a word, the preferred one first; by rule when the lexicon lacks the word."""
-        known = self.entries.get(word.lower())
-        if known:
-            return known
-        form = self.form(word)
-        return form.said if form is not None else (self._read_out(word),)
-
-    def form(self, word: str) -> Derived | None:
-        """How a word is said that is not listed itself but is a regular form of one that is ("rows")."""
-        return None if word.lower() in self.entries else derive(word.lower(), self.entries, self.places)
-
-    def places_of(self, word: str) -> Mapping[Place, Pronunciation]:
-        """The pronunciation of each place in the phrase, for a word that has such, listed or a form of one listed."""
-        form = self.form(word)
-        return form.places if form is not None else self.places.get(word.lower(), {})
+        """Every known pronunciation of a word, the preferred one first; read by its letters when no lexicon has it."""
+        return self.find(word).said
 
     def pronounce(self, word: str, place: Place | None = None) -> Pronunciation:
         """The pronunciation of that place in the phrase, if the word has one, or the preferred one.
 
         Empty only for a word without any letter or digit.
         """
-        found = self.places_of(word).get(place) if place is not None else None
-        return found or self.pronunciations(word)[0]
+        entry = self.find(word)
+        said_as = entry.place(place)
+        return entry.places[said_as] if said_as is not None else entry.said[0]
 
     def spoken(self, word: str) -> tuple[Pronunciation, ...]:
         """The pronunciations that our voices may use, the preferred one first: one but for words with places."""
-        return tuple(dict.fromkeys((self.pronounce(word), *self.places_of(word).values())))
+        entry = self.find(word)
+        return tuple(dict.fromkeys((entry.said[0], *entry.places.values())))
 
     def sounds(self, word: str) -> list[tuple[str, ...]]:
         """Every known pronunciation without stress, each once."""
@@ -84,10 +136,22 @@ class Lexicon:
         return list(dict.fromkeys(tuple(phone.rstrip("012") for phone in phones) for phones in said))
 
     def _read_out(self, word: str) -> Pronunciation:
-        """A whole number up to 99 as a number, all else by the letter-to-sound rules."""
-        if word.isascii() and word.isdecimal() and str(int(word[:9])) == word and int(word) <= NUMBER_MAX:
-            return tuple(phone for part in number_words(int(word)) for phone in self.pronounce(part))
-        return letter_to_sound(word)
+        """Letters read as a word, digits named one by one, and so the letters of a short part beside digits (R2D2)."""
+        phones: list[str] = []
+        parts = _PART.findall(plain_letters(word).lower().replace("'", ""))
+        for part in parts:
+            if part.isdigit() or (len(parts) > 1 and len(part) <= SPELT_BESIDE_DIGITS):
+                phones += [phone for sign in part for phone in LETTER_NAMES[sign].split()]
+            else:
+                known = self.listed(part)
+                phones += known[0] if known else letter_to_sound(part)
+        return tuple(phones)
+
+
+def common_words() -> tuple[str, ...]:
+    """Words that robots, teachers and tasks commonly use, in lower case and in order."""
+    lines = COMMON_PATH.read_text(encoding="utf-8").splitlines()
+    return tuple(word for line in lines if not line.startswith("#") for word in line.split())
 
 
 def _read(path: Path) -> Lexicon:

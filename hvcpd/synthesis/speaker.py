@@ -12,10 +12,11 @@ import numpy as np
 
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 from hvcpd.synthesis.articulation import LEAD_S, controls_for
+from hvcpd.synthesis.dictionary import Pronunciation
 from hvcpd.synthesis.homographs import Place, place_in
 from hvcpd.synthesis.klatt import synthesize
 from hvcpd.synthesis.leveling import audible, fade, level_gain, leveled
-from hvcpd.synthesis.lexicon import Lexicon, Pronunciation
+from hvcpd.synthesis.lexicon import Lexicon
 from hvcpd.synthesis.unit_cache import UnitCache
 from hvcpd.synthesis.voices import Voice
 

@@ -44,7 +44,9 @@ def heard(settings: Settings, sound: Samples) -> list[tuple[str, ...]]:
     """What a robot with these settings understands of a sound."""
     tasks = load_tasks(settings.tasks)
     book = make_phrasebook(settings.names, settings.teams, tasks)
-    ears = make_recogniser(book, [n for n in settings.names if n != settings.name], cast(Sound(LEXICON), settings, ()))
+    ears = make_recogniser(
+        book, [n for n in settings.names if n != settings.name], cast(Sound(LEXICON), settings, tuple)
+    )
     quiet = 1e-3 * np.random.default_rng(5).standard_normal(len(sound) + 2 * SAMPLE_RATE_HZ)
     quiet[SAMPLE_RATE_HZ : SAMPLE_RATE_HZ + len(sound)] += sound
     events = [*ears.push(quiet.astype(np.float32)), *ears.flush()]
@@ -56,7 +58,7 @@ def test_the_settings_know_exactly_the_voices_that_there_are() -> None:
 
 
 def test_a_chosen_voice_stands_over_the_one_of_the_name() -> None:
-    sound = cast(Sound(LEXICON), Settings(name="Rob", voice="oak", peers={"Bot": PeerSettings(voice="cedar")}), ())
+    sound = cast(Sound(LEXICON), Settings(name="Rob", voice="oak", peers={"Bot": PeerSettings(voice="cedar")}), tuple)
     assert sound.speaker_of("rob").voice == voice_named("oak")
     assert sound.voice_of("BOT") == voice_named("cedar")
     assert sound.voice_of("Max") == voice_for("Max")
@@ -72,7 +74,7 @@ def test_a_peer_is_heard_in_the_voice_that_it_was_given() -> None:
 
 def test_recordings_are_spoken_and_make_templates(tmp_path: Path) -> None:
     folder = in_words(tmp_path / "mine", "willow", *WORDS)
-    sound = cast(Sound(LEXICON), Settings(name="Rob", voice="oak", voice_folder=folder), WORDS)
+    sound = cast(Sound(LEXICON), Settings(name="Rob", voice="oak", voice_folder=folder), lambda: WORDS)
     speaker = sound.speaker_of("Rob", 0.8)
     spoken = speaker.unit("rob", UnitPosition.MEDIAL)
     theirs = Speaker(voice_named("willow"), LEXICON).unit("rob", UnitPosition.FINAL)
@@ -85,7 +87,9 @@ def test_recordings_are_spoken_and_make_templates(tmp_path: Path) -> None:
 
 def test_a_name_without_a_recording_is_synthesized(tmp_path: Path) -> None:
     folder = in_words(tmp_path / "mine", "willow", *WORDS)
-    speaker = cast(Sound(LEXICON), Settings(name="Rob", voice="oak", voice_folder=folder), WORDS).speaker_of("Rob")
+    speaker = cast(Sound(LEXICON), Settings(name="Rob", voice="oak", voice_folder=folder), lambda: WORDS).speaker_of(
+        "Rob"
+    )
     oak = Speaker(voice_named("oak"), LEXICON)
     assert np.array_equal(speaker.unit("zorg", UnitPosition.FINAL), oak.unit("zorg", UnitPosition.FINAL))
     assert [len(t) for t in speaker.templates("zorg")] == [len(t) for t in oak.templates("zorg")]

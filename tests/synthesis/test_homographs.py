@@ -39,6 +39,18 @@ LEXICON = Lexicon.load()
         ("tear the paper", "tear", "T EH1 R"),
         ("dry the tear", "tear", "T IH1 R"),
         ("graduate", "graduate", "G R AE1 JH AH0 W AH0 T"),
+        ("record the wind", "record", "R IH0 K AO1 R D"),
+        ("bring our records", "records", "R EH1 K ER0 D Z"),
+        ("i read the meter", "read", "R IY1 D"),
+        ("it was read twice", "read", "R EH1 D"),
+        ("the power is live", "live", "L AY1 V"),
+        ("i live in leeds", "live", "L IH1 V"),
+        ("present my present", "present", "P R IY0 Z EH1 N T"),
+        ("give them our present", "present", "P R EH1 Z AH0 N T"),
+        ("separate the parts", "separate", "S EH1 P ER0 EY2 T"),
+        ("use the separate tray", "separate", "S EH1 P ER0 IH0 T"),
+        ("the sign of use", "use", "Y UW1 S"),
+        ("can use it", "use", "Y UW1 Z"),
     ],
 )
 def test_the_place_in_the_phrase_picks_the_pronunciation(phrase: str, word: str, phones: str) -> None:
@@ -47,7 +59,7 @@ def test_the_place_in_the_phrase_picks_the_pronunciation(phrase: str, word: str,
     assert " ".join(LEXICON.pronounce(word, place_in(words, number))) == phones
     (used,) = [known for known in explain(words, number, LEXICON, LEXICON) if known.used]
     assert " ".join(used.phones) == phones
-    assert used.source == "built-in lexicon"
+    assert used.source in ("built-in lexicon", "a regular form of a listed word")
 
 
 @given(st.lists(st.sampled_from("the a will have to wind lead rob task one not read".split()), min_size=1, max_size=8))
@@ -91,7 +103,7 @@ def test_an_unknown_place_is_a_fault(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize(
     ("word", "source"),
-    [("zorg", "letter-to-sound rules"), ("42", "read as a number"), ("water", "built-in lexicon")],
+    [("zorg", "letter to sound"), ("42", "read as a number"), ("water", "built-in lexicon")],
 )
 def test_the_source_is_told(word: str, source: str) -> None:
     assert [known.source for known in explain([word], 0, LEXICON, LEXICON)] == [source]

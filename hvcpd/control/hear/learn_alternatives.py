@@ -1,7 +1,7 @@
 """`hvcpctl hear --learn-alternatives`: what the words of a recording sounded like that was not understood.
 
 For each stretch that is garbled, the nearest sentence of the phrasebook is sought with the confidence asked of it
-lowered to nothing. Each of its doubtful words is then replaced by any one to three words of the lexicon, in the voice
+lowered to nothing. Each of its doubtful words is then replaced by any one to three common words, in the voice
 that fitted best, and the recording is heard once more: what is heard there now sounds more like the recording than the
 word does. It is proposed if it would not be taken for another word of the team's.
 """
@@ -28,6 +28,7 @@ from hvcpd.recognition.pruning import Beam
 from hvcpd.recognition.recogniser import Recogniser
 from hvcpd.recognition.settings import RecogniserSettings
 from hvcpd.recognition.spotter import SpotterSettings
+from hvcpd.synthesis.lexicon import common_words
 from hvcpd.synthesis.speaker import Speaker
 from hvcpd.synthesis.voices import Voice
 
@@ -157,8 +158,8 @@ def _heard_freely(
 
 
 def free_words(sound: Sound) -> list[str]:
-    """The lexicon's short words."""
-    syllables = {w: sum(phone[-1] in "012" for phone in sound.lexicon.pronounce(w)) for w in sound.lexicon.entries}
+    """Short common words."""
+    syllables = {w: sum(phone[-1] in "012" for phone in sound.lexicon.pronounce(w)) for w in common_words()}
     return sorted(word for word, count in syllables.items() if count <= MAX_SYLLABLES and word.isalpha())
 
 

@@ -9,7 +9,7 @@ import sys
 from collections.abc import Sequence
 from pathlib import Path
 
-from hvcpd.assembly.make import make_sound
+from hvcpd.assembly.sound import make_sound
 from hvcpd.config.names import unsayable, valid_robot_name
 from hvcpd.config.settings import load_settings
 from hvcpd.errors import AudioFileError, PhraseError, unwritable

@@ -8,16 +8,20 @@ from dataclasses import dataclass
 from functools import partial
 from itertools import combinations
 from pathlib import Path
+from typing import TYPE_CHECKING
 
-from hvcpd.assembly.make import Sound, make_phrasebook, make_sound, user_cache_folder
+from hvcpd.assembly.sound import Sound, make_phrasebook, make_sound, user_cache_folder
 from hvcpd.assembly.voice_assignment import cast
 from hvcpd.config.settings import Settings, load_settings
 from hvcpd.config.task_file import load_tasks
 from hvcpd.config.tasks import TaskRepository
 from hvcpd.errors import ConfigError, VocabularyError
 from hvcpd.language.phrasebook import Phrasebook
-from hvcpd.people.enrolled import Person, enrolled_people
+from hvcpd.people import PEOPLE_FOLDER
 from hvcpd.synthesis.likeness import name_fault, sounds_alike
+
+if TYPE_CHECKING:
+    from hvcpd.people.enrolled import Person
 
 
 @dataclass(frozen=True)
@@ -56,7 +60,7 @@ def load_team(
     sound = make_sound(settings.lexicon, user_cache_folder())
     alike = None if allow_confusable else partial(sounds_alike, lexicon=sound.lexicon)
     tasks = load_tasks(settings.tasks, alike)
-    people = enrolled_people(settings.state_dir)[0] if settings.voices != "robots" else {}
+    people = _enrolled(settings)
     enrolled = tuple(person.name for person in people.values())
     known = {name.lower(): name for name in (*(names or (*settings.names, *enrolled)), *more)}
     people = {key: person for key, person in people.items() if key in known}
@@ -72,7 +76,17 @@ def load_team(
         phrasebook = make_phrasebook(used, settings.teams, tasks, has_key, encrypts)
     except VocabularyError as error:
         raise ConfigError(error.at(settings.tasks)) from error
-    return Team(settings, tasks, used, phrasebook, cast(sound, settings, phrasebook.marked_graph.words), people)
+    sound = cast(sound, settings, lambda: phrasebook.marked_graph.words)
+    return Team(settings, tasks, used, phrasebook, sound, people)
+
+
+def _enrolled(settings: Settings) -> dict[str, Person]:
+    """People whose voices are known, by name in lower case."""
+    if settings.voices == "robots" or not (settings.state_dir / PEOPLE_FOLDER).is_dir():
+        return {}
+    from hvcpd.people.enrolled import enrolled_people  # not for those who have enrolled nobody: it loads the ears
+
+    return enrolled_people(settings.state_dir)[0]
 
 
 def _refuse_same_sound(names: Sequence[str], sound: Sound) -> None:

@@ -1,0 +1,144 @@
+"""Learns how words are said, and measures it on words that were kept back.
+
+    python -m benchmarks.pronunciation learn CMUDICT             # writes the two files of data in hvcpd/synthesis
+    python -m benchmarks.pronunciation judge CMUDICT [--words FILE] [--number 1000] [--seed 1] [--wrong]
+
+CMUDICT is the dictionary's own file, `cmudict-0.7b` or a later `cmudict.dict` (github.com/cmusphinx/cmudict). `judge`
+keeps words back, learns from all others, and reads those kept back by letter to sound alone, as if no dictionary had
+them: words that robots commonly use, any words of the dictionary, names of people and places. A word is exact if all
+phones and all stresses are as in one of its pronunciations.
+"""
+
+from __future__ import annotations
+
+import argparse
+import random
+import zoneinfo
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
+import numpy as np
+
+from benchmarks.pronunciation.align import LETTERS, align
+from benchmarks.pronunciation.joint import train
+from benchmarks.pronunciation.source import read_cmudict
+from hvcpd.evaluation.statistics import wilson
+from hvcpd.language.rewording import known_names
+from hvcpd.synthesis import letter_to_sound
+from hvcpd.synthesis.dictionary import Pronunciation, pack
+from hvcpd.synthesis.letter_to_sound import LEAST_NATS, NATS, JointModel
+from hvcpd.synthesis.lexicon import DICTIONARY_PATH, common_words
+
+ORDER = 6
+"""Tokens in the longest n-gram: 8 read 0.5 % more of the words kept back, in a file half as large again."""
+THRESHOLD_NATS = 1e-6
+"""Gain, a token of the training text, below which an n-gram is dropped: 3e-7 reads 1 % more, with twice as many."""
+
+Words = Mapping[str, tuple[Pronunciation, ...]]
+
+
+def learn(words: Words, path: Path) -> None:
+    """Train the model on all pronunciations of the words and write it."""
+    lessons = [(word, said) for word, all_said in words.items() if set(word) <= set(LETTERS) for said in all_said]
+    aligned = align([lesson for lesson in lessons if len(lesson[0]) > 1])
+    tokens = sorted({token for word in aligned for token in word})
+    number = {token: at for at, token in enumerate(tokens)}
+    begin, end = len(tokens), len(tokens) + 1
+    texts = [[begin, *(number[token] for token in reversed(word)), end] for word in aligned]
+    model = train(texts, end + 1, ORDER, THRESHOLD_NATS)
+    graphones = "\n".join(f"{letter}{' '.join(phones)}" for letter, phones in tokens)
+    np.savez_compressed(
+        path,
+        graphones=np.frombuffer(graphones.encode(), np.uint8),
+        token=np.concatenate([[0], *model.tokens]).astype(np.uint16),
+        cost=_in_steps(np.concatenate([[0.0], *model.log_p])),
+        backoff=_in_steps(np.concatenate(model.log_backoff)),
+        children=np.concatenate(model.children).astype(np.uint16),
+        order=np.int64(ORDER),
+    )
+
+
+def _in_steps(log_p: np.ndarray[tuple[int], np.dtype[np.float64]]) -> np.ndarray[tuple[int], np.dtype[np.uint8]]:
+    return np.clip(np.round((-log_p - LEAST_NATS) / NATS), 0, 255).astype(np.uint8)
+
+
+def edits(a: Sequence[str], b: Sequence[str]) -> int:
+    """Phones to change, add or leave out (Wagner and Fischer 1974)."""
+    row = list(range(len(b) + 1))
+    for i, x in enumerate(a, 1):
+        previous, row = row, [i]
+        for j, y in enumerate(b, 1):
+            row.append(min(previous[j] + 1, row[-1] + 1, previous[j - 1] + (x != y)))
+    return row[-1]
+
+
+def bare(phones: Iterable[str]) -> tuple[str, ...]:
+    """Phones without stress."""
+    return tuple(phone.rstrip("012") for phone in phones)
+
+
+def kept_back(words: Words, extra: Path | None, number: int, seed: int) -> dict[str, list[str]]:
+    """The sets of words to be judged, of at most `number` each."""
+    sets = {
+        "words of robots": common_words(),
+        "any words": words,
+        "people and places": {
+            *(name.lower() for name in known_names()),
+            *(zone.rpartition("/")[2].lower() for zone in zoneinfo.available_timezones()),
+        },
+    }
+    if extra is not None:
+        sets[extra.name] = extra.read_text(encoding="utf-8").lower().split()
+    chooser = random.Random(seed)
+    found = {}
+    for name, among in sets.items():
+        known = sorted(word for word in among if word in words and len(word) > 2 and set(word) <= set(LETTERS))
+        found[name] = chooser.sample(known, min(number, len(known)))
+    return found
+
+
+def judge(words: Words, read: Callable[[str], Pronunciation], kept: Mapping[str, Sequence[str]], wrong: bool) -> None:
+    """Print how each set is read."""
+    for name, among in kept.items():
+        exact = plain = far = 0
+        for word in among:
+            said = read(word)
+            exact += said in words[word]
+            plain += bare(said) in map(bare, words[word])
+            far += min(edits(bare(said), bare(listed)) for listed in words[word]) > 1
+            if wrong and said not in words[word]:
+                print(f"    {word}: {' '.join(said)} for {' '.join(words[word][0])}")
+        counts = {"exact with stress": exact, "exact without": plain, "two phones or more wrong": far}
+        print(f"{name}, n = {len(among)}:")
+        for what, count in counts.items():
+            low, high = wilson(count, len(among))
+            print(f"    {what:26}{count / len(among):6.3f} [{low:.3f}, {high:.3f}]")
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("what", choices=("learn", "judge"))
+    parser.add_argument("cmudict", type=Path)
+    parser.add_argument("--words", type=Path, help="a file of other words to keep back and judge")
+    parser.add_argument("--number", type=int, default=1000, help="of words in each set")
+    parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--wrong", action="store_true", help="print what was misread")
+    options = parser.parse_args()
+    words = read_cmudict(options.cmudict)
+    if options.what == "learn":
+        DICTIONARY_PATH.write_bytes(pack(words))
+        learn(words, letter_to_sound.MODEL_PATH)
+        for path in (DICTIONARY_PATH, letter_to_sound.MODEL_PATH):
+            print(f"{path}: {path.stat().st_size:,} bytes")
+        return
+    kept = kept_back(words, options.words, options.number, options.seed)
+    away = {word for among in kept.values() for word in among}
+    with TemporaryDirectory() as folder:
+        path = Path(folder) / "model.npz"
+        learn({word: said for word, said in words.items() if word not in away}, path)
+        judge(words, JointModel.load(path).read, kept, options.wrong)
+
+
+if __name__ == "__main__":
+    main()

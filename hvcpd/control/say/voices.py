@@ -1,0 +1,119 @@
+"""`hvcpctl voices`: the eight voices side by side, to read and to hear."""
+
+from __future__ import annotations
+
+import argparse
+import json
+import math
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from hvcpd.assembly.sound import Sound, make_sound, user_cache_folder
+from hvcpd.assembly.voice_assignment import cast
+from hvcpd.config.names import unsayable
+from hvcpd.config.settings import load_settings
+from hvcpd.errors import EX_OK, PhraseError
+from hvcpd.hardware.soundfile import write_wav
+from hvcpd.language.words import spoken_words
+from hvcpd.ports import SAMPLE_RATE_HZ, Samples
+from hvcpd.synthesis.speaker import Speaker
+from hvcpd.synthesis.voices import VOICES, Voice, voice_named
+
+BETWEEN_S = 0.6
+"""Silence between two voices."""
+SEMITONES_IN_OCTAVE = 12
+
+
+def run(options: argparse.Namespace) -> int:
+    """Print how the voices differ, then play them one after the other, or write them to a file."""
+    settings = load_settings(options.config, {}, name_needed=False)
+    sound = cast(make_sound(settings.lexicon, user_cache_folder()), settings, tuple)
+    chosen = [voice_named(name) for name in options.voices] or list(VOICES)
+    names = options.names or tuple(dict.fromkeys(name for name in (settings.name, *settings.names) if name))
+    phrases = _phrases(options.text)
+    said = [Speaker(voice, sound.lexicon, sound.cache).render(phrases) for voice in chosen]
+    rows = [_row(voice, samples, _whose(voice, names, sound)) for voice, samples in zip(chosen, said, strict=True)]
+    if options.output != Path("/dev/stdout"):
+        sys.stdout.write(_as_json(rows) if options.json else _as_table(rows))
+        sys.stdout.flush()
+    if options.output is not None:
+        write_wav(options.output, _one_after_the_other(said))
+    elif not options.silent:
+        from hvcpd.hardware.audio_play import play
+
+        play(_one_after_the_other(said), settings.audio.output_device)
+    return EX_OK
+
+
+def _phrases(text: str) -> list[list[str]]:
+    """The words of a text, with a pause at each comma. Raises PhraseError where there is nothing to say."""
+    if strange := unsayable(text):
+        raise PhraseError(f"{strange!r} in {text!r} cannot be said: write it in letters")
+    phrases = [list(spoken_words(part)) for part in text.split(",")]
+    if not any(phrases):
+        raise PhraseError(f"nothing to say in {text!r}: write letters or digits")
+    return [phrase for phrase in phrases if phrase]
+
+
+def _whose(voice: Voice, names: Sequence[str], sound: Sound) -> list[str]:
+    """The robots of these names that speak with the voice; those with recordings have none of ours."""
+    return [name for name in names if name.lower() not in sound.recorded and sound.voice_of(name) == voice]
+
+
+def _row(voice: Voice, said: Samples, robots: Sequence[str]) -> dict[str, Any]:
+    like = nearest(voice)
+    return {
+        "voice": voice.name,
+        "pitch_hz": voice.f0_hz,
+        "formants": voice.formant_scale,
+        "centre_hz": round(spectral_centre_hz(said)),
+        "duration_s": round(len(said) / SAMPLE_RATE_HZ, 2),
+        "most_like": like.name,
+        "pitch_apart_semitones": round(abs(SEMITONES_IN_OCTAVE * math.log2(like.f0_hz / voice.f0_hz)), 1),
+        "robots": list(robots),
+    }
+
+
+def nearest(voice: Voice) -> Voice:
+    """The other voice whose pitch and formants are least far away, both as ratios."""
+
+    def distance(other: Voice) -> float:
+        pitch, formants = other.f0_hz / voice.f0_hz, other.formant_scale / voice.formant_scale
+        return math.hypot(math.log(pitch), math.log(formants))
+
+    return min((other for other in VOICES if other != voice), key=distance)
+
+
+def spectral_centre_hz(sound: Samples) -> float:
+    """The mean frequency of a sound, shape (n,), weighted by magnitude: what makes a voice bright or dark."""
+    magnitude = np.abs(np.fft.rfft(sound))
+    hz = np.fft.rfftfreq(len(sound), 1.0 / SAMPLE_RATE_HZ)
+    return float(np.sum(hz * magnitude) / np.sum(magnitude))
+
+
+def _as_json(rows: Sequence[dict[str, Any]]) -> str:
+    return "".join(json.dumps(row) + "\n" for row in rows)
+
+
+def _as_table(rows: Sequence[dict[str, Any]]) -> str:
+    lines = [f"{'voice':10}{'pitch':>8}{'formants':>10}{'centre':>10}{'time':>8}  {'most like':27}robots"]
+    for row in rows:
+        like = f"{row['most_like']}, {row['pitch_apart_semitones']:g} semitones off"
+        lines.append(
+            f"{row['voice']:10}{row['pitch_hz']:5.0f} Hz{row['formants']:10.2f}{row['centre_hz']:7.0f} Hz"
+            f"{row['duration_s']:6.2f} s  {like:27}{', '.join(row['robots'])}".rstrip()
+        )
+    lines += [
+        "",
+        "pitch: mean; formants: times a man's; centre: of the spectrum, high is bright; time: of the sentence.",
+    ]
+    return "\n".join(lines) + "\n"
+
+
+def _one_after_the_other(said: Sequence[Samples]) -> Samples:
+    silence = np.zeros(round(BETWEEN_S * SAMPLE_RATE_HZ), np.float32)
+    return np.concatenate([piece for samples in said for piece in (samples, silence)][:-1])

@@ -1,0 +1,47 @@
+"""The command line of `hvcpctl voices`."""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Callable
+from pathlib import Path
+from typing import TypeAlias
+
+from hvcpd.config.command_line import with_examples
+
+_Commands: TypeAlias = "argparse._SubParsersAction[argparse.ArgumentParser]"
+
+
+def add_voices(
+    commands: _Commands,
+    run: Callable[[argparse.Namespace], int],
+    names: Callable[[str], tuple[str, ...]],
+    sound_out: Callable[[str], Path],
+) -> None:
+    """Add the command; `names` and `sound_out` read robots' names and where sound goes."""
+    c = commands.add_parser(
+        "voices",
+        help="compare the voices that robots have, and play them",
+        epilog=with_examples(
+            "Which robot speaks with which voice follows from its name, or from the settings ('voice', 'peers').",
+            "hvcpctl voices oak wren --text 'Hi all, I am Zorg' -o voices.wav",
+        ),
+    )
+    c.add_argument("voices", nargs="*", type=_voice, metavar="VOICE", help="some of them (default: all eight)")
+    c.add_argument("--text", default="Hi all, I am here, water the yellow rose", help="what they say")
+    c.add_argument("--config", type=Path, metavar="FILE", help="settings file (default: /etc/hvcpd/hvcpd.yaml)")
+    c.add_argument("--names", type=names, metavar="Rob,Bot", help="tell whose voice each is (default: the settings')")
+    text = "write a WAV instead of using the loudspeaker; - for a pipe"
+    c.add_argument("-o", "--output", type=sound_out, metavar="FILE.wav", help=text)
+    c.add_argument("--silent", action="store_true", help="compare only, play nothing")
+    c.add_argument("--json", action="store_true", help="print one JSON object a voice")
+    c.set_defaults(run=run)
+
+
+def _voice(text: str) -> str:
+    from hvcpd.synthesis.voices import VOICES
+
+    known = [voice.name for voice in VOICES]
+    if text.lower() not in known:
+        raise argparse.ArgumentTypeError(f"{text!r} is no voice: the voices are {', '.join(known)}")
+    return text.lower()
