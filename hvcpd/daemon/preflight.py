@@ -67,7 +67,7 @@ def examine(
         numbers = len(wiring.tasks.tasks)
         findings.append(Finding("tasks", f"{numbers} task{'s' * (numbers != 1)} in {settings.tasks}"))
         findings += [Finding("tasks", f"{settings.tasks}: {text}", doubtful=True) for text in doubts(wiring.tasks)]
-        wrong = tuple(faults(settings.skills, wiring.tasks, programs_too=False))
+        wrong = tuple(faults(settings.skills, wiring.tasks, settings.wheels, programs_too=False))
         findings += [Finding("skills", text, EX_CONFIG) for text in wrong]
         if not allow_confusable:
             findings.append(find_confusable(wiring))

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import math
 import os
 import shutil
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 
-from hvcpd.config.skill_settings import SkillSettings
+from hvcpd.config.settings import WheelSettings
+from hvcpd.config.skill_settings import JointSettings, SkillSettings
 from hvcpd.config.skills import Parameter
 from hvcpd.config.tasks import WATER, TaskRepository
 from hvcpd.errors import did_you_mean
@@ -17,11 +19,14 @@ _SECONDS = {"seconds": Parameter()}
 """What watering is told where the task file declares nothing else."""
 
 
-def faults(skills: Mapping[str, SkillSettings], tasks: TaskRepository, programs_too: bool = True) -> Iterator[str]:
+def faults(
+    skills: Mapping[str, SkillSettings], tasks: TaskRepository, wheels: WheelSettings, programs_too: bool = True
+) -> Iterator[str]:
     """One message with its remedy for each thing that is wrong; `programs_too`: with programs that are not there, for
     who runs them and may see other folders than the robot does."""
     declared = {WATER: _SECONDS} | {skill.name: dict(skill.entry.parameters) for skill in tasks.skills}
     taken: dict[int, str] = {}
+    motors = dict(zip(wheels.ids, ("the left wheel", "the right wheel"), strict=True))
     for name, skill in skills.items():
         if name not in declared:
             yield f"skills.{name}: the task file declares no such skill; {did_you_mean(name, declared)}"
@@ -32,14 +37,40 @@ def faults(skills: Mapping[str, SkillSettings], tasks: TaskRepository, programs_
         for program in (skill.run[:1], skill.safe[:1]):
             if programs_too and program and (wrong := _unrunnable(program[0])) is not None:
                 yield f"skills.{name}: {wrong}"
+        if skill.joint is not None:
+            yield from (f"skills.{name}.joint: {text}" for text in _joint_faults(skill.joint, parameters, wheels))
+            if skill.joint.id in motors:
+                yield f"skills.{name}.joint: {motors[skill.joint.id]} has ID {skill.joint.id} already; give each its own"
+            motors[skill.joint.id] = f"skill {name!r}"
         pin = skill.gpio
         if pin is None:
             continue
-        if pin.amount not in parameters or parameters[pin.amount].type != "number":
-            yield f"skills.{name}.gpio: amount: {pin.amount!r} is no number that it is told; name one of its parameters"
+        if (text := _no_number(pin.amount, parameters)) is not None:
+            yield f"skills.{name}.gpio: amount: {text}"
         if pin.pin in taken:
             yield f"skills.{name}.gpio: skill {taken[pin.pin]!r} has pin {pin.pin} already; give each its own"
         taken[pin.pin] = name
+
+
+def _no_number(name: str, parameters: Mapping[str, Parameter]) -> str | None:
+    if name in parameters and parameters[name].type == "number":
+        return None
+    return f"{name!r} is no number that it is told; name one of its parameters"
+
+
+def _joint_faults(joint: JointSettings, parameters: Mapping[str, Parameter], wheels: WheelSettings) -> Iterator[str]:
+    if wheels.driver not in ("auto", "xl430"):
+        yield f"it is on the wheels' bus, and wheels.driver is {wheels.driver}; set that to xl430 or auto"
+    if (text := _no_number(joint.angle, parameters)) is not None:
+        yield f"angle: {text}"
+        return
+    told = parameters[joint.angle]
+    least = told.least if told.least is not None else -math.inf
+    most = told.most if told.most is not None else math.inf
+    if least < joint.least_deg or most > joint.most_deg:
+        asked = f"{least:g} to {most:g}"
+        bounds = f"{joint.least_deg:g} to {joint.most_deg:g}"
+        yield f"the task file allows {asked} for {joint.angle!r}, and this joint turns from {bounds}; bound it there"
 
 
 def _unrunnable(program: str) -> str | None:
