@@ -23,8 +23,8 @@ from hil_fakes.dynamixel.physics import (
 from hil_fakes.dynamixel.protocol import ALERT, StatusError
 
 WATCHDOG_UNIT_S = 0.020
-POSITION_GAIN_PER_S = 12.0
-"""Speed that position mode asks for, by how far it is to go: some 0.2 s for the last of the way; assumption."""
+POSITION_GAIN_PER_S = 5.0
+"""Position mode's speed by the way that is left: with the lag of the shaft it hardly overshoots; assumption."""
 REVERSE = 0x01
 """Bit 0 of the drive mode: positive is clockwise."""
 FRICTION_LOAD = 50

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import time
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from contextlib import closing, suppress
 from pathlib import Path
 from typing import Protocol, runtime_checkable
@@ -54,9 +54,10 @@ class JointService:
     their own watchdogs.
     """
 
-    def __init__(self, settings: Settings) -> None:
+    def __init__(self, settings: Settings, clock: Callable[[], float] = time.monotonic) -> None:
         self._settings = settings
-        self._named = {name: Joint(skill.joint, time.monotonic) for name, skill in settings.skills.items() if skill.joint is not None}
+        skills = settings.skills.items()
+        self._named = {name: Joint(skill.joint, clock) for name, skill in skills if skill.joint is not None}
         self._task: asyncio.Task[None] | None = None
         self._guard: GuardLine | None = None
 

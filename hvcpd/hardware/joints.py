@@ -18,8 +18,8 @@ from hvcpd.hardware import xl430
 from hvcpd.hardware.wheels_bus import BusError, DynamixelBus, PortLostError, twice
 
 TOLERANCE_DEG = 2.0
-"""So near to its goal it is there: half a degree of gear play (e-Manual) and what a held load costs position mode, which
-has no integral gain as it leaves the factory."""
+"""So near to its goal it is there: position mode has no integral gain as it leaves the factory (e-Manual), and a load
+keeps it off its goal."""
 STILL_DEG = 0.5
 """Less than this between two looks is no motion: six ticks of the encoder."""
 STILL_S = 0.5

@@ -294,7 +294,12 @@ class FoundWheels:
             self._wheels = OpenCRWheels(finding.port, speed, settings=OpenCRSettings(), make_port=self._make_port)
         else:
             self._wheels = DynamixelWheels(
-                finding.port, speed, self._settings.ids, DynamixelSettings(), make_port=self._make_port, joints=self._joints
+                finding.port,
+                speed,
+                self._settings.ids,
+                DynamixelSettings(),
+                make_port=self._make_port,
+                joints=self._joints,
             )
         self._wheels.open()
 

@@ -40,7 +40,8 @@ def faults(
         if skill.joint is not None:
             yield from (f"skills.{name}.joint: {text}" for text in _joint_faults(skill.joint, parameters, wheels))
             if skill.joint.id in motors:
-                yield f"skills.{name}.joint: {motors[skill.joint.id]} has ID {skill.joint.id} already; give each its own"
+                taker = motors[skill.joint.id]
+                yield f"skills.{name}.joint: {taker} has ID {skill.joint.id} already; give each motor its own"
             motors[skill.joint.id] = f"skill {name!r}"
         pin = skill.gpio
         if pin is None:

@@ -16,6 +16,7 @@ from hvcpd.config.skill_settings import JointSettings
 from hvcpd.errors import DeviceError
 from hvcpd.hardware.joints import AGAIN_S, Joint
 from hvcpd.hardware.wheels import DynamixelWheels
+from hvcpd.hardware.wheels_bus import MakePort
 from hvcpd.ports import STANDSTILL, WheelCommand
 
 CYCLE_S = 0.05
@@ -29,6 +30,7 @@ class Bench:
     line: Line
     wheels: DynamixelWheels
     joint: Joint
+    make_port: MakePort
 
     @property
     def motor(self) -> FakeXL430:
@@ -52,7 +54,8 @@ def bench(joint_motor: FakeXL430 | None = None, opened: bool = True, **settings:
     def make_port(_path: str, baud_rate: int, timeout_s: float) -> VirtualPort:
         return VirtualPort(line, clock, baud_rate, timeout_s)
 
-    made = Bench(clock, line, DynamixelWheels("virtual", clock=clock, make_port=make_port, joints=joints), joint)
+    wheels = DynamixelWheels("virtual", clock=clock, make_port=make_port, joints=joints)
+    made = Bench(clock, line, wheels, joint, make_port)
     if opened:
         made.wheels.open()
     return made
