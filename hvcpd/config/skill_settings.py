@@ -20,12 +20,18 @@ MOTOR_RANGE_DEG = 360.0
 
 @dataclass(frozen=True)
 class PinSettings:
-    """A pin that is switched on for a while: the argument `amount` of the call, divided by `per_s`, in seconds."""
+    """A pin that is switched on for a while: the argument `amount` of the call, divided by `per_s`, in seconds.
+
+    A switch at `empty_pin` that closes to ground, a tank's float for example, ends the call: it fails with
+    `empty_reason`.
+    """
 
     pin: int = field(metadata=between(0, HIGHEST_PIN))
     amount: str = "seconds"
     per_s: float = field(default=1.0, metadata=between(1e-6, 1e6))
     active_high: bool = True
+    empty_pin: int | None = field(default=None, metadata=between(0, HIGHEST_PIN))
+    empty_reason: str = "the tank is empty"
 
 
 @dataclass(frozen=True)

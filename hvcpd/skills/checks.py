@@ -48,8 +48,8 @@ def faults(
             continue
         if (text := _no_number(pin.amount, parameters)) is not None:
             yield f"skills.{name}.gpio: amount: {text}"
-        if pin.pin in taken:
-            yield f"skills.{name}.gpio: skill {taken[pin.pin]!r} has pin {pin.pin} already; give each its own"
+        if pin.pin in taken or pin.pin == pin.empty_pin:
+            yield f"skills.{name}.gpio: skill {taken.get(pin.pin, name)!r} has pin {pin.pin} already; give each its own"
         taken[pin.pin] = name
 
 

@@ -11,13 +11,13 @@ from pathlib import Path
 import pytest
 
 from hil_fakes.bench import Bench, BenchPlan
-from hil_fakes.skills import FakePump, Tank
+from hil_fakes.skills import FakePump, Pump, Tank
 from hvcpd.assembly.make import make_phrasebook, make_sound
 from hvcpd.config.settings import Settings, load_settings
 from hvcpd.config.task_doubts import doubts
 from hvcpd.config.task_file import load_tasks
 from hvcpd.config.tasks import TaskDefinition, TaskRepository
-from hvcpd.reporting.events import Said, Skill, Summary
+from hvcpd.reporting.events import Said, Skill, Summary, Switched
 from hvcpd.reporting.html import page
 from hvcpd.skills.checks import faults
 from hvcpd.skills.life import Call
@@ -44,20 +44,24 @@ def test_it_is_sound(example: Path) -> None:
 def test_in_the_greenhouse_a_tank_runs_empty_and_the_robot_says_so(units: Path) -> None:
     _, tasks = read(FOLDER / "greenhouse")
     here = tuple(TaskDefinition(t.number, t.name, None, t.actions[1:]) for t in tasks.tasks[:2])
-    tank = Tank(0.3)
-    pump = FakePump(tank, 0.05, "litres", 0.05)
+    pump = FakePump(Pump(Tank(0.3)), "litres", 0.05)
     plan = BenchPlan(("Rob",), TaskRepository(here, skills=tasks.skills), skills={"Rob": {"pour": pump}}, limit_s=200)
     record = Bench(plan, make_sound(cache_folder=units)).run()
     ends = [e for e in record.events if isinstance(e, Skill) and e.state in ("finished", "failed")]
     assert [e.state for e in ends] == ["finished", "failed"]
-    assert (round(pump.poured, 6), pump.is_on) == (0.3, False)
+    assert (round(pump.pump.poured, 6), pump.is_on) == (0.3, False)
     assert sum(float(e.results["litres"]) for e in ends) == pytest.approx(0.3)
     said = [e.text for e in record.events if isinstance(e, Said)]
     assert any(text.endswith(f"task {number} failed, the tank is empty") for text in said for number in ("one", "two"))
     summary = next(e for e in record.events if isinstance(e, Summary))
     assert summary.lost == 1
     assert summary.virtual_s < 200.0  # it ends when nobody can do what is left
+    switched = [e for e in record.events if isinstance(e, Switched)]
+    assert [e.on for e in switched] == [True, False, True, False]
+    assert switched[1].at_s - switched[0].at_s == pytest.approx(4.0, abs=0.1)  # 0.2 l, or as much as is left
     report = page(record)
+    assert report.count('class="switched"') == 2
+    assert 'data-head="Poured (l)">0.2<' in report
     assert "failed, the tank is empty" in report
     assert 'class="skill failed"' in report
 
