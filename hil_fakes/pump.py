@@ -37,7 +37,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
         if was_on:
             pump.run(now_s - last_s)
         if on != was_on:
-            sys.stdout.write(f"pump {'on' if on else 'off'}, {pump.poured:.3f} l poured, {pump.tank.litres:.3f} l left\n")
+            sys.stdout.write(
+                f"pump {'on' if on else 'off'}, {pump.poured:.3f} l poured, {pump.tank.litres:.3f} l left\n"
+            )
             sys.stdout.flush()
         if options.float_pin is not None and pump.tank.is_empty:
             drive(options.pins, options.float_pin, False)

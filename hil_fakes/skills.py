@@ -134,7 +134,7 @@ class FakeGripper:
     thing_deg: float | None = None
     load_kg: float = 0.1
     holds_kg: float = 2.0
-    """With all of the motor's force: 1.5 Nm (e-Manual, xl430-w250) at fingers of 5 cm, half lost to friction; a guess."""
+    """With all of the motor's force: 1.5 Nm (e-Manual, xl430-w250) at fingers of 5 cm, most lost to friction; a guess."""
     angle_deg: float = 0.0
     _goal_deg: float = 0.0
 

@@ -1,14 +1,15 @@
-"""How one robot does what its team's task file calls by a name: by a program, a pin, or a joint."""
+"""How one robot does what its team's task file calls by a name: by a program, a pin, a joint, or an action of ROS."""
 
 from __future__ import annotations
 
 import dataclasses
+import re
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Literal
+from typing import Any, Literal
 
-from hvcpd.config.loading import between
+from hvcpd.config.loading import between, checked
 from hvcpd.config.skills import valid_key
 
 HIGHEST_PIN = 27
@@ -16,6 +17,20 @@ HIGHEST_PIN = 27
 
 MOTOR_RANGE_DEG = 360.0
 """Position mode knows one turn (e-Manual, xl430-w250)."""
+
+
+_ACTION_NAME = re.compile(r"/?[A-Za-z][A-Za-z0-9_]*(/[A-Za-z][A-Za-z0-9_]*)*")
+_ACTION_TYPE = re.compile(r"[a-z][a-z0-9_]*/(action/)?[A-Z][A-Za-z0-9]*")
+
+
+def _valid_action(name: str) -> str | None:
+    example = "write for example 'gripper'"
+    return None if _ACTION_NAME.fullmatch(name) else f"{name[:60]!r} is no name of an action; {example}"
+
+
+def _valid_type(name: str) -> str | None:
+    example = "write for example 'control_msgs/GripperCommand'"
+    return None if _ACTION_TYPE.fullmatch(name) else f"{name[:60]!r} is no type of an action; {example}"
 
 
 @dataclass(frozen=True)
@@ -56,8 +71,20 @@ class JointSettings:
 
 
 @dataclass(frozen=True)
+class RosSettings:
+    """An action of this robot's ROS, by its name and its type ("control_msgs/GripperCommand").
+
+    `goal` has the goal's fields; "{width_m}" alone stands for what the call has for it, a number for a number.
+    """
+
+    action: str = field(metadata=checked(_valid_action))
+    type: str = field(metadata=checked(_valid_type))
+    goal: Mapping[str, Any] = field(default_factory=dict)
+
+
+@dataclass(frozen=True)
 class SkillSettings:
-    """How this robot does what its team calls by a name: by a program, a pin, or a joint.
+    """How this robot does what its team calls by a name: by a program, a pin, a joint, or an action of its ROS.
 
     `run` is the program and its arguments, where "{litres}" stands for what the call has for `litres`. `safe` is a
     program that leaves all safe, run after `run` was cancelled or has failed.
@@ -67,6 +94,7 @@ class SkillSettings:
     safe: tuple[str, ...] = ()
     gpio: PinSettings | None = None
     joint: JointSettings | None = None
+    ros: RosSettings | None = None
 
 
 def valid_skills(skills: Mapping[str, SkillSettings]) -> str | None:
@@ -74,8 +102,10 @@ def valid_skills(skills: Mapping[str, SkillSettings]) -> str | None:
     for name, skill in skills.items():
         if (wrong := valid_key(name)) is not None:
             return wrong
-        if [bool(skill.run), skill.gpio is not None, skill.joint is not None].count(True) != 1:
-            return f"{name}: give one of `run: [program, argument, …]`, `gpio: {{pin: 17}}` and `joint: {{id: 3}}`"
+        ways = [bool(skill.run), *(way is not None for way in (skill.gpio, skill.joint, skill.ros))]
+        if ways.count(True) != 1:
+            ros = "`ros: {action: name, type: package/Name}`"
+            return f"{name}: give one of `run: [program, …]`, `gpio: {{pin: 17}}`, `joint: {{id: 3}}` and {ros}"
         if skill.safe and not skill.run:
             return f"{name}: `safe` goes with `run`; pins and joints are left safe by themselves"
         if skill.joint is not None and (wrong := _joint_fault(skill.joint)) is not None:

@@ -51,8 +51,8 @@ class DynamixelSettings:
 class DynamixelWheels(BusWheels):
     """The two wheels of a TurtleBot3 Burger (or any pair of XL430-W250); `ids` are left and right.
 
-    `joints` on the same line are served in every exchange. `clock` (s) serves to notice that an exchange came later than
-    the lease, and that a position cannot be.
+    `joints` on the same line are served in every exchange. `clock` (s) serves to notice that an exchange came later
+    than the lease, and that a position cannot be.
     """
 
     def __init__(

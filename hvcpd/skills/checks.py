@@ -32,7 +32,7 @@ def faults(
             yield f"skills.{name}: the task file declares no such skill; {did_you_mean(name, declared)}"
             continue
         parameters = declared[name]
-        for place in sorted(places((*skill.run, *skill.safe)) - parameters.keys()):
+        for place in sorted(_named(skill) - parameters.keys()):
             yield f"skills.{name}: it has no parameter {place!r}; {did_you_mean(place, parameters)}"
         for program in (skill.run[:1], skill.safe[:1]):
             if programs_too and program and (wrong := _unrunnable(program[0])) is not None:
@@ -51,6 +51,19 @@ def faults(
         if pin.pin in taken or pin.pin == pin.empty_pin:
             yield f"skills.{name}.gpio: skill {taken.get(pin.pin, name)!r} has pin {pin.pin} already; give each its own"
         taken[pin.pin] = name
+
+
+def _named(skill: SkillSettings) -> frozenset[str]:
+    """The parameters that a program's words, or the fields of a goal, name."""
+    return places((*skill.run, *skill.safe, *(_texts(skill.ros.goal) if skill.ros is not None else ())))
+
+
+def _texts(value: object) -> Iterator[str]:
+    if isinstance(value, str):
+        yield value
+    elif isinstance(value, Mapping | list):
+        for each in value.values() if isinstance(value, Mapping) else value:
+            yield from _texts(each)
 
 
 def _no_number(name: str, parameters: Mapping[str, Parameter]) -> str | None:

@@ -41,9 +41,10 @@ def run(options: argparse.Namespace) -> int:
 
 
 def offered(settings: Settings, tasks: TaskRepository) -> tuple[str, ...]:
-    """The skills that the settings name, but for joints, which the daemon has; and declared ones of Python packages."""
+    """The skills that the settings name, but for joints, which the daemon has, and actions of ROS, which
+    `hvcpctl ros` has; and declared ones of Python packages."""
     declared = {skill.name for skill in tasks.skills}
-    own = {name for name, skill in settings.skills.items() if skill.joint is None}
+    own = {name for name, skill in settings.skills.items() if skill.run or skill.gpio is not None}
     return tuple(sorted(own | declared.intersection(installed()) - settings.skills.keys()))
 
 
