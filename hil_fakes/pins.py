@@ -34,7 +34,7 @@ class FilePin(MockPin):  # type: ignore[misc]
     """One line; what it is set to stands in its file, and every change of it in another."""
 
     def __init__(self, factory: Any, info: Any) -> None:
-        folder = Path(os.environ[FOLDER_VARIABLE])
+        self._folder = folder = factory.folder
         folder.mkdir(parents=True, exist_ok=True)
         self._number = number = str(info.name).removeprefix("GPIO")
         self._log = (folder / f"{number}.log").open("a")
@@ -52,7 +52,7 @@ class FilePin(MockPin):  # type: ignore[misc]
 
     def _get_state(self) -> Any:
         """An input is at the level that `drive` gave it, or else where its pull resistor has it."""
-        told = Path(os.environ[FOLDER_VARIABLE]) / f"{self._number}.level"
+        told = self._folder / f"{self._number}.level"
         if self.function == "input" and told.exists():
             return told.read_text() == "1"
         return super()._get_state()
@@ -73,8 +73,9 @@ class FilePin(MockPin):  # type: ignore[misc]
 class FilePins(MockFactory):  # type: ignore[misc]
     """gpiozero's factory of the name "files"."""
 
-    def __init__(self) -> None:
+    def __init__(self, folder: Path | None = None) -> None:
         super().__init__(pin_class=FilePin)
+        self.folder = folder or Path(os.environ[FOLDER_VARIABLE])
 
 
 def drive(folder: Path, pin: int, level: bool) -> None:

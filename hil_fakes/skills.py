@@ -25,7 +25,6 @@ LITRES_PER_S = 0.05
 TOLD_EVERY_S = 1.0
 """So often a fake tells how far it is."""
 EMPTY = "the tank is empty"
-SLIPPED = "it slipped"
 
 
 class FakeDevice(Protocol):
@@ -127,14 +126,10 @@ class FakePump:
 
 @dataclass
 class FakeGripper:
-    """A joint that closes on a thing at `thing_deg`, if there is one, and holds it with the force that it may use; a
-    thing that is heavier slips."""
+    """A joint that turns to an angle, and does not get past a thing at `thing_deg`, if there is one."""
 
     settings: JointSettings
-    thing_deg: float | None = None
-    load_kg: float = 0.1
-    holds_kg: float = 2.0
-    """With all of the motor's force: 1.5 Nm (e-Manual, xl430-w250) at fingers of 5 cm, most lost to friction; a guess."""
+    thing_deg: float = math.inf
     angle_deg: float = 0.0
     _goal_deg: float = 0.0
 
@@ -143,14 +138,11 @@ class FakeGripper:
 
     def advance(self, dt_s: float) -> Report:
         step_deg = self.settings.speed_deg_s * dt_s
-        before_deg = self.angle_deg
-        self.angle_deg += max(-step_deg, min(step_deg, self._goal_deg - before_deg))
-        meets = self.thing_deg is not None and before_deg <= self.thing_deg < self.angle_deg
-        if meets and self.thing_deg is not None:
-            self.angle_deg = self.thing_deg
-        results: tuple[tuple[str, Value], ...] = ((self.settings.angle, round(self.angle_deg, 1)),)
-        if meets and self.load_kg > self.holds_kg * self.settings.effort:
-            return Report(0, SkillState.FAILED, text=SLIPPED, results=results)
+        wanted_deg = self.angle_deg + max(-step_deg, min(step_deg, self._goal_deg - self.angle_deg))
+        meets = wanted_deg > self.thing_deg
+        self.angle_deg = min(wanted_deg, self.thing_deg)
+        load = self.settings.effort if meets else 0.0
+        results: tuple[tuple[str, Value], ...] = ((self.settings.angle, round(self.angle_deg, 1)), ("load", load))
         if meets and self.settings.blocked == "failed":
             return Report(0, SkillState.FAILED, text=BLOCKED, results=results)
         if meets or abs(self._goal_deg - self.angle_deg) < 1e-9:
@@ -251,5 +243,6 @@ def usual_devices(
             pump = Pump(tank, per_s if amount == "litres" else LITRES_PER_S)
             devices[name] = FakePump(pump, amount, per_s, skill.gpio.empty_pin is not None)
         elif skill.joint is not None:
-            devices[name] = FakeGripper(skill.joint)
+            grips = skill.joint.blocked == "done"
+            devices[name] = FakeGripper(skill.joint, skill.joint.most_deg / 2.0 if grips else math.inf)
     return devices

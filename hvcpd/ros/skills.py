@@ -149,7 +149,7 @@ def filled(value: Any, arguments: Mapping[str, Any]) -> Any:
 
 
 def fill_message(message: Any, fields: Mapping[str, Any]) -> None:
-    """Set the fields of a ROS message, group by group. Raises ValueError for one that is not there or of another type."""
+    """Set the fields of a ROS message, group by group. Raises ValueError for one that is missing or of another type."""
     for name, value in fields.items():
         if not hasattr(message, name):
             raise ValueError(f"the goal has no field {name!r}")

@@ -19,20 +19,23 @@ LOOK_S = 0.05
 
 
 class Pin:
-    """Owns the pin while it lives; off but in a call. Raises DeviceError if there is none, or somebody else has it."""
+    """Owns the pin while it lives; off but in a call. Raises DeviceError if there is none, or somebody else has it.
 
-    def __init__(self, settings: PinSettings) -> None:
+    `pins` is the factory of gpiozero's that makes them; None: the one that suits the computer.
+    """
+
+    def __init__(self, settings: PinSettings, pins: Any = None) -> None:
         self._settings = settings
         try:
             from gpiozero import Button, DigitalOutputDevice
             from gpiozero.exc import GPIOZeroError
         except ImportError:
             raise DeviceError("gpiozero is not installed; run `pip install 'hvcpd[gpio]'`") from None
-        number, empty = settings.pin, settings.empty_pin
+        number, empty, high = settings.pin, settings.empty_pin, settings.active_high
         try:
-            self._device = DigitalOutputDevice(number, active_high=settings.active_high, initial_value=False)
+            self._device = DigitalOutputDevice(number, active_high=high, initial_value=False, pin_factory=pins)
             number = empty if empty is not None else number
-            self._empty = Button(empty) if empty is not None else None
+            self._empty = Button(empty, pin_factory=pins) if empty is not None else None
         except (GPIOZeroError, OSError) as error:
             text = f"pin {number} cannot be used ({error}); end what else uses it, or name another pin"
             raise DeviceError(text) from None
