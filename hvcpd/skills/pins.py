@@ -14,6 +14,8 @@ from hvcpd.skills.runners import FailedError, Tell
 
 TOLD_EVERY_S = 0.5
 """How far it is, for people to see."""
+SLACK_S = 1e-6
+"""Tolerance for the arithmetic of the clock; no relay is so quick."""
 LOOK_S = 0.05
 """Between two looks at the switch that says that a tank is empty: a small pump stands dry for longer without harm."""
 
@@ -49,7 +51,7 @@ class Pin:
             raise FailedError(f"it is not told `{self._settings.amount}`")
         needed_s, on_s, told_s, loop = amount / self._settings.per_s, 0.0, 0.0, asyncio.get_running_loop()
         try:
-            while on_s < needed_s:
+            while needed_s - on_s > SLACK_S:
                 await self._goes_on.wait()
                 self._check_supply()
                 began_s = loop.time()
@@ -57,7 +59,7 @@ class Pin:
                 with suppress(TimeoutError):
                     await asyncio.wait_for(self._held.wait(), min(self._look_s, needed_s - on_s))
                 on_s += loop.time() - began_s
-                if on_s - told_s >= TOLD_EVERY_S or on_s >= needed_s:
+                if on_s - told_s >= TOLD_EVERY_S or needed_s - on_s <= SLACK_S:
                     told_s = on_s
                     tell(min(on_s / needed_s, 1.0), "")
         finally:

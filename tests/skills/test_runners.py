@@ -267,7 +267,7 @@ def test_a_pin_that_somebody_else_has_is_told_with_its_remedy(tmp_path: Path) ->
     pins = FilePins(tmp_path)
 
     async def scene() -> None:
-        Pin(PinSettings(17), pins)
+        first = Pin(PinSettings(17), pins)
         with pytest.raises(DeviceError, match=r"pin 17 cannot be used .*; end what else uses it"):
             Pin(PinSettings(17), pins)
         code = "from gpiozero import LED; import time; led = LED(4); print(1, flush=True); time.sleep(60)"
@@ -278,6 +278,7 @@ def test_a_pin_that_somebody_else_has_is_told_with_its_remedy(tmp_path: Path) ->
             with pytest.raises(DeviceError, match=r"pin 4 cannot be used .*busy"):
                 Pin(PinSettings(4), pins)
             process.kill()
+        await first.close()
 
     run(scene())
 
