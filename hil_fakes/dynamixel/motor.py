@@ -23,8 +23,8 @@ from hil_fakes.dynamixel.physics import (
 from hil_fakes.dynamixel.protocol import ALERT, StatusError
 
 WATCHDOG_UNIT_S = 0.020
-POSITION_GAIN_PER_S = 5.0
-"""Position mode's speed by the way that is left: with the lag of the shaft it hardly overshoots; assumption."""
+POSITION_GAIN_PER_S = 10.0
+"""Position mode's speed by the way that is left; assumption."""
 REVERSE = 0x01
 """Bit 0 of the drive mode: positive is clockwise."""
 FRICTION_LOAD = 50
@@ -43,6 +43,10 @@ AMBIENT_C = 30.0
 HEATING_C = 60.0
 HEATING_S = 300.0
 """Final rise of the temperature at full effort, °C, and its time constant; assumptions."""
+
+
+JOINT = ShaftSettings(time_constant_s=0.03)
+"""A joint's shaft has no wheel to turn: less lag, so that position mode hardly overshoots; an assumption."""
 
 
 class FakeXL430:

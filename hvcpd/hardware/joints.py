@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from contextlib import suppress
 from dataclasses import dataclass
 from functools import partial
 
@@ -27,7 +28,7 @@ STILL_S = 0.5
 AGAIN_S = 1.0
 """Between two attempts at a joint that does not answer: each costs the wheels' cycle a time-out of some 50 ms."""
 TRIES = 3
-"""Of the last word to a joint that is to let go."""
+"""Of a cycle, and of the last word to a joint that is to let go: lines lose a reply now and then."""
 
 WINDOW_START = xl430.TORQUE_ENABLE.address
 WINDOW_SIZE = xl430.PRESENT_POSITION.address + xl430.PRESENT_POSITION.size - WINDOW_START
@@ -67,8 +68,9 @@ class Joint:
         self.state = JointState()
         self._clock = clock
         self._watchdog_units = watchdog_units
-        self._wish = self._carried_out = Wish(0)
+        self._wish = self._carried_out = self._tried = Wish(0)
         self._is_ready = False
+        self._failures = 0
         self._again_s = -math.inf
         self._moved_s = 0.0
         self._moved_deg = math.inf
@@ -106,7 +108,7 @@ class Joint:
     def cycle(self, bus: DynamixelBus) -> None:
         """Carry the wish out and see how far it is; a silent joint is left alone for a while. Raises PortLostError."""
         now_s, wish = self._clock(), self._wish
-        if now_s < self._again_s:
+        if now_s < self._again_s and wish is self._tried:
             return
         try:
             if not self._is_ready:
@@ -118,16 +120,31 @@ class Joint:
             self._is_ready = False
             raise
         except BusError as error:
-            self._is_ready = False
-            self._again_s = now_s + AGAIN_S
+            self._tried = wish
+            self._failures += 1
+            if self._failures < TRIES:  # the next cycle goes on where this one was
+                return
+            self._stop_blindly(bus)
+            self._failures, self._is_ready, self._again_s = 0, False, now_s + AGAIN_S
             self.state = JointState(wish.number, self.state.angle_deg, fault=f"the joint does not answer: {error}")
-        if self.state.fault is not None:
-            self._is_ready = False
+        else:
+            self._failures = 0
+            self._is_ready = self.state.fault is None
 
     def close(self, bus: DynamixelBus) -> None:
         """Leave it as declared; never raises. One that holds stands by its watchdog from now on."""
         if self.settings.stopped == "release":
             any(lets_go(bus, self.settings.id) for _ in range(TRIES))
+
+    def _stop_blindly(self, bus: DynamixelBus) -> None:
+        """It may hear though it is not heard: hold it where it was last seen, or let it go, as declared."""
+        if not self._is_ready:
+            return
+        with suppress(BusError):
+            if self.settings.stopped == "release":
+                bus.sync_write(xl430.TORQUE_ENABLE, {self.settings.id: 0})
+            else:
+                bus.sync_write(xl430.GOAL_POSITION, {self.settings.id: self._ticks(self.state.angle_deg)})
 
     def _want(self, goal_deg: float | None, lets_go: bool = False) -> int:
         self._wish = Wish(self._wish.number + 1, goal_deg, lets_go)
@@ -187,7 +204,8 @@ class Joint:
         return -1 if self.settings.reverse else 1
 
     def _ticks(self, angle_deg: float) -> int:
-        return min(round((self.settings.zero_deg + self._sign * angle_deg) / DEG_PER_TICK), xl430.TICKS_PER_TURN - 1)
+        ticks = round((self.settings.zero_deg + self._sign * angle_deg) / DEG_PER_TICK)
+        return min(max(ticks, 0), xl430.TICKS_PER_TURN - 1)
 
     def _angle_deg(self, ticks: int) -> float:
         return self._sign * (ticks * DEG_PER_TICK - self.settings.zero_deg)

@@ -10,7 +10,7 @@ import pytest
 
 from hil_fakes.dynamixel.faults import ReplyFault
 from hil_fakes.dynamixel.line import Line
-from hil_fakes.dynamixel.motor import FakeXL430, turtlebot3_pair
+from hil_fakes.dynamixel.motor import JOINT, FakeXL430, turtlebot3_pair
 from hil_fakes.dynamixel.virtual import VirtualPort, VirtualTime
 from hvcpd.config.skill_settings import JointSettings
 from hvcpd.errors import DeviceError
@@ -46,7 +46,7 @@ class Bench:
 
 
 def bench(joint_motor: FakeXL430 | None = None, opened: bool = True, **settings: Any) -> Bench:
-    motor = joint_motor or FakeXL430(3, start_ticks=2048)
+    motor = joint_motor or FakeXL430(3, start_ticks=2048, shaft=JOINT)
     line, clock = Line((*turtlebot3_pair(), motor), 1), VirtualTime()
     joint = Joint(JointSettings(3, **settings), clock)
     joints: Sequence[Joint] = (joint,)
@@ -78,7 +78,7 @@ def test_it_turns_to_its_angle_as_fast_as_it_may_while_the_wheels_turn(reverse: 
 
 
 def test_nothing_moves_when_the_wheels_are_opened_and_an_old_goal_is_forgotten() -> None:
-    motor = FakeXL430(3, start_ticks=1000)
+    motor = FakeXL430(3, start_ticks=1000, shaft=JOINT)
     motor.memory.set("goal_position", 3000)
     robot = bench(motor)
     robot.run(1.0)
@@ -136,7 +136,7 @@ def test_it_stands_when_nobody_talks_any_more_and_moves_again_when_it_is_told_an
 
 
 def test_a_joint_that_is_missing_is_told_at_the_start_and_later_costs_the_wheels_little() -> None:
-    motor = FakeXL430(3, start_ticks=2048)
+    motor = FakeXL430(3, start_ticks=2048, shaft=JOINT)
     motor.powered = False
     robot = bench(motor, opened=False)
     with pytest.raises(DeviceError, match=r"joint \(ID 3\): no answer; plug it into the wheels' line"):
@@ -154,13 +154,28 @@ def test_a_joint_that_is_missing_is_told_at_the_start_and_later_costs_the_wheels
     assert robot.joint.state.there
 
 
+@pytest.mark.parametrize(("stopped", "torque"), [("hold", 1), ("release", 0)])
+def test_a_joint_that_hears_and_is_not_heard_is_stopped_all_the_same(stopped: str, torque: int) -> None:
+    """It went on to its goal: the wheels' words keep its watchdog quiet."""
+    robot = bench(stopped=stopped)
+    robot.joint.turn(80.0)
+    robot.run(0.3)
+    robot.motor.memory.set("status_return_level", 0)  # it carries out what it is told, and answers nothing
+    robot.run(0.15)
+    assert "does not answer" in (robot.joint.state.fault or "")
+    robot.run(0.6)
+    place = robot.cell("present_position")
+    assert robot.cell("torque_enable") == torque
+    robot.run(2.0)
+    assert abs(robot.cell("present_position") - place) < 20
+    assert place < 2048 + 60 / 0.088
+
+
 def test_an_overload_is_told_and_a_lost_reply_heals() -> None:
     robot = bench()
     robot.joint.turn(50.0)
     robot.run(0.2)
     robot.line.faults.schedule(ReplyFault.NONE, ReplyFault.NONE, ReplyFault.DROP)
-    robot.run(AGAIN_S + 2.0)
-    robot.joint.turn(50.0)
     robot.run(1.5)
     assert robot.joint.state.there
     robot.motor.raise_hardware_error(1 << 5)
