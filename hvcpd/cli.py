@@ -99,7 +99,8 @@ def _start(options: argparse.Namespace, devices: Devices | None) -> int:
     settings = loaded.settings
     manager = ServiceManager()
     manager.status("looking for all that it needs; the first time takes longest")
-    preflight = examine(settings, devices, allow_confusable=options.allow_confusable)
+    places = loaded.skill_places
+    preflight = examine(settings, devices, allow_confusable=options.allow_confusable, skill_places=places)
     _show(preflight, options.check)
     if options.check or preflight.wiring is None or preflight.exit_status != EX_OK:
         return preflight.exit_status

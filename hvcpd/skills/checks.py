@@ -8,7 +8,7 @@ import shutil
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 
-from hvcpd.config.settings import WheelSettings
+from hvcpd.config.settings import Settings, WheelSettings
 from hvcpd.config.skill_settings import JointSettings, SkillSettings
 from hvcpd.config.skills import Parameter
 from hvcpd.config.tasks import WATER, TaskRepository
@@ -20,37 +20,57 @@ _SECONDS = {"seconds": Parameter()}
 
 
 def faults(
-    skills: Mapping[str, SkillSettings], tasks: TaskRepository, wheels: WheelSettings, programs_too: bool = True
+    settings: Settings,
+    tasks: TaskRepository,
+    programs_too: bool = True,
+    skill_places: Mapping[str, str] | None = None,
 ) -> Iterator[str]:
     """One message with its remedy for each thing that is wrong; `programs_too`: with programs that are not there, for
-    who runs them and may see other folders than the robot does."""
-    declared = {WATER: _SECONDS} | {skill.name: dict(skill.entry.parameters) for skill in tasks.skills}
+    who runs them and may see other folders than the robot does. `skill_places` has the line of each skill."""
+    for name, text in _faults(settings.skills, tasks, settings.wheels, programs_too):
+        place = (skill_places or {}).get(name)
+        yield f"{place}: {text}" if place else text
+
+
+def _faults(
+    skills: Mapping[str, SkillSettings], tasks: TaskRepository, wheels: WheelSettings, programs_too: bool
+) -> Iterator[tuple[str, str]]:
     taken: dict[int, str] = {}
     motors = dict(zip(wheels.ids, ("the left wheel", "the right wheel"), strict=True))
     for name, skill in skills.items():
-        if name not in declared:
-            yield f"skills.{name}: the task file declares no such skill; {did_you_mean(name, declared)}"
-            continue
-        parameters = declared[name]
-        for place in sorted(_named(skill) - parameters.keys()):
-            yield f"skills.{name}: it has no parameter {place!r}; {did_you_mean(place, parameters)}"
-        for program in (skill.run[:1], skill.safe[:1]):
-            if programs_too and program and (wrong := _unrunnable(program[0])) is not None:
-                yield f"skills.{name}: {wrong}"
+        for part, text in _faults_of(name, skill, tasks, wheels, programs_too):
+            yield name, f"skills.{name}{part}: {text}"
         if skill.joint is not None:
-            yield from (f"skills.{name}.joint: {text}" for text in _joint_faults(skill.joint, parameters, wheels))
             if skill.joint.id in motors:
-                taker = motors[skill.joint.id]
-                yield f"skills.{name}.joint: {taker} has ID {skill.joint.id} already; give each motor its own"
+                text = f"{motors[skill.joint.id]} has ID {skill.joint.id} already; give each motor its own"
+                yield name, f"skills.{name}.joint: {text}"
             motors[skill.joint.id] = f"skill {name!r}"
-        pin = skill.gpio
-        if pin is None:
-            continue
-        if (text := _no_number(pin.amount, parameters)) is not None:
-            yield f"skills.{name}.gpio: amount: {text}"
-        if pin.pin in taken or pin.pin == pin.empty_pin:
-            yield f"skills.{name}.gpio: skill {taken.get(pin.pin, name)!r} has pin {pin.pin} already; give each its own"
-        taken[pin.pin] = name
+        for number in (skill.gpio.pin, skill.gpio.empty_pin) if skill.gpio is not None else ():
+            if number in taken:
+                text = f"skill {taken[number]!r} has pin {number} already; give each its own"
+                yield name, f"skills.{name}.gpio: {text}"
+            if number is not None:
+                taken[number] = name
+
+
+def _faults_of(
+    name: str, skill: SkillSettings, tasks: TaskRepository, wheels: WheelSettings, programs_too: bool
+) -> Iterator[tuple[str, str]]:
+    """What is wrong with one skill by itself, each with the part of it."""
+    declared = {WATER: _SECONDS} | {each.name: dict(each.entry.parameters) for each in tasks.skills}
+    if name not in declared:
+        yield "", f"the task file declares no such skill; {did_you_mean(name, declared)}"
+        return
+    parameters = declared[name]
+    for place in sorted(_named(skill) - parameters.keys()):
+        yield "", f"it has no parameter {place!r}; {did_you_mean(place, parameters)}"
+    for program in (skill.run[:1], skill.safe[:1]):
+        if programs_too and program and (wrong := _unrunnable(program[0])) is not None:
+            yield "", wrong
+    if skill.joint is not None:
+        yield from ((".joint", text) for text in _joint_faults(skill.joint, parameters, wheels))
+    if skill.gpio is not None and (wrong := _no_number(skill.gpio.amount, parameters)) is not None:
+        yield ".gpio", f"amount: {wrong}"
 
 
 def _named(skill: SkillSettings) -> frozenset[str]:

@@ -48,7 +48,7 @@ def read(example: Path) -> tuple[Settings, TaskRepository]:
 @pytest.mark.parametrize("example", EXAMPLES, ids=lambda path: path.name)
 def test_it_is_sound(example: Path) -> None:
     settings, tasks = read(example)
-    assert list(faults(settings.skills, tasks, settings.wheels)) == []
+    assert list(faults(settings, tasks)) == []
     assert doubts(tasks) == ()
     make_phrasebook(settings.names, settings.teams, tasks)
 

@@ -8,7 +8,7 @@ import sys
 from contextlib import AsyncExitStack, ExitStack, closing, suppress
 from pathlib import Path
 
-from hvcpd.config.settings import Settings, load_settings
+from hvcpd.config.settings import Settings, load_with_sources
 from hvcpd.config.task_file import load_tasks
 from hvcpd.config.tasks import TaskRepository
 from hvcpd.control.live.daemon_client import find_daemon
@@ -23,9 +23,10 @@ from hvcpd.skills.runners import Program, Runner
 
 def run(options: argparse.Namespace) -> int:
     """Find the robot, make its skills ready, and serve; again and again where the daemon is started anew."""
-    settings = load_settings(options.config, {"name": options.name}, name_needed=False)
+    loaded = load_with_sources(options.config, {"name": options.name}, name_needed=False)
+    settings = loaded.settings
     tasks = load_tasks(settings.tasks)
-    if wrong := list(faults(settings.skills, tasks, settings.wheels)):
+    if wrong := list(faults(settings, tasks, skill_places=loaded.skill_places)):
         raise ConfigError("\n".join(wrong))
     names = offered(settings, tasks)
     if not names:
