@@ -12,7 +12,7 @@ unexport PYTHONDONTWRITEBYTECODE
 .PHONY: demo test check slow setup setup-dev deb sbom lock clean
 
 demo: setup  ## two robots share out the watering, out loud
-	$(VENV)/bin/hvcpctl simulate --seed $(SEED) --report $(OUT)
+	$(VENV)/bin/hvcpctl simulate --seed $(SEED) --tank 2 --report $(OUT)
 
 test: setup-dev lint  ## everything that runs with the parts that are here: under 8 minutes on 2 cores
 	$(VENV)/bin/python -m pytest -n 3 --dist worksteal  # some only wait for real parts

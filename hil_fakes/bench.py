@@ -34,7 +34,7 @@ from hvcpd.memory.store import Store
 from hvcpd.memory.store_file import IN_MEMORY
 from hvcpd.ports import SAMPLE_RATE_HZ, STANDSTILL, Pose, Samples, WheelCommand, WheelReading
 from hvcpd.recognition.second_look import AtOnce
-from hvcpd.reporting.events import Event, MissionRecord, Moved, Plant, Started, Summary, Trail
+from hvcpd.reporting.events import Event, MissionRecord, Moved, Plant, Started, Summary, Switched, Trail
 from hvcpd.robot.records import LearnName
 from hvcpd.robot.robot import Robot
 from hvcpd.security.keys import KeyRing
@@ -270,6 +270,8 @@ class Bench:
                 place.live(block, heard)
                 place.body.advance(BLOCK_S)
                 score.note(place.name, place.on_s, place.records, place.body.pose, now)
+                for each in place.host.take_switches():
+                    score.emit(Switched(place.on_s + each.at_s, place.name, each.task, each.skill, each.on))
             path.append([place.body.pose for place in places])
             if block % MAP_BLOCKS == 0:
                 score.emit(Moved(now, tuple(path[-1])))

@@ -34,9 +34,9 @@ class FilePin(MockPin):  # type: ignore[misc]
     """One line; what it is set to stands in its file, and every change of it in another."""
 
     def __init__(self, factory: Any, info: Any) -> None:
-        folder = Path(os.environ[FOLDER_VARIABLE])
+        self._folder = folder = factory.folder
         folder.mkdir(parents=True, exist_ok=True)
-        number = str(info.name).removeprefix("GPIO")
+        self._number = number = str(info.name).removeprefix("GPIO")
         self._log = (folder / f"{number}.log").open("a")
         try:
             fcntl.flock(self._log, fcntl.LOCK_EX | fcntl.LOCK_NB)
@@ -49,6 +49,13 @@ class FilePin(MockPin):  # type: ignore[misc]
     def close(self) -> None:
         """Let go of the line; its level stays."""
         self._log.close()
+
+    def _get_state(self) -> Any:
+        """An input is at the level that `drive` gave it, or else where its pull resistor has it."""
+        told = self._folder / f"{self._number}.level"
+        if self.function == "input" and told.exists():
+            return told.read_text() == "1"
+        return super()._get_state()
 
     def _change_state(self, value: bool) -> bool:
         changed = bool(super()._change_state(value))
@@ -66,8 +73,17 @@ class FilePin(MockPin):  # type: ignore[misc]
 class FilePins(MockFactory):  # type: ignore[misc]
     """gpiozero's factory of the name "files"."""
 
-    def __init__(self) -> None:
+    def __init__(self, folder: Path | None = None) -> None:
         super().__init__(pin_class=FilePin)
+        self.folder = folder or Path(os.environ[FOLDER_VARIABLE])
+
+
+def drive(folder: Path, pin: int, level: bool) -> None:
+    """Something outside, a switch for example, gives an input a level."""
+    whole, new = folder / f"{pin}.level", folder / f"{pin}.level.new"
+    folder.mkdir(parents=True, exist_ok=True)
+    new.write_text("1" if level else "0")
+    new.replace(whole)
 
 
 def edges(folder: Path, pin: int) -> Sequence[Edge]:

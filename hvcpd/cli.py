@@ -99,7 +99,8 @@ def _start(options: argparse.Namespace, devices: Devices | None) -> int:
     settings = loaded.settings
     manager = ServiceManager()
     manager.status("looking for all that it needs; the first time takes longest")
-    preflight = examine(settings, devices, allow_confusable=options.allow_confusable)
+    places = loaded.skill_places
+    preflight = examine(settings, devices, allow_confusable=options.allow_confusable, skill_places=places)
     _show(preflight, options.check)
     if options.check or preflight.wiring is None or preflight.exit_status != EX_OK:
         return preflight.exit_status
@@ -163,22 +164,24 @@ def _run(daemon: Daemon, limiter: RateLimiter) -> int:
         output.report()
 
     try:
-        asyncio.run(_serve(daemon, output.drain, summarise))
-    except HvcpdError as error:
-        log.error("failed", reason=str(error), exit_status=error.exit_status)
-        return error.exit_status
-    except Exception:  # the outermost: whatever it is, the log has it, and the wheels are stopped already
-        log.exception("crashed", exit_status=EX_SOFTWARE)
-        return EX_SOFTWARE
+        error = asyncio.run(_serve(daemon, output.drain, summarise))
     finally:
         output.end()
+    if isinstance(error, HvcpdError):
+        log.error("failed", reason=str(error), exit_status=error.exit_status)
+        return error.exit_status
+    if error is not None:  # a fault of ours: the log has it, and the wheels are stopped already
+        log.error("crashed", exc_info=error, exit_status=EX_SOFTWARE)
+        return EX_SOFTWARE
     tell_held_back(limiter)
     log.info("stopped")
     return EX_OK
 
 
-async def _serve(daemon: Daemon, every_second: Callable[[], None], every_minute: Callable[[], None]) -> None:
-    """Let the daemon run until a signal; the wheels are stopped when this returns.
+async def _serve(
+    daemon: Daemon, every_second: Callable[[], None], every_minute: Callable[[], None]
+) -> BaseException | None:
+    """Let the daemon run until a signal, or until what is returned ends it; the wheels are stopped then.
 
     At the first signal the robot says that it leaves; a second one ends it without a word.
     """
@@ -225,10 +228,12 @@ async def _serve(daemon: Daemon, every_second: Callable[[], None], every_minute:
     for number in (signal.SIGTERM, signal.SIGINT):
         loop.add_signal_handler(number, stop, number)
     try:
-        await life
+        await asyncio.wait([life])
     except asyncio.CancelledError:
-        if not asked:
-            raise
+        life.cancel()
+        await asyncio.wait([life])
+        raise
+    return life.exception() if not life.cancelled() else None
 
 
 if __name__ == "__main__":

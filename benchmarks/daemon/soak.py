@@ -259,7 +259,7 @@ def soak(hours: float, seed: int, talk_every_s: float) -> list[Line]:
         def make_stream(_: AudioSettings) -> SoakStream:
             return stream
 
-        def make_wheels(_: object) -> Wheels:
+        def make_wheels(*_: object) -> Wheels:
             return robot.wheels
 
         daemon = stream.daemon = Daemon(wiring, Devices(lambda: None, make_stream, make_wheels))

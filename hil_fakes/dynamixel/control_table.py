@@ -80,7 +80,7 @@ _RAM = (
     Cell("feedforward_2nd_gain", 88, 2, 0, low=0, high=16_383),
     Cell("feedforward_1st_gain", 90, 2, 0, low=0, high=16_383),
     Cell("bus_watchdog", 98, 1, 0, low=0, high=127, signed=True),
-    Cell("goal_pwm", 100, 2, signed=True),
+    Cell("goal_pwm", 100, 2, 885, low=-885, high=885, signed=True),
     Cell("goal_velocity", 104, 4, signed=True),
     Cell("profile_acceleration", 108, 4, 0, low=0, high=32_767),
     Cell("profile_velocity", 112, 4, 0, low=0, high=32_767),

@@ -1,8 +1,8 @@
-"""A stateful XL430-W250: control table, bus watchdog, velocity mode. Time passes only in `advance`.
+"""A stateful XL430-W250: control table, bus watchdog, velocity and position mode. Time passes only in `advance`.
 
 Source of the behaviour: ROBOTIS e-Manual, page xl430-w250. Where the manual is silent, the fake takes the answer that
 punishes a careless driver: a goal velocity survives torque off and a tripped watchdog, and acts again afterwards.
-Modes other than velocity control hold the shaft still.
+Modes other than velocity and position control hold the shaft still. `obstacle_ticks` is a joint's load.
 """
 
 from __future__ import annotations
@@ -23,6 +23,8 @@ from hil_fakes.dynamixel.physics import (
 from hil_fakes.dynamixel.protocol import ALERT, StatusError
 
 WATCHDOG_UNIT_S = 0.020
+POSITION_GAIN_PER_S = 10.0
+"""Position mode's speed by the way that is left; assumption."""
 REVERSE = 0x01
 """Bit 0 of the drive mode: positive is clockwise."""
 FRICTION_LOAD = 50
@@ -35,10 +37,16 @@ OVERLOAD_S = 3.0
 assumption."""
 SAG_V = 0.4
 """The supply falls by this at full effort: some 0.3 ohm of battery, switch and cable at 1.3 A; assumption."""
+FULL_PWM = 885
+"""The PWM cells' value for all of the voltage (e-Manual)."""
 AMBIENT_C = 30.0
 HEATING_C = 60.0
 HEATING_S = 300.0
 """Final rise of the temperature at full effort, °C, and its time constant; assumptions."""
+
+
+JOINT = ShaftSettings(time_constant_s=0.03)
+"""A joint's shaft has no wheel to turn: less lag, so that position mode hardly overshoots; an assumption."""
 
 
 class FakeXL430:
@@ -78,6 +86,8 @@ class FakeXL430:
         self._effort = 0
         self.temperature_c = AMBIENT_C
         """Of the case; settable."""
+        self.obstacle_ticks: int | None = None
+        """A thing between a gripper's fingers: the motor does not count beyond it; settable."""
         self.watchdog_broken = False
         """True: a motor that does not keep its manual, to try what judges it."""
         self._refresh()
@@ -249,12 +259,33 @@ class FakeXL430:
             self._shaft.coast(dt_s)
             return
         tripped = self.memory.get("bus_watchdog") == -1
-        velocity_mode = self.memory.get("operating_mode") == ct.VELOCITY_CONTROL
-        goal = self.memory.get("goal_velocity") if velocity_mode and not tripped else 0
-        wanted_rad_s = self._direction * goal * VELOCITY_UNIT_RAD_S
+        wanted_rad_s = 0.0 if tripped else self._direction * self._wanted_rad_s()
         wanted_rad_s = max(-self._no_load_rad_s, min(self._no_load_rad_s, wanted_rad_s))
         profile = 0 if tripped else self.memory.get("profile_acceleration")
         self._shaft.drive(wanted_rad_s, profile * ACCELERATION_UNIT_RAD_S2, dt_s)
+        self._meet(wanted_rad_s)
+
+    def _wanted_rad_s(self) -> float:
+        """The speed that the goals ask for, in the motor's own direction."""
+        mode = self.memory.get("operating_mode")
+        if mode == ct.VELOCITY_CONTROL:
+            return self.memory.get("goal_velocity") * VELOCITY_UNIT_RAD_S
+        if mode != ct.POSITION_CONTROL:
+            return 0.0
+        way_rad = (self.memory.get("goal_position") - self._exact_ticks) * 2.0 * math.pi / TICKS_PER_TURN
+        profile = self.memory.get("profile_velocity") * VELOCITY_UNIT_RAD_S or self._no_load_rad_s
+        most_rad_s = min(profile, self._no_load_rad_s * abs(self.memory.get("goal_pwm")) / FULL_PWM)
+        return max(-most_rad_s, min(most_rad_s, POSITION_GAIN_PER_S * way_rad))
+
+    def _meet(self, wanted_rad_s: float) -> None:
+        """Stand at the obstacle instead of going past it, held there while it is pressed against."""
+        if self.obstacle_ticks is None:
+            return
+        beyond_ticks = self._exact_ticks - self.obstacle_ticks
+        self._shaft.blocked = beyond_ticks >= 0.0 and self._direction * wanted_rad_s > 0.0
+        if beyond_ticks > 0.0:
+            self._shaft.angle_rad -= self._direction * beyond_ticks * 2.0 * math.pi / TICKS_PER_TURN
+            self._shaft.speed_rad_s = 0.0
 
     def _refresh(self) -> None:
         """Read the sensors into the table."""
@@ -268,10 +299,16 @@ class FakeXL430:
         memory.set("position_trajectory", position)
         memory.set("present_load", load)
         memory.set("present_temperature", round(self.temperature_c))
-        memory.set("present_pwm", round(885 * load / 1000))
+        memory.set("present_pwm", round(FULL_PWM * load / 1000))
         memory.set("present_input_voltage", round((self._voltage_v - SAG_V * abs(load) / 1000.0) * 10.0))
         memory.set("moving", int(abs(speed) > memory.get("moving_threshold")))
         memory.set("realtime_tick", int(self._clock_s * 1000.0) % 32_768)
+
+    @property
+    def _most_effort(self) -> float:
+        """In units of 0.1 %; in position mode the goal PWM limits it."""
+        in_position_mode = self.memory.get("operating_mode") == ct.POSITION_CONTROL
+        return 1000.0 * abs(self.memory.get("goal_pwm")) / FULL_PWM if in_position_mode else 1000.0
 
     def _load(self) -> int:
         """Effort in units of 0.1 %: friction, and what is missing to the wanted speed."""
@@ -279,7 +316,7 @@ class FakeXL430:
         if not self.memory.get("torque_enable") or self._no_load_rad_s == 0.0:
             return 0
         if shaft.blocked:
-            effort = math.copysign(1000.0, shaft.setpoint_rad_s) if shaft.setpoint_rad_s else 0.0
+            effort = math.copysign(self._most_effort, shaft.setpoint_rad_s) if shaft.setpoint_rad_s else 0.0
         else:
             friction = math.copysign(FRICTION_LOAD, shaft.speed_rad_s) if abs(shaft.speed_rad_s) > 1e-3 else 0.0
             effort = friction + 1000.0 * (shaft.setpoint_rad_s - shaft.speed_rad_s) / self._no_load_rad_s

@@ -13,6 +13,7 @@ from hvcpd.assembly.sound import make_phrasebook as make_phrasebook
 from hvcpd.assembly.sound import make_sound as make_sound
 from hvcpd.assembly.sound import user_cache_folder as user_cache_folder
 from hvcpd.config.settings import DEFAULT_TEAMS as DEFAULT_TEAMS
+from hvcpd.config.tasks import Place, TaskRepository
 from hvcpd.coordination.actions import SLOW_STRETCH, Timing
 from hvcpd.coordination.coordination import Coordination
 from hvcpd.hardware.kinematics import Odometry
@@ -187,7 +188,7 @@ def make_robot(plan: RobotPlan, sound: Sound) -> Robot:
         (plan.timing or Timing()).for_latency(acoustics.latency_s),
         remembered=plan.memory.tasks,
         stopped=plan.memory.stopped,
-        home=body.home,
+        home=Place(body.home.x_m, body.home.y_m) if body.home is not None else None,
         dues=plan.memory.dues,
         changes=plan.memory.changes,
     )
@@ -198,7 +199,7 @@ def make_robot(plan: RobotPlan, sound: Sound) -> Robot:
         ears,
         sound.speaker_of(plan.role.name),
         Odometry(body.start, body.drive, body.reading),
-        Performer(body.navigator or Navigator(body.drive)),
+        Performer(body.navigator or Navigator(body.drive), body.home or body.start),
         plan.hearing.acoustics,
         sound.speaker_of(plan.role.name, SLOW),
         Overhearing(listening.urgent, make_keyword()) if listening.urgent is not None else None,

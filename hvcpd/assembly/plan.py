@@ -6,7 +6,7 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 
 from hvcpd.config.settings import DEFAULT_TEAMS
-from hvcpd.config.tasks import Place, TaskRepository
+from hvcpd.config.tasks import TaskRepository
 from hvcpd.coordination.actions import Role, Timing
 from hvcpd.hardware.kinematics import BURGER, Drive
 from hvcpd.hardware.navigator import Navigator
@@ -37,7 +37,7 @@ class BodyPlan:
     """Where it stands, and what it moves with."""
 
     start: Pose = field(default_factory=lambda: Pose(0.0, 0.0))
-    home: Place | None = None
+    home: Pose | None = None
     """Where it comes back to, if that is not where it is at first."""
     reading: WheelReading | None = None
     """Of its wheels at `start`, if that was kept."""

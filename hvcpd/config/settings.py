@@ -213,6 +213,8 @@ class Loaded:
     settings: Settings
     sources: tuple[Sourced, ...]
     file: Path | None = None
+    skill_places: Mapping[str, str] = field(default_factory=dict)
+    """Where each skill is written, as "FILE:LINE"."""
 
 
 def load_with_sources(
@@ -254,7 +256,8 @@ def load_with_sources(
         _check_wheels(parts)
 
     settings = _with_whole_paths(structure(document, Settings, check), document, path)
-    return Loaded(settings, tuple(sources_of(settings, document)), path)
+    skill_places = {name: str(document.place(("skills", name))) for name in settings.skills}
+    return Loaded(settings, tuple(sources_of(settings, document)), path, skill_places)
 
 
 def _settings_of(load: Callable[_P, Loaded]) -> Callable[_P, Settings]:

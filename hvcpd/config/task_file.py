@@ -29,6 +29,7 @@ from hvcpd.config.task_checks import SoundsAlike, check_after, check_alternative
 from hvcpd.config.tasks import (
     WATER,
     Action,
+    Dock,
     Forward,
     GoTo,
     Place,
@@ -64,6 +65,7 @@ MAX_SENTENCE_LENGTH = 200
 """Characters of a sentence to say; the phrasebook's longest are half of this."""
 
 TO_PLACE = "go to place"
+DOCK = "dock"
 
 _DISTANCE = between(-MAX_DISTANCE_M, MAX_DISTANCE_M)
 
@@ -178,7 +180,7 @@ _ACTIONS: dict[str, tuple[type[Any], Check | None, Callable[[Any], Action]]] = {
 }
 """The key of each action, the type of what follows it, a check of that, and what becomes of it."""
 
-_BUILT_IN = (TO_PLACE, *(key for key in _ACTIONS if key != WATER))
+_BUILT_IN = (TO_PLACE, DOCK, *(key for key in _ACTIONS if key != WATER))
 """Names that no skill of a team's own may have; to declare "water" says what this team's watering is told."""
 
 Declared = Mapping[str, SkillEntry | None]
@@ -228,14 +230,20 @@ def _read_use(name: str, argument: Any, entry: SkillEntry | None) -> _ActionEntr
 def _read_action(value: Any, converter: Converter, skills: tuple[str, ...]) -> _ActionEntry:
     if value == TO_PLACE:
         return _ActionEntry(None)
-    forms = [TO_PLACE, *_ACTIONS, *skills]
+    if value == DOCK:
+        return _ActionEntry(Dock())
+    forms = [TO_PLACE, DOCK, *_ACTIONS, *skills]
     if isinstance(value, str):
         hint = f"write {{{value}: …}}" if value in _ACTIONS else did_you_mean(value[:40], forms)
         raise FaultError(f"{value[:40]!r} is no action by itself; {hint}")
     if not isinstance(value, dict) or len(value) != 1:
         others = ", ".join((*_ACTIONS, *skills))
-        raise FaultError(f"expected one action, found {describe(value)}; write {TO_PLACE!r} or one of {others}")
+        raise FaultError(
+            f"expected one action, found {describe(value)}; write {TO_PLACE!r}, {DOCK!r} or one of {others}"
+        )
     ((key, argument),) = value.items()
+    if key in (TO_PLACE, DOCK):
+        raise FaultError(f"{key!r} is told nothing; write it without the colon", key)
     if key not in _ACTIONS:
         hint = did_you_mean(key[:40], forms)
         raise FaultError(f"unknown action {key[:40]!r}; {hint} (a skill of your own is declared under `skills:`)", key)

@@ -44,6 +44,11 @@ class Turn:
 
 
 @dataclass(frozen=True)
+class Dock:
+    """Drive back to where the robot's settings have it start, its charger for example, and face as it did there."""
+
+
+@dataclass(frozen=True)
 class Wait:
     """Stand still for a while."""
 
@@ -71,7 +76,7 @@ class SayAction:
     text: str
 
 
-Motion = GoTo | Forward | Turn
+Motion = GoTo | Forward | Turn | Dock
 
 Action = Motion | Wait | SayAction | Use
 

@@ -18,6 +18,7 @@ from hvcpd.control.keys.key_parser import add_key
 from hvcpd.control.live.daemon_parser import add_completion, add_daemon_commands, add_ros, add_skills
 from hvcpd.control.say.voices_parser import add_voices
 from hvcpd.control.simulate.evaluate_parser import add_evaluate
+from hvcpd.control.simulate.new_team_parser import add_new_team
 from hvcpd.errors import EX_FAILURE, EX_INTERRUPTED, EX_OK, EX_USER, HvcpdError
 
 Command = Callable[[argparse.Namespace], int]
@@ -93,6 +94,7 @@ def make_parser() -> argparse.ArgumentParser:
     parser.add_argument("--version", action="version", version=f"hvcpctl {__version__}")
     commands = parser.add_subparsers(title="commands", metavar="COMMAND", required=True, dest="command")
     _add_simulate(commands)
+    add_new_team(commands, _lazy("simulate.new_team"), _names)
     _add_say(commands)
     _add_hear(commands)
     _add_listen(commands)

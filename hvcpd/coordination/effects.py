@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 
 from hvcpd.config.tasks import Action as TaskAction
-from hvcpd.config.tasks import Forward, GoTo, Turn
+from hvcpd.config.tasks import Forward, GoTo, Motion, Turn
 from hvcpd.coordination import choosing, composing, earshot
 from hvcpd.coordination.actions import Halt, Perform, SaveStopped
 from hvcpd.coordination.addressing import confirming_slot, waiting_slots
@@ -148,7 +148,7 @@ def act(me: Knowledge, _now: float) -> None:
 def _split(me: Knowledge) -> tuple[tuple[TaskAction, ...], tuple[TaskAction, ...]]:
     """The task's way there, and what is done there."""
     actions = me.board[me.my_task()].definition.actions
-    n = next((i for i, a in enumerate(actions) if not isinstance(a, GoTo | Forward | Turn)), len(actions))
+    n = next((i for i, a in enumerate(actions) if not isinstance(a, Motion)), len(actions))
     return actions[:n], actions[n:]
 
 

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Any, Protocol
+from typing import TYPE_CHECKING, Any, Protocol
 
 from hvcpd.config.settings import AudioSettings, WheelSettings
 from hvcpd.hardware.audio import load_backend
@@ -13,6 +13,9 @@ from hvcpd.hardware.audio_stream import AudioStream
 from hvcpd.hardware.kinematics import drive_of
 from hvcpd.hardware.ros_base import RosBase
 from hvcpd.ports import Samples, Wheels
+
+if TYPE_CHECKING:
+    from hvcpd.hardware.joints import Joint
 
 
 class SoundStream(Protocol):
@@ -40,15 +43,15 @@ class SoundStream(Protocol):
     async def close(self) -> None: ...
 
 
-def make_wheels(settings: WheelSettings) -> Wheels | None:
-    """The wheels that the settings ask for, not yet open; None for a robot that stands."""
+def make_wheels(settings: WheelSettings, joints: Sequence[Joint] = ()) -> Wheels | None:
+    """The wheels that the settings ask for, with joints on their bus, not yet open; None for a robot that stands."""
     if settings.driver == "none":
         return None
     if settings.driver == "ros":
         return RosBase(drive_of(settings))
     from hvcpd.hardware.wheels_find import FoundWheels
 
-    return FoundWheels(settings)
+    return FoundWheels(settings, joints=joints)
 
 
 @dataclass(frozen=True)
@@ -57,4 +60,4 @@ class Devices:
 
     sound_backend: Callable[[], Any] = load_backend
     make_stream: Callable[[AudioSettings], SoundStream] = AudioStream
-    make_wheels: Callable[[WheelSettings], Wheels | None] = make_wheels
+    make_wheels: Callable[[WheelSettings, Sequence[Joint]], Wheels | None] = make_wheels

@@ -6,6 +6,7 @@ import asyncio
 import math
 import time
 from contextlib import AsyncExitStack, suppress
+from typing import TYPE_CHECKING
 
 import structlog
 
@@ -39,6 +40,9 @@ from hvcpd.recognition.events import Recognised
 from hvcpd.recognition.second_look import Piece
 from hvcpd.robot.own_voice import Acoustics
 from hvcpd.robot.robot import Robot
+
+if TYPE_CHECKING:
+    from hvcpd.daemon.skill_hosting import JointService
 
 FAREWELL_S = 12.0
 """Longest time (sample clock) that a robot that is told to end waits for its turn to say so: another one's sentence of
@@ -172,7 +176,8 @@ class Daemon:
         return GoalNavigator(self.wiring.drive) if is_wanted else None
 
     async def _find_wheels(self, stack: AsyncExitStack, navigator: GoalNavigator | None) -> None:
-        wheels = self._devices.make_wheels(self.wiring.settings.wheels)
+        joints = self._joints()
+        wheels = self._devices.make_wheels(self.wiring.settings.wheels, joints.joints if joints is not None else ())
         if wheels is None:
             return
         self._manager.status("looking for the wheels")
@@ -182,9 +187,21 @@ class Daemon:
             self._wheels = WheelService(wheels, lost_s=math.inf)
         else:
             self._wheels = WheelService(wheels)
+        if joints is not None:
+            stack.push_async_callback(joints.close)
         stack.push_async_callback(self._wheels.close)
         await self._wheels.open()
         body.wheels = self._wheels
+        if joints is not None:
+            joints.begin(self._wheels, wheels)
+
+    def _joints(self) -> JointService | None:
+        """What turns the joints, where there are any."""
+        if all(skill.joint is None for skill in self.wiring.settings.skills.values()):
+            return None
+        from hvcpd.daemon.skill_hosting import JointService
+
+        return JointService(self.wiring.settings)
 
     async def settled(self) -> None:
         """Wait until wheels and memory have nothing under way; for those who make time pass themselves."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 import stat
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -54,11 +54,16 @@ class Preflight:
 
 
 def examine(
-    settings: Settings, devices: Devices, device_directory: Path = Path("/dev"), allow_confusable: bool = False
+    settings: Settings,
+    devices: Devices,
+    device_directory: Path = Path("/dev"),
+    allow_confusable: bool = False,
+    skill_places: Mapping[str, str] | None = None,
 ) -> Preflight:
     """Look for tasks, skills, confusable words (unless `allow_confusable`), memory, microphone, loudspeaker, port.
 
-    They are looked for in this order; no device is opened, and no directory made.
+    They are looked for in this order; no device is opened, and no directory made. `skill_places` has the line of each
+    skill, for what is wrong with it.
     """
     findings: list[Finding] = []
     wiring: Wiring | None = None
@@ -67,7 +72,7 @@ def examine(
         numbers = len(wiring.tasks.tasks)
         findings.append(Finding("tasks", f"{numbers} task{'s' * (numbers != 1)} in {settings.tasks}"))
         findings += [Finding("tasks", f"{settings.tasks}: {text}", doubtful=True) for text in doubts(wiring.tasks)]
-        wrong = tuple(faults(settings.skills, wiring.tasks, programs_too=False))
+        wrong = tuple(faults(settings, wiring.tasks, programs_too=False, skill_places=skill_places))
         findings += [Finding("skills", text, EX_CONFIG) for text in wrong]
         if not allow_confusable:
             findings.append(find_confusable(wiring))

@@ -80,6 +80,11 @@ class WheelService:
         """How the wheels are to turn."""
         return self._wanted
 
+    def exchange_now(self) -> None:
+        """Have the next exchange come at once: something else on the bus is not to wait."""
+        self._due = True
+        self._send()
+
     def halt(self) -> None:
         """Standstill now, without waiting for the next block of sound."""
         self._wanted, self._due = STANDSTILL, True

@@ -17,7 +17,7 @@ from hvcpd.assembly.plan import BodyPlan, HearingPlan, MemoryPlan, RobotPlan, Se
 from hvcpd.assembly.voice_assignment import cast
 from hvcpd.config.settings import MAX_KNOWN_NAMES, Settings
 from hvcpd.config.task_file import load_tasks
-from hvcpd.config.tasks import Motion, Place, TaskRepository
+from hvcpd.config.tasks import Motion, TaskRepository
 from hvcpd.coordination.actions import Role, Speech, Timing
 from hvcpd.daemon.pose_keeper import KeptPose
 from hvcpd.errors import ConfigError, HvcpdError, PhraseError, VocabularyError
@@ -171,7 +171,7 @@ class Wiring:
             settings.seed if settings.seed is not None else secrets.randbits(SEED_BITS),
             BodyPlan(
                 here.pose if here is not None else start,
-                Place(start.x_m, start.y_m),
+                start,
                 here.reading if here is not None else None,
                 self.drive,
                 navigator,

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 from hvcpd.hardware import xl430
+from hvcpd.hardware.joints import Joint, lets_go
 from hvcpd.hardware.wheels_base import TRIES, BusWheels
-from hvcpd.hardware.wheels_bus import BusError, DynamixelBus, MakePort
+from hvcpd.hardware.wheels_bus import DynamixelBus, MakePort
 from hvcpd.hardware.wheels_handshake import SEARCH_S, arm, inspect, prepare, read_health, read_states
 from hvcpd.hardware.wheels_port import WaitingPort
 from hvcpd.hardware.wheels_sense import LOWEST_VOLTAGE_V, Battery, MotorHealth
@@ -50,7 +51,8 @@ class DynamixelSettings:
 class DynamixelWheels(BusWheels):
     """The two wheels of a TurtleBot3 Burger (or any pair of XL430-W250); `ids` are left and right.
 
-    `clock` (s) serves to notice that an exchange came later than the lease, and that a position cannot be.
+    `joints` on the same line are served in every exchange. `clock` (s) serves to notice that an exchange came later
+    than the lease, and that a position cannot be.
     """
 
     def __init__(
@@ -61,7 +63,9 @@ class DynamixelWheels(BusWheels):
         settings: DynamixelSettings | None = None,
         clock: Callable[[], float] = time.monotonic,
         make_port: MakePort = WaitingPort,
+        joints: Sequence[Joint] = (),
     ) -> None:
+        self._joints = joints
         self._settings = settings or DynamixelSettings()
         bus = DynamixelBus(port, baud_rate, self._settings.timeout_s, make_port)
         super().__init__(bus, clock, self._settings.lease_s, Battery(self._settings.lowest_voltage_v))
@@ -74,7 +78,10 @@ class DynamixelWheels(BusWheels):
         return self._settings.look_every
 
     def _inspect(self) -> list[str]:
-        return inspect(self._bus, *self._ids, self._settings.lowest_voltage_v, self._settings.search_s)
+        problems = inspect(self._bus, *self._ids, self._settings.lowest_voltage_v, self._settings.search_s)
+        if not self._opened:  # later on, a joint that is gone must not keep the wheels
+            problems += [text for joint in self._joints for text in joint.inspect(self._bus)]
+        return problems
 
     def _make_ready(self) -> None:
         limits = [self._bus.read(motor_id, xl430.VELOCITY_LIMIT) for motor_id in self._ids]
@@ -110,6 +117,8 @@ class DynamixelWheels(BusWheels):
         position = xl430.PRESENT_POSITION
         ticks = self._follow((position.decode(left, WINDOW_START), position.decode(right, WINDOW_START)))
         self._doubtful = self._bus.alert
+        for joint in self._joints:
+            joint.cycle(self._bus)
         volts = [xl430.PRESENT_INPUT_VOLTAGE.decode(window, WINDOW_START) for window in (left, right)]
         speeds = [xl430.PRESENT_VELOCITY.decode(window, WINDOW_START) for window in (left, right)]
         loads = [xl430.PRESENT_LOAD.decode(window, WINDOW_START) for window in (left, right)]
@@ -137,11 +146,6 @@ class DynamixelWheels(BusWheels):
 
     def _torque_off(self) -> None:
         for motor_id in self._ids:
-            any(self._lets_go(motor_id) for _ in range(TRIES))  # one that never answers stops by its watchdog
-
-    def _lets_go(self, motor_id: int) -> bool:
-        try:
-            self._bus.write(motor_id, xl430.TORQUE_ENABLE, 0)
-        except BusError:
-            return False
-        return True
+            any(lets_go(self._bus, motor_id) for _ in range(TRIES))  # one that never answers stops by its watchdog
+        for joint in self._joints:
+            joint.close(self._bus)

@@ -14,6 +14,7 @@ from typing import Literal
 from hvcpd.config.settings import WheelSettings
 from hvcpd.errors import DeviceError
 from hvcpd.hardware import opencr, wheels_handshake, wheels_opencr_handshake, xl430
+from hvcpd.hardware.joints import Joint
 from hvcpd.hardware.wheels import DynamixelSettings, DynamixelWheels
 from hvcpd.hardware.wheels_base import BusWheels
 from hvcpd.hardware.wheels_bus import BusError, DynamixelBus, MakePort, PortLostError, RefusedError, in_use, twice
@@ -29,6 +30,10 @@ PORT_NAMES = ("serial/by-id/*", "ttyACM*", "ttyUSB*")
 """Under /dev, the best first: names by identity stay the same when an adapter is plugged in again."""
 OTHER_SPEEDS = (57_600, 115_200, 1_000_000, 2_000_000, 3_000_000, 4_000_000)
 """In baud; 57,600 is how motors leave the factory (e-Manual, xl430-w250)."""
+NO_JOINTS = (
+    "OpenCR with TurtleBot3 firmware does not let joints through; flash it with usb_to_dxl, or use a U2D2, or take the "
+    "joints out of `skills`"
+)
 KINDS = {"xl430": "two XL430-W250 motors", "opencr": "OpenCR with TurtleBot3 firmware"}
 
 
@@ -253,8 +258,13 @@ class FoundWheels:
     """The wheels that the settings ask for, found and checked when they are opened; as `hvcpd.ports.Wheels`."""
 
     def __init__(
-        self, settings: WheelSettings, make_port: MakePort = WaitingPort, directory: Path = Path("/dev")
+        self,
+        settings: WheelSettings,
+        make_port: MakePort = WaitingPort,
+        directory: Path = Path("/dev"),
+        joints: Sequence[Joint] = (),
     ) -> None:
+        self._joints = joints
         self._settings = settings
         self._make_port = make_port
         self._directory = directory
@@ -267,17 +277,29 @@ class FoundWheels:
             raise DeviceError("the wheels are not open")
         return self._wheels
 
+    @property
+    def port(self) -> str:
+        """Where they were found. Raises DeviceError before `open`."""
+        return self.driver.port
+
     def open(self) -> None:
         """Handshake, then standstill under torque. Raises DeviceError that names all that is wrong."""
         finding = examine(self._settings, self._make_port, self._directory)
         if finding.problems or finding.kind is None:
             raise DeviceError("; ".join(finding.problems))
         speed = self._settings.baud_rate
+        if finding.kind == "opencr" and self._joints:
+            raise DeviceError(f"{finding.port}: {NO_JOINTS}")
         if finding.kind == "opencr":
             self._wheels = OpenCRWheels(finding.port, speed, settings=OpenCRSettings(), make_port=self._make_port)
         else:
             self._wheels = DynamixelWheels(
-                finding.port, speed, self._settings.ids, DynamixelSettings(), make_port=self._make_port
+                finding.port,
+                speed,
+                self._settings.ids,
+                DynamixelSettings(),
+                make_port=self._make_port,
+                joints=self._joints,
             )
         self._wheels.open()
 

@@ -40,8 +40,11 @@ TORQUE_ENABLE = Register("torque enable", 64, 1)
 STATUS_RETURN_LEVEL = Register("status return level", 68, 1)
 HARDWARE_ERROR_STATUS = Register("hardware error status", 70, 1)
 BUS_WATCHDOG = Register("bus watchdog", 98, 1, signed=True)
+GOAL_PWM = Register("goal PWM", 100, 2, signed=True)
 GOAL_VELOCITY = Register("goal velocity", 104, 4, signed=True)
 PROFILE_ACCELERATION = Register("profile acceleration", 108, 4)
+PROFILE_VELOCITY = Register("profile velocity", 112, 4)
+GOAL_POSITION = Register("goal position", 116, 4, signed=True)
 PRESENT_LOAD = Register("present load", 126, 2, signed=True)
 PRESENT_VELOCITY = Register("present velocity", 128, 4, signed=True)
 PRESENT_POSITION = Register("present position", 132, 4, signed=True)
@@ -50,6 +53,12 @@ PRESENT_TEMPERATURE = Register("present temperature", 146, 1)
 
 VELOCITY_CONTROL = 1
 """Operating mode: goal velocity, without end stops."""
+
+POSITION_CONTROL = 3
+"""Operating mode: goal position within one turn, as fast as the profile velocity and as hard as the goal PWM allow."""
+
+FULL_PWM = 885
+"""The goal PWM for all of the voltage, and its limit as the motor leaves the factory."""
 
 WATCHDOG_TRIPPED = -1
 """What the bus watchdog reads after a trip; goals are then read-only until 0 is written."""

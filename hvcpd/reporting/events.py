@@ -140,6 +140,17 @@ class Skill:
 
 
 @dataclass(frozen=True)
+class Switched:
+    """In the simulated room what a robot uses for a task, a pump for example, was truly switched on or off."""
+
+    at_s: float
+    robot: str
+    task: int
+    skill: str
+    on: bool
+
+
+@dataclass(frozen=True)
 class Moved:
     """Where the robots truly are, now and then (for the live view)."""
 
@@ -222,7 +233,7 @@ class Summary:
     mode: str
 
 
-Event = Started | Said | Heard | Garbled | Held | TaskChanged | Watered | Skill | Moved | Summary
+Event = Started | Said | Heard | Garbled | Held | TaskChanged | Watered | Skill | Switched | Moved | Summary
 
 LiveEvent = (
     Said

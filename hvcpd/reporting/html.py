@@ -26,6 +26,8 @@ from hvcpd.reporting.story import SkillSpan, Story, TaskStory, tell
 from hvcpd.reporting.text import clock, listed, number, plural, repeated
 from hvcpd.reporting.timeline_svg import draw_timeline
 
+SWITCHED = Markup(' <span><i class="swatch switched-key"></i> pump, or what else is switched, on</span>')
+"""In the timeline's legend."""
 MAX_NAMED_DRIVES = 3
 """Of more robots the headline gives the sum of their ways: it has one row."""
 
@@ -55,6 +57,7 @@ def page(record: MissionRecord) -> str:
         legend=_legend(story),
         conversation=draw_conversation(story, playable=clip is not None),
         timeline=draw_timeline(story, trails),
+        switched=SWITCHED if story.switched else "",
         spectrograms=_spectrograms(story, record.sound),
         tasks=_task_table(story),
         player=_player(clip),
@@ -136,6 +139,7 @@ def _spectrograms(story: Story, sound: Samples) -> Markup:
 
 def _task_table(story: Story) -> Markup:
     heads = ["No.", "Task", "Place (m)", "Done by", "Claimed", "Done", "Off its place (m)"]
+    heads += ["Poured (l)"] * any(span.litres is not None for span in story.skills)
     heads += ["Skills"] * bool(story.skills)
     head = tag("thead", tag("tr", *(tag("th", h, scope="col") for h in heads)))
     body = tag("tbody", *(_task_row(task, story.skills) for task in story.tasks))
@@ -151,6 +155,9 @@ def _task_row(task: TaskStory, skills: Sequence[SkillSpan]) -> Markup:
     off = f"{task.distance_m:.3f}" if task.distance_m is not None else "–"
     cells = [("Place (m)", place), ("Done by", doers), ("Claimed", claimed), ("Done", done), ("Off its place (m)", off)]
     if skills:
+        mine = [span.litres for span in skills if span.last.task == task.number]
+        if any(span.litres is not None for span in skills):
+            cells.append(("Poured (l)", number(sum(filter(None, mine)), 3)))
         used = [f"{span.last.robot}: {span.words}" for span in skills if span.last.task == task.number]
         cells.append(("Skills", "; ".join(used) or "–"))
     return tag(

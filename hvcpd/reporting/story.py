@@ -16,6 +16,7 @@ from hvcpd.reporting.events import (
     Skill,
     Started,
     Summary,
+    Switched,
     TaskChanged,
     Watered,
 )
@@ -78,6 +79,12 @@ class SkillSpan:
     last: Skill
 
     @property
+    def litres(self) -> float | None:
+        """How much was poured, if that was told."""
+        found = self.last.results.get("litres")
+        return found if isinstance(found, float) else None
+
+    @property
     def is_done(self) -> bool:
         """Whether it came to a good end."""
         return self.last.state == "finished"
@@ -87,6 +94,14 @@ class SkillSpan:
         """What became of it."""
         last = self.last
         return skill_words(last.skill, last.state, last.share, last.text, last.arguments, last.results)
+
+
+@dataclass(frozen=True)
+class OnSpan:
+    """What a robot used for a task was on from `on` to `off_s`."""
+
+    on: Switched
+    off_s: float
 
 
 @dataclass(frozen=True)
@@ -102,6 +117,7 @@ class Story:
     spans: tuple[Span, ...]
     waterings: tuple[Watered, ...]
     skills: tuple[SkillSpan, ...]
+    switched: tuple[OnSpan, ...]
     unplaced: tuple[Garbled | Heard, ...]
     """What listeners noticed although no robot spoke: a person, or noise."""
 
@@ -126,6 +142,7 @@ def tell(record: MissionRecord) -> Story:
         _spans(robots, changes, waterings, end_s),
         tuple(waterings),
         _skills(events),
+        _switched(events, end_s),
         unplaced,
     )
 
@@ -137,6 +154,18 @@ def _skills(events: Iterable[Event]) -> tuple[SkillSpan, ...]:
             key = (event.robot, event.call)
             calls[key] = SkillSpan(calls[key].from_s if key in calls else event.at_s, event)
     return tuple(sorted(calls.values(), key=lambda span: span.from_s))
+
+
+def _switched(events: Iterable[Event], end_s: float) -> tuple[OnSpan, ...]:
+    spans: list[OnSpan] = []
+    on: dict[tuple[str, str], Switched] = {}
+    for event in events:
+        if isinstance(event, Switched):
+            key = event.robot, event.skill
+            begun = on.pop(key, None)
+            spans += [OnSpan(begun, event.at_s)] if begun is not None else []
+            on |= {key: event} if event.on else {}
+    return tuple(sorted((*spans, *(OnSpan(each, end_s) for each in on.values())), key=lambda span: span.on.at_s))
 
 
 def _started(events: Sequence[Event], record: MissionRecord) -> Started:

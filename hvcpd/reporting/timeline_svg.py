@@ -11,7 +11,7 @@ from markupsafe import Markup
 from hvcpd.reporting.events import Trail, Watered
 from hvcpd.reporting.markup import joined, tag
 from hvcpd.reporting.palette import robot_slot, task_colour
-from hvcpd.reporting.story import Line, SkillSpan, Span, Story
+from hvcpd.reporting.story import Line, OnSpan, SkillSpan, Span, Story
 from hvcpd.reporting.text import clock, without_common_start
 
 _MIN_WIDTH = 1080.0
@@ -133,6 +133,7 @@ def _lane(
     used = [_skill(span, scale, told) for span in story.skills if span.last.robot == robot]
     speech = [_speech(line, robot_slot(k), scale, told) for line in story.lines if line.said.speaker == robot]
     ticks = [_tick(act, scale, told) for act in story.waterings if act.robot == robot]
+    used += [_on(span, scale, told) for span in story.switched if span.on.robot == robot]
     base = tag("line", class_="grid", x1=0, x2=story.end_s * scale, y1=LANE, y2=LANE)
     return tag("g", base, *spans, *drives, *used, *speech, *ticks, transform=f"translate(0 {k * LANE:g})")
 
@@ -170,6 +171,13 @@ def _skill(span: SkillSpan, scale: float, told: Callable[[float], str]) -> Marku
     x, wide = span.from_s * scale, max((span.last.at_s - span.from_s) * scale, 2.0)
     y, kind = _TASK_Y + _TASK_HEIGHT - _DRIVE_HEIGHT, "skill" if span.is_done else "skill failed"
     return tag("rect", title, class_=kind, x=x, y=y, width=wide, height=_DRIVE_HEIGHT)
+
+
+def _on(span: OnSpan, scale: float, told: Callable[[float], str]) -> Markup:
+    """When a pump, or whatever else is switched, was truly on."""
+    title = tag("title", f"{span.on.skill} on {told(span.on.at_s)}, off {told(span.off_s)}")
+    x, wide = span.on.at_s * scale, max((span.off_s - span.on.at_s) * scale, 2.0)
+    return tag("rect", title, class_="switched", x=x, y=_TASK_Y, width=wide, height=_DRIVE_HEIGHT)
 
 
 def _speech(line: Line, slot: int, scale: float, told: Callable[[float], str]) -> Markup:

@@ -6,8 +6,8 @@ import math
 from dataclasses import dataclass
 from enum import Enum
 
-from hvcpd.config.tasks import WATER, Action, Forward, GoTo, SayAction, Turn, Use, Wait, Water
-from hvcpd.hardware import motion
+from hvcpd.config.tasks import WATER, Action, Dock, Forward, GoTo, SayAction, Turn, Use, Wait, Water
+from hvcpd.hardware import motion, navigator
 from hvcpd.hardware.motion import MotionState
 from hvcpd.hardware.navigator import Navigator
 from hvcpd.ports import STANDSTILL, Pose, WheelCommand, WheelReading
@@ -54,8 +54,10 @@ class Performer:
     """Owns the navigator, and the skill that is being used. `begin`, then `step` at every block until the outcome is
     not GOING_ON; `take_orders` are for whoever offers skills, who answers with `tell`."""
 
-    def __init__(self, navigator: Navigator) -> None:
-        self._motion = navigator
+    def __init__(self, driver: Navigator, home: Pose | None = None) -> None:
+        """`home` is where it docks; None: where it was at its first step."""
+        self._motion = driver
+        self._home = home
         self._actions: tuple[Action, ...] = ()
         self._index = 0
         self._started = False
@@ -116,6 +118,7 @@ class Performer:
 
     def step(self, pose: Pose, now: float, reading: WheelReading | None) -> Progress:
         """Go on with the current action at time `now` (s, sample clock); `reading` is None if there is no new one."""
+        self._home = self._home or pose
         self._last_s = now
         now -= self._rested_s
         remark = None
@@ -144,6 +147,8 @@ class Performer:
                 self._motion.start(motion.Forward(distance_m), pose)
             case Turn(angle_deg):
                 self._motion.start(motion.Turn(math.radians(angle_deg)), pose)
+            case Dock():
+                self._motion.start(navigator.Dock(self._home or pose), pose)
             case Wait(duration_s):
                 self._until_s = now + duration_s
             case SayAction(text):

@@ -24,6 +24,7 @@ from hvcpd.ros.mapping import (
 )
 from hvcpd.ros.messages import Bool, Message, Odometry, String
 from hvcpd.ros.parameters import Parameters
+from hvcpd.ros.skills import Act, Deed, Leave, Skills, Tell
 from hvcpd.ros.topics import Topic
 
 STATUS_S = 1.0
@@ -69,14 +70,15 @@ class Log:
     text: str
 
 
-Output = Publish | Ask | Log | Go | Cancel
+Output = Publish | Ask | Log | Go | Cancel | Act | Leave
 
 
 class Bridge:
     """One robot's. What is to be done is fetched with `outputs` after each call."""
 
-    def __init__(self, ros_drives: bool, parameters: Parameters) -> None:
+    def __init__(self, ros_drives: bool, parameters: Parameters, skills: Skills | None = None) -> None:
         self.ros_drives = ros_drives
+        self._skills = skills or Skills({})
         self._parameters = parameters
         self._status: Line | None = None
         self._driving = Driving()
@@ -108,6 +110,8 @@ class Bridge:
         self._driving.begin(now_s)
         self._ask("subscribe", events=[*EVENT_KINDS, "drive" if self.ros_drives else "odom"])
         self._ask("tasks")
+        if self._skills.actions:
+            self._ask("offer", skills=sorted(self._skills.actions))
         self._ask_status(now_s)
 
     def lost(self, now_s: float) -> None:
@@ -115,10 +119,12 @@ class Bridge:
         self._status = None
         self._asked.clear()
         self._carry_out(self._driving.stand(now_s))
+        self._act(self._skills.leave())
 
     def master_lost(self, reason: str, now_s: float) -> None:
         """ROS has ended, or can no longer be trusted to hold together: the robot stands, and is told why."""
         self._carry_out(self._driving.stand(now_s))
+        self._act(self._skills.leave())
         if self.ros_drives:
             self._ask("base", fault=reason)
 
@@ -134,6 +140,8 @@ class Bridge:
             self._tell_odometry(line, stamp_s)
         elif kind in EVENT_KINDS:
             self._tell_event(kind, line)
+        else:
+            self._act(self._skills.told(line, now_s))
 
     def from_ros(self, topic: Topic, message: Message, now_s: float) -> None:
         """A message to the bridge."""
@@ -146,8 +154,9 @@ class Bridge:
             if self._asked.get(self._stop_id or 0) != command:  # else it is on its way, however often it is said
                 self._stop_id = self._ask(command)
             self._stop_s = now_s
-            if message.data:
-                self._carry_out(self._driving.stand(now_s))  # without waiting for the daemon's word
+            if message.data:  # without waiting for the daemon's word
+                self._carry_out(self._driving.stand(now_s))
+                self._act(self._skills.leave())
         elif topic == topics.ODOM and isinstance(message, Odometry):
             self._take_odometry(message, now_s)
 
@@ -162,8 +171,17 @@ class Bridge:
             self._way_left_m = None
             self._ask("base", goal=number, arrived=arrived, reason=reason)
 
+    def action_fed_back(self, number: int, values: Mapping[str, Any], now_s: float) -> None:
+        """An action server tells how far it is with a skill's goal."""
+        self._act(self._skills.fed_back(number, values, now_s))
+
+    def action_ended(self, number: int, reason: str | None, values: Mapping[str, Any]) -> None:
+        """An action server has ended with a skill's goal: well, or for a `reason`."""
+        self._act(self._skills.ended(number, reason, values))
+
     def tick(self, now_s: float, stamp_s: float) -> None:
         """Time passes; call it at least every 0.05 s."""
+        self._act(self._skills.tick(now_s))
         if self.ros_drives:
             self._carry_out(self._driving.tick(now_s))
             self._watch_base(now_s)
@@ -277,6 +295,13 @@ class Bridge:
             else:
                 self._way_left_m = None
                 self._outputs.append(order)
+
+    def _act(self, deeds: list[Deed]) -> None:
+        for deed in deeds:
+            if isinstance(deed, Tell):
+                self._ask(deed.command, **deed.arguments)
+            else:
+                self._outputs.append(deed)
 
     def _publish(self, topic: Topic, message: Message) -> None:
         self._outputs.append(Publish(topic, message))

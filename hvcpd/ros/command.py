@@ -8,7 +8,7 @@ import signal
 import sys
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from importlib.util import find_spec
 from pathlib import Path
 from types import FrameType
@@ -21,6 +21,7 @@ from hvcpd.ros.master import master_pid, master_uri
 from hvcpd.ros.port import Report, RosPort, Wanted
 from hvcpd.ros.ros1 import find_rospy
 from hvcpd.ros.session import Inbox, Session
+from hvcpd.ros.skills import RosAction, Skills
 
 Kind = Literal["ros1", "ros2"]
 WAIT_S = 0.5
@@ -35,6 +36,8 @@ class Base:
 
     ros_drives: bool
     takes_goals: bool
+    actions: Mapping[str, RosAction] = field(default_factory=dict)
+    """What its skills are done by."""
 
 
 def choose_ros(wanted: str | None, environment: Mapping[str, str] = os.environ) -> Kind:
@@ -58,7 +61,14 @@ def base_of(settings: Sequence[Mapping[str, Any]]) -> Base:
     """What the reply to `config` says of the wheels."""
     values = {each["key"]: each["value"] for each in settings}
     drives = values.get("wheels.driver") == "ros"
-    return Base(drives, drives and values.get("wheels.ros_mode") == "goal")
+    skills = {name: each["ros"] for name, each in values.get("skills", {}).items() if each.get("ros")}
+    actions = {name: RosAction(each["action"], _short(each["type"]), each["goal"]) for name, each in skills.items()}
+    return Base(drives, drives and values.get("wheels.ros_mode") == "goal", actions)
+
+
+def _short(ros_type: str) -> str:
+    """ROS 2 writes "package/action/Name" for what ROS 1 calls "package/Name"."""
+    return ros_type.replace("/action/", "/")
 
 
 def run_bridge(kind: Kind, base: Base, path: Path, arguments: Sequence[str]) -> str | None:
@@ -71,8 +81,8 @@ def run_bridge(kind: Kind, base: Base, path: Path, arguments: Sequence[str]) -> 
         if kind == "ros1":
             wait_for_master(path, base)
         inbox = Inbox()
-        port = make_port(kind, Wanted(base.ros_drives, base.takes_goals, arguments), inbox.put)
-        bridge = Bridge(base.ros_drives, port.parameters)
+        port = make_port(kind, Wanted(base.ros_drives, base.takes_goals, arguments, base.actions), inbox.put)
+        bridge = Bridge(base.ros_drives, port.parameters, Skills(base.actions))
         reason = Session(bridge, port, inbox, path).run()
         if port.dismissed is not None and reason == port.dismissed:
             raise NotDoneError(reason)

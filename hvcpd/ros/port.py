@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
 from typing import Protocol
 
 from hvcpd.ports import PlaceGoal
 from hvcpd.ros.bridge import Bridge
 from hvcpd.ros.messages import Message
 from hvcpd.ros.parameters import Parameters
+from hvcpd.ros.skills import Act, Leave, RosAction
 from hvcpd.ros.topics import Topic
 
 NODE = "hvcpd"
@@ -31,6 +32,8 @@ class Wanted:
     takes_goals: bool = False
     arguments: Sequence[str] = ()
     """Of ROS: remappings and parameters."""
+    actions: Mapping[str, RosAction] = field(default_factory=dict)
+    """What the robot's skills are done by."""
 
 
 class RosPort(Protocol):
@@ -55,6 +58,10 @@ class RosPort(Protocol):
     def go(self, goal: PlaceGoal, now_s: float) -> None: ...
 
     def cancel(self, number: int) -> None: ...
+
+    def act(self, goal: Act, now_s: float) -> None: ...
+
+    def leave(self, goal: Leave) -> None: ...
 
     def log(self, text: str) -> None: ...
 

@@ -11,6 +11,7 @@ import sys
 import time
 from collections.abc import Callable, Sequence
 from contextlib import suppress
+from functools import partial
 from importlib import import_module
 from importlib.util import find_spec
 from pathlib import Path
@@ -19,12 +20,14 @@ from typing import Any
 from hvcpd.errors import ConfigError
 from hvcpd.ports import PlaceGoal
 from hvcpd.ros import topics
+from hvcpd.ros.action_topics import Link, Listener, TopicAction
 from hvcpd.ros.convert import Dialect, from_ros, ros_class, to_ros
 from hvcpd.ros.master import MasterWatch, master_uri
 from hvcpd.ros.messages import Message, Twist
 from hvcpd.ros.move_base import MoveBase
 from hvcpd.ros.parameters import Parameters, parameters_from
 from hvcpd.ros.port import NODE, QUEUE, Report, Wanted
+from hvcpd.ros.skills import Act, Leave, RosAction, fill_message, values_of
 from hvcpd.ros.topics import Topic
 
 DEBIAN_PACKAGES = Path("/usr/lib/python3/dist-packages")
@@ -74,6 +77,7 @@ class Ros1Port:
         for topic in topics.subscribed(wanted.ros_drives):
             self._subscribe(topic)
         self._move_base = self._make_move_base() if wanted.takes_goals else None
+        self._actions = {skill: self._make_action(skill, action) for skill, action in wanted.actions.items()}
         self._rospy.on_shutdown(self._say_last_words)
         core: Any = import_module("rospy.core")
         core.add_preshutdown_hook(self._dismiss)
@@ -103,14 +107,27 @@ class Ros1Port:
         if self._move_base is not None:
             self._move_base.cancel(number)
 
+    def act(self, goal: Act, now_s: float) -> None:
+        """Give a goal to the server of a skill's action; one that its type does not have fails."""
+        try:
+            fill = partial(fill_message, fields=goal.fields)
+            self._actions[goal.skill].ask(goal.number, fill, now_s, self.stamp_s())
+        except ValueError as error:
+            reason = str(error)
+            self._report(lambda bridge, _: bridge.action_ended(goal.number, reason, {}))
+
+    def leave(self, goal: Leave) -> None:
+        """Withdraw it."""
+        self._actions[goal.skill].cancel(goal.number)
+
     def log(self, text: str) -> None:
         """By rosout, and on the terminal."""
         self._rospy.logwarn(text)
 
     def tick(self, now_s: float) -> None:
         """Time passes."""
-        if self._move_base is not None:
-            self._move_base.tick(now_s)
+        for client in self._clients():
+            client.tick(now_s)
 
     def close(self) -> None:
         """End the node; a master that has gone, or hangs, is not told, for that could take for ever."""
@@ -118,11 +135,14 @@ class Ros1Port:
         if self._watch.fault is None:
             self._rospy.signal_shutdown("the bridge ends")
 
+    def _clients(self) -> tuple[TopicAction, ...]:
+        return (*self._actions.values(), *((self._move_base,) if self._move_base is not None else ()))
+
     def _say_last_words(self) -> None:
         """In a thread of rospy's, which closes all connections next: whoever ends the node, the base is to stand."""
         self._is_ending = True
-        if self._move_base is not None:
-            self._move_base.cancel_any()
+        for client in self._clients():
+            client.cancel_any()
         for _ in range(2):  # the loop's thread may be about to say something else
             if topics.CMD_VEL in self._publishers:
                 self._send(topics.CMD_VEL, Twist())
@@ -153,26 +173,42 @@ class Ros1Port:
 
     def _make_move_base(self) -> MoveBase:
         name = self.parameters.action or "move_base"
-        goals = self._plain_publisher(f"{name}/goal", "move_base_msgs/MoveBaseActionGoal")
+        link = self._link_to(name, "move_base_msgs/MoveBase")
+        client = MoveBase(name, self.parameters.map_frame, link, self._ended, self._progress, self._dialect)
+        self._listen_to(name, "move_base_msgs/MoveBase", client)
+        return client
+
+    def _make_action(self, skill: str, action: RosAction) -> TopicAction:
+        def fed_back(number: int, feedback: Any) -> None:
+            values = values_of(feedback)
+            self._report(lambda bridge, now_s: bridge.action_fed_back(number, values, now_s))
+
+        def ended(number: int, reason: str, result: Any) -> None:
+            values = values_of(result) if result is not None else {}
+            self._report(lambda bridge, _: bridge.action_ended(number, reason or None, values))
+
+        link, listener = self._link_to(action.action, action.type), Listener(fed_back, ended)
+        client = TopicAction(action.action, action.type, link, listener, self._dialect, f"what does {skill!r}")
+        self._listen_to(action.action, action.type, client)
+        return client
+
+    def _link_to(self, name: str, kind: str) -> Link:
+        goals = self._plain_publisher(f"{name}/goal", f"{kind}ActionGoal")
         cancels = self._plain_publisher(f"{name}/cancel", "actionlib_msgs/GoalID")
-        client = MoveBase(
-            name,
-            self.parameters.map_frame,
+        return Link(
             goals.publish,
             cancels.publish,
             lambda: goals.get_num_connections() > 0 and cancels.get_num_connections() > 0,
-            self._ended,
-            self._progress,
-            self._dialect,
         )
+
+    def _listen_to(self, name: str, kind: str, client: TopicAction) -> None:
         take: tuple[tuple[str, str, Callable[[Any, float], None]], ...] = (
             ("status", "actionlib_msgs/GoalStatusArray", client.take_status),
-            ("feedback", "move_base_msgs/MoveBaseActionFeedback", client.take_feedback),
-            ("result", "move_base_msgs/MoveBaseActionResult", client.take_result),
+            ("feedback", f"{kind}ActionFeedback", client.take_feedback),
+            ("result", f"{kind}ActionResult", client.take_result),
         )
-        for suffix, kind, taker in take:
-            self._rospy.Subscriber(f"{name}/{suffix}", class_of(kind), self._in_turn(taker), queue_size=QUEUE)
-        return client
+        for suffix, message, taker in take:
+            self._rospy.Subscriber(f"{name}/{suffix}", class_of(message), self._in_turn(taker), queue_size=QUEUE)
 
     def _in_turn(self, take: Callable[[Any, float], None]) -> Callable[[Any], None]:
         """A callback that has the loop's thread take the message."""

@@ -21,6 +21,7 @@ from hvcpd.ros.messages import Message
 from hvcpd.ros.parameters import Parameters, parameters_from
 from hvcpd.ros.port import NODE, QUEUE, Report, Wanted
 from hvcpd.ros.ros_arguments import parse_ros_arguments
+from hvcpd.ros.skills import Act, Leave
 from hvcpd.ros.topics import Topic
 
 BLOCKING_S = 0.1
@@ -64,10 +65,13 @@ class DdsPort:
     dismissed: str | None = None
 
     def __init__(self, wanted: Wanted, report: Report, environment: Mapping[str, str] = os.environ) -> None:
+        source = "source the setup.bash of a ROS 2 with hvcpd in its Python"
         if wanted.takes_goals:
+            raise ConfigError(f"goals of Nav2 (wheels.ros_mode: goal) need rclpy: {source}, or set ros_mode to cmd_vel")
+        if wanted.actions:
+            named = ", ".join(wanted.actions)
             raise ConfigError(
-                "goals of Nav2 (wheels.ros_mode: goal) need rclpy: source the setup.bash of a ROS 2 with hvcpd in its "
-                "Python, or set ros_mode to cmd_vel"
+                f"skills by actions of ROS 2 ({named}) need rclpy: {source}, or take them out of `skills`"
             )
         self._names = parse_ros_arguments(wanted.arguments, NODE)
         self.parameters: Parameters = parameters_from(self._names.parameters)
@@ -101,6 +105,12 @@ class DdsPort:
         """Never asked for: see the constructor."""
 
     def cancel(self, number: int) -> None:
+        """Never asked for."""
+
+    def act(self, goal: Act, now_s: float) -> None:
+        """Never asked for."""
+
+    def leave(self, goal: Leave) -> None:
         """Never asked for."""
 
     def log(self, text: str) -> None:

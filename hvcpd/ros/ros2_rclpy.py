@@ -4,17 +4,20 @@ from __future__ import annotations
 
 import threading
 from collections.abc import Callable
+from functools import partial
 from importlib import import_module
 from typing import Any
 
 from hvcpd.errors import ConfigError
 from hvcpd.ports import PlaceGoal
 from hvcpd.ros import topics
+from hvcpd.ros.action_rclpy import Listener, RclpyAction, Server
 from hvcpd.ros.convert import Dialect, from_ros, ros_class, to_ros
 from hvcpd.ros.messages import Message
 from hvcpd.ros.nav2 import Nav2
 from hvcpd.ros.parameters import NAMES, Parameters, parameters_from
 from hvcpd.ros.port import NODE, QUEUE, Report, Wanted
+from hvcpd.ros.skills import Act, Leave, RosAction, fill_message, values_of
 from hvcpd.ros.topics import Topic
 
 JOIN_S = 2.0
@@ -45,6 +48,7 @@ class RclpyPort:
             for topic in topics.subscribed(wanted.ros_drives):
                 self._subscribe(topic)
             self._nav2 = self._make_nav2() if wanted.takes_goals else None
+            self._actions = {skill: self._make_action(skill, action) for skill, action in wanted.actions.items()}
         except ConfigError:
             self._rclpy.shutdown()
             raise
@@ -79,14 +83,26 @@ class RclpyPort:
         if self._nav2 is not None:
             self._nav2.cancel(number)
 
+    def act(self, goal: Act, now_s: float) -> None:
+        """Give a goal to the server of a skill's action; one that its type does not have fails."""
+        try:
+            self._actions[goal.skill].ask(goal.number, partial(fill_message, fields=goal.fields), now_s)
+        except ValueError as error:
+            reason = str(error)
+            self._report(lambda bridge, _: bridge.action_ended(goal.number, reason, {}))
+
+    def leave(self, goal: Leave) -> None:
+        """Withdraw it."""
+        self._actions[goal.skill].cancel(goal.number)
+
     def log(self, text: str) -> None:
         """By rosout, and on the terminal."""
         self._node.get_logger().warning(text)
 
     def tick(self, now_s: float) -> None:
         """Time passes."""
-        if self._nav2 is not None:
-            self._nav2.tick(now_s)
+        for client in (*self._actions.values(), *((self._nav2,) if self._nav2 is not None else ())):
+            client.tick(now_s)
 
     def close(self) -> None:
         """End the node."""
@@ -124,18 +140,36 @@ class RclpyPort:
         self._node.create_subscription(class_of(topic.type.ROS_TYPE), topic.name, taken, self._qos(topic))
 
     def _make_nav2(self) -> Nav2:
-        try:
-            kind: Any = import_module("nav2_msgs.action").NavigateToPose
-        except ImportError:
-            raise ConfigError("nav2_msgs is not installed: `sudo apt install ros-$ROS_DISTRO-nav2-msgs`") from None
         name = self.parameters.action or "navigate_to_pose"
+        server = self._server(name, "nav2_msgs/NavigateToPose", "Nav2")
+        return Nav2(server, self.parameters.map_frame, self._dialect, self._in_turn, self._report)
+
+    def _make_action(self, skill: str, action: RosAction) -> RclpyAction:
+        def fed_back(number: int, feedback: Any) -> None:
+            values = values_of(feedback)
+            self._report(lambda bridge, now_s: bridge.action_fed_back(number, values, now_s))
+
+        def ended(number: int, reason: str, result: Any) -> None:
+            values = values_of(result) if result is not None else {}
+            self._report(lambda bridge, _: bridge.action_ended(number, reason or None, values))
+
+        server = self._server(action.action, action.type, f"what does {skill!r}")
+        return RclpyAction(server, Listener(fed_back, ended), self._in_turn)
+
+    def _server(self, name: str, ros_type: str, whose: str) -> Server:
+        package, kind_name = ros_type.split("/")
+        try:
+            kind: Any = getattr(import_module(f"{package}.action"), kind_name)
+        except (ImportError, AttributeError):
+            known = package.replace("_", "-")
+            raise ConfigError(
+                f"the action {ros_type} is not installed: `sudo apt install ros-$ROS_DISTRO-{known}`"
+            ) from None
         action: Any = import_module("rclpy.action")
-        client = action.ActionClient(self._node, kind, name)
+        return Server(name, action.ActionClient(self._node, kind, name), kind.Goal, whose)
 
-        def in_turn(happening: Callable[[], None]) -> None:
-            self._report(lambda _, __: happening())
-
-        return Nav2(name, self.parameters.map_frame, client, kind.Goal, self._dialect, in_turn, self._report)
+    def _in_turn(self, happening: Callable[[], None]) -> None:
+        self._report(lambda _, __: happening())
 
 
 def class_of(ros_type: str) -> Any:

@@ -15,6 +15,7 @@ from hvcpd.ros.bridge import Ask, Bridge, Log, Publish
 from hvcpd.ros.driving import Cancel, Go
 from hvcpd.ros.link import DaemonLink
 from hvcpd.ros.port import Happening, RosPort
+from hvcpd.ros.skills import Act, Leave
 
 TICK_S = 0.02
 """Longest wait; twice as often as commands are due."""
@@ -137,6 +138,10 @@ class Session:
                     self._port.go(goal, self._clock())
                 case Cancel(number):
                     self._port.cancel(number)
+                case Act():
+                    self._port.act(output, self._clock())
+                case Leave():
+                    self._port.leave(output)
                 case Log(text):
                     self._port.log(text)
 

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import math
 import os
 import shutil
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 
-from hvcpd.config.skill_settings import SkillSettings
+from hvcpd.config.settings import Settings, WheelSettings
+from hvcpd.config.skill_settings import JointSettings, SkillSettings
 from hvcpd.config.skills import Parameter
 from hvcpd.config.tasks import WATER, TaskRepository
 from hvcpd.errors import did_you_mean
@@ -17,29 +19,92 @@ _SECONDS = {"seconds": Parameter()}
 """What watering is told where the task file declares nothing else."""
 
 
-def faults(skills: Mapping[str, SkillSettings], tasks: TaskRepository, programs_too: bool = True) -> Iterator[str]:
+def faults(
+    settings: Settings,
+    tasks: TaskRepository,
+    programs_too: bool = True,
+    skill_places: Mapping[str, str] | None = None,
+) -> Iterator[str]:
     """One message with its remedy for each thing that is wrong; `programs_too`: with programs that are not there, for
-    who runs them and may see other folders than the robot does."""
-    declared = {WATER: _SECONDS} | {skill.name: dict(skill.entry.parameters) for skill in tasks.skills}
+    who runs them and may see other folders than the robot does. `skill_places` has the line of each skill."""
+    for name, text in _faults(settings.skills, tasks, settings.wheels, programs_too):
+        place = (skill_places or {}).get(name)
+        yield f"{place}: {text}" if place else text
+
+
+def _faults(
+    skills: Mapping[str, SkillSettings], tasks: TaskRepository, wheels: WheelSettings, programs_too: bool
+) -> Iterator[tuple[str, str]]:
     taken: dict[int, str] = {}
+    motors = dict(zip(wheels.ids, ("the left wheel", "the right wheel"), strict=True))
     for name, skill in skills.items():
-        if name not in declared:
-            yield f"skills.{name}: the task file declares no such skill; {did_you_mean(name, declared)}"
-            continue
-        parameters = declared[name]
-        for place in sorted(places((*skill.run, *skill.safe)) - parameters.keys()):
-            yield f"skills.{name}: it has no parameter {place!r}; {did_you_mean(place, parameters)}"
-        for program in (skill.run[:1], skill.safe[:1]):
-            if programs_too and program and (wrong := _unrunnable(program[0])) is not None:
-                yield f"skills.{name}: {wrong}"
-        pin = skill.gpio
-        if pin is None:
-            continue
-        if pin.amount not in parameters or parameters[pin.amount].type != "number":
-            yield f"skills.{name}.gpio: amount: {pin.amount!r} is no number that it is told; name one of its parameters"
-        if pin.pin in taken:
-            yield f"skills.{name}.gpio: skill {taken[pin.pin]!r} has pin {pin.pin} already; give each its own"
-        taken[pin.pin] = name
+        for part, text in _faults_of(name, skill, tasks, wheels, programs_too):
+            yield name, f"skills.{name}{part}: {text}"
+        if skill.joint is not None:
+            if skill.joint.id in motors:
+                text = f"{motors[skill.joint.id]} has ID {skill.joint.id} already; give each motor its own"
+                yield name, f"skills.{name}.joint: {text}"
+            motors[skill.joint.id] = f"skill {name!r}"
+        for number in (skill.gpio.pin, skill.gpio.empty_pin) if skill.gpio is not None else ():
+            if number in taken:
+                text = f"skill {taken[number]!r} has pin {number} already; give each its own"
+                yield name, f"skills.{name}.gpio: {text}"
+            if number is not None:
+                taken[number] = name
+
+
+def _faults_of(
+    name: str, skill: SkillSettings, tasks: TaskRepository, wheels: WheelSettings, programs_too: bool
+) -> Iterator[tuple[str, str]]:
+    """What is wrong with one skill by itself, each with the part of it."""
+    declared = {WATER: _SECONDS} | {each.name: dict(each.entry.parameters) for each in tasks.skills}
+    if name not in declared:
+        yield "", f"the task file declares no such skill; {did_you_mean(name, declared)}"
+        return
+    parameters = declared[name]
+    for place in sorted(_named(skill) - parameters.keys()):
+        yield "", f"it has no parameter {place!r}; {did_you_mean(place, parameters)}"
+    for program in (skill.run[:1], skill.safe[:1]):
+        if programs_too and program and (wrong := _unrunnable(program[0])) is not None:
+            yield "", wrong
+    if skill.joint is not None:
+        yield from ((".joint", text) for text in _joint_faults(skill.joint, parameters, wheels))
+    if skill.gpio is not None and (wrong := _no_number(skill.gpio.amount, parameters)) is not None:
+        yield ".gpio", f"amount: {wrong}"
+
+
+def _named(skill: SkillSettings) -> frozenset[str]:
+    """The parameters that a program's words, or the fields of a goal, name."""
+    return places((*skill.run, *skill.safe, *(_texts(skill.ros.goal) if skill.ros is not None else ())))
+
+
+def _texts(value: object) -> Iterator[str]:
+    if isinstance(value, str):
+        yield value
+    elif isinstance(value, Mapping | list):
+        for each in value.values() if isinstance(value, Mapping) else value:
+            yield from _texts(each)
+
+
+def _no_number(name: str, parameters: Mapping[str, Parameter]) -> str | None:
+    if name in parameters and parameters[name].type == "number":
+        return None
+    return f"{name!r} is no number that it is told; name one of its parameters"
+
+
+def _joint_faults(joint: JointSettings, parameters: Mapping[str, Parameter], wheels: WheelSettings) -> Iterator[str]:
+    if wheels.driver not in ("auto", "xl430"):
+        yield f"it is on the wheels' bus, and wheels.driver is {wheels.driver}; set that to xl430 or auto"
+    if (text := _no_number(joint.angle, parameters)) is not None:
+        yield f"angle: {text}"
+        return
+    told = parameters[joint.angle]
+    least = told.least if told.least is not None else -math.inf
+    most = told.most if told.most is not None else math.inf
+    if least < joint.least_deg or most > joint.most_deg:
+        asked = f"{least:g} to {most:g}"
+        bounds = f"{joint.least_deg:g} to {joint.most_deg:g}"
+        yield f"the task file allows {asked} for {joint.angle!r}, and this joint turns from {bounds}; bound it there"
 
 
 def _unrunnable(program: str) -> str | None:

@@ -15,12 +15,19 @@ import os
 import signal
 import subprocess
 import sys
+import time
 from collections.abc import Mapping
 from contextlib import suppress
+from dataclasses import asdict, dataclass
 from typing import Any, BinaryIO
 
 PR_SET_PDEATHSIG = 1
 """prctl(2)."""
+
+LET_GO_S = 5.0
+"""So long joints are told to let go that do not confirm it."""
+REPLY_S = 0.034
+"""Wait for a joint's reply; the SDK's own value, as `hvcpd.hardware.wheels` has it."""
 
 _prctl = ctypes.CDLL(None, use_errno=True).prctl
 
@@ -30,14 +37,24 @@ def die_with_parent() -> None:
     _prctl(PR_SET_PDEATHSIG, signal.SIGKILL, 0, 0, 0)
 
 
+@dataclass(frozen=True)
+class Line:
+    """A serial line with Dynamixel joints that are to let go: its port, its speed in baud, the motors' identifiers."""
+
+    port: str
+    baud_rate: int
+    ids: tuple[int, ...]
+
+
 class GuardLine:
     """The host's end of the pipe."""
 
-    def __init__(self, pins: Mapping[int, bool] | None = None) -> None:
+    def __init__(self, pins: Mapping[int, bool] | None = None, line: Line | None = None) -> None:
         """`pins`: each pin that may be on, and whether it is on when it is high."""
         words = (sys.executable, "-m", "hvcpd.skills.guard")
         self._process = subprocess.Popen(words, stdin=subprocess.PIPE, start_new_session=True)
-        self._tell({"pins": [[pin, high] for pin, high in (pins or {}).items()]})
+        told = {"line": asdict(line)} if line is not None else {}
+        self._tell({"pins": [[pin, high] for pin, high in (pins or {}).items()], **told})
 
     @property
     def pid(self) -> int:
@@ -72,6 +89,7 @@ def watch(lines: BinaryIO) -> None:
     for number in (signal.SIGINT, signal.SIGTERM):
         signal.signal(number, signal.SIG_IGN)
     group, safe, pins = None, [], []
+    line_of_joints: Line | None = None
     for line in lines:
         try:
             value = json.loads(line)
@@ -83,10 +101,16 @@ def watch(lines: BinaryIO) -> None:
             pins = value["pins"]
             if pins:
                 import gpiozero  # noqa: F401 - its import is what takes long
+            if "line" in value:
+                import hvcpd.hardware.joints  # noqa: F401 - as above
+
+                line_of_joints = Line(**value["line"])
         else:
             group, safe = value["group"], value["safe"]
     for pin, high in pins:
         _switch_off(pin, high)
+    if line_of_joints is not None:
+        _let_go(line_of_joints)
     if group is not None:
         with suppress(ProcessLookupError, PermissionError):
             os.killpg(group, signal.SIGKILL)
@@ -97,9 +121,29 @@ def watch(lines: BinaryIO) -> None:
 
 def _switch_off(pin: int, active_high: bool) -> None:
     from gpiozero import DigitalOutputDevice
+    from gpiozero.exc import GPIOZeroError
 
-    with suppress(Exception):  # whatever one pin does, the others are switched off
+    with suppress(GPIOZeroError, OSError):  # whatever one pin does, the others are switched off
         DigitalOutputDevice(pin, active_high=active_high, initial_value=False)
+
+
+def _let_go(line: Line) -> None:
+    """Take the torque off; whoever was killed may hold the port for a moment more."""
+    from hvcpd.errors import DeviceError
+    from hvcpd.hardware.joints import lets_go
+    from hvcpd.hardware.wheels_bus import DynamixelBus
+
+    waiting = set(line.ids)
+    until_s = time.monotonic() + LET_GO_S
+    while waiting and time.monotonic() < until_s:
+        bus = DynamixelBus(line.port, line.baud_rate, REPLY_S)
+        try:
+            bus.open()
+            waiting -= {motor_id for motor_id in waiting if lets_go(bus, motor_id)}
+        except DeviceError:
+            time.sleep(0.01)
+        finally:
+            bus.close()
 
 
 if __name__ == "__main__":

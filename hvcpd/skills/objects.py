@@ -24,7 +24,7 @@ from importlib.metadata import entry_points
 from typing import Any, Protocol
 
 from hvcpd.config.skills import Value
-from hvcpd.skills.life import Call
+from hvcpd.skills.life import CANCELLED, Call
 from hvcpd.skills.runners import TERM_S, FailedError, Said, Tell, end_group, shielded, start, take_line
 
 GROUP = "hvcpd.skills"
@@ -134,7 +134,7 @@ class _Worker:
     def __init__(self, skill: PythonSkill, out: Callable[[Mapping[str, Any]], None]) -> None:
         self._skill = skill
         self._out = out
-        self._task: asyncio.Task[None] | None = None
+        self._task: asyncio.Task[Result] | None = None
 
     def take(self, line: bytes) -> None:
         """A call, or that the one under way is cancelled."""
@@ -145,18 +145,22 @@ class _Worker:
             return
         call = SkillCall(value["skill"], value["task"], value["arguments"], self._progress)
         self._task = asyncio.get_running_loop().create_task(self._perform(call))
+        self._task.add_done_callback(self._tell_end)
 
     def _progress(self, share: float | None, text: str = "") -> None:
         self._out({"progress": share, "text": text})
 
-    async def _perform(self, call: SkillCall) -> None:
-        try:
-            result = await self._skill.perform(call)
-        except asyncio.CancelledError:
-            self._out({"reason": "it was cancelled"})
-        except Exception as error:  # a mistake of the object's costs that call
+    async def _perform(self, call: SkillCall) -> Result:
+        return await self._skill.perform(call)
+
+    def _tell_end(self, task: asyncio.Task[Result]) -> None:
+        """A mistake of the object's costs that call, and no other."""
+        if task.cancelled():
+            self._out({"reason": CANCELLED})
+        elif (error := task.exception()) is not None:
             self._out({"reason": f"{type(error).__name__}: {error}"})
         else:
+            result = task.result()
             over: dict[str, Any] = {"done": True} if result.reason is None else {"reason": result.reason}
             self._out({"results": dict(result.results), **over})
 

@@ -14,22 +14,32 @@ from hvcpd.skills.runners import FailedError, Tell
 
 TOLD_EVERY_S = 0.5
 """How far it is, for people to see."""
+SLACK_S = 1e-6
+"""Tolerance for the arithmetic of the clock; no relay is so quick."""
+LOOK_S = 0.05
+"""Between two looks at the switch that says that a tank is empty: a small pump stands dry for longer without harm."""
 
 
 class Pin:
-    """Owns the pin while it lives; off but in a call. Raises DeviceError if there is none, or somebody else has it."""
+    """Owns the pin while it lives; off but in a call. Raises DeviceError if there is none, or somebody else has it.
 
-    def __init__(self, settings: PinSettings) -> None:
+    `pins` is the factory of gpiozero's that makes them; None: the one that suits the computer.
+    """
+
+    def __init__(self, settings: PinSettings, pins: Any = None) -> None:
         self._settings = settings
         try:
-            from gpiozero import DigitalOutputDevice
+            from gpiozero import Button, DigitalOutputDevice
             from gpiozero.exc import GPIOZeroError
         except ImportError:
             raise DeviceError("gpiozero is not installed; run `pip install 'hvcpd[gpio]'`") from None
+        number, empty, high = settings.pin, settings.empty_pin, settings.active_high
         try:
-            self._device = DigitalOutputDevice(settings.pin, active_high=settings.active_high, initial_value=False)
+            self._device = DigitalOutputDevice(number, active_high=high, initial_value=False, pin_factory=pins)
+            number = empty if empty is not None else number
+            self._empty = Button(empty, pin_factory=pins) if empty is not None else None
         except (GPIOZeroError, OSError) as error:
-            text = f"pin {settings.pin} cannot be used ({error}); end what else uses it, or name another pin"
+            text = f"pin {number} cannot be used ({error}); end what else uses it, or name another pin"
             raise DeviceError(text) from None
         self._goes_on, self._held = asyncio.Event(), asyncio.Event()
         self._goes_on.set()
@@ -39,19 +49,30 @@ class Pin:
         amount = dict(call.arguments).get(self._settings.amount)
         if not isinstance(amount, float):
             raise FailedError(f"it is not told `{self._settings.amount}`")
-        needed_s, on_s, loop = amount / self._settings.per_s, 0.0, asyncio.get_running_loop()
+        needed_s, on_s, told_s, loop = amount / self._settings.per_s, 0.0, 0.0, asyncio.get_running_loop()
         try:
-            while on_s < needed_s:
+            while needed_s - on_s > SLACK_S:
                 await self._goes_on.wait()
+                self._check_supply()
                 began_s = loop.time()
                 self._device.on()
                 with suppress(TimeoutError):
-                    await asyncio.wait_for(self._held.wait(), min(TOLD_EVERY_S, needed_s - on_s))
+                    await asyncio.wait_for(self._held.wait(), min(self._look_s, needed_s - on_s))
                 on_s += loop.time() - began_s
-                tell(min(on_s / needed_s, 1.0), "")
+                if on_s - told_s >= TOLD_EVERY_S or needed_s - on_s <= SLACK_S:
+                    told_s = on_s
+                    tell(min(on_s / needed_s, 1.0), "")
         finally:
             self._device.off()
         return {self._settings.amount: amount}
+
+    @property
+    def _look_s(self) -> float:
+        return TOLD_EVERY_S if self._empty is None else LOOK_S
+
+    def _check_supply(self) -> None:
+        if self._empty is not None and self._empty.is_pressed:
+            raise FailedError(self._settings.empty_reason)
 
     def hold(self, on: bool) -> None:
         """Off until it is told to go on; the rest of its time is kept."""
@@ -65,3 +86,5 @@ class Pin:
         """Off, and free for others."""
         self._device.off()
         self._device.close()
+        if self._empty is not None:
+            self._empty.close()

@@ -110,7 +110,7 @@ def devices_of(room: SharedRoom, which: int = 0) -> Devices:
     def make_stream(_: AudioSettings) -> VirtualStream:
         return room.streams[which]
 
-    def make_wheels(_: object) -> Wheels:
+    def make_wheels(*_: object) -> Wheels:
         return room.bodies[which].wheels
 
     return Devices(TwoCards, make_stream, make_wheels)

@@ -3,22 +3,34 @@
 from __future__ import annotations
 
 import asyncio
-import importlib
 import os
-import sys
+from dataclasses import asdict
+from functools import partial
+from importlib.util import module_from_spec, spec_from_file_location
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 
 from hil_fakes.bench import Bench, BenchPlan
-from hil_fakes.skills import FakePump, Tank
+from hil_fakes.ros_actions import ROS2_SUCCEEDED, RclpyServer
+from hil_fakes.skills import FakeHost, FakePump, Pump, Tank, usual_devices
+from hil_fakes.virtual_robot import PERIOD_S, VirtualRobot
 from hvcpd.assembly.make import make_phrasebook, make_sound
 from hvcpd.config.settings import Settings, load_settings
 from hvcpd.config.task_doubts import doubts
 from hvcpd.config.task_file import load_tasks
-from hvcpd.config.tasks import TaskDefinition, TaskRepository
-from hvcpd.reporting.events import Said, Skill, Summary
+from hvcpd.config.tasks import TaskDefinition, TaskRepository, Use
+from hvcpd.hardware.navigator import Navigator
+from hvcpd.ports import STANDSTILL
+from hvcpd.reporting.events import Said, Skill, Summary, Switched
 from hvcpd.reporting.html import page
+from hvcpd.robot.performer import Outcome, Performer
+from hvcpd.ros.action_rclpy import Listener, RclpyAction, Server
+from hvcpd.ros.bridge import Ask, Bridge
+from hvcpd.ros.command import base_of
+from hvcpd.ros.parameters import Parameters
+from hvcpd.ros.skills import Act, Skills, fill_message, values_of
 from hvcpd.skills.checks import faults
 from hvcpd.skills.life import Call
 from hvcpd.skills.objects import Result, SkillCall
@@ -36,7 +48,7 @@ def read(example: Path) -> tuple[Settings, TaskRepository]:
 @pytest.mark.parametrize("example", EXAMPLES, ids=lambda path: path.name)
 def test_it_is_sound(example: Path) -> None:
     settings, tasks = read(example)
-    assert list(faults(settings.skills, tasks)) == []
+    assert list(faults(settings, tasks)) == []
     assert doubts(tasks) == ()
     make_phrasebook(settings.names, settings.teams, tasks)
 
@@ -44,20 +56,24 @@ def test_it_is_sound(example: Path) -> None:
 def test_in_the_greenhouse_a_tank_runs_empty_and_the_robot_says_so(units: Path) -> None:
     _, tasks = read(FOLDER / "greenhouse")
     here = tuple(TaskDefinition(t.number, t.name, None, t.actions[1:]) for t in tasks.tasks[:2])
-    tank = Tank(0.3)
-    pump = FakePump(tank, 0.05, "litres", 0.05)
+    pump = FakePump(Pump(Tank(0.3)), "litres", 0.05)
     plan = BenchPlan(("Rob",), TaskRepository(here, skills=tasks.skills), skills={"Rob": {"pour": pump}}, limit_s=200)
     record = Bench(plan, make_sound(cache_folder=units)).run()
     ends = [e for e in record.events if isinstance(e, Skill) and e.state in ("finished", "failed")]
     assert [e.state for e in ends] == ["finished", "failed"]
-    assert (round(pump.poured, 6), pump.is_on) == (0.3, False)
+    assert (round(pump.pump.poured, 6), pump.is_on) == (0.3, False)
     assert sum(float(e.results["litres"]) for e in ends) == pytest.approx(0.3)
     said = [e.text for e in record.events if isinstance(e, Said)]
     assert any(text.endswith(f"task {number} failed, the tank is empty") for text in said for number in ("one", "two"))
     summary = next(e for e in record.events if isinstance(e, Summary))
     assert summary.lost == 1
     assert summary.virtual_s < 200.0  # it ends when nobody can do what is left
+    switched = [e for e in record.events if isinstance(e, Switched)]
+    assert [e.on for e in switched] == [True, False, True, False]
+    assert switched[1].at_s - switched[0].at_s == pytest.approx(4.0, abs=0.1)  # 0.2 l, or as much as is left
     report = page(record)
+    assert report.count('class="switched"') == 2
+    assert 'data-head="Poured (l)">0.2<' in report
     assert "failed, the tank is empty" in report
     assert 'class="skill failed"' in report
 
@@ -81,28 +97,74 @@ def test_the_camera_takes_a_picture_or_says_what_is_missing(tmp_path: Path, monk
         asyncio.run(take())
 
 
-def test_the_gripper_is_moved_or_says_that_it_is_stuck(monkeypatch: pytest.MonkeyPatch) -> None:
-    settings, _ = read(FOLDER / "library")
-    gripper = Program(settings.skills["grip"].run, settings.skills["grip"].safe)
+@pytest.mark.parametrize("example", EXAMPLES, ids=lambda path: path.name)
+def test_all_its_tasks_can_be_done_on_the_fakes(example: Path) -> None:
+    """One robot does them one after the other, without a word."""
+    settings, tasks = read(example)
+    robot, performer, host = (
+        VirtualRobot(seed=1),
+        Performer(Navigator()),
+        FakeHost(usual_devices(tasks, settings.skills)),
+    )
+    robot.wheels.open()
+    performer.offer(frozenset(host.devices))
+    for task in tasks.tasks:
+        performer.begin(task.actions, task.number)
+        outcome, wheels, until_s = Outcome.GOING_ON, STANDSTILL, robot.time.now_s + 300.0
+        while outcome is Outcome.GOING_ON:
+            assert robot.time.now_s < until_s
+            reading = robot.cycle(wheels, PERIOD_S)
+            host.live(robot.time.now_s, performer.tell)
+            progress = performer.step(robot.odometry.pose, robot.time.now_s, reading)
+            host.take(performer.take_orders(), robot.time.now_s)
+            outcome, wheels = progress.outcome, progress.wheels
+        assert outcome is Outcome.DONE, task.name
+    calls = {call.number: (call, report) for call, report in performer.take_news()}
+    assert len(calls) == sum(isinstance(action, Use) for task in tasks.tasks for action in task.actions)
+    if example.name == "library":
+        assert [dict(report.results) for _, report in calls.values()] == [
+            {"angle_deg": 40.0, "load": 0.4},
+            {"angle_deg": 0.0, "load": 0.0},
+        ]
 
-    async def grip() -> dict[str, object]:
-        call = Call(1, 1, "grip", (("angle_deg", 60.0),), 15.0)
-        return dict(await gripper.perform(call, lambda _share, _text: None))
 
-    monkeypatch.setenv("PATH", str(Path(sys.executable).parent), prepend=":")  # whose Python has gpiozero
-    monkeypatch.setenv("GPIOZERO_PIN_FACTORY", "mock")
-    monkeypatch.setenv("GPIOZERO_MOCK_PIN_CLASS", "mockpwmpin")
-    assert asyncio.run(grip()) == {"angle_deg": 60.0}
-    monkeypatch.setenv("GPIOZERO_PIN_FACTORY", "no-such-factory")
-    with pytest.raises(FailedError, match="the gripper is stuck"):
-        asyncio.run(grip())
+def test_tidying_up_asks_the_gripper_of_ros_2_and_tells_what_it_did() -> None:
+    settings, _ = read(FOLDER / "tidy_up")
+    base = base_of([{"key": "skills", "value": {name: asdict(skill) for name, skill in settings.skills.items()}}])
+    bridge, gripper, told = Bridge(False, Parameters(), Skills(base.actions)), RclpyServer(), []
+    client = RclpyAction(
+        Server("gripper", gripper, GripperGoal, "the gripper"),
+        Listener(
+            lambda number, feedback: bridge.action_fed_back(number, values_of(feedback), 1.0),
+            lambda number, reason, result: bridge.action_ended(number, reason or None, values_of(result)),
+        ),
+        lambda happening: happening(),
+    )
+    call = {"event": "perform", "call": 1, "task": 1, "skill": "grip", "arguments": {"width_m": 0.03}, "limit_s": 20.0}
+    bridge.from_daemon(call, 0.0, 0.0)
+    for output in bridge.outputs():
+        if isinstance(output, Act):
+            client.ask(output.number, partial(fill_message, fields=output.fields), 0.0)
+    assert (gripper.asked[0].goal.command.position, gripper.asked[0].goal.command.max_effort) == (0.03, 10.0)
+    gripper.asked[0].accept().end(ROS2_SUCCEEDED, position=0.031, stalled=True)
+    told = [(each.command, dict(each.arguments)) for each in bridge.outputs() if isinstance(each, Ask)]
+    assert told == [("done", {"call": 1, "results": {"position": 0.031, "stalled": 1.0}})]
 
 
-def test_the_template_of_a_python_object_waves(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.syspath_prepend(str(FOLDER / "wave"))
-    module = importlib.import_module("hvcpd_wave")
-    monkeypatch.setattr(module, "SWING_S", 0.0)
+class GripperGoal:
+    """As control_msgs/action/GripperCommand has it."""
+
+    def __init__(self) -> None:
+        self.command = SimpleNamespace(position=0.0, max_effort=0.0)
+
+
+def test_the_template_of_a_python_object_waves() -> None:
+    spec = spec_from_file_location("hvcpd_wave", FOLDER / "wave" / "hvcpd_wave.py")
+    assert spec is not None
+    assert spec.loader is not None
+    module = module_from_spec(spec)
+    spec.loader.exec_module(module)
     told: list[float | None] = []
     call = SkillCall("wave", 1, {"times": 3.0}, lambda share, _text: told.append(share))
-    assert asyncio.run(module.Wave().perform(call)) == Result(results={"waves": 3})
+    assert asyncio.run(module.Wave(swing_s=0.0).perform(call)) == Result(results={"waves": 3})
     assert told == [1 / 3, 2 / 3, 1.0]

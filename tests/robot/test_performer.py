@@ -3,8 +3,9 @@
 import pytest
 
 from hil_fakes.virtual_robot import PERIOD_S, VirtualRobot
-from hvcpd.config.tasks import Action, Forward, GoTo, Place, SayAction, Turn, Wait
+from hvcpd.config.tasks import Action, Dock, Forward, GoTo, Place, SayAction, Turn, Wait
 from hvcpd.hardware.goals import GoalNavigator, PlaceGoal
+from hvcpd.hardware.kinematics import wrap_angle
 from hvcpd.hardware.navigator import Navigator
 from hvcpd.ports import STANDSTILL, Pose, WheelReading
 from hvcpd.robot.performer import Outcome, Performer
@@ -30,6 +31,14 @@ def test_actions_are_carried_out_in_order() -> None:
     actions = (GoTo(Place(0.3, 0.1)), SayAction("hello"), Wait(0.5), Turn(90.0), Forward(-0.1))
     assert perform(robot, *actions) == (Outcome.DONE, ["hello"])
     assert abs(robot.pose.x_m - 0.3) < 0.15
+
+
+def test_docking_leads_back_to_the_start_and_its_heading() -> None:
+    robot = VirtualRobot(seed=1)
+    start = robot.pose
+    assert perform(robot, Forward(0.4), Turn(120.0), Forward(0.2), Dock()) == (Outcome.DONE, [])
+    assert (robot.pose.x_m, robot.pose.y_m) == pytest.approx((start.x_m, start.y_m), abs=0.05)
+    assert wrap_angle(robot.pose.heading_rad - start.heading_rad) == pytest.approx(0.0, abs=0.1)
 
 
 def test_a_blocked_wheel_fails_the_task() -> None:

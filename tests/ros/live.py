@@ -27,9 +27,12 @@ class SocketDaemon:
     def __init__(self, path: Path, mode: str, driver: str) -> None:
         self.path = path
         self.asked: list[dict[str, Any]] = []
-        settings = [{"key": "wheels.driver", "value": driver}, {"key": "wheels.ros_mode", "value": mode}]
+        self.settings: list[dict[str, Any]] = [
+            {"key": "wheels.driver", "value": driver},
+            {"key": "wheels.ros_mode", "value": mode},
+        ]
         self._replies: dict[str, Any] = {
-            "config": {"settings": settings},
+            "config": {"settings": self.settings},
             "status": STATUS,
             "tasks": {"now_s": 0.0, "tasks": [{"number": 1, "state": "open"}]},
         }

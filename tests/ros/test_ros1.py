@@ -12,9 +12,10 @@ from hypothesis import given
 
 from hvcpd.errors import ConfigError
 from hvcpd.ports import PlaceGoal
+from hvcpd.ros.action_topics import SILENT_S, Link
 from hvcpd.ros.convert import Dialect, from_ros, ros_class, to_ros
 from hvcpd.ros.messages import DiagnosticArray, Message, Odometry, TFMessage
-from hvcpd.ros.move_base import SILENT_S, MoveBase
+from hvcpd.ros.move_base import MoveBase
 from hvcpd.ros.ros1 import find_rospy, read_parameters
 from tests.e2e import ros_robot
 from tests.ros.samples import MESSAGES, messages
@@ -121,9 +122,7 @@ class Server:
         self.client = MoveBase(
             "move_base",
             "map",
-            self.goals.append,
-            self.cancels.append,
-            lambda: self.connected,
+            Link(self.goals.append, self.cancels.append, lambda: self.connected),
             lambda *how: self.ended.append(how),
             lambda _, way_m: self.left_m.append(way_m),
             dialect(),

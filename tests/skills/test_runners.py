@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import os
 import subprocess
 import sys
 import time
@@ -13,13 +14,14 @@ from typing import Any
 
 import pytest
 
-from hil_fakes.pins import edges, is_on
+from hil_fakes.pins import FilePins, is_on
 from hvcpd.config.skill_settings import PinSettings
 from hvcpd.errors import DeviceError
 from hvcpd.skills.life import Call
 from hvcpd.skills.objects import Object
 from hvcpd.skills.pins import Pin
 from hvcpd.skills.runners import FailedError, Program, Runner
+from tests.skills.virtual_loop import run_virtually
 
 STOP_S = 0.5
 """From a cancel to the safe state, at the most."""
@@ -185,70 +187,125 @@ def test_a_program_that_is_held_stands_still(tmp_path: Path) -> None:
     run(scene())
 
 
-@pytest.fixture
-def pins(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """A folder of fake pins that gpiozero uses here and in what is started."""
-    from gpiozero import Device
+class Pins:
+    """Pins in memory, and how long one was on by the loop's virtual time."""
 
-    monkeypatch.setenv("GPIOZERO_PIN_FACTORY", "files")
-    monkeypatch.setenv("HVCPD_FAKE_PINS", str(tmp_path / "pins"))
-    monkeypatch.setattr(Device, "pin_factory", None)
-    return tmp_path / "pins"
+    def __init__(self) -> None:
+        from gpiozero.pins.mock import MockFactory
 
+        self.factory = MockFactory()
 
-def test_a_pin_is_on_for_as_long_as_it_is_told(pins: Path) -> None:
-    async def scene() -> dict[str, Any]:
-        pin = Pin(PinSettings(17, "litres", per_s=0.5))
-        try:
-            return dict(await pin.perform(call(litres=0.1), lambda _share, _text: None))
-        finally:
-            await pin.close()
+    def is_on(self, number: int = 17) -> bool:
+        return bool(self.factory.pin(number).state)
 
-    assert run(scene()) == {"litres": 0.1}
-    off, on, off_again = edges(pins, 17)
-    assert (off.level, on.level, off_again.level) == (False, True, False)
-    assert 0.2 <= off_again.at_s - on.at_s < 0.3
+    async def time_on(self, limit_s: float) -> float:
+        on_s = 0.0
+        for _ in range(round(limit_s / 0.01)):
+            on_s += 0.01 * self.is_on()
+            await asyncio.sleep(0.01)
+        return on_s
 
 
-def test_a_pin_that_is_cancelled_is_off_at_once_and_a_held_one_keeps_its_time(pins: Path) -> None:
+def test_a_pin_is_on_for_as_long_as_it_is_told() -> None:
+    pins = Pins()
+
     async def scene() -> None:
-        pin = Pin(PinSettings(17))
-        assert await cancelled(pin, lambda: is_on(pins, 17), call(seconds=60.0)) < STOP_S
-        assert not is_on(pins, 17)
-        task = asyncio.create_task(pin.perform(call(seconds=0.3), lambda _share, _text: None))  # type: ignore[arg-type]
-        await asyncio.sleep(0.1)
+        pin = Pin(PinSettings(17, "litres", per_s=0.05), pins.factory)
+        assert not pins.is_on()
+        told: list[float | None] = []
+        task = asyncio.create_task(pin.perform(call(litres=0.1), lambda share, _text: told.append(share)))  # type: ignore[arg-type]
+        assert await pins.time_on(5.0) == pytest.approx(2.0, abs=0.03)
+        assert dict(await task) == {"litres": 0.1}
+        assert told == pytest.approx([0.25, 0.5, 0.75, 1.0])
+        await pin.close()
+
+    run_virtually(scene())
+
+
+def test_a_pin_that_is_cancelled_is_off_at_once_and_a_held_one_keeps_its_time() -> None:
+    pins = Pins()
+
+    async def scene() -> None:
+        pin = Pin(PinSettings(17), pins.factory)
+        assert await cancelled(pin, pins.is_on, call(seconds=60.0)) < STOP_S
+        assert not pins.is_on()
+        task = asyncio.create_task(pin.perform(call(seconds=3.0), lambda _share, _text: None))  # type: ignore[arg-type]
+        await asyncio.sleep(1.2)
         pin.hold(True)
-        assert not is_on(pins, 17)
-        await asyncio.sleep(0.3)
+        assert not pins.is_on()
+        await asyncio.sleep(5.0)
         assert not task.done()
         pin.hold(False)
+        assert await pins.time_on(5.0) == pytest.approx(1.8, abs=0.03)
         await task
         await pin.close()
 
-    run(scene())
-    times = [edge.at_s for edge in edges(pins, 17)][3:]
-    assert times[1] - times[0] + times[3] - times[2] == pytest.approx(0.3, abs=0.05)
+    run_virtually(scene())
 
 
-def test_a_pin_that_somebody_else_has_is_told_with_its_remedy(pins: Path) -> None:
+def test_a_float_that_closes_ends_a_pumps_call_and_an_empty_tank_does_not_begin_one() -> None:
+    pins = Pins()
+
     async def scene() -> None:
-        Pin(PinSettings(17))
-        with pytest.raises(DeviceError, match=r"pin 17 cannot be used .*busy.*; end what else uses it"):
-            Pin(PinSettings(17))
+        pin = Pin(PinSettings(17, empty_pin=27), pins.factory)
+        task = asyncio.create_task(pin.perform(call(seconds=60.0), lambda _share, _text: None))  # type: ignore[arg-type]
+        await asyncio.sleep(1.0)
+        assert pins.is_on()
+        pins.factory.pin(27).drive_low()
+        await asyncio.sleep(0.1)
+        with pytest.raises(FailedError, match="the tank is empty"):
+            await task
+        assert not pins.is_on()
+        with pytest.raises(FailedError, match="the tank is empty"):
+            await pin.perform(call(seconds=1.0), lambda _share, _text: None)
+        await pin.close()
 
-    from gpiozero import Device
+    run_virtually(scene())
 
-    async def other_process() -> None:
+
+def test_a_pin_that_somebody_else_has_is_told_with_its_remedy(tmp_path: Path) -> None:
+    pins = FilePins(tmp_path)
+
+    async def scene() -> None:
+        first = Pin(PinSettings(17), pins)
+        with pytest.raises(DeviceError, match=r"pin 17 cannot be used .*; end what else uses it"):
+            Pin(PinSettings(17), pins)
         code = "from gpiozero import LED; import time; led = LED(4); print(1, flush=True); time.sleep(60)"
-        with subprocess.Popen([sys.executable, "-c", code], stdout=subprocess.PIPE) as process:
+        words = [sys.executable, "-c", code]
+        with subprocess.Popen(words, stdout=subprocess.PIPE, env=fake_pins(tmp_path)) as process:
             assert process.stdout is not None
             process.stdout.readline()
-            with pytest.raises(DeviceError, match="pin 4 cannot be used"):
-                Pin(PinSettings(4))
+            with pytest.raises(DeviceError, match=r"pin 4 cannot be used .*busy"):
+                Pin(PinSettings(4), pins)
             process.kill()
+        await first.close()
 
-    run(other_process())
-    assert Device.pin_factory is not None
+    run(scene())
+
+
+def test_a_pump_process_turns_with_its_pin_until_its_tank_is_empty(tmp_path: Path) -> None:
+    pins = FilePins(tmp_path)
+    words = ("--pins", str(tmp_path), "--pump", "17", "--float", "27", "--litres", "0.005")
+    with subprocess.Popen([sys.executable, "-m", "hil_fakes.pump", *words], stdout=subprocess.PIPE, text=True) as pump:
+
+        async def scene() -> None:
+            while not (tmp_path / "27.level").exists():
+                await asyncio.sleep(0.01)
+            pin = Pin(PinSettings(17, "litres", per_s=0.05, empty_pin=27), pins)
+            with pytest.raises(FailedError, match="the tank is empty"):
+                await pin.perform(call(litres=1.0), lambda _share, _text: None)
+            await pin.close()
+
+        run(scene())
+        assert pump.stdout is not None
+        told = [pump.stdout.readline(), pump.stdout.readline()]
+        pump.kill()
+    assert told == ["pump on, 0.000 l poured, 0.005 l left\n", "pump off, 0.005 l poured, 0.000 l left\n"]
+
+
+def fake_pins(folder: Path) -> dict[str, str]:
+    """The environment in which gpiozero uses pins in a folder."""
+    return {**os.environ, "GPIOZERO_PIN_FACTORY": "files", "HVCPD_FAKE_PINS": str(folder)}
 
 
 HOST = """
@@ -279,17 +336,18 @@ def until(true: Callable[[], bool], within_s: float) -> float:
     return time.monotonic() - began_s
 
 
-def test_a_host_that_is_killed_leaves_its_pin_off(pins: Path, tmp_path: Path) -> None:
-    with subprocess.Popen([sys.executable, "-c", HOST, "pin"]) as host:
-        until(lambda: is_on(pins, 17), 10.0)
+def test_a_host_that_is_killed_leaves_its_pin_off(tmp_path: Path) -> None:
+    with subprocess.Popen([sys.executable, "-c", HOST, "pin"], env=fake_pins(tmp_path)) as host:
+        until(lambda: is_on(tmp_path, 17), 10.0)
         time.sleep(0.2)
         host.kill()
-        assert until(lambda: not is_on(pins, 17), 5.0) < STOP_S
+        assert until(lambda: not is_on(tmp_path, 17), 5.0) < STOP_S
 
 
-def test_a_host_that_is_killed_leaves_no_program_and_all_safe(pins: Path, tmp_path: Path) -> None:
+def test_a_host_that_is_killed_leaves_no_program_and_all_safe(tmp_path: Path) -> None:
     pid, safe = tmp_path / "pid", tmp_path / "safe"
-    with subprocess.Popen([sys.executable, "-c", HOST, "program", str(pid), str(safe)]) as host:
+    words = [sys.executable, "-c", HOST, "program", str(pid), str(safe)]
+    with subprocess.Popen(words, env=fake_pins(tmp_path)) as host:
         until(lambda: pid.exists() and pid.read_text() != "", 10.0)
         time.sleep(0.2)
         host.kill()

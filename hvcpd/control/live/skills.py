@@ -8,29 +8,25 @@ import sys
 from contextlib import AsyncExitStack, ExitStack, closing, suppress
 from pathlib import Path
 
-from hvcpd.config.settings import Settings, load_settings
+from hvcpd.config.settings import Settings, load_with_sources
 from hvcpd.config.task_file import load_tasks
 from hvcpd.config.tasks import TaskRepository
 from hvcpd.control.live.daemon_client import find_daemon
-from hvcpd.daemon.control_protocol import MAX_LINE_BYTES
-from hvcpd.daemon.control_socket import short_address
-from hvcpd.errors import EX_OK, ConfigError, HvcpdError, NotDoneError
+from hvcpd.daemon.skill_hosting import offer
+from hvcpd.errors import EX_OK, ConfigError, HvcpdError
 from hvcpd.skills.checks import faults
 from hvcpd.skills.guard import GuardLine
-from hvcpd.skills.host import Host
 from hvcpd.skills.objects import Object, installed
 from hvcpd.skills.pins import Pin
 from hvcpd.skills.runners import Program, Runner
 
-AGAIN_S = 1.0
-"""Between two attempts to reach a daemon that has ended."""
-
 
 def run(options: argparse.Namespace) -> int:
     """Find the robot, make its skills ready, and serve; again and again where the daemon is started anew."""
-    settings = load_settings(options.config, {"name": options.name}, name_needed=False)
+    loaded = load_with_sources(options.config, {"name": options.name}, name_needed=False)
+    settings = loaded.settings
     tasks = load_tasks(settings.tasks)
-    if wrong := list(faults(settings.skills, tasks)):
+    if wrong := list(faults(settings, tasks, skill_places=loaded.skill_places)):
         raise ConfigError("\n".join(wrong))
     names = offered(settings, tasks)
     if not names:
@@ -46,9 +42,11 @@ def run(options: argparse.Namespace) -> int:
 
 
 def offered(settings: Settings, tasks: TaskRepository) -> tuple[str, ...]:
-    """The skills that the settings name, and those declared ones that a Python package has."""
+    """The skills that the settings name, but for joints, which the daemon has, and actions of ROS, which
+    `hvcpctl ros` has; and declared ones of Python packages."""
     declared = {skill.name for skill in tasks.skills}
-    return tuple(sorted({*settings.skills, *declared.intersection(installed())}))
+    own = {name for name, skill in settings.skills.items() if skill.run or skill.gpio is not None}
+    return tuple(sorted(own | declared.intersection(installed()) - settings.skills.keys()))
 
 
 async def serve(path: Path, settings: Settings, tasks: TaskRepository) -> None:
@@ -64,16 +62,7 @@ async def serve(path: Path, settings: Settings, tasks: TaskRepository) -> None:
             stack.push_async_callback(runner.close)
             if isinstance(runner, Object):
                 await runner.open()
-        host = Host(runners)
-        while True:
-            with suppress(OSError):
-                with short_address(path) as address:
-                    reader, writer = await asyncio.open_unix_connection(address, limit=MAX_LINE_BYTES)
-                with closing(writer):
-                    await host.serve(reader, writer)
-            if host.refusal:
-                raise NotDoneError(host.refusal)
-            await asyncio.sleep(AGAIN_S)
+        await offer(path, runners)
 
 
 def _runner(name: str, settings: Settings, guard: GuardLine) -> Runner:

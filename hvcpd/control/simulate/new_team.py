@@ -1,0 +1,252 @@
+"""`hvcpctl new-team`: a team of one's own, from a few answers, checked and tried."""
+
+from __future__ import annotations
+
+import argparse
+import json
+import math
+import sys
+import tempfile
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TypeVar
+
+from hvcpd.assembly.vocabulary import check, refusal
+from hvcpd.config.names import repeated_names, valid_robot_name, valid_task_name
+from hvcpd.config.skills import valid_key
+from hvcpd.config.task_file import MAX_DISTANCE_M, MAX_TASKS
+from hvcpd.control.simulate.team import load_team, vocabulary_cache
+from hvcpd.errors import EX_OK, ConfigError, unwritable
+from hvcpd.reporting.files import write_whole
+from hvcpd.synthesis.likeness import name_fault
+
+BUILT_IN = {"wait": "seconds", "water": "seconds", "dock": "", "turn": "degrees", "forward": "metres"}
+"""What every robot can at a place, and the number that it is told."""
+USUAL_DEED = "wait 5"
+MISSING = "there is nobody to ask: give --robots and --task, as `hvcpctl new-team --help` shows"
+
+Given = TypeVar("Given")
+
+
+@dataclass(frozen=True)
+class SkillAnswer:
+    """A skill, and the number that it is told; "": it is told nothing."""
+
+    name: str
+    parameter: str
+
+
+@dataclass(frozen=True)
+class TaskAnswer:
+    """A task, its place (m) if it has one, what is done there, and the number for that."""
+
+    name: str
+    place: tuple[float, float] | None
+    deed: str
+    amount: float | None
+
+
+class Console:
+    """Asks a person, on a terminal."""
+
+    def __init__(self, ask: Callable[[str], str] = input, tell: Callable[[str], object] = sys.stdout.write) -> None:
+        self._ask = ask
+        self.tell = tell
+
+    def answer(self, question: str, read: Callable[[str], Given], usual: str = "") -> Given:
+        """What was answered, asked again until it is right. Raises ConfigError if the person goes away."""
+        while True:
+            try:
+                text = self._ask(f"{question}{f' [{usual}]' if usual else ''}: ").strip() or usual
+                return read(text)
+            except ConfigError as error:
+                self.tell(f"  {error}\n")
+            except EOFError:
+                raise ConfigError(MISSING) from None
+
+
+def run(options: argparse.Namespace, console: Console | None = None) -> int:
+    """Ask for what is not given, check it all, write the two files, and simulate the team if that is wanted."""
+    folder: Path = options.folder
+    for name in ("hvcpd.yaml", "tasks.yaml"):
+        if (folder / name).exists():
+            raise ConfigError(f"{folder / name} is there already; name another folder, or move it away")
+    is_asked = console is not None or sys.stdin.isatty()
+    console = console or Console()
+    if not is_asked and not (options.robots and options.task):
+        raise ConfigError(MISSING)
+    robots = read_robots(",".join(options.robots)) if options.robots else None
+    robots = robots or console.answer("The robots' names", read_robots, "Rob, Bot")
+    skills = [read_skill(text) for text in options.skill or ()]
+    tasks: list[TaskAnswer] = []
+    for text in options.task or ():
+        tasks.append(read_task(text, skills, tasks))
+    if not tasks:
+        skills = skills or _ask_skills(console)
+        tasks = _ask_tasks(console, skills)
+    settings_text, tasks_text = settings_of(robots, skills), tasks_of(folder, robots, skills, tasks)
+    _check(robots, settings_text, tasks_text)
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        write_whole(folder / "tasks.yaml", tasks_text.encode())
+        write_whole(folder / "hvcpd.yaml", settings_text.encode())
+    except OSError as error:
+        raise ConfigError(unwritable(folder, error, "name another folder")) from None
+    words = ["simulate", "--config", str(folder / "hvcpd.yaml"), "--robots", ",".join(robots)]
+    sys.stdout.write(f"{folder}: hvcpd.yaml and tasks.yaml; to simulate this team:\n  hvcpctl {' '.join(words)}\n")
+    wanted = options.demo
+    if wanted is None and is_asked:
+        wanted = console.answer("Simulate it now? (y, n)", _read_yes, "y")
+    return _simulate(words) if wanted else EX_OK
+
+
+def _ask_skills(console: Console) -> list[SkillAnswer]:
+    question = 'What can they besides driving and waiting, with the number that it is told ("pour litres", "wave")'
+    return console.answer(question, lambda text: [read_skill(each) for each in text.split(",") if each.strip()])
+
+
+def _ask_tasks(console: Console, skills: list[SkillAnswer]) -> list[TaskAnswer]:
+    deeds = ", ".join([*(f"{each.name} {each.parameter}".strip() for each in skills), *BUILT_IN])
+    console.tell(f'Write a task as "water the green rose; -3, -4; {USUAL_DEED}": name; place in metres; what to do.\n')
+    console.tell(f"What robots can do: {deeds}.\n")
+    tasks: list[TaskAnswer] = []
+
+    def read(text: str) -> TaskAnswer | None:
+        if not text and tasks:
+            return None
+        return read_task(text, skills, tasks)
+
+    while len(tasks) < MAX_TASKS:
+        found = console.answer(f"Task {len(tasks) + 1}{' (Enter: no more)' if tasks else ''}", read)
+        if found is None:
+            break
+        tasks.append(found)
+    return tasks
+
+
+def _read_yes(text: str) -> bool:
+    if text.lower() not in ("y", "yes", "n", "no"):
+        raise ConfigError("answer y or n")
+    return text.lower().startswith("y")
+
+
+def read_robots(text: str) -> tuple[str, ...]:
+    """Names with commas between them. Raises ConfigError with the remedy."""
+    names = tuple(part.strip() for part in text.split(",") if part.strip())
+    wrong = [fault for name in names if (fault := valid_robot_name(name) or name_fault(name))]
+    if fault := next(iter(wrong), None) or repeated_names(names):
+        raise ConfigError(fault)
+    if not names:
+        raise ConfigError("give at least one name, as in: Rob, Bot")
+    return names
+
+
+def read_skill(text: str) -> SkillAnswer:
+    """A skill's name, and the name of the number that it is told. Raises ConfigError with the remedy."""
+    name, _, parameter = text.strip().partition(" ")
+    parameter = parameter.strip()
+    if fault := valid_key(name) or (valid_key(parameter) if parameter else None):
+        raise ConfigError(fault)
+    if name in BUILT_IN or name == "say":
+        raise ConfigError(f"every robot can {name!r}; leave it out, or choose another name")
+    return SkillAnswer(name, parameter)
+
+
+def read_task(text: str, skills: list[SkillAnswer], before: list[TaskAnswer]) -> TaskAnswer:
+    """A task after those `before`. Raises ConfigError with the remedy."""
+    name, *rest = (part.strip() for part in text.split(";"))
+    if fault := valid_task_name(name):
+        raise ConfigError(fault)
+    if any(name == task.name for task in before):
+        raise ConfigError(f"there is a task {name!r} already; choose another name")
+    place = _read_place(rest.pop(0)) if rest and rest[0][:1] in "-+.0123456789" else None
+    deed, _, amount = (rest.pop(0) if rest and rest[0] else USUAL_DEED).partition(" ")
+    if rest:
+        raise ConfigError(f"{rest[0][:40]!r} is too much; write for example: {name}; -3, -4; {USUAL_DEED}")
+    known = BUILT_IN | {skill.name: skill.parameter for skill in skills}
+    if deed not in known:
+        raise ConfigError(f"nobody can {deed[:40]!r}; write one of {', '.join(known)}")
+    if bool(known[deed]) != bool(amount.strip()):
+        wanted = f"{deed} 5 ({known[deed]})" if known[deed] else deed
+        raise ConfigError(f"{deed!r} is told {'a number' if known[deed] else 'nothing'}; write {wanted}")
+    return TaskAnswer(name, place, deed, _number(amount) if known[deed] else None)
+
+
+def _read_place(text: str) -> tuple[float, float]:
+    parts = text.split(",")
+    if len(parts) != 2:
+        raise ConfigError(f"{text[:40]!r} is no place; write x and y in metres, as in: -3, -4")
+    x_m, y_m = map(_number, parts)
+    if max(abs(x_m), abs(y_m)) > MAX_DISTANCE_M:
+        raise ConfigError(f"{text[:40]!r} is too far; give metres from -{MAX_DISTANCE_M} to {MAX_DISTANCE_M}")
+    return x_m, y_m
+
+
+def _number(text: str) -> float:
+    try:
+        value = float(text)
+    except ValueError:
+        value = math.nan
+    if not math.isfinite(value):
+        raise ConfigError(f"{text.strip()[:40]!r} is no number; write for example 0.5")
+    return value
+
+
+def settings_of(robots: tuple[str, ...], skills: list[SkillAnswer]) -> str:
+    """The settings of the first robot, as a file."""
+    lines = [
+        "# The first robot's settings. The others have the same with their own name.",
+        f"name: {json.dumps(robots[0])}",
+        f"names: {json.dumps(list(robots))}",
+        "tasks: tasks.yaml",
+    ]
+    if skills:
+        lines += ["# How this robot does what the task file calls by a name; docs/skills.md has all ways.", "# skills:"]
+    for each in skills:
+        words = f', "{{{each.parameter}}}"' if each.parameter else ""
+        lines.append(f"#   {each.name}: {{run: [./{each.name}.sh{words}]}}")
+    return "\n".join(lines) + "\n"
+
+
+def tasks_of(folder: Path, robots: tuple[str, ...], skills: list[SkillAnswer], tasks: list[TaskAnswer]) -> str:
+    """The task file, the same for all robots."""
+    lines = [
+        "# The team's tasks. All robots have this file.",
+        "#",
+        f"#     hvcpctl simulate --config {folder / 'hvcpd.yaml'} --robots {','.join(robots)}",
+    ]
+    lines += ["skills:"] if skills else []
+    for each in skills:
+        lines.append(f"  {each.name}: {{parameters: {{{f'{each.parameter}: {{}}' if each.parameter else ''}}}}}")
+    lines.append("tasks:")
+    for number, task in enumerate(tasks, 1):
+        lines += [f"  - number: {number}", f"    name: {task.name}"]
+        way = []
+        if task.place is not None:
+            lines.append(f"    place: {{x_m: {task.place[0]:g}, y_m: {task.place[1]:g}}}")
+            way = ["go to place"]
+        deed = task.deed if task.amount is None else f"{{{task.deed}: {task.amount:g}}}"
+        lines.append(f"    actions: [{', '.join([*way, deed])}]")
+    return "\n".join(lines) + "\n"
+
+
+def _check(robots: tuple[str, ...], settings: str, tasks: str) -> None:
+    """Whether a robot would take both files, and could tell all their words apart. Raises ConfigError."""
+    with tempfile.TemporaryDirectory() as name:
+        folder = Path(name)
+        (folder / "hvcpd.yaml").write_text(settings)
+        (folder / "tasks.yaml").write_text(tasks)
+        try:
+            team = load_team(argparse.Namespace(config=folder / "hvcpd.yaml", tasks=None), robots)
+            found = check(team.phrasebook, team.names, team.sound, vocabulary_cache(), chosen_only=True)
+            if why := refusal(found, team.settings.tasks):
+                raise ConfigError(why)
+        except ConfigError as error:
+            raise ConfigError(f"nothing is written: {str(error).replace(f'{folder}/', '')}") from None
+
+
+def _simulate(words: list[str]) -> int:
+    from hvcpd.control.cli import main
+
+    return main(words)

@@ -1,0 +1,39 @@
+"""The command line of `hvcpctl new-team`."""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Callable
+from pathlib import Path
+from typing import TypeAlias
+
+from hvcpd.config.command_line import with_examples
+
+Commands: TypeAlias = "argparse._SubParsersAction[argparse.ArgumentParser]"
+
+
+def add_new_team(
+    commands: Commands, run: Callable[[argparse.Namespace], int], names: Callable[[str], tuple[str, ...]]
+) -> None:
+    """Add `new-team`."""
+    command = commands.add_parser(
+        "new-team",
+        help="write the settings and the tasks of a team of your own, and try it",
+        epilog=with_examples(
+            "What is not given by options is asked for, on a terminal. All words are checked before anything is "
+            "written.",
+            "hvcpctl new-team garden",
+            "hvcpctl new-team garden --robots Rob,Bot --skill 'pour litres' \\\n"
+            "    --task 'water the green rose; -3, -4; pour 0.2' --task 'count the empty chairs' --demo",
+        ),
+    )
+    command.add_argument("folder", type=Path, metavar="FOLDER", help="where hvcpd.yaml and tasks.yaml are written")
+    command.add_argument("--robots", type=names, metavar="Rob,Bot", help="the robots' names")
+    skill = "what the robots can besides driving, with the number that it is told, if any; more than once for more"
+    command.add_argument("--skill", action="append", metavar="'NAME [NUMBER]'", help=skill)
+    task = "a task's name, its place in metres, and what to do there (default: wait 5); more than once for more"
+    command.add_argument("--task", action="append", metavar="'NAME; X, Y; DO'", help=task)
+    demo = command.add_mutually_exclusive_group()
+    demo.add_argument("--demo", dest="demo", action="store_true", default=None, help="simulate the team at once")
+    demo.add_argument("--no-demo", dest="demo", action="store_false", help="do not ask whether to")
+    command.set_defaults(run=run)

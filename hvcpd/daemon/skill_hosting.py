@@ -1,0 +1,84 @@
+"""Skills offered to a daemon over its control socket: by `hvcpctl skills`, and by the daemon itself for its joints."""
+
+from __future__ import annotations
+
+import asyncio
+import time
+from collections.abc import Callable, Mapping
+from contextlib import closing, suppress
+from pathlib import Path
+from typing import Protocol, runtime_checkable
+
+from hvcpd.config.settings import Settings
+from hvcpd.daemon.control_protocol import MAX_LINE_BYTES
+from hvcpd.daemon.control_socket import short_address, socket_path
+from hvcpd.daemon.wheel_service import WheelService
+from hvcpd.errors import NotDoneError
+from hvcpd.hardware.joints import Joint
+from hvcpd.ports import Wheels
+from hvcpd.skills.guard import GuardLine, Line
+from hvcpd.skills.host import Host
+from hvcpd.skills.joints import JointMotion
+from hvcpd.skills.runners import Runner
+
+AGAIN_S = 1.0
+"""Between two attempts to reach a daemon that has ended."""
+
+
+async def offer(path: Path, runners: Mapping[str, Runner]) -> None:
+    """Offer skills to the daemon at `path` for ever. Raises NotDoneError for what trying again does not mend."""
+    host = Host(runners)
+    while True:
+        with suppress(OSError):
+            with short_address(path) as address:
+                reader, writer = await asyncio.open_unix_connection(address, limit=MAX_LINE_BYTES)
+            with closing(writer):
+                await host.serve(reader, writer)
+        if host.refusal:
+            raise NotDoneError(host.refusal)
+        await asyncio.sleep(AGAIN_S)
+
+
+@runtime_checkable
+class OnPort(Protocol):
+    """Wheels behind a serial port."""
+
+    @property
+    def port(self) -> str: ...
+
+
+class JointService:
+    """The joints of a robot: `joints` go to the wheels' driver, `begin` once that is open, `close` once it is closed.
+
+    Should the daemon be killed, a process of its own has those let go that are declared so; the others stand still by
+    their own watchdogs.
+    """
+
+    def __init__(self, settings: Settings, clock: Callable[[], float] = time.monotonic) -> None:
+        self._settings = settings
+        skills = settings.skills.items()
+        self._named = {name: Joint(skill.joint, clock) for name, skill in skills if skill.joint is not None}
+        self._task: asyncio.Task[None] | None = None
+        self._guard: GuardLine | None = None
+
+    @property
+    def joints(self) -> tuple[Joint, ...]:
+        """All of them."""
+        return tuple(self._named.values())
+
+    def begin(self, service: WheelService, wheels: Wheels) -> None:
+        """Offer them as skills, now that their bus is open."""
+        loose = tuple(joint.settings.id for joint in self.joints if joint.settings.stopped == "release")
+        if loose and isinstance(wheels, OnPort):
+            self._guard = GuardLine(line=Line(wheels.port, self._settings.wheels.baud_rate, loose))
+        motions = {name: JointMotion(joint, service.exchange_now) for name, joint in self._named.items()}
+        self._task = asyncio.get_running_loop().create_task(offer(socket_path(self._settings), motions))
+
+    async def close(self) -> None:
+        """End what is under way, and the watching process."""
+        if self._task is not None:
+            self._task.cancel()
+            with suppress(asyncio.CancelledError, NotDoneError):
+                await self._task
+        if self._guard is not None:
+            await asyncio.to_thread(self._guard.close)

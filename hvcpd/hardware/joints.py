@@ -1,0 +1,220 @@
+"""Joints on the wheels' bus: XL430-W250 in position mode, each read and commanded in the wheels' own bus cycle.
+
+Two threads share a `Joint`. The event loop says what it is to do (`turn`, `pause`, `stop`) and reads `state`; the bus's
+thread calls `inspect`, `cycle` and `close`. Each side writes attributes of its own, whole frozen values at a time.
+
+The motor's bus watchdog stops it where it is when this process falls silent (e-Manual, xl430-w250, "Bus Watchdog").
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from contextlib import suppress
+from dataclasses import dataclass
+from functools import partial
+
+from hvcpd.config.skill_settings import JointSettings
+from hvcpd.hardware import xl430
+from hvcpd.hardware.wheels_bus import BusError, DynamixelBus, PortLostError, twice
+
+TOLERANCE_DEG = 2.0
+"""So near to its goal it is there: position mode has no integral gain as it leaves the factory (e-Manual), and a load
+keeps it off its goal."""
+STILL_DEG = 0.5
+"""Less than this between two looks is no motion: six ticks of the encoder."""
+STILL_S = 0.5
+"""Without motion for so long, short of its goal, it is blocked; several times the motor's lag."""
+AGAIN_S = 1.0
+"""Between two attempts at a joint that does not answer: each costs the wheels' cycle a time-out of some 50 ms."""
+TRIES = 3
+"""Of a cycle, and of the last word to a joint that is to let go: lines lose a reply now and then."""
+
+WINDOW_START = xl430.TORQUE_ENABLE.address
+WINDOW_SIZE = xl430.PRESENT_POSITION.address + xl430.PRESENT_POSITION.size - WINDOW_START
+"""Torque, errors, watchdog, load and position in one read of 72 bytes."""
+
+DEG_PER_TICK = 360.0 / xl430.TICKS_PER_TURN
+VELOCITY_UNIT_DEG_S = math.degrees(xl430.VELOCITY_UNIT_RAD_S)
+
+
+@dataclass(frozen=True)
+class Wish:
+    """What a joint is to do: go to `goal_deg`, or, without one, stand, or let go."""
+
+    number: int
+    goal_deg: float | None = None
+    lets_go: bool = False
+
+
+@dataclass(frozen=True)
+class JointState:
+    """What a joint did of a wish: where it is, in degrees as the settings count; its effort, as a share of the motor's;
+    whether it is there or is blocked; or its fault."""
+
+    wish: int = 0
+    angle_deg: float = 0.0
+    load: float = 0.0
+    there: bool = False
+    blocked: bool = False
+    fault: str | None = None
+
+
+class Joint:
+    """One joint. `clock` (s) is the bus thread's; `watchdog_units` of 20 ms are the motor's own lease."""
+
+    def __init__(self, settings: JointSettings, clock: Callable[[], float], watchdog_units: int = 12) -> None:
+        self.settings = settings
+        self.state = JointState()
+        self._clock = clock
+        self._watchdog_units = watchdog_units
+        self._wish = self._carried_out = self._tried = Wish(0)
+        self._is_ready = False
+        self._failures = 0
+        self._again_s = -math.inf
+        self._moved_s = 0.0
+        self._moved_deg = math.inf
+
+    def turn(self, angle_deg: float) -> int:
+        """Go to an angle within the settings' bounds; the number of this wish. Raises ValueError."""
+        if not self.settings.least_deg <= angle_deg <= self.settings.most_deg:
+            raise ValueError(f"{angle_deg:g}° is beyond {self.settings.least_deg:g} to {self.settings.most_deg:g}°")
+        return self._want(angle_deg)
+
+    def pause(self) -> int:
+        """Stand under torque."""
+        return self._want(None)
+
+    def stop(self) -> int:
+        """Hold where it is, or let go, as declared."""
+        return self._want(None, lets_go=self.settings.stopped == "release")
+
+    def inspect(self, bus: DynamixelBus) -> list[str]:
+        """What is wrong with the motor, with its remedy; changes nothing. Raises PortLostError."""
+        motor_id = self.settings.id
+        try:
+            model = twice(partial(bus.ping, motor_id))
+            firmware = twice(partial(bus.read, motor_id, xl430.FIRMWARE_VERSION))
+        except PortLostError:
+            raise
+        except BusError:
+            return [f"joint (ID {motor_id}): no answer; plug it into the wheels' line, at {bus.baud_rate} baud"]
+        if model != xl430.MODEL_NUMBER:
+            return [f"joint (ID {motor_id}): model number {model} is not an XL430-W250 ({xl430.MODEL_NUMBER})"]
+        if firmware < xl430.OLDEST_FIRMWARE:
+            return [f"joint (ID {motor_id}): firmware {firmware} has no bus watchdog; update it to 38 or newer"]
+        return []
+
+    def cycle(self, bus: DynamixelBus) -> None:
+        """Carry the wish out and see how far it is; a silent joint is left alone for a while. Raises PortLostError."""
+        now_s, wish = self._clock(), self._wish
+        if now_s < self._again_s and wish is self._tried:
+            return
+        try:
+            if not self._is_ready:
+                self._make_ready(bus)
+            if wish is not self._carried_out:
+                self._carry_out(bus, wish, now_s)
+            self.state = self._look(bus, wish, now_s)
+        except PortLostError:
+            self._is_ready = False
+            raise
+        except BusError as error:
+            self._tried = wish
+            self._failures += 1
+            if self._failures < TRIES:  # the next cycle goes on where this one was
+                return
+            self._stop_blindly(bus)
+            self._failures, self._is_ready, self._again_s = 0, False, now_s + AGAIN_S
+            self.state = JointState(wish.number, self.state.angle_deg, fault=f"the joint does not answer: {error}")
+        else:
+            self._failures = 0
+            self._is_ready = self.state.fault is None
+
+    def close(self, bus: DynamixelBus) -> None:
+        """Leave it as declared; never raises. One that holds stands by its watchdog from now on."""
+        if self.settings.stopped == "release":
+            any(lets_go(bus, self.settings.id) for _ in range(TRIES))
+
+    def _stop_blindly(self, bus: DynamixelBus) -> None:
+        """It may hear though it is not heard: hold it where it was last seen, or let it go, as declared."""
+        if not self._is_ready:
+            return
+        with suppress(BusError):
+            if self.settings.stopped == "release":
+                bus.sync_write(xl430.TORQUE_ENABLE, {self.settings.id: 0})
+            else:
+                bus.sync_write(xl430.GOAL_POSITION, {self.settings.id: self._ticks(self.state.angle_deg)})
+
+    def _want(self, goal_deg: float | None, lets_go: bool = False) -> int:
+        self._wish = Wish(self._wish.number + 1, goal_deg, lets_go)
+        return self._wish.number
+
+    def _make_ready(self, bus: DynamixelBus) -> None:
+        """Position mode at the place where it is, an earlier watchdog trip cleared; torque stays on if it was."""
+        motor_id, write = self.settings.id, partial(bus.write, self.settings.id)
+        if bus.read(motor_id, xl430.OPERATING_MODE) != xl430.POSITION_CONTROL:
+            write(xl430.TORQUE_ENABLE, 0)
+            write(xl430.OPERATING_MODE, xl430.POSITION_CONTROL)
+        write(xl430.BUS_WATCHDOG, 0)
+        self._stand(bus)
+        write(xl430.GOAL_PWM, round(self.settings.effort * xl430.FULL_PWM))
+        write(xl430.PROFILE_VELOCITY, max(round(self.settings.speed_deg_s / VELOCITY_UNIT_DEG_S), 1))
+        write(xl430.BUS_WATCHDOG, self._watchdog_units)
+        self._is_ready = True
+
+    def _stand(self, bus: DynamixelBus) -> None:
+        position = bus.read(self.settings.id, xl430.PRESENT_POSITION)
+        bus.write(self.settings.id, xl430.GOAL_POSITION, min(max(position, 0), xl430.TICKS_PER_TURN - 1))
+
+    def _carry_out(self, bus: DynamixelBus, wish: Wish, now_s: float) -> None:
+        if wish.goal_deg is None:
+            self._stand(bus)
+            if wish.lets_go:
+                bus.write(self.settings.id, xl430.TORQUE_ENABLE, 0)
+        else:
+            if not bus.read(self.settings.id, xl430.TORQUE_ENABLE):
+                self._stand(bus)  # an old goal is not to make it jump
+                bus.write(self.settings.id, xl430.TORQUE_ENABLE, 1)
+            bus.write(self.settings.id, xl430.GOAL_POSITION, self._ticks(wish.goal_deg))
+        self._moved_s, self._moved_deg = now_s, math.inf
+        self._carried_out = wish
+
+    def _look(self, bus: DynamixelBus, wish: Wish, now_s: float) -> JointState:
+        window = bus.read_block(self.settings.id, WINDOW_START, WINDOW_SIZE)
+        angle_deg = self._angle_deg(xl430.PRESENT_POSITION.decode(window, WINDOW_START))
+        load = abs(xl430.PRESENT_LOAD.decode(window, WINDOW_START)) * xl430.LOAD_UNIT
+        if error := xl430.HARDWARE_ERROR_STATUS.decode(window, WINDOW_START):
+            text = f"its motor reports a hardware error: {xl430.hardware_error_text(error)}; switch it off and on"
+            return JointState(wish.number, angle_deg, load, fault=text)
+        if xl430.BUS_WATCHDOG.decode(window, WINDOW_START) == xl430.WATCHDOG_TRIPPED:
+            return JointState(wish.number, angle_deg, load, fault="its motor heard nothing for too long, and stopped")
+        if wish.goal_deg is None:
+            return JointState(wish.number, angle_deg, load)
+        if not xl430.TORQUE_ENABLE.decode(window, WINDOW_START):
+            return JointState(wish.number, angle_deg, load, fault="its motor has lost its torque")
+        if abs(angle_deg - self._moved_deg) > STILL_DEG:
+            self._moved_s, self._moved_deg = now_s, angle_deg
+        there = abs(angle_deg - wish.goal_deg) <= TOLERANCE_DEG
+        blocked = not there and now_s - self._moved_s >= STILL_S
+        return JointState(wish.number, angle_deg, load, there, blocked)
+
+    @property
+    def _sign(self) -> int:
+        return -1 if self.settings.reverse else 1
+
+    def _ticks(self, angle_deg: float) -> int:
+        ticks = round((self.settings.zero_deg + self._sign * angle_deg) / DEG_PER_TICK)
+        return min(max(ticks, 0), xl430.TICKS_PER_TURN - 1)
+
+    def _angle_deg(self, ticks: int) -> float:
+        return self._sign * (ticks * DEG_PER_TICK - self.settings.zero_deg)
+
+
+def lets_go(bus: DynamixelBus, motor_id: int) -> bool:
+    """Whether the motor confirmed that its torque is off."""
+    try:
+        bus.write(motor_id, xl430.TORQUE_ENABLE, 0)
+    except BusError:
+        return False
+    return True

@@ -1,0 +1,110 @@
+"""A new team from options or answers: what is written is what robots take, and wrong words are told before."""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+from hvcpd.config.settings import load_settings
+from hvcpd.config.task_file import load_tasks
+from hvcpd.config.tasks import Dock, GoTo, Place, Use, Wait
+from hvcpd.control.cli import main
+from hvcpd.control.simulate.new_team import Console, SkillAnswer, read_robots, read_skill, read_task, run
+from hvcpd.errors import ConfigError
+
+GARDEN = ("--robots", "Rob,Bot", "--skill", "pour litres", "--no-demo")
+
+
+def test_options_become_a_team_that_robots_take(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    folder = tmp_path / "garden"
+    tasks = ("--task", "water the green rose; -3, -4; pour 0.2", "--task", "count the empty chairs; dock")
+    assert main(["new-team", str(folder), *GARDEN, *tasks]) == 0
+    assert f"hvcpctl simulate --config {folder}/hvcpd.yaml --robots Rob,Bot" in capsys.readouterr().out
+    settings = load_settings(folder / "hvcpd.yaml", environment={})
+    assert (settings.name, settings.names) == ("Rob", ("Rob", "Bot"))
+    rose, chairs = load_tasks(settings.tasks).tasks
+    assert (rose.name, rose.actions) == (
+        "water the green rose",
+        (GoTo(Place(-3.0, -4.0)), Use("pour", (("litres", 0.2),))),
+    )
+    assert chairs.actions == (Dock(),)
+    assert main(["new-team", str(folder), *GARDEN, *tasks]) == 2
+    assert "is there already; name another folder" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("tasks", "said"),
+    [
+        (("water the green rose", "water the green rows"), "nothing is written: tasks.yaml:"),
+        (("water", "rest"), "has 2 to 8 words"),
+        ((), "there is nobody to ask"),
+    ],
+)
+def test_words_that_cannot_be_used_are_told_and_nothing_is_written(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], tasks: tuple[str, ...], said: str
+) -> None:
+    words = [word for task in tasks for word in ("--task", task)]
+    assert main(["new-team", str(tmp_path / "garden"), *GARDEN, *words]) == 2
+    assert said in capsys.readouterr().err
+    assert not (tmp_path / "garden").exists()
+
+
+def test_a_person_is_asked_again_until_an_answer_is_right(tmp_path: Path) -> None:
+    answers: Iterator[str] = iter(
+        [
+            "Rob, Hi",
+            "Rob, Zoe",
+            "dock",
+            "wave",
+            "greet the visitors; -4, -4; sing",
+            "greet the visitors; -4, -4; wave",
+            "",
+        ]
+    )
+    told: list[str] = []
+    options = argparse.Namespace(folder=tmp_path / "hall", robots=None, skill=None, task=None, demo=False)
+    assert run(options, Console(lambda _question: next(answers), told.append)) == 0
+    assert sum(text.startswith("  ") for text in told) == 3
+    assert "nobody can 'sing'; write one of wait, water, dock, turn, forward, wave" in "".join(told)
+    settings = load_settings(tmp_path / "hall" / "hvcpd.yaml", environment={})
+    assert settings.names == ("Rob", "Zoe")
+    (task,) = load_tasks(settings.tasks).tasks
+    assert task.actions == (GoTo(Place(-4.0, -4.0)), Use("wave"))
+
+
+def test_the_usual_deed_is_to_wait() -> None:
+    task = read_task("count the empty chairs", [], [])
+    assert (task.place, task.deed, task.amount) == (None, "wait", 5.0)
+    assert read_task("count the empty chairs; 1, .5", [], []).place == (1.0, 0.5)
+    assert Wait(5.0) == Wait(task.amount or 0.0)
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        ("chairs", "2 to 8 words"),
+        ("count the empty chairs; 1", "write x and y in metres"),
+        ("count the empty chairs; 1, 99", "too far"),
+        ("count the empty chairs; 1, x", "'x' is no number"),
+        ("count the empty chairs; pour", "'pour' is told a number; write pour 5 (litres)"),
+        ("count the empty chairs; dock 3", "'dock' is told nothing; write dock"),
+        ("count the empty chairs; wait inf", "no number"),
+        ("count the empty chairs; wait 5; wait 6", "is too much"),
+    ],
+)
+def test_a_task_that_is_written_wrong_has_its_remedy(text: str, said: str) -> None:
+    with pytest.raises(ConfigError) as error:
+        read_task(text, [SkillAnswer("pour", "litres")], [])
+    assert said in str(error.value)
+
+
+def test_names_and_skills_are_checked_at_once() -> None:
+    for wrong in ("", "Rob, Rob", "R2-D2", "Hi"):
+        with pytest.raises(ConfigError):
+            read_robots(wrong)
+    for wrong in ("Pour", "wait seconds", "pour Litres"):
+        with pytest.raises(ConfigError):
+            read_skill(wrong)

@@ -1,0 +1,85 @@
+"""What is wrong with a robot's skills is told before any device opens: once, with its line and its remedy."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from hvcpd.config.settings import load_with_sources
+from hvcpd.config.task_file import load_tasks
+from hvcpd.control.cli import main
+from hvcpd.skills.checks import faults
+
+BOARD = """
+skills:
+  pour: {parameters: {litres: {least: 0.1, most: 2}, what: {type: text, default: rose}}}
+  grip: {parameters: {angle_deg: {least: -20, most: 60}, free: {default: 0}}}
+tasks:
+- {number: 1, name: water the green rose, actions: [{pour: {litres: 0.5}}]}
+"""
+
+
+def told(folder: Path, *skills: str, more: str = "") -> list[str]:
+    (folder / "tasks.yaml").write_text(BOARD)
+    lines = "".join(f"  {skill}\n" for skill in skills)
+    (folder / "hvcpd.yaml").write_text(f"name: Rob\ntasks: tasks.yaml\n{more}skills:\n{lines}")
+    loaded = load_with_sources(folder / "hvcpd.yaml", environment={})
+    found = faults(loaded.settings, load_tasks(loaded.settings.tasks), skill_places=loaded.skill_places)
+    return [text.removeprefix(f"{folder}/") for text in found]
+
+
+@pytest.mark.parametrize(
+    ("skill", "text"),
+    [
+        ("por: {run: [sh]}", "skills.por: the task file declares no such skill; did you mean 'pour'?"),
+        ('pour: {run: [sh, "{litre}"]}', "skills.pour: it has no parameter 'litre'; did you mean 'litres'?"),
+        ("pour: {run: [no-such-program]}", "skills.pour: there is no program 'no-such-program'; install it, or give"),
+        ("pour: {run: [./hvcpd.yaml]}", "hvcpd.yaml is no program that may be run; `chmod +x` it"),
+        ("pour: {gpio: {pin: 17, amount: what}}", "skills.pour.gpio: amount: 'what' is no number that it is told"),
+        ("pour: {gpio: {pin: 17, amount: litres, empty_pin: 17}}", "skills.pour.gpio: skill 'pour' has pin 17 already"),
+        ("grip: {joint: {id: 2}}", "skills.grip.joint: the right wheel has ID 2 already; give each motor its own"),
+        (
+            "grip: {joint: {id: 3, most_deg: 50}}",
+            "the task file allows -20 to 60 for 'angle_deg', and this joint turns",
+        ),
+        ("grip: {joint: {id: 3, angle: free}}", "the task file allows -inf to inf for 'free', and this joint turns"),
+        (
+            'grip: {ros: {action: grip, type: a_msgs/Grip, goal: {a: [{b: "{angle}"}]}}}',
+            "skills.grip: it has no parameter 'angle'; did you mean 'angle_deg'?",
+        ),
+    ],
+)
+def test_each_fault_has_its_line_and_its_remedy(tmp_path: Path, skill: str, text: str) -> None:
+    (found,) = told(tmp_path, skill)
+    assert found.startswith("hvcpd.yaml:4: ")
+    assert text in found
+
+
+def test_joints_need_the_wheels_bus(tmp_path: Path) -> None:
+    (found,) = told(tmp_path, "grip: {joint: {id: 3}}", more="wheels: {driver: none}\n")
+    assert found.endswith("it is on the wheels' bus, and wheels.driver is none; set that to xl430 or auto")
+
+
+def test_what_is_right_is_not_told(tmp_path: Path) -> None:
+    pour = "pour: {gpio: {pin: 17, amount: litres, empty_pin: 27}}"
+    assert told(tmp_path, pour, "grip: {joint: {id: 3}}") == []
+
+
+@pytest.mark.parametrize(
+    ("joint", "text"),
+    [
+        ("{id: 3, least_deg: 20, most_deg: 10}", "least_deg 20 is not below most_deg 10"),
+        ("{id: 3, zero_deg: 30}", "from zero_deg 30 the motor would leave its one turn"),
+        ("{id: 300}", "253"),
+    ],
+)
+def test_a_joint_that_cannot_be_is_told_with_its_line(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], joint: str, text: str
+) -> None:
+    (tmp_path / "tasks.yaml").write_text(BOARD)
+    (tmp_path / "hvcpd.yaml").write_text(f"name: Rob\ntasks: tasks.yaml\nskills:\n  grip: {{joint: {joint}}}\n")
+    assert main(["skills", "--check", "--config", str(tmp_path / "hvcpd.yaml")]) == 2
+    told = capsys.readouterr().err
+    assert "hvcpd.yaml:" in told
+    assert text in told or "252" in told
