@@ -247,7 +247,9 @@ def main(arguments: Sequence[str]) -> int:
         sys.stderr.write(f"deb: {error}\n")
         return 2
     except (subprocess.CalledProcessError, FileNotFoundError) as error:
-        sys.stderr.write(f"deb: {error}; are dpkg-deb and binutils of that architecture there, and is the package index reached?\n")
+        sys.stderr.write(
+            f"deb: {error}; are dpkg-deb and binutils of that architecture there, and is the package index reached?\n"
+        )
         return 1
     return 0
 

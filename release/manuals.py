@@ -39,14 +39,20 @@ def command_page(parser: argparse.ArgumentParser, see_also: str) -> str:
     name, says = parser.prog, parser.description or ""
     lines = [_title(name, 1), ".SH NAME", f"{name} \\- {_quoted(says.rstrip('.'))}", ".SH SYNOPSIS", *_usage(parser)]
     lines += [".SH DESCRIPTION", *_text(says), ".SH OPTIONS", *_options(parser)]
+    commands = list(_commands(parser, ""))
+    lines += [".SH COMMANDS", *commands] if commands else []
+    return _page([*lines, ".SH EXIT STATUS AND NOTES", *_text(parser.epilog or "")], see_also)
+
+
+def _commands(parser: argparse.ArgumentParser, before: str) -> Iterator[str]:
+    """Its commands, each with its options, and theirs."""
     for action in parser._actions:
         if isinstance(action, argparse._SubParsersAction):
-            lines.append(".SH COMMANDS")
             helps = {choice.dest: choice.help or "" for choice in action._choices_actions}
             for command, sub in action.choices.items():
-                lines += [f".SS {_quoted(command)}", *_text(helps.get(command, "")), *_usage(sub), *_options(sub)]
-                lines += _text(sub.epilog or "")
-    return _page([*lines, ".SH EXIT STATUS AND NOTES", *_text(parser.epilog or "")], see_also)
+                yield f".SS {_quoted(before + command)}"
+                yield from (*_text(helps.get(command, "")), *_usage(sub), *_options(sub), *_text(sub.epilog or ""))
+                yield from _commands(sub, f"{before}{command} ")
 
 
 def settings_page(example: str) -> str:

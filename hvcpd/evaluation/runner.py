@@ -16,8 +16,8 @@ from hvcpd.evaluation.trials import Row, Trial
 LOST = "the workers were lost; what is finished is kept, and the same command goes on from there once they are back"
 Run = Callable[[Trial], Row]
 WITHOUT_DASK = (
-    f"several processes need dask.distributed: {how_to_install("'dask[distributed]'")}; or run in one with --jobs 1 "
-    "and no --scheduler"
+    f"several processes need dask.distributed: {how_to_install('dask distributed')}; "
+    "or run in one with --jobs 1 and no --scheduler"
 )
 
 

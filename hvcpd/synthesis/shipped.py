@@ -33,7 +33,7 @@ Steps = NDArray[np.int16]
 
 def in_steps(unit: Samples) -> Steps:
     """Return a unit, shape (n,), in whole steps; what is beyond 2 is cut off."""
-    return np.clip(np.rint(unit * STEPS), -32_768, 32_767).astype(np.int16)
+    return np.asarray(np.clip(np.rint(unit * STEPS), -32_768, 32_767), np.int16)
 
 
 def from_steps(steps: Steps) -> Samples:

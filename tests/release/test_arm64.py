@@ -1,4 +1,4 @@
-"""The package for a Raspberry Pi, run here: its own Python and libraries under qemu-user, beside fakes of this computer."""
+"""The package for a Raspberry Pi, run here: its own Python and libraries under qemu-user, beside fakes."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ SENTENCE = "Hi Rob, I am Bot, water the yellow rose"
 BAUD = 115_200
 """qemu-user knows no baud rate above: of a pseudo-terminal none means anything."""
 PATIENCE_S = 600.0
-ONE_TASK = "tasks:\n  - {number: 1, name: water the yellow rose, actions: [move: 0.2, wait: 1]}\n"
+ONE_TASK = "tasks:\n  - {number: 1, name: water the yellow rose, actions: [forward: 0.2, wait: 1]}\n"
 
 
 @pytest.fixture(scope="session")
@@ -90,7 +90,7 @@ def test_the_check_finds_all_but_a_sound_card(pi: Path, tmp_path: Path) -> None:
 
 def test_motors_turn_at_the_end_of_a_serial_line(pi: Path, tmp_path: Path) -> None:
     with fake_motors() as port:
-        told = ran(pi, "hvcpctl", "drive", "move", "0.1", "--config", settings(tmp_path, port))
+        told = ran(pi, "hvcpctl", "drive", "forward", "0.1", "--config", settings(tmp_path, port))
     assert "0.1" in told
 
 

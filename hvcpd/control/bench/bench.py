@@ -18,6 +18,7 @@ PATIENCE_S = 600.0
 MOST_LOAD = 0.8
 """Of one core in its busiest second of speech; sound cards and wheels need some too, as `hvcpctl doctor` has it."""
 
+
 class BenchError(HvcpdError):
     """A piece of work did not end well; the text has its last words."""
 
