@@ -9,7 +9,7 @@ export OPENBLAS_NUM_THREADS ?= 1
 # Where no bytecode is kept, every process compiles hvcpd, and every test run all tests, anew.
 unexport PYTHONDONTWRITEBYTECODE
 
-.PHONY: demo test check slow setup setup-dev deb sbom lock clean
+.PHONY: demo test test-arm64 check slow setup setup-dev deb wheel sbom lock clean
 
 demo: setup  ## two robots share out the watering, out loud
 	$(VENV)/bin/hvcpctl simulate --seed $(SEED) --tank 2 --report $(OUT)
@@ -58,6 +58,12 @@ $(VENV)/.dev-is-set-up: requirements/dev.txt pyproject.toml | $(VENV)/bin/pip
 # For a Raspberry Pi: make deb FOR="--architecture arm64 --python 3.11" (3.13 from Debian 13 on).
 deb: setup-dev  ## the Debian package, in dist/
 	$(VENV)/bin/python -m release.deb $(FOR)
+
+wheel: setup-dev  ## the wheel for pipx and the source archive, in dist/
+	$(VENV)/bin/python -m release.wheel
+
+test-arm64: setup-dev  ## the package for a Raspberry Pi, run here under qemu-user
+	$(VENV)/bin/python -m pytest -m arm64 -n 0 tests/release/test_arm64.py
 
 sbom: setup-dev  ## the software bill of materials, CycloneDX
 	mkdir -p dist

@@ -128,6 +128,22 @@ class KeyFileError(HvcpdError):
     exit_status = EX_CONFIG
 
 
+DEBIAN_FOLDER = "/usr/lib/hvcpd/"
+"""Where the Debian package has hvcpd; its Python sees Debian's packages, and no pip puts anything there."""
+
+
+def how_to_install(packages: str, debian: str | None = None, here: str = __file__) -> str:
+    """Return the command that installs what is missing: `packages` of PyPI or, where the Debian package runs, `debian`.
+
+    None: Debian has none that fits hvcpd's own libraries.
+    """
+    if not here.startswith(DEBIAN_FOLDER):
+        return f"pip install {packages}"
+    if debian is not None:
+        return f"sudo apt install {debian}"
+    return f"the Debian package has no room for it; install hvcpd by pipx (docs/install.md), then {packages} beside it"
+
+
 def nearest(wrong: str, known: Iterable[str]) -> str | None:
     """The known word that was probably meant; case, and hyphens for underscores, do not count. None if none is near."""
     folded = {name.casefold().replace("-", "_"): name for name in known}

@@ -18,10 +18,16 @@ import sys
 import tempfile
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
+from email.utils import formatdate
 from pathlib import Path
 
 from hvcpd import __version__
+from hvcpd.cli import make_parser as make_hvcpd
+from hvcpd.control.cli import make_parser as make_hvcpctl
+from hvcpd.control.completion import completion_of
 from release.lock import GLIBC, MACHINES, Locked, LockError, Target, needed, read_lock
+from release.manuals import put_manuals
+from release.words import default_words, write_words
 
 REPOSITORY = Path(__file__).parents[1]
 TEMPLATES = Path(__file__).parent / "debian"
@@ -30,8 +36,19 @@ DOCUMENTS = Path("usr/share/doc/hvcpd")
 MAINTAINER = "hvcpd maintainers <maintainers@hvcpd.invalid>"
 """There is no mailing list; whoever hands the package on puts a name with DEBFULLNAME and DEBEMAIL."""
 
-BUILD_TOOLS = frozenset({"setuptools"})
-"""In the lock because `pip install .` runs it; nothing that runs imports it."""
+LEFT_OUT = frozenset({"setuptools", "pygments", "markdown-it-py", "mdurl", "tzdata"})
+"""In the lock and not in the package: what only `pip install .` runs; what rich needs to show source code and Markdown,
+which nobody asks of it; and the time zones, which Debian has itself."""
+UNUSED = ("numpy/f2py", "numpy/_core/include", "numpy/_core/lib", "**/*.pyi")
+"""Parts of wheels for who compiles, and for who checks types."""
+STRIP = {"amd64": "x86_64-linux-gnu-strip", "arm64": "aarch64-linux-gnu-strip"}
+"""Of Debian's binutils for each architecture."""
+SHIPPED = "hvcpd/synthesis/shipped"
+SHELLS = {
+    "bash": "usr/share/bash-completion/completions/{command}",
+    "zsh": "usr/share/zsh/vendor-completions/_{command}",
+    "fish": "usr/share/fish/vendor_completions.d/{command}.fish",
+}
 
 FILES = {
     "etc/hvcpd.yaml": "etc/hvcpd/hvcpd.yaml",
@@ -45,7 +62,8 @@ FILES = {
     "systemd/60-hvcpd.rules": "usr/lib/udev/rules.d/60-hvcpd.rules",
     "README.md": "usr/share/doc/hvcpd/README.md",
     "docs/install.md": "usr/share/doc/hvcpd/install.md",
-    "CHANGELOG.md": "usr/share/doc/hvcpd/changelog",
+    "CHANGELOG.md": "usr/share/doc/hvcpd/CHANGELOG.md",
+    "release/debian/lintian-overrides": "usr/share/lintian/overrides/hvcpd",
     "release/debian/copyright": "usr/share/doc/hvcpd/copyright",
 }
 """Destination of each file of the repository; those under etc/ are conffiles: what a person changed there stays."""
@@ -68,15 +86,18 @@ def build(target: Target, output: Path, version: str = __version__) -> Path:
     full_version = f"{version}+py{target.python.replace('.', '')}"
     with tempfile.TemporaryDirectory(prefix="hvcpd-deb-") as scratch:
         root = Path(scratch) / "root"
-        wanted = [locked for locked in needed(read_lock(), target) if locked.name not in BUILD_TOOLS]
+        wanted = [locked for locked in needed(read_lock(), target) if locked.name not in LEFT_OUT]
         _put_libraries(root / LIBRARIES, wanted, target)
-        _put_files(root)
+        _strip(root / LIBRARIES, target)
+        _put_files(root, full_version)
+        put_manuals(root / "usr/share/man")
+        put_completions(root)
         write_bill_of_materials(wanted, root / DOCUMENTS / "sbom.cdx.json")
         _put_control(root, target, full_version)
         _set_modes(root)
         output.mkdir(parents=True, exist_ok=True)
         package = output / f"hvcpd_{full_version}_{target.architecture}.deb"
-        _run("dpkg-deb", "--root-owner-group", "-Zzstd", "--build", str(root), str(package))
+        _run("dpkg-deb", "--root-owner-group", "-Zxz", "--build", str(root), str(package))
     return package
 
 
@@ -86,7 +107,14 @@ def _put_libraries(folder: Path, wanted: Sequence[Locked], target: Target) -> No
     install_wheels(wanted, target, folder)
     for name in ("hvcpd", "hil_fakes"):
         shutil.copytree(REPOSITORY / name, folder / name)
-    shutil.rmtree(folder / "bin", ignore_errors=True)
+    shutil.rmtree(folder / SHIPPED, ignore_errors=True)
+    write_words(default_words(), folder / SHIPPED)
+    for unused in ("bin", *UNUSED):
+        for path in folder.glob(unused):
+            if path.is_dir():
+                shutil.rmtree(path)
+            else:
+                path.unlink()
     for leftover in [path for name in ("tests", "__pycache__") for path in folder.rglob(name) if path.is_dir()]:
         shutil.rmtree(leftover, ignore_errors=True)  # one may lie in another
 
@@ -119,27 +147,56 @@ def _requirements(wanted: Sequence[Locked]) -> Iterator[str]:
         yield file.name
 
 
-def _put_files(root: Path) -> None:
+def _put_files(root: Path, version: str) -> None:
     for source, destination in FILES.items():
         path = root / destination
         path.parent.mkdir(parents=True, exist_ok=True)
         shutil.copyfile(REPOSITORY / source, path)
-    _run("gzip", "--best", "--no-name", str(root / DOCUMENTS / "changelog"))
+    changes = (REPOSITORY / "CHANGELOG.md").stat().st_mtime
+    (root / DOCUMENTS / "changelog").write_text(debian_changelog(version, maintainer(), changes), encoding="utf-8")
+    for name in ("changelog", "CHANGELOG.md"):
+        _run("gzip", "--best", "--no-name", str(root / DOCUMENTS / name))
     (root / "usr/bin").mkdir(parents=True)
     launcher = (TEMPLATES / "launcher").read_text()
     for command, module in COMMANDS.items():
         (root / "usr/bin" / command).write_text(launcher.format(command=command, module=module))
 
 
+def maintainer() -> str:
+    """Who hands the package on."""
+    name, mail = os.environ.get("DEBFULLNAME"), os.environ.get("DEBEMAIL")
+    return f"{name} <{mail}>" if name and mail else MAINTAINER
+
+
+def debian_changelog(version: str, who: str, changed_s: float) -> str:
+    """Return what Debian's tools read of a version whose changes were last written at `changed_s`, s since 1970."""
+    day = formatdate(changed_s)
+    return f"hvcpd ({version}) stable; urgency=medium\n\n  * See CHANGELOG.md beside this file.\n\n -- {who}  {day}\n"
+
+
+def put_completions(root: Path) -> None:
+    """Write what each shell completes both commands by. Raises OSError."""
+    for command, parser in (("hvcpd", make_hvcpd()), ("hvcpctl", make_hvcpctl())):
+        for shell, place in SHELLS.items():
+            path = root / place.format(command=command)
+            path.parent.mkdir(parents=True, exist_ok=True)
+            path.write_text(completion_of(parser, shell), encoding="utf-8")
+
+
+def _strip(folder: Path, target: Target) -> None:
+    """Leave out what only a debugger reads of compiled modules. Raises FileNotFoundError without the tool."""
+    modules = [str(path) for path in sorted(folder.rglob("*.so*")) if path.is_file()]
+    _run(STRIP[target.architecture], "--strip-unneeded", *modules)
+
+
 def _put_control(root: Path, target: Target, version: str) -> None:
     control = root / "DEBIAN"
     control.mkdir()
     major, minor = target.python.split(".")
-    name, mail = os.environ.get("DEBFULLNAME"), os.environ.get("DEBEMAIL")
     fields = {
         "version": version,
         "architecture": target.architecture,
-        "maintainer": f"{name} <{mail}>" if name and mail else MAINTAINER,
+        "maintainer": maintainer(),
         "installed_kib": sum(path.stat().st_size for path in _files(root)) // 1024,
         "python": target.python,
         "next_python": f"{major}.{int(minor) + 1}",
@@ -190,7 +247,9 @@ def main(arguments: Sequence[str]) -> int:
         sys.stderr.write(f"deb: {error}\n")
         return 2
     except (subprocess.CalledProcessError, FileNotFoundError) as error:
-        sys.stderr.write(f"deb: {error}; is dpkg-deb there, and is the package index reached?\n")
+        sys.stderr.write(
+            f"deb: {error}; are dpkg-deb and binutils of that architecture there, and is the package index reached?\n"
+        )
         return 1
     return 0
 

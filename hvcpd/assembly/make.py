@@ -13,7 +13,7 @@ from hvcpd.assembly.sound import make_phrasebook as make_phrasebook
 from hvcpd.assembly.sound import make_sound as make_sound
 from hvcpd.assembly.sound import user_cache_folder as user_cache_folder
 from hvcpd.config.settings import DEFAULT_TEAMS as DEFAULT_TEAMS
-from hvcpd.config.tasks import Place, TaskRepository
+from hvcpd.config.tasks import Place
 from hvcpd.coordination.actions import SLOW_STRETCH, Timing
 from hvcpd.coordination.coordination import Coordination
 from hvcpd.hardware.kinematics import Odometry

@@ -9,6 +9,7 @@ from __future__ import annotations
 import os
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from functools import lru_cache
 from pathlib import Path
 
 from hvcpd.config.tasks import TaskRepository
@@ -62,12 +63,16 @@ def user_cache_folder() -> Path | None:
         return None
 
 
+_phrasebook = lru_cache(1)(Phrasebook)
+"""A start asks for the same one five times."""
+
+
 def make_phrasebook(
     names: Sequence[str], teams: Iterable[str], tasks: TaskRepository, sealed: bool = False, encrypted: bool = False
 ) -> Phrasebook:
     """The phrasebook of a team, `sealed` if it has a key, `encrypted` if it hides what it says. Raises PhraseError when
     its words clash."""
-    return Phrasebook(
+    return _phrasebook(
         Vocabulary(
             names=tuple(dict.fromkeys(names)),
             teams=tuple(dict.fromkeys(team.lower() for team in teams)),

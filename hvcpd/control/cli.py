@@ -11,6 +11,7 @@ from typing import TypeAlias
 
 from hvcpd import __version__
 from hvcpd.config.command_line import Parser, complain, let_go, output_fault, replace_closed_streams, with_examples
+from hvcpd.control.bench.bench_parser import add_bench
 from hvcpd.control.doctor.doctor_parser import add_calibrate, add_doctor
 from hvcpd.control.drive.drive_parser import add_drive
 from hvcpd.control.enrol.enrol_parser import add_enrol
@@ -112,6 +113,7 @@ def make_parser() -> argparse.ArgumentParser:
     add_drive(commands, _lazy("drive.drive"))
     add_doctor(commands, _lazy("doctor.doctor"))
     add_calibrate(commands, _lazy("doctor.calibrate"))
+    add_bench(commands, _lazy("bench.bench"))
     add_ros(commands, _lazy("live.ros"))
     add_skills(commands, _lazy("live.skills"))
     add_evaluate(commands, _lazy("simulate.evaluate"), _seed)

@@ -13,10 +13,14 @@ from hvcpd.errors import EX_OK
 
 def run(options: argparse.Namespace) -> int:
     """Print the completion for a shell."""
-    parser = make_parser()
-    _offer_files(parser)
-    sys.stdout.write(shtab.complete(parser, options.shell) + "\n")
+    sys.stdout.write(completion_of(make_parser(), options.shell))
     return EX_OK
+
+
+def completion_of(parser: argparse.ArgumentParser, shell: str) -> str:
+    """Return the completion of a command for a shell: bash, zsh or fish."""
+    _offer_files(parser)
+    return f"{shtab.complete(parser, shell)}\n"
 
 
 def _offer_files(parser: argparse.ArgumentParser) -> None:

@@ -10,13 +10,14 @@ from contextlib import ExitStack, contextmanager
 from pathlib import Path
 from typing import Any
 
-from hvcpd.errors import ConfigError
+from hvcpd.errors import ConfigError, how_to_install
 from hvcpd.evaluation.trials import Row, Trial
 
 LOST = "the workers were lost; what is finished is kept, and the same command goes on from there once they are back"
 Run = Callable[[Trial], Row]
 WITHOUT_DASK = (
-    "several processes need dask.distributed: pip install 'hvcpd[eval]', or run in one with --jobs 1 and no --scheduler"
+    f"several processes need dask.distributed: {how_to_install('dask distributed')}; "
+    "or run in one with --jobs 1 and no --scheduler"
 )
 
 

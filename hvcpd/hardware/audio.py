@@ -16,7 +16,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Literal
 
-from hvcpd.errors import DeviceError
+from hvcpd.errors import DeviceError, how_to_install
 
 Direction = Literal["input", "output"]
 
@@ -52,7 +52,9 @@ def load_backend() -> Any:
         # Its farewell waits for streams; one that hangs would keep the process from ending. The kernel closes all.
         atexit.unregister(sounddevice._exit_handler)
     except ImportError as error:
-        raise DeviceError(f"the Python package sounddevice is missing ({error}); `pip install sounddevice`") from error
+        raise DeviceError(
+            f"the Python package sounddevice is missing ({error}); `{how_to_install('sounddevice')}`"
+        ) from error
     except OSError as error:  # sounddevice's way to say that the PortAudio library cannot be loaded
         raise DeviceError(f"the PortAudio library is missing ({error}); `apt install libportaudio2`") from error
     return sounddevice

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from hvcpd.errors import HvcpdError
+from hvcpd.errors import HvcpdError, how_to_install
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 from hvcpd.recognition.events import Event, Garbled, Held, Recognised, Released, Urgent
 from hvcpd.recognition.frontend import HOP_SAMPLES, WINDOW_SAMPLES, power_weights
@@ -101,7 +101,7 @@ def hearing_png(sound: Samples, events: Sequence[Event], title: str) -> bytes:
     try:
         from matplotlib.figure import Figure
     except ImportError as error:
-        raise PlotError("--plot needs matplotlib, which is missing; run `pip install 'hvcpd[eval]'`") from error
+        raise PlotError(f"--plot needs matplotlib, which is missing: {how_to_install('matplotlib')}") from error
     length_s = len(sound) / SAMPLE_RATE_HZ
     width = float(np.clip(INCHES_A_SECOND * length_s + 1.2, *WIDTH_INCHES))
     figure = Figure(figsize=(width, HEIGHT_INCHES), dpi=DOTS_AN_INCH, layout="constrained", facecolor="white")

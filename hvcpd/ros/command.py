@@ -14,7 +14,7 @@ from pathlib import Path
 from types import FrameType
 from typing import Any, Literal
 
-from hvcpd.errors import ConfigError, NotDoneError, NotRunningError
+from hvcpd.errors import ConfigError, NotDoneError, NotRunningError, how_to_install
 from hvcpd.ros.bridge import Bridge
 from hvcpd.ros.link import DaemonLink
 from hvcpd.ros.master import master_pid, master_uri
@@ -53,7 +53,8 @@ def choose_ros(wanted: str | None, environment: Mapping[str, str] = os.environ) 
     if find_spec("rclpy") is not None or find_spec("cyclonedds") is not None:
         return "ros2"
     raise ConfigError(
-        "no ROS is here: install python3-rospy (ROS 1), source the setup.bash of a ROS 2, or `pip install hvcpd[ros2]`"
+        "no ROS is here: sudo apt install python3-rospy (ROS 1), or source the setup.bash of a ROS 2, or "
+        f"{how_to_install('cyclonedds')}"
     )
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from importlib.util import find_spec
 
-from hvcpd.errors import ConfigError
+from hvcpd.errors import ConfigError, how_to_install
 from hvcpd.ros.port import Report, RosPort, Wanted
 
 
@@ -18,4 +18,4 @@ def make_ros2_port(wanted: Wanted, report: Report) -> RosPort:
         from hvcpd.ros.ros2_dds import DdsPort
 
         return DdsPort(wanted, report)
-    raise ConfigError("no ROS 2 is here: source its setup.bash, or `pip install 'hvcpd[ros2]'`")
+    raise ConfigError(f"no ROS 2 is here: source its setup.bash, or {how_to_install('cyclonedds')}")

@@ -8,7 +8,7 @@ from contextlib import suppress
 from typing import Any
 
 from hvcpd.config.skill_settings import PinSettings
-from hvcpd.errors import DeviceError
+from hvcpd.errors import DeviceError, how_to_install
 from hvcpd.skills.life import Call
 from hvcpd.skills.runners import FailedError, Tell
 
@@ -32,7 +32,8 @@ class Pin:
             from gpiozero import Button, DigitalOutputDevice
             from gpiozero.exc import GPIOZeroError
         except ImportError:
-            raise DeviceError("gpiozero is not installed; run `pip install 'hvcpd[gpio]'`") from None
+            remedy = how_to_install("gpiozero lgpio", "python3-gpiozero python3-lgpio")
+            raise DeviceError(f"gpiozero is not installed; run `{remedy}`") from None
         number, empty, high = settings.pin, settings.empty_pin, settings.active_high
         try:
             self._device = DigitalOutputDevice(number, active_high=high, initial_value=False, pin_factory=pins)

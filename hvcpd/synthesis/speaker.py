@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from enum import Enum
 from functools import lru_cache
@@ -17,7 +17,8 @@ from hvcpd.synthesis.homographs import Place, place_in
 from hvcpd.synthesis.klatt import synthesize
 from hvcpd.synthesis.leveling import audible, fade, level_gain, leveled
 from hvcpd.synthesis.lexicon import Lexicon
-from hvcpd.synthesis.unit_cache import UnitCache
+from hvcpd.synthesis.shipped import from_steps, in_steps
+from hvcpd.synthesis.unit_cache import UnitCache, key_of
 from hvcpd.synthesis.voices import Voice
 
 PAUSE_S = 0.14
@@ -103,11 +104,21 @@ class Speaker:
 
         def fresh() -> Samples:
             controls = controls_for(phones, self.voice, position is UnitPosition.FINAL, pitch)
-            return fade(leveled(synthesize(controls)), OVERLAP_S)
+            return from_steps(in_steps(fade(leveled(synthesize(controls)), OVERLAP_S)))
 
         if self._cache is None:
             return fresh()
-        return self._cache.get((phones, self.voice, position.value, pitch), fresh)
+        return self._cache.get(self._content(phones, position, pitch), fresh)
+
+    def keyed(self, word: str, pitch: float = 1.0) -> Iterator[tuple[str, Samples]]:
+        """Yield each rendering of a word at that pitch under its key in a unit cache."""
+        for phones in self._lexicon.spoken(word):
+            for position in UnitPosition:
+                yield key_of(self._content(phones, position, pitch)), self._make(phones, position, pitch)
+
+    def _content(self, phones: Pronunciation, position: UnitPosition, pitch: float) -> tuple[object, ...]:
+        """All that makes a unit what it is, beside the synthesizer's source."""
+        return phones, self.voice, position.value, pitch
 
     def templates(self, word: str) -> list[Samples]:
         """Return the renderings of a word that `render` uses, medial and final, at the voice's own pitch: shape (n,)

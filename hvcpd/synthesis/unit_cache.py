@@ -11,6 +11,7 @@ from pathlib import Path
 import numpy as np
 
 from hvcpd.ports import Samples
+from hvcpd.synthesis.shipped import ShippedUnits
 
 
 @lru_cache(maxsize=1)
@@ -18,6 +19,11 @@ def recipe() -> str:
     """A digest of the synthesizer's own source: units that an older one rendered are not found any more."""
     sources = sorted(Path(__file__).parent.glob("*.py"))
     return hashlib.sha256(b"".join(source.read_bytes() for source in sources)).hexdigest()
+
+
+def key_of(content: object) -> str:
+    """Return the name of the unit of that content, which must have a stable repr."""
+    return hashlib.sha256(f"{recipe()} {content!r}".encode()).hexdigest()[:32]
 
 
 DAY_S = 86_400.0
@@ -35,10 +41,14 @@ LITTLE_ENDIAN = np.dtype("<f4")
 
 
 class UnitCache:
-    """A folder of small files. A file that cannot be read or written costs time, never an utterance."""
+    """A folder of small files, filled from what the package ships or else by rendering.
 
-    def __init__(self, folder: Path) -> None:
+    A file that cannot be read or written costs time, never an utterance.
+    """
+
+    def __init__(self, folder: Path, shipped: ShippedUnits | None = None) -> None:
         self._folder = folder
+        self._shipped = shipped or ShippedUnits()
         self._needed: set[Path] | None = set()
         """Until `tidy`."""
 
@@ -49,6 +59,7 @@ class UnitCache:
         kept whatever its date, for a robot may have been switched off for months, or have no clock.
         """
         needed, self._needed = self._needed or set(), None
+        self._shipped.forget()
         try:
             for path in self._folder.iterdir():
                 age_s = now_s - path.stat().st_mtime
@@ -62,13 +73,16 @@ class UnitCache:
     def get(self, content: object, make: Callable[[], Samples]) -> Samples:
         """Return the unit of that content, shape (n,), float32, from the disk or made now; `content` must have a
         stable repr."""
-        path = self._folder / (hashlib.sha256(f"{recipe()} {content!r}".encode()).hexdigest()[:32] + SUFFIX)
+        key = key_of(content)
+        path = self._folder / (key + SUFFIX)
         if self._needed is not None:
             self._needed.add(path)
         found = _load(path)
         if found is not None:
             return found
-        unit = make()
+        unit = self._shipped.get(key)
+        if unit is None:
+            unit = make()
         try:
             self._folder.mkdir(parents=True, exist_ok=True)
             partial = path.with_suffix(".part")

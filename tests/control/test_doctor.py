@@ -13,6 +13,7 @@ from hil_fakes.dynamixel.motor import FakeXL430, turtlebot3_pair
 from hil_fakes.dynamixel.paced import PacedPort
 from hvcpd.control.cli import make_parser
 from hvcpd.control.doctor.doctor import run
+from hvcpd.control.doctor.doctor_board import Board
 from hvcpd.control.doctor.doctor_machine import Machine, look_at_service
 from hvcpd.control.doctor.doctor_sound import judge
 from hvcpd.control.doctor.self_hearing import SelfHearing
@@ -42,13 +43,18 @@ def machine(tmp_path: Path, systemctl: str | None = None, decoding_s: float = 0.
     return Machine(tmp_path / "dev", tmp_path / "temp", command, cpu_s=lambda: next(times), **more)
 
 
+def plain_board(tmp_path: Path) -> Board:
+    """No Raspberry Pi, and no sound card."""
+    return Board(tmp_path / "none", tmp_path / "none", tmp_path / "none", lambda _: None)
+
+
 def found(capsys: pytest.CaptureFixture[str]) -> dict[str, dict[str, Any]]:
     return {line["subject"]: line for line in map(json.loads, capsys.readouterr().out.splitlines())}
 
 
 @pytest.mark.slow
 def test_a_robot_that_is_well(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    assert run(options(tmp_path), EchoRoom().devices, machine(tmp_path)) == 0
+    assert run(options(tmp_path), EchoRoom().devices, machine(tmp_path), board=plain_board(tmp_path)) == 0
     told = found(capsys)
     assert told["loopback"]["grade"] == "ok"
     assert "understood 'Hi, I am Rob, I am free'" in told["loopback"]["text"]
@@ -118,7 +124,7 @@ def test_the_service_is_looked_at(tmp_path: Path, systemctl: str | None, grade: 
 def test_a_slow_processor_a_wrong_clock_and_missing_groups(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     ill = machine(tmp_path, decoding_s=30.0, wall_s=lambda: 0.0, may=lambda path, _: "snd" not in str(path))
     (tmp_path / "dev" / "snd" / "pcmC0D0c").touch()
-    assert run(options(tmp_path, "--only", "machine"), machine=ill) == 1
+    assert run(options(tmp_path, "--only", "machine"), machine=ill, board=plain_board(tmp_path)) == 1
     told = found(capsys)
     assert "too slow" in told["processor"]["text"]
     assert told["clock"]["grade"] == "note"

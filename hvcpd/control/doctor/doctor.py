@@ -6,9 +6,11 @@ import argparse
 import json
 import sys
 from collections.abc import Callable, Iterator
+from itertools import chain
 
 from hvcpd.config.settings import WheelSettings, load_settings
 from hvcpd.control.doctor.diagnosis import Diagnosis, Grade, fine, wrong
+from hvcpd.control.doctor.doctor_board import Board, look_at_board
 from hvcpd.control.doctor.doctor_machine import Machine, look_at_machine
 from hvcpd.control.doctor.doctor_sound import look_at_sound
 from hvcpd.control.simulate.team import Team, load_team
@@ -26,11 +28,12 @@ def run(
     devices: Devices | None = None,
     machine: Machine | None = None,
     make_port: MakePort = WaitingPort,
+    board: Board | None = None,
 ) -> int:
     """Look at everything, or at the subjects that were asked for; 0 only if nothing is wrong."""
     where = devices or Devices()
     subjects: dict[str, Callable[[Team], Iterator[Diagnosis]]] = {
-        "machine": lambda team: look_at_machine(team, machine or Machine()),
+        "machine": lambda team: chain(look_at_board(board or Board()), look_at_machine(team, machine or Machine())),
         "sound": lambda team: look_at_sound(team, where, aloud=not options.silent),
     }
     found: list[Diagnosis] = []

@@ -12,7 +12,7 @@ from secrets import token_urlsafe
 from typing import TYPE_CHECKING
 
 from hvcpd.control.live.daemon_client import find_daemon
-from hvcpd.errors import EX_OK, ConfigError, NotDoneError
+from hvcpd.errors import EX_OK, ConfigError, NotDoneError, how_to_install
 
 if TYPE_CHECKING:
     from starlette.types import ASGIApp
@@ -26,7 +26,7 @@ def run(options: argparse.Namespace) -> int:
     """Serve the page until interrupted."""
     missing = [name for name in NEEDED if find_spec(name) is None]
     if missing:
-        raise NotDoneError(f"the console needs {' and '.join(missing)}: pip install 'hvcpd[console]'")
+        raise NotDoneError(f"the console needs {' and '.join(missing)}: {how_to_install(' '.join(missing))}")
     from hvcpd.console.guard import KEY_BYTES, Door
     from hvcpd.console.serve import PageServer, is_loopback, open_file, open_port
 

@@ -41,6 +41,7 @@ def add_daemon_commands(commands: Commands, lazy: Callable[[str], Run]) -> None:
     _add(commands, "reload", "have a robot read its settings and tasks again", lazy("live.bid"))
     config = _add(commands, "config", "show each setting and where it comes from", lazy("live.show_config"))
     config.add_argument("--running", action="store_true", help="those of the running daemon, instead of a new one's")
+    config.add_argument("--example", action="store_true", help="print a commented settings file to begin with")
     config.add_argument("--changed", action="store_true", help="only those that are not the default")
 
 

@@ -9,6 +9,7 @@ from collections.abc import Iterable
 from contextlib import closing
 from typing import Any
 
+from hvcpd.config.example import commented_settings
 from hvcpd.config.settings import load_with_sources
 from hvcpd.config.sources import Sourced
 from hvcpd.control.live.daemon_client import find_daemon
@@ -16,7 +17,11 @@ from hvcpd.errors import EX_OK
 
 
 def run(options: argparse.Namespace) -> int:
-    """Print the settings that a daemon started now would have, or with --running those of the one that runs."""
+    """Print the settings that a daemon started now would have, with --running those of the one that runs, or with
+    --example a file of them to begin with."""
+    if options.example:
+        sys.stdout.write(commented_settings())
+        return EX_OK
     if options.running:
         with closing(find_daemon(options)) as daemon:
             settings: list[dict[str, Any]] = daemon.ask("config")["settings"]

@@ -10,7 +10,7 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from hvcpd.errors import EX_OK, AudioFileError, ConfigError, unwritable
+from hvcpd.errors import EX_OK, AudioFileError, ConfigError, how_to_install, unwritable
 from hvcpd.evaluation.experiments import ALL, experiment, missing
 from hvcpd.evaluation.report import plots_available, write_findings, write_page
 from hvcpd.evaluation.runner import KeptRows, Workers, sweep
@@ -20,7 +20,6 @@ if TYPE_CHECKING:
     from rich.progress import Progress
 
 INTERVALS = "Intervals are of 95 % (shares: Wilson; pivotal distances: profile likelihood)."
-INSTALL = "pip install 'hvcpd[eval]'"
 
 
 def run(options: argparse.Namespace) -> int:
@@ -42,7 +41,7 @@ def run(options: argparse.Namespace) -> int:
     for _, one in found:
         sys.stdout.write("\n".join((one.title, *(f"  {text}" for text in one.paragraphs), "")) + "\n")
     if not plots_available():
-        sys.stderr.write(f"hvcpctl: note: no plots without matplotlib ({INSTALL})\n")
+        sys.stderr.write(f"hvcpctl: note: no plots without matplotlib ({how_to_install('matplotlib')})\n")
     sys.stdout.write(f"Report: {page}; beside it a CSV and a plot of each experiment, and the rows of all trials.\n")
     return EX_OK
 
@@ -60,7 +59,7 @@ def _possible(names: Sequence[str], alone: bool) -> Sequence[str]:
     asked for."""
     lacking = {name: modules for name in names if (modules := missing(name))}
     for name, modules in lacking.items():
-        text = f"evaluate {name} needs {' and '.join(modules)}, not installed: {INSTALL}"
+        text = f"evaluate {name} needs {' and '.join(modules)}, not installed: {how_to_install(' '.join(modules))}"
         if alone:
             raise ConfigError(text)
         sys.stderr.write(f"hvcpctl: note: left out: {text}\n")

@@ -1,0 +1,90 @@
+"""What a robot's work costs a Raspberry Pi 3B+, estimated by counting instructions; the rows of `hvcpctl bench`.
+
+    python -m benchmarks.pi [--folder out/arm64] [--without-shipped]
+
+hvcpd's arm64 package runs under qemu-user with a plugin that counts (benchmarks/counting.c, built with cc), and this
+working copy likewise on x86-64. An ESTIMATE, within a factor of two, until `hvcpctl bench` has run on a Pi:
+
+    cycles = 1.0 integer + 1.0 branch + 1.5 load or store + 2.0 floating-point and vector;  1.4e9 cycles a second
+
+Two for vectors: the Cortex-A53's units are 64 bits wide, and an operation on 128 bits takes them twice (LLVM,
+llvm/lib/Target/AArch64/AArch64SchedA53.td). The others are chosen: its two instructions a cycle at best are taken to
+make up for caches that miss and operands that are late. The intervals are that factor, not a spread: a program's
+count is the same in each run but for some thousandths.
+"""
+
+from __future__ import annotations
+
+import argparse
+import shutil
+import subprocess
+import sys
+import tempfile
+from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hvcpd.control.bench.bench import ROWS, Row
+from release import arm64
+from release.deb import SHIPPED
+
+CYCLES = np.array([1.0, 1.0, 1.5, 2.0])
+CLOCK_HZ = 1.4e9
+"""Of the BCM2837B0 on the 3B+."""
+FACTOR = 2.0
+X86 = "qemu-x86_64"
+PLUGIN = Path(__file__).with_name("counting.c")
+PATIENCE_S = 3_600.0
+
+Counts = NDArray[np.float64]
+"""Instructions by kind, as `CYCLES` has them; of x86-64 all are of the first."""
+
+
+class Counted:
+    """A computer under qemu: `command` makes a program's command line of its arguments and of options for qemu."""
+
+    def __init__(
+        self, command: Callable[[Sequence[str], Sequence[str]], list[str]], plugin: Path, env: Mapping[str, str]
+    ) -> None:
+        self._command, self._plugin, self._env = command, plugin, env
+        self._folder = tempfile.TemporaryDirectory(prefix="hvcpd-pi-")
+
+    def row(self, row: Row) -> Counts:
+        """What a row of the table took; `row.times` is not applied."""
+        before = self._counts(row.work, 0) if row.alone else np.zeros(len(CYCLES))
+        return self._counts(row.work, row.amount) - before
+
+    def _counts(self, work: str, amount: int) -> Counts:
+        with tempfile.NamedTemporaryFile("r") as out:
+            program = ["-m", "hvcpd.control.bench.work", work, self._folder.name, str(amount)]
+            command = self._command(program, ["-plugin", str(self._plugin), "-d", "plugin", "-D", out.name])
+            subprocess.run(command, check=True, env=self._env, stdout=subprocess.DEVNULL, timeout=PATIENCE_S)
+            return np.array([float(count) for count in out.read().split()])
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--folder", type=Path, default=Path("out/arm64"), help="for the root of arm64")
+    parser.add_argument("--without-shipped", action="store_true", help="leave out the words that come with the package")
+    options = parser.parse_args()
+    root = arm64.make_root(options.folder)
+    arm64.put_hvcpd(root, options.folder)
+    if options.without_shipped:
+        shutil.rmtree(root / arm64.LIBRARIES / SHIPPED)
+    plugin = options.folder / "counting.so"
+    subprocess.run(["cc", "-O2", "-shared", "-fPIC", str(PLUGIN), "-o", str(plugin)], check=True)
+    pi = Counted(lambda program, more: arm64.command(root, program, more), plugin, arm64.environment(root))
+    here = {**arm64.environment(root), "PYTHONPATH": ""}  # this working copy, which renders all words itself
+    x86 = Counted(lambda program, more: [X86, *more, sys.executable, *program], plugin, here)
+    print(f"{'instructions / 1e9':<48}{'x86-64':>8}{'arm64':>8}   Pi 3B+, estimated within a factor of {FACTOR:g}")
+    for row in ROWS:
+        theirs, ours = x86.row(row).sum(), pi.row(row)
+        value = float(ours @ CYCLES) / CLOCK_HZ * row.times
+        span = f"{value:.2g} {row.unit} ({value / FACTOR:.2g} to {value * FACTOR:.2g})"
+        print(f"{row.text:<48}{theirs / 1e9:8.2f}{ours.sum() / 1e9:8.2f}   {span}", flush=True)
+
+
+if __name__ == "__main__":
+    main()

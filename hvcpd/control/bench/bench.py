@@ -1,0 +1,118 @@
+"""`hvcpctl bench`: what a robot's start, speaking and listening take on this computer."""
+
+from __future__ import annotations
+
+import argparse
+import json
+import subprocess
+import sys
+import tempfile
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+from hvcpd.errors import EX_FAILURE, EX_OK, HvcpdError
+
+PATIENCE_S = 600.0
+"""For one piece of work; a first start of ten seconds is some fifty on the oldest board that has 64 bits."""
+MOST_LOAD = 0.8
+"""Of one core in its busiest second of speech; sound cards and wheels need some too, as `hvcpctl doctor` has it."""
+
+
+class BenchError(HvcpdError):
+    """A piece of work did not end well; the text has its last words."""
+
+
+@dataclass(frozen=True)
+class Row:
+    """One line of the table: a piece of work, so much of it, and the figure that is made of it."""
+
+    text: str
+    work: str
+    amount: int
+    times: float = 1.0
+    """By this the difference to no work is multiplied."""
+    unit: str = "s"
+    alone: bool = True
+    """Whether what precedes the work does not count."""
+
+
+ROWS = (
+    Row("first start, to READY", "start", 1, alone=False),
+    Row("later starts, to READY", "start", 1, alone=False),
+    Row("one sentence, rendered anew", "say", 2, 1 / 2),
+    Row("waveforms of ten of a peer's words, beside that", "waveforms", 10),
+    Row("listening to quiet", "quiet", 20, 100 / 20, "% of a core"),
+    Row("listening to a peer, second looks too", "speech", 20, 100 / 20, "% of a core"),
+)
+"""In this order: the first start fills the cache of the others."""
+
+
+@dataclass(frozen=True)
+class Figure:
+    """What a row came to, in its unit; and the share of a core in the busiest second, of a row that listens."""
+
+    row: Row
+    value: float
+    busiest: float | None = None
+
+
+@dataclass(frozen=True)
+class Cost:
+    """Of one process: in seconds, or in what else is counted."""
+
+    amount: float
+    busiest: float | None = None
+
+
+Measure = Callable[[str, Path, int], Cost]
+"""Does that much of a work, which keeps its things in the folder."""
+
+
+def table(measure: Measure, folder: Path) -> Iterator[Figure]:
+    """Yield each row's figure as soon as it is known. Raises what `measure` raises."""
+    for row in ROWS:
+        before = measure(row.work, folder, 0).amount if row.alone else 0.0  # first, for it fills the cache
+        cost = measure(row.work, folder, row.amount)
+        yield Figure(row, (cost.amount - before) * row.times, cost.busiest)
+
+
+def seconds(work: str, folder: Path, amount: int) -> Cost:
+    """Return the processor time of a process that does the work. Raises BenchError."""
+    here = f"import sys; sys.path[:] = {sys.path!r}; from hvcpd.control.bench.work import main; "
+    command = [sys.executable, "-c", f"{here}sys.exit(main({[work, str(folder), str(amount)]!r}))"]
+    try:
+        done = subprocess.run(command, capture_output=True, text=True, check=True, timeout=PATIENCE_S)
+        told = json.loads(done.stdout.splitlines()[-1])
+    except (subprocess.SubprocessError, ValueError, IndexError) as error:
+        last = (getattr(error, "stderr", None) or str(error)).strip().splitlines()[-1:]
+        raise BenchError(f"{work}: {''.join(last)}") from error
+    return Cost(told["cpu_s"], told["busiest"])
+
+
+def run(options: argparse.Namespace) -> int:
+    """Print the table; 0 if the robot keeps real time here."""
+    busiest = 0.0
+    with tempfile.TemporaryDirectory(prefix="hvcpd-bench-") as folder:
+        for figure in table(seconds, Path(folder)):
+            sys.stdout.write(as_json(figure) if options.json else as_text(figure))
+            sys.stdout.flush()
+            busiest = max(busiest, figure.busiest or 0.0)
+    keeps = busiest <= MOST_LOAD
+    if options.json:
+        sys.stdout.write(json.dumps({"keeps_real_time": keeps, "busiest": round(busiest, 3)}) + "\n")
+    else:
+        verdict = "keeps real time" if keeps else "is too slow: stop other programs, or set fewer `names`"
+        sys.stdout.write(f"this computer {verdict}: the busiest second took {busiest:.0%} of one core\n")
+    return EX_OK if keeps else EX_FAILURE
+
+
+def as_text(figure: Figure) -> str:
+    """One line of the table."""
+    return f"{figure.row.text:<48}{figure.value:8.2f} {figure.row.unit}\n"
+
+
+def as_json(figure: Figure) -> str:
+    """The same as a JSON object."""
+    fields = {"what": figure.row.text, "value": round(figure.value, 3), "unit": figure.row.unit}
+    return json.dumps({**fields, "busiest": figure.busiest}) + "\n"

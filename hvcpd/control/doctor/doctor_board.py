@@ -1,0 +1,114 @@
+"""The doctor's look at the board: its supply, its system's width, and who has its sound cards."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+from hvcpd.control.doctor.diagnosis import Diagnosis, RunCommand, fine, note, run_command, wrong
+
+UNDERVOLTAGE, CAPPED, THROTTLED, SOFT_LIMIT = (1 << bit for bit in range(4))
+"""Of the firmware's word, that `vcgencmd get_throttled` prints too; 16 bits higher: since the start. Raspberry Pi
+documentation, "vcgencmd", get_throttled."""
+SINCE_START = 16
+DESKTOP_SOUND = frozenset({"pipewire", "pipewire-pulse", "pulseaudio", "wireplumber"})
+"""Sound servers of a desktop's session, which keep a card for whoever is logged in."""
+NARROW = {"armhf": "aarch64", "i386": "x86_64"}
+"""Debian's systems of 32 bits, and the kernel of 64 under which they run too."""
+
+
+@dataclass(frozen=True)
+class Board:
+    """Where the doctor looks; a test hands in others."""
+
+    throttled: Path = Path("/sys/devices/platform/soc/soc:firmware/get_throttled")
+    boot: Path = Path("/boot/firmware/config.txt")
+    proc: Path = Path("/proc")
+    run: RunCommand = run_command
+
+
+def look_at_board(board: Board) -> Iterator[Diagnosis]:
+    """Everything that is so on a Raspberry Pi and can be wrong there; on other computers only what they have too."""
+    yield from _look_at_supply(board)
+    yield from _look_at_width(board)
+    yield from _look_at_overlays(board)
+    yield from look_at_owners(board)
+
+
+def _look_at_supply(board: Board) -> Iterator[Diagnosis]:
+    try:
+        word = int(board.throttled.read_text(encoding="ascii"), 16)
+    except (OSError, ValueError):
+        return
+    now, since = word, word >> SINCE_START
+    if now & UNDERVOLTAGE:
+        yield wrong("supply", "the voltage is too low now: a stronger supply, a thicker and shorter cable", word=word)
+    elif since & UNDERVOLTAGE:
+        yield note("supply", "the voltage was too low since the start: a stronger supply, a thicker cable", word=word)
+    elif now & (CAPPED | THROTTLED | SOFT_LIMIT):
+        yield note("supply", "the processor is slowed down for its heat: give it air", word=word)
+    elif since & (CAPPED | THROTTLED | SOFT_LIMIT):
+        yield note("supply", "the processor was slowed down for its heat since the start: give it air", word=word)
+    else:
+        yield fine("supply", "the voltage never was too low since the start", word=word)
+
+
+def _look_at_width(board: Board) -> Iterator[Diagnosis]:
+    machine, system = (
+        (board.run(command) or "").strip() for command in (("uname", "-m"), ("dpkg", "--print-architecture"))
+    )
+    if system in NARROW and machine == NARROW[system]:
+        text = f"the kernel has 64 bits and the system 32 ({system}): libraries for 64 bits do not run in it"
+        yield wrong("system", f"{text}; write Raspberry Pi OS (64-bit) to the card")
+
+
+def _look_at_overlays(board: Board) -> Iterator[Diagnosis]:
+    """Whether a card that can record came up and, on a Raspberry Pi without one, what is asked for at its start."""
+    if list(board.proc.glob("asound/card*/pcm*c")):
+        return
+    try:
+        lines = board.boot.read_text(encoding="utf-8", errors="replace").splitlines()
+    except OSError:
+        return
+    wanted = [line.strip() for line in lines if re.match(r"\s*dtoverlay=(?!vc4-|dwc|disable-|miniuart)", line)]
+    if wanted:
+        text = f"{board.boot} asks for {', '.join(wanted)}, and no card that can record came of it"
+        yield wrong("overlay", f"{text}: look at `sudo dmesg`, seat the board, start the Pi anew")
+    else:
+        text = f"no card can record, and {board.boot} has no dtoverlay= for one"
+        yield wrong("overlay", f"{text}: plug in a USB microphone, or add the line that the sound board's maker names")
+
+
+def look_at_owners(board: Board) -> Iterator[Diagnosis]:
+    """Which other programs have sound cards open just now."""
+    for pid, cards in sorted(_owners(board.proc).items()):
+        try:
+            name = (board.proc / str(pid) / "comm").read_text(encoding="utf-8", errors="replace").strip()
+        except OSError:
+            continue  # it has ended meanwhile
+        text = f"{name} (process {pid}) has {', '.join(sorted(cards))}"
+        if name.startswith("hvcpd"):
+            yield fine("cards", text)
+        elif name in DESKTOP_SOUND:
+            remedy = "have nobody logged in at the desktop, or set audio.input_device and output_device to `pulse`"
+            yield note("cards", f"{text} for who is logged in: {remedy}")
+        else:
+            yield wrong("cards", f"{text}: end it, a card is one program's at a time")
+
+
+def _owners(proc: Path) -> Mapping[int, set[str]]:
+    """For each process that has a device of a sound card open, the cards: by the kernel's name, which does not change
+    with the order in which they were found."""
+    owners: dict[int, set[str]] = {}
+    for path in sorted(proc.glob("asound/card*/pcm*/sub*/status")):
+        try:
+            found = re.search(r"owner_pid\s*:\s*(\d+)", path.read_text(encoding="ascii", errors="replace"))
+            card = path.parents[2]
+            name = (card / "id").read_text(encoding="utf-8", errors="replace").strip()
+        except OSError:
+            continue
+        if found is not None:
+            owners.setdefault(int(found[1]), set()).add(name)
+    return owners

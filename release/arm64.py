@@ -1,0 +1,94 @@
+"""hvcpd as it is on a Raspberry Pi, run here: its Debian package and Debian's Python for arm64 under qemu-user.
+
+They are unpacked into a folder of their own; nothing is installed, and no root is needed. What is run there sees this
+computer's files and network, but Debian's arm64 libraries before the computer's own.
+"""
+
+from __future__ import annotations
+
+import os
+import shutil
+import subprocess
+import sys
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+
+from release.deb import build
+from release.lock import Target
+
+TARGET = Target("3.11", "arm64")
+"""Debian 12's Python, whose bytecode this computer's may be compiled for as well."""
+EMULATOR = "qemu-aarch64"
+PACKAGES = ("python3", "libportaudio2", "tzdata")
+"""What the package depends on and Debian has; their own dependencies come with them."""
+LIBRARIES = Path("usr/lib/hvcpd")
+
+
+class UnavailableError(Exception):
+    """Something that is needed for it is missing here; the text says what, and how to get it."""
+
+
+def make_root(folder: Path) -> Path:
+    """Return the root that was unpacked into `folder`, made now if it is not there.
+
+    Raises UnavailableError, or what `build` raises.
+    """
+    if shutil.which(EMULATOR) is None:
+        raise UnavailableError(f"{EMULATOR} is missing: apt install qemu-user")
+    root = folder / "root"
+    done = folder / "done"
+    if not done.exists():
+        shutil.rmtree(root, ignore_errors=True)
+        root.mkdir(parents=True)
+        for package in _debian_packages(folder):
+            _unpack(package, root)
+        done.touch()
+    return root
+
+
+def put_hvcpd(root: Path, folder: Path) -> None:
+    """Build hvcpd's package in `folder` and unpack it into the root, in place of one that is there."""
+    shutil.rmtree(root / LIBRARIES, ignore_errors=True)
+    _unpack(build(TARGET, folder), root)
+    subprocess.run([sys.executable, "-m", "compileall", "-q", str(root / LIBRARIES)], check=False)
+
+
+def command(root: Path, arguments: Sequence[str], emulator: Sequence[str] = ()) -> list[str]:
+    """Return the command that runs the root's Python with these arguments; `emulator`: more options of qemu's."""
+    return [EMULATOR, "-L", str(root), *emulator, str(root / "usr/bin/python3.11"), *arguments]
+
+
+def environment(root: Path) -> Mapping[str, str]:
+    """Return what Python there needs to find hvcpd."""
+    return {**os.environ, "PYTHONPATH": str(root / LIBRARIES), "OPENBLAS_NUM_THREADS": "1"}
+
+
+def _debian_packages(folder: Path) -> list[Path]:
+    """Download PACKAGES and all that they depend on, by an apt that knows no installed package. Raises
+    UnavailableError."""
+    state, cache = folder / "apt/state", folder / "apt/cache"
+    for each in (state / "lists/partial", cache / "archives/partial"):
+        each.mkdir(parents=True, exist_ok=True)
+    (state / "status").touch()
+    options = {
+        "APT::Architecture": TARGET.architecture,
+        "APT::Architectures": TARGET.architecture,
+        "APT::Install-Recommends": "0",
+        "APT::Sandbox::User": "",
+        "Debug::NoLocking": "1",
+        "Dir::State": str(state),
+        "Dir::State::status": str(state / "status"),
+        "Dir::Cache": str(cache),
+    }
+    apt = ["apt-get", "-qq", *(part for key, value in options.items() for part in ("-o", f"{key}={value}"))]
+    for step in (["update"], ["install", "--yes", "--download-only", *PACKAGES]):
+        try:
+            subprocess.run([*apt, *step], check=True, capture_output=True, text=True, timeout=300)
+        except (OSError, subprocess.SubprocessError) as error:
+            told = getattr(error, "stderr", None) or str(error)
+            raise UnavailableError(f"apt cannot fetch Debian's arm64 packages: {told.strip()[-200:]}") from error
+    return sorted((cache / "archives").glob("*.deb"))
+
+
+def _unpack(package: Path, root: Path) -> None:
+    subprocess.run(["dpkg-deb", "--extract", str(package), str(root)], check=True)

@@ -1,0 +1,64 @@
+"""The wheel and the source archive, whole: with the rendered words, the manual pages, the units and the settings.
+
+python -m release.wheel [--output dist]
+
+Made in a copy of the files that git knows, so that nothing that was built comes into the working copy.
+"""
+
+from __future__ import annotations
+
+import argparse
+import shutil
+import subprocess
+import sys
+import tempfile
+from collections.abc import Sequence
+from pathlib import Path
+
+from release.deb import REPOSITORY, SHIPPED
+from release.manuals import put_manuals
+from release.words import default_words, write_words
+
+_BUILD = "import setuptools.build_meta as backend, sys; backend.{0}(sys.argv[1])"
+
+
+def build(output: Path) -> tuple[Path, Path]:
+    """Make the wheel and the source archive in `output`; their paths. Raises OSError or CalledProcessError."""
+    output.mkdir(parents=True, exist_ok=True)
+    with tempfile.TemporaryDirectory(prefix="hvcpd-wheel-") as scratch:
+        tree, made = Path(scratch) / "tree", Path(scratch) / "made"
+        made.mkdir()
+        listed = subprocess.run(
+            ["git", "-C", str(REPOSITORY), "ls-files", "-z", "--cached", "--others", "--exclude-standard"],
+            check=True,
+            capture_output=True,
+            text=True,
+        ).stdout
+        for name in filter(None, listed.split("\0")):
+            if (REPOSITORY / name).is_file():
+                (tree / name).parent.mkdir(parents=True, exist_ok=True)
+                shutil.copy(REPOSITORY / name, tree / name)
+        _run("build_sdist", tree, made)  # before there are words, which who builds from it makes anew
+        write_words(default_words(), tree / SHIPPED)
+        put_manuals(tree / "build/man")
+        _run("build_wheel", tree, made)
+        wheel, archive = next(made.glob("*.whl")), next(made.glob("*.tar.gz"))
+        return Path(shutil.copy(wheel, output)), Path(shutil.copy(archive, output))
+
+
+def _run(what: str, tree: Path, output: Path) -> None:
+    command = [sys.executable, "-c", _BUILD.format(what), str(output)]
+    subprocess.run(command, cwd=tree, check=True, stdout=subprocess.DEVNULL)
+
+
+def main(arguments: Sequence[str]) -> int:
+    """Build both; returns the exit status."""
+    parser = argparse.ArgumentParser(prog="release.wheel", description="Build the wheel and the source archive.")
+    parser.add_argument("--output", type=Path, default=Path("dist"), metavar="DIR", help="default: dist")
+    for path in build(parser.parse_args(arguments).output):
+        sys.stdout.write(f"{path}\n")
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))

@@ -1,0 +1,57 @@
+"""`hvcpctl bench`: its table, its verdict, and a piece of work that fails."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import pytest
+
+from hvcpd.control.bench.bench import ROWS, BenchError, Cost, as_json, as_text, seconds, table
+from hvcpd.control.bench.work import WORKS
+
+
+class Counting:
+    """Measures work by its amount: seven before it, and two for each."""
+
+    def __init__(self) -> None:
+        self.asked: list[tuple[str, int]] = []
+
+    def __call__(self, work: str, _: Path, amount: int) -> Cost:
+        self.asked.append((work, amount))
+        return Cost(7.0 + 2.0 * amount, 0.5)
+
+
+def test_what_precedes_the_work_is_taken_off_but_at_starts(tmp_path: Path) -> None:
+    counting = Counting()
+    figures = list(table(counting, tmp_path))
+    assert [figure.row for figure in figures] == list(ROWS)
+    for figure in figures:
+        amount = figure.row.amount
+        assert figure.value == pytest.approx(
+            2.0 * amount * figure.row.times if figure.row.alone else 7.0 + 2.0 * amount
+        )
+    assert {row.work for row in ROWS} == set(WORKS)
+    at = counting.asked.index(("quiet", 0))
+    assert counting.asked[at + 1][0] == "quiet", "what fills the cache comes before what is measured"
+
+
+def test_a_figure_is_shown_with_its_unit(tmp_path: Path) -> None:
+    figure = list(table(Counting(), tmp_path))[-1]
+    assert as_text(figure).split()[-4:] == ["%", "of", "a", "core"]
+    assert json.loads(as_json(figure)) == {
+        "what": figure.row.text,
+        "value": 200.0,
+        "unit": "% of a core",
+        "busiest": 0.5,
+    }
+
+
+def test_rendering_is_done_in_a_process_of_its_own(tmp_path: Path) -> None:
+    assert seconds("waveforms", tmp_path, 1).amount > 0.0
+
+
+def test_a_work_that_fails_says_why(tmp_path: Path) -> None:
+    (tmp_path / "state").write_text("no folder")
+    with pytest.raises(BenchError, match=r"say: .*File exists"):
+        seconds("say", tmp_path, 0)

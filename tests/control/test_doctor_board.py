@@ -1,0 +1,95 @@
+"""The doctor's look at a board whose supply, system or sound cards are not as they should be."""
+
+from collections.abc import Sequence
+from pathlib import Path
+
+import pytest
+
+from hvcpd.control.doctor.doctor_board import Board, look_at_board
+
+
+def board(folder: Path, word: str | None = None, told: dict[str, str] | None = None) -> Board:
+    """A board that prints `told` for each command, and whose firmware has that word."""
+    (folder / "proc").mkdir(exist_ok=True)
+    if word is not None:
+        (folder / "throttled").write_text(f"{word}\n")
+
+    def run(command: Sequence[str]) -> str | None:
+        return (told or {}).get(command[0])
+
+    return Board(folder / "throttled", folder / "config.txt", folder / "proc", run)
+
+
+def card(folder: Path, number: int, name: str, device: str, status: str) -> None:
+    there = folder / f"proc/asound/card{number}"
+    (there / device / "sub0").mkdir(parents=True)
+    (there / "id").write_text(f"{name}\n")
+    (there / device / "sub0/status").write_text(status)
+
+
+def found(a_board: Board) -> list[tuple[str, str, str]]:
+    return [(each.subject, str(each.grade), each.text) for each in look_at_board(a_board)]
+
+
+def test_another_computer_has_nothing_to_tell(tmp_path: Path) -> None:
+    assert found(board(tmp_path)) == []
+
+
+@pytest.mark.parametrize(
+    ("word", "grade", "says"),
+    [
+        ("0", "ok", "never"),
+        ("50005", "wrong", "too low now"),
+        ("50000", "note", "was too low"),
+        ("8", "note", "is slowed down"),
+        ("e0000", "note", "was slowed down"),
+    ],
+)
+def test_the_supply_is_told_from_the_firmwares_word(tmp_path: Path, word: str, grade: str, says: str) -> None:
+    ((subject, told, text),) = found(board(tmp_path, word))
+    assert (subject, told) == ("supply", grade)
+    assert says in text
+
+
+def test_a_word_that_is_none_is_left_alone(tmp_path: Path) -> None:
+    assert found(board(tmp_path, "error=1")) == []
+
+
+def test_a_narrow_system_on_a_wide_kernel_is_told(tmp_path: Path) -> None:
+    ((subject, grade, text),) = found(board(tmp_path, told={"uname": "aarch64\n", "dpkg": "armhf\n"}))
+    assert (subject, grade) == ("system", "wrong")
+    assert "64-bit" in text
+    assert found(board(tmp_path, told={"uname": "aarch64\n", "dpkg": "arm64\n"})) == []
+
+
+@pytest.mark.parametrize(
+    ("config", "says"),
+    [
+        ("dtparam=audio=on\ndtoverlay=vc4-kms-v3d\n", "has no dtoverlay="),
+        ("#dtoverlay=wm8960-soundcard\n", "has no dtoverlay="),
+        ("dtoverlay=wm8960-soundcard\n", "asks for dtoverlay=wm8960-soundcard"),
+    ],
+)
+def test_a_board_without_a_microphone_is_told_what_its_start_asks_for(tmp_path: Path, config: str, says: str) -> None:
+    (tmp_path / "config.txt").write_text(config)
+    ((subject, grade, text),) = found(board(tmp_path))
+    assert (subject, grade) == ("overlay", "wrong")
+    assert says in text
+    card(tmp_path, 1, "Device", "pcm0c", "closed\n")
+    assert found(board(tmp_path)) == [], "one that can record is there"
+
+
+@pytest.mark.parametrize(("name", "grade"), [("arecord", "wrong"), ("pipewire", "note"), ("hvcpd", "ok")])
+def test_who_has_a_card_is_named_with_the_cards_lasting_name(tmp_path: Path, name: str, grade: str) -> None:
+    card(tmp_path, 0, "vc4hdmi", "pcm0p", "closed\n")
+    card(tmp_path, 1, "robot", "pcm0c", "state: RUNNING\nowner_pid   : 4711\n")
+    (tmp_path / "proc/4711").mkdir()
+    (tmp_path / "proc/4711/comm").write_text(f"{name}\n")
+    ((subject, told, text),) = found(board(tmp_path))
+    assert (subject, told) == ("cards", grade)
+    assert f"{name} (process 4711) has robot" in text
+
+
+def test_a_program_that_ended_meanwhile_is_not_named(tmp_path: Path) -> None:
+    card(tmp_path, 1, "robot", "pcm0c", "owner_pid : 4711\n")
+    assert found(board(tmp_path)) == []

@@ -1,0 +1,118 @@
+"""The package for a Raspberry Pi, run here: its own Python and libraries under qemu-user, beside fakes."""
+
+from __future__ import annotations
+
+import os
+import signal
+import socket
+import subprocess
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+import pytest
+
+from release import arm64
+from release.deb import REPOSITORY
+
+pytestmark = [pytest.mark.arm64, pytest.mark.slow]
+
+SENTENCE = "Hi Rob, I am Bot, water the yellow rose"
+BAUD = 115_200
+"""qemu-user knows no baud rate above: of a pseudo-terminal none means anything."""
+PATIENCE_S = 600.0
+ONE_TASK = "tasks:\n  - {number: 1, name: water the yellow rose, actions: [forward: 0.2, wait: 1]}\n"
+
+
+@pytest.fixture(scope="session")
+def pi(request: pytest.FixtureRequest, index: None) -> Path:
+    """The root of a Debian for arm64 with the package in it."""
+    assert request.config.cache is not None
+    folder = request.config.cache.mkdir("arm64")
+    try:
+        root = arm64.make_root(folder)
+    except arm64.UnavailableError as error:
+        pytest.skip(str(error))
+    arm64.put_hvcpd(root, folder)
+    return root
+
+
+def command(pi: Path, program: str, *arguments: str) -> list[str]:
+    module = {"hvcpd": "hvcpd.cli", "hvcpctl": "hvcpd.control.cli"}[program]
+    return arm64.command(pi, ["-c", f"import sys; from {module} import main; sys.exit(main())", *arguments])
+
+
+def ran(pi: Path, program: str, *arguments: str, status: int = 0) -> str:
+    done = subprocess.run(
+        command(pi, program, *arguments),
+        env=arm64.environment(pi),
+        capture_output=True,
+        text=True,
+        timeout=PATIENCE_S,
+        check=False,
+    )
+    assert done.returncode == status, done.stdout + done.stderr
+    return done.stdout + done.stderr
+
+
+@contextmanager
+def fake_motors() -> Iterator[str]:
+    fake = subprocess.Popen([sys.executable, "-m", "hil_fakes.dynamixel", "xl430"], stdout=subprocess.PIPE, text=True)
+    assert fake.stdout is not None
+    try:
+        yield fake.stdout.readline().strip()
+    finally:
+        fake.terminate()
+        fake.wait()
+
+
+def settings(folder: Path, port: str | None = None) -> str:
+    tasks, config = folder / "tasks.yaml", folder / "hvcpd.yaml"
+    tasks.write_text(ONE_TASK)
+    wheels = f"{{port: {port}, baud_rate: {BAUD}}}" if port is not None else "{driver: none}"
+    (folder / "state").mkdir(exist_ok=True)
+    config.write_text(f"name: Rob\ntasks: {tasks}\nstate_dir: {folder / 'state'}\nwheels: {wheels}\n")
+    return str(config)
+
+
+def test_it_says_what_it_hears(pi: Path, tmp_path: Path) -> None:
+    wav = str(tmp_path / "yellow.wav")
+    ran(pi, "hvcpctl", "say", SENTENCE, "-o", wav)
+    assert SENTENCE in ran(pi, "hvcpctl", "hear", wav)
+
+
+def test_the_check_finds_all_but_a_sound_card(pi: Path, tmp_path: Path) -> None:
+    told = ran(pi, "hvcpd", "--check", "--config", settings(tmp_path), status=os.EX_UNAVAILABLE)
+    assert "ok  vocabulary: tasks and names can be told apart by ear" in told
+    assert "1 task in" in told
+
+
+def test_motors_turn_at_the_end_of_a_serial_line(pi: Path, tmp_path: Path) -> None:
+    with fake_motors() as port:
+        told = ran(pi, "hvcpctl", "drive", "forward", "0.1", "--config", settings(tmp_path, port))
+    assert "0.1" in told
+
+
+def test_two_robots_carry_out_a_mission(pi: Path, tmp_path: Path) -> None:
+    told = ran(pi, "hvcpctl", "simulate", "--tasks", str(Path(settings(tmp_path)).parent / "tasks.yaml"))
+    assert "water the yellow rose" in told
+
+
+def test_a_robot_comes_up_and_tells_its_status(pi: Path, tmp_path: Path) -> None:
+    config, ready = settings(tmp_path), tmp_path / "notify"
+    environment = {**arm64.environment(pi), "NOTIFY_SOCKET": str(ready)}
+    environment["PYTHONPATH"] += f":{REPOSITORY}"  # for the quiet room; hvcpd is the package's
+    with socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM) as notified:
+        notified.bind(str(ready))
+        notified.settimeout(PATIENCE_S)
+        robot = subprocess.Popen(
+            arm64.command(pi, ["-m", "tests.daemon.quiet_robot", "--config", config]), env=environment
+        )
+        try:
+            while b"READY=1" not in notified.recv(65_536):
+                assert robot.poll() is None
+            assert "Rob" in ran(pi, "hvcpctl", "status", "--config", config)
+        finally:
+            robot.send_signal(signal.SIGKILL)
+            robot.wait()
