@@ -13,6 +13,7 @@ from hvcpd import __version__
 from hvcpd.config.command_line import Parser, complain, let_go, output_fault, replace_closed_streams, with_examples
 from hvcpd.control.doctor.doctor_parser import add_calibrate, add_doctor
 from hvcpd.control.drive.drive_parser import add_drive
+from hvcpd.control.duet.duet_parser import add_duet
 from hvcpd.control.enrol.enrol_parser import add_enrol
 from hvcpd.control.keys.key_parser import add_key
 from hvcpd.control.live.daemon_parser import add_completion, add_daemon_commands, add_ros, add_skills
@@ -92,6 +93,7 @@ def make_parser() -> argparse.ArgumentParser:
     parser.add_argument("--version", action="version", version=f"hvcpctl {__version__}")
     commands = parser.add_subparsers(title="commands", metavar="COMMAND", required=True, dest="command")
     _add_simulate(commands)
+    add_duet(commands, _lazy("duet.duet"), _names)
     _add_say(commands)
     _add_hear(commands)
     _add_listen(commands)
