@@ -99,6 +99,7 @@ def make_parser() -> argparse.ArgumentParser:
     _add_listen(commands)
     add_enrol(commands, _lazy("enrol.enrol"))
     _add_phrases(commands)
+    _add_playground(commands)
     _add_pronounce(commands)
     _add_prerender(commands)
     _add_check_vocabulary(commands)
@@ -253,6 +254,18 @@ def _add_phrases(commands: _Commands) -> None:
     c.add_argument("--key", action="store_true", help="of a team with a key (default: if the settings name one)")
     c.add_argument("--json", action="store_true", help="print the card as one JSON object")
     c.set_defaults(run=_lazy("say.phrases"))
+
+
+def _add_playground(commands: _Commands) -> None:
+    text = "write a page in which robots say what you type, for any browser"
+    c = commands.add_parser("playground", help=text, description=f"{text[0].upper()}{text[1:]}, offline.")
+    _add_shared(c, names=False)
+    c.add_argument("--robots", type=_names, default=("Rob", "Bot", "Mia"), metavar="Rob,Bot", help="who speaks (2 to 4)")
+    c.add_argument(
+        "-o", "--output", type=Path, default=Path("playground.html"), metavar="FILE.html",
+        help="where to write it (default: %(default)s)",
+    )  # fmt: skip
+    c.set_defaults(run=_lazy("say.playground"))
 
 
 def _add_check_vocabulary(commands: _Commands) -> None:
