@@ -164,7 +164,7 @@ def _add_simulate(commands: _Commands) -> None:
     c.add_argument("--repeat", type=int, choices=(1, 2), help="say every sentence so often in a row (default 1)")
     _add_key_option(c, "seal what the robots say; without a file with a key made for the occasion")
     c.add_argument("--encrypted", action="store_true", help="with --key: in code words that nobody else understands")
-    tank = "give each robot a pump, and so much water for it"
+    tank = "give each robot a pump and this much water"
     c.add_argument("--tank", type=_between(0.0, 1000.0), metavar="LITRES", help=tank)
     c.add_argument(
         "--without",
