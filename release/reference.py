@@ -47,9 +47,10 @@ EXIT_STATUS = """\
 
 ## JSON
 
-Commands that print results for people have `--json`: one object a line. These have none: `console`, `playground` and `ros` print only an
-address; `duet` and `drive` are used by hand, and programs use the [control socket](../control.md); `completion` prints what a
-shell reads; `prerender` and `skills` print progress; `evaluate` and `report` write files.
+Commands that print results for people have `--json`: one object a line. These have none: `console`, `playground` and `ros` print an
+address or a file name only; `duet` is used by hand, and programs use the [control socket](../control.md); `completion` prints what a
+shell reads; `skills` prints what it carries out, and the control socket has the same as events; `evaluate` writes CSV files; `key` prints
+secrets for people to copy by hand.
 
 """
 

@@ -24,6 +24,41 @@ Command = Callable[[argparse.Namespace], int]
 _Commands: TypeAlias = "argparse._SubParsersAction[argparse.ArgumentParser]"
 
 
+OVERVIEW = """\
+usage: hvcpctl [-h] [--version] COMMAND ...
+
+Try, watch and control robots that coordinate by speaking English.
+
+Try it here:
+  simulate                      run a mission in a simulated room
+  duet                          talk with two robots at this computer
+  playground                    write a page in which robots say what you type
+  say, hear, listen, phrases    speak, list or follow sentences; print them all
+A running robot:
+  status, tasks, follow         see what it does; console: in the browser
+  stop, resume, reload          halt it, let it go on, read its settings again
+  transcript, report, audit     read what it said, heard and did
+  skills, ros                   join it to devices and programs, or to ROS
+Set a robot up:
+  doctor, config                find what is wrong; show the settings
+  calibrate, drive              set the microphone's gain; move the wheels
+  key, enrol                    make the team's key; teach robots your voice
+  check-vocabulary, pronounce, prerender    look after the words
+More: evaluate (the paper's experiments), completion (of the shell)
+
+`hvcpctl COMMAND --help` explains a command. Exit status: 0 success, 1 not done,
+2 bad input, 3 no daemon runs, 4 no permission to ask it, 130 interrupted.
+"""
+"""All commands in one screen of 24 lines and 80 columns."""
+
+
+class _Overview(Parser):
+    """`hvcpctl` itself, whose help is the overview."""
+
+    def format_help(self) -> str:
+        return OVERVIEW
+
+
 def _names(text: str) -> tuple[str, ...]:
     from hvcpd.config.names import repeated_names, valid_robot_name
 
@@ -84,14 +119,9 @@ def _lazy(module: str) -> Command:
 
 def make_parser() -> argparse.ArgumentParser:
     """The parser of all commands."""
-    parser: argparse.ArgumentParser = Parser(
-        prog="hvcpctl",
-        description="Try, watch and control robots that coordinate by speaking English.",
-        epilog="Exit status: 0 success, 1 a mission, motion or request that did not end well, 2 bad input, "
-        "3 no daemon runs, 4 no permission to ask it, 130 interrupted. Without a command this help is shown.",
-    )
+    parser: argparse.ArgumentParser = _Overview(prog="hvcpctl")
     parser.add_argument("--version", action="version", version=f"hvcpctl {__version__}")
-    commands = parser.add_subparsers(title="commands", metavar="COMMAND", required=True, dest="command")
+    commands = parser.add_subparsers(metavar="COMMAND", required=True, dest="command", parser_class=Parser)
     _add_simulate(commands)
     add_duet(commands, _lazy("duet.duet"), _names)
     _add_say(commands)
