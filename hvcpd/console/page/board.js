@@ -1,5 +1,5 @@
 // Who is here, the board of tasks, alarms, and the meter.
-import { byId, make, setText } from "./dom.js";
+import { byId, drawing, make, setText } from "./dom.js";
 
 const robots = byId("robots");
 const board = byId("board");
@@ -38,8 +38,8 @@ export function showBoard(message) {
       return make(
         "tr",
         {},
-        make("td", { "data-head": "No." }, String(task.number)),
-        make("th", { scope: "row" }, task.name),
+        make("td", { "data-head": "No.", class: "no" }, String(task.number)),
+        make("th", { scope: "row" }, drawing(task.mark), task.name),
         make("td", { "data-head": "State" }, state),
         make("td", { "data-head": "By" }, by),
       );
