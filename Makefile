@@ -33,6 +33,17 @@ lint: setup-dev
 	$(VENV)/bin/ruff check .
 	$(VENV)/bin/mypy
 	$(VENV)/bin/lint-imports --cache-dir .import_linter_cache
+	$(VENV)/bin/python -m release.prose
+
+.PHONY: docs
+docs: setup-dev $(VENV)/.docs-are-set-up  ## the documentation as a site, in out/docs; every link in it is checked
+	$(VENV)/bin/python -m release.reference
+	NO_MKDOCS_2_WARNING=1 $(VENV)/bin/mkdocs build --strict --quiet
+	@echo "Open out/docs/index.html in a browser."
+
+$(VENV)/.docs-are-set-up: requirements/docs.txt | $(VENV)/bin/pip
+	$(VENV)/bin/pip install --quiet --disable-pip-version-check --require-hashes --only-binary :all: -r $<
+	@touch $@
 
 .PHONY: parts
 parts:  ## installs what tests of real parts need, by apt: a sound server, ROS, a browser
@@ -75,6 +86,8 @@ lock: setup-dev  ## renew the hash-locked requirements (needs uv)
 		pyproject.toml requirements/run.in --output-file requirements/run.txt
 	uv pip compile --universal --python-version 3.11 --generate-hashes --no-header --no-annotate --upgrade \
 		--extra dev pyproject.toml requirements/run.in --output-file requirements/dev.txt
+	uv pip compile --universal --python-version 3.11 --generate-hashes --no-header --no-annotate --upgrade \
+		-c requirements/dev.txt requirements/docs.in --output-file requirements/docs.txt
 
 clean:
 	rm -rf $(VENV) out build dist *.egg-info .pytest_cache .mypy_cache .ruff_cache .hypothesis .import_linter_cache

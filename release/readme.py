@@ -1,8 +1,8 @@
-"""Brings what README.md shows of runs up to date, or tells what differs: `python -m release.readme [--check]`.
+"""Renews the examples and pictures of README.md and docs/commands.md: `python -m release.readme [--check]`.
 
-A block of the README that begins with "$ " is run as it stands there, in a folder of its own, and what it prints takes
-the place of what is shown. A line " …" stands for what is left out; a measure of the clock on the wall is shown as "…".
-The pictures of the report, the terminal, the card and the console are drawn anew from the same mission.
+A block that begins with "$ " is run as it stands there, in a folder of its own, and its output replaces what is shown.
+A line " …" stands for what is left out; a measure of the clock on the wall is shown as "…". The animation and the
+pictures of the report, the terminal, the card and the console come from the same mission.
 """
 
 from __future__ import annotations
@@ -18,11 +18,14 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
 
+from hvcpd.errors import EX_FAILURE, EX_OK
+from release.animation import draw as draw_animation
 from release.shown_mission import ShownMission, read_mission
 
 ROOT = Path(__file__).parents[1]
-README = ROOT / "README.md"
+PAGES = (ROOT / "README.md", ROOT / "docs" / "commands.md")
 IMAGES = ROOT / "docs" / "images"
+ANIMATION = IMAGES / "mission.svg"
 LEFT_OUT = " …"
 TIMEOUT_S = 120.0
 """For one command; a mission takes some 10 s."""
@@ -136,39 +139,42 @@ def renewed(readme: str, stage: Stage) -> str:
     return _BLOCK.sub(again, readme)
 
 
-def differences(before: str, now: str) -> list[str]:
-    """What differs, as `diff -u` tells it."""
-    lines: Iterable[str] = difflib.unified_diff(
-        before.splitlines(), now.splitlines(), "README.md", "now", lineterm="", n=1
-    )
+def differences(before: str, now: str, name: str = "before") -> list[str]:
+    """What differs, as `diff -u` prints it."""
+    lines: Iterable[str] = difflib.unified_diff(before.splitlines(), now.splitlines(), name, "now", lineterm="", n=1)
     return list(lines)
 
 
 def main() -> int:
-    """Renew the README and the pictures; with --check tell what differs, and change nothing."""
+    """Renew the pages and the pictures; with --check print what differs, and change nothing."""
     parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
-    parser.add_argument("--check", action="store_true", help="tell what differs, and change nothing")
+    parser.add_argument("--check", action="store_true", help="print what differs, and change nothing")
     parser.add_argument("--text", action="store_true", help="leave the pictures as they are")
     options = parser.parse_args()
-    before = README.read_text(encoding="utf-8")
     with tempfile.TemporaryDirectory() as folder:
         stage = Stage(Path(folder))
-        now = renewed(before, stage)
-        changed = differences(before, now)
+        before = {page: page.read_text(encoding="utf-8") for page in PAGES}
+        now = {page: renewed(text, stage) for page, text in before.items()}
+        changed = [line for page in PAGES for line in differences(before[page], now[page], page.name)]
         sys.stdout.writelines(f"{line}\n" for line in changed)
         if options.check:
             return 1 if changed else 0
-        README.write_text(now, encoding="utf-8")
-        if options.text:
-            return 0
-        from release.pictures import MISSING, draw
+        for page, text in now.items():
+            page.write_text(text, encoding="utf-8")
+        return EX_OK if options.text else _draw(stage.mission)
 
-        if MISSING:
-            sys.stderr.write("the pictures are as they were: apt install chromium chromium-driver to draw them\n")
-            return 1
-        for path in draw(stage.mission, IMAGES):
-            sys.stdout.write(f"drawn: {path.relative_to(ROOT)}\n")
-    return 0
+
+def _draw(mission: ShownMission) -> int:
+    ANIMATION.write_text(draw_animation(mission) + "\n", encoding="utf-8")
+    sys.stdout.write(f"drawn: {ANIMATION.relative_to(ROOT)}\n")
+    from release.pictures import MISSING, draw
+
+    if MISSING:
+        sys.stderr.write("the pictures are as they were: apt install chromium chromium-driver to draw them\n")
+        return EX_FAILURE
+    for path in draw(mission, IMAGES):
+        sys.stdout.write(f"drawn: {path.relative_to(ROOT)}\n")
+    return EX_OK
 
 
 if __name__ == "__main__":

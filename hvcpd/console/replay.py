@@ -14,6 +14,7 @@ from hvcpd.console.lines import how_sure, mark, sealed
 from hvcpd.console.viewers import Message
 from hvcpd.errors import ConfigError
 from hvcpd.reporting.events import MissionRecord, TaskChanged, Trail, Watered
+from hvcpd.reporting.icons import badge
 from hvcpd.reporting.map_svg import draw_plan
 from hvcpd.reporting.palette import robot_slot
 from hvcpd.reporting.story import Line, Story, tell
@@ -68,7 +69,7 @@ def _begin(story: Story, record: MissionRecord) -> Message:
         for k, (name, pose) in enumerate(zip(story.started.robots, story.started.starts, strict=False))
     ]
     plan = {"kind": "plan", "svg": draw_plan(plants, starts + ways, dict(story.started.icons)), "trails": trails}
-    board = _board(Watch(story.started), _slots(story))
+    board = _board(Watch(story.started), story)
     return {"kind": "snapshot", "parts": [_robots(story, 0.0), board], "plan": plan}
 
 
@@ -121,18 +122,19 @@ def _marks(line: Line) -> list[dict[str, str]]:
 
 
 def _boards(story: Story, record: MissionRecord) -> Iterator[Step]:
-    watch, slots = Watch(story.started), _slots(story)
+    watch = Watch(story.started)
     changes = sorted((e for e in record.events if isinstance(e, TaskChanged | Watered)), key=lambda e: e.at_s)
-    before = _board(watch, slots)
+    before = _board(watch, story)
     for event in changes:
         watch.handle(event)
-        board = _board(watch, slots)
+        board = _board(watch, story)
         if board != before:
             before = board
             yield event.at_s, board
 
 
-def _board(watch: Watch, slots: dict[str, int]) -> Message:
+def _board(watch: Watch, story: Story) -> Message:
+    slots, icons = _slots(story), dict(story.started.icons)
     rows = [
         {
             "number": row.task,
@@ -141,6 +143,7 @@ def _board(watch: Watch, slots: dict[str, int]) -> Message:
             "owner": clean(row.owner or ""),
             "slot": slots.get(row.owner or ""),
             "hearsay": False,
+            "mark": badge(icons.get(row.task, ""), row.name),
         }
         for row in watch.board()
     ]

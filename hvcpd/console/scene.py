@@ -11,6 +11,7 @@ from hvcpd.console.alarms import alarms_of
 from hvcpd.console.lines import Lines, Slots, line_of, line_of_row
 from hvcpd.console.viewers import Message, Viewers
 from hvcpd.reporting.events import Plant
+from hvcpd.reporting.icons import badge
 from hvcpd.reporting.map_svg import draw_plan
 from hvcpd.reporting.text import clean
 
@@ -185,7 +186,12 @@ class Scene:
     def _board(self) -> Message:
         kept = ("number", "state", "hearsay")
         rows = [
-            {**{key: task[key] for key in kept}, "name": clean(task["name"]), "owner": clean(task["owner"] or "")}
+            {
+                **{key: task[key] for key in kept},
+                "name": clean(task["name"]),
+                "owner": clean(task["owner"] or ""),
+                "mark": badge(task.get("icon", ""), task["name"]),
+            }
             for task in self._tasks
         ]
         for row in rows:

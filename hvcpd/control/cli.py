@@ -14,6 +14,7 @@ from hvcpd.config.command_line import Parser, complain, let_go, output_fault, re
 from hvcpd.control.bench.bench_parser import add_bench
 from hvcpd.control.doctor.doctor_parser import add_calibrate, add_doctor
 from hvcpd.control.drive.drive_parser import add_drive
+from hvcpd.control.duet.duet_parser import add_duet
 from hvcpd.control.enrol.enrol_parser import add_enrol
 from hvcpd.control.keys.key_parser import add_key
 from hvcpd.control.live.daemon_parser import add_completion, add_daemon_commands, add_ros, add_skills
@@ -24,6 +25,41 @@ from hvcpd.errors import EX_FAILURE, EX_INTERRUPTED, EX_OK, EX_USER, HvcpdError
 
 Command = Callable[[argparse.Namespace], int]
 _Commands: TypeAlias = "argparse._SubParsersAction[argparse.ArgumentParser]"
+
+
+OVERVIEW = """\
+usage: hvcpctl [-h] [--version] COMMAND ...
+
+Try, watch and control robots that coordinate by speaking English.
+
+Try it here:
+  simulate                      run a mission in a simulated room
+  duet                          talk with two robots at this computer
+  playground                    write a page in which robots say what you type
+  say, hear, listen, phrases    speak, list or follow sentences; print them all
+A running robot:
+  status, tasks, follow         see what it does; console: in the browser
+  stop, resume, reload          halt it, let it go on, read its settings again
+  transcript, report, audit     read what it said, heard and did
+  skills, ros                   join it to devices and programs, or to ROS
+Set a robot up:
+  doctor, config                find what is wrong; show the settings
+  calibrate, drive              set the microphone's gain; move the wheels
+  key, enrol                    make the team's key; teach robots your voice
+  check-vocabulary, pronounce, prerender    look after the words
+More: evaluate (the paper's experiments), completion (of the shell)
+
+`hvcpctl COMMAND --help` explains a command. Exit status: 0 success, 1 not done,
+2 bad input, 3 no daemon runs, 4 no permission to ask it, 130 interrupted.
+"""
+"""All commands in one screen of 24 lines and 80 columns."""
+
+
+class _Overview(Parser):
+    """`hvcpctl` itself, whose help is the overview."""
+
+    def format_help(self) -> str:
+        return OVERVIEW
 
 
 def _names(text: str) -> tuple[str, ...]:
@@ -86,21 +122,18 @@ def _lazy(module: str) -> Command:
 
 def make_parser() -> argparse.ArgumentParser:
     """The parser of all commands."""
-    parser: argparse.ArgumentParser = Parser(
-        prog="hvcpctl",
-        description="Try, watch and control robots that coordinate by speaking English.",
-        epilog="Exit status: 0 success, 1 a mission, motion or request that did not end well, 2 bad input, "
-        "3 no daemon runs, 4 no permission to ask it, 130 interrupted. Without a command this help is shown.",
-    )
+    parser: argparse.ArgumentParser = _Overview(prog="hvcpctl")
     parser.add_argument("--version", action="version", version=f"hvcpctl {__version__}")
-    commands = parser.add_subparsers(title="commands", metavar="COMMAND", required=True, dest="command")
+    commands = parser.add_subparsers(metavar="COMMAND", required=True, dest="command", parser_class=Parser)
     _add_simulate(commands)
     add_new_team(commands, _lazy("simulate.new_team"), _names)
+    add_duet(commands, _lazy("duet.duet"), _names)
     _add_say(commands)
     _add_hear(commands)
     _add_listen(commands)
     add_enrol(commands, _lazy("enrol.enrol"))
     _add_phrases(commands)
+    _add_playground(commands)
     _add_pronounce(commands)
     add_voices(commands, _lazy("say.voices"), _names, _sound_out)
     _add_prerender(commands)
@@ -171,7 +204,7 @@ def _add_simulate(commands: _Commands) -> None:
     c.add_argument("--repeat", type=int, choices=(1, 2), help="say every sentence so often in a row (default 1)")
     _add_key_option(c, "seal what the robots say; without a file with a key made for the occasion")
     c.add_argument("--encrypted", action="store_true", help="with --key: in code words that nobody else understands")
-    tank = "give each robot a pump, and so much water for it"
+    tank = "give each robot a pump and this much water"
     c.add_argument("--tank", type=_between(0.0, 1000.0), metavar="LITRES", help=tank)
     c.add_argument(
         "--without",
@@ -261,6 +294,20 @@ def _add_phrases(commands: _Commands) -> None:
     c.add_argument("--key", action="store_true", help="of a team with a key (default: if the settings name one)")
     c.add_argument("--json", action="store_true", help="print the card as one JSON object")
     c.set_defaults(run=_lazy("say.phrases"))
+
+
+def _add_playground(commands: _Commands) -> None:
+    text = "write a page in which robots say what you type, for any browser"
+    c = commands.add_parser("playground", help=text, description=f"{text[0].upper()}{text[1:]}, offline.")
+    _add_shared(c, names=False)
+    c.add_argument(
+        "--robots", type=_names, default=("Rob", "Bot", "Mia"), metavar="Rob,Bot", help="who speaks (2 to 4)"
+    )
+    c.add_argument(
+        "-o", "--output", type=Path, default=Path("playground.html"), metavar="FILE.html",
+        help="where to write it (default: %(default)s)",
+    )  # fmt: skip
+    c.set_defaults(run=_lazy("say.playground"))
 
 
 def _add_check_vocabulary(commands: _Commands) -> None:

@@ -32,6 +32,10 @@ MAX_NAMED_DRIVES = 3
 """Of more robots the headline gives the sum of their ways: it has one row."""
 
 
+SPEEDS = ("0.5", "1", "1.5", "2", "4")
+"""Of the player: slow to listen closely, fast to get through the driving."""
+
+
 def write_report(record: MissionRecord, path: Path) -> None:
     """Write the report of a mission. The same record gives the same bytes. Raises OSError."""
     write_whole(path, page(record).encode("utf-8"))
@@ -162,7 +166,7 @@ def _task_row(task: TaskStory, skills: Sequence[SkillSpan]) -> Markup:
         cells.append(("Skills", "; ".join(used) or "–"))
     return tag(
         "tr",
-        tag("td", task.number, data_head="No."),
+        tag("td", task.number, data_head="No.", class_="no"),
         tag("th", joined([badge(task.icon, task.name), task.name]), scope="row"),
         *(tag("td", text, data_head=name) for name, text in cells),
         class_=None if len(task.waterings) == 1 else "bad",
@@ -174,8 +178,14 @@ def _player(clip: Clip | None) -> Markup:
         return Markup()
     source = "data:audio/wav;base64," + base64.b64encode(clip.wav).decode("ascii")
     sound = tag("audio", id="sound", src=source, controls=True, preload="auto", aria_label="The whole mission")
-    whole = tag("button", "Play the whole mission", type="button", id="whole", aria_pressed="false")
-    return tag("div", whole, sound, tag("p", id="caption", aria_live="off"), class_="player")
+    whole = tag("button", "▶ Play the whole mission", type="button", id="whole", aria_pressed="false")
+    return tag("div", whole, sound, _speeds(), tag("p", id="caption", aria_live="off"), class_="player")
+
+
+def _speeds() -> Markup:
+    """A choice of how fast the sound is played; pitch stays, as browsers do."""
+    options = [tag("option", f"{speed} ×", value=speed, selected=speed == "1") for speed in SPEEDS]
+    return tag("label", "Speed ", tag("select", *options, id="speed"), class_="speed")
 
 
 def _notes(clip: Clip | None) -> Markup:

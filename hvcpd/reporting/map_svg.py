@@ -211,6 +211,7 @@ def _marks(
             class_="place" if act else "place undone",
             transform=f"translate({number(x, 1)} {number(y, 1)})",
             data_task=plant.task,
+            data_done=f"{act.at_s:.3f}" if act else None,
         )
         label = f"{plant.task} {short}" if len(plants) <= MAX_NAMED_TASKS else f"{plant.task}"
         parts += [mark, labels.place(label, x, y, 16.0, "label")]

@@ -12,6 +12,8 @@
   const sound = document.getElementById("sound");
   if (!sound) return;
   const whole = document.getElementById("whole");
+  const speed = document.getElementById("speed");
+  const places = [...document.querySelectorAll(".place[data-done]")];
   const caption = document.getElementById("caption");
   const chat = document.getElementById("chat");
   const timeline = document.getElementById("timeline");
@@ -60,6 +62,8 @@
     cursor.setAttribute("x1", now * scale);
     cursor.setAttribute("x2", now * scale);
     pucks.forEach((track) => place(track, now));
+    const isUnderWay = playing || (now > 0 && !sound.ended);
+    for (const mark of places) mark.classList.toggle("undone", isUnderWay && now < Number(mark.dataset.done));
     const active = new Set(playing ? said.filter((s) => (chosen ? s === chosen : s.from <= now && now < s.to)) : []);
     for (const s of said) {
       const is = active.has(s);
@@ -73,7 +77,7 @@
       .map((s) => `${s.item.querySelector("b").textContent}: ${s.item.querySelector("p").textContent}`).join(" + ");
     const all = playing && !chosen;
     whole.setAttribute("aria-pressed", String(all));
-    whole.textContent = all ? "Stop" : "Play the whole mission";
+    whole.textContent = all ? "■ Stop" : "▶ Play the whole mission";
     if (all) follow();
   }
 
@@ -119,6 +123,7 @@
     sound.currentTime = Math.min(Math.max(x / scale, 0), sound.duration || 0);
     show();
   });
+  speed.addEventListener("change", () => { sound.playbackRate = Number(speed.value); });
   sound.addEventListener("play", () => requestAnimationFrame(frame));
   sound.addEventListener("pause", () => { if (!sound.seeking) show(); });
   sound.addEventListener("seeked", show);

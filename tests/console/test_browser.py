@@ -71,6 +71,23 @@ def test_a_sentence_is_shown_with_how_sure_it_was_heard(driver: browser.webdrive
     assert complaints(driver) == []
 
 
+def test_lines_stand_in_the_order_in_which_they_were_said(driver: browser.webdriver.Chrome, show: browser.Show) -> None:
+    """A sentence is told seconds after it began, when it was understood; what was said meanwhile is there already."""
+    for number, at_s in ((0, 100.0), (2, 104.0), (1, 102.0)):
+        show.do(show.scene.event, heard(f"sentence {number}", at_s=at_s))
+    said = "return [...document.querySelectorAll('#chat li p')].map((p) => p.textContent)"
+    browser.until(lambda: driver.execute_script(said) == ["sentence 0", "sentence 1", "sentence 2"])
+
+
+def test_the_board_has_the_tasks_own_marks_and_numbers(driver: browser.webdriver.Chrome, show: browser.Show) -> None:
+    browser.look_like(driver, 390, 844, "light", phone=True)
+    show.do(show.scene.tasks, [task(icon="book"), task(2, icon="☕")])
+    browser.until(lambda: len(driver.find_elements("css selector", "#board tr")) == 2)
+    assert len(driver.find_elements("css selector", "#board th svg.icon")) == 2
+    assert [number.text for number in driver.find_elements("css selector", "#board td.no")] == ["1", "2"]
+    assert "☕" in str(driver.find_elements("css selector", "#board th")[1].get_attribute("textContent"))
+
+
 def test_what_is_heard_is_never_run(driver: browser.webdriver.Chrome, show: browser.Show) -> None:
     evil = "<img src=x onerror=document.title='run'><script>document.title='run'</script>"
     show.do(show.scene.tasks, [task(name=evil, owner=evil, state="failed", failed_by=[evil])])
@@ -199,7 +216,32 @@ def test_a_recorded_mission_is_played_and_wound_back(driver: browser.webdriver.C
         assert "has carried out" in text(driver, "#chat li.act")
         driver.execute_script("sound.currentTime = 0")
         browser.until(lambda: not driver.find_elements("css selector", ".state-done"))
+        play = driver.find_element("id", "play")
+        play.send_keys(browser.ENTER)
+        browser.until(lambda: play.get_attribute("aria-pressed") == "true")
+        driver.find_element("id", "speed").send_keys("4")
+        assert driver.execute_script("return sound.playbackRate") == 4
+        play.send_keys(browser.ENTER)
+        browser.until(lambda: driver.execute_script("return sound.paused"))
+        assert browser.faults(driver) == []
         assert complaints(driver) == []
+        driver.get("about:blank")
+
+
+def test_a_recording_without_sound_is_played_by_the_same_button(
+    driver: browser.webdriver.Chrome, tmp_path: Path
+) -> None:
+    from tests.console.test_replay import recorded
+
+    recording = read_recording(recorded(tmp_path, example(sound=False)))
+    with browser.Served(replay_app(recording.messages, None, recording.title, Door())).up() as served:
+        driver.get(served.url)
+        play = browser.until(lambda: driver.find_element("id", "play"))
+        browser.until(play.is_displayed)
+        play.send_keys(browser.ENTER)
+        browser.until(lambda: driver.find_elements("css selector", "#chat > li"))
+        play.send_keys(browser.ENTER)
+        assert play.get_attribute("aria-pressed") == "false"
         driver.get("about:blank")
 
 

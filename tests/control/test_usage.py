@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import argparse
+import re
 from collections.abc import Iterator
 
 import pytest
 
-from hvcpd.control.cli import main, make_parser
+from hvcpd.control.cli import OVERVIEW, main, make_parser
+from release.reference import EXIT_STATUS
 from tests.control.conftest import Refuse
 
 
@@ -41,7 +43,7 @@ def test_a_command_alone_shows_its_help(arguments: list[str], capsys: pytest.Cap
     assert end.value.code == 0
     out, err = capsys.readouterr()
     assert out.startswith("usage: ")
-    assert "show this help message" in out
+    assert "--help" in out
     assert err == ""
 
 
@@ -60,3 +62,31 @@ def test_no_help_breaks_a_path_an_option_or_an_example() -> None:
             assert not line.startswith("  ") or line in text.splitlines()
         broken = [line for line in text.splitlines() if line.endswith("-") and not line.endswith(" -")]
         assert broken == [], parser.prog
+
+
+def test_the_overview_names_every_command_in_one_screen() -> None:
+    lines = OVERVIEW.splitlines()
+    assert len(lines) <= 24
+    assert max(map(len, lines)) <= 80
+    commands = next(a for a in make_parser()._actions if isinstance(a, argparse._SubParsersAction)).choices
+    named = re.findall(r"[a-z-]+", OVERVIEW)
+    assert [command for command in commands if command not in named] == []
+
+
+def test_commands_without_json_give_their_reason() -> None:
+    """docs/reference/commands.md has them."""
+    reasons = EXIT_STATUS.split("## JSON")[1]
+    commands = next(a for a in make_parser()._actions if isinstance(a, argparse._SubParsersAction)).choices
+    bare = [
+        name
+        for name, parser in commands.items()
+        if "--json" not in {*parser._option_string_actions, *_of_actions(parser)}
+    ]
+    assert [name for name in bare if f"`{name}`" not in reasons] == []
+    assert [name for name in commands if name not in bare and f"`{name}`" in reasons] == []
+
+
+def _of_actions(parser: argparse.ArgumentParser) -> set[str]:
+    """The options of a command's own actions, as of `drive forward`."""
+    choices = [a.choices for a in parser._actions if isinstance(a, argparse._SubParsersAction)]
+    return {option for each in choices for sub in each.values() for option in sub._option_string_actions}

@@ -1,4 +1,4 @@
-"""What the README shows of runs is what the commands print now."""
+"""README.md and docs/commands.md show what the commands print now."""
 
 from __future__ import annotations
 
@@ -7,7 +7,9 @@ from pathlib import Path
 import pytest
 
 from hvcpd.reporting.events import Summary
-from release.readme import LEFT_OUT, README, Command, Stage, abridged, blocks, differences, renewed
+from release.animation import draw, make_film
+from release.figures import FIGURES, read_results, with_table
+from release.readme import ANIMATION, LEFT_OUT, PAGES, Command, Stage, abridged, blocks, differences, renewed
 
 
 def test_a_block_is_its_commands_with_what_they_print() -> None:
@@ -49,13 +51,43 @@ def test_what_a_command_prints_takes_the_place_of_what_was_shown(tmp_path: Path)
     assert renewed(now, Stage(tmp_path)) == now
 
 
-@pytest.mark.slow
-def test_the_readme_shows_what_the_commands_print_now(tmp_path: Path) -> None:
-    """The one whole mission of the paper's five plants through the command; each plant is watered exactly once."""
+README = PAGES[0]
+
+
+def test_the_readme_is_short() -> None:
+    assert len(README.read_text(encoding="utf-8").split()) <= 500
+
+
+def test_the_readme_has_the_figures_that_were_measured() -> None:
     text = README.read_text(encoding="utf-8")
-    assert len(blocks(text)) >= 7, "the README's blocks are no longer found"
+    assert with_table(text, read_results()) == text, "run `python -m release.figures --table`"
+    assert len(FIGURES) == 5
+
+
+def test_each_figure_reads_what_its_benchmark_printed() -> None:
+    results = read_results()
+    for figure in FIGURES:
+        assert results[figure.name]["command"] == figure.command, "measure it again: python -m release.figures"
+        assert figure.read(results[figure.name]["printed"]), figure.name
+
+
+def test_a_film_shows_talk_slower_than_silence_and_ends_with_the_mission() -> None:
+    film = make_film([(10.0, 14.0)], 100.0)
+    talk = film.at(14.0) - film.at(10.0)
+    silence = film.at(54.0) - film.at(50.0)
+    assert talk > 5 * silence
+    assert film.at(0.0) == 0.0
+    assert film.at(100.0) < 1.0
+
+
+@pytest.mark.slow
+def test_the_pages_show_what_the_commands_print_now(tmp_path: Path) -> None:
+    """The one whole mission of the paper's five plants through the command; each plant is watered exactly once."""
     stage = Stage(tmp_path)
-    changed = differences(text, renewed(text, stage))
+    texts = {page: page.read_text(encoding="utf-8") for page in PAGES}
+    assert sum(len(blocks(text)) for text in texts.values()) >= 7, "the blocks are no longer found"
+    changed = [line for page, text in texts.items() for line in differences(text, renewed(text, stage), page.name)]
     assert not changed, "\n".join(["run `python -m release.readme`:", *changed])
+    assert ANIMATION.read_text(encoding="utf-8") == draw(stage.mission) + "\n", "run `python -m release.readme`"
     [score] = [event for event in stage.mission.events if isinstance(event, Summary)]
     assert (len(score.done), score.duplicates, score.lost) == (5, 0, 0)

@@ -15,7 +15,7 @@ import pytest
 
 from hvcpd.ports import SAMPLE_RATE_HZ
 from hvcpd.reporting.events import Heard, MissionRecord, Said, Summary, Watered
-from hvcpd.reporting.html import page, write_report
+from hvcpd.reporting.html import SPEEDS, page, write_report
 from hvcpd.reporting.markup import VOID
 from tests.reporting.example import example, pitch_of
 
@@ -151,7 +151,7 @@ def test_pictures_are_whole(parsed: Page) -> None:
     for image in images:
         png = base64.b64decode((image["href"] or "").removeprefix("data:image/png;base64,"))
         assert png.startswith(b"\x89PNG\r\n\x1a\n")
-    assert len(parsed.all("option")) == len(images)
+    assert len(parsed.all("option")) == len(images) + len(SPEEDS)
 
 
 def test_hostile_names_do_no_harm() -> None:

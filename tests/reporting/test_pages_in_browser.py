@@ -15,7 +15,7 @@ from hvcpd.reporting.events import MissionRecord, Started
 from hvcpd.reporting.html import page as report_page
 from hvcpd.reporting.shift import read_shift
 from hvcpd.reporting.shift_page import page as shift_page
-from tests.console.browser import MISSING, WHY, chromium, faults, look_like
+from tests.console.browser import MISSING, WHY, chromium, faults, look_like, until
 from tests.reporting.example import example
 from tests.reporting.shift_example import flower_tasks, made_up
 from tests.reporting.shown import Shown
@@ -142,4 +142,21 @@ def test_the_cards_have_room_for_all_that_stands_on_them(case: str, browser: Any
     assert max(browser.execute_script(high)) * MM_PER_PX <= A4_MM
     look_like(browser, 390, 900, "dark", phone=True)
     assert browser.execute_script("return document.documentElement.scrollWidth") <= 390
+    assert faults(browser) == []
+
+
+def test_a_report_is_played_fast_and_its_map_follows(browser: Any, tmp_path: Path) -> None:
+    file = tmp_path / "report.html"
+    file.write_text(report_page(example()), encoding="utf-8")
+    look_like(browser, 390, 844, "dark", phone=True)
+    browser.get(file.as_uri())
+    undone = "return document.querySelectorAll('.place.undone').length"
+    done = browser.execute_script("return document.querySelectorAll('.place[data-done]').length")
+    assert done > 0
+    assert browser.execute_script(undone) == 0
+    browser.find_element("id", "speed").send_keys("4")
+    browser.find_element("id", "whole").send_keys("\ue007")
+    until(lambda: browser.execute_script(undone) == done)
+    assert browser.execute_script("return document.getElementById('sound').playbackRate") == 4
+    browser.find_element("id", "whole").send_keys("\ue007")
     assert faults(browser) == []

@@ -1,6 +1,6 @@
 // Who is here, the board of tasks, alarms, and the meter.
 import { act } from "./controls.js";
-import { byId, make, setText } from "./dom.js";
+import { byId, drawing, make, setText } from "./dom.js";
 
 const robots = byId("robots");
 const board = byId("board");
@@ -39,8 +39,8 @@ export function showBoard(message) {
       return make(
         "tr",
         {},
-        make("td", { "data-head": "No." }, String(task.number)),
-        make("th", { scope: "row" }, task.name),
+        make("td", { "data-head": "No.", class: "no" }, String(task.number)),
+        make("th", { scope: "row" }, drawing(task.mark), task.name),
         make("td", { "data-head": "State" }, state),
         make("td", { "data-head": "By" }, by, change(task)),
       );

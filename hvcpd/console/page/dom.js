@@ -12,6 +12,9 @@ export function make(name, attributes = {}, ...children) {
   return element;
 }
 
+/** A drawing that the console itself has made, as its SVG text. */
+export const drawing = (svg) => document.adoptNode(new DOMParser().parseFromString(`<body>${svg}</body>`, "text/html").querySelector("svg"));
+
 const SVG = "http://www.w3.org/2000/svg";
 
 export function makeSvg(name, attributes = {}) {

@@ -1,5 +1,5 @@
 // The room from above: the plan comes drawn, robots and their trails are put into it.
-import { byId, makeSvg, setText } from "./dom.js";
+import { byId, drawing, makeSvg, setText } from "./dom.js";
 
 const holder = byId("map");
 const places = byId("places");
@@ -14,12 +14,12 @@ export class Plan {
 
   /** `message`: the plan as SVG text, made by the console itself, and trails so far. */
   show(message) {
-    const drawn = new DOMParser().parseFromString(`<body>${message.svg}</body>`, "text/html").querySelector("svg");
+    const drawn = message.svg ? drawing(message.svg) : null;
     this.robots.clear();
     holder.replaceChildren();
     this.svg = drawn;
     if (!drawn) return;
-    holder.append(document.adoptNode(drawn));
+    holder.append(drawn);
     const { left, bottom, high, scale, pad } = drawn.dataset;
     this.frame = [left, bottom, high, scale, pad].map(Number);
     for (const trail of message.trails) {

@@ -12,18 +12,50 @@ class Silence extends EventTarget {
     this.duration = duration;
     this.currentTime = 0;
     this.paused = true;
+    this.playbackRate = 1;
   }
 
-  begin() {
-    this.paused = false;
+  async play() {
+    if (!this.paused) return;
+    this.set(false);
+    if (this.currentTime >= this.duration) this.currentTime = 0;
     let last = performance.now();
     const step = (now) => {
-      this.currentTime = Math.min(this.currentTime + (now - last) / 1000, this.duration);
+      if (this.paused) return;
+      this.currentTime = Math.min(this.currentTime + (this.playbackRate * (now - last)) / 1000, this.duration);
       last = now;
       if (this.currentTime < this.duration) requestAnimationFrame(step);
+      else this.pause();
     };
     requestAnimationFrame(step);
   }
+
+  pause() {
+    this.set(true);
+  }
+
+  set(paused) {
+    this.paused = paused;
+    this.dispatchEvent(new Event(paused ? "pause" : "play"));
+  }
+}
+
+/** The big button and the speeds, for a clock of either kind. */
+function offerControls(clock) {
+  const play = byId("play");
+  const speed = byId("speed");
+  const tell = () => {
+    setText(play, clock.paused ? "▶ Play" : "❚❚ Pause");
+    play.setAttribute("aria-pressed", String(!clock.paused));
+  };
+  play.addEventListener("click", () => {
+    if (clock.paused) clock.play().catch(tell);
+    else clock.pause();
+  });
+  speed.addEventListener("change", () => {
+    clock.playbackRate = Number(speed.value);
+  });
+  for (const event of ["play", "pause", "ended"]) clock.addEventListener(event, tell);
 }
 
 /** `makeTalk(source)` makes the conversation, `take(talk, message)` shows a message. */
@@ -71,8 +103,8 @@ export async function replay(makeTalk, take) {
   else {
     sound.hidden = true;
     clock = new Silence(recording.duration_s);
-    clock.begin();
   }
+  offerControls(clock);
   const frame = () => {
     skipTo(clock.currentTime);
     requestAnimationFrame(frame);

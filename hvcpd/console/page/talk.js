@@ -4,6 +4,9 @@ import { byId, make } from "./dom.js";
 const MOST = 600; // lines in the page at a time
 const NEAR_PX = 600; // so near to an end more is fetched
 const AT_END_PX = 40;
+const LATE = 20; // a sentence is told when it was understood, at the time when it began: so many lines may be newer
+
+const inTime = (lines) => [...lines].sort((one, other) => one.at_s - other.at_s || one.n - other.n);
 
 export class Talk {
   /** `source`: `{before(n), after(n)}`, each a promise of `{lines, first}`; `clock`: how times are told. */
@@ -24,7 +27,7 @@ export class Talk {
 
   /** Show these lines, the newest there are. */
   reset(lines, first) {
-    this.lines = [...lines];
+    this.lines = inTime(lines);
     this.first = first;
     this.atEnd = true;
     this.list.replaceChildren(...this.lines.map((line, k) => this.item(line, this.lines[k - 1])));
@@ -37,8 +40,7 @@ export class Talk {
     if (!this.atEnd || !this.isAtBottom()) this.missed += 1;
     if (this.atEnd) {
       const sticks = this.isAtBottom();
-      this.list.append(this.item(line, this.lines.at(-1)));
-      this.lines.push(line);
+      this.insert(line);
       if (sticks) {
         this.drop(this.lines.length - MOST, true);
         this.stick();
@@ -48,6 +50,18 @@ export class Talk {
       }
     }
     this.showMissed();
+  }
+
+  /** Put a line where it belongs in time. */
+  insert(line) {
+    let at = this.lines.length;
+    while (at > 0 && this.lines.length - at < LATE && this.lines[at - 1].at_s > line.at_s) at -= 1;
+    this.list.insertBefore(this.item(line, this.lines[at - 1]), this.list.children[at] ?? null);
+    this.lines.splice(at, 0, line);
+  }
+
+  oldest() {
+    return Math.min(...this.lines.map((line) => line.n));
   }
 
   /** For a screen reader, which does not read a list that changes at both ends. */
@@ -121,13 +135,14 @@ export class Talk {
       this.showMissed();
     }
     if (this.busy || !this.lines.length) return;
-    if (this.list.scrollTop < NEAR_PX && this.lines[0].n > this.first) this.fetchBefore();
+    if (this.list.scrollTop < NEAR_PX && this.oldest() > this.first) this.fetchBefore();
     else if (!this.atEnd && this.list.scrollHeight - this.list.scrollTop - this.list.clientHeight < NEAR_PX) this.fetchAfter();
   }
 
   async fetchBefore() {
     await this.fetching(async () => {
-      const page = await this.source.before(this.lines[0].n);
+      const page = await this.source.before(this.oldest());
+      page.lines = inTime(page.lines);
       this.first = page.first;
       const height = this.list.scrollHeight;
       const top = this.list.scrollTop;
@@ -144,7 +159,8 @@ export class Talk {
 
   async fetchAfter() {
     await this.fetching(async () => {
-      const page = await this.source.after(this.lines.at(-1).n);
+      const page = await this.source.after(Math.max(...this.lines.map((line) => line.n)));
+      page.lines = inTime(page.lines);
       const before = this.lines.at(-1);
       this.list.append(...page.lines.map((line, k) => this.item(line, page.lines[k - 1] ?? before)));
       this.lines.push(...page.lines);

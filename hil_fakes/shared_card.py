@@ -1,0 +1,94 @@
+"""A medium of real air: one sound card that all robots of a `SharedRoom` share, and a visitor who types.
+
+What the robots play is added up for the loudspeaker, and all of them hear the one microphone.
+"""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import Callable, Sequence
+from typing import Protocol
+
+import numpy as np
+
+from hil_fakes.room import Point
+from hil_fakes.shared_room import Voice
+from hvcpd.errors import DeviceError
+from hvcpd.hardware.audio_exchange import StreamCounters
+from hvcpd.ports import Samples
+
+
+class Card(Protocol):
+    """Microphone and loudspeaker, as `hvcpd.hardware.audio_stream.AudioStream` has them."""
+
+    @property
+    def latency_s(self) -> float: ...
+
+    @property
+    def counters(self) -> StreamCounters: ...
+
+    async def open(self, afresh: bool = False) -> None: ...
+
+    async def start(self) -> None: ...
+
+    async def read(self) -> Samples: ...
+
+    def write(self, samples: Samples) -> None: ...
+
+    async def close(self) -> None: ...
+
+
+class SharedCard:
+    """`make` makes the card's stream; after a failure the card is opened again by whoever asks first."""
+
+    def __init__(self, make: Callable[[], Card]) -> None:
+        self._make = make
+        self._card: Card | None = None
+        self._is_started = False
+        self._door = asyncio.Lock()
+        self._visitor = Voice()
+
+    @property
+    def latency_s(self) -> float:
+        """The card's."""
+        return self._card.latency_s if self._card is not None else 0.0
+
+    @property
+    def counters(self) -> StreamCounters:
+        """The card's."""
+        return self._card.counters if self._card is not None else StreamCounters()
+
+    async def open(self) -> None:
+        """Open the card, unless it is open. Raises DeviceError."""
+        async with self._door:
+            if self._card is None:
+                card = self._make()
+                await card.open()
+                self._card, self._is_started = card, False
+
+    async def exchange(self, played: Sequence[Samples], _places: Sequence[Point]) -> list[Samples]:
+        """Play the sum and wait for the next block heard. Raises DeviceError, and lets go of the card."""
+        if self._card is None:
+            raise DeviceError("the sound card is gone")
+        try:
+            if self._is_started:
+                said = np.sum([*played, self._visitor.take(len(played[0]))], axis=0)
+                self._card.write(np.clip(said, -1.0, 1.0).astype(np.float32))
+            else:
+                await self._card.start()
+                self._is_started = True
+            heard = await self._card.read()
+        except DeviceError:
+            await self.close()
+            raise
+        return [heard for _ in played]
+
+    def say(self, sound: Samples) -> None:
+        """Have a visitor say it through the loudspeaker."""
+        self._visitor.say(sound)
+
+    async def close(self) -> None:
+        """Let go of the card."""
+        card, self._card = self._card, None
+        if card is not None:
+            await card.close()

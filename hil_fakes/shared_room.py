@@ -1,0 +1,210 @@
+"""One room for several daemons: each has a stream of its own, and time passes when all wait for their next block.
+
+What carries the sound is a medium: simulated air, as fast as the processor can or in real time, or a real sound card
+that all robots share.
+"""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import Awaitable, Callable, Sequence
+from dataclasses import dataclass, field
+from typing import Protocol
+
+import numpy as np
+
+from hil_fakes.body import Body
+from hil_fakes.room import Air, Point, Room
+from hvcpd.errors import HvcpdError
+from hvcpd.hardware.audio_exchange import StreamCounters
+from hvcpd.ports import SAMPLE_RATE_HZ, Samples
+
+BLOCK = 400
+"""Samples, 25 ms."""
+
+
+class Medium(Protocol):
+    """Carries sound from all loudspeakers to all microphones. Sound has the shape (n,), float32, at 16 kHz."""
+
+    @property
+    def latency_s(self) -> float:
+        """From the end of a block that was heard until what is then played is heard."""
+        ...
+
+    @property
+    def counters(self) -> StreamCounters:
+        """What was lost."""
+        ...
+
+    async def open(self) -> None:
+        """Begin; called once for each stream. Raises DeviceError."""
+        ...
+
+    async def exchange(self, played: Sequence[Samples], places: Sequence[Point]) -> list[Samples]:
+        """Let a block pass: what each microphone hears next. Raises DeviceError."""
+        ...
+
+
+class SimulatedAir:
+    """Air between robots; `pace(now_s)` waits until a block may pass, and by default does not."""
+
+    latency_s = 0.0
+
+    def __init__(self, room: Room, pace: Callable[[float], Awaitable[None]] | None = None) -> None:
+        self.counters = StreamCounters()
+        self._room = room
+        self._pace = pace
+        self._now_s = 0.0
+        self._visitor = Voice()
+
+    async def open(self) -> None:
+        """Air is always there."""
+
+    async def exchange(self, played: Sequence[Samples], places: Sequence[Point]) -> list[Samples]:
+        """Let a block pass at once, or when its time has come."""
+        heard = self._room.advance(played, places)[:-1]
+        said = self._visitor.take(len(heard[0])) * np.float32(self._room.air.source_gain)
+        self._now_s += len(heard[0]) / SAMPLE_RATE_HZ
+        if self._pace is not None:
+            await self._pace(self._now_s)
+        return [(each + said).astype(np.float32) for each in heard]
+
+    def say(self, sound: Samples) -> None:
+        """Have a visitor say it, 1 m from every robot."""
+        self._visitor.say(sound)
+
+
+class Voice:
+    """Sound that waits to be said, one sentence after the other."""
+
+    def __init__(self) -> None:
+        self._waiting: Samples = np.zeros(0, np.float32)
+
+    def say(self, sound: Samples) -> None:
+        """Say it after what waits already; shape (n,), float32."""
+        self._waiting = np.concatenate([self._waiting, sound])
+
+    def take(self, n: int) -> Samples:
+        """The next `n` samples, silence where nothing waits."""
+        taken, self._waiting = self._waiting[:n], self._waiting[n:]
+        return np.pad(taken, (0, n - len(taken)))
+
+
+async def _at_once() -> None:
+    return
+
+
+@dataclass
+class VirtualStream:
+    """One robot's microphone and loudspeaker in a shared room; its `read` lets time pass once everybody waits."""
+
+    room: SharedRoom
+    settled: Callable[[], Awaitable[None]] = _at_once
+    playing: Samples = field(default_factory=lambda: np.zeros(BLOCK, np.float32))
+    played: list[Samples] | None = None
+    log: list[str] = field(default_factory=list)
+    on_open_afresh: Callable[[], None] = lambda: None
+
+    @property
+    def latency_s(self) -> float:
+        return self.room.medium.latency_s
+
+    @property
+    def counters(self) -> StreamCounters:
+        return self.room.medium.counters
+
+    async def open(self, afresh: bool = False) -> None:
+        self.log.append("open afresh" if afresh else "open")
+        if afresh:
+            self.on_open_afresh()
+        await self.room.medium.open()
+        self.room.join(self)
+
+    async def start(self) -> None:
+        self.log.append("start")
+
+    async def read(self) -> Samples:
+        await self.settled()
+        return await self.room.heard_by(self)
+
+    def write(self, samples: Samples) -> None:
+        self.playing = samples
+        if self.played is not None:
+            self.played.append(samples)
+
+    async def close(self) -> None:
+        self.log.append("close")
+        await self.room.leave(self)
+
+
+class SharedRoom:
+    """Sound between some robots and the floor under them. Time passes when all of them wait for their next block.
+
+    `watch` is called with the time after each block; what it raises is what every microphone then raises.
+    """
+
+    def __init__(
+        self,
+        bodies: list[Body],
+        watch: Callable[[float], None] = lambda _: None,
+        seed: int = 0,
+        medium: Medium | None = None,
+    ) -> None:
+        self.bodies = bodies
+        self.medium = medium or SimulatedAir(Room(len(bodies), Air(), seed))
+        self.streams = [VirtualStream(self) for _ in bodies]
+        self.present = set(range(len(bodies)))
+        self.now_s = 0.0
+        self._watch = watch
+        self._waiting: dict[int, asyncio.Future[Samples]] = {}
+
+    def join(self, stream: VirtualStream) -> None:
+        """Time passes no more without this one."""
+        self.present.add(self._ear(stream))
+
+    async def heard_by(self, stream: VirtualStream) -> Samples:
+        """The stream's next block, once all who are present wait for theirs."""
+        ear = self._ear(stream)
+        turn = self._waiting[ear] = asyncio.get_running_loop().create_future()
+        await self._pass()
+        return await turn
+
+    async def leave(self, stream: VirtualStream) -> None:
+        """Go on without this one."""
+        ear = self._ear(stream)
+        self.present.discard(ear)
+        self._waiting.pop(ear, None)
+        stream.playing = np.zeros_like(stream.playing)
+        await self._pass()
+
+    def _ear(self, stream: VirtualStream) -> int:
+        return next(k for k, each in enumerate(self.streams) if each is stream)
+
+    async def _pass(self) -> None:
+        if not self._waiting or self.present - self._waiting.keys():
+            return
+        waiting, self._waiting = self._waiting, {}
+        places = [(body.pose.x_m, body.pose.y_m) for body in self.bodies]
+        try:
+            heard = await self.medium.exchange(self._playing(), places)
+            self._move(len(heard[0]) / SAMPLE_RATE_HZ)
+        except (HvcpdError, ArithmeticError) as error:
+            for turn in waiting.values():
+                if not turn.done():
+                    turn.set_exception(type(error)(str(error)))
+            return
+        for ear, turn in waiting.items():
+            if not turn.done():
+                turn.set_result(heard[ear])
+
+    def _playing(self) -> list[Samples]:
+        """What each plays; who has left plays silence of the same length."""
+        n = max((len(self.streams[ear].playing) for ear in self.present), default=BLOCK)
+        return [np.resize(s.playing, n) if k in self.present else np.zeros(n, np.float32)
+                for k, s in enumerate(self.streams)]  # fmt: skip
+
+    def _move(self, dt_s: float) -> None:
+        for body in self.bodies:
+            body.advance(dt_s)
+        self.now_s += dt_s
+        self._watch(self.now_s)

@@ -1,0 +1,201 @@
+"""`hvcpctl duet`: whole daemons with fake wheels talk through this computer's sound card, or through simulated air."""
+
+from __future__ import annotations
+
+import argparse
+import asyncio
+import signal
+import sys
+import tempfile
+from collections.abc import Awaitable, Callable
+from contextlib import ExitStack, suppress
+from pathlib import Path
+from typing import Any, TextIO
+
+from hil_fakes.body import Body
+from hil_fakes.room import Air, Room
+from hil_fakes.shared_card import SharedCard
+from hil_fakes.shared_room import SharedRoom, SimulatedAir
+from hvcpd.assembly.make import user_cache_folder
+from hvcpd.config.settings import AudioSettings, Settings, load_settings
+from hvcpd.control.duet.onlookers import Onlooker, Visitor, page
+from hvcpd.daemon.devices import Devices
+from hvcpd.daemon.logging import set_up_logging
+from hvcpd.daemon.main_loop import FAREWELL_WALL_S, Daemon
+from hvcpd.daemon.wiring import Wiring, wire_up
+from hvcpd.errors import EX_OK, DeviceError, HvcpdError
+from hvcpd.hardware.audio import find_device, load_backend
+from hvcpd.hardware.audio_stream import AudioStream
+from hvcpd.ports import Wheels
+
+START_X_M = -5.0
+"""Of the first robot; the others start beside it, 1 m apart."""
+VISITOR = "Anna"
+"""The name under which a person may speak, known to the robots beforehand."""
+
+_WELCOME = """\
+{robots} {talk} {where}.
+{page}Say, or type and press Enter:  Bot, stop  ·  Bot, resume  ·  what is left  ·  Rob, what are you doing
+More to try: hvcpctl phrases, and docs/duet.md. Ctrl-C ends it.
+"""
+_CARD = "through this computer's loudspeaker and microphone ({microphone})"
+_PIPE = "through simulated air ({why})"
+
+
+def run(options: argparse.Namespace) -> int:
+    """Let the robots talk until interrupted. Raises ConfigError and DeviceError."""
+    robots: tuple[str, ...] = (options.as_name,) if options.as_name else options.names
+    set_up_logging("error", form="console")
+    medium, where = choose_medium(options, len(robots))
+    with tempfile.TemporaryDirectory(prefix="hvcpd-duet-") as folder, ExitStack() as stack:
+        wirings = [_wiring(options, Path(folder), robot, k) for k, robot in enumerate(robots)]
+        bodies = [stack.enter_context(Body(w.settings.start.pose, seed)) for seed, w in enumerate(wirings)]
+        room = SharedRoom(bodies, medium=medium)
+        socket = wirings[0].settings.control.socket
+        assert socket is not None
+        address = "" if options.no_console else stack.enter_context(page(socket, options.port))
+        told = f"Watch {robots[0]} at {address}\n" if address else ""
+        talk = "talk" if len(robots) > 1 else "talks"
+        sys.stdout.write(_WELCOME.format(robots=" and ".join(robots), talk=talk, where=where, page=told))
+        sys.stdout.flush()
+        asyncio.run(Duet(wirings, room, Visitor(VISITOR, wirings[0], medium.say)).live(sys.stdin))
+    return EX_OK
+
+
+def choose_medium(options: argparse.Namespace, n_robots: int) -> tuple[SharedCard | SimulatedAir, str]:
+    """The sound card, or simulated air where there is none, and how to name it. Raises DeviceError.
+
+    A robot that plays its part alone, for a partner on another computer, needs the card.
+    """
+    if not options.pipe:
+        try:
+            backend = load_backend()
+            microphone = find_device(backend, "input", options.input_device)
+            find_device(backend, "output", options.output_device)
+            audio = AudioSettings(input_device=options.input_device, output_device=options.output_device)
+            return SharedCard(lambda: AudioStream(audio, backend)), _CARD.format(microphone=microphone.name)
+        except DeviceError as error:
+            if options.as_name:
+                raise
+            why = str(error)
+    else:
+        why = "--pipe"
+    return SimulatedAir(Room(n_robots, Air(), seed=0), _real_time()), _PIPE.format(why=why)
+
+
+def _real_time() -> Callable[[float], Awaitable[None]]:
+    """Holds simulated air back to the event loop's clock; after a stall it does not hurry."""
+    began_s: float | None = None
+
+    async def pace(now_s: float) -> None:
+        nonlocal began_s
+        clock_s = asyncio.get_running_loop().time()
+        if began_s is None or clock_s - began_s > now_s:
+            began_s = clock_s - now_s
+        await asyncio.sleep(now_s - (clock_s - began_s))
+
+    return pace
+
+
+def _wiring(options: argparse.Namespace, folder: Path, robot: str, place: int) -> Wiring:
+    """One robot with a memory that lasts as long as the duet. Raises ConfigError."""
+    state = folder / robot.lower()
+    state.mkdir()
+    if (units := user_cache_folder()) is not None:
+        units.mkdir(parents=True, exist_ok=True)
+        (state / "units").symlink_to(units)
+    given: dict[str, object] = {
+        "name": robot,
+        "names": list(dict.fromkeys((*options.names, robot, VISITOR))),
+        "state_dir": str(state),
+        "start.x_m": START_X_M + place,
+        "control.socket": str(folder / f"{robot.lower()}.sock"),
+        "voices": "any",
+    }
+    if options.tasks is not None:
+        given["tasks"] = str(options.tasks)
+    return wire_up(load_settings(options.config, given, system_path=folder / "none.yaml"))
+
+
+class Duet:
+    """Some daemons in one room, who looks on, and who joins in."""
+
+    def __init__(self, wirings: list[Wiring], room: SharedRoom, visitor: Visitor, out: TextIO | None = None) -> None:
+        self._settings = [wiring.settings for wiring in wirings]
+        self.daemons = [Daemon(w, _devices(room, k)) for k, w in enumerate(wirings)]
+        self._room = room
+        self._visitor = visitor
+        self._onlooker = Onlooker([s.name for s in self._settings], out or sys.stdout)
+        self._ended = False
+
+    async def live(self, typed: Any) -> None:
+        """Until a signal; `typed` is a file of lines that the visitor says. Raises what ends a daemon."""
+        loop = asyncio.get_running_loop()
+        lives = [asyncio.ensure_future(daemon.run()) for daemon in self.daemons]
+        for number in (signal.SIGINT, signal.SIGTERM):
+            loop.add_signal_handler(number, self.leave, lives)
+        onlookers = [asyncio.ensure_future(self._onlooker.follow(_socket(s), s.name)) for s in self._settings]
+        listening = self._listen(typed)
+        try:
+            await asyncio.gather(*lives)
+        except asyncio.CancelledError:
+            if not self._ended:
+                raise
+        finally:
+            for task in (*lives, *onlookers):
+                task.cancel()
+            await asyncio.gather(*lives, *onlookers, return_exceptions=True)
+            if listening:
+                loop.remove_reader(typed)
+            if isinstance(self._room.medium, SharedCard):
+                await self._room.medium.close()
+
+    def leave(self, lives: list[asyncio.Future[None]]) -> None:
+        """Have the robots say that they leave; asked a second time, or too long after the first, end at once."""
+        if self._ended or not all(daemon.listening for daemon in self.daemons):
+            self._ended = True
+            for life in lives:
+                life.cancel()
+            return
+        self._ended = True
+        for daemon in self.daemons:
+            daemon.leave()
+        asyncio.get_running_loop().call_later(FAREWELL_WALL_S, self.leave, lives)
+
+    def _listen(self, typed: Any) -> bool:
+        """Take lines as they are typed; False where that cannot be waited for, as with a file."""
+
+        def take() -> None:
+            line = typed.readline()
+            if not line:
+                asyncio.get_running_loop().remove_reader(typed)
+            elif line.strip():
+                self.say(line)
+
+        with suppress(PermissionError, ValueError, OSError):
+            asyncio.get_running_loop().add_reader(typed, take)
+            return True
+        return False
+
+    def say(self, line: str) -> None:
+        """The visitor says a sentence; one that is not in the phrasebook is answered by a message."""
+        try:
+            self._visitor.say(line)
+        except HvcpdError as error:
+            self._onlooker.note(str(error))
+
+
+def _socket(settings: Settings) -> Path:
+    path = settings.control.socket
+    assert path is not None
+    return path
+
+
+def _devices(room: SharedRoom, which: int) -> Devices:
+    def make_stream(_: AudioSettings) -> Any:
+        return room.streams[which]
+
+    def make_wheels(_: object) -> Wheels:
+        return room.bodies[which].wheels
+
+    return Devices(make_stream=make_stream, make_wheels=make_wheels)

@@ -1,0 +1,111 @@
+"""Who is in the room with the robots: the terminal that writes what it hears, a page, and a visitor who types."""
+
+from __future__ import annotations
+
+import asyncio
+import json
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager, suppress
+from importlib.util import find_spec
+from pathlib import Path
+from secrets import token_urlsafe
+from threading import Thread
+from typing import Any, TextIO
+
+from hvcpd.daemon.control_socket import short_address
+from hvcpd.daemon.wiring import Wiring
+from hvcpd.ports import Samples
+from hvcpd.reporting.text import clock
+from hvcpd.synthesis.speaker import Speaker
+
+LOOK_S = 0.05
+"""Between two looks for a daemon's socket at its start."""
+PAGE_NEEDS = ("starlette", "uvicorn")
+
+
+class Visitor:
+    """Says sentences of the phrasebook in a voice of its own; `play` takes the sound. Raises PhraseError."""
+
+    def __init__(self, name: str, wiring: Wiring, play: Callable[[Samples], None]) -> None:
+        self._phrasebook = wiring.phrasebook()
+        self._speaker = Speaker(wiring.sound.voice_of(name), wiring.sound.lexicon, wiring.sound.cache)
+        self._play = play
+
+    def say(self, text: str) -> None:
+        """Say it as soon as the last one is over."""
+        utterance = self._phrasebook.parse_text(text)
+        self._play(self._speaker.render(self._phrasebook.phrases(utterance)))
+
+
+class Onlooker:
+    """Writes what robots say, and what they hear from anybody else."""
+
+    def __init__(self, robots: Sequence[str], out: TextIO) -> None:
+        self._robots = frozenset(robots)
+        self._out = out
+
+    async def follow(self, socket: Path, robot: str) -> None:
+        """Write a robot's events until its daemon ends."""
+        while not socket.exists():
+            await asyncio.sleep(LOOK_S)
+        with short_address(socket) as address:
+            reader, writer = await asyncio.open_unix_connection(address)
+        try:
+            writer.write(b'{"command": "subscribe", "events": ["said", "heard"]}\n')
+            async for line in reader:
+                self._tell(json.loads(line), robot)
+        finally:
+            writer.close()
+
+    def note(self, text: str) -> None:
+        """Write a message."""
+        self._write(f"      ({text})")
+
+    def _tell(self, event: dict[str, Any], robot: str) -> None:
+        match event.get("event"):
+            case "said":
+                self._write(f"{clock(event['at_s']):>5}  {robot}: {event['text']}")
+            case "heard" if event["speaker"] not in self._robots:
+                who = event["speaker"] or "you"
+                self._write(f"{clock(event['at_s']):>5}  {robot} heard {who}: {event['text']}")
+
+    def _write(self, text: str) -> None:
+        self._out.write(f"{text}\n")
+        self._out.flush()
+
+
+@contextmanager
+def page(socket: Path, port: int) -> Iterator[str]:
+    """The console of the robot at that socket, on a port of this computer; its address, "" where parts are missing.
+
+    Raises ConfigError if the port cannot be had.
+    """
+    if any(find_spec(name) is None for name in PAGE_NEEDS):
+        yield ""
+        return
+    from hvcpd.console.app import live_app
+    from hvcpd.console.guard import KEY_BYTES, Door
+    from hvcpd.console.link import Link
+    from hvcpd.console.scene import Scene
+    from hvcpd.console.serve import PageServer, open_port
+    from hvcpd.console.viewers import Viewers
+
+    scene = Scene(Viewers())
+    link = Link(socket, scene)
+    key = token_urlsafe(KEY_BYTES)
+    with open_port("127.0.0.1", port) as listener:
+        address = f"127.0.0.1:{listener.getsockname()[1]}"
+        app = live_app(scene, link.ask, link.run, Door(frozenset({address}), key))
+        server = PageServer(app, lambda: None, scene.viewers.end)
+        thread = Thread(target=server.serve_on, args=(listener,), name="console", daemon=True)
+        thread.start()
+        try:
+            yield f"http://{address}/?key={key}"
+        finally:
+            server.should_exit = True
+            with suppress(RuntimeError):
+                thread.join(GRACE_S)
+
+
+GRACE_S = 3.0
+"""For open pages to end."""

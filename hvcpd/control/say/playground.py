@@ -1,0 +1,30 @@
+"""`hvcpctl playground`: one page for a browser, in which robots say what is typed; it needs no server and no network."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+
+from hvcpd.control.simulate.team import load_team
+from hvcpd.errors import EX_OK, AudioFileError, ConfigError, unwritable
+from hvcpd.reporting.files import write_whole
+from hvcpd.reporting.playground import make_scenes, page
+
+MOST_ROBOTS = 4
+"""Each adds 1.3 MB to the page."""
+
+
+def run(options: argparse.Namespace) -> int:
+    """Write the page."""
+    robots: tuple[str, ...] = options.robots
+    if not 2 <= len(robots) <= MOST_ROBOTS:
+        raise ConfigError(f"--robots: name 2 to {MOST_ROBOTS}; each adds 1.3 MB to the page")
+    team = load_team(options, robots)
+    scenes = make_scenes(team.phrasebook, robots, team.tasks.tasks[0].number)
+    text = page(robots, [team.sound.speaker_of(name) for name in robots], team.phrasebook.graph, scenes)
+    try:
+        write_whole(options.output, text.encode("utf-8"))
+    except OSError as error:
+        raise AudioFileError(unwritable(options.output, error)) from None
+    sys.stdout.write(f"Open {options.output} in a browser.\n")
+    return EX_OK

@@ -1,0 +1,162 @@
+"""The playground: one HTML page that says any sentence of the phrasebook in robots' voices, with nothing but a browser.
+
+Every word of every robot is in the page as sound (FLAC), and the word network with its pauses. A script finds a
+sentence's way through the network and joins the words as `hvcpd.synthesis.speaker` does, but at one pitch.
+"""
+
+from __future__ import annotations
+
+import base64
+import hashlib
+import io
+import json
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass
+from string import Template
+from typing import Any
+
+import numpy as np
+import soundfile
+
+from hvcpd.language.graph import WordGraph
+from hvcpd.language.phrasebook import Phrasebook
+from hvcpd.ports import SAMPLE_RATE_HZ, Samples
+from hvcpd.reporting.markup import joined, tag
+from hvcpd.reporting.palette import own_file, robot_slot, style_sheet
+from hvcpd.synthesis.speaker import Speaker, UnitPosition
+from hvcpd.synthesis.speaker import joined as joint
+
+KEPT_BITS = 12
+"""Of each sample: quantization noise 72 dB below full scale, and a page of a third less."""
+
+
+@dataclass(frozen=True)
+class Says:
+    """One line of a scene: the robot by its place in the team, and its sentence."""
+
+    robot: int
+    text: str
+
+
+@dataclass(frozen=True)
+class Scene:
+    """An idea of the conversation and a dialogue that shows it."""
+
+    title: str
+    explained: str
+    lines: tuple[Says, ...]
+
+
+def make_scenes(phrasebook: Phrasebook, robots: Sequence[str], task: int) -> tuple[Scene, ...]:
+    """Claim, confirmation and stop, between the first two robots. Raises PhraseError."""
+    a, b = robots[:2]
+    claim = f"Hi all, I am {a}, I will complete task {task}"
+    scenes = (
+        Scene(
+            "Claim",
+            f"{a} says which task it will do, before it moves. Whoever hears this leaves that task alone. If two robots "
+            "claim the same task, the one that is at work already keeps it, or else the first name in the alphabet.",
+            (Says(0, claim),),
+        ),
+        Scene(
+            "Confirmation",
+            f"{b} repeats the number. Now {a} knows that it was understood. Without a confirmation it says the claim "
+            "again, and at last goes alone.",
+            (Says(0, claim), Says(1, f"Hi {a}, I am {b}, confirmed {task}")),
+        ),
+        Scene(
+            "Stop",
+            f"Anybody may say “stop”, at any time, without a greeting. Every robot that hears it halts at once, and stays "
+            f"halted until somebody says “resume”. With a name before it, “stop” is for {b} alone.",
+            (Says(0, f"{b} stop"), Says(1, f"Hi all, I am {b}, I have stopped"), Says(0, f"{b} resume")),
+        ),
+    )
+    return tuple(
+        Scene(s.title, s.explained, tuple(Says(line.robot, _written(phrasebook, line.text)) for line in s.lines))
+        for s in scenes
+    )
+
+
+def _written(phrasebook: Phrasebook, text: str) -> str:
+    return phrasebook.write(phrasebook.parse_text(text))
+
+
+def page(robots: Sequence[str], speakers: Sequence[Speaker], graph: WordGraph, scenes: Sequence[Scene]) -> str:
+    """The page as HTML: sound, style and script are all inside. `speakers` are the robots'."""
+    words = list(graph.words)
+    data = {
+        "rate": SAMPLE_RATE_HZ,
+        "words": words,
+        "graph": _network(graph, words),
+        "robots": [
+            {"name": name, "slot": robot_slot(k), **_voice(speaker, words)}
+            for k, (name, speaker) in enumerate(zip(robots, speakers, strict=True))
+        ],
+        "scenes": [asdict(scene) for scene in scenes],
+    }
+    script = own_file("playground.js")
+    return Template(own_file("playground.html")).substitute(
+        policy=_policy(script),
+        style=style_sheet("theme.css", "playground.css"),
+        script=script,
+        data=json.dumps(data, separators=(",", ":")).replace("<", "\\u003c"),
+        robots=joined([_panel(k, name) for k, name in enumerate(robots)]),
+        scenes=joined([_scene(k, scene, robots) for k, scene in enumerate(scenes)]),
+    )
+
+
+def _policy(script: str) -> str:
+    fingerprint = base64.b64encode(hashlib.sha256(script.encode("utf-8")).digest()).decode("ascii")
+    return f"default-src 'none'; style-src 'unsafe-inline'; script-src 'sha256-{fingerprint}'"
+
+
+def _network(graph: WordGraph, words: Sequence[str]) -> dict[str, Any]:
+    number = {word: k for k, word in enumerate(words)}
+    return {
+        "start": graph.start,
+        "finals": sorted(graph.finals),
+        "pauses": sorted(graph.pauses),
+        "arcs": [(arc.source, arc.target, number[arc.word]) for arc in graph.arcs],
+    }
+
+
+def _voice(speaker: Speaker, words: Sequence[str]) -> dict[str, Any]:
+    """A robot's words one after the other as FLAC, and for each, medial and final: begin, length, lead and advance, in
+    samples."""
+    units, table, at = [], [], 0
+    for word in words:
+        for position in UnitPosition:
+            unit = speaker.unit(word, position)
+            join = joint(unit, position is UnitPosition.FINAL)
+            table.append((at, len(unit), join.lead, join.advance))
+            units.append(unit)
+            at += len(unit)
+    return {"units": table, "flac": base64.b64encode(_flac(np.concatenate(units))).decode("ascii")}
+
+
+def _flac(sound: Samples) -> bytes:
+    """Sound, shape (n,), as FLAC of KEPT_BITS; a whole step stays clear of full scale."""
+    steps = np.rint(np.clip(sound, -1.0, 1.0) * (2 ** (KEPT_BITS - 1) - 1)).astype(np.int16) << (16 - KEPT_BITS)
+    packed = io.BytesIO()
+    soundfile.write(packed, steps, SAMPLE_RATE_HZ, format="FLAC", subtype="PCM_16")
+    return packed.getvalue()
+
+
+def _panel(k: int, name: str) -> str:
+    canvas = tag("canvas", width=960, height=160, role="img", aria_label=f"Spectrogram of {name}'s sentence")
+    return tag(
+        "section",
+        tag("div", tag("h3", name), tag("button", "▶ Play", class_="say", type="button", data_robot=k), class_="who"),
+        tag("div", canvas, tag("div", class_="words"), tag("div", class_="cursor"), class_="picture"),
+        class_=f"robot r{robot_slot(k)}",
+        aria_label=name,
+    )
+
+
+def _scene(k: int, scene: Scene, robots: Sequence[str]) -> str:
+    lines = [
+        tag("li", tag("b", robots[line.robot], class_=f"r{robot_slot(line.robot)}"), f": “{line.text}”")
+        for line in scene.lines
+    ]
+    button = tag("button", f"▶ Play {scene.title.lower()}", class_="scene", type="button", data_scene=k)
+    return tag("section", tag("h3", scene.title), tag("p", scene.explained), tag("ol", *lines), button, class_="idea")

@@ -1,0 +1,66 @@
+"""The documentation: links lead somewhere, examples run, and the reference is what the code says."""
+
+from __future__ import annotations
+
+import doctest
+import re
+from pathlib import Path
+
+import pytest
+import yaml
+
+from hvcpd.config.task_file import load_tasks
+from release.reference import FOLDER, PAGES
+
+ROOT = Path(__file__).parents[2]
+TEXTS = sorted([*ROOT.glob("*.md"), *(ROOT / "docs").rglob("*.md")])
+LINK = re.compile(r"\]\((?!https?:|mailto:)([^)\s]*)\)")
+FENCED = re.compile(r"^```.*?^```$|^    .*$|`[^`\n]+`", re.M | re.S)
+EXAMPLE = re.compile(r"<!-- own \w+ -->\n +```yaml\n(.*?)```", re.S)
+
+
+def anchors(path: Path) -> set[str]:
+    """The anchors of a page's headings, as GitHub and mkdocs make them of plain words."""
+    heads = re.findall(r"^#+ +(.+)$", path.read_text(encoding="utf-8"), re.M)
+    plain = (re.sub(r"\[([^]]*)\]\([^)]*\)|[`*]", r"\1", head) for head in heads)
+    return {re.sub(r"[^\w\- ]", "", head.lower()).strip().replace(" ", "-") for head in plain}
+
+
+@pytest.mark.parametrize("path", TEXTS, ids=lambda path: path.relative_to(ROOT).as_posix())
+def test_every_link_leads_somewhere(path: Path) -> None:
+    text = FENCED.sub("", path.read_text(encoding="utf-8"))
+    for link in LINK.findall(text):
+        file, _, anchor = link.partition("#")
+        target = (path.parent / file).resolve() if file else path
+        assert target.exists(), link
+        assert not anchor or target.suffix != ".md" or anchor in anchors(target), link
+
+
+@pytest.mark.parametrize("name", PAGES)
+def test_the_reference_is_what_the_code_says(name: str) -> None:
+    text = (FOLDER / f"{name}.md").read_text(encoding="utf-8")
+    assert text == PAGES[name](), "run `python -m release.reference`"
+
+
+@pytest.mark.slow
+def test_the_examples_in_python_run() -> None:
+    found = doctest.testfile(str(FOLDER / "python.md"), module_relative=False)
+    assert found.attempted >= 25
+    assert found.failed == 0
+
+
+@pytest.mark.parametrize("page", ["own-tasks", "own-skill"])
+def test_the_tutorials_task_files_are_right(page: str, tmp_path: Path) -> None:
+    text = (ROOT / "docs" / "tutorials" / f"{page}.md").read_text(encoding="utf-8")
+    [example] = EXAMPLE.findall(text)
+    file = tmp_path / "tasks.yaml"
+    file.write_text(re.sub(r"^    ", "", example, flags=re.M))
+    assert load_tasks(file).tasks
+
+
+def test_every_page_is_in_the_sites_navigation() -> None:
+    text = (ROOT / "mkdocs.yml").read_text(encoding="utf-8")
+    named = re.findall(r": ([\w/-]+\.md)$|- ([\w/-]+\.md)$", text, re.M)
+    shown = {first or second for first, second in named}
+    assert {path.relative_to(ROOT / "docs").as_posix() for path in (ROOT / "docs").rglob("*.md")} <= shown
+    assert yaml.safe_load(text)["theme"]["font"] is False  # nothing is loaded from elsewhere
