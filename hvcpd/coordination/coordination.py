@@ -10,7 +10,7 @@ import math
 from collections.abc import Iterable, Mapping
 
 from hvcpd.config.tasks import Place, TaskDefinition
-from hvcpd.coordination import choosing, composing, deadlines, hearing, repair, schedule, trusting
+from hvcpd.coordination import choosing, composing, deadlines, effects, hearing, repair, schedule, trusting
 from hvcpd.coordination.actions import Action, Rng, Role, SaveDue, SavePeer, SaveTask, Say, Timing
 from hvcpd.coordination.addressing import confirming_slot, whose_turn
 from hvcpd.coordination.board import Board
@@ -69,6 +69,7 @@ class Coordination:
         self._roster = frozenset(name.lower() for name in role.roster)
         if stopped:
             me.state = State.STOPPED
+            effects.want_release_told(me, now)
         else:
             me.arm(now, timing.wake_min_s + rng.random() * timing.wake_spread_s)
 
@@ -116,6 +117,10 @@ class Coordination:
     def channel(self, busy: bool, now: float) -> None:
         """Somebody else began (True) or ended (False) to speak."""
         self.knowledge.floor.channel(busy, now)
+
+    def mute(self, muted: bool) -> None:
+        """Nothing can be said (True), or again (False)."""
+        self.knowledge.floor.muted = muted
 
     def spoken(self, now: float) -> None:
         """The sentence of the last `Say` is out."""
