@@ -6,12 +6,13 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, Protocol
 
-from hvcpd.config.settings import AudioSettings, WheelSettings
+from hvcpd.config.settings import AudioSettings, StopButtonSettings, WheelSettings
 from hvcpd.hardware.audio import load_backend
 from hvcpd.hardware.audio_exchange import StreamCounters
 from hvcpd.hardware.audio_stream import AudioStream
 from hvcpd.hardware.kinematics import drive_of
 from hvcpd.hardware.ros_base import RosBase
+from hvcpd.hardware.stop_button import make_stop_button
 from hvcpd.ports import Samples, Wheels
 
 
@@ -40,6 +41,15 @@ class SoundStream(Protocol):
     async def close(self) -> None: ...
 
 
+class Button(Protocol):
+    """`StopButton`, as it is needed here."""
+
+    @property
+    def pressed(self) -> bool: ...
+
+    def close(self) -> None: ...
+
+
 def make_wheels(settings: WheelSettings) -> Wheels | None:
     """The wheels that the settings ask for, not yet open; None for a robot that stands."""
     if settings.driver == "none":
@@ -53,8 +63,9 @@ def make_wheels(settings: WheelSettings) -> Wheels | None:
 
 @dataclass(frozen=True)
 class Devices:
-    """Where the sound cards are listed, and how stream and wheels are made."""
+    """Where the sound cards are listed, and how stream, wheels and the button that stops are made."""
 
     sound_backend: Callable[[], Any] = load_backend
     make_stream: Callable[[AudioSettings], SoundStream] = AudioStream
     make_wheels: Callable[[WheelSettings], Wheels | None] = make_wheels
+    make_stop_button: Callable[[StopButtonSettings], Button | None] = make_stop_button

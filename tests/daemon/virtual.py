@@ -12,7 +12,7 @@ import numpy as np
 from hil_fakes.body import Body
 from hil_fakes.room import Air, Room
 from hvcpd.config.settings import AudioSettings, Settings
-from hvcpd.daemon.devices import Devices
+from hvcpd.daemon.devices import Button, Devices
 from hvcpd.errors import HvcpdError
 from hvcpd.hardware.audio_exchange import StreamCounters
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples, Wheels
@@ -104,7 +104,7 @@ def shared_room(settings: list[Settings], watch: Callable[[float], None]) -> Ite
         yield SharedRoom(bodies, watch)
 
 
-def devices_of(room: SharedRoom, which: int = 0) -> Devices:
+def devices_of(room: SharedRoom, which: int = 0, button: Button | None = None) -> Devices:
     """That robot's devices in the room."""
 
     def make_stream(_: AudioSettings) -> VirtualStream:
@@ -113,4 +113,4 @@ def devices_of(room: SharedRoom, which: int = 0) -> Devices:
     def make_wheels(_: object) -> Wheels:
         return room.bodies[which].wheels
 
-    return Devices(TwoCards, make_stream, make_wheels)
+    return Devices(TwoCards, make_stream, make_wheels, lambda _: button)
