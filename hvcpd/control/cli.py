@@ -11,7 +11,7 @@ from typing import TypeAlias
 
 from hvcpd import __version__
 from hvcpd.config.command_line import Parser, complain, let_go, output_fault, replace_closed_streams, with_examples
-from hvcpd.control.doctor.doctor_parser import add_calibrate, add_doctor
+from hvcpd.control.doctor.doctor_parser import add_calibrate, add_doctor, add_stop_test
 from hvcpd.control.drive.drive_parser import add_drive
 from hvcpd.control.enrol.enrol_parser import add_enrol
 from hvcpd.control.keys.key_parser import add_key
@@ -108,6 +108,7 @@ def make_parser() -> argparse.ArgumentParser:
     add_drive(commands, _lazy("drive.drive"))
     add_doctor(commands, _lazy("doctor.doctor"))
     add_calibrate(commands, _lazy("doctor.calibrate"))
+    add_stop_test(commands, _lazy("doctor.stop_test"))
     add_ros(commands, _lazy("live.ros"))
     add_skills(commands, _lazy("live.skills"))
     add_evaluate(commands, _lazy("simulate.evaluate"), _seed)
