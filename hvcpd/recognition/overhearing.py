@@ -23,7 +23,7 @@ FAINTEST_DB = -15.0
 """The least level of the word, by the own voice's; the filter leaves -16 dB of it in its first sentence."""
 LEVEL_QUANTILE = 0.75
 """A level is that of the louder frames: of the vowels."""
-CERTAIN = 0.6
+CERTAIN = 0.4
 """A chance from which it counts: nothing that is heard later could tell more, for the robot speaks on. 16 of 16 calls
 10 dB below the own voice have it, 15 have 0.9; own talk, other robots, babble and knocks never had it
 (`benchmarks/own_voice.py`)."""

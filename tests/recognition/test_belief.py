@@ -231,3 +231,15 @@ def test_a_word_that_was_let_go_counts_once_the_sentence_around_it_is_understood
     word(held, 1.2, FAIR)
     assert held.at(samples(1.8 + SETTINGS.doubt_s), 0) is Verdict.RELEASED
     assert held.sentence(sentence(1.0, unsure=0)) is verdict
+
+
+@pytest.mark.parametrize(("left", "verdict"), [(GONE - 0.01, Verdict.RELEASED), (LEFT, Verdict.SAID)])
+def test_a_sentence_told_before_the_word_is_asked_about_it_once_all_of_it_was_heard(
+    left: float, verdict: Verdict
+) -> None:
+    held = asked(left)
+    held.sentence(sentence(1.0))
+    assert word(held, 2.6, FAIR) is Verdict.HELD
+    asked_at = samples(3.2 + SETTINGS.late_s)
+    assert held.at(asked_at - 1, asked_at) is Verdict.UNCHANGED
+    assert held.at(asked_at, asked_at) is verdict

@@ -101,7 +101,7 @@ class Bench:
 
 def test_what_is_possible_halts_for_two_seconds() -> None:
     bench = Bench()
-    assert bench.live(*[0.0] * 50, POSSIBLE) == [Held]
+    assert bench.live(*[0.0] * 50, POSSIBLE, POSSIBLE) == [Held]
     assert bench.listener.pending
     assert bench.live(*[0.0] * (DOUBT_CHUNKS - 2)) == []
     assert bench.live(*[0.0] * 3) == [Released]
@@ -109,20 +109,20 @@ def test_what_is_possible_halts_for_two_seconds() -> None:
 
 def test_what_grows_certain_is_held_for_first() -> None:
     bench = Bench()
-    assert bench.live(*[0.0] * 50, POSSIBLE, LIKELY, CERTAIN) == [Held, Urgent]
+    assert bench.live(*[0.0] * 50, POSSIBLE, LIKELY, CERTAIN, CERTAIN) == [Held, Urgent]
     assert not bench.listener.pending
 
 
 def test_what_is_certain_waits_where_a_sentence_may_end_with_it() -> None:
     bench = Bench()
-    assert bench.live(*[0.0] * 50, CERTAIN, *[0.0] * 9, ends=True) == [Held]
+    assert bench.live(*[0.0] * 50, CERTAIN, CERTAIN, *[0.0] * 9, ends=True) == [Held]
     assert bench.live(*[0.0] * 4, ends=True) == [Urgent]
 
 
 def test_what_is_likely_and_lost_or_followed_by_silence_is_the_stop() -> None:
     lost, silent = Bench(), Bench()
     for bench in (lost, silent):
-        assert bench.live(*[0.0] * 50, LIKELY) == [Held]
+        assert bench.live(*[0.0] * 50, LIKELY, LIKELY) == [Held]
     assert [type(event) for event in lost.listener.interrupt()] == [Urgent]
     assert silent.live(*[0.0] * 30, speech=False) == [Urgent]
 

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from enum import Enum
 
 from hvcpd.ports import SAMPLE_RATE_HZ
-from hvcpd.recognition.events import Recognised, WordSpan
+from hvcpd.recognition.events import Recognised
 
 
 class Verdict(Enum):
@@ -29,20 +29,22 @@ class Verdict(Enum):
 class BeliefSettings:
     """How other talk is known; measured with `benchmarks/stop.py`."""
 
-    certain: float = 0.95
+    certain: float = 0.7
     """A chance of the word from which it counts, unless a sentence may be about to end with it..."""
     sentence_s: float = 0.42
     """...for which it waits so long: sentences end after 0.25 s of rest."""
-    likely: float = 0.85
+    likely: float = 0.6
     """A chance from which it counts if no sentence explains it."""
-    fair: float = 0.5
+    fair: float = 0.4
     """A chance from which it counts if it was heard twice, or over a sentence that shows something else there. Of what
     is less, other talk and barking dogs have some once a minute."""
-    gone: float = 0.2
+    gone: float = 0.12
     """A chance below which nothing is left of the word without the sentence, and from which..."""
-    left: float = 0.5
+    left: float = 0.4
     """...to which nobody knows; from here on it was said over the sentence."""
     sentence_confidence: float = 0.9
+    late_s: float = 0.3
+    """After a word that was heard only when its sentence was told, so much more of it may come."""
     most_deficit: float = 0.25
     """Of each word of the sentence that was said at the same time (`WordSpan.deficit`). Alone, 0.12 at most; under a
     call as loud, 0.36 and more where the sentence itself looks like the word."""
@@ -92,6 +94,8 @@ class Belief:
         self._open: list[_Word] = []
         self._told: Recognised | None = None
         """The sentence that was understood last; it may be told before the word in it is."""
+        self._ask_from: int | None = None
+        """When the sentence that was told before a word is asked about it."""
         self._let_go: list[_Word] = []
         """Words that were not likely enough; they count if they are said again, or left over by a sentence."""
 
@@ -108,8 +112,9 @@ class Belief:
         wait = now + (round(s.sentence_s * SAMPLE_RATE_HZ) if sentence_ends else 0)
         told, wait = (before[0].told, before[0].certain_from) if before else (now, wait)
         word = _Word(start, end, max([chance, *(w.chance for w in before)]), told, wait)
-        if self._told is not None and self._explains(self._told, word, self._left(self._told, start, end)):
+        if self._told is not None and self._accounts_for(self._told, word):
             return Verdict.UNCHANGED
+        self._ask_from = self._ask_from or now + round(s.late_s * SAMPLE_RATE_HZ)
         self._open = [*(w for w in self._open if w.start != start), word]
         if self._is_said_again(word) or self._is_certain(word, now):
             return self._said()
@@ -139,6 +144,10 @@ class Belief:
     def at(self, now: int, quiet_since: int) -> Verdict:
         """Time went on to sample `now`; nobody has spoken from `quiet_since` on."""
         s = self._settings
+        if self._ask_from is not None and now >= self._ask_from:
+            self._ask_from = None
+            if self._told is not None and (verdict := self.sentence(self._told)) is not Verdict.UNCHANGED:
+                return verdict
         quiet = now - quiet_since >= s.quiet_s * SAMPLE_RATE_HZ
         for word in self._open:
             over = quiet or now - word.told >= s.longest_s * SAMPLE_RATE_HZ
@@ -183,8 +192,15 @@ class Belief:
         edge = round(self._settings.edge_s * SAMPLE_RATE_HZ)
         return sentence.start_sample - edge <= word.start and word.end <= sentence.end_sample + edge
 
-    def _is_said(self, span: WordSpan) -> bool:
-        return span.word in self._texts and span.deficit <= self._settings.most_own_deficit
+    def _accounts_for(self, told: Recognised, word: _Word) -> bool:
+        """Whether a sentence that was told before explains it: what is left without it is not all heard yet."""
+        is_known = self._left(told, word.start, word.end) is not None
+        return self._explains(told, word, None) and (not is_known or self._shows(told, word))
+
+    def _shows(self, sentence: Recognised, word: _Word) -> bool:
+        """Whether the sentence has the word, or one that holds it, there."""
+        there = [span for span in sentence.spans if span.start_sample < word.end and word.start < span.end_sample]
+        return any(span.word in self._texts and span.deficit <= self._settings.most_own_deficit for span in there)
 
     def _explains(self, sentence: Recognised, word: _Word, left: float | None) -> bool:
         """Whether nothing but the sentence was heard where the word was."""
@@ -193,8 +209,8 @@ class Belief:
             return False
         if left is not None and (left < s.gone or left >= s.left):
             return left < s.gone  # the sound itself shows it: how well each word fits tells no more
+        if self._shows(sentence, word):
+            return True  # whom it was meant for is told there
         there = [span for span in sentence.spans if span.start_sample < word.end and word.start < span.end_sample]
-        if any(self._is_said(span) for span in there):
-            return True  # the word was said in the sentence; whom it was meant for is told there
         sure = bool(there) and sentence.confidence >= s.sentence_confidence
         return sure and all(span.deficit <= s.most_deficit for span in there)

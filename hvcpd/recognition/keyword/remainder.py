@@ -16,6 +16,7 @@ from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 from hvcpd.recognition.events import Recognised
 from hvcpd.recognition.frontend import HOP_SAMPLES, N_BANDS, energies_of
 from hvcpd.recognition.keyword.net import KeywordNet
+from hvcpd.recognition.keyword.words import LOOKS, second_highest
 from hvcpd.recognition.paths import Coherent
 from hvcpd.recognition.stream import CHUNK_FRAMES, Chunk
 
@@ -62,8 +63,9 @@ class Remainder:
         energies = energies_of(heard - known[-1].sound(first, len(heard)))
         chunks = energies[: len(energies) // CHUNK_FRAMES * CHUNK_FRAMES].reshape(-1, CHUNK_FRAMES, N_BANDS)
         self._net.reset()
-        chances = [self._net.hear(chunk) for chunk in chunks]
-        return max(chances[(start - first) // (CHUNK_FRAMES * HOP_SAMPLES) :], default=None)
+        chances = [self._net.hear(chunk) for chunk in chunks][(start - first) // (CHUNK_FRAMES * HOP_SAMPLES) :]
+        windows = (chances[k : k + LOOKS] for k in range(len(chances) - LOOKS + 1))
+        return max(map(second_highest, windows), default=None)
 
 
 def _is_same(known: Coherent, sentence: Recognised) -> bool:
