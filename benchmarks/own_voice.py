@@ -22,10 +22,9 @@ import numpy as np
 from scipy.signal import fftconvolve
 
 from benchmarks.stop import IN_TIME_S, SPEECH_DBFS, Stage, at_level, room
-from hvcpd.assembly.make import make_keyword, make_sound, make_urgent, user_cache_folder
+from hvcpd.assembly.make import make_overhearing
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 from hvcpd.recognition.overhearing import EARLIER_S, Overhearing
-from hvcpd.recognition.urgent import UrgentSpotter
 
 BLOCK = 320
 OWN_DBFS = -15.0
@@ -124,9 +123,7 @@ def other_sound(stage: Stage, kind: str, chooser: random.Random, speaker: int) -
     return mixed
 
 
-def overlaps(
-    stage: Stage, spotter: UrgentSpotter, kind: str, seeds: range, louder_db: float, rt60_s: float, n: int
-) -> None:
+def overlaps(stage: Stage, kind: str, seeds: range, louder_db: float, rt60_s: float, n: int) -> None:
     """Who halts where something else sounds over the last of `n` own sentences."""
     stopped = list[int]()
     for seed in seeds:
@@ -134,7 +131,7 @@ def overlaps(
         trial = Trial(stage, n, rt60_s, 0.0, seed, speaker)
         at = trial.spans[-1][0] + round(chooser.uniform(*UNHEARD_S) * SAMPLE_RATE_HZ)
         trial.add(other_sound(stage, kind, chooser, speaker), at, louder_db, rt60_s, seed)
-        told, _ = trial.listen(Overhearing(spotter, make_keyword()))
+        told, _ = trial.listen(make_overhearing())
         stopped += [seed] if told else []
     print(
         f"{kind} at {louder_db:+.0f} dB, RT60 {rt60_s} s: {len(stopped)} of {len(seeds)} stopped the robot {stopped}",
@@ -156,10 +153,9 @@ def main() -> None:
     parser.add_argument("--overlap-db", default="-15,-10,-5")
     o = parser.parse_args()
     stage = Stage(tuple(o.names.split(",")))
-    spotter = make_urgent(make_sound(None, user_cache_folder()))
     for rt60_s, db in product(map(float, o.rt60.split(",")), map(float, o.overlap_db.split(","))):
         for kind in ("robot", "babble", "knock") if o.overlaps else ():
-            overlaps(stage, spotter, kind, range(o.seed, o.seed + o.overlaps), db, rt60_s, o.first + 1)
+            overlaps(stage, kind, range(o.seed, o.seed + o.overlaps), db, rt60_s, o.first + 1)
     if not o.calls:
         return
     for rt60_s in map(float, o.rt60.split(",")):
@@ -168,14 +164,14 @@ def main() -> None:
             for seed in range(o.seed, o.seed + o.calls):
                 trial = Trial(stage, o.first + 1, rt60_s, shift_ms, seed)
                 begin_s, end_s = trial.call(stage, o.call_db, rt60_s, seed)
-                told, _ = trial.listen(Overhearing(spotter, make_keyword()))
+                told, _ = trial.listen(make_overhearing())
                 in_time = [t - end_s for t in told if begin_s < t <= end_s + IN_TIME_S]
                 lags += in_time[:1]
                 missed += [] if in_time else [seed]
             own_s, false, spent_s, seed = 0.0, 0, 0.0, o.seed + 100_000
             while own_s < 60.0 * o.minutes:
                 trial = Trial(stage, 10, rt60_s, shift_ms, seed)
-                told, cpu_s = trial.listen(Overhearing(spotter, make_keyword()))
+                told, cpu_s = trial.listen(make_overhearing())
                 own_s, false, spent_s, seed = own_s + trial.own_s, false + len(told), spent_s + cpu_s, seed + 1
             cost = spent_s / max(own_s, 1e-9)
             print(

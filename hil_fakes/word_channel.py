@@ -59,7 +59,7 @@ class Conditions:
 
 @dataclass(eq=False)
 class Sound:
-    """One sentence in the air; `cut` when its speaker was switched off in the midst of it."""
+    """One sentence in the air; `cut` when its speaker was switched off, or broke off, in the midst of it."""
 
     speaker: str
     utterance: Utterance
@@ -168,6 +168,13 @@ class WordChannel:
         for sound in self._sounds:
             if sound.speaker == name and sound.start_s <= self.now < sound.end_s:
                 sound.cut = True
+
+    def break_off(self, name: str) -> None:
+        """The talker ends in mid-sentence, if it speaks, and listens on."""
+        for sound in self._sounds:
+            if sound.speaker == name and sound.start_s <= self.now < sound.end_s and not sound.cut:
+                sound.cut, sound.end_s = True, self.now
+                self.talkers[name].spoken(self.now)
 
     def _listeners(self, sound: Sound) -> list[str]:
         names = [name for name in self.talkers if name != sound.speaker]

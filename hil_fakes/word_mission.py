@@ -35,6 +35,7 @@ from hvcpd.coordination.actions import (
     Say,
 )
 from hvcpd.coordination.coordination import Coordination
+from hvcpd.coordination.states import State
 from hvcpd.language import messages as m
 
 USE_S = 5.0
@@ -228,6 +229,8 @@ class WordMission:
                 case Halt():
                     self.bodies[name].halt(self.air.now)
                     self.halted_s[name] = self.air.now
+                    if robot.state is State.STOPPED:
+                        self.air.break_off(name)
                 case SaveTask(number, state, owner):
                     self.saved[name][number] = (state, owner)
                 case SaveDue(number, due_s):

@@ -17,7 +17,6 @@ RECOGNISER = f"{HEARING}.recogniser:Recogniser"
 SETTINGS = f"{HEARING}.settings:RecogniserSettings"
 SPOTTER = f"{HEARING}.spotter:SpotterSettings"
 SEGMENTS = f"{HEARING}.segments:SegmentSettings"
-URGENT = f"{HEARING}.urgent:UrgentSettings"
 COHERENT = f"{HEARING}.coherent:CoherentListener"
 AGREEMENT = f"{HEARING}.agreement:Agreement"
 SECOND_PASS = f"{PEOPLE}.second_pass"
@@ -69,10 +68,10 @@ SOURCES = (
         _files("recognition", "coherent paths onset_search matched_filter agreement deferred"),
     ),
     Mechanism(
-        "urgent",
-        'the spotter of "stop" over other talk',
-        answering("hvcpd.assembly.make:make_urgent", None),
-        _files("recognition", "urgent hold halting lookalike remainder"),
+        "keyword",
+        'the net that hears "stop" over other talk',
+        answering("hvcpd.assembly.make:make_keyword", None),
+        _files("recognition/keyword", "belief listener net remainder words"),
     ),
 )
 RULES = (
@@ -151,24 +150,15 @@ RULES = (
         together(instead(f"{HEARING}.coherent:LEAST_SCORE", 0.0), instead(f"{HEARING}.coherent:LEAST_ALONE", 0.0)),
     ),
     Mechanism(
-        "hold",
+        "keyword-belief",
         "the word counts at once, whatever is said around it",
-        defaults(f"{HEARING}.hold:HoldSettings", certain_score=0.0),
+        defaults(f"{HEARING}.keyword.belief:BeliefSettings", certain=0.0),
     ),
-    Mechanism("excuses", 'phrases that sound like "stop"', answering("hvcpd.assembly.make:_excuses", [])),
     Mechanism(
-        "remainder",
+        "keyword-remainder",
         "is the word left without the sentence?",
-        answering(f"{HEARING}.remainder:Remainder.explains", False),
-        _files("recognition", "remainder"),
+        answering(f"{HEARING}.keyword.remainder:Remainder.chance", None),
     ),
-    Mechanism(
-        "lookalike",
-        "does the sentence show the word by itself?",
-        answering(f"{HEARING}.lookalike:Lookalike.share", 0.0),
-        _files("recognition", "lookalike"),
-    ),
-    Mechanism("drowned", "a drowned word needs more", defaults(URGENT, drowned_db=-inf)),
     Mechanism("look-snr", "no second look at faint speech", instead(f"{SECOND_PASS}:MIN_SNR_DB", -inf)),
     Mechanism(
         "look-surer",

@@ -16,7 +16,6 @@ from hvcpd.assembly.make import (
     make_keyword,
     make_phrasebook,
     make_sound,
-    make_urgent,
     templates,
     user_cache_folder,
 )
@@ -76,9 +75,7 @@ class Team:
     def ears(self) -> Recogniser:
         """A recogniser that has heard nothing yet, as every robot has it."""
         coherent = make_coherent(self.book, self.names, self.sound)
-        return Recogniser(
-            self.book.graph, self.bank, None, make_urgent(self.sound), coherent=coherent, keyword=make_keyword()
-        )
+        return Recogniser(self.book.graph, self.bank, coherent=coherent, keyword=make_keyword())
 
 
 def make_team(names: Sequence[str], tasks: TaskRepository | None = None) -> Team:

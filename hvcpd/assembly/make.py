@@ -26,7 +26,9 @@ from hvcpd.ports import Samples
 from hvcpd.recognition.channel.ears import ChannelEars
 from hvcpd.recognition.channel.listener import ChannelListener, Look, Stretch
 from hvcpd.recognition.coherent import CoherentListener
+from hvcpd.recognition.keyword.listener import KeywordListener
 from hvcpd.recognition.keyword.net import KeywordNet, Weights
+from hvcpd.recognition.keyword.remainder import Remainder
 from hvcpd.recognition.listening import MIN_SPELLED_CONFIDENCE, Listening
 from hvcpd.recognition.overhearing import Overhearing
 from hvcpd.recognition.own_delay import OwnDelay
@@ -36,8 +38,6 @@ from hvcpd.recognition.recogniser import Recogniser
 from hvcpd.recognition.second_look import SecondEars, Worker
 from hvcpd.recognition.settings import RecogniserSettings
 from hvcpd.recognition.spotter import SpotterSettings
-from hvcpd.recognition.templates import trimmed_energies
-from hvcpd.recognition.urgent import UrgentSpotter, UrgentTemplates
 from hvcpd.recognition.watch import Watch
 from hvcpd.robot.own_voice import Acoustics
 from hvcpd.robot.performer import Performer
@@ -54,9 +54,6 @@ SEALED_PAIRS = 400
 """Word instances followed where any of 64 code words may come: each has two templates at three gains. With
 100, as for sentences alone, most are lost (5 of 12 sealed sentences right in pink noise at 0 dB; with 300, 12)."""
 
-STOP, STOP_RIVAL = "stop", "stopped"
-"""The word that halts over any talk, and the one of the phrasebook that begins with it and does not."""
-
 
 def make_recogniser(phrasebook: Phrasebook, names: Sequence[str], sound: Sound, prepared: bool = True) -> Recogniser:
     """A recogniser for the voices of these robots: templates are the very signals that their synthesizers make.
@@ -69,9 +66,7 @@ def make_recogniser(phrasebook: Phrasebook, names: Sequence[str], sound: Sound, 
     sealed = Kind.SEALED in phrasebook.vocabulary.kinds
     settings = RecogniserSettings(spotter=SpotterSettings(beam=Beam(max_pairs=SEALED_PAIRS))) if sealed else None
     coherent = make_coherent(phrasebook, names, sound, prepared) if sound.cache is not None else None
-    return Recogniser(
-        phrasebook.marked_graph, bank, settings, make_urgent(sound, names), coherent=coherent, keyword=make_keyword()
-    )
+    return Recogniser(phrasebook.marked_graph, bank, settings, coherent=coherent, keyword=make_keyword())
 
 
 def make_coherent(
@@ -127,32 +122,15 @@ def make_spelled(phrasebook: Phrasebook, sound: Sound, watch: Watch | None = Non
     return Recogniser(graph, bank, RecogniserSettings(min_confidence=MIN_SPELLED_CONFIDENCE), watch=watch)
 
 
-def make_urgent(sound: Sound, names: Sequence[str] = ()) -> UrgentSpotter:
-    """Hears "stop" over other voices, in any of our voices: a person may have each of them.
-
-    `names`: the robots whose talk may be taken for it where two speak at once.
-    """
-    speakers = {voice.name: Speaker(voice, sound.lexicon, sound.cache) for voice in VOICES}
-    finals = {w: {name: s.templates(w)[1:2] for name, s in speakers.items()} for w in (STOP, STOP_RIVAL)}
-    plain = UrgentTemplates(finals[STOP], finals[STOP_RIVAL], frozenset((STOP, STOP_RIVAL)))
-    return UrgentSpotter(replace(plain, excuses=_excuses(UrgentSpotter(plain), sound, names)))
-
-
-def make_keyword() -> KeywordNet:
+def make_keyword() -> KeywordListener:
     """Hears "stop", whoever says it and over whatever else is heard."""
-    return KeywordNet(Weights.load())
+    weights = Weights.load()
+    return KeywordListener(KeywordNet(weights), Remainder(KeywordNet(weights)))
 
 
-def _excuses(spotter: UrgentSpotter, sound: Sound, names: Iterable[str]) -> list[Samples]:
-    """ "I have stopped" of each robot, and "I am Rob" of those whose name, after an S of somebody else, is "stop"."""
-    found = []
-    for name in names:
-        speaker = sound.speaker_of(name)
-        found.append(speaker.phrase_templates(("i", "have", STOP_RIVAL))[1])
-        after_s = (trimmed_energies(take) for take in speaker.phrase_templates(("s", name.lower())))
-        if max(map(spotter.share_in, after_s)) >= spotter.settings.threshold:
-            found += speaker.phrase_templates(("i", "am", name.lower()))
-    return found
+def make_overhearing() -> Overhearing:
+    """Hears it while the robot itself speaks."""
+    return Overhearing(KeywordNet(Weights.load()))
 
 
 def templates(phrasebook: Phrasebook, voice: Voice, sound: Sound) -> dict[str, list[Samples]]:
@@ -192,7 +170,7 @@ def make_robot(plan: RobotPlan, sound: Sound) -> Robot:
         dues=plan.memory.dues,
         changes=plan.memory.changes,
     )
-    phrasebook, ears, listening = _book_and_ears(plan, names, sound, plan.team.strangers)
+    phrasebook, ears = _book_and_ears(plan, names, sound, plan.team.strangers)
     return Robot(
         coordination,
         phrasebook,
@@ -202,7 +180,7 @@ def make_robot(plan: RobotPlan, sound: Sound) -> Robot:
         Performer(body.navigator or Navigator(body.drive), body.home or body.start),
         plan.hearing.acoustics,
         sound.speaker_of(plan.role.name, SLOW),
-        Overhearing(listening.urgent, make_keyword()) if listening.urgent is not None else None,
+        make_overhearing(),
         make_sealing(plan),
         OwnDelay(),
         voices_of(names, sound, plan.hearing.people),
@@ -234,19 +212,15 @@ def phrasebook_of(plan: RobotPlan, names: Sequence[str]) -> Phrasebook:
 
 def make_phrasebook_and_ears(plan: RobotPlan, names: Sequence[str], sound: Sound) -> tuple[Phrasebook, Ears]:
     """Return a robot's phrasebook and ears once it knows these names. Raises PhraseError when words clash."""
-    return _book_and_ears(plan, names, sound, False)[:2]
+    return _book_and_ears(plan, names, sound, False)
 
 
-def _book_and_ears(
-    plan: RobotPlan, names: Sequence[str], sound: Sound, strangers: bool
-) -> tuple[Phrasebook, Ears, Listening]:
-    """Phrasebook, ears, and those of the ears that listen for robots."""
+def _book_and_ears(plan: RobotPlan, names: Sequence[str], sound: Sound, strangers: bool) -> tuple[Phrasebook, Ears]:
     book, hearing = phrasebook_of(plan, names), plan.hearing
-    listening = make_ears(book, plan.peers(names), sound, strangers, hearing.prepared)
-    ears: Ears = listening
+    ears: Ears = make_ears(book, plan.peers(names), sound, strangers, hearing.prepared)
     if hearing.channel is not None and sound.cache is not None:
-        ears = make_channel_ears(book, plan.peers(names), sound, listening, hearing.channel)
+        ears = make_channel_ears(book, plan.peers(names), sound, ears, hearing.channel)
     if hearing.second is None:
-        return book, ears, listening
+        return book, ears
     opinion = SecondPassRecogniser(book.people_graph, sound.lexicon, hearing.people, hearing.any_voice)
-    return book, SecondEars(ears, opinion, hearing.second), listening
+    return book, SecondEars(ears, opinion, hearing.second)

@@ -12,7 +12,7 @@ from typing import TypeAlias
 from hvcpd import __version__
 from hvcpd.config.command_line import Parser, complain, let_go, output_fault, replace_closed_streams, with_examples
 from hvcpd.control.bench.bench_parser import add_bench
-from hvcpd.control.doctor.doctor_parser import add_calibrate, add_doctor
+from hvcpd.control.doctor.doctor_parser import add_calibrate, add_doctor, add_stop_test
 from hvcpd.control.drive.drive_parser import add_drive
 from hvcpd.control.duet.duet_parser import add_duet
 from hvcpd.control.enrol.enrol_parser import add_enrol
@@ -147,6 +147,7 @@ def make_parser() -> argparse.ArgumentParser:
     add_doctor(commands, _lazy("doctor.doctor"))
     add_calibrate(commands, _lazy("doctor.calibrate"))
     add_bench(commands, _lazy("bench.bench"))
+    add_stop_test(commands, _lazy("doctor.stop_test"))
     add_ros(commands, _lazy("live.ros"))
     add_skills(commands, _lazy("live.skills"))
     add_evaluate(commands, _lazy("simulate.evaluate"), _seed)

@@ -172,6 +172,8 @@ class Timing:
     """How often a claim or report is said if nobody has been heard of."""
     ask_again_s: float = 30.0
     """Between two questions whether what may be done is done, at least; at most twice as long."""
+    standing_s: float = 60.0
+    """Who is stopped for so long says once how it is released: whoever stopped it knows, others come by."""
     bad_air_s: float = 300.0
     """For so long after something was missed, a robot asks for another confirmation before it acts."""
     lease_s: float = 240.0

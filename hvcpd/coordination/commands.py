@@ -2,13 +2,10 @@
 
 An order is read back, confirmed or corrected, or refused with the reason.
 
-A "stop" that is meant for many reaches those who are out of earshot of its speaker. Each robot that halts says so. A
-robot that has not heard all others say it, says "stop" once itself, in its own name: so each robot that hears one is
-heard in turn, across a team that hears itself only from one to the next. A robot that stands says it no more, however
-often it hears it, so that the talk ends; and nobody's "resume" is passed on.
-
-Only what was understood as a sentence is passed on. A word spotted under other talk halts whoever heard it, for a halt
-too many is cheap; it is not sure enough to halt those who heard nothing.
+A "stop" that is meant for many reaches those who are out of earshot of its speaker: each robot that halts for one says
+"all stop" at once, over whatever is said, and so goes on from one to the next. All who heard the same call say it
+together. A robot that stands says it no more, however often it hears it, so that the talk ends; and nobody's "resume"
+is passed on.
 """
 
 from __future__ import annotations
@@ -19,7 +16,7 @@ from hvcpd.coordination import composing
 from hvcpd.coordination.addressing import is_for, is_for_me_alone
 from hvcpd.coordination.board import Entry
 from hvcpd.coordination.choosing import in_name_conflict
-from hvcpd.coordination.floor import RANK_MAX, Intent, Urgency
+from hvcpd.coordination.floor import Intent, Urgency
 from hvcpd.coordination.knowledge import Heard, Knowledge, Reaction, Reactions
 from hvcpd.coordination.states import AT_WORK, NEWCOMER, State, Trigger
 from hvcpd.coordination.table import fire, states_with
@@ -96,40 +93,16 @@ def _gives_up(me: Knowledge, heard: Heard, _: m.Busy | m.Distrusted) -> None:
 def stop(me: Knowledge, heard: Heard, _: m.Stop) -> None:
     """Halt, and see to it that all for whom it was meant do."""
     now, to = heard.now, heard.to
-    note_halted(me, heard.speaker, now)
     if not is_for(me, to) or _stands(me):
         return
     fire(me, Trigger.STOP, now)
-    if not _stands(me) or heard.confidence < SURE or isinstance(to, m.ToRobot):
-        return
-    again = composing.utterance(me, to or m.ToAll(), m.Stop())
-    slot = min(len(me.peers.present(now)), RANK_MAX) + 1 + me.rank("", 0, now)  # after all who say that they halted
-
-    def compose() -> m.Utterance | None:
-        return again if _stands(me) and _somebody_goes_on(me, to, now) else None
-
-    me.floor.want(Intent(Urgency.ALARM, "stop", compose, slot=slot), now)
+    if _stands(me) and not isinstance(to, m.ToRobot):
+        again = m.Utterance(None, to or m.ToAll(), None, m.Stop())
+        me.floor.want(Intent(Urgency.ALARM, "stop", lambda: again if _stands(me) else None, at_once=True), now)
 
 
 def _stands(me: Knowledge) -> bool:
     return me.state is State.STOPPED
-
-
-def note_halted(me: Knowledge, name: str | None, now: float) -> None:
-    """Somebody said that it stands, or that all are to stand, itself among them."""
-    peer = me.peers.get(name)
-    if peer is not None:
-        peer.halted_s = now
-
-
-def _somebody_goes_on(me: Knowledge, to: m.Addressee | None, since_s: float) -> bool:
-    """Whether one who may be meant, and is believed to be there, has not been heard to halt since then.
-
-    It may be a person, who need not: once too often is better than not at all.
-    """
-    teams = (None, to.team) if isinstance(to, m.ToTeam) else None
-    meant = [peer for peer in me.peers.all() if teams is None or peer.team in teams]
-    return any(me.peers.is_present(peer.name, since_s) and peer.halted_s < since_s for peer in meant)
 
 
 def _resume(me: Knowledge, heard: Heard, _: m.Resume) -> None:

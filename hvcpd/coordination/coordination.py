@@ -10,7 +10,7 @@ import math
 from collections.abc import Iterable, Mapping
 
 from hvcpd.config.tasks import Place, TaskDefinition
-from hvcpd.coordination import changing, choosing, composing, deadlines, hearing, repair, schedule, trusting
+from hvcpd.coordination import changing, choosing, composing, deadlines, effects, hearing, repair, schedule, trusting
 from hvcpd.coordination.actions import Action, Rng, Role, SaveChange, SaveDue, SavePeer, SaveTask, Say, Timing
 from hvcpd.coordination.addressing import confirming_slot, waiting_slots, whose_turn
 from hvcpd.coordination.board import Board
@@ -77,6 +77,7 @@ class Coordination:
         self._roster = frozenset(name.lower() for name in role.roster)
         if stopped:
             me.state = State.STOPPED
+            effects.want_release_told(me, now)
         else:
             me.acquaintance.unheard = self._roster - {role.name.lower()}
             me.acquaintance.all_heard_s = now + timing.meeting_s * (1 + len(role.roster))
@@ -130,6 +131,10 @@ class Coordination:
     def channel(self, busy: bool, now: float) -> None:
         """Somebody else began (True) or ended (False) to speak."""
         self.knowledge.floor.channel(busy, now)
+
+    def mute(self, muted: bool) -> None:
+        """Nothing can be said (True), or again (False)."""
+        self.knowledge.floor.muted = muted
 
     def spoken(self, now: float) -> None:
         """The sentence of the last `Say` is out."""

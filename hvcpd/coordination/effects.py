@@ -283,6 +283,7 @@ def note_silence(me: Knowledge, now: float) -> None:
 
 def release(me: Knowledge, now: float) -> None:
     """Resume starts no old motion: the robot is free."""
+    me.floor.withdraw("released how")
     me.do(SaveStopped(False))
     rest(me, now)
 
@@ -335,3 +336,10 @@ def halt(me: Knowledge, now: float) -> None:
     slot = me.rank("", 0, now)  # in turn: each wants to be heard by all others
     stopped = composing.to_all(me, m.Stopped())
     me.floor.want(Intent(Urgency.ALARM, "stopped", lambda: stopped, slot=slot), now)
+    want_release_told(me, now)
+
+
+def want_release_told(me: Knowledge, now: float) -> None:
+    """Who comes by a robot that stands shall know why it does, and what to say; nothing else ends a stop."""
+    told = composing.to_all(me, m.Stopped(waits=True))
+    me.floor.want(Intent(Urgency.TURN, "released how", lambda: told, not_before_s=now + me.timing.standing_s), now)

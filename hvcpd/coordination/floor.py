@@ -58,7 +58,8 @@ class Intent:
     `slot` is the answerer's place in the order of those who could answer (None: drawn); `call` is who is to be
     answered, if one answer is enough. A `tentative` answer is given up as soon as anything else is said to the one who
     called, or something that was not understood. An answer that did not get the floor for `answer_kept_s` is no answer
-    any more. It is held back until `not_before_s`, whoever's turn it is.
+    any more. It is held back until `not_before_s`, whoever's turn it is. What is to be said `at_once` waits for nobody
+    else to end.
     """
 
     urgency: Urgency
@@ -70,6 +71,7 @@ class Intent:
     slowly: bool = False
     tentative: bool = False
     not_before_s: float = -math.inf
+    at_once: bool = False
     decide: Callable[[], Trigger | None] = nothing
     on_said: Callable[[], None] = nothing
     ready_s: float = 0.0
@@ -109,6 +111,8 @@ class Floor:
         self._intents: list[Intent] = []
         self.busy = False
         """Somebody else is speaking."""
+        self.muted = False
+        """There is no sound, or no word yet: nothing can be said, not even at once."""
         self._released_s = -math.inf
         self._understood_s = -math.inf
         self.busy_since_s = -math.inf
@@ -197,8 +201,9 @@ class Floor:
         """The intent whose turn has come, now being spoken; None if there is none or the floor is taken."""
         if now < self.next_deadline():
             return None
-        due = [intent for intent in self._intents if intent.ready_s <= now]
-        late = [i for i in due if i.call is not None and now - i.wanted_s > self._timing.answer_kept_s]
+        due = [intent for intent in self._intents if intent.ready_s <= now and (intent.at_once or not self.busy)]
+        in_time = [i for i in due if i.call is not None or i.at_once]
+        late = [i for i in in_time if now - i.wanted_s > self._timing.answer_kept_s]
         self.speaking = min((i for i in due if i not in late), key=lambda i: (i.urgency, i.ready_s), default=None)
         self._intents = [i for i in self._intents if i not in late and i is not self.speaking]
         return self.speaking
@@ -210,12 +215,12 @@ class Floor:
         return intent
 
     def next_deadline(self) -> float:
-        if self.busy or self.speaking is not None:
+        if self.speaking is not None or self.muted:
             return math.inf
-        return min((intent.ready_s for intent in self._intents), default=math.inf)
+        return min((i.ready_s for i in self._intents if i.at_once or not self.busy), default=math.inf)
 
     def _back_off(self, now: float) -> None:
-        for intent in self._intents:
+        for intent in (i for i in self._intents if not i.at_once):
             ready_s = max(now + self._gap(intent, now), intent.not_before_s)
             if intent.urgency < Urgency.AGAIN or self._round is None:
                 ready_s = max(intent.ready_s, ready_s)
@@ -224,6 +229,8 @@ class Floor:
     def _gap(self, intent: Intent, now: float) -> float:
         """How long from now to wait: to the own slot, drawn or in turn."""
         timing = self._timing
+        if intent.at_once:
+            return 0.0
         if intent.urgency < Urgency.AGAIN:
             slot = int(self._rng.random() * timing.reply_slots) if intent.slot is None else intent.slot
             return timing.reply_gap_s + slot * timing.slot_s

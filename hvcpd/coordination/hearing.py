@@ -91,8 +91,6 @@ def _let_go(me: Knowledge, heard: Heard, s: m.Stopped | m.Leaving) -> None:
     name = heard.speaker
     if name is None:
         return
-    if isinstance(s, m.Stopped):
-        commands.note_halted(me, name, heard.now)
     for entry in me.board.entries():
         if entry.owner == name:
             me.board.release(entry.definition.number)

@@ -33,8 +33,6 @@ class Peer:
     """It did not answer an order: it is not asked again before then."""
     silent: bool = False
     """It did not answer when all were asked, and was not heard since; or it said that it leaves."""
-    halted_s: float = float("-inf")
-    """When it last said that it has stopped, or "stop"."""
     assigned: int | None = None
     """The task that we ordered it to do and that it has not reported yet."""
     met: Place | None = None

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 
 import structlog
 
-from hvcpd.assembly.make import SLOW, STOP, STOP_RIVAL, Sound, phrasebook_of, robot_voice, word_bank
+from hvcpd.assembly.make import SLOW, Sound, phrasebook_of, robot_voice, word_bank
 from hvcpd.assembly.plan import RobotPlan
 from hvcpd.robot.robot import Robot
 from hvcpd.synthesis.homographs import Place
@@ -123,15 +123,9 @@ class CacheWarmUp:
         """One robot of each voice that is listened for."""
 
     def before_listening(self, go_on: GoOn = always) -> None:
-        """What robots are heard by: the words of the peers, and "stop" in all voices."""
+        """What robots are heard by: the words of the peers."""
         banks = {name: word_bank(self._book, self._sound.speaker_of(name)) for name in self._peers}
-        voices = self._all_voices()
-        stop = Chore(
-            f"{STOP!r} in all voices",
-            tuple(voices),
-            lambda voice: [voices[voice].templates(word) for word in (STOP, STOP_RIVAL)],
-        )
-        self._run([*(Chore(f"{name}'s words", tuple(b), b.__getitem__) for name, b in banks.items()), stop], go_on)
+        self._run([Chore(f"{name}'s words", tuple(b), b.__getitem__) for name, b in banks.items()], go_on)
 
     def before_speaking(self, go_on: GoOn = always) -> None:
         """All words that the robot may say, at the rate at which it speaks; until then it is not to say any."""

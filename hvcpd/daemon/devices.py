@@ -6,12 +6,13 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Protocol
 
-from hvcpd.config.settings import AudioSettings, WheelSettings
+from hvcpd.config.settings import AudioSettings, StopButtonSettings, WheelSettings
 from hvcpd.hardware.audio import load_backend
 from hvcpd.hardware.audio_exchange import StreamCounters
 from hvcpd.hardware.audio_stream import AudioStream
 from hvcpd.hardware.kinematics import drive_of
 from hvcpd.hardware.ros_base import RosBase
+from hvcpd.hardware.stop_button import make_stop_button
 from hvcpd.ports import Samples, Wheels
 
 if TYPE_CHECKING:
@@ -43,6 +44,15 @@ class SoundStream(Protocol):
     async def close(self) -> None: ...
 
 
+class Button(Protocol):
+    """`StopButton`, as it is needed here."""
+
+    @property
+    def pressed(self) -> bool: ...
+
+    def close(self) -> None: ...
+
+
 def make_wheels(settings: WheelSettings, joints: Sequence[Joint] = ()) -> Wheels | None:
     """The wheels that the settings ask for, with joints on their bus, not yet open; None for a robot that stands."""
     if settings.driver == "none":
@@ -56,8 +66,9 @@ def make_wheels(settings: WheelSettings, joints: Sequence[Joint] = ()) -> Wheels
 
 @dataclass(frozen=True)
 class Devices:
-    """Where the sound cards are listed, and how stream and wheels are made."""
+    """Where the sound cards are listed, and how stream, wheels and the button that stops are made."""
 
     sound_backend: Callable[[], Any] = load_backend
     make_stream: Callable[[AudioSettings], SoundStream] = AudioStream
     make_wheels: Callable[[WheelSettings, Sequence[Joint]], Wheels | None] = make_wheels
+    make_stop_button: Callable[[StopButtonSettings], Button | None] = make_stop_button

@@ -21,7 +21,7 @@ from hvcpd.daemon.clips import Clips
 from hvcpd.daemon.control_service import ControlService
 from hvcpd.daemon.control_socket import socket_path
 from hvcpd.daemon.control_status import Body
-from hvcpd.daemon.devices import Devices
+from hvcpd.daemon.devices import Button, Devices
 from hvcpd.daemon.journal_service import JournalService, Remembered
 from hvcpd.daemon.logging import tell
 from hvcpd.daemon.name_learning import NameLearning
@@ -74,6 +74,7 @@ class Daemon:
         self._control = ControlService(Body(wiring, self._journal), rereading)
         self._clips = Clips(lambda: self._control.body.wiring.settings.clips, wiring.settings.name)
         self._wheels: WheelService | None = None
+        self._button: Button | None = None
         self._name_learning: NameLearning | None = None
         self._adaptation: Adaptation | None = None
         self._channel = SecondPass[Stretch, Look](Look())
@@ -154,6 +155,9 @@ class Daemon:
             self._adaptation = Adaptation(settings.name, enrolled, body.know, settings.state_dir, self._second)
             stack.push_async_callback(self._adaptation.settled)
 
+            self._button = self._devices.make_stop_button(settings.stop_button)
+            if self._button is not None:
+                stack.callback(self._button.close)
             await self._find_wheels(stack, navigator)
             await sound.start()
             self._manager.ready(self._listens)
@@ -228,6 +232,8 @@ class Daemon:
                 robot.set_clock(self.wiring.wall_s())
             if self.wiring.settings.clock and robot.coordination.board.recurs:
                 robot.coordination.set_clock(time.time() - robot.now, robot.now)
+            if self._button is not None and self._button.pressed and robot.coordination.stop(robot.now):
+                _log.warning("stop button pressed")
             output = robot.step(block.samples, reading, block.lost)
             if self._wheels is not None:
                 self._wheels.serve(output.wheels, robot.now)  # first of all: a halt is not to wait

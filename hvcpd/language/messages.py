@@ -267,9 +267,11 @@ class Stop:
 
 @dataclass(frozen=True)
 class Stopped:
-    """The speaker has halted; `forgot`: because it has lost its memory, and does not know whether it may go on."""
+    """The speaker has halted; `forgot`: because it has lost its memory, and does not know whether it may go on;
+    `waits`: it has stood for a while, and tells how it is released."""
 
     forgot: bool = False
+    waits: bool = False
 
 
 @dataclass(frozen=True)

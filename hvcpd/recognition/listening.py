@@ -14,7 +14,6 @@ from hvcpd.ports import Samples
 from hvcpd.recognition.channel.response import Taps
 from hvcpd.recognition.events import Event, Garbled, Recognised, Source
 from hvcpd.recognition.recogniser import Recogniser
-from hvcpd.recognition.urgent import UrgentSpotter
 
 MIN_SPELLED_CONFIDENCE = 0.95
 """A wrong letter makes a name that nobody has. Spelled names have 0.98 and more down to 0 dB; of 80 other sentences one
@@ -51,11 +50,6 @@ class Listening:
     def learn(self, voice: str, taps: Taps) -> None:
         """As `Recogniser.learn`."""
         self._sentences.learn(voice, taps)
-
-    @property
-    def urgent(self) -> UrgentSpotter | None:
-        """What hears the urgent word."""
-        return self._sentences.urgent
 
     @property
     def _all(self) -> list[Recogniser]:

@@ -21,19 +21,14 @@ from hvcpd.recognition.confidence import sentence_features, word_features
 from hvcpd.recognition.deferred import PATIENCE_FRAMES, QUIET_FRAMES
 from hvcpd.recognition.events import Event, Garbled, Recognised, Source, WordSpan
 from hvcpd.recognition.frontend import HOP_SAMPLES
-from hvcpd.recognition.halting import Halting
-from hvcpd.recognition.hold import HoldSettings
 from hvcpd.recognition.keyword.listener import KeywordListener
-from hvcpd.recognition.keyword.words import Net
 from hvcpd.recognition.network import Network
 from hvcpd.recognition.paths import Coherent
 from hvcpd.recognition.segments import Segment, SegmentTracker
 from hvcpd.recognition.settings import RecogniserSettings
 from hvcpd.recognition.spotter import Sentence, Spotter
-from hvcpd.recognition.stopping import Stopping
 from hvcpd.recognition.stream import CHUNK_FRAMES, Chunk
 from hvcpd.recognition.templates import Take, TemplateBank
-from hvcpd.recognition.urgent import UrgentSpotter
 from hvcpd.recognition.watch import RECENT_FRAMES, Watch
 
 UNHEARD_LEAD_FRAMES = 28
@@ -50,25 +45,21 @@ class Recogniser:
         graph: WordGraph,
         templates: Mapping[str, Mapping[str, Sequence[Take]]],
         settings: RecogniserSettings | None = None,
-        urgent: UrgentSpotter | None = None,
-        hold: HoldSettings | None = None,
         watch: Watch | None = None,
         partial: frozenset[str] = frozenset(),
         coherent: CoherentListener | None = None,
-        keyword: Net | None = None,
+        keyword: KeywordListener | None = None,
     ) -> None:
-        """`templates[voice][word]`: one or a few takes of the word. `urgent` hears one word
-        even while somebody else speaks, `hold` says how it is told from other talk. `watch`: what it shares with
-        other recognisers on the same microphone. `coherent` hears what the noise hides from the templates,
-        `keyword` the same word as `urgent`, whoever says it.
+        """`templates[voice][word]`: one or a few takes of the word. `watch`: what it shares with other recognisers on
+        the same microphone. `coherent` hears what the noise hides from the templates, `keyword` one word, whoever
+        says it and whatever else is said.
 
         Raises ValueError if a voice that is not in `partial` lacks a template of a word of `graph`.
         """
         self._settings = settings or RecogniserSettings()
         bank = TemplateBank(templates)
         self._spotter = Spotter(Network(graph, bank.templates, partial), bank, self._settings.spotter)
-        self.urgent = urgent
-        self._halting = Stopping(Halting(bank, urgent, hold), KeywordListener(keyword))
+        self._keyword = keyword or KeywordListener(None)
         self._agreement = Agreement(coherent) if coherent is not None else None
         self.watch = watch or Watch(self._settings.activity)
         self._segments = SegmentTracker(self._settings.segments)
@@ -136,7 +127,7 @@ class Recogniser:
         self.watch, self._segments = predecessor.watch, predecessor._segments
         self._dealt_with, self._lost_until = predecessor._dealt_with, predecessor._lost_until
         self._unheard_until = predecessor._unheard_until
-        self._halting.succeed(predecessor._halting)
+        self._keyword = predecessor._keyword
 
     def prepare(self, go_on: Callable[[], bool]) -> None:
         """Make ready what the coherent listener compares with, while `go_on`. Takes seconds; another thread may do
@@ -148,7 +139,7 @@ class Recogniser:
         """Report what the end of a file completes; to be called once, after the last `push`."""
         silent_chunks = self._settings.segments.longer_wait_frames // CHUNK_FRAMES + 8
         found = [event for (events,) in self.watch.flush([self], silent_chunks) for event in events]
-        return found + self._halting.interrupt()
+        return found + self._keyword.interrupt()
 
     def break_off(self, frame: int) -> list[Event]:
         """Forget all paths; who spoke before `frame` is garbled."""
@@ -157,7 +148,7 @@ class Recogniser:
         self._alert_age = 0
         garbled: list[Event] = [_garbled(segment)] if segment else []
         held = self._agreement.interrupt() if self._agreement is not None and not garbled else []
-        return garbled + held + self._halting.interrupt()
+        return garbled + held + self._keyword.interrupt()
 
     def hear(self, chunk: Chunk) -> list[Event]:
         """Take the frames that the watch has just heard."""
@@ -176,13 +167,13 @@ class Recogniser:
         speech = self._spotter.awake or self.watch.activity.alert
         if self._agreement is not None:
             events = self._settled(self._agreement, chunk, events, speech)
-        events += self._halting.hear(chunk, noise, events, speech, self._spotter.best.node >= 0)
+        events += self._keyword.hear(chunk, events, speech, self._spotter.best.node >= 0)
         self._doze(len(energies))
         return events
 
     def _defers(self) -> bool:
         """Whether the network need not hear yet what was said, since the coherent listener may understand it."""
-        if self._agreement is None or not self._spotter.awake or self._halting.pending:
+        if self._agreement is None or not self._spotter.awake or self._keyword.pending:
             return False
         if self._coherent_follows:
             return True
@@ -203,7 +194,7 @@ class Recogniser:
             for sentence in agreement.coherent.push(chunk.first_frame * HOP_SAMPLES, chunk.samples, speech)
             if self._is_explained(sentence)
         ]
-        self._halting.understood(heard)
+        self._keyword.understood(heard)
         since = (self._lost_until + UNHEARD_LEAD_FRAMES) * HOP_SAMPLES
         now = (chunk.first_frame + len(chunk.energies)) * HOP_SAMPLES
         told, dealt_with = agreement.settle(events, heard, since, now, self._described)

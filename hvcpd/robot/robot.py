@@ -13,6 +13,7 @@ import numpy as np
 from hvcpd.config.tasks import Place
 from hvcpd.coordination.actions import SECOND_PAUSE_S, Halt, Perform, Say
 from hvcpd.coordination.coordination import Coordination
+from hvcpd.coordination.states import State
 from hvcpd.errors import PhraseError
 from hvcpd.hardware.kinematics import Odometry
 from hvcpd.language.messages import Spelled, Stop, Stopped, Utterance
@@ -142,6 +143,7 @@ class Robot:
         self._n_heard += len(heard)
         now = self.now
         self._locate(reading)
+        self.coordination.mute(self.is_silent)
         self._set_channel(self._ears.busy or self.is_silent, now)
         for event in events:
             self._understand(event, now)
@@ -169,6 +171,7 @@ class Robot:
         if was_speaking:
             self.coordination.spoken(now)
             self.coordination.garbled(True, now)
+        self.coordination.mute(True)
         self._set_channel(True, now)
         self._locate(reading)
         if self.performer.busy:
@@ -319,10 +322,17 @@ class Robot:
                         pending += self.coordination.actions(now)
                 case Halt():
                     self.performer.cancel()
+                    self._fall_silent(now)
                     halted = True
                 case _:
                     self._records.append(action)
         return halted
+
+    def _fall_silent(self, now: float) -> None:
+        """Who is stopped says nothing to its end: there is something more urgent to say, or to hear."""
+        if self._voice.speaking and self.coordination.state is State.STOPPED:
+            self._voice.break_off(now)
+            self.coordination.spoken(now)
 
     def _say(self, say: Say, now: float) -> None:
         utterance = say.utterance
@@ -337,7 +347,7 @@ class Robot:
         duration_s = len(speech) / SAMPLE_RATE_HZ
         self._voice.begin(speech, [word for phrase in phrases for word in phrase], now)
         # Stopped, it need not stop again; and a filter that is out of step would take the own voice for anything.
-        may_stop = not isinstance(utterance.statement, Stopped)
+        may_stop = not isinstance(utterance.statement, Stop | Stopped)
         if self._overhearing is not None and may_stop and self._voice.is_latency_known:
             self._overhearing.begin(self._n_heard, self._voice.latency_s)
         self._records.append(SaidRecord(now, utterance, written(utterance, self.phrasebook), duration_s))

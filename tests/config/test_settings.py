@@ -27,6 +27,7 @@ from hvcpd.config.settings import (
     Settings,
     SpeechSettings,
     StartSettings,
+    StopButtonSettings,
     WaitSettings,
     WheelSettings,
     load_settings,
@@ -269,6 +270,7 @@ def all_settings(draw: st.DrawFn) -> Settings:
             ),
             audio=audios,
             wheels=wheels,
+            stop_button=_of(StopButtonSettings, pin=st.none() | st.integers(0, 27), normally_closed=st.booleans()),
             control=_of(ControlSettings, enabled=st.booleans(), socket=st.none() | paths),
             security=_of(SecuritySettings, key=st.none() | paths, encrypted=st.booleans()),
             clips=_of(ClipSettings, folder=st.none() | paths, keep=st.integers(1, 99), keep_mb=st.floats(1, 99)),
@@ -318,7 +320,7 @@ def test_the_documented_file_is_valid_and_its_comments_are_the_defaults(tmp_path
     text = (ETC / "hvcpd.yaml").read_text()
     assert load(tmp_path, text) == Settings(name="Rob")
     lines = [line[2:] for line in text.splitlines() if line.startswith("# ")]
-    groups = {"speech", "waits", "start", "audio", "wheels", "control", "clips", "security"}
+    groups = {"speech", "waits", "start", "audio", "wheels", "stop_button", "control", "clips", "security"}
     keys = {field.name for field in dataclasses.fields(Settings)}
     kept = []
     for line in lines:
@@ -336,6 +338,7 @@ def test_the_documented_file_is_valid_and_its_comments_are_the_defaults(tmp_path
         ("start", StartSettings),
         ("audio", AudioSettings),
         ("wheels", WheelSettings),
+        ("stop_button", StopButtonSettings),
         ("control", ControlSettings),
         ("clips", ClipSettings),
     ):

@@ -84,11 +84,11 @@ def test_the_farewell_has_its_time() -> None:
     assert float(service()["TimeoutStopSec"]) > FAREWELL_WALL_S
 
 
-def test_the_user_of_the_unit_is_made_and_may_use_sound_and_wheels() -> None:
+def test_the_user_of_the_unit_is_made_and_may_use_sound_wheels_and_pins() -> None:
     users = [line.split() for line in (SYSTEMD / "hvcpd.sysusers").read_text().splitlines() if line[0] != "#"]
     user = service()["User"]
     assert ["u", user] in [line[:2] for line in users]
-    assert {line[2] for line in users if line[:2] == ["m", user]} == {"audio", "dialout"}
+    assert {line[2] for line in users if line[:2] == ["m", user]} == {"audio", "dialout", "gpio"}
 
 
 def test_there_is_no_network() -> None:

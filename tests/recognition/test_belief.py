@@ -7,8 +7,7 @@ import pytest
 
 from hvcpd.ports import SAMPLE_RATE_HZ
 from hvcpd.recognition.events import Recognised, WordSpan
-from hvcpd.recognition.hold import Verdict
-from hvcpd.recognition.keyword.belief import Belief, BeliefSettings
+from hvcpd.recognition.keyword.belief import Belief, BeliefSettings, Verdict
 
 SETTINGS = BeliefSettings()
 SURE = 0.999
@@ -200,3 +199,47 @@ def test_stopped_does_not_hide_a_call_that_covers_it(excess: float, verdict: Ver
     covered = replace(told.spans[2], deficit=SETTINGS.most_own_deficit + excess)
     assert word(held, 2.1) is Verdict.HELD
     assert held.sentence(replace(told, spans=(*told.spans[:2], covered))) is verdict
+
+
+GONE, LEFT = SETTINGS.gone, SETTINGS.left
+
+
+def asked(left: float) -> Belief:
+    """In every sentence, this chance of the word is left without it."""
+    return Belief(frozenset({"stop", "stopped"}), left=lambda *_: left)
+
+
+@pytest.mark.parametrize(("left", "verdict"), [(GONE - 0.01, Verdict.RELEASED), (LEFT, Verdict.SAID)])
+def test_what_is_left_without_the_sentence_tells_more_than_how_its_words_fit(left: float, verdict: Verdict) -> None:
+    for heard in (sentence(1.0), sentence(1.0, unsure=0), sentence(1.0, ("i", "stopped", "here"))):
+        for chance in (DOUBTFUL, LIKELY):
+            held = asked(left)
+            assert word(held, 1.2, chance) is Verdict.HELD
+            assert held.sentence(heard) is verdict
+
+
+@pytest.mark.parametrize("unsure", [None, 0])
+def test_where_little_is_left_the_words_of_the_sentence_tell(unsure: int | None) -> None:
+    held = asked((GONE + LEFT) / 2)
+    word(held, 1.2, LIKELY)
+    assert held.sentence(sentence(1.0, unsure=unsure)) is (Verdict.RELEASED if unsure is None else Verdict.SAID)
+
+
+@pytest.mark.parametrize(("left", "verdict"), [(GONE, Verdict.UNCHANGED), (LEFT, Verdict.SAID)])
+def test_a_word_that_was_let_go_counts_once_the_sentence_around_it_is_understood(left: float, verdict: Verdict) -> None:
+    held = asked(left)
+    word(held, 1.2, FAIR)
+    assert held.at(samples(1.8 + SETTINGS.doubt_s), 0) is Verdict.RELEASED
+    assert held.sentence(sentence(1.0, unsure=0)) is verdict
+
+
+@pytest.mark.parametrize(("left", "verdict"), [(GONE - 0.01, Verdict.RELEASED), (LEFT, Verdict.SAID)])
+def test_a_sentence_told_before_the_word_is_asked_about_it_once_all_of_it_was_heard(
+    left: float, verdict: Verdict
+) -> None:
+    held = asked(left)
+    held.sentence(sentence(1.0))
+    assert word(held, 2.6, FAIR) is Verdict.HELD
+    asked_at = samples(3.2 + SETTINGS.late_s)
+    assert held.at(asked_at - 1, asked_at) is Verdict.UNCHANGED
+    assert held.at(asked_at, asked_at) is verdict

@@ -7,12 +7,11 @@ from functools import cache
 import numpy as np
 import pytest
 
-from hvcpd.assembly.make import Sound, make_keyword, make_sound, make_urgent
+from hvcpd.assembly.make import Sound, make_overhearing, make_sound
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 from hvcpd.recognition.echo import BLOCK, EchoCanceller
 from hvcpd.recognition.events import Urgent
 from hvcpd.recognition.overhearing import Overhearing
-from hvcpd.recognition.urgent import UrgentSpotter
 
 RT60_S = 0.45
 SENTENCE = [["hi", "all"], ["i", "am", "rob"], ["task", "three", "complete"], ["i", "will", "complete", "task", "one"]]
@@ -21,11 +20,6 @@ SENTENCE = [["hi", "all"], ["i", "am", "rob"], ["task", "three", "complete"], ["
 @cache
 def sound() -> Sound:
     return make_sound()
-
-
-@cache
-def spotter() -> UrgentSpotter:
-    return make_urgent(sound())
 
 
 @cache
@@ -97,7 +91,7 @@ def call(voice: str, level: float) -> Samples:
 
 
 def test_the_own_talk_is_not_taken_for_stop() -> None:
-    assert listen(through_room(own_voice(), 20.0, 3), Overhearing(spotter(), make_keyword())) == []
+    assert listen(through_room(own_voice(), 20.0, 3), make_overhearing()) == []
 
 
 @pytest.mark.parametrize("late_ms", [0.3, 20.0, 40.0])
@@ -107,13 +101,13 @@ def test_stop_is_heard_over_the_own_voice_that_is_three_times_as_loud(late_ms: f
     stop = call("Max", own * 10.0 ** (-10.0 / 20.0))
     at = len(heard) // 2 + SAMPLE_RATE_HZ
     heard[at : at + len(stop)] += stop
-    told = listen(heard, Overhearing(spotter(), make_keyword()))
+    told = listen(heard, make_overhearing())
     assert len(told) == 1
     assert at < told[0].end_sample < at + len(stop) + 0.2 * SAMPLE_RATE_HZ
 
 
 def test_after_the_own_sentence_it_does_not_listen() -> None:
-    ears = Overhearing(spotter(), make_keyword())
+    ears = make_overhearing()
     ears.begin(0, 0.0)
     ears.hear(np.zeros(BLOCK, np.float32), False)
     stop = call("Max", 0.1)

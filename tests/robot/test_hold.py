@@ -215,4 +215,5 @@ def test_who_has_no_words_yet_listens_and_obeys_and_speaks_once_it_has_them() ->
     for _ in range(400):
         bench.live()
     said = [r.text for r in bench.records if isinstance(r, SaidRecord)]
-    assert said[0].endswith("I have stopped")
+    assert said[0] == "All stop"
+    assert said[1].endswith("I have stopped")

@@ -1,4 +1,4 @@
-"""The command lines of `hvcpctl doctor` and `hvcpctl calibrate`; light, since every command builds the whole parser."""
+"""The command lines of `hvcpctl doctor`, `calibrate` and `stop-test`; light, since every command builds all parsers."""
 
 from __future__ import annotations
 
@@ -9,6 +9,8 @@ from hvcpd.control.drive.drive_parser import Commands, Run, add_port
 
 OWN_DISTANCE_M = 0.1
 """From the loudspeaker to the microphone of a small robot."""
+MOST_TIMES = 50
+"""Five loudnesses of fifty calls take half an hour."""
 
 
 def add_doctor(commands: Commands, run: Run) -> None:
@@ -47,6 +49,26 @@ def add_calibrate(commands: Commands, run: Run) -> None:
     calibrate.set_defaults(run=run)
 
 
+def add_stop_test(commands: Commands, run: Run) -> None:
+    """Add `stop-test`."""
+    test = commands.add_parser(
+        "stop-test",
+        help="try in your own room whether calls of stop are heard, and how soon",
+        epilog="Plays calls at several loudnesses through a second loudspeaker that stands where people will "
+        "(--output), or asks you to call (--ask), and listens with this robot's microphone. Nothing moves. Stop hvcpd "
+        "first: only one program can have the card. It shows what was heard here and now; a voice is no safety "
+        "device. Exit status: 0 if every call was heard within half a second, else 1, 2 without sound.",
+    )
+    _add_shared(test)
+    how = test.add_mutually_exclusive_group()
+    how.add_argument("--ask", action="store_true", help="ask somebody to call, instead of playing")
+    how.add_argument(
+        "--output", metavar="NAME", help="a part of the second loudspeaker's name (default: the settings')"
+    )
+    test.add_argument("--times", type=_times, default=3, metavar="N", help="calls at each loudness (default 3)")
+    test.set_defaults(run=run)
+
+
 def _add_shared(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--config", type=Path, metavar="FILE", help="settings file (default: /etc/hvcpd/hvcpd.yaml)")
     parser.add_argument("--tasks", type=Path, metavar="FILE", help="task repository (default: five plants)")
@@ -61,3 +83,9 @@ def _metres(text: str) -> float:
     if not 0.01 <= value <= 2.0:
         raise argparse.ArgumentTypeError(f"{text} m is out of the range 0.01 to 2")
     return value
+
+
+def _times(text: str) -> int:
+    if not text.isdecimal() or not 1 <= int(text) <= MOST_TIMES:
+        raise argparse.ArgumentTypeError(f"{text!r} is not a whole number from 1 to {MOST_TIMES}")
+    return int(text)

@@ -49,7 +49,7 @@ def calibration_path(team: Team) -> Path:
 
 def listen(settings: AudioSettings, make_stream: MakeStream) -> SelfHearing:
     """Only listen. Raises DeviceError."""
-    heard, lost = asyncio.run(_exchange(make_stream(settings), np.zeros(0, np.float32)))
+    heard, lost = asyncio.run(exchange(make_stream(settings), np.zeros(0, np.float32)))
     return SelfHearing(level_dbfs(heard), clipped_share(heard), lost)
 
 
@@ -60,7 +60,7 @@ def hear_oneself(team: Team, make_stream: MakeStream) -> SelfHearing:
     words = team.phrasebook.render(utterance)
     sound = team.sound.speaker_of(name).render(team.phrasebook.phrases(utterance))
     recogniser = make_recogniser(team.phrasebook, (name,), team.sound)
-    heard, lost = asyncio.run(_exchange(make_stream(team.settings.audio), sound))
+    heard, lost = asyncio.run(exchange(make_stream(team.settings.audio), sound))
     quiet = heard[: round(QUIET_S * SAMPLE_RATE_HZ)]
     events = [event for event in recogniser.push(heard) if isinstance(event, Recognised)]
     right = [event.confidence for event in events if tuple(event.words) == tuple(words)]
@@ -75,9 +75,10 @@ def hear_oneself(team: Team, make_stream: MakeStream) -> SelfHearing:
     )
 
 
-async def _exchange(stream: SoundStream, sound: Samples) -> tuple[Samples, int]:
-    """Listen for QUIET_S, play, listen for AFTER_S; all that was heard since SETTLE_S, and how much of it was lost."""
-    total = round((SETTLE_S + QUIET_S + AFTER_S) * SAMPLE_RATE_HZ) + len(sound)
+async def exchange(stream: SoundStream, sound: Samples, after_s: float = AFTER_S) -> tuple[Samples, int]:
+    """Listen for QUIET_S, play, listen for `after_s`; all that was heard since SETTLE_S, and how much of it was
+    lost."""
+    total = round((SETTLE_S + QUIET_S + after_s) * SAMPLE_RATE_HZ) + len(sound)
     silent = round((SETTLE_S + QUIET_S) * SAMPLE_RATE_HZ)
     script = np.zeros(total, np.float32)
     script[silent : silent + len(sound)] = sound

@@ -8,27 +8,43 @@ stop ends the mission until a person resumes it.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
+from enum import Enum
 
 from hvcpd.ports import SAMPLE_RATE_HZ
-from hvcpd.recognition.events import Recognised, WordSpan
-from hvcpd.recognition.hold import Verdict
+from hvcpd.recognition.events import Recognised
+
+
+class Verdict(Enum):
+    """What became of the word by what was heard last."""
+
+    UNCHANGED = "nothing new"
+    HELD = "somebody may have said it; later calls will tell"
+    RELEASED = "it was other talk"
+    SAID = "somebody said it"
 
 
 @dataclass(frozen=True)
 class BeliefSettings:
     """How other talk is known; measured with `benchmarks/stop.py`."""
 
-    certain: float = 0.95
+    certain: float = 0.7
     """A chance of the word from which it counts, unless a sentence may be about to end with it..."""
     sentence_s: float = 0.42
     """...for which it waits so long: sentences end after 0.25 s of rest."""
-    likely: float = 0.85
+    likely: float = 0.6
     """A chance from which it counts if no sentence explains it."""
-    fair: float = 0.5
+    fair: float = 0.4
     """A chance from which it counts if it was heard twice, or over a sentence that shows something else there. Of what
     is less, other talk and barking dogs have some once a minute."""
+    gone: float = 0.12
+    """A chance below which nothing is left of the word without the sentence, and from which..."""
+    left: float = 0.4
+    """...to which nobody knows; from here on it was said over the sentence."""
     sentence_confidence: float = 0.9
+    late_s: float = 0.3
+    """After a word that was heard only when its sentence was told, so much more of it may come."""
     most_deficit: float = 0.25
     """Of each word of the sentence that was said at the same time (`WordSpan.deficit`). Alone, 0.12 at most; under a
     call as loud, 0.36 and more where the sentence itself looks like the word."""
@@ -47,6 +63,10 @@ class BeliefSettings:
     """...and whoever sees the robots go on has so long, from the first call on, to say it again."""
 
 
+Left = Callable[[Recognised, int, int], float | None]
+"""The chance of the word between two samples once the sentence is taken out of the sound; None: that cannot be done."""
+
+
 @dataclass(frozen=True)
 class _Word:
     start: int
@@ -61,15 +81,23 @@ class _Word:
 class Belief:
     """Tell it what is heard. After RELEASED or SAID nothing is held."""
 
-    def __init__(self, texts: frozenset[str], settings: BeliefSettings | None = None) -> None:
+    def __init__(
+        self,
+        texts: frozenset[str],
+        settings: BeliefSettings | None = None,
+        left: Left = lambda _sentence, _start, _end: None,
+    ) -> None:
         """`texts`: the words that are heard as the keyword, as they are written, itself among them."""
         self._settings = settings or BeliefSettings()
+        self._left = left
         self._texts = texts
         self._open: list[_Word] = []
         self._told: Recognised | None = None
         """The sentence that was understood last; it may be told before the word in it is."""
-        self._doubted: tuple[int, int] | None = None
-        """Where a word was heard that was let go, and when."""
+        self._ask_from: int | None = None
+        """When the sentence that was told before a word is asked about it."""
+        self._let_go: list[_Word] = []
+        """Words that were not likely enough; they count if they are said again, or left over by a sentence."""
 
     @property
     def held(self) -> bool:
@@ -84,8 +112,9 @@ class Belief:
         wait = now + (round(s.sentence_s * SAMPLE_RATE_HZ) if sentence_ends else 0)
         told, wait = (before[0].told, before[0].certain_from) if before else (now, wait)
         word = _Word(start, end, max([chance, *(w.chance for w in before)]), told, wait)
-        if self._told is not None and self._explains(self._told, word):
+        if self._told is not None and self._accounts_for(self._told, word):
             return Verdict.UNCHANGED
+        self._ask_from = self._ask_from or now + round(s.late_s * SAMPLE_RATE_HZ)
         self._open = [*(w for w in self._open if w.start != start), word]
         if self._is_said_again(word) or self._is_certain(word, now):
             return self._said()
@@ -95,12 +124,17 @@ class Belief:
         """A sentence was understood."""
         self._told = sentence
         edge = round(self._settings.edge_s * SAMPLE_RATE_HZ)
-        reached = [word for word in self._open if word.start < sentence.end_sample - edge]
-        explained = [word for word in reached if self._explains(sentence, word)]
-        if any(self._is_likely(w) or self._is_over(sentence, w) for w in reached if w not in explained):
-            return self._said()
+        explained = []
+        for word in [w for w in (*self._open, *self._let_go) if w.start < sentence.end_sample - edge]:
+            left = self._left(sentence, word.start, word.end) if self._is_within(sentence, word) else None
+            if self._explains(sentence, word, left):
+                explained.append(word)
+            elif self._is_over(sentence, word, left) or (word in self._open and self._is_likely(word)):
+                return self._said()
+        is_news = any(word in self._open for word in explained)
         self._open = [word for word in self._open if word not in explained]
-        return Verdict.RELEASED if explained and not self.held else Verdict.UNCHANGED
+        self._let_go = [word for word in self._let_go if word not in explained]
+        return Verdict.RELEASED if is_news and not self.held else Verdict.UNCHANGED
 
     def unclear(self) -> Verdict:
         """Speech was not understood, or was lost."""
@@ -110,16 +144,20 @@ class Belief:
     def at(self, now: int, quiet_since: int) -> Verdict:
         """Time went on to sample `now`; nobody has spoken from `quiet_since` on."""
         s = self._settings
+        if self._ask_from is not None and now >= self._ask_from:
+            self._ask_from = None
+            if self._told is not None and (verdict := self.sentence(self._told)) is not Verdict.UNCHANGED:
+                return verdict
         quiet = now - quiet_since >= s.quiet_s * SAMPLE_RATE_HZ
         for word in self._open:
             over = quiet or now - word.told >= s.longest_s * SAMPLE_RATE_HZ
             if self._is_certain(word, now) or (over and self._is_likely(word)):
                 return self._said()
+        self._let_go = [w for w in self._let_go if now - w.told < s.longest_s * SAMPLE_RATE_HZ]
         weak = [w for w in self._open if not self._is_likely(w) and now - w.told >= s.doubt_s * SAMPLE_RATE_HZ]
         if not weak:
             return Verdict.UNCHANGED
-        fair = [w for w in weak if w.chance >= s.fair]
-        self._doubted = (fair[-1].end, fair[-1].told) if fair else self._doubted
+        self._let_go += weak
         self._open = [word for word in self._open if word not in weak]
         return Verdict.UNCHANGED if self.held else Verdict.RELEASED
 
@@ -129,38 +167,50 @@ class Belief:
     def _is_likely(self, word: _Word) -> bool:
         return word.chance >= self._settings.likely
 
-    def _is_over(self, sentence: Recognised, word: _Word) -> bool:
-        return word.chance >= self._settings.fair and self._is_within(sentence, word)
+    def _is_over(self, sentence: Recognised, word: _Word, left: float | None) -> bool:
+        """Whether it was said over the sentence, which shows something else there."""
+        if left is not None:
+            return left >= self._settings.left
+        return word in self._open and word.chance >= self._settings.fair and self._is_within(sentence, word)
 
     def _is_said_again(self, word: _Word) -> bool:
         """Whether another one that nothing explains was heard not long before."""
-        if word.chance < self._settings.fair:
-            return False
-        fair = [w for w in self._open if w.start != word.start and w.chance >= self._settings.fair]
-        others = [(w.end, w.told) for w in fair]
-        others += [self._doubted] if self._doubted is not None else []
-        edge, longest = (round(s * SAMPLE_RATE_HZ) for s in (self._settings.edge_s, self._settings.again_s))
-        return any(end - edge <= word.start and word.told - told <= longest for end, told in others)
+        s = self._settings
+        edge, longest = (round(seconds * SAMPLE_RATE_HZ) for seconds in (s.edge_s, s.again_s))
+        return word.chance >= s.fair and any(
+            w.chance >= s.fair and w.end - edge <= word.start and word.told - w.told <= longest
+            for w in (*self._open, *self._let_go)
+            if w.start != word.start
+        )
 
     def _said(self) -> Verdict:
         self._open.clear()
-        self._doubted = None
+        self._let_go.clear()
         return Verdict.SAID
 
     def _is_within(self, sentence: Recognised, word: _Word) -> bool:
         edge = round(self._settings.edge_s * SAMPLE_RATE_HZ)
         return sentence.start_sample - edge <= word.start and word.end <= sentence.end_sample + edge
 
-    def _is_said(self, span: WordSpan) -> bool:
-        return span.word in self._texts and span.deficit <= self._settings.most_own_deficit
+    def _accounts_for(self, told: Recognised, word: _Word) -> bool:
+        """Whether a sentence that was told before explains it: what is left without it is not all heard yet."""
+        is_known = self._left(told, word.start, word.end) is not None
+        return self._explains(told, word, None) and (not is_known or self._shows(told, word))
 
-    def _explains(self, sentence: Recognised, word: _Word) -> bool:
+    def _shows(self, sentence: Recognised, word: _Word) -> bool:
+        """Whether the sentence has the word, or one that holds it, there."""
+        there = [span for span in sentence.spans if span.start_sample < word.end and word.start < span.end_sample]
+        return any(span.word in self._texts and span.deficit <= self._settings.most_own_deficit for span in there)
+
+    def _explains(self, sentence: Recognised, word: _Word, left: float | None) -> bool:
         """Whether nothing but the sentence was heard where the word was."""
         s = self._settings
         if not self._is_within(sentence, word):
             return False
+        if left is not None and (left < s.gone or left >= s.left):
+            return left < s.gone  # the sound itself shows it: how well each word fits tells no more
+        if self._shows(sentence, word):
+            return True  # whom it was meant for is told there
         there = [span for span in sentence.spans if span.start_sample < word.end and word.start < span.end_sample]
-        if any(self._is_said(span) for span in there):
-            return True  # the word was said in the sentence; whom it was meant for is told there
         sure = bool(there) and sentence.confidence >= s.sentence_confidence
         return sure and all(span.deficit <= s.most_deficit for span in there)

@@ -6,9 +6,10 @@ from collections.abc import Sequence
 
 from hvcpd.recognition.events import Event, Held, Recognised, Released, Urgent
 from hvcpd.recognition.frontend import HOP_SAMPLES
-from hvcpd.recognition.hold import Verdict
-from hvcpd.recognition.keyword.belief import Belief, BeliefSettings
+from hvcpd.recognition.keyword.belief import Belief, BeliefSettings, Verdict
+from hvcpd.recognition.keyword.remainder import Remainder
 from hvcpd.recognition.keyword.words import KeywordSpotter, Net
+from hvcpd.recognition.paths import Coherent
 from hvcpd.recognition.stream import Chunk
 
 TEXTS = frozenset(("stop", "stopped"))
@@ -18,9 +19,12 @@ TEXTS = frozenset(("stop", "stopped"))
 class KeywordListener:
     """Joins the net that hears the word with the decision about it; without a net it hears nothing."""
 
-    def __init__(self, net: Net | None, settings: BeliefSettings | None = None) -> None:
+    def __init__(
+        self, net: Net | None, remainder: Remainder | None = None, settings: BeliefSettings | None = None
+    ) -> None:
         self._spotter = KeywordSpotter(net) if net is not None else None
-        self._belief = Belief(TEXTS, settings)
+        self._remainder = remainder
+        self._belief = Belief(TEXTS, settings, self._left)
         self._span = (0, 0)
         self._quiet_since = 0
 
@@ -35,6 +39,8 @@ class KeywordListener:
         `speech`: somebody may be speaking; `sentence_ends`: the recogniser may soon report a sentence that ended just
         now.
         """
+        if self._remainder is not None:
+            self._remainder.hear(chunk)
         told = [event for found in events for event in self._found(found)]
         now = chunk.first_frame + len(chunk.energies)
         self._quiet_since = now if speech else self._quiet_since
@@ -45,9 +51,17 @@ class KeywordListener:
             told += self._tell(self._belief.word(*span, word.chance, now * HOP_SAMPLES, sentence_ends))
         return told + self._tell(self._belief.at(now * HOP_SAMPLES, self._quiet_since * HOP_SAMPLES))
 
+    def understood(self, sentences: Sequence[Coherent]) -> None:
+        """These were understood by their waveform, and may be among the next events."""
+        if self._remainder is not None:
+            self._remainder.understood(sentences)
+
     def interrupt(self) -> list[Event]:
         """What was being said is lost."""
         return self._tell(self._belief.unclear())
+
+    def _left(self, sentence: Recognised, start: int, end: int) -> float | None:
+        return self._remainder.chance(sentence, start, end) if self._remainder is not None else None
 
     def _found(self, event: Event) -> list[Event]:
         verdict = self._belief.sentence(event) if isinstance(event, Recognised) else self._belief.unclear()

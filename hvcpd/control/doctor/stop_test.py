@@ -1,0 +1,165 @@
+"""`hvcpctl stop-test`: whether calls of "stop" are heard in one's own room, and how soon."""
+
+from __future__ import annotations
+
+import argparse
+import asyncio
+import json
+import random
+import sys
+from collections.abc import Iterator, Sequence
+from dataclasses import asdict, dataclass, replace
+
+import numpy as np
+
+from hvcpd.assembly.make import make_recogniser
+from hvcpd.control.doctor.self_hearing import QUIET_S, exchange
+from hvcpd.control.simulate.team import Team, load_team
+from hvcpd.daemon.devices import Devices
+from hvcpd.errors import EX_FAILURE, EX_OK
+from hvcpd.evaluation.statistics import wilson
+from hvcpd.hardware.acoustics import find_echo
+from hvcpd.ports import SAMPLE_RATE_HZ, Samples
+from hvcpd.recognition.events import Event, Held, Recognised, Urgent
+from hvcpd.synthesis.leveling import audible
+from hvcpd.synthesis.speaker import Speaker
+from hvcpd.synthesis.voices import VOICES
+
+LOUDNESSES_DB = (-40.0, -30.0, -20.0, -10.0, 0.0)
+"""Of the peak, by the loudspeaker's full scale: from a murmur to a shout, wherever its volume is set."""
+WAYS = ("quietly", "as you talk", "loudly")
+"""How somebody is asked to call."""
+IN_TIME_S = 0.5
+SOONEST_S = 1.0
+"""A halt so long before the call's end was not for it: the word lasts half a second."""
+DECIDED_S = 3.0
+"""After the call: what was not sure is decided by then."""
+ASKED_S = 4.0
+LEAST_OVER_DB = 10.0
+"""What is not so much louder than the room was no call; steady noise sways by less from frame to frame."""
+FRAME = 320
+"""Samples, 20 ms."""
+BLOCK = 400
+"""Samples, 25 ms, as the daemon has it."""
+
+
+@dataclass(frozen=True)
+class Call:
+    """One call; `over_noise_db` is None if it did not arrive. Times are from its end, s; None: never."""
+
+    how: str
+    over_noise_db: float | None
+    halted_s: float | None = None
+    stopped_s: float | None = None
+
+    @property
+    def in_time(self) -> bool:
+        """Whether the robot stood soon enough."""
+        return self.halted_s is not None and self.halted_s <= IN_TIME_S
+
+
+def run(options: argparse.Namespace, devices: Devices | None = None) -> int:
+    """Call by call; then what that shows, and what it does not."""
+    where, team = devices or Devices(), load_team(options)
+    found = list(_told(_asked(team, where, options) if options.ask else _played(team, where, options), options.json))
+    _tell_verdict(found, options.ask, options.json)
+    return EX_OK if all(call.in_time for call in found) else EX_FAILURE
+
+
+def _played(team: Team, devices: Devices, options: argparse.Namespace) -> Iterator[Call]:
+    """Calls in voices of the synthesizer that no robot of the team has, if there are such."""
+    audio, chooser = team.settings.audio, random.Random(1)
+    audio = replace(audio, output_device=options.output or audio.output_device)
+    robots = {team.sound.voice_of(name).name for name in team.names}
+    voices = [voice for voice in VOICES if voice.name not in robots] or list(VOICES)
+    for level_db in LOUDNESSES_DB:
+        for _ in range(options.times):
+            call = Speaker(chooser.choice(voices), team.sound.lexicon, team.sound.cache).render([["stop"]])
+            begin, end = audible(call)
+            call = np.asarray(call[begin:end] * (10.0 ** (level_db / 20.0) / np.abs(call).max()), np.float32)
+            heard, _ = asyncio.run(exchange(devices.make_stream(audio), call, DECIDED_S))
+            quiet = round(QUIET_S * SAMPLE_RATE_HZ)
+            echo = find_echo(call, heard[quiet:], heard[:quiet])
+            if echo is None:
+                yield Call(f"{level_db:+.0f} dB", None)
+                continue
+            ended_s = QUIET_S + echo.delay_s + len(call) / SAMPLE_RATE_HZ
+            yield judged(team, f"{level_db:+.0f} dB", heard, ended_s, echo.snr_db)
+
+
+def _asked(team: Team, devices: Devices, options: argparse.Namespace) -> Iterator[Call]:
+    """Calls by whoever reads this."""
+    for way in WAYS:
+        for number in range(options.times):
+            sys.stderr.write(f'Say "stop" {way}, once, in the next {ASKED_S:.0f} s ({number + 1} of {options.times})\n')
+            silence = np.zeros(round((ASKED_S - QUIET_S) * SAMPLE_RATE_HZ), np.float32)
+            heard, _ = asyncio.run(exchange(devices.make_stream(team.settings.audio), silence, DECIDED_S))
+            voice = voice_in(heard)
+            yield judged(team, way, heard, *voice) if voice is not None else Call(way, None)
+
+
+def voice_in(heard: Samples) -> tuple[float, float] | None:
+    """When somebody in a recording, shape (n,), falls silent, s, and how much louder that was than the rest, dB; None
+    if nobody spoke."""
+    power = np.square(heard[: len(heard) // FRAME * FRAME].astype(np.float64)).reshape(-1, FRAME).mean(axis=1)
+    floor = max(float(np.median(power)), 1e-12)
+    loud = np.flatnonzero(power >= floor * 10.0 ** (LEAST_OVER_DB / 10.0))
+    if not len(loud):
+        return None
+    return (loud[-1] + 1) * FRAME / SAMPLE_RATE_HZ, float(10.0 * np.log10(power[loud].mean() / floor))
+
+
+def judged(team: Team, how: str, heard: Samples, ended_s: float, over_noise_db: float) -> Call:
+    """What a robot of the team does that hears this, shape (n,), with a call that ends then."""
+    ears = make_recogniser(team.phrasebook, team.names, team.sound)
+    halts, stops = [], []
+    for start in range(0, len(heard), BLOCK):
+        after_s = (start + BLOCK) / SAMPLE_RATE_HZ - ended_s
+        for event in ears.push(heard[start : start + BLOCK]):
+            halts += [after_s] if isinstance(event, Held) or _is_stop(event) else []
+            stops += [after_s] if _is_stop(event) else []
+    halted, stopped = ([after_s for after_s in each if after_s > -SOONEST_S] for each in (halts, stops))
+    return Call(how, round(over_noise_db, 1), _first(halted), _first(stopped))
+
+
+def _is_stop(event: Event) -> bool:
+    return isinstance(event, Urgent) or (isinstance(event, Recognised) and "stop" in event.words)
+
+
+def _first(times_s: Sequence[float]) -> float | None:
+    return round(min(times_s), 3) if times_s else None
+
+
+def _told(calls: Iterator[Call], as_json: bool) -> Iterator[Call]:
+    """Tell each as it comes."""
+    if not as_json:
+        sys.stdout.write("call          over the noise  halted after  for good\n")
+    for call in calls:
+        if as_json:
+            sys.stdout.write(json.dumps(asdict(call)) + "\n")
+        else:
+            over = "did not arrive" if call.over_noise_db is None else f"{call.over_noise_db:.0f} dB"
+            halted = "not" if call.halted_s is None else f"{max(call.halted_s, 0.0):.2f} s"
+            sys.stdout.write(
+                f"{call.how:12}  {over:14}  {halted:12}  {'yes' if call.stopped_s is not None else 'no'}\n"
+            )
+        sys.stdout.flush()
+        yield call
+
+
+def _tell_verdict(calls: Sequence[Call], asked: bool, as_json: bool) -> None:
+    """What was shown, and what was not."""
+    arrived = [call for call in calls if call.over_noise_db is not None]
+    in_time, for_good = sum(call.in_time for call in calls), sum(call.stopped_s is not None for call in calls)
+    low, high = wilson(in_time, len(calls))
+    if as_json:
+        counts = {"calls": len(calls), "arrived": len(arrived), "in_time": in_time, "for_good": for_good}
+        sys.stdout.write(json.dumps({**counts, "least_share": round(low, 3), "most_share": round(high, 3)}) + "\n")
+        return
+    who = "This was you, here and now" if asked else "These were synthetic voices; people sound otherwise (--ask)"
+    sys.stdout.write(
+        f"{in_time} of {len(calls)} calls halted the robot within {IN_TIME_S} s ({100 * low:.0f} to {100 * high:.0f} % "
+        f"with a certainty of 95 %), {for_good} for good; {len(calls) - len(arrived)} did not arrive.\n"
+        f"{who}. A call that halts it without a latch lets it go on after 2 s, unless it is said again.\n"
+        "A voice is no safety device: where a robot can do harm, have a switch that cuts the motors' power.\n"
+    )

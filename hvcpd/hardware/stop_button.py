@@ -1,0 +1,48 @@
+"""A button of one's own that stops the robot: a switch between a pin and ground. By gpiozero, whose mock pins serve in
+tests.
+
+It shares the one latch with every other stop. It is read by this program, so it is no emergency stop (ISO 13850): that
+one cuts the motors' power by itself.
+"""
+
+from __future__ import annotations
+
+from hvcpd.config.settings import StopButtonSettings
+from hvcpd.errors import DeviceError
+
+
+class StopButton:
+    """Owns the pin while it lives. Raises DeviceError if there is none, or somebody else has it."""
+
+    def __init__(self, pin: int, normally_closed: bool) -> None:
+        try:
+            from gpiozero import InputDevice
+            from gpiozero.exc import GPIOZeroError
+        except ImportError:
+            raise DeviceError("gpiozero is not installed; run `pip install 'hvcpd[gpio]'`") from None
+        self._faults = (GPIOZeroError, OSError)
+        self._normally_closed = normally_closed
+        try:
+            self._device = InputDevice(pin, pull_up=True)
+        except self._faults as error:
+            text = f"the stop button's pin {pin} cannot be used ({error}); end what else uses it, or name another pin"
+            raise DeviceError(text) from None
+
+    @property
+    def pressed(self) -> bool:
+        """Whether it is pressed now. So is one whose wire is broken, if it is closed otherwise, or that cannot be
+        read."""
+        try:
+            is_closed = bool(self._device.is_active)  # to ground, against the pull-up
+        except self._faults:
+            return True
+        return is_closed != self._normally_closed
+
+    def close(self) -> None:
+        """Let go of the pin."""
+        self._device.close()
+
+
+def make_stop_button(settings: StopButtonSettings) -> StopButton | None:
+    """The button that the settings name; None if they name none. Raises DeviceError."""
+    return StopButton(settings.pin, settings.normally_closed) if settings.pin is not None else None

@@ -1,0 +1,72 @@
+"""How likely the keyword still is once a sentence is taken out of the sound whose every sample is known.
+
+Over a robot's sentence a call may be half hidden, and a sentence and other talk together may sound like one that nobody
+made. Without the sentence the call stands alone (as receivers of radio take out who is louder: P. Patel & J. Holtzman,
+"Analysis of a simple successive interference cancellation scheme", IEEE JSAC 12(5), 1994).
+"""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Sequence
+
+import numpy as np
+
+from hvcpd.ports import SAMPLE_RATE_HZ, Samples
+from hvcpd.recognition.events import Recognised
+from hvcpd.recognition.frontend import HOP_SAMPLES, N_BANDS, energies_of
+from hvcpd.recognition.keyword.net import KeywordNet
+from hvcpd.recognition.keyword.words import LOOKS, second_highest
+from hvcpd.recognition.paths import Coherent
+from hvcpd.recognition.stream import CHUNK_FRAMES, Chunk
+
+KEPT_CHUNKS = 300
+"""12 s of sound are kept, 0.8 MB: a long sentence, the rest after it, and what came before it."""
+BEFORE = 3 * SAMPLE_RATE_HZ // 2
+"""The net listens from so long before the word (1.5 s) on: it looks back so far."""
+AFTER = 3 * SAMPLE_RATE_HZ // 10
+"""The net tells a word within 0.3 s."""
+MOST_SENTENCES = 4
+
+
+class Remainder:
+    """Tell it what is heard, and which sentences were understood by their waveform."""
+
+    def __init__(self, net: KeywordNet) -> None:
+        """`net`: of its own, for it listens anew each time."""
+        self._net = net
+        self._kept = deque[Samples](maxlen=KEPT_CHUNKS)
+        self._end = 0
+        self._known: tuple[Coherent, ...] = ()
+
+    def hear(self, chunk: Chunk) -> None:
+        """The next samples."""
+        first = chunk.first_frame * HOP_SAMPLES
+        if first != self._end:
+            self._kept.clear()
+        self._kept.append(chunk.samples)
+        self._end = first + len(chunk.samples)
+
+    def understood(self, sentences: Sequence[Coherent]) -> None:
+        """These may be told next."""
+        self._known = (*self._known, *sentences)[-MOST_SENTENCES:]
+
+    def chance(self, sentence: Recognised, start: int, end: int) -> float | None:
+        """The highest chance of the word between samples `start` and `end` without that sentence; None if its samples
+        are not known, or no longer kept."""
+        oldest = self._end - sum(map(len, self._kept))
+        known = [each for each in self._known if _is_same(each, sentence)]
+        first = max(start - BEFORE, oldest)
+        if not known or first > start:
+            return None
+        heard = np.concatenate(self._kept)[first - oldest : end + AFTER - oldest]
+        energies = energies_of(heard - known[-1].sound(first, len(heard)))
+        chunks = energies[: len(energies) // CHUNK_FRAMES * CHUNK_FRAMES].reshape(-1, CHUNK_FRAMES, N_BANDS)
+        self._net.reset()
+        chances = [self._net.hear(chunk) for chunk in chunks][(start - first) // (CHUNK_FRAMES * HOP_SAMPLES) :]
+        windows = (chances[k : k + LOOKS] for k in range(len(chances) - LOOKS + 1))
+        return max(map(second_highest, windows), default=None)
+
+
+def _is_same(known: Coherent, sentence: Recognised) -> bool:
+    return (known.words[0].start, known.words[-1].end) == (sentence.start_sample, sentence.end_sample)

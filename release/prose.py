@@ -1,0 +1,76 @@
+"""Keeps the pages in plain English: `python -m release.prose`, a part of `make lint`.
+
+It looks for phrases that read translated, for terms that have another name in docs/glossary.md, and for pages whose
+sentences are long on average. docs/reference has the commands' help and the settings' comments, so they are checked,
+too.
+"""
+
+from __future__ import annotations
+
+import re
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+
+ROOT = Path(__file__).parents[1]
+INSTEAD = {
+    "all the same": "anyway, still, or nothing",
+    "in the midst of": "in the middle of, during",
+    "in so far as": "as far as",
+    "so much water": "this much, a limited amount",
+    "is of use": "is useful, helps",
+    "by oneself": "yourself",
+    "the one of its name": "the voice that belongs to its name",
+    "work place": "workplace, or leave it out",
+    "recogniz": "recognis-, as elsewhere",
+    "whitelist": "allow list",
+    "sanity check": "check",
+    "please note": "nothing: say it",
+    "in order to": "to",
+    "utilise": "use",
+    "utilize": "use",
+    "voice assistant": "robot",
+    "bots": "robots",
+}
+"""A phrase, in lower case, and what to write instead."""
+MOST_WORDS = 30.0
+"""A sentence, on average over a page: beyond it readers lose the thread."""
+_NO_PROSE = re.compile(r"^```[\s\S]*?^```|^ {4}.*$|^\|.*$|^#.*$|<!--.*?-->|\]\([^)]*\)", re.M)
+_END = re.compile(r"[.!?](?=[\s)”\"]|$)|\n\n|\n[-*] |\n\d+\. ")
+
+
+def pages() -> list[Path]:
+    """README and its like, and all of docs/; the changelog is history."""
+    return sorted(path for path in (*ROOT.glob("*.md"), *(ROOT / "docs").rglob("*.md")) if path.name != "CHANGELOG.md")
+
+
+def faults(text: str) -> Iterator[tuple[int, str]]:
+    """Line numbers and what is wrong there; line 1 for the page as a whole."""
+    for number, line in enumerate(text.splitlines(), 1):
+        for phrase, instead in INSTEAD.items():
+            if re.search(rf"\b{phrase}", line, re.I):
+                yield number, f"“{phrase}”: write {instead}"
+    if (mean := words_a_sentence(text)) > MOST_WORDS:
+        yield 1, f"sentences have {mean:.0f} words on average; at most {MOST_WORDS:.0f} can be read with ease"
+
+
+def words_a_sentence(text: str) -> float:
+    """Mean over the prose of a page; tables, code and headings do not count. 0 for a page without prose."""
+    counts = [len(part.split()) for part in _END.split(_NO_PROSE.sub(" ", text))]
+    sentences = [count for count in counts if count > 1]
+    return sum(sentences) / len(sentences) if sentences else 0.0
+
+
+def main() -> int:
+    """Print all faults; 1 if there are any."""
+    found = [
+        f"{path.relative_to(ROOT)}:{number}: {what}"
+        for path in pages()
+        for number, what in faults(path.read_text(encoding="utf-8"))
+    ]
+    sys.stdout.writelines(f"{line}\n" for line in found)
+    return 1 if found else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

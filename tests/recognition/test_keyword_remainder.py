@@ -1,0 +1,70 @@
+"""What is left of the keyword when the sentence around it is taken out."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from hvcpd.ports import SAMPLE_RATE_HZ, Samples
+from hvcpd.recognition.events import Recognised
+from hvcpd.recognition.keyword.belief import BeliefSettings
+from hvcpd.recognition.keyword.net import KeywordNet, Weights
+from hvcpd.recognition.keyword.remainder import KEPT_CHUNKS, Remainder
+from hvcpd.recognition.paths import Coherent, HeardWord
+from hvcpd.recognition.stream import FrameStream
+from hvcpd.synthesis.lexicon import Lexicon
+from hvcpd.synthesis.speaker import Speaker
+from hvcpd.synthesis.voices import voice_named
+from tests.recognition.signals import in_noise
+from tests.recognition.way import Way
+
+GAIN = 0.5
+BEGIN = SAMPLE_RATE_HZ
+GONE, LEFT = BeliefSettings().gone, BeliefSettings().left
+
+
+def said(text: str, voice: str) -> Samples:
+    sound = Speaker(voice_named(voice), Lexicon.load()).render([text.split()])
+    return np.asarray(0.05 * sound / np.sqrt(np.mean(sound**2)), np.float32)
+
+
+TALK = said("i am in the kitchen and i will water the green rose", "oak")
+CALL = said("stop", "lark")
+
+
+def mixed(talk: Samples, call: Samples, at: int) -> Samples:
+    out = talk.copy()
+    out[at : at + len(call)] += call
+    return out
+
+
+def left(heard: Samples, at: int, talk: Samples = TALK, late: int = 0, rest_s: float = 1.0) -> float | None:
+    """The chance left of the word that was heard `at` samples after the talk began; the talk is told `late` samples
+    off its place, and `rest_s` after its end."""
+    remainder = Remainder(KeywordNet(Weights.load()))
+    sound = in_noise(np.pad(np.float32(GAIN) * heard, (0, round(rest_s * SAMPLE_RATE_HZ))))
+    for chunk in FrameStream().push(sound, masked=False):
+        remainder.hear(chunk)
+    begin, end = BEGIN + late, BEGIN + late + len(talk)
+    remainder.understood([Coherent((HeardWord("green", begin, end, 1.0, 50.0, Way(talk)),), "oak", 500.0, gain=GAIN)])
+    told = Recognised(("green",), "oak", begin, end, 1.0, 20.0, ())
+    return remainder.chance(told, BEGIN + at, BEGIN + at + len(CALL))
+
+
+@pytest.mark.parametrize("at", [6_000, 14_000, 30_000])
+def test_a_call_over_a_sentence_is_still_there_without_it(at: int) -> None:
+    assert (left(mixed(TALK, CALL, at), at) or 0.0) >= LEFT
+
+
+def test_what_the_sentence_itself_made_up_is_gone_with_it() -> None:
+    talk = mixed(TALK, CALL, 6_000)
+    gone = left(talk, 6_000, talk)
+    assert gone is not None
+    assert gone < GONE
+    assert (left(talk, 6_000, talk, late=40) or 0.0) >= GONE, "not even its place was known"
+
+
+def test_a_sentence_that_nobody_knows_or_long_ago_tells_nothing() -> None:
+    remainder = Remainder(KeywordNet(Weights.load()))
+    assert remainder.chance(Recognised(("green",), "oak", 0, 9_000, 1.0, 20.0, ()), 100, 8_000) is None
+    assert left(mixed(TALK, CALL, 6_000), 6_000, rest_s=0.04 * KEPT_CHUNKS) is None
