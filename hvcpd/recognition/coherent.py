@@ -20,6 +20,7 @@ from hvcpd.recognition.channel.response import Taps
 from hvcpd.recognition.matched import HOP, REFRESH_FRAMES, SLACK, Match, correlated, faded, power_of, scrutinized
 from hvcpd.recognition.paths import (
     BY_CHANCE,
+    GREETING,
     LEAST_SHARE,
     Coherent,
     Extension,
@@ -33,8 +34,6 @@ from hvcpd.recognition.paths import (
 )
 from hvcpd.recognition.weighed import WeighedSound
 
-GREETING = "hi"
-"""What robots begin with: it is listened for even while nobody seems to speak."""
 DRIFT = 24
 """Samples (1.5 ms) that a word may begin off its place: clocks 400 ppm apart over a pause and a long word, an echo."""
 BEAM = 24

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Hashable, Iterator, Sequence
 from dataclasses import dataclass, field
 from typing import Protocol
 
@@ -11,6 +11,8 @@ import numpy as np
 from hvcpd.ports import Samples
 from hvcpd.recognition.matched import SLACK, Spectrum
 
+GREETING = "hi"
+"""What robots begin with: it is sought even where nobody seems to speak."""
 LEAST_SHARE = 0.5
 """Of the strength that a word would have at the sentence's loudness, the least; and one over it, the most."""
 BY_CHANCE = 4.0
@@ -25,12 +27,20 @@ AMPLE_MARGIN = 20.0
 """...and what makes it as sure as can be."""
 
 
-class Said(Protocol):
-    """One way to say a word. Its sound may have to be read from disk, so it is asked for only to be compared."""
+class Signal(Hashable, Protocol):
+    """A sound that is known to the sample. It may have to be read from disk, so it is asked for only to be compared."""
 
     @property
     def length(self) -> int:
-        """Samples of its sound."""
+        """Samples of it."""
+
+    @property
+    def samples(self) -> Samples:
+        """It, shape (length,)."""
+
+
+class Said(Signal, Protocol):
+    """One way to say a word."""
 
     @property
     def final(self) -> bool:
@@ -43,10 +53,6 @@ class Said(Protocol):
     @property
     def advance(self) -> int:
         """From its first sample to the next word's place."""
-
-    @property
-    def samples(self) -> Samples:
-        """Its sound, shape (length,)."""
 
     @property
     def power(self) -> Spectrum:
