@@ -10,6 +10,8 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from typing import Self
 
+import numpy as np
+
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 from hvcpd.recognition.channel.listener import ChannelListener, Look, Stretch
 from hvcpd.recognition.channel.response import Taps
@@ -35,8 +37,9 @@ LONGEST = 10 * SAMPLE_RATE_HZ
 """A stretch is cut after so much. What had begun by then is looked at again, with what follows."""
 MOST_WAIT = 3 * SAMPLE_RATE_HZ
 """So long after a stretch has ended its look may take; then what was held of it is told as if nothing was found."""
-CLATTER, CLATTER_S = 0.5, 10.0
-"""Where there were signs for more than this share of the last seconds, they tell nothing of who begins or ends."""
+CLATTER, CLATTER_S = 0.75, (5.0, 10.0)
+"""Where there were signs for more than this share of the last seconds (at first of 5 s, later of 10), they tell nothing
+of who begins or ends: a sentence takes 6 s or less, and then somebody waits."""
 CUT = 5 * SAMPLE_RATE_HZ // 2
 """In clatter a stretch is cut after so much (2.5 s), or who spoke would wait for an answer until it ends."""
 EVERY = 17 * SAMPLE_RATE_HZ // 20
@@ -84,7 +87,7 @@ class ChannelEars:
         """Since this sample nothing is missing: neither lost nor the robot's own voice."""
         self._busy = False
         self._stirred = 0.0
-        """Share of the last CLATTER_S in which there were signs of speech."""
+        """Share of the last seconds in which there were signs of speech."""
         self._open: _Open | None = None
         self._closed: list[_Open] = []
         """Being looked at, or looked at a moment ago."""
@@ -165,8 +168,8 @@ class ChannelEars:
     def _notice(self, at: int) -> None:
         """Follow the signs of speech in the block that begins at sample `at`."""
         rises, self._busy = self._ears.busy and not self._busy, self._ears.busy
-        within = min(self._now, round(CLATTER_S * SAMPLE_RATE_HZ))
-        self._stirred += (float(self._ears.signs) - self._stirred) * (self._now - at) / max(within, 1)
+        within = np.clip(self._now / SAMPLE_RATE_HZ, *CLATTER_S) * SAMPLE_RATE_HZ
+        self._stirred += (float(self._ears.signs) - self._stirred) * (self._now - at) / within
         if self._ears.signs:
             if self._open is None:
                 self._open = _Open(max(at - EARLIER, self._whole_from), self._now, [at])

@@ -116,15 +116,15 @@ class ChannelListener:
         self, sound: WeightedSound, stretch: Stretch, begin: int, told: Sequence[Path]
     ) -> tuple[list[Path], Path | None]:
         """What may have been said in a sound that begins at sample `begin` of the stretch, beside what is `told`, most
-        likely first; and the sentence that surely was. Who speaks at another rate is sought where nobody is found who
-        speaks at the usual one."""
+        likely first; and the sentence that surely was. Who speaks at another rate is sought where nobody else is
+        found at all."""
         noticed = [at - begin for at in stretch.noticed]
         paths: list[Path] = []
         best = None
         for sentence in stretch.proposed:
             at = sentence.start_sample - stretch.origin - begin
             paths += self._alone(sound, sentence.voice, sentence.words, at)
-        for search in self._searches:
+        for search in self._searches[:1] if told else self._searches:
             found = search.paths(sound, noticed, told)
             if not found:
                 break

@@ -41,6 +41,8 @@ BLOCK = 1024
 """Samples of a known signal that are transformed at once: with SIZE, at 1,025 lags."""
 GRID = 256
 """Samples between the beginnings of what is transformed of the sound: with the lags of a `Fit`, fewer than 1,025."""
+STEP = 64
+"""Samples (4 ms) in which weights are told apart where a signal's autocorrelation is weighted."""
 AT_ONCE = 256
 """Signals that are transformed together, which bounds memory: 4 MB."""
 WORDS_KEPT = 512
@@ -66,11 +68,13 @@ class Fit:
 
 @dataclass(frozen=True, eq=False)
 class _Blocks:
-    """A known signal in blocks of BLOCK samples: their `spectra`, conjugate, shape (n_blocks, SIZE / 2 + 1); and the
-    power `densities` around each block's beginning, and around the end, shape (n_blocks + 1, SIZE / 2 + 1)."""
+    """A known signal in blocks of BLOCK samples: their `spectra`, conjugate, shape (n_blocks, SIZE / 2 + 1); the power
+    `densities` around each block's beginning, and around the end, shape (n_blocks + 1, SIZE / 2 + 1); and how the power
+    is spread in `time` there, in steps of STEP, shape (n_blocks + 1, SIZE / STEP), each row of sum 1."""
 
     spectra: NDArray[np.complex64]
     densities: Spectrum
+    time: Spectrum
 
 
 @lru_cache(WORDS_KEPT)
@@ -79,8 +83,12 @@ def _blocks_of(said: Signal) -> _Blocks:
     sound = np.zeros((n_blocks + 2) * BLOCK, np.float32)
     sound[BLOCK : BLOCK + said.length] = said.samples
     spectra = np.conj(np.fft.rfft(sound[BLOCK:-BLOCK].reshape(n_blocks, BLOCK), SIZE))
-    around = np.fft.rfft(np.lib.stride_tricks.sliding_window_view(sound, SIZE)[::BLOCK] * _WINDOW)
-    return _Blocks(spectra, np.asarray(around.real**2 + around.imag**2, np.float32))
+    around = np.lib.stride_tricks.sliding_window_view(sound, SIZE)[::BLOCK] * _WINDOW
+    both = np.fft.rfft(around)
+    slopes = np.diff(around, axis=1, prepend=0.0)  # whitened, low frequencies count little
+    time = np.square(slopes).reshape(n_blocks + 1, -1, STEP).sum(axis=2) + 1e-12
+    time /= time.sum(axis=1, keepdims=True)
+    return _Blocks(spectra, np.asarray(both.real**2 + both.imag**2, np.float32), time)
 
 
 class WeightedSound:
@@ -106,12 +114,12 @@ class WeightedSound:
         white = np.square(_filtered(weighted, np.sqrt(inverse)), dtype=np.float64)
         variance = max(float(np.mean(white)), 1e-20)
         self._energy = np.concatenate([[0.0], np.cumsum(white / variance)])
-        self._loudness = np.concatenate([[0.0], np.cumsum(weights**-2)])
+        steps = np.pad(np.square(weights), (SIZE, 2 * SIZE))
+        self._steps = np.asarray(steps[: len(steps) // STEP * STEP].reshape(-1, STEP).mean(axis=1), np.float32)
         self._inverse = _at_bins(inverse / variance, SIZE)
-        twice = np.asarray(_filtered(weighted, inverse / variance) * weights, np.float32)
-        padded = np.pad(twice, (SIZE, SIZE + GRID))
-        frames = np.lib.stride_tricks.sliding_window_view(padded, SIZE)[::GRID]
-        self._frames = np.concatenate([np.fft.rfft(frames[k : k + 64]) for k in range(0, len(frames), 64)])
+        twice = _filtered(weighted, inverse / variance)
+        self._sought = _frames_of(twice)
+        self._frames = _frames_of(np.asarray(twice * weights, np.float32))
         self._fits: dict[tuple[Signal, int], Fit] = {}
 
     def energy(self, first: int, last: int) -> float:
@@ -121,17 +129,15 @@ class WeightedSound:
 
     def seek(self, said: Signal, first: int, n: int) -> Taps:
         """The correlation with the signal beginning at each of `n` samples from `first` on, over the root of the
-        signal's energy there."""
+        signal's energy; as if what was heard did not change while it lasts."""
         blocks = _blocks_of(said)
         n_blocks, at, off = len(blocks.spectra), *divmod(first, GRID)
         n_frames = -(-(n + off) // BLOCK)
-        heard = self._frames[self._numbers(at, n_frames + n_blocks - 1)]
+        heard = self._sought[self._numbers(at, n_frames + n_blocks - 1)]
         both = sum(blocks.spectra[b] * heard[b : b + n_frames] for b in range(n_blocks))
-        found = np.fft.irfft(both, SIZE)[:, :BLOCK]
-        energies = 2.0 * (blocks.densities @ self._inverse) / SIZE
-        there = np.convolve(self._shares(first - off, n_frames + n_blocks), energies[::-1], "valid")
-        found /= np.sqrt(np.maximum(there, 1e-3 * energies.sum() + 1e-9))[:, None]
-        return np.asarray(found.reshape(-1)[off : off + n], np.float32)
+        found = np.fft.irfft(both, SIZE)[:, :BLOCK].reshape(-1)[off : off + n]
+        energy = 2.0 * float((blocks.densities @ self._inverse).sum()) / SIZE
+        return np.asarray(found / np.sqrt(max(energy, 1e-9)), np.float32)
 
     def fit(self, said: Signal, at: int) -> Fit:
         """The signal, beginning at sample `at` or SHIFT around it."""
@@ -150,7 +156,7 @@ class WeightedSound:
                 blocks = _blocks_of(said)
                 number, off = divmod(at - SHIFT - BACK, GRID)
                 (blocks.spectra * self._frames[self._numbers(number, len(blocks.spectra))]).sum(axis=0, out=both[k])
-                np.matmul(self._shares(at, len(blocks.densities)), blocks.densities, out=own[k])
+                np.matmul(self._shares(at, blocks.time), blocks.densities, out=own[k])
                 offs.append(off)
             across = np.fft.irfft(both, SIZE)
             along = np.fft.irfft(own * self._inverse, SIZE)[:, :TAPS]
@@ -164,12 +170,19 @@ class WeightedSound:
         numbers = at + SIZE // GRID + BLOCK // GRID * np.arange(n_blocks)
         return np.clip(numbers, 0, len(self._frames) - 1)
 
-    def _shares(self, at: int, n_blocks: int) -> Spectrum:
-        """What each BLOCK samples around sample `at` and every BLOCK-th after it count, shape (n_blocks,): the harmonic
-        mean of the squared weights, as a known signal is loud where what was heard is."""
-        edges = np.clip(at - BLOCK // 2 + BLOCK * np.arange(n_blocks + 1), 0, self.n)
-        there = np.diff(edges)
-        return np.asarray(there**2 / (BLOCK * np.maximum(np.diff(self._loudness[edges]), 1e-9)), np.float32)
+    def _shares(self, at: int, time: Spectrum) -> Spectrum:
+        """The mean square weight of each part of a signal at sample `at` whose power is spread in `time` so."""
+        first = min(max(at + SIZE - BLOCK, 0) // STEP, len(self._steps))
+        there = self._steps[first : first + BLOCK // STEP * (len(time) + 1)]
+        there = np.pad(there, (0, BLOCK // STEP * (len(time) + 1) - len(there)))
+        seen = np.lib.stride_tricks.sliding_window_view(there, SIZE // STEP)[:: BLOCK // STEP]
+        return np.asarray(np.einsum("ij,ij->i", seen, time), np.float32)
+
+
+def _frames_of(sound: Samples) -> NDArray[np.complex64]:
+    """The spectra of SIZE samples from every GRID-th on; the first one and the last one are of silence."""
+    frames = np.lib.stride_tricks.sliding_window_view(np.pad(sound, (SIZE, SIZE + GRID)), SIZE)[::GRID]
+    return np.concatenate([np.fft.rfft(frames[k : k + 64]) for k in range(0, len(frames), 64)])
 
 
 def _at_bins(spectrum: NDArray[np.floating], size: int) -> Spectrum:
