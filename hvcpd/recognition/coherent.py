@@ -25,6 +25,7 @@ from hvcpd.recognition.onset_search import First, OnsetSchedule
 from hvcpd.recognition.paths import (
     BY_CHANCE,
     DRIFT,
+    GREETING,
     Coherent,
     Extension,
     HeardWord,
@@ -38,8 +39,6 @@ from hvcpd.recognition.paths import (
     thirds_of,
 )
 
-GREETING = "hi"
-"""What robots begin with: it is listened for even while nobody seems to speak."""
 BEAM = 24
 """Paths that are followed."""
 LEAST_RANK = 12.0

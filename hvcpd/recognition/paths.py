@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Hashable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Protocol
 
@@ -22,6 +22,8 @@ from hvcpd.recognition.matched_filter import (
 
 DRIFT = 24
 """Samples (1.5 ms) that a word may begin off its place: clocks 400 ppm apart over a pause and a long word, an echo."""
+GREETING = "hi"
+"""What robots begin with: it is sought even where nobody seems to speak."""
 LEAST_SHARE = 0.5
 """Of the strength that a word would have at the sentence's loudness, the least; and one over it, the most."""
 BY_CHANCE = 4.0
@@ -36,12 +38,20 @@ AMPLE_MARGIN = 20.0
 """Log likelihood ratio of a word against any other from which it is as sure as can be."""
 
 
-class Said(Protocol):
-    """One way to say a word. Its sound may have to be read from disk, so it is asked for only to be compared."""
+class Signal(Hashable, Protocol):
+    """A sound that is known to the sample. It may have to be read from disk, so it is asked for only to be compared."""
 
     @property
     def length(self) -> int:
-        """Samples of its sound."""
+        """Samples of it."""
+
+    @property
+    def samples(self) -> Samples:
+        """It, shape (length,)."""
+
+
+class Said(Signal, Protocol):
+    """One way to say a word."""
 
     @property
     def final(self) -> bool:
@@ -54,10 +64,6 @@ class Said(Protocol):
     @property
     def advance(self) -> int:
         """From its first sample to the next word's place."""
-
-    @property
-    def samples(self) -> Samples:
-        """Its sound, shape (length,)."""
 
     @property
     def power(self) -> Spectrum:

@@ -17,6 +17,7 @@ from hvcpd.language.phrasebook import Phrasebook
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 from hvcpd.recognition.channel.listener import LEAST_FIT, LEAST_SCORE, ChannelListener, Stretch
 from hvcpd.recognition.channel.search import ChannelSearch
+from hvcpd.recognition.channel.verification import least_fit
 from hvcpd.recognition.channel.weighting import WeightedSound
 from hvcpd.recognition.paths import Voicebook
 from tests.recognition.hisses import BOOKS, GRAPH, scene, spoken, through_a_room
@@ -56,7 +57,7 @@ def test_a_sentence_is_found_at_0_db_through_a_room_by_another_clock(team: Team,
     assert best.words == words
     assert search.is_whole(best)
     assert best.score > LEAST_SCORE
-    assert search.least_fit(weighted, best) > LEAST_FIT
+    assert least_fit(weighted, best) > LEAST_FIT
     assert abs(best.starts[0] + best.delay - (AT - 8000)) < 160
 
 
@@ -86,7 +87,7 @@ def test_each_sentence_is_found_at_its_place_in_its_voice(text: str, voice: str)
     assert (" ".join(best.words), best.book.voice) == (text.replace(",", ""), voice)
     assert SEARCH.is_whole(best)
     assert abs(best.starts[0] + best.delay - (AT - 8000)) <= 32
-    assert SEARCH.least_fit(sound, best) > 0.8
+    assert least_fit(sound, best) > 0.8
     assert [path.score for path in found] == sorted((path.score for path in found), reverse=True)
     # What is heard of it by the response is nearly all that there is beside the noise.
     there = np.zeros(sound.n, np.float32)
@@ -106,9 +107,9 @@ def test_a_word_that_was_not_said_does_not_fit() -> None:
     sound = weighted(scene(AT + len(heard) + 9000, (AT, heard), noise=0.5))
     search = ChannelSearch(lily, tuple(BOOKS.values()))
     wrong = [path for path in search.paths(sound, [AT - 8000]) if path.words == ("hi", "rob", "water", "lily")]
-    assert all(search.least_fit(sound, path) < LEAST_FIT for path in wrong)
+    assert all(least_fit(sound, path) < LEAST_FIT for path in wrong)
     right = [path for path in search.paths(sound, [AT - 8000]) if path.words == ("hi", "rob", "water")]
-    assert max(search.least_fit(sound, path) for path in right) > 0.8
+    assert max(least_fit(sound, path) for path in right) > 0.8
 
 
 @pytest.mark.parametrize("seed", range(2))

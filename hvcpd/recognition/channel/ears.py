@@ -10,6 +10,8 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from typing import Self
 
+import numpy as np
+
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 from hvcpd.recognition.channel.listener import ChannelListener, Look, Stretch
 from hvcpd.recognition.channel.response import Taps
@@ -30,9 +32,18 @@ QUIET = SAMPLE_RATE_HZ // 2
 AGAIN = SAMPLE_RATE_HZ
 """What follows so soon after a sentence that seemed to go on belongs to it."""
 SHORTEST = SAMPLE_RATE_HZ // 4
+"""Signs that last no longer than that (0.25 s) are of no sentence: "stop" has 0.4 s."""
 LONGEST = 10 * SAMPLE_RATE_HZ
+"""A stretch is cut after so much. What had begun by then is looked at again, with what follows."""
 MOST_WAIT = 3 * SAMPLE_RATE_HZ
-"""Then what was held is garbled."""
+"""So long after a stretch has ended its look may take; then what was held of it is told as if nothing was found."""
+CLATTER, CLATTER_S = 0.75, (5.0, 10.0)
+"""Where there were signs for more than this share of the last seconds (at first of 5 s, later of 10), they tell nothing
+of who begins or ends: a sentence takes 6 s or less, and then somebody waits."""
+CUT = 5 * SAMPLE_RATE_HZ // 2
+"""In clatter a stretch is cut after so much (2.5 s), or who spoke would wait for an answer until it ends."""
+EVERY = 17 * SAMPLE_RATE_HZ // 20
+"""In clatter, beginnings are sought around points so far apart (0.85 s): everywhere, as `search` looks around each."""
 CALL, SURE_CALL = "stop", 0.95
 """A sentence that ends with it is told at once if it is so sure: a halt must not wait."""
 
@@ -48,6 +59,11 @@ class _Open:
     closed_at: int = 0
     job: Stretch | None = None
     look: Look | None = None
+
+    @property
+    def unfinished(self) -> int | None:
+        """Since which sample something has been said that seemed to go on at its end; None if nothing did."""
+        return self.look.unfinished if self.look is not None else None
 
 
 class ChannelEars:
@@ -65,11 +81,13 @@ class ChannelEars:
         self._ears = ears
         self._listener = listener
         self._worker = worker
-        self._history = History(LEAD + LONGEST + 2 * MOST_WAIT)
+        self._history = History(LEAD + 2 * LONGEST + 2 * MOST_WAIT)
         self._now = 0
         self._whole_from = 0
         """Since this sample nothing is missing: neither lost nor the robot's own voice."""
         self._busy = False
+        self._stirred = 0.0
+        """Share of the last seconds in which there were signs of speech."""
         self._open: _Open | None = None
         self._closed: list[_Open] = []
         """Being looked at, or looked at a moment ago."""
@@ -120,6 +138,7 @@ class ChannelEars:
         self._worker, self._history, self._now = predecessor._worker, predecessor._history, predecessor._now
         self._open, self._closed, self._told = predecessor._open, predecessor._closed, predecessor._told
         self._whole_from, self._busy = predecessor._whole_from, predecessor._busy
+        self._stirred = predecessor._stirred
 
     def take(self, events: Sequence[Event]) -> list[Event]:
         """What comes of events that the first ears told, and of looks that have ended."""
@@ -134,7 +153,7 @@ class ChannelEars:
                         self.learn(voice, taps)
                     out += [self._tell(sentence) for sentence in look.sentences if not self._is_told(sentence)]
         for each in self._closed:
-            if self._is_over(each) or (each.look is not None and not each.look.unfinished):
+            if self._is_over(each) or (each.look is not None and each.unfinished is None):
                 held, each.held = each.held, []
                 out += [told for event in held for told in self._released(event, each.look or Look())]
         self._closed = [each for each in self._closed if not self._is_over(each)]
@@ -149,25 +168,32 @@ class ChannelEars:
     def _notice(self, at: int) -> None:
         """Follow the signs of speech in the block that begins at sample `at`."""
         rises, self._busy = self._ears.busy and not self._busy, self._ears.busy
+        within = np.clip(self._now / SAMPLE_RATE_HZ, *CLATTER_S) * SAMPLE_RATE_HZ
+        self._stirred += (float(self._ears.signs) - self._stirred) * (self._now - at) / within
         if self._ears.signs:
             if self._open is None:
                 self._open = _Open(max(at - EARLIER, self._whole_from), self._now, [at])
-            elif rises:
+            elif rises or (self._stirred > CLATTER and at - max(self._open.noticed) >= EVERY):
                 self._open.noticed.append(at)
             self._open.end = self._now
-        stretch = self._open
-        if stretch is not None and (self._now - stretch.end >= QUIET or self._now - stretch.begin >= LONGEST):
+        if self._open is None:
+            return
+        if self._now - self._open.end >= QUIET:
             self._close()
+        elif self._now - self._open.begin >= (CUT if self._stirred > CLATTER else LONGEST):
+            self._close(cut=True)
+            self._open = _Open(self._now, self._now, [self._now])
 
-    def _close(self) -> None:
-        """What is open has ended: have it looked at, unless all of it is told."""
+    def _close(self, cut: bool = False) -> None:
+        """What is open has ended, or is `cut`: have it looked at, unless all of it is told."""
         stretch, self._open = self._open, None
         if stretch is None:
             return
-        before = next((e for e in self._closed if e.look is not None and e.look.unfinished), None)
+        before = next((each for each in self._closed if each.unfinished is not None), None)
         whole = before is not None and before.begin >= self._whole_from
-        if before is not None and whole and stretch.begin - before.end < AGAIN and stretch.end - before.begin < LONGEST:
-            stretch.begin, stretch.noticed = before.begin, before.noticed + stretch.noticed
+        if before is not None and before.unfinished is not None and whole and stretch.begin - before.end < AGAIN:
+            stretch.begin = max(before.unfinished - EARLIER, before.begin, stretch.end - 2 * LONGEST)
+            stretch.noticed = [before.unfinished, *stretch.noticed]
             stretch.held = before.held + stretch.held
             self._closed.remove(before)
         stretch.closed_at = self._now
@@ -180,7 +206,7 @@ class ChannelEars:
         origin = begin - lead
         proposed = tuple(each for each in stretch.held if isinstance(each, Recognised))
         stretch.job = Stretch(
-            sound, origin, lead, tuple(at - origin for at in stretch.noticed if at >= begin), proposed
+            sound, origin, lead, tuple(at - origin for at in stretch.noticed if at >= begin), proposed, cut
         )
         if not self._worker.submit(stretch.job, self._listener):
             stretch.look = Look()
@@ -209,12 +235,12 @@ class ChannelEars:
         there = next((e for e in where if e.begin < event.end_sample and event.start_sample < e.end), None)
         if there is None:
             there = self._open = self._open or _Open(event.start_sample, event.end_sample, [event.start_sample])
-        if there.look is not None and not there.look.unfinished:
+        if there.look is not None and there.unfinished is None:
             return self._released(event, there.look)
         there.held.append(event)
         if there is self._open:  # whoever spoke has ended, whatever goes on beside
             there.noticed.append(event.start_sample)
-            self._close()
+            self._close(cut=self._stirred > CLATTER)
         return []
 
     def _released(self, event: Recognised | Garbled, look: Look) -> list[Event]:

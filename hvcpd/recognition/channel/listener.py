@@ -13,9 +13,10 @@ from hvcpd.language.graph import WordGraph, graph_of
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 from hvcpd.recognition.channel.response import Taps
 from hvcpd.recognition.channel.search import ChannelSearch, Path
+from hvcpd.recognition.channel.verification import is_preceded, least_fit
 from hvcpd.recognition.channel.weighting import FRAME, WeightedSound
 from hvcpd.recognition.events import Recognised, Source, WordSpan
-from hvcpd.recognition.paths import Voicebook
+from hvcpd.recognition.paths import GREETING, Voicebook
 
 NOISE_S = 0.5
 """A quiet stretch of that length is what the noise is known by..."""
@@ -23,13 +24,20 @@ QUIETER = 0.2
 """...than which so many are quieter: gain controls and drop-outs make some that tell nothing."""
 LEAST_SCORE = 450.0
 """Explained energy, in variances of the noise: chance and other talk reach 390."""
+BEGUN = 150.0
+"""The same of a beginning where sound was cut: to listen again costs little."""
+GOES_ON = 3 * SAMPLE_RATE_HZ // 5
+"""So near (0.6 s) to where sound was cut a sentence may have more words."""
 LEAST_LEAD, LEAST_LEAD_SHARE = 40.0, 0.03
 """What a sentence must explain more than any other one, and than any beginning of a longer one."""
 LEAST_FIT = 0.4
 """Of what was to be expected of each word through the response, so much must have been heard."""
+MISSING = 0.2
+"""A word of which less was heard was not said: its absence shows by 6 standard deviations where it counts."""
 SHORT, SHORT_REST = 3, 5 * SAMPLE_RATE_HZ // 4
-"""A sentence of so few words is told only near the end of a stretch, within so many samples (1.25 s): amid other talk
-it may be a part of it."""
+LEAST_SHARE = 0.08
+"""A sentence of so few words, and so much before the end of a stretch (1.25 s), is told only if it explains so much of
+what was heard while it lasted: amid other talk it may be a part of it. Those made up of talk explain 0.03 to 0.06."""
 MOST_AT_ONCE = 2
 """Robots that speak at the same time."""
 SURE = 0.99
@@ -39,23 +47,24 @@ SURE = 0.99
 @dataclass(frozen=True, eq=False)
 class Stretch:
     """Sound, shape (n,), from sample `origin` on; `lead` samples of it are from before the speech, which was noticed at
-    the samples `noticed` of the sound. `proposed`: sentences that others made of it."""
+    the samples `noticed` of the sound. `proposed`: sentences that others made of it. `cut`: sound went on after it."""
 
     sound: Samples
     origin: int
     lead: int
     noticed: tuple[int, ...]
     proposed: tuple[Recognised, ...] = ()
+    cut: bool = False
 
 
 @dataclass(frozen=True)
 class Look:
-    """The sentences in a stretch; whether a robot said something else there; whether it seemed to go on; and the
-    responses that voices came through, shape (TAPS,) each."""
+    """The sentences in a stretch; whether a robot said something else there; since which sample something has been said
+    that seemed to go on at its end; and the responses that voices came through, shape (TAPS,) each."""
 
     sentences: tuple[Recognised, ...] = ()
     robot: bool = False
-    unfinished: bool = False
+    unfinished: int | None = None
     channels: tuple[tuple[str, Taps], ...] = field(default=(), compare=False)
 
 
@@ -63,9 +72,15 @@ class ChannelListener:
     """Knows the voices of robots."""
 
     def __init__(self, graph: WordGraph, books: Sequence[Voicebook]) -> None:
-        self._search = ChannelSearch(graph, books)
+        rates: list[list[Voicebook]] = []
+        for book in books:
+            rate = next((rate for rate in rates if all(other.voice != book.voice for other in rate)), None)
+            rates.append([book]) if rate is None else rate.append(book)
+        self._searches = [ChannelSearch(graph, rate) for rate in rates]
+        """One for each rate: the usual one first."""
         self._books = books
         self._final = next(iter(graph.finals))
+        self._words = graph.words
 
     def prepare(self, go_on: Callable[[], bool]) -> None:
         """Make ready what takes long the first time, as long as `go_on`."""
@@ -79,47 +94,75 @@ class ChannelListener:
         if len(heard) < FRAME:
             return Look()
         noise = quiet_part(stretch.sound[: stretch.lead], heard)
-        noticed = [at - begin for at in stretch.noticed]
-        told: list[Recognised] = []
+        told: list[Path] = []
+        sentences: list[Recognised] = []
         channels: list[tuple[str, Taps]] = []
-        for _ in range(MOST_AT_ONCE):
+        while len(told) < MOST_AT_ONCE:
             sound = WeightedSound(heard, noise)
-            paths = self._search.paths(sound, noticed)
-            for sentence in stretch.proposed:
-                paths += self._proposed(sound, sentence, sentence.start_sample - stretch.origin - begin)
-            paths.sort(key=lambda path: -path.score)
-            if not paths or paths[0].score < LEAST_SCORE:
-                break
-            best = self._sure(sound, paths)
-            if best is None:
-                reaches_end = paths[0].end + SAMPLE_RATE_HZ > len(heard)
-                return Look(tuple(told), True, reaches_end, tuple(channels))
-            sentence = _told(best, stretch.origin + begin, heard, noise)
-            if not any(_is_left_of(sentence, each) for each in told):
-                told.append(sentence)
-                channels.append((best.book.voice, best.response))
+            paths, best = self._found(sound, stretch, begin, told)
+            if best is None or (stretch.cut and best.end + GOES_ON > len(heard)):
+                score = paths[0].score if paths else 0.0
+                begun = score >= (BEGUN if stretch.cut else LEAST_SCORE)
+                near = begun and paths[0].end + SAMPLE_RATE_HZ > len(heard)
+                since = paths[0].starts[0] + stretch.origin + begin if near else None
+                return Look(tuple(sentences), score >= LEAST_SCORE, since, tuple(channels))
+            told.append(best)
+            sentences.append(_told(best, stretch.origin + begin, heard, noise))
+            channels.append((best.book.voice, best.response))
             heard -= best.sound(len(heard))
-        return Look(tuple(told), channels=tuple(channels))
+        return Look(tuple(sentences), channels=tuple(channels))
 
-    def _proposed(self, sound: WeightedSound, sentence: Recognised, at: int) -> list[Path]:
-        """The paths of a sentence that begins about sample `at`."""
-        books = [book for book in self._books if book.voice == sentence.voice]
-        alone = ChannelSearch(graph_of(sentence.words, frozenset(range(len(sentence.words)))), books)
+    def _found(
+        self, sound: WeightedSound, stretch: Stretch, begin: int, told: Sequence[Path]
+    ) -> tuple[list[Path], Path | None]:
+        """What may have been said in a sound that begins at sample `begin` of the stretch, beside what is `told`, most
+        likely first; and the sentence that surely was. Who speaks at another rate is sought where nobody else is
+        found at all."""
+        noticed = [at - begin for at in stretch.noticed]
+        paths: list[Path] = []
+        best = None
+        for sentence in stretch.proposed:
+            at = sentence.start_sample - stretch.origin - begin
+            paths += self._alone(sound, sentence.voice, sentence.words, at)
+        for search in self._searches[:1] if told else self._searches:
+            found = search.paths(sound, noticed, told)
+            if not found:
+                break
+            paths += found
+            if self._is_nearly_whole(found[0]):
+                paths += self._alone(sound, found[0].book.voice, found[0].words, found[0].starts[0])
+            paths.sort(key=lambda path: -path.score)
+            best = self._sure(sound, paths)
+            if best is not None or (stretch.cut and paths[0].score >= BEGUN):
+                break
+        return paths, best
+
+    def _is_nearly_whole(self, path: Path) -> bool:
+        """Whether it is a sentence but for how its words are said."""
+        return path.node == self._final and not path.ends
+
+    def _alone(self, sound: WeightedSound, voice: str, words: tuple[str, ...], at: int) -> list[Path]:
+        """The paths of one sentence in one voice that begins about sample `at`."""
+        books = [book for book in self._books if book.voice == voice]
+        alone = ChannelSearch(graph_of(words, frozenset(range(len(words)))), books)
         found = [path for path in alone.paths(sound, [at]) if alone.is_whole(path)]
         return [replace(path, node=self._final) for path in found]
 
     def _sure(self, sound: WeightedSound, paths: Sequence[Path]) -> Path | None:
-        """The sentence that explains most, unless another one explains nearly as much, a longer one more, or a word of
-        it hardly fits."""
-        best = next((path for path in paths if self._search.is_whole(path)), None)
+        """The sentence that explains most of those whose words were all heard; unless another path, no word of which
+        is missing, explains nearly as much, or a longer one more; and unless it is the end of a longer one."""
+        whole = (path for path in paths if self._searches[0].is_whole(path))
+        best = next((path for path in whole if least_fit(sound, path) >= LEAST_FIT), None)
         if best is None or best.score < LEAST_SCORE:
             return None
-        rivals = (path.score for path in paths if path.words != best.words[: len(path.words)])
-        lead = best.score - max(rivals, default=0.0)
-        if len(best.words) <= SHORT and sound.n - best.end > SHORT_REST:
+        amid_others = len(best.words) <= SHORT and sound.n - best.end > SHORT_REST
+        if amid_others and best.score < LEAST_SHARE * best.energy(sound, best.end):
             return None
-        surely = lead >= max(LEAST_LEAD, LEAST_LEAD_SHARE * best.score)
-        return best if surely and self._search.least_fit(sound, best) >= LEAST_FIT else None
+        ahead = best.score - max(LEAST_LEAD, LEAST_LEAD_SHARE * best.score)
+        rivals = (path for path in paths if path.score > ahead and path.words != best.words[: len(path.words)])
+        if any(least_fit(sound, path) >= MISSING for path in rivals):
+            return None
+        return None if best.words[0] != GREETING and is_preceded(sound, best, self._words) else best
 
 
 def quiet_part(before: Samples, heard: Samples) -> Samples:
@@ -132,13 +175,6 @@ def quiet_part(before: Samples, heard: Samples) -> Samples:
     order = np.argsort(energy[np.minimum(starts + n, len(where))] - energy[starts])
     at = int(starts[order[int(QUIETER * (len(order) - 1))]])
     return where[at : at + n]
-
-
-def _is_left_of(sentence: Recognised, told: Recognised) -> bool:
-    """Whether it is made of what no short response explains of one that is told, its late echoes: a robot does not say
-    two things at once."""
-    overlap = sentence.start_sample < told.end_sample and told.start_sample < sentence.end_sample
-    return overlap and sentence.voice == told.voice
 
 
 def _told(path: Path, origin: int, heard: Samples, noise: Samples) -> Recognised:

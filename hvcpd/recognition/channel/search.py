@@ -18,26 +18,25 @@ import numpy as np
 
 from hvcpd.language.graph import WordGraph
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
-from hvcpd.recognition.channel.response import Taps, response, transform_size
+from hvcpd.recognition.channel.response import Taps, response, responses, transform_size
 from hvcpd.recognition.channel.weighting import BACK, SHIFT, TAPS, WeightedSound
-from hvcpd.recognition.paths import Said, Voicebook, thirds_of
+from hvcpd.recognition.paths import GREETING, Said, Voicebook, thirds_of
 
-GREETING = "hi"
-"""What robots begin with."""
 FIRST_TAPS = 64
 """4 ms: of a first word, all that is known of most loudspeakers without a room."""
 ENOUGH = 6.0
 """Explained energy for each tap."""
 BLOCK = 16
 """Lags that are told apart where beginnings are sought."""
+FAINT = 50.0
+"""Explained energy of the best first word below which nothing is sought: noise alone reaches 20, and of sentences that
+were told, 78 was the least."""
 PLACES = 3
 """Beginnings of each word in each voice."""
 STARTS = 64
 WIDE, NARROW = 32, 16
 """Paths that are followed, up to WIDE_WORDS words and after them."""
 WIDE_WORDS = 4
-EXPECTED = 60.0
-"""Energy of a word, in variances of the noise, from which on its absence shows: by 8 standard deviations."""
 TRIED = 48
 """Of all next words, those whose response is estimated anew."""
 BEHIND_SHARE, BEHIND = 1.25, 150.0
@@ -65,7 +64,13 @@ class Path:
     """At lags from -BACK on."""
     taps: Taps
     explained: tuple[float, ...]
-    """Energy that it explains beyond what its taps do by chance, up to each of its words."""
+    """Energy that it explains beyond what its taps do by chance, before its first word and after each one."""
+
+    @staticmethod
+    def before(book: Voicebook, node: int) -> Path:
+        """One without a word."""
+        nothing = np.zeros(TAPS, np.float32)
+        return Path(book, node, (), (), (), (), nothing, nothing, nothing[:0], (0.0,))
 
     @property
     def score(self) -> float:
@@ -89,7 +94,7 @@ class Path:
     def explained_until(self, sample: int) -> float:
         """What its words explain that end before that sample."""
         ends = (start + said.length for start, said in zip(self.starts, self.said, strict=True))
-        return max((e for end, e in zip(ends, self.explained, strict=True) if end <= sample), default=0.0)
+        return max((e for end, e in zip(ends, self.explained[1:], strict=True) if end <= sample), default=0.0)
 
     def sound(self, n: int) -> Samples:
         """What was heard of it, shape (n,)."""
@@ -104,7 +109,15 @@ class Path:
     @cached_property
     def response(self) -> Taps:
         """The response of TAPS taps that fits it best, at lags from -BACK on."""
-        return _estimate(self.autocorrelation, self.correlation, TAPS)[0]
+        return response(self.autocorrelation, self.correlation, TAPS)
+
+    @cached_property
+    def spread(self) -> Taps:
+        """The weights of a signal's autocorrelation in the energy that it has behind `taps`, same shape."""
+        n = len(self.taps)
+        own = np.fft.irfft(np.abs(np.fft.rfft(self.taps, 2 * n)) ** 2, 2 * n)[:n]
+        own[1:] *= 2.0
+        return np.asarray(own, np.float32)
 
     @property
     def delay(self) -> int:
@@ -142,30 +155,18 @@ class ChannelSearch:
             self._arcs.setdefault(arc.source, []).append((arc.word, arc.target))
         self._pauses = graph.pauses | graph.finals
 
-    def paths(self, sound: WeightedSound, noticed: Sequence[int]) -> list[Path]:
+    def paths(self, sound: WeightedSound, noticed: Sequence[int], told: Sequence[Path] = ()) -> list[Path]:
         """Sentences, and beginnings of some, that begin near a sample where speech was `noticed`, or anywhere if with a
-        greeting: those that explain most first."""
+        greeting: those that explain most first. None that begins within a sentence `told` is in its voice, of which
+        late echoes are left: a robot does not say two things at once."""
         found: list[Path] = []
-        level = self._begun(sound, noticed)
+        level = self._begun(sound, noticed, told)
+        if max((path.score for path in level), default=0.0) < FAINT:
+            return []
         while level:
             found += level
             level = self._extended(sound, level)
         return sorted(found, key=lambda path: -path.score)
-
-    def least_fit(self, sound: WeightedSound, path: Path) -> float:
-        """Of the word that fits worst, what was heard of it through the path's response over what was expected: about 1
-        if it was said, 0 or less if not. Words of which little was to be expected do not count."""
-        fits = [1.0]
-        n = len(path.taps)
-        around = np.correlate(path.taps, path.taps, "full")[n - 1 :]
-        around[1:] *= 2.0
-        first = SHIFT + _begin(n)
-        for said, start in zip(path.said, path.starts, strict=True):
-            fit = sound.fit(said, start)
-            expected = float(around @ fit.autocorrelation[:n])
-            if expected >= EXPECTED:
-                fits.append(float(path.taps @ fit.correlation[first : first + n]) / expected)
-        return min(fits)
 
     def is_whole(self, path: Path) -> bool:
         """Whether a path is a sentence."""
@@ -174,22 +175,24 @@ class ChannelSearch:
     def _said(self, book: Voicebook, word: str, third: int, node: int) -> Iterator[Said]:
         return (said for said in book.said(word, third) if not said.final or node in self._pauses)
 
-    def _begun(self, sound: WeightedSound, noticed: Sequence[int]) -> list[Path]:
+    def _begun(self, sound: WeightedSound, noticed: Sequence[int], told: Sequence[Path]) -> list[Path]:
         """Paths of one word, at the best places of each."""
-        near = _merged([(at - EARLIER, at + LATER) for at in noticed], sound.n)
-        anywhere = _merged([(-EARLIER, sound.n)], sound.n)
-        paths: list[Path] = []
+        begun: list[_Next] = []
         for book in self._books:
+            before = [(path.starts[0] - EARLIER, path.end) for path in told if path.book.voice == book.voice]
+            near = _merged([(at - EARLIER, at + LATER) for at in noticed], sound.n, before)
+            anywhere = _merged([(-EARLIER, sound.n)], sound.n, before)
             for word, node in self._arcs.get(self._graph.start, ()):
                 places: list[tuple[float, Said, int]] = []
                 for said in self._said(book, word, 0, node):
                     for first, last in anywhere if word == GREETING else near:
                         at = first - said.lead
-                        found, energy = sound.seek(said, at, last - first + FIRST_TAPS)
-                        places += [(gain / max(energy, 1e-9), said, at + k) for gain, k in _peaks(found)]
+                        found = sound.seek(said, at, last - first + FIRST_TAPS)
+                        places += [(energy, said, at + k) for energy, k in _peaks(found)]
                 places.sort(key=lambda place: -place[0])
-                paths += [_first(sound, book, word, node, said, at) for _, said, at in places[:PLACES]]
-        return _best_first(sound, paths)[:STARTS]
+                empty = Path.before(book, self._graph.start)
+                begun += [_Next(empty, word, node, 0, said, at, SHIFT, 0.0) for _, said, at in places[:PLACES]]
+        return _best_first(sound, _joined(sound, begun, FIRST_TAPS))[:STARTS]
 
     def _extended(self, sound: WeightedSound, level: Sequence[Path]) -> list[Path]:
         """The paths of one word more."""
@@ -201,56 +204,48 @@ class ChannelSearch:
         promising = promising[:TRIED]
         enough = max(max(each.promise for each in promising) / ENOUGH, 1.0)
         n_taps = min(TAPS, max(FIRST_TAPS, 1 << int(np.log2(enough))))
-        paths = _best_first(sound, [_joined(sound, each, n_taps) for each in promising])
+        paths = _best_first(sound, _joined(sound, promising, n_taps))
         leaders = sorted(paths, key=lambda path: -path.score)[:4]
         kept = [path for path in paths if not any(_is_behind(path, leader) for leader in leaders)]
         return kept[: WIDE if len(paths[0].words) < WIDE_WORDS else NARROW]
 
     def _next(self, sound: WeightedSound, path: Path) -> Iterator[_Next]:
         """What may come next, if it promises to explain anything through the path's own response."""
-        n, begin = len(path.taps), _begin(len(path.taps))
-        around = np.correlate(path.taps, path.taps, "full")[n - 1 :]
-        around[1:] *= 2.0
         third, last, start = path.thirds[-1], path.said[-1], path.starts[-1]
-        for word, node in self._arcs.get(path.node, ()):
-            for later in {third, min(third + 1, 2)}:
-                for said in self._said(path.book, word, later, node):
-                    at = start + last.advance - said.lead * last.final
-                    if at + said.length > sound.n:
-                        continue
-                    fit = sound.fit(said, at)
-                    heard = np.correlate(fit.correlation[begin : begin + n + 2 * SHIFT], path.taps, "valid")
-                    shift = int(heard.argmax())
-                    own = max(float(around @ fit.autocorrelation[:n]), 1e-9)
-                    if heard[shift] > 0.0:
-                        gain = float(heard[shift]) ** 2 / own
-                        yield _Next(path, word, node, later, said, at, shift, path.score + min(gain, 2.0 * own))
+        there = [
+            (word, node, later, said, start + last.advance - said.lead * last.final)
+            for word, node in self._arcs.get(path.node, ())
+            for later in {third, min(third + 1, 2)}
+            for said in self._said(path.book, word, later, node)
+        ]
+        there = [each for each in there if each[4] + each[3].length <= sound.n]
+        if not there:
+            return
+        begin, n = span_of(len(path.taps))
+        fits = sound.fits((said, at) for *_, said, at in there)
+        across = np.stack([fit.correlation[begin : begin + n + 2 * SHIFT] for fit in fits])
+        heard = np.lib.stride_tricks.sliding_window_view(across, n, axis=1) @ path.taps
+        shifts = heard.argmax(axis=1)
+        expected = np.stack([fit.autocorrelation[:n] for fit in fits]) @ path.spread
+        for (word, node, later, said, at), row, shift, energy in zip(there, heard, shifts, expected, strict=True):
+            own = max(float(energy), 1e-9)
+            if row[shift] > 0.0:
+                gain = float(row[shift]) ** 2 / own
+                yield _Next(path, word, node, later, said, at, int(shift), path.score + min(gain, 2.0 * own))
 
 
-def _first(sound: WeightedSound, book: Voicebook, word: str, node: int, said: Said, at: int) -> Path:
-    """A path of one word."""
-    fit = sound.fit(said, at)
-    correlation = fit.correlation[SHIFT : SHIFT + TAPS]
-    taps, explained = _estimate(fit.autocorrelation, correlation, FIRST_TAPS)
-    return Path(book, node, (word,), (said,), (at,), (0,), fit.autocorrelation, correlation, taps, (explained,))
+def span_of(n: int) -> tuple[int, int]:
+    """Where in a correlation at lags from -BACK on those of a response of `n` taps begin, as a long one reaches back;
+    and how many they are."""
+    return BACK * (TAPS - n) // (TAPS - FIRST_TAPS), n
 
 
-def _begin(n: int) -> int:
-    """Where in a correlation at lags from -BACK on those of a response of `n` taps begin: a long one reaches back."""
-    return BACK * (TAPS - n) // (TAPS - FIRST_TAPS)
-
-
-def _estimate(autocorrelation: Taps, correlation: Taps, n: int) -> tuple[Taps, float]:
-    """The response of `n` taps that fits best, and what it explains beyond chance."""
-    there = correlation[_begin(n) : _begin(n) + n]
-    taps = response(autocorrelation, there, n)
-    return taps, float(taps @ there) - n
-
-
-def _merged(ranges: Sequence[tuple[int, int]], n: int) -> list[tuple[int, int]]:
-    """Ranges of `n` samples, each once, in pieces of MOST_LAGS at most."""
+def _merged(
+    ranges: Sequence[tuple[int, int]], n: int, without: Sequence[tuple[int, int]] = ()
+) -> list[tuple[int, int]]:
+    """Ranges of `n` samples, each once, in pieces of MOST_LAGS at most, but for those `without`."""
     merged: list[tuple[int, int]] = []
-    for first, last in sorted((first, min(last, n)) for first, last in ranges):
+    for first, last in sorted((first, min(last, n)) for first, last in _apart(ranges, without)):
         first = max(first, merged[-1][1]) if merged else first
         while last > first:
             merged.append((first, min(last, first + MOST_LAGS)))
@@ -258,24 +253,45 @@ def _merged(ranges: Sequence[tuple[int, int]], n: int) -> list[tuple[int, int]]:
     return merged
 
 
-def _joined(sound: WeightedSound, word: _Next, n_taps: int) -> Path:
-    """A path and one more word."""
-    path, fit = word.path, sound.fit(word.said, word.at)
-    autocorrelation = path.autocorrelation + fit.autocorrelation
-    correlation = path.correlation + fit.correlation[word.shift : word.shift + TAPS]
-    taps, explained = _estimate(autocorrelation, correlation, n_taps)
-    return Path(
-        path.book,
-        word.node,
-        (*path.words, word.word),
-        (*path.said, word.said),
-        (*path.starts, word.at + word.shift - SHIFT),
-        (*path.thirds, word.third),
-        autocorrelation,
-        correlation,
-        taps,
-        (*path.explained, explained),
+def _apart(ranges: Sequence[tuple[int, int]], without: Sequence[tuple[int, int]]) -> Iterator[tuple[int, int]]:
+    for first, last in ranges:
+        for begin, end in sorted(without):
+            yield first, min(last, begin)
+            first = max(first, end)
+        yield first, last
+
+
+def _joined(sound: WeightedSound, words: Sequence[_Next], n_taps: int) -> list[Path]:
+    """Paths and one more word each, with responses of `n_taps`."""
+    if not words:
+        return []
+    fits = sound.fits((word.said, word.at) for word in words)
+    own = np.stack([word.path.autocorrelation + fit.autocorrelation for word, fit in zip(words, fits, strict=True)])
+    across = np.stack(
+        [
+            word.path.correlation + fit.correlation[word.shift : word.shift + TAPS]
+            for word, fit in zip(words, fits, strict=True)
+        ]
     )
+    begin, _ = span_of(n_taps)
+    there = across[:, begin : begin + n_taps]
+    taps = responses(own, there, n_taps)
+    explained = np.einsum("ij,ij->i", taps, there) - n_taps
+    return [
+        Path(
+            word.path.book,
+            word.node,
+            (*word.path.words, word.word),
+            (*word.path.said, word.said),
+            (*word.path.starts, word.at + word.shift - SHIFT),
+            (*word.path.thirds, word.third),
+            own[k],
+            across[k],
+            taps[k],
+            (*word.path.explained, float(explained[k])),
+        )
+        for k, word in enumerate(words)
+    ]
 
 
 def _best_first(sound: WeightedSound, paths: Sequence[Path]) -> list[Path]:

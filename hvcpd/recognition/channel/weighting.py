@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
 
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 from hvcpd.recognition.channel.response import Taps, transform_size
-from hvcpd.recognition.paths import Said
+from hvcpd.recognition.paths import Signal
 
 TAPS = 512
 """Samples of a response, at most: 32 ms, the direct sound and what a room sends after it soon."""
@@ -30,6 +32,24 @@ POWER_S = 0.04
 FLOOR = 1e-4
 """No bin has less than -40 dB of the mean noise: a converter's empty bands would outweigh all others."""
 SILENCE = 1e-13
+LEAST_NOISE = 1e-6
+"""Noise has at least so much (-60 dB) of the mean power of what was heard: a microphone may be muted before somebody
+speaks, and single precision is not enough for more."""
+
+SIZE = 2048
+BLOCK = 1024
+"""Samples of a known signal that are transformed at once: with SIZE, at 1,025 lags."""
+GRID = 256
+"""Samples between the beginnings of what is transformed of the sound: with the lags of a `Fit`, fewer than 1,025."""
+STEP = 64
+"""Samples (4 ms) in which weights are told apart where a signal's autocorrelation is weighted."""
+AT_ONCE = 256
+"""Signals that are transformed together, which bounds memory: 4 MB."""
+WORDS_KEPT = 512
+"""Words whose spectra are kept, 16 MB at most."""
+_WINDOW = np.sin(np.pi / 2 * np.sin(np.pi * (np.arange(SIZE) + 0.5) / SIZE) ** 2).astype(np.float32)
+"""Its squares, BLOCK apart, add up to 1, and what is loud at one frequency hardly shows at others (that of the Vorbis
+codec). So the power densities of a signal that it cuts out add up to that of the signal."""
 
 Spectrum = NDArray[np.float32]
 
@@ -46,8 +66,37 @@ class Fit:
     autocorrelation: Taps
 
 
+@dataclass(frozen=True, eq=False)
+class _Blocks:
+    """A known signal in blocks of BLOCK samples: their `spectra`, conjugate, shape (n_blocks, SIZE / 2 + 1); the power
+    `densities` around each block's beginning, and around the end, shape (n_blocks + 1, SIZE / 2 + 1); and how the power
+    is spread in `time` there, in steps of STEP, shape (n_blocks + 1, SIZE / STEP), each row of sum 1."""
+
+    spectra: NDArray[np.complex64]
+    densities: Spectrum
+    time: Spectrum
+
+
+@lru_cache(WORDS_KEPT)
+def _blocks_of(said: Signal) -> _Blocks:
+    n_blocks = -(-said.length // BLOCK)
+    sound = np.zeros((n_blocks + 2) * BLOCK, np.float32)
+    sound[BLOCK : BLOCK + said.length] = said.samples
+    spectra = np.conj(np.fft.rfft(sound[BLOCK:-BLOCK].reshape(n_blocks, BLOCK), SIZE))
+    around = np.lib.stride_tricks.sliding_window_view(sound, SIZE)[::BLOCK] * _WINDOW
+    both = np.fft.rfft(around)
+    slopes = np.diff(around, axis=1, prepend=0.0)  # whitened, low frequencies count little
+    time = np.square(slopes).reshape(n_blocks + 1, -1, STEP).sum(axis=2) + 1e-12
+    time /= time.sum(axis=1, keepdims=True)
+    return _Blocks(spectra, np.asarray(both.real**2 + both.imag**2, np.float32), time)
+
+
 class WeightedSound:
-    """What was heard, whitened by its noise and by its own power, scaled to variance 1."""
+    """What was heard, whitened by its noise and by its own power, scaled to variance 1.
+
+    Whitened once, it is kept as spectra of SIZE samples from every GRID-th on. A signal's blocks against the spectra
+    where they lie, summed, make its correlation by one small transform (overlap-save, as in partitioned convolution).
+    """
 
     def __init__(self, heard: Samples, noise: Samples) -> None:
         """`heard` and `noise` alone, shapes (n,) and (m,), m ≥ FRAME, float32 at 16 kHz."""
@@ -55,80 +104,97 @@ class WeightedSound:
         usual = _smooth(_spectrum(noise), 3) + ECHOES * _smooth(_spectrum(heard), 6)
         hz = np.linspace(0.0, SAMPLE_RATE_HZ / 2, BINS)
         inverse = 1.0 / (usual + FLOOR * usual.mean() + SILENCE)
-        self._inverse: Spectrum = np.where((hz >= BAND_HZ[0]) & (hz <= BAND_HZ[1]), inverse, 0.0).astype(np.float32)
-        self._inverses: dict[int, Spectrum] = {}
-        floor = float(np.median(_power(self._whitened(noise)))) + 1e-20
-        self._weights: Samples = np.asarray((1.0 + _power(self._whitened(heard)) / (LOUD * floor)) ** -0.5, np.float32)
-        self._heard: Samples = heard * self._weights
-        white = self._whitened(self._heard)
-        variance = max(float(np.mean(np.square(white, dtype=np.float64))), 1e-20)
-        self._inverse /= np.float32(variance)
-        self._inverses = {}
-        self._energy = np.concatenate([[0.0], np.cumsum(np.square(white, dtype=np.float64) / variance)])
-        self._heard_spectra: dict[tuple[int, int], NDArray[np.complexfloating]] = {}
-        self._fits: dict[tuple[Said, int], Fit] = {}
+        inverse = np.where((hz >= BAND_HZ[0]) & (hz <= BAND_HZ[1]), inverse, 0.0)
+        power = _power(_filtered(heard, np.sqrt(inverse)))
+        floor = max(
+            float(np.median(_power(_filtered(noise, np.sqrt(inverse))))), LEAST_NOISE * float(power.mean()), 1e-20
+        )
+        weights = (1.0 + power / (LOUD * floor)) ** -0.5
+        weighted = np.asarray(heard * weights, np.float32)
+        white = np.square(_filtered(weighted, np.sqrt(inverse)), dtype=np.float64)
+        variance = max(float(np.mean(white)), 1e-20)
+        self._energy = np.concatenate([[0.0], np.cumsum(white / variance)])
+        steps = np.pad(np.square(weights), (SIZE, 2 * SIZE))
+        self._steps = np.asarray(steps[: len(steps) // STEP * STEP].reshape(-1, STEP).mean(axis=1), np.float32)
+        self._inverse = _at_bins(inverse / variance, SIZE)
+        twice = _filtered(weighted, inverse / variance)
+        self._sought = _frames_of(twice)
+        self._frames = _frames_of(np.asarray(twice * weights, np.float32))
+        self._fits: dict[tuple[Signal, int], Fit] = {}
 
     def energy(self, first: int, last: int) -> float:
         """What was heard from sample `first` up to `last`, in variances of the noise."""
-        begin, end = np.clip((first, last), 0, self.n)
+        begin, end = min(max(first, 0), self.n), min(max(last, 0), self.n)
         return float(self._energy[end] - self._energy[begin])
 
-    def seek(self, said: Said, first: int, n: int) -> tuple[Taps, float]:
-        """The correlation with the signal beginning at each of `n` samples from `first` on, and the signal's energy."""
-        size = transform_size(said.length + n)
-        known = np.fft.rfft(said.samples, size)
-        weighted = np.conj(known) * self._over(size)
-        energy = 2.0 * float((known * weighted).real.sum(dtype=np.float64)) / size
-        found = np.fft.irfft(np.fft.rfft(self._taken(self._heard, first, size), size) * weighted, size)
-        return np.asarray(found[:n], np.float32), energy
+    def seek(self, said: Signal, first: int, n: int) -> Taps:
+        """The correlation with the signal beginning at each of `n` samples from `first` on, over the root of the
+        signal's energy; as if what was heard did not change while it lasts."""
+        blocks = _blocks_of(said)
+        n_blocks, at, off = len(blocks.spectra), *divmod(first, GRID)
+        n_frames = -(-(n + off) // BLOCK)
+        heard = self._sought[self._numbers(at, n_frames + n_blocks - 1)]
+        both = sum(blocks.spectra[b] * heard[b : b + n_frames] for b in range(n_blocks))
+        found = np.fft.irfft(both, SIZE)[:, :BLOCK].reshape(-1)[off : off + n]
+        energy = 2.0 * float((blocks.densities @ self._inverse).sum()) / SIZE
+        return np.asarray(found / np.sqrt(max(energy, 1e-9)), np.float32)
 
-    def fit(self, said: Said, at: int) -> Fit:
+    def fit(self, said: Signal, at: int) -> Fit:
         """The signal, beginning at sample `at` or SHIFT around it."""
-        fit = self._fits.get((said, at))
-        if fit is None:
-            fit = self._fits[said, at] = self._fitted(said, at)
-        return fit
+        return self.fits([(said, at)])[0]
 
-    def _fitted(self, said: Said, at: int) -> Fit:
-        size = transform_size(said.length + TAPS + 2 * SHIFT + _GRID)
-        known = np.fft.rfft(self._there(said, at), size)
-        weighted = np.conj(known) * self._over(size)
-        first = at - SHIFT - BACK
-        begin = first // _GRID * _GRID
-        heard = self._heard_spectra.get((begin, size))
-        if heard is None:
-            heard = np.fft.rfft(self._taken(self._heard, begin, size), size)
-            self._heard_spectra[begin, size] = heard
-        both = np.fft.irfft(np.stack([heard, known]) * weighted, size)
-        correlation, own = both.astype(np.float32)
-        return Fit(correlation[first - begin : first - begin + TAPS + 2 * SHIFT].copy(), own[:TAPS].copy())
+    def fits(self, wanted: Iterable[tuple[Signal, int]]) -> list[Fit]:
+        """The same of several signals at their places: so many together take less time."""
+        wanted = list(wanted)
+        new = [each for each in dict.fromkeys(wanted) if each not in self._fits]
+        for begin in range(0, len(new), AT_ONCE):
+            some = new[begin : begin + AT_ONCE]
+            both = np.empty((len(some), SIZE // 2 + 1), np.complex64)
+            own = np.empty(both.shape, np.float32)
+            offs = []
+            for k, (said, at) in enumerate(some):
+                blocks = _blocks_of(said)
+                number, off = divmod(at - SHIFT - BACK, GRID)
+                (blocks.spectra * self._frames[self._numbers(number, len(blocks.spectra))]).sum(axis=0, out=both[k])
+                np.matmul(self._shares(at, blocks.time), blocks.densities, out=own[k])
+                offs.append(off)
+            across = np.fft.irfft(both, SIZE)
+            along = np.fft.irfft(own * self._inverse, SIZE)[:, :TAPS]
+            for each, off, correlation, autocorrelation in zip(some, offs, across, along, strict=True):
+                there = correlation[off : off + TAPS + 2 * SHIFT].copy()
+                self._fits[each] = Fit(there, np.ascontiguousarray(autocorrelation))
+        return [self._fits[each] for each in wanted]
 
-    def _there(self, said: Said, at: int) -> Samples:
-        """A signal, weighted as what was heard is where it is."""
-        return said.samples * self._taken(self._weights, at, said.length)
+    def _numbers(self, at: int, n_blocks: int) -> NDArray[np.int_]:
+        """Which spectra are of blocks from sample `at` GRID on; the first and the last one are of silence."""
+        numbers = at + SIZE // GRID + BLOCK // GRID * np.arange(n_blocks)
+        return np.clip(numbers, 0, len(self._frames) - 1)
 
-    @staticmethod
-    def _taken(values: Samples, first: int, n: int) -> Samples:
-        """`n` values from number `first` on, 0 where there are none."""
-        taken = values[max(first, 0) : max(first + n, 0)]
-        before = min(max(-first, 0), n)
-        return np.pad(taken, (before, n - before - len(taken))) if len(taken) < n else taken
-
-    def _over(self, size: int) -> Spectrum:
-        """One over the noise at the bins of a transform."""
-        over = self._inverses.get(size)
-        if over is None:
-            at = np.linspace(0.0, BINS - 1.0, size // 2 + 1)
-            over = self._inverses[size] = np.interp(at, np.arange(BINS), self._inverse).astype(np.float32)
-        return over
-
-    def _whitened(self, sound: Samples) -> Samples:
-        size = transform_size(len(sound) + FRAME)
-        return np.asarray(np.fft.irfft(np.fft.rfft(sound, size) * np.sqrt(self._over(size)), size)[: len(sound)])
+    def _shares(self, at: int, time: Spectrum) -> Spectrum:
+        """The mean square weight of each part of a signal at sample `at` whose power is spread in `time` so."""
+        first = min(max(at + SIZE - BLOCK, 0) // STEP, len(self._steps))
+        there = self._steps[first : first + BLOCK // STEP * (len(time) + 1)]
+        there = np.pad(there, (0, BLOCK // STEP * (len(time) + 1) - len(there)))
+        seen = np.lib.stride_tricks.sliding_window_view(there, SIZE // STEP)[:: BLOCK // STEP]
+        return np.asarray(np.einsum("ij,ij->i", seen, time), np.float32)
 
 
-_GRID = 1024
-"""Samples between the beginnings of what is transformed, so that signals at near places share a transform."""
+def _frames_of(sound: Samples) -> NDArray[np.complex64]:
+    """The spectra of SIZE samples from every GRID-th on; the first one and the last one are of silence."""
+    frames = np.lib.stride_tricks.sliding_window_view(np.pad(sound, (SIZE, SIZE + GRID)), SIZE)[::GRID]
+    return np.concatenate([np.fft.rfft(frames[k : k + 64]) for k in range(0, len(frames), 64)])
+
+
+def _at_bins(spectrum: NDArray[np.floating], size: int) -> Spectrum:
+    """A spectrum of BINS at the bins of a transform of `size` samples."""
+    at = np.linspace(0.0, BINS - 1.0, size // 2 + 1)
+    return np.asarray(np.interp(at, np.arange(BINS), spectrum), np.float32)
+
+
+def _filtered(sound: Samples, gains: NDArray[np.floating]) -> Samples:
+    """A sound through a filter of these gains at BINS frequencies, without delay."""
+    size = transform_size(len(sound) + FRAME)
+    return np.asarray(np.fft.irfft(np.fft.rfft(sound, size) * _at_bins(gains, size), size)[: len(sound)])
 
 
 def _spectrum(sound: Samples) -> NDArray[np.float64]:
