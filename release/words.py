@@ -1,7 +1,8 @@
 """Keeps the pages in plain English: `python -m release.words`, a part of `make lint`.
 
 It looks for phrases that read translated, for terms that have another name in docs/glossary.md, and for pages whose
-sentences are long on average. docs/reference has the commands' help and the settings' comments, so they are checked too.
+sentences are long on average. docs/reference has the commands' help and the settings' comments, so they are checked,
+too.
 """
 
 from __future__ import annotations

@@ -71,9 +71,7 @@ def test_a_sentence_is_shown_with_how_sure_it_was_heard(driver: browser.webdrive
     assert complaints(driver) == []
 
 
-def test_lines_stand_in_the_order_in_which_they_were_said(
-    driver: browser.webdriver.Chrome, show: browser.Show
-) -> None:
+def test_lines_stand_in_the_order_in_which_they_were_said(driver: browser.webdriver.Chrome, show: browser.Show) -> None:
     """A sentence is told seconds after it began, when it was understood; what was said meanwhile is there already."""
     for number, at_s in ((0, 100.0), (2, 104.0), (1, 102.0)):
         show.do(show.scene.event, heard(f"sentence {number}", at_s=at_s))

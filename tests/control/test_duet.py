@@ -43,9 +43,7 @@ def wiring(folder: Path, units: Path, name: str, place: int) -> Wiring:
 
 
 @contextmanager
-def duet(
-    folder: Path, units: Path, watch: Callable[[float], None]
-) -> Iterator[tuple[Duet, SharedRoom, io.StringIO]]:
+def duet(folder: Path, units: Path, watch: Callable[[float], None]) -> Iterator[tuple[Duet, SharedRoom, io.StringIO]]:
     """Rob and Bot in virtual time, and what the terminal shows."""
     wirings = [wiring(folder, units, name, place) for place, name in enumerate(("Rob", "Bot"))]
     with ExitStack() as stack:

@@ -86,9 +86,7 @@ def test_the_pages_show_what_the_commands_print_now(tmp_path: Path) -> None:
     stage = Stage(tmp_path)
     texts = {page: page.read_text(encoding="utf-8") for page in PAGES}
     assert sum(len(blocks(text)) for text in texts.values()) >= 7, "the blocks are no longer found"
-    changed = [
-        line for page, text in texts.items() for line in differences(text, renewed(text, stage), page.name)
-    ]
+    changed = [line for page, text in texts.items() for line in differences(text, renewed(text, stage), page.name)]
     assert not changed, "\n".join(["run `python -m release.readme`:", *changed])
     assert ANIMATION.read_text(encoding="utf-8") == draw(stage.mission) + "\n", "run `python -m release.readme`"
     [score] = [event for event in stage.mission.events if isinstance(event, Summary)]
