@@ -86,8 +86,10 @@ class Voice:
 
     def take(self, n: int) -> Samples:
         """The next `n` samples, silence where nothing waits."""
-        taken, self._waiting = self._waiting[:n], self._waiting[n:]
-        return np.pad(taken, (0, n - len(taken)))
+        taken = np.zeros(n, np.float32)
+        ready, self._waiting = self._waiting[:n], self._waiting[n:]
+        taken[: len(ready)] = ready
+        return taken
 
 
 async def _at_once() -> None:
@@ -165,7 +167,8 @@ class SharedRoom:
     async def heard_by(self, stream: VirtualStream) -> Samples:
         """The stream's next block, once all who are present wait for theirs."""
         ear = self._ear(stream)
-        turn = self._waiting[ear] = asyncio.get_running_loop().create_future()
+        turn: asyncio.Future[Samples] = asyncio.get_running_loop().create_future()
+        self._waiting[ear] = turn
         await self._pass()
         return await turn
 
@@ -200,8 +203,8 @@ class SharedRoom:
     def _playing(self) -> list[Samples]:
         """What each plays; who has left plays silence of the same length."""
         n = max((len(self.streams[ear].playing) for ear in self.present), default=BLOCK)
-        return [np.resize(s.playing, n) if k in self.present else np.zeros(n, np.float32)
-                for k, s in enumerate(self.streams)]  # fmt: skip
+        silence = np.zeros(n, np.float32)
+        return [stream.playing if k in self.present else silence for k, stream in enumerate(self.streams)]
 
     def _move(self, dt_s: float) -> None:
         for body in self.bodies:

@@ -1,4 +1,4 @@
-"""A hook of mkdocs: files of the repository that pages link to come into the site, under source/, and links follow them."""
+"""A hook of mkdocs: files that pages link to outside docs/ come into the site, and the links follow them."""
 
 from __future__ import annotations
 

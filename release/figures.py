@@ -1,7 +1,7 @@
 """The README's table of figures: `python -m release.figures` measures them (an hour on a busy computer) and writes it.
 
-Each figure is a count that a benchmark prints. docs/figures.json keeps the commands, what they printed and the day, so that a test can
-compare. `--table` writes the table anew from that file, `--only NAME` measures one figure.
+Each figure is a count that a benchmark prints. docs/figures.json keeps the commands, what they printed and the day, so
+that a test can compare. `--table` writes the table anew from that file, `--only NAME` measures one figure.
 """
 
 from __future__ import annotations

@@ -47,10 +47,14 @@ EXIT_STATUS = """\
 
 ## JSON
 
-Commands that print results for people have `--json`: one object a line. These have none: `console`, `playground` and `ros` print an
-address or a file name only; `duet` is used by hand, and programs use the [control socket](../control.md); `completion` prints what a
-shell reads; `skills` prints what it carries out, and the control socket has the same as events; `evaluate` writes CSV files; `key` prints
-secrets for people to copy by hand.
+Commands that print results for people have `--json`: one object a line. These have none, for a reason:
+
+- `console`, `playground` and `ros` print nothing but an address or a file name.
+- `duet` is used by hand. Programs use the [control socket](../control.md).
+- `skills` prints what it carries out. The control socket has the same as events.
+- `evaluate` writes CSV files.
+- `key` prints secrets for people to copy by hand.
+- `completion` prints what a shell reads.
 
 """
 
@@ -164,8 +168,8 @@ def _type(hint: object) -> str:
 def sentences() -> str:
     """Every form of the phrasebook."""
     head = (
-        f"{MADE}# Sentence forms\n\n`[…]` may be left out, `(…|…)` is a choice, and `<…>` stands for a name, number or task of "
-        f"your team: `hvcpctl phrases` prints them. OPENING is `{OPENING}`. A speaker pauses at commas.\n\n"
+        f"{MADE}# Sentence forms\n\n`[…]` may be left out, `(…|…)` is a choice, and `<…>` stands for a name, number or "
+        f"task of your team: `hvcpctl phrases` prints them. OPENING is `{OPENING}`. A speaker pauses at commas.\n\n"
     )
     rows = [f"| `{_form(form.pattern)}` | {_cell(form.meaning)} |" for form in FORMS]
     return "\n".join([f"{head}| Form | Meaning |", "|---|---|", *rows, ""])

@@ -18,6 +18,8 @@ from hvcpd.control.duet.duet_parser import add_duet
 from hvcpd.control.enrol.enrol_parser import add_enrol
 from hvcpd.control.keys.key_parser import add_key
 from hvcpd.control.live.daemon_parser import add_completion, add_daemon_commands, add_ros, add_skills
+from hvcpd.control.overview import Overview
+from hvcpd.control.say.playground_parser import add_playground
 from hvcpd.control.say.voices_parser import add_voices
 from hvcpd.control.simulate.evaluate_parser import add_evaluate
 from hvcpd.control.simulate.new_team_parser import add_new_team
@@ -25,41 +27,6 @@ from hvcpd.errors import EX_FAILURE, EX_INTERRUPTED, EX_OK, EX_USER, HvcpdError
 
 Command = Callable[[argparse.Namespace], int]
 _Commands: TypeAlias = "argparse._SubParsersAction[argparse.ArgumentParser]"
-
-
-OVERVIEW = """\
-usage: hvcpctl [-h] [--version] COMMAND ...
-
-Try, watch and control robots that coordinate by speaking English.
-
-Try it here:
-  simulate                      run a mission in a simulated room
-  duet                          talk with two robots at this computer
-  playground                    write a page in which robots say what you type
-  say, hear, listen, phrases    speak, list or follow sentences; print them all
-A running robot:
-  status, tasks, follow         see what it does; console: in the browser
-  stop, resume, reload          halt it, let it go on, read its settings again
-  transcript, report, audit     read what it said, heard and did
-  skills, ros                   join it to devices and programs, or to ROS
-Set a robot up:
-  doctor, config                find what is wrong; show the settings
-  calibrate, drive              set the microphone's gain; move the wheels
-  key, enrol                    make the team's key; teach robots your voice
-  check-vocabulary, pronounce, prerender    look after the words
-More: evaluate (the paper's experiments), completion (of the shell)
-
-`hvcpctl COMMAND --help` explains a command. Exit status: 0 success, 1 not done,
-2 bad input, 3 no daemon runs, 4 no permission to ask it, 130 interrupted.
-"""
-"""All commands in one screen of 24 lines and 80 columns."""
-
-
-class _Overview(Parser):
-    """`hvcpctl` itself, whose help is the overview."""
-
-    def format_help(self) -> str:
-        return OVERVIEW
 
 
 def _names(text: str) -> tuple[str, ...]:
@@ -122,9 +89,9 @@ def _lazy(module: str) -> Command:
 
 def make_parser() -> argparse.ArgumentParser:
     """The parser of all commands."""
-    parser: argparse.ArgumentParser = _Overview(prog="hvcpctl")
+    parser: argparse.ArgumentParser = Overview(prog="hvcpctl")
     parser.add_argument("--version", action="version", version=f"hvcpctl {__version__}")
-    commands = parser.add_subparsers(metavar="COMMAND", required=True, dest="command", parser_class=Parser)
+    commands: _Commands = parser.add_subparsers(metavar="COMMAND", required=True, dest="command", parser_class=Parser)
     _add_simulate(commands)
     add_new_team(commands, _lazy("simulate.new_team"), _names)
     add_duet(commands, _lazy("duet.duet"), _names)
@@ -133,7 +100,7 @@ def make_parser() -> argparse.ArgumentParser:
     _add_listen(commands)
     add_enrol(commands, _lazy("enrol.enrol"))
     _add_phrases(commands)
-    _add_playground(commands)
+    add_playground(commands, _lazy("say.playground"), _names)
     _add_pronounce(commands)
     add_voices(commands, _lazy("say.voices"), _names, _sound_out)
     _add_prerender(commands)
@@ -295,20 +262,6 @@ def _add_phrases(commands: _Commands) -> None:
     c.add_argument("--key", action="store_true", help="of a team with a key (default: if the settings name one)")
     c.add_argument("--json", action="store_true", help="print the card as one JSON object")
     c.set_defaults(run=_lazy("say.phrases"))
-
-
-def _add_playground(commands: _Commands) -> None:
-    text = "write a page in which robots say what you type, for any browser"
-    c = commands.add_parser("playground", help=text, description=f"{text[0].upper()}{text[1:]}, offline.")
-    _add_shared(c, names=False)
-    c.add_argument(
-        "--robots", type=_names, default=("Rob", "Bot", "Mia"), metavar="Rob,Bot", help="who speaks (2 to 4)"
-    )
-    c.add_argument(
-        "-o", "--output", type=Path, default=Path("playground.html"), metavar="FILE.html",
-        help="where to write it (default: %(default)s)",
-    )  # fmt: skip
-    c.set_defaults(run=_lazy("say.playground"))
 
 
 def _add_check_vocabulary(commands: _Commands) -> None:

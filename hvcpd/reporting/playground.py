@@ -54,8 +54,8 @@ def make_scenes(phrasebook: Phrasebook, robots: Sequence[str], task: int) -> tup
     scenes = (
         Scene(
             "Claim",
-            f"{a} says which task it will do, before it moves. Whoever hears this leaves that task alone. If two robots "
-            "claim the same task, the one that is at work already keeps it, or else the first name in the alphabet.",
+            f"{a} says which task it will do, before it moves. Whoever hears it leaves that task alone. If two robots "
+            "claim the same task, the one at work keeps it, or else the first name in the alphabet.",
             (Says(0, claim),),
         ),
         Scene(
@@ -66,8 +66,8 @@ def make_scenes(phrasebook: Phrasebook, robots: Sequence[str], task: int) -> tup
         ),
         Scene(
             "Stop",
-            f"Anybody may say “stop”, at any time, without a greeting. Every robot that hears it halts at once, and stays "
-            f"halted until somebody says “resume”. With a name before it, “stop” is for {b} alone.",
+            f"Anybody may say “stop”, at any time, without a greeting. Every robot that hears it halts at once, and "
+            f"stays halted until somebody says “resume”. With a name before it, “stop” is for {b} alone.",
             (Says(0, f"{b} stop"), Says(1, f"Hi all, I am {b}, I have stopped"), Says(0, f"{b} resume")),
         ),
     )

@@ -8,7 +8,8 @@ from collections.abc import Iterator
 
 import pytest
 
-from hvcpd.control.cli import OVERVIEW, main, make_parser
+from hvcpd.control.cli import main, make_parser
+from hvcpd.control.overview import OVERVIEW
 from release.reference import EXIT_STATUS
 from tests.control.conftest import Refuse
 

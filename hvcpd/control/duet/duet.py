@@ -17,8 +17,9 @@ from hil_fakes.room import Air, Room
 from hil_fakes.shared_card import SharedCard
 from hil_fakes.shared_room import SharedRoom, SimulatedAir
 from hvcpd.assembly.make import user_cache_folder
-from hvcpd.config.settings import AudioSettings, Settings, load_settings
+from hvcpd.config.settings import AudioSettings, load_settings
 from hvcpd.control.duet.onlookers import Onlooker, Visitor, page
+from hvcpd.daemon.control_socket import socket_path
 from hvcpd.daemon.devices import Devices
 from hvcpd.daemon.logging import set_up_logging
 from hvcpd.daemon.main_loop import FAREWELL_WALL_S, Daemon
@@ -51,8 +52,7 @@ def run(options: argparse.Namespace) -> int:
         wirings = [_wiring(options, Path(folder), robot, k) for k, robot in enumerate(robots)]
         bodies = [stack.enter_context(Body(w.settings.start.pose, seed)) for seed, w in enumerate(wirings)]
         room = SharedRoom(bodies, medium=medium)
-        socket = wirings[0].settings.control.socket
-        assert socket is not None
+        socket = socket_path(wirings[0].settings)
         address = "" if options.no_console else stack.enter_context(page(socket, options.port))
         told = f"Watch {robots[0]} at {address}\n" if address else ""
         talk = "talk" if len(robots) > 1 else "talks"
@@ -134,7 +134,7 @@ class Duet:
         lives = [asyncio.ensure_future(daemon.run()) for daemon in self.daemons]
         for number in (signal.SIGINT, signal.SIGTERM):
             loop.add_signal_handler(number, self.leave, lives)
-        onlookers = [asyncio.ensure_future(self._onlooker.follow(_socket(s), s.name)) for s in self._settings]
+        onlookers = [asyncio.ensure_future(self._onlooker.follow(socket_path(s), s.name)) for s in self._settings]
         listening = self._listen(typed)
         try:
             await asyncio.gather(*lives)
@@ -150,7 +150,7 @@ class Duet:
             if isinstance(self._room.medium, SharedCard):
                 await self._room.medium.close()
 
-    def leave(self, lives: list[asyncio.Future[None]]) -> None:
+    def leave(self, lives: list[asyncio.Task[None]]) -> None:
         """Have the robots say that they leave; asked a second time, or too long after the first, end at once."""
         if self._ended or not all(daemon.listening for daemon in self.daemons):
             self._ended = True
@@ -185,17 +185,11 @@ class Duet:
             self._onlooker.note(str(error))
 
 
-def _socket(settings: Settings) -> Path:
-    path = settings.control.socket
-    assert path is not None
-    return path
-
-
 def _devices(room: SharedRoom, which: int) -> Devices:
     def make_stream(_: AudioSettings) -> Any:
         return room.streams[which]
 
-    def make_wheels(_: object) -> Wheels:
+    def make_wheels(_: object, _joints: object = ()) -> Wheels:
         return room.bodies[which].wheels
 
     return Devices(make_stream=make_stream, make_wheels=make_wheels)

@@ -26,9 +26,7 @@ def add_duet(commands: Commands, run: Run, names: Callable[[str], tuple[str, ...
             "hvcpctl duet --as Rob         # and on another computer: hvcpctl duet --as Bot",
         ),
     )
-    c.add_argument(
-        "--names", type=names, default=("Rob", "Bot"), metavar="Rob,Bot", help="the robots (default Rob,Bot)"
-    )
+    c.add_argument("--names", type=names, default=("Rob", "Bot"), metavar="Rob,Bot", help="the robots")
     c.add_argument("--as", dest="as_name", type=_one(names), metavar="NAME", help="run only this robot here")
     c.add_argument("--pipe", action="store_true", help="use simulated air even where there is a sound card")
     c.add_argument("--input-device", metavar="NAME", help="a part of the microphone's name")

@@ -1,4 +1,4 @@
-"""`hvcpctl playground`: one page for a browser, in which robots say what is typed; it needs no server and no network."""
+"""`hvcpctl playground`: a page in which robots say what is typed; it needs no server and no network."""
 
 from __future__ import annotations
 

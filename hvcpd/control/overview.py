@@ -1,0 +1,40 @@
+"""The help of `hvcpctl` itself."""
+
+from __future__ import annotations
+
+from hvcpd.config.command_line import Parser
+
+OVERVIEW = """\
+usage: hvcpctl [-h] [--version] COMMAND ...
+
+Try, watch and control robots that coordinate by speaking English.
+
+Try it here:
+  simulate                      run a mission in a simulated room
+  duet                          talk with two robots at this computer
+  playground                    write a page in which robots say what you type
+  say, hear, listen, phrases    speak, list or follow sentences; print them all
+A running robot:
+  status, tasks, follow         see what it does; console: in the browser
+  stop, resume, reload          halt it, let it go on, read its settings again
+  transcript, report, audit     read what it said, heard and did
+  skills, ros                   join it to devices and programs, or to ROS
+Set a robot up:
+  doctor, config                find what is wrong; show the settings
+  calibrate, drive              set the microphone's gain; move the wheels
+  key, enrol                    make the team's key; teach robots your voice
+  check-vocabulary, pronounce, prerender    look after the words
+More: evaluate (the paper's experiments), completion (of the shell)
+
+`hvcpctl COMMAND --help` explains a command. Exit status: 0 success, 1 not done,
+2 bad input, 3 no daemon runs, 4 no permission to ask it, 130 interrupted.
+"""
+"""All commands in one screen of 24 lines and 80 columns."""
+
+
+class Overview(Parser):
+    """Parser whose help is the overview."""
+
+    def format_help(self) -> str:
+        """As argparse's."""
+        return OVERVIEW
