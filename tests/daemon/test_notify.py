@@ -150,8 +150,8 @@ def test_a_robot_on_a_computer_that_is_too_busy_says_so(tmp_path: Path, units: P
     settings = settings_of(tmp_path, units, "Rob")
 
     def watch(now_s: float) -> None:
-        stream = room.streams[0]
-        stream.counters = replace(stream.counters, card_underflows=stream.counters.card_underflows + 1)
+        before = room.medium.counters
+        room.medium.counters = replace(before, card_underflows=before.card_underflows + 1)
         if now_s >= 8.0:
             daemon.leave()
 

@@ -21,6 +21,7 @@ from hvcpd.config.settings import AudioSettings, load_settings
 from hvcpd.control.duet.onlookers import Onlooker, Visitor, page
 from hvcpd.daemon.control_socket import socket_path
 from hvcpd.daemon.devices import Devices
+from hvcpd.daemon.library_output import LibraryOutput
 from hvcpd.daemon.logging import set_up_logging
 from hvcpd.daemon.main_loop import FAREWELL_WALL_S, Daemon
 from hvcpd.daemon.wiring import Wiring, wire_up
@@ -46,9 +47,12 @@ _PIPE = "through simulated air ({why})"
 def run(options: argparse.Namespace) -> int:
     """Let the robots talk until interrupted. Raises ConfigError and DeviceError."""
     robots: tuple[str, ...] = (options.as_name,) if options.as_name else options.names
-    set_up_logging("error", form="console")
-    medium, where = choose_medium(options, len(robots))
     with tempfile.TemporaryDirectory(prefix="hvcpd-duet-") as folder, ExitStack() as stack:
+        libraries = LibraryOutput()  # ALSA writes a line for each underrun
+        libraries.begin()
+        stack.callback(libraries.end)
+        set_up_logging("warning", form="console")
+        medium, where = choose_medium(options, len(robots))
         wirings = [_wiring(options, Path(folder), robot, k) for k, robot in enumerate(robots)]
         bodies = [stack.enter_context(Body(w.settings.start.pose, seed)) for seed, w in enumerate(wirings)]
         room = SharedRoom(bodies, medium=medium)
@@ -58,7 +62,8 @@ def run(options: argparse.Namespace) -> int:
         talk = "talk" if len(robots) > 1 else "talks"
         sys.stdout.write(_WELCOME.format(robots=" and ".join(robots), talk=talk, where=where, page=told))
         sys.stdout.flush()
-        asyncio.run(Duet(wirings, room, Visitor(VISITOR, wirings[0], medium.say)).live(sys.stdin))
+        duet = Duet(wirings, room, Visitor(VISITOR, wirings[0], medium.say))
+        asyncio.run(duet.live(sys.stdin, libraries.drain))
     return EX_OK
 
 
@@ -128,13 +133,14 @@ class Duet:
         self._onlooker = Onlooker([s.name for s in self._settings], out or sys.stdout)
         self._ended = False
 
-    async def live(self, typed: Any) -> None:
+    async def live(self, typed: Any, every_second: Callable[[], None] = lambda: None) -> None:
         """Until a signal; `typed` is a file of lines that the visitor says. Raises what ends a daemon."""
         loop = asyncio.get_running_loop()
         lives = [asyncio.ensure_future(daemon.run()) for daemon in self.daemons]
         for number in (signal.SIGINT, signal.SIGTERM):
             loop.add_signal_handler(number, self.leave, lives)
-        onlookers = [asyncio.ensure_future(self._onlooker.follow(socket_path(s), s.name)) for s in self._settings]
+        beside = [asyncio.ensure_future(_again_and_again(every_second))]
+        beside += [asyncio.ensure_future(self._onlooker.follow(socket_path(s), s.name)) for s in self._settings]
         listening = self._listen(typed)
         try:
             await asyncio.gather(*lives)
@@ -142,9 +148,9 @@ class Duet:
             if not self._ended:
                 raise
         finally:
-            for task in (*lives, *onlookers):
+            for task in (*lives, *beside):
                 task.cancel()
-            await asyncio.gather(*lives, *onlookers, return_exceptions=True)
+            await asyncio.gather(*lives, *beside, return_exceptions=True)
             if listening:
                 loop.remove_reader(typed)
             if isinstance(self._room.medium, SharedCard):
@@ -183,6 +189,12 @@ class Duet:
             self._visitor.say(line)
         except HvcpdError as error:
             self._onlooker.note(str(error))
+
+
+async def _again_and_again(act: Callable[[], None]) -> None:
+    while True:
+        act()
+        await asyncio.sleep(1.0)
 
 
 def _devices(room: SharedRoom, which: int) -> Devices:

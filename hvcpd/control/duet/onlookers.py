@@ -46,10 +46,7 @@ class Onlooker:
 
     async def follow(self, socket: Path, robot: str) -> None:
         """Write a robot's events until its daemon ends."""
-        while not socket.exists():
-            await asyncio.sleep(LOOK_S)
-        with short_address(socket) as address:
-            reader, writer = await asyncio.open_unix_connection(address)
+        reader, writer = await _connected(socket)
         try:
             writer.write(b'{"command": "subscribe", "events": ["said", "heard"]}\n')
             async for line in reader:
@@ -72,6 +69,14 @@ class Onlooker:
     def _write(self, text: str) -> None:
         self._out.write(f"{text}\n")
         self._out.flush()
+
+
+async def _connected(path: Path) -> tuple[asyncio.StreamReader, asyncio.StreamWriter]:
+    """A connection to a daemon, as soon as it listens."""
+    while True:
+        with suppress(OSError), short_address(path) as address:
+            return await asyncio.open_unix_connection(address)
+        await asyncio.sleep(LOOK_S)
 
 
 @contextmanager
