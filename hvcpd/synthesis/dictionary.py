@@ -63,6 +63,10 @@ class Dictionary:
         self.look_up = lru_cache(WORDS_KEPT)(self._look_up)
         """The pronunciations of a word in lower case, the preferred one first; none if it is not listed."""
 
+    def __reduce__(self) -> tuple[type[Dictionary], tuple[Path]]:
+        """Another process gets the path, and reads for itself."""
+        return type(self), (self._path,)
+
     @cached_property
     def _index(self) -> tuple[list[str], list[int]]:
         """First words of the blocks, and where each block begins, the end of the file last."""
