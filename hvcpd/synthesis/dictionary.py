@@ -72,6 +72,8 @@ class Dictionary:
         """First words of the blocks, and where each block begins, the end of the file last."""
         with self._path.open("rb") as file:
             head = file.read(len(MAGIC) + 4)
+            if not head.startswith(MAGIC):
+                raise ValueError(f"{self._path} is no packed dictionary: install hvcpd anew")
             (length,) = struct.unpack("<I", head[len(MAGIC) :])
             lines = zlib.decompress(file.read(length)).decode().splitlines()
         pairs = [line.split() for line in lines]

@@ -6,6 +6,7 @@ import pickle
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
+import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -51,3 +52,10 @@ def test_another_process_may_get_a_lexicon() -> None:
     """The evaluation hands its robots to workers."""
     lexicon = pickle.loads(pickle.dumps(Lexicon.load()))
     assert lexicon.pronounce("zurich") == ("Z", "UH1", "R", "IH0", "K")
+
+
+def test_another_file_is_no_dictionary(tmp_path: Path) -> None:
+    path = tmp_path / "words.bin"
+    path.write_bytes(b"zurich Z UH1 R IH0 K")
+    with pytest.raises(ValueError, match="no packed dictionary"):
+        Dictionary(path).look_up("zurich")
