@@ -63,11 +63,17 @@ class Dictionary:
         self.look_up = lru_cache(WORDS_KEPT)(self._look_up)
         """The pronunciations of a word in lower case, the preferred one first; none if it is not listed."""
 
+    def __reduce__(self) -> tuple[type[Dictionary], tuple[Path]]:
+        """Another process gets the path, and reads for itself."""
+        return type(self), (self._path,)
+
     @cached_property
     def _index(self) -> tuple[list[str], list[int]]:
         """First words of the blocks, and where each block begins, the end of the file last."""
         with self._path.open("rb") as file:
             head = file.read(len(MAGIC) + 4)
+            if not head.startswith(MAGIC):
+                raise ValueError(f"{self._path} is no packed dictionary: install hvcpd anew")
             (length,) = struct.unpack("<I", head[len(MAGIC) :])
             lines = zlib.decompress(file.read(length)).decode().splitlines()
         pairs = [line.split() for line in lines]

@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
+import pickle
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
+import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from hvcpd.synthesis.dictionary import BLOCK_WORDS, Dictionary, pack
-from hvcpd.synthesis.lexicon import CMUDICT, DICTIONARY_PATH
+from hvcpd.synthesis.lexicon import CMUDICT, DICTIONARY_PATH, Lexicon
 from hvcpd.synthesis.phones import ARPABET, is_vowel
 
 SYMBOLS = sorted(f"{p}{s}" for p in ARPABET for s in (("0", "1", "2") if is_vowel(p) else ("",)))
@@ -44,3 +46,16 @@ def test_cmudict_is_small_and_whole() -> None:
     assert CMUDICT.look_up("zurich") == (("Z", "UH1", "R", "IH0", "K"),)
     assert CMUDICT.look_up("tear") == (("T", "EH1", "R"), ("T", "IH1", "R"))
     assert CMUDICT.look_up("") == CMUDICT.look_up("~") == CMUDICT.look_up("zzzzz") == ()
+
+
+def test_another_process_may_get_a_lexicon() -> None:
+    """The evaluation hands its robots to workers."""
+    lexicon = pickle.loads(pickle.dumps(Lexicon.load()))
+    assert lexicon.pronounce("zurich") == ("Z", "UH1", "R", "IH0", "K")
+
+
+def test_another_file_is_no_dictionary(tmp_path: Path) -> None:
+    path = tmp_path / "words.bin"
+    path.write_bytes(b"zurich Z UH1 R IH0 K")
+    with pytest.raises(ValueError, match="no packed dictionary"):
+        Dictionary(path).look_up("zurich")
