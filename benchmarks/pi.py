@@ -9,8 +9,7 @@ working copy likewise on x86-64. An ESTIMATE, within a factor of two, until `hvc
 
 Two for vectors: the Cortex-A53's units are 64 bits wide, and an operation on 128 bits takes them twice (LLVM,
 llvm/lib/Target/AArch64/AArch64SchedA53.td). The others are chosen: its two instructions a cycle at best are taken to
-make up for caches that miss and operands that are late. The intervals are that factor, not a spread: a program's
-count is the same in each run but for some thousandths.
+make up for caches that miss and operands that are late. The intervals are that factor, not a spread of runs.
 """
 
 from __future__ import annotations
@@ -28,7 +27,7 @@ from numpy.typing import NDArray
 
 from hvcpd.control.bench.bench import ROWS, Row
 from release import arm64
-from release.deb import SHIPPED
+from release.deb import REPOSITORY, SHIPPED
 
 CYCLES = np.array([1.0, 1.0, 1.5, 2.0])
 CLOCK_HZ = 1.4e9
@@ -60,7 +59,9 @@ class Counted:
         with tempfile.NamedTemporaryFile("r") as out:
             program = ["-m", "hvcpd.control.bench.work", work, self._folder.name, str(amount)]
             command = self._command(program, ["-plugin", str(self._plugin), "-d", "plugin", "-D", out.name])
-            subprocess.run(command, check=True, env=self._env, stdout=subprocess.DEVNULL, timeout=PATIENCE_S)
+            subprocess.run(
+                command, check=True, env=self._env, cwd=self._folder.name, stdout=subprocess.DEVNULL, timeout=PATIENCE_S
+            )
             return np.array([float(count) for count in out.read().split()])
 
 
@@ -69,6 +70,7 @@ def main() -> None:
     parser.add_argument("--folder", type=Path, default=Path("out/arm64"), help="for the root of arm64")
     parser.add_argument("--without-shipped", action="store_true", help="leave out the words that come with the package")
     options = parser.parse_args()
+    options.folder = options.folder.absolute()
     root = arm64.make_root(options.folder)
     arm64.put_hvcpd(root, options.folder)
     if options.without_shipped:
@@ -76,7 +78,10 @@ def main() -> None:
     plugin = options.folder / "counting.so"
     subprocess.run(["cc", "-O2", "-shared", "-fPIC", str(PLUGIN), "-o", str(plugin)], check=True)
     pi = Counted(lambda program, more: arm64.command(root, program, more), plugin, arm64.environment(root))
-    here = {**arm64.environment(root), "PYTHONPATH": ""}  # this working copy, which renders all words itself
+    here = {
+        **arm64.environment(root),
+        "PYTHONPATH": str(REPOSITORY),
+    }  # this working copy, which renders all words itself
     x86 = Counted(lambda program, more: [X86, *more, sys.executable, *program], plugin, here)
     print(f"{'instructions / 1e9':<48}{'x86-64':>8}{'arm64':>8}   Pi 3B+, estimated within a factor of {FACTOR:g}")
     for row in ROWS:

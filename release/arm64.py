@@ -42,6 +42,7 @@ def make_root(folder: Path) -> Path:
         root.mkdir(parents=True)
         for package in _debian_packages(folder):
             _unpack(package, root)
+        _compile(root / "usr/lib/python3.11")
         done.touch()
     return root
 
@@ -50,7 +51,7 @@ def put_hvcpd(root: Path, folder: Path) -> None:
     """Build hvcpd's package in `folder` and unpack it into the root, in place of one that is there."""
     shutil.rmtree(root / LIBRARIES, ignore_errors=True)
     _unpack(build(TARGET, folder), root)
-    subprocess.run([sys.executable, "-m", "compileall", "-q", str(root / LIBRARIES)], check=False)
+    _compile(root / LIBRARIES)
 
 
 def command(root: Path, arguments: Sequence[str], emulator: Sequence[str] = ()) -> list[str]:
@@ -88,6 +89,11 @@ def _debian_packages(folder: Path) -> list[Path]:
             told = getattr(error, "stderr", None) or str(error)
             raise UnavailableError(f"apt cannot fetch Debian's arm64 packages: {told.strip()[-200:]}") from error
     return sorted((cache / "archives").glob("*.deb"))
+
+
+def _compile(folder: Path) -> None:
+    """As Debian's own scripts do after the installation; a file of a test that is no Python does no harm."""
+    subprocess.run([sys.executable, "-m", "compileall", "-q", str(folder)], check=False, stdout=subprocess.DEVNULL)
 
 
 def _unpack(package: Path, root: Path) -> None:

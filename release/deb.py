@@ -39,8 +39,17 @@ MAINTAINER = "hvcpd maintainers <maintainers@hvcpd.invalid>"
 LEFT_OUT = frozenset({"setuptools", "pygments", "markdown-it-py", "mdurl", "tzdata"})
 """In the lock and not in the package: what only `pip install .` runs; what rich needs to show source code and Markdown,
 which nobody asks of it; and the time zones, which Debian has itself."""
-UNUSED = ("numpy/f2py", "numpy/_core/include", "numpy/_core/lib", "**/*.pyi")
-"""Parts of wheels for who compiles, and for who checks types."""
+UNUSED = (
+    "dynamixel_easy_sdk",
+    "numpy/f2py",
+    "numpy/_core/include",
+    "numpy/_core/lib",
+    "numpy/_core/_simd.*.so",
+    "numpy/_core/*_tests.*.so",
+    "**/*.pyi",
+    "**/*.pxd",
+)
+"""Parts of wheels for who compiles, who checks types and who tests them, and a second way to the motors."""
 STRIP = {"amd64": "x86_64-linux-gnu-strip", "arm64": "aarch64-linux-gnu-strip"}
 """Of Debian's binutils for each architecture."""
 SHIPPED = "hvcpd/synthesis/shipped"
@@ -97,7 +106,7 @@ def build(target: Target, output: Path, version: str = __version__) -> Path:
         _set_modes(root)
         output.mkdir(parents=True, exist_ok=True)
         package = output / f"hvcpd_{full_version}_{target.architecture}.deb"
-        _run("dpkg-deb", "--root-owner-group", "-Zxz", "--build", str(root), str(package))
+        _run("dpkg-deb", "--root-owner-group", "-Zxz", "-z9", "-Sextreme", "--build", str(root), str(package))
     return package
 
 
@@ -184,8 +193,12 @@ def put_completions(root: Path) -> None:
 
 
 def _strip(folder: Path, target: Target) -> None:
-    """Leave out what only a debugger reads of compiled modules. Raises FileNotFoundError without the tool."""
-    modules = [str(path) for path in sorted(folder.rglob("*.so*")) if path.is_file()]
+    """Leave out what only a debugger reads of compiled modules. Raises FileNotFoundError without the tool.
+
+    But not of libraries that auditwheel put into a wheel: after patchelf, which it uses, strip moves their segments off
+    the page boundaries, and no loader takes them.
+    """
+    modules = [str(path) for path in sorted(folder.rglob("*.so*")) if path.parent.suffix != ".libs"]
     _run(STRIP[target.architecture], "--strip-unneeded", *modules)
 
 

@@ -26,7 +26,7 @@ FOLDER = Path(__file__).parent / "shipped"
 INDEX = "index.json"
 STEPS = np.float32(16_384.0)
 """Steps of a unit in a full scale of 1: 95 dB below it is their noise, 75 dB below the speech. One bit more makes the
-shipped words a ninth larger (benchmarks/pi/README.md)."""
+shipped words a ninth larger: 1.54 MB instead of 1.39 in the voice oak."""
 
 Steps = NDArray[np.int16]
 

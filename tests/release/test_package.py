@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from hvcpd import __version__
-from release.deb import FILES, TEMPLATES
+from release.deb import FILES, SHIPPED, TEMPLATES
 from tests.release.conftest import renamed
 from tests.release.container import Container
 
@@ -27,7 +27,9 @@ def test_its_contents_are_roots_and_where_debian_wants_them(package: Path) -> No
     modes = {line.split()[5].removeprefix("."): line.split()[0] for line in contents}
     assert {line.split()[1] for line in contents} == {"root/root"}
     assert {modes["/usr/bin/hvcpd"], modes["/usr/bin/hvcpctl"]} == {"-rwxr-xr-x"}
-    assert {f"/{path}" for path in FILES.values() if not path.endswith("changelog")} <= set(modes)
+    packed = {path for path in FILES.values() if not path.endswith("CHANGELOG.md")}
+    assert {f"/{path}" for path in (*packed, "usr/share/man/man5/hvcpd.yaml.5.gz")} <= set(modes)
+    assert f"/usr/lib/hvcpd/{SHIPPED}/index.json" in modes
     assert not [path for path in modes if "__pycache__" in path or "/tests/" in path or "/bin/f2py" in path]
     assert all(mode[5] == mode[8] == "-" for mode in modes.values()), "nothing is writable for others"
     conffiles = listed("dpkg-deb", "--info", package, "conffiles")
