@@ -227,7 +227,7 @@ def main() -> None:
     chance = random.Random(options.seed)
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
-        os.environ |= {"GPIOZERO_PIN_FACTORY": "files", "HVCPD_FAKE_PINS": name, "PYTHONPATH": name}
+        os.environ |= {"GPIOZERO_PIN_FACTORY": "files", "FAKE_PINS": name, "PYTHONPATH": name}
         (folder / "hold-1.0.dist-info").mkdir()
         (folder / "hold-1.0.dist-info" / "METADATA").write_text("Name: hold\nVersion: 1.0\n")
         (folder / "hold-1.0.dist-info" / "entry_points.txt").write_text("[hvcpd.skills]\nhold = holding:Hold\n")
