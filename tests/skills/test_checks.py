@@ -62,6 +62,11 @@ def test_joints_need_the_wheels_bus(tmp_path: Path) -> None:
     assert found.endswith("it is on the wheels' bus, and wheels.driver is none; set that to xl430 or auto")
 
 
+def test_joints_need_the_control_socket(tmp_path: Path) -> None:
+    (found,) = told(tmp_path, "grip: {joint: {id: 3}}", more="control: {enabled: false}\n")
+    assert found.endswith("skills.grip.joint: it is offered by the control socket; set control.enabled to true")
+
+
 def test_what_is_right_is_not_told(tmp_path: Path) -> None:
     pour = "pour: {gpio: {pin: 17, amount: litres, empty_pin: 27}}"
     assert told(tmp_path, pour, "grip: {joint: {id: 3}}") == []
