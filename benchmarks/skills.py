@@ -32,7 +32,7 @@ from hvcpd.ports import STANDSTILL
 from hvcpd.skills.joints import JointMotion
 from hvcpd.skills.life import Call
 from hvcpd.skills.objects import Object
-from hvcpd.skills.runners import Program, Runner
+from hvcpd.skills.runners import FailedError, Program, Runner
 
 LONGEST_S = 0.3
 """A call is cancelled after a random part of this."""
@@ -63,7 +63,9 @@ class Times:
     began: list[float] = field(default_factory=list)
     safe: list[float] = field(default_factory=list)
     held_up: list[float] = field(default_factory=list)
-    """The longest that the event loop was held up in each."""
+    """The longest that the event loop was held up in each, s of processor time."""
+    failed: int = 0
+    """Calls that failed before anybody could see them begin."""
 
 
 @dataclass(frozen=True)
@@ -90,6 +92,9 @@ async def timed(kind: Kind, chance: random.Random, times: Times) -> None:
     asked_s = time.monotonic()
     task = loop.create_task(kind.runner.perform(kind.call, lambda _share, _text: None))  # type: ignore[arg-type]
     while not kind.begun():
+        if task.done():
+            times.failed += 1
+            return
         before_s = time.thread_time()
         await asyncio.sleep(0)
         longest_s = max(longest_s, time.thread_time() - before_s)
@@ -98,7 +103,7 @@ async def timed(kind: Kind, chance: random.Random, times: Times) -> None:
     await asyncio.sleep(LONGEST_S * chance.random())
     cancelled_s = time.monotonic()
     task.cancel()
-    with suppress(asyncio.CancelledError):
+    with suppress(asyncio.CancelledError, FailedError):
         await task
     while not kind.safe():
         await asyncio.sleep(0.001)
@@ -113,6 +118,8 @@ def tell(name: str, times: Times) -> None:
         *(f"{1e3 * each[len(each) // 2]:.1f} | {1e3 * each[-1]:.0f}" for each in (began, safe)),
     ]
     print(f"| {' | '.join(row)} | {slow} | {1e3 * held[-1]:.1f} |", flush=True)
+    if times.failed:
+        print(f"({name}: {times.failed} more calls failed before they had begun)", flush=True)
 
 
 @contextmanager
@@ -227,7 +234,7 @@ def main() -> None:
     chance = random.Random(options.seed)
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
-        os.environ |= {"GPIOZERO_PIN_FACTORY": "files", "HVCPD_FAKE_PINS": name, "PYTHONPATH": name}
+        os.environ |= {"GPIOZERO_PIN_FACTORY": "files", "FAKE_PINS": name, "PYTHONPATH": name}
         (folder / "hold-1.0.dist-info").mkdir()
         (folder / "hold-1.0.dist-info" / "METADATA").write_text("Name: hold\nVersion: 1.0\n")
         (folder / "hold-1.0.dist-info" / "entry_points.txt").write_text("[hvcpd.skills]\nhold = holding:Hold\n")

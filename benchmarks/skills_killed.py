@@ -31,9 +31,12 @@ client, _ = listener.accept()
 def send(**line): client.sendall(json.dumps(line).encode() + b"\\n")
 print(time.monotonic(), flush=True)
 send(event="perform", call=1, task=1, skill="pour", arguments={"seconds": 60.0}, limit_s=90.0)
-while True:
-    send(event="beat")
-    time.sleep(0.1)
+try:
+    while True:
+        send(event="beat")
+        time.sleep(0.1)
+except OSError:
+    pass
 """
 HOST = """
 import asyncio, sys

@@ -1,6 +1,6 @@
 """Fake pins of a Raspberry Pi, shared by processes: a folder with a file for each, as the kernel keeps a line's level.
 
-    GPIOZERO_PIN_FACTORY=files HVCPD_FAKE_PINS=/tmp/pins hvcpctl skills …
+    GPIOZERO_PIN_FACTORY=files FAKE_PINS=/tmp/pins hvcpctl skills …
 
 has gpiozero use them, in that process and in those that it starts. A pin that somebody holds is busy for all others;
 one whose holder is killed keeps its level, as a Pi's lines do, and is free.
@@ -19,7 +19,7 @@ from typing import Any
 from gpiozero.exc import PinInvalidPin
 from gpiozero.pins.mock import MockFactory, MockPin
 
-FOLDER_VARIABLE = "HVCPD_FAKE_PINS"
+FOLDER_VARIABLE = "FAKE_PINS"
 
 
 @dataclass(frozen=True)

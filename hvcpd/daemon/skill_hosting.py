@@ -9,6 +9,8 @@ from contextlib import closing, suppress
 from pathlib import Path
 from typing import Protocol, runtime_checkable
 
+import structlog
+
 from hvcpd.config.settings import Settings
 from hvcpd.daemon.control_protocol import MAX_LINE_BYTES
 from hvcpd.daemon.control_socket import short_address, socket_path
@@ -23,6 +25,8 @@ from hvcpd.skills.runners import Runner
 
 AGAIN_S = 1.0
 """Between two attempts to reach a daemon that has ended."""
+
+_log = structlog.get_logger(__name__)
 
 
 async def offer(path: Path, runners: Mapping[str, Runner]) -> None:
@@ -45,6 +49,11 @@ class OnPort(Protocol):
 
     @property
     def port(self) -> str: ...
+
+
+def _tell_end(task: asyncio.Task[None]) -> None:
+    if not task.cancelled() and (error := task.exception()) is not None:
+        _log.warning("joints not offered", reason=str(error))
 
 
 class JointService:
@@ -73,6 +82,7 @@ class JointService:
             self._guard = GuardLine(line=Line(wheels.port, self._settings.wheels.baud_rate, loose))
         motions = {name: JointMotion(joint, service.exchange_now) for name, joint in self._named.items()}
         self._task = asyncio.get_running_loop().create_task(offer(socket_path(self._settings), motions))
+        self._task.add_done_callback(_tell_end)
 
     async def close(self) -> None:
         """End what is under way, and the watching process."""

@@ -16,7 +16,7 @@ from functools import partial
 
 from hvcpd.config.skill_settings import JointSettings
 from hvcpd.hardware import xl430
-from hvcpd.hardware.wheels_bus import BusError, DynamixelBus, PortLostError, twice
+from hvcpd.hardware.wheels_bus import BusError, DynamixelBus, PortLostError, RefusedError, twice
 
 TOLERANCE_DEG = 2.0
 """So near to its goal it is there: position mode has no integral gain as it leaves the factory (e-Manual), and a load
@@ -123,6 +123,7 @@ class Joint:
             self._tried = wish
             self._failures += 1
             if self._failures < TRIES:  # the next cycle goes on where this one was
+                self._is_ready &= not isinstance(error, RefusedError)  # its watchdog has tripped meanwhile
                 return
             self._stop_blindly(bus)
             self._failures, self._is_ready, self._again_s = 0, False, now_s + AGAIN_S

@@ -22,6 +22,7 @@ from hvcpd.reporting.events import (
     Skill,
     Started,
     Summary,
+    Switched,
     TaskChanged,
     Trail,
     Watered,
@@ -30,7 +31,7 @@ from hvcpd.reporting.files import write_whole
 from hvcpd.reporting.jsonlines import as_strict_json, line
 from hvcpd.reporting.simplify import simplified
 
-_TOLD = (Started, Said, Heard, Garbled, Held, TaskChanged, Watered, Skill, Summary)
+_TOLD = (Started, Said, Heard, Garbled, Held, TaskChanged, Watered, Skill, Switched, Summary)
 _KINDS: dict[str, type[Event]] = {each.__name__.lower(): each for each in _TOLD}
 
 

@@ -27,17 +27,20 @@ def faults(
 ) -> Iterator[str]:
     """One message with its remedy for each thing that is wrong; `programs_too`: with programs that are not there, for
     who runs them and may see other folders than the robot does. `skill_places` has the line of each skill."""
-    for name, text in _faults(settings.skills, tasks, settings.wheels, programs_too):
+    for name, text in _faults(settings.skills, tasks, settings, programs_too):
         place = (skill_places or {}).get(name)
         yield f"{place}: {text}" if place else text
 
 
 def _faults(
-    skills: Mapping[str, SkillSettings], tasks: TaskRepository, wheels: WheelSettings, programs_too: bool
+    skills: Mapping[str, SkillSettings], tasks: TaskRepository, settings: Settings, programs_too: bool
 ) -> Iterator[tuple[str, str]]:
+    wheels, control = settings.wheels, settings.control
     taken: dict[int, str] = {}
     motors = dict(zip(wheels.ids, ("the left wheel", "the right wheel"), strict=True))
     for name, skill in skills.items():
+        if skill.joint is not None and not control.enabled:
+            yield name, f"skills.{name}.joint: it is offered by the control socket; set control.enabled to true"
         for part, text in _faults_of(name, skill, tasks, wheels, programs_too):
             yield name, f"skills.{name}{part}: {text}"
         if skill.joint is not None:

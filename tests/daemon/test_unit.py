@@ -15,6 +15,7 @@ from hvcpd.daemon.main_loop import FAREWELL_WALL_S
 from hvcpd.errors import EX_CONFIG, EX_USAGE
 
 UNITS = ("hvcpd.service", "hvcpd@.service")
+SKILLS = "hvcpd-skills.service"
 SYSTEMD = Path(__file__).parents[2] / "systemd"
 MOST_EXPOSED = 1.0
 """Of 10, by `systemd-analyze security`."""
@@ -32,14 +33,16 @@ def service() -> configparser.SectionProxy:
 @pytest.fixture
 def units(tmp_path: Path) -> Path:
     """Both units as they are installed, but for the command, which need not be installed here."""
-    for name in UNITS:
+    for name in (*UNITS, SKILLS):
         text = (SYSTEMD / name).read_text()
-        (tmp_path / name).write_text(text.replace("/usr/bin/hvcpd", str(shutil.which("true"))))
+        for command in ("/usr/bin/hvcpctl", "/usr/bin/hvcpd"):
+            text = text.replace(command, str(shutil.which("true")))
+        (tmp_path / name).write_text(text)
     return tmp_path
 
 
 @needs_systemd
-@pytest.mark.parametrize("unit", ["hvcpd.service", "hvcpd@rob.service"])
+@pytest.mark.parametrize("unit", ["hvcpd.service", "hvcpd@rob.service", SKILLS])
 def test_systemd_accepts_them_without_a_word(units: Path, unit: str) -> None:
     result = subprocess.run(["systemd-analyze", "verify", units / unit], capture_output=True, text=True, timeout=60)
     assert result.stderr == "", "an unknown key is told there, with exit status 0"
@@ -55,7 +58,7 @@ def test_a_key_that_systemd_does_not_know_would_be_noticed(units: Path) -> None:
 
 
 @needs_systemd
-@pytest.mark.parametrize("unit", UNITS)
+@pytest.mark.parametrize("unit", [*UNITS, SKILLS])
 def test_they_are_hardly_exposed(units: Path, unit: str) -> None:
     command = ["systemd-analyze", "security", "--offline=yes", units / unit]
     result = subprocess.run(command, capture_output=True, text=True, timeout=60)

@@ -135,6 +135,18 @@ def test_it_stands_when_nobody_talks_any_more_and_moves_again_when_it_is_told_an
     assert robot.joint.state.there
 
 
+def test_a_watchdog_that_tripped_between_two_calls_costs_nothing() -> None:
+    """A motor whose watchdog has tripped refuses goals; the next call failed."""
+    robot = bench()
+    robot.joint.turn(30.0)
+    robot.run(1.0)
+    robot.time.advance(1.0)
+    assert robot.cell("bus_watchdog") == -1
+    robot.joint.turn(-30.0)
+    robot.run(1.5)
+    assert (robot.joint.state.there, robot.joint.state.fault) == (True, None)
+
+
 def test_a_joint_that_is_missing_is_told_at_the_start_and_later_costs_the_wheels_little() -> None:
     motor = FakeXL430(3, start_ticks=2048, shaft=JOINT)
     motor.powered = False

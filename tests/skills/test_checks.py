@@ -6,6 +6,7 @@ from pathlib import Path
 
 import pytest
 
+from hil_fakes.pins import FOLDER_VARIABLE
 from hvcpd.config.settings import load_with_sources
 from hvcpd.config.task_file import load_tasks
 from hvcpd.control.cli import main
@@ -61,6 +62,11 @@ def test_joints_need_the_wheels_bus(tmp_path: Path) -> None:
     assert found.endswith("it is on the wheels' bus, and wheels.driver is none; set that to xl430 or auto")
 
 
+def test_joints_need_the_control_socket(tmp_path: Path) -> None:
+    (found,) = told(tmp_path, "grip: {joint: {id: 3}}", more="control: {enabled: false}\n")
+    assert found.endswith("skills.grip.joint: it is offered by the control socket; set control.enabled to true")
+
+
 def test_what_is_right_is_not_told(tmp_path: Path) -> None:
     pour = "pour: {gpio: {pin: 17, amount: litres, empty_pin: 27}}"
     assert told(tmp_path, pour, "grip: {joint: {id: 3}}") == []
@@ -83,3 +89,9 @@ def test_a_joint_that_cannot_be_is_told_with_its_line(
     told = capsys.readouterr().err
     assert "hvcpd.yaml:" in told
     assert text in told or "252" in told
+
+
+def test_the_variable_of_the_fake_pins_is_no_setting(tmp_path: Path) -> None:
+    """The documented command ended at once: what begins with HVCPD_ is a setting, and there is none of that name."""
+    (tmp_path / "hvcpd.yaml").write_text("name: Rob\n")
+    load_with_sources(tmp_path / "hvcpd.yaml", environment={FOLDER_VARIABLE: "/tmp/pins"})

@@ -305,7 +305,7 @@ def test_a_pump_process_turns_with_its_pin_until_its_tank_is_empty(tmp_path: Pat
 
 def fake_pins(folder: Path) -> dict[str, str]:
     """The environment in which gpiozero uses pins in a folder."""
-    return {**os.environ, "GPIOZERO_PIN_FACTORY": "files", "HVCPD_FAKE_PINS": str(folder)}
+    return {**os.environ, "GPIOZERO_PIN_FACTORY": "files", "FAKE_PINS": str(folder)}
 
 
 HOST = """
