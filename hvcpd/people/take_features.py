@@ -4,8 +4,8 @@ them.
 A net that was trained to tell the sounds of a language apart gives better features for matching words with examples
 than cepstra do, even where it names the sounds wrongly (H. Hermansky, D. Ellis & S. Sharma, "Tandem connectionist
 feature extraction for conventional HMM systems", ICASSP 2000; T. Hazen, W. Shen & C. White, "Query-by-example spoken
-term detection using phonetic posteriorgram templates", ASRU 2009). The noise of the moment is not in these takes: they
-count beside those that it is composed with (`composed`).
+term detection using phonetic posteriorgram templates", ASRU 2009). The noise of the moment is not in tandem features:
+they count beside the cepstra.
 """
 
 from __future__ import annotations
