@@ -1,4 +1,4 @@
-"""How one robot does what its team's task file calls by a name: by a program, or by a pin."""
+"""How one robot does what its team's task file calls by a name, by a program or by a pin; and the pin of its button."""
 
 from __future__ import annotations
 
@@ -35,6 +35,17 @@ class SkillSettings:
     run: tuple[str, ...] = ()
     safe: tuple[str, ...] = ()
     gpio: PinSettings | None = None
+
+
+@dataclass(frozen=True)
+class StopButtonSettings:
+    """A button that stops the robot, between a pin and ground; None: there is none.
+
+    One that is normally closed opens when it is pressed, and so does a wire that breaks.
+    """
+
+    pin: int | None = field(default=None, metadata=between(0, HIGHEST_PIN))
+    normally_closed: bool = True
 
 
 def valid_skills(skills: Mapping[str, SkillSettings]) -> str | None:
