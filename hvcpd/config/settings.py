@@ -16,7 +16,7 @@ from typing import Any, Literal, ParamSpec, cast
 from hvcpd.config.document import Document, KeyPath, Place, parse, read_bytes
 from hvcpd.config.loading import Parts, between, checked, structure
 from hvcpd.config.names import NameCheck, VoiceName, repeated_names, valid_robot_name, valid_team_name
-from hvcpd.config.skill_settings import HIGHEST_PIN, SkillSettings, runnable, valid_skills
+from hvcpd.config.skill_settings import SkillSettings, StopButtonSettings, runnable, valid_skills
 from hvcpd.config.sources import FILE_VARIABLE, Sourced, overlay_environment, sources_of
 from hvcpd.config.tasks import default_tasks_path
 from hvcpd.errors import did_you_mean
@@ -113,17 +113,6 @@ class WheelSettings:
 
 
 @dataclass(frozen=True)
-class StopButtonSettings:
-    """A button that stops the robot, between a pin and ground; None: there is none.
-
-    One that is normally closed opens when it is pressed, and so does a wire that breaks.
-    """
-
-    pin: int | None = field(default=None, metadata=between(0, HIGHEST_PIN))
-    normally_closed: bool = True
-
-
-@dataclass(frozen=True)
 class ControlSettings:
     """The socket by which `hvcpctl` and other programs of this computer ask the daemon; None is the usual place."""
 
@@ -202,7 +191,7 @@ class Settings:
     start: StartSettings = StartSettings()
     audio: AudioSettings = AudioSettings()
     wheels: WheelSettings = WheelSettings()
-    stop_button: StopButtonSettings = StopButtonSettings()
+    stop_button: StopButtonSettings = field(default_factory=StopButtonSettings)
     control: ControlSettings = ControlSettings()
     clips: ClipSettings = ClipSettings()
     voices: Literal["robots", "enrolled", "any"] = "any"

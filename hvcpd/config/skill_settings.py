@@ -1,4 +1,5 @@
-"""How one robot does what its team's task file calls by a name: by a program, a pin, a joint, or an action of ROS."""
+"""How one robot does what its team's task file calls by a name: by a program, a pin, a joint, or an action of ROS; and its
+stop button."""
 
 from __future__ import annotations
 
@@ -95,6 +96,17 @@ class SkillSettings:
     gpio: PinSettings | None = None
     joint: JointSettings | None = None
     ros: RosSettings | None = None
+
+
+@dataclass(frozen=True)
+class StopButtonSettings:
+    """A button that stops the robot, between a pin and ground; None: there is none.
+
+    One that is normally closed opens when it is pressed, and so does a wire that breaks.
+    """
+
+    pin: int | None = field(default=None, metadata=between(0, HIGHEST_PIN))
+    normally_closed: bool = True
 
 
 def valid_skills(skills: Mapping[str, SkillSettings]) -> str | None:

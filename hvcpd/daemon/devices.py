@@ -6,7 +6,8 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Protocol
 
-from hvcpd.config.settings import AudioSettings, StopButtonSettings, WheelSettings
+from hvcpd.config.settings import AudioSettings, WheelSettings
+from hvcpd.config.skill_settings import StopButtonSettings
 from hvcpd.hardware.audio import load_backend
 from hvcpd.hardware.audio_exchange import StreamCounters
 from hvcpd.hardware.audio_stream import AudioStream

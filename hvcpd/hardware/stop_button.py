@@ -7,7 +7,7 @@ one cuts the motors' power by itself.
 
 from __future__ import annotations
 
-from hvcpd.config.settings import StopButtonSettings
+from hvcpd.config.skill_settings import StopButtonSettings
 from hvcpd.errors import DeviceError
 
 

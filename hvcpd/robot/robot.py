@@ -8,10 +8,8 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 
-import numpy as np
-
 from hvcpd.config.tasks import Place
-from hvcpd.coordination.actions import SECOND_PAUSE_S, Halt, Perform, Say
+from hvcpd.coordination.actions import Halt, Perform, Say
 from hvcpd.coordination.coordination import Coordination
 from hvcpd.coordination.states import State
 from hvcpd.errors import PhraseError
@@ -171,7 +169,6 @@ class Robot:
         if was_speaking:
             self.coordination.spoken(now)
             self.coordination.garbled(True, now)
-        self.coordination.mute(True)
         self._set_channel(True, now)
         self._locate(reading)
         if self.performer.busy:
@@ -322,17 +319,13 @@ class Robot:
                         pending += self.coordination.actions(now)
                 case Halt():
                     self.performer.cancel()
-                    self._fall_silent(now)
                     halted = True
+                    if self._voice.speaking and self.coordination.state is State.STOPPED:
+                        self._voice.break_off(now)  # for what is more urgent
+                        self.coordination.spoken(now)
                 case _:
                     self._records.append(action)
         return halted
-
-    def _fall_silent(self, now: float) -> None:
-        """Who is stopped says nothing to its end: there is something more urgent to say, or to hear."""
-        if self._voice.speaking and self.coordination.state is State.STOPPED:
-            self._voice.break_off(now)
-            self.coordination.spoken(now)
 
     def _say(self, say: Say, now: float) -> None:
         utterance = say.utterance
@@ -341,9 +334,7 @@ class Robot:
             self._records += records
         mouth = self._slow_mouth if say.slowly else self._mouth
         phrases = self.phrasebook.phrases(utterance)
-        once = spoken(mouth, utterance, self.phrasebook)
-        pause = np.zeros(round(SECOND_PAUSE_S * SAMPLE_RATE_HZ), np.float32)
-        speech = np.concatenate([once] + [pause, once] * (say.times - 1))
+        speech = spoken(mouth, utterance, self.phrasebook, say.times)
         duration_s = len(speech) / SAMPLE_RATE_HZ
         self._voice.begin(speech, [word for phrase in phrases for word in phrase], now)
         # Stopped, it need not stop again; and a filter that is out of step would take the own voice for anything.

@@ -7,6 +7,7 @@ from typing import Protocol
 
 import numpy as np
 
+from hvcpd.coordination.actions import SECOND_PAUSE_S
 from hvcpd.language.messages import Cipher, Utterance
 from hvcpd.language.phrasebook import Phrasebook
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
@@ -21,9 +22,15 @@ class Mouth(Protocol):
     def render(self, phrases: Sequence[Sequence[str]]) -> Samples: ...
 
 
-def spoken(mouth: Mouth, utterance: Utterance, book: Phrasebook) -> Samples:
-    """Return the sound of an utterance, shape (n,), float32 at 16 kHz. A pause after "sealed message" lets listeners
-    without a key understand that much."""
+def spoken(mouth: Mouth, utterance: Utterance, book: Phrasebook, times: int = 1) -> Samples:
+    """Return the sound of an utterance, said `times` times in a row, shape (n,), float32 at 16 kHz."""
+    once = _once(mouth, utterance, book)
+    pause = np.zeros(round(SECOND_PAUSE_S * SAMPLE_RATE_HZ), np.float32)
+    return np.concatenate([once] + [pause, once] * (times - 1))
+
+
+def _once(mouth: Mouth, utterance: Utterance, book: Phrasebook) -> Samples:
+    """A pause after "sealed message" lets listeners without a key understand that much."""
     phrases = book.phrases(utterance)
     if not isinstance(utterance.mark, Cipher):
         return mouth.render(phrases)

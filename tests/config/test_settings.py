@@ -27,12 +27,11 @@ from hvcpd.config.settings import (
     Settings,
     SpeechSettings,
     StartSettings,
-    StopButtonSettings,
     WaitSettings,
     WheelSettings,
     load_settings,
 )
-from hvcpd.config.skill_settings import PinSettings, SkillSettings
+from hvcpd.config.skill_settings import PinSettings, SkillSettings, StopButtonSettings
 from hvcpd.config.tasks import default_tasks_path
 from hvcpd.errors import ConfigError
 

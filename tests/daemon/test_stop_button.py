@@ -12,7 +12,7 @@ from gpiozero import Device
 from gpiozero.pins.mock import MockFactory
 from structlog.testing import capture_logs
 
-from hvcpd.config.settings import StopButtonSettings
+from hvcpd.config.skill_settings import StopButtonSettings
 from hvcpd.coordination.states import State
 from hvcpd.daemon.main_loop import Daemon
 from hvcpd.daemon.wiring import wire_up

@@ -48,21 +48,32 @@ class ScriptedEars:
 
 
 class Mouth:
+    def __init__(self, n_samples: int = 800) -> None:
+        self._n = n_samples
+
     def render(self, phrases: Sequence[Sequence[str]]) -> Samples:
-        return np.zeros(800, np.float32)
+        return np.zeros(self._n, np.float32)
 
 
 class Bench:
     """A robot alone, with wheels that do what they are told."""
 
-    def __init__(self, *actions: Action, overhearing: Overhears | None = None, skills: tuple[Skill, ...] = ()) -> None:
+    def __init__(
+        self,
+        *actions: Action,
+        overhearing: Overhears | None = None,
+        skills: tuple[Skill, ...] = (),
+        mouth: Mouth | None = None,
+    ) -> None:
         task = TaskDefinition(1, "water the green rose", Place(0.0, 0.0), actions)
         tasks = TaskRepository((task,), skills=skills)
         self.ears, self.records = ScriptedEars(), list[Record]()
         coordination = Coordination(Role("Rob", "plant", volunteer=True), tasks.tasks, random.Random(1))
         book = make_phrasebook(("Rob", "Bot"), ("plant",), tasks)
         odometry, performer = Odometry(Pose(0.0, 0.0), BURGER), Performer(Navigator())
-        self.robot = Robot(coordination, book, self.ears, Mouth(), odometry, performer, overhearing=overhearing)
+        self.robot = Robot(
+            coordination, book, self.ears, mouth or Mouth(), odometry, performer, overhearing=overhearing
+        )
         self.angles = [0.0, 0.0]
         self.wheels = STANDSTILL
 
@@ -125,6 +136,16 @@ def test_a_hold_that_was_the_stop_latches() -> None:
     assert bench.wheels == STANDSTILL
     assert bench.noted(SaveStopped) == [SaveStopped(True)]
     assert not bench.noted(HoldRecord)
+
+
+def test_who_speaks_breaks_off_and_says_all_stop_at_once() -> None:
+    bench = Bench(Forward(2.0), mouth=Mouth(3 * SAMPLE_RATE_HZ))
+    while not bench.robot.speaking:
+        bench.live()
+    bench.live(Urgent(0, 1))
+    assert not bench.robot.speaking
+    bench.run(2.0 * BLOCK_S)
+    assert [r.text for r in bench.records if isinstance(r, SaidRecord)][1:] == ["All stop"]
 
 
 def test_two_calls_in_a_row_are_one_hold() -> None:
