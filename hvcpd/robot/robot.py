@@ -81,6 +81,7 @@ class Robot:
         self._records: list[Record] = []
         self._strangers: dict[str, Recognised] = {}
         self._lesson: tuple[Phrasebook, Ears] | None = None
+        self._on_adopted: list[Callable[[], None]] = []
 
     @property
     def now(self) -> float:
@@ -117,9 +118,11 @@ class Robot:
         """What the recogniser calls each speaker's voice, by name in lower case."""
         self._voices = voices
 
-    def adopt(self, phrasebook: Phrasebook, ears: Ears) -> None:
-        """Understand what can be said with more names, as soon as nobody is in the midst of a sentence."""
+    def adopt(self, phrasebook: Phrasebook, ears: Ears, then: Callable[[], None] | None = None) -> None:
+        """Understand what can be said with other words, as soon as nobody is in the midst of a sentence; `then` do
+        this."""
         self._lesson = (phrasebook, ears)
+        self._on_adopted += [then] if then is not None else []
 
     def step(self, heard: Samples, reading: WheelReading | None, lost: int | None = None) -> RobotOutput:
         """Live for one block.
@@ -197,6 +200,9 @@ class Robot:
         (self.phrasebook, ears), self._lesson = self._lesson, None
         ears.succeed(self._ears)
         self._ears = ears
+        adopted, self._on_adopted = self._on_adopted, []
+        for then in adopted:
+            then()
         for name, event in tuple(self._strangers.items()):
             if self.phrasebook.known_name(name) is not None:
                 del self._strangers[name]

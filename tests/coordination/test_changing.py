@@ -6,6 +6,7 @@ import pytest
 
 from hil_fakes.word_channel import Conditions
 from hil_fakes.word_mission import Outage, WordMission, WordPlan
+from hvcpd.coordination.states import State
 from hvcpd.language import messages as m
 from tests.coordination.mission import Mission, plants
 
@@ -115,3 +116,37 @@ def test_changes_are_counted_beyond_what_is_said(n: int) -> None:
     run_until(mission, AGAIN_S * (n + 1))
     assert mission.watered == {1: n + 1}
     assert {robot.board[1].change for robot in mission.robots.values()} == {n}
+
+
+def retask(mission: WordMission, n: int) -> None:
+    for robot in mission.robots.values():
+        robot.retask(plants(n), mission.air.now)
+    mission.air.refresh()
+
+
+def test_tasks_that_are_added_are_shared_out_and_those_that_are_gone_are_left_alone() -> None:
+    mission = Mission(NAMES, plants(4), seed=1)
+    mission.at(40.0, lambda: retask(mission, 2))
+    mission.at(AGAIN_S, lambda: retask(mission, 6))
+    mission.air.run_until(AGAIN_S - 1.0)
+    before = dict(mission.watered)
+    assert all(robot.board.all_done for robot in mission.robots.values())
+    assert {1, 2} <= before.keys()
+    mission.air.run_until(AGAIN_S + LATER_S)
+    assert all(robot.board.all_done for robot in mission.robots.values())
+    assert all(mission.watered[number] == before.get(number, 0) + (number > 2) for number in range(1, 7))
+
+
+def test_who_drives_to_a_task_that_is_gone_stops_there() -> None:
+    mission = Mission(("Rob",), plants(3), seed=1)
+    rob = mission.robots["Rob"]
+    mission.air.run_until(60.0)
+    while rob.state is not State.GOING:
+        mission.air.run_until(mission.air.now + 1.0)
+    number = rob.task
+    rob.retask([task for task in plants(3) if task.number != number], mission.air.now)
+    mission.air.refresh()
+    assert rob.state is State.READY
+    mission.air.run_until(mission.air.now + LATER_S)
+    assert rob.board.all_done
+    assert number not in [n for at_s, n, _ in mission.done if at_s > 60.0]

@@ -69,6 +69,27 @@ class School:
         await name_learning.settled()
 
 
+def test_the_words_of_new_tasks_are_learned_and_the_names_stay(units: Path) -> None:
+    school = School(units)
+    taken: list[str] = []
+
+    def adopt(book: Phrasebook, _ears: object, then: Callable[[], None]) -> None:
+        taken.extend(book.vocabulary.tasks)
+        assert book.vocabulary.names == ("Bot",)
+        then()
+
+    school.adaptation.adopt = adopt  # type: ignore[attr-defined]
+
+    async def scene() -> None:
+        name_learning = school.name_learning()
+        more = TaskRepository((*TASKS.tasks, TaskDefinition(2, "sweep the floor", None, (Water(1.0),))))
+        name_learning.retask(more, lambda: taken.append("told"))
+        await name_learning.settled()
+
+    run(scene())
+    assert taken == ["water the red rose", "sweep the floor", "told"]
+
+
 def test_who_is_removed_leaves_the_name_to_others(units: Path) -> None:
     school = School(units, "Clara")
     school.enrol()
