@@ -33,8 +33,12 @@ class NameRegistry:
         return name.lower() in (known.lower() for known in self.names)
 
     def retask(self, tasks: TaskRepository) -> tuple[Phrasebook, Ears]:
-        """What a robot needs to speak of these tasks, and no others. Takes seconds. Raises PhraseError for a clash."""
-        plan = replace(self._plan, tasks=tasks)
+        """What a robot needs to speak of these tasks, and still of those before: it may be about to. Takes seconds.
+        Raises PhraseError for words that clash."""
+        before = self._plan.tasks
+        said = (*tasks.tasks, *(task for task in before.tasks if task not in tasks.tasks))
+        skills = (*tasks.skills, *(skill for skill in before.skills if skill not in tasks.skills))
+        plan = replace(self._plan, tasks=replace(tasks, tasks=said, skills=skills))
         ready = make_phrasebook_and_ears(plan, self.names, self._sound)
         self._plan = plan
         return ready
