@@ -217,6 +217,8 @@ class Coordination:
         me = self.knowledge
         for number in self.board.replace(tasks):
             me.spreading.pop(number, None)
+            if me.report.task == number:
+                me.report.task = None
             if me.current.task == number:
                 fire(me, Trigger.DONE_BEFORE, now)
         self.peers.let_rest(self.board.recurs)

@@ -72,6 +72,34 @@ def test_what_is_left_out_is_done_by_nobody(seed: int) -> None:
     assert mission.watered == {1: 1, 2: 1, 3: 1, 4: 1, 6: 1}, "\n".join(mission.written())
 
 
+def test_what_is_wanted_again_while_it_is_still_to_be_done_is_done_once_and_is_nobodys() -> None:
+    mission = Mission(NAMES, plants(6), ("Anna",), seed=1)
+    for at_s in (30.0, 45.0):  # she may be talked over
+        said_by_anna(mission, at_s, 6)
+    mission.air.run_until(60.0)
+    assert any(text.endswith("task six again, change one") for text in mission.written(30.0, without=("Anna",)))
+    assert "Anna" not in [robot.board[6].owner for robot in mission.robots.values()]
+    run_until(mission, LATER_S)
+    assert mission.watered[6] == 1
+
+
+def test_what_is_being_carried_out_is_not_left_out_and_is_dropped_when_it_is_gone() -> None:
+    mission = Mission(("Rob",), plants(2), ("Anna",), seed=1)
+    mission.holds_motion = True
+    rob = mission.robots["Rob"]
+    while rob.state is not State.GOING:
+        mission.air.run_until(mission.air.now + 1.0)
+    rob.performed(mission.air.now)
+    assert rob.state is State.ACTING
+    assert rob.task is not None
+    said_by_anna(mission, mission.air.now + 1.0, rob.task, skip=True)
+    mission.air.run_until(mission.air.now + 15.0)
+    assert rob.state is State.ACTING
+    assert "completing task" in mission.written(without=("Anna",))[-1]
+    rob.retask([task for task in plants(2) if task.number != rob.task], mission.air.now)
+    assert rob.state is State.READY
+
+
 def test_what_is_left_out_can_be_wanted_again_and_survives_a_restart() -> None:
     mission = Mission(("Rob",), plants(2), ("Anna",), seed=1, outages=(Outage("Rob", 300.0, 10.0),))
     said_by_anna(mission, 1.0, 2, skip=True)
