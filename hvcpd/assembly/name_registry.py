@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
+from dataclasses import replace
 
 from hvcpd.assembly.make import Sound, make_phrasebook_and_ears
 from hvcpd.assembly.plan import RobotPlan
 from hvcpd.config.settings import MAX_KNOWN_NAMES
+from hvcpd.config.tasks import TaskRepository
 from hvcpd.errors import PhraseError
 from hvcpd.language.phrasebook import Phrasebook
 from hvcpd.recognition.protocols import Ears
@@ -29,6 +31,17 @@ class NameRegistry:
     def knows(self, name: str) -> bool:
         """Whether it is one of the names, whatever its case."""
         return name.lower() in (known.lower() for known in self.names)
+
+    def retask(self, tasks: TaskRepository) -> tuple[Phrasebook, Ears]:
+        """What a robot needs to speak of these tasks, and still of those before: it may be about to. Takes seconds.
+        Raises PhraseError for words that clash."""
+        before = self._plan.tasks
+        said = (*tasks.tasks, *(task for task in before.tasks if task not in tasks.tasks))
+        skills = (*tasks.skills, *(skill for skill in before.skills if skill not in tasks.skills))
+        plan = replace(self._plan, tasks=replace(tasks, tasks=said, skills=skills))
+        ready = make_phrasebook_and_ears(plan, self.names, self._sound)
+        self._plan = plan
+        return ready
 
     def keep(self, name: str) -> None:
         """A name that was learned is now told, and not forgotten any more."""

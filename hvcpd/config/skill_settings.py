@@ -1,5 +1,7 @@
-"""How one robot does what its team's task file calls by a name: by a program, a pin, a joint, or an action of ROS; and its
-stop button."""
+"""How one robot does what its team's task file calls by a name: by a program, a pin, a joint, or an action of ROS.
+
+Also the pin of its stop button.
+"""
 
 from __future__ import annotations
 

@@ -49,6 +49,8 @@ class Entry:
     """Nobody has done it: it is to be left out this time."""
     opened_s: float = -math.inf
     """When that was, by the sample clock."""
+    gone: bool = False
+    """The team has this task no more; what was said of it may still be answered."""
     done_s: float = -math.inf
     """When it was known to be done last, by the sample clock,"""
     done_by: str | None = None
@@ -86,13 +88,14 @@ class Board:
     def find(self, ref: TaskRef) -> Entry | None:
         """The entry that a spoken reference means; None if this robot has no such task."""
         if not isinstance(ref, TaskByName):
-            return self._entries.get(ref.number)
+            entry = self._entries.get(ref.number)
+            return entry if entry is not None and not entry.gone else None
         if not self._numbers:
-            self._numbers = {spoken_name(e.definition): n for n, e in self._entries.items()}
+            self._numbers = {spoken_name(e.definition): e.definition.number for e in self.entries()}
         return self._entries.get(self._numbers.get(ref.name, -1))
 
     def entries(self) -> tuple[Entry, ...]:
-        return tuple(self._entries.values())
+        return tuple(entry for entry in self._entries.values() if not entry.gone)
 
     @property
     def recurs(self) -> bool:
@@ -137,6 +140,24 @@ class Board:
         """Take other places and actions for the tasks; their numbers and names stay."""
         for task in tasks:
             self._entries[task.number].definition = task
+
+    def replace(self, tasks: Iterable[TaskDefinition]) -> tuple[int, ...]:
+        """Have these tasks, and no others; the numbers of those that are gone, or are other tasks now."""
+        new = {task.number: task for task in tasks}
+        gone = tuple(e.definition.number for e in self.entries() if _is_another(e.definition, new))
+        for number in gone:
+            self._set(number, DONE, None)
+            self._entries[number].gone = True
+        for number, task in new.items():
+            entry = self._entries.get(number)
+            if entry is None or entry.gone:
+                self._not_sure += 1
+                self._entries[number] = Entry(task)
+                self.changed.append(number)
+            else:
+                entry.definition = task
+        self._numbers = {}
+        return gone
 
     def next_lapse(self, now: float) -> float | None:
         """When the next claim lapses, if nobody renews it."""
@@ -207,6 +228,10 @@ class Board:
         entry.state, entry.owner, entry.hearsay, entry.firm = state, owner, hearsay, False
         entry.told_by = None
         entry.skipped = entry.skipped and state == DONE
+
+
+def _is_another(task: TaskDefinition, new: Mapping[int, TaskDefinition]) -> bool:
+    return task.number not in new or spoken_name(new[task.number]) != spoken_name(task)
 
 
 def spoken_name(task: TaskDefinition) -> str:

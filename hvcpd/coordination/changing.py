@@ -55,8 +55,10 @@ def changed(me: Knowledge, heard: Heard, s: m.Change) -> None:
         _compare(me, heard, entry, s.skip, s.count)
     elif speaker is not None and s.skip and entry.known_done and not entry.skipped:
         claims.tell_done(me, speaker, entry, now)
+    elif s.skip and _is_acted(me, entry.definition.number):
+        composing.answer(me, speaker, f"answer {speaker}", m.Working(s.task), now)
     else:
-        if not _is_so(entry, s.skip) and not (s.skip and _is_acted(me, entry.definition.number)):
+        if not entry.change or not _is_so(entry, s.skip):
             _take(me, entry, entry.change + 1, s.skip, now)
         _answer(me, speaker, entry, now)
 
@@ -117,9 +119,8 @@ def tell(me: Knowledge, other: str | None, entry: Entry, now: float) -> None:
 def _answer(me: Knowledge, name: str | None, entry: Entry, now: float) -> None:
     """One of all answers who wanted a change, with its number, so that others learn that too."""
     number = entry.definition.number
-    statement: m.Statement = said(entry) if entry.change else m.Confirmed(m.TaskByNumber(number))
     slot = me.rank(name or "", number, now) + (UNSURE_SLOTS if me.state in NEWCOMER else 0)
-    composing.answer(me, name, f"change {number}", statement, now, slot, call=name or "", tentative=True)
+    composing.answer(me, name, f"change {number}", said(entry), now, slot, call=name or "", tentative=True)
 
 
 def _say_to_all(me: Knowledge, entry: Entry, now: float) -> None:

@@ -227,6 +227,20 @@ class Coordination:
         self.board.forgive(role.name, forgiven)
         self.knowledge.reconsider(now)
 
+    def retask(self, tasks: Iterable[TaskDefinition], now: float) -> None:
+        """Have these tasks from now on, and no others; the others are asked what they know of the new ones."""
+        me = self.knowledge
+        for number in self.board.replace(tasks):
+            me.spreading.pop(number, None)
+            if me.report.task == number:
+                me.report.task = None
+            if me.current.task == number:
+                fire(me, Trigger.DONE_BEFORE, now)
+        self.peers.let_rest(self.board.recurs)
+        me.due_next_s, me.missed.heard_work = None, True
+        schedule.open_due(me, now)
+        me.reconsider(now)
+
     def leave(self, now: float) -> None:
         """The robot is about to be switched off: it says so, and gives back its task."""
         fire(self.knowledge, Trigger.LEAVE, now)

@@ -62,7 +62,8 @@ class Peers:
 
     def __init__(self, absent_s: float, rests: bool = False) -> None:
         self._absent_s = absent_s
-        self._most_s = QUIET_S if rests else float("inf")
+        self._most_s = float("inf")
+        self.let_rest(rests)
         self._rested_s = 0.0
         self._peers: dict[str, Peer] = {}
         self._present: tuple[str, ...] | None = None
@@ -70,6 +71,10 @@ class Peers:
         self._present_until_s = float("-inf")
         self.last_heard_s = float("-inf")
         """When anybody was heard last."""
+
+    def let_rest(self, rests: bool) -> None:
+        """Whether the team rests from now on, for hours maybe."""
+        self._most_s = QUIET_S if rests else float("inf")
 
     def get(self, name: str | None) -> Peer | None:
         return self._peers.get(name.lower()) if name is not None else None

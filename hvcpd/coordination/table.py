@@ -114,6 +114,7 @@ TRANSITIONS |= {
     for state in (S.CLAIMING, S.PROPOSED, S.GOING, S.ANNOUNCING, S.CHECKING, S.READING_BACK, S.READ_BACK)
     for trigger in (T.LOST, T.DONE_BEFORE)
 }
+TRANSITIONS[S.ACTING, T.DONE_BEFORE] = (S.READY, effects.drop_task)  # the team has the task no more
 TRANSITIONS |= {
     (state, trigger): (S.READING_BACK, effects.want_read_back)
     for state in (S.READY, S.MEETING, S.CLAIMING, S.READ_BACK, S.REPORTED)

@@ -147,6 +147,11 @@ class CacheWarmUp:
         """A name that the robot may say from now on."""
         self._run([_said("a name", self._sound.speaker_of(self._plan.role.name), (name.lower(),))], always)
 
+    def say(self, words: Iterable[str], go_on: GoOn = always) -> None:
+        """Words that the robot may say from now on, and all robots' sentences may have."""
+        speaker = self._sound.speaker_of(self._plan.role.name, SLOW if self._plan.role.speech.slowly else 1.0)
+        self._run([_said("words of new tasks", speaker, words)], go_on)
+
     def _run(self, chores: Iterable[Chore], go_on: GoOn) -> None:
         if self._sound.cache is not None:
             self._preparation.run(chores, go_on)

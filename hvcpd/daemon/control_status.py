@@ -11,6 +11,7 @@ from dataclasses import asdict, dataclass, field, replace
 from typing import Any
 
 from hvcpd import __version__
+from hvcpd.config.tasks import TaskRepository
 from hvcpd.coordination.board import Entry
 from hvcpd.coordination.peers import Peer
 from hvcpd.coordination.states import State
@@ -41,6 +42,8 @@ class Body:
     skills: SkillService = field(init=False)
     join: Callable[[Sequence[str]], None] = lambda _names: None
     """Has the robot know the names of those who were enrolled meanwhile, and what else there is new of who is."""
+    retask: Callable[[TaskRepository, Callable[[], None]], None] | None = None
+    """Has the robot learn the words of other tasks, and tells when it has; None: it cannot before its next start."""
     base: BaseRequestHandler | None = None
     """Of a robot whose base ROS has."""
     heard: bool = False

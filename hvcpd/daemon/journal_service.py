@@ -15,6 +15,7 @@ from dataclasses import replace
 
 import structlog
 
+from hvcpd.config.tasks import TaskRepository
 from hvcpd.coordination.actions import SaveChange, SaveDue, SavePeer, SaveStopped, SaveTask
 from hvcpd.daemon.control_socket import locked, socket_path
 from hvcpd.daemon.wiring import Wiring
@@ -83,6 +84,11 @@ class JournalService:
         """The last change of each task, and whether it is left out since."""
         self.lost = 0
         """Records that were not kept."""
+
+    def know(self, tasks: TaskRepository) -> None:
+        """There are these tasks from now on."""
+        if self._journal is not None:
+            self._journal.know(tasks)
 
     async def open(self) -> Remembered:
         """Open the memory; what it knows of the tasks. Raises NewerStoreError, and RunningError if a daemon has it."""

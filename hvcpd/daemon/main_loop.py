@@ -151,7 +151,7 @@ class Daemon:
             roster = NameRegistry(plan, self.wiring.sound, settings.names)
             self._name_learning = NameLearning(robot, roster, self.wiring.sound, warm_up)
             stack.push_async_callback(self._name_learning.close)
-            body.join = self._name_learning.join
+            body.join, body.retask = self._name_learning.join, self._name_learning.retask
             self._adaptation = Adaptation(settings.name, enrolled, body.know, settings.state_dir, self._second)
             stack.push_async_callback(self._adaptation.settled)
 
@@ -247,7 +247,7 @@ class Daemon:
             if self._adaptation is not None:
                 self._adaptation.take(output.records)
             for record in output.records:
-                tell(record, self.wiring.tasks)
+                tell(record, self._control.body.wiring.tasks)
             self._tell_manager(sound)
             await asyncio.sleep(0)  # signals and finished work get their turn even while sound waits
 

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import asyncio
 import math
-from collections.abc import Coroutine, Iterable, Sequence
+from collections.abc import Callable, Coroutine, Iterable, Sequence
 
 import structlog
 
 from hvcpd.assembly.make import Sound, voices_of
 from hvcpd.assembly.name_registry import NameRegistry
+from hvcpd.config.tasks import TaskRepository
 from hvcpd.daemon.allocator import give_back_memory
 from hvcpd.daemon.cache_warm_up import CacheWarmUp
 from hvcpd.errors import PhraseError
@@ -55,6 +56,28 @@ class NameLearning:
         """Begin to know those of these names who were enrolled meanwhile, by name and voice, and more words of others;
         no more expect the voice of who is enrolled no more."""
         self._begin(self._join(names))
+
+    def retask(self, tasks: TaskRepository, then: Callable[[], None]) -> None:
+        """Begin to know the words of these tasks, and no others; `then`, once the robot does."""
+        self._begin(self._retask(tasks, then))
+
+    async def _retask(self, tasks: TaskRepository, then: Callable[[], None]) -> None:
+        async with self._turn:
+            try:
+                ready = await asyncio.to_thread(self._make_tasks_ready, tasks)
+            except PhraseError as error:
+                _log.warning("tasks not taken", reason=str(error))
+                return
+            self._robot.adopt(*ready, then)
+            self._tidy_s = self._robot.now + ADOPTED_S
+            _log.info("tasks learned", tasks=", ".join(str(task.number) for task in tasks.tasks))
+
+    def _make_tasks_ready(self, tasks: TaskRepository) -> tuple[Phrasebook, Ears]:
+        known = frozenset(self._robot.phrasebook.marked_graph.words)
+        book, ears = self._roster.retask(tasks)
+        self._warm_up.say(frozenset(book.marked_graph.words) - known, self._goes_on)
+        ears.prepare(self._goes_on)
+        return book, ears
 
     def prepare(self) -> None:
         """Begin to make the robot's own words ready, until when it is silent, and then all else; until it has the other

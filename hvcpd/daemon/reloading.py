@@ -5,13 +5,14 @@ from __future__ import annotations
 import asyncio
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import Any
 
 import structlog
 
 from hvcpd.config.settings import Loaded, Settings
 from hvcpd.config.sources import Sourced
-from hvcpd.config.tasks import TaskRepository
+from hvcpd.config.tasks import TaskDefinition, TaskRepository
 from hvcpd.daemon.control_status import Body
 from hvcpd.daemon.wiring import Wiring
 from hvcpd.errors import HvcpdError, NotDoneError
@@ -86,17 +87,29 @@ class Reloader:
         changed += news
         settings = replace(wiring.settings, **{key: getattr(read.settings, key) for key in LIVE})
         if "tasks" not in restart and read.tasks != tasks:
-            if _words(read.tasks) != _words(tasks):
+            if _words(read.tasks) == _words(tasks):
+                changed += _task_changes(tasks, read.tasks)
+                tasks = read.tasks
+            elif self._body.retask is None:
                 restart.append("tasks")
             else:
                 changed += _task_changes(tasks, read.tasks)
-                tasks = read.tasks
+                self._body.retask(read.tasks, partial(self._take_tasks, read.tasks))
         self._body.wiring = replace(wiring, settings=settings, tasks=tasks, people=people)
         self._rereading.set_log(settings)
         self._tell_robot(self._body.wiring)
         if news:
             self._body.join([person.name for key, person in people.items() if key not in wiring.people])
         return {"changed": changed, "restart": restart}
+
+    def _take_tasks(self, tasks: TaskRepository) -> None:
+        """The robot knows their words now."""
+        robot = self._body.robot
+        self._body.wiring = replace(self._body.wiring, tasks=tasks)
+        self._body.journal.know(tasks)
+        if robot is not None:
+            robot.coordination.retask(tasks.tasks, robot.now)
+            self._tell_robot(self._body.wiring)
 
     def _tell_robot(self, wiring: Wiring) -> None:
         robot = self._body.robot
@@ -124,14 +137,19 @@ def _words(tasks: TaskRepository) -> tuple[object, ...]:
 
 
 def _task_changes(before: TaskRepository, now: TaskRepository) -> list[dict[str, Any]]:
-    pairs = ((task, before.by_number(task.number)) for task in now.tasks)
+    numbers = sorted({task.number for task in (*before.tasks, *now.tasks)})
+    pairs = ((number, before.by_number(number), now.by_number(number)) for number in numbers)
     return [
-        {"key": f"task {new.number}", "before": _described(old), "now": _described(new)}
-        for new, old in pairs
-        if old is not None and old != new
+        {"key": f"task {number}", "before": _described(old, new), "now": _described(new, old)}
+        for number, old, new in pairs
+        if old != new
     ]
 
 
-def _described(task: Any) -> str:
+def _described(task: TaskDefinition | None, other: TaskDefinition | None) -> str | None:
+    if task is None:
+        return None
+    if other is None or other.name != task.name:
+        return task.name
     place = f"at x {task.place.x_m:g} m, y {task.place.y_m:g} m" if task.place is not None else "without a place"
     return f"{place}, {len(task.actions)} action{'s' * (len(task.actions) != 1)}"

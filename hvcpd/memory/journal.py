@@ -45,6 +45,10 @@ class Journal:
         self._names = {task.number: task.name for task in tasks.tasks}
         self._own_name = own_name
 
+    def know(self, tasks: TaskRepository) -> None:
+        """There are these tasks from now on; what is still to be written of others is kept, too."""
+        self._names = {**self._names, **{task.number: task.name for task in tasks.tasks}}
+
     def remembered(self) -> dict[int, tuple[str, str | None]]:
         """The tasks' states as the robot last knew them: number → (state, owner)."""
         return {task.number: (task.state, task.owner) for task in self._store.tasks() if task.number in self._names}

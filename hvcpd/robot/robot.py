@@ -80,6 +80,7 @@ class Robot:
         self._records: list[Record] = []
         self._strangers: dict[str, Recognised] = {}
         self._lesson: tuple[Phrasebook, Ears] | None = None
+        self._on_adopted: list[Callable[[], None]] = []
 
     @property
     def now(self) -> float:
@@ -116,9 +117,10 @@ class Robot:
         """What the recogniser calls each speaker's voice, by name in lower case."""
         self._voices = voices
 
-    def adopt(self, phrasebook: Phrasebook, ears: Ears) -> None:
-        """Understand what can be said with more names, as soon as nobody is in the midst of a sentence."""
+    def adopt(self, phrasebook: Phrasebook, ears: Ears, then: Callable[[], None] | None = None) -> None:
+        """Understand other words, and do this `then`, as soon as nobody is in the midst of a sentence."""
         self._lesson = (phrasebook, ears)
+        self._on_adopted += [then] if then is not None else []
 
     def step(self, heard: Samples, reading: WheelReading | None, lost: int | None = None) -> RobotOutput:
         """Live for one block.
@@ -139,10 +141,9 @@ class Robot:
         if self._overhearing is not None:
             events += self._overhearing.hear(heard, masked)
         self._n_heard += len(heard)
-        now = self.now
         self._locate(reading)
         self.coordination.mute(self.is_silent)
-        self._set_channel(self._ears.busy or self.is_silent, now)
+        self._set_channel(self._ears.busy or self.is_silent, now := self.now)
         for event in events:
             self._understand(event, now)
         wheels = self._perform(now, reading)
@@ -197,6 +198,8 @@ class Robot:
         (self.phrasebook, ears), self._lesson = self._lesson, None
         ears.succeed(self._ears)
         self._ears = ears
+        while self._on_adopted:
+            self._on_adopted.pop(0)()
         for name, event in tuple(self._strangers.items()):
             if self.phrasebook.known_name(name) is not None:
                 del self._strangers[name]
@@ -208,8 +211,7 @@ class Robot:
         spelled = utterance.statement
         if not isinstance(spelled, Spelled) or self.phrasebook.known_name(spelled.letters) is not None:
             return False
-        name = utterance.speaker or spelled.letters
-        self._strangers[name] = event
+        self._strangers[name := utterance.speaker or spelled.letters] = event
         self._records.append(LearnName(name))
         return True
 
@@ -266,9 +268,8 @@ class Robot:
             return
         start_s, end_s = event.start_sample / SAMPLE_RATE_HZ, event.end_sample / SAMPLE_RATE_HZ
         stop = Utterance(None, statement=Stop())
-        heard = HeardRecord(now, stop, self.phrasebook.write(stop), start_s, end_s, 0.0, 0.0, "")
-        self._records.append(heard)
-        self.coordination.heard(stop, now, heard.confidence)
+        self._records.append(HeardRecord(now, stop, self.phrasebook.write(stop), start_s, end_s, 0.0, 0.0, ""))
+        self.coordination.heard(stop, now, confidence=0.0)
 
     def _parse(self, event: HearingEvent) -> Utterance | None:
         if not isinstance(event, Recognised):

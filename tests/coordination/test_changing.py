@@ -6,6 +6,7 @@ import pytest
 
 from hil_fakes.word_channel import Conditions
 from hil_fakes.word_mission import Outage, WordMission, WordPlan
+from hvcpd.coordination.states import State
 from hvcpd.language import messages as m
 from tests.coordination.mission import Mission, plants
 
@@ -71,6 +72,34 @@ def test_what_is_left_out_is_done_by_nobody(seed: int) -> None:
     assert mission.watered == {1: 1, 2: 1, 3: 1, 4: 1, 6: 1}, "\n".join(mission.written())
 
 
+def test_what_is_wanted_again_while_it_is_still_to_be_done_is_done_once_and_is_nobodys() -> None:
+    mission = Mission(NAMES, plants(6), ("Anna",), seed=1)
+    for at_s in (30.0, 45.0):  # she may be talked over
+        said_by_anna(mission, at_s, 6)
+    mission.air.run_until(60.0)
+    assert any(text.endswith("task six again, change one") for text in mission.written(30.0, without=("Anna",)))
+    assert "Anna" not in [robot.board[6].owner for robot in mission.robots.values()]
+    run_until(mission, LATER_S)
+    assert mission.watered[6] == 1
+
+
+def test_what_is_being_carried_out_is_not_left_out_and_is_dropped_when_it_is_gone() -> None:
+    mission = Mission(("Rob",), plants(2), ("Anna",), seed=1)
+    mission.holds_motion = True
+    rob = mission.robots["Rob"]
+    while rob.state is not State.GOING:
+        mission.air.run_until(mission.air.now + 1.0)
+    rob.performed(mission.air.now)
+    assert rob.state is State.ACTING
+    assert rob.task is not None
+    said_by_anna(mission, mission.air.now + 1.0, rob.task, skip=True)
+    mission.air.run_until(mission.air.now + 15.0)
+    assert rob.state is State.ACTING
+    assert "completing task" in mission.written(without=("Anna",))[-1]
+    rob.retask([task for task in plants(2) if task.number != rob.task], mission.air.now)
+    assert rob.state is State.READY
+
+
 def test_what_is_left_out_can_be_wanted_again_and_survives_a_restart() -> None:
     mission = Mission(("Rob",), plants(2), ("Anna",), seed=1, outages=(Outage("Rob", 300.0, 10.0),))
     said_by_anna(mission, 1.0, 2, skip=True)
@@ -115,3 +144,37 @@ def test_changes_are_counted_beyond_what_is_said(n: int) -> None:
     run_until(mission, AGAIN_S * (n + 1))
     assert mission.watered == {1: n + 1}
     assert {robot.board[1].change for robot in mission.robots.values()} == {n}
+
+
+def retask(mission: WordMission, n: int) -> None:
+    for robot in mission.robots.values():
+        robot.retask(plants(n), mission.air.now)
+    mission.air.refresh()
+
+
+def test_tasks_that_are_added_are_shared_out_and_those_that_are_gone_are_left_alone() -> None:
+    mission = Mission(NAMES, plants(4), seed=1)
+    mission.at(40.0, lambda: retask(mission, 2))
+    mission.at(AGAIN_S, lambda: retask(mission, 6))
+    mission.air.run_until(AGAIN_S - 1.0)
+    before = dict(mission.watered)
+    assert all(robot.board.all_done for robot in mission.robots.values())
+    assert {1, 2} <= before.keys()
+    mission.air.run_until(AGAIN_S + LATER_S)
+    assert all(robot.board.all_done for robot in mission.robots.values())
+    assert all(mission.watered[number] == before.get(number, 0) + (number > 2) for number in range(1, 7))
+
+
+def test_who_drives_to_a_task_that_is_gone_stops_there() -> None:
+    mission = Mission(("Rob",), plants(3), seed=1)
+    rob = mission.robots["Rob"]
+    mission.air.run_until(60.0)
+    while rob.state is not State.GOING:
+        mission.air.run_until(mission.air.now + 1.0)
+    number = rob.task
+    rob.retask([task for task in plants(3) if task.number != number], mission.air.now)
+    mission.air.refresh()
+    assert rob.state is State.READY
+    mission.air.run_until(mission.air.now + LATER_S)
+    assert rob.board.all_done
+    assert number not in [n for at_s, n, _ in mission.done if at_s > 60.0]

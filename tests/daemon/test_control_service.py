@@ -6,7 +6,7 @@ import asyncio
 import io
 import json
 import os
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -249,6 +249,39 @@ def test_reload_changes_what_it_can_and_names_what_it_cannot(tmp_path: Path) -> 
             assert refused["code"] == "bad_settings"
             assert "did you mean 'mode'" in refused["text"]
             assert bench.bench.robot.coordination.role.volunteer is False, "all or nothing"
+            await talk.hang_up()
+
+    run(scene())
+
+
+def test_reload_takes_tasks_with_new_words_once_the_robot_knows_these(tmp_path: Path) -> None:
+    two = ONE_TASK + ONE_TASK.partition("tasks:\n")[2].replace("number: 1", "number: 2").replace("green", "pink")
+
+    async def scene() -> None:
+        async with control(tmp_path) as bench:
+            talk = await bench.connect()
+            learned: list[Callable[[], None]] = []
+            bench.body.retask = lambda _tasks, then: learned.append(then)
+            (tmp_path / "tasks.yaml").write_text(two)
+            result = (await talk.ask("reload"))["result"]
+            new = {"key": "task 2", "before": None, "now": "water the pink rose"}
+            assert result == {"changed": [new], "restart": []}
+            assert len((await talk.ask("tasks"))["result"]["tasks"]) == 1, "it does not know the words yet"
+            learned.pop()()
+            board = (await talk.ask("tasks"))["result"]["tasks"]
+            assert [task["name"] for task in board] == ["water the green rose", "water the pink rose"]
+            await bench.live(blocks=2)
+            await bench.journal.settled()
+            (tmp_path / "tasks.yaml").write_text(two.replace("pink", "white"))
+            (change,) = (await talk.ask("reload"))["result"]["changed"]
+            assert change == {"key": "task 2", "before": "water the pink rose", "now": "water the white rose"}
+            (tmp_path / "tasks.yaml").write_text(ONE_TASK)
+            (change,) = (await talk.ask("reload"))["result"]["changed"]
+            assert change == {"key": "task 2", "before": "water the pink rose", "now": None}
+            learned.pop()()
+            assert [task["number"] for task in (await talk.ask("tasks"))["result"]["tasks"]] == [1]
+            (tmp_path / "tasks.yaml").write_text(two.replace("pink", "grin"))
+            assert "sounds like" in (await talk.ask("reload"))["error"]["text"]
             await talk.hang_up()
 
     run(scene())

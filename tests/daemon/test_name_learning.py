@@ -46,7 +46,7 @@ class Adaptation:
 class School:
     """A robot's names, some of them of people, and its name_learning."""
 
-    def __init__(self, units: Path, *names: str, settled: tuple[str, ...] = ()) -> None:
+    def __init__(self, units: Path | None, *names: str, settled: tuple[str, ...] = ()) -> None:
         self.sound = make_sound(None, units)
         self.people: dict[str, Person] = {}
         self.enrol(*names)
@@ -67,6 +67,27 @@ class School:
         name_learning = self.name_learning()
         name_learning.join(names)
         await name_learning.settled()
+
+
+def test_the_words_of_new_tasks_are_learned_and_the_names_stay() -> None:
+    school = School(None)
+    taken: list[str] = []
+
+    def adopt(book: Phrasebook, _ears: object, then: Callable[[], None]) -> None:
+        taken.extend(book.vocabulary.tasks)
+        assert book.vocabulary.names == ("Bot",)
+        then()
+
+    school.adaptation.adopt = adopt  # type: ignore[attr-defined]
+
+    async def scene() -> None:
+        name_learning = school.name_learning()
+        more = TaskRepository((TaskDefinition(2, "sweep the floor", None, (Water(1.0),)),))
+        name_learning.retask(more, lambda: taken.append("told"))
+        await name_learning.settled()
+
+    run(scene())
+    assert taken == ["sweep the floor", "water the red rose", "told"], "it may still have to speak of the other"
 
 
 def test_who_is_removed_leaves_the_name_to_others(units: Path) -> None:
