@@ -278,3 +278,7 @@ def test_wherever_clatter_is_cut_a_sentence_is_told_whole() -> None:
     for late in range(0, CUT, CUT // 4):
         told = run(ears(Script(speech=((late, len(sound)),))), 0, len(sound), sound)
         assert [event.words for event in told if isinstance(event, Recognised)] == [RIGHT]
+
+
+def test_what_was_garbled_late_in_a_sentence_does_not_hide_its_beginning() -> None:
+    the_sentence(run(ears(Script([(END + 2000, Garbled(END - 4000, END))]))))

@@ -22,8 +22,6 @@ from hvcpd.recognition.stream import cleaned
 
 LEAD = 3 * SAMPLE_RATE_HZ
 """Samples before a stretch, for its noise."""
-BEFORE = SAMPLE_RATE_HZ // 4
-"""So much before what the recogniser noticed is looked at, where there were signs of speech all the time."""
 EARLIER = SAMPLE_RATE_HZ // 4
 """Signs of speech come so much after its beginning, or sooner."""
 QUIET = SAMPLE_RATE_HZ // 2
@@ -186,7 +184,7 @@ class ChannelEars(OuterEars):
         if self._is_dealt_with(stretch):
             stretch.look = Look()
             return
-        begin = max(stretch.begin, min((each.start_sample for each in stretch.held), default=0) - BEFORE)
+        begin = stretch.begin
         sound, lead = self._history.around(begin - LEAD, begin, self._now)
         origin = begin - lead
         proposed = tuple(each for each in stretch.held if isinstance(each, Recognised))
