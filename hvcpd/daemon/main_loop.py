@@ -6,6 +6,7 @@ import asyncio
 import math
 import time
 from contextlib import AsyncExitStack, suppress
+from functools import partial
 from typing import TYPE_CHECKING
 
 import structlog
@@ -28,7 +29,7 @@ from hvcpd.daemon.name_learning import NameLearning
 from hvcpd.daemon.notify import ServiceManager
 from hvcpd.daemon.pose_keeper import KeptPose, PoseKeeper
 from hvcpd.daemon.reloading import Rereading
-from hvcpd.daemon.second_pass import SecondPass
+from hvcpd.daemon.second_pass import SecondPass, one_thread
 from hvcpd.daemon.sound_service import TOO_BUSY, SoundService
 from hvcpd.daemon.wheel_service import WheelService
 from hvcpd.daemon.wiring import Wiring
@@ -77,7 +78,7 @@ class Daemon:
         self._button: Button | None = None
         self._name_learning: NameLearning | None = None
         self._adaptation: Adaptation | None = None
-        self._channel = SecondPass[Stretch, Look](Look())
+        self._channel = SecondPass[Stretch, Look](Look(), partial(one_thread, "channel-search"))
         self._second = SecondPass[Piece, Recognised | None](None)
         self._preparation = self._control.body.preparation = Preparation(self._tell_preparation)
         self.sound: SoundService | None = None

@@ -18,14 +18,14 @@ MOST_WAITING = 2
 _log = structlog.get_logger(__name__)
 
 
-def one_thread() -> Executor:
-    """A thread of the process's own priority.
+def one_thread(name: str = "second-look") -> Executor:
+    """A thread of the process's own priority, called so.
 
     With a lower one it is kept from running by other programs while it holds Python's global lock, for which hearing
     then waits: at nice 10 beside a process at nice -10, with four busy programs on two processors, a block of 25 ms was
     answered 330 to 520 ms late one time in a hundred; at the same priority, 40 to 90 ms.
     """
-    return ThreadPoolExecutor(1, "second-look")
+    return ThreadPoolExecutor(1, name)
 
 
 class SecondPass(Generic[Job, Found]):

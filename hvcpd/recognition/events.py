@@ -10,10 +10,15 @@ class Source(StrEnum):
     """Which of the ear's listeners found a sentence: see docs/recognition.md."""
 
     TEMPLATES = "templates"
+    """Robots' words as spectra, composed with the noise (`spotter`)."""
     WAVEFORM = "waveform"
+    """Robots' words as they are rendered, by matched filters (`coherent`)."""
     CHANNEL = "channel"
+    """Robots' words through a response that was estimated with them (`channel`)."""
     PEOPLE = "people"
+    """Anybody's words (`hvcpd.people`)."""
     SPELLED = "spelled"
+    """A name that a robot spells, which nobody here knew."""
 
 
 @dataclass(frozen=True)

@@ -69,9 +69,13 @@ class Piece:
         # Somebody may have spoken before: the noise is what is left in the quieter parts.
         powers = np.mean(lead[: len(lead) // frame * frame].reshape(-1, frame) ** 2, axis=1)
         noise = float(np.quantile(powers, 0.3))
-        speech = self.sound[self.lead : self.lead + self.end - self.start].astype(np.float64)
-        power = float(np.sum(speech**2)) / max(len(speech), 1)
-        return 10.0 * math.log10(max(power / max(noise, 1e-12) - 1.0, 1e-3))
+        return snr_db(self.sound[self.lead : self.lead + self.end - self.start], noise)
+
+
+def snr_db(speech: Samples, noise_power: float) -> float:
+    """The mean power of speech with its noise, shape (n,), less the noise's, over that; -30 dB at least."""
+    power = float(np.sum(np.square(speech, dtype=np.float64))) / max(len(speech), 1)
+    return 10.0 * math.log10(max(power / max(noise_power, 1e-12) - 1.0, 1e-3))
 
 
 Finding = tuple[Piece, Recognised | None]
@@ -123,11 +127,40 @@ class AtOnce(Generic[Job, Found]):
         return found
 
 
-class SecondEars:
-    """`Ears` around others."""
+class Prepares(Protocol):
+    """What takes long the first time."""
+
+    def prepare(self, go_on: Callable[[], bool]) -> None:
+        """Make it ready, as long as `go_on`; in any thread."""
+
+
+class OuterEars:
+    """`Ears` around others, with a listener of their own: what they only pass on."""
+
+    def __init__(self, ears: Ears, listener: Prepares) -> None:
+        self._ears = ears
+        self._prepares = listener
+
+    @property
+    def signs(self) -> bool:
+        """As `Ears.signs`."""
+        return self._ears.signs
+
+    def learn(self, voice: str, taps: Taps) -> None:
+        """As `Recogniser.learn`."""
+        self._ears.learn(voice, taps)
+
+    def prepare(self, go_on: Callable[[], bool]) -> None:
+        """As `Recogniser.prepare`."""
+        self._ears.prepare(go_on)
+        self._prepares.prepare(go_on)
+
+
+class SecondEars(OuterEars):
+    """Ears that have people listened for."""
 
     def __init__(self, ears: Ears, listener: LooksAgain, worker: Worker[Piece, Recognised | None]) -> None:
-        self._ears = ears
+        super().__init__(ears, listener)
         self._listener = listener
         self._worker = worker
         self._history = History(round((LEAD_S + LONGEST_S + 2 * MOST_WAIT_S) * SAMPLE_RATE_HZ))
@@ -142,11 +175,6 @@ class SecondEars:
     def busy(self) -> bool:
         """Whether somebody else is speaking, or has spoken and may still be understood."""
         return self._ears.busy or bool(self._waiting)
-
-    @property
-    def signs(self) -> bool:
-        """As `Ears.signs`."""
-        return self._ears.signs
 
     def push(self, samples: Samples, masked: bool = False) -> list[Event]:
         """As `Recogniser.push`; what a second look finds comes with a later push."""
@@ -166,15 +194,6 @@ class SecondEars:
         self._now += n_samples
         self._torn_until = max(self._torn_until, self._now + round((ONSET_S if whole else PAUSE_S) * SAMPLE_RATE_HZ))
         return self.take(events)
-
-    def learn(self, voice: str, taps: Taps) -> None:
-        """As `Recogniser.learn`."""
-        self._ears.learn(voice, taps)
-
-    def prepare(self, go_on: Callable[[], bool]) -> None:
-        """As `Recogniser.prepare`."""
-        self._ears.prepare(go_on)
-        self._listener.prepare(go_on)
 
     def succeed(self, predecessor: Self) -> None:
         """Go on where `predecessor` is, with what it still waits for."""

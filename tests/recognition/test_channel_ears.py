@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
-from hvcpd.recognition.channel.ears import MOST_WAIT, ChannelEars
-from hvcpd.recognition.channel.listener import ChannelListener, Look, Stretch
+from hvcpd.recognition.channel.ears import CUT, MOST_WAIT, ChannelEars
+from hvcpd.recognition.channel.listener import GOES_ON, ChannelListener, Look, Stretch
 from hvcpd.recognition.channel.response import Taps
 from hvcpd.recognition.events import Event, Garbled, Held, Recognised, Source
 from hvcpd.recognition.second_look import AtOnce, Looks, Worker
@@ -263,3 +263,22 @@ def test_what_takes_long_is_made_ready_before_anybody_speaks() -> None:
     ChannelEars(script, ChannelListener(GRAPH, (book,)), AtOnce()).prepare(lambda: True)
     assert script.prepared
     assert book.prepared
+
+
+@pytest.mark.parametrize("at", [88_000, 100_000, 112_000])
+def test_in_clatter_that_never_ends_a_sentence_is_told_whole_and_soon(at: int) -> None:
+    sound = scene(200_000, (at, HEARD))
+    told = run(ears(Script(speech=((0, len(sound)),))), 0, at + len(HEARD) + CUT + GOES_ON, sound)
+    assert [(event.words, event.source) for event in told if isinstance(event, Recognised)] == [(RIGHT, Source.CHANNEL)]
+
+
+def test_wherever_clatter_is_cut_a_sentence_is_told_whole() -> None:
+    at = 100_000
+    sound = scene(200_000, (at, HEARD))
+    for late in range(0, CUT, CUT // 4):
+        told = run(ears(Script(speech=((late, len(sound)),))), 0, len(sound), sound)
+        assert [event.words for event in told if isinstance(event, Recognised)] == [RIGHT]
+
+
+def test_what_was_garbled_late_in_a_sentence_does_not_hide_its_beginning() -> None:
+    the_sentence(run(ears(Script([(END + 2000, Garbled(END - 4000, END))]))))

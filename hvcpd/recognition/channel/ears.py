@@ -6,7 +6,7 @@ sentence that only templates found, which a loudspeaker's colour deceives, and s
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import Self
 
@@ -14,17 +14,14 @@ import numpy as np
 
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 from hvcpd.recognition.channel.listener import ChannelListener, Look, Stretch
-from hvcpd.recognition.channel.response import Taps
 from hvcpd.recognition.events import Event, Garbled, Recognised, Source
 from hvcpd.recognition.history import History
 from hvcpd.recognition.protocols import Ears
-from hvcpd.recognition.second_look import Worker
+from hvcpd.recognition.second_look import OuterEars, Worker
 from hvcpd.recognition.stream import cleaned
 
 LEAD = 3 * SAMPLE_RATE_HZ
 """Samples before a stretch, for its noise."""
-BEFORE = SAMPLE_RATE_HZ // 4
-"""So much before what the recogniser noticed is looked at, where there were signs of speech all the time."""
 EARLIER = SAMPLE_RATE_HZ // 4
 """Signs of speech come so much after its beginning, or sooner."""
 QUIET = SAMPLE_RATE_HZ // 2
@@ -66,8 +63,8 @@ class _Open:
         return self.look.unfinished if self.look is not None else None
 
 
-class ChannelEars:
-    """`Ears` around others."""
+class ChannelEars(OuterEars):
+    """Ears that have robots listened for through any channel."""
 
     def __init__(
         self,
@@ -77,8 +74,8 @@ class ChannelEars:
         varied: frozenset[str] = frozenset(),
     ) -> None:
         """`varied`: words that are said otherwise, too, than the listener knows."""
+        super().__init__(ears, listener)
         self._varied = varied
-        self._ears = ears
         self._listener = listener
         self._worker = worker
         self._history = History(LEAD + 2 * LONGEST + 2 * MOST_WAIT)
@@ -97,11 +94,6 @@ class ChannelEars:
     def busy(self) -> bool:
         """Whether somebody else is speaking, or has spoken and may still be understood."""
         return self._ears.busy or any(each.look is None for each in self._closed)
-
-    @property
-    def signs(self) -> bool:
-        """As `Ears.signs`."""
-        return self._ears.signs
 
     def push(self, samples: Samples, masked: bool = False) -> list[Event]:
         """As `Recogniser.push`; what a look finds comes with a later push."""
@@ -122,15 +114,6 @@ class ChannelEars:
         self._now += n_samples
         self._whole_from = self._now
         return self.take(events)
-
-    def learn(self, voice: str, taps: Taps) -> None:
-        """As `Recogniser.learn`."""
-        self._ears.learn(voice, taps)
-
-    def prepare(self, go_on: Callable[[], bool]) -> None:
-        """As `Recogniser.prepare`."""
-        self._ears.prepare(go_on)
-        self._listener.prepare(go_on)
 
     def succeed(self, predecessor: Self) -> None:
         """Go on where `predecessor` is, with what it still waits for."""
@@ -201,7 +184,7 @@ class ChannelEars:
         if self._is_dealt_with(stretch):
             stretch.look = Look()
             return
-        begin = max(stretch.begin, min((each.start_sample for each in stretch.held), default=0) - BEFORE)
+        begin = stretch.begin
         sound, lead = self._history.around(begin - LEAD, begin, self._now)
         origin = begin - lead
         proposed = tuple(each for each in stretch.held if isinstance(each, Recognised))

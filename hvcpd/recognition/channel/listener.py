@@ -17,6 +17,7 @@ from hvcpd.recognition.channel.verification import is_preceded, least_fit
 from hvcpd.recognition.channel.weighting import FRAME, WeightedSound
 from hvcpd.recognition.events import Recognised, Source, WordSpan
 from hvcpd.recognition.paths import GREETING, Voicebook
+from hvcpd.recognition.second_look import snr_db
 
 NOISE_S = 0.5
 """A quiet stretch of that length is what the noise is known by..."""
@@ -183,8 +184,7 @@ def _told(path: Path, origin: int, heard: Samples, noise: Samples) -> Recognised
         WordSpan(word, start + delay, start + delay + said.length, SURE)
         for word, start, said in zip(path.words, path.starts, path.said, strict=True)
     )
-    power = float(np.mean(np.square(heard[max(path.starts[0], 0) : path.end], dtype=np.float64)))
-    ratio = power / max(float(np.mean(np.square(noise, dtype=np.float64))), 1e-12)
-    snr_db = 10.0 * float(np.log10(max(ratio - 1.0, 1e-3)))
+    speech = heard[max(path.starts[0], 0) : path.end]
+    ratio_db = snr_db(speech, float(np.mean(np.square(noise, dtype=np.float64))))
     start, end = spans[0].start_sample, spans[-1].end_sample
-    return Recognised(path.words, path.book.voice, start, end, SURE, snr_db, spans, Source.CHANNEL)
+    return Recognised(path.words, path.book.voice, start, end, SURE, ratio_db, spans, Source.CHANNEL)

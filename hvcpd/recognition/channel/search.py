@@ -34,6 +34,7 @@ were told, 78 was the least."""
 PLACES = 3
 """Beginnings of each word in each voice."""
 STARTS = 64
+"""First words that are followed, of all voices."""
 WIDE, NARROW = 32, 16
 """Paths that are followed, up to WIDE_WORDS words and after them."""
 WIDE_WORDS = 4

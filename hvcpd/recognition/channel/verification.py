@@ -61,12 +61,13 @@ def least_fit(sound: WeightedSound, path: Path) -> float:
 def is_preceded(sound: WeightedSound, path: Path, words: Iterable[str]) -> bool:
     """Whether one of these words was said by the same voice, through the same response, right before a path: then it is
     the end of a longer sentence."""
-    ways = [said for word in words for third in range(3) for said in path.book.said(word, third) if not said.final]
+    ways = [said for word in words for third in range(3) for said in path.book.said(word, third)]
+    place = path.starts[0]
+    there = [(said, place - said.advance + path.said[0].lead * said.final) for said in ways]
     first, n = span_of(len(path.taps))
     least = max(BEFORE, BEFORE_SHARE * path.score)
-    for fit in sound.fits((said, path.starts[0] - said.advance) for said in ways):
-        there = fit.correlation[first : first + n + 2 * SHIFT]
-        heard = float(np.correlate(there, path.taps, "valid").max())
+    for fit in sound.fits(there):
+        heard = float(np.correlate(fit.correlation[first : first + n + 2 * SHIFT], path.taps, "valid").max())
         own = max(float(path.spread @ fit.autocorrelation[:n]), 1e-9)
         if heard > 0.0 and min(heard**2 / own, 2.0 * own) > least:
             return True

@@ -1,0 +1,74 @@
+"""Whether all of a sentence was heard, and whether it is the end of a longer one."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from hvcpd.ports import Samples
+from hvcpd.recognition.channel.listener import LEAST_FIT, ChannelListener, Stretch
+from hvcpd.recognition.channel.response import response, responses
+from hvcpd.recognition.channel.search import ChannelSearch, Path
+from hvcpd.recognition.channel.verification import is_preceded, least_fit
+from hvcpd.recognition.channel.weighting import WeightedSound
+from tests.recognition.hisses import BOOKS, GRAPH, scene, spoken, through_a_room
+
+LISTENER = ChannelListener(GRAPH, tuple(BOOKS.values()))
+SEARCH = ChannelSearch(GRAPH, tuple(BOOKS.values()))
+AT = 24_000
+
+
+def heard(text: str, voice: str = "oak") -> Samples:
+    return through_a_room(spoken(text, voice), 1)
+
+
+def found(sound: Samples, words: str) -> tuple[WeightedSound, Path]:
+    """The path of these words that explains most."""
+    weighted = WeightedSound(sound[8000:], sound[:8000])
+    paths = SEARCH.paths(weighted, [AT - 8000])
+    return weighted, next(path for path in paths if path.words == tuple(words.split()) and SEARCH.is_whole(path))
+
+
+@pytest.mark.parametrize("share", [1.0, 0.5])
+def test_of_the_last_word_its_end_must_have_been_heard(share: float) -> None:
+    whole = heard("who is here")
+    n = len(spoken("who is here"))
+    cut = whole.copy()
+    cut[round(n - (1.0 - share) * len(spoken("here"))) :] *= float(share == 1.0)
+    sound = scene(AT + len(whole) + 9000, (AT, cut), noise=0.3)
+    weighted, path = found(sound, "who is here")
+    assert (least_fit(weighted, path) >= LEAST_FIT) == (share == 1.0)
+
+
+def test_the_end_of_a_longer_sentence_is_not_told() -> None:
+    whole = heard("all, who is here")
+    begins = len(heard("all,")) // 2  # half of the first word is lost
+    sound = scene(AT + len(whole) + 9000, (AT, np.where(np.arange(len(whole)) < begins, 0.0, whole)), noise=0.3)
+    look = LISTENER.look(Stretch(sound, 0, AT, (AT + begins,)))
+    assert all(sentence.words[0] == "all" for sentence in look.sentences)
+    alone = scene(AT + len(whole) + 9000, (AT, heard("who is here")), noise=0.3)
+    assert [each.words for each in LISTENER.look(Stretch(alone, 0, AT, (AT,))).sentences] == [("who", "is", "here")]
+
+
+def test_what_goes_before_counts_only_in_the_same_voice() -> None:
+    whole = spoken("all, who is here")
+    n = len(spoken("all,"))
+    for voice in BOOKS:
+        said = np.concatenate([spoken("all,", voice), whole[n:]])
+        sound = scene(AT + len(said) + 9000, (AT, through_a_room(said, 1)), noise=0.3)
+        weighted = WeightedSound(sound[8000:], sound[:8000])
+        paths = SEARCH.paths(weighted, [AT - 8000 + n + 2240])
+        path = next(path for path in paths if path.words == ("who", "is", "here") and path.book.voice == "oak")
+        assert is_preceded(weighted, path, GRAPH.words) == (voice == "oak")
+
+
+def test_responses_solved_together_are_those_solved_alone() -> None:
+    rng = np.random.default_rng(3)
+    signals = rng.standard_normal((5, 4000)).astype(np.float32) * np.float32([[0.01], [0.1], [1], [10], [0]])
+    spectra = np.abs(np.fft.rfft(signals, 8192)) ** 2
+    own = np.fft.irfft(spectra)[:, :128].astype(np.float32)
+    across = (own[:, ::-1] + 0.1 * rng.standard_normal((5, 128))).astype(np.float32)
+    together = responses(own, across, 64)
+    for row, single, other in zip(together, own, across, strict=True):
+        near = 1e-3 * max(float(np.abs(row).max()), 1e-9)
+        np.testing.assert_allclose(row, response(single, other, 64), rtol=0.02, atol=near)
