@@ -22,6 +22,8 @@ SHARED_SLOTS = 2
 """Slots that higher ranks draw from. If two draw the same, nobody understands them and nobody confirms."""
 OWN_WORDS_SLOTS = 3
 """A sentence that says two things saves a sentence and the pause before it: more than these slots take."""
+CONFIRMERS = 3
+"""Maximum number of confirmations that may still begin before a new turn does: three in a row rarely miss a claim."""
 UNSURE_SLOTS = 4
 """Slots that a newcomer, or a robot that missed the claim, leaves to those who know more."""
 
@@ -68,6 +70,19 @@ def waiting_slots(me: Knowledge, now: float) -> int:
     """Slots that whoever only confirms leaves to those who have something of their own to say with it."""
     others = len(me.expected(now))
     return min(others, OWN_WORDS_SLOTS) if others > 1 else 0
+
+
+def answer_slots(me: Knowledge, now: float) -> int:
+    """Slots for all who confirm what was said, or object."""
+    return confirming_slot(me, now) + waiting_slots(me, now) + CONFIRMERS
+
+
+def note_presence(me: Knowledge, u: m.Utterance, now: float) -> None:
+    """Whoever has not said a word yet may confirm before all others: if another one does, nobody else is there."""
+    speaker = (u.speaker or "").lower()
+    confirms = isinstance(u.statement, m.Confirmed | m.ConfirmedAnd)
+    nobody_else = (confirms and speaker not in me.acquaintance.unheard) or now > me.acquaintance.all_heard_s
+    me.acquaintance.unheard = frozenset() if nobody_else else me.acquaintance.unheard - {speaker}
 
 
 def objection_slot(me: Knowledge, other: str, number: int, now: float) -> int:

@@ -10,14 +10,24 @@ import math
 from collections.abc import Iterable, Mapping
 
 from hvcpd.config.tasks import Place, TaskDefinition
-from hvcpd.coordination import changing, choosing, composing, deadlines, effects, hearing, repair, schedule, trusting
-from hvcpd.coordination.actions import Action, Rng, Role, SaveChange, SaveDue, SavePeer, SaveTask, Say, Timing
-from hvcpd.coordination.addressing import confirming_slot, waiting_slots, whose_turn
+from hvcpd.coordination import (
+    changing,
+    choosing,
+    composing,
+    deadlines,
+    effects,
+    hearing,
+    repair,
+    saying,
+    schedule,
+    trusting,
+)
+from hvcpd.coordination.actions import Action, Rng, Role, SaveChange, SaveDue, SavePeer, SaveTask, Timing
+from hvcpd.coordination.addressing import answer_slots, note_presence, whose_turn
 from hvcpd.coordination.board import Board
-from hvcpd.coordination.floor import OWN_TURN, Floor, Intent, Order, Urgency, round_of_turns
+from hvcpd.coordination.floor import Floor, Intent, Order, Urgency, round_of_turns
 from hvcpd.coordination.knowledge import Heard, Knowledge
 from hvcpd.coordination.peers import Peers, team_of
-from hvcpd.coordination.relaying import note_passed_on
 from hvcpd.coordination.states import DEPARTING, NEWCOMER, State, Trigger
 from hvcpd.coordination.table import fire
 from hvcpd.language import messages as m
@@ -28,8 +38,6 @@ SAME_WITHIN_S = 1.0
 more for ears that notice late. Nobody who waits for an answer says anything again so soon."""
 CLOCK_STEP_S = 1.0
 """A clock that goes by so much less is only read at another moment."""
-CONFIRMERS = 3
-"""Maximum number of confirmations that may still begin before a new turn does: three in a row rarely miss a claim."""
 ASKING = (m.Claim, m.Working, m.Completed, m.Failed, m.Left, m.Relayed)
 """What any of those who hear it may confirm or object to, each in a slot of its own. Whatever else is said, one
 answers, if anybody does, before a turn begins."""
@@ -102,8 +110,8 @@ class Coordination:
             peer = me.peers.heard(utterance.speaker, team_of(utterance), now, confidence, snr_db)
             me.do(SavePeer(peer.name, peer.team, now))
         asks = isinstance(m.parts(utterance)[-1].statement, ASKING)
-        self._note_presence(utterance, now)
-        me.floor.answer_slots = self._answer_slots(now) if asks else 0
+        note_presence(me, utterance, now)
+        me.floor.answer_slots = answer_slots(me, now) if asks else 0
         me.floor.understood(now, self._order_after(whose_turn(utterance), now))
         if self._is_second(utterance, now):
             return
@@ -119,7 +127,7 @@ class Coordination:
     def garbled(self, over_own_speech: bool, now: float) -> None:
         """Speech was noticed that could not be understood; over the own speech it tells that nobody heard us."""
         me = self.knowledge
-        me.floor.answer_slots = self._answer_slots(now)
+        me.floor.answer_slots = answer_slots(me, now)
         me.floor.hold_back(now)
         me.floor.garbled()
         if me.floor.is_second or now < me.repair.foreign_until_s:
@@ -140,7 +148,7 @@ class Coordination:
         """The sentence of the last `Say` is out."""
         said = self.knowledge.repair.last_said
         order = self._order_after(whose_turn(said) if said else self.role.name, now)
-        self.knowledge.floor.answer_slots = self._answer_slots(now)
+        self.knowledge.floor.answer_slots = answer_slots(self.knowledge, now)
         intent = self.knowledge.floor.ended(now, order)
         if intent is not None and intent.trigger is not None:
             fire(self.knowledge, intent.trigger, now)
@@ -258,7 +266,7 @@ class Coordination:
         deadlines.renew_lease(me, now)
         intent = me.floor.begin(now)
         if intent is not None:
-            self._begin(intent, now)
+            saying.begin(me, intent, now)
 
     def next_deadline(self) -> float:
         """When `tick` must be called at the latest; infinity if nothing is due."""
@@ -306,18 +314,6 @@ class Coordination:
         """Whether it has said that it leaves."""
         return self.state is State.GONE
 
-    def _note_presence(self, u: m.Utterance, now: float) -> None:
-        """Whoever has not said a word yet may confirm before all others: if another one does, nobody else is there."""
-        acquaintance = self.knowledge.acquaintance
-        speaker = (u.speaker or "").lower()
-        confirms = isinstance(u.statement, m.Confirmed | m.ConfirmedAnd)
-        nobody_else = (confirms and speaker not in acquaintance.unheard) or now > acquaintance.all_heard_s
-        acquaintance.unheard = frozenset() if nobody_else else acquaintance.unheard - {speaker}
-
-    def _answer_slots(self, now: float) -> int:
-        """Slots for whoever confirms what was said, or objects."""
-        return confirming_slot(self.knowledge, now) + waiting_slots(self.knowledge, now) + CONFIRMERS
-
     def _is_second(self, u: m.Utterance, now: float) -> bool:
         """Whether this is the sentence that was understood just before, said once more: it is not acted on again."""
         me = self.knowledge
@@ -332,58 +328,3 @@ class Coordination:
         if speaker is None or (me.state in NEWCOMER and not me.role.roster):
             return None
         return round_of_turns(self._roster, me.peers.present(now), me.role.name.lower(), speaker.lower())
-
-    def _begin(self, intent: Intent, now: float) -> None:
-        me = self.knowledge
-        utterance = self._with_own_turn(intent, now) if intent.tentative else self._compose(intent, now)
-        if utterance is None:
-            me.floor.ended(now)
-            return
-        intent.on_said()
-        self._note_own_words(utterance, now)
-        if me.acquaintance.introduced:
-            self._note_presence(utterance, now)
-        me.acquaintance.introduced = True
-        slowly = intent.slowly or repair.speaks_slowly(me) or me.role.speech.slowly
-        me.repair.last_said, me.last_heard = utterance, None
-        me.do(Say(utterance, slowly, me.role.speech.times))
-
-    def _compose(self, intent: Intent, now: float) -> m.Utterance | None:
-        """What is said, once what is still open is chosen; None if there is nothing left to say."""
-        chosen = intent.decide()
-        if chosen is not None:
-            fire(self.knowledge, chosen, now)
-        utterance = intent.compose()
-        if utterance is None and intent.trigger is not None:
-            fire(self.knowledge, Trigger.WITHDRAWN, now)
-        return utterance
-
-    def _with_own_turn(self, confirmation: Intent, now: float) -> m.Utterance | None:
-        """A confirmation, and with it the claim or report that waits for this robot's own turn."""
-        me, said = self.knowledge, self._compose(confirmation, now)
-        if said is None or not isinstance(said.statement, m.Confirmed) or not composing.may_join(me):
-            return said
-        own = me.floor.take_along(OWN_TURN, now)
-        words = self._compose(own, now) if own is not None else None
-        if words is None:
-            me.floor.speaking = confirmation
-            return said
-        return composing.joined(said, words)
-
-    def _note_own_words(self, utterance: m.Utterance, now: float) -> None:
-        """What follows for this robot from what it says."""
-        me, own = self.knowledge, m.parts(utterance)[-1]
-        statement = own.statement
-        claims = isinstance(statement, m.Claim | m.Working)
-        if claims or (isinstance(statement, m.Completed) and statement.next is not None):
-            me.current.claimed_s = now
-        if claims:
-            me.report.said = False
-        elif isinstance(statement, m.Completed | m.Failed) and statement.task.number == me.report.task:
-            me.report.said = True
-        if isinstance(statement, m.Relayed) and isinstance(utterance.addressee, m.ToRobot):
-            note_passed_on(me.relays, utterance.addressee.name, statement, now)
-        if isinstance(statement, m.Spelled):
-            me.acquaintance.spelled_s = now
-        if not isinstance(own.addressee, m.ToRobot) and me.role.listed:
-            me.floor.withdraw_all("greet ")  # all have heard its name

@@ -1,0 +1,72 @@
+"""What a robot says once it has the floor, and what follows for itself from having said it."""
+
+from __future__ import annotations
+
+from hvcpd.coordination import composing, repair
+from hvcpd.coordination.actions import Say
+from hvcpd.coordination.addressing import note_presence
+from hvcpd.coordination.floor import OWN_TURN, Intent
+from hvcpd.coordination.knowledge import Knowledge
+from hvcpd.coordination.relaying import note_passed_on
+from hvcpd.coordination.states import Trigger
+from hvcpd.coordination.table import fire
+from hvcpd.language import messages as m
+
+
+def begin(me: Knowledge, intent: Intent, now: float) -> None:
+    """Say what is wanted, if it is still to be said."""
+    utterance = _with_own_turn(me, intent, now) if intent.tentative else _compose(me, intent, now)
+    if utterance is None:
+        me.floor.ended(now)
+        return
+    intent.on_said()
+    _note_own_words(me, utterance, now)
+    if me.acquaintance.introduced:
+        note_presence(me, utterance, now)
+    me.acquaintance.introduced = True
+    slowly = intent.slowly or repair.speaks_slowly(me) or me.role.speech.slowly
+    me.repair.last_said, me.last_heard = utterance, None
+    me.do(Say(utterance, slowly, me.role.speech.times))
+
+
+def _compose(me: Knowledge, intent: Intent, now: float) -> m.Utterance | None:
+    """What is said, once what is still open is chosen; None if there is nothing left to say."""
+    chosen = intent.decide()
+    if chosen is not None:
+        fire(me, chosen, now)
+    utterance = intent.compose()
+    if utterance is None and intent.trigger is not None:
+        fire(me, Trigger.WITHDRAWN, now)
+    return utterance
+
+
+def _with_own_turn(me: Knowledge, confirmation: Intent, now: float) -> m.Utterance | None:
+    """A confirmation, and with it the claim or report that waits for this robot's own turn."""
+    said = _compose(me, confirmation, now)
+    if said is None or not isinstance(said.statement, m.Confirmed) or not composing.may_join(me):
+        return said
+    own = me.floor.take_along(OWN_TURN, now)
+    words = _compose(me, own, now) if own is not None else None
+    if words is None:
+        me.floor.speaking = confirmation
+        return said
+    return composing.joined(said, words)
+
+
+def _note_own_words(me: Knowledge, utterance: m.Utterance, now: float) -> None:
+    """What follows for this robot from what it says."""
+    own = m.parts(utterance)[-1]
+    statement = own.statement
+    claims = isinstance(statement, m.Claim | m.Working)
+    if claims or (isinstance(statement, m.Completed) and statement.next is not None):
+        me.current.claimed_s = now
+    if claims:
+        me.report.said = False
+    elif isinstance(statement, m.Completed | m.Failed) and statement.task.number == me.report.task:
+        me.report.said = True
+    if isinstance(statement, m.Relayed) and isinstance(utterance.addressee, m.ToRobot):
+        note_passed_on(me.relays, utterance.addressee.name, statement, now)
+    if isinstance(statement, m.Spelled):
+        me.acquaintance.spelled_s = now
+    if not isinstance(own.addressee, m.ToRobot) and me.role.listed:
+        me.floor.withdraw_all("greet ")  # all have heard its name
