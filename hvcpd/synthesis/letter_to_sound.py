@@ -32,7 +32,7 @@ LONGEST = 45
 """Letters read as one word; a longer stretch is cut there, so that the time to read it grows in proportion. The longest
 word in English dictionaries (pneumonoultramicroscopicsilicovolcanoconiosis) has 45."""
 BEAM = 12
-"""Readings followed from letter to letter: 20 read no more words as CMUdict does."""
+"""Readings followed from letter to letter: 20 get 0.3 % more of the words kept back right, and take longer."""
 BEAM_NATS = 8.0
 """How much less likely than the best a reading may be and still be followed, natural logarithm."""
 UNSEEN_NATS = 20.0

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from benchmarks.pronunciation.__main__ import edits, learn
+from benchmarks.pronunciation.__main__ import learn
 from benchmarks.pronunciation.align import align
 from benchmarks.pronunciation.source import read_cmudict
 from hvcpd.synthesis.letter_to_sound import JointModel
@@ -60,8 +60,3 @@ def test_cmudict_is_read_as_it_is_published(tmp_path: Path) -> None:
         "tear": (("T", "EH1", "R"), ("T", "IH1", "R")),
         "don't": (("D", "OW1", "N", "T"),),
     }
-
-
-@pytest.mark.parametrize(("a", "b", "n"), [("", "", 0), ("abc", "abd", 1), ("abc", "bc", 1), ("kitten", "sitting", 3)])
-def test_edits(a: str, b: str, n: int) -> None:
-    assert edits(a, b) == n
