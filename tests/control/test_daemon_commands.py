@@ -57,6 +57,7 @@ def test_status_for_people_and_for_programs(ctl: Ctl) -> None:
     assert "11.9 V" in screen
     status = json.loads(ctl("status", "--json"))
     assert (status["name"], status["sound"]["level_dbfs"]) == ("Rob", -20.0)
+    assert 'hvcpd_battery_volts{robot="Rob"} 11.9' in ctl("status", "--prometheus").splitlines()
 
 
 class _EnoughError(Exception):

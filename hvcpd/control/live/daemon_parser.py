@@ -25,8 +25,12 @@ def add_daemon_commands(commands: Commands, lazy: Callable[[str], Run]) -> None:
         commands, "status", "show what a running robot is doing", lazy("live.status"), "hvcpctl status --watch"
     )
     _add_watch(status)
+    status.add_argument(
+        "--prometheus", action="store_true", help="print it once as metrics, for the textfile collector"
+    )
     tasks = _add(commands, "tasks", "show the board: which tasks are open, claimed or done", lazy("live.status"))
     _add_watch(tasks)
+    tasks.set_defaults(prometheus=False)
     _add(commands, "follow", "show what a robot says, hears and does, as it happens", lazy("live.follow"))
     _add_console(commands, lazy("live.console"))
     _add(

@@ -12,6 +12,7 @@ from typing import Any
 
 from hvcpd.control.live.daemon_client import DaemonClient, find_daemon
 from hvcpd.errors import EX_OK
+from hvcpd.reporting.metrics import metrics_of
 
 EVERY_S = 1.0
 """Between two looks of `--watch`."""
@@ -20,7 +21,9 @@ EVERY_S = 1.0
 def run(options: argparse.Namespace, wait: Callable[[float], None] = time.sleep) -> int:
     """Show it once, or with --watch again and again until interrupted."""
     with closing(find_daemon(options)) as daemon:
-        if options.json:
+        if options.prometheus:
+            sys.stdout.write(metrics_of(daemon.ask("status")))
+        elif options.json:
             _write_lines(daemon, options, wait)
         elif options.watch:
             _watch(daemon, options, wait)
