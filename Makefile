@@ -25,7 +25,7 @@ slow: setup-dev  ## measures all tests anew: check leaves out what took long
 	$(VENV)/bin/python -m tests.slow out/tests.xml
 
 .PHONY: fit
-fit: setup-dev  ## fits the ear's weights anew, to be reviewed: under an hour (make fit DATA=DIR: by people's recordings, too)
+fit: setup-dev  ## fits the ear's weights anew, to be reviewed (make fit DATA=DIR: by people's recordings, too)
 	$(VENV)/bin/python -m benchmarks.fit $(if $(DATA),--data $(DATA))
 
 .PHONY: lint

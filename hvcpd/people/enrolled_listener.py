@@ -90,15 +90,15 @@ class EnrolledListener:
         """Likewise, and beside it what the net makes of the piece's `logs`, shape (frames, N_BANDS)."""
         hearing, origin = self._heard(piece)
         tandem, matcher = self._tandem
-        echo = matcher.hear(tandem.hear(logs, output)) if len(logs) else None
+        by_net = matcher.hear(tandem.hear(logs, output)) if len(logs) else None
 
         def votes(words: tuple[str, ...]) -> tuple[float, float] | None:
-            if hearing is None or echo is None:
+            if hearing is None or by_net is None:
                 return None
-            both = hearing.vote(words), echo.vote(words)
+            both = hearing.vote(words), by_net.vote(words)
             return None if both[0] is None or both[1] is None else (both[0], both[1])
 
-        return Known(_recognised(hearing, origin), echo.best if echo is not None else None, votes)
+        return Known(_recognised(hearing, origin), by_net.best if by_net is not None else None, votes)
 
     def _heard(self, piece: Piece) -> tuple[Hearing | None, int]:
         """The piece by its cepstra, and the sample at which that begins; None if it is too short."""
