@@ -7,23 +7,23 @@ from hvcpd.config.command_line import Parser
 OVERVIEW = """\
 usage: hvcpctl [-h] [--version] COMMAND ...
 
-Try, watch and control robots that coordinate by speaking English.
-
-Try it here:
+Try, watch and control robots that coordinate by speaking English. Try it here:
   simulate                      run a mission in a simulated room
   duet                          talk with two robots at this computer
   playground                    write a page in which robots say what you type
   say, hear, listen, phrases    speak, list or follow sentences; print them all
 A running robot:
-  status, tasks, follow         see what it does; console: in the browser
+  status, follow, console       see what it does; the console is for the browser
+  tasks, task                   list its tasks; add, remove, repeat or skip one
   stop, resume, reload          halt it, let it go on, read its settings again
   transcript, report, audit     read what it said, heard and did
-  skills, ros                   join it to devices and programs, or to ROS
+  skills, ros                   join it to devices, programs and ROS
 Set a robot up:
-  doctor, config                find what is wrong; show the settings
-  calibrate, drive              set the microphone's gain; move the wheels
+  new-team                      write the settings and tasks of a new team
+  doctor, config, bench         find what is wrong; show settings; measure speed
+  calibrate, drive, stop-test   set the gain; move the wheels; try "stop"
   key, enrol                    make the team's key; teach robots your voice
-  check-vocabulary, pronounce, prerender    look after the words
+  check-vocabulary, pronounce, prerender, voices    words, and how they sound
 More: evaluate (the paper's experiments), completion (of the shell)
 
 `hvcpctl COMMAND --help` explains a command. Exit status: 0 success, 1 not done,
