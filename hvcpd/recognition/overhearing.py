@@ -24,9 +24,8 @@ FAINTEST_DB = -15.0
 LEVEL_QUANTILE = 0.75
 """A level is that of the louder frames: of the vowels."""
 CERTAIN = 0.4
-"""A chance from which it counts: nothing that is heard later could tell more, for the robot speaks on. 16 of 16 calls
-10 dB below the own voice have it, 15 have 0.9; own talk, other robots, babble and knocks never had it
-(`benchmarks/own_voice.py`)."""
+"""A chance from which it counts: nothing that is heard later could tell more, for the robot speaks on. 12 of 12 calls
+10 dB below the own voice have it; own talk, other robots, babble and knocks did not (`benchmarks/own_voice.py`)."""
 RECENT_FRAMES = 400
 """The own level is that of the last 4 s of it."""
 
