@@ -135,7 +135,7 @@ def _default(type_: type, key: tuple[object, ...]) -> str:
     here = type_
     for part in key[:-1]:
         field = next(each for each in dataclasses.fields(here) if each.name == part)
-        here = type(field.default)
+        here = type(field.default_factory() if field.default_factory is not dataclasses.MISSING else field.default)
     field = next(each for each in dataclasses.fields(here) if each.name == key[-1])
     if field.default is not dataclasses.MISSING:
         return f", default `{_plain(field.default)}`"

@@ -311,8 +311,9 @@ def _reworded(vocabulary: Vocabulary, word: str, phrase: str) -> Vocabulary:
 def _recipe() -> str:
     """A digest of the programs that decide, so that what older ones found is not found any more."""
     folder = Path(__file__).parents[1]
-    names = "competition separation templates frontend decoder scorer".split()
-    sources = [Path(__file__), SYNONYMS_PATH, *(folder / "recognition" / f"{name}.py" for name in names)]
+    names = "separation templates frontend decoder scorer".split()
+    programs = [folder / "language" / "competition.py", *(folder / "recognition" / f"{name}.py" for name in names)]
+    sources = [Path(__file__), SYNONYMS_PATH, *programs]
     return recipe() + hashlib.sha256(b"".join(source.read_bytes() for source in sources)).hexdigest()
 
 

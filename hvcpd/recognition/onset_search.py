@@ -238,11 +238,12 @@ class OnsetSchedule:
         `signs`: of speech; `greeted`: a sentence that began with a greeting may be under way; `settled`: some sentence
         surely is.
         """
-        if self._greetings is None:
-            self._greetings = _Search(self._make(True), quick=True)
+        greetings = self._greetings  # another thread may renew meanwhile
+        if greetings is None:
+            greetings = self._greetings = _Search(self._make(True), quick=True)
             sound.whitening.expect(_spectra_of(self._make(False)))
         while sound.end >= self.due:
-            found = self._greetings.find(sound, [self._next], signs or greeted) if not settled else []
+            found = greetings.find(sound, [self._next], signs or greeted) if not settled else []
             greeted = greeted or bool(found)
             self._waiting.append(self._next)
             self._next += STEP
@@ -265,8 +266,8 @@ class OnsetSchedule:
         self._waiting = [at for at in self._waiting if at not in due]
         if not due:
             return
-        self._others = self._others or _Search(self._make(False), quick=False)
-        yield from self._others.find(sound, due, True)
+        others = self._others = self._others or _Search(self._make(False), quick=False)
+        yield from others.find(sound, due, True)
 
 
 def _spectra_of(firsts: Sequence[First]) -> Spectrum:

@@ -50,6 +50,20 @@ class Hearing:
                     yield first.word, at - BEFORE
 
 
+def test_other_beginnings_may_come_to_be_known_meanwhile() -> None:
+    """Another thread prepares the peers' voices, and renews whenever one is ready."""
+    hearing = Hearing((3000, HI.said.samples))
+
+    def make(greetings: bool) -> list[First]:
+        if not greetings:
+            hearing.beginnings.renew()
+        return [HI if greetings else STOP]
+
+    hearing.beginnings = OnsetSchedule(make)
+    hearing.beginnings.restart(BEFORE)
+    assert list(hearing.seek(30, signs=True)) == [("hi", 3000)]
+
+
 def test_without_signs_of_speech_only_greetings_are_sought() -> None:
     hearing = Hearing((3000, HI.said.samples), (20_000, STOP.said.samples))
     assert list(hearing.seek(30, signs=False)) == [("hi", 3000)]

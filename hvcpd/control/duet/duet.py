@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import asyncio
+import os
 import signal
 import sys
 import tempfile
@@ -32,6 +33,8 @@ from hvcpd.ports import Wheels
 
 START_X_M = -5.0
 """Of the first robot; the others start beside it, 1 m apart."""
+TYPED_BYTES = 4096
+"""A terminal's longest line (termios(3)): it hands over whole lines."""
 VISITOR = "Anna"
 """The name under which a person may speak, known to the robots beforehand."""
 
@@ -172,11 +175,12 @@ class Duet:
         """Take lines as they are typed; False where that cannot be waited for, as with a file."""
 
         def take() -> None:
-            line = typed.readline()
-            if not line:
+            data = os.read(typed.fileno(), TYPED_BYTES)
+            if not data:
                 asyncio.get_running_loop().remove_reader(typed)
-            elif line.strip():
-                self.say(line)
+            for line in data.decode(errors="replace").splitlines():
+                if line.strip():
+                    self.say(line)
 
         with suppress(PermissionError, ValueError, OSError):
             asyncio.get_running_loop().add_reader(typed, take)
