@@ -21,6 +21,8 @@ from hil_fakes.pins import edges, is_on
 SETTLED_S = 0.5
 """What a child is given at least before it is killed; and as much again at random."""
 STANDS_RAD_S = 0.02
+GIVEN_UP_S = 60.0
+"""Nothing that is waited for takes so long, but on a machine that does nothing any more."""
 
 DAEMON = """
 import json, socket, sys, time
@@ -89,6 +91,8 @@ def until(holds: Callable[[], bool], process: subprocess.Popen[str] | None = Non
     while not holds():
         if process is not None and process.poll() is not None:
             raise SystemExit("a process has ended by itself: is gpiozero installed, and the package with its fakes?")
+        if time.monotonic() - began_s > GIVEN_UP_S:
+            raise SystemExit(f"it has not come to that within {GIVEN_UP_S:g} s")
         time.sleep(0.001)
     return time.monotonic() - began_s
 
