@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import shutil
 import subprocess
 import sys
 from pathlib import Path
 
 import pytest
 
-from release.deb import build, this_computer
+from release.deb import STRIP, build, this_computer
 from release.lock import Target, read_lock
 from tests.release.container import PYTHON, base_root, locked, skip_unless_possible
 
@@ -24,6 +25,9 @@ def debian(request: pytest.FixtureRequest) -> Path:
 def package(tmp_path_factory: pytest.TempPathFactory, worker_id: str, index: None) -> Path:
     """The Debian package for Debian 12 on this kind of processor."""
     skip_unless_possible()
+    strip = STRIP[this_computer().architecture]
+    if shutil.which(strip) is None:
+        pytest.skip(f"{strip} is missing: apt install binutils")
     own = tmp_path_factory.getbasetemp()
     shared = own if worker_id == "master" else own.parent
     with locked(shared / "deb.lock"):

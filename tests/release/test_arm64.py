@@ -72,11 +72,6 @@ def test_the_check_finds_all_but_a_sound_card(pi: Path, tmp_path: Path) -> None:
     assert "1 task in" in told
 
 
-def test_two_robots_carry_out_a_mission(pi: Path, tmp_path: Path) -> None:
-    told = ran(pi, "hvcpctl", "simulate", "--tasks", str(Path(settings(tmp_path)).parent / "tasks.yaml"))
-    assert "water the yellow rose" in told
-
-
 def test_a_robot_comes_up_and_tells_its_status(pi: Path, tmp_path: Path) -> None:
     config, ready = settings(tmp_path), tmp_path / "notify"
     environment = {**arm64.environment(pi), "NOTIFY_SOCKET": str(ready)}
