@@ -110,11 +110,8 @@ def search(net: Network, given_input: Input) -> Path:
             within(frame - 1, hypothesis, instance, state - 1) if state >= 1 else entering(frame, hypothesis, instance),
         ]
         if state >= 1:
-            before = (
-                within(frame - 1, hypothesis, instance, state - 2)
-                if state >= 2
-                else entering(frame, hypothesis, instance)
-            )
+            entered = entering(frame, hypothesis, instance)
+            before = within(frame - 1, hypothesis, instance, state - 2) if state >= 2 else entered
             ways.append(more(before, STEPS.skip))
         return more(min(ways), float(given_input.distances[frame, hypothesis, net.first_row[instance] + state]))
 
