@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -156,3 +157,10 @@ def test_all_voices_are_made_ready() -> None:
     book = Book("oak")
     ChannelListener(GRAPH, (book,)).prepare(lambda: True)
     assert book.prepared
+
+
+def test_what_others_propose_is_judged_where_no_first_word_was_found() -> None:
+    late = scene(AT + 90_000, (AT, heard("all, who is here")))
+    proposed = replace(proposal("all who is here"), start_sample=AT)
+    found = LISTENER.look(Stretch(late, 0, AT, (), (proposed,)))
+    assert told(found) == {("all who is here", "oak")}

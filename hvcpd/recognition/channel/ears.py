@@ -165,13 +165,14 @@ class ChannelEars(OuterEars):
             self._close()
         elif self._now - self._open.begin >= (CUT if self._stirred > CLATTER else LONGEST):
             self._close(cut=True)
-            self._open = _Open(self._now, self._now, [self._now])
 
     def _close(self, cut: bool = False) -> None:
         """What is open has ended, or is `cut`: have it looked at, unless all of it is told."""
         stretch, self._open = self._open, None
         if stretch is None:
             return
+        if cut:
+            self._open = _Open(self._now, self._now, [self._now])
         before = next((each for each in self._closed if each.unfinished is not None), None)
         whole = before is not None and before.begin >= self._whole_from
         if before is not None and before.unfinished is not None and whole and stretch.begin - before.end < AGAIN:

@@ -102,11 +102,13 @@ class ChannelListener:
             sound = WeightedSound(heard, noise)
             paths, best = self._found(sound, stretch, begin, told)
             if best is None or (stretch.cut and best.end + GOES_ON > len(heard)):
-                score = paths[0].score if paths else 0.0
-                begun = score >= (BEGUN if stretch.cut else LEAST_SCORE)
-                near = begun and paths[0].end + SAMPLE_RATE_HZ > len(heard)
-                since = paths[0].starts[0] + stretch.origin + begin if near else None
-                return Look(tuple(sentences), score >= LEAST_SCORE, since, tuple(channels))
+                if best is None and not paths:
+                    break
+                path = best or paths[0]
+                begun = path.score >= (BEGUN if stretch.cut else LEAST_SCORE)
+                near = begun and path.end + SAMPLE_RATE_HZ > len(heard)
+                since = path.starts[0] + stretch.origin + begin if near else None
+                return Look(tuple(sentences), path.score >= LEAST_SCORE, since, tuple(channels))
             told.append(best)
             sentences.append(_told(best, stretch.origin + begin, heard, noise))
             channels.append((best.book.voice, best.response))
@@ -127,14 +129,12 @@ class ChannelListener:
             paths += self._alone(sound, sentence.voice, sentence.words, at)
         for search in self._searches[:1] if told else self._searches:
             found = search.paths(sound, noticed, told)
-            if not found:
-                break
             paths += found
-            if self._is_nearly_whole(found[0]):
+            if found and self._is_nearly_whole(found[0]):
                 paths += self._alone(sound, found[0].book.voice, found[0].words, found[0].starts[0])
             paths.sort(key=lambda path: -path.score)
             best = self._sure(sound, paths)
-            if best is not None or (stretch.cut and paths[0].score >= BEGUN):
+            if best is not None or not found or (stretch.cut and paths[0].score >= BEGUN):
                 break
         return paths, best
 

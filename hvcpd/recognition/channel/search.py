@@ -29,8 +29,8 @@ ENOUGH = 6.0
 BLOCK = 16
 """Lags that are told apart where beginnings are sought."""
 FAINT = 50.0
-"""Explained energy of the best first word below which nothing is sought: noise alone reaches 20, and of sentences that
-were told, 78 was the least."""
+"""Explained energy of the best first word below which nothing is sought: steady noise reaches 20, and of
+sentences that were told, 78 was the least."""
 PLACES = 3
 """Beginnings of each word in each voice."""
 STARTS = 64
