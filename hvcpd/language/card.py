@@ -20,7 +20,6 @@ _PLACEHOLDERS = {
     "<remark>": "REMARK",
     "<reason>": "REASON",
     "<next>": "NUMBER",
-    "<confirmed>": "NUMBER",
     "<first>": "NUMBER",
     "<second>": "NUMBER",
     "<third>": "NUMBER",
@@ -88,6 +87,8 @@ def make_card(phrasebook: Phrasebook) -> Card:
     for form in FORMS:
         pattern, topic = _plain(form), _topic(form)
         if form.kind not in vocabulary.kinds or form.relayed or form.will:
+            continue
+        if "<confirmed>" in form.pattern:  # two sentences of the card in one breath
             continue
         if "<remark>" in form.pattern and not vocabulary.remarks:
             continue

@@ -225,10 +225,10 @@ def test_a_reload_keeps_in_mind_that_there_is_no_base(tmp_path: Path) -> None:
     async def scene() -> None:
         async with ros_bench(tmp_path, Hand()) as (bench, talk):
             await bench.live()
-            (bench.file).write_text("mode: volunteer\npick: nearest\n")
+            (bench.file).write_text("mode: volunteer\npick: random\n")
             reply = await talk.ask("reload")
             assert reply["result"]["changed"]
             role = bench.bench.robot.coordination.role
-            assert role == replace(role, nearest_first=True, unable=frozenset({1}))
+            assert role == replace(role, nearest_first=False, unable=frozenset({1}))
 
     run(scene())
