@@ -147,4 +147,4 @@ def test_a_robot_with_wheels_of_its_own_tells_where_it_is_and_obeys_no_cmd_vel(t
         scene.keep_telling(odom, lambda: scene.seen("/tf"), "tf is told")
         assert scene.seen("/tf")[0] == [["odom", "base_footprint", [2.5, -1.0]]]
         subscribers = {topic for topic, nodes in scene.core.subscribers().items() if "/hvcpd" in nodes}
-        assert subscribers == {"/say", "/estop"}
+        assert subscribers == {"/say", "/estop", "/task"}
