@@ -105,14 +105,16 @@ def describe(confusion: Confusion) -> str:
     return f"'{first}' and '{second}' {what}, by the words '{c.first}' and '{c.second}'; {remedy}"
 
 
-def refusal(confusions: Iterable[Confusion], tasks: Path) -> str | None:
+def refusal(confusions: Iterable[Confusion], tasks: Path, allowable: bool = True) -> str | None:
     """Why a team's words cannot be used, one line a pair with the place to mend it; None when they can.
 
-    `tasks` is the file of the tasks.
+    `tasks` is the file of the tasks; `allowable` tells whether the command has --allow-confusable.
     """
     wrong = [c for c in confusions if c.confusable and not c.fixed]
     lines = [f"{tasks if c.key == 'tasks' else c.key}: {describe(c)}" for c in wrong]
-    return "\n".join(lines) + "\nTo use them all the same: --allow-confusable" if lines else None
+    if lines and allowable:
+        lines.append("To use them anyway: --allow-confusable")
+    return "\n".join(lines) or None
 
 
 def check(

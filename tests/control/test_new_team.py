@@ -48,7 +48,9 @@ def test_words_that_cannot_be_used_are_told_and_nothing_is_written(
 ) -> None:
     words = [word for task in tasks for word in ("--task", task)]
     assert main(["new-team", str(tmp_path / "garden"), *GARDEN, *words]) == 2
-    assert said in capsys.readouterr().err
+    err = capsys.readouterr().err
+    assert said in err
+    assert "--allow-confusable" not in err, "this command has no such option"
     assert not (tmp_path / "garden").exists()
 
 

@@ -240,7 +240,7 @@ def _check(robots: tuple[str, ...], settings: str, tasks: str) -> None:
         try:
             team = load_team(argparse.Namespace(config=folder / "hvcpd.yaml", tasks=None), robots)
             found = check(team.phrasebook, team.names, team.sound, vocabulary_cache(), chosen_only=True)
-            if why := refusal(found, team.settings.tasks):
+            if why := refusal(found, team.settings.tasks, allowable=False):
                 raise ConfigError(why)
         except ConfigError as error:
             raise ConfigError(f"nothing is written: {str(error).replace(f'{folder}/', '')}") from None
