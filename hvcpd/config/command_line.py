@@ -67,7 +67,7 @@ class Parser(argparse.ArgumentParser):
     def error(self, message: str) -> NoReturn:
         if message.startswith(_MISSING) and (wrong := self._wrong_option()):
             message = self._unknown(wrong)
-        complain(self.prog, f"{message}; see {self.prog} --help")
+        complain(self.prog, f"{message}{' See' if message.endswith('?') else '; see'} {self.prog} --help")
         self.exit(self.usage_status)
 
     def _print_message(self, message: str, file: Any = None) -> None:

@@ -221,10 +221,17 @@ def _sound_in(text: str) -> Path:
     return Path("/dev/stdin" if text == "-" else text)
 
 
+_NOT_WRITTEN = frozenset({".aac", ".aif", ".aiff", ".flac", ".m4a", ".mp3", ".oga", ".ogg", ".opus"})
+"""Endings of other formats of sound: a player would take the file for what it is not."""
+
+
 def _sound_out(text: str) -> Path:
-    """Raises argparse's error for a terminal, which bytes of sound would upset."""
+    """Raises argparse's error for a terminal, which bytes of sound would upset, and for another format's ending."""
     if text != "-":
-        return Path(text)
+        path = Path(text)
+        if path.suffix.lower() in _NOT_WRITTEN:
+            raise argparse.ArgumentTypeError(f"only WAV is written; name it {path.with_suffix('.wav')}")
+        return path
     if sys.stdout.isatty():
         raise argparse.ArgumentTypeError("no sound is written to a terminal; name a file, or pipe it: … -o - | aplay")
     return Path("/dev/stdout")
