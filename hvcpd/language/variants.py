@@ -18,6 +18,9 @@ from hvcpd.language.words import NUMBER_MAX, number_words
 _WHOLE = {
     "can't": ("cannot",),
     "won't": ("will", "not"),
+    "im": ("i", "am"),
+    "whats": ("what", "is"),
+    "whos": ("who", "is"),
     "&": ("and",),
     "m": ("metres",),
     "v": ("volts",),
