@@ -47,15 +47,20 @@ class Scene:
     lines: tuple[Says, ...]
 
 
-def make_scenes(phrasebook: Phrasebook, robots: Sequence[str], task: int) -> tuple[Scene, ...]:
-    """Claim, confirmation and stop, between the first two robots. Raises PhraseError."""
+def make_scenes(phrasebook: Phrasebook, robots: Sequence[str], tasks: Sequence[int]) -> tuple[Scene, ...]:
+    """Claim, confirmation, both at once and stop, between the first two robots. Raises PhraseError.
+
+    `tasks` are the numbers of at least one task; it takes two to show a confirmation with a claim.
+    """
     a, b = robots[:2]
+    task, *others = tasks
     claim = f"Hi all, I am {a}, I will complete task {task}"
     scenes = (
         Scene(
             "Claim",
             f"{a} says which task it will do, before it moves. Whoever hears it leaves that task alone. If two robots "
-            "claim the same task, the one at work keeps it, or else the first name in the alphabet.",
+            "claim the same task, the one at work keeps it, or else the first name in the alphabet. A robot "
+            "that has not yet said its name introduces itself by its claim.",
             (Says(0, claim),),
         ),
         Scene(
@@ -64,6 +69,7 @@ def make_scenes(phrasebook: Phrasebook, robots: Sequence[str], task: int) -> tup
             "again, and at last goes alone.",
             (Says(0, claim), Says(1, f"Hi {a}, I am {b}, confirmed {task}")),
         ),
+        *(_both_at_once(a, b, claim, task, other) for other in others[:1]),
         Scene(
             "Stop",
             f"Anybody may say “stop”, at any time, without a greeting. Every robot that hears it halts at once, and "
@@ -74,6 +80,16 @@ def make_scenes(phrasebook: Phrasebook, robots: Sequence[str], task: int) -> tup
     return tuple(
         Scene(s.title, s.explained, tuple(Says(line.robot, _written(phrasebook, line.text)) for line in s.lines))
         for s in scenes
+    )
+
+
+def _both_at_once(a: str, b: str, claim: str, task: int, other: int) -> Scene:
+    answer = f"Hi {a}, I am {b}, confirmed {task}, I will complete task {other}"
+    return Scene(
+        "Both at once",
+        f"Often {b} has something to say too: its own next claim. It puts both into one sentence. The confirmation is "
+        f"for {a}, the claim for everybody.",
+        (Says(0, claim), Says(1, answer), Says(0, f"Hi {b}, I am {a}, confirmed {other}")),
     )
 
 

@@ -33,7 +33,7 @@ def team() -> Team:
 
 @pytest.fixture(scope="module")
 def html(team: Team) -> str:
-    scenes = make_scenes(team.phrasebook, ROBOTS, team.tasks.tasks[0].number)
+    scenes = make_scenes(team.phrasebook, ROBOTS, [task.number for task in team.tasks.tasks])
     return page(ROBOTS, [team.sound.speaker_of(name) for name in ROBOTS], team.phrasebook.graph, scenes)
 
 
@@ -60,7 +60,13 @@ def test_each_robots_words_are_in_the_page_as_it_says_them(data: dict[str, Any],
 def test_every_sentence_of_a_scene_is_in_the_phrasebook(data: dict[str, Any], team: Team) -> None:
     lines = [line["text"] for scene in data["scenes"] for line in scene["lines"]]
     assert [team.phrasebook.write(team.phrasebook.parse_text(line)) for line in lines] == lines
-    assert len(data["scenes"]) == 3
+    assert len(data["scenes"]) == 4
+    assert any(", I will complete task" in line and "confirmed" in line for line in lines)
+
+
+def test_a_team_with_one_task_has_no_scene_with_two(team: Team) -> None:
+    titles = [scene.title for scene in make_scenes(team.phrasebook, ROBOTS, [1])]
+    assert titles == ["Claim", "Confirmation", "Stop"]
 
 
 def test_the_page_loads_nothing_and_is_not_large(html: str) -> None:

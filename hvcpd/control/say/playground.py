@@ -20,7 +20,7 @@ def run(options: argparse.Namespace) -> int:
     if not 2 <= len(robots) <= MOST_ROBOTS:
         raise ConfigError(f"--robots: name 2 to {MOST_ROBOTS}; each adds 1.3 MB to the page")
     team = load_team(options, robots)
-    scenes = make_scenes(team.phrasebook, robots, team.tasks.tasks[0].number)
+    scenes = make_scenes(team.phrasebook, robots, [task.number for task in team.tasks.tasks])
     text = page(robots, [team.sound.speaker_of(name) for name in robots], team.phrasebook.graph, scenes)
     try:
         write_whole(options.output, text.encode("utf-8"))
