@@ -180,12 +180,13 @@ def _robot(frame: Frame, trail: Trail, slot: int, said: Sequence[Said], animatio
     ]
     end = f"translate({points[-1][0]:.0f} {points[-1][1]:.0f})"
     way = " ".join(f"{x:.0f},{y:.0f}" for x, y in points)
+    above_or_below = 46 if slot % 2 else -28  # robots start side by side, where two names would run together
     return tag(
         "g",
         tag("polyline", class_="trail", points=way, pathLength=1, style=trace),
         tag(
             "g", *rings, tag("circle", class_="robot", r=18),
-            tag("text", trail.robot, class_="name", y=-28), transform=end, style=drive,
+            tag("text", trail.robot, class_="name", y=above_or_below), transform=end, style=drive,
         ),
         class_=f"r{slot}",
     )  # fmt: skip
