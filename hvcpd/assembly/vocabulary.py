@@ -112,9 +112,7 @@ def refusal(confusions: Iterable[Confusion], tasks: Path, allowable: bool = True
     """
     wrong = [c for c in confusions if c.confusable and not c.fixed]
     lines = [f"{tasks if c.key == 'tasks' else c.key}: {describe(c)}" for c in wrong]
-    if lines and allowable:
-        lines.append("To use them anyway: --allow-confusable")
-    return "\n".join(lines) or None
+    return "\n".join([*lines, *["To use them anyway: --allow-confusable"] * (allowable and bool(lines))]) or None
 
 
 def check(
