@@ -17,6 +17,11 @@ def alarms_of(status: State, tasks: Sequence[State]) -> list[Alarm]:
     return [{"id": id_, "text": text} for id_, text in _found(status, tasks)]
 
 
+def was_given_up(task: State) -> bool:
+    """Whether a robot has given a task up, and nobody has taken it over."""
+    return bool(task["failed_by"]) and task["state"] == "open"
+
+
 def _found(status: State, tasks: Sequence[State]) -> Iterator[tuple[str, str]]:
     name = status["name"]
     if status["stopped"]:
@@ -43,9 +48,6 @@ def _found(status: State, tasks: Sequence[State]) -> Iterator[tuple[str, str]]:
     elif memory["lost"]:
         yield "memory", f"{memory['lost']} records could not be kept: is the disk full?"
     for task in tasks:
-        if task["state"] == "failed":
-            who = " and ".join(task["failed_by"])
-            yield (
-                f"task {task['number']}",
-                f"Task {task['number']}, {task['name']}, was given up" + (who and f" by {who}"),
-            )
+        if was_given_up(task):
+            number, who = task["number"], " and ".join(task["failed_by"])
+            yield f"task {number}", f"Task {number}, {task['name']}, was given up by {who}"

@@ -7,7 +7,7 @@ from collections import deque
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from hvcpd.console.alarms import alarms_of
+from hvcpd.console.alarms import alarms_of, was_given_up
 from hvcpd.console.lines import Lines, Slots, line_of, line_of_row
 from hvcpd.console.viewers import Message, Viewers
 from hvcpd.reporting.events import Plant
@@ -184,10 +184,11 @@ class Scene:
         }
 
     def _board(self) -> Message:
-        kept = ("number", "state", "hearsay")
+        kept = ("number", "hearsay")
         rows = [
             {
                 **{key: task[key] for key in kept},
+                "state": "failed" if was_given_up(task) else task["state"],
                 "name": clean(task["name"]),
                 "owner": clean(task["owner"] or ""),
                 "mark": badge(task.get("icon", ""), task["name"]),

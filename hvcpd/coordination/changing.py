@@ -36,7 +36,7 @@ def want(me: Knowledge, number: int, skip: bool, now: float) -> str | None:
         known = ", ".join(str(each.definition.number) for each in me.board.entries())
         return f"there is no task {number}; the tasks are {known}"
     if _is_so(entry, skip):
-        return f"task {number} is {entry.state} already" if skip else f"task {number} is to be done as it is"
+        return f"task {number} is {entry.state} already" if skip else f"task {number} is still to be done"
     if skip and _is_acted(me, number):
         return f"task {number} is just being done"
     _take(me, entry, entry.change + 1, skip, now)
@@ -64,7 +64,7 @@ def changed(me: Knowledge, heard: Heard, s: m.Change) -> None:
 
 
 def _is_so(entry: Entry, skip: bool) -> bool:
-    return entry.known_done if skip else entry.state != DONE
+    return entry.known_done if skip else entry.state != DONE and not entry.failed_by
 
 
 def _is_acted(me: Knowledge, number: int) -> bool:
@@ -97,7 +97,7 @@ def _counted(entry: Entry, spoken: int) -> int:
 def _take(me: Knowledge, entry: Entry, count: int, skip: bool, now: float) -> None:
     number = entry.definition.number
     skip = skip and not _is_acted(me, number)
-    if not skip and entry.state == DONE:
+    if not skip and (entry.state == DONE or entry.failed_by):  # whoever gave it up may try it again
         schedule.reopen(me, entry, now)
     me.board.change(number, count, skip)
     if skip and me.current.task == number:

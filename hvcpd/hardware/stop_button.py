@@ -8,7 +8,7 @@ one cuts the motors' power by itself.
 from __future__ import annotations
 
 from hvcpd.config.skill_settings import StopButtonSettings
-from hvcpd.errors import DeviceError
+from hvcpd.errors import DeviceError, how_to_install
 
 
 class StopButton:
@@ -19,7 +19,8 @@ class StopButton:
             from gpiozero import InputDevice
             from gpiozero.exc import GPIOZeroError
         except ImportError:
-            raise DeviceError("gpiozero is not installed; run `pip install 'hvcpd[gpio]'`") from None
+            remedy = how_to_install("gpiozero lgpio", "python3-gpiozero python3-lgpio")
+            raise DeviceError(f"gpiozero is not installed; run `{remedy}`") from None
         self._faults = (GPIOZeroError, OSError)
         self._normally_closed = normally_closed
         try:

@@ -36,7 +36,8 @@ def _faults(
     skills: Mapping[str, SkillSettings], tasks: TaskRepository, settings: Settings, programs_too: bool
 ) -> Iterator[tuple[str, str]]:
     wheels, control = settings.wheels, settings.control
-    taken: dict[int, str] = {}
+    button = settings.stop_button.pin
+    taken = {button: "the stop button"} if button is not None else {}
     motors = dict(zip(wheels.ids, ("the left wheel", "the right wheel"), strict=True))
     for name, skill in skills.items():
         if skill.joint is not None and not control.enabled:
@@ -50,10 +51,10 @@ def _faults(
             motors[skill.joint.id] = f"skill {name!r}"
         for number in (skill.gpio.pin, skill.gpio.empty_pin) if skill.gpio is not None else ():
             if number in taken:
-                text = f"skill {taken[number]!r} has pin {number} already; give each its own"
+                text = f"{taken[number]} has pin {number} already; give each its own"
                 yield name, f"skills.{name}.gpio: {text}"
             if number is not None:
-                taken[number] = name
+                taken[number] = f"skill {name!r}"
 
 
 def _faults_of(

@@ -1,6 +1,8 @@
 """What leaves all safe when the host of the skills itself is killed: a second process that waits for its end.
 
 The host tells it, line by line over a pipe, what there is to be made safe just now; when the pipe breaks, it does that.
+A host that is frozen (Ctrl-Z) can make nothing safe and keeps its pins from others: once its beat is missing, it is
+killed.
 
     python -m hvcpd.skills.guard
 
@@ -9,17 +11,19 @@ is started by the host; its devices are open beforehand, so that it needs no tim
 
 from __future__ import annotations
 
+import asyncio
 import ctypes
 import json
 import os
+import select
 import signal
 import subprocess
 import sys
 import time
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from contextlib import suppress
 from dataclasses import asdict, dataclass
-from typing import Any, BinaryIO
+from typing import Any
 
 PR_SET_PDEATHSIG = 1
 """prctl(2)."""
@@ -28,6 +32,11 @@ LET_GO_S = 5.0
 """So long joints are told to let go that do not confirm it."""
 REPLY_S = 0.034
 """Wait for a joint's reply; the SDK's own value, as `hvcpd.hardware.wheels` has it."""
+
+BEAT_S = 0.1
+"""Between two beats of a host, each an empty line."""
+SILENT_S = 0.5
+"""A host without a beat for so long twice in a row is frozen. Twice: if both were frozen, it has time to beat first."""
 
 _prctl = ctypes.CDLL(None, use_errno=True).prctl
 
@@ -52,7 +61,7 @@ class GuardLine:
     def __init__(self, pins: Mapping[int, bool] | None = None, line: Line | None = None) -> None:
         """`pins`: each pin that may be on, and whether it is on when it is high."""
         words = (sys.executable, "-m", "hvcpd.skills.guard")
-        self._process = subprocess.Popen(words, stdin=subprocess.PIPE, start_new_session=True)
+        self._process = subprocess.Popen(words, stdin=subprocess.PIPE, start_new_session=True, bufsize=0)
         told = {"line": asdict(line)} if line is not None else {}
         self._tell({"pins": [[pin, high] for pin, high in (pins or {}).items()], **told})
 
@@ -60,6 +69,15 @@ class GuardLine:
     def pid(self) -> int:
         """Its process."""
         return self._process.pid
+
+    async def beat(self) -> None:
+        """Tell for ever that the event loop runs; from the first beat on it must not stop before `close`."""
+        assert self._process.stdin is not None
+        os.set_blocking(self._process.stdin.fileno(), False)
+        while True:
+            with suppress(OSError):
+                self._process.stdin.write(b"\n")
+            await asyncio.sleep(BEAT_S)
 
     def arm(self, group: int, safe: tuple[str, ...] = ()) -> None:
         """Should this process die, kill that process group and run that program."""
@@ -81,20 +99,19 @@ class GuardLine:
         with suppress(OSError):
             if self._process.stdin is not None:
                 self._process.stdin.write(json.dumps(value).encode() + b"\n")
-                self._process.stdin.flush()
 
 
-def watch(lines: BinaryIO) -> None:
-    """Wait for the pipe's end, and then make safe what was told last."""
+def watch(pipe: int) -> None:
+    """Wait for the end of the file descriptor `pipe`, and then make safe what was told last."""
     for number in (signal.SIGINT, signal.SIGTERM):
         signal.signal(number, signal.SIG_IGN)
     group, safe, pins = None, [], []
     line_of_joints: Line | None = None
-    for line in lines:
+    for line in _lines(pipe):
         try:
             value = json.loads(line)
         except ValueError:
-            continue  # cut off in its midst
+            continue  # a beat, or cut off in its midst
         if value.get("bye"):
             return
         if "pins" in value:
@@ -117,6 +134,25 @@ def watch(lines: BinaryIO) -> None:
     if safe:
         with suppress(OSError):
             subprocess.run(safe, stdin=subprocess.DEVNULL, check=False, timeout=5.0)
+
+
+def _lines(pipe: int) -> Iterator[bytes]:
+    """What the host tells until it is dead, killed if it has begun to beat and does so no more."""
+    host, rest, beats, silences = os.getppid(), b"", False, 0
+    while True:
+        if not select.select([pipe], [], [], SILENT_S if beats else None)[0]:
+            silences += 1
+            if silences == 2:
+                with suppress(OSError):
+                    os.kill(host, signal.SIGKILL)
+                    os.write(sys.stderr.fileno(), b"hvcpctl skills was frozen: it is ended, and all left safe\n")
+            continue
+        silences, found = 0, os.read(pipe, select.PIPE_BUF)
+        if not found:
+            return
+        *whole, rest = (rest + found).split(b"\n")
+        beats = beats or b"" in whole
+        yield from whole
 
 
 def _switch_off(pin: int, active_high: bool) -> None:
@@ -147,4 +183,4 @@ def _let_go(line: Line) -> None:
 
 
 if __name__ == "__main__":
-    watch(sys.stdin.buffer)
+    watch(sys.stdin.fileno())

@@ -90,7 +90,7 @@ def test_the_board_has_the_tasks_own_marks_and_numbers(driver: browser.webdriver
 
 def test_what_is_heard_is_never_run(driver: browser.webdriver.Chrome, show: browser.Show) -> None:
     evil = "<img src=x onerror=document.title='run'><script>document.title='run'</script>"
-    show.do(show.scene.tasks, [task(name=evil, owner=evil, state="failed", failed_by=[evil])])
+    show.do(show.scene.tasks, [task(name=evil, owner=evil, failed_by=[evil])])
     show.do(show.scene.event, heard(evil, speaker=evil))
     show.do(show.scene.status, status(doing=evil, wheels={"fault": evil}))
     browser.until(lambda: evil in text(driver, "#chat li p"))
@@ -166,7 +166,7 @@ def test_nobody_is_kept_out(
     width: int, height: int, phone: bool, scheme: str, driver: browser.webdriver.Chrome, show: browser.Show
 ) -> None:
     browser.look_like(driver, width, height, scheme, phone)
-    show.do(show.scene.tasks, [task(), task(2, state="done", owner="Bot"), task(3, state="failed")])
+    show.do(show.scene.tasks, [task(), task(2, state="done", owner="Bot"), task(3, failed_by=["Bot"])])
     peer = {"name": "Bot", "team": "plant", "present": False, "heard_ago_s": 9.0, "confidence": 0.9, "snr_db": 20.0}
     show.do(show.scene.status, status(stopped=True, peers=[peer], speaking=True))
     show.do(show.scene.event, heard(confidence=0.8))

@@ -96,6 +96,15 @@ def test_only_changes_are_told() -> None:
     assert next(m for m in told if m["kind"] == "board")["tasks"][0]["owner"] == "Bot"
 
 
+def test_a_task_that_was_given_up_is_shown_as_failed_until_somebody_takes_it_over() -> None:
+    made = scene()
+    viewer = made.viewers.join()
+    for state, shown in (("open", "failed"), ("claimed", "claimed"), ("done", "done")):
+        made.tasks([task(state=state, failed_by=["Bot"])])
+        told = asyncio.run(viewer.take(dict))
+        assert next(m for m in told if m["kind"] == "board")["tasks"][0]["state"] == shown
+
+
 def test_the_map_grows_with_the_robots_way() -> None:
     made = scene()
     made.tasks([task()])
@@ -151,7 +160,7 @@ def test_what_would_steer_a_page_or_a_terminal_is_replaced() -> None:
         ({"memory": {"lost": 3}}, [], "3 records"),
         ({"memory": {"lost": 3, "fault": "the disk is full"}}, [], "the disk is full"),
         ({"memory": {"lost": 0, "unkept": "read-only"}}, [], "After a restart"),
-        ({}, [task(2, state="failed", failed_by=["Bot"])], "given up by Bot"),
+        ({}, [task(2, failed_by=["Bot"]), task(3, state="claimed", failed_by=["Bot"])], "given up by Bot"),
     ],
 )
 def test_alarms(more: dict[str, Any], tasks: list[dict[str, Any]], words: str) -> None:

@@ -182,6 +182,19 @@ def test_what_a_reload_changed_is_told_as_the_file_has_it() -> None:
     ]
 
 
+def test_tasks_that_a_reload_brings_or_takes_are_told_by_name() -> None:
+    changed = [
+        {"key": "task 1", "before": "water the rose", "now": "water the lily"},
+        {"key": "task 3", "before": "count the chairs", "now": None},
+        {"key": "task 4", "before": None, "now": "sweep the old kitchen"},
+    ]
+    assert told("reload", "Rob", {"changed": changed, "restart": []}) == [
+        "task 1: water the rose → water the lily",
+        "task 3, count the chairs: gone",
+        "task 4, sweep the old kitchen: new",
+    ]
+
+
 def test_a_user_without_a_name_is_told_the_group_too(tmp_path: Path) -> None:
     nameless = 987_654_321
     assert f"`sudo usermod -aG {tmp_path.group()} USER`" in permission_fault(tmp_path, nameless)

@@ -46,6 +46,11 @@ def test_options_about_sound_are_refused(tmp_path: Path, capsys: pytest.CaptureF
     assert "leave --mute out" in capsys.readouterr().err
 
 
+def test_loss_is_refused_where_there_is_sound(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert hours(tmp_path, "--loss", "0.1") == 2
+    assert "add --hours" in capsys.readouterr().err
+
+
 def test_what_became_of_each_time() -> None:
     begin_s = 36_000.0
     deeds = [(begin_s + at_s, 1, "Rob") for at_s in (10.0, 3600.0 + 700.0, 7200.0 - 60.0, 7200.0 + 30.0)]

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import argparse
 import json
+from dataclasses import replace
 from pathlib import Path
+from typing import NoReturn
 
 import numpy as np
 import pytest
@@ -12,6 +14,7 @@ import pytest
 from hvcpd.control.cli import make_parser
 from hvcpd.control.doctor.stop_test import LOUDNESSES_DB, Call, judged, run, voice_in
 from hvcpd.control.simulate.team import load_team
+from hvcpd.errors import DeviceError
 from hvcpd.ports import SAMPLE_RATE_HZ
 from hvcpd.synthesis.speaker import Speaker
 from hvcpd.synthesis.voices import voice_named
@@ -45,6 +48,15 @@ def test_without_sound_nothing_arrives_and_it_fails(tmp_path: Path, capsys: pyte
     assert "0 of 3 calls halted the robot within 0.5 s (0 to 56 %" in told.out
     assert "3 did not arrive" in told.out
     assert "no safety device" in told.out
+
+
+def test_without_a_sound_card_there_is_no_table(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    def make_stream(_: object) -> NoReturn:
+        raise DeviceError("there is no microphone on this machine")
+
+    with pytest.raises(DeviceError):
+        run(options(tmp_path), replace(EchoRoom().devices, make_stream=make_stream))
+    assert capsys.readouterr().out == ""
 
 
 def test_another_word_is_no_stop_and_a_halt_long_before_the_call_does_not_count(tmp_path: Path) -> None:

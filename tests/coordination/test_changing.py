@@ -129,7 +129,7 @@ def test_the_owner_of_a_robot_changes_tasks_and_is_told_why_not() -> None:
     assert rob.change(7, False, now) == "there is no task 7; the tasks are 1, 2"
     assert rob.change(2, True, now) == "task 2 is done already"
     assert rob.change(2, False, now) is None
-    assert rob.change(2, False, now) == "task 2 is to be done as it is"
+    assert rob.change(2, False, now) == "task 2 is still to be done"
     mission.air.refresh()
     run_until(mission, AGAIN_S + LATER_S)
     assert mission.watered == {1: 1, 2: 2}
@@ -178,3 +178,21 @@ def test_who_drives_to_a_task_that_is_gone_stops_there() -> None:
     mission.air.run_until(mission.air.now + LATER_S)
     assert rob.board.all_done
     assert number not in [n for at_s, n, _ in mission.done if at_s > 60.0]
+
+
+@pytest.mark.parametrize("by_voice", [True, False])
+@pytest.mark.parametrize("seed", range(3))
+def test_what_was_given_up_is_tried_again_by_who_gave_it_up(seed: int, by_voice: bool) -> None:
+    """The tank was empty, and somebody has filled it."""
+    mission = Mission(("Rob", "Bot"), plants(2), ("Anna",), seed=seed, fails=lambda _, n, now: n == 2 and now < AGAIN_S)
+    mission.air.run_until(AGAIN_S)
+    rob = mission.robots["Rob"]
+    assert mission.watered == {1: 1}
+    assert rob.board[2].failed_by == {"Rob", "Bot"}
+    if by_voice:
+        said_by_anna(mission, AGAIN_S, 2)
+    else:
+        assert rob.change(2, False, mission.air.now) is None
+        mission.air.refresh()
+    run_until(mission, AGAIN_S + LATER_S)
+    assert mission.watered == {1: 1, 2: 1}, "\n".join(mission.written(AGAIN_S))

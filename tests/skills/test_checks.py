@@ -91,6 +91,11 @@ def test_a_joint_that_cannot_be_is_told_with_its_line(
     assert text in told or "252" in told
 
 
+def test_the_stop_button_keeps_its_pin(tmp_path: Path) -> None:
+    (text,) = told(tmp_path, "pour: {gpio: {pin: 17, amount: litres}}", more="stop_button: {pin: 17}\n")
+    assert text == "hvcpd.yaml:5: skills.pour.gpio: the stop button has pin 17 already; give each its own"
+
+
 def test_the_variable_of_the_fake_pins_is_no_setting(tmp_path: Path) -> None:
     """The documented command ended at once: what begins with HVCPD_ is a setting, and there is none of that name."""
     (tmp_path / "hvcpd.yaml").write_text("name: Rob\n")

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import os
+import signal
 import subprocess
 import sys
 import time
@@ -321,6 +322,7 @@ async def main():
         runner = Pin(PinSettings(17))
     else:
         runner = Program(("sh", "-c", "echo $$ > $0; sleep 60", sys.argv[2]), ("touch", sys.argv[3]), guard)
+    beat = asyncio.create_task(guard.beat())
     await asyncio.sleep(0.3)
     await runner.perform(Call(1, 1, "pour", (("seconds", 60.0),), 60.0), lambda share, text: None)
 asyncio.run(main())
@@ -342,6 +344,14 @@ def test_a_host_that_is_killed_leaves_its_pin_off(tmp_path: Path) -> None:
         time.sleep(0.2)
         host.kill()
         assert until(lambda: not is_on(tmp_path, 17), 5.0) < STOP_S
+
+
+def test_a_host_that_is_frozen_is_ended_and_leaves_its_pin_off(tmp_path: Path) -> None:
+    with subprocess.Popen([sys.executable, "-c", HOST, "pin"], env=fake_pins(tmp_path)) as host:
+        until(lambda: is_on(tmp_path, 17), 10.0)
+        host.send_signal(signal.SIGSTOP)
+        until(lambda: not is_on(tmp_path, 17), 10.0)
+    assert host.returncode == -signal.SIGKILL
 
 
 def test_a_host_that_is_killed_leaves_no_program_and_all_safe(tmp_path: Path) -> None:

@@ -51,7 +51,7 @@ export function showBoard(message) {
 /** A button that has a task done again, or left out; none in a recording. */
 function change(task) {
   if (document.body.dataset.mode !== "live") return null;
-  const wanted = task.state === "done" ? "again" : "skip";
+  const wanted = task.state === "done" || task.state === "failed" ? "again" : "skip";
   const label = `${wanted === "again" ? "Do again" : "Skip"}: ${task.name}`;
   const button = make("button", { type: "button", class: "quiet", "aria-label": label }, wanted === "again" ? "Again" : "Skip");
   button.addEventListener("click", () => act({ do: wanted, number: task.number }));

@@ -132,9 +132,9 @@ def _first(times_s: Sequence[float]) -> float | None:
 
 def _told(calls: Iterator[Call], as_json: bool) -> Iterator[Call]:
     """Tell each as it comes."""
-    if not as_json:
-        sys.stdout.write("call          over the noise  halted after  for good\n")
-    for call in calls:
+    for number, call in enumerate(calls):
+        if not number and not as_json:
+            sys.stdout.write("call          over the noise  halted after  for good\n")
         if as_json:
             sys.stdout.write(json.dumps(asdict(call)) + "\n")
         else:

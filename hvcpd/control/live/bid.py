@@ -37,9 +37,14 @@ def told(command: str, name: str, result: dict[str, Any]) -> list[str]:
 
 
 def _reloaded(name: str, result: dict[str, Any]) -> list[str]:
-    lines = [
-        f"{change['key']}: {value_text(change['before'])} → {value_text(change['now'])}" for change in result["changed"]
-    ]
+    lines = [_changed(change) for change in result["changed"]]
     if result["restart"]:
         lines.append(f"needs a restart of {name}: {', '.join(result['restart'])}")
     return lines or [f"{name}: nothing has changed"]
+
+
+def _changed(change: dict[str, Any]) -> str:
+    key, before, now = change["key"], change["before"], change["now"]
+    if key.startswith("task ") and None in (before, now):
+        return f"{key}, {now}: new" if before is None else f"{key}, {before}: gone"
+    return f"{key}: {value_text(before)} → {value_text(now)}"

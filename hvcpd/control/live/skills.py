@@ -58,6 +58,8 @@ async def serve(path: Path, settings: Settings, tasks: TaskRepository) -> None:
             opened.callback(guard.close)
             runners = {name: _runner(name, settings, guard) for name in offered(settings, tasks)}
             stack.push(opened.pop_all())
+        beat = asyncio.create_task(guard.beat())
+        stack.callback(beat.cancel)
         for runner in runners.values():
             stack.push_async_callback(runner.close)
             if isinstance(runner, Object):

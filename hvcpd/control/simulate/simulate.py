@@ -50,6 +50,8 @@ def run(options: argparse.Namespace) -> int:
     keys = _keys(options)
     if options.encrypted and keys is None:
         raise ConfigError("--encrypted: there is no key to encrypt with; add --key, or --key FILE")
+    if options.loss and options.hours is None:
+        raise ConfigError("--loss is for missions by words; add --hours, or make the room louder with --noise-db")
     team = load_team(
         options,
         robots,
