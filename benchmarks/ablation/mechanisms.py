@@ -147,7 +147,7 @@ RULES = (
     Mechanism(
         "wave-score",
         "the least score of a sentence",
-        together( instead(f"{HEARING}.coherent:LEAST_SCORE", 0.0), instead(f"{HEARING}.coherent:LEAST_ALONE", 0.0)),
+        together(instead(f"{HEARING}.coherent:LEAST_SCORE", 0.0), instead(f"{HEARING}.coherent:LEAST_ALONE", 0.0)),
     ),
     Mechanism(
         "keyword-belief",
