@@ -13,8 +13,6 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
 from benchmarks.hearing.material import BLOCK, Spoken, Team
 from benchmarks.hearing.scoring import Outcome, Score, judge_events
 from hvcpd.evaluation.sphinx import WIDE_BEAMS, heard, make_decoder
@@ -89,8 +87,3 @@ def make_peer(team: Team) -> Peer | None:
         return Peer(team)
     except ImportError:
         return None
-
-
-def as_bytes(sound: Samples) -> bytes:
-    """16-bit samples, as PocketSphinx takes them."""
-    return (np.clip(sound, -1, 1) * 32767).astype("<i2").tobytes()

@@ -141,7 +141,7 @@ class _Alternatives:
 
 
 def _read_alternatives(value: Any, _: Converter) -> _Alternatives:
-    """What is well-formed; `_check_alternatives` tells what is not."""
+    """What is well-formed; `check_alternatives` tells what is not."""
     if not isinstance(value, dict):
         raise FaultError(f"expected words and their alternatives, found {describe(value)}; write `word: [a phrase]`")
     lists = {word: phrases for word, phrases in value.items() if isinstance(phrases, list)}

@@ -11,6 +11,7 @@ from typing import TypeAlias
 
 from hvcpd import __version__
 from hvcpd.config.command_line import Parser, complain, let_go, output_fault, replace_closed_streams, with_examples
+from hvcpd.control import arguments
 from hvcpd.control.bench.bench_parser import add_bench
 from hvcpd.control.doctor.doctor_parser import add_calibrate, add_doctor, add_stop_test
 from hvcpd.control.drive.drive_parser import add_drive
@@ -27,52 +28,6 @@ from hvcpd.errors import EX_FAILURE, EX_INTERRUPTED, EX_OK, EX_USER, HvcpdError
 
 Command = Callable[[argparse.Namespace], int]
 _Commands: TypeAlias = "argparse._SubParsersAction[argparse.ArgumentParser]"
-
-
-def _names(text: str) -> tuple[str, ...]:
-    from hvcpd.config.names import repeated_names, valid_robot_name
-
-    names = tuple(part.strip() for part in text.split(",") if part.strip())
-    wrong = next((w for name in names if (w := valid_robot_name(name))), None) or repeated_names(names)
-    if not names or wrong:
-        raise argparse.ArgumentTypeError(wrong or "give at least one name, as in: Rob,Bot")
-    return names
-
-
-def _level_db(text: str) -> float:
-    try:
-        value = float(text)
-    except ValueError:
-        raise argparse.ArgumentTypeError(f"{text!r} is not a number") from None
-    if not -200.0 <= value <= 200.0:
-        raise argparse.ArgumentTypeError(f"{text} dB is out of the range -200 to 200")
-    return value
-
-
-def _lack(text: str) -> tuple[str, str]:
-    robot, _, skill = text.partition("=")
-    if not robot or not skill:
-        raise argparse.ArgumentTypeError(f"{text!r} is not ROBOT=SKILL, for example Bot=look")
-    return robot, skill
-
-
-def _between(least: float, most: float) -> Callable[[str], float]:
-    def number(text: str) -> float:
-        try:
-            value = float(text)
-        except ValueError:
-            raise argparse.ArgumentTypeError(f"{text!r} is not a number") from None
-        if not least <= value <= most:
-            raise argparse.ArgumentTypeError(f"{text} is not from {least:g} to {most:g}")
-        return value
-
-    return number
-
-
-def _seed(text: str) -> int:
-    if not text.isdecimal() or not text.isascii() or int(text[:12]) >= 2**32:
-        raise argparse.ArgumentTypeError(f"{text!r} is not a whole number from 0 to {2**32 - 1}")
-    return int(text)
 
 
 def _lazy(module: str) -> Command:
@@ -93,16 +48,16 @@ def make_parser() -> argparse.ArgumentParser:
     parser.add_argument("--version", action="version", version=f"hvcpctl {__version__}")
     commands: _Commands = parser.add_subparsers(metavar="COMMAND", required=True, dest="command", parser_class=Parser)
     _add_simulate(commands)
-    add_new_team(commands, _lazy("simulate.new_team"), _names)
-    add_duet(commands, _lazy("duet.duet"), _names)
+    add_new_team(commands, _lazy("simulate.new_team"), arguments.robot_names)
+    add_duet(commands, _lazy("duet.duet"), arguments.robot_names)
     _add_say(commands)
     _add_hear(commands)
     _add_listen(commands)
     add_enrol(commands, _lazy("enrol.enrol"))
     _add_phrases(commands)
-    add_playground(commands, _lazy("say.playground"), _names)
+    add_playground(commands, _lazy("say.playground"), arguments.robot_names)
     _add_pronounce(commands)
-    add_voices(commands, _lazy("say.voices"), _names, _sound_out)
+    add_voices(commands, _lazy("say.voices"), arguments.robot_names, _sound_out)
     _add_prerender(commands)
     _add_check_vocabulary(commands)
     _add_transcript(commands)
@@ -117,7 +72,7 @@ def make_parser() -> argparse.ArgumentParser:
     add_stop_test(commands, _lazy("doctor.stop_test"))
     add_ros(commands, _lazy("live.ros"))
     add_skills(commands, _lazy("live.skills"))
-    add_evaluate(commands, _lazy("simulate.evaluate"), _seed)
+    add_evaluate(commands, _lazy("simulate.evaluate"), arguments.seed)
     add_completion(commands, _lazy("completion"))
     return parser
 
@@ -126,7 +81,9 @@ def _add_shared(command: argparse.ArgumentParser, names: bool = True) -> None:
     command.add_argument("--config", type=Path, metavar="FILE", help="settings file (default: /etc/hvcpd/hvcpd.yaml)")
     command.add_argument("--tasks", type=Path, metavar="FILE", help="task repository (default: five plants)")
     if names:
-        command.add_argument("--names", type=_names, metavar="Rob,Bot", help="the names known beforehand")
+        command.add_argument(
+            "--names", type=arguments.robot_names, metavar="Rob,Bot", help="the names known beforehand"
+        )
 
 
 def _add_key_option(command: argparse.ArgumentParser, text: str) -> None:
@@ -136,8 +93,14 @@ def _add_key_option(command: argparse.ArgumentParser, text: str) -> None:
 def _add_simulate(commands: _Commands) -> None:
     c = commands.add_parser("simulate", help="run a mission of whole robots in a simulated room, out loud")
     _add_shared(c, names=False)
-    c.add_argument("--robots", type=_names, default=("Rob", "Bot"), metavar="Rob,Bot", help="who takes part (up to 12)")
-    c.add_argument("--seed", type=_seed, default=1, metavar="N", help="same seed, same mission (default 1)")
+    c.add_argument(
+        "--robots",
+        type=arguments.robot_names,
+        default=("Rob", "Bot"),
+        metavar="Rob,Bot",
+        help="who takes part (up to 12)",
+    )
+    c.add_argument("--seed", type=arguments.seed, default=1, metavar="N", help="same seed, same mission (default 1)")
     c.add_argument(
         "--mode",
         choices=("volunteer", "coordinate"),
@@ -147,14 +110,14 @@ def _add_simulate(commands: _Commands) -> None:
     c.add_argument("--coordinator", metavar="NAME", help="who gives the orders in coordinate mode (default: the last)")
     c.add_argument("--pick", choices=("nearest", "random"), default="nearest", help="how a volunteer picks a task")
     hours = "so many hours of tasks that recur, by words and without sound, and a report of the shift"
-    c.add_argument("--hours", type=_between(0.1, 24.0 * 31), metavar="N", help=hours)
+    c.add_argument("--hours", type=arguments.between(0.1, 24.0 * 31), metavar="N", help=hours)
     lost = "with --hours: the share of sentences that each listener does not understand (default 0)"
-    c.add_argument("--loss", type=_between(0.0, 0.9), default=0.0, metavar="SHARE", help=lost)
+    c.add_argument("--loss", type=arguments.between(0.0, 0.9), default=0.0, metavar="SHARE", help=lost)
     c.add_argument("--speed", choices=("max", "real"), default="max", help="as fast as the processor can, or real time")
     c.add_argument("--play", action="store_true", help="play what a listener in the room hears (implies --speed real)")
     c.add_argument(
         "--noise-db",
-        type=_level_db,
+        type=arguments.level_db,
         default=40.0,
         metavar="DB",
         help="ambient noise in dB SPL (default 40, a quiet room)",
@@ -173,10 +136,10 @@ def _add_simulate(commands: _Commands) -> None:
     _add_key_option(c, "seal what the robots say; without a file with a key made for the occasion")
     c.add_argument("--encrypted", action="store_true", help="with --key: in code words that nobody else understands")
     tank = "give each robot a pump and this much water"
-    c.add_argument("--tank", type=_between(0.0, 1000.0), metavar="LITRES", help=tank)
+    c.add_argument("--tank", type=arguments.between(0.0, 1000.0), metavar="LITRES", help=tank)
     c.add_argument(
         "--without",
-        type=_lack,
+        type=arguments.lack,
         action="append",
         default=[],
         metavar="ROBOT=SKILL",
@@ -206,8 +169,10 @@ def _add_say(commands: _Commands) -> None:
     c.add_argument("--as", dest="voice_of", metavar="NAME", help="in this robot's voice (default: who says 'I am …')")
     text = "write a WAV instead of using the loudspeaker; - for a pipe"
     c.add_argument("-o", "--output", type=_sound_out, metavar="FILE.wav", help=text)
-    c.add_argument("--rate", type=_between(0.5, 2.0), default=1.0, metavar="R", help="above 1 faster, below slower")
-    c.add_argument("--gain-db", type=_between(-60.0, 20.0), default=0.0, metavar="DB", help="louder or softer")
+    c.add_argument(
+        "--rate", type=arguments.between(0.5, 2.0), default=1.0, metavar="R", help="above 1 faster, below slower"
+    )
+    c.add_argument("--gain-db", type=arguments.between(-60.0, 20.0), default=0.0, metavar="DB", help="louder or softer")
     c.add_argument("--lombard", action="store_true", help="as people speak in noise: slower, higher, brighter, louder")
     c.add_argument("--voice", type=Path, metavar="DIR", help="speak with recorded words, one WAV each: DIR/water.wav")
     c.add_argument("--local", action="store_true", help="do not ask a running robot to say it")

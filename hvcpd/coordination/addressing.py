@@ -78,11 +78,22 @@ def answer_slots(me: Knowledge, now: float) -> int:
 
 
 def note_presence(me: Knowledge, u: m.Utterance, now: float) -> None:
-    """Whoever has not said a word yet may confirm before all others: if another one does, nobody else is there."""
-    speaker = (u.speaker or "").lower()
-    confirms = isinstance(u.statement, m.Confirmed | m.ConfirmedAnd)
-    nobody_else = (confirms and speaker not in me.acquaintance.unheard) or now > me.acquaintance.all_heard_s
-    me.acquaintance.unheard = frozenset() if nobody_else else me.acquaintance.unheard - {speaker}
+    """Whoever has not said a word yet may confirm a claim before all others: if another robot does, nobody else is
+    there. Who has not said a word itself knows that this is not so, but that the others now believe it."""
+    a, speaker = me.acquaintance, (u.speaker or "").lower()
+    words = m.parts(u)[0].statement
+    in_turn = isinstance(words, m.Confirmed) and words.task is not None  # orders are confirmed by who gave them
+    by_robot = speaker in {name.lower() for name in me.role.roster}
+    nobody_else = (in_turn and by_robot and speaker not in a.unheard) or now > a.all_heard_s
+    a.passed_over = a.passed_over or nobody_else
+    a.unheard = frozenset() if nobody_else and a.introduced else a.unheard - {speaker}
+
+
+def note_introduced(me: Knowledge) -> None:
+    """This robot has said its name: it is one of those who are present, whom the others reckon with."""
+    a = me.acquaintance
+    a.unheard = frozenset() if a.passed_over else a.unheard
+    a.introduced = True
 
 
 def objection_slot(me: Knowledge, other: str, number: int, now: float) -> int:

@@ -83,12 +83,12 @@ class Coordination:
             board.change(number, count, skipped)
             board[number].is_changed = board[number].definition.every is None  # else it may have been due since then
         self._roster = frozenset(name.lower() for name in role.roster)
+        me.acquaintance.unheard = self._roster - {role.name.lower()}
+        me.acquaintance.all_heard_s = now + timing.meeting_s * (1 + len(role.roster))
         if stopped:
             me.state = State.STOPPED
             effects.want_release_told(me, now)
         else:
-            me.acquaintance.unheard = self._roster - {role.name.lower()}
-            me.acquaintance.all_heard_s = now + timing.meeting_s * (1 + len(role.roster))
             me.arm(now, timing.wake_min_s + rng.random() * timing.wake_spread_s)
 
     def heard(
@@ -109,8 +109,8 @@ class Coordination:
         if utterance.speaker is not None and believed:
             peer = me.peers.heard(utterance.speaker, team_of(utterance), now, confidence, snr_db)
             me.do(SavePeer(peer.name, peer.team, now))
+            note_presence(me, utterance, now)
         asks = isinstance(m.parts(utterance)[-1].statement, ASKING)
-        note_presence(me, utterance, now)
         me.floor.answer_slots = answer_slots(me, now) if asks else 0
         me.floor.understood(now, self._order_after(whose_turn(utterance), now))
         if self._is_second(utterance, now):

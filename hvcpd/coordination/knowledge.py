@@ -133,6 +133,8 @@ class Acquaintance:
     """By then everybody of them who is there has said something."""
     introduced: bool = False
     """Whether it has said its own name."""
+    passed_over: bool = False
+    """The others take whoever has not said a word for not there."""
     greetings: int = 0
     """How often it has greeted."""
     known_by: set[str] = field(default_factory=set)
@@ -270,10 +272,13 @@ class Knowledge:
         return self._rank_among(self.peers.present(now), asker, salt)
 
     def rank_with_unheard(self, asker: str, salt: int, now: float) -> int:
-        """The same with those who have not said a word yet: they come before all whose names were heard."""
+        """The same with those who have not said a word yet: they come before all whose names were heard, or after them
+        once these believe that nobody else is there."""
         unheard = self.acquaintance.unheard - {asker.lower()}
         if self.role.roster and not self.acquaintance.introduced:
-            return self._rank_among(unheard, asker, salt)
+            others = [name for name in self.peers.present(now) if name != asker.lower()]
+            before = len(others) if self.acquaintance.passed_over else 0
+            return min(before + self._rank_among(unheard, asker, salt), RANK_MAX)
         return min(len(unheard) + self.rank(asker, salt, now), RANK_MAX)
 
     def _rank_among(self, names: Iterable[str], asker: str, salt: int) -> int:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from hvcpd.coordination import composing, repair
 from hvcpd.coordination.actions import Say
-from hvcpd.coordination.addressing import note_presence
+from hvcpd.coordination.addressing import note_introduced, note_presence
 from hvcpd.coordination.floor import OWN_TURN, Intent
 from hvcpd.coordination.knowledge import Knowledge
 from hvcpd.coordination.relaying import note_passed_on
@@ -23,7 +23,7 @@ def begin(me: Knowledge, intent: Intent, now: float) -> None:
     _note_own_words(me, utterance, now)
     if me.acquaintance.introduced:
         note_presence(me, utterance, now)
-    me.acquaintance.introduced = True
+    note_introduced(me)
     slowly = intent.slowly or repair.speaks_slowly(me) or me.role.speech.slowly
     me.repair.last_said, me.last_heard = utterance, None
     me.do(Say(utterance, slowly, me.role.speech.times))

@@ -5,6 +5,10 @@ from __future__ import annotations
 from dataclasses import dataclass, field, replace
 from enum import Enum
 
+from hvcpd.language.addressees import Addressee as Addressee
+from hvcpd.language.addressees import ToAll as ToAll
+from hvcpd.language.addressees import ToRobot as ToRobot
+from hvcpd.language.addressees import ToTeam as ToTeam
 from hvcpd.language.motions import ComeBack as ComeBack
 from hvcpd.language.motions import Motion as Motion
 from hvcpd.language.motions import MoveBy as MoveBy
@@ -14,28 +18,6 @@ from hvcpd.language.proofs import Cipher as Cipher
 from hvcpd.language.proofs import Code as Code
 from hvcpd.language.proofs import Mark as Mark
 from hvcpd.language.proofs import Seal as Seal
-
-
-@dataclass(frozen=True)
-class ToAll:
-    """Everybody within earshot."""
-
-
-@dataclass(frozen=True)
-class ToTeam:
-    """Every member of a team."""
-
-    team: str
-
-
-@dataclass(frozen=True)
-class ToRobot:
-    """One robot (or person), by its name as it is written."""
-
-    name: str
-
-
-Addressee = ToAll | ToTeam | ToRobot
 
 
 @dataclass(frozen=True)

@@ -1,7 +1,7 @@
 """Hears enrolled people: the sentence that is nearest to the takes of their words, and how likely that is right.
 
 What robots say is known to the sample; what people say is not, from one time to the next. So a whole piece of sound is
-matched at once (`matching`), and how sure a sentence is follows from a curve of its own.
+matched at once (`template_decoder`), and how sure a sentence is follows from a curve of its own.
 """
 
 from __future__ import annotations

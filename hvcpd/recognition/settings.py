@@ -12,7 +12,7 @@ from hvcpd.recognition.spotter import SpotterSettings
 
 @dataclass(frozen=True)
 class RecogniserSettings:
-    """Thresholds of the recogniser; the defaults are measured with `benchmarks/hearing.py`."""
+    """Thresholds of the recogniser; the defaults are measured with `python -m benchmarks.hearing`."""
 
     activity: ActivitySettings = field(default_factory=ActivitySettings)
     spotter: SpotterSettings = field(default_factory=SpotterSettings)

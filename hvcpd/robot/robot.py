@@ -254,10 +254,8 @@ class Robot:
             self.coordination.heard(utterance, now, sure, snr_db, judged.trust)
 
     def _hold(self, event: Held | Released | Urgent, now: float) -> None:
-        """Stand still at once for what may be "stop" over talk; go on where it was not, stay where it was.
-
-        Whoever it was meant for, and whatever else was said: a halt too many does no harm.
-        """
+        """Stand still at once for what may be "stop" over talk, whoever it was meant for; go on where it was not, stay
+        where it was. A halt too many does no harm."""
         if isinstance(event, Held):
             self._held_s = now if self._held_s is None else self._held_s
             return

@@ -43,6 +43,7 @@ class Recipe:
     flutter_hz: Span = (0.0, 0.0)
 
 
+# fmt: off
 RECIPES = (
     Recipe(
         "cat",
