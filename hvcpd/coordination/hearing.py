@@ -31,6 +31,8 @@ def react(me: Knowledge, heard: Heard) -> None:
     if left is None:
         return
     heard, statement = left, left.utterance.statement
+    if isinstance(statement, m.Claim) and choosing.claims_at_once(me, heard.now):
+        fire(me, Trigger.MET, heard.now)  # whoever greeted is answered, and work has begun
     reaction = _REACTIONS.get(type(statement))
     if reaction is not None:
         reaction(me, heard, statement)

@@ -24,6 +24,7 @@ TRANSITIONS: dict[tuple[State, Trigger], tuple[State, Effect]] = {
     (S.WAKING, T.GREETED): (S.MEETING, effects.wait_for_greetings),
     (S.WAKING, T.MET): (S.READY, effects.rest),
     (S.GREETING, T.MET): (S.READY, effects.rest),
+    (S.MEETING, T.MET): (S.READY, effects.rest),
     (S.GREETING, T.SPOKEN): (S.MEETING, effects.wait_for_greetings),
     (S.GREETING, T.GREETED): (S.MEETING, effects.wait_for_greetings),
     (S.GREETING, T.WITHDRAWN): (S.MEETING, effects.wait_for_greetings),

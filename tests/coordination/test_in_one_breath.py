@@ -1,9 +1,14 @@
 """A confirmation and the confirmer's own claim or report in one sentence; the first claim as an introduction."""
 
+import random
+
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from hvcpd.coordination.actions import Role, Say
+from hvcpd.coordination.coordination import Coordination
+from hvcpd.coordination.states import State
 from hvcpd.language import messages as m
 from hvcpd.language.phrasebook import Phrasebook, Vocabulary
 from tests.coordination.mission import Mission, plants
@@ -69,3 +74,18 @@ def test_whoever_was_left_alone_does_not_call_for_long(seed: int) -> None:
     told_s = next(at_s for at_s, _, u in mission.said if isinstance(u.statement, m.Leaving))
     claims = [u.statement for at_s, _, u in mission.said if at_s > told_s and isinstance(u.statement, m.Claim)]
     assert all(claims.count(claim) <= 3 for claim in claims), mission.written()
+
+
+def test_whoever_greeted_and_hears_a_claim_confirms_it_with_its_own() -> None:
+    """It waits for no more answers: the claim was one."""
+    bot = Coordination(Role("Bot", "plant", roster=("Rob", "Bot")), plants(3), random.Random(1))
+    bot.knowledge.state = State.MEETING
+    bot.knowledge.arm(10.0, 100.0)
+    bot.heard(m.Utterance("Rob", m.ToTeam("plant"), None, m.Claim(m.TaskByNumber(3))), 10.0)
+    said: list[m.Statement | None] = []
+    while not said:
+        bot.tick(bot.next_deadline())
+        said = [action.utterance.statement for action in bot.actions(11.0) if isinstance(action, Say)]
+    (both,) = said
+    assert isinstance(both, m.ConfirmedAnd)
+    assert both.confirmed == m.Confirmed(m.TaskByNumber(3))
