@@ -16,6 +16,7 @@ from __future__ import annotations
 import asyncio
 import json
 import os
+import subprocess
 import sys
 from collections.abc import Awaitable, Callable, Mapping
 from contextlib import suppress
@@ -28,6 +29,8 @@ from hvcpd.skills.life import CANCELLED, Call
 from hvcpd.skills.runners import TERM_S, FailedError, Said, Tell, end_group, shielded, start, take_line
 
 GROUP = "hvcpd.skills"
+MAKE_S = 30.0
+"""What large libraries, such as one for arms or cameras, may take to load on a Raspberry Pi."""
 
 
 @dataclass(frozen=True)
@@ -57,6 +60,17 @@ class PythonSkill(Protocol):
 def installed() -> tuple[str, ...]:
     """The names of all skills that Python packages here have."""
     return tuple(sorted({point.name for point in entry_points(group=GROUP)}))
+
+
+def unusable(name: str) -> str | None:
+    """Why no object of the entry point `name` can be made, as its process tells; None if one can."""
+    words = (sys.executable, "-m", "hvcpd.skills.objects", name)
+    try:
+        tried = subprocess.run(words, input=b"", capture_output=True, check=False, timeout=MAKE_S)
+    except subprocess.TimeoutExpired:
+        return f"it is not ready within {MAKE_S:g} s"
+    told = tried.stderr.decode(errors="replace").strip().splitlines()
+    return None if tried.returncode == 0 else told[-1] if told else f"its process ends with {tried.returncode}"
 
 
 class Object:

@@ -100,3 +100,20 @@ def test_the_variable_of_the_fake_pins_is_no_setting(tmp_path: Path) -> None:
     """The documented command ended at once: what begins with HVCPD_ is a setting, and there is none of that name."""
     (tmp_path / "hvcpd.yaml").write_text("name: Rob\n")
     load_with_sources(tmp_path / "hvcpd.yaml", environment={FOLDER_VARIABLE: "/tmp/pins"})
+
+
+def test_a_python_skill_that_cannot_be_imported_is_told(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """It passed the check, and then each of its calls failed with "its process has ended"."""
+    package = tmp_path / "packages" / "grip-1.dist-info"
+    package.mkdir(parents=True)
+    (package / "METADATA").write_text("Metadata-Version: 2.1\nName: grip\nVersion: 1\n")
+    (package / "entry_points.txt").write_text("[hvcpd.skills]\ngrip = nowhere_to_be_found:Grip\n")
+    monkeypatch.syspath_prepend(str(package.parent))
+    monkeypatch.setenv("PYTHONPATH", str(package.parent))
+    (tmp_path / "tasks.yaml").write_text(BOARD)
+    (tmp_path / "hvcpd.yaml").write_text("name: Rob\ntasks: tasks.yaml\n")
+    assert main(["skills", "--check", "--config", str(tmp_path / "hvcpd.yaml")]) == 2
+    told = capsys.readouterr().err
+    assert "skill 'grip': ModuleNotFoundError: No module named 'nowhere_to_be_found'; mend the package" in told

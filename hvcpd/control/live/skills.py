@@ -16,7 +16,7 @@ from hvcpd.daemon.skill_hosting import offer
 from hvcpd.errors import EX_OK, ConfigError, HvcpdError
 from hvcpd.skills.checks import faults
 from hvcpd.skills.guard import GuardLine
-from hvcpd.skills.objects import Object, installed
+from hvcpd.skills.objects import Object, installed, unusable
 from hvcpd.skills.pins import Pin
 from hvcpd.skills.runners import Program, Runner
 
@@ -31,6 +31,9 @@ def run(options: argparse.Namespace) -> int:
     names = offered(settings, tasks)
     if not names:
         raise ConfigError("there is no skill to offer: name some under `skills:` in the settings, or install a package")
+    objects = {name: unusable(name) for name in names if name not in settings.skills}
+    if broken := [f"skill {name!r}: {why}; mend the package that has it" for name, why in objects.items() if why]:
+        raise ConfigError("\n".join(broken))
     sys.stdout.write(f"{', '.join(names)}\n")
     if options.check:
         return EX_OK
