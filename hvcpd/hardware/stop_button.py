@@ -7,6 +7,8 @@ one cuts the motors' power by itself.
 
 from __future__ import annotations
 
+from typing import Any
+
 from hvcpd.config.skill_settings import StopButtonSettings
 from hvcpd.errors import DeviceError, how_to_install
 
@@ -14,7 +16,8 @@ from hvcpd.errors import DeviceError, how_to_install
 class StopButton:
     """Owns the pin while it lives. Raises DeviceError if there is none, or somebody else has it."""
 
-    def __init__(self, pin: int, normally_closed: bool) -> None:
+    def __init__(self, pin: int, normally_closed: bool, pins: Any = None) -> None:
+        """`pins` is the factory of gpiozero's that makes it; None: the one that suits the computer."""
         try:
             from gpiozero import InputDevice
             from gpiozero.exc import GPIOZeroError
@@ -24,7 +27,7 @@ class StopButton:
         self._faults = (GPIOZeroError, OSError)
         self._normally_closed = normally_closed
         try:
-            self._device = InputDevice(pin, pull_up=True)
+            self._device = InputDevice(pin, pull_up=True, pin_factory=pins)
         except self._faults as error:
             text = f"the stop button's pin {pin} cannot be used ({error}); end what else uses it, or name another pin"
             raise DeviceError(text) from None

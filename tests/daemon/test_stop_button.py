@@ -8,7 +8,6 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from gpiozero import Device
 from gpiozero.pins.mock import MockFactory
 from structlog.testing import capture_logs
 
@@ -23,16 +22,15 @@ from tests.daemon.virtual import devices_of, shared_room
 
 
 @pytest.fixture
-def pins(monkeypatch: pytest.MonkeyPatch) -> Iterator[Any]:
+def pins() -> Iterator[Any]:
     factory = MockFactory()
-    monkeypatch.setattr(Device, "pin_factory", factory)
     yield factory
     factory.reset()
 
 
 @pytest.mark.parametrize("normally_closed", [True, False])
 def test_it_is_pressed_where_the_contact_is_not_as_usual(pins: Any, normally_closed: bool) -> None:
-    button = StopButton(17, normally_closed)
+    button = StopButton(17, normally_closed, pins)
     line = pins.pin(17)
     line.drive_low()  # closed, to ground
     assert button.pressed is not normally_closed
@@ -42,7 +40,7 @@ def test_it_is_pressed_where_the_contact_is_not_as_usual(pins: Any, normally_clo
 
 
 def test_a_pin_that_cannot_be_read_any_more_counts_as_pressed(pins: Any) -> None:
-    button = StopButton(17, False)
+    button = StopButton(17, False, pins)
     pins.pin(17).drive_high()
     assert not button.pressed
     button.close()
@@ -51,9 +49,9 @@ def test_a_pin_that_cannot_be_read_any_more_counts_as_pressed(pins: Any) -> None
 
 def test_without_a_pin_there_is_none_and_one_that_is_taken_is_told(pins: Any) -> None:
     assert make_stop_button(StopButtonSettings()) is None
-    first = StopButton(17, True)
+    first = StopButton(17, True, pins)
     with pytest.raises(DeviceError, match="stop button's pin 17 cannot be used"):
-        StopButton(17, True)
+        StopButton(17, True, pins)
     first.close()
 
 
