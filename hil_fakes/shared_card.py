@@ -7,43 +7,22 @@ from __future__ import annotations
 
 import asyncio
 from collections.abc import Callable, Sequence
-from typing import Protocol
 
 import numpy as np
 
 from hil_fakes.room import Point
 from hil_fakes.shared_room import Voice
 from hvcpd.errors import DeviceError
-from hvcpd.hardware.audio_exchange import StreamCounters
+from hvcpd.hardware.audio_exchange import SoundStream, StreamCounters
 from hvcpd.ports import Samples
-
-
-class Card(Protocol):
-    """Microphone and loudspeaker, as `hvcpd.hardware.audio_stream.AudioStream` has them."""
-
-    @property
-    def latency_s(self) -> float: ...
-
-    @property
-    def counters(self) -> StreamCounters: ...
-
-    async def open(self, afresh: bool = False) -> None: ...
-
-    async def start(self) -> None: ...
-
-    async def read(self) -> Samples: ...
-
-    def write(self, samples: Samples) -> None: ...
-
-    async def close(self) -> None: ...
 
 
 class SharedCard:
     """`make` makes the card's stream; after a failure the card is opened again by whoever asks first."""
 
-    def __init__(self, make: Callable[[], Card]) -> None:
+    def __init__(self, make: Callable[[], SoundStream]) -> None:
         self._make = make
-        self._card: Card | None = None
+        self._card: SoundStream | None = None
         self._is_started = False
         self._door = asyncio.Lock()
         self._visitor = Voice()

@@ -9,40 +9,15 @@ from typing import TYPE_CHECKING, Any, Protocol
 from hvcpd.config.settings import AudioSettings, WheelSettings
 from hvcpd.config.skill_settings import StopButtonSettings
 from hvcpd.hardware.audio import load_backend
-from hvcpd.hardware.audio_exchange import StreamCounters
+from hvcpd.hardware.audio_exchange import SoundStream
 from hvcpd.hardware.audio_stream import AudioStream
 from hvcpd.hardware.kinematics import drive_of
 from hvcpd.hardware.ros_base import RosBase
 from hvcpd.hardware.stop_button import make_stop_button
-from hvcpd.ports import Samples, Wheels
+from hvcpd.ports import Wheels
 
 if TYPE_CHECKING:
     from hvcpd.hardware.joints import Joint
-
-
-class SoundStream(Protocol):
-    """Microphone and loudspeaker, as `AudioStream` has them; every method may raise DeviceError but `close`.
-
-    Sound has the shape (n,), float32 at 16 kHz.
-
-    Opened `afresh`, the cards are looked for anew: one may have gone, or come back under another number.
-    """
-
-    @property
-    def latency_s(self) -> float: ...
-
-    @property
-    def counters(self) -> StreamCounters: ...
-
-    async def open(self, afresh: bool = False) -> None: ...
-
-    async def start(self) -> None: ...
-
-    async def read(self) -> Samples: ...
-
-    def write(self, samples: Samples) -> None: ...
-
-    async def close(self) -> None: ...
 
 
 class Button(Protocol):

@@ -14,9 +14,8 @@ from dataclasses import asdict, dataclass, fields
 import numpy as np
 import structlog
 
-from hvcpd.daemon.devices import SoundStream
 from hvcpd.errors import DeviceError
-from hvcpd.hardware.audio_exchange import StreamCounters
+from hvcpd.hardware.audio_exchange import SoundStream, StreamCounters
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 
 RAISED_BY = 5

@@ -9,6 +9,7 @@ from __future__ import annotations
 import threading
 from collections import deque
 from dataclasses import dataclass
+from typing import Protocol
 
 import numpy as np
 
@@ -36,6 +37,31 @@ class StreamCounters:
     clock_dropped: int = 0
     clock_inserted: int = 0
     card_lost: int = 0
+
+
+class SoundStream(Protocol):
+    """Microphone and loudspeaker, as `AudioStream` has them; every method may raise DeviceError but `close`.
+
+    Sound has the shape (n,), float32 at 16 kHz.
+
+    Opened `afresh`, the cards are looked for anew: one may have gone, or come back under another number.
+    """
+
+    @property
+    def latency_s(self) -> float: ...
+
+    @property
+    def counters(self) -> StreamCounters: ...
+
+    async def open(self, afresh: bool = False) -> None: ...
+
+    async def start(self) -> None: ...
+
+    async def read(self) -> Samples: ...
+
+    def write(self, samples: Samples) -> None: ...
+
+    async def close(self) -> None: ...
 
 
 class SampleQueue:

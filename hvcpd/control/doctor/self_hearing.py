@@ -12,8 +12,8 @@ import numpy as np
 from hvcpd.assembly.make import make_recogniser
 from hvcpd.config.settings import AudioSettings
 from hvcpd.control.simulate.team import Team
-from hvcpd.daemon.devices import SoundStream
 from hvcpd.hardware.acoustics import Echo, clipped_share, find_echo, level_dbfs
+from hvcpd.hardware.audio_exchange import SoundStream
 from hvcpd.language.messages import Free, Utterance
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 from hvcpd.recognition.events import Recognised

@@ -8,7 +8,7 @@ from typing import TextIO
 
 import numpy as np
 
-from hvcpd.daemon.devices import SoundStream
+from hvcpd.hardware.audio_exchange import SoundStream
 from hvcpd.people.takes import check_take
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 from hvcpd.recognition.frontend import Energies
