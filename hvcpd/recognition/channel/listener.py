@@ -20,9 +20,10 @@ from hvcpd.recognition.paths import GREETING, Voicebook
 from hvcpd.recognition.second_look import snr_db
 
 NOISE_S = 0.5
-"""A quiet stretch of that length is what the noise is known by..."""
+"""A quiet stretch of that length is what the noise is known by."""
 QUIETER = 0.2
-"""...than which so many are quieter: gain controls and drop-outs make some that tell nothing."""
+"""This share of the stretches is quieter than the one that is taken: gain controls and drop-outs make some that tell
+nothing."""
 LEAST_SCORE = 450.0
 """Explained energy, in variances of the noise: chance and other talk reach 390."""
 BEGUN = 150.0

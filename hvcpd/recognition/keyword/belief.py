@@ -30,18 +30,18 @@ class BeliefSettings:
     """How other talk is known; measured with `benchmarks/stop.py`."""
 
     certain: float = 0.7
-    """A chance of the word from which it counts, unless a sentence may be about to end with it..."""
+    """A chance of the word from which it counts, unless a sentence may be about to end with it."""
     sentence_s: float = 0.42
-    """...for which it waits so long: sentences end after 0.25 s of rest."""
+    """It waits so long for the end of such a sentence, which comes after 0.25 s of rest."""
     likely: float = 0.6
     """A chance from which it counts if no sentence explains it."""
     fair: float = 0.4
     """A chance from which it counts if it was heard twice, or over a sentence that shows something else there. Of what
     is less, other talk and barking dogs have some once a minute."""
     gone: float = 0.12
-    """A chance below which nothing is left of the word without the sentence, and from which..."""
+    """A chance below which nothing is left of the word without the sentence."""
     left: float = 0.4
-    """...to which nobody knows; from here on it was said over the sentence."""
+    """A chance from which it was said over the sentence. Between the two nobody knows."""
     sentence_confidence: float = 0.9
     late_s: float = 0.3
     """After a word that was heard only when its sentence was told, so much more of it may come."""
@@ -58,9 +58,9 @@ class BeliefSettings:
     longest_s: float = 8.0
     """As long as sentences take with the rest after it; whoever has not ended by then only talks on."""
     doubt_s: float = 2.0
-    """So long one stands for a word that is not likely..."""
+    """So long the robot stands for a word that is not likely."""
     again_s: float = 6.0
-    """...and whoever sees the robots go on has so long, from the first call on, to say it again."""
+    """From the first call on, whoever sees the robots go on has so long to say it again."""
 
 
 Left = Callable[[Recognised, int, int], float | None]
@@ -73,9 +73,9 @@ class _Word:
     end: int
     chance: float
     told: int
-    """When it was first heard..."""
+    """When it was first heard."""
     certain_from: int
-    """...and from when on it counts if it is certain."""
+    """From when on it counts if it is certain."""
 
 
 class Belief:

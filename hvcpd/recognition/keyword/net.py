@@ -25,9 +25,9 @@ WEIGHTS = Path(__file__).with_name("stop.npz")
 Array = NDArray[np.float32]
 
 LEVEL_S = 1.0
-"""The level of all bands together is the mean of about so long..."""
+"""The level of all bands together is the mean of about so long."""
 COLOUR_S = 2.0
-"""...and that of each band: of some syllables."""
+"""Each band's own level is the mean of about so long: some syllables."""
 MOST = 6.0
 """Neper; differences beyond that (52 dB) tell nothing more."""
 SCALE = np.float32(1.0 / 3.0)

@@ -18,9 +18,9 @@ LOOKS = 4
 its end by chance: where the highest has as many of people's calls, it has half as much again of their other talk, or
 twice as much where it is sure."""
 LENGTH_FRAMES = 45
-"""The word lasts about 0.45 s..."""
+"""The word lasts about 0.45 s."""
 DELAY_FRAMES = 12
-"""...and it is told some 120 ms after its end."""
+"""It is told some 120 ms after its end."""
 ONE_WORD_FRAMES = 60
 """What is told within 0.6 s is one word: nobody says it faster."""
 
