@@ -65,6 +65,7 @@ FILES = {
     "etc/tasks.yaml": "etc/hvcpd/tasks.yaml",
     "systemd/hvcpd.service": "usr/lib/systemd/system/hvcpd.service",
     "systemd/hvcpd@.service": "usr/lib/systemd/system/hvcpd@.service",
+    "systemd/hvcpd-user.service": "usr/lib/systemd/user/hvcpd.service",
     "systemd/hvcpd-skills.service": "usr/lib/systemd/system/hvcpd-skills.service",
     "systemd/hvcpd.sysusers": "usr/lib/sysusers.d/hvcpd.conf",
     "systemd/hvcpd.tmpfiles": "usr/lib/tmpfiles.d/hvcpd.conf",
@@ -91,9 +92,7 @@ def this_computer() -> Target:
     return Target(f"{sys.version_info.major}.{sys.version_info.minor}", debian)
 
 
-def build(
-    target: Target, output: Path, version: str = __version__, compression: Sequence[str] = SMALLEST
-) -> Path:
+def build(target: Target, output: Path, version: str = __version__, compression: Sequence[str] = SMALLEST) -> Path:
     """Make the package in the folder `output`; its path. `compression`: options of dpkg-deb.
 
     Raises LockError, or CalledProcessError when pip or dpkg-deb fail (they have told why).

@@ -30,7 +30,7 @@ COMPRESSION = 1.0
 
 
 COMMON_NAMES = ("Ada", "Anna", "Gus", "Max", "Mia", "Rex", "Ted", "Zoe")
-"""Names that the documentation's teams have, beside the default ones: 0.15 MB each. Others are rendered by the robot."""
+"""Names that the documentation's teams have, beside the default ones: 0.15 MB each. A robot renders others itself."""
 
 
 def default_words() -> tuple[str, ...]:

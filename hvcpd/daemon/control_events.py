@@ -80,7 +80,7 @@ class Meter:
 
 @dataclass
 class Tally:
-    """Counts since the start. A share of two counts is left to who reads them: it then has the time that it asks for."""
+    """Counts since the start; whoever reads them makes rates and shares of them."""
 
     heard: int = 0
     """Sentences of others that were understood."""

@@ -41,9 +41,7 @@ SCHEMAS: dict[str, dict[str, Any]] = {
     "foxglove.Log": _object(
         {"timestamp": _TIME, "level": {"type": "integer"}, "message": _STRING, "name": _STRING}, "foxglove.Log"
     ),
-    "foxglove.PoseInFrame": _object(
-        {"timestamp": _TIME, "frame_id": _STRING, "pose": _POSE}, "foxglove.PoseInFrame"
-    ),
+    "foxglove.PoseInFrame": _object({"timestamp": _TIME, "frame_id": _STRING, "pose": _POSE}, "foxglove.PoseInFrame"),
     "foxglove.RawAudio": _object(
         {
             "timestamp": _TIME,
@@ -79,7 +77,8 @@ def write_mcap(messages: Iterable[Message]) -> bytes:
     writer = Writer(file, compression=CompressionType.ZSTD)
     writer.start(profile="", library="hvcpd")
     schemas = {
-        name: writer.register_schema(name, "jsonschema", json.dumps(schema).encode()) for name, schema in SCHEMAS.items()
+        name: writer.register_schema(name, "jsonschema", json.dumps(schema).encode())
+        for name, schema in SCHEMAS.items()
     }
     channels: dict[str, int] = {}
     for message in sorted(messages, key=lambda message: message.at_s):
@@ -140,9 +139,7 @@ def _pose(at_s: float, topic: str, x_m: float, y_m: float, heading_rad: float) -
         "position": {"x": x_m, "y": y_m, "z": 0.0},
         "orientation": {"x": 0.0, "y": 0.0, "z": math.sin(half_rad), "w": math.cos(half_rad)},
     }
-    return Message(
-        at_s, topic, "foxglove.PoseInFrame", {"timestamp": _time(at_s), "frame_id": FRAME, "pose": pose}
-    )
+    return Message(at_s, topic, "foxglove.PoseInFrame", {"timestamp": _time(at_s), "frame_id": FRAME, "pose": pose})
 
 
 def _time(at_s: float) -> dict[str, int]:

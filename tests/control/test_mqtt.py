@@ -84,7 +84,9 @@ def test_home_assistant_finds_the_robot_and_can_stop_it(tmp_path: Path, port: in
         config.write_text("name: Rob\ntasks: tasks.yaml\nstate_dir: state\n")
         home = Home(port)
         options = ["--config", str(config), "--host", "127.0.0.1", "--port", str(port)]
-        bridge = subprocess.Popen([sys.executable, "-m", "hvcpd.control.cli", "mqtt", *options], stderr=subprocess.PIPE, text=True)
+        bridge = subprocess.Popen(
+            [sys.executable, "-m", "hvcpd.control.cli", "mqtt", *options], stderr=subprocess.PIPE, text=True
+        )
         device = json.loads(home.wait_for("homeassistant/device/hvcpd_rob/config"))
         assert device["dev"]["name"] == "Rob"
         topics = {entity.get("state_topic") for entity in device["cmps"].values()} - {None}

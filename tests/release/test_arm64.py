@@ -91,7 +91,12 @@ def test_two_robots_share_two_tasks_by_voice_and_drive_them_with_fake_motors(pi:
 def test_a_sealed_sentence_is_encrypted_by_debians_library(pi: Path) -> None:
     program = "from hvcpd.security.cipher import _aead; print(_aead(bytes(16)).encrypt(bytes(13), b'go', None).hex())"
     done = subprocess.run(
-        arm64.command(pi, ["-c", program]), env=arm64.environment(pi), cwd=pi, capture_output=True, text=True, check=True
+        arm64.command(pi, ["-c", program]),
+        env=arm64.environment(pi),
+        cwd=pi,
+        capture_output=True,
+        text=True,
+        check=True,
     )
     assert done.stdout.strip() == AESCCM(bytes(16), tag_length=4).encrypt(bytes(13), b"go", None).hex()
 

@@ -33,9 +33,7 @@ def read(path: Path) -> list[tuple[str, str, float, dict[str, Any]]]:
         ]
 
 
-def test_a_mission_has_its_sound_its_sentences_and_its_ways(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_mission_has_its_sound_its_sentences_and_its_ways(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     sound = np.linspace(-0.5, 0.5, round(1.2 * SAMPLE_RATE_HZ), dtype=np.float32)
     write_transcript((SAID, HEARD), tmp_path / "transcript.jsonl")
     write_trails([Trail("Rob", *np.array([[0.0, 2.0], [0.0, 0.0], [0.0, 3.0]]))], tmp_path / "trails.jsonl")

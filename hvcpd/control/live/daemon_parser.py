@@ -97,8 +97,8 @@ def add_mqtt(commands: Commands, run: Run) -> None:
         help="tell an MQTT broker, and so Home Assistant, what a robot does, until interrupted",
         description="Tell an MQTT broker, and so Home Assistant, what a robot does, until interrupted.",
         epilog=with_examples(
-            "Whoever may write to PREFIX/NAME/command can stop the robot; with --commands it can also let it go on, and "
-            "have it speak. " + _WHICH + EXITS,
+            "Whoever may write to PREFIX/NAME/command can stop the robot; with --commands also let it go on, and have "
+            "it speak. " + _WHICH + EXITS,
             "hvcpctl mqtt --host homeassistant.local --user robots --password-file ~/.mqtt",
             "mosquitto_pub -h homeassistant.local -t hvcpd/rob/command -m stop",
         ),
@@ -108,12 +108,12 @@ def add_mqtt(commands: Commands, run: Run) -> None:
     command.add_argument("--port", type=int, metavar="N", help="its port (default: 1883, with --tls 8883)")
     command.add_argument("--user", metavar="NAME", help="who we are there")
     command.add_argument("--password-file", type=Path, metavar="FILE", help="a file with that user's password")
-    command.add_argument("--tls", action="store_true", help="encrypt, and check the broker by the system's certificates")
+    command.add_argument("--tls", action="store_true", help="encrypt, and check the broker's certificate")
     command.add_argument("--prefix", default="hvcpd", metavar="TOPIC", help="before all topics (default: %(default)s)")
     command.add_argument(
         "--discovery", default="homeassistant", metavar="TOPIC", help="Home Assistant's prefix (default: %(default)s)"
     )
-    command.add_argument("--commands", action="store_true", help="obey `resume` and `say SENTENCE` too, not only `stop`")
+    command.add_argument("--commands", action="store_true", help="obey `resume` and `say SENTENCE`, too")
     command.set_defaults(run=run)
 
 
@@ -122,7 +122,7 @@ def add_mcap(commands: Commands, run: Run) -> None:
     command = commands.add_parser(
         "mcap",
         help="write a recorded mission or shift as MCAP, for Foxglove",
-        description="Write a recorded mission or shift as MCAP, for Foxglove: transcript, poses, and a mission's sound.",
+        description="Write a recorded mission or shift as MCAP, for Foxglove: sentences, poses, a mission's sound.",
         epilog=with_examples(
             "RECORDING is the folder of `simulate --report DIR`, or what `follow --json --poses` printed.",
             "hvcpctl mcap out/demo mission.mcap",

@@ -1,4 +1,4 @@
-"""`hvcpctl mqtt`: a running robot at an MQTT broker, as Home Assistant finds it. The daemon itself stays without network.
+"""`hvcpctl mqtt`: a running robot at an MQTT broker, as Home Assistant finds it. The daemon itself has no network.
 
 Messages and topics: docs/control.md. Discovery: Home Assistant's documentation, "MQTT", "Device discovery payload".
 """
@@ -120,7 +120,9 @@ def run(options: argparse.Namespace) -> int:
     with closing(find_daemon(options)) as daemon:
         name, path = daemon.name, daemon.path
     with Broker(options, name, lambda text: _obey(text, path, options.commands)) as broker:
-        broker.keep(f"{options.discovery}/device/hvcpd_{name.lower()}/config", json.dumps(discovery(name, broker.topic)))
+        broker.keep(
+            f"{options.discovery}/device/hvcpd_{name.lower()}/config", json.dumps(discovery(name, broker.topic))
+        )
         watch(options, MqttShow(broker))
     return EX_OK
 
