@@ -8,7 +8,6 @@ import pytest
 
 from hvcpd.control.cli import main
 
-
 Refuse = Callable[..., str]
 
 
