@@ -17,6 +17,7 @@ from hvcpd.control.doctor.doctor_parser import add_calibrate, add_doctor, add_st
 from hvcpd.control.drive.drive_parser import add_drive
 from hvcpd.control.duet.duet_parser import add_duet
 from hvcpd.control.enrol.enrol_parser import add_enrol
+from hvcpd.control.examples import add_examples
 from hvcpd.control.keys.key_parser import add_key
 from hvcpd.control.live.daemon_parser import add_completion, add_daemon_commands, add_ros, add_skills
 from hvcpd.control.overview import Overview
@@ -74,6 +75,7 @@ def make_parser() -> argparse.ArgumentParser:
     add_skills(commands, _lazy("live.skills"))
     add_evaluate(commands, _lazy("simulate.evaluate"), arguments.seed)
     add_completion(commands, _lazy("completion"))
+    add_examples(parser)
     return parser
 
 
