@@ -56,7 +56,8 @@ def _commands(block: str) -> list[Command]:
 
 def abridged(printed: str, shown: tuple[str, ...]) -> tuple[str, ...]:
     """What a command prints, cut as it was shown: as many lines before LEFT_OUT, and after it, as there were."""
-    lines = tuple(_WALL_CLOCK.sub("of mission time in … s: … times faster than real time (seed", printed).rstrip("\n").split("\n"))
+    timeless = _WALL_CLOCK.sub("of mission time in … s: … times faster than real time (seed", printed)
+    lines = tuple(timeless.rstrip("\n").split("\n"))
     if not printed:
         return ()
     if LEFT_OUT not in shown:

@@ -30,7 +30,7 @@ EXAMPLES: dict[str, tuple[str, ...]] = {
     "key sheet": ("hvcpctl key sheet",),
     "key rotate": ("hvcpctl key rotate",),
     "key revoke": ("hvcpctl key revoke Anna",),
-    "key restore": ("hvcpctl key restore Anna",),
+    "key restore": ("hvcpctl key restore",),
     "drive": ("hvcpctl drive status", "hvcpctl drive forward 0.2 --dry-run"),
     "drive status": ("hvcpctl drive status --json",),
     "drive forward": ("hvcpctl drive forward 0.2", "hvcpctl drive forward -0.2"),
