@@ -17,6 +17,7 @@ from hvcpd.control.doctor.doctor_parser import add_calibrate, add_doctor, add_st
 from hvcpd.control.drive.drive_parser import add_drive
 from hvcpd.control.duet.duet_parser import add_duet
 from hvcpd.control.enrol.enrol_parser import add_enrol
+from hvcpd.control.examples import add_examples
 from hvcpd.control.keys.key_parser import add_key
 from hvcpd.control.live.daemon_parser import (
     add_completion,
@@ -85,6 +86,7 @@ def make_parser() -> argparse.ArgumentParser:
     add_mcap(commands, _lazy("live.mcap"))
     add_evaluate(commands, _lazy("simulate.evaluate"), arguments.seed)
     add_completion(commands, _lazy("completion"))
+    add_examples(parser)
     return parser
 
 
