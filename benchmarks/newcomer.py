@@ -58,8 +58,11 @@ def until_shown(command: Sequence[str], folder: Path, environment: dict[str, str
 def took_s(command: Sequence[str], folder: Path, environment: dict[str, str]) -> float:
     """Seconds that `command` takes; NaN if it fails."""
     began_s = time.monotonic()
-    result = subprocess.run(command, cwd=folder, env=environment, stdout=subprocess.DEVNULL, timeout=LIMIT_S)
-    return time.monotonic() - began_s if result.returncode == 0 else float("nan")
+    result = subprocess.run(command, cwd=folder, env=environment, capture_output=True, timeout=LIMIT_S)
+    if result.returncode != 0:
+        sys.stderr.buffer.write(result.stderr[-2000:])
+        return float("nan")
+    return time.monotonic() - began_s
 
 
 def on_a_fresh_clone(folder: Path) -> list[tuple[str, str, float, float]]:
