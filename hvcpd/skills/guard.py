@@ -29,7 +29,7 @@ PR_SET_PDEATHSIG = 1
 """prctl(2)."""
 
 LET_GO_S = 5.0
-"""So long joints are told to let go that do not confirm it."""
+"""How long a joint that does not confirm is told to let go."""
 REPLY_S = 0.034
 """Wait for a joint's reply; the SDK's own value, as `hvcpd.hardware.wheels` has it."""
 
