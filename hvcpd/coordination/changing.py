@@ -80,7 +80,8 @@ def _compare(me: Knowledge, heard: Heard, entry: Entry, skip: bool, spoken: int)
     differs = skip is not entry.skipped
     if not skip and schedule.was_done_just_now(entry, now):
         entry.change = count
-    if count > entry.change or (count == entry.change and differs and not skip and entry.known_done):
+    by_ear = entry.recurs and me.clock_s is None and count != entry.change  # its own number may be a word misheard
+    if count > entry.change or by_ear or (count == entry.change and differs and not skip and entry.known_done):
         _take(me, entry, count, skip, now)
         return
     if count < entry.change or (differs and skip and not entry.known_done):
@@ -166,14 +167,16 @@ def up_to_date(me: Knowledge, heard: Heard) -> Heard | None:
             entry, doer = me.board.find(ref), u.statement.speaker if isinstance(u.statement, m.Relayed) else u.speaker
             if entry is None:
                 return heard
-            if not _is_outdated(entry, doer, count) and not _is_of_another_time(entry, doer, count, now):
+            if not _is_outdated(entry, doer, count) and not _is_of_another_time(me, entry, doer, count, now):
                 return heard
             tell(me, heard.speaker, entry, now)
             claim = replace(u, statement=m.Claim(following)) if following is not None else None
             return replace(heard, utterance=claim) if claim is not None else None
         case m.Confirmed(m.TaskByNumber() as ref, complete=True) if isinstance(heard.to, m.ToRobot):
             entry, doer = me.board.find(ref), heard.to.name
-            if entry is None or not (_is_outdated(entry, doer, None) or _is_of_another_time(entry, doer, None, now)):
+            if entry is None:
+                return heard
+            if not _is_outdated(entry, doer, None) and not _is_of_another_time(me, entry, doer, None, now):
                 return heard
             tell(me, doer, entry, now)
             return None
@@ -200,10 +203,10 @@ def _is_outdated(entry: Entry, doer: str | None, count: int | None) -> bool:
     return entry.is_changed and not entry.known_done and entry.owner != doer and known < entry.change
 
 
-def _is_of_another_time(entry: Entry, doer: str | None, count: int | None, now: float) -> bool:
+def _is_of_another_time(me: Knowledge, entry: Entry, doer: str | None, count: int | None, now: float) -> bool:
     """Whether somebody tells that what recurs is done who may mean the last time: this robot knows that it is due just
     now, and that one, whose claim it has not heard, says another number, or none."""
-    if entry.known_done or entry.owner == doer or not schedule.is_just_due(entry, now):
+    if me.clock_s is None or entry.known_done or entry.owner == doer or not schedule.is_just_due(entry, now):
         return False
     return count is None or _counted(entry, count) != entry.change
 
