@@ -27,9 +27,9 @@ LENGTH_S = 3.2
 N_FRAMES = round(LENGTH_S * SAMPLE_RATE_HZ) // HOP_SAMPLES // CHUNK_FRAMES * CHUNK_FRAMES
 _LENGTH = (N_FRAMES - 1) * HOP_SAMPLES + WINDOW_SAMPLES
 EARLIEST_S = 0.9
-"""The keyword ends so long after the beginning, at least..."""
+"""Least time from the beginning to the keyword's end."""
 LATEST_S = 0.35
-"""...and before the end."""
+"""Least time from the keyword's end to the end."""
 POSITIVE = 0.45
 OFTEN = {"words stop": 16.0, "words": 2.0, "negatives": 6.0}
 """People's recordings are drawn so many times as often as a synthesizer's: they are few and all unlike."""

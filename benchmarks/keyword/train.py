@@ -33,9 +33,9 @@ SPARED_S = (-0.16, 0.6)
 """When it may be told, too, or not."""
 BATCH = 64
 DISTURBED = 0.3
-"""The share of takes before which it was louder or quieter..."""
+"""Share of takes before which it was louder or quieter."""
 DISTURBANCE = (-1.0, 4.0)
-"""...by so much, neper of power."""
+"""Range of that change, neper of power."""
 TOLD, NOTHING, SPARED = 1, 0, 2
 
 
@@ -173,7 +173,7 @@ def check(net: Net, data: Data) -> tuple[NDArray[np.float64], NDArray[np.float64
 
 
 def told(words: NDArray[np.float64], others: NDArray[np.float64], hours: float) -> str:
-    """How many words are heard where so much else is taken for one."""
+    """How many words are heard at a given rate of false alarms."""
     parts = []
     for rate in (100.0, 30.0, 10.0, 3.0):
         least = np.sort(others)[::-1][min(int(rate * hours), len(others) - 1)]

@@ -1,7 +1,7 @@
 """What people change while robots work: a task is to be done again, or left out this time.
 
 Each change of a task has a number, and the newer one holds. Whoever hears it passes it on, a few times in all; who has
-missed it all the same objects to the next claim, or leaves the task out of a list of what is left, and is told then.
+still missed it objects to the next claim, or leaves the task out of a list of what is left, and is told then.
 So all come to the same, whatever each has missed.
 """
 

@@ -28,7 +28,7 @@ read-back is confirmed. The recogniser reports sentences from 0.8; see docs/prot
 SAID_AGAIN_S = 30.0
 """A "resume" that was not heard surely counts if it is heard again within this time: nobody's talk gives two."""
 MOVABLE = states_with(Trigger.MOTION)
-"""In the midst of a task a robot is not sent about; it can be stopped at any time."""
+"""In the middle of a task a robot takes no motions; it can be stopped at any time."""
 FREE = states_with(Trigger.ORDER)
 """Who can take an order. Not while a claim of its own is unsettled: it would have to be taken back."""
 SOMEBODY = ""

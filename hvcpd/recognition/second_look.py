@@ -24,11 +24,12 @@ LEAD_S = 3.0
 BEFORE_S, AFTER_S = 0.5, 0.4
 """Around what was noticed as speech, for its faint beginning and end; AFTER_S is heard by the time it is told."""
 PAUSE_S = 0.5
-"""Speech so soon after lost sound may be the end of a longer sentence: torn speech has been heard as "stop"..."""
+"""Speech this soon after lost sound may be the end of a longer sentence: torn speech has been heard as "stop"."""
 SHORT_S = 0.1
-"""...unless so little was lost that no word was, nobody had spoken for PAUSE_S before..."""
+"""A loss shorter than this loses no word. Speech after it counts as whole if nobody had spoken for PAUSE_S before, and
+after ONSET_S of quiet."""
 ONSET_S = 0.1
-"""...and it was quiet for so long after it: then it begins with its first sound."""
+"""Quiet between lost sound and speech after which the speech begins with its first sound."""
 MIN_LEAD_S = 0.3
 """Of sound before the speech, to know its noise."""
 LONGEST_S = 12.0
@@ -200,7 +201,7 @@ class LaterEars(Generic[Job, Found]):
         raise NotImplementedError
 
     def _break_off(self, n_samples: int) -> None:
-        """So many samples were lost."""
+        """Number of samples that were lost."""
         raise NotImplementedError
 
     def _mask(self) -> None:

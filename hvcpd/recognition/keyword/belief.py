@@ -44,7 +44,7 @@ class BeliefSettings:
     """A chance from which it was said over the sentence. Between the two nobody knows."""
     sentence_confidence: float = 0.9
     late_s: float = 0.3
-    """After a word that was heard only when its sentence was told, so much more of it may come."""
+    """How much more of a word may come that was heard only when its sentence was reported."""
     most_deficit: float = 0.25
     """Of each word of the sentence that was said at the same time (`WordSpan.deficit`). Alone, 0.12 at most; under a
     call as loud, 0.36 and more where the sentence itself looks like the word."""
@@ -58,7 +58,7 @@ class BeliefSettings:
     longest_s: float = 8.0
     """As long as sentences take with the rest after it; whoever has not ended by then only talks on."""
     doubt_s: float = 2.0
-    """So long the robot stands for a word that is not likely."""
+    """How long the robot stands still for an unlikely word."""
     again_s: float = 6.0
     """From the first call on, whoever sees the robots go on has so long to say it again."""
 

@@ -30,7 +30,7 @@ class KeywordListener:
 
     @property
     def pending(self) -> bool:
-        """Whether the word was heard, and what is told of it depends on the sentence around it."""
+        """Whether the word was heard; what is reported depends on the surrounding sentence."""
         return self._belief.held
 
     def hear(self, chunk: Chunk, events: Sequence[Event], speech: bool, sentence_ends: bool) -> list[Event]:
