@@ -45,6 +45,8 @@ class Entry:
     """The last change of it that is known, by its number; 0: none was made."""
     is_changed: bool = False
     """That was made since it was due last."""
+    told: int = 0
+    """Of a task that recurs: a change that was heard once, by its number, and is not believed yet."""
     skipped: bool = False
     """Nobody has done it: it is to be left out this time."""
     opened_s: float = -math.inf
