@@ -83,7 +83,8 @@ class Board:
         self._entries: dict[int, Entry] = {}
         for task in tasks:
             state, owner = remembered.get(task.number, (OPEN, None))
-            self._entries[task.number] = Entry(task, state, owner, lease_end_s)
+            done_by = owner if state == DONE else None
+            self._entries[task.number] = Entry(task, state, owner, lease_end_s, done_by=done_by)
         self._numbers: dict[str, int] = {}
         self._not_sure = sum(not e.known_done for e in self._entries.values())
         self.changed: list[int] = []
