@@ -34,9 +34,9 @@ class ActivitySettings:
     onset: float = 0.8
     """Busy from here: 5 standard deviations of the fast window in steady noise."""
     release: float = 0.45
-    """No longer busy below this..."""
+    """No longer busy below this, for `release_frames`."""
     release_frames: int = 16
-    """...for 160 ms, which bridges the closures of stop consonants and the commas' pauses."""
+    """160 ms: bridges the closures of stop consonants and the commas' pauses."""
     alert: float = 0.3
     """The slow window's threshold that wakes the network: the most in 5 minutes of steady noise (5 deviations)."""
     long_alert: float = 0.18
