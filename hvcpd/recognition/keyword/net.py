@@ -35,8 +35,8 @@ N_INPUTS = 2 * N_BANDS
 SIZES = (8, 4)
 """Frames of 10 ms, and then of 20 ms, that the first two layers see; each halves their rate."""
 SIZE = 3
-GAPS = (1, 2, 4, 8, 4)
-"""Chunks of 40 ms between those that each further layer sees: 1.6 s in all."""
+GAPS = (1, 2, 4, 8, 4, 8)
+"""Chunks of 40 ms between those that each further layer sees: 2.2 s in all."""
 
 
 def kept(seconds: float) -> np.float32:
