@@ -1,7 +1,7 @@
 """Trains the net of `hvcpd.recognition.keyword` (needs PyTorch: pip install torch) and writes its weights.
 
     nice python -m benchmarks.keyword.train material.npz... --check validation.npz --out stop.npz [--minutes 12]
-        [--seed 1] [--state FILE] [--rate 0.003]
+        [--seed 1] [--start stop.npz] [--rate 0.003]
 
 Two curves: that the word was said, which may be told at any time within 0.2 s of its end, and that it was a call and no
 part of a sentence, for which there are 0.75 s. What is told while the word ends, and soon after, does not count. Takes
@@ -14,7 +14,7 @@ from __future__ import annotations
 import argparse
 import datetime
 import time
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -40,6 +40,8 @@ EASY = 0.03
 PASSED_OVER = 0.7
 """...and is passed over so often."""
 BATCH = 64
+FAINT = 0.1
+"""How much a layer that is new to a net tells at first, by the others."""
 DISTURBED = 0.3
 """The share of takes before which it was louder or quieter..."""
 DISTURBANCE = (-1.0, 4.0)
@@ -72,6 +74,39 @@ class Net(nn.Module):
             sound = found if number < len(SIZES) else sound + self.drop(found)
         logits: Tensor = self.out(sound)
         return logits
+
+
+def started(path: Path, data: Data) -> Net:
+    """A net that tells what the weights in the file tell, to go on from; what they lack begins with little effect."""
+    net = Net()
+    with np.load(path) as file:
+        pairs = [(file[f"weights{n}"] * file[f"scale{n}"], file[f"offsets{n}"]) for n in range(_n_layers(file))]
+    sizes = (*SIZES, *[SIZE] * len(GAPS))
+    with torch.no_grad():
+        for layer, size, (matrix, offsets) in zip(net.layers, sizes, pairs[:-1], strict=False):
+            weights = matrix.reshape(size, -1, matrix.shape[1]).transpose(2, 1, 0)
+            layer.weight.copy_(torch.from_numpy(weights.copy()))
+            layer.bias.copy_(torch.from_numpy(offsets))
+        net.out.weight.copy_(torch.from_numpy(pairs[-1][0].T.copy())[:, :, None])
+        net.out.bias.copy_(torch.from_numpy(pairs[-1][1]))
+        for norm in list(net.norms)[len(pairs) - 1 :]:
+            norm.weight.fill_(FAINT)
+        sound = torch.cat([sound for _, sound, _ in data.batches(None, np.arange(0, len(data.logs), 20))])
+        for norm in list(net.norms)[: len(pairs) - 1]:  # each undone, in turn: what follows sees what it learned with
+            norm.register_forward_pre_hook(_undo)
+        net(sound)
+    for norm in net.norms:
+        norm._forward_pre_hooks.clear()
+    return net
+
+
+def _undo(norm: nn.Module, given: tuple[Tensor]) -> None:
+    norm.weight.copy_(torch.sqrt(given[0].var(dim=(0, 2)) + norm.eps))
+    norm.bias.copy_(given[0].mean(dim=(0, 2)))
+
+
+def _n_layers(file: Mapping[str, Any]) -> int:
+    return sum(name.startswith("weights") for name in file)
 
 
 @dataclass(frozen=True, eq=False)
@@ -258,15 +293,13 @@ def main() -> None:
     parser.add_argument("--weight", type=float, default=0.5, help="of what is told in error")
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--rate", type=float, default=3e-3)
-    parser.add_argument("--state", type=Path, help="go on from, and keep, the net as it is in PyTorch")
+    parser.add_argument("--start", type=Path, help="go on from these weights")
     o = parser.parse_args()
     torch.manual_seed(o.seed)
-    torch.set_num_threads(1)
+    torch.set_num_threads(2)
     rng = np.random.default_rng(o.seed)
     data, validation = Data.load(o.material), Data.load([o.check])
-    net = Net()
-    if o.state is not None and o.state.exists():
-        net.load_state_dict(torch.load(o.state))
+    net = started(o.start, data) if o.start is not None else Net()
     optimizer = torch.optim.AdamW(net.parameters(), lr=o.rate, weight_decay=0.01)
     began, losses, next_told = time.monotonic(), list[float](), 60.0
     share, last = 0.0, np.full(len(data.logs), np.inf)
@@ -299,8 +332,6 @@ def main() -> None:
     today = datetime.date.today().isoformat()
     notes = f"{today}, {len(data.logs)} takes, seed {o.seed}, {len(losses)} steps; validation: {score}"
     save(o.out, net, [calibrated(each.words, each.others) for each in found], notes)
-    if o.state is not None:
-        torch.save(net.state_dict(), o.state)
 
 
 if __name__ == "__main__":

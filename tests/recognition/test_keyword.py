@@ -14,8 +14,9 @@ from hypothesis import strategies as st
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 from hvcpd.recognition.frontend import N_BANDS, energies_of
 from hvcpd.recognition.keyword.belief import BeliefSettings
-from hvcpd.recognition.keyword.net import GAPS, SIZE, SIZES, WEIGHTS, KeywordNet, Levels, Weights
+from hvcpd.recognition.keyword.net import GAPS, SIZE, SIZES, WEIGHTS, Chances, KeywordNet, Levels, Weights
 from hvcpd.recognition.keyword.words import (
+    CALL_FRAMES,
     DELAY_FRAMES,
     LOOKS,
     ONE_WORD_FRAMES,
@@ -62,7 +63,7 @@ def curve(sound: Samples) -> list[tuple[float, float]]:
     """When the net tells, s, and the chance that counts then."""
     net, told, chances = KeywordNet(weights()), [], deque([0.0] * LOOKS, LOOKS)
     for k, chunk in enumerate(FrameStream().push(sound, False)):
-        chances.append(net.hear(chunk.energies))
+        chances.append(net.hear(chunk.energies).word)
         told.append((((k + 1) * CHUNK_FRAMES * 160 + 240) / SAMPLE_RATE_HZ, second_highest(chances)))
     return told
 
@@ -123,7 +124,7 @@ def test_the_level_of_the_microphone_does_not_count(gain_db: float) -> None:
     factor = np.float32(10.0 ** (gain_db / 10.0))
     nets = KeywordNet(weights()), KeywordNet(weights())
     chunks = energies[: len(energies) // CHUNK_FRAMES * CHUNK_FRAMES].reshape(-1, CHUNK_FRAMES, N_BANDS)
-    plain, gained = ([net.hear(c * f) for c in chunks] for net, f in zip(nets, (np.float32(1.0), factor), strict=True))
+    plain, gained = ([net.hear(c * f).word for c in chunks] for net, f in zip(nets, (np.float32(1.0), factor), strict=True))
     if gain_db >= 0.0:  # else the faintest of it falls below the floor of the front end
         np.testing.assert_allclose(gained, plain, atol=1e-3)
     assert max(gained) > LIKELY
@@ -144,7 +145,7 @@ def test_a_chunk_at_a_time_is_what_convolutions_of_the_whole_give() -> None:
         seen = np.stack([padded[[end - k * gap for k in range(size - 1, -1, -1)]].ravel() for end in ends])
         found = np.maximum(seen @ matrix + offsets, 0.0)
         rows = found if number < len(SIZES) else rows + found
-    logits = weights().slope * (rows @ weights().out[0] + weights().out[1])[:, 0] + weights().offset
+    logits = weights().slopes * (rows @ weights().out[0] + weights().out[1]) + weights().intercepts
     np.testing.assert_allclose(told, 1.0 / (1.0 + np.exp(-logits)), atol=1e-4)
 
 
@@ -155,16 +156,16 @@ def test_the_weights_are_small_and_say_where_they_come_from() -> None:
 
 
 class Scripted:
-    """Chances as they come."""
+    """Chances as they come, of the word and of a call."""
 
-    def __init__(self, *chances: float) -> None:
-        self._chances = list(chances)
+    def __init__(self, *chances: float | tuple[float, float]) -> None:
+        self._chances = [Chances(*(c if isinstance(c, tuple) else (c, c))) for c in chances]
 
-    def hear(self, _energies: np.ndarray) -> float:
+    def hear(self, _energies: np.ndarray) -> Chances:
         return self._chances.pop(0)
 
 
-def words_of(*chances: float) -> list[Word | None]:
+def words_of(*chances: float | tuple[float, float]) -> list[Word | None]:
     spotter = KeywordSpotter(Scripted(*chances))
     silence = np.full((CHUNK_FRAMES, N_BANDS), 1e-7, np.float32)
     chunks = (Chunk(k * CHUNK_FRAMES, silence, False, np.zeros(640, np.float32)) for k in range(25, 25 + len(chances)))
@@ -180,6 +181,15 @@ def test_a_word_is_told_when_it_is_possible_and_again_when_it_is_surer() -> None
     assert first[:2] == surer[:2]
     assert (first.chance, surer.chance) == (POSSIBLE, POSSIBLE + 0.1)
     assert first.end_frame == 28 * CHUNK_FRAMES - DELAY_FRAMES
+
+
+def test_that_it_was_a_call_is_told_of_a_word_after_its_end_and_of_nothing_else() -> None:
+    wait = [(0.0, 0.0)] * 9
+    told = [word for word in words_of((0.9, 0.3), (0.9, 0.3), *wait, (0.0, 0.8), (0.0, 0.8)) if word is not None]
+    assert [(word.chance, word.call) for word in told] == [(0.9, 0.3), (0.9, 0.8)]
+    assert words_of((0.0, 0.9), (0.0, 0.9)) == [None] * 2
+    late = [(0.0, 0.0)] * (CALL_FRAMES // CHUNK_FRAMES)
+    assert words_of((0.9, 0.3), (0.9, 0.3), *late, (0.0, 0.8), (0.0, 0.8))[2:] == [None] * (len(late) + 2)
 
 
 def test_what_shows_for_one_column_only_is_no_word() -> None:

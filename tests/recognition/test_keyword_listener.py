@@ -11,6 +11,7 @@ from hvcpd.recognition.events import Event, Held, Recognised, Released, Urgent
 from hvcpd.recognition.frontend import N_BANDS
 from hvcpd.recognition.keyword.belief import BeliefSettings
 from hvcpd.recognition.keyword.listener import KeywordListener
+from hvcpd.recognition.keyword.net import Chances
 from hvcpd.recognition.keyword.words import POSSIBLE
 from hvcpd.recognition.recogniser import Recogniser
 from hvcpd.recognition.stream import CHUNK_FRAMES, CHUNK_SAMPLES, Chunk
@@ -77,8 +78,8 @@ class Scripted:
     def __init__(self) -> None:
         self.chance = 0.0
 
-    def hear(self, _energies: np.ndarray) -> float:
-        return self.chance
+    def hear(self, _energies: np.ndarray) -> Chances:
+        return Chances(self.chance, self.chance)
 
 
 class Bench:

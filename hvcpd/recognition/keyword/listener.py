@@ -48,7 +48,7 @@ class KeywordListener:
         if word is not None:
             span = (word.start_frame * HOP_SAMPLES, word.end_frame * HOP_SAMPLES)
             self._span = span
-            told += self._tell(self._belief.word(*span, word.chance, now * HOP_SAMPLES, sentence_ends))
+            told += self._tell(self._belief.word(*span, word.call, now * HOP_SAMPLES, sentence_ends))
         return told + self._tell(self._belief.at(now * HOP_SAMPLES, self._quiet_since * HOP_SAMPLES))
 
     def understood(self, sentences: Sequence[Coherent]) -> None:
