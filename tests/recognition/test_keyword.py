@@ -31,7 +31,7 @@ from hvcpd.synthesis.lexicon import Lexicon
 from hvcpd.synthesis.speaker import Speaker
 from hvcpd.synthesis.voices import VOICES, Voice, voice_named
 
-LIKELY, FAIR = BeliefSettings().likely, BeliefSettings().fair
+CERTAIN = BeliefSettings().certain
 SENTENCE = [["hi", "all"], ["i", "am", "rob"], ["task", "three", "complete"], ["i", "will", "complete", "task", "one"]]
 
 
@@ -59,36 +59,47 @@ def heard(sound: Samples, at_s: float = 1.5, rest_s: float = 0.6, noise_dbfs: fl
     return np.asarray(np.clip(np.round((whole + noise) * 32767.0) / 32767.0, -1.0, 1.0), np.float32)
 
 
-def curve(sound: Samples) -> list[tuple[float, float]]:
-    """When the net tells, s, and the chance that counts then."""
-    net, told, chances = KeywordNet(weights()), [], deque([0.0] * LOOKS, LOOKS)
+def curves(sound: Samples) -> list[tuple[float, Chances]]:
+    """When the net tells, s, and the chances that count then."""
+    net, told, chances = KeywordNet(weights()), [], deque([Chances(0.0, 0.0)] * LOOKS, LOOKS)
     for k, chunk in enumerate(FrameStream().push(sound, False)):
-        chances.append(net.hear(chunk.energies).word)
-        told.append((((k + 1) * CHUNK_FRAMES * 160 + 240) / SAMPLE_RATE_HZ, second_highest(chances)))
+        chances.append(net.hear(chunk.energies))
+        counts = Chances(*map(second_highest, zip(*chances, strict=True)))
+        told.append((((k + 1) * CHUNK_FRAMES * 160 + 240) / SAMPLE_RATE_HZ, counts))
     return told
 
 
 def highest(sound: Samples, since_s: float = 0.0, until_s: float = 99.0) -> float:
-    return max(chance for at_s, chance in curve(sound) if since_s <= at_s <= until_s)
+    """Chance of the word."""
+    return max(chances.word for at_s, chances in curves(sound) if since_s <= at_s <= until_s)
 
 
-def in_time(call: Samples, at_s: float = 1.5) -> tuple[float, float]:
+def call(sound: Samples) -> float:
+    """Chance of a call, ever."""
+    return max(chances.call for _, chances in curves(sound))
+
+
+def in_time(word: Samples, at_s: float = 1.5) -> tuple[float, float]:
     """From the word's vowel until 0.3 s after its end."""
-    end_s = at_s + len(call) / SAMPLE_RATE_HZ
+    end_s = at_s + len(word) / SAMPLE_RATE_HZ
     return end_s - 0.1, end_s + 0.3
 
 
 @pytest.mark.parametrize("voice", VOICES, ids=lambda v: v.name)
-@pytest.mark.parametrize("call", [["stop"], ["rob", "stop"]])
-def test_every_robots_voice_is_heard_for_certain_within_three_tenths_of_a_second(voice: Voice, call: list[str]) -> None:
-    sound = at_level(said([call], voice), -30.0)
-    assert highest(heard(sound), *in_time(sound)) >= LIKELY
+@pytest.mark.parametrize("words", [["stop"], ["rob", "stop"]])
+def test_every_robots_voice_is_heard_within_three_tenths_of_a_second_and_then_for_certain(
+    voice: Voice, words: list[str]
+) -> None:
+    sound = at_level(said([words], voice), -30.0)
+    assert highest(heard(sound), *in_time(sound)) >= POSSIBLE
+    assert call(heard(sound)) >= CERTAIN
 
 
 @pytest.mark.parametrize("dbfs", [-45.0, -20.0, 0.0, 12.0])
 def test_it_is_heard_from_faint_to_clipped(dbfs: float) -> None:
     sound = at_level(said([["stop"]], voice_named("wren")), dbfs)
-    assert highest(heard(sound), *in_time(sound)) >= LIKELY
+    assert highest(heard(sound), *in_time(sound)) >= POSSIBLE
+    assert call(heard(sound)) >= CERTAIN
 
 
 @pytest.mark.parametrize(
@@ -96,17 +107,17 @@ def test_it_is_heard_from_faint_to_clipped(dbfs: float) -> None:
 )
 def test_it_is_heard_from_who_calls_from_a_child_and_from_who_is_in_a_hurry(change: dict[str, float]) -> None:
     sound = at_level(said([["stop"]], replace(VOICES[1], **change)), -30.0)
-    assert highest(heard(sound), *in_time(sound)) >= FAIR
+    assert highest(heard(sound), *in_time(sound)) >= POSSIBLE
 
 
 @pytest.mark.parametrize("over_db", [0.0, 6.0, 12.0, 20.0, 30.0])
 def test_it_is_heard_over_a_talking_robot(over_db: float) -> None:
     talk = at_level(said(SENTENCE, voice_named("oak")), -35.0)
-    call = at_level(said([["stop"]], voice_named("lark")), -35.0 + over_db)
+    word = at_level(said([["stop"]], voice_named("lark")), -35.0 + over_db)
     at = SAMPLE_RATE_HZ
     mixed = talk.copy()
-    mixed[at : at + len(call)] += call
-    since_s, until_s = in_time(call, 1.5 + at / SAMPLE_RATE_HZ)
+    mixed[at : at + len(word)] += word
+    since_s, until_s = in_time(word, 1.5 + at / SAMPLE_RATE_HZ)
     assert highest(heard(mixed), since_s, until_s) >= POSSIBLE
     assert highest(heard(talk)) < POSSIBLE
 
@@ -114,7 +125,7 @@ def test_it_is_heard_over_a_talking_robot(over_db: float) -> None:
 @pytest.mark.parametrize("words", ["i have stopped", "top", "shop", "up", "foxtrot", "stock", "move forward"])
 def test_what_sounds_like_it_is_not_taken_for_it(words: str) -> None:
     for voice in VOICES[:4]:
-        assert highest(heard(at_level(said([words.split()], voice), -30.0))) < LIKELY
+        assert call(heard(at_level(said([words.split()], voice), -30.0))) < CERTAIN
 
 
 @settings(max_examples=5, deadline=None)
@@ -127,7 +138,7 @@ def test_the_level_of_the_microphone_does_not_count(gain_db: float) -> None:
     plain, gained = ([net.hear(c * f).word for c in chunks] for net, f in zip(nets, (np.float32(1.0), factor), strict=True))
     if gain_db >= 0.0:  # else the faintest of it falls below the floor of the front end
         np.testing.assert_allclose(gained, plain, atol=1e-3)
-    assert max(gained) > LIKELY
+    assert max(gained) > POSSIBLE
 
 
 def test_a_chunk_at_a_time_is_what_convolutions_of_the_whole_give() -> None:
