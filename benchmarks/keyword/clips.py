@@ -92,7 +92,7 @@ class Clip:
 
 
 def part_of(name: str, half: bool = False) -> str:
-    """Where the recordings of this speaker, or this recording, belong; the same everywhere. `half`: half of them to test
+    """Where recordings by this speaker, or this recording, belong; the same everywhere. `half`: half of them to test
     with, a tenth to choose thresholds by."""
     first = hashlib.sha256(name.encode()).digest()[0]
     if half:

@@ -99,7 +99,9 @@ def part(name: str, stage: Stage, data: Path, more: Path | None) -> Part:
             yield stage.sentence(chooser, chooser.choice(stage.names))
 
     others = {
-        "people's words": (np.pad(s, (0, max(round(WORD_EVERY_S * SAMPLE_RATE_HZ) - len(s), 0))) for s in map(read, words)),
+        "people's words": (
+            np.pad(s, (0, max(round(WORD_EVERY_S * SAMPLE_RATE_HZ) - len(s), 0))) for s in map(read, words)
+        ),
         "people ordering coffee": map(read, coffee),
         "sentences by synthesizers": prose(),
         "sounds": map(read, sounds),
@@ -173,8 +175,8 @@ def main() -> None:
     weights, stage = Weights.load(o.net), Stage(("Rob", "Bot"))
     found = part(o.part, stage, o.data, o.more)
     print("share of calls heard, at", *THRESHOLDS)
+    rows = _calls(weights, found, o.calls, o.seed)
     for curve, what in enumerate(("halt", "latch")):
-        rows = _calls(weights, found, o.calls, o.seed) if curve == 0 else rows
         for (kind, over), chances in rows.items():
             share = [f"{100 * np.mean(np.array(chances)[:, curve] >= t):4.0f}" for t in THRESHOLDS]
             print(f"{what:6}{kind:20}{over:>10} n={len(chances):3} ", *share)

@@ -100,9 +100,7 @@ def stop(me: Knowledge, heard: Heard, _: m.Stop) -> None:
     if _stands(me) and not isinstance(to, m.ToRobot):
         again = m.Utterance(None, to, None, m.Stop())
         for topic, at_s in (("stop", now), ("stop again", now + me.timing.stop_again_s)):
-            call = Intent(
-                Urgency.ALARM, topic, lambda: again if _stands(me) else None, not_before_s=at_s, at_once=True
-            )
+            call = Intent(Urgency.ALARM, topic, lambda: again if _stands(me) else None, not_before_s=at_s, at_once=True)
             me.floor.want(call, now)
 
 

@@ -1,4 +1,4 @@
-"""A "stop" that is meant for many is said at once by each who hears it, once more for who missed it, and no more than that."""
+"""A "stop" that is meant for many is said at once by each who hears it, and once more for who missed it."""
 
 from itertools import pairwise
 
@@ -62,7 +62,9 @@ def test_six_robots_over_thirty_metres_stand_within_three_and_a_half_seconds(nam
     mission = row(6, apart_m=6.0, earshot_m=earshot_m)
     began_s = call(mission, m.Utterance(None, statement=m.Stop()), name=name)
     assert standing(mission) == set(mission.robots)
-    assert max(mission.halted_s[name] for name in mission.robots) <= began_s + 3.5, "five times from one to the next, where only one heard the call"
+    assert max(mission.halted_s[name] for name in mission.robots) <= began_s + 3.5, (
+        "five times from one to the next, where only one heard the call"
+    )
 
 
 def test_where_all_hear_each_other_they_say_it_twice_together_and_not_again() -> None:

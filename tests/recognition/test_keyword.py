@@ -135,7 +135,9 @@ def test_the_level_of_the_microphone_does_not_count(gain_db: float) -> None:
     factor = np.float32(10.0 ** (gain_db / 10.0))
     nets = KeywordNet(weights()), KeywordNet(weights())
     chunks = energies[: len(energies) // CHUNK_FRAMES * CHUNK_FRAMES].reshape(-1, CHUNK_FRAMES, N_BANDS)
-    plain, gained = ([net.hear(c * f).word for c in chunks] for net, f in zip(nets, (np.float32(1.0), factor), strict=True))
+    plain, gained = (
+        [net.hear(c * f).word for c in chunks] for net, f in zip(nets, (np.float32(1.0), factor), strict=True)
+    )
     if gain_db >= 0.0:  # else the faintest of it falls below the floor of the front end
         np.testing.assert_allclose(gained, plain, atol=1e-3)
     assert max(gained) > POSSIBLE

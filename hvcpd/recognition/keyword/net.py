@@ -84,7 +84,8 @@ class Levels:
 @dataclass(frozen=True, eq=False)
 class Weights:
     """`layers`: of each a matrix, shape (inputs, outputs), inputs from the oldest frame to the newest, and offsets;
-    `out`: the same of the last one; `slopes` and `intercepts`, shape (2,), make its outputs the logarithms of the odds."""
+    `out`: the same of the last one; `slopes` and `intercepts`, shape (2,), make its outputs the logarithms of the
+    odds."""
 
     layers: tuple[tuple[Array, Array], ...]
     out: tuple[Array, Array]

@@ -1,5 +1,5 @@
-"""From the net's curves to the words that were said, each told as soon as it may have been said, and again while the net
-grows surer."""
+"""From the net's curves to the words that were said, each told as soon as it may have been said, and again while the
+net grows surer."""
 
 from __future__ import annotations
 
