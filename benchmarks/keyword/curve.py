@@ -7,7 +7,7 @@ Nothing but the net listens. `--part validate`: what thresholds are chosen by, v
 learned from nor tested with; `test`: what is reported. A call comes alone, or as loud as or louder than a robot's
 sentence or somebody who orders coffee. A halt is a chance of the word that reaches the threshold until 0.5 s after the
 word's end; a latch, one of a call until 1 s after it. Nobody calls in: people's words, one every 1.5 s; people ordering
-coffee; sentences by synthesizers; sounds; robots' sentences. There, what follows within 2 s of a halt is the same halt.
+coffee; sentences by synthesizers; sounds; robots' sentences; sentences with the word in them, which call nobody. There, what follows within 2 s of a halt is the same halt.
 --more: recordings by yet another voice, each ending with the word, and of what else it says (not stop_*.wav).
 """
 
@@ -24,7 +24,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from benchmarks.judging import text_of
-from benchmarks.keyword.clips import KEYWORD, part_of, trimmed
+from benchmarks.keyword.clips import KEYWORD, inside, part_of, trimmed
 from benchmarks.people_material import foreigners
 from benchmarks.phones.material import common_words
 from benchmarks.phones.texts import Texts
@@ -93,6 +93,11 @@ def part(name: str, stage: Stage, data: Path, more: Path | None) -> Part:
             if not any(KEYWORD in text_of([phrase]) for phrase in phrases):
                 yield speak[chooser.choice(list(speak))](chooser, phrases)
 
+    def parts() -> Iterator[Samples]:
+        chooser = random.Random(80)
+        while True:
+            yield speak[chooser.choice(list(speak))](chooser, inside(chooser))
+
     def sentences() -> Iterator[Samples]:
         chooser = random.Random(79)
         while True:
@@ -106,6 +111,7 @@ def part(name: str, stage: Stage, data: Path, more: Path | None) -> Part:
         "sentences by synthesizers": prose(),
         "sounds": map(read, sounds),
         "robots' sentences": sentences(),
+        "sentences with it inside": parts(),
     }
     if more is not None:
         rest = [p for p in sorted(more.glob("*.wav")) if not p.name.startswith("stop_")]
