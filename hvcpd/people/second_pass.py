@@ -91,7 +91,7 @@ class SecondPassRecogniser:
         listener = self._listener()
         known = listener.known(piece, logs, output) if listener is not None else None
         by_phones, speech_s = self._search.best(output.log_posteriors), (piece.end - piece.start) / SAMPLE_RATE_HZ
-        return Hypotheses(output.log_posteriors, self._search, by_phones, known, speech_s)
+        return Hypotheses(output.log_posteriors, self._search, by_phones, known, speech_s, piece.snr_db)
 
     def _listener(self) -> EnrolledListener | None:
         """Who knows those enrolled; None if nobody has a word of the phrasebook's."""
