@@ -27,8 +27,10 @@ BLANK = len(PHONES)
 WIDTH = 192
 LAYERS = tuple((3 if number else 5, 2 if number == HALVES else 1, apart) for number, apart in enumerate(APART))
 """Of each layer: how many frames it sees, its step, and how far apart they are."""
-BATCH_FRAMES = 12000
+BATCH_FRAMES = 6000
 WARP = (0.93, 1.07)
+PRINTED = 400
+"""Steps from one check to the next."""
 
 
 class Net(nn.Module):
@@ -143,7 +145,9 @@ def _mask(logs: np.ndarray, n_frames: int, rng: np.random.Generator) -> None:
 def loss_of(net: Net, batch: tuple[Tensor, Tensor, Tensor, Tensor]) -> Tensor:
     """Per phone."""
     sound, n_frames, phones, n_phones = batch
-    log_posteriors = torch.log_softmax(net(sound), 1).permute(2, 0, 1)
+    with torch.autocast("cpu", torch.bfloat16, enabled=net.training):  # half the time
+        logits = net(sound)
+    log_posteriors = torch.log_softmax(logits.float(), 1).permute(2, 0, 1)
     total = nn.functional.ctc_loss(log_posteriors, phones, n_frames, n_phones, BLANK, "sum", zero_infinity=True)
     loss: Tensor = total / max(int(n_phones.sum()), 1)
     return loss
@@ -213,9 +217,9 @@ def main() -> None:
             optimizer.step()
             losses.append(float(loss.detach()))
             step += 1
-            if step % 500 == 0:
+            if step % PRINTED == 0:
                 errors = [errors_of(net, check) for check in checks]
-                print(f"{done:.2f} step {step}: {np.mean(losses[-500:]):.3f}; check {errors}", flush=True)
+                print(f"{done:.2f} step {step}: {np.mean(losses[-PRINTED:]):.3f}; check {errors}", flush=True)
                 net.eval()
                 np.savez(o.out, **weights_of(net))
                 net.train()
