@@ -53,6 +53,12 @@ class Recurrence:
         found = self._rule.after(datetime.fromtimestamp(wall_s))
         return found.timestamp() if found is not None else None
 
+    def number(self, wall_s: float) -> int:
+        """How many times it was due until then, since BEGIN or, if it is an interval, since 1970."""
+        if self._interval_s is not None:
+            return int(wall_s // self._interval_s)
+        return len(self._rule.between(BEGIN, datetime.fromtimestamp(wall_s), inc=True))
+
     @cached_property
     def shortest_s(self) -> float:
         """The shortest time between two occurrences."""

@@ -18,7 +18,14 @@ from hvcpd.control.drive.drive_parser import add_drive
 from hvcpd.control.duet.duet_parser import add_duet
 from hvcpd.control.enrol.enrol_parser import add_enrol
 from hvcpd.control.keys.key_parser import add_key
-from hvcpd.control.live.daemon_parser import add_completion, add_daemon_commands, add_ros, add_skills
+from hvcpd.control.live.daemon_parser import (
+    add_completion,
+    add_daemon_commands,
+    add_mcap,
+    add_mqtt,
+    add_ros,
+    add_skills,
+)
 from hvcpd.control.overview import Overview
 from hvcpd.control.say.playground_parser import add_playground
 from hvcpd.control.say.voices_parser import add_voices
@@ -72,6 +79,8 @@ def make_parser() -> argparse.ArgumentParser:
     add_stop_test(commands, _lazy("doctor.stop_test"))
     add_ros(commands, _lazy("live.ros"))
     add_skills(commands, _lazy("live.skills"))
+    add_mqtt(commands, _lazy("live.mqtt"))
+    add_mcap(commands, _lazy("live.mcap"))
     add_evaluate(commands, _lazy("simulate.evaluate"), arguments.seed)
     add_completion(commands, _lazy("completion"))
     return parser

@@ -57,6 +57,10 @@ class Entry:
     """and by whom."""
 
     @property
+    def recurs(self) -> bool:
+        return self.definition.every is not None
+
+    @property
     def known_done(self) -> bool:
         return self.state == DONE and not self.hearsay
 

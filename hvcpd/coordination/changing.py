@@ -22,9 +22,6 @@ from hvcpd.language.forms import CHANGES
 
 TIMES = 3
 """A change is said so often, by whomever: with three of ten sentences lost, 97 of 100 listeners have it then."""
-JUST_DUE_S = 20.0
-"""Sooner after a task became due nobody has done it: to claim it, to be confirmed, to get there and to say so takes
-longer. Who did it last time, says that it is done, and has no clock, means that time."""
 SPREAD_S = 30.0
 """Before it is said again: a turn, with its confirmation, takes 12.5 s. At most twice as long; doubled each time."""
 
@@ -39,7 +36,7 @@ def want(me: Knowledge, number: int, skip: bool, now: float) -> str | None:
         return f"task {number} is {entry.state} already" if skip else f"task {number} is still to be done"
     if skip and _is_acted(me, number):
         return f"task {number} is just being done"
-    _take(me, entry, entry.change + 1, skip, now)
+    _take(me, entry, _next(entry), skip, now)
     _say_to_all(me, entry, now)
     return None
 
@@ -59,12 +56,17 @@ def changed(me: Knowledge, heard: Heard, s: m.Change) -> None:
         composing.answer(me, speaker, f"answer {speaker}", m.Working(s.task), now)
     else:
         if not entry.change or not _is_so(entry, s.skip):
-            _take(me, entry, entry.change + 1, s.skip, now)
+            _take(me, entry, _next(entry), s.skip, now)
         _answer(me, speaker, entry, now)
 
 
 def _is_so(entry: Entry, skip: bool) -> bool:
     return entry.known_done if skip else entry.state != DONE and not entry.failed_by
+
+
+def _next(entry: Entry) -> int:
+    """The number of the next change; 0, unknown: of what recurs, and this robot does not know which time is due."""
+    return entry.change + 1 if entry.change or not entry.recurs else 0
 
 
 def _is_acted(me: Knowledge, number: int) -> bool:
@@ -76,6 +78,8 @@ def _compare(me: Knowledge, heard: Heard, entry: Entry, skip: bool, spoken: int)
     number, now = entry.definition.number, heard.now
     count = _counted(entry, spoken)
     differs = skip is not entry.skipped
+    if not skip and schedule.was_done_just_now(entry, now):
+        entry.change = count
     if count > entry.change or (count == entry.change and differs and not skip and entry.known_done):
         _take(me, entry, count, skip, now)
         return
@@ -102,7 +106,8 @@ def _take(me: Knowledge, entry: Entry, count: int, skip: bool, now: float) -> No
     me.board.change(number, count, skip)
     if skip and me.current.task == number:
         fire(me, Trigger.DONE_BEFORE, now)
-    me.spreading[number] = (now + SPREAD_S * (1.0 + me.rng.random()), 1)
+    if count:
+        me.spreading[number] = (now + SPREAD_S * (1.0 + me.rng.random()), 1)
     me.reconsider(now)
 
 
@@ -161,16 +166,17 @@ def up_to_date(me: Knowledge, heard: Heard) -> Heard | None:
             entry, doer = me.board.find(ref), u.statement.speaker if isinstance(u.statement, m.Relayed) else u.speaker
             if entry is None:
                 return heard
-            if _means_last_time(me, entry, doer, now):
-                me.board.change(entry.definition.number, entry.change + 1, skip=False)
-            if not _is_outdated(entry, doer, count):
+            if not _is_outdated(entry, doer, count) and not _is_of_another_time(entry, doer, count, now):
                 return heard
             tell(me, heard.speaker, entry, now)
             claim = replace(u, statement=m.Claim(following)) if following is not None else None
             return replace(heard, utterance=claim) if claim is not None else None
         case m.Confirmed(m.TaskByNumber() as ref, complete=True) if isinstance(heard.to, m.ToRobot):
-            entry = me.board.find(ref)
-            return None if entry is not None and _is_outdated(entry, heard.to.name, None) else heard
+            entry, doer = me.board.find(ref), heard.to.name
+            if entry is None or not (_is_outdated(entry, doer, None) or _is_of_another_time(entry, doer, None, now)):
+                return heard
+            tell(me, doer, entry, now)
+            return None
         case m.Negative() if is_for_me_alone(me, heard.to) and me.current.task is not None:
             _tell_if_changed(me, heard, me.current.task)
         case m.Left(more=False):
@@ -178,15 +184,6 @@ def up_to_date(me: Knowledge, heard: Heard) -> Heard | None:
                 if number not in said.numbers:
                     _tell_if_changed(me, heard, number)
     return heard
-
-
-def _means_last_time(me: Knowledge, entry: Entry, doer: str | None, now: float) -> bool:
-    """Whether this robot, which has a clock and claims the task, knows that it was done before it became due again."""
-    every, mine = entry.definition.every, me.current.task == entry.definition.number and me.state is State.PROPOSED
-    if every is None or not mine or me.clock_s is None or doer != entry.done_by:
-        return False
-    before = entry.opened_s - entry.done_s > schedule.SKEW_S
-    return before and now - entry.opened_s < JUST_DUE_S and now - entry.done_s < schedule.early_s(every)
 
 
 def _tell_if_changed(me: Knowledge, heard: Heard, number: int) -> None:
@@ -198,9 +195,17 @@ def _is_outdated(entry: Entry, doer: str | None, count: int | None) -> bool:
     """Whether somebody tells that a task is done who does not know that it is to be done again; notes a change that
     this robot did not know."""
     known = _counted(entry, count) if count is not None else 0
-    if known > entry.change:
+    if known > entry.change and not entry.recurs:
         entry.change, entry.is_changed = known, True
     return entry.is_changed and not entry.known_done and entry.owner != doer and known < entry.change
+
+
+def _is_of_another_time(entry: Entry, doer: str | None, count: int | None, now: float) -> bool:
+    """Whether somebody tells that what recurs is done who may mean the last time: this robot knows that it is due just
+    now, and that one, whose claim it has not heard, says another number, or none."""
+    if entry.known_done or entry.owner == doer or not schedule.is_just_due(entry, now):
+        return False
+    return count is None or _counted(entry, count) != entry.change
 
 
 REACTIONS: Reactions = {m.Change: changed}

@@ -81,7 +81,8 @@ class Coordination:
             board[number].due_s = due_s
         for number, (count, skipped) in (changes or {}).items():
             board.change(number, count, skipped)
-            board[number].is_changed = board[number].definition.every is None  # else it may have been due since then
+            if board[number].definition.every is not None:  # it may have been due since then
+                board[number].is_changed, board[number].change = False, 0
         self._roster = frozenset(name.lower() for name in role.roster)
         me.acquaintance.unheard = self._roster - {role.name.lower()}
         me.acquaintance.all_heard_s = now + timing.meeting_s * (1 + len(role.roster))
@@ -119,7 +120,7 @@ class Coordination:
             trusting.refuse(me, utterance, trust, now)
             return
         for part in m.parts(utterance):
-            schedule.heard(me, m.own_words(part.statement), now)
+            schedule.heard(me, part.statement, now)
             hearing.react(me, Heard(part, 1.0 if trust.checks_words else confidence, now))
         if me.state is State.READY and me.timer_s == math.inf and not me.board.all_done:
             me.arm(now, me.timing.decide_s)

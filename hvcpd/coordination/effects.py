@@ -6,7 +6,7 @@ from collections.abc import Callable
 
 from hvcpd.config.tasks import Action as TaskAction
 from hvcpd.config.tasks import Forward, GoTo, Motion, Turn
-from hvcpd.coordination import choosing, composing, earshot
+from hvcpd.coordination import choosing, composing, earshot, schedule
 from hvcpd.coordination.actions import Halt, Perform, SaveStopped
 from hvcpd.coordination.addressing import confirming_slot, waiting_slots
 from hvcpd.coordination.board import spoken_name
@@ -108,6 +108,7 @@ def claim_task(me: Knowledge, now: float) -> None:
         if me.current.task is None:
             return
         me.current.owner_before, me.current.doubted = me.board[me.current.task].owner, None
+    schedule.begin(me, me.current.task, now)
     me.board.claim(me.current.task, me.role.name, me.lease_end_s(now))
 
 

@@ -118,6 +118,8 @@ def relayed(me: Knowledge, heard: Heard, s: m.Relayed) -> None:
     if s.speaker.lower() == me.role.name.lower():
         if entry.done_by != me.role.name and (entry.owner != me.role.name or not entry.known_done):
             composing.answer(me, name, f"answer {name}", m.Negative(), now, OWNER_SLOT)
+        elif isinstance(inner, m.Completed) and inner.count and entry.recurs and me.current.task != number:
+            me.board.complete(number, me.role.name)  # somebody knows for which time it was done: it is not due again
         return
     peer = me.peers.get(s.speaker)
     if alone and peer is not None and peer.assigned == number:

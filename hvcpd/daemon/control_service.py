@@ -79,6 +79,7 @@ class ControlService:
         """Publish one step of the robot: `heard`, shape (n,), float32, went in, and `output` came out."""
         self.body.skills.take(output.skills, robot.now)  # first of all: a cancel is not to wait
         for record in output.records:
+            self.body.tally.take(record)
             if isinstance(record, SkillRecord):
                 self.body.skills.note(record)
         self.body.heard |= heard.size > 0

@@ -14,8 +14,6 @@ import numpy as np
 
 from hvcpd.language.graph import WordGraph, ends_of
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
-from hvcpd.recognition.channel.learned import ThroughChannel, around_peak
-from hvcpd.recognition.channel.response import Taps
 from hvcpd.recognition.matched_filter import (
     HOP,
     REFRESH_FRAMES,
@@ -133,14 +131,6 @@ class CoherentListener:
             if go_on() and book not in self._books:
                 self._books = (*self._books, book)
                 self._schedule.renew()
-
-    def learn(self, voice: str, taps: Taps) -> None:
-        """That voice comes through this response from now on, shape (n,)."""
-        known = around_peak(taps)
-        self._all = tuple(_through(book, known) if book.voice == voice else book for book in self._all)
-        self._books = tuple(_through(book, known) if book.voice == voice else book for book in self._books)
-        self._paths = [path for path in self._paths if path.book.voice != voice]
-        self._schedule.renew()
 
     def dismiss(self, end: int, voice: str | None = None) -> None:
         """What was said before sample `end`, by that voice or by any, is dealt with."""
@@ -327,10 +317,6 @@ class CoherentListener:
         loses = max(after.likelihood - 2.0 * BY_CHANCE, 0.0) if after is not None else 0.0
         source = path.parent.node if path.parent is not None else self._graph.start
         return lambda word: 0.0 if self._graph.finals & ends_of(self._graph, source, (word, *rest)) else loses
-
-
-def _through(book: Voicebook, taps: Taps) -> Voicebook:
-    return ThroughChannel(book.plain if isinstance(book, ThroughChannel) else book, taps)
 
 
 def _is_greeting(path: Path) -> bool:

@@ -15,7 +15,6 @@ from numpy.typing import NDArray
 from hvcpd.language.graph import WordGraph
 from hvcpd.ports import Samples
 from hvcpd.recognition.agreement import Agreement
-from hvcpd.recognition.channel.response import Taps
 from hvcpd.recognition.coherent import CoherentListener
 from hvcpd.recognition.confidence import sentence_features, word_features
 from hvcpd.recognition.deferred import PATIENCE_FRAMES, QUIET_FRAMES
@@ -112,11 +111,6 @@ class Recogniser:
         found = [event for (events,) in self.watch.lose(n_samples, [self]) for event in events]
         self.begin_late()
         return found
-
-    def learn(self, voice: str, taps: Taps) -> None:
-        """A voice comes through this response, shape (n,), float32, from now on."""
-        if self._agreement is not None:
-            self._agreement.coherent.learn(voice, taps)
 
     def begin_late(self) -> None:
         """What begins now may be the end of something longer that was lost."""

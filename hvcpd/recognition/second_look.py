@@ -1,9 +1,9 @@
 """Ears that look twice: speech that the robots' recogniser rejects is handed to a listener that knows people.
 
-Talk that goes on for longer than any sentence is handed on as it comes, from pause to pause (`long_talk`).
-
 Nothing here waits: a worker looks at a piece of sound, at once or in a thread, and what it finds is told with a later
 block. Until then, and for MOST_WAIT_S at most, the speech counts as still going on.
+
+Talk that goes on for longer than any sentence is handed on as it comes, from pause to pause (`long_talk`).
 """
 
 from __future__ import annotations
@@ -16,7 +16,6 @@ from typing import Generic, Protocol, Self, TypeVar
 import numpy as np
 
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
-from hvcpd.recognition.channel.response import Taps
 from hvcpd.recognition.events import Event, Garbled, Recognised
 from hvcpd.recognition.history import History
 from hvcpd.recognition.long_talk import LongTalk, Stretch
@@ -39,6 +38,9 @@ LONGEST_S = 12.0
 """No sentence of the phrasebook takes longer; other talk does, and is looked at from pause to pause."""
 PAUSES_S = 0.2
 """Around what lies between two pauses of talk."""
+CLATTER, CLATTER_S = 0.75, (5.0, 10.0)
+"""Where there were signs for more than this share of the last seconds (at first of 5 s, later of 10), they tell nothing
+of who begins or ends: a sentence takes 6 s or less, and then somebody waits."""
 MOST_WAIT_S = 3.0
 """Then the speech is garbled: a robot that has not answered by then is asked again anyway."""
 
@@ -49,8 +51,9 @@ class Piece:
 
     `sound`, shape (n,), begins with `lead` samples of what was heard before it; `start` and `end` are where the speech
     was noticed and `origin` where the sound begins, in samples since the ears were made. What the robot itself said
-    is left out of the sound. `within_talk`: somebody speaks before it and after it; a sentence that ends with it may
-    begin at one of the samples `later`, too.
+    is left out of the sound. `clatter`: there had been signs of speech nearly all the time.
+    `within_talk`: somebody speaks before it and after it; a sentence that ends with it may begin at one of the samples
+    `later`, too.
     """
 
     sound: Samples
@@ -58,6 +61,7 @@ class Piece:
     start: int
     end: int
     origin: int
+    clatter: bool = False
     within_talk: bool = False
     later: tuple[int, ...] = ()
 
@@ -68,25 +72,26 @@ class Piece:
         return self.sound[max(self.lead - self.before, 0) : end]
 
     @property
-    def beginnings(self) -> list[Piece]:
-        """Itself, and the same from each later beginning on."""
-        return [self, *(replace(self, lead=self.lead + at - self.start, start=at, later=()) for at in self.later)]
-
-    @property
     def before(self) -> int:
         """Samples that `speech` has before what was noticed: for a faint beginning, or as far as the talk paused."""
         return round((PAUSES_S if self.within_talk else BEFORE_S) * SAMPLE_RATE_HZ)
 
     @property
+    def beginnings(self) -> list[Piece]:
+        """Itself, and the same from each later beginning on."""
+        return [self, *(replace(self, lead=self.lead + at - self.start, start=at, later=()) for at in self.later)]
+
+    @property
     def snr_db(self) -> float:
-        """The mean power of the speech over that of what was heard before it; infinite without enough of that."""
+        """The mean power of the speech over that of the noise before it; infinite without enough of that. In clatter
+        all that was heard before is noise, its loud parts too."""
         lead = self.sound[: self.lead].astype(np.float64)
         if len(lead) < MIN_LEAD_S * SAMPLE_RATE_HZ:
             return math.inf
         frame = SAMPLE_RATE_HZ // 50
         # Somebody may have spoken before: the noise is what is left in the quieter parts.
         powers = np.mean(lead[: len(lead) // frame * frame].reshape(-1, frame) ** 2, axis=1)
-        noise = float(np.quantile(powers, 0.3))
+        noise = float(powers.mean() if self.clatter else np.quantile(powers, 0.3))
         return snr_db(self.sound[self.lead : self.lead + self.end - self.start], noise)
 
 
@@ -152,43 +157,89 @@ class Prepares(Protocol):
         """Make it ready, as long as `go_on`; in any thread."""
 
 
-class OuterEars:
-    """`Ears` around others, with a listener of their own: what they only pass on."""
+class LaterEars(Generic[Job, Found]):
+    """`Ears` around others that have sound looked at again: they keep the last seconds, and notice clatter."""
 
-    def __init__(self, ears: Ears, listener: Prepares) -> None:
+    def __init__(self, ears: Ears, listener: Prepares, worker: Worker[Job, Found], keep: int) -> None:
+        """`keep`: samples of sound that are kept."""
         self._ears = ears
         self._prepares = listener
+        self._worker = worker
+        self._history = History(keep)
+        self._began = self._now = 0
+        self._stirred = 0.0
+        """Share of the last seconds in which there were signs of speech."""
 
     @property
     def signs(self) -> bool:
         """As `Ears.signs`."""
         return self._ears.signs
 
-    def learn(self, voice: str, taps: Taps) -> None:
-        """As `Recogniser.learn`."""
-        self._ears.learn(voice, taps)
+    @property
+    def _clatters(self) -> bool:
+        return self._stirred > CLATTER
 
     def prepare(self, go_on: Callable[[], bool]) -> None:
         """As `Recogniser.prepare`."""
         self._ears.prepare(go_on)
         self._prepares.prepare(go_on)
 
+    def push(self, samples: Samples, masked: bool = False) -> list[Event]:
+        """As `Recogniser.push`; what a look finds comes with a later push."""
+        events = self._ears.push(samples, masked)
+        self._began, self._now = self._now, self._now + len(samples)
+        if not masked:
+            self._history.push(self._began, cleaned(samples))
+            within = np.clip(self._now / SAMPLE_RATE_HZ, *CLATTER_S) * SAMPLE_RATE_HZ
+            self._stirred += (float(self._ears.signs) - self._stirred) * len(samples) / within
+            self._follow()
+        else:
+            self._mask()
+        return self.take(events)
 
-class SecondEars(OuterEars):
+    def lost(self, n_samples: int) -> list[Event]:
+        """As `Recogniser.lost`."""
+        events = self._ears.lost(n_samples)
+        self._break_off(n_samples)
+        self._now += n_samples
+        return self.take(events)
+
+    def succeed(self, predecessor: Self) -> None:
+        """Go on where `predecessor` is, with what it still waits for."""
+        self._ears.succeed(predecessor._ears)
+        self._worker, self._history = predecessor._worker, predecessor._history
+        self._now, self._stirred = predecessor._now, predecessor._stirred
+
+    def take(self, events: Sequence[Event]) -> list[Event]:
+        """What comes of events that the first ears told, and of looks that have ended."""
+        raise NotImplementedError
+
+    def _follow(self) -> None:
+        """A block was heard, from sample `_began` on."""
+        raise NotImplementedError
+
+    def _break_off(self, n_samples: int) -> None:
+        """So many samples were lost."""
+        raise NotImplementedError
+
+    def _mask(self) -> None:
+        """The robot itself speaks."""
+
+
+class SecondEars(LaterEars[Piece, Recognised | None]):
     """Ears that have people listened for."""
 
     def __init__(self, ears: Ears, listener: LooksAgain, worker: Worker[Piece, Recognised | None]) -> None:
-        super().__init__(ears, listener)
+        super().__init__(ears, listener, worker, round((LEAD_S + LONGEST_S + 2 * MOST_WAIT_S) * SAMPLE_RATE_HZ))
         self._listener = listener
-        self._worker = worker
-        self._history = History(round((LEAD_S + LONGEST_S + 2 * MOST_WAIT_S) * SAMPLE_RATE_HZ))
-        self._now = 0
         self._spoke_until = -round(PAUSE_S * SAMPLE_RATE_HZ)
         """Somebody else spoke last before this sample."""
         self._torn_until = 0
         """What begins before this sample may lack its beginning."""
         self._waiting: list[Piece] = []
         self._talk = LongTalk(round(LONGEST_S * SAMPLE_RATE_HZ))
+        self._stretches: list[Stretch] = []
+        """Of talk, to be looked at."""
         self._understood_until = 0
         """What was said before this sample was understood."""
 
@@ -197,45 +248,30 @@ class SecondEars(OuterEars):
         """Whether somebody else is speaking, or has spoken and may still be understood."""
         return self._ears.busy or bool(self._waiting)
 
-    def push(self, samples: Samples, masked: bool = False) -> list[Event]:
-        """As `Recogniser.push`; what a second look finds comes with a later push."""
-        events = self._ears.push(samples, masked)
-        self._now += len(samples)
-        if self._ears.busy:
-            self._spoke_until = self._now
-        stretches: list[Stretch] = []
-        if masked:
-            self._talk.end_talk()
-        else:
-            sound = cleaned(samples)
-            self._history.push(self._now - len(samples), sound)
-            stretches = self._talk.push(self._now - len(samples), sound, self._ears.busy)
-        told = self.take(events)
-        ends = [e.end_sample for e in told if isinstance(e, Recognised)]
-        self._understood_until = max([self._understood_until, *ends])
-        for stretch in stretches:
-            self._look_within(stretch)
-        return told
-
-    def lost(self, n_samples: int) -> list[Event]:
-        """As `Recogniser.lost`."""
-        quiet = self._now - self._spoke_until >= PAUSE_S * SAMPLE_RATE_HZ
-        whole = quiet and 0 < n_samples <= SHORT_S * SAMPLE_RATE_HZ
-        events = self._ears.lost(n_samples)
-        self._talk.end_talk()
-        self._now += n_samples
-        self._torn_until = max(self._torn_until, self._now + round((ONSET_S if whole else PAUSE_S) * SAMPLE_RATE_HZ))
-        return self.take(events)
-
     def succeed(self, predecessor: Self) -> None:
-        """Go on where `predecessor` is, with what it still waits for."""
-        self._ears.succeed(predecessor._ears)
-        self._history, self._now = predecessor._history, predecessor._now
-        self._waiting, self._worker = predecessor._waiting, predecessor._worker
+        """As `LaterEars.succeed`."""
+        super().succeed(predecessor)
+        self._waiting = predecessor._waiting
         self._spoke_until, self._torn_until = predecessor._spoke_until, predecessor._torn_until
         self._talk, self._understood_until = predecessor._talk, predecessor._understood_until
 
-    def take(self, events: list[Event]) -> list[Event]:
+    def _follow(self) -> None:
+        if self._ears.busy:
+            self._spoke_until = self._now
+        sound, _ = self._history.around(self._began, self._began, self._now)
+        self._stretches += self._talk.push(self._began, sound, self._ears.busy)
+
+    def _mask(self) -> None:
+        self._talk.end_talk()
+
+    def _break_off(self, n_samples: int) -> None:
+        quiet = self._now - self._spoke_until >= PAUSE_S * SAMPLE_RATE_HZ
+        whole = quiet and 0 < n_samples <= SHORT_S * SAMPLE_RATE_HZ
+        until = self._now + n_samples + round((ONSET_S if whole else PAUSE_S) * SAMPLE_RATE_HZ)
+        self._torn_until = max(self._torn_until, until)
+        self._talk.end_talk()
+
+    def take(self, events: Sequence[Event]) -> list[Event]:
         """What comes of events that the first ears told, and of looks that have ended."""
         out: list[Event] = []
         for event in events:
@@ -244,6 +280,10 @@ class SecondEars(OuterEars):
                 self._waiting.append(piece)
             else:
                 out.append(event)
+        ends = [event.end_sample for event in out if isinstance(event, Recognised)]
+        self._understood_until = max([self._understood_until, *ends])
+        while self._stretches:
+            self._look_within(self._stretches.pop(0))
         for piece, found in self._worker.findings():
             if piece in self._waiting:
                 self._waiting.remove(piece)
@@ -269,7 +309,8 @@ class SecondEars(OuterEars):
         sound, lead = self._history.around(begin, starts[0], end)
         if len(sound) - lead < stretch.end - starts[0]:
             return
-        piece = Piece(sound, lead, starts[0], stretch.end, starts[0] - lead, True, tuple(starts[1:]))
+        later = tuple(starts[1:])
+        piece = Piece(sound, lead, starts[0], stretch.end, starts[0] - lead, within_talk=True, later=later)
         if self._worker.submit(piece, self._listener):
             self._waiting.append(piece)
 
@@ -284,7 +325,8 @@ class SecondEars(OuterEars):
         sound, lead = self._history.around(begin, event.start_sample, end)
         if len(sound) - lead < event.end_sample - event.start_sample:
             return None
-        return Piece(sound, lead, event.start_sample, event.end_sample, event.start_sample - lead)
+        origin = event.start_sample - lead
+        return Piece(sound, lead, event.start_sample, event.end_sample, origin, self._clatters)
 
     def _waiting_at(self, event: Garbled) -> bool:
         return any(p.start < event.end_sample and event.start_sample < p.end for p in self._waiting)

@@ -19,7 +19,7 @@ SENTENCE = Recognised(("stop",), "stranger", 32000, 40000, 0.9, 20.0, ())
 class Script:
     """First ears that tell what they are told to tell at a block, counted from 0."""
 
-    busy = False
+    busy = signs = False
 
     def __init__(self, events: dict[int, list[Event]]) -> None:
         self.events = events
@@ -263,3 +263,12 @@ def test_speech_with_a_gap_in_it_is_not_looked_at() -> None:
     ears.lost(BLOCK)
     run(ears, 9, 21)
     assert not looker.pieces
+
+
+@pytest.mark.parametrize("clatter", [False, True])
+def test_where_there_were_signs_of_speech_all_the_time_a_piece_tells_so(clatter: bool) -> None:
+    looker = Looker(None)
+    script = Script({130: [Garbled(180_000, 190_000)]})
+    script.signs = clatter
+    run(SecondEars(script, looker, AtOnce()), 140)
+    assert [piece.clatter for piece in looker.pieces] == [clatter]
