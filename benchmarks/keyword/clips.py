@@ -23,8 +23,7 @@ from pathlib import Path
 import numpy as np
 
 from benchmarks.judging import Phrases, text_of
-from benchmarks.phones.material import common_words
-from benchmarks.phones.texts import NAMES, Texts
+from benchmarks.phones.texts import NAMES, Texts, common_words
 from benchmarks.phones.voices import ACCENTS, VARIANTS, Talker, espeak
 from hvcpd.hardware.soundfile import read_wav
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
