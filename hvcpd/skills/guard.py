@@ -26,8 +26,8 @@ from functools import partial
 from typing import Any
 
 LET_GO_S = 5.0
-"""So long pins are tried that are still in use, and joints that do not confirm that they let go: whoever was killed may
-hold them for a moment more."""
+"""Longest time for which pins that are still in use are tried, and joints that do not confirm that they let go: a
+process that was killed may hold them for a moment more."""
 AGAIN_S = 0.01
 """Between two tries."""
 REPLY_S = 0.034

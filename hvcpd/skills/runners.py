@@ -28,7 +28,7 @@ from hvcpd.skills.life import Call
 TERM_S = 0.25
 """After SIGTERM a program has so long to leave all safe, before SIGKILL; a stop is to be safe within half a second."""
 SAFE_S = 5.0
-"""So long the program that leaves all safe may take, before it is ended too."""
+"""Longest time for the program that leaves all safe, before it is ended too."""
 MAX_LINE_BYTES = 8192
 """Of what a program says; longer lines are passed over."""
 MAX_REASON_LENGTH = 200
