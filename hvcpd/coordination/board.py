@@ -57,6 +57,8 @@ class Entry:
     """When it was known to be done last, by the sample clock,"""
     done_by: str | None = None
     """and by whom."""
+    acted_s: float = -math.inf
+    """When this robot itself did it last."""
 
     @property
     def recurs(self) -> bool:

@@ -80,7 +80,7 @@ def _compare(me: Knowledge, heard: Heard, entry: Entry, skip: bool, spoken: int)
     if not skip and count == entry.change + 1 and schedule.begin(me, number, now) and entry.state == DONE:
         schedule.reopen(me, entry, now)  # it is the time that comes
     differs = skip is not entry.skipped
-    if not skip and schedule.was_done_just_now(entry, now):
+    if not skip and schedule.has_just_done(entry, now):
         entry.change = count
     by_ear = entry.recurs and me.clock_s is None and count != entry.change  # its own number may be a word misheard
     if count > entry.change or by_ear or (count == entry.change and differs and not skip and entry.known_done):

@@ -159,6 +159,7 @@ def want_announcement(me: Knowledge, now: float) -> None:
 
 def finish_task(me: Knowledge, now: float) -> None:
     me.board.complete(me.my_task(), me.role.name)
+    me.board[me.my_task()].acted_s = now
     _report_first_time(me, now, failed=False)
 
 

@@ -138,11 +138,11 @@ def is_just_due(entry: Entry, now: float) -> bool:
     return entry.recurs and entry.change > 0 and now - entry.opened_s < SKEW_S
 
 
-def was_done_just_now(entry: Entry, now: float) -> bool:
-    """Whether a robot that does not know for which time it was done, and is told soon after it became due, takes it to
-    be done for that time."""
+def has_just_done(entry: Entry, now: float) -> bool:
+    """Whether this robot, which does not know for which time it did the task, and is told soon after it became due,
+    takes it to be that time."""
     unknown = entry.recurs and not entry.change
-    return unknown and entry.known_done and now - entry.done_s < 2.0 * SKEW_S
+    return unknown and entry.known_done and now - entry.acted_s < 2.0 * SKEW_S
 
 
 def early_s(every: Recurrence) -> float:
