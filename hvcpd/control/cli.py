@@ -17,6 +17,7 @@ from hvcpd.control.doctor.doctor_parser import add_calibrate, add_doctor, add_st
 from hvcpd.control.drive.drive_parser import add_drive
 from hvcpd.control.duet.duet_parser import add_duet
 from hvcpd.control.enrol.enrol_parser import add_enrol
+from hvcpd.control.examples import add_examples
 from hvcpd.control.keys.key_parser import add_key
 from hvcpd.control.live.daemon_parser import (
     add_completion,
@@ -51,7 +52,9 @@ def _lazy(module: str) -> Command:
 
 def make_parser() -> argparse.ArgumentParser:
     """The parser of all commands."""
-    parser: argparse.ArgumentParser = Overview(prog="hvcpctl")
+    parser: argparse.ArgumentParser = Overview(
+        prog="hvcpctl", description="Try, watch and control robots that coordinate by speaking English."
+    )
     parser.add_argument("--version", action="version", version=f"hvcpctl {__version__}")
     commands: _Commands = parser.add_subparsers(metavar="COMMAND", required=True, dest="command", parser_class=Parser)
     _add_simulate(commands)
@@ -83,6 +86,7 @@ def make_parser() -> argparse.ArgumentParser:
     add_mcap(commands, _lazy("live.mcap"))
     add_evaluate(commands, _lazy("simulate.evaluate"), arguments.seed)
     add_completion(commands, _lazy("completion"))
+    add_examples(parser)
     return parser
 
 

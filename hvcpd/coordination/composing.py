@@ -138,7 +138,7 @@ def working(me: Knowledge) -> m.Utterance | None:
 
 
 def occupation(me: Knowledge, asker: str | None) -> m.Utterance:
-    """What this robot is doing, for who asked."""
+    """What this robot is doing, addressed to the asker."""
     if me.state is State.STOPPED:
         return to_asker(me, asker, m.Stopped())
     if me.current.task is not None and me.state in AT_WORK:
@@ -149,7 +149,7 @@ def occupation(me: Knowledge, asker: str | None) -> m.Utterance:
 
 
 def shift_report(me: Knowledge, asker: str | None) -> m.Utterance:
-    """Name, team, task, state and battery in one sentence, for who asked."""
+    """Name, team, task, state and battery in one sentence, addressed to the asker."""
     doing, task = m.Doing.FREE, None
     if me.state is State.STOPPED:
         doing = m.Doing.STOPPED

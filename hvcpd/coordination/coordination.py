@@ -37,7 +37,7 @@ SAME_WITHIN_S = 1.0
 """The same sentence, begun no later than this after it was understood, is its second saying: SECOND_GAP_S, and some
 more for ears that notice late. Nobody who waits for an answer says anything again so soon."""
 CLOCK_STEP_S = 1.0
-"""A clock that goes by so much less is only read at another moment."""
+"""A clock that differs by less was only read at another moment."""
 ASKING = (m.Claim, m.Working, m.Completed, m.Failed, m.Left, m.Relayed)
 """What any of those who hear it may confirm or object to, each in a slot of its own. Whatever else is said, one
 answers, if anybody does, before a turn begins."""

@@ -97,7 +97,7 @@ def want_claim(me: Knowledge, now: float) -> None:
 
 
 def want_claim_again(me: Knowledge, now: float) -> None:
-    """The task is chosen once the floor is had."""
+    """The task is chosen once this robot has the floor."""
     _want_turn_again(me, composing.claim, now, lambda: claim_task(me, now))
 
 
@@ -244,7 +244,7 @@ def move(me: Knowledge, _now: float) -> None:
 
 
 def want_order(me: Knowledge, now: float) -> None:
-    """The same once more, or another one, chosen once the floor is had."""
+    """The same task again, or another one, chosen once this robot has the floor."""
     _want_turn(me, composing.order, now, decide=lambda: choose_order(me, now))
 
 
@@ -304,7 +304,7 @@ def _want_to_say_farewell(me: Knowledge, now: float) -> None:
 
 
 def stop_and_leave(me: Knowledge, now: float) -> None:
-    """It stands, and leaves all the same; it will still be stopped when it is switched on again."""
+    """It is stopped, and leaves anyway; it will still be stopped when it is switched on again."""
     latch(me, now)
     if me.floor.speaking is None or me.floor.speaking.trigger is not Trigger.SPOKEN_FAREWELL:
         _want_to_say_farewell(me, now)
@@ -336,7 +336,8 @@ def halt(me: Knowledge, now: float) -> None:
     me.current.clear()
     slot = me.rank("", 0, now)  # in turn: each wants to be heard by all others
     stopped = composing.to_all(me, m.Stopped())
-    me.floor.want(Intent(Urgency.ALARM, "stopped", lambda: stopped, slot=slot), now)
+    after_s = now + 2.0 * me.timing.stop_again_s  # "stop" goes on from one to the next first
+    me.floor.want(Intent(Urgency.ALARM, "stopped", lambda: stopped, slot=slot, not_before_s=after_s), now)
     want_release_told(me, now)
 
 

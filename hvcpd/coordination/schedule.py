@@ -60,9 +60,9 @@ def _number(entry: Entry, every: Recurrence, due_s: float) -> None:
     entry.change, entry.due_s = number, due_s
 
 
-def begin(me: Knowledge, number: int, now: float) -> None:
-    """This robot claims a task: so shortly before it is due, for that time."""
-    _is_about_to_be_due(me, me.board[number], now)
+def begin(me: Knowledge, number: int, now: float) -> bool:
+    """A task is claimed, or told to be due: whether that is for the time that comes, for it is so near."""
+    return _is_about_to_be_due(me, me.board[number], now)
 
 
 def heard(me: Knowledge, statement: m.Statement | None, now: float) -> None:

@@ -35,16 +35,16 @@ TONE_FRAMES = 24
 """A band's noise is known again when it was a steady tone, or lower than before, for 0.24 s: a motor changes its speed
 faster than the memory forgets, and hardly any vowel stays that long unchanged."""
 TONE_EVERY_FRAMES = 8
-"""Steady tones are looked for every 80 ms."""
+"""Interval at which tones are looked for: 80 ms."""
 TONE_SPREAD = 0.6
 """A tone's spread in time is less than this much of steady noise's; speech has more than the noise."""
 TONE_DRIFT_NEPER = 0.35
 """The halves of a tone may differ by this (1.5 dB)."""
 TONE_RISE_NEPER = 0.4
-"""What is 1.7 dB above the estimate is a rise."""
+"""Rise above the estimate: 1.7 dB."""
 TONE_SHARE = 0.3
-"""A rise is of a tone whose pitch has moved if it has no more power than this share of the whole noise had. A vowel
-that is louder than the noise is none."""
+"""A rise is a tone whose pitch has moved if its power is at most this share of the whole noise's. A vowel that is
+louder than the noise is none."""
 FALL_NEPER = 0.7
 """A band that was this much (3 dB) below the estimate has become quieter: the mean of so many frames of steady noise
 spreads by 1 dB."""

@@ -20,8 +20,7 @@ class SegmentSettings:
     wait_frames: int = 50
     """0.5 s of quiet before speech without a sentence is given up: twice the sentence's own end rule."""
     longer_wait_frames: int = 110
-    """1.1 s of quiet instead while a sentence seems to be under way: its faint end may still be heard (a final n in
-    noise)."""
+    """The same while a sentence seems to be under way (1.1 s): its faint end may still come (a final n in noise)."""
 
 
 @dataclass(frozen=True)

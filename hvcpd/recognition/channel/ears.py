@@ -21,22 +21,24 @@ from hvcpd.recognition.second_look import LaterEars, Worker
 LEAD = 3 * SAMPLE_RATE_HZ
 """Samples before a stretch, for its noise."""
 EARLIER = SAMPLE_RATE_HZ // 4
-"""Signs of speech come so much after its beginning, or sooner."""
+"""Longest time (samples) from the beginning of speech to its first sign."""
 QUIET = SAMPLE_RATE_HZ // 2
-"""So much without a sign ends a stretch: more than a pause at a comma in a room without echoes."""
+"""Samples without a sign that end a stretch: more than a pause at a comma in a room without echoes."""
 AGAIN = SAMPLE_RATE_HZ
 """What follows so soon after a sentence that seemed to go on belongs to it."""
 SHORTEST = SAMPLE_RATE_HZ // 4
 """Signs that last no longer than that (0.25 s) are of no sentence: "stop" has 0.4 s."""
 LONGEST = 10 * SAMPLE_RATE_HZ
-"""A stretch is cut after so much. What had begun by then is looked at again, with what follows."""
+"""Samples after which a stretch is cut. What had begun by then is searched again, with what follows."""
 MOST_WAIT = 3 * SAMPLE_RATE_HZ
-"""So long after a stretch has ended its look may take; then what was held of it is told as if nothing was found."""
+"""Longest time (samples) of the search after a stretch has ended. Then what it held back is reported as if nothing
+was found."""
 CLATTER, CLATTER_S = 0.75, (5.0, 10.0)
-"""Where there were signs for more than this share of the last seconds (at first of 5 s, later of 10), they tell nothing
-of who begins or ends: a sentence takes 6 s or less, and then somebody waits."""
+"""In clatter there are signs for more than this share of the last seconds (at first of 5 s, later of 10), and they no
+longer say who begins or ends: a sentence takes 6 s or less, and then somebody waits."""
 CUT = 5 * SAMPLE_RATE_HZ // 2
-"""In clatter a stretch is cut after so much (2.5 s), or who spoke would wait for an answer until it ends."""
+"""Samples (2.5 s) after which a stretch is cut in clatter. Otherwise the speaker would wait for an answer until the
+clatter ends."""
 EVERY = 17 * SAMPLE_RATE_HZ // 20
 """In clatter, beginnings are sought around points so far apart (0.85 s): everywhere, as `search` looks around each."""
 CALL, SURE_CALL = "stop", 0.95
