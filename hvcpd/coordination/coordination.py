@@ -158,6 +158,8 @@ class Coordination:
         me, trigger = self.knowledge, Trigger.PERFORMED
         if me.state is State.GOING:
             trigger = Trigger.ARRIVED_SURE if choosing.is_assured(me, now) else Trigger.ARRIVED
+        elif me.state is State.ACTING and len(me.my_tasks()) > 1:
+            trigger = Trigger.PERFORMED_FIRST
         fire(me, trigger, now)
 
     def perform_failed(self, now: float, reason: str | None = None) -> None:
@@ -240,8 +242,7 @@ class Coordination:
         me = self.knowledge
         for number in self.board.replace(tasks):
             me.spreading.pop(number, None)
-            if me.report.task == number:
-                me.report.task = None
+            me.report.drop(number)
             if me.current.task == number:
                 fire(me, Trigger.DONE_BEFORE, now)
         self.peers.let_rest(self.board.recurs)

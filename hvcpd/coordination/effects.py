@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 
 from hvcpd.config.tasks import Action as TaskAction
 from hvcpd.config.tasks import Forward, GoTo, Motion, Turn
@@ -31,7 +31,7 @@ def end_report(me: Knowledge, now: float) -> None:
     """The report was confirmed, or nobody is there to confirm it."""
     if me.current.repeats >= me.timing.claims_max:
         me.peers.nobody_answered(me.current.asked_since_s)
-    me.report.task = None
+    me.report.task = me.report.before = None
     rest(me, now)
 
 
@@ -92,7 +92,7 @@ def end_question(me: Knowledge, now: float) -> None:
 
 
 def want_claim(me: Knowledge, now: float) -> None:
-    me.current.task = None
+    me.current.task = me.current.ahead = None
     want_claim_again(me, now)
 
 
@@ -102,13 +102,21 @@ def want_claim_again(me: Knowledge, now: float) -> None:
 
 
 def claim_task(me: Knowledge, now: float) -> None:
-    """Claim the task that was claimed before, or else one that is free."""
+    """Claim the tasks that were claimed before, or else one that is free, or two."""
     if me.current.task is None:
-        me.current.task = choosing.task_to_claim(me, now)
-        if me.current.task is None:
+        tasks = choosing.tasks_to_claim(me, now)
+        if not tasks:
             return
-        me.current.owner_before, me.current.doubted = me.board[me.current.task].owner, None
-    me.board.claim(me.current.task, me.role.name, me.lease_end_s(now))
+        me.current.task, me.current.ahead = tasks[0], tasks[1] if len(tasks) > 1 else None
+        me.current.owner_before, me.current.doubted = me.board[tasks[0]].owner, None
+    else:
+        tasks = me.my_tasks()
+    _hold(me, tasks, now)
+
+
+def _hold(me: Knowledge, tasks: Iterable[int], now: float) -> None:
+    for number in tasks:
+        me.board.claim(number, me.role.name, me.lease_end_s(now))
 
 
 def wait_for_objections(me: Knowledge, now: float) -> None:
@@ -129,7 +137,7 @@ def wait_for_confirmation(me: Knowledge, now: float) -> None:
 def go(me: Knowledge, now: float) -> None:
     _forget_report(me, Urgency.TURN, now)
     me.current.repeats = 0
-    me.board.claim(me.my_task(), me.role.name, me.lease_end_s(now))
+    _hold(me, me.my_tasks(), now)
     if me.current.partner is not None:
         me.current.claimed_s = now
     me.do(Perform(me.my_task(), _split(me)[0]))
@@ -161,6 +169,18 @@ def finish_task(me: Knowledge, now: float) -> None:
     _report_first_time(me, now, failed=False)
 
 
+def go_on(me: Knowledge, now: float) -> None:
+    """The first of two tasks is done: its report waits for the other's."""
+    done, me.current.task = me.my_tasks()
+    me.current.ahead = me.current.owner_before = me.current.doubted = None
+    me.board.complete(done, me.role.name)
+    if me.board[done].is_changed:
+        _tell_done(me, done, Urgency.TURN, now)
+    else:
+        me.report.before = done
+    me.do(Perform(me.my_task(), _split(me)[0]))
+
+
 def give_task_up(me: Knowledge, now: float) -> None:
     me.do(Halt())
     me.board.give_up(me.my_task(), me.role.name)
@@ -169,6 +189,9 @@ def give_task_up(me: Knowledge, now: float) -> None:
 
 def _report_first_time(me: Knowledge, now: float, failed: bool) -> None:
     me.report.failed = failed
+    if me.report.before is not None and (failed or me.board[me.my_task()].is_changed):
+        _tell_done(me, me.report.before, Urgency.TURN, now)
+        me.report.before = None
     me.report.task, me.current.task, me.report.said = me.current.task, None, False
     me.current.repeats = 0
     want_report(me, now)
@@ -211,10 +234,11 @@ def drop_task(me: Knowledge, now: float) -> None:
 def leave_to_others(me: Knowledge, now: float) -> None:
     """Somebody knows that the task is another's, without saying whose; or that it is done, and not by whom: whoever is
     denied it again asks what is left."""
-    entry = me.board[me.my_task()]
-    entry.times_denied += 1
-    me.missed.heard_work = me.missed.heard_work or entry.times_denied >= DENIED_OFTEN
-    me.board.claim(me.my_task(), None, now + me.timing.denied_s)
+    for number in me.my_tasks():
+        entry = me.board[number]
+        entry.times_denied += 1
+        me.missed.heard_work = me.missed.heard_work or entry.times_denied >= DENIED_OFTEN
+        me.board.claim(number, None, now + me.timing.denied_s)
     rest(me, now)
 
 
@@ -320,10 +344,14 @@ def fall_silent(me: Knowledge, _now: float) -> None:
 
 def _forget_report(me: Knowledge, urgency: Urgency, now: float) -> None:
     """Say once more what is finished and was not confirmed."""
-    if me.report.task is not None and not me.report.failed:
-        done = composing.to_all(me, composing.done(me, me.report.task))
-        me.floor.want(Intent(urgency, f"done {me.report.task}", lambda: done, slot=0), now)
-    me.report.task = None
+    for number in me.report.tasks if not me.report.failed else ():
+        _tell_done(me, number, urgency, now)
+    me.report.task = me.report.before = None
+
+
+def _tell_done(me: Knowledge, number: int, urgency: Urgency, now: float) -> None:
+    done = composing.to_all(me, composing.done(me, number))
+    me.floor.want(Intent(urgency, f"done {number}", lambda: done, slot=0), now)
 
 
 def halt(me: Knowledge, now: float) -> None:

@@ -56,6 +56,7 @@ TRANSITIONS: dict[tuple[State, Trigger], tuple[State, Effect]] = {
     (S.CHECKING, T.TIMEOUT): (S.ANNOUNCING, effects.want_announcement),
     (S.CHECKING, T.GAVE_UP): (S.ACTING, effects.act),
     (S.ACTING, T.PERFORMED): (S.REPORTING, effects.finish_task),
+    (S.ACTING, T.PERFORMED_FIRST): (S.GOING, effects.go_on),
     (S.ACTING, T.FAILED): (S.REPORTING, effects.give_task_up),
     (S.REPORTING, T.SPOKEN): (S.REPORTED, effects.wait_for_confirmation),
     (S.REPORTING, T.CHOSE_CLAIM): (S.CLAIMING, effects.claim_with_report),

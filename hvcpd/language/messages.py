@@ -46,9 +46,15 @@ class Working:
 
 @dataclass(frozen=True)
 class Claim:
-    """The speaker will do this task; after an order it is the read-back."""
+    """The speaker will do this task, and then `also` that one; after an order it is the read-back."""
 
     task: TaskRef
+    also: TaskByNumber | None = None
+
+    @property
+    def tasks(self) -> tuple[TaskRef, ...]:
+        """One or two, in the order in which they will be done."""
+        return (self.task,) if self.also is None else (self.task, self.also)
 
 
 @dataclass(frozen=True)
@@ -79,7 +85,8 @@ class Busy:
 
 @dataclass(frozen=True)
 class Completed:
-    """The speaker has done this task; with `next` it claims another one in the same breath.
+    """The speaker has done this task, and `also` that one; with `next` it claims another one in the same breath, and
+    with `then` one more.
 
     `count`: of a task that was changed, the last `Change` that the speaker knew of.
     """
@@ -87,6 +94,18 @@ class Completed:
     task: TaskByNumber
     next: TaskByNumber | None = None
     count: int | None = None
+    also: TaskByNumber | None = None
+    then: TaskByNumber | None = None
+
+    @property
+    def tasks(self) -> tuple[TaskByNumber, ...]:
+        """What is done: one or two, in the order in which they were."""
+        return (self.task,) if self.also is None else (self.task, self.also)
+
+    @property
+    def claim(self) -> Claim | None:
+        """What is claimed in the same breath."""
+        return Claim(self.next, self.then) if self.next is not None else None
 
 
 @dataclass(frozen=True)
@@ -119,6 +138,12 @@ class Confirmed:
 
     task: TaskByNumber | None = None
     complete: bool = False
+    also: TaskByNumber | None = None
+
+    @property
+    def tasks(self) -> tuple[TaskByNumber, ...]:
+        """The tasks that are named: none, one or two."""
+        return tuple(ref for ref in (self.task, self.also) if ref is not None)
 
 
 @dataclass(frozen=True)
