@@ -177,7 +177,7 @@ def go_on(me: Knowledge, now: float) -> None:
     if me.board[done].is_changed:
         _tell_done(me, done, Urgency.TURN, now)
     else:
-        me.report.before = done
+        me.report.before, me.report.said = done, False
     me.do(Perform(me.my_task(), _split(me)[0]))
 
 
