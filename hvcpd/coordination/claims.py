@@ -63,9 +63,7 @@ def _settle(me: Knowledge, heard: Heard, other: str, refs: Sequence[m.TaskRef], 
         _confirm_in_turn(me, other, good, heard.now)
 
 
-def contend(
-    me: Knowledge, heard: Heard, other: str, refs: Sequence[m.TaskRef], other_at_work: bool
-) -> tuple[int, ...]:
+def contend(me: Knowledge, heard: Heard, other: str, refs: Sequence[m.TaskRef], other_at_work: bool) -> tuple[int, ...]:
     """Somebody takes or has these tasks: their numbers if that is right as far as this robot knows; else it objects."""
     entries = [entry for ref in refs if (entry := me.board.find(ref)) is not None]
     _note_claim(me, other, entries, heard.now)
@@ -190,12 +188,13 @@ def completed(me: Knowledge, heard: Heard, s: m.Completed) -> None:
     upon = tuple(entry.definition.number for ref in s.tasks if (entry := me.board.find(ref)) is not None)
     if not upon or speaker is None:
         return
-    objection = any([_is_objection(me, speaker, number, now) for number in upon])
+    objection = any(_is_objection(me, speaker, number, now) for number in upon)
     if objection:
         me.floor.withdraw(f"done {upon[0]}")
-    new = any(not me.board[number].known_done for number in upon)
-    doubt = any([doubts(me, speaker, number, s.next is not None, now) for number in upon])
-    sure = not doubt and (all([note_done(me, speaker, number, now) for number in upon]) or not new)
+    new = [number for number in upon if not me.board[number].known_done]
+    doubted = [number for number in upon if doubts(me, speaker, number, s.next is not None, now)]
+    noted = [number for number in upon if not doubted and note_done(me, speaker, number, now)]
+    doubt, sure = bool(doubted), not doubted and (noted == list(upon) or not new)
     if s.claim is not None and any(me.board.find(ref) for ref in s.claim.tasks):
         upon = contend(me, heard, speaker, s.claim.tasks, False)
     if is_for_me_alone(me, heard.to):

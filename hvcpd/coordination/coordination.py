@@ -15,7 +15,7 @@ from hvcpd.coordination import (
     choosing,
     composing,
     deadlines,
-    effects,
+    halting,
     hearing,
     repair,
     saying,
@@ -87,7 +87,7 @@ class Coordination:
         me.acquaintance.all_heard_s = now + timing.meeting_s * (1 + len(role.roster))
         if stopped:
             me.state = State.STOPPED
-            effects.want_release_told(me, now)
+            halting.want_release_told(me, now)
         else:
             me.arm(now, timing.wake_min_s + rng.random() * timing.wake_spread_s)
 

@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterable
 from hvcpd.config.tasks import Action as TaskAction
 from hvcpd.config.tasks import Forward, GoTo, Motion, Turn
 from hvcpd.coordination import choosing, composing, earshot
-from hvcpd.coordination.actions import Halt, Perform, SaveStopped
+from hvcpd.coordination.actions import Halt, Perform
 from hvcpd.coordination.addressing import confirming_slot, waiting_slots
 from hvcpd.coordination.board import spoken_name
 from hvcpd.coordination.floor import OWN_TURN, RANK_MAX, Intent, Urgency, nothing
@@ -35,7 +35,7 @@ def end_report(me: Knowledge, now: float) -> None:
     rest(me, now)
 
 
-def _want_turn(
+def want_turn(
     me: Knowledge,
     compose: Callable[[Knowledge], m.Utterance | None],
     now: float,
@@ -62,12 +62,12 @@ def _want_turn_again(
 ) -> None:
     """The same, more urgent once it was said and not answered."""
     urgency = Urgency.AGAIN if me.current.repeats else Urgency.TURN
-    _want_turn(me, compose, now, urgency, me.current.repeats, decide=decide)
+    want_turn(me, compose, now, urgency, me.current.repeats, decide=decide)
 
 
 def want_greeting(me: Knowledge, now: float) -> None:
     me.acquaintance.greetings += 1
-    _want_turn(me, composing.greeting, now, times=me.acquaintance.greetings - 1)
+    want_turn(me, composing.greeting, now, times=me.acquaintance.greetings - 1)
 
 
 def wait_for_greetings(me: Knowledge, now: float) -> None:
@@ -82,7 +82,7 @@ def wait_for_answer(me: Knowledge, now: float) -> None:
 def want_question(me: Knowledge, now: float) -> None:
     if me.current.repeats == 0:
         me.current.asked_since_s = now
-    _want_turn(me, lambda me: composing.to_all(me, m.WhatLeft()), now, times=me.current.repeats)
+    want_turn(me, lambda me: composing.to_all(me, m.WhatLeft()), now, times=me.current.repeats)
 
 
 def end_question(me: Knowledge, now: float) -> None:
@@ -135,7 +135,7 @@ def wait_for_confirmation(me: Knowledge, now: float) -> None:
 
 
 def go(me: Knowledge, now: float) -> None:
-    _forget_report(me, Urgency.TURN, now)
+    forget_report(me, Urgency.TURN, now)
     me.current.repeats = 0
     _hold(me, me.my_tasks(), now)
     if me.current.partner is not None:
@@ -245,7 +245,7 @@ def leave_to_others(me: Knowledge, now: float) -> None:
 def want_read_back(me: Knowledge, now: float) -> None:
     sure = me.current.motion is not None and me.current.motion_sure
     trigger = Trigger.SPOKEN_SURE if sure else Trigger.SPOKEN
-    _want_turn(me, composing.read_back, now, Urgency.ANSWER, trigger=trigger)
+    want_turn(me, composing.read_back, now, Urgency.ANSWER, trigger=trigger)
 
 
 def halt_and_read_back(me: Knowledge, now: float) -> None:
@@ -268,7 +268,7 @@ def move(me: Knowledge, _now: float) -> None:
 
 def want_order(me: Knowledge, now: float) -> None:
     """The same once more, or another one, chosen once the floor is had."""
-    _want_turn(me, composing.order, now, decide=lambda: choose_order(me, now))
+    want_turn(me, composing.order, now, decide=lambda: choose_order(me, now))
 
 
 def choose_order(me: Knowledge, now: float) -> None:
@@ -284,11 +284,11 @@ def want_confirmation(me: Knowledge, now: float) -> None:
         if peer is not None:
             peer.assigned = me.my_task()
         me.acquaintance.calls = 0
-    _want_turn(me, lambda me: composing.to_partner(me, m.Confirmed()), now, Urgency.ANSWER)
+    want_turn(me, lambda me: composing.to_partner(me, m.Confirmed()), now, Urgency.ANSWER)
 
 
 def want_denial(me: Knowledge, now: float) -> None:
-    _want_turn(me, lambda me: composing.to_partner(me, m.Negative()), now, Urgency.ANSWER)
+    want_turn(me, lambda me: composing.to_partner(me, m.Negative()), now, Urgency.ANSWER)
 
 
 def note_refusal(me: Knowledge, now: float) -> None:
@@ -305,44 +305,7 @@ def note_silence(me: Knowledge, now: float) -> None:
     rest(me, now)
 
 
-def release(me: Knowledge, now: float) -> None:
-    """Resume starts no old motion: the robot is free."""
-    me.floor.withdraw("released how")
-    me.do(SaveStopped(False))
-    rest(me, now)
-
-
-def want_farewell(me: Knowledge, now: float) -> None:
-    """Give the task back and say so; what was finished and not yet confirmed is reported once more before."""
-    let_go(me)
-    me.floor.clear()
-    _forget_report(me, Urgency.ALARM, now)
-    me.current.clear()
-    _want_to_say_farewell(me, now)
-
-
-def _want_to_say_farewell(me: Knowledge, now: float) -> None:
-    farewell = composing.to_all(me, m.Leaving())
-    _want_turn(me, lambda _: farewell, now, Urgency.ANSWER, trigger=Trigger.SPOKEN_FAREWELL, slot=1)
-
-
-def stop_and_leave(me: Knowledge, now: float) -> None:
-    """It stands, and leaves all the same; it will still be stopped when it is switched on again."""
-    latch(me, now)
-    if me.floor.speaking is None or me.floor.speaking.trigger is not Trigger.SPOKEN_FAREWELL:
-        _want_to_say_farewell(me, now)
-
-
-def latch(me: Knowledge, _now: float) -> None:
-    me.do(Halt())
-    me.do(SaveStopped(True))
-
-
-def fall_silent(me: Knowledge, _now: float) -> None:
-    me.floor.clear()
-
-
-def _forget_report(me: Knowledge, urgency: Urgency, now: float) -> None:
+def forget_report(me: Knowledge, urgency: Urgency, now: float) -> None:
     """Say once more what is finished and was not confirmed."""
     for number in me.report.tasks if not me.report.failed else ():
         _tell_done(me, number, urgency, now)
@@ -352,22 +315,3 @@ def _forget_report(me: Knowledge, urgency: Urgency, now: float) -> None:
 def _tell_done(me: Knowledge, number: int, urgency: Urgency, now: float) -> None:
     done = composing.to_all(me, composing.done(me, number))
     me.floor.want(Intent(urgency, f"done {number}", lambda: done, slot=0), now)
-
-
-def halt(me: Knowledge, now: float) -> None:
-    """Stop, and latch: tasks, turns and motions are forgotten, and nothing but "resume" leads on."""
-    let_go(me)
-    me.do(SaveStopped(True))
-    me.floor.clear()
-    _forget_report(me, Urgency.TURN, now)
-    me.current.clear()
-    slot = me.rank("", 0, now)  # in turn: each wants to be heard by all others
-    stopped = composing.to_all(me, m.Stopped())
-    me.floor.want(Intent(Urgency.ALARM, "stopped", lambda: stopped, slot=slot), now)
-    want_release_told(me, now)
-
-
-def want_release_told(me: Knowledge, now: float) -> None:
-    """Who comes by a robot that stands shall know why it does, and what to say; nothing else ends a stop."""
-    told = composing.to_all(me, m.Stopped(waits=True))
-    me.floor.want(Intent(Urgency.TURN, "released how", lambda: told, not_before_s=now + me.timing.standing_s), now)

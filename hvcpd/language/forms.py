@@ -134,6 +134,13 @@ _IN_PASSING: tuple[tuple[str, type[m.Statement], str], ...] = (
 )
 """What follows a confirmation in the same breath, where many want to speak."""
 
+_READ_BACK: tuple[tuple[str, bool, str], ...] = (
+    ("<number>", False, "I heard what you said of this task: go ahead."),
+    ("<number> complete", True, "I heard that you have done this task."),
+    ("<number> and <also>", False, "I heard your claim of these two: go ahead."),
+    ("<number> and <also> complete", True, "I heard that you have done these two."),
+)
+
 _CHANGES: tuple[tuple[str, str, bool], ...] = (
     ("task <number> again", "Do this task once more.", False),
     (f"{PLEASE} skip task <number>", "Leave this task out this time.", True),
@@ -170,26 +177,9 @@ _CORE: tuple[Form, ...] = (
     Form(f"{OPENING}, i do not know task <number>", m.Unknown, "I have no such task."),
     Form(f"{OPENING}, i am busy", m.Busy, "I am at something else: ask me later."),
     Form(f"{OPENING}, confirmed", m.Confirmed, "What you said is right: go ahead.", constants={"complete": False}),
-    Form(
-        f"{OPENING}, confirmed [task] <number>",
-        m.Confirmed,
-        "I heard what you said of this task: go ahead.",
-        constants={"complete": False},
-    ),
-    Form(
-        f"{OPENING}, confirmed [task] <number> complete",
-        m.Confirmed,
-        "I heard that you have done this task.",
-        constants={"complete": True},
-    ),
     *(
-        Form(
-            f"{OPENING}, confirmed [task] <number> and <also>{' complete' * complete}",
-            m.Confirmed,
-            "I heard that you have done these two." if complete else "I heard your claim of these two: go ahead.",
-            constants={"complete": complete},
-        )
-        for complete in (False, True)
+        Form(f"{OPENING}, confirmed [task] {words}", m.Confirmed, means, constants={"complete": complete})
+        for words, complete, means in _READ_BACK
     ),
     *(
         Form(

@@ -202,11 +202,8 @@ class _Reader:
 
     def _tell(self, statement: m.Statement | None, member: Member, wall_s: float) -> None:
         match statement:
-            case m.Working(ref):
+            case m.Claim(ref) | m.Working(ref):  # of two claimed at once it goes to the first
                 self._change(ref, "claimed", member.name, wall_s)
-            case m.Claim():
-                for ref in statement.tasks:
-                    self._change(ref, "claimed", member.name, wall_s)
             case m.Completed():
                 for done in statement.tasks:
                     self._complete(done, member, wall_s)
