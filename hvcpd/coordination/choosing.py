@@ -57,14 +57,15 @@ def claims_at_once(me: Knowledge, now: float) -> bool:
 
 def tasks_to_claim(me: Knowledge, now: float) -> tuple[int, ...]:
     """What is free: of the most urgent tasks, one that is drawn or the nearest one; and where air is scarce another
-    one, the nearest to its place. None, if nothing is free."""
+    one, the nearest to its place. None, if nothing is free. What recurs is claimed alone, for its report tells
+    which time it was."""
     free = _most_urgent(me, me.board.free_for(me.role.name, now, me.role.unable))
     if not free:
         return ()
     here = me.body.here or Place(0.0, 0.0)
     first = _nearest(here, free) if me.role.nearest_first else me.rng.choice(free)
-    others = [task for task in free if task is not first and me.board[task.number].state == OPEN]
-    if len(others) <= _free_others(me, now) or not _air_is_scarce(me, first, here, now):
+    others = [t for t in free if t is not first and t.every is None and me.board[t.number].state == OPEN]
+    if first.every is not None or len(others) <= _free_others(me, now) or not _air_is_scarce(me, first, here, now):
         return (first.number,)
     return first.number, _nearest(first.place or here, others).number
 

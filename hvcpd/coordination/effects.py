@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterable
 
 from hvcpd.config.tasks import Action as TaskAction
 from hvcpd.config.tasks import Forward, GoTo, Motion, Turn
-from hvcpd.coordination import choosing, composing, earshot
+from hvcpd.coordination import choosing, composing, earshot, schedule
 from hvcpd.coordination.actions import Halt, Perform
 from hvcpd.coordination.addressing import confirming_slot, waiting_slots
 from hvcpd.coordination.board import spoken_name
@@ -97,7 +97,7 @@ def want_claim(me: Knowledge, now: float) -> None:
 
 
 def want_claim_again(me: Knowledge, now: float) -> None:
-    """The task is chosen once the floor is had."""
+    """The task is chosen once this robot has the floor."""
     _want_turn_again(me, composing.claim, now, lambda: claim_task(me, now))
 
 
@@ -111,6 +111,7 @@ def claim_task(me: Knowledge, now: float) -> None:
         me.current.owner_before, me.current.doubted = me.board[tasks[0]].owner, None
     else:
         tasks = me.my_tasks()
+    schedule.begin(me, tasks[0], now)
     _hold(me, tasks, now)
 
 
@@ -267,7 +268,7 @@ def move(me: Knowledge, _now: float) -> None:
 
 
 def want_order(me: Knowledge, now: float) -> None:
-    """The same once more, or another one, chosen once the floor is had."""
+    """The same task again, or another one, chosen once this robot has the floor."""
     want_turn(me, composing.order, now, decide=lambda: choose_order(me, now))
 
 

@@ -32,7 +32,7 @@ def _want_to_say_farewell(me: Knowledge, now: float) -> None:
 
 
 def stop_and_leave(me: Knowledge, now: float) -> None:
-    """It stands, and leaves all the same; it will still be stopped when it is switched on again."""
+    """It is stopped, and leaves anyway; it will still be stopped when it is switched on again."""
     latch(me, now)
     if me.floor.speaking is None or me.floor.speaking.trigger is not Trigger.SPOKEN_FAREWELL:
         _want_to_say_farewell(me, now)
@@ -56,7 +56,8 @@ def halt(me: Knowledge, now: float) -> None:
     me.current.clear()
     slot = me.rank("", 0, now)  # in turn: each wants to be heard by all others
     stopped = composing.to_all(me, m.Stopped())
-    me.floor.want(Intent(Urgency.ALARM, "stopped", lambda: stopped, slot=slot), now)
+    after_s = now + 2.0 * me.timing.stop_again_s  # "stop" goes on from one to the next first
+    me.floor.want(Intent(Urgency.ALARM, "stopped", lambda: stopped, slot=slot, not_before_s=after_s), now)
     want_release_told(me, now)
 
 
