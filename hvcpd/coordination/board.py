@@ -94,6 +94,11 @@ class Board:
     def __getitem__(self, number: int) -> Entry:
         return self._entries[number]
 
+    def owner_of_claim(self, number: int) -> str | None:
+        """Who has the task; None if nobody has, or it is done."""
+        entry = self._entries[number]
+        return entry.owner if entry.state == CLAIMED else None
+
     def find(self, ref: TaskRef) -> Entry | None:
         """The entry that a spoken reference means; None if this robot has no such task."""
         if not isinstance(ref, TaskByName):

@@ -170,18 +170,17 @@ def up_to_date(me: Knowledge, heard: Heard) -> Heard | None:
     """What is left of a sentence whose speaker does not know the last change of a task, and is told; else all of it."""
     said, u, now = m.own_words(heard.utterance.statement), heard.utterance, heard.now
     match said:
-        case m.Completed(ref, following, count):
+        case m.Completed(ref, count=count):
             entry, doer = me.board.find(ref), u.statement.speaker if isinstance(u.statement, m.Relayed) else u.speaker
             if entry is None:
                 return heard
-            in_passing = following is not None  # said by who has just done it
+            in_passing = said.claim is not None  # said by who has just done it
             if not _is_outdated(entry, doer, count) and (
                 in_passing or not _is_of_another_time(me, entry, doer, count, now)
             ):
                 return heard
             tell(me, heard.speaker, entry, now)
-            claim = replace(u, statement=m.Claim(following)) if following is not None else None
-            return replace(heard, utterance=claim) if claim is not None else None
+            return replace(heard, utterance=replace(u, statement=said.claim)) if said.claim is not None else None
         case m.Confirmed(m.TaskByNumber() as ref, complete=True) if isinstance(heard.to, m.ToRobot):
             entry, doer = me.board.find(ref), heard.to.name
             if entry is None:

@@ -55,7 +55,7 @@ def _order(me: Knowledge, heard: Heard, s: m.Order) -> None:
         return
     if not same:
         me.current.repeats = 0
-    me.current.partner, me.current.motion = name, None
+    me.current.partner, me.current.motion, me.current.ahead = name, None, None
     me.current.task, me.current.task_ref = number, s.task
     fire(me, Trigger.ORDER, heard.now)
 

@@ -73,7 +73,7 @@ def heard(me: Knowledge, statement: m.Statement | None, now: float) -> None:
         if entry is None or not _may_be_due(me, entry, now) or not entry.known_done:
             continue
         if me.clock_s is None:
-            if isinstance(told, m.Completed) and told.task == ref:
+            if isinstance(told, m.Completed) and ref in told.tasks:
                 if told is statement:  # not what another one knows of old
                     entry.done_s = now  # this time or the last one: done it is
                 continue
@@ -104,8 +104,7 @@ def reopen(me: Knowledge, entry: Entry, now: float) -> None:
     entry.failed_by, entry.is_due = frozenset(), True
     for peer in me.peers.all():
         peer.unable -= {number}
-    if me.report.task == number:
-        me.report.task = None  # that time is over
+    me.report.drop(number)  # that time is over
     if entry.state != CLAIMED:
         me.board.reopen(number)
     me.reconsider(now)
@@ -152,10 +151,12 @@ def early_s(every: Recurrence) -> float:
 
 def _spoken_of(statement: m.Statement | None) -> tuple[m.TaskRef, ...]:
     match statement:
-        case m.Claim(ref) | m.Working(ref) | m.Order(ref) | m.Confirmed(m.TaskByNumber() as ref, complete=False):
+        case m.Working(ref) | m.Order(ref):
             return (ref,)
-        case m.Completed(ref, following):
-            return (ref,) if following is None else (ref, following)
+        case m.Claim() | m.Confirmed(complete=False):
+            return statement.tasks
+        case m.Completed():
+            return (*statement.tasks, *(statement.claim.tasks if statement.claim is not None else ()))
         case m.Left():
             return tuple(map(m.TaskByNumber, statement.numbers))
         case _:
