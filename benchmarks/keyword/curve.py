@@ -7,7 +7,8 @@ Nothing but the net listens. `--part validate`: what thresholds are chosen by, v
 learned from nor tested with; `test`: what is reported. A call comes alone, or as loud as or louder than a robot's
 sentence or somebody who orders coffee. A halt is a chance of the word that reaches the threshold until 0.5 s after the
 word's end; a latch, one of a call until 1 s after it. Nobody calls in: people's words, one every 1.5 s; people ordering
-coffee; sentences by synthesizers; sounds; robots' sentences; sentences with the word in them, which call nobody. There, what follows within 2 s of a halt is the same halt.
+coffee; sentences by synthesizers; sounds; robots' sentences; sentences with the word in them, which call nobody. There,
+what follows within 2 s of a halt is the same halt.
 --more: recordings by yet another voice, each ending with the word, and of what else it says (not stop_*.wav).
 """
 
