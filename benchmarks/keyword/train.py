@@ -14,7 +14,7 @@ from __future__ import annotations
 import argparse
 import datetime
 import time
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -40,8 +40,9 @@ EASY = 0.03
 PASSED_OVER = 0.7
 """Share of the easy takes that are passed over."""
 BATCH = 64
-FAINT = 0.1
-"""How much a layer that is new to a net tells at first, by the others."""
+KEPT = 0.4
+"""The share of what a net began with in what it ends as, where it went on from another: the mean of both tells more
+than either (M. Wortsman et al., "Robust fine-tuning of zero-shot models", CVPR 2022)."""
 DISTURBED = 0.3
 """Share of takes before which it was louder or quieter."""
 DISTURBANCE = (-1.0, 4.0)
@@ -77,26 +78,19 @@ class Net(nn.Module):
 
 
 def started(path: Path, data: Data) -> Net:
-    """A net that tells what the weights in the file tell, to go on from; what they lack begins with little effect."""
-    net = Net()
-    with np.load(path) as file:
-        pairs = [(file[f"weights{n}"] * file[f"scale{n}"], file[f"offsets{n}"]) for n in range(_n_layers(file))]
-    sizes = (*SIZES, *[SIZE] * len(GAPS))
+    """A net that tells what the weights in the file tell, to go on from."""
+    net, (*pairs, out) = Net(), stored(path)
     with torch.no_grad():
-        for layer, size, (matrix, offsets) in zip(net.layers, sizes, pairs[:-1], strict=False):
-            weights = matrix.reshape(size, -1, matrix.shape[1]).transpose(2, 1, 0)
-            layer.weight.copy_(torch.from_numpy(weights.copy()))
+        for layer, size, (matrix, offsets) in zip(net.layers, (*SIZES, *[SIZE] * len(GAPS)), pairs, strict=True):
+            layer.weight.copy_(torch.from_numpy(matrix.reshape(size, -1, matrix.shape[1]).transpose(2, 1, 0).copy()))
             layer.bias.copy_(torch.from_numpy(offsets))
-        net.out.weight.copy_(torch.from_numpy(pairs[-1][0].T.copy())[:, :, None])
-        net.out.bias.copy_(torch.from_numpy(pairs[-1][1]))
-        for norm in list(net.norms)[len(pairs) - 1 :]:
-            norm.weight.fill_(FAINT)
+        net.out.weight.copy_(torch.from_numpy(out[0].T.copy())[:, :, None])
+        net.out.bias.copy_(torch.from_numpy(out[1]))
         sound = torch.cat([sound for _, sound, _ in data.batches(None, np.arange(0, len(data.logs), 20))])
-        for norm in list(net.norms)[: len(pairs) - 1]:  # each undone, in turn: what follows sees what it learned with
-            norm.register_forward_pre_hook(_undo)
-        net(sound)
-    for norm in net.norms:
-        norm._forward_pre_hooks.clear()
+        hooks = [norm.register_forward_pre_hook(_undo) for norm in net.norms]
+        net(sound)  # each normalisation is undone in turn: what follows sees what it learned with
+    for hook in hooks:
+        hook.remove()
     return net
 
 
@@ -105,8 +99,56 @@ def _undo(norm: nn.Module, given: tuple[Tensor]) -> None:
     norm.bias.copy_(given[0].mean(dim=(0, 2)))
 
 
-def _n_layers(file: Mapping[str, Any]) -> int:
-    return sum(name.startswith("weights") for name in file)
+Pairs = list[tuple[NDArray[np.float32], NDArray[np.float32]]]
+"""Of each layer a matrix, shape (inputs, outputs), and offsets, as in `Weights`; the last one is `Weights.out`."""
+
+
+def stored(path: Path) -> Pairs:
+    """Those in a file that `save` wrote."""
+    with np.load(path) as file:
+        n_layers = sum(name.startswith("weights") for name in file)
+        return [(file[f"weights{n}"] * file[f"scale{n}"], file[f"offsets{n}"]) for n in range(n_layers)]
+
+
+def folded(net: Net) -> Pairs:
+    """Those of a net; normalisation becomes part of them."""
+    pairs: Pairs = []
+    for layer, norm in zip((*net.layers, net.out), (*net.norms, None), strict=True):
+        weights, offsets = layer.weight.detach().numpy(), layer.bias.detach().numpy()
+        if norm is not None:
+            gain = (norm.weight / torch.sqrt(norm.running_var + norm.eps)).detach().numpy()
+            weights = weights * gain[:, None, None]
+            offsets = (offsets - norm.running_mean.numpy()) * gain + norm.bias.detach().numpy()
+        pairs.append((weights.transpose(2, 1, 0).reshape(-1, weights.shape[0]), offsets))
+    return pairs
+
+
+def averaged(before: Pairs, after: Pairs) -> Pairs:
+    """Between two of the same layers."""
+    return [
+        (KEPT * was + (1.0 - KEPT) * now, KEPT * was_off + (1.0 - KEPT) * off)
+        for (was, was_off), (now, off) in zip(before, after, strict=True)
+    ]
+
+
+class Folded(nn.Module):
+    """The net of such weights, not to be trained."""
+
+    def __init__(self, pairs: Pairs) -> None:
+        super().__init__()
+        self._pairs = [(torch.from_numpy(matrix), torch.from_numpy(offsets)) for matrix, offsets in pairs]
+
+    def forward(self, sound: Tensor) -> Tensor:
+        """As `Net.forward`."""
+        *layers, (matrix, offsets) = self._pairs
+        for number, (weights, off) in enumerate(layers):
+            size, gap = (SIZES[number], 1) if number < len(SIZES) else (SIZE, GAPS[number - len(SIZES)])
+            step = 2 if number < len(SIZES) else 1
+            kernel = weights.reshape(size, -1, weights.shape[1]).permute(2, 1, 0)
+            padded = nn.functional.pad(sound, (size - 2 if step == 2 else (size - 1) * gap, 0))
+            found = torch.relu(nn.functional.conv1d(padded, kernel, off, step, dilation=gap))
+            sound = found if step == 2 else sound + found
+        return nn.functional.conv1d(sound, matrix.T[:, :, None], offsets)
 
 
 @dataclass(frozen=True, eq=False)
@@ -222,7 +264,7 @@ class Told:
         return ", ".join(parts)
 
 
-def check(net: Net, data: Data) -> list[Told]:
+def check(net: nn.Module, data: Data) -> list[Told]:
     """How well each curve tells the word, without takes in which it is part of a sentence."""
     net.eval()
     words, others = [list[float]() for _ in TOLD_S], [list[float]() for _ in TOLD_S]
@@ -262,20 +304,12 @@ def calibrated(words: NDArray[np.float64], others: NDArray[np.float64]) -> tuple
     return slope, offset
 
 
-def save(path: Path, net: Net, lines: Sequence[tuple[float, float]], notes: str) -> None:
-    """In bytes, with a scale for each output; normalisation becomes part of the weights."""
-    net.eval()
-    slopes, offsets = np.array(lines, np.float32).T
-    arrays: dict[str, Any] = {"slopes": slopes, "intercepts": offsets, "notes": notes}
-    pairs = [(layer, norm) for layer, norm in zip(net.layers, net.norms, strict=True)]
-    for number, (layer, norm) in enumerate([*pairs, (net.out, None)]):
-        weights, offsets = layer.weight.detach().numpy(), layer.bias.detach().numpy()
-        if norm is not None:
-            gain = (norm.weight / torch.sqrt(norm.running_var + norm.eps)).detach().numpy()
-            weights = weights * gain[:, None, None]
-            offsets = (offsets - norm.running_mean.numpy()) * gain + norm.bias.detach().numpy()
-        matrix = weights.transpose(2, 1, 0).reshape(-1, weights.shape[0])
-        scale = np.abs(matrix).max(axis=0) / 127.0
+def save(path: Path, pairs: Pairs, lines: Sequence[tuple[float, float]], notes: str) -> None:
+    """In bytes, with a scale for each output."""
+    slopes, intercepts = np.array(lines, np.float32).T
+    arrays: dict[str, Any] = {"slopes": slopes, "intercepts": intercepts, "notes": notes}
+    for number, (matrix, offsets) in enumerate(pairs):
+        scale = np.maximum(np.abs(matrix).max(axis=0), 1e-9) / 127.0
         arrays |= {
             f"weights{number}": np.round(matrix / scale).astype(np.int8),
             f"scale{number}": scale.astype(np.float32),
@@ -326,12 +360,15 @@ def main() -> None:
                 next_told += 60.0
                 score = " | ".join(map(str, check(net, validation)))
                 print(f"{len(losses):6d} {len(takes)} {np.mean(losses[-200:]):.3f} {score}", flush=True)
-    found = check(net, validation)
+    pairs = folded(net)
+    if o.start is not None:
+        pairs = averaged(stored(o.start), pairs)
+    found = check(Folded(pairs), validation)
     score = " | ".join(map(str, found))
     print(score)
     today = datetime.date.today().isoformat()
     notes = f"{today}, {len(data.logs)} takes, seed {o.seed}, {len(losses)} steps; validation: {score}"
-    save(o.out, net, [calibrated(each.words, each.others) for each in found], notes)
+    save(o.out, pairs, [calibrated(each.words, each.others) for each in found], notes)
 
 
 if __name__ == "__main__":
