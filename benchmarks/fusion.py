@@ -22,14 +22,14 @@ from benchmarks.fusion_cases import Case, all_cases
 from benchmarks.people_stage import Stage
 from hvcpd.people import fusion
 from hvcpd.people.fusion import evidence, supporting
-from hvcpd.people.second_pass import MIN_PROBABILITY
+from hvcpd.people.second_pass import MIN_STRANGERS_PROBABILITY
 
 Floats = NDArray[np.float64]
 
 RIDGE = 0.05
 FOLDS = 5
 SUPPORT_SIGNS = "---"
-PROBABILITY_SIGNS = "?---+?+++???"
+PROBABILITY_SIGNS = "?---+?+++??+"
 """Of each weight, where it is known which it must have."""
 SUPPORTING = ("loss", "farther_by_cepstra", "farther_by_net")
 EVIDENCE = (
@@ -142,12 +142,12 @@ def fitted(o: argparse.Namespace) -> dict[str, object]:
     probabilities = 1.0 / (1.0 + np.exp(-values @ weights))
     tell(cases, [words for words, _ in found], probabilities)
     reliability(values, right, counts)
-    sure = probabilities >= MIN_PROBABILITY
+    sure = probabilities >= MIN_STRANGERS_PROBABILITY
     people = ", words of 20 people, digits of four, people's talk, sounds" if o.data is not None else ""
     return {
         "data": f"{o.sentences} sentences by each of five synthetic voices, calls, enrolled voices, robots, words and "
         f"prose that are no sentence{people}; in rooms and noises; seed {o.seed}",
-        "score": f"at {MIN_PROBABILITY}: {int((sure * right).sum())} of {int(right.sum())} right ones, "
+        "score": f"at {MIN_STRANGERS_PROBABILITY}: {int((sure * right).sum())} of {int(right.sum())} right ones, "
         f"{int((sure * (1 - right)).sum())} of {int((1 - right).sum())} wrong ones",
         "weights": {
             "support": dict(zip(SUPPORTING, fusion.SUPPORT, strict=True)),

@@ -1,11 +1,14 @@
 """Trains the net of `hvcpd.people.phones` (needs PyTorch) and writes its weights.
 
     python -m benchmarks.phones.train FILE.npz... --check FILE.npz... --out FILE.npz [--minutes 30] [--seed 1]
-        [--start FILE.npz] [--rate 3e-3]
+        [--start FILE.npz] [--keep 0.5] [--rate 3e-3]
 
 Connectionist temporal classification: A. Graves, S. Fernandez, F. Gomez & J. Schmidhuber, ICML 2006. Bands and
 stretches of time are left out at random as in SpecAugment (D. S. Park et al., Interspeech 2019), and bands are moved as
 by a longer or shorter vocal tract (N. Jaitly & G. Hinton, "Vocal tract length perturbation", ICML 2013).
+
+With --start the net goes on from other weights, and what is written are means of the old and the new ones, which hear
+old voices as well as before (M. Wortsman et al., "Robust fine-tuning of zero-shot models", CVPR 2022).
 """
 
 from __future__ import annotations
@@ -184,11 +187,21 @@ def weights_of(net: Net) -> dict[str, np.ndarray]:
     return {name: value.astype(np.float16) for name, value in found.items()}
 
 
+def blended(new: dict[str, np.ndarray], start: Path | None, keep: float) -> dict[str, np.ndarray]:
+    """Weights of which `keep` is the share of those in the file `start`."""
+    if start is None:
+        return new
+    old = np.load(start)
+    mean = {name: keep * old[name].astype(np.float32) + (1.0 - keep) * new[name].astype(np.float32) for name in new}
+    return {name: value.astype(np.float16) for name, value in mean.items()}
+
+
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("data", type=Path, nargs="+")
     parser.add_argument("--check", type=Path, nargs="+", required=True, help="voices that are not trained on")
     parser.add_argument("--start", type=Path, help="weights to begin with, else random ones")
+    parser.add_argument("--keep", type=float, default=0.5, help="share of those in what is written")
     parser.add_argument("--rate", type=float, default=3e-3, help="of learning, at most")
     parser.add_argument("--out", type=Path, required=True)
     parser.add_argument("--minutes", type=float, default=30.0)
@@ -220,14 +233,11 @@ def main() -> None:
             if step % PRINTED == 0:
                 errors = [errors_of(net, check) for check in checks]
                 print(f"{done:.2f} step {step}: {np.mean(losses[-PRINTED:]):.3f}; check {errors}", flush=True)
-                net.eval()
-                np.savez(o.out, **weights_of(net))
-                net.train()
             if done >= 1.0:
                 break
     print(f"step {step}; check: loss, phone errors {[errors_of(net, check) for check in checks]}")
     net.eval()
-    np.savez(o.out, **weights_of(net))
+    np.savez(o.out, **blended(weights_of(net), o.start, o.keep))
 
 
 if __name__ == "__main__":
