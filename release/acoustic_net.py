@@ -2,8 +2,8 @@
 
 python -m release.acoustic_net HIBARI.ONNX [FILE.npz]
 
-To be run once, by whoever takes over a new version of hibari-tts (Apache-2.0): `pip install hibari-tts onnx`; the file is
-`hibari/assets/hibari.onnx`. The 8-bit weights stay as they are, all else is kept in half precision.
+To be run once, by whoever takes over a new version of hibari-tts (Apache-2.0): `pip install hibari-tts onnx`; the file
+is `hibari/assets/hibari.onnx`. The 8-bit weights stay as they are, all else is kept in half precision.
 """
 
 from __future__ import annotations

@@ -27,7 +27,6 @@ from hvcpd.recognition.recogniser import Recogniser
 from hvcpd.synthesis.leveling import audible
 from hvcpd.synthesis.lexicon import common_words
 from hvcpd.synthesis.speaker import Speaker
-from hvcpd.synthesis.voices import voice_for
 
 GAP_S = (1.2, 2.5)
 """Silence between two sentences, shortest and longest."""
@@ -79,7 +78,8 @@ class Team:
 
 
 def make_team(names: Sequence[str], tasks: TaskRepository | None = None, natural: bool = False) -> Team:
-    """A team with the paper's five plants to water, or other tasks; with `natural` voices or the formant synthesizer's."""
+    """A team with the paper's five plants to water, or other tasks; with `natural` voices or the formant
+    synthesizer's."""
     book = make_phrasebook(names, DEFAULT_TEAMS, tasks or load_tasks(default_tasks_path()))
     return Team(tuple(names), book, replace(make_sound(None, user_cache_folder()), natural=natural))
 

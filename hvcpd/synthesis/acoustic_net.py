@@ -1,9 +1,10 @@
 """The acoustic model of the natural voice: phonemes to pitch and spectra, a frame each 12.5 ms, in numpy alone.
 
-The network is that of hibari-tts 0.2 (Apache-2.0), voice "heart", which was distilled from Kokoro-82M's af_heart (Apache-2.0):
-two text encoders (depthwise convolutions, then one attention layer applied several times), a predictor of durations, a
-prosody net (pitch, energy) and a decoder of ConvNeXt blocks (Liu et al., "A ConvNet for the 2020s", CVPR 2022). The
-8-bit weights are read as they were published; activations are float32, so that machines differ by rounding only.
+The network is that of hibari-tts 0.2 (Apache-2.0), voice "heart", which was distilled from Kokoro-82M's af_heart
+(Apache-2.0): two text encoders (depthwise convolutions, then one attention layer applied several times), a predictor
+of durations, a prosody net (pitch, energy) and a decoder of ConvNeXt blocks (Liu et al., "A ConvNet for the 2020s",
+CVPR 2022). The 8-bit weights are read as they were published; activations are float32, so that machines differ by
+rounding only.
 """
 
 from __future__ import annotations
@@ -86,8 +87,8 @@ class AcousticNet:
     def spectra(self, hidden: Array, bins: NDArray[np.int64]) -> tuple[Array, Array, Array, Array, Array]:
         """Return the five parts of a spectrum at `bins`, shape (k,): arrays of shape (frames, k).
 
-        Log magnitude and phase (in turns of half a circle, before tanh) of the voice's filter, log magnitude of noise, log
-        magnitude and phase of what is neither.
+        Log magnitude and phase (in turns of half a circle, before tanh) of the voice's filter, log magnitude of noise,
+        log magnitude and phase of what is neither.
         """
         columns = (np.arange(5)[:, None] * BINS + bins).ravel()
         out = hidden @ self._get("m.head.weight")[:, columns] + self._get("m.head.bias")[columns]
@@ -98,7 +99,7 @@ class AcousticNet:
         """Steps for each phoneme, at least one."""
         x = _gelu(_convolved(told, self._get("pn.dur.0.weight"), self._get("pn.dur.0.bias")))
         logs = x @ self._get("pn.dur.2.weight")[0, :, 0] + self._get("pn.dur.2.bias")[0]
-        return np.maximum(np.rint(np.expm1(logs) / np.float32(speed)), 1.0).astype(np.int64)
+        return np.asarray(np.maximum(np.rint(np.expm1(logs) / np.float32(speed)), 1.0), dtype=np.int64)
 
     def _prosody(self, x: Array) -> tuple[Array, Array]:
         """Pitch in Hz and energy by frame from the text encoder's output by step."""

@@ -1,4 +1,5 @@
-"""A word in a natural voice: said by the acoustic network inside a carrier phrase, cut out, and given a speaker's pitch and tract.
+"""A word in a natural voice: said by the acoustic network inside a carrier phrase, cut out, and given a speaker's
+pitch and tract.
 
 Words are recorded one by one, so that all who know the speaker know each sample; the carrier gives a word the pace, the
 melody and the soft edges of running speech.
@@ -22,20 +23,20 @@ from hvcpd.synthesis.vocoder import HOP, VOICED_HZ, Colour, sound_of
 from hvcpd.synthesis.voices import Voice
 
 ALPHABET = {
-    " ": 16, ".": 4, ",": 3, "ˈ": 156, "ˌ": 157,
+    " ": 16, ".": 4, "ˈ": 156, "ˌ": 157,
     "AA": 69, "AE": 72, "AO": 76, "AW": 39, "AY": 25, "EH": 86, "EY": 24, "IH": 102, "IY": 51, "OW": 31, "OY": 41,
-    "UH": 135, "UW": 63, "AX": 83, "AH": 138, "ER": 87, "T*": 36, "AXL": 42,
+    "UH": 135, "UW": 63, "AX": 83, "AH": 138, "ER": 87, "T*": 36,
     "B": 44, "CH": 133, "D": 46, "DH": 81, "F": 48, "G": 92, "HH": 50, "JH": 82, "K": 53, "L": 54, "M": 55, "N": 56,
     "NG": 112, "P": 58, "R": 123, "S": 61, "SH": 131, "T": 62, "TH": 119, "V": 64, "W": 65, "Y": 52, "Z": 68, "ZH": 147,
 }  # fmt: skip
-"""Indices of the network's alphabet (misaki's, an IPA with one sign for each diphthong) by ARPAbet names; T* is a flap, AXL the
-short vowel of "little"."""
+"""Indices of the network's alphabet (misaki's, an IPA with one sign for each diphthong) by ARPAbet names; T* is a
+flap."""
 
 EDGE = 0
 """Index that begins and ends each text."""
 
-TALKER_HZ, TALKER_SCALE = 190.0, 1.17
-"""Mean pitch of the recorded talker, and her formants as multiples of a 17.5 cm tract's."""
+TALKER_HZ, TALKER_SCALE = 215.0, 1.17
+"""Mean pitch of the recorded talker in the carriers below, and her formants as multiples of a 17.5 cm tract's."""
 
 
 def indices(phones: Sequence[str]) -> list[int]:
@@ -80,7 +81,8 @@ def _text(*parts: str) -> list[int]:
 
 BEFORE = _text("DH", "AX", " ")
 AFTER = _text(" ", "HH", "ˈ", "IH", "R", ".")
-"""The carriers: "the … here." and "the … .". An H has the tongue where its neighbours have it, and a T before it is no flap."""
+"""The carriers: "the … here." and "the … .". An H has the tongue where its neighbours have it, and a T before it is no
+flap."""
 STOP = _text(".")
 
 
@@ -91,22 +93,23 @@ TAIL_S = 0.08
 """Time for the last sound before a pause: a stop's release and the fall of a vowel."""
 
 STARTS_EARLY = 6
-"""Frames by which a word's first sound (of a stop: its closure) begins before the network's durations say so: seen in the spectra
-of "task", "bot", "complete", "five" and "rob"."""
+"""Frames by which a word's first sound (of a stop: its closure) begins before the network's durations say so: seen in
+the spectra of "task", "bot", "complete", "five" and "rob"."""
 
 OBSTRUENT_ENDS_EARLY = 1
 ENDS_EARLY = {Kind.VOWEL: 4, Kind.GLIDE: 4, Kind.NASAL: 3}
-"""Frames by which a word's last sound ends before the durations say so; what follows is the breath of the carrier's H."""
+"""Frames by which a word's last sound ends before the durations say so; what follows is the breath of the carrier's
+H."""
 
 KEPT = 256
-"""Words kept as the network made them, 40 kB each, for other voices and pitches of the same words: what the default phrasebook
-has, and some more."""
+"""Words kept as the network made them, 40 kB each, for other voices and pitches of the same words: what the default
+phrasebook has, and some more."""
 
 
 @dataclass(frozen=True)
 class Recording:
-    """A word as the network made it: `hidden`, shape (frames, 256), and `f0_hz`, shape (frames,), of which the word itself has the
-    frames from `first` up to `end`."""
+    """A word as the network made it: `hidden`, shape (frames, 256), and `f0_hz`, shape (frames,), of which the word
+    itself has the frames from `first` up to `end`."""
 
     hidden: Array
     f0_hz: Array
@@ -130,8 +133,8 @@ def recorded(phones: tuple[str, ...], final: bool, rate: float) -> Recording:
 
 
 def word_sound(phones: Sequence[str], voice: Voice, final: bool, pitch: float) -> Samples:
-    """Return a word as sound, shape (n,), from `LEAD_S` before its first phone to `LEAD_S` (before a pause: `TAIL_S`) after its
-    last one; `pitch` multiplies the voice's pitch. KeyError for an unknown phone."""
+    """Return a word as sound, shape (n,), from `LEAD_S` before its first phone to `LEAD_S` (before a pause: `TAIL_S`)
+    after its last one; `pitch` multiplies the voice's pitch. KeyError for an unknown phone."""
     word = recorded(tuple(phones), final, voice.rate)
     seed = zlib.crc32(" ".join(phones).encode())
     sound = sound_of(shared_net(), word.hidden, _pitch(word.f0_hz, voice, pitch), colour_of(voice), seed)

@@ -95,7 +95,8 @@ class Speaker:
         return self._said(self._phones(word, self._lexicon.pronounce(word, place), position), position, pitch)
 
     def _phones(self, word: str, phones: Pronunciation, position: UnitPosition) -> Pronunciation:
-        """A pronunciation as this voice says it there: a natural one gives no accent to "the", "I" or "am" in a phrase."""
+        """A pronunciation as this voice says it there: a natural one gives no accent to "the", "I" or "am" in a
+        phrase."""
         medial = position is UnitPosition.MEDIAL
         return unaccented(word, phones) if self.voice.natural and medial else phones
 

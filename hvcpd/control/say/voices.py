@@ -7,6 +7,7 @@ import json
 import math
 import sys
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -32,6 +33,8 @@ def run(options: argparse.Namespace) -> int:
     """Print how the voices differ, then play them one after the other, or write them to a file."""
     settings = load_settings(options.config, {}, name_needed=False)
     sound = cast(make_sound(settings.lexicon, user_cache_folder()), settings, tuple)
+    if options.natural:
+        sound = replace(sound, natural=True)
     chosen = [sound.said_by(voice_named(name)) for name in options.voices] or list(sound.every_voice())
     names = options.names or tuple(dict.fromkeys(name for name in (settings.name, *settings.names) if name))
     phrases = _phrases(options.text)
