@@ -18,9 +18,9 @@ from pathlib import Path
 
 import numpy as np
 
-from benchmarks import confidence, fusion, vocabulary
+from benchmarks import channel_confidence, confidence, fusion, vocabulary
 from hvcpd.recognition.frontend import HOP_SAMPLES, energies_of
-from hvcpd.recognition.steadiness import measured
+from hvcpd.recognition.noise import measured
 
 Section = dict[str, object]
 WEIGHTS = Path("hvcpd/recognition/fitted.json")
@@ -42,6 +42,13 @@ def sentence_confidence(data: Path | None, quick: bool) -> Section:
     return confidence.fitted(confidence.parser().parse_args([*arguments, *(QUICK if quick else [])]))
 
 
+def channel_sentences(data: Path | None, quick: bool) -> Section:
+    """How likely a sentence of the channel search is right."""
+    arguments = ["--data", str(data)] if data is not None else []
+    few = ["--sentences", "2", "--conditions", "small-vacuum"] if quick else []
+    return channel_confidence.fitted(channel_confidence.parser().parse_args([*arguments, *few]))
+
+
 def people_fusion(data: Path | None, quick: bool) -> Section:
     """Which sentence of the people's second pass is right, and how likely."""
     arguments = ["--data", str(data)] if data is not None else []
@@ -57,6 +64,7 @@ QUICK = ["--sentences", "2"]
 MODELS: dict[str, Callable[[Path | None, bool], Section]] = {
     "steady_noise": steady_noise,
     "sentence_confidence": sentence_confidence,
+    "channel_confidence": channel_sentences,
     "confusion": confusion,
     "people_fusion": people_fusion,
 }

@@ -14,6 +14,8 @@ from hvcpd.hardware.wheels import DynamixelSettings, DynamixelWheels
 from hvcpd.ports import Pose, WheelCommand, WheelReading
 
 LEFT_ID, RIGHT_ID = 1, 2
+BAUD_RATE_HZ = 115_200
+"""A pty takes no time at any rate; this one exists under qemu-user too, whose terminals end at 460,800."""
 TIMEOUT_S = 2.0
 """Of real time for an answer on the pty: virtual time stands still meanwhile, and machines may be loaded."""
 
@@ -23,11 +25,12 @@ class Body:
 
     def __init__(self, start: Pose, seed: int) -> None:
         self._now_s = 0.0
-        self.motors = turtlebot3_pair(LEFT_ID, RIGHT_ID)
+        self.motors = turtlebot3_pair(LEFT_ID, RIGHT_ID, baud_rate_hz=BAUD_RATE_HZ)
         self._bus = FakeBus(self.motors, seed=seed)
         self.wheels = DynamixelWheels(
             self._bus.path,
             ids=(LEFT_ID, RIGHT_ID),
+            baud_rate=BAUD_RATE_HZ,
             settings=DynamixelSettings(timeout_s=TIMEOUT_S),
             clock=lambda: self._now_s,
         )

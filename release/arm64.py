@@ -13,13 +13,13 @@ import sys
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
-from release.deb import build
+from release.deb import AT_ONCE, build
 from release.lock import Target
 
 TARGET = Target("3.11", "arm64")
 """Debian 12's Python, whose bytecode this computer's may be compiled for as well."""
 EMULATOR = "qemu-aarch64"
-PACKAGES = ("python3", "libportaudio2", "tzdata")
+PACKAGES = ("python3", "libportaudio2", "python3-cryptography", "tzdata")
 """What the package depends on and Debian has; their own dependencies come with them."""
 LIBRARIES = Path("usr/lib/hvcpd")
 
@@ -36,7 +36,7 @@ def make_root(folder: Path) -> Path:
     if shutil.which(EMULATOR) is None:
         raise UnavailableError(f"{EMULATOR} is missing: apt install qemu-user")
     root = folder / "root"
-    done = folder / "done"
+    done = folder / "-".join(("done", *PACKAGES))
     if not done.exists():
         shutil.rmtree(root, ignore_errors=True)
         root.mkdir(parents=True)
@@ -50,7 +50,7 @@ def make_root(folder: Path) -> Path:
 def put_hvcpd(root: Path, folder: Path) -> None:
     """Build hvcpd's package in `folder` and unpack it into the root, in place of one that is there."""
     shutil.rmtree(root / LIBRARIES, ignore_errors=True)
-    _unpack(build(TARGET, folder), root)
+    _unpack(build(TARGET, folder, compression=AT_ONCE), root)
     _compile(root / LIBRARIES)
 
 

@@ -36,9 +36,9 @@ DOCUMENTS = Path("usr/share/doc/hvcpd")
 MAINTAINER = "hvcpd maintainers <maintainers@hvcpd.invalid>"
 """There is no mailing list; whoever hands the package on puts a name with DEBFULLNAME and DEBEMAIL."""
 
-LEFT_OUT = frozenset({"setuptools", "pygments", "markdown-it-py", "mdurl", "tzdata"})
+LEFT_OUT = frozenset({"setuptools", "pygments", "markdown-it-py", "mdurl", "tzdata", "cryptography"})
 """In the lock and not in the package: what only `pip install .` runs; what rich needs to show source code and Markdown,
-which nobody asks of it; and the time zones, which Debian has itself."""
+which nobody asks of it; and what Debian has itself, with its security updates."""
 UNUSED = (
     "dynamixel_easy_sdk",
     "numpy/f2py",
@@ -49,7 +49,7 @@ UNUSED = (
     "**/*.pyi",
     "**/*.pxd",
 )
-"""Parts of wheels for who compiles, who checks types and who tests them, and a second way to the motors."""
+"""Parts of wheels that only compilers, type checkers and tests need, and a second way to the motors."""
 STRIP = {"amd64": "x86_64-linux-gnu-strip", "arm64": "aarch64-linux-gnu-strip"}
 """Of Debian's binutils for each architecture."""
 SHIPPED = "hvcpd/synthesis/shipped"
@@ -65,6 +65,7 @@ FILES = {
     "etc/tasks.yaml": "etc/hvcpd/tasks.yaml",
     "systemd/hvcpd.service": "usr/lib/systemd/system/hvcpd.service",
     "systemd/hvcpd@.service": "usr/lib/systemd/system/hvcpd@.service",
+    "systemd/hvcpd-user.service": "usr/lib/systemd/user/hvcpd.service",
     "systemd/hvcpd-skills.service": "usr/lib/systemd/system/hvcpd-skills.service",
     "systemd/hvcpd.sysusers": "usr/lib/sysusers.d/hvcpd.conf",
     "systemd/hvcpd.tmpfiles": "usr/lib/tmpfiles.d/hvcpd.conf",
@@ -77,6 +78,10 @@ FILES = {
 }
 """Destination of each file of the repository; those under etc/ are conffiles: what a person changed there stays."""
 
+SMALLEST = ("-Zxz", "-z9", "-Sextreme")
+"""dpkg-deb's options for a package that is handed on; it takes some minutes of processor time."""
+AT_ONCE = ("-Znone",)
+"""For one that is unpacked right away."""
 COMMANDS = {"hvcpd": "hvcpd.cli", "hvcpctl": "hvcpd.control.cli"}
 
 
@@ -87,8 +92,8 @@ def this_computer() -> Target:
     return Target(f"{sys.version_info.major}.{sys.version_info.minor}", debian)
 
 
-def build(target: Target, output: Path, version: str = __version__) -> Path:
-    """Make the package in the folder `output`; its path.
+def build(target: Target, output: Path, version: str = __version__, compression: Sequence[str] = SMALLEST) -> Path:
+    """Make the package in the folder `output`; its path. `compression`: options of dpkg-deb.
 
     Raises LockError, or CalledProcessError when pip or dpkg-deb fail (they have told why).
     """
@@ -106,7 +111,7 @@ def build(target: Target, output: Path, version: str = __version__) -> Path:
         _set_modes(root)
         output.mkdir(parents=True, exist_ok=True)
         package = output / f"hvcpd_{full_version}_{target.architecture}.deb"
-        _run("dpkg-deb", "--root-owner-group", "-Zxz", "-z9", "-Sextreme", "--build", str(root), str(package))
+        _run("dpkg-deb", "--root-owner-group", *compression, "--build", str(root), str(package))
     return package
 
 

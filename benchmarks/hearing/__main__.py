@@ -20,6 +20,10 @@ robot in the same world (`acquainted`). With --data DIR, also by measured rooms 
 The row `sounds`, likewise, is of sounds that are no speech, recorded (--data DIR) and made: sentences, stops an hour.
 
     python -m benchmarks.hearing --rows sounds [--minutes 60] [--seed 7] [--data DIR] [--wrong]
+
+The row `robot` is what the ears of a whole robot cost, in noise alone and while robots speak.
+
+    python -m benchmarks.hearing --rows robot [--minutes 1] [--seed 7] [--data DIR]
 """
 
 from __future__ import annotations
@@ -45,7 +49,7 @@ from benchmarks.hearing.worlds.run import MODES
 from hil_fakes import reverberation
 
 SCORED = ("noise", "slow", "level", "channel", "clock", "rate", "steps", "range", "rooms")
-ROBOTS = ("worlds", "sounds")
+ROBOTS = ("worlds", "sounds", "robot")
 COSTS = ("cost", "vocabulary", "names")
 HELD_OUT = "Mia,Ted,Gus,Rex"
 """Their voices (cedar, willow, oak, granite) are none of those that thresholds were fitted with."""
@@ -143,6 +147,8 @@ def main() -> None:
     team = make_team(o.names.split(","), natural=o.natural)
     if "sounds" in rows:
         sounds.run(worlds.robots_ears, team, o.data, o.minutes, o.seed, console, o.wrong)
+    if "robot" in rows:
+        worlds.cost(team, o.seed, o.data, o.minutes, console)
     rows = [row for row in rows if row not in ROBOTS]
     if not rows:
         return

@@ -324,7 +324,12 @@ class FakeXL430:
 
 
 def turtlebot3_pair(
-    left_id: int = 1, right_id: int = 2, *, voltage_v: float = 12.0, shaft: ShaftSettings | None = None
+    left_id: int = 1,
+    right_id: int = 2,
+    *,
+    voltage_v: float = 12.0,
+    shaft: ShaftSettings | None = None,
+    baud_rate_hz: int = 1_000_000,
 ) -> tuple[FakeXL430, FakeXL430]:
     """The wheel motors of a TurtleBot3: the right one is mounted the other way round and counts in reverse.
 
@@ -332,6 +337,8 @@ def turtlebot3_pair(
     `turtlebot3_motor_driver.cpp`: one sign for both wheels) expects of motors from its kit.
     """
     return (
-        FakeXL430(left_id, voltage_v=voltage_v, shaft=shaft),
-        FakeXL430(right_id, voltage_v=voltage_v, shaft=shaft, drive_mode=REVERSE, mounting=-1),
+        FakeXL430(left_id, voltage_v=voltage_v, shaft=shaft, baud_rate_hz=baud_rate_hz),
+        FakeXL430(
+            right_id, voltage_v=voltage_v, shaft=shaft, drive_mode=REVERSE, mounting=-1, baud_rate_hz=baud_rate_hz
+        ),
     )

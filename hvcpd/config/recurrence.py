@@ -20,7 +20,7 @@ BEGIN = datetime(2024, 1, 1)
 LEAST_S = 600.0
 """A team needs some minutes to share its tasks out, to do them, and to hear of it."""
 GAPS = 60
-"""So many occurrences are looked at for the shortest time between two."""
+"""Number of occurrences among which the shortest interval is sought."""
 
 _UNITS = {"min": 60.0, "h": 3600.0, "d": 86400.0, "w": 604800.0}
 _INTERVAL = re.compile(r"([0-9]{1,4}) ?(min|h|d|w)")
@@ -52,6 +52,12 @@ class Recurrence:
             return (wall_s // self._interval_s + 1.0) * self._interval_s
         found = self._rule.after(datetime.fromtimestamp(wall_s))
         return found.timestamp() if found is not None else None
+
+    def number(self, wall_s: float) -> int:
+        """How many times it was due until then, since BEGIN or, if it is an interval, since 1970."""
+        if self._interval_s is not None:
+            return int(wall_s // self._interval_s)
+        return len(self._rule.between(BEGIN, datetime.fromtimestamp(wall_s), inc=True))
 
     @cached_property
     def shortest_s(self) -> float:

@@ -17,8 +17,16 @@ from hvcpd.control.doctor.doctor_parser import add_calibrate, add_doctor, add_st
 from hvcpd.control.drive.drive_parser import add_drive
 from hvcpd.control.duet.duet_parser import add_duet
 from hvcpd.control.enrol.enrol_parser import add_enrol
+from hvcpd.control.examples import add_examples
 from hvcpd.control.keys.key_parser import add_key
-from hvcpd.control.live.daemon_parser import add_completion, add_daemon_commands, add_ros, add_skills
+from hvcpd.control.live.daemon_parser import (
+    add_completion,
+    add_daemon_commands,
+    add_mcap,
+    add_mqtt,
+    add_ros,
+    add_skills,
+)
 from hvcpd.control.overview import Overview
 from hvcpd.control.say.playground_parser import add_playground
 from hvcpd.control.say.voices_parser import add_voices
@@ -44,7 +52,9 @@ def _lazy(module: str) -> Command:
 
 def make_parser() -> argparse.ArgumentParser:
     """The parser of all commands."""
-    parser: argparse.ArgumentParser = Overview(prog="hvcpctl")
+    parser: argparse.ArgumentParser = Overview(
+        prog="hvcpctl", description="Try, watch and control robots that coordinate by speaking English."
+    )
     parser.add_argument("--version", action="version", version=f"hvcpctl {__version__}")
     commands: _Commands = parser.add_subparsers(metavar="COMMAND", required=True, dest="command", parser_class=Parser)
     _add_simulate(commands)
@@ -72,8 +82,11 @@ def make_parser() -> argparse.ArgumentParser:
     add_stop_test(commands, _lazy("doctor.stop_test"))
     add_ros(commands, _lazy("live.ros"))
     add_skills(commands, _lazy("live.skills"))
+    add_mqtt(commands, _lazy("live.mqtt"))
+    add_mcap(commands, _lazy("live.mcap"))
     add_evaluate(commands, _lazy("simulate.evaluate"), arguments.seed)
     add_completion(commands, _lazy("completion"))
+    add_examples(parser)
     return parser
 
 

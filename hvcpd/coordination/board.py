@@ -45,6 +45,8 @@ class Entry:
     """The last change of it that is known, by its number; 0: none was made."""
     is_changed: bool = False
     """That was made since it was due last."""
+    told: int = 0
+    """Of a task that recurs: a change that was heard once, by its number, and is not believed yet."""
     skipped: bool = False
     """Nobody has done it: it is to be left out this time."""
     opened_s: float = -math.inf
@@ -55,6 +57,10 @@ class Entry:
     """When it was known to be done last, by the sample clock,"""
     done_by: str | None = None
     """and by whom."""
+
+    @property
+    def recurs(self) -> bool:
+        return self.definition.every is not None
 
     @property
     def known_done(self) -> bool:
@@ -77,7 +83,8 @@ class Board:
         self._entries: dict[int, Entry] = {}
         for task in tasks:
             state, owner = remembered.get(task.number, (OPEN, None))
-            self._entries[task.number] = Entry(task, state, owner, lease_end_s)
+            done_by = owner if state == DONE else None
+            self._entries[task.number] = Entry(task, state, owner, lease_end_s, done_by=done_by)
         self._numbers: dict[str, int] = {}
         self._not_sure = sum(not e.known_done for e in self._entries.values())
         self.changed: list[int] = []

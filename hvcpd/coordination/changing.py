@@ -1,7 +1,7 @@
 """What people change while robots work: a task is to be done again, or left out this time.
 
 Each change of a task has a number, and the newer one holds. Whoever hears it passes it on, a few times in all; who has
-missed it all the same objects to the next claim, or leaves the task out of a list of what is left, and is told then.
+still missed it objects to the next claim, or leaves the task out of a list of what is left, and is told then.
 So all come to the same, whatever each has missed.
 """
 
@@ -11,20 +11,17 @@ import math
 from dataclasses import replace
 
 from hvcpd.coordination import claims, composing, schedule
-from hvcpd.coordination.addressing import OWNER_SLOT, UNSURE_SLOTS, is_for_me_alone
+from hvcpd.coordination.addressing import OWNER_SLOT, UNSURE_SLOTS, is_for_me_alone, objection_slot
 from hvcpd.coordination.board import DONE, Entry
 from hvcpd.coordination.floor import Intent, Urgency
 from hvcpd.coordination.knowledge import Heard, Knowledge, Reactions
-from hvcpd.coordination.states import NEWCOMER, State, Trigger
+from hvcpd.coordination.states import AT_WORK, NEWCOMER, State, Trigger
 from hvcpd.coordination.table import fire
 from hvcpd.language import messages as m
 from hvcpd.language.forms import CHANGES
 
 TIMES = 3
 """A change is said so often, by whomever: with three of ten sentences lost, 97 of 100 listeners have it then."""
-JUST_DUE_S = 20.0
-"""Sooner after a task became due nobody has done it: to claim it, to be confirmed, to get there and to say so takes
-longer. Who did it last time, says that it is done, and has no clock, means that time."""
 SPREAD_S = 30.0
 """Before it is said again: a turn, with its confirmation, takes 12.5 s. At most twice as long; doubled each time."""
 
@@ -39,7 +36,7 @@ def want(me: Knowledge, number: int, skip: bool, now: float) -> str | None:
         return f"task {number} is {entry.state} already" if skip else f"task {number} is still to be done"
     if skip and _is_acted(me, number):
         return f"task {number} is just being done"
-    _take(me, entry, entry.change + 1, skip, now)
+    _take(me, entry, _next(entry), skip, now)
     _say_to_all(me, entry, now)
     return None
 
@@ -59,12 +56,17 @@ def changed(me: Knowledge, heard: Heard, s: m.Change) -> None:
         composing.answer(me, speaker, f"answer {speaker}", m.Working(s.task), now)
     else:
         if not entry.change or not _is_so(entry, s.skip):
-            _take(me, entry, entry.change + 1, s.skip, now)
+            _take(me, entry, _next(entry), s.skip, now)
         _answer(me, speaker, entry, now)
 
 
 def _is_so(entry: Entry, skip: bool) -> bool:
     return entry.known_done if skip else entry.state != DONE and not entry.failed_by
+
+
+def _next(entry: Entry) -> int:
+    """The number of the next change; 0, unknown: of what recurs, and this robot does not know which time is due."""
+    return entry.change + 1 if entry.change or not entry.recurs else 0
 
 
 def _is_acted(me: Knowledge, number: int) -> bool:
@@ -75,9 +77,17 @@ def _compare(me: Knowledge, heard: Heard, entry: Entry, skip: bool, spoken: int)
     """Take what is newer, put right what is older; of two changes with one number, to do it again holds."""
     number, now = entry.definition.number, heard.now
     count = _counted(entry, spoken)
+    if not skip and count == entry.change + 1 and schedule.begin(me, number, now) and entry.state == DONE:
+        schedule.reopen(me, entry, now)  # it is the time that comes
     differs = skip is not entry.skipped
-    if count > entry.change or (count == entry.change and differs and not skip and entry.known_done):
-        _take(me, entry, count, skip, now)
+    if not skip and schedule.was_done_just_now(entry, now):
+        entry.change = count
+    by_ear = entry.recurs and me.clock_s is None and count != entry.change  # its own number may be a word misheard
+    if count > entry.change or by_ear or (count == entry.change and differs and not skip and entry.known_done):
+        if entry.recurs and entry.told != count and not is_for_me_alone(me, heard.to):
+            entry.told = count  # the robots that have clocks know their times: it may be another task's, misheard
+        else:
+            _take(me, entry, count, skip, now)
         return
     if count < entry.change or (differs and skip and not entry.known_done):
         tell(me, heard.speaker, entry, now)
@@ -102,7 +112,8 @@ def _take(me: Knowledge, entry: Entry, count: int, skip: bool, now: float) -> No
     me.board.change(number, count, skip)
     if skip and me.current.task == number:
         fire(me, Trigger.DONE_BEFORE, now)
-    me.spreading[number] = (now + SPREAD_S * (1.0 + me.rng.random()), 1)
+    if count:
+        me.spreading[number] = (now + SPREAD_S * (1.0 + me.rng.random()), 1)
     me.reconsider(now)
 
 
@@ -113,7 +124,9 @@ def said(entry: Entry) -> m.Change:
 
 def tell(me: Knowledge, other: str | None, entry: Entry, now: float) -> None:
     """Somebody has missed the last change."""
-    composing.answer(me, other, f"change {entry.definition.number}", said(entry), now, OWNER_SLOT, call=other)
+    number = entry.definition.number
+    slot = OWNER_SLOT if me.current.task == number else objection_slot(me, other or "", number, now)
+    composing.answer(me, other, f"change {number}", said(entry), now, slot, call=other)
 
 
 def _answer(me: Knowledge, name: str | None, entry: Entry, now: float) -> None:
@@ -161,16 +174,22 @@ def up_to_date(me: Knowledge, heard: Heard) -> Heard | None:
             entry, doer = me.board.find(ref), u.statement.speaker if isinstance(u.statement, m.Relayed) else u.speaker
             if entry is None:
                 return heard
-            if _means_last_time(me, entry, doer, now):
-                me.board.change(entry.definition.number, entry.change + 1, skip=False)
-            if not _is_outdated(entry, doer, count):
+            in_passing = following is not None  # said by who has just done it
+            if not _is_outdated(entry, doer, count) and (
+                in_passing or not _is_of_another_time(me, entry, doer, count, now)
+            ):
                 return heard
             tell(me, heard.speaker, entry, now)
             claim = replace(u, statement=m.Claim(following)) if following is not None else None
             return replace(heard, utterance=claim) if claim is not None else None
         case m.Confirmed(m.TaskByNumber() as ref, complete=True) if isinstance(heard.to, m.ToRobot):
-            entry = me.board.find(ref)
-            return None if entry is not None and _is_outdated(entry, heard.to.name, None) else heard
+            entry, doer = me.board.find(ref), heard.to.name
+            if entry is None:
+                return heard
+            if not _is_outdated(entry, doer, None) and not _is_of_another_time(me, entry, doer, None, now):
+                return heard
+            tell(me, doer, entry, now)
+            return None
         case m.Negative() if is_for_me_alone(me, heard.to) and me.current.task is not None:
             _tell_if_changed(me, heard, me.current.task)
         case m.Left(more=False):
@@ -180,17 +199,8 @@ def up_to_date(me: Knowledge, heard: Heard) -> Heard | None:
     return heard
 
 
-def _means_last_time(me: Knowledge, entry: Entry, doer: str | None, now: float) -> bool:
-    """Whether this robot, which has a clock and claims the task, knows that it was done before it became due again."""
-    every, mine = entry.definition.every, me.current.task == entry.definition.number and me.state is State.PROPOSED
-    if every is None or not mine or me.clock_s is None or doer != entry.done_by:
-        return False
-    before = entry.opened_s - entry.done_s > schedule.SKEW_S
-    return before and now - entry.opened_s < JUST_DUE_S and now - entry.done_s < schedule.early_s(every)
-
-
 def _tell_if_changed(me: Knowledge, heard: Heard, number: int) -> None:
-    if me.board[number].is_changed:
+    if me.board[number].is_changed or (me.current.task == number and schedule.is_just_due(me.board[number], heard.now)):
         tell(me, heard.speaker, me.board[number], heard.now)
 
 
@@ -198,9 +208,20 @@ def _is_outdated(entry: Entry, doer: str | None, count: int | None) -> bool:
     """Whether somebody tells that a task is done who does not know that it is to be done again; notes a change that
     this robot did not know."""
     known = _counted(entry, count) if count is not None else 0
-    if known > entry.change:
+    if known > entry.change and not entry.recurs:
         entry.change, entry.is_changed = known, True
     return entry.is_changed and not entry.known_done and entry.owner != doer and known < entry.change
+
+
+def _is_of_another_time(me: Knowledge, entry: Entry, doer: str | None, count: int | None, now: float) -> bool:
+    """Whether somebody tells that what recurs is done who may mean the last time: this robot knows that it is due just
+    now, and that one, whose claim it has not heard, says another number, or none."""
+    at_work = me.current.task == entry.definition.number and me.state in AT_WORK  # then that one is asked (`claims`)
+    if me.clock_s is None or entry.known_done or entry.owner == doer or at_work:
+        return False
+    if not schedule.is_just_due(entry, now):
+        return False
+    return count is None or _counted(entry, count) != entry.change
 
 
 REACTIONS: Reactions = {m.Change: changed}

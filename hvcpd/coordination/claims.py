@@ -173,6 +173,8 @@ def completed(me: Knowledge, heard: Heard, s: m.Completed) -> None:
     new, good = not entry.known_done, True
     doubt = doubts(me, speaker, number, s.next is not None, now)
     sure = not doubt and (note_done(me, speaker, number, now) or not new)
+    if sure and entry.recurs and me.clock_s is None and s.count is not None:
+        entry.change = s.count  # for this time
     if s.next is not None and (following := me.board.find(s.next)) is not None:
         upon, good = following.definition.number, contend(me, heard, speaker, following, False)
     if is_for_me_alone(me, heard.to):

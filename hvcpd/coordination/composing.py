@@ -83,15 +83,16 @@ def greeting(me: Knowledge) -> m.Utterance:
     return introduction(me, to) if me.role.listed else spelled_name(me, to)
 
 
-def spoken_count(entry: Entry) -> int:
-    """The number of a task's last change, as it is said."""
-    return (entry.change - 1) % CHANGES + 1
+def spoken_count(entry: Entry) -> int | None:
+    """The number of a task's last change, or of the time that is due, as it is said; None if it is not known."""
+    return (entry.change - 1) % CHANGES + 1 if entry.change else None
 
 
 def done(me: Knowledge, number: int) -> m.Completed:
-    """That a task is done; of one that was changed, since which change."""
+    """That a task is done; of one that was changed, since which change, and of one that recurs, for which time."""
     entry = me.board[number]
-    return m.Completed(m.TaskByNumber(number), count=spoken_count(entry) if entry.is_changed else None)
+    counts = entry.is_changed or entry.recurs
+    return m.Completed(m.TaskByNumber(number), count=spoken_count(entry) if counts else None)
 
 
 def claim(me: Knowledge) -> m.Utterance | None:
@@ -118,6 +119,8 @@ def joined(confirmation: m.Utterance, own: m.Utterance) -> m.Utterance:
     said, words = confirmation.statement, own.statement
     if not isinstance(said, m.Confirmed) or not isinstance(words, m.Claim | m.Completed):
         raise TypeError(f"{said} and {words} are not said together")
+    if isinstance(words, m.Completed):
+        words = replace(words, count=None)  # that would be too long; of what recurs, it can be spared
     return replace(confirmation, statement=m.ConfirmedAnd(said, words))
 
 
@@ -135,7 +138,7 @@ def working(me: Knowledge) -> m.Utterance | None:
 
 
 def occupation(me: Knowledge, asker: str | None) -> m.Utterance:
-    """What this robot is doing, for who asked."""
+    """What this robot is doing, addressed to the asker."""
     if me.state is State.STOPPED:
         return to_asker(me, asker, m.Stopped())
     if me.current.task is not None and me.state in AT_WORK:
@@ -146,7 +149,7 @@ def occupation(me: Knowledge, asker: str | None) -> m.Utterance:
 
 
 def shift_report(me: Knowledge, asker: str | None) -> m.Utterance:
-    """Name, team, task, state and battery in one sentence, for who asked."""
+    """Name, team, task, state and battery in one sentence, addressed to the asker."""
     doing, task = m.Doing.FREE, None
     if me.state is State.STOPPED:
         doing = m.Doing.STOPPED

@@ -37,7 +37,7 @@ SAME_WITHIN_S = 1.0
 """The same sentence, begun no later than this after it was understood, is its second saying: SECOND_GAP_S, and some
 more for ears that notice late. Nobody who waits for an answer says anything again so soon."""
 CLOCK_STEP_S = 1.0
-"""A clock that goes by so much less is only read at another moment."""
+"""A clock that differs by less was only read at another moment."""
 ASKING = (m.Claim, m.Working, m.Completed, m.Failed, m.Left, m.Relayed)
 """What any of those who hear it may confirm or object to, each in a slot of its own. Whatever else is said, one
 answers, if anybody does, before a turn begins."""
@@ -81,7 +81,8 @@ class Coordination:
             board[number].due_s = due_s
         for number, (count, skipped) in (changes or {}).items():
             board.change(number, count, skipped)
-            board[number].is_changed = board[number].definition.every is None  # else it may have been due since then
+            if board[number].definition.every is not None:  # it may have been due since then
+                board[number].is_changed, board[number].change = False, 0
         self._roster = frozenset(name.lower() for name in role.roster)
         me.acquaintance.unheard = self._roster - {role.name.lower()}
         me.acquaintance.all_heard_s = now + timing.meeting_s * (1 + len(role.roster))
@@ -119,7 +120,7 @@ class Coordination:
             trusting.refuse(me, utterance, trust, now)
             return
         for part in m.parts(utterance):
-            schedule.heard(me, m.own_words(part.statement), now)
+            schedule.heard(me, part.statement, now)
             hearing.react(me, Heard(part, 1.0 if trust.checks_words else confidence, now))
         if me.state is State.READY and me.timer_s == math.inf and not me.board.all_done:
             me.arm(now, me.timing.decide_s)

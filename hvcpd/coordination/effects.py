@@ -6,7 +6,7 @@ from collections.abc import Callable
 
 from hvcpd.config.tasks import Action as TaskAction
 from hvcpd.config.tasks import Forward, GoTo, Motion, Turn
-from hvcpd.coordination import choosing, composing, earshot
+from hvcpd.coordination import choosing, composing, earshot, schedule
 from hvcpd.coordination.actions import Halt, Perform, SaveStopped
 from hvcpd.coordination.addressing import confirming_slot, waiting_slots
 from hvcpd.coordination.board import spoken_name
@@ -97,7 +97,7 @@ def want_claim(me: Knowledge, now: float) -> None:
 
 
 def want_claim_again(me: Knowledge, now: float) -> None:
-    """The task is chosen once the floor is had."""
+    """The task is chosen once this robot has the floor."""
     _want_turn_again(me, composing.claim, now, lambda: claim_task(me, now))
 
 
@@ -108,6 +108,7 @@ def claim_task(me: Knowledge, now: float) -> None:
         if me.current.task is None:
             return
         me.current.owner_before, me.current.doubted = me.board[me.current.task].owner, None
+    schedule.begin(me, me.current.task, now)
     me.board.claim(me.current.task, me.role.name, me.lease_end_s(now))
 
 
@@ -243,7 +244,7 @@ def move(me: Knowledge, _now: float) -> None:
 
 
 def want_order(me: Knowledge, now: float) -> None:
-    """The same once more, or another one, chosen once the floor is had."""
+    """The same task again, or another one, chosen once this robot has the floor."""
     _want_turn(me, composing.order, now, decide=lambda: choose_order(me, now))
 
 
@@ -303,7 +304,7 @@ def _want_to_say_farewell(me: Knowledge, now: float) -> None:
 
 
 def stop_and_leave(me: Knowledge, now: float) -> None:
-    """It stands, and leaves all the same; it will still be stopped when it is switched on again."""
+    """It is stopped, and leaves anyway; it will still be stopped when it is switched on again."""
     latch(me, now)
     if me.floor.speaking is None or me.floor.speaking.trigger is not Trigger.SPOKEN_FAREWELL:
         _want_to_say_farewell(me, now)
@@ -335,7 +336,8 @@ def halt(me: Knowledge, now: float) -> None:
     me.current.clear()
     slot = me.rank("", 0, now)  # in turn: each wants to be heard by all others
     stopped = composing.to_all(me, m.Stopped())
-    me.floor.want(Intent(Urgency.ALARM, "stopped", lambda: stopped, slot=slot), now)
+    after_s = now + 2.0 * me.timing.stop_again_s  # "stop" goes on from one to the next first
+    me.floor.want(Intent(Urgency.ALARM, "stopped", lambda: stopped, slot=slot, not_before_s=after_s), now)
     want_release_told(me, now)
 
 

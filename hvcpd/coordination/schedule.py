@@ -1,8 +1,9 @@
 """What is due again: by the clock on the wall, or, without one, by ear.
 
-An occurrence is named by the time at which it was due. Who has a clock opens a task that was done before; who has none
-believes whoever speaks of it as of something to be done, unless it was done just before. Clocks need to agree
-to SKEW_S: who is told of a task that early takes it for due.
+An occurrence is named by the time at which it was due, and spoken of by its number, as a change of the task is. Who has
+a clock opens a task that was done before, and knows its number; who has none believes whoever speaks of it as of
+something to be done, unless it was done just before, and learns its number from reports. Clocks need to agree
+to SKEW_S: who speaks of a task that early means the time that comes.
 """
 
 from __future__ import annotations
@@ -45,20 +46,36 @@ def open_due(me: Knowledge, now: float) -> None:
         due_s, coming_s = every.last(wall_s), every.next(wall_s)
         me.due_next_s = min(me.due_next_s, coming_s if coming_s is not None else math.inf)
         if due_s is None or (entry.due_s is not None and due_s <= entry.due_s):
+            entry.change = entry.change or (every.number(entry.due_s) if entry.due_s is not None else 0)
             continue
-        entry.due_s = due_s
+        _number(entry, every, due_s)
         _open(me, entry, now, is_due=wall_s - due_s < SKEW_S)
+
+
+def _number(entry: Entry, every: Recurrence, due_s: float) -> None:
+    """All of the entry is about this time from now on. People's changes since the last time have counted, too."""
+    number = every.number(due_s)
+    if entry.change and entry.due_s is not None:
+        number = entry.change + number - every.number(entry.due_s)
+    entry.change, entry.due_s = number, due_s
+
+
+def begin(me: Knowledge, number: int, now: float) -> bool:
+    """A task is claimed, or told to be due: whether that is for the time that comes, for it is so near."""
+    return _is_about_to_be_due(me, me.board[number], now)
 
 
 def heard(me: Knowledge, statement: m.Statement | None, now: float) -> None:
     """Somebody speaks of tasks as of something to be done, or just done: of what was done here, it may be the next."""
-    for ref in _spoken_of(statement):
+    told = m.own_words(statement)
+    for ref in _spoken_of(told):
         entry = me.board.find(ref)
-        if entry is None or not entry.known_done or not _may_be_due(me, entry, now):
+        if entry is None or not _may_be_due(me, entry, now) or not entry.known_done:
             continue
         if me.clock_s is None:
-            if isinstance(statement, m.Completed) and statement.task == ref:
-                entry.done_s = now  # this time or the last one: done it is
+            if isinstance(told, m.Completed) and told.task == ref:
+                if told is statement:  # not what another one knows of old
+                    entry.done_s = now  # this time or the last one: done it is
                 continue
             me.missed.heard_work = True  # other tasks may be due as well
         _open(me, entry, now, is_due=True)
@@ -77,6 +94,8 @@ def _open(me: Knowledge, entry: Entry, now: float, is_due: bool) -> None:
     reopen(me, entry, now)
     entry.is_due, entry.is_changed = is_due, False
     entry.opened_s = now if is_due else -math.inf
+    if me.clock_s is None:
+        entry.change = 0  # what was missed meanwhile is not known
 
 
 def reopen(me: Knowledge, entry: Entry, now: float) -> None:
@@ -98,12 +117,32 @@ def _may_be_due(me: Knowledge, entry: Entry, now: float) -> bool:
         return False
     if me.clock_s is None:
         return now - entry.done_s >= early_s(every) and now - entry.opened_s >= RHYTHM * every.shortest_s
+    return _is_about_to_be_due(me, entry, now)
+
+
+def _is_about_to_be_due(me: Knowledge, entry: Entry, now: float) -> bool:
+    """Whether it is within SKEW_S, by this robot's clock; from then on all is about that time."""
+    every = entry.definition.every
+    if every is None or me.clock_s is None:
+        return False
     wall_s = now + me.clock_s
     coming_s = every.next(max(entry.due_s, wall_s) if entry.due_s is not None else wall_s)
     if coming_s is None or coming_s - wall_s > SKEW_S:
         return False
-    entry.due_s = coming_s
+    _number(entry, every, coming_s)
     return True
+
+
+def is_just_due(entry: Entry, now: float) -> bool:
+    """Whether it became due so short a time ago, by a clock, that who has none may not know of it."""
+    return entry.recurs and entry.change > 0 and now - entry.opened_s < SKEW_S
+
+
+def was_done_just_now(entry: Entry, now: float) -> bool:
+    """Whether a robot that does not know for which time it was done, and is told soon after it became due, takes it to
+    be done for that time."""
+    unknown = entry.recurs and not entry.change
+    return unknown and entry.known_done and now - entry.done_s < 2.0 * SKEW_S
 
 
 def early_s(every: Recurrence) -> float:

@@ -131,8 +131,8 @@ class CacheWarmUp:
         self._run([self._own_words(self._plan.role.speech.slowly)], go_on)
 
     def the_rest(self, robot: Robot, go_on: GoOn = always) -> None:
-        """What spelled names and the peers' waveforms are heard by, and the own words at the other rate, for who is
-        asked to say again slowly. At last what nobody has needed for long is deleted."""
+        """Templates of spelled letters, the peers' waveforms, and the own words at the other rate, to repeat something
+        slowly. At last, delete what nobody has needed for long."""
         letters = tuple(self._book.spelling_graph.words) if self._plan.team.strangers else ()
         all_voices = self._all_voices().items()
         self._run([Chore(f"letters in the voice {name}", letters, s.templates) for name, s in all_voices], go_on)

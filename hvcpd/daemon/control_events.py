@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections import deque
 from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
 from typing import Any, get_args
 
 import numpy as np
@@ -75,6 +76,35 @@ class Meter:
         self._recent.append(self.level_dbfs)
         self._power, self._count = 0.0, 0
         return True
+
+
+@dataclass
+class Tally:
+    """Counts since the start; whoever reads them makes rates and shares of them."""
+
+    heard: int = 0
+    """Sentences of others that were understood."""
+    said: int = 0
+    garbled: int = 0
+    """Speech that was not understood."""
+    confidence_sum: float = 0.0
+    """Of the sentences that were heard; each has 0 to 1."""
+    air_s: float = 0.0
+    """Time for which somebody spoke, this robot or one that it heard."""
+
+    def take(self, record: Record) -> None:
+        """Count a record."""
+        match record:
+            case SaidRecord():
+                self.said += 1
+                self.air_s += record.duration_s
+            case HeardRecord():
+                self.heard += 1
+                self.confidence_sum += record.confidence
+                self.air_s += record.end_s - record.start_s
+            case GarbledRecord():
+                self.garbled += 1
+                self.air_s += record.end_s - record.start_s
 
 
 class EventSource:

@@ -23,7 +23,7 @@ _log = structlog.get_logger(__name__)
 
 
 class ControlService:
-    """Lets other programs of this computer ask the daemon; without a socket the robot lives on all the same."""
+    """Lets other programs of this computer ask the daemon; without a socket the robot still lives on."""
 
     def __init__(self, body: Body, rereading: Rereading | None = None) -> None:
         self.body = body
@@ -79,6 +79,7 @@ class ControlService:
         """Publish one step of the robot: `heard`, shape (n,), float32, went in, and `output` came out."""
         self.body.skills.take(output.skills, robot.now)  # first of all: a cancel is not to wait
         for record in output.records:
+            self.body.tally.take(record)
             if isinstance(record, SkillRecord):
                 self.body.skills.note(record)
         self.body.heard |= heard.size > 0

@@ -17,7 +17,7 @@ from hvcpd.coordination.peers import Peer
 from hvcpd.coordination.states import State
 from hvcpd.daemon.base_request_handler import BaseRequestHandler
 from hvcpd.daemon.cache_warm_up import Preparation
-from hvcpd.daemon.control_events import Meter
+from hvcpd.daemon.control_events import Meter, Tally
 from hvcpd.daemon.journal_service import JournalService
 from hvcpd.daemon.skill_service import SkillService
 from hvcpd.daemon.sound_service import SoundService
@@ -35,6 +35,7 @@ class Body:
     wiring: Wiring
     journal: JournalService
     meter: Meter = field(default_factory=Meter)
+    tally: Tally = field(default_factory=Tally)
     preparation: Preparation = field(default_factory=Preparation)
     robot: Robot | None = None
     sound: SoundService | None = None
@@ -99,6 +100,7 @@ def status_of(body: Body) -> dict[str, Any]:
         "preparing": body.preparation.text,
         **_conversation(body),
         "battery_v": body.voltage_v,
+        "counts": {key: round(value, 3) for key, value in asdict(body.tally).items()},
         "sound": _sound(body),
         "wheels": _wheels(body),
         "skills": _skills(body),

@@ -11,7 +11,6 @@ from dataclasses import replace
 from itertools import chain
 
 from hvcpd.ports import Samples
-from hvcpd.recognition.channel.response import Taps
 from hvcpd.recognition.events import Event, Garbled, Recognised, Source
 from hvcpd.recognition.recogniser import Recogniser
 
@@ -46,10 +45,6 @@ class Listening:
     def signs(self) -> bool:
         """As `Recogniser.signs`."""
         return self._sentences.signs
-
-    def learn(self, voice: str, taps: Taps) -> None:
-        """As `Recogniser.learn`."""
-        self._sentences.learn(voice, taps)
 
     @property
     def _all(self) -> list[Recogniser]:

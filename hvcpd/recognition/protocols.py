@@ -6,7 +6,6 @@ from collections.abc import Callable, Sequence
 from typing import Protocol, Self
 
 from hvcpd.ports import Samples
-from hvcpd.recognition.channel.response import Taps
 from hvcpd.recognition.events import Event as HearingEvent
 
 
@@ -22,8 +21,6 @@ class Ears(Protocol):
     def push(self, samples: Samples, masked: bool = False) -> list[HearingEvent]: ...
 
     def lost(self, n_samples: int) -> list[HearingEvent]: ...
-
-    def learn(self, voice: str, taps: Taps) -> None: ...
 
     def succeed(self, predecessor: Self) -> None: ...
 

@@ -15,7 +15,6 @@ from numpy.typing import NDArray
 from hvcpd.language.graph import WordGraph
 from hvcpd.ports import Samples
 from hvcpd.recognition.agreement import Agreement
-from hvcpd.recognition.channel.response import Taps
 from hvcpd.recognition.coherent import CoherentListener
 from hvcpd.recognition.confidence import sentence_features, word_features
 from hvcpd.recognition.deferred import PATIENCE_FRAMES, QUIET_FRAMES
@@ -113,11 +112,6 @@ class Recogniser:
         self.begin_late()
         return found
 
-    def learn(self, voice: str, taps: Taps) -> None:
-        """A voice comes through this response, shape (n,), float32, from now on."""
-        if self._agreement is not None:
-            self._agreement.coherent.learn(voice, taps)
-
     def begin_late(self) -> None:
         """What begins now may be the end of something longer that was lost."""
         self._lost_until = self.watch.stream.next_frame + CHUNK_FRAMES
@@ -167,7 +161,7 @@ class Recogniser:
         speech = self._spotter.awake or self.watch.activity.alert
         if self._agreement is not None:
             events = self._settled(self._agreement, chunk, events, speech)
-        events += self._keyword.hear(chunk, events, speech, self._spotter.best.node >= 0)
+        events += self._keyword.hear(chunk, events, self._spotter.best.node >= 0)
         self._doze(len(energies))
         return events
 

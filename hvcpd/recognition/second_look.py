@@ -2,21 +2,23 @@
 
 Nothing here waits: a worker looks at a piece of sound, at once or in a thread, and what it finds is told with a later
 block. Until then, and for MOST_WAIT_S at most, the speech counts as still going on.
+
+Talk that goes on for longer than any sentence is handed on as it comes, from pause to pause (`long_talk`).
 """
 
 from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Generic, Protocol, Self, TypeVar
 
 import numpy as np
 
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
-from hvcpd.recognition.channel.response import Taps
 from hvcpd.recognition.events import Event, Garbled, Recognised
 from hvcpd.recognition.history import History
+from hvcpd.recognition.long_talk import LongTalk, Stretch
 from hvcpd.recognition.protocols import Ears
 from hvcpd.recognition.stream import cleaned
 
@@ -25,15 +27,18 @@ LEAD_S = 3.0
 BEFORE_S, AFTER_S = 0.5, 0.4
 """Around what was noticed as speech, for its faint beginning and end; AFTER_S is heard by the time it is told."""
 PAUSE_S = 0.5
-"""Speech so soon after lost sound may be the end of a longer sentence: torn speech has been heard as "stop"..."""
+"""Speech this soon after lost sound may be the end of a longer sentence: torn speech has been heard as "stop"."""
 SHORT_S = 0.1
-"""...unless so little was lost that no word was, nobody had spoken for PAUSE_S before..."""
+"""A loss shorter than this loses no word. Speech after it counts as whole if nobody had spoken for PAUSE_S before, and
+after ONSET_S of quiet."""
 ONSET_S = 0.1
-"""...and it was quiet for so long after it: then it begins with its first sound."""
+"""Quiet between lost sound and speech after which the speech begins with its first sound."""
 MIN_LEAD_S = 0.3
 """Of sound before the speech, to know its noise."""
 LONGEST_S = 12.0
-"""No sentence of the phrasebook takes longer; other talk does."""
+"""No sentence of the phrasebook takes longer; other talk does, and is looked at from pause to pause."""
+PAUSES_S = 0.2
+"""Around what lies between two pauses of talk."""
 MOST_WAIT_S = 3.0
 """Then the speech is garbled: a robot that has not answered by then is asked again anyway."""
 
@@ -44,7 +49,8 @@ class Piece:
 
     `sound`, shape (n,), begins with `lead` samples of what was heard before it; `start` and `end` are where the speech
     was noticed and `origin` where the sound begins, in samples since the ears were made. What the robot itself said
-    is left out of the sound.
+    is left out of the sound. `within_talk`: somebody speaks before it and after it; a sentence that ends with it may
+    begin at one of the samples `later`, too.
     """
 
     sound: Samples
@@ -52,16 +58,28 @@ class Piece:
     start: int
     end: int
     origin: int
+    within_talk: bool = False
+    later: tuple[int, ...] = ()
 
     @property
     def speech(self) -> Samples:
-        """The speech, with BEFORE_S and AFTER_S around it."""
-        end = self.lead + self.end - self.start + round(AFTER_S * SAMPLE_RATE_HZ)
-        return self.sound[max(self.lead - round(BEFORE_S * SAMPLE_RATE_HZ), 0) : end]
+        """The speech, with what is around it."""
+        end = self.lead + self.end - self.start + round((PAUSES_S if self.within_talk else AFTER_S) * SAMPLE_RATE_HZ)
+        return self.sound[max(self.lead - self.before, 0) : end]
+
+    @property
+    def before(self) -> int:
+        """Samples that `speech` has before what was noticed: for a faint beginning, or as far as the talk paused."""
+        return round((PAUSES_S if self.within_talk else BEFORE_S) * SAMPLE_RATE_HZ)
+
+    @property
+    def beginnings(self) -> list[Piece]:
+        """Itself, and the same from each later beginning on."""
+        return [self, *(replace(self, lead=self.lead + at - self.start, start=at, later=()) for at in self.later)]
 
     @property
     def snr_db(self) -> float:
-        """The mean power of the speech over that of what was heard before it; infinite without enough of that."""
+        """The mean power of the speech over that of the noise before it; infinite without enough of that."""
         lead = self.sound[: self.lead].astype(np.float64)
         if len(lead) < MIN_LEAD_S * SAMPLE_RATE_HZ:
             return math.inf
@@ -134,75 +152,112 @@ class Prepares(Protocol):
         """Make it ready, as long as `go_on`; in any thread."""
 
 
-class OuterEars:
-    """`Ears` around others, with a listener of their own: what they only pass on."""
+class LaterEars(Generic[Job, Found]):
+    """`Ears` around others that have sound looked at again, and keep the last seconds for it."""
 
-    def __init__(self, ears: Ears, listener: Prepares) -> None:
+    def __init__(self, ears: Ears, listener: Prepares, worker: Worker[Job, Found], keep: int) -> None:
+        """`keep`: samples of sound that are kept."""
         self._ears = ears
         self._prepares = listener
+        self._worker = worker
+        self._history = History(keep)
+        self._began = self._now = 0
 
     @property
     def signs(self) -> bool:
         """As `Ears.signs`."""
         return self._ears.signs
 
-    def learn(self, voice: str, taps: Taps) -> None:
-        """As `Recogniser.learn`."""
-        self._ears.learn(voice, taps)
-
     def prepare(self, go_on: Callable[[], bool]) -> None:
         """As `Recogniser.prepare`."""
         self._ears.prepare(go_on)
         self._prepares.prepare(go_on)
 
+    def push(self, samples: Samples, masked: bool = False) -> list[Event]:
+        """As `Recogniser.push`; what a look finds comes with a later push."""
+        events = self._ears.push(samples, masked)
+        self._began, self._now = self._now, self._now + len(samples)
+        if not masked:
+            self._history.push(self._began, cleaned(samples))
+            self._follow()
+        else:
+            self._mask()
+        return self.take(events)
 
-class SecondEars(OuterEars):
+    def lost(self, n_samples: int) -> list[Event]:
+        """As `Recogniser.lost`."""
+        events = self._ears.lost(n_samples)
+        self._break_off(n_samples)
+        self._now += n_samples
+        return self.take(events)
+
+    def succeed(self, predecessor: Self) -> None:
+        """Go on where `predecessor` is, with what it still waits for."""
+        self._ears.succeed(predecessor._ears)
+        self._worker, self._history, self._now = predecessor._worker, predecessor._history, predecessor._now
+
+    def take(self, events: Sequence[Event]) -> list[Event]:
+        """What comes of events that the first ears told, and of looks that have ended."""
+        raise NotImplementedError
+
+    def _follow(self) -> None:
+        """A block was heard, from sample `_began` on."""
+        raise NotImplementedError
+
+    def _break_off(self, n_samples: int) -> None:
+        """Number of samples that were lost."""
+        raise NotImplementedError
+
+    def _mask(self) -> None:
+        """The robot itself speaks."""
+
+
+class SecondEars(LaterEars[Piece, Recognised | None]):
     """Ears that have people listened for."""
 
     def __init__(self, ears: Ears, listener: LooksAgain, worker: Worker[Piece, Recognised | None]) -> None:
-        super().__init__(ears, listener)
+        super().__init__(ears, listener, worker, round((LEAD_S + LONGEST_S + 2 * MOST_WAIT_S) * SAMPLE_RATE_HZ))
         self._listener = listener
-        self._worker = worker
-        self._history = History(round((LEAD_S + LONGEST_S + 2 * MOST_WAIT_S) * SAMPLE_RATE_HZ))
-        self._now = 0
         self._spoke_until = -round(PAUSE_S * SAMPLE_RATE_HZ)
         """Somebody else spoke last before this sample."""
         self._torn_until = 0
         """What begins before this sample may lack its beginning."""
         self._waiting: list[Piece] = []
+        self._talk = LongTalk(round(LONGEST_S * SAMPLE_RATE_HZ))
+        self._stretches: list[Stretch] = []
+        """Of talk, to be looked at."""
+        self._understood_until = 0
+        """What was said before this sample was understood."""
 
     @property
     def busy(self) -> bool:
         """Whether somebody else is speaking, or has spoken and may still be understood."""
         return self._ears.busy or bool(self._waiting)
 
-    def push(self, samples: Samples, masked: bool = False) -> list[Event]:
-        """As `Recogniser.push`; what a second look finds comes with a later push."""
-        events = self._ears.push(samples, masked)
-        self._now += len(samples)
+    def succeed(self, predecessor: Self) -> None:
+        """As `LaterEars.succeed`."""
+        super().succeed(predecessor)
+        self._waiting = predecessor._waiting
+        self._spoke_until, self._torn_until = predecessor._spoke_until, predecessor._torn_until
+        self._talk, self._understood_until = predecessor._talk, predecessor._understood_until
+
+    def _follow(self) -> None:
         if self._ears.busy:
             self._spoke_until = self._now
-        if not masked:
-            self._history.push(self._now - len(samples), cleaned(samples))
-        return self.take(events)
+        sound, _ = self._history.around(self._began, self._began, self._now)
+        self._stretches += self._talk.push(self._began, sound, self._ears.busy)
 
-    def lost(self, n_samples: int) -> list[Event]:
-        """As `Recogniser.lost`."""
+    def _mask(self) -> None:
+        self._talk.end_talk()
+
+    def _break_off(self, n_samples: int) -> None:
         quiet = self._now - self._spoke_until >= PAUSE_S * SAMPLE_RATE_HZ
         whole = quiet and 0 < n_samples <= SHORT_S * SAMPLE_RATE_HZ
-        events = self._ears.lost(n_samples)
-        self._now += n_samples
-        self._torn_until = max(self._torn_until, self._now + round((ONSET_S if whole else PAUSE_S) * SAMPLE_RATE_HZ))
-        return self.take(events)
+        until = self._now + n_samples + round((ONSET_S if whole else PAUSE_S) * SAMPLE_RATE_HZ)
+        self._torn_until = max(self._torn_until, until)
+        self._talk.end_talk()
 
-    def succeed(self, predecessor: Self) -> None:
-        """Go on where `predecessor` is, with what it still waits for."""
-        self._ears.succeed(predecessor._ears)
-        self._history, self._now = predecessor._history, predecessor._now
-        self._waiting, self._worker = predecessor._waiting, predecessor._worker
-        self._spoke_until, self._torn_until = predecessor._spoke_until, predecessor._torn_until
-
-    def take(self, events: list[Event]) -> list[Event]:
+    def take(self, events: Sequence[Event]) -> list[Event]:
         """What comes of events that the first ears told, and of looks that have ended."""
         out: list[Event] = []
         for event in events:
@@ -211,17 +266,39 @@ class SecondEars(OuterEars):
                 self._waiting.append(piece)
             else:
                 out.append(event)
+        ends = [event.end_sample for event in out if isinstance(event, Recognised)]
+        self._understood_until = max([self._understood_until, *ends])
+        while self._stretches:
+            self._look_within(self._stretches.pop(0))
         for piece, found in self._worker.findings():
             if piece in self._waiting:
                 self._waiting.remove(piece)
-                out.append(found or Garbled(piece.start, piece.end))
+                if found is not None:
+                    out.append(found)
+                elif not piece.within_talk:
+                    out.append(Garbled(piece.start, piece.end))
         return out + self._given_up()
 
     def _given_up(self) -> list[Event]:
         late = [piece for piece in self._waiting if self._now - piece.end > MOST_WAIT_S * SAMPLE_RATE_HZ]
         for piece in late:
             self._waiting.remove(piece)
-        return [Garbled(piece.start, piece.end) for piece in late]
+        return [Garbled(piece.start, piece.end) for piece in late if not piece.within_talk]
+
+    def _look_within(self, stretch: Stretch) -> None:
+        """Have a part of talk looked at."""
+        heard_from = max(self._understood_until, self._torn_until)
+        starts = [start for start in stretch.starts if start >= heard_from]
+        if not starts:
+            return
+        begin, end = starts[0] - round(LEAD_S * SAMPLE_RATE_HZ), stretch.end + round(PAUSES_S * SAMPLE_RATE_HZ)
+        sound, lead = self._history.around(begin, starts[0], end)
+        if len(sound) - lead < stretch.end - starts[0]:
+            return
+        later = tuple(starts[1:])
+        piece = Piece(sound, lead, starts[0], stretch.end, starts[0] - lead, within_talk=True, later=later)
+        if self._worker.submit(piece, self._listener):
+            self._waiting.append(piece)
 
     def _piece(self, event: Garbled) -> Piece | None:
         """The sound of an event; None if it was too long, may be torn, or is not kept any more."""

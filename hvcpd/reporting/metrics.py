@@ -16,19 +16,19 @@ TASK_STATES = ("open", "claimed", "done")
 """Each is told even where no task is in it, so that a graph has no gaps."""
 
 
-def metrics_of(status: Mapping[str, Any]) -> str:
-    """Return what `hvcpctl status --json` shows as metrics; what is not known has none."""
+def metrics_of(status: Mapping[str, Any], heat_c: float | None = None) -> str:
+    """Return what `hvcpctl status --json` shows as metrics; what is not known has none. `heat_c`: the processor's."""
     robot = {"robot": str(status["name"])}
     lines: list[str] = []
-    for name, kind, text, samples in _families(status):
-        shown = [f"hvcpd_{name}{_labels({**robot, **labels})} {value:g}" for labels, value in samples]
+    for name, kind, text, samples in _families(status, heat_c):
+        shown = [f"hvcpd_{name}{_labels({**robot, **labels})} {value:.12g}" for labels, value in samples]
         if shown:
             lines += [f"# HELP hvcpd_{name} {text}", f"# TYPE hvcpd_{name} {kind}", *shown]
     return "\n".join(lines) + "\n"
 
 
-def _families(status: Mapping[str, Any]) -> Iterator[Family]:
-    sound, peers, memory = status["sound"], status["peers"], status["memory"]
+def _families(status: Mapping[str, Any], heat_c: float | None) -> Iterator[Family]:
+    counts, sound, peers, memory = (status[key] for key in ("counts", "sound", "peers", "memory"))
     tasks = {**dict.fromkeys(TASK_STATES, 0), **status["tasks"]}
     version = {"version": str(status["version"]), "team": str(status["team"]), "mode": str(status["mode"])}
     yield "info", "gauge", "The robot and its version.", [(version, 1.0)]
@@ -37,6 +37,12 @@ def _families(status: Mapping[str, Any]) -> Iterator[Family]:
     yield "speaking", "gauge", "Whether it speaks just now.", [({}, status["speaking"])]
     yield "listening", "gauge", "Whether sound comes from the microphone.", [({}, sound["listening"])]
     yield "tasks", "gauge", "Tasks of the board by state.", [({"state": key}, n) for key, n in tasks.items()]
+    yield "heard_total", "counter", "Sentences that were understood.", [({}, counts["heard"])]
+    yield "heard_confidence_total", "counter", "Their confidences, added up.", [({}, counts["confidence_sum"])]
+    yield "garbled_total", "counter", "Speech that was not understood.", [({}, counts["garbled"])]
+    yield "said_total", "counter", "Sentences that it said.", [({}, counts["said"])]
+    yield "air_seconds_total", "counter", "Time for which it or others spoke.", [({}, counts["air_s"])]
+    yield "processor_celsius", "gauge", "Of the processor.", _known({}, heat_c)
     yield "battery_volts", "gauge", "Of the wheels' supply.", _known({}, status["battery_v"])
     yield "sound_level_dbfs", "gauge", "What the microphone hears.", [({}, sound["level_dbfs"])]
     yield "sound_floor_dbfs", "gauge", "The noise beneath it.", [({}, sound["floor_dbfs"])]

@@ -129,7 +129,7 @@ class Object:
                 return value
 
     def hold(self, on: bool) -> None:
-        """A Python object is not held: it may be in the midst of anything, and a stop cancels it soon enough."""
+        """A Python object is not held: it may be in the middle of anything, and a stop cancels it soon enough."""
 
     async def close(self) -> None:
         """End its process."""

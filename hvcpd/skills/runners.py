@@ -7,28 +7,34 @@ it ends.
 from __future__ import annotations
 
 import asyncio
+import errno
 import json
 import os
 import re
+import shutil
 import signal
 from collections.abc import Callable, Mapping
 from contextlib import suppress
 from dataclasses import dataclass, field
+from pathlib import Path
 from typing import Any, Protocol
 
 import structlog
 
 from hvcpd.config.skills import Value
-from hvcpd.skills.guard import GuardLine, die_with_parent
+from hvcpd.skills.guard import GuardLine
 from hvcpd.skills.life import Call
 
 TERM_S = 0.25
 """After SIGTERM a program has so long to leave all safe, before SIGKILL; a stop is to be safe within half a second."""
 SAFE_S = 5.0
-"""So long the program that leaves all safe may take, before it is ended too."""
+"""Longest time for the program that leaves all safe, before it is ended too."""
 MAX_LINE_BYTES = 8192
 """Of what a program says; longer lines are passed over."""
 MAX_REASON_LENGTH = 200
+
+_TIED = ("setpriv", "--pdeathsig", "KILL", "--") if shutil.which("setpriv") else ()
+"""Has the kernel end what it starts as soon as its parent is dead; of util-linux. Without it only the guard does so."""
 
 _PLACE = re.compile(r"\{([a-z][a-z0-9_]*)\}")
 
@@ -142,14 +148,20 @@ async def shielded(last: Any) -> None:
 
 
 async def start(words: tuple[str, ...], asks: bool = False) -> asyncio.subprocess.Process:
-    """A program in a group of its own, that dies with this process. Raises OSError."""
+    """A program in a group of its own, that dies with this process. Raises OSError.
+
+    Python forks for a `preexec_fn`, which takes the longer the larger it is; without one the kernel need not copy it.
+    """
+    if shutil.which(words[0]) is None:
+        number = errno.EACCES if Path(words[0]).is_file() else errno.ENOENT
+        raise OSError(number, os.strerror(number))
     return await asyncio.create_subprocess_exec(
+        *_TIED,
         *words,
         stdin=asyncio.subprocess.PIPE if asks else asyncio.subprocess.DEVNULL,
         stdout=asyncio.subprocess.PIPE,
         limit=MAX_LINE_BYTES,
         start_new_session=True,
-        preexec_fn=die_with_parent,
     )
 
 

@@ -24,7 +24,7 @@ from hvcpd.console.serve import PageServer, open_port
 from hvcpd.console.viewers import Viewers
 from tests.console.asking import Robot, status
 
-TAB, ENTER = Keys.TAB, Keys.ENTER
+TAB, ENTER, ESCAPE = Keys.TAB, Keys.ENTER, Keys.ESCAPE
 CHROMIUM, DRIVER = shutil.which("chromium"), shutil.which("chromedriver")
 MISSING = CHROMIUM is None or DRIVER is None
 WHY = "not installed: chromium, or chromium-driver (`make parts` installs them as root)"

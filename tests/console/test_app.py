@@ -88,7 +88,7 @@ def test_more_pages_than_there_is_room_for_are_refused() -> None:
 
 
 @pytest.mark.parametrize(
-    "name", ["main.js", "talk.js", "board.js", "map.js", "controls.js", "replay.js", "dom.js", "icon.svg"]
+    "name", ["main.js", "talk.js", "board.js", "map.js", "controls.js", "replay.js", "tour.js", "dom.js", "icon.svg"]
 )
 def test_the_pages_parts_can_be_had(name: str) -> None:
     answer = Page().get(f"/part/{name}")

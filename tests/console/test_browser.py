@@ -159,13 +159,8 @@ def test_who_reads_further_up_is_not_pulled_away(driver: browser.webdriver.Chrom
     browser.until(lambda: driver.execute_script("return chat.scrollHeight - chat.scrollTop - chat.clientHeight") < 2)
 
 
-@pytest.mark.parametrize(
-    ("width", "height", "phone", "scheme"), [(1280, 900, False, "light"), (390, 844, True, "dark")]
-)
-def test_nobody_is_kept_out(
-    width: int, height: int, phone: bool, scheme: str, driver: browser.webdriver.Chrome, show: browser.Show
-) -> None:
-    browser.look_like(driver, width, height, scheme, phone)
+def test_nobody_is_kept_out(driver: browser.webdriver.Chrome, show: browser.Show) -> None:
+    """Desktop and phone, light and dark, with a hint and with the question before resuming."""
     show.do(show.scene.tasks, [task(), task(2, state="done", owner="Bot"), task(3, failed_by=["Bot"])])
     peer = {"name": "Bot", "team": "plant", "present": False, "heard_ago_s": 9.0, "confidence": 0.9, "snr_db": 20.0}
     show.do(show.scene.status, status(stopped=True, peers=[peer], speaking=True))
@@ -173,10 +168,36 @@ def test_nobody_is_kept_out(
     show.do(show.scene.event, {"event": "garbled", "at_s": 101.0, "listener": "Rob"})
     show.do(show.scene.event, {"event": "level", "level_dbfs": -30.0, "floor_dbfs": -50.0})
     browser.until(lambda: text(driver, "#alarms li") and text(driver, "#chat li.act"))
-    press(driver, "#resume")
-    assert browser.faults(driver) == []
-    wide = driver.execute_script("return document.documentElement.scrollWidth - document.documentElement.clientWidth")
-    assert wide <= 0, "nothing sticks out sideways"
+    wide = "return document.documentElement.scrollWidth - document.documentElement.clientWidth"
+    for asking in (False, True):
+        if asking:
+            press(driver, "#resume")
+        for width, height, phone in ((1280, 900, False), (390, 844, True)):
+            for scheme in ("light", "dark"):
+                browser.look_like(driver, width, height, scheme, phone)
+                assert browser.faults(driver) == [], f"{width} {scheme} {asking}"
+                assert driver.execute_script(wide) <= 0, "nothing sticks out sideways"
+
+
+def test_five_hints_lead_through_the_page_once_by_keyboard(
+    driver: browser.webdriver.Chrome, show: browser.Show
+) -> None:
+    assert text(driver, ".hint b") == "Hint 1 of 5"
+    driver.execute_script("document.querySelector('.hint button').focus()")
+    for number in range(2, 6):
+        driver.switch_to.active_element.send_keys(browser.ENTER)
+        assert text(driver, ".hint b") == f"Hint {number} of 5"
+        assert driver.switch_to.active_element.is_displayed()
+    driver.switch_to.active_element.send_keys(browser.ENTER)
+    assert driver.find_elements("css selector", ".hint") == []
+    assert driver.switch_to.active_element.get_attribute("id") == "hints", "whoever ended them is not lost"
+    driver.refresh()
+    browser.until(lambda: text(driver, "#robots li b") == "Rob")
+    assert driver.find_elements("css selector", ".hint") == [], "once"
+    press(driver, "#hints")
+    assert text(driver, ".hint b") == "Hint 1 of 5"
+    driver.switch_to.active_element.send_keys(browser.ESCAPE)
+    assert driver.find_elements("css selector", ".hint") == []
 
 
 def test_a_real_robot_is_stopped_lost_and_found_again(driver: browser.webdriver.Chrome, tmp_path: Path) -> None:

@@ -51,7 +51,7 @@ def duet(folder: Path, units: Path, watch: Callable[[float], None]) -> Iterator[
         medium = SimulatedAir(Room(2, Air(), seed=0))
         plays = SharedRoom(bodies, watch, medium=medium)
         out = io.StringIO()
-        yield Duet(wirings, plays, Visitor(VISITOR, wirings[0], medium.say), out), plays, out
+        yield Duet(wirings, plays, Visitor(VISITOR, wirings[0], medium.say), out, ready="All listen\n"), plays, out
 
 
 @pytest.mark.slow
@@ -72,6 +72,7 @@ def test_robots_talk_and_obey_who_types(tmp_path: Path, units: Path) -> None:
             asyncio.run(both.live(typed))
         assert both.daemons[1].robot is not None
         assert both.daemons[1].robot.coordination.state is State.STOPPED
+    assert out.getvalue().count("All listen\n") == 1
     assert "'this' is not in the phrasebook" in out.getvalue()
     assert "Hi all, I am Bot, member of team plant" in out.getvalue()
     assert "I have stopped" in out.getvalue()

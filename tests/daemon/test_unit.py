@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import configparser
+import os
 import re
 import shutil
 import subprocess
@@ -47,6 +48,18 @@ def test_systemd_accepts_them_without_a_word(units: Path, unit: str) -> None:
     result = subprocess.run(["systemd-analyze", "verify", units / unit], capture_output=True, text=True, timeout=60)
     assert result.stderr == "", "an unknown key is told there, with exit status 0"
     assert result.returncode == 0
+
+
+@needs_systemd
+def test_systemd_accepts_the_users_own_service_without_a_word(tmp_path: Path) -> None:
+    unit = tmp_path / "hvcpd.service"
+    unit.write_text((SYSTEMD / "hvcpd-user.service").read_text().replace("/usr/bin/hvcpd", str(shutil.which("true"))))
+    (tmp_path / "runtime").mkdir(mode=0o700)
+    command = ["systemd-analyze", "--user", "verify", unit]
+    environment = {**os.environ, "XDG_RUNTIME_DIR": str(tmp_path / "runtime"), "HOME": str(tmp_path)}
+    result = subprocess.run(command, capture_output=True, text=True, timeout=60, env=environment)
+    told = [line for line in result.stderr.splitlines() if "hvcpd" in line]
+    assert told == []
 
 
 @needs_systemd

@@ -10,7 +10,6 @@ import pytest
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 from hvcpd.recognition.channel.ears import CUT, MOST_WAIT, ChannelEars
 from hvcpd.recognition.channel.listener import GOES_ON, ChannelListener, Look, Stretch
-from hvcpd.recognition.channel.response import Taps
 from hvcpd.recognition.events import Event, Garbled, Held, Recognised, Source
 from hvcpd.recognition.second_look import AtOnce, Looks, Worker
 from tests.recognition.hisses import BOOKS, GRAPH, Book, scene, spoken, through_a_room
@@ -44,9 +43,6 @@ class Script:
 
     def succeed(self, predecessor: object) -> None:
         self.now = predecessor.now  # type: ignore[attr-defined]
-
-    def learn(self, voice: str, taps: Taps) -> None:
-        pass
 
     def prepare(self, go_on: Callable[[], bool]) -> None:
         self.prepared = go_on()

@@ -101,6 +101,15 @@ def test_who_is_cut_off_at_the_end_of_the_sound_may_go_on() -> None:
     assert LISTENER.look(Stretch(later, 0, AT, (AT,))) == Look(robot=True)
 
 
+def test_who_has_begun_at_a_cut_is_heard_out_whatever_was_said_before() -> None:
+    cut = heard("hi rob, water rose")[: len(heard("hi rob, water"))]
+    begun = 0.5 * heard("all, who is here", "willow")[: len(heard("all, who", "willow")) // 2]
+    later = AT + len(cut) + SAMPLE_RATE_HZ
+    sound = scene(later + len(begun), (AT, np.concatenate([cut[: len(cut) - 6000], np.zeros(6000)])), (later, begun))
+    found = LISTENER.look(Stretch(sound, 0, AT, (AT, later), cut=True))
+    assert found.unfinished == pytest.approx(later, abs=32)
+
+
 @pytest.mark.parametrize("seed", range(2))
 def test_strangers_and_noise_are_no_robots(seed: int) -> None:
     stranger = through_a_room(spoken("hi rob, water rose", book=Book(f"elm {seed}")), seed)

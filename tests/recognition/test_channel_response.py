@@ -10,7 +10,7 @@ from scipy.linalg import solve, toeplitz
 
 from hvcpd.ports import Samples
 from hvcpd.recognition.channel.response import LEAST_RIDGE, MOST_RIDGE, Taps, response, transform_size
-from hvcpd.recognition.channel.weighting import BACK, SHIFT, TAPS, WeightedSound
+from hvcpd.recognition.channel.weighting import BACK, SHIFT, TAPS, WeightedSound, autocorrelations
 from tests.recognition.way import Way
 
 
@@ -103,7 +103,7 @@ def explained(sound: WeightedSound, at: int, n: int = 64) -> float:
     """What the word explains there beyond what as many taps do by chance, without the taps before its place."""
     fit = sound.fit(WORD, at)
     there = fit.correlation[SHIFT + BACK : SHIFT + BACK + n]
-    return float(response(fit.autocorrelation, there, n) @ there) - n
+    return float(response(autocorrelations([fit])[0], there, n) @ there) - n
 
 
 def with_word(seed: int) -> Samples:
@@ -154,5 +154,5 @@ def test_noise_explains_about_as_much_as_chance() -> None:
 def test_a_signal_may_begin_before_the_sound_and_end_after_it(at: int) -> None:
     fit = WeightedSound(with_word(1), noise(8000, 2)).fit(WORD, at)
     assert fit.correlation.shape == (TAPS + 2 * SHIFT,)
-    assert fit.autocorrelation.shape == (TAPS,)
+    assert autocorrelations([fit]).shape == (1, TAPS)
     assert np.isfinite(fit.correlation).all()

@@ -62,6 +62,20 @@ def test_what_goes_before_counts_only_in_the_same_voice() -> None:
         assert is_preceded(weighted, path, GRAPH.words) == (voice == "oak")
 
 
+def test_a_sentence_is_surer_than_what_is_left_where_it_is_not_known() -> None:
+    whole = heard("hi rob, water rose")
+    sound = scene(AT + len(whole) + 9000, (AT, whole), noise=0.3)
+    weighted = WeightedSound(sound[8000:], sound[:8000])
+    paths = SEARCH.paths(weighted, [AT - 8000])
+    words = ("hi", "rob", "water", "rose")
+    right = LISTENER.evidence(weighted, paths)
+    wrong = LISTENER.evidence(weighted, [path for path in paths if path.words != words])
+    assert right is not None
+    assert wrong is not None
+    assert right.path.words == words
+    assert right.confidence > 0.95 > 0.8 > wrong.confidence
+
+
 def test_responses_solved_together_are_those_solved_alone() -> None:
     rng = np.random.default_rng(3)
     signals = rng.standard_normal((5, 4000)).astype(np.float32) * np.float32([[0.01], [0.1], [1], [10], [0]])

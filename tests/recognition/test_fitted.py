@@ -10,7 +10,14 @@ from hvcpd.people.fusion import PROBABILITY, SUPPORT
 from hvcpd.recognition.confidence import ConfidenceCurve
 from hvcpd.recognition.fitted import fitted
 
-MODELS = ("steady_noise", "sentence_confidence", "people_fusion", "enrolled_confidence", "confusion")
+MODELS = (
+    "steady_noise",
+    "sentence_confidence",
+    "people_fusion",
+    "enrolled_confidence",
+    "confusion",
+    "channel_confidence",
+)
 
 
 @pytest.mark.parametrize("model", MODELS)

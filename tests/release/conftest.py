@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from release.deb import STRIP, build, this_computer
+from release.deb import AT_ONCE, STRIP, build, this_computer
 from release.lock import Target, read_lock
 from tests.release.container import PYTHON, base_root, locked, skip_unless_possible
 
@@ -32,7 +32,8 @@ def package(tmp_path_factory: pytest.TempPathFactory, worker_id: str, index: Non
     shared = own if worker_id == "master" else own.parent
     with locked(shared / "deb.lock"):
         there = list((shared / "deb").glob("*.deb"))
-        return there[0] if there else build(Target(PYTHON, this_computer().architecture), shared / "deb")
+        target = Target(PYTHON, this_computer().architecture)
+        return there[0] if there else build(target, shared / "deb", compression=AT_ONCE)
 
 
 @pytest.fixture(scope="session")

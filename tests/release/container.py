@@ -21,7 +21,7 @@ import pytest
 
 SUITE, PYTHON = "bookworm", "3.11"
 """Debian 12, which Raspberry Pi OS follows, and its Python."""
-PACKAGES = ("libasound2-plugins", "libportaudio2", "procps", "python3", "systemd", "udev")
+PACKAGES = ("libasound2-plugins", "libportaudio2", "procps", "python3", "python3-cryptography", "systemd", "udev")
 """What hvcpd's package depends on, ALSA's way to a PulseAudio server, and `pkill`."""
 TOOLS = ("debootstrap", "systemd-nspawn", "nsenter", "dpkg-deb", "pulseaudio")
 DEBOOTSTRAP_S = 900

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import os
 import signal
 import socket
@@ -9,6 +10,7 @@ import subprocess
 from pathlib import Path
 
 import pytest
+from cryptography.hazmat.primitives.ciphers.aead import AESCCM
 
 from release import arm64
 from release.deb import REPOSITORY
@@ -17,6 +19,11 @@ pytestmark = [pytest.mark.arm64, pytest.mark.slow]
 
 SENTENCE = "Hi Rob, I am Bot, water the yellow rose"
 PATIENCE_S = 600.0
+TWO_TASKS = """\
+tasks:
+  - {number: 1, name: water the yellow rose, actions: [forward: 0.1]}
+  - {number: 2, name: water the green rose, actions: [forward: 0.1]}
+"""
 ONE_TASK = "tasks:\n  - {number: 1, name: water the yellow rose, actions: [forward: 0.2, wait: 1]}\n"
 
 
@@ -70,6 +77,28 @@ def test_the_check_finds_all_but_a_sound_card(pi: Path, tmp_path: Path) -> None:
     told = ran(pi, "hvcpd", "--check", "--config", settings(tmp_path), status=os.EX_UNAVAILABLE)
     assert "ok  vocabulary: tasks and names can be told apart by ear" in told
     assert "1 task in" in told
+
+
+def test_two_robots_share_two_tasks_by_voice_and_drive_them_with_fake_motors(pi: Path, tmp_path: Path) -> None:
+    tasks = tmp_path / "tasks.yaml"
+    tasks.write_text(TWO_TASKS)
+    mission = ran(pi, "hvcpctl", "simulate", "--tasks", str(tasks), "--json")
+    summary = json.loads(mission.splitlines()[-1])
+    assert summary["done"].keys() == {"water the yellow rose", "water the green rose"}
+    assert (summary["lost"], summary["duplicates"]) == (0, 0)
+
+
+def test_a_sealed_sentence_is_encrypted_by_debians_library(pi: Path) -> None:
+    program = "from hvcpd.security.cipher import _aead; print(_aead(bytes(16)).encrypt(bytes(13), b'go', None).hex())"
+    done = subprocess.run(
+        arm64.command(pi, ["-c", program]),
+        env=arm64.environment(pi),
+        cwd=pi,
+        capture_output=True,
+        text=True,
+        check=True,
+    )
+    assert done.stdout.strip() == AESCCM(bytes(16), tag_length=4).encrypt(bytes(13), b"go", None).hex()
 
 
 def test_a_robot_comes_up_and_tells_its_status(pi: Path, tmp_path: Path) -> None:

@@ -20,6 +20,7 @@ STATUS: dict[str, Any] = {
     "speaking": True,
     "tasks": {"done": 2},
     "battery_v": 11.9,
+    "counts": {"heard": 1_234_567, "said": 7, "garbled": 2, "confidence_sum": 4.9, "air_s": 61.5},
     "sound": {"listening": True, "level_dbfs": -20.0, "floor_dbfs": -60.0, "lost": {"input_overflows": 3}},
     "memory": {"lost": 0},
     "peers": [{"name": "Bot", "present": True, "heard_ago_s": 4.0, "confidence": 0.98, "snr_db": None}],
@@ -36,6 +37,10 @@ def test_what_is_known_is_told_with_its_robot() -> None:
     assert 'hvcpd_peer_confidence_ratio{robot="Rob",peer="Bot"} 0.98' in lines
     assert 'hvcpd_sound_lost_total{robot="Rob",kind="input_overflows"} 3' in lines
     assert 'hvcpd_speaking{robot="Rob"} 1' in lines
+    assert 'hvcpd_heard_total{robot="Rob"} 1234567' in lines, "a counter keeps all its digits"
+    assert 'hvcpd_air_seconds_total{robot="Rob"} 61.5' in lines
+    assert not [line for line in lines if "celsius" in line]
+    assert 'hvcpd_processor_celsius{robot="Rob"} 48.3' in metrics_of(STATUS, 48.3).splitlines()
     assert not [line for line in lines if "snr" in line], "it is not known, and so has no line at all"
 
 

@@ -5,6 +5,7 @@ import { byId, missionClock, setText, wallClock } from "./dom.js";
 import { Plan } from "./map.js";
 import { replay } from "./replay.js";
 import { Talk } from "./talk.js";
+import { offerHints } from "./tour.js";
 
 const live = document.body.dataset.mode === "live";
 const link = byId("link");
@@ -59,5 +60,6 @@ function follow(talk) {
   });
 }
 
+offerHints(live ? "live" : "replay");
 if (live) follow(new Talk(source, wallClock));
 else replay((lines) => new Talk(lines, missionClock), take);

@@ -93,7 +93,7 @@ def look_at_owners(board: Board) -> Iterator[Diagnosis]:
             yield fine("cards", text)
         elif name in DESKTOP_SOUND:
             remedy = "have nobody logged in at the desktop, or set audio.input_device and output_device to `pulse`"
-            yield note("cards", f"{text} for who is logged in: {remedy}")
+            yield note("cards", f"{text} for the user who is logged in: {remedy}")
         else:
             yield wrong("cards", f"{text}: end it, a card is one program's at a time")
 

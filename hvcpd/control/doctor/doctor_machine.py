@@ -17,6 +17,7 @@ from hvcpd.control.doctor.diagnosis import Diagnosis, RunCommand, fine, note, ru
 from hvcpd.control.simulate.team import Team
 from hvcpd.daemon.preflight import find_memory, nearest_there
 from hvcpd.hardware.groups import group_of
+from hvcpd.hardware.heat import THERMAL, processor_heat_c
 from hvcpd.language.messages import Free, Utterance
 from hvcpd.ports import SAMPLE_RATE_HZ
 
@@ -38,7 +39,7 @@ class Machine:
     """Where the doctor looks; a test hands in others."""
 
     devices: Path = Path("/dev")
-    thermal: Path = Path("/sys/class/thermal/thermal_zone0/temp")
+    thermal: Path = THERMAL
     run: RunCommand = run_command
     wall_s: Callable[[], float] = time.time
     cpu_s: Callable[[], float] = time.thread_time
@@ -117,9 +118,8 @@ def _look_at_processor(team: Team, machine: Machine) -> Diagnosis:
 
 
 def _look_at_heat(machine: Machine) -> Iterator[Diagnosis]:
-    try:
-        heat_c = int(machine.thermal.read_text(encoding="ascii")) / 1000.0
-    except (OSError, ValueError):
+    heat_c = processor_heat_c(machine.thermal)
+    if heat_c is None:
         return
     text = f"{heat_c:.0f} °C"
     if heat_c >= HOT_C:

@@ -35,7 +35,7 @@ DECIDED_S = 3.0
 """After the call: what was not sure is decided by then."""
 ASKED_S = 4.0
 LEAST_OVER_DB = 10.0
-"""What is not so much louder than the room was no call; steady noise sways by less from frame to frame."""
+"""A call is at least this much louder than the room; steady noise varies by less from frame to frame."""
 FRAME = 320
 """Samples, 20 ms."""
 BLOCK = 400

@@ -37,12 +37,25 @@ TYPED_BYTES = 4096
 """A terminal's longest line (termios(3)): it hands over whole lines."""
 VISITOR = "Anna"
 """The name under which a person may speak, known to the robots beforehand."""
+LOOK_S = 0.5
+"""Between two looks at whether the robots listen and the sound flows; `LibraryOutput` must be read once a second."""
 
 _WELCOME = """\
 {robots} {talk} {where}.
-{page}Say, or type and press Enter:  Bot, stop  ·  Bot, resume  ·  what is left  ·  Rob, what are you doing
+{page}They make their words ready; the first time takes longest.
+"""
+_READY = """\
+Ready: they greet in a moment.
+Say, or type and press Enter:  {other}, stop  ·  {other}, resume  ·  what is left  ·  {one}, what are you doing
 More to try: hvcpctl phrases, and docs/duet.md. Ctrl-C ends it.
 """
+_READY_ALONE = """\
+Ready: {one} greets in a moment. Its partner runs on another computer within earshot: hvcpctl duet --as {other}
+Say, or type and press Enter:  {one}, stop  ·  {one}, resume  ·  what is left  ·  {one}, what are you doing
+More to try: hvcpctl phrases, and docs/duet.md. Ctrl-C ends it.
+"""
+_TOO_BUSY = "this computer is too busy: sound is lost or late; end other programs"
+_NO_SOUND = "the sound card does not answer; the robots stand still until it does"
 _CARD = "through this computer's loudspeaker and microphone ({microphone})"
 _PIPE = "through simulated air ({why})"
 
@@ -54,7 +67,8 @@ def run(options: argparse.Namespace) -> int:
         libraries = LibraryOutput()  # ALSA writes a line for each underrun
         libraries.begin()
         stack.callback(libraries.end)
-        set_up_logging("warning", form="console")
+        log = stack.enter_context(_log_file(robots).open("w", encoding="utf-8"))
+        set_up_logging("warning", log, form="console")
         medium, where = choose_medium(options, len(robots))
         wirings = [_wiring(options, Path(folder), robot, k) for k, robot in enumerate(robots)]
         bodies = [stack.enter_context(Body(w.settings.start.pose, seed)) for seed, w in enumerate(wirings)]
@@ -65,9 +79,27 @@ def run(options: argparse.Namespace) -> int:
         talk = "talk" if len(robots) > 1 else "talks"
         sys.stdout.write(_WELCOME.format(robots=" and ".join(robots), talk=talk, where=where, page=told))
         sys.stdout.flush()
-        duet = Duet(wirings, room, Visitor(VISITOR, wirings[0], medium.say))
+        duet = Duet(wirings, room, Visitor(VISITOR, wirings[0], medium.say), ready=_ready_text(robots, options.names))
         asyncio.run(duet.live(sys.stdin, libraries.drain))
+        libraries.end()
+        if log.tell():
+            sys.stdout.write(f"The robots logged warnings: {log.name}\n")
     return EX_OK
+
+
+def _log_file(robots: tuple[str, ...]) -> Path:
+    """Where warnings go, so that they do not stand between sentences; each duet begins it anew."""
+    folder = user_cache_folder()
+    if folder is None:
+        return Path(os.devnull)
+    folder.parent.mkdir(parents=True, exist_ok=True)
+    return folder.parent / f"duet-{'-'.join(robots).lower()}.log"
+
+
+def _ready_text(robots: tuple[str, ...], names: tuple[str, ...]) -> str:
+    """What the terminal shows once all robots here listen."""
+    others = [name for name in names if name != robots[0]] or [robots[0]]
+    return (_READY if len(robots) > 1 else _READY_ALONE).format(one=robots[0], other=others[0])
 
 
 def choose_medium(options: argparse.Namespace, n_robots: int) -> tuple[SharedCard | SimulatedAir, str]:
@@ -128,21 +160,29 @@ def _wiring(options: argparse.Namespace, folder: Path, robot: str, place: int) -
 class Duet:
     """Some daemons in one room, who looks on, and who joins in."""
 
-    def __init__(self, wirings: list[Wiring], room: SharedRoom, visitor: Visitor, out: TextIO | None = None) -> None:
+    def __init__(
+        self, wirings: list[Wiring], room: SharedRoom, visitor: Visitor, out: TextIO | None = None, ready: str = ""
+    ) -> None:
+        """`ready` is written once all robots listen; `out` is standard output by default."""
         self._settings = [wiring.settings for wiring in wirings]
         self.daemons = [Daemon(w, _devices(room, k)) for k, w in enumerate(wirings)]
         self._room = room
         self._visitor = visitor
         self._onlooker = Onlooker([s.name for s in self._settings], out or sys.stdout)
+        self._ready = ready
+        self._trouble = ""
         self._ended = False
 
-    async def live(self, typed: Any, every_second: Callable[[], None] = lambda: None) -> None:
-        """Until a signal; `typed` is a file of lines that the visitor says. Raises what ends a daemon."""
+    async def live(self, typed: Any, drain: Callable[[], None] = lambda: None) -> None:
+        """Live until a signal. `typed` is a file of lines that the visitor says; `drain` is called twice a second.
+
+        Raises what ends a daemon.
+        """
         loop = asyncio.get_running_loop()
         lives = [asyncio.ensure_future(daemon.run()) for daemon in self.daemons]
         for number in (signal.SIGINT, signal.SIGTERM):
             loop.add_signal_handler(number, self.leave, lives)
-        beside = [asyncio.ensure_future(_again_and_again(every_second))]
+        beside = [asyncio.ensure_future(self._watch(drain))]
         beside += [asyncio.ensure_future(self._onlooker.follow(socket_path(s), s.name)) for s in self._settings]
         listening = self._listen(typed)
         try:
@@ -158,6 +198,22 @@ class Duet:
                 loop.remove_reader(typed)
             if isinstance(self._room.medium, SharedCard):
                 await self._room.medium.close()
+
+    async def _watch(self, drain: Callable[[], None]) -> None:
+        """Tell once that all listen, and each trouble when it begins."""
+        while True:
+            drain()
+            if self._ready and all(daemon.listening for daemon in self.daemons):
+                self._onlooker.write(self._ready.rstrip())
+                self._ready = ""
+            sounds = [daemon.sound for daemon in self.daemons if daemon.listening and daemon.sound is not None]
+            lost = any(not sound.flowing for sound in sounds)
+            busy = any(sound.overload.standing for sound in sounds)
+            trouble = _NO_SOUND if lost else _TOO_BUSY if busy else ""
+            if trouble and trouble != self._trouble:
+                self._onlooker.note(trouble)
+            self._trouble = trouble
+            await asyncio.sleep(LOOK_S)
 
     def leave(self, lives: list[asyncio.Task[None]]) -> None:
         """Have the robots say that they leave; asked a second time, or too long after the first, end at once."""
@@ -193,12 +249,6 @@ class Duet:
             self._visitor.say(line)
         except HvcpdError as error:
             self._onlooker.note(str(error))
-
-
-async def _again_and_again(act: Callable[[], None]) -> None:
-    while True:
-        act()
-        await asyncio.sleep(1.0)
 
 
 def _devices(room: SharedRoom, which: int) -> Devices:

@@ -56,17 +56,18 @@ class Onlooker:
 
     def note(self, text: str) -> None:
         """Write a message."""
-        self._write(f"      ({text})")
+        self.write(f"      ({text})")
 
     def _tell(self, event: dict[str, Any], robot: str) -> None:
         match event.get("event"):
             case "said":
-                self._write(f"{clock(event['at_s']):>5}  {robot}: {event['text']}")
+                self.write(f"{clock(event['at_s']):>5}  {robot}: {event['text']}")
             case "heard" if event["speaker"] not in self._robots:
                 who = event["speaker"] or "you"
-                self._write(f"{clock(event['at_s']):>5}  {robot} heard {who}: {event['text']}")
+                self.write(f"{clock(event['at_s']):>5}  {robot} heard {who}: {event['text']}")
 
-    def _write(self, text: str) -> None:
+    def write(self, text: str) -> None:
+        """Write a line at once."""
         self._out.write(f"{text}\n")
         self._out.flush()
 
@@ -83,7 +84,7 @@ async def _connected(path: Path) -> tuple[asyncio.StreamReader, asyncio.StreamWr
 def page(socket: Path, port: int) -> Iterator[str]:
     """The console of the robot at that socket, on a port of this computer; its address, "" where parts are missing.
 
-    Raises ConfigError if the port cannot be had.
+    Raises ConfigError if the port cannot be opened.
     """
     if any(find_spec(name) is None for name in PAGE_NEEDS):
         yield ""

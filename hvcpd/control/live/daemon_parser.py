@@ -31,7 +31,14 @@ def add_daemon_commands(commands: Commands, lazy: Callable[[str], Run]) -> None:
     tasks = _add(commands, "tasks", "show the board: which tasks are open, claimed or done", lazy("live.status"))
     _add_watch(tasks)
     tasks.set_defaults(prometheus=False)
-    _add(commands, "follow", "show what a robot says, hears and does, as it happens", lazy("live.follow"))
+    follow = _add(
+        commands,
+        "follow",
+        "show what a robot says, hears and does, as it happens",
+        lazy("live.follow"),
+        "hvcpctl follow --json --poses > shift.jsonl     # for `hvcpctl mcap`",
+    )
+    follow.add_argument("--poses", action="store_true", help="with --json: where it is, too, four times a second")
     _add_console(commands, lazy("live.console"))
     _add(
         commands,
@@ -80,6 +87,50 @@ def add_skills(commands: Commands, run: Run) -> None:
     )
     add_which(command)
     command.add_argument("--check", action="store_true", help="only look whether all that is needed is there")
+    command.set_defaults(run=run)
+
+
+def add_mqtt(commands: Commands, run: Run) -> None:
+    """Add `mqtt`."""
+    command = commands.add_parser(
+        "mqtt",
+        help="tell an MQTT broker, and so Home Assistant, what a robot does, until interrupted",
+        description="Tell an MQTT broker, and so Home Assistant, what a robot does, until interrupted.",
+        epilog=with_examples(
+            "Whoever may write to PREFIX/NAME/command can stop the robot; with --commands also let it go on, and have "
+            "it speak. " + _WHICH + EXITS,
+            "hvcpctl mqtt --host homeassistant.local --user robots --password-file ~/.mqtt",
+            "mosquitto_pub -h homeassistant.local -t hvcpd/rob/command -m stop",
+        ),
+    )
+    add_which(command)
+    command.add_argument("--host", required=True, metavar="HOST", help="the broker")
+    command.add_argument("--port", type=int, metavar="N", help="its port (default: 1883, with --tls 8883)")
+    command.add_argument("--user", metavar="NAME", help="who we are there")
+    command.add_argument("--password-file", type=Path, metavar="FILE", help="a file with that user's password")
+    command.add_argument("--tls", action="store_true", help="encrypt, and check the broker's certificate")
+    command.add_argument("--prefix", default="hvcpd", metavar="TOPIC", help="before all topics (default: %(default)s)")
+    command.add_argument(
+        "--discovery", default="homeassistant", metavar="TOPIC", help="Home Assistant's prefix (default: %(default)s)"
+    )
+    command.add_argument("--commands", action="store_true", help="obey `resume` and `say SENTENCE`, too")
+    command.set_defaults(run=run)
+
+
+def add_mcap(commands: Commands, run: Run) -> None:
+    """Add `mcap`."""
+    command = commands.add_parser(
+        "mcap",
+        help="write a recorded mission or shift as MCAP, for Foxglove",
+        description="Write a recorded mission or shift as MCAP, for Foxglove: sentences, poses, a mission's sound.",
+        epilog=with_examples(
+            "RECORDING is the folder of `simulate --report DIR`, or what `follow --json --poses` printed.",
+            "hvcpctl mcap out/demo mission.mcap",
+            "hvcpctl mcap shift.jsonl shift.mcap",
+        ),
+    )
+    command.add_argument("recording", type=Path, metavar="RECORDING", help="a folder, or a file of JSON lines")
+    command.add_argument("output", type=Path, metavar="FILE", help="the MCAP file")
     command.set_defaults(run=run)
 
 

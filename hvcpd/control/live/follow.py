@@ -6,7 +6,7 @@ import argparse
 import json
 import sys
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import AbstractContextManager, ExitStack, closing
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, Protocol
@@ -47,9 +47,12 @@ class Following:
         self.asking.close()
         self.hearing.close()
 
-    def run(self, show: Show, n_events: int | None = None) -> None:
-        """Show what comes, `n_events` at most (None: until the daemon ends). Raises NotRunningError."""
-        self.hearing.ask("subscribe")
+    def run(self, show: Show, n_events: int | None = None, more: Sequence[str] = ()) -> None:
+        """Show what comes, and `more` kinds of events, `n_events` at most (None: until the daemon ends). Raises
+        NotRunningError."""
+        usual = self.hearing.ask("subscribe")
+        if more:
+            self.hearing.ask("subscribe", events=[*usual["events"], *more])
         shown = 0
         while n_events is None or shown < n_events:
             if self.clock() - self._looked_s >= LOOK_S:
@@ -83,17 +86,28 @@ class JsonShow:
 
 def run(options: argparse.Namespace, wait: Callable[[float], None] = time.sleep, n_events: int | None = None) -> int:
     """Follow until interrupted; a daemon that ends is waited for."""
-    following = _connect(options)  # if there is none at the start, that is said at once
     with ExitStack() as stack:
         show: Show = JsonShow() if options.json else stack.enter_context(_terminal())
-        for connected in _connections(options, following, show, wait):
-            with closing(connected):
-                try:
-                    connected.run(show, n_events)
-                    return EX_OK
-                except NotRunningError as error:
-                    show.note(f"{error}; waiting for it to come back")
+        watch(options, show, wait, n_events, ("moved",) if options.poses else ())
     return EX_OK
+
+
+def watch(
+    options: argparse.Namespace,
+    show: Show,
+    wait: Callable[[float], None] = time.sleep,
+    n_events: int | None = None,
+    more: Sequence[str] = (),
+) -> None:
+    """Show what the robot that the options mean does, for ever or until so many events; `more`: frequent events."""
+    following = _connect(options)  # if there is none at the start, that is said at once
+    for connected in _connections(options, following, show, wait):
+        with closing(connected):
+            try:
+                connected.run(show, n_events, more)
+                return
+            except NotRunningError as error:
+                show.note(f"{error}; waiting for it to come back")
 
 
 def _connections(

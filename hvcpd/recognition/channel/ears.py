@@ -12,33 +12,33 @@ from typing import Self
 
 import numpy as np
 
-from hvcpd.ports import SAMPLE_RATE_HZ, Samples
+from hvcpd.ports import SAMPLE_RATE_HZ
 from hvcpd.recognition.channel.listener import ChannelListener, Look, Stretch
 from hvcpd.recognition.events import Event, Garbled, Recognised, Source
-from hvcpd.recognition.history import History
 from hvcpd.recognition.protocols import Ears
-from hvcpd.recognition.second_look import OuterEars, Worker
-from hvcpd.recognition.stream import cleaned
+from hvcpd.recognition.second_look import LaterEars, Worker
 
 LEAD = 3 * SAMPLE_RATE_HZ
 """Samples before a stretch, for its noise."""
 EARLIER = SAMPLE_RATE_HZ // 4
-"""Signs of speech come so much after its beginning, or sooner."""
+"""Longest time (samples) from the beginning of speech to its first sign."""
 QUIET = SAMPLE_RATE_HZ // 2
-"""So much without a sign ends a stretch: more than a pause at a comma in a room without echoes."""
+"""Samples without a sign that end a stretch: more than a pause at a comma in a room without echoes."""
 AGAIN = SAMPLE_RATE_HZ
 """What follows so soon after a sentence that seemed to go on belongs to it."""
 SHORTEST = SAMPLE_RATE_HZ // 4
 """Signs that last no longer than that (0.25 s) are of no sentence: "stop" has 0.4 s."""
 LONGEST = 10 * SAMPLE_RATE_HZ
-"""A stretch is cut after so much. What had begun by then is looked at again, with what follows."""
+"""Samples after which a stretch is cut. What had begun by then is searched again, with what follows."""
 MOST_WAIT = 3 * SAMPLE_RATE_HZ
-"""So long after a stretch has ended its look may take; then what was held of it is told as if nothing was found."""
+"""Longest time (samples) of the search after a stretch has ended. Then what it held back is reported as if nothing
+was found."""
 CLATTER, CLATTER_S = 0.75, (5.0, 10.0)
-"""Where there were signs for more than this share of the last seconds (at first of 5 s, later of 10), they tell nothing
-of who begins or ends: a sentence takes 6 s or less, and then somebody waits."""
+"""In clatter there are signs for more than this share of the last seconds (at first of 5 s, later of 10), and they no
+longer say who begins or ends: a sentence takes 6 s or less, and then somebody waits."""
 CUT = 5 * SAMPLE_RATE_HZ // 2
-"""In clatter a stretch is cut after so much (2.5 s), or who spoke would wait for an answer until it ends."""
+"""Samples (2.5 s) after which a stretch is cut in clatter. Otherwise the speaker would wait for an answer until the
+clatter ends."""
 EVERY = 17 * SAMPLE_RATE_HZ // 20
 """In clatter, beginnings are sought around points so far apart (0.85 s): everywhere, as `search` looks around each."""
 CALL, SURE_CALL = "stop", 0.95
@@ -63,7 +63,7 @@ class _Open:
         return self.look.unfinished if self.look is not None else None
 
 
-class ChannelEars(OuterEars):
+class ChannelEars(LaterEars[Stretch, Look]):
     """Ears that have robots listened for through any channel."""
 
     def __init__(
@@ -74,12 +74,9 @@ class ChannelEars(OuterEars):
         varied: frozenset[str] = frozenset(),
     ) -> None:
         """`varied`: words that are said otherwise, too, than the listener knows."""
-        super().__init__(ears, listener)
+        super().__init__(ears, listener, worker, LEAD + 2 * LONGEST + 2 * MOST_WAIT)
         self._varied = varied
         self._listener = listener
-        self._worker = worker
-        self._history = History(LEAD + 2 * LONGEST + 2 * MOST_WAIT)
-        self._now = 0
         self._whole_from = 0
         """Since this sample nothing is missing: neither lost nor the robot's own voice."""
         self._busy = False
@@ -95,30 +92,9 @@ class ChannelEars(OuterEars):
         """Whether somebody else is speaking, or has spoken and may still be understood."""
         return self._ears.busy or any(each.look is None for each in self._closed)
 
-    def push(self, samples: Samples, masked: bool = False) -> list[Event]:
-        """As `Recogniser.push`; what a look finds comes with a later push."""
-        events = self._ears.push(samples, masked)
-        before, self._now = self._now, self._now + len(samples)
-        if masked:
-            self._close()
-            self._whole_from = self._now
-        else:
-            self._history.push(before, cleaned(samples))
-            self._notice(before)
-        return self.take(events)
-
-    def lost(self, n_samples: int) -> list[Event]:
-        """As `Recogniser.lost`."""
-        events = self._ears.lost(n_samples)
-        self._close()
-        self._now += n_samples
-        self._whole_from = self._now
-        return self.take(events)
-
     def succeed(self, predecessor: Self) -> None:
-        """Go on where `predecessor` is, with what it still waits for."""
-        self._ears.succeed(predecessor._ears)
-        self._worker, self._history, self._now = predecessor._worker, predecessor._history, predecessor._now
+        """As `LaterEars.succeed`."""
+        super().succeed(predecessor)
         self._open, self._closed, self._told = predecessor._open, predecessor._closed, predecessor._told
         self._whole_from, self._busy = predecessor._whole_from, predecessor._busy
         self._stirred = predecessor._stirred
@@ -132,8 +108,6 @@ class ChannelEars(OuterEars):
             for each in self._closed:
                 if each.job is job:
                     each.look = look
-                    for voice, taps in look.channels:
-                        self.learn(voice, taps)
                     out += [self._tell(sentence) for sentence in look.sentences if not self._is_told(sentence)]
         for each in self._closed:
             if self._is_over(each) or (each.look is not None and each.unfinished is None):
@@ -148,22 +122,34 @@ class ChannelEars(OuterEars):
         self._close()
         return told + self.take([])
 
-    def _notice(self, at: int) -> None:
-        """Follow the signs of speech in the block that begins at sample `at`."""
+    def _break_off(self, n_samples: int) -> None:
+        self._close()
+        self._whole_from = self._now + n_samples
+
+    @property
+    def _clatters(self) -> bool:
+        return self._stirred > CLATTER
+
+    def _mask(self) -> None:
+        self._break_off(0)
+
+    def _follow(self) -> None:
+        """Follow the signs of speech."""
+        at = self._began
         rises, self._busy = self._ears.busy and not self._busy, self._ears.busy
         within = np.clip(self._now / SAMPLE_RATE_HZ, *CLATTER_S) * SAMPLE_RATE_HZ
         self._stirred += (float(self._ears.signs) - self._stirred) * (self._now - at) / within
         if self._ears.signs:
             if self._open is None:
                 self._open = _Open(max(at - EARLIER, self._whole_from), self._now, [at])
-            elif rises or (self._stirred > CLATTER and at - max(self._open.noticed) >= EVERY):
+            elif rises or (self._clatters and at - max(self._open.noticed) >= EVERY):
                 self._open.noticed.append(at)
             self._open.end = self._now
         if self._open is None:
             return
         if self._now - self._open.end >= QUIET:
             self._close()
-        elif self._now - self._open.begin >= (CUT if self._stirred > CLATTER else LONGEST):
+        elif self._now - self._open.begin >= (CUT if self._clatters else LONGEST):
             self._close(cut=True)
 
     def _close(self, cut: bool = False) -> None:
@@ -224,7 +210,7 @@ class ChannelEars(OuterEars):
         there.held.append(event)
         if there is self._open:  # whoever spoke has ended, whatever goes on beside
             there.noticed.append(event.start_sample)
-            self._close(cut=self._stirred > CLATTER)
+            self._close(cut=self._clatters)
         return []
 
     def _released(self, event: Recognised | Garbled, look: Look) -> list[Event]:

@@ -5,15 +5,14 @@ One after the other is found and taken out of the sound, and what is left is lis
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from hvcpd.language.graph import WordGraph, graph_of
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
-from hvcpd.recognition.channel.response import Taps
 from hvcpd.recognition.channel.search import ChannelSearch, Path
-from hvcpd.recognition.channel.verification import is_preceded, least_fit
+from hvcpd.recognition.channel.verification import Evidence, evidence_of, is_preceded, least_fit
 from hvcpd.recognition.channel.weighting import FRAME, WeightedSound
 from hvcpd.recognition.events import Recognised, Source, WordSpan
 from hvcpd.recognition.paths import GREETING, Voicebook
@@ -33,17 +32,14 @@ GOES_ON = 3 * SAMPLE_RATE_HZ // 5
 LEAST_LEAD, LEAST_LEAD_SHARE = 40.0, 0.03
 """What a sentence must explain more than any other one, and than any beginning of a longer one."""
 LEAST_FIT = 0.4
-"""Of what was to be expected of each word through the response, so much must have been heard."""
-MISSING = 0.2
-"""A word of which less was heard was not said: its absence shows by 6 standard deviations where it counts."""
+"""Smallest share of each word's expected sound, through the response, that must have been heard."""
 SHORT, SHORT_REST = 3, 5 * SAMPLE_RATE_HZ // 4
 LEAST_SHARE = 0.08
-"""A sentence of so few words, and so much before the end of a stretch (1.25 s), is told only if it explains so much of
-what was heard while it lasted: amid other talk it may be a part of it. Those made up of talk explain 0.03 to 0.06."""
+"""A sentence of at most this many words, this long (1.25 s) before the end of a stretch, is reported only if it
+explains this share of what was heard while it lasted: in the middle of other talk it may be a part of it. False alarms
+from talk explain 0.03 to 0.06."""
 MOST_AT_ONCE = 2
 """Robots that speak at the same time."""
-SURE = 0.99
-"""Confidence of what is told."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -61,13 +57,12 @@ class Stretch:
 
 @dataclass(frozen=True)
 class Look:
-    """The sentences in a stretch; whether a robot said something else there; since which sample something has been said
-    that seemed to go on at its end; and the responses that voices came through, shape (TAPS,) each."""
+    """The sentences in a stretch; whether a robot said something else there; and since which sample something has been
+    said that seemed to go on at its end."""
 
     sentences: tuple[Recognised, ...] = ()
     robot: bool = False
     unfinished: int | None = None
-    channels: tuple[tuple[str, Taps], ...] = field(default=(), compare=False)
 
 
 class ChannelListener:
@@ -82,7 +77,7 @@ class ChannelListener:
         """One for each rate: the usual one first."""
         self._books = books
         self._final = next(iter(graph.finals))
-        self._words = graph.words
+        self._before = _words_before(graph)
 
     def prepare(self, go_on: Callable[[], bool]) -> None:
         """Make ready what takes long the first time, as long as `go_on`."""
@@ -98,41 +93,44 @@ class ChannelListener:
         noise = quiet_part(stretch.sound[: stretch.lead], heard)
         told: list[Path] = []
         sentences: list[Recognised] = []
-        channels: list[tuple[str, Taps]] = []
         while len(told) < MOST_AT_ONCE:
             sound = WeightedSound(heard, noise)
-            paths, best = self._found(sound, stretch, begin, told)
-            if best is None or (stretch.cut and best.end + GOES_ON > len(heard)):
-                if best is None and not paths:
+            paths, evidence = self._found(sound, stretch, begin, told)
+            best = evidence.path if evidence is not None else None
+            if evidence is None or best is None or (stretch.cut and best.end + GOES_ON > len(heard)):
+                if not paths:
                     break
                 path = best or paths[0]
-                begun = path.score >= (BEGUN if stretch.cut else LEAST_SCORE)
-                near = begun and path.end + SAMPLE_RATE_HZ > len(heard)
-                since = path.starts[0] + stretch.origin + begin if near else None
-                return Look(tuple(sentences), path.score >= LEAST_SCORE, since, tuple(channels))
+                near = (each for each in (path, *paths) if each.end + SAMPLE_RATE_HZ > len(heard))
+                last = next(near, None)
+                begun = last is not None and last.score >= (BEGUN if stretch.cut else LEAST_SCORE)
+                since = last.starts[0] + stretch.origin + begin if last is not None and begun else None
+                return Look(tuple(sentences), path.score >= LEAST_SCORE, since)
             told.append(best)
-            sentences.append(_told(best, stretch.origin + begin, heard, noise))
-            channels.append((best.book.voice, best.response))
+            sentences.append(_told(evidence, stretch.origin + begin, heard, noise))
             heard -= best.sound(len(heard))
-        return Look(tuple(sentences), channels=tuple(channels))
+        return Look(tuple(sentences))
 
     def _found(
         self, sound: WeightedSound, stretch: Stretch, begin: int, told: Sequence[Path]
-    ) -> tuple[list[Path], Path | None]:
+    ) -> tuple[list[Path], Evidence | None]:
         """What may have been said in a sound that begins at sample `begin` of the stretch, beside what is `told`, most
         likely first; and the sentence that surely was. Who speaks at another rate is sought where nobody else is
         found at all."""
         noticed = [at - begin for at in stretch.noticed]
         paths: list[Path] = []
         best = None
-        for sentence in stretch.proposed:
-            at = sentence.start_sample - stretch.origin - begin
-            paths += self._alone(sound, sentence.voice, sentence.words, at)
+        proposed = [each for each in stretch.proposed if all(each.words != path.words for path in told)]
         for search in self._searches[:1] if told else self._searches:
             found = search.paths(sound, noticed, told)
             paths += found
             if found and self._is_nearly_whole(found[0]):
                 paths += self._alone(sound, found[0].book.voice, found[0].words, found[0].starts[0])
+            for sentence in proposed:
+                if not found or sentence.words != found[0].words:
+                    at = sentence.start_sample - stretch.origin - begin
+                    paths += self._alone(sound, sentence.voice, sentence.words, at)
+            proposed = []
             paths.sort(key=lambda path: -path.score)
             best = self._sure(sound, paths)
             if best is not None or not found or (stretch.cut and paths[0].score >= BEGUN):
@@ -150,21 +148,37 @@ class ChannelListener:
         found = [path for path in alone.paths(sound, [at]) if alone.is_whole(path)]
         return [replace(path, node=self._final) for path in found]
 
-    def _sure(self, sound: WeightedSound, paths: Sequence[Path]) -> Path | None:
-        """The sentence that explains most of those whose words were all heard; unless another path, no word of which
-        is missing, explains nearly as much, or a longer one more; and unless it is the end of a longer one."""
+    def evidence(self, sound: WeightedSound, paths: Sequence[Path]) -> Evidence | None:
+        """For the sentence that explains most of those whose words were all heard. `paths`: most likely first."""
         whole = (path for path in paths if self._searches[0].is_whole(path))
-        best = next((path for path in whole if least_fit(sound, path) >= LEAST_FIT), None)
-        if best is None or best.score < LEAST_SCORE:
+        fits = ((path, least_fit(sound, path)) for path in whole)
+        return next((evidence_of(sound, path, fit, paths) for path, fit in fits if fit >= LEAST_FIT), None)
+
+    def _sure(self, sound: WeightedSound, paths: Sequence[Path]) -> Evidence | None:
+        """That sentence; unless another path, no word of which is missing, explains nearly as much, or a longer one
+        more; and unless it is the end of a longer one."""
+        evidence = self.evidence(sound, paths)
+        if evidence is None or evidence.path.score < LEAST_SCORE:
             return None
+        best = evidence.path
         amid_others = len(best.words) <= SHORT and sound.n - best.end > SHORT_REST
-        if amid_others and best.score < LEAST_SHARE * best.energy(sound, best.end):
+        if amid_others and evidence.share < LEAST_SHARE:
             return None
-        ahead = best.score - max(LEAST_LEAD, LEAST_LEAD_SHARE * best.score)
-        rivals = (path for path in paths if path.score > ahead and path.words != best.words[: len(path.words)])
-        if any(least_fit(sound, path) >= MISSING for path in rivals):
+        if evidence.lead < max(LEAST_LEAD, LEAST_LEAD_SHARE * best.score):
             return None
-        return None if best.words[0] != GREETING and is_preceded(sound, best, self._words) else best
+        before = self._before.get(best.words[0], ())
+        return None if best.words[0] != GREETING and is_preceded(sound, best, before) else evidence
+
+
+def _words_before(graph: WordGraph) -> dict[str, set[str]]:
+    """For each word those that may be said right before it."""
+    into: dict[int, set[str]] = {}
+    before: dict[str, set[str]] = {}
+    for arc in graph.arcs:
+        into.setdefault(arc.target, set()).add(arc.word)
+    for arc in graph.arcs:
+        before.setdefault(arc.word, set()).update(into.get(arc.source, ()))
+    return before
 
 
 def quiet_part(before: Samples, heard: Samples) -> Samples:
@@ -179,13 +193,14 @@ def quiet_part(before: Samples, heard: Samples) -> Samples:
     return where[at : at + n]
 
 
-def _told(path: Path, origin: int, heard: Samples, noise: Samples) -> Recognised:
+def _told(evidence: Evidence, origin: int, heard: Samples, noise: Samples) -> Recognised:
+    path, sure = evidence.path, evidence.confidence
     delay = path.delay + origin
     spans = tuple(
-        WordSpan(word, start + delay, start + delay + said.length, SURE)
+        WordSpan(word, start + delay, start + delay + said.length, sure)
         for word, start, said in zip(path.words, path.starts, path.said, strict=True)
     )
     speech = heard[max(path.starts[0], 0) : path.end]
     ratio_db = snr_db(speech, float(np.mean(np.square(noise, dtype=np.float64))))
     start, end = spans[0].start_sample, spans[-1].end_sample
-    return Recognised(path.words, path.book.voice, start, end, SURE, ratio_db, spans, Source.CHANNEL)
+    return Recognised(path.words, path.book.voice, start, end, sure, ratio_db, spans, Source.CHANNEL)

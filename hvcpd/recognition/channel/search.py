@@ -19,7 +19,15 @@ import numpy as np
 from hvcpd.language.graph import WordGraph
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 from hvcpd.recognition.channel.response import Taps, response, responses, transform_size
-from hvcpd.recognition.channel.weighting import BACK, SHIFT, TAPS, WeightedSound
+from hvcpd.recognition.channel.weighting import (
+    BACK,
+    SHIFT,
+    TAPS,
+    Spectrum,
+    WeightedSound,
+    autocorrelations,
+    energy_weights,
+)
 from hvcpd.recognition.paths import GREETING, Said, Voicebook, thirds_of
 
 FIRST_TAPS = 64
@@ -41,9 +49,9 @@ WIDE_WORDS = 4
 TRIED = 48
 """Of all next words, those whose response is estimated anew."""
 BEHIND_SHARE, BEHIND = 1.25, 150.0
-"""A path is dropped if another one had so much more explained at its end."""
+"""A path is dropped if another one has explained this much more at its end."""
 EARLIER, LATER = round(0.6 * SAMPLE_RATE_HZ), round(0.25 * SAMPLE_RATE_HZ)
-"""From where speech was noticed, a sentence begins so much earlier or later."""
+"""A sentence begins at most this much earlier or later than speech was noticed."""
 MOST_LAGS = 12_000
 """Beginnings that one transform tells of."""
 NEAR = 400
@@ -113,12 +121,9 @@ class Path:
         return response(self.autocorrelation, self.correlation, TAPS)
 
     @cached_property
-    def spread(self) -> Taps:
-        """The weights of a signal's autocorrelation in the energy that it has behind `taps`, same shape."""
-        n = len(self.taps)
-        own = np.fft.irfft(np.abs(np.fft.rfft(self.taps, 2 * n)) ** 2, 2 * n)[:n]
-        own[1:] *= 2.0
-        return np.asarray(own, np.float32)
+    def spread(self) -> Spectrum:
+        """The `energy_weights` of its response."""
+        return energy_weights(self.taps)
 
     @property
     def delay(self) -> int:
@@ -227,7 +232,7 @@ class ChannelSearch:
         across = np.stack([fit.correlation[begin : begin + n + 2 * SHIFT] for fit in fits])
         heard = np.lib.stride_tricks.sliding_window_view(across, n, axis=1) @ path.taps
         shifts = heard.argmax(axis=1)
-        expected = np.stack([fit.autocorrelation[:n] for fit in fits]) @ path.spread
+        expected = np.stack([fit.density for fit in fits]) @ path.spread
         for (word, node, later, said, at), row, shift, energy in zip(there, heard, shifts, expected, strict=True):
             own = max(float(energy), 1e-9)
             if row[shift] > 0.0:
@@ -267,7 +272,7 @@ def _joined(sound: WeightedSound, words: Sequence[_Next], n_taps: int) -> list[P
     if not words:
         return []
     fits = sound.fits((word.said, word.at) for word in words)
-    own = np.stack([word.path.autocorrelation + fit.autocorrelation for word, fit in zip(words, fits, strict=True)])
+    own = np.stack([word.path.autocorrelation for word in words]) + autocorrelations(fits)
     across = np.stack(
         [
             word.path.correlation + fit.correlation[word.shift : word.shift + TAPS]

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 
@@ -33,8 +33,8 @@ FLOOR = 1e-4
 """No bin has less than -40 dB of the mean noise: a converter's empty bands would outweigh all others."""
 SILENCE = 1e-13
 LEAST_NOISE = 1e-6
-"""Noise has at least so much (-60 dB) of the mean power of what was heard: a microphone may be muted before somebody
-speaks, and single precision is not enough for more."""
+"""Smallest power of the noise relative to the mean power of what was heard (-60 dB): a microphone may be muted
+before somebody speaks, and single precision is not enough for more."""
 
 SIZE = 2048
 BLOCK = 1024
@@ -58,12 +58,12 @@ Spectrum = NDArray[np.float32]
 class Fit:
     """A known signal against what was heard around its place, over noise of variance 1.
 
-    `correlation` at lags from -BACK - SHIFT on, shape (TAPS + 2 SHIFT,); the signal's `autocorrelation` at lags from 0,
-    shape (TAPS,).
+    `correlation` at lags from -BACK - SHIFT on, shape (TAPS + 2 SHIFT,); the signal's power `density`, of which the
+    autocorrelation is the inverse transform, shape (SIZE / 2 + 1,).
     """
 
     correlation: Taps
-    autocorrelation: Taps
+    density: Spectrum
 
 
 @dataclass(frozen=True, eq=False)
@@ -88,7 +88,7 @@ def _blocks_of(said: Signal) -> _Blocks:
     slopes = np.diff(around, axis=1, prepend=0.0)  # whitened, low frequencies count little
     time = np.square(slopes).reshape(n_blocks + 1, -1, STEP).sum(axis=2) + 1e-12
     time /= time.sum(axis=1, keepdims=True)
-    return _Blocks(spectra, np.asarray(both.real**2 + both.imag**2, np.float32), time)
+    return _Blocks(spectra, np.asarray(both.real**2 + both.imag**2, np.float32), np.asarray(time, np.float32))
 
 
 class WeightedSound:
@@ -115,7 +115,8 @@ class WeightedSound:
         variance = max(float(np.mean(white)), 1e-20)
         self._energy = np.concatenate([[0.0], np.cumsum(white / variance)])
         steps = np.pad(np.square(weights), (SIZE, 2 * SIZE))
-        self._steps = np.asarray(steps[: len(steps) // STEP * STEP].reshape(-1, STEP).mean(axis=1), np.float32)
+        steps = np.asarray(steps[: len(steps) // STEP * STEP].reshape(-1, STEP).mean(axis=1), np.float32)
+        self._steps = np.lib.stride_tricks.sliding_window_view(steps, SIZE // STEP)
         self._inverse = _at_bins(inverse / variance, SIZE)
         twice = _filtered(weighted, inverse / variance)
         self._sought = _frames_of(twice)
@@ -155,28 +156,44 @@ class WeightedSound:
             for k, (said, at) in enumerate(some):
                 blocks = _blocks_of(said)
                 number, off = divmod(at - SHIFT - BACK, GRID)
-                (blocks.spectra * self._frames[self._numbers(number, len(blocks.spectra))]).sum(axis=0, out=both[k])
+                heard = self._frames[self._numbers(number, len(blocks.spectra))]
+                np.einsum("ij,ij->j", blocks.spectra, heard, out=both[k])
                 np.matmul(self._shares(at, blocks.time), blocks.densities, out=own[k])
                 offs.append(off)
             across = np.fft.irfft(both, SIZE)
-            along = np.fft.irfft(own * self._inverse, SIZE)[:, :TAPS]
-            for each, off, correlation, autocorrelation in zip(some, offs, across, along, strict=True):
-                there = correlation[off : off + TAPS + 2 * SHIFT].copy()
-                self._fits[each] = Fit(there, np.ascontiguousarray(autocorrelation))
+            own *= self._inverse
+            for each, off, correlation, density in zip(some, offs, across, own, strict=True):
+                self._fits[each] = Fit(correlation[off : off + TAPS + 2 * SHIFT].copy(), density)
         return [self._fits[each] for each in wanted]
 
-    def _numbers(self, at: int, n_blocks: int) -> NDArray[np.int_]:
+    def _numbers(self, at: int, n_blocks: int) -> slice | NDArray[np.int_]:
         """Which spectra are of blocks from sample `at` GRID on; the first and the last one are of silence."""
-        numbers = at + SIZE // GRID + BLOCK // GRID * np.arange(n_blocks)
-        return np.clip(numbers, 0, len(self._frames) - 1)
+        first, step = at + SIZE // GRID, BLOCK // GRID
+        if first >= 0 and first + (n_blocks - 1) * step < len(self._frames):
+            return slice(first, first + (n_blocks - 1) * step + 1, step)
+        return np.clip(first + step * np.arange(n_blocks), 0, len(self._frames) - 1)
 
     def _shares(self, at: int, time: Spectrum) -> Spectrum:
         """The mean square weight of each part of a signal at sample `at` whose power is spread in `time` so."""
-        first = min(max(at + SIZE - BLOCK, 0) // STEP, len(self._steps))
-        there = self._steps[first : first + BLOCK // STEP * (len(time) + 1)]
-        there = np.pad(there, (0, BLOCK // STEP * (len(time) + 1) - len(there)))
-        seen = np.lib.stride_tricks.sliding_window_view(there, SIZE // STEP)[:: BLOCK // STEP]
-        return np.asarray(np.einsum("ij,ij->i", seen, time), np.float32)
+        first = max(at + SIZE - BLOCK, 0) // STEP
+        seen = self._steps[first :: BLOCK // STEP][: len(time)]
+        shares = np.zeros(len(time), np.float32)  # after the end, nothing was heard
+        np.einsum("ij,ij->i", seen, time[: len(seen)], out=shares[: len(seen)])
+        return shares
+
+
+def autocorrelations(fits: Sequence[Fit]) -> Taps:
+    """Those of the signals at lags from 0 on, weighted as the sound is where they lie, shape (len(fits), TAPS)."""
+    return np.asarray(np.fft.irfft(np.stack([fit.density for fit in fits]), SIZE)[:, :TAPS], np.float32)
+
+
+def energy_weights(taps: Taps) -> Spectrum:
+    """What a signal's `density` is to be multiplied with, and summed, for the energy that it has behind `taps`, shape
+    (SIZE / 2 + 1,)."""
+    response = np.fft.rfft(taps, SIZE)
+    weights = (response.real**2 + response.imag**2) * (2.0 / SIZE)
+    weights[[0, -1]] *= 0.5
+    return np.asarray(weights, np.float32)
 
 
 def _frames_of(sound: Samples) -> NDArray[np.complex64]:

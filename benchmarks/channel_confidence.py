@@ -1,0 +1,173 @@
+"""How likely a sentence of the channel search is right: fits `hvcpd/recognition/channel/verification.py`'s curve.
+
+    python -m benchmarks.channel_confidence [--data DIR] [--sentences 5] [--seed 201] [--names Mia,Ted,Gus,Rex]
+        [--conditions chain,small-vacuum,...] [--check]
+
+Sentences of the worlds of `benchmarks.hearing`, each sought where it is. A search gives two cases: the sentence that it
+would report; and the one that it would report if the right one were not there, which is wrong. The second ones count as
+much in all as searches are wrong in fact, and at least half a search. `--check` prints how the weights in use fare,
+instead of fitting: use other seeds, names and conditions than they were fitted with.
+"""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import minimize
+
+from benchmarks.hearing.material import Team, make_team
+from benchmarks.hearing.worlds.conditions import conditions
+from benchmarks.hearing.worlds.trials import Trial, make_trial
+from hvcpd.assembly.make import make_books
+from hvcpd.ports import SAMPLE_RATE_HZ
+from hvcpd.recognition.channel.listener import ChannelListener, quiet_part
+from hvcpd.recognition.channel.search import ChannelSearch
+from hvcpd.recognition.channel.search import Path as Sentence
+from hvcpd.recognition.channel.verification import Evidence
+from hvcpd.recognition.channel.weighting import WeightedSound
+from hvcpd.recognition.fitted import fitted as weights_of
+
+CONDITIONS = "chain,small-vacuum,good-vacuum,doppler,measured+0,chapel,living-room+0,classroom+0"
+BEFORE, AFTER = 3 * SAMPLE_RATE_HZ, SAMPLE_RATE_HZ // 2
+RIDGE = 0.02
+"""Of the weights' squares, of standardised features, a case: few searches are wrong."""
+
+
+@dataclass(frozen=True)
+class Case:
+    """A sentence that might be reported: its features; whether it is right; whether the right one was left out."""
+
+    features: tuple[float, ...]
+    right: bool
+    left_out: bool
+
+
+class Bench:
+    """Searches trials."""
+
+    def __init__(self, team: Team) -> None:
+        self.team = team
+        books = make_books(team.book, team.names, team.sound)
+        self.listener = ChannelListener(team.book.marked_graph, books)
+        self.search = ChannelSearch(team.book.marked_graph, books[: len({book.voice for book in books})])
+
+    def cases(self, trial: Trial) -> Iterator[Case]:
+        """One or two of the first sentence of a trial; none if nothing was found."""
+        said = trial.said[0]
+        begin = max(said.start - BEFORE, 0)
+        sound = trial.sound[begin : said.end + AFTER]
+        lead = said.start - begin
+        heard = sound[lead - SAMPLE_RATE_HZ // 2 :]
+        weighted = WeightedSound(heard, quiet_part(sound[:lead], heard))
+        paths = self.search.paths(weighted, [SAMPLE_RATE_HZ // 2])
+        found = self.listener.evidence(weighted, paths)
+        if found is not None:
+            yield case(found, said.words, False)
+        others = [path for path in paths if path.words != said.words]
+        if len(others) < len(paths):
+            wrong = self.listener.evidence(weighted, others)
+            if wrong is not None:
+                yield case(wrong, said.words, True)
+
+
+def case(evidence: Evidence, words: tuple[str, ...], left_out: bool) -> Case:
+    path: Sentence = evidence.path
+    return Case(evidence.features, path.words == words, left_out)
+
+
+def collect(o: argparse.Namespace) -> list[Case]:
+    """The cases of all sentences, told line by line."""
+    bench = Bench(make_team(o.names.split(",")))
+    named = {condition.name: condition for condition in conditions(o.rooms, o.data)}
+    found: list[Case] = []
+    for name in o.conditions.split(","):
+        for number in range(o.sentences) if name in named else ():
+            new = list(bench.cases(make_trial(bench.team, named[name], number, o.seed, False, o.data)))
+            for each in new:
+                print(name, number, "right" if each.right else "left out" if each.left_out else "wrong", end=" ")
+                print(*(f"{value:.3f}" for value in each.features), flush=True)
+            found += new
+    return found
+
+
+def fit(x: NDArray[np.float64], right: NDArray[np.bool_], counts: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Logistic regression with a ridge: the weights of the columns of `x`, shape (n, k), none negative, as each speaks
+    for a sentence; and last the bias. `counts`: how much each row counts, shape (n,)."""
+    mean, spread = x.mean(axis=0), x.std(axis=0) + 1e-9
+    z = np.column_stack([(x - mean) / spread, np.ones(len(x))])
+    sign = np.where(right, -1.0, 1.0)
+
+    def cost(w: NDArray[np.float64]) -> float:
+        return float(counts @ np.logaddexp(0.0, sign * (z @ w)) / counts.sum() + RIDGE * (w[:-1] @ w[:-1]))
+
+    bounds = [(0.0, None)] * x.shape[1] + [(None, None)]
+    w = np.asarray(minimize(cost, np.zeros(x.shape[1] + 1), bounds=bounds).x)
+    weights = w[:-1] / spread
+    return np.append(weights, w[-1] - weights @ mean)
+
+
+def counted(cases: list[Case]) -> NDArray[np.float64]:
+    """How much each case counts."""
+    found = [each for each in cases if not each.left_out]
+    wrong = sum(not each.right for each in found) + 0.5
+    left_out = sum(each.left_out for each in cases)
+    return np.array([wrong / max(left_out, 1) if each.left_out else 1.0 for each in cases])
+
+
+def tell(cases: list[Case], p: NDArray[np.float64]) -> str:
+    """How the probabilities fare."""
+    right = np.array([each.right for each in cases])
+    left_out = np.array([each.left_out for each in cases])
+    found = ~left_out
+    sure = [f"{int(right[found & (p >= least)].sum())} of {int((found & (p >= least)).sum())}" for least in (0.95, 0.5)]
+    low = int((left_out & (p < 0.5)).sum())
+    return (
+        f"{int(right.sum())} of {int(found.sum())} sentences right; of those with 0.95 and more {sure[0]}, "
+        f"with 0.5 and more {sure[1]}; without the right one {low} of {int(left_out.sum())} below 0.5, "
+        f"{int((left_out & (p >= 0.95)).sum())} with 0.95 and more"
+    )
+
+
+def fitted(o: argparse.Namespace) -> dict[str, object]:
+    """The section of `fitted.json`."""
+    cases = collect(o)
+    x, right = np.array([each.features for each in cases]), np.array([each.right for each in cases])
+    weights = fit(x, right, counted(cases))
+    p = 1.0 / (1.0 + np.exp(-(x @ weights[:-1] + weights[-1])))
+    score = tell(cases, p)
+    print(score)
+    rounded = [float(f"{value:.5g}") for value in weights]
+    data = f"{o.sentences} sentences each of {o.conditions.replace(',', ', ')}; names {o.names}; seed {o.seed}"
+    return {"data": data, "score": score, "weights": {"features": rounded[:-1], "bias": rounded[-1]}}
+
+
+def parser() -> argparse.ArgumentParser:
+    """The options."""
+    options = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    options.add_argument("--data", type=Path, help="folder of rooms and noises")
+    options.add_argument("--sentences", type=int, default=5, help="of each condition")
+    options.add_argument("--seed", type=int, default=201)
+    options.add_argument("--rooms", type=int, default=101, help="seed of the rooms that are simulated")
+    options.add_argument("--names", default="Mia,Ted,Gus,Rex")
+    options.add_argument("--conditions", default=CONDITIONS)
+    options.add_argument("--check", action="store_true", help="how the weights in use fare")
+    return options
+
+
+def main() -> None:
+    o = parser().parse_args()
+    if not o.check:
+        print(fitted(o)["weights"])
+        return
+    cases, weights = collect(o), weights_of("channel_confidence")["weights"]
+    logits = np.array([each.features for each in cases]) @ np.array(weights["features"]) + weights["bias"]
+    print(tell(cases, 1.0 / (1.0 + np.exp(-logits))))
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,59 @@
+"""`hvcpctl mcap`: a recorded mission, or a shift that `hvcpctl follow --json` printed, for Foxglove."""
+
+from __future__ import annotations
+
+import argparse
+import json
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+
+from hvcpd.errors import EX_OK, ConfigError, unwritable
+from hvcpd.hardware.soundfile import read_wav
+from hvcpd.reporting.files import write_whole
+from hvcpd.reporting.mcap_file import Message, of_event, of_sound, of_trail, write_mcap
+from hvcpd.reporting.transcript import read_trails
+
+
+def run(options: argparse.Namespace) -> int:
+    """Read it whole, and write the file whole."""
+    messages = [*messages_of(options.recording)]
+    if not messages:
+        raise ConfigError(f"{options.recording} tells of nothing")
+    try:
+        write_whole(options.output, write_mcap(messages))
+    except OSError as error:
+        raise ConfigError(unwritable(options.output, error)) from None
+    sys.stdout.write(f"{options.output}: {len(messages)} messages\n")
+    return EX_OK
+
+
+def messages_of(recording: Path) -> Iterator[Message]:
+    """Yield all that a mission's folder, or a file of a robot's events, has. Raises ConfigError."""
+    if not recording.is_dir():
+        yield from _of_lines(recording)
+        return
+    yield from _of_lines(recording / "transcript.jsonl")
+    trails, sound = recording / "trails.jsonl", recording / "mission.wav"
+    if trails.is_file():
+        for trail in read_trails(trails):
+            yield from of_trail(trail)
+    if sound.is_file():
+        yield from of_sound(read_wav(sound))
+
+
+def _of_lines(path: Path) -> Iterator[Message]:
+    try:
+        lines = path.read_text(encoding="utf-8").splitlines()
+    except (OSError, UnicodeDecodeError) as error:
+        raise ConfigError(
+            f"{path}: {error}; name a folder of `simulate --report`, or a file of `follow --json`"
+        ) from None
+    for number, line in enumerate(lines, 1):
+        try:
+            event = json.loads(line)
+            at_s = event.get("wall_s", event.get("at_s")) if event.get("event") != "summary" else None
+            if at_s is not None:
+                yield from of_event(event, float(at_s))
+        except (ValueError, TypeError, KeyError, AttributeError) as error:
+            raise ConfigError(f"{path}, line {number}: no event ({error})") from None

@@ -1,0 +1,185 @@
+"""`hvcpctl mqtt`: a running robot at an MQTT broker, as Home Assistant finds it. The daemon itself has no network.
+
+Messages and topics: docs/control.md. Discovery: Home Assistant's documentation, "MQTT", "Device discovery payload".
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import sys
+from collections.abc import Callable
+from contextlib import closing, suppress
+from pathlib import Path
+from types import TracebackType
+from typing import Any
+
+from hvcpd import __version__
+from hvcpd.control.live.daemon_client import DaemonClient, find_daemon
+from hvcpd.control.live.follow import watch
+from hvcpd.errors import EX_OK, ConfigError, HvcpdError, NotDoneError
+
+RESTING = ("wall_s", "now_s", "uptime_s", "pid", "sound", "peers", "pose", "counts")
+"""What of a status changes without anything having happened; alone it is no reason to send the status again."""
+STATUS_EVERY = 30
+"""Looks of a second after which the status is sent in any case, so that levels and counts are no older."""
+AT_LEAST_ONCE = 1
+"""MQTT's quality of service of all that is sent."""
+
+
+class Broker:
+    """A connection to an MQTT broker, kept up by paho's own thread. A context manager; says "offline" at its end."""
+
+    def __init__(self, options: argparse.Namespace, name: str, obey: Callable[[str], None]) -> None:
+        """`obey` is called with each command, in paho's thread. Raises ConfigError without the library."""
+        try:
+            from paho.mqtt import client as mqtt
+        except ImportError:
+            raise ConfigError(
+                "the library of MQTT is missing: `sudo apt install python3-paho-mqtt`, or `pipx inject hvcpd paho-mqtt`"
+            ) from None
+        self.topic = f"{options.prefix}/{name.lower()}"
+        self._address = options.host, options.port or (8883 if options.tls else 1883)
+        version: dict[str, Any] = {}
+        if hasattr(mqtt, "CallbackAPIVersion"):  # from paho 2 on; Debian 12 has 1.6
+            version["callback_api_version"] = mqtt.CallbackAPIVersion.VERSION2
+        self._client = mqtt.Client(client_id=f"hvcpd-{name.lower()}", **version)
+        self._client.will_set(f"{self.topic}/available", "offline", AT_LEAST_ONCE, retain=True)
+        if options.user:
+            self._client.username_pw_set(options.user, _password(options.password_file))
+        if options.tls:
+            self._client.tls_set()
+        self._client.on_connect = lambda *_: self._connected()
+        self._client.on_message = lambda _client, _data, message: obey(message.payload.decode(errors="replace"))
+        self._at_connect: dict[str, str] = {}
+
+    def __enter__(self) -> Broker:
+        try:
+            self._client.connect(*self._address)
+        except OSError as error:
+            host, port = self._address
+            raise NotDoneError(f"no MQTT broker answers at {host}, port {port}: {error}") from None
+        self._client.loop_start()
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        with suppress(ValueError, RuntimeError):  # paho's, of a message that the broker never took
+            self._client.publish(f"{self.topic}/available", "offline", AT_LEAST_ONCE, retain=True).wait_for_publish(2.0)
+        self._client.disconnect()
+        self._client.loop_stop()
+
+    def keep(self, topic: str, text: str) -> None:
+        """Send what whoever subscribes later is to see too, and send it again after each connection."""
+        self._at_connect[topic] = text
+        self._client.publish(topic, text, AT_LEAST_ONCE, retain=True)
+
+    def tell(self, topic: str, text: str) -> None:
+        """Send what is of the moment."""
+        self._client.publish(topic, text, AT_LEAST_ONCE)
+
+    def _connected(self) -> None:
+        self._client.subscribe(f"{self.topic}/command", AT_LEAST_ONCE)
+        for topic, text in list(self._at_connect.items()):
+            self._client.publish(topic, text, AT_LEAST_ONCE, retain=True)
+
+
+class MqttShow:
+    """Sends what a robot says, hears and does."""
+
+    def __init__(self, broker: Broker) -> None:
+        self._broker = broker
+        self._sent: dict[str, Any] = {}
+        self._looks = 0
+
+    def event(self, event: dict[str, Any], wall_s: float) -> None:
+        """Each event under its kind."""
+        text = json.dumps({**event, "wall_s": round(wall_s, 3)})
+        self._broker.tell(f"{self._broker.topic}/{event['event']}", text)
+
+    def state(self, status: dict[str, Any], tasks: list[dict[str, Any]]) -> None:
+        """The status with the tasks, if something has changed or it is old."""
+        lasting = {key: value for key, value in status.items() if key not in RESTING} | {"board": tasks}
+        lasting["board"] = [{key: value for key, value in task.items() if key != "lease_s"} for task in tasks]
+        self._looks += 1
+        if lasting == self._sent and self._looks < STATUS_EVERY:
+            return
+        self._sent, self._looks = lasting, 0
+        self._broker.keep(f"{self._broker.topic}/status", json.dumps({**status, "board": tasks}))
+        self._broker.keep(f"{self._broker.topic}/available", "online")
+
+    def note(self, text: str) -> None:
+        """The daemon has ended, or is back."""
+        sys.stderr.write(f"hvcpctl: {text}\n")
+        self._broker.keep(f"{self._broker.topic}/available", "offline")
+
+
+def run(options: argparse.Namespace) -> int:
+    """Bridge until interrupted; a daemon that ends is waited for."""
+    with closing(find_daemon(options)) as daemon:
+        name, path = daemon.name, daemon.path
+    with Broker(options, name, lambda text: _obey(text, path, options.commands)) as broker:
+        broker.keep(
+            f"{options.discovery}/device/hvcpd_{name.lower()}/config", json.dumps(discovery(name, broker.topic))
+        )
+        watch(options, MqttShow(broker))
+    return EX_OK
+
+
+def _obey(text: str, path: Path, all_commands: bool) -> None:
+    """Carry out `stop`, and with `all_commands` `resume` and `say SENTENCE`; what fails is told in one line."""
+    command, _, sentence = text.strip().partition(" ")
+    try:
+        if command == "stop" or (all_commands and command == "resume"):
+            arguments = {}
+        elif all_commands and command == "say":
+            arguments = {"text": sentence}
+        else:
+            raise ConfigError(f"MQTT: {text[:80]!r} is not obeyed; hvcpctl mqtt --help tells what is")
+        with closing(DaemonClient(path)) as daemon:
+            daemon.ask(command, **arguments)
+    except HvcpdError as error:
+        sys.stderr.write(f"hvcpctl: {error}\n")
+
+
+def discovery(name: str, topic: str) -> dict[str, Any]:
+    """Return the message by which Home Assistant (2024.11 or newer) makes a device with its entities of the robot."""
+    own = f"hvcpd_{name.lower()}"
+
+    def entity(platform: str, key: str, text: str, **more: str) -> dict[str, str]:
+        told = {"p": platform, "unique_id": f"{own}_{key}", "name": text, **more}
+        return told if platform == "button" else {"state_topic": f"{topic}/status", **told}
+
+    stopped = "{{ 'ON' if value_json.stopped else 'OFF' }}"
+    heard = {"state_topic": f"{topic}/heard", "value_template": "{{ value_json.text }}"}
+    return {
+        "dev": {"ids": [own], "name": name, "mf": "hvcpd", "sw": __version__},
+        "o": {"name": "hvcpd", "sw": __version__},
+        "availability_topic": f"{topic}/available",
+        "cmps": {
+            "doing": entity("sensor", "doing", "Doing", value_template="{{ value_json.doing }}"),
+            "open": entity("sensor", "open", "Open tasks", value_template="{{ value_json.tasks.open | default(0) }}"),
+            "done": entity("sensor", "done", "Done tasks", value_template="{{ value_json.tasks.done | default(0) }}"),
+            "battery": entity(
+                "sensor",
+                "battery",
+                "Battery",
+                device_class="voltage",
+                unit_of_measurement="V",
+                value_template="{{ value_json.battery_v }}",
+            ),
+            "heard": {**entity("sensor", "heard", "Heard"), **heard},
+            "stopped": entity("binary_sensor", "stopped", "Stopped", value_template=stopped),
+            "stop": entity("button", "stop", "Stop", command_topic=f"{topic}/command", payload_press="stop"),
+        },
+    }
+
+
+def _password(path: Path | None) -> str | None:
+    if path is None:
+        return None
+    try:
+        return path.read_text(encoding="utf-8").strip()
+    except OSError as error:
+        raise ConfigError(f"--password-file {path}: {error.strerror}") from None

@@ -1,0 +1,106 @@
+"""`hvcpctl mqtt` between a robot's real socket and a real broker."""
+
+from __future__ import annotations
+
+import json
+import os
+import queue
+import shutil
+import signal
+import socket
+import subprocess
+import sys
+import threading
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+import pytest
+
+from hil_fakes.sound_server import wait_until
+from hvcpd.coordination.states import State
+from tests.daemon.running import RunningRobot
+
+client = pytest.importorskip("paho.mqtt.client")
+MOSQUITTO = shutil.which("mosquitto", path=f"{os.environ.get('PATH', '')}:/usr/sbin")
+PATIENCE_S = 20.0
+
+
+@pytest.fixture
+def port(tmp_path: Path) -> Iterator[int]:
+    """A broker's, on this computer only."""
+    if MOSQUITTO is None:
+        pytest.skip("mosquitto is missing: apt install mosquitto")
+    with socket.socket() as probe:
+        probe.bind(("127.0.0.1", 0))
+        number = int(probe.getsockname()[1])
+    settings = tmp_path / "mosquitto.conf"
+    settings.write_text(f"listener {number} 127.0.0.1\nallow_anonymous true\n")
+    broker = subprocess.Popen([MOSQUITTO, "-c", str(settings)], stderr=subprocess.DEVNULL)
+    try:
+        wait_until(lambda: _answers(number), PATIENCE_S, "the broker listens")
+        yield number
+    finally:
+        broker.terminate()
+        broker.wait()
+
+
+def _answers(number: int) -> bool:
+    with socket.socket() as probe:
+        return probe.connect_ex(("127.0.0.1", number)) == 0
+
+
+class Home:
+    """Another client of the broker, as Home Assistant is one."""
+
+    def __init__(self, port: int) -> None:
+        self._heard: queue.Queue[tuple[str, str]] = queue.Queue()
+        self._client = client.Client(client.CallbackAPIVersion.VERSION2)
+        subscribed = threading.Event()
+        self._client.on_message = lambda _c, _d, message: self._heard.put((message.topic, message.payload.decode()))
+        self._client.on_subscribe = lambda *_: subscribed.set()
+        self._client.connect("127.0.0.1", port)
+        self._client.loop_start()
+        self._client.subscribe("#", 1)
+        assert subscribed.wait(PATIENCE_S)
+
+    def close(self) -> None:
+        self._client.disconnect()
+        self._client.loop_stop()
+
+    def tell(self, topic: str, text: str) -> None:
+        self._client.publish(topic, text, 1).wait_for_publish(PATIENCE_S)
+
+    def wait_for(self, topic: str, holds: Callable[[str], bool] = lambda _: True) -> str:
+        """The first message with that topic for which it holds."""
+        while True:
+            at, text = self._heard.get(timeout=PATIENCE_S)
+            if at == topic and holds(text):
+                return text
+
+
+def test_home_assistant_finds_the_robot_and_can_stop_it(tmp_path: Path, port: int) -> None:
+    with RunningRobot(tmp_path) as robot:
+        config = tmp_path / "hvcpd.yaml"
+        config.write_text("name: Rob\ntasks: tasks.yaml\nstate_dir: state\n")
+        home = Home(port)
+        options = ["--config", str(config), "--host", "127.0.0.1", "--port", str(port)]
+        bridge = subprocess.Popen(
+            [sys.executable, "-m", "hvcpd.control.cli", "mqtt", *options], stderr=subprocess.PIPE, text=True
+        )
+        device = json.loads(home.wait_for("homeassistant/device/hvcpd_rob/config"))
+        assert device["dev"]["name"] == "Rob"
+        topics = {entity.get("state_topic") for entity in device["cmps"].values()} - {None}
+        assert topics == {"hvcpd/rob/status", "hvcpd/rob/heard"}
+        status = json.loads(home.wait_for("hvcpd/rob/status"))
+        assert (status["name"], status["stopped"]) == ("Rob", False)
+        home.wait_for("hvcpd/rob/available", "online".__eq__)
+        home.tell(device["cmps"]["stop"]["command_topic"], device["cmps"]["stop"]["payload_press"])
+        home.wait_for("hvcpd/rob/statechanged", lambda text: json.loads(text)["state"] == "stopped")
+        home.tell("hvcpd/rob/command", "resume")
+        assert bridge.stderr is not None
+        assert "'resume' is not obeyed" in bridge.stderr.readline(), "that needs --commands"
+        assert robot.state is State.STOPPED
+        bridge.send_signal(signal.SIGINT)
+        assert bridge.wait(PATIENCE_S) == 130
+        home.wait_for("hvcpd/rob/available", "offline".__eq__)
+        home.close()

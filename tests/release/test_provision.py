@@ -1,0 +1,58 @@
+"""The Ansible role and cloud-init's file make a robot's settings that hvcpd takes; each is checked by its own tool."""
+
+from __future__ import annotations
+
+import os
+import shutil
+import subprocess
+from collections.abc import Sequence
+from pathlib import Path
+
+import pytest
+import yaml
+
+from hvcpd.config.settings import load_settings
+from release.deb import REPOSITORY
+
+pytestmark = pytest.mark.slow
+
+USER_DATA = REPOSITORY / "release/cloud-init/user-data"
+PLAYBOOK = REPOSITORY / "release/ansible/robots.yml"
+
+
+def tool(name: str, package: str) -> str:
+    found = shutil.which(name)
+    if found is None:
+        pytest.skip(f"{name} is missing: apt install {package}")
+    return found
+
+
+def ran(command: Sequence[str], folder: Path) -> str:
+    environment = {**os.environ, "ANSIBLE_LOCAL_TEMP": str(folder), "ANSIBLE_REMOTE_TEMP": str(folder)}
+    done = subprocess.run(command, capture_output=True, text=True, timeout=300, env=environment, check=False)
+    assert done.returncode == 0, done.stdout + done.stderr
+    return done.stdout
+
+
+def test_cloud_init_takes_its_file(tmp_path: Path) -> None:
+    assert "Valid" in ran([tool("cloud-init", "cloud-init"), "schema", "--config-file", str(USER_DATA)], tmp_path)
+
+
+def test_cloud_init_writes_settings_that_hvcpd_takes(tmp_path: Path) -> None:
+    written = {each["path"]: each["content"] for each in yaml.safe_load(USER_DATA.read_text())["write_files"]}
+    settings = tmp_path / "hvcpd.yaml"
+    settings.write_text(written["/etc/hvcpd/hvcpd.yaml"])
+    assert load_settings(settings).name == "Rob"
+
+
+def test_the_role_writes_settings_that_hvcpd_takes(tmp_path: Path) -> None:
+    (tmp_path / "team.key").write_text("what the copy of it is compared with")
+    told = {"hvcpd_etc": tmp_path, "hvcpd_name": "Ada", "hvcpd_tasks": REPOSITORY / "etc/tasks.yaml"}
+    more = [part for key, value in told.items() for part in ("--extra-vars", f"{key}={value}")]
+    play = [tool("ansible-playbook", "ansible-core"), "--inventory", "robot,", "--connection", "local", str(PLAYBOOK)]
+    ran([*play, "--syntax-check"], tmp_path)
+    ran([*play, *more, "--tags", "settings", "--extra-vars", '{"ansible_become": false}'], tmp_path)
+    settings = load_settings(tmp_path / "hvcpd.yaml")
+    assert (settings.name, settings.team, settings.names) == ("Ada", "plant", ("Rob", "Bot"))
+    assert settings.tasks == tmp_path / "tasks.yaml"
+    assert settings.tasks.read_text() == (REPOSITORY / "etc/tasks.yaml").read_text()
