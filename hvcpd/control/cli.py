@@ -172,8 +172,8 @@ def _add_say(commands: _Commands) -> None:
         epilog=with_examples(
             "A robot that runs on this computer says what is said in its name itself, when its turn comes, so that "
             "nobody is interrupted: '… I am Rob, …' is said by Rob. With an option that tells how or where it is to "
-            "sound (-o, --as, --voice, --rate, --gain-db, --lombard), with --local, and where no such robot runs, this "
-            "command plays it at once.",
+            "sound (-o, --as, --voice, --rate, --gain-db, --natural, --lombard), with --local, and where no such robot "
+            "runs, this command plays it at once.",
             "hvcpctl say 'Hi Rob, I am Bot, water the yellow rose' -o yellow.wav",
         ),
     )
@@ -186,6 +186,7 @@ def _add_say(commands: _Commands) -> None:
         "--rate", type=arguments.between(0.5, 2.0), default=1.0, metavar="R", help="above 1 faster, below slower"
     )
     c.add_argument("--gain-db", type=arguments.between(-60.0, 20.0), default=0.0, metavar="DB", help="louder or softer")
+    c.add_argument("--natural", action="store_true", help="a natural voice, whatever `synthesizer` the settings have")
     c.add_argument("--lombard", action="store_true", help="as people speak in noise: slower, higher, brighter, louder")
     c.add_argument("--voice", type=Path, metavar="DIR", help="speak with recorded words, one WAV each: DIR/water.wav")
     c.add_argument("--local", action="store_true", help="do not ask a running robot to say it")

@@ -18,7 +18,6 @@ from hvcpd.assembly.plan import RobotPlan
 from hvcpd.robot.robot import Robot
 from hvcpd.synthesis.homographs import Place
 from hvcpd.synthesis.speaker import PITCH_STEPS, Speaker, UnitPosition
-from hvcpd.synthesis.voices import VOICES
 
 LOGGED_EVERY_S = 5.0
 """Between two lines in the log. A start with all words there takes less, and has none."""
@@ -157,7 +156,7 @@ class CacheWarmUp:
             self._preparation.run(chores, go_on)
 
     def _all_voices(self) -> dict[str, Speaker]:
-        return {voice.name: Speaker(voice, self._sound.lexicon, self._sound.cache) for voice in VOICES}
+        return {voice.name: Speaker(voice, self._sound.lexicon, self._sound.cache) for voice in self._sound.every_voice()}
 
     def _n_waveforms(self) -> int:
         """Steps of `Robot.prepare`, as far as that is known before."""
