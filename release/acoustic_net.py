@@ -67,7 +67,7 @@ def main(arguments: Sequence[str]) -> int:
         return 2
     onnx = importlib.import_module("onnx")
     target = Path(arguments[1]) if len(arguments) == 2 else WEIGHTS
-    np.savez(target, **converted(onnx.load(arguments[0]).graph, onnx.numpy_helper.to_array))
+    np.savez(target, **converted(onnx.load(arguments[0]).graph, onnx.numpy_helper.to_array))  # type: ignore[arg-type]  # names as keywords
     sys.stdout.write(f"{target}: {target.stat().st_size / 1e6:.1f} MB\n")
     return 0
 

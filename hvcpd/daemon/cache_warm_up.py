@@ -156,7 +156,8 @@ class CacheWarmUp:
             self._preparation.run(chores, go_on)
 
     def _all_voices(self) -> dict[str, Speaker]:
-        return {voice.name: Speaker(voice, self._sound.lexicon, self._sound.cache) for voice in self._sound.every_voice()}
+        sound = self._sound
+        return {voice.name: Speaker(voice, sound.lexicon, sound.cache) for voice in sound.every_voice()}
 
     def _n_waveforms(self) -> int:
         """Steps of `Robot.prepare`, as far as that is known before."""
