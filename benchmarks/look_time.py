@@ -16,8 +16,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from benchmarks.people import SNR_DB, Stage
 from benchmarks.people_material import alone, enrol, levelled, sentences
+from benchmarks.people_stage import SNR_DB, Stage
 from hvcpd.people.enrolled import Person, stretched
 from hvcpd.people.second_pass import SecondPassRecogniser
 from hvcpd.ports import SAMPLE_RATE_HZ

@@ -1,13 +1,17 @@
-"""Synthetic speech to train on, as it is heard: in rooms, through microphones, in noise.
+"""Speech to train on, as it is heard: in rooms, through microphones, in noise.
 
-python -m benchmarks.phones.material --out FILE.npz [--texts 24000] [--takes 2] [--seed 1] [--calibration]
+    python -m benchmarks.phones.material --data DIR --out FILE.npz [--texts 5000] [--takes 2] [--seed 1]
+        [--people] [--calibration]
+
+Synthetic voices say the texts (`texts`, `voices`). With `--people`, instead: words of people, alone and in strings
+(`recorded`), and noise in which nobody speaks.
 """
 
 from __future__ import annotations
 
 import argparse
 import random
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -16,7 +20,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from benchmarks.hearing.noises import steady
-from benchmarks.phones.texts import Texts
+from benchmarks.keyword.material import Rooms, stretched
+from benchmarks.people_material import DIGITS
+from benchmarks.phones.recorded import bare_words, joined, noises, string_of
+from benchmarks.phones.texts import Texts, common_words
 from benchmarks.phones.voices import calibrators, resampled, talkers
 from hil_fakes.robot_noise import fan, motor
 from hvcpd.people.bands import logs_of, noise_of
@@ -25,6 +32,10 @@ from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 from hvcpd.synthesis.lexicon import Lexicon
 
 LEAD_S = 1.0
+NOTHING_EVERY = 8
+"""One take in so many texts is noise alone."""
+
+Said = tuple[Sequence[str], Samples]
 
 
 @dataclass(frozen=True, eq=False)
@@ -34,18 +45,6 @@ class Take:
     logs: NDArray[np.float32]
     phones: NDArray[np.int64]
     words: tuple[str, ...]
-
-
-def common_words() -> dict[str, tuple[str, ...]]:
-    """Phones of the words in PocketSphinx's dictionary, without stress."""
-    from pocketsphinx import get_model_path
-
-    found: dict[str, tuple[str, ...]] = {}
-    for line in Path(get_model_path("en-us/cmudict-en-us.dict")).read_text().splitlines():
-        word, *phones = line.split()
-        if "(" not in word:
-            found[word] = tuple(phones)
-    return found
 
 
 def phones_of(words: Sequence[str], lexicon: Lexicon, known: Mapping[str, Sequence[str]]) -> list[int]:
@@ -62,12 +61,21 @@ def phones_of(words: Sequence[str], lexicon: Lexicon, known: Mapping[str, Sequen
 class Air:
     """What happens to speech on its way."""
 
-    def __init__(self, seed: int) -> None:
+    def __init__(self, seed: int, data: Path) -> None:
         self._rng = np.random.default_rng(seed)
         n = 60 * SAMPLE_RATE_HZ
-        self._colours = {colour: steady(colour, n, seed) for colour in ("white", "pink")}
-        self._colours |= {"fan": fan(n, self._rng), "motor": motor(n, self._rng)}
+        self._noises = [steady(colour, n, seed) for colour in ("white", "pink")]
+        self._noises += [fan(n, self._rng), motor(n, self._rng), *noises(data, "train")]
+        self._others = joined(data / "negatives", "train")
+        self._rooms = Rooms(data / "rooms", self._rng)
         self._talk: list[Samples] = []
+
+    def nothing(self) -> NDArray[np.float32]:
+        """Likewise, of noise alone."""
+        n = round(self._rng.uniform(0.6, 3.0) * SAMPLE_RATE_HZ)
+        lead = round(LEAD_S * SAMPLE_RATE_HZ)
+        whole = np.asarray(0.1 * self._steady(lead + n), np.float32)
+        return centred(logs_of(whole[lead // 2 :], noise_of(whole, lead)))
 
     def heard(self, sound: Samples) -> NDArray[np.float32]:
         """`centred` logarithms of the energies of what arrives."""
@@ -77,7 +85,7 @@ class Air:
         sound = np.asarray(0.1 * sound / max(float(np.sqrt(np.mean(sound[np.abs(sound) > 0.01] ** 2))), 1e-3))
         lead, tail = round(LEAD_S * SAMPLE_RATE_HZ), round(rng.uniform(0.05, 0.6) * SAMPLE_RATE_HZ)
         whole = np.pad(sound, (lead, tail))
-        snr_db = float(rng.choice((rng.uniform(2, 15), rng.uniform(10, 30), 60.0), p=(0.3, 0.4, 0.3)))
+        snr_db = float(rng.choice((rng.uniform(-3, 12), rng.uniform(8, 30), 60.0), p=(0.4, 0.35, 0.25)))
         whole = whole + 0.1 * 10.0 ** (-snr_db / 20) * self._noise(len(whole))
         if rng.random() < 0.3:
             whole = resampled(resampled(np.asarray(whole, np.float32), 2.0), 0.5)
@@ -90,11 +98,10 @@ class Air:
         rng = self._rng
         if rng.random() < 0.8:
             sound = resampled(sound, rng.uniform(0.85, 1.18))
-        if rng.random() < 0.4:
-            rt60 = rng.uniform(0.1, 0.5)
-            tail = rng.standard_normal(round(rt60 * SAMPLE_RATE_HZ)) * rng.uniform(0.02, 0.12)
-            tail *= 10.0 ** (-3.0 * np.arange(len(tail)) / len(tail))
-            tail[0] = 1.0
+        if rng.random() < 0.3:
+            sound = stretched(sound, float(2.0 ** rng.uniform(-0.3, 0.4)))
+        tail = self._rooms.draw() if rng.random() < 0.5 else None
+        if tail is not None:
             n = len(sound) + len(tail)
             size = 1 << (n - 1).bit_length()
             sound = np.fft.irfft(np.fft.rfft(sound, size) * np.fft.rfft(tail, size), size)[:n]
@@ -106,14 +113,22 @@ class Air:
 
     def _noise(self, n: int) -> NDArray[np.float32]:
         rng = self._rng
-        if self._talk and rng.random() < 0.15:
+        kind = rng.random()
+        if self._talk and kind < 0.1:
             babble = sum(np.resize(np.roll(t, rng.integers(len(t))), n) for t in self._talk)
-            out = np.asarray(babble, np.float32)
-        else:
-            noise = self._colours[str(rng.choice(sorted(self._colours)))]
-            at = int(rng.integers(len(noise) - n))
-            out = noise[at : at + n]
-        return np.asarray(out / max(float(np.sqrt(np.mean(out**2))), 1e-6), np.float32)
+            return _of_power_1(np.asarray(babble))
+        if kind < 0.15:
+            at = int(rng.integers(len(self._others) - n))
+            return _of_power_1(self._others[at : at + n])
+        return self._steady(n)
+
+    def _steady(self, n: int) -> NDArray[np.float32]:
+        noise = self._noises[self._rng.integers(len(self._noises))]
+        return _of_power_1(np.resize(np.roll(noise, -int(self._rng.integers(len(noise)))), n))
+
+
+def _of_power_1(sound: NDArray[np.floating]) -> NDArray[np.float32]:
+    return np.asarray(sound / max(float(np.sqrt(np.mean(sound**2))), 1e-6), np.float32)
 
 
 def save(path: Path, takes: Sequence[Take]) -> None:
@@ -128,27 +143,47 @@ def save(path: Path, takes: Sequence[Take]) -> None:
     np.savez(path, **arrays)
 
 
+def by_voices(o: argparse.Namespace, known: Mapping[str, Sequence[str]], lexicon: Lexicon) -> Iterator[Said]:
+    """Texts by synthetic voices."""
+    texts, chooser = Texts(known, o.seed), random.Random(o.seed)
+    voices = [(v, 1.0) for v in calibrators()] if o.calibration else talkers(lexicon)
+    for _ in range(o.texts):
+        text = texts.draw()
+        talker = chooser.choices([v for v, _ in voices], [share for _, share in voices])[0]
+        yield text.words, talker(text.phrases, chooser)
+
+
+def by_people(o: argparse.Namespace) -> Iterator[Said]:
+    """Every word of the speakers, and after each a string of words."""
+    chooser = random.Random(o.seed)
+    said = bare_words(o.data, "calibration" if o.calibration else "train", DIGITS)
+    for utterance in said:
+        string = string_of(said, chooser)
+        yield utterance.words, utterance.sound
+        yield string.words, string.sound
+
+
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--out", type=Path, required=True)
-    parser.add_argument("--texts", type=int, default=24000)
+    parser.add_argument("--data", type=Path, required=True, help="recordings of people, rooms and noises")
+    parser.add_argument("--texts", type=int, default=5000, help="by synthetic voices")
     parser.add_argument("--takes", type=int, default=2, help="of each text, as it is heard in different places")
     parser.add_argument("--seed", type=int, default=1)
-    parser.add_argument("--calibration", action="store_true", help="by the voices that are kept for it")
+    parser.add_argument("--people", action="store_true", help="by people")
+    parser.add_argument("--calibration", action="store_true", help="by the voices and people kept for it")
     o = parser.parse_args()
     lexicon, known = Lexicon.load(), common_words()
-    texts, air, chooser = Texts(known, o.seed), Air(o.seed), random.Random(o.seed)
-    voices = [(v, 1.0) for v in calibrators()] if o.calibration else talkers(lexicon)
+    air = Air(o.seed, o.data)
     found = []
-    for number in range(o.texts):
-        text = texts.draw()
-        talker = chooser.choices([v for v, _ in voices], [share for _, share in voices])[0]
-        sound = talker(text.phrases, chooser)
-        phones = np.array(phones_of(text.words, lexicon, known))
+    for number, (words, sound) in enumerate(by_people(o) if o.people else by_voices(o, known, lexicon)):
+        phones = np.array(phones_of(words, lexicon, known))
         for _ in range(o.takes):
             logs = air.heard(sound)
             if len(logs) > 2 * len(phones) + 10 and len(logs) < 1500:
-                found.append(Take(logs, phones, text.words))
+                found.append(Take(logs, phones, tuple(words)))
+        if number % NOTHING_EVERY == 0:
+            found.append(Take(air.nothing(), np.zeros(0, np.int64), ()))
         if number % 200 == 199:
             print(f"{number + 1} texts, {sum(len(t.logs) for t in found) / 360000:.2f} h", flush=True)
     save(o.out, found)

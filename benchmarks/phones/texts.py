@@ -42,6 +42,18 @@ LONGEST = 9
 """Words of a piece of prose."""
 
 
+def common_words() -> dict[str, tuple[str, ...]]:
+    """Phones of the words in PocketSphinx's dictionary, without stress."""
+    from pocketsphinx import get_model_path
+
+    found: dict[str, tuple[str, ...]] = {}
+    for line in Path(get_model_path("en-us/cmudict-en-us.dict")).read_text().splitlines():
+        word, *phones = line.split()
+        if "(" not in word:
+            found[word] = tuple(phones)
+    return found
+
+
 @dataclass(frozen=True)
 class Text:
     """Phrases of words, to be said with a pause between two phrases."""

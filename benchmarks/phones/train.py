@@ -1,9 +1,14 @@
 """Trains the net of `hvcpd.people.phones` (needs PyTorch) and writes its weights.
 
-    python -m benchmarks.phones.train FILE.npz... --check FILE.npz --out FILE.npz [--minutes 30] [--seed 1]
+    python -m benchmarks.phones.train FILE.npz... --check FILE.npz... --out FILE.npz [--minutes 30] [--seed 1]
+        [--start FILE.npz] [--keep 0.5] [--rate 3e-3]
 
 Connectionist temporal classification: A. Graves, S. Fernandez, F. Gomez & J. Schmidhuber, ICML 2006. Bands and
-stretches of time are left out at random as in SpecAugment (D. S. Park et al., Interspeech 2019).
+stretches of time are left out at random as in SpecAugment (D. S. Park et al., Interspeech 2019), and bands are moved as
+by a longer or shorter vocal tract (N. Jaitly & G. Hinton, "Vocal tract length perturbation", ICML 2013).
+
+With --start the net goes on from other weights, and what is written are means of the old and the new ones, which hear
+old voices as well as before (M. Wortsman et al., "Robust fine-tuning of zero-shot models", CVPR 2022).
 """
 
 from __future__ import annotations
@@ -25,7 +30,10 @@ BLANK = len(PHONES)
 WIDTH = 192
 LAYERS = tuple((3 if number else 5, 2 if number == HALVES else 1, apart) for number, apart in enumerate(APART))
 """Of each layer: how many frames it sees, its step, and how far apart they are."""
-BATCH_FRAMES = 12000
+BATCH_FRAMES = 6000
+WARP = (0.93, 1.07)
+PRINTED = 400
+"""Steps from one check to the next."""
 
 
 class Net(nn.Module):
@@ -49,6 +57,29 @@ class Net(nn.Module):
             sound = found if number <= HALVES else sound + found
         logits: Tensor = self.out(sound)
         return logits
+
+
+def started(net: Net, path: Path, sound: Tensor) -> None:
+    """Give the net the weights of a file that `weights_of` wrote.
+
+    There the norms are folded in. Here each gets the mean and variance that its layer has for `sound`, a batch, and is
+    scaled so that it changes nothing at first.
+    """
+    file = np.load(path)
+    with torch.no_grad():
+        for number, (layer, norm) in enumerate(zip(net.layers, net.norms, strict=True)):
+            weights = torch.from_numpy(file[f"weights{number}"].astype(np.float32))
+            layer.weight.copy_(weights.permute(2, 1, 0))
+            layer.bias.copy_(torch.from_numpy(file[f"bias{number}"].astype(np.float32)))
+            found = layer(sound)
+            norm.running_mean.copy_(found.mean(dim=(0, 2)))
+            norm.running_var.copy_(found.var(dim=(0, 2)))
+            norm.weight.copy_(torch.sqrt(norm.running_var + norm.eps))
+            norm.bias.copy_(norm.running_mean)
+            found = torch.relu(found)
+            sound = found if number <= HALVES else sound + found
+        net.out.weight.copy_(torch.from_numpy(file["weights_out"].astype(np.float32)).T[:, :, None])
+        net.out.bias.copy_(torch.from_numpy(file["bias_out"].astype(np.float32)))
 
 
 class Data:
@@ -79,6 +110,8 @@ class Data:
         sound = np.zeros((len(numbers), N_BANDS, n_frames.max()), np.float32)
         for row, number in enumerate(numbers):
             logs = self.logs[number].T.astype(np.float32)
+            if rng is not None:
+                logs = _warped(logs, float(rng.uniform(*WARP)))
             sound[row, :, : logs.shape[1]] = logs
             if rng is not None:
                 _mask(sound[row], logs.shape[1], rng)
@@ -90,6 +123,14 @@ class Data:
             torch.from_numpy(phones),
             torch.from_numpy(n_phones),
         )
+
+
+def _warped(logs: np.ndarray, factor: float) -> np.ndarray:
+    """Bands read at `factor` times their place, shape (bands, frames)."""
+    place = np.minimum(np.arange(N_BANDS) * factor, N_BANDS - 1)
+    low = np.minimum(place.astype(np.int64), N_BANDS - 2)
+    share = (place - low).astype(np.float32)[:, None]
+    return np.asarray((1.0 - share) * logs[low] + share * logs[low + 1])
 
 
 def _mask(logs: np.ndarray, n_frames: int, rng: np.random.Generator) -> None:
@@ -107,9 +148,11 @@ def _mask(logs: np.ndarray, n_frames: int, rng: np.random.Generator) -> None:
 def loss_of(net: Net, batch: tuple[Tensor, Tensor, Tensor, Tensor]) -> Tensor:
     """Per phone."""
     sound, n_frames, phones, n_phones = batch
-    log_posteriors = torch.log_softmax(net(sound), 1).permute(2, 0, 1)
+    with torch.autocast("cpu", torch.bfloat16, enabled=net.training):  # half the time
+        logits = net(sound)
+    log_posteriors = torch.log_softmax(logits.float(), 1).permute(2, 0, 1)
     total = nn.functional.ctc_loss(log_posteriors, phones, n_frames, n_phones, BLANK, "sum", zero_infinity=True)
-    loss: Tensor = total / n_phones.sum()
+    loss: Tensor = total / max(int(n_phones.sum()), 1)
     return loss
 
 
@@ -144,10 +187,22 @@ def weights_of(net: Net) -> dict[str, np.ndarray]:
     return {name: value.astype(np.float16) for name, value in found.items()}
 
 
+def blended(new: dict[str, np.ndarray], start: Path | None, keep: float) -> dict[str, np.ndarray]:
+    """Weights of which `keep` is the share of those in the file `start`."""
+    if start is None:
+        return new
+    old = np.load(start)
+    mean = {name: keep * old[name].astype(np.float32) + (1.0 - keep) * new[name].astype(np.float32) for name in new}
+    return {name: value.astype(np.float16) for name, value in mean.items()}
+
+
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("data", type=Path, nargs="+")
-    parser.add_argument("--check", type=Path, required=True, help="voices that are not trained on")
+    parser.add_argument("--check", type=Path, nargs="+", required=True, help="voices that are not trained on")
+    parser.add_argument("--start", type=Path, help="weights to begin with, else random ones")
+    parser.add_argument("--keep", type=float, default=0.5, help="share of those in what is written")
+    parser.add_argument("--rate", type=float, default=3e-3, help="of learning, at most")
     parser.add_argument("--out", type=Path, required=True)
     parser.add_argument("--minutes", type=float, default=30.0)
     parser.add_argument("--seed", type=int, default=1)
@@ -155,14 +210,19 @@ def main() -> None:
     torch.manual_seed(o.seed)
     torch.set_num_threads(1)
     rng = np.random.default_rng(o.seed)
-    data, check, net = Data(o.data), Data([o.check]), Net()
-    optimizer = torch.optim.AdamW(net.parameters(), 3e-3, weight_decay=0.01)
+    data, checks, net = Data(o.data), [Data([path]) for path in o.check], Net()
+    if o.start is not None:
+        first = next(iter(data.batches(rng)))
+        started(net, o.start, data.batch(first, None)[0])
+    print("check:", [errors_of(net, check) for check in checks], flush=True)
+    optimizer = torch.optim.AdamW(net.parameters(), o.rate, weight_decay=0.01)
     begin, step, losses = time.process_time(), 0, []
     while (done := (time.process_time() - begin) / 60.0 / o.minutes) < 1.0:
         for numbers in data.batches(rng):
             done = (time.process_time() - begin) / 60.0 / o.minutes
             for group in optimizer.param_groups:
-                group["lr"] = 3e-3 * min(1.0, (step + 1) / 200) * max(0.5 * (1 + np.cos(np.pi * min(done, 1.0))), 0.003)
+                falling = max(0.5 * (1 + np.cos(np.pi * min(done, 1.0))), 0.003)
+                group["lr"] = o.rate * min(1.0, (step + 1) / 200) * falling
             loss = loss_of(net, data.batch(numbers, rng))
             optimizer.zero_grad()
             loss.backward()
@@ -170,15 +230,14 @@ def main() -> None:
             optimizer.step()
             losses.append(float(loss.detach()))
             step += 1
-            if step % 500 == 0:
-                print(
-                    f"{done:.2f} step {step}: {np.mean(losses[-500:]):.3f}; check {errors_of(net, check)}", flush=True
-                )
+            if step % PRINTED == 0:
+                errors = [errors_of(net, check) for check in checks]
+                print(f"{done:.2f} step {step}: {np.mean(losses[-PRINTED:]):.3f}; check {errors}", flush=True)
             if done >= 1.0:
                 break
-    print(f"step {step}; check: loss, phone errors {errors_of(net, check)}")
+    print(f"step {step}; check: loss, phone errors {[errors_of(net, check) for check in checks]}")
     net.eval()
-    np.savez(o.out, **weights_of(net))
+    np.savez(o.out, **blended(weights_of(net), o.start, o.keep))
 
 
 if __name__ == "__main__":

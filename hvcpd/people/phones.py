@@ -10,6 +10,7 @@ frames, too.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cache
@@ -144,9 +145,9 @@ class CtcSearch:
         self._nodes, self._begins = np.unique(target, return_index=True)
         self._ends = np.append(self._begins[1:], len(ways))
 
-    def best(self, log_posteriors: LogPosteriors) -> CtcSentence | None:
-        """The sentence that fits all of the frames best; None if they are too few for any."""
-        ends, rest = self._forward(log_posteriors)
+    def best(self, log_posteriors: LogPosteriors, without: str | None = None) -> CtcSentence | None:
+        """The sentence, `without` a word, that fits all of the frames best; None if they are too few for any."""
+        ends, rest = self._forward(log_posteriors, [w for w, word in enumerate(self._words) if word == without])
         finals = sorted(self._graph.finals)
         node = finals[int(rest[finals].argmax())]
         if rest[node] <= NEVER / 2 or not len(log_posteriors):
@@ -159,8 +160,20 @@ class CtcSearch:
         """How well one sentence fits; None if the frames are too few for it."""
         return CtcSearch(graph_of(words), self._pronounce).best(log_posteriors)
 
-    def _forward(self, log_posteriors: LogPosteriors) -> tuple[_Ends, Scores]:
-        """Ends of words, and what the best path to each node has gained in the end."""
+    def word_losses(self, log_posteriors: LogPosteriors, sentence: CtcSentence) -> list[float]:
+        """What each word of a sentence loses in a frame of its own."""
+        lost = []
+        for word, (begin, end) in zip(sentence.words, sentence.spans, strict=True):
+            fit = self.fit(log_posteriors[begin:end], [word])
+            lost.append(fit.loss / (end - begin) if fit is not None else math.inf)
+        return lost
+
+    def n_phones(self, word: str) -> int:
+        """Of its shortest pronunciation."""
+        return min(len(said) for said in self._pronounce(word) if said)
+
+    def _forward(self, log_posteriors: LogPosteriors, barred: Sequence[int]) -> tuple[_Ends, Scores]:
+        """Ends of words, none of them `barred`, and what the best path to each node has gained in the end."""
         n, n_nodes = len(log_posteriors), self._graph.n_nodes
         ends = _Ends(np.full((n, n_nodes), -1), np.full((n, n_nodes), -1), np.zeros((n, len(self._words)), np.int64))
         rest = np.full(n_nodes, NEVER, np.float32)
@@ -171,6 +184,7 @@ class CtcSearch:
         for frame, row in enumerate(log_posteriors):
             entered, entered_began = self._entered(phone, gap, phone_began, gap_began)
             entered[self._first], entered_began[self._first] = rest[self._source], frame
+            entered[self._first[barred]] = NEVER
             gap_began = np.where(phone > gap, phone_began, gap_began)
             gap = np.maximum(phone, gap) + row[-1]
             phone_began = np.where(entered > phone, entered_began, phone_began)

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hvcpd.recognition.frontend import N_BANDS, Energies
-from hvcpd.recognition.steadiness import STEADY_NOISE
+from hvcpd.recognition.noise import STEADY_NOISE
 
 FAST_FRAMES = 8
 """80 ms: short enough to hear an onset in time for listen-before-talk."""

@@ -2,13 +2,15 @@
 
 Nothing here waits: a worker looks at a piece of sound, at once or in a thread, and what it finds is told with a later
 block. Until then, and for MOST_WAIT_S at most, the speech counts as still going on.
+
+Talk that goes on for longer than any sentence is handed on as it comes, from pause to pause (`long_talk`).
 """
 
 from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Generic, Protocol, Self, TypeVar
 
 import numpy as np
@@ -16,6 +18,7 @@ import numpy as np
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 from hvcpd.recognition.events import Event, Garbled, Recognised
 from hvcpd.recognition.history import History
+from hvcpd.recognition.long_talk import LongTalk, Stretch
 from hvcpd.recognition.protocols import Ears
 from hvcpd.recognition.stream import cleaned
 
@@ -33,10 +36,9 @@ ONSET_S = 0.1
 MIN_LEAD_S = 0.3
 """Of sound before the speech, to know its noise."""
 LONGEST_S = 12.0
-"""No sentence of the phrasebook takes longer; other talk does."""
-CLATTER, CLATTER_S = 0.75, (5.0, 10.0)
-"""Where there were signs for more than this share of the last seconds (at first of 5 s, later of 10), they tell nothing
-of who begins or ends: a sentence takes 6 s or less, and then somebody waits."""
+"""No sentence of the phrasebook takes longer; other talk does, and is looked at from pause to pause."""
+PAUSES_S = 0.2
+"""Around what lies between two pauses of talk."""
 MOST_WAIT_S = 3.0
 """Then the speech is garbled: a robot that has not answered by then is asked again anyway."""
 
@@ -47,7 +49,8 @@ class Piece:
 
     `sound`, shape (n,), begins with `lead` samples of what was heard before it; `start` and `end` are where the speech
     was noticed and `origin` where the sound begins, in samples since the ears were made. What the robot itself said
-    is left out of the sound. `clatter`: there had been signs of speech nearly all the time.
+    is left out of the sound. `within_talk`: somebody speaks before it and after it; a sentence that ends with it may
+    begin at one of the samples `later`, too.
     """
 
     sound: Samples
@@ -55,25 +58,35 @@ class Piece:
     start: int
     end: int
     origin: int
-    clatter: bool = False
+    within_talk: bool = False
+    later: tuple[int, ...] = ()
 
     @property
     def speech(self) -> Samples:
-        """The speech, with BEFORE_S and AFTER_S around it."""
-        end = self.lead + self.end - self.start + round(AFTER_S * SAMPLE_RATE_HZ)
-        return self.sound[max(self.lead - round(BEFORE_S * SAMPLE_RATE_HZ), 0) : end]
+        """The speech, with what is around it."""
+        end = self.lead + self.end - self.start + round((PAUSES_S if self.within_talk else AFTER_S) * SAMPLE_RATE_HZ)
+        return self.sound[max(self.lead - self.before, 0) : end]
+
+    @property
+    def before(self) -> int:
+        """Samples that `speech` has before what was noticed: for a faint beginning, or as far as the talk paused."""
+        return round((PAUSES_S if self.within_talk else BEFORE_S) * SAMPLE_RATE_HZ)
+
+    @property
+    def beginnings(self) -> list[Piece]:
+        """Itself, and the same from each later beginning on."""
+        return [self, *(replace(self, lead=self.lead + at - self.start, start=at, later=()) for at in self.later)]
 
     @property
     def snr_db(self) -> float:
-        """The mean power of the speech over that of the noise before it; infinite without enough of that. In clatter
-        all that was heard before is noise, its loud parts too."""
+        """The mean power of the speech over that of the noise before it; infinite without enough of that."""
         lead = self.sound[: self.lead].astype(np.float64)
         if len(lead) < MIN_LEAD_S * SAMPLE_RATE_HZ:
             return math.inf
         frame = SAMPLE_RATE_HZ // 50
         # Somebody may have spoken before: the noise is what is left in the quieter parts.
         powers = np.mean(lead[: len(lead) // frame * frame].reshape(-1, frame) ** 2, axis=1)
-        noise = float(powers.mean() if self.clatter else np.quantile(powers, 0.3))
+        noise = float(np.quantile(powers, 0.3))
         return snr_db(self.sound[self.lead : self.lead + self.end - self.start], noise)
 
 
@@ -140,7 +153,7 @@ class Prepares(Protocol):
 
 
 class LaterEars(Generic[Job, Found]):
-    """`Ears` around others that have sound looked at again: they keep the last seconds, and notice clatter."""
+    """`Ears` around others that have sound looked at again, and keep the last seconds for it."""
 
     def __init__(self, ears: Ears, listener: Prepares, worker: Worker[Job, Found], keep: int) -> None:
         """`keep`: samples of sound that are kept."""
@@ -149,17 +162,11 @@ class LaterEars(Generic[Job, Found]):
         self._worker = worker
         self._history = History(keep)
         self._began = self._now = 0
-        self._stirred = 0.0
-        """Share of the last seconds in which there were signs of speech."""
 
     @property
     def signs(self) -> bool:
         """As `Ears.signs`."""
         return self._ears.signs
-
-    @property
-    def _clatters(self) -> bool:
-        return self._stirred > CLATTER
 
     def prepare(self, go_on: Callable[[], bool]) -> None:
         """As `Recogniser.prepare`."""
@@ -172,8 +179,6 @@ class LaterEars(Generic[Job, Found]):
         self._began, self._now = self._now, self._now + len(samples)
         if not masked:
             self._history.push(self._began, cleaned(samples))
-            within = np.clip(self._now / SAMPLE_RATE_HZ, *CLATTER_S) * SAMPLE_RATE_HZ
-            self._stirred += (float(self._ears.signs) - self._stirred) * len(samples) / within
             self._follow()
         else:
             self._mask()
@@ -189,8 +194,7 @@ class LaterEars(Generic[Job, Found]):
     def succeed(self, predecessor: Self) -> None:
         """Go on where `predecessor` is, with what it still waits for."""
         self._ears.succeed(predecessor._ears)
-        self._worker, self._history = predecessor._worker, predecessor._history
-        self._now, self._stirred = predecessor._now, predecessor._stirred
+        self._worker, self._history, self._now = predecessor._worker, predecessor._history, predecessor._now
 
     def take(self, events: Sequence[Event]) -> list[Event]:
         """What comes of events that the first ears told, and of looks that have ended."""
@@ -219,6 +223,11 @@ class SecondEars(LaterEars[Piece, Recognised | None]):
         self._torn_until = 0
         """What begins before this sample may lack its beginning."""
         self._waiting: list[Piece] = []
+        self._talk = LongTalk(round(LONGEST_S * SAMPLE_RATE_HZ))
+        self._stretches: list[Stretch] = []
+        """Of talk, to be looked at."""
+        self._understood_until = 0
+        """What was said before this sample was understood."""
 
     @property
     def busy(self) -> bool:
@@ -230,16 +239,23 @@ class SecondEars(LaterEars[Piece, Recognised | None]):
         super().succeed(predecessor)
         self._waiting = predecessor._waiting
         self._spoke_until, self._torn_until = predecessor._spoke_until, predecessor._torn_until
+        self._talk, self._understood_until = predecessor._talk, predecessor._understood_until
 
     def _follow(self) -> None:
         if self._ears.busy:
             self._spoke_until = self._now
+        sound, _ = self._history.around(self._began, self._began, self._now)
+        self._stretches += self._talk.push(self._began, sound, self._ears.busy)
+
+    def _mask(self) -> None:
+        self._talk.end_talk()
 
     def _break_off(self, n_samples: int) -> None:
         quiet = self._now - self._spoke_until >= PAUSE_S * SAMPLE_RATE_HZ
         whole = quiet and 0 < n_samples <= SHORT_S * SAMPLE_RATE_HZ
         until = self._now + n_samples + round((ONSET_S if whole else PAUSE_S) * SAMPLE_RATE_HZ)
         self._torn_until = max(self._torn_until, until)
+        self._talk.end_talk()
 
     def take(self, events: Sequence[Event]) -> list[Event]:
         """What comes of events that the first ears told, and of looks that have ended."""
@@ -250,17 +266,39 @@ class SecondEars(LaterEars[Piece, Recognised | None]):
                 self._waiting.append(piece)
             else:
                 out.append(event)
+        ends = [event.end_sample for event in out if isinstance(event, Recognised)]
+        self._understood_until = max([self._understood_until, *ends])
+        while self._stretches:
+            self._look_within(self._stretches.pop(0))
         for piece, found in self._worker.findings():
             if piece in self._waiting:
                 self._waiting.remove(piece)
-                out.append(found or Garbled(piece.start, piece.end))
+                if found is not None:
+                    out.append(found)
+                elif not piece.within_talk:
+                    out.append(Garbled(piece.start, piece.end))
         return out + self._given_up()
 
     def _given_up(self) -> list[Event]:
         late = [piece for piece in self._waiting if self._now - piece.end > MOST_WAIT_S * SAMPLE_RATE_HZ]
         for piece in late:
             self._waiting.remove(piece)
-        return [Garbled(piece.start, piece.end) for piece in late]
+        return [Garbled(piece.start, piece.end) for piece in late if not piece.within_talk]
+
+    def _look_within(self, stretch: Stretch) -> None:
+        """Have a part of talk looked at."""
+        heard_from = max(self._understood_until, self._torn_until)
+        starts = [start for start in stretch.starts if start >= heard_from]
+        if not starts:
+            return
+        begin, end = starts[0] - round(LEAD_S * SAMPLE_RATE_HZ), stretch.end + round(PAUSES_S * SAMPLE_RATE_HZ)
+        sound, lead = self._history.around(begin, starts[0], end)
+        if len(sound) - lead < stretch.end - starts[0]:
+            return
+        later = tuple(starts[1:])
+        piece = Piece(sound, lead, starts[0], stretch.end, starts[0] - lead, within_talk=True, later=later)
+        if self._worker.submit(piece, self._listener):
+            self._waiting.append(piece)
 
     def _piece(self, event: Garbled) -> Piece | None:
         """The sound of an event; None if it was too long, may be torn, or is not kept any more."""
@@ -273,8 +311,7 @@ class SecondEars(LaterEars[Piece, Recognised | None]):
         sound, lead = self._history.around(begin, event.start_sample, end)
         if len(sound) - lead < event.end_sample - event.start_sample:
             return None
-        origin = event.start_sample - lead
-        return Piece(sound, lead, event.start_sample, event.end_sample, origin, self._clatters)
+        return Piece(sound, lead, event.start_sample, event.end_sample, event.start_sample - lead)
 
     def _waiting_at(self, event: Garbled) -> bool:
         return any(p.start < event.end_sample and event.start_sample < p.end for p in self._waiting)

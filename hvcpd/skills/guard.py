@@ -18,6 +18,7 @@ import select
 import signal
 import subprocess
 import sys
+import threading
 import time
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import suppress
@@ -109,14 +110,9 @@ def watch(pipe: int) -> None:
             return
         if "pins" in value:
             pins = value["pins"]
-            if pins:
-                import gpiozero  # noqa: F401 - its import is what takes long
-
-                import hvcpd.hardware.gpio
             if "line" in value:
-                import hvcpd.hardware.joints  # noqa: F401 - as above
-
                 line_of_joints = Line(**value["line"])
+            threading.Thread(target=_load, args=(pins, line_of_joints), daemon=True).start()
         else:
             group, safe = value["group"], value["safe"]
     if group is not None:
@@ -146,6 +142,16 @@ def _lines(pipe: int) -> Iterator[bytes]:
         *whole, rest = (rest + found).split(b"\n")
         beats = beats or b"" in whole
         yield from whole
+
+
+def _load(pins: Iterable[object], joints: Line | None) -> None:
+    """Import what pins and joints need, which is what takes long, before it is needed."""
+    if pins:
+        import gpiozero  # noqa: F401
+
+        import hvcpd.hardware.gpio
+    if joints is not None:
+        import hvcpd.hardware.joints  # noqa: F401
 
 
 def _started(words: list[str]) -> subprocess.Popen[bytes] | None:

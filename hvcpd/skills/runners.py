@@ -7,16 +7,13 @@ it ends.
 from __future__ import annotations
 
 import asyncio
-import errno
 import json
 import os
 import re
-import shutil
 import signal
 from collections.abc import Callable, Mapping
 from contextlib import suppress
 from dataclasses import dataclass, field
-from pathlib import Path
 from typing import Any, Protocol
 
 import structlog
@@ -32,9 +29,6 @@ SAFE_S = 5.0
 MAX_LINE_BYTES = 8192
 """Of what a program says; longer lines are passed over."""
 MAX_REASON_LENGTH = 200
-
-_TIED = ("setpriv", "--pdeathsig", "KILL", "--") if shutil.which("setpriv") else ()
-"""Has the kernel end what it starts as soon as its parent is dead; of util-linux. Without it only the guard does so."""
 
 _PLACE = re.compile(r"\{([a-z][a-z0-9_]*)\}")
 
@@ -148,15 +142,12 @@ async def shielded(last: Any) -> None:
 
 
 async def start(words: tuple[str, ...], asks: bool = False) -> asyncio.subprocess.Process:
-    """A program in a group of its own, that dies with this process. Raises OSError.
+    """A program in a group of its own. Raises OSError.
 
-    Python forks for a `preexec_fn`, which takes the longer the larger it is; without one the kernel need not copy it.
+    Nothing is done between fork and exec: for that Python copies its own process, which takes the longer the larger
+    it is. That nothing outlives this process is the guard's work.
     """
-    if shutil.which(words[0]) is None:
-        number = errno.EACCES if Path(words[0]).is_file() else errno.ENOENT
-        raise OSError(number, os.strerror(number))
     return await asyncio.create_subprocess_exec(
-        *_TIED,
         *words,
         stdin=asyncio.subprocess.PIPE if asks else asyncio.subprocess.DEVNULL,
         stdout=asyncio.subprocess.PIPE,

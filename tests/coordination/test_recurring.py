@@ -147,3 +147,18 @@ def test_a_robot_without_a_clock_believes_one_that_has_which_time_it_is() -> Non
     mission.run()
     assert set(mission.occurrences().values()) == {1}
     assert (bot.change - rob.change) % 9 == 0
+
+
+def test_who_was_restarted_does_not_deny_what_it_has_done() -> None:
+    """Max has misheard another task's name in a claim, and takes this one for due: Rob tells that Bot has done it."""
+    off = Outage("Bot", 4000.0, 100.0)
+    plan = replace(PLAN, tasks=(replace(EVERY_HOUR[0], every=Recurrence("3 h")),), outages=(off,), seed=1)
+    fails = lambda name, _task, _now: name != "Bot"  # noqa: E731 - so that Bot does it
+    mission = WordMission(replace(plan, conditions=Conditions(), fails=fails, limit_s=4 * HOUR_S), keep=True)
+    mission.air.run_until(5000.0)
+    claim = m.Utterance("Max", m.ToTeam("plant"), None, m.Claim(m.TaskByNumber(1)))
+    mission.tell(5001.0, "Max", claim)
+    mission.air.run_until(5060.0)
+    assert mission.by == {1: "Bot"}
+    assert not any(isinstance(u.statement, m.Negative) for at_s, _, u in mission.said if at_s > 5000.0)
+    assert len(mission.done) == 1

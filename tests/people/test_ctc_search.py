@@ -96,3 +96,24 @@ def test_too_little_sound_has_no_sentence() -> None:
     assert search().best(heard("Z")) is None
     assert search().best(np.zeros((0, NONE + 1), np.float32)) is None
     assert search().fit(heard("Z"), ("zoos",)) is None
+
+
+def test_the_rival_is_the_best_of_all_others() -> None:
+    sounds = heard("", "S", "", "IY", "", "IH", "Z", "")
+    rival = search().best(sounds, without="is")
+    assert rival is not None
+    assert rival.words == ("see", "zoos")
+    best = search().best(sounds)
+    assert best is not None
+    assert rival.loss > best.loss + 5.0
+    # "is" alone is a sentence of the network; without the other words, it is what is left.
+    assert search().best(heard("IH", "Z"), without="is") is None
+
+
+def test_the_word_that_was_not_said_loses_most() -> None:
+    sounds = heard("S", "IY", "", "IH", "Z", "", "T", "")
+    sentence = search().fit(sounds, ("see", "zoos"))
+    assert sentence is not None
+    said, other = search().word_losses(sounds, sentence)
+    assert said < 0.1 < 1.0 < other
+    assert search().n_phones("zoos") == 3

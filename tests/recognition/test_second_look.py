@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -153,6 +154,49 @@ def test_endless_talk_is_not_looked_at() -> None:
     assert looker.pieces == []
 
 
+def talk_without_an_end(looker: Looker, worker: AtOnce, understood: dict[int, list[Event]]) -> list[Event]:
+    """Half seconds of speech and pauses of 0.3 s, for 20 s, in which somebody is heard all the time."""
+    first = Script(understood)
+    ears = SecondEars(first, looker, worker)
+    rng = np.random.default_rng(3)
+    events = []
+    for k in range(200):
+        first.busy = k >= 10
+        rms = 0.1 if k >= 10 and k % 8 < 5 else 0.002
+        events += ears.push((rms * rng.standard_normal(BLOCK)).astype(np.float32))
+    return events
+
+
+def test_endless_talk_is_looked_at_from_pause_to_pause_while_it_goes_on() -> None:
+    looker = Looker(None)
+    assert talk_without_an_end(looker, AtOnce(), {}) == []  # what is found to be none is not even garbled
+    ends = [piece.end / SAMPLE_RATE_HZ for piece in looker.pieces]
+    assert ends[0] < 14.0
+    assert ends[-1] > 19.0
+    assert all(piece.within_talk for piece in looker.pieces)
+    # A sentence may begin after any of the last pauses: the sound of each is from there on.
+    last = looker.pieces[-1]
+    assert [piece.start for piece in last.beginnings] == [last.start, *last.later]
+    assert len(last.later) == 2
+    for piece in last.beginnings:
+        assert piece.origin + piece.lead == piece.start
+        assert np.abs(piece.sound[piece.lead + 500 : piece.lead + 6000]).mean() > 0.05
+        assert np.abs(piece.speech[:2000]).mean() < 0.01
+
+
+def test_a_sentence_within_endless_talk_is_told() -> None:
+    assert SENTENCE in talk_without_an_end(Looker(SENTENCE), AtOnce(), {})
+
+
+def test_what_a_robot_said_within_talk_is_not_looked_at_again() -> None:
+    looker = Looker(None)
+    robots = replace(SENTENCE, start_sample=13 * SAMPLE_RATE_HZ, end_sample=17 * SAMPLE_RATE_HZ)
+    talk_without_an_end(looker, AtOnce(), {171: [robots]})
+    late = [piece for piece in looker.pieces if piece.end > robots.end_sample + 0.3 * SAMPLE_RATE_HZ]
+    assert late
+    assert all(piece.start >= robots.end_sample for piece in late)
+
+
 def test_the_own_voice_is_not_in_the_sound() -> None:
     looker = Looker(None)
     ears = SecondEars(Script({29: [Garbled(32000, 40000)]}), looker, AtOnce())
@@ -219,12 +263,3 @@ def test_speech_with_a_gap_in_it_is_not_looked_at() -> None:
     ears.lost(BLOCK)
     run(ears, 9, 21)
     assert not looker.pieces
-
-
-@pytest.mark.parametrize("clatter", [False, True])
-def test_where_there_were_signs_of_speech_all_the_time_a_piece_tells_so(clatter: bool) -> None:
-    looker = Looker(None)
-    script = Script({130: [Garbled(180_000, 190_000)]})
-    script.signs = clatter
-    run(SecondEars(script, looker, AtOnce()), 140)
-    assert [piece.clatter for piece in looker.pieces] == [clatter]

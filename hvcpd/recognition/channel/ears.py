@@ -10,6 +10,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import Self
 
+import numpy as np
+
 from hvcpd.ports import SAMPLE_RATE_HZ
 from hvcpd.recognition.channel.listener import ChannelListener, Look, Stretch
 from hvcpd.recognition.events import Event, Garbled, Recognised, Source
@@ -31,6 +33,9 @@ LONGEST = 10 * SAMPLE_RATE_HZ
 MOST_WAIT = 3 * SAMPLE_RATE_HZ
 """Longest time (samples) of the search after a stretch has ended. Then what it held back is reported as if nothing
 was found."""
+CLATTER, CLATTER_S = 0.75, (5.0, 10.0)
+"""In clatter there are signs for more than this share of the last seconds (at first of 5 s, later of 10), and they no
+longer say who begins or ends: a sentence takes 6 s or less, and then somebody waits."""
 CUT = 5 * SAMPLE_RATE_HZ // 2
 """Samples (2.5 s) after which a stretch is cut in clatter. Otherwise the speaker would wait for an answer until the
 clatter ends."""
@@ -75,6 +80,8 @@ class ChannelEars(LaterEars[Stretch, Look]):
         self._whole_from = 0
         """Since this sample nothing is missing: neither lost nor the robot's own voice."""
         self._busy = False
+        self._stirred = 0.0
+        """Share of the last seconds in which there were signs of speech."""
         self._open: _Open | None = None
         self._closed: list[_Open] = []
         """Being looked at, or looked at a moment ago."""
@@ -90,6 +97,7 @@ class ChannelEars(LaterEars[Stretch, Look]):
         super().succeed(predecessor)
         self._open, self._closed, self._told = predecessor._open, predecessor._closed, predecessor._told
         self._whole_from, self._busy = predecessor._whole_from, predecessor._busy
+        self._stirred = predecessor._stirred
 
     def take(self, events: Sequence[Event]) -> list[Event]:
         """What comes of events that the first ears told, and of looks that have ended."""
@@ -118,6 +126,10 @@ class ChannelEars(LaterEars[Stretch, Look]):
         self._close()
         self._whole_from = self._now + n_samples
 
+    @property
+    def _clatters(self) -> bool:
+        return self._stirred > CLATTER
+
     def _mask(self) -> None:
         self._break_off(0)
 
@@ -125,6 +137,8 @@ class ChannelEars(LaterEars[Stretch, Look]):
         """Follow the signs of speech."""
         at = self._began
         rises, self._busy = self._ears.busy and not self._busy, self._ears.busy
+        within = np.clip(self._now / SAMPLE_RATE_HZ, *CLATTER_S) * SAMPLE_RATE_HZ
+        self._stirred += (float(self._ears.signs) - self._stirred) * (self._now - at) / within
         if self._ears.signs:
             if self._open is None:
                 self._open = _Open(max(at - EARLIER, self._whole_from), self._now, [at])

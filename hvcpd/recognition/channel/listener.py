@@ -120,14 +120,17 @@ class ChannelListener:
         noticed = [at - begin for at in stretch.noticed]
         paths: list[Path] = []
         best = None
-        for sentence in stretch.proposed:
-            at = sentence.start_sample - stretch.origin - begin
-            paths += self._alone(sound, sentence.voice, sentence.words, at)
+        proposed = [each for each in stretch.proposed if all(each.words != path.words for path in told)]
         for search in self._searches[:1] if told else self._searches:
             found = search.paths(sound, noticed, told)
             paths += found
             if found and self._is_nearly_whole(found[0]):
                 paths += self._alone(sound, found[0].book.voice, found[0].words, found[0].starts[0])
+            for sentence in proposed:
+                if not found or sentence.words != found[0].words:
+                    at = sentence.start_sample - stretch.origin - begin
+                    paths += self._alone(sound, sentence.voice, sentence.words, at)
+            proposed = []
             paths.sort(key=lambda path: -path.score)
             best = self._sure(sound, paths)
             if best is not None or not found or (stretch.cut and paths[0].score >= BEGUN):

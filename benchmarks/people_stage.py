@@ -1,0 +1,75 @@
+"""What the benchmarks of people share: a team of robots, PocketSphinx, and who heard what."""
+
+from __future__ import annotations
+
+import tempfile
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from benchmarks.people_material import Said
+from hvcpd.assembly.make import DEFAULT_TEAMS, make_phrasebook, make_recogniser, make_sound, user_cache_folder
+from hvcpd.config.task_file import load_tasks
+from hvcpd.config.tasks import default_tasks_path
+from hvcpd.evaluation.sphinx import WIDE_BEAMS, heard, make_decoder
+from hvcpd.language.graph import WordGraph
+from hvcpd.people.enrolled import Person
+from hvcpd.people.second_pass import SecondPassRecogniser
+from hvcpd.ports import SAMPLE_RATE_HZ, Samples
+from hvcpd.recognition.events import Event, Recognised, Urgent
+from hvcpd.recognition.second_look import AtOnce, SecondEars
+
+NAMES = ("Rob", "Bot", "Anna")
+SNR_DB = 20.0
+BLOCK = 400
+PAD_S = 0.5
+
+
+class Stage:
+    """A team of two robots that knows Anna, and PocketSphinx with the same grammar."""
+
+    def __init__(self, wrong: bool) -> None:
+        self.wrong = wrong
+        self.sound = make_sound(None, user_cache_folder())
+        self.book = make_phrasebook(NAMES, DEFAULT_TEAMS, load_tasks(default_tasks_path()))
+        self._peers: dict[int, Any] = {}
+
+    def ears(self, people: Sequence[Person] = ()) -> SecondEars:
+        """As a robot has them that has heard nothing."""
+        opinion = self.opinion(self.book.people_graph, people)
+        return SecondEars(make_recogniser(self.book, NAMES[:2], self.sound), opinion, AtOnce())
+
+    def opinion(self, graph: WordGraph, people: Sequence[Person]) -> SecondPassRecogniser:
+        """Of whoever is enrolled, and of strangers."""
+        known = {person.name.lower(): person for person in people}
+        return SecondPassRecogniser(graph, self.sound.lexicon, known, True)
+
+    def peer(self, graph: WordGraph) -> Any:
+        """PocketSphinx as it comes, with beams that favour it."""
+        if id(graph) not in self._peers:
+            with tempfile.TemporaryDirectory() as folder:
+                self._peers[id(graph)] = make_decoder(graph, Path(folder), self.sound.lexicon, **WIDE_BEAMS)
+        return self._peers[id(graph)]
+
+    def theirs(self, graph: WordGraph, sound: Samples, said: Said) -> str:
+        """What PocketSphinx makes of one sentence with PAD_S around it."""
+        pad = round(PAD_S * SAMPLE_RATE_HZ)
+        return heard(self.peer(graph), sound[max(said.start - pad, 0) : said.end + pad])
+
+
+def listen(ears: SecondEars, sound: Samples) -> list[Event]:
+    """All that the ears tell."""
+    quiet = np.tile(sound[:SAMPLE_RATE_HZ], 3)
+    sound = np.concatenate([sound, quiet])
+    return [e for at in range(0, len(sound), BLOCK) for e in ears.push(sound[at : at + BLOCK])]
+
+
+def found(events: Sequence[Event], said: Said) -> list[tuple[str, ...]]:
+    """The sentences that were heard where one was said."""
+    return [
+        e.words if isinstance(e, Recognised) else ("stop",)
+        for e in events
+        if isinstance(e, Recognised | Urgent) and e.start_sample < said.end and e.end_sample > said.start
+    ]

