@@ -53,9 +53,9 @@ SNRS_DB = (None, 30.0, 20.0, 10.0, 5.0, 0.0)
 """None: a quiet room."""
 IN_ROOMS = 0.4
 KEPT = ((0,), (0, 1, 2))
-"""Takes of digits that are enrolled..."""
+"""Takes of digits that are enrolled."""
 HEARD = (3, 4)
-"""...and those that are heard."""
+"""Takes of digits that are heard."""
 DIGITS_COUNT = 0.25
 """In the fit of how sure a sentence is: a digit is none."""
 ENROLLED = 2
