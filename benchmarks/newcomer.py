@@ -17,6 +17,7 @@ import tempfile
 import time
 from collections.abc import Iterator, Sequence
 from contextlib import suppress
+from itertools import chain
 from pathlib import Path
 
 from release.prose import ROOT, pages, words_a_sentence
@@ -110,7 +111,7 @@ def main() -> int:
     sys.stdout.write("| What | Measured | Goal |\n|---|---|---|\n")
     missed = 0
     with tempfile.TemporaryDirectory(prefix="hvcpd-newcomer-") as folder:
-        for what, unit, value, goal in (*of_this_tree(), *(() if read_only else on_a_fresh_clone(Path(folder)))):
+        for what, unit, value, goal in chain(of_this_tree(), () if read_only else on_a_fresh_clone(Path(folder))):
             sys.stdout.write(f"| {what} | {value:.1f} {unit} | {goal:.0f} |\n")
             sys.stdout.flush()
             missed += not value <= goal

@@ -117,7 +117,7 @@ def _page(mode: str, door: Door, title: Callable[[], str]) -> Callable[[Request]
 
 
 async def _style(_: Request) -> Response:
-    style = style_sheet("theme.css", "report.css") + _own("console.css")
+    style = str(style_sheet("theme.css", "report.css")) + _own("console.css")
     return Response(style, media_type="text/css", headers={"cache-control": "no-cache"})
 
 

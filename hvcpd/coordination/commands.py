@@ -4,8 +4,7 @@ An order is read back, confirmed or corrected, or refused with the reason.
 
 A "stop" that is meant for many reaches those who are out of earshot of its speaker: each robot that halts for one says
 it at once, over whatever is said, and so it goes on from one to the next; no word is added to it, for each costs a
-third of a second from robot to robot. It says it once more for
-robots that missed it or were not sure. All who heard the same
+third of a second from robot to robot. It repeats it once for robots that missed it. All who heard the same
 call say it together. A robot that stands says it no more, however often it hears it, so that the talk ends; and
 nobody's "resume" is passed on.
 """

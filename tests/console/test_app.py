@@ -96,6 +96,13 @@ def test_the_pages_parts_can_be_had(name: str) -> None:
     assert answer.headers["content-type"].startswith(("text/javascript", "image/svg+xml"))
 
 
+def test_the_style_sheet_is_no_markup() -> None:
+    style = Page().get("/style.css").text
+    assert "main > .alarms" in style
+    assert "&gt;" not in style
+    assert "&#34;" not in style
+
+
 @pytest.mark.parametrize("name", ["index.html", "../app.py", "..%2fapp.py", "app.py", ""])
 def test_nothing_else_can(name: str) -> None:
     assert Page().get(f"/part/{name}").status == 404
