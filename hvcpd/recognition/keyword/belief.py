@@ -34,9 +34,9 @@ class BeliefSettings:
     one in 200 has it, of 2.3 min of their talk nothing (the part that thresholds are chosen by)."""
     sentence_s: float = 0.42
     """It waits so long for the end of such a sentence, which comes after 0.25 s of rest."""
-    fair: float = 0.35
-    """A chance from which it counts if it was heard twice, or over a sentence that shows something else there. All
-    robots' voices have it, alone; of people's talk, about one piece a minute."""
+    fair: float = 0.5
+    """A chance from which it counts if it was heard twice, or over a sentence that shows something else there. Of
+    people's talk one piece in eight minutes has it, of their single words one in twenty."""
     gone: float = 0.12
     """A chance below which nothing is left of the word without the sentence."""
     left: float = 0.4
