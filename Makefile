@@ -38,7 +38,7 @@ lint: setup-dev
 .PHONY: docs
 docs: setup-dev $(VENV)/.docs-are-set-up  ## the documentation as a site, in out/docs; every link in it is checked
 	$(VENV)/bin/python -m release.reference
-	NO_MKDOCS_2_WARNING=1 $(VENV)/bin/mkdocs build --strict --quiet
+	NO_MKDOCS_2_WARNING=1 $(VENV)/bin/python -m mkdocs build --strict --quiet
 	@echo "Open out/docs/index.html in a browser."
 
 $(VENV)/.docs-are-set-up: requirements/docs.txt | $(VENV)/bin/pip

@@ -20,7 +20,7 @@ import numpy as np
 
 from benchmarks import channel_confidence, confidence, fusion, vocabulary
 from hvcpd.recognition.frontend import HOP_SAMPLES, energies_of
-from hvcpd.recognition.steadiness import measured
+from hvcpd.recognition.noise import measured
 
 Section = dict[str, object]
 WEIGHTS = Path("hvcpd/recognition/fitted.json")

@@ -7,7 +7,7 @@ import subprocess
 import tempfile
 import wave
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -72,8 +72,9 @@ _PROGRAMS = {
 
 
 def talkers(lexicon: Lexicon) -> dict[str, Talker]:
-    """Our eight voices and the programs that are installed; a line tells which are not."""
-    found = {voice.name: Talker(Speaker(voice, lexicon).render, own=True) for voice in VOICES}
+    """Our eight voices by each synthesizer, and the programs that are installed; a line tells which are not."""
+    natural = [replace(voice, name=f"{voice.name}-n", natural=True) for voice in VOICES]
+    found = {voice.name: Talker(Speaker(voice, lexicon).render, own=True) for voice in (*VOICES, *natural)}
     for name, command in _PROGRAMS.items():
         if shutil.which(command[0]) and shutil.which("sox"):
             found[name] = Talker(program(command), own=False)

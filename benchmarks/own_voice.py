@@ -33,9 +33,9 @@ VOLUME_M3 = 60.0
 SOUND_SPEED_M_S = 343.0
 PAUSE_S, TAIL_S = 1.0, 0.12
 UNHEARD_S = (-0.2, 0.4)
-"""Who begins so much before or after the robot did not hear it, nor was heard by it."""
+"""A speaker who begins at least this much before or after the robot neither heard it nor was heard by it."""
 SWAY_DB = 0.03
-"""The way through the room sways by so much, as when somebody walks about."""
+"""How much the path through the room varies, as when somebody walks about."""
 
 
 def way(rt60_s: float, distance_m: float, rng: np.random.Generator) -> Samples:

@@ -35,7 +35,7 @@ class PlantRoom:
 
 
 def random_room(seed: int, plants: tuple[int, int], noise_db: tuple[float, float]) -> PlantRoom:
-    """A room drawn by seed: so many plants, in so much noise, both ends included."""
+    """A room drawn by seed: the ranges of the number of plants and of the noise, both ends included."""
     chance = random.Random(f"plants {seed}")
     colours = chance.sample(COLOURS, chance.randint(*plants))
     place = lambda: chance.uniform(-ROOM_M, ROOM_M)  # noqa: E731

@@ -28,7 +28,7 @@ def main() -> None:
     parser.add_argument("--data", type=Path, required=True)
     parser.add_argument("--names", default="Rob,Bot")
     parser.add_argument("--gain-db", default="0")
-    parser.add_argument("--minutes", type=float, default=60.0, help="at most so much of DIR for each team and gain")
+    parser.add_argument("--minutes", type=float, default=60.0, help="most minutes of DIR for each team and gain")
     o = parser.parse_args()
     sound = make_sound(None, user_cache_folder())
     heard_min, commands, garbled, spent_s = 0.0, 0, 0, 0.0

@@ -239,7 +239,7 @@ def mixture(stage: Stage, callers: Callers, cell: Cell, seed: int) -> tuple[Samp
 
 
 def calls(stage: Stage, callers: Callers, cell: Cell, seeds: range, peer: bool) -> Score:
-    """So many calls."""
+    """Number of calls."""
     score = Score(len(seeds))
     for seed in seeds:
         sound, at, end, talk_end = mixture(stage, callers, cell, seed)

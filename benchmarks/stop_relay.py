@@ -1,4 +1,4 @@
-"""How soon a whole team stands that is too far apart to hear one call, in the midst of its talk.
+"""How soon a whole team stands that is too far apart to hear one call, in the middle of its talk.
 
     python -m benchmarks.stop_relay [--seeds 1-200] [--robots 6] [--spread-m 30] [--earshot-m 9,13,19] [--loss 0]
 
@@ -24,7 +24,7 @@ from hvcpd.language import messages as m
 
 LIMIT_S = 3.0
 CALLED_S = (30.0, 240.0)
-"""When the call comes: amid greetings, claims or reports."""
+"""When the call comes: during greetings, claims or reports."""
 LISTENED_S = 30.0
 
 

@@ -303,7 +303,7 @@ def _is_through(c: Coordination) -> bool:
 
 
 def _middle(tasks: TaskRepository) -> Point:
-    """The listener's place: amid the plants and the robots' start."""
+    """The listener's place: between the plants and the robots' start."""
     points = [START_CORNER, *((t.place.x_m, t.place.y_m) for t in tasks.tasks if t.place is not None)]
     return sum(p[0] for p in points) / len(points), sum(p[1] for p in points) / len(points)
 

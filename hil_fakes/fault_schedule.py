@@ -1,4 +1,4 @@
-"""What befalls a robot's wheels in a trial, in which order and when: drawn from a seed, the same on every machine."""
+"""The faults of a robot's wheels in a trial, with their times: drawn from a seed, the same on every machine."""
 
 from __future__ import annotations
 

@@ -20,7 +20,10 @@ from hvcpd.ports import SAMPLE_RATE_HZ
 
 @dataclass(frozen=True)
 class Wall:
-    """A mirror: the image of the speaker lies `aside_m` aside of it, and `behind_m` behind; and `reflects` so much."""
+    """A mirror: the image of the speaker lies `aside_m` to its side and `behind_m` behind it.
+
+    `reflects` is the share of sound that it reflects.
+    """
 
     aside_m: float
     behind_m: float

@@ -34,7 +34,7 @@ LATENCY_S = 0.03
 MAX_LAG_S = 0.05
 """Lag of a mixer that was held up beyond which its sound is left out as soon as nobody speaks: air has no memory."""
 LIMIT_LAG_S = 0.4
-"""Lag of a mixer beyond which its sound is left out in the midst of a word, too."""
+"""Lag of a mixer beyond which its sound is left out in the middle of a word, too."""
 RETRY_S = 0.1
 """Interval at which a sound server that is gone is looked for."""
 SPACING_M = 1.0

@@ -59,7 +59,7 @@ class Conditions:
 
 @dataclass(eq=False)
 class Sound:
-    """One sentence in the air; `cut` when its speaker was switched off, or broke off, in the midst of it."""
+    """One sentence in the air; `cut` when its speaker was switched off, or broke off, in the middle of it."""
 
     speaker: str
     utterance: Utterance

@@ -49,7 +49,7 @@ UNUSED = (
     "**/*.pyi",
     "**/*.pxd",
 )
-"""Parts of wheels for who compiles, who checks types and who tests them, and a second way to the motors."""
+"""Parts of wheels that only compilers, type checkers and tests need, and a second way to the motors."""
 STRIP = {"amd64": "x86_64-linux-gnu-strip", "arm64": "aarch64-linux-gnu-strip"}
 """Of Debian's binutils for each architecture."""
 SHIPPED = "hvcpd/synthesis/shipped"

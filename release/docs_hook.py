@@ -1,4 +1,4 @@
-"""A hook of mkdocs: files that pages link to outside docs/ come into the site, and the links follow them."""
+"""A hook of mkdocs: the API reference, and files outside docs/ that pages link to, come into the site."""
 
 from __future__ import annotations
 
@@ -9,6 +9,8 @@ from typing import Any
 
 from mkdocs.structure.files import File
 
+from release.api import PACKAGES, page, page_name
+
 ROOT = Path(__file__).parents[1]
 SOURCE = "source"
 """Where the site has files from outside docs/."""
@@ -18,7 +20,7 @@ _LINK = re.compile(r"(\]\()(?!https?:|mailto:|#)([^)#\s]+)")
 
 
 def on_files(files: Any, config: Any, **_: Any) -> Any:
-    """Add what is linked from docs/ and from PAGES."""
+    """Add what is linked from docs/ and from PAGES, and the API reference."""
     wanted = {name for name in PAGES if (ROOT / name).exists()}
     texts = [(f"docs/{f.src_uri}", f.content_string) for f in files if f.src_uri.endswith(".md")]
     texts += [(name, (ROOT / name).read_text(encoding="utf-8")) for name in sorted(wanted)]
@@ -30,6 +32,8 @@ def on_files(files: Any, config: Any, **_: Any) -> Any:
     for name in sorted(wanted):
         content = (ROOT / name).read_text(encoding="utf-8")
         files.append(File.generated(config, _site_path(name), content=content))
+    for package in PACKAGES:
+        files.append(File.generated(config, page_name(package), content=page(package)))
     return files
 
 

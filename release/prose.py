@@ -1,8 +1,8 @@
-"""Keeps the pages in plain English: `python -m release.prose`, a part of `make lint`.
+"""Keeps pages and code in plain English: `python -m release.prose`, a part of `make lint`.
 
-It looks for phrases that read translated, for terms that have another name in docs/glossary.md, and for pages whose
-sentences are long on average. docs/reference has the commands' help and the settings' comments, so they are checked,
-too.
+It looks for phrases that read translated, for terms that have another name in docs/glossary.md, for comments that
+continue the one above, and for pages whose sentences are long on average. docs/reference has the commands' help and
+the settings' comments, so they are checked, too.
 """
 
 from __future__ import annotations
@@ -16,6 +16,17 @@ ROOT = Path(__file__).parents[1]
 INSTEAD = {
     "all the same": "anyway, still, or nothing",
     "in the midst of": "in the middle of, during",
+    "amid": "in, during",
+    "befall": "happen to, or name the fault",
+    "beyond measure": "very",
+    "by so much": "by this much",
+    "every so much": "how often",
+    r"for who (?!in )": "for people who, for a robot that",
+    "however near it is": "even at close range",
+    "in the place of": "instead of",
+    "is had": "has, with its owner as the subject",
+    "takes it that": "assumes that",
+    "within so long": "within this time",
     "in so far as": "as far as",
     "so much water": "this much, a limited amount",
     "is of use": "is useful, helps",
@@ -32,7 +43,15 @@ INSTEAD = {
     "voice assistant": "robot",
     "bots": "robots",
 }
-"""A phrase, in lower case, and what to write instead."""
+"""A phrase in lower case, as a regular expression, and what to write instead."""
+INSTEAD_IN_CODE = {
+    r'^ *"""So (many|much|long) ': "what the number is: number of, most, least, longest",
+    r'^ *"""\.\.\.': "a docstring that stands alone",
+    r"^ *# \.\.\. ": "a comment that stands alone",
+}
+"""As INSTEAD, regular expressions for lines of Python."""
+CODE = ("hvcpd", "hil_fakes", "benchmarks", "release", "examples")
+"""Folders whose Python is checked by INSTEAD, too; this file has all that is wrong."""
 MOST_WORDS = 30.0
 """A sentence, on average over a page: beyond it readers lose the thread."""
 _NO_PROSE = re.compile(r"^```[\s\S]*?^```|^ {4}.*$|^\|.*$|^#.*$|<!--.*?-->|\]\([^)]*\)", re.M)
@@ -44,12 +63,36 @@ def pages() -> list[Path]:
     return sorted(path for path in (*ROOT.glob("*.md"), *(ROOT / "docs").rglob("*.md")) if path.name != "CHANGELOG.md")
 
 
+def sources() -> list[Path]:
+    """All Python files of CODE but this one."""
+    return sorted(path for folder in CODE for path in (ROOT / folder).rglob("*.py") if path != Path(__file__))
+
+
+def code_faults(text: str) -> Iterator[tuple[int, str]]:
+    """As `faults`, of a Python file."""
+    for number, line in enumerate(text.splitlines(), 1):
+        for phrase, instead in INSTEAD.items():
+            if " " in phrase and _found(phrase, line):  # a single word may be a name
+                yield number, f"“{_plain(phrase)}”: write {instead}"
+        for pattern, instead in INSTEAD_IN_CODE.items():
+            if re.search(pattern, line):
+                yield number, f"“{line.strip()[:20]}…”: write {instead}"
+
+
+def _plain(phrase: str) -> str:
+    return phrase.split("(?")[0].strip()
+
+
+def _found(phrase: str, line: str) -> bool:
+    return phrase.split()[0] in line.lower() and re.search(rf"\b{phrase}", line, re.I) is not None
+
+
 def faults(text: str) -> Iterator[tuple[int, str]]:
     """Line numbers and what is wrong there; line 1 for the page as a whole."""
     for number, line in enumerate(text.splitlines(), 1):
         for phrase, instead in INSTEAD.items():
-            if re.search(rf"\b{phrase}", line, re.I):
-                yield number, f"“{phrase}”: write {instead}"
+            if _found(phrase, line):
+                yield number, f"“{_plain(phrase)}”: write {instead}"
     if (mean := words_a_sentence(text)) > MOST_WORDS:
         yield 1, f"sentences have {mean:.0f} words on average; at most {MOST_WORDS:.0f} can be read with ease"
 
@@ -63,10 +106,11 @@ def words_a_sentence(text: str) -> float:
 
 def main() -> int:
     """Print all faults; 1 if there are any."""
+    checked = [(path, faults) for path in pages()] + [(path, code_faults) for path in sources()]
     found = [
         f"{path.relative_to(ROOT)}:{number}: {what}"
-        for path in pages()
-        for number, what in faults(path.read_text(encoding="utf-8"))
+        for path, check in checked
+        for number, what in check(path.read_text(encoding="utf-8"))
     ]
     sys.stdout.writelines(f"{line}\n" for line in found)
     return 1 if found else 0

@@ -31,7 +31,7 @@ TIMEOUT_S = 120.0
 """For one command; a mission takes some 10 s."""
 
 _BLOCK = re.compile(r"^```\n(\$ .*?)^```$", re.M | re.S)
-_WALL_CLOCK = re.compile(r"min in [\d.]+ s: .* \(seed")
+_WALL_CLOCK = re.compile(r"of mission time in [\d.]+ s: .* \(seed")
 MISSION, STATUS, CHECK = "hvcpctl simulate", "hvcpctl status", "hvcpd --name"
 
 
@@ -56,7 +56,8 @@ def _commands(block: str) -> list[Command]:
 
 def abridged(printed: str, shown: tuple[str, ...]) -> tuple[str, ...]:
     """What a command prints, cut as it was shown: as many lines before LEFT_OUT, and after it, as there were."""
-    lines = tuple(_WALL_CLOCK.sub("min in … s: … times faster than real time (seed", printed).rstrip("\n").split("\n"))
+    timeless = _WALL_CLOCK.sub("of mission time in … s: … times faster than real time (seed", printed)
+    lines = tuple(timeless.rstrip("\n").split("\n"))
     if not printed:
         return ()
     if LEFT_OUT not in shown:

@@ -49,7 +49,7 @@ EXIT_STATUS = """\
 
 Commands that print results for people have `--json`: one object a line. These have none, for a reason:
 
-- `console`, `playground` and `ros` print nothing but an address or a file name.
+- `console`, `mcap`, `mqtt`, `playground` and `ros` print nothing but an address or a file name.
 - `duet` is used by hand. Programs use the [control socket](../control.md).
 - `new-team` asks questions and writes files.
 - `skills` prints what it carries out. The control socket has the same as events.

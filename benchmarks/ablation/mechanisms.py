@@ -134,7 +134,7 @@ RULES = (
     Mechanism("wave-before", "a name before a sentence is sought afterwards", answering(f"{COHERENT}._before", [])),
     Mechanism(
         "wave-longer",
-        "a longer word in the place of a word is awaited",
+        "a longer word instead of a word is awaited",
         answering(f"{COHERENT}._may_be_longer", False),
     ),
     Mechanism("wave-goes-on", "a sentence has ended only where no word follows", answering(f"{COHERENT}._look", False)),

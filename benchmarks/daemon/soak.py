@@ -2,7 +2,7 @@
 
     python -m benchmarks.daemon.soak [--hours 12] [--seed 1] [--talk-every 60]
 
-The daemon runs with its own memory file and its wheels' worker thread, on fake motors in memory; in the place of the
+The daemon runs with its own memory file and its wheels' worker thread, on fake motors in memory; instead of the
 sound card stands a room with noise and one other speaker, who says any sentence of the phrasebook at random times,
 sometimes cut short, calls a halt and lifts it, introduces strangers whose names are to be learned, and slams doors.
 Now and then the card loses sound. The table has a line each virtual half hour; RSS has the fakes in it.

@@ -22,7 +22,7 @@ MAX_BYTES = 16 * 1024
 SLOW_S = 20
 """One input that takes so long is a finding, too."""
 MOST_MB = 1500
-"""And one that takes so much memory."""
+"""An input that takes more memory is a fault, too."""
 
 
 def main() -> None:

@@ -7,7 +7,8 @@ mean power to the noise's, both over 0 to 8 kHz. The table is printed line by li
 beside what earlier runs have left there, and plots are drawn (matplotlib: the `eval` extra).
 
     python -m benchmarks.hearing [--rows noise,range,rooms,...] [--sentences 50] [--names Mia,Ted,Gus,Rex] [--seed 7]
-        [--noise white,pink] [--snr 20,0,-5] [--level DBFS] [--data DIR] [--out DIR] [--no-peer] [--wrong]
+        [--noise white,pink] [--snr 20,0,-5] [--natural]
+        [--level DBFS] [--data DIR] [--out DIR] [--no-peer] [--wrong]
 
 The row `worlds`, which `all` leaves out, is of loudspeakers, rooms, clocks, motion and noises as they are met, each
 sentence heard by the fresh ears of a whole robot, which looks twice: alone (`first`), or after two others of the same
@@ -19,6 +20,10 @@ robot in the same world (`acquainted`). With --data DIR, also by measured rooms 
 The row `sounds`, likewise, is of sounds that are no speech, recorded (--data DIR) and made: sentences, stops an hour.
 
     python -m benchmarks.hearing --rows sounds [--minutes 60] [--seed 7] [--data DIR] [--wrong]
+
+The row `robot` is what the ears of a whole robot cost, in noise alone and while robots speak.
+
+    python -m benchmarks.hearing --rows robot [--minutes 1] [--seed 7] [--data DIR]
 """
 
 from __future__ import annotations
@@ -44,7 +49,7 @@ from benchmarks.hearing.worlds.run import MODES
 from hil_fakes import reverberation
 
 SCORED = ("noise", "slow", "level", "channel", "clock", "rate", "steps", "range", "rooms")
-ROBOTS = ("worlds", "sounds")
+ROBOTS = ("worlds", "sounds", "robot")
 COSTS = ("cost", "vocabulary", "names")
 HELD_OUT = "Mia,Ted,Gus,Rex"
 """Their voices (cedar, willow, oak, granite) are none of those that thresholds were fitted with."""
@@ -57,6 +62,7 @@ def _parser() -> argparse.ArgumentParser:
     parser.add_argument("--rows", default="all", help=f"of {','.join((*SCORED, *COSTS, *ROBOTS))} (default: all)")
     parser.add_argument("--sentences", type=int, default=50, help="in each condition (default 50)")
     parser.add_argument("--names", default=HELD_OUT, help=f"of the robots (default {HELD_OUT})")
+    parser.add_argument("--natural", action="store_true", help="natural voices (rows but `worlds`)")
     parser.add_argument("--seed", type=int, default=7)
     parser.add_argument("--noise", default=",".join(KINDS), help="of the rows noise and slow")
     parser.add_argument("--snr", default="20,10,5,0,-5,-10,-15", help="of the row noise, dB")
@@ -138,9 +144,11 @@ def main() -> None:
         o.out.mkdir(parents=True, exist_ok=True)
     if "worlds" in rows:
         _worlds(o, console)
-    team = make_team(o.names.split(","))
+    team = make_team(o.names.split(","), natural=o.natural)
     if "sounds" in rows:
         sounds.run(worlds.robots_ears, team, o.data, o.minutes, o.seed, console, o.wrong)
+    if "robot" in rows:
+        worlds.cost(team, o.seed, o.data, o.minutes, console)
     rows = [row for row in rows if row not in ROBOTS]
     if not rows:
         return

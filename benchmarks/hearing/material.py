@@ -27,7 +27,6 @@ from hvcpd.recognition.recogniser import Recogniser
 from hvcpd.synthesis.leveling import audible
 from hvcpd.synthesis.lexicon import common_words
 from hvcpd.synthesis.speaker import Speaker
-from hvcpd.synthesis.voices import voice_for
 
 GAP_S = (1.2, 2.5)
 """Silence between two sentences, shortest and longest."""
@@ -60,7 +59,7 @@ class Team:
 
     def speakers(self, rate: float = 1.0) -> dict[str, Speaker]:
         """Their voices; `rate` above 1 is faster than the templates."""
-        voices = {name: voice_for(name) for name in self.names}
+        voices = {name: self.sound.voice_of(name) for name in self.names}
         return {
             name: Speaker(replace(voice, rate=rate * voice.rate), self.sound.lexicon, self.sound.cache)
             for name, voice in voices.items()
@@ -69,7 +68,7 @@ class Team:
     @cached_property
     def bank(self) -> dict[str, dict[str, list[Samples]]]:
         """All words in all their voices."""
-        voices = {voice_for(name).name: voice_for(name) for name in self.names}
+        voices = {voice.name: voice for voice in map(self.sound.voice_of, self.names)}
         return {name: templates(self.book, voice, self.sound) for name, voice in voices.items()}
 
     def ears(self) -> Recogniser:
@@ -78,10 +77,11 @@ class Team:
         return Recogniser(self.book.graph, self.bank, coherent=coherent, keyword=make_keyword())
 
 
-def make_team(names: Sequence[str], tasks: TaskRepository | None = None) -> Team:
-    """A team with the paper's five plants to water, or other tasks."""
+def make_team(names: Sequence[str], tasks: TaskRepository | None = None, natural: bool = False) -> Team:
+    """A team with the paper's five plants to water, or other tasks; with `natural` voices or the formant
+    synthesizer's."""
     book = make_phrasebook(names, DEFAULT_TEAMS, tasks or load_tasks(default_tasks_path()))
-    return Team(tuple(names), book, make_sound(None, user_cache_folder()))
+    return Team(tuple(names), book, replace(make_sound(None, user_cache_folder()), natural=natural))
 
 
 def more_tasks(n_words: int) -> TaskRepository | None:

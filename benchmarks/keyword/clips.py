@@ -2,9 +2,9 @@
 
     nice python -m benchmarks.keyword.clips --data DIR --out clips.npz [--seed 1] [--scale 1.0]
 
-Needs espeak-ng, festival and flite. By part: people are split by speaker, other recordings by file (`part_of`). Never
+Needs espeak-ng and flite. By part: people are split by speaker, other recordings by file (`part_of`). Never
 drawn, so that `benchmarks.stop` may be held against them: flite's slt and rms, espeak-ng's plain voices and its
-variants f3 and m3.
+variants f3 and m3, and all other synthesizers.
 """
 
 from __future__ import annotations
@@ -15,14 +15,16 @@ import random
 import subprocess
 import tempfile
 from collections.abc import Iterator, Mapping, Sequence
+from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass, replace
+from functools import cache
 from pathlib import Path
 
 import numpy as np
 
 from benchmarks.judging import Phrases, text_of
 from benchmarks.phones.texts import NAMES, Texts, common_words
-from benchmarks.phones.voices import ACCENTS, VARIANTS, Talker, espeak, festival
+from benchmarks.phones.voices import ACCENTS, VARIANTS, Talker, espeak
 from hvcpd.hardware.soundfile import read_wav
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 from hvcpd.synthesis.leveling import audible
@@ -31,8 +33,9 @@ from hvcpd.synthesis.speaker import Speaker
 from hvcpd.synthesis.voices import VOICES, Voice
 
 KEYWORD = "stop"
-KINDS = ("stop", "word", "talk", "sound")
-"""The keyword at the end of a call; single words and calls that are none; sentences; what nobody says."""
+KINDS = ("stop", "word", "talk", "sound", "inside")
+"""The keyword at the end of a call; single words and calls that are none; sentences; what nobody says; sentences of
+which the keyword is a part."""
 PHONES = ("S", "T", "AA", "P")
 ALIKE = tuple(
     "top shop chop crop drop hop pop mop cop prop swap stock stalk stomp stump stub stuff stab stack staff step stoop "
@@ -64,6 +67,18 @@ OWN_WORDS = (
 )
 
 
+BEFORE_IT = tuple(
+    "the bus|the next|at the last|do not|we will never|you can|where does it|he would not|did they ever|she did not|"
+    "i want to|they had to|this is a tram|it will|when do we|after that they|the robot will|how can i|never".split("|")
+)
+AFTER_IT = tuple(
+    "|is near the house|on the way|for a coffee|talking about it|at the corner|working today|the music|in the morning|"
+    "by the shop|and look at that|before the bridge|to think|them from doing it|it from falling|over there".split("|")
+)
+JOBS = 4
+"""Processes; most of their time they wait for synthesizers to start."""
+
+
 @dataclass(frozen=True, eq=False)
 class Clip:
     """`sound` at 16 kHz; `end`: the sample where the keyword ends, for kind "stop"; `part`: train, validate or test."""
@@ -76,11 +91,11 @@ class Clip:
 
 
 def part_of(name: str, half: bool = False) -> str:
-    """Where the recordings of this speaker, or this recording, belong; the same everywhere. `half`: to train or to test
-    with."""
+    """Where recordings by this speaker, or this recording, belong; the same everywhere. `half`: half of them to test
+    with, a tenth to choose thresholds by."""
     first = hashlib.sha256(name.encode()).digest()[0]
     if half:
-        return "test" if first % 2 else "train"
+        return "test" if first % 2 else "validate" if first % 10 == 0 else "train"
     share = first % 100
     return "test" if share < 24 else "validate" if share < 32 else "train"
 
@@ -108,6 +123,27 @@ def recorded(data: Path) -> Iterator[Clip]:
         for path in sorted((data / folder).glob("*.wav")):
             sound = trimmed(np.asarray(read_wav(path), np.float32))
             yield _clip(sound, kind, part_of(path.stem, half=True), f"{folder} {path.stem}")
+    yield from _among_others(data / "words")
+
+
+def _among_others(folder: Path) -> Iterator[Clip]:
+    """Each of people's keywords again between other words of theirs, as in a sentence."""
+    by_speaker: dict[str, list[Path]] = {}
+    for path in sorted(folder.rglob("*.wav")):
+        by_speaker.setdefault(path.name.split("_")[0], []).append(path)
+    for speaker, paths in sorted(by_speaker.items()):
+        others = [path for path in paths if path.parent.name != KEYWORD]
+        chooser = random.Random(speaker)
+        for path in [path for path in paths if path.parent.name == KEYWORD] if len(others) > 2 else ():
+            before, after = chooser.choices(others, k=chooser.choice((1, 2))), chooser.choices(others, k=2)
+            parts = [_tight(np.asarray(read_wav(each), np.float32)) for each in (*before, path, *after)]
+            yield _clip(np.concatenate(parts), "inside", part_of(speaker), f"words among others {speaker}")
+
+
+def _tight(sound: Samples) -> Samples:
+    begin, end = audible(sound)
+    kept = sound[begin:end]
+    return np.asarray(kept * (0.9 / max(float(np.abs(kept).max(initial=0.0)), 1e-6)), np.float32)
 
 
 def _clip(sound: Samples, kind: str, part: str, source: str) -> Clip:
@@ -156,13 +192,13 @@ def flite(voice: str) -> Talker:
 
 
 def foreign() -> Talker:
-    """espeak-ng at any pace and pitch, festival, or flite."""
+    """espeak-ng or flite, at any pace and pitch."""
     wide = espeak(ACCENTS[2:], VARIANTS)
     american = espeak(("en-us",), VARIANTS)
-    some = (wide, american, festival("ked_diphone"), festival("kal_diphone"), flite("awb"), flite("kal16"))
+    some = (wide, american, flite("awb"), flite("kal16"))
 
     def say(phrases: Phrases, chooser: random.Random) -> Samples:
-        return chooser.choices(some, (0.46, 0.2, 0.08, 0.05, 0.15, 0.06))[0](phrases, chooser)
+        return chooser.choices(some, (0.46, 0.22, 0.2, 0.12))[0](phrases, chooser)
 
     return say
 
@@ -201,28 +237,52 @@ def _distance(phones: Sequence[str]) -> int:
     return row[-1]
 
 
-def said(seed: int, scale: float) -> Iterator[Clip]:
-    """What synthesizers say."""
-    lexicon, known, chooser = Lexicon.load(), common_words(), random.Random(seed)
+def inside(chooser: random.Random) -> Phrases:
+    """A sentence with the keyword in it, which calls nobody."""
+    return [f"{chooser.choice(BEFORE_IT)} {KEYWORD} {chooser.choice(AFTER_IT)}".split()]
+
+
+Job = tuple[str, str, Phrases, float]
+"""By whom, of what kind, what, and a seed."""
+
+
+def jobs(seed: int, scale: float) -> Iterator[Job]:
+    """What synthesizers shall say."""
+    known, chooser = common_words(), random.Random(seed)
     texts, near = Texts(known, seed), alike(known)
-    exact, loose, others = own(lexicon, True), own(lexicon, False), foreign()
-    plan = ((exact, "own", 300, 900, 300), (loose, "like own", 700, 300, 500), (others, "foreign", 1300, 900, 1300))
-    for talker, source, n_calls, n_talk, n_words in plan:
-        for n, kind in ((n_calls, "stop"), (n_talk, "talk"), (n_words, "word")):
-            for _ in range(round(n * scale)):
-                if kind == "stop":
-                    phrases = call(chooser)
-                elif kind == "talk":
-                    phrases = texts.draw().phrases
-                elif source != "foreign" and chooser.random() < 0.4:
-                    phrases = [tuple(chooser.choice(OWN_WORDS).split())]
-                else:
-                    phrases = [chooser.choice(near)]
-                if kind != "stop" and any(KEYWORD in phrase for phrase in phrases):
-                    continue
-                sound = trimmed(talker(phrases, chooser))
-                text = " ".join(word for phrase in phrases for word in phrase)
-                yield _clip(sound, kind, part_of(f"{text} {len(sound)}").replace("test", "train"), f"{source}: {text}")
+    plan = {
+        "own": {"stop": 150, "talk": 350, "word": 150, "inside": 30},
+        "like own": {"stop": 350, "talk": 150, "word": 300, "inside": 80},
+        "foreign": {"stop": 800, "talk": 900, "word": 900, "inside": 350},
+    }
+    for source, numbers in plan.items():
+        for kind in (kind for kind, n in numbers.items() for _ in range(round(n * scale))):
+            if kind == "stop":
+                phrases = call(chooser)
+            elif kind == "inside":
+                phrases = inside(chooser)
+            elif kind == "talk":
+                phrases = texts.prose().phrases if chooser.random() < 0.3 else texts.draw().phrases
+            elif source != "foreign" and chooser.random() < 0.4:
+                phrases = [tuple(chooser.choice(OWN_WORDS).split())]
+            else:
+                phrases = [chooser.choice(near)]
+            if kind in ("stop", "inside") or not any(KEYWORD in phrase for phrase in phrases):
+                yield source, kind, phrases, chooser.random()
+
+
+@cache
+def _talkers() -> Mapping[str, Talker]:
+    lexicon = Lexicon.load()
+    return {"own": own(lexicon, True), "like own": own(lexicon, False), "foreign": foreign()}
+
+
+def said(job: Job) -> Clip:
+    """By a synthesizer."""
+    source, kind, phrases, seed = job
+    sound = trimmed(_talkers()[source](phrases, random.Random(seed)))
+    text = " ".join(word for phrase in phrases for word in phrase)
+    return _clip(sound, kind, part_of(f"{text} {len(sound)}").replace("test", "train"), f"{source}: {text}")
 
 
 def save(path: Path, clips: Sequence[Clip]) -> None:
@@ -254,7 +314,8 @@ def main() -> None:
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--scale", type=float, default=1.0, help="how much synthetic speech")
     o = parser.parse_args()
-    clips = [*recorded(o.data), *said(o.seed, o.scale)]
+    with ProcessPoolExecutor(JOBS) as pool:
+        clips = [*recorded(o.data), *pool.map(said, jobs(o.seed, o.scale), chunksize=8)]
     clips = [clip for clip in clips if len(clip.sound) > SAMPLE_RATE_HZ // 20]
     save(o.out, clips)
     for kind in KINDS:

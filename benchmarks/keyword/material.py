@@ -23,14 +23,20 @@ from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 from hvcpd.recognition.frontend import HOP_SAMPLES, WINDOW_SAMPLES, energies_of
 from hvcpd.recognition.stream import CHUNK_FRAMES
 
-LENGTH_S = 3.2
+LENGTH_S = 3.6
 N_FRAMES = round(LENGTH_S * SAMPLE_RATE_HZ) // HOP_SAMPLES // CHUNK_FRAMES * CHUNK_FRAMES
 _LENGTH = (N_FRAMES - 1) * HOP_SAMPLES + WINDOW_SAMPLES
-EARLIEST_S = 0.9
-"""The keyword ends so long after the beginning, at least..."""
-LATEST_S = 0.35
-"""...and before the end."""
-POSITIVE = 0.45
+EARLIEST_S = 1.0
+"""Least time from the beginning to the keyword's end."""
+LATEST_S = 0.75
+"""Least time from the keyword's end to the end."""
+POSITIVE = 0.42
+AGAIN = 0.15
+"""Share of calls that are said twice, the second one a copy."""
+AGAIN_S = (0.65, 1.2)
+"""Range of the time between the ends of both calls."""
+OTHERS = {"word": 0.5, "talk": 0.28, "sound": 0.08, "inside": 0.14}
+"""What else is said over the background, by share."""
 OFTEN = {"words stop": 16.0, "words": 2.0, "negatives": 6.0}
 """People's recordings are drawn so many times as often as a synthesizer's: they are few and all unlike."""
 NONE = -1
@@ -38,10 +44,11 @@ NONE = -1
 
 @dataclass(frozen=True, eq=False)
 class Heard:
-    """Energies of N_FRAMES frames, and the frames at which the keyword ended."""
+    """Energies of N_FRAMES frames, the frames at which the keyword ended, and whether it is part of a sentence."""
 
     energies: NDArray[np.float32]
     ends: tuple[int, ...]
+    inside: bool
 
 
 def stretched(sound: Samples, factor: float) -> Samples:
@@ -123,23 +130,17 @@ class Mixer:
         whole, ends = np.zeros(_LENGTH, np.float32), list[int]()
         background, level_db = self._background()
         whole += background
-        positive = rng.random() < POSITIVE
-        foreground = positive or rng.random() < 0.65
-        times = 1 if rng.random() < 0.9 else 2
-        end = NONE
-        for _ in range(times if foreground else 0):
-            kind = "stop" if positive else str(rng.choice(KINDS[1:], p=(0.7, 0.2, 0.1)))
+        kind = "stop" if rng.random() < POSITIVE else str(rng.choice(list(OTHERS), p=list(OTHERS.values())))
+        if kind in ("stop", "inside") or rng.random() < 0.7:
             sound, end = self._take(kind)
-            over_db = level_db if level_db is not None else 0.0
-            sound = self._through(_at_level(sound, over_db))
-            lowest = round(EARLIEST_S * SAMPLE_RATE_HZ)
-            at = int(rng.integers(lowest, _LENGTH - round(LATEST_S * SAMPLE_RATE_HZ))) - end
-            if ends and at + end - HOP_SAMPLES * ends[-1] < 0.6 * SAMPLE_RATE_HZ:
-                continue
-            _add(whole, sound, at)
-            if positive:
-                ends.append((at + end) // HOP_SAMPLES)
-        return Heard(energies_of(self._received(whole)), tuple(ends))
+            sound = self._through(_at_level(sound, level_db if level_db is not None else 0.0))
+            at = int(rng.integers(round(EARLIEST_S * SAMPLE_RATE_HZ), _LENGTH - round(LATEST_S * SAMPLE_RATE_HZ))) - end
+            again = round(rng.uniform(*AGAIN_S) * SAMPLE_RATE_HZ) if rng.random() < AGAIN else _LENGTH
+            for begin in (at, at + again) if kind == "stop" else (at,):
+                _add(whole, sound, begin)
+                if kind == "stop" and begin + end < _LENGTH - round(LATEST_S * SAMPLE_RATE_HZ):
+                    ends.append((begin + end) // HOP_SAMPLES)
+        return Heard(energies_of(self._received(whole)), tuple(ends), kind == "inside")
 
     def _background(self) -> tuple[Samples, float | None]:
         """What else is heard, as loud as 0 dB, and the level of what is said over it."""
@@ -302,14 +303,14 @@ def main() -> None:
     o = parser.parse_args()
     mixer = Mixer(load(o.clips), o.data, o.part, o.seed)
     logs = np.empty((o.number, N_FRAMES, energies_of(np.zeros(_LENGTH, np.float32)).shape[1]), np.float16)
-    ends = np.full((o.number, 2), NONE)
+    ends, inside = np.full((o.number, 2), NONE), np.zeros(o.number, np.bool_)
     for number in range(o.number):
         heard = mixer.draw()
         logs[number] = np.log(heard.energies)
-        ends[number, : len(heard.ends)] = heard.ends
+        ends[number, : len(heard.ends)], inside[number] = heard.ends, heard.inside
         if number % 2000 == 1999:
             print(f"{number + 1} of {o.number}", flush=True)
-    np.savez(o.out, logs=logs, ends=ends)
+    np.savez(o.out, logs=logs, ends=ends, inside=inside)
 
 
 if __name__ == "__main__":

@@ -70,7 +70,7 @@ class FakeBus:
 
     @property
     def faults(self) -> ReplyFaults:
-        """What is to befall the next replies."""
+        """The faults of the next replies."""
         return self.line.faults
 
     @property

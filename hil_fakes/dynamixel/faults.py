@@ -38,7 +38,7 @@ class ReplyFaults:
         self._late = b""
 
     def schedule(self, *faults: ReplyFault) -> None:
-        """Let these befall the next status packets, one each."""
+        """Apply these to the next status packets, one each."""
         self._queue.extend(faults)
 
     def clear(self) -> None:

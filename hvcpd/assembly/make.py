@@ -45,7 +45,7 @@ from hvcpd.robot.robot import Robot
 from hvcpd.robot.sealing import Sealing
 from hvcpd.security.guard import Guard
 from hvcpd.synthesis.speaker import Speaker
-from hvcpd.synthesis.voices import VOICES, Voice
+from hvcpd.synthesis.voices import Voice
 
 SLOW = 1.0 / SLOW_STRETCH
 """Of the usual rate, when a robot speaks slowly; the recogniser's steps span 0.5 to 2."""
@@ -117,7 +117,7 @@ def make_ears(
 def make_spelled(phrasebook: Phrasebook, sound: Sound, watch: Watch | None = None) -> Recogniser:
     """Hears names being spelled, in every voice; `watch`: of another recogniser on the same microphone."""
     graph = phrasebook.spelling_graph
-    speakers = {voice.name: Speaker(voice, sound.lexicon, sound.cache) for voice in VOICES}
+    speakers = {voice.name: Speaker(voice, sound.lexicon, sound.cache) for voice in sound.every_voice()}
     bank = LazyMapping(speakers, lambda voice: LazyMapping(graph.words, speakers[voice].templates))
     return Recogniser(graph, bank, RecogniserSettings(min_confidence=MIN_SPELLED_CONFIDENCE), watch=watch)
 

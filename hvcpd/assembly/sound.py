@@ -19,7 +19,7 @@ from hvcpd.synthesis.lexicon import Lexicon
 from hvcpd.synthesis.recorded import RecordedSpeaker
 from hvcpd.synthesis.speaker import Speaker
 from hvcpd.synthesis.unit_cache import UnitCache
-from hvcpd.synthesis.voices import Voice, voice_for
+from hvcpd.synthesis.voices import VOICES, Voice, voice_for
 
 
 @dataclass(frozen=True)
@@ -27,17 +27,26 @@ class Sound:
     """Where pronunciations come from, where rendered units are kept, and which robot speaks how.
 
     `voices` and `recorded` have the robots, by name in lower case, whose voice was chosen and does not follow from the
-    name.
+    name. All other voices are `natural` or the formant synthesizer's.
     """
 
     lexicon: Lexicon
     cache: UnitCache | None = None
     voices: Mapping[str, Voice] = field(default_factory=dict)
     recorded: Mapping[str, RecordedSpeaker] = field(default_factory=dict)
+    natural: bool = False
 
     def voice_of(self, name: str) -> Voice:
         """The synthesizer's voice of that robot."""
-        return self.voices.get(name.lower()) or voice_for(name)
+        return self.said_by(self.voices.get(name.lower()) or voice_for(name))
+
+    def said_by(self, voice: Voice) -> Voice:
+        """That voice by the team's synthesizer."""
+        return replace(voice, natural=self.natural)
+
+    def every_voice(self) -> tuple[Voice, ...]:
+        """The eight voices by the team's synthesizer."""
+        return tuple(map(self.said_by, VOICES))
 
     def speaker_of(self, name: str, rate: float = 1.0) -> Speaker:
         """Speaks as that robot; `rate` below 1 is slower, which recordings cannot be."""

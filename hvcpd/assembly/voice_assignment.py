@@ -27,6 +27,7 @@ def cast(sound: Sound, settings: Settings, words: Callable[[], Iterable[str]]) -
     `words` tells all that they may say, which a folder of recordings must have; a name that is learned later is said by
     the synthesizer. Raises ConfigError with every fault of every folder.
     """
+    sound = replace(sound, natural=settings.synthesizer == "natural")
     own = PeerSettings(settings.voice, settings.voice_folder)
     chosen = {**{name.lower(): peer for name, peer in settings.peers.items()}, settings.name.lower(): own}
     voices = {name: voice_named(peer.voice) for name, peer in chosen.items() if peer.voice is not None}
@@ -36,7 +37,7 @@ def cast(sound: Sound, settings: Settings, words: Callable[[], Iterable[str]]) -
         if peer.voice_folder is not None:
             try:
                 recorded[name] = recorded_voice(
-                    peer.voice_folder, words(), sound.lexicon, voices.get(name) or voice_for(name)
+                    peer.voice_folder, words(), sound.lexicon, sound.said_by(voices.get(name) or voice_for(name))
                 )
             except AudioFileError as error:
                 faults.append(f"voice_folder: {error}")

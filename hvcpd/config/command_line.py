@@ -39,7 +39,7 @@ def _wrapped(text: str, width: int) -> list[str]:
 def with_examples(text: str, *examples: str) -> str:
     """The end of a command's help: the text, then each example on a line of its own, ready to be copied."""
     title = "Examples:" if len(examples) > 1 else "Example:"
-    return "\n".join([text, "", title, *(f"  {example}" for example in examples)])
+    return "\n".join([*([text, ""] if text else []), title, *(f"  {example}" for example in examples)])
 
 
 class Parser(argparse.ArgumentParser):
@@ -84,7 +84,7 @@ class Parser(argparse.ArgumentParser):
             hint = f"; did you mean '{near}'?" if near else ""
             raise argparse.ArgumentError(None, f"there is no {what} '{value}'{hint}")
         hint = f"did you mean '{near}'?" if near else f"choose from {', '.join(choices)}"
-        raise argparse.ArgumentError(action, f"'{value}' is none of the choices; {hint}")
+        raise argparse.ArgumentError(action, f"'{value}' is not one of the choices; {hint}")
 
     def _wrong_option(self) -> str | None:
         """The first that was given and looks like an option, but is none: argparse looks for what is missing first."""

@@ -20,7 +20,7 @@ BEGIN = datetime(2024, 1, 1)
 LEAST_S = 600.0
 """A team needs some minutes to share its tasks out, to do them, and to hear of it."""
 GAPS = 60
-"""So many occurrences are looked at for the shortest time between two."""
+"""Number of occurrences among which the shortest interval is sought."""
 
 _UNITS = {"min": 60.0, "h": 3600.0, "d": 86400.0, "w": 604800.0}
 _INTERVAL = re.compile(r"([0-9]{1,4}) ?(min|h|d|w)")

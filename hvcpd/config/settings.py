@@ -177,6 +177,7 @@ class Settings:
     teams: tuple[str, ...] = field(default=DEFAULT_TEAMS, metadata=checked(_valid_teams))
     voice: VoiceName | None = None
     voice_folder: Path | None = None
+    synthesizer: Literal["formant", "natural"] = "formant"
     speech: SpeechSettings = SpeechSettings()
     waits: WaitSettings = WaitSettings()
     peers: Mapping[str, PeerSettings] = field(default_factory=dict)

@@ -1,4 +1,4 @@
-"""What is strange about a task that can be carried out all the same: its author may have meant something else."""
+"""What is strange about a valid task: its author may have meant something else."""
 
 from __future__ import annotations
 

@@ -98,7 +98,7 @@ class TaskDefinition:
     after: frozenset[int] = frozenset()
     """The numbers of the tasks that must be done before it."""
     deadline_s: float | None = None
-    """So long after it became due it is late, s; of equals, what is late soonest is done first."""
+    """Time from becoming due to being late, s; among equals, the one that is late soonest is done first."""
 
     @property
     def places(self) -> tuple[Place, ...]:

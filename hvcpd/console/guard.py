@@ -81,7 +81,7 @@ class Guard:
 
     def _refusal(self, request: Request) -> Response | None:
         if not self._door.knows(request.headers.get("host", "")):
-            return _refuse(HTTPStatus.MISDIRECTED_REQUEST, "This page is not to be had by that name.")
+            return _refuse(HTTPStatus.MISDIRECTED_REQUEST, "This page is not served under that name.")
         if request.method not in ("GET", "HEAD") and not self._is_from_page(request.headers):
             return _refuse(HTTPStatus.FORBIDDEN, "Only the page itself may ask for that.")
         return self._key_refusal(request)

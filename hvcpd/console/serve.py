@@ -39,13 +39,13 @@ def is_loopback(address: str) -> bool:
 
 @contextmanager
 def open_port(address: str, port: int) -> Iterator[socket.socket]:
-    """A listening socket. Raises ConfigError if it cannot be had."""
+    """A listening socket. Raises ConfigError if it cannot be opened."""
     family = socket.AF_INET6 if ":" in address else socket.AF_INET
     try:
         listener = socket.create_server((address, port), family=family, backlog=BACKLOG)
     except (OSError, OverflowError) as error:
         why = getattr(error, "strerror", None) or str(error)
-        raise ConfigError(f"no page can be had at {address}, port {port}: {why}; choose another with --port") from None
+        raise ConfigError(f"cannot serve a page at {address}, port {port}: {why}; choose another with --port") from None
     with listener:
         yield listener
 
@@ -84,7 +84,7 @@ def _remove_stale(path: Path) -> None:
 
 
 class PageServer(uvicorn.Server):
-    """Serves a page; `ready` is called once it can be had, and `ending` before its open connections are waited for."""
+    """Serves a page; `ready` is called once it is served, and `ending` before its open connections are waited for."""
 
     def __init__(self, app: ASGIApp, ready: Callable[[], None], ending: Callable[[], None] = lambda: None) -> None:
         super().__init__(

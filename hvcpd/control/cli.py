@@ -17,6 +17,7 @@ from hvcpd.control.doctor.doctor_parser import add_calibrate, add_doctor, add_st
 from hvcpd.control.drive.drive_parser import add_drive
 from hvcpd.control.duet.duet_parser import add_duet
 from hvcpd.control.enrol.enrol_parser import add_enrol
+from hvcpd.control.examples import add_examples
 from hvcpd.control.keys.key_parser import add_key
 from hvcpd.control.live.daemon_parser import (
     add_completion,
@@ -51,7 +52,9 @@ def _lazy(module: str) -> Command:
 
 def make_parser() -> argparse.ArgumentParser:
     """The parser of all commands."""
-    parser: argparse.ArgumentParser = Overview(prog="hvcpctl")
+    parser: argparse.ArgumentParser = Overview(
+        prog="hvcpctl", description="Try, watch and control robots that coordinate by speaking English."
+    )
     parser.add_argument("--version", action="version", version=f"hvcpctl {__version__}")
     commands: _Commands = parser.add_subparsers(metavar="COMMAND", required=True, dest="command", parser_class=Parser)
     _add_simulate(commands)
@@ -83,6 +86,7 @@ def make_parser() -> argparse.ArgumentParser:
     add_mcap(commands, _lazy("live.mcap"))
     add_evaluate(commands, _lazy("simulate.evaluate"), arguments.seed)
     add_completion(commands, _lazy("completion"))
+    add_examples(parser)
     return parser
 
 
@@ -168,8 +172,8 @@ def _add_say(commands: _Commands) -> None:
         epilog=with_examples(
             "A robot that runs on this computer says what is said in its name itself, when its turn comes, so that "
             "nobody is interrupted: '… I am Rob, …' is said by Rob. With an option that tells how or where it is to "
-            "sound (-o, --as, --voice, --rate, --gain-db, --lombard), with --local, and where no such robot runs, this "
-            "command plays it at once.",
+            "sound (-o, --as, --voice, --rate, --gain-db, --natural, --lombard), with --local, and where no such robot "
+            "runs, this command plays it at once.",
             "hvcpctl say 'Hi Rob, I am Bot, water the yellow rose' -o yellow.wav",
         ),
     )
@@ -182,6 +186,7 @@ def _add_say(commands: _Commands) -> None:
         "--rate", type=arguments.between(0.5, 2.0), default=1.0, metavar="R", help="above 1 faster, below slower"
     )
     c.add_argument("--gain-db", type=arguments.between(-60.0, 20.0), default=0.0, metavar="DB", help="louder or softer")
+    c.add_argument("--natural", action="store_true", help="a natural voice, whatever `synthesizer` the settings have")
     c.add_argument("--lombard", action="store_true", help="as people speak in noise: slower, higher, brighter, louder")
     c.add_argument("--voice", type=Path, metavar="DIR", help="speak with recorded words, one WAV each: DIR/water.wav")
     c.add_argument("--local", action="store_true", help="do not ask a running robot to say it")

@@ -17,7 +17,7 @@ A running robot:
   tasks, task                   list its tasks; have one done again, or skip it
   stop, resume, reload          halt it, let it go on, read its settings again
   transcript, report, audit     read what it said, heard and did
-  skills, ros, mqtt, mcap       join it to devices, ROS, Home Assistant, Foxglove
+  skills, ros, mqtt, mcap       connect devices, ROS, Home Assistant, Foxglove
 Set a robot up:
   new-team                      write the settings and tasks of a new team
   doctor, config, bench         find what is wrong; show settings; measure speed

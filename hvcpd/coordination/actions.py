@@ -24,8 +24,8 @@ class Rng(Protocol):
 SECOND_PAUSE_S = 0.45
 """Of silence before a sentence is said for the second time: the recogniser ends a sentence after 0.25 s."""
 SECOND_GAP_S = 0.7
-"""Once a sentence is understood, 0.2 to 0.3 s after its last word, its second saying is noticed within so long: what is
-left of the pause, 0.2 s for the onset, 0.1 s of ringing, and 0.15 s to be sure."""
+"""Longest time from understanding a sentence, 0.2 to 0.3 s after its last word, to noticing its repetition: the rest
+of the pause, 0.2 s for the onset, 0.1 s of ringing, and 0.15 s to be sure."""
 SLOW_STRETCH = 1.25
 """Factor on the length of a sentence said slowly."""
 SEALED_STRETCH = 1.6
@@ -147,7 +147,7 @@ class Timing:
     whole missions: a voice is noticed 0.08 to 0.2 s after its first sample, the later the farther."""
     reply_slots: int = 3
     turn_slots: int = 8
-    """At least, for who does not know whose turn it is."""
+    """Minimum, for a robot that does not know whose turn it is."""
     recognition_s: float = 0.3
     """After the own last word: then the others have understood it, and the round of turns begins for all at once."""
     settle_s: float = 0.5
@@ -170,6 +170,8 @@ class Timing:
     """Factor on `claims_max` if somebody was heard meanwhile: then the air is crowded, not empty."""
     claims_alone: int = 2
     """How often a claim or report is said if nobody has been heard of."""
+    stop_again_s: float = 1.2
+    """From a robot's "stop" to its second one: it lasts half a second, and who heard the first has answered by then."""
     ask_again_s: float = 30.0
     """Between two questions whether what may be done is done, at least; at most twice as long."""
     standing_s: float = 60.0
@@ -225,8 +227,10 @@ class Timing:
         )
 
     def for_latency(self, latency_s: float) -> Self:
-        """The same where sound cards hold a voice back: between who begins to speak and who notices it lies so much
-        more. All robots of a team are taken to have cards alike."""
+        """The same where sound cards delay a voice: others notice by this much later that somebody speaks.
+
+        All robots of a team are assumed to have similar cards.
+        """
         return replace(
             self,
             slot_s=self.slot_s + latency_s,

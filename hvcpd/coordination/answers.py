@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection
+
 from hvcpd.coordination import claims
 from hvcpd.coordination.addressing import is_for_me_alone
 from hvcpd.coordination.board import CLAIMED, DONE, Entry
 from hvcpd.coordination.knowledge import Heard, Knowledge, Reactions
-from hvcpd.coordination.states import PROPOSING, State, Trigger
+from hvcpd.coordination.states import AT_WORK, PROPOSING, State, Trigger
 from hvcpd.coordination.table import fire
 from hvcpd.language import messages as m
 
@@ -28,7 +30,7 @@ def confirmed(me: Knowledge, heard: Heard, s: m.Confirmed) -> None:
     elif _is_meant(me, heard.speaker, s):
         me.current.assured_s = me.lease_end_s(me.current.claimed_s)
         if me.report.said:
-            me.report.task = None
+            me.report.task = me.report.before = None
         if me.current.task is not None or me.state is not State.CLAIMING:  # a claim still to be chosen is not meant
             fire(me, Trigger.CONFIRMED, heard.now)
 
@@ -40,29 +42,36 @@ def _is_meant(me: Knowledge, speaker: str, s: m.Confirmed) -> bool:
         return False
     if me.current.partner is not None:
         return speaker == me.current.partner
-    return s.task is not None and s.task.number == (me.current.task or me.report.task)
+    waiting = me.my_tasks()[: 1 if me.state in AT_WORK else None] or me.report.tasks
+    return bool(waiting) and {ref.number for ref in s.tasks}.issuperset(waiting)
 
 
 def _note_confirmed(me: Knowledge, speaker: str, owner: str, s: m.Confirmed, now: float) -> None:
     """Somebody else's claim or report was confirmed."""
-    entry = me.board.find(s.task) if s.task is not None else None
-    if entry is None:
-        return
-    number = entry.definition.number
-    if me.current.task == number:
-        if s.complete and not claims.doubts(me, owner, number, False, now):
+    numbers = {entry.definition.number for ref in s.tasks if (entry := me.board.find(ref)) is not None}
+    for number in sorted(numbers):
+        _note_one_confirmed(me, speaker, owner, number, s.complete, numbers, now)
+
+
+def _note_one_confirmed(
+    me: Knowledge, speaker: str, owner: str, number: int, complete: bool, confirmed: Collection[int], now: float
+) -> None:
+    """The same of one of the tasks that were `confirmed`."""
+    entry = me.board[number]
+    if number in me.my_tasks():
+        if complete and not claims.doubts(me, owner, number, False, now):
             claims.note_done(me, owner, number, now)
         return
-    if entry.known_done and entry.owner != owner and not s.complete:
+    if entry.known_done and entry.owner != owner and not complete:
         claims.tell_done(me, owner, entry, now)  # its claim was not heard here, or this robot's objection there
-    if s.complete:
+    if complete:
         claims.note_done(me, owner, number, now)
         me.reconsider(now)
     free_to_claim = entry.owner in (owner, speaker) or not entry.firm or now >= entry.lease_end_s
     if entry.state != DONE and free_to_claim:
         me.board.claim(number, owner, me.lease_end_s(now))
         entry.times_heard += 1
-        claims.note_moved_on(me, owner, number)
+        claims.note_moved_on(me, owner, confirmed)
 
 
 def negative(me: Knowledge, heard: Heard, _: m.Negative) -> None:
@@ -75,7 +84,8 @@ def negative(me: Knowledge, heard: Heard, _: m.Negative) -> None:
         if claims_one or partner == heard.speaker:
             fire(me, Trigger.DENIED, heard.now)
     elif last is not None and last.speaker == heard.to.name and heard.now - last.at_s < me.timing.recent_s:
-        me.board.restore(last.number, last.before)
+        for number, before in last.before.items():
+            me.board.restore(number, before)
 
 
 def _take_report_back(me: Knowledge, heard: Heard) -> None:
@@ -106,7 +116,7 @@ def left(me: Knowledge, heard: Heard, s: m.Left) -> None:
     if not s.more:
         for entry in me.board.entries():
             number = entry.definition.number
-            unsaid = number not in s.numbers and me.current.task != number
+            unsaid = number not in s.numbers and number not in me.my_tasks()
             if unsaid and not entry.known_done and not entry.is_due:
                 _note_left_out(me, entry, speaker, now)
     fire(me, Trigger.ANSWERED, now)

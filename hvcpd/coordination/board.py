@@ -45,6 +45,8 @@ class Entry:
     """The last change of it that is known, by its number; 0: none was made."""
     is_changed: bool = False
     """That was made since it was due last."""
+    told: int = 0
+    """Of a task that recurs: a change that was heard once, by its number, and is not believed yet."""
     skipped: bool = False
     """Nobody has done it: it is to be left out this time."""
     opened_s: float = -math.inf
@@ -55,6 +57,8 @@ class Entry:
     """When it was known to be done last, by the sample clock,"""
     done_by: str | None = None
     """and by whom."""
+    acted_s: float = -math.inf
+    """When this robot itself did it last."""
 
     @property
     def recurs(self) -> bool:
@@ -81,13 +85,19 @@ class Board:
         self._entries: dict[int, Entry] = {}
         for task in tasks:
             state, owner = remembered.get(task.number, (OPEN, None))
-            self._entries[task.number] = Entry(task, state, owner, lease_end_s)
+            done_by = owner if state == DONE else None
+            self._entries[task.number] = Entry(task, state, owner, lease_end_s, done_by=done_by)
         self._numbers: dict[str, int] = {}
         self._not_sure = sum(not e.known_done for e in self._entries.values())
         self.changed: list[int] = []
 
     def __getitem__(self, number: int) -> Entry:
         return self._entries[number]
+
+    def owner_of_claim(self, number: int) -> str | None:
+        """Who has the task; None if nobody has, or it is done."""
+        entry = self._entries[number]
+        return entry.owner if entry.state == CLAIMED else None
 
     def find(self, ref: TaskRef) -> Entry | None:
         """The entry that a spoken reference means; None if this robot has no such task."""

@@ -1,7 +1,7 @@
 """What people change while robots work: a task is to be done again, or left out this time.
 
 Each change of a task has a number, and the newer one holds. Whoever hears it passes it on, a few times in all; who has
-missed it all the same objects to the next claim, or leaves the task out of a list of what is left, and is told then.
+still missed it objects to the next claim, or leaves the task out of a list of what is left, and is told then.
 So all come to the same, whatever each has missed.
 """
 
@@ -11,11 +11,11 @@ import math
 from dataclasses import replace
 
 from hvcpd.coordination import claims, composing, schedule
-from hvcpd.coordination.addressing import OWNER_SLOT, UNSURE_SLOTS, is_for_me_alone
+from hvcpd.coordination.addressing import OWNER_SLOT, UNSURE_SLOTS, is_for_me_alone, objection_slot
 from hvcpd.coordination.board import DONE, Entry
 from hvcpd.coordination.floor import Intent, Urgency
 from hvcpd.coordination.knowledge import Heard, Knowledge, Reactions
-from hvcpd.coordination.states import NEWCOMER, State, Trigger
+from hvcpd.coordination.states import AT_WORK, NEWCOMER, State, Trigger
 from hvcpd.coordination.table import fire
 from hvcpd.language import messages as m
 from hvcpd.language.forms import CHANGES
@@ -77,11 +77,17 @@ def _compare(me: Knowledge, heard: Heard, entry: Entry, skip: bool, spoken: int)
     """Take what is newer, put right what is older; of two changes with one number, to do it again holds."""
     number, now = entry.definition.number, heard.now
     count = _counted(entry, spoken)
+    if not skip and count == entry.change + 1 and schedule.begin(me, number, now) and entry.state == DONE:
+        schedule.reopen(me, entry, now)  # it is the time that comes
     differs = skip is not entry.skipped
-    if not skip and schedule.was_done_just_now(entry, now):
+    if not skip and schedule.has_just_done(entry, now):
         entry.change = count
-    if count > entry.change or (count == entry.change and differs and not skip and entry.known_done):
-        _take(me, entry, count, skip, now)
+    by_ear = entry.recurs and me.clock_s is None and count != entry.change  # its own number may be a word misheard
+    if count > entry.change or by_ear or (count == entry.change and differs and not skip and entry.known_done):
+        if entry.recurs and entry.told != count and not is_for_me_alone(me, heard.to):
+            entry.told = count  # the robots that have clocks know their times: it may be another task's, misheard
+        else:
+            _take(me, entry, count, skip, now)
         return
     if count < entry.change or (differs and skip and not entry.known_done):
         tell(me, heard.speaker, entry, now)
@@ -118,7 +124,9 @@ def said(entry: Entry) -> m.Change:
 
 def tell(me: Knowledge, other: str | None, entry: Entry, now: float) -> None:
     """Somebody has missed the last change."""
-    composing.answer(me, other, f"change {entry.definition.number}", said(entry), now, OWNER_SLOT, call=other)
+    number = entry.definition.number
+    slot = OWNER_SLOT if me.current.task == number else objection_slot(me, other or "", number, now)
+    composing.answer(me, other, f"change {number}", said(entry), now, slot, call=other)
 
 
 def _answer(me: Knowledge, name: str | None, entry: Entry, now: float) -> None:
@@ -162,18 +170,22 @@ def up_to_date(me: Knowledge, heard: Heard) -> Heard | None:
     """What is left of a sentence whose speaker does not know the last change of a task, and is told; else all of it."""
     said, u, now = m.own_words(heard.utterance.statement), heard.utterance, heard.now
     match said:
-        case m.Completed(ref, following, count):
+        case m.Completed(ref, count=count):
             entry, doer = me.board.find(ref), u.statement.speaker if isinstance(u.statement, m.Relayed) else u.speaker
             if entry is None:
                 return heard
-            if not _is_outdated(entry, doer, count) and not _is_of_another_time(entry, doer, count, now):
+            in_passing = said.claim is not None  # said by who has just done it
+            if not _is_outdated(entry, doer, count) and (
+                in_passing or not _is_of_another_time(me, entry, doer, count, now)
+            ):
                 return heard
             tell(me, heard.speaker, entry, now)
-            claim = replace(u, statement=m.Claim(following)) if following is not None else None
-            return replace(heard, utterance=claim) if claim is not None else None
+            return replace(heard, utterance=replace(u, statement=said.claim)) if said.claim is not None else None
         case m.Confirmed(m.TaskByNumber() as ref, complete=True) if isinstance(heard.to, m.ToRobot):
             entry, doer = me.board.find(ref), heard.to.name
-            if entry is None or not (_is_outdated(entry, doer, None) or _is_of_another_time(entry, doer, None, now)):
+            if entry is None:
+                return heard
+            if not _is_outdated(entry, doer, None) and not _is_of_another_time(me, entry, doer, None, now):
                 return heard
             tell(me, doer, entry, now)
             return None
@@ -187,7 +199,7 @@ def up_to_date(me: Knowledge, heard: Heard) -> Heard | None:
 
 
 def _tell_if_changed(me: Knowledge, heard: Heard, number: int) -> None:
-    if me.board[number].is_changed:
+    if me.board[number].is_changed or (me.current.task == number and schedule.is_just_due(me.board[number], heard.now)):
         tell(me, heard.speaker, me.board[number], heard.now)
 
 
@@ -200,10 +212,13 @@ def _is_outdated(entry: Entry, doer: str | None, count: int | None) -> bool:
     return entry.is_changed and not entry.known_done and entry.owner != doer and known < entry.change
 
 
-def _is_of_another_time(entry: Entry, doer: str | None, count: int | None, now: float) -> bool:
+def _is_of_another_time(me: Knowledge, entry: Entry, doer: str | None, count: int | None, now: float) -> bool:
     """Whether somebody tells that what recurs is done who may mean the last time: this robot knows that it is due just
     now, and that one, whose claim it has not heard, says another number, or none."""
-    if entry.known_done or entry.owner == doer or not schedule.is_just_due(entry, now):
+    at_work = me.current.task == entry.definition.number and me.state in AT_WORK  # then that one is asked (`claims`)
+    if me.clock_s is None or entry.known_done or entry.owner == doer or at_work:
+        return False
+    if not schedule.is_just_due(entry, now):
         return False
     return count is None or _counted(entry, count) != entry.change
 

@@ -3,15 +3,19 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 
 from hvcpd.config.tasks import Place, TaskDefinition, Use, Wait
-from hvcpd.coordination.board import CLAIMED
+from hvcpd.coordination.board import CLAIMED, OPEN
 from hvcpd.coordination.knowledge import Knowledge
 from hvcpd.coordination.peers import Peer
 
 CALLS_MAX = 3
 """How often robots are called for before the one that gives orders does the tasks itself."""
+TURN_S = 7.0
+"""A confirmation and a claim in one breath, with the pause before them."""
+DRIVE_M_S = 0.2
+"""A burger's mean speed on short ways: at most 0.22 m/s, and it turns first."""
 MARGIN_S = 10.0
 """Between the end of a task's actions and the end of its lease: for a stall, and for the report."""
 
@@ -51,12 +55,45 @@ def claims_at_once(me: Knowledge, now: float) -> bool:
     return known and may_volunteer(me, now) and task_is_free(me, now)
 
 
-def task_to_claim(me: Knowledge, now: float) -> int | None:
-    """A task that is free: of the most urgent ones, drawn or the nearest one."""
+def tasks_to_claim(me: Knowledge, now: float) -> tuple[int, ...]:
+    """What is free: of the most urgent tasks, one that is drawn or the nearest one; and where air is scarce another
+    one, the nearest to its place. None, if nothing is free. What recurs is claimed alone, for its report tells
+    which time it was."""
     free = _most_urgent(me, me.board.free_for(me.role.name, now, me.role.unable))
     if not free:
-        return None
-    return (_nearest(me, free) if me.role.nearest_first else me.rng.choice(free)).number
+        return ()
+    here = me.body.here or Place(0.0, 0.0)
+    first = _nearest(here, free) if me.role.nearest_first else me.rng.choice(free)
+    others = [t for t in free if t is not first and t.every is None and me.board[t.number].state == OPEN]
+    if first.every is not None or len(others) <= _free_others(me, now) or not _air_is_scarce(me, first, here, now):
+        return (first.number,)
+    return first.number, _nearest(first.place or here, others).number
+
+
+def _free_others(me: Knowledge, now: float) -> int:
+    """The number of others who have no task: one is left for each of them."""
+    owners = {e.owner.lower() for e in me.board.entries() if e.state == CLAIMED and e.owner is not None}
+    return len(me.expected(now) - owners)
+
+
+def _air_is_scarce(me: Knowledge, task: TaskDefinition, here: Place, now: float) -> bool:
+    """Whether a round of all robots' turns takes longer than this task, so that robots wait for the air: as many turns
+    as there are robots, or as long as this robot's own turn has just been in coming."""
+    others, speech = len(me.expected(now)), me.role.speech
+    round_s = max(TURN_S * speech.stretch * (1 + others), me.floor.waited_s)
+    return others > 0 and not speech.encrypted and round_s > cost_s(task, here)
+
+
+def cost_s(task: TaskDefinition, here: Place) -> float:
+    """How long the way to a task and the work there take, s."""
+    place = task.place or here
+    return math.hypot(place.x_m - here.x_m, place.y_m - here.y_m) / DRIVE_M_S + work_s(task)
+
+
+def work_s(task: TaskDefinition) -> float:
+    """How long a task's work takes, s, as far as that is known beforehand."""
+    waits_s = sum(a.duration_s for a in task.actions if isinstance(a, Wait))
+    return waits_s + sum(a.limit_s for a in task.actions if isinstance(a, Use))
 
 
 def _most_urgent(me: Knowledge, tasks: tuple[TaskDefinition, ...]) -> tuple[TaskDefinition, ...]:
@@ -77,9 +114,7 @@ def may_claim_with_report(me: Knowledge, now: float) -> bool:
     return done and me.current.partner is None and me.current.repeats == 0 and may_volunteer(me, now)
 
 
-def _nearest(me: Knowledge, tasks: tuple[TaskDefinition, ...]) -> TaskDefinition:
-    here = me.body.here or Place(0.0, 0.0)
-
+def _nearest(here: Place, tasks: Sequence[TaskDefinition]) -> TaskDefinition:
     def distance_m(task: TaskDefinition) -> float:
         place = task.place or here
         return math.hypot(place.x_m - here.x_m, place.y_m - here.y_m)
@@ -93,9 +128,7 @@ def is_assured(me: Knowledge, now: float) -> bool:
         return True
     if now - me.missed.last_s < me.timing.bad_air_s or me.current.owner_before not in (None, me.role.name):
         return False  # who had the task before may have done it, and its objection may have been lost
-    actions = me.board[me.my_task()].definition.actions
-    needs_s = sum(a.duration_s for a in actions if isinstance(a, Wait))
-    needs_s += sum(a.limit_s for a in actions if isinstance(a, Use))
+    needs_s = work_s(me.board[me.my_task()].definition)
     return now + needs_s + MARGIN_S <= me.current.assured_s
 
 

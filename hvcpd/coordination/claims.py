@@ -7,6 +7,8 @@ and of equals the name that comes first in the alphabet; objections are said bef
 
 from __future__ import annotations
 
+from collections.abc import Collection, Sequence
+
 from hvcpd.coordination import commands, composing
 from hvcpd.coordination.addressing import (
     DOER_SLOT,
@@ -36,7 +38,9 @@ def claim(me: Knowledge, heard: Heard, s: m.Claim) -> None:
     entry, speaker, now = me.board.find(s.task), heard.speaker, heard.now
     if speaker is None:
         return
-    if commands.answers_order(me, heard):
+    if s.also is not None:
+        _settle(me, heard, speaker, s.tasks, False)
+    elif commands.answers_order(me, heard):
         right = entry is not None and entry.definition.number == me.current.task
         fire(me, Trigger.RIGHT if right else Trigger.WRONG, now)
     elif entry is not None:
@@ -44,26 +48,32 @@ def claim(me: Knowledge, heard: Heard, s: m.Claim) -> None:
         if is_for_me_alone(me, heard.to) and peer is not None and peer.assigned == entry.definition.number:
             confirm_at_once(me, speaker, now)  # our confirmation was lost
         else:
-            _settle(me, heard, speaker, entry, False)
+            _settle(me, heard, speaker, s.tasks, False)
 
 
 def working(me: Knowledge, heard: Heard, s: m.Working) -> None:
-    entry = me.board.find(s.task)
-    if entry is not None and heard.speaker is not None:
-        _settle(me, heard, heard.speaker, entry, True)
+    if heard.speaker is not None:
+        _settle(me, heard, heard.speaker, (s.task,), True)
 
 
-def _settle(me: Knowledge, heard: Heard, other: str, entry: Entry, at_work: bool) -> None:
+def _settle(me: Knowledge, heard: Heard, other: str, refs: Sequence[m.TaskRef], at_work: bool) -> None:
     """Object to a claim, or confirm it if it was said to many."""
-    good = contend(me, heard, other, entry, at_work)
+    good = contend(me, heard, other, refs, at_work)
     if good and not isinstance(heard.to, m.ToRobot):
-        _confirm_in_turn(me, other, entry.definition.number, heard.now)
+        _confirm_in_turn(me, other, good, heard.now)
 
 
-def contend(me: Knowledge, heard: Heard, other: str, entry: Entry, other_at_work: bool) -> bool:
-    """Somebody takes or has a task: True if that is right as far as this robot knows; otherwise it objects."""
+def contend(me: Knowledge, heard: Heard, other: str, refs: Sequence[m.TaskRef], other_at_work: bool) -> tuple[int, ...]:
+    """Somebody takes or has these tasks: their numbers if that is right as far as this robot knows; else it objects."""
+    entries = [entry for ref in refs if (entry := me.board.find(ref)) is not None]
+    _note_claim(me, other, entries, heard.now)
+    good = [_contend_one(me, heard, other, entry, other_at_work) for entry in entries]
+    known = len(entries) == len(refs) and all(good)
+    return tuple(entry.definition.number for entry in entries) if known else ()
+
+
+def _contend_one(me: Knowledge, heard: Heard, other: str, entry: Entry, other_at_work: bool) -> bool:
     number, now = entry.definition.number, heard.now
-    _note_claim(me, other, entry, now)
     if entry.known_done and entry.owner != other:
         tell_done(me, other, entry, now)
         return False
@@ -71,7 +81,7 @@ def contend(me: Knowledge, heard: Heard, other: str, entry: Entry, other_at_work
         slot = confirming_slot(me, now) + UNSURE_SLOTS + me.rank_with_unheard(other, number, now)
         _deny(me, other, number, entry.owner, slot, now)
         return False
-    if me.current.task == number and me.state in PROPOSING | AT_WORK:
+    if number in me.my_tasks() and me.state in PROPOSING | AT_WORK:
         return _contend_for_own(me, other, number, other_at_work, now)
     third = entry.owner if entry.state == CLAIMED and entry.owner != other else None
     answers_owner = isinstance(heard.to, m.ToRobot) and heard.to.name == third
@@ -95,27 +105,35 @@ def _deny(me: Knowledge, other: str, number: int, owner: str | None, slot: int, 
     )
 
 
-def _note_claim(me: Knowledge, other: str, entry: Entry, now: float) -> None:
+def _note_claim(me: Knowledge, other: str, entries: Sequence[Entry], now: float) -> None:
     """Remember who claimed what last, and what was known of it before: objections refer to that."""
-    number, last = entry.definition.number, me.claim_heard
-    if last is None or last.speaker != other or last.number != number or now - last.at_s > me.timing.recent_s:
-        me.claim_heard = HeardClaim(other, number, (entry.state, entry.owner, entry.lease_end_s), now)
+    before, last = {e.definition.number: (e.state, e.owner, e.lease_end_s) for e in entries}, me.claim_heard
+    same = last is not None and last.speaker == other and last.before.keys() == before.keys()
+    if before and (last is None or not same or now - last.at_s > me.timing.recent_s):
+        me.claim_heard = HeardClaim(other, before, now)
 
 
 def _contend_for_own(me: Knowledge, other: str, number: int, other_at_work: bool, now: float) -> bool:
-    mine, theirs = (me.state not in AT_WORK, me.role.name.lower()), (not other_at_work, other.lower())
-    if me.state is State.ACTING or mine < theirs:
+    at_work = _is_at(me, number)
+    mine, theirs = (not at_work, me.role.name.lower()), (not other_at_work, other.lower())
+    if (at_work and me.state is State.ACTING) or mine < theirs:
         _say_it_is_mine(me, other, number, now)
         return False
     me.board.claim(number, other, me.lease_end_s(now))
-    fire(me, Trigger.LOST, now)
+    if me.current.task == number:
+        fire(me, Trigger.LOST, now)
     return True
+
+
+def _is_at(me: Knowledge, number: int) -> bool:
+    """Whether this robot is at work on the task, and not on the one before it."""
+    return me.state in AT_WORK and me.current.task == number
 
 
 def _say_it_is_mine(me: Knowledge, other: str, number: int, now: float) -> None:
     ref = m.TaskByNumber(number)
-    statement = m.Working(ref) if me.state in AT_WORK else m.Claim(ref)
-    composing.answer(me, other, f"mine {number}", statement, now, OWNER_SLOT, still=lambda: me.current.task == number)
+    statement = m.Working(ref) if _is_at(me, number) else m.Claim(ref)
+    composing.answer(me, other, f"mine {number}", statement, now, OWNER_SLOT, still=lambda: number in me.my_tasks())
 
 
 def tell_done(me: Knowledge, other: str, entry: Entry, now: float) -> None:
@@ -138,10 +156,12 @@ def confirm_at_once(me: Knowledge, name: str, now: float) -> None:
     composing.answer(me, name, f"confirm {name}", m.Confirmed(), now, OWNER_SLOT)
 
 
-def _confirm_in_turn(me: Knowledge, name: str, number: int, now: float, sure: bool = True) -> None:
-    """Confirm what `name` said of a task, unless it is no longer true then or another one does."""
-    complete = me.board[number].known_done
-    statement = m.Confirmed(m.TaskByNumber(number), complete=complete) if sure else m.SayAgain()
+def _confirm_in_turn(me: Knowledge, name: str, numbers: tuple[int, ...], now: float, sure: bool = True) -> None:
+    """Confirm what `name` said of one task or two, unless it is no longer true then or another one does."""
+    complete, number = all(me.board[each].known_done for each in numbers), numbers[0]
+    refs = tuple(map(m.TaskByNumber, numbers))
+    confirmed = m.Confirmed(refs[0], complete, refs[1] if len(refs) > 1 else None)
+    statement: m.Statement = confirmed if sure else m.SayAgain()
     rank, first = me.rank_with_unheard(name, number, now), waiting_slots(me, now)
     a = me.acquaintance
     known = bool(a.known_by) or not a.introduced  # or else its first words may have collided, and the ranks disagree
@@ -151,37 +171,39 @@ def _confirm_in_turn(me: Knowledge, name: str, number: int, now: float, sure: bo
     slot += UNSURE_SLOTS if others_know_more else 0
 
     def still() -> bool:
-        return complete or me.board[number].owner == name
+        return complete or all(me.board[each].owner == name for each in numbers)
 
     def on_said() -> None:
+        for each in numbers if sure else ():
+            me.board.claim(each, name, me.lease_end_s(now))
         if sure:
-            me.board.claim(number, name, me.lease_end_s(now))
-            note_moved_on(me, name, number)
+            note_moved_on(me, name, numbers)
 
     topic = f"confirm {name}"
     composing.answer(me, name, topic, statement, now, slot, call=name, tentative=True, still=still, on_said=on_said)
 
 
 def completed(me: Knowledge, heard: Heard, s: m.Completed) -> None:
-    entry, speaker, now = me.board.find(s.task), heard.speaker, heard.now
-    if entry is None or speaker is None:
+    speaker, now = heard.speaker, heard.now
+    upon = tuple(entry.definition.number for ref in s.tasks if (entry := me.board.find(ref)) is not None)
+    if not upon or speaker is None:
         return
-    number = upon = entry.definition.number
-    objection = _is_objection(me, speaker, number, now)
+    objection = any(_is_objection(me, speaker, number, now) for number in upon)
     if objection:
-        me.floor.withdraw(f"done {number}")
-    new, good = not entry.known_done, True
-    doubt = doubts(me, speaker, number, s.next is not None, now)
-    sure = not doubt and (note_done(me, speaker, number, now) or not new)
-    if sure and entry.recurs and me.clock_s is None and s.count is not None:
+        me.floor.withdraw(f"done {upon[0]}")
+    new = [number for number in upon if not me.board[number].known_done]
+    doubted = [number for number in upon if doubts(me, speaker, number, s.next is not None, now)]
+    noted = [number for number in upon if not doubted and note_done(me, speaker, number, now)]
+    doubt, sure = bool(doubted), not doubted and (noted == list(upon) or not new)
+    if sure and s.count is not None and me.clock_s is None and (entry := me.board[upon[0]]).recurs:
         entry.change = s.count  # for this time
-    if s.next is not None and (following := me.board.find(s.next)) is not None:
-        upon, good = following.definition.number, contend(me, heard, speaker, following, False)
+    if s.claim is not None and any(me.board.find(ref) for ref in s.claim.tasks):
+        upon = contend(me, heard, speaker, s.claim.tasks, False)
     if is_for_me_alone(me, heard.to):
         confirm_at_once(me, speaker, now)
     elif not sure and not doubt and not objection and len(me.peers.present(now)) <= SMALL_TEAM:
         composing.answer(me, speaker, f"again {speaker}", m.SayAgain(), now, OTHERS_SLOT)
-    elif good and not doubt and not isinstance(heard.to, m.ToRobot) and (new or not objection):
+    elif upon and not doubt and not isinstance(heard.to, m.ToRobot) and (new or not objection):
         _confirm_in_turn(me, speaker, upon, now, sure)
     me.reconsider(now)
 
@@ -193,9 +215,10 @@ def doubts(me: Knowledge, speaker: str, number: int, in_passing: bool, now: floa
     Who is at work says so to the speaker, who says it again if it is true; who only claims believes an objection, but
     not what is said in passing, with another claim: its own claim is said again, and can be objected to.
     """
-    if me.current.task != number or me.current.partner is not None or speaker == me.current.owner_before:
+    if number not in me.my_tasks() or me.current.partner is not None or speaker == me.current.owner_before:
         return False
-    at_work = me.state in AT_WORK and me.state is not State.ACTING
+    acting = me.state is State.ACTING and me.current.task == number
+    at_work = me.state in AT_WORK and not acting
     if not at_work and not (in_passing and me.state in PROPOSING):
         return False
     if me.current.doubted == (speaker, number):
@@ -209,8 +232,8 @@ def doubts(me: Knowledge, speaker: str, number: int, in_passing: bool, now: floa
 def _is_objection(me: Knowledge, speaker: str, number: int, now: float) -> bool:
     """Whether "task … complete" answers somebody who has just claimed that task."""
     last = me.claim_heard
-    mine = me.current.task == number and now - me.current.claimed_s < me.timing.recent_s
-    theirs = last is not None and last.number == number and last.speaker != speaker
+    mine = number in me.my_tasks() and now - me.current.claimed_s < me.timing.recent_s
+    theirs = last is not None and number in last.before and last.speaker != speaker
     return mine or (last is not None and theirs and now - last.at_s < me.timing.recent_s)
 
 
@@ -218,7 +241,7 @@ def note_done(me: Knowledge, doer: str, number: int, now: float) -> bool:
     """It was said that `doer` has done the task; whether that fits what was known, or is heard again."""
     entry = me.board[number]
     last = me.claim_heard
-    before = last.before[1] if last is not None and last.number == number else None
+    before = last.before[number][1] if last is not None and number in last.before else None
     sure = doer in (entry.owner, before) or (me.current.task == number and doer == me.current.owner_before)
     if not sure or me.current.task == number:
         me.missed.last_s = now
@@ -257,13 +280,13 @@ def release_assignment(me: Knowledge, name: str, number: int) -> None:
         peer.assigned = None
 
 
-def note_moved_on(me: Knowledge, name: str, number: int) -> None:
-    """Somebody is known to have this task. If it was at another one, that is over, and most likely done: what was
+def note_moved_on(me: Knowledge, name: str, numbers: Collection[int]) -> None:
+    """Somebody is known to have these tasks. If it was at another one, that is over, and most likely done: what was
     given up is said to be so, and so is what was done, but one may miss it."""
     for entry in me.board.entries():
         former = entry.definition.number
         heard = entry.state == CLAIMED and entry.owner == name and entry.times_heard >= HEARD_SURELY
-        if heard and entry.firm and former not in (number, me.current.task):
+        if heard and entry.firm and former not in (*numbers, *me.my_tasks()):
             me.board.complete(former, name, hearsay=True)
 
 

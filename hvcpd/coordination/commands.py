@@ -3,9 +3,10 @@
 An order is read back, confirmed or corrected, or refused with the reason.
 
 A "stop" that is meant for many reaches those who are out of earshot of its speaker: each robot that halts for one says
-"all stop" at once, over whatever is said, and so goes on from one to the next. All who heard the same call say it
-together. A robot that stands says it no more, however often it hears it, so that the talk ends; and nobody's "resume"
-is passed on.
+it at once, over whatever is said, and so it goes on from one to the next; no word is added to it, for each costs a
+third of a second from robot to robot. It says it once more for who missed it, or was not sure. All who heard the same
+call say it together. A robot that stands says it no more, however often it hears it, so that the talk ends; and
+nobody's "resume" is passed on.
 """
 
 from __future__ import annotations
@@ -28,7 +29,7 @@ read-back is confirmed. The recogniser reports sentences from 0.8; see docs/prot
 SAID_AGAIN_S = 30.0
 """A "resume" that was not heard surely counts if it is heard again within this time: nobody's talk gives two."""
 MOVABLE = states_with(Trigger.MOTION)
-"""In the midst of a task a robot is not sent about; it can be stopped at any time."""
+"""In the middle of a task a robot takes no motions; it can be stopped at any time."""
 FREE = states_with(Trigger.ORDER)
 """Who can take an order. Not while a claim of its own is unsettled: it would have to be taken back."""
 SOMEBODY = ""
@@ -54,7 +55,7 @@ def _order(me: Knowledge, heard: Heard, s: m.Order) -> None:
         return
     if not same:
         me.current.repeats = 0
-    me.current.partner, me.current.motion = name, None
+    me.current.partner, me.current.motion, me.current.ahead = name, None, None
     me.current.task, me.current.task_ref = number, s.task
     fire(me, Trigger.ORDER, heard.now)
 
@@ -97,8 +98,10 @@ def stop(me: Knowledge, heard: Heard, _: m.Stop) -> None:
         return
     fire(me, Trigger.STOP, now)
     if _stands(me) and not isinstance(to, m.ToRobot):
-        again = m.Utterance(None, to or m.ToAll(), None, m.Stop())
-        me.floor.want(Intent(Urgency.ALARM, "stop", lambda: again if _stands(me) else None, at_once=True), now)
+        again = m.Utterance(None, to, None, m.Stop())
+        for topic, at_s in (("stop", now), ("stop again", now + me.timing.stop_again_s)):
+            call = Intent(Urgency.ALARM, topic, lambda: again if _stands(me) else None, not_before_s=at_s, at_once=True)
+            me.floor.want(call, now)
 
 
 def _stands(me: Knowledge) -> bool:

@@ -99,11 +99,17 @@ def claim(me: Knowledge) -> m.Utterance | None:
     """The claim of a task; with the last one's report, if that is still due."""
     if me.current.task is None:
         return None
-    ref = m.TaskByNumber(me.current.task)
+    ref, then = _one_or_two(me.my_tasks())
     report = me.board[me.report.task] if me.report.task is not None else None
     if report is not None and not me.report.failed and not report.is_changed:
-        return to_all(me, m.Completed(m.TaskByNumber(report.definition.number), ref))
-    return utterance(me, to_team(me), m.Claim(ref))
+        done, also = _one_or_two(me.report.tasks)
+        return to_all(me, m.Completed(done, ref, also=also, then=then))
+    return utterance(me, to_team(me), m.Claim(ref, then))
+
+
+def _one_or_two(numbers: tuple[int, ...]) -> tuple[m.TaskByNumber, m.TaskByNumber | None]:
+    first, *others = map(m.TaskByNumber, numbers)
+    return first, others[0] if others else None
 
 
 def may_join(me: Knowledge) -> bool:
@@ -128,9 +134,12 @@ def report(me: Knowledge) -> m.Utterance | None:
     """What became of the task; a volunteer claims the next one in the same breath."""
     if me.report.task is None or me.current.task is not None:
         return claim(me)
-    number = me.report.task
-    failed = m.Failed(m.TaskByNumber(number), me.report.reason)
-    return to_asker(me, me.current.partner, failed if me.report.failed else done(me, number))
+    if me.report.failed:
+        return to_asker(me, me.current.partner, m.Failed(m.TaskByNumber(me.report.task), me.report.reason))
+    words = done(me, me.report.task)
+    if me.report.before is not None:
+        words = m.Completed(m.TaskByNumber(me.report.before), also=words.task)
+    return to_asker(me, me.current.partner, words)
 
 
 def working(me: Knowledge) -> m.Utterance | None:
@@ -138,7 +147,7 @@ def working(me: Knowledge) -> m.Utterance | None:
 
 
 def occupation(me: Knowledge, asker: str | None) -> m.Utterance:
-    """What this robot is doing, for who asked."""
+    """What this robot is doing, addressed to the asker."""
     if me.state is State.STOPPED:
         return to_asker(me, asker, m.Stopped())
     if me.current.task is not None and me.state in AT_WORK:
@@ -149,7 +158,7 @@ def occupation(me: Knowledge, asker: str | None) -> m.Utterance:
 
 
 def shift_report(me: Knowledge, asker: str | None) -> m.Utterance:
-    """Name, team, task, state and battery in one sentence, for who asked."""
+    """Name, team, task, state and battery in one sentence, addressed to the asker."""
     doing, task = m.Doing.FREE, None
     if me.state is State.STOPPED:
         doing = m.Doing.STOPPED

@@ -15,7 +15,7 @@ from hvcpd.coordination import (
     choosing,
     composing,
     deadlines,
-    effects,
+    halting,
     hearing,
     repair,
     saying,
@@ -37,7 +37,7 @@ SAME_WITHIN_S = 1.0
 """The same sentence, begun no later than this after it was understood, is its second saying: SECOND_GAP_S, and some
 more for ears that notice late. Nobody who waits for an answer says anything again so soon."""
 CLOCK_STEP_S = 1.0
-"""A clock that goes by so much less is only read at another moment."""
+"""A clock that differs by less was only read at another moment."""
 ASKING = (m.Claim, m.Working, m.Completed, m.Failed, m.Left, m.Relayed)
 """What any of those who hear it may confirm or object to, each in a slot of its own. Whatever else is said, one
 answers, if anybody does, before a turn begins."""
@@ -88,7 +88,7 @@ class Coordination:
         me.acquaintance.all_heard_s = now + timing.meeting_s * (1 + len(role.roster))
         if stopped:
             me.state = State.STOPPED
-            effects.want_release_told(me, now)
+            halting.want_release_told(me, now)
         else:
             me.arm(now, timing.wake_min_s + rng.random() * timing.wake_spread_s)
 
@@ -159,6 +159,8 @@ class Coordination:
         me, trigger = self.knowledge, Trigger.PERFORMED
         if me.state is State.GOING:
             trigger = Trigger.ARRIVED_SURE if choosing.is_assured(me, now) else Trigger.ARRIVED
+        elif me.state is State.ACTING and len(me.my_tasks()) > 1:
+            trigger = Trigger.PERFORMED_FIRST
         fire(me, trigger, now)
 
     def perform_failed(self, now: float, reason: str | None = None) -> None:
@@ -241,8 +243,7 @@ class Coordination:
         me = self.knowledge
         for number in self.board.replace(tasks):
             me.spreading.pop(number, None)
-            if me.report.task == number:
-                me.report.task = None
+            me.report.drop(number)
             if me.current.task == number:
                 fire(me, Trigger.DONE_BEFORE, now)
         self.peers.let_rest(self.board.recurs)

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 
 from hvcpd.config.tasks import Action as TaskAction
 from hvcpd.config.tasks import Forward, GoTo, Motion, Turn
 from hvcpd.coordination import choosing, composing, earshot, schedule
-from hvcpd.coordination.actions import Halt, Perform, SaveStopped
+from hvcpd.coordination.actions import Halt, Perform
 from hvcpd.coordination.addressing import confirming_slot, waiting_slots
 from hvcpd.coordination.board import spoken_name
 from hvcpd.coordination.floor import OWN_TURN, RANK_MAX, Intent, Urgency, nothing
@@ -31,11 +31,11 @@ def end_report(me: Knowledge, now: float) -> None:
     """The report was confirmed, or nobody is there to confirm it."""
     if me.current.repeats >= me.timing.claims_max:
         me.peers.nobody_answered(me.current.asked_since_s)
-    me.report.task = None
+    me.report.task = me.report.before = None
     rest(me, now)
 
 
-def _want_turn(
+def want_turn(
     me: Knowledge,
     compose: Callable[[Knowledge], m.Utterance | None],
     now: float,
@@ -62,12 +62,12 @@ def _want_turn_again(
 ) -> None:
     """The same, more urgent once it was said and not answered."""
     urgency = Urgency.AGAIN if me.current.repeats else Urgency.TURN
-    _want_turn(me, compose, now, urgency, me.current.repeats, decide=decide)
+    want_turn(me, compose, now, urgency, me.current.repeats, decide=decide)
 
 
 def want_greeting(me: Knowledge, now: float) -> None:
     me.acquaintance.greetings += 1
-    _want_turn(me, composing.greeting, now, times=me.acquaintance.greetings - 1)
+    want_turn(me, composing.greeting, now, times=me.acquaintance.greetings - 1)
 
 
 def wait_for_greetings(me: Knowledge, now: float) -> None:
@@ -82,7 +82,7 @@ def wait_for_answer(me: Knowledge, now: float) -> None:
 def want_question(me: Knowledge, now: float) -> None:
     if me.current.repeats == 0:
         me.current.asked_since_s = now
-    _want_turn(me, lambda me: composing.to_all(me, m.WhatLeft()), now, times=me.current.repeats)
+    want_turn(me, lambda me: composing.to_all(me, m.WhatLeft()), now, times=me.current.repeats)
 
 
 def end_question(me: Knowledge, now: float) -> None:
@@ -92,24 +92,32 @@ def end_question(me: Knowledge, now: float) -> None:
 
 
 def want_claim(me: Knowledge, now: float) -> None:
-    me.current.task = None
+    me.current.task = me.current.ahead = None
     want_claim_again(me, now)
 
 
 def want_claim_again(me: Knowledge, now: float) -> None:
-    """The task is chosen once the floor is had."""
+    """The task is chosen once this robot has the floor."""
     _want_turn_again(me, composing.claim, now, lambda: claim_task(me, now))
 
 
 def claim_task(me: Knowledge, now: float) -> None:
-    """Claim the task that was claimed before, or else one that is free."""
+    """Claim the tasks that were claimed before, or else one that is free, or two."""
     if me.current.task is None:
-        me.current.task = choosing.task_to_claim(me, now)
-        if me.current.task is None:
+        tasks = choosing.tasks_to_claim(me, now)
+        if not tasks:
             return
-        me.current.owner_before, me.current.doubted = me.board[me.current.task].owner, None
-    schedule.begin(me, me.current.task, now)
-    me.board.claim(me.current.task, me.role.name, me.lease_end_s(now))
+        me.current.task, me.current.ahead = tasks[0], tasks[1] if len(tasks) > 1 else None
+        me.current.owner_before, me.current.doubted = me.board[tasks[0]].owner, None
+    else:
+        tasks = me.my_tasks()
+    schedule.begin(me, tasks[0], now)
+    _hold(me, tasks, now)
+
+
+def _hold(me: Knowledge, tasks: Iterable[int], now: float) -> None:
+    for number in tasks:
+        me.board.claim(number, me.role.name, me.lease_end_s(now))
 
 
 def wait_for_objections(me: Knowledge, now: float) -> None:
@@ -128,9 +136,9 @@ def wait_for_confirmation(me: Knowledge, now: float) -> None:
 
 
 def go(me: Knowledge, now: float) -> None:
-    _forget_report(me, Urgency.TURN, now)
+    forget_report(me, Urgency.TURN, now)
     me.current.repeats = 0
-    me.board.claim(me.my_task(), me.role.name, me.lease_end_s(now))
+    _hold(me, me.my_tasks(), now)
     if me.current.partner is not None:
         me.current.claimed_s = now
     me.do(Perform(me.my_task(), _split(me)[0]))
@@ -159,7 +167,20 @@ def want_announcement(me: Knowledge, now: float) -> None:
 
 def finish_task(me: Knowledge, now: float) -> None:
     me.board.complete(me.my_task(), me.role.name)
+    me.board[me.my_task()].acted_s = now
     _report_first_time(me, now, failed=False)
+
+
+def go_on(me: Knowledge, now: float) -> None:
+    """The first of two tasks is done: its report waits for the other's."""
+    done, me.current.task = me.my_tasks()
+    me.current.ahead = me.current.owner_before = me.current.doubted = None
+    me.board.complete(done, me.role.name)
+    if me.board[done].is_changed:
+        _tell_done(me, done, Urgency.TURN, now)
+    else:
+        me.report.before, me.report.said = done, False
+    me.do(Perform(me.my_task(), _split(me)[0]))
 
 
 def give_task_up(me: Knowledge, now: float) -> None:
@@ -170,6 +191,9 @@ def give_task_up(me: Knowledge, now: float) -> None:
 
 def _report_first_time(me: Knowledge, now: float, failed: bool) -> None:
     me.report.failed = failed
+    if me.report.before is not None and (failed or me.board[me.my_task()].is_changed):
+        _tell_done(me, me.report.before, Urgency.TURN, now)
+        me.report.before = None
     me.report.task, me.current.task, me.report.said = me.current.task, None, False
     me.current.repeats = 0
     want_report(me, now)
@@ -212,17 +236,18 @@ def drop_task(me: Knowledge, now: float) -> None:
 def leave_to_others(me: Knowledge, now: float) -> None:
     """Somebody knows that the task is another's, without saying whose; or that it is done, and not by whom: whoever is
     denied it again asks what is left."""
-    entry = me.board[me.my_task()]
-    entry.times_denied += 1
-    me.missed.heard_work = me.missed.heard_work or entry.times_denied >= DENIED_OFTEN
-    me.board.claim(me.my_task(), None, now + me.timing.denied_s)
+    for number in me.my_tasks():
+        entry = me.board[number]
+        entry.times_denied += 1
+        me.missed.heard_work = me.missed.heard_work or entry.times_denied >= DENIED_OFTEN
+        me.board.claim(number, None, now + me.timing.denied_s)
     rest(me, now)
 
 
 def want_read_back(me: Knowledge, now: float) -> None:
     sure = me.current.motion is not None and me.current.motion_sure
     trigger = Trigger.SPOKEN_SURE if sure else Trigger.SPOKEN
-    _want_turn(me, composing.read_back, now, Urgency.ANSWER, trigger=trigger)
+    want_turn(me, composing.read_back, now, Urgency.ANSWER, trigger=trigger)
 
 
 def halt_and_read_back(me: Knowledge, now: float) -> None:
@@ -244,8 +269,8 @@ def move(me: Knowledge, _now: float) -> None:
 
 
 def want_order(me: Knowledge, now: float) -> None:
-    """The same once more, or another one, chosen once the floor is had."""
-    _want_turn(me, composing.order, now, decide=lambda: choose_order(me, now))
+    """The same task again, or another one, chosen once this robot has the floor."""
+    want_turn(me, composing.order, now, decide=lambda: choose_order(me, now))
 
 
 def choose_order(me: Knowledge, now: float) -> None:
@@ -261,11 +286,11 @@ def want_confirmation(me: Knowledge, now: float) -> None:
         if peer is not None:
             peer.assigned = me.my_task()
         me.acquaintance.calls = 0
-    _want_turn(me, lambda me: composing.to_partner(me, m.Confirmed()), now, Urgency.ANSWER)
+    want_turn(me, lambda me: composing.to_partner(me, m.Confirmed()), now, Urgency.ANSWER)
 
 
 def want_denial(me: Knowledge, now: float) -> None:
-    _want_turn(me, lambda me: composing.to_partner(me, m.Negative()), now, Urgency.ANSWER)
+    want_turn(me, lambda me: composing.to_partner(me, m.Negative()), now, Urgency.ANSWER)
 
 
 def note_refusal(me: Knowledge, now: float) -> None:
@@ -282,65 +307,13 @@ def note_silence(me: Knowledge, now: float) -> None:
     rest(me, now)
 
 
-def release(me: Knowledge, now: float) -> None:
-    """Resume starts no old motion: the robot is free."""
-    me.floor.withdraw("released how")
-    me.do(SaveStopped(False))
-    rest(me, now)
-
-
-def want_farewell(me: Knowledge, now: float) -> None:
-    """Give the task back and say so; what was finished and not yet confirmed is reported once more before."""
-    let_go(me)
-    me.floor.clear()
-    _forget_report(me, Urgency.ALARM, now)
-    me.current.clear()
-    _want_to_say_farewell(me, now)
-
-
-def _want_to_say_farewell(me: Knowledge, now: float) -> None:
-    farewell = composing.to_all(me, m.Leaving())
-    _want_turn(me, lambda _: farewell, now, Urgency.ANSWER, trigger=Trigger.SPOKEN_FAREWELL, slot=1)
-
-
-def stop_and_leave(me: Knowledge, now: float) -> None:
-    """It stands, and leaves all the same; it will still be stopped when it is switched on again."""
-    latch(me, now)
-    if me.floor.speaking is None or me.floor.speaking.trigger is not Trigger.SPOKEN_FAREWELL:
-        _want_to_say_farewell(me, now)
-
-
-def latch(me: Knowledge, _now: float) -> None:
-    me.do(Halt())
-    me.do(SaveStopped(True))
-
-
-def fall_silent(me: Knowledge, _now: float) -> None:
-    me.floor.clear()
-
-
-def _forget_report(me: Knowledge, urgency: Urgency, now: float) -> None:
+def forget_report(me: Knowledge, urgency: Urgency, now: float) -> None:
     """Say once more what is finished and was not confirmed."""
-    if me.report.task is not None and not me.report.failed:
-        done = composing.to_all(me, composing.done(me, me.report.task))
-        me.floor.want(Intent(urgency, f"done {me.report.task}", lambda: done, slot=0), now)
-    me.report.task = None
+    for number in me.report.tasks if not me.report.failed else ():
+        _tell_done(me, number, urgency, now)
+    me.report.task = me.report.before = None
 
 
-def halt(me: Knowledge, now: float) -> None:
-    """Stop, and latch: tasks, turns and motions are forgotten, and nothing but "resume" leads on."""
-    let_go(me)
-    me.do(SaveStopped(True))
-    me.floor.clear()
-    _forget_report(me, Urgency.TURN, now)
-    me.current.clear()
-    slot = me.rank("", 0, now)  # in turn: each wants to be heard by all others
-    stopped = composing.to_all(me, m.Stopped())
-    me.floor.want(Intent(Urgency.ALARM, "stopped", lambda: stopped, slot=slot), now)
-    want_release_told(me, now)
-
-
-def want_release_told(me: Knowledge, now: float) -> None:
-    """Who comes by a robot that stands shall know why it does, and what to say; nothing else ends a stop."""
-    told = composing.to_all(me, m.Stopped(waits=True))
-    me.floor.want(Intent(Urgency.TURN, "released how", lambda: told, not_before_s=now + me.timing.standing_s), now)
+def _tell_done(me: Knowledge, number: int, urgency: Urgency, now: float) -> None:
+    done = composing.to_all(me, composing.done(me, number))
+    me.floor.want(Intent(urgency, f"done {number}", lambda: done, slot=0), now)

@@ -30,7 +30,7 @@ three quarters after each that was understood (binary exponential back-off, as E
 CROWD = 4
 """In a team of more robots, one may miss its turn so often that its lease ends before it can report."""
 OVERDUE_SLOTS = 2
-"""Slots before all turns in a crowd, for who has waited too long."""
+"""Slots before all turns in a crowd, for a robot that has waited too long."""
 OVERDUE_S = 15.0
 """Waiting time, for each robot of the team, that is too long: a turn with its answer takes 12.5 s. Of twelve robots
 that lose three sentences of ten, one then waits for 202 to 267 s at most (12 and 18 s for each), else 640 s."""
@@ -50,7 +50,7 @@ def nothing() -> None:
 
 @dataclass
 class Intent:
-    """Something to be said: composed only when the floor is had, so that it is still true then.
+    """Something to be said: composed only when the robot has the floor, so that it is still true then.
 
     First `decide` chooses what is still open; the trigger of that choice, if it has one, is fired. `compose` changes
     nothing; it returns None when there is no longer anything to say. `on_said` notes what follows once the sentence is
@@ -122,10 +122,12 @@ class Floor:
         self._slots = timing.turn_slots
         self._round: Round | None = None
         self._ring_size = 0
-        """So many slots the last known round of turns had."""
+        """Number of slots in the last known round of turns."""
         self.answer_slots = 0
-        """So many slots after a sentence are for answers: turns begin after them, if that is later than their gap."""
+        """Number of slots for answers after a sentence. Turns begin after them, if that is later than their gap."""
         self.speaking: Intent | None = None
+        self.waited_s = 0.0
+        """How long what the state machine said last had waited for the floor."""
 
     def unsettled_until(self, now: float) -> float:
         """Until when something that somebody says may still come to be understood."""
@@ -151,6 +153,7 @@ class Floor:
         if intent is not None:
             self.withdraw(topic)
             self.speaking = intent
+            self.waited_s = now - intent.wanted_s
         return intent
 
     def withdraw_all(self, topics: str) -> None:
@@ -206,6 +209,8 @@ class Floor:
         late = [i for i in in_time if now - i.wanted_s > self._timing.answer_kept_s]
         self.speaking = min((i for i in due if i not in late), key=lambda i: (i.urgency, i.ready_s), default=None)
         self._intents = [i for i in self._intents if i not in late and i is not self.speaking]
+        if self.speaking is not None and self.speaking.topic == OWN_TURN:
+            self.waited_s = now - self.speaking.wanted_s
         return self.speaking
 
     def ended(self, now: float, order: Order | None = None) -> Intent | None:

@@ -13,10 +13,10 @@ from hvcpd.coordination.table import fire
 from hvcpd.language import messages as m
 
 GREETING_ANSWERED_FOR_S = 5.0
-"""A greeting repeated within so long is the same greeting: it was answered."""
+"""A greeting repeated within this time is the same greeting, which was answered."""
 GREETED_AGAIN_WITHIN_S = 60.0
-"""A greeting repeated within so long tells that the answer was not heard, maybe because another one, whom this robot
-does not hear, answered at the same time: the next answer waits for a random time."""
+"""A greeting repeated within this time shows that the answer was not heard. Maybe another robot, which this one does
+not hear, answered at the same time; so the next answer waits for a random time."""
 
 
 def react(me: Knowledge, heard: Heard) -> None:

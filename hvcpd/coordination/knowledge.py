@@ -6,7 +6,7 @@ Times are seconds of the robot's sample clock; -inf means never. Names that serv
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -27,6 +27,8 @@ class Current:
 
     task: int | None = None
     """The task that it has claimed, reads back or carries out, or has just ordered."""
+    ahead: int | None = None
+    """Another one that it has claimed with it, to be done after it."""
     task_ref: m.TaskRef | None = None
     motion: m.Motion | None = None
     """What it was told to do with its wheels, apart from tasks."""
@@ -49,7 +51,7 @@ class Current:
 
     def clear(self) -> None:
         """Nothing is settled or carried out any more."""
-        self.task = self.task_ref = self.partner = self.motion = None
+        self.task = self.ahead = self.task_ref = self.partner = self.motion = None
 
 
 @dataclass
@@ -58,12 +60,24 @@ class Report:
 
     task: int | None = None
     """A task that it has finished or given up, and nobody has confirmed to have heard so."""
+    before: int | None = None
+    """Another one that it finished before that one."""
     failed: bool = False
     """It was given up, whatever was heard of it since."""
     reason: str | None = None
     """Why it was given up, if that can be said."""
     said: bool = False
     """Whether the sentence that waits for a confirmation held the report."""
+
+    @property
+    def tasks(self) -> tuple[int, ...]:
+        """What was finished or given up, the first before the last."""
+        return tuple(number for number in (self.before, self.task) if number is not None)
+
+    def drop(self, number: int) -> None:
+        """Nobody wants to know of this task any more."""
+        left = [each for each in self.tasks if each != number]
+        self.task, self.before = left[-1] if left else None, None if len(left) < 2 else left[0]
 
 
 @dataclass
@@ -92,11 +106,10 @@ class Missed:
 
 @dataclass(frozen=True)
 class HeardClaim:
-    """Somebody's claim, and what the board said of the task before: state, owner, end of the lease."""
+    """Somebody's claim, and what the board said of each of its tasks before: state, owner, end of the lease."""
 
     speaker: str
-    number: int
-    before: tuple[str, str | None, float]
+    before: Mapping[int, tuple[str, str | None, float]]
     at_s: float
 
 
@@ -245,6 +258,13 @@ class Knowledge:
         if self.current.task is None:
             raise RuntimeError(f"no task in state {self.state}")
         return self.current.task
+
+    def my_tasks(self) -> tuple[int, ...]:
+        """The current task, if there is one, and the one after it, unless that has become another's or is done."""
+        current = self.current
+        if current.ahead is not None and self.board.owner_of_claim(current.ahead) != self.role.name:
+            current.ahead = None
+        return tuple(number for number in (current.task, current.ahead) if number is not None)
 
     def do(self, action: Action) -> None:
         """Hand an action out with the next ones."""

@@ -38,7 +38,7 @@ class Peer:
     met: Place | None = None
     """Where this robot stood when that one last answered it, or, until then, when it was first heard."""
     counted_s: float = 0.0
-    """When it was heard last, by the time that counts for who is gone."""
+    """When it was heard last, on the clock by which a peer counts as gone."""
     sought: bool = False
     """This robot has gone back there, and has not been answered since."""
     unable: frozenset[int] = frozenset()
@@ -53,7 +53,8 @@ def team_of(u: m.Utterance) -> str | None:
 
 
 QUIET_S = 60.0
-"""Of a silence so much counts for who is gone, where robots rest for hours: longer than a turn of the largest team."""
+"""Longest part of one silence that counts towards a peer being gone, where robots rest for hours: longer than a turn
+of the largest team."""
 
 
 class Peers:

@@ -26,10 +26,10 @@ APART_SLOT = 4
 RANK_MAX = 3
 """Beyond this rank those who could pass it on share a slot; the speaker repeats its sentence soon after."""
 APART_S = 600.0
-"""So long two are taken not to hear each other, after something was passed on between them: as long as a robot that is
-not heard counts as present."""
+"""How long two robots count as out of each other's earshot after something was passed on between them: as long as a
+robot that is not heard counts as present."""
 REPEATED_S = 60.0
-"""Within so long the same words to the same robot are the same message, said again for want of an answer."""
+"""Within this time the same words to the same robot are the same message, repeated because nobody answered."""
 RELAYS_MAX = 2
 """A message is passed on once, and once more if the speaker, who hears it passed on, still has no answer."""
 ANSWER_S = 12.0

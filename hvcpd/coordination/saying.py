@@ -62,7 +62,7 @@ def _note_own_words(me: Knowledge, utterance: m.Utterance, now: float) -> None:
         me.current.claimed_s = now
     if claims:
         me.report.said = False
-    elif isinstance(statement, m.Completed | m.Failed) and statement.task.number == me.report.task:
+    elif isinstance(statement, m.Completed | m.Failed) and statement.task.number in me.report.tasks:
         me.report.said = True
     if isinstance(statement, m.Relayed) and isinstance(utterance.addressee, m.ToRobot):
         note_passed_on(me.relays, utterance.addressee.name, statement, now)

@@ -60,9 +60,9 @@ def _number(entry: Entry, every: Recurrence, due_s: float) -> None:
     entry.change, entry.due_s = number, due_s
 
 
-def begin(me: Knowledge, number: int, now: float) -> None:
-    """This robot claims a task: so shortly before it is due, for that time."""
-    _is_about_to_be_due(me, me.board[number], now)
+def begin(me: Knowledge, number: int, now: float) -> bool:
+    """A task is claimed, or told to be due: whether that is for the time that comes, for it is so near."""
+    return _is_about_to_be_due(me, me.board[number], now)
 
 
 def heard(me: Knowledge, statement: m.Statement | None, now: float) -> None:
@@ -73,7 +73,7 @@ def heard(me: Knowledge, statement: m.Statement | None, now: float) -> None:
         if entry is None or not _may_be_due(me, entry, now) or not entry.known_done:
             continue
         if me.clock_s is None:
-            if isinstance(told, m.Completed) and told.task == ref:
+            if isinstance(told, m.Completed) and ref in told.tasks:
                 if told is statement:  # not what another one knows of old
                     entry.done_s = now  # this time or the last one: done it is
                 continue
@@ -104,8 +104,7 @@ def reopen(me: Knowledge, entry: Entry, now: float) -> None:
     entry.failed_by, entry.is_due = frozenset(), True
     for peer in me.peers.all():
         peer.unable -= {number}
-    if me.report.task == number:
-        me.report.task = None  # that time is over
+    me.report.drop(number)  # that time is over
     if entry.state != CLAIMED:
         me.board.reopen(number)
     me.reconsider(now)
@@ -138,11 +137,11 @@ def is_just_due(entry: Entry, now: float) -> bool:
     return entry.recurs and entry.change > 0 and now - entry.opened_s < SKEW_S
 
 
-def was_done_just_now(entry: Entry, now: float) -> bool:
-    """Whether a robot that does not know for which time it was done, and is told soon after it became due, takes it to
-    be done for that time."""
+def has_just_done(entry: Entry, now: float) -> bool:
+    """Whether this robot, which does not know for which time it did the task, and is told soon after it became due,
+    takes it to be that time."""
     unknown = entry.recurs and not entry.change
-    return unknown and entry.known_done and now - entry.done_s < 2.0 * SKEW_S
+    return unknown and entry.known_done and now - entry.acted_s < 2.0 * SKEW_S
 
 
 def early_s(every: Recurrence) -> float:
@@ -152,10 +151,12 @@ def early_s(every: Recurrence) -> float:
 
 def _spoken_of(statement: m.Statement | None) -> tuple[m.TaskRef, ...]:
     match statement:
-        case m.Claim(ref) | m.Working(ref) | m.Order(ref) | m.Confirmed(m.TaskByNumber() as ref, complete=False):
+        case m.Working(ref) | m.Order(ref):
             return (ref,)
-        case m.Completed(ref, following):
-            return (ref,) if following is None else (ref, following)
+        case m.Claim() | m.Confirmed(complete=False):
+            return statement.tasks
+        case m.Completed():
+            return (*statement.tasks, *(statement.claim.tasks if statement.claim is not None else ()))
         case m.Left():
             return tuple(map(m.TaskByNumber, statement.numbers))
         case _:

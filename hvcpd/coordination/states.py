@@ -51,6 +51,7 @@ class Trigger(Enum):
     ARRIVED = "at the place of a task whose claim was confirmed long ago"
     ARRIVED_SURE = "at the place of a task that nobody else can have claimed"
     PERFORMED = "all actions are carried out"
+    PERFORMED_FIRST = "all actions are carried out, and it has claimed another task with this one"
     FAILED = "an action failed"
     ORDER = "an order for it was heard"
     MOTION = "a motion was ordered"

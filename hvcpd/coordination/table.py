@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 
-from hvcpd.coordination import effects
+from hvcpd.coordination import effects, halting
 from hvcpd.coordination.floor import OWN_TURN
 from hvcpd.coordination.knowledge import Knowledge
 from hvcpd.coordination.states import DEPARTING, State, Trigger
@@ -56,6 +56,7 @@ TRANSITIONS: dict[tuple[State, Trigger], tuple[State, Effect]] = {
     (S.CHECKING, T.TIMEOUT): (S.ANNOUNCING, effects.want_announcement),
     (S.CHECKING, T.GAVE_UP): (S.ACTING, effects.act),
     (S.ACTING, T.PERFORMED): (S.REPORTING, effects.finish_task),
+    (S.ACTING, T.PERFORMED_FIRST): (S.GOING, effects.go_on),
     (S.ACTING, T.FAILED): (S.REPORTING, effects.give_task_up),
     (S.REPORTING, T.SPOKEN): (S.REPORTED, effects.wait_for_confirmation),
     (S.REPORTING, T.CHOSE_CLAIM): (S.CLAIMING, effects.claim_with_report),
@@ -104,10 +105,10 @@ TRANSITIONS: dict[tuple[State, Trigger], tuple[State, Effect]] = {
     (S.RETURNING, T.CONFIRMED): (S.READY, effects.drop_task),
     (S.RETURNING, T.ORDER): (S.READING_BACK, effects.halt_and_read_back),
     (S.RETURNING, T.MOTION): (S.READING_BACK, effects.halt_and_read_back),
-    (S.STOPPED, T.RESUME): (S.READY, effects.release),
-    (S.LEAVING, T.SPOKEN_FAREWELL): (S.GONE, effects.fall_silent),
-    (S.LEAVING, T.STOP): (S.LEAVING, effects.stop_and_leave),
-    (S.GONE, T.STOP): (S.GONE, effects.latch),
+    (S.STOPPED, T.RESUME): (S.READY, halting.release),
+    (S.LEAVING, T.SPOKEN_FAREWELL): (S.GONE, halting.fall_silent),
+    (S.LEAVING, T.STOP): (S.LEAVING, halting.stop_and_leave),
+    (S.GONE, T.STOP): (S.GONE, halting.latch),
 }
 
 TRANSITIONS |= {
@@ -122,8 +123,8 @@ TRANSITIONS |= {
     for trigger in (T.ORDER, T.MOTION)
 }
 TRANSITIONS |= {(state, T.ORDER): (S.READING_BACK, effects.want_read_back) for state in (S.ASKING, S.ASKED)}
-TRANSITIONS |= {(state, T.STOP): (S.STOPPED, effects.halt) for state in State if state not in DEPARTING | {S.STOPPED}}
-TRANSITIONS |= {(state, T.LEAVE): (S.LEAVING, effects.want_farewell) for state in State if state not in DEPARTING}
+TRANSITIONS |= {(state, T.STOP): (S.STOPPED, halting.halt) for state in State if state not in DEPARTING | {S.STOPPED}}
+TRANSITIONS |= {(state, T.LEAVE): (S.LEAVING, halting.want_farewell) for state in State if state not in DEPARTING}
 
 
 def states_with(trigger: Trigger) -> frozenset[State]:

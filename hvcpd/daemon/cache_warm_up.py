@@ -18,7 +18,6 @@ from hvcpd.assembly.plan import RobotPlan
 from hvcpd.robot.robot import Robot
 from hvcpd.synthesis.homographs import Place
 from hvcpd.synthesis.speaker import PITCH_STEPS, Speaker, UnitPosition
-from hvcpd.synthesis.voices import VOICES
 
 LOGGED_EVERY_S = 5.0
 """Between two lines in the log. A start with all words there takes less, and has none."""
@@ -132,8 +131,8 @@ class CacheWarmUp:
         self._run([self._own_words(self._plan.role.speech.slowly)], go_on)
 
     def the_rest(self, robot: Robot, go_on: GoOn = always) -> None:
-        """What spelled names and the peers' waveforms are heard by, and the own words at the other rate, for who is
-        asked to say again slowly. At last what nobody has needed for long is deleted."""
+        """Templates of spelled letters, the peers' waveforms, and the own words at the other rate, to repeat something
+        slowly. At last, delete what nobody has needed for long."""
         letters = tuple(self._book.spelling_graph.words) if self._plan.team.strangers else ()
         all_voices = self._all_voices().items()
         self._run([Chore(f"letters in the voice {name}", letters, s.templates) for name, s in all_voices], go_on)
@@ -157,7 +156,7 @@ class CacheWarmUp:
             self._preparation.run(chores, go_on)
 
     def _all_voices(self) -> dict[str, Speaker]:
-        return {voice.name: Speaker(voice, self._sound.lexicon, self._sound.cache) for voice in VOICES}
+        return {voice.name: Speaker(voice, self._sound.lexicon, self._sound.cache) for voice in self._sound.every_voice()}
 
     def _n_waveforms(self) -> int:
         """Steps of `Robot.prepare`, as far as that is known before."""

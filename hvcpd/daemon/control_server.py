@@ -125,7 +125,7 @@ class ControlServer:
         client.wanted = kinds
 
     def _admit(self, visitor: Visitor) -> None:
-        """Serve who comes from the lobby, in the place of another one if need be."""
+        """Serve a client from the lobby, if need be instead of another one."""
         client = Client(visitor.caller, asyncio.get_running_loop().time())
         _log.debug("control client", pid=client.caller.pid, uid=client.caller.uid, gid=client.caller.gid)
         if len(self._clients) >= MAX_CLIENTS and not self._make_room():

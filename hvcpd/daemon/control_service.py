@@ -23,7 +23,7 @@ _log = structlog.get_logger(__name__)
 
 
 class ControlService:
-    """Lets other programs of this computer ask the daemon; without a socket the robot lives on all the same."""
+    """Lets other programs of this computer ask the daemon; without a socket the robot still lives on."""
 
     def __init__(self, body: Body, rereading: Rereading | None = None) -> None:
         self.body = body

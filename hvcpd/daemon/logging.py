@@ -45,9 +45,9 @@ SECRETS = frozenset({"key", "secret", "password", "code", "otp", "token"})
 """Names under which nothing is ever written."""
 
 BURST = 20
-"""So many lines of one kind in a row: five tasks, three retries and every peer's greeting fit."""
+"""Number of lines of one kind that may come in a row: five tasks, three retries and every peer's greeting fit."""
 REFILL_S = 3.0
-"""After so long one more: a sentence lasts as long, so that no conversation is cut."""
+"""Interval after which one more line may come. A sentence lasts as long, so no conversation is cut."""
 
 
 def clean_values(_logger: Any, _method: str, event: EventDict) -> EventDict:

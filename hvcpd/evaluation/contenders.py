@@ -15,7 +15,7 @@ from hvcpd.language.phrasebook import Phrasebook
 from hvcpd.ports import Samples
 
 Listen = Callable[[Samples, Sequence[Said]], object]
-"""To a sound; and where in it each sentence is, for who is told."""
+"""To a sound; and where in it each sentence is, for a reader."""
 
 
 @cache

@@ -65,7 +65,7 @@ def _said_once(trial: Trial) -> Row:
 
 
 def way_m() -> float:
-    """How far the first robot has come when the second one is amid its claim."""
+    """How far the first robot has come when the second one is in the middle of its claim."""
     _, claim = listeners.spoken(CLAIMS[1], listeners.book())
     return SPEED_M_S * (ANSWER_S + 0.5 * len(claim) / SAMPLE_RATE_HZ)
 
@@ -91,7 +91,7 @@ def _summarise(rows: Sequence[Row]) -> Findings:
             f"heard word for word. {WHOLE.capitalize()}: they greet, claim, confirm, say again what nobody confirmed, "
             f"and drive {AWAY_M:g} m away from each other; a mission counts if within {LIMIT_S:g} s each plant was "
             f"watered once, by one robot each, and both know whose is whose. {DRIVING.capitalize()}: who claims sets "
-            f"off at once (the first robot is {way_m():.2f} m away when the second is amid its claim). "
+            f"off at once (the first robot is {way_m():.2f} m away when the second is in the middle of its claim). "
             f"{STANDING.capitalize()}: until the claim is confirmed. The paper's success falls from "
             f"{PAPER_DROP_M * 100:.0f} cm on. Half succeed here:",
             *(f"{text}." for text in reached(series)),

@@ -19,6 +19,23 @@ FOUND_SHARPNESS = 6.0
 NEEDED_SNR_DB = 0.0
 """At which all sentences are understood in steady noise (docs/recognition.md, "Noise": white, pink, fan at 0 dB)."""
 
+RESPONSE_FRAME = 2048
+"""Samples, 128 ms: bins of 8 Hz, so that a sixth of an octave at 100 Hz has one or two."""
+BANDS_PER_OCTAVE = 6
+SPEECH_HZ = (100.0, 6500.0)
+"""Where the own voice has enough power to measure by."""
+MIDDLE_HZ = (1000.0, 4000.0)
+"""Above small drivers' resonances and below their upper end; its median is the response's 0 dB."""
+HIGHEST_RESONANCE_HZ = 2000.0
+"""Drivers of 2 to 3 cm, as on sound HATs, resonate below it."""
+LEAST_RESONANCE_DB = 3.0
+FADED_DB = 10.0
+"""The usual measure of a loudspeaker's range (IEC 60268-5)."""
+LEAST_COHERENCE = 0.5
+"""Half of what was heard in a band comes of what was played."""
+TINY_POWER = 1e-20
+"""In place of none at all."""
+
 
 def level_dbfs(sound: Samples) -> float:
     """RMS in dB re full scale (amplitude 1) of samples of shape (n,), without their mean."""
@@ -72,6 +89,47 @@ def find_echo(played: Samples, heard: Samples, noise: Samples) -> Echo | None:
     level = power_dbfs(float(np.var(piece.astype(np.float64))) - noise_power)
     floor = level_dbfs(noise)
     return Echo(at / SAMPLE_RATE_HZ, level, float(np.max(np.abs(piece))), level - floor)
+
+
+@dataclass(frozen=True)
+class Response:
+    """How a loudspeaker in its housing, heard by the robot's own microphone, colours sound."""
+
+    lowest_hz: float
+    """From here on it is at most `FADED_DB` below its middle."""
+    resonance_hz: float | None
+    """Where it is loudest below `HIGHEST_RESONANCE_HZ`; None if that is less than `LEAST_RESONANCE_DB`."""
+    resonance_db: float
+    """How much louder than in its middle."""
+
+
+def find_response(played: Samples, heard: Samples) -> Response | None:
+    """The response between `played` and `heard`, both of shape (n,), in time with each other; None for noise alone.
+
+    The transfer function by the cross-spectrum over the played sound's (Bendat and Piersol, *Random Data*, ch. 6: H1,
+    which noise in the microphone does not bias), averaged over sixths of an octave whose coherence suffices.
+    """
+    window = np.hanning(RESPONSE_FRAME)
+    starts = range(0, min(played.size, heard.size) - RESPONSE_FRAME + 1, RESPONSE_FRAME // 4)
+    if not starts:
+        return None
+    x, y = (np.fft.rfft([window * sound[at : at + RESPONSE_FRAME] for at in starts]) for sound in (played, heard))
+    s_xx, s_yy = (np.sum(np.abs(spectra) ** 2, axis=0) for spectra in (x, y))
+    explained = np.abs(np.sum(np.conj(x) * y, axis=0)) ** 2 / np.maximum(s_xx, TINY_POWER)
+    band = np.rint(BANDS_PER_OCTAVE * np.log2(np.maximum(np.fft.rfftfreq(RESPONSE_FRAME, 1 / SAMPLE_RATE_HZ), 1.0)))
+    found: dict[float, float] = {}
+    for number in np.unique(band):
+        hz, at = float(2.0 ** (number / BANDS_PER_OCTAVE)), band == number
+        share = np.sum(explained[at]) / max(np.sum(s_yy[at]), TINY_POWER)
+        if SPEECH_HZ[0] <= hz <= SPEECH_HZ[1] and share >= LEAST_COHERENCE:
+            found[hz] = power_dbfs(float(np.sum(explained[at]) / np.sum(s_xx[at])))
+    middle = [gain_db for hz, gain_db in found.items() if MIDDLE_HZ[0] <= hz <= MIDDLE_HZ[1]]
+    if not middle:
+        return None
+    middle_db = float(np.median(middle))
+    lowest_hz = min(hz for hz, gain_db in found.items() if gain_db >= middle_db - FADED_DB)
+    peak_db, peak_hz = max((gain_db - middle_db, hz) for hz, gain_db in found.items() if hz <= HIGHEST_RESONANCE_HZ)
+    return Response(lowest_hz, peak_hz if peak_db >= LEAST_RESONANCE_DB else None, peak_db)
 
 
 def predicted_range_m(own_level_dbfs: float, own_distance_m: float, floor_dbfs: float) -> float:

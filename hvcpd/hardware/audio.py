@@ -106,7 +106,7 @@ def find_device(
     able = [device for device in list_devices(backend) if device.can(direction)]
     kind = _KIND[direction]
     if not able:
-        raise DeviceError(f"there is no {kind} on this machine; connect one, then look with `python3 -m sounddevice`")
+        raise DeviceError(f"there is no {kind} on this machine; connect one, then look with `arecord -l`, `aplay -l`")
     if wanted is None:
         return _default_device(backend, direction, able)
     key = f"audio.{direction}_device"

@@ -49,7 +49,7 @@ class Playback:
         except (backend.PortAudioError, ValueError) as error:
             raise DeviceError(
                 f"{loudspeaker.name!r} cannot be opened ({error}); is another program using it? "
-                "`python3 -m sounddevice` lists what there is"
+                "`arecord -l` and `aplay -l` list what there is"
             ) from error
         return self
 

@@ -99,11 +99,8 @@ class Joint:
             raise
         except BusError:
             return [f"joint (ID {motor_id}): no answer; plug it into the wheels' line, at {bus.baud_rate} baud"]
-        if model != xl430.MODEL_NUMBER:
-            return [f"joint (ID {motor_id}): model number {model} is not an XL430-W250 ({xl430.MODEL_NUMBER})"]
-        if firmware < xl430.OLDEST_FIRMWARE:
-            return [f"joint (ID {motor_id}): firmware {firmware} has no bus watchdog; update it to 38 or newer"]
-        return []
+        fault = xl430.model_fault(model) or xl430.firmware_fault(model, firmware)
+        return [f"joint (ID {motor_id}): {fault}"] if fault else []
 
     def cycle(self, bus: DynamixelBus) -> None:
         """Carry the wish out and see how far it is; a silent joint is left alone for a while. Raises PortLostError."""

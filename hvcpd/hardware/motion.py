@@ -67,7 +67,7 @@ class MotionSettings:
     """Arrival is within these."""
     settle_m: float = 0.002
     settle_rad: float = math.radians(0.2)
-    """What the controller aims at; nearer than an encoder's flicker over the wheel base is not to be had."""
+    """What the controller aims at; an encoder's flicker over the wheel base allows nothing nearer."""
     settle_time_s: float = 1.0
     """Within tolerance for this long is arrived too, if friction keeps the wheels from the last millimetres."""
     aim_rad: float = math.radians(20.0)

@@ -10,7 +10,7 @@ from __future__ import annotations
 from typing import Any
 
 from hvcpd.config.skill_settings import StopButtonSettings
-from hvcpd.errors import DeviceError, how_to_install
+from hvcpd.hardware.gpio import device
 
 
 class StopButton:
@@ -18,19 +18,8 @@ class StopButton:
 
     def __init__(self, pin: int, normally_closed: bool, pins: Any = None) -> None:
         """`pins` is the factory of gpiozero's that makes it; None: the one that suits the computer."""
-        try:
-            from gpiozero import InputDevice
-            from gpiozero.exc import GPIOZeroError
-        except ImportError:
-            remedy = how_to_install("gpiozero lgpio", "python3-gpiozero python3-lgpio")
-            raise DeviceError(f"gpiozero is not installed; run `{remedy}`") from None
-        self._faults = (GPIOZeroError, OSError)
         self._normally_closed = normally_closed
-        try:
-            self._device = InputDevice(pin, pull_up=True, pin_factory=pins)
-        except self._faults as error:
-            text = f"the stop button's pin {pin} cannot be used ({error}); end what else uses it, or name another pin"
-            raise DeviceError(text) from None
+        self._device = device("InputDevice", pin, "the stop button's ", pull_up=True, pin_factory=pins)
 
     @property
     def pressed(self) -> bool:
@@ -38,7 +27,7 @@ class StopButton:
         read."""
         try:
             is_closed = bool(self._device.is_active)  # to ground, against the pull-up
-        except self._faults:
+        except Exception:  # whatever library drives it
             return True
         return is_closed != self._normally_closed
 

@@ -88,7 +88,7 @@ def inspect(
 def strangers(found: Mapping[int, int], ids: Sequence[int]) -> str:
     """The devices other than `ids` in what `DynamixelBus.find` has found, in words; empty if there are none."""
     return ", ".join(
-        f"ID {motor_id} ({'XL430-W250' if model == xl430.MODEL_NUMBER else f'model {model}'})"
+        f"ID {motor_id} ({xl430.MODELS[model].name if model in xl430.MODELS else f'model {model}'})"
         for motor_id, model in sorted(found.items())
         if motor_id not in ids
     )
@@ -116,15 +116,10 @@ def _missing(bus: DynamixelBus, missing: Sequence[tuple[str, int]], ids: tuple[i
 
 def _faults(bus: DynamixelBus, motor_id: int, lowest_voltage_v: float) -> list[str]:
     model = bus.ping(motor_id)
-    if model != xl430.MODEL_NUMBER:
-        return [f"model number {model} is not an XL430-W250 ({xl430.MODEL_NUMBER}); fit one, or check the ID"]
-    faults = []
-    firmware = bus.read(motor_id, xl430.FIRMWARE_VERSION)
-    if firmware < xl430.OLDEST_FIRMWARE:
-        faults.append(
-            f"firmware {firmware} has no bus watchdog, so it would not stop by itself; "
-            f"update it to {xl430.OLDEST_FIRMWARE} or newer with Dynamixel Wizard 2.0"
-        )
+    if fault := xl430.model_fault(model):
+        return [f"{fault}; fit one, or check the ID"]
+    fault = xl430.firmware_fault(model, bus.read(motor_id, xl430.FIRMWARE_VERSION))
+    faults = [fault] if fault else []
     health = read_health(bus, [motor_id])[0]
     if health.hardware_error:
         faults.append(

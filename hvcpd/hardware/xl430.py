@@ -27,11 +27,36 @@ class Register:
         return int.from_bytes(window[at : at + self.size], "little", signed=self.signed)
 
 
-MODEL_NUMBER = 1060
-"""What an XL430-W250 answers to a ping."""
+@dataclass(frozen=True)
+class Model:
+    """A motor with this control table and these units; `oldest_firmware` is the first with a bus watchdog."""
 
-OLDEST_FIRMWARE = 38
-"""The bus watchdog exists since this version (e-Manual, "Bus Watchdog", note)."""
+    name: str
+    oldest_firmware: int
+
+
+MODELS: dict[int, Model] = {1060: Model("XL430-W250", 38)}
+"""The motors that may turn a wheel or a joint, by the model number that they answer to a ping (e-Manual, "Model Number"
+and "Bus Watchdog", note)."""
+
+
+def model_fault(number: int) -> str:
+    """Why a motor of this model number cannot be used, "" if it can."""
+    known = " or an ".join(f"{model.name} ({known})" for known, model in MODELS.items())
+    return "" if number in MODELS else f"model number {number} is not an {known}"
+
+
+def firmware_fault(number: int, firmware: int) -> str:
+    """Why a known model's firmware cannot be used, with the remedy; "" if it can."""
+    oldest = MODELS[number].oldest_firmware
+    if firmware >= oldest:
+        return ""
+    return (
+        f"firmware {firmware} has no bus watchdog, so it would not stop by itself; "
+        f"update it to {oldest} or newer with Dynamixel Wizard 2.0"
+    )
+
+
 
 FIRMWARE_VERSION = Register("firmware version", 6, 1)
 OPERATING_MODE = Register("operating mode", 11, 1)

@@ -36,14 +36,14 @@ def build(form: Form, bindings: Bindings) -> m.Utterance:
     if form.spelled:
         bound["speaker"] = written_name(bound["letters"])
     outer = {key: bound.pop(key) for key in list(bound) if key in _UTTERANCE_FIELDS}
-    other, confirmed = bound.pop("other", None), bound.pop("confirmed", None)
+    other, confirmed, with_it = (bound.pop(name, None) for name in ("other", "confirmed", "with"))
     statement: Any = form.statement(**bound) if form.statement is not None else None
     if form.will:
         statement = m.WillMove(statement)
     if form.relayed:
         statement = m.Relayed(other, statement)
     if confirmed is not None:
-        statement = m.ConfirmedAnd(m.Confirmed(confirmed, form.confirms_complete), statement)
+        statement = m.ConfirmedAnd(m.Confirmed(confirmed, form.confirms_complete, with_it), statement)
     return m.Utterance(speaker=outer.pop("speaker", None), statement=statement, **outer)
 
 
@@ -62,7 +62,8 @@ def unbuild(compiled: CompiledForm, utterance: m.Utterance) -> Bindings | None:
     if "confirmed" in compiled.slots:
         if not isinstance(statement, m.ConfirmedAnd) or statement.confirmed.complete != form.confirms_complete:
             return None
-        wanted["confirmed"], statement = statement.confirmed.task, statement.statement
+        wanted["confirmed"], wanted["with"] = statement.confirmed.task, statement.confirmed.also
+        statement = statement.statement
     if (type(statement) if statement is not None else None) is not form.statement:
         return None
     if form.spelled and isinstance(statement, m.Spelled):

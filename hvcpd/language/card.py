@@ -6,7 +6,19 @@ from dataclasses import dataclass
 from enum import Enum
 
 from hvcpd.language import messages as m
-from hvcpd.language.forms import CALL, CALL_TO, FORMS, OPENING, PASSED_ON, PLEASE, Form, Kind
+from hvcpd.language.forms import (
+    AND_ALSO,
+    AND_THEN,
+    CALL,
+    CALL_TO,
+    FORMS,
+    OPENING,
+    PASSED_ON,
+    PLEASE,
+    TWO_TASKS,
+    Form,
+    Kind,
+)
 from hvcpd.language.marks import CIPHER_CALL, SEAL_WORDS, mark_words
 from hvcpd.language.phrasebook import Phrasebook
 from hvcpd.language.spelling import BITS, CODE_WORDS, WORD_OF
@@ -88,7 +100,7 @@ def make_card(phrasebook: Phrasebook) -> Card:
         pattern, topic = _plain(form), _topic(form)
         if form.kind not in vocabulary.kinds or form.relayed or form.will:
             continue
-        if "<confirmed>" in form.pattern:  # two sentences of the card in one breath
+        if "<confirmed>" in pattern or any(second in pattern for second in TWO_TASKS):  # two sentences in one breath
             continue
         if "<remark>" in form.pattern and not vocabulary.remarks:
             continue
@@ -154,7 +166,10 @@ def _topic(form: Form) -> Topic:
 
 def _plain(form: Form) -> str:
     """The pattern without what only robots say, and without politeness: the card says once where "please" may stand."""
-    return " ".join(form.pattern.replace(PASSED_ON, "").replace(PLEASE, "").split())
+    pattern = form.pattern
+    for words in (PASSED_ON, PLEASE, AND_ALSO, AND_THEN):
+        pattern = pattern.replace(words, "")
+    return " ".join(pattern.split())
 
 
 def _example(phrasebook: Phrasebook) -> str:

@@ -20,6 +20,8 @@ from hvcpd.language.pattern import Bindings, SlotValues, slot_sets
 
 OUTER = frozenset({"addressee", "speaker", "team", "other"})
 """Slots of the opening, and of who is quoted; they stay plain."""
+SECOND_TASKS = frozenset({"also", "then"})
+"""Slots of a second task: with them every message would be longer. A team that encrypts names one task at a time."""
 LEAST_BYTES = 2
 """65,536 statements: room for some thirty tasks, so that nearly all teams' messages are equally long."""
 
@@ -68,7 +70,8 @@ class Codebook:
         hashed = hashlib.sha256(b"hvcpd codebook 1")
         self.size = 0
         for compiled in filter(_has_place, forms):
-            for bound in sorted({tuple(sorted(each - OUTER)) for each in slot_sets(compiled.node)}):
+            sets = {each - OUTER for each in slot_sets(compiled.node) if not each & SECOND_TASKS}
+            for bound in sorted(tuple(sorted(each)) for each in sets):
                 entry = _Entry(compiled, self.size, tuple((slot, tuple(slots[slot])) for slot in bound))
                 self._entries.append(entry)
                 self.size += entry.size

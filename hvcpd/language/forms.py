@@ -45,6 +45,9 @@ SLOT_FIELDS = {
     "first": "first",
     "second": "second",
     "confirmed": "confirmed",
+    "with": "with",
+    "also": "also",
+    "then": "then",
     "third": "third",
     "metres": "distance_m",
     "remark": "text",
@@ -55,7 +58,10 @@ SLOT_FIELDS = {
     "count": "count",
 }
 """Field of the utterance or of its statement that each slot binds; `other` is the speaker quoted in a relayed one, and
-`confirmed` the task whose claim is confirmed in passing."""
+`confirmed` the task whose claim is confirmed in passing, `with` the second one of that claim."""
+TWO_TASKS = (" and <also>", " and <then>")
+"""How a second task is named where the air is scarce; a team that encrypts names one at a time."""
+AND_ALSO, AND_THEN = (f" [{words[1:]}]" for words in TWO_TASKS)
 
 
 class Kind(Enum):
@@ -118,11 +124,22 @@ _QUESTIONS: tuple[tuple[str, type[m.Statement], str], ...] = (
 )
 
 _IN_PASSING: tuple[tuple[str, type[m.Statement], str], ...] = (
-    ("i will complete task <number>", m.Claim, "And I take this task."),
-    ("task <number> complete", m.Completed, "And this task is done."),
-    ("task <number> complete, i will complete task <next>", m.Completed, "And this task is done, and I take the next."),
+    (f"i will complete task <number>{AND_ALSO}", m.Claim, "And I take this task."),
+    (f"task <number>{AND_ALSO} complete", m.Completed, "And this task is done."),
+    (
+        f"task <number>{AND_ALSO} complete, i will complete task <next>{AND_THEN}",
+        m.Completed,
+        "And this task is done, and I take the next.",
+    ),
 )
 """What follows a confirmation in the same breath, where many want to speak."""
+
+_READ_BACK: tuple[tuple[str, bool, str], ...] = (
+    ("<number>", False, "I heard what you said of this task: go ahead."),
+    ("<number> complete", True, "I heard that you have done this task."),
+    ("<number> and <also>", False, "I heard your claim of these two: go ahead."),
+    ("<number> and <also> complete", True, "I heard that you have done these two."),
+)
 
 _CHANGES: tuple[tuple[str, str, bool], ...] = (
     ("task <number> again", "Do this task once more.", False),
@@ -132,14 +149,16 @@ _CHANGES: tuple[tuple[str, str, bool], ...] = (
 _CORE: tuple[Form, ...] = (
     Form(OPENING, None, "A greeting: whoever hears it knows that I am here."),
     Form(f"{OPENING}, i will complete task <number>", m.Claim, "I take this task; after an order: I read it back."),
+    Form(f"{OPENING}, i will complete task <number> and <also>", m.Claim, "I take these two tasks."),
     Form(f"{OPENING}, i will <task>", m.Claim, "I take this task; after an order: I read it back."),
     Form(f"{OPENING}, {PLEASE} complete task <number>", m.Order, "Please do this task."),
     Form(f"{OPENING}, {PLEASE} <task>", m.Order, "Please do this task."),
     Form(f"{OPENING}, completing task <number>", m.Working, "I am at this task now."),
     Form(f"{OPENING}, completing task, <task>", m.Working, "I am at this task now."),
     Form(f"{OPENING}, task <number> complete {PASSED_ON}", m.Completed, "This task is done."),
+    Form(f"{OPENING}, task <number> and <also> complete", m.Completed, "These two tasks are done."),
     Form(
-        f"{OPENING}, task <number> complete, i will complete task <next>",
+        f"{OPENING}, task <number>{AND_ALSO} complete, i will complete task <next>{AND_THEN}",
         m.Completed,
         "This task is done, and I take the next one.",
     ),
@@ -158,21 +177,13 @@ _CORE: tuple[Form, ...] = (
     Form(f"{OPENING}, i do not know task <number>", m.Unknown, "I have no such task."),
     Form(f"{OPENING}, i am busy", m.Busy, "I am at something else: ask me later."),
     Form(f"{OPENING}, confirmed", m.Confirmed, "What you said is right: go ahead.", constants={"complete": False}),
-    Form(
-        f"{OPENING}, confirmed [task] <number>",
-        m.Confirmed,
-        "I heard what you said of this task: go ahead.",
-        constants={"complete": False},
-    ),
-    Form(
-        f"{OPENING}, confirmed [task] <number> complete",
-        m.Confirmed,
-        "I heard that you have done this task.",
-        constants={"complete": True},
+    *(
+        Form(f"{OPENING}, confirmed [task] {words}", m.Confirmed, means, constants={"complete": complete})
+        for words, complete, means in _READ_BACK
     ),
     *(
         Form(
-            f"{OPENING}, confirmed <confirmed>{' complete' * complete}, {words}",
+            f"{OPENING}, confirmed <confirmed> [and <with>]{' complete' * complete}, {words}",
             statement,
             f"{'I heard that you have done this task.' if complete else 'I heard your claim: go ahead.'} {means}",
             confirms_complete=complete,
@@ -276,7 +287,7 @@ RELAYABLE = (
     m.SealedMessage,
 )
 """What is passed on for somebody else, in a form of its own each."""
-_SAID_TWICE = ("<next>", "<confirmed>")
+_SAID_TWICE = ("<next>", "<confirmed>", "<also>")
 """Slots of forms that say two things at once: those are not passed on."""
 _RELAYS: tuple[Form, ...] = tuple(
     Form(

@@ -18,116 +18,20 @@ from hvcpd.language.proofs import Cipher as Cipher
 from hvcpd.language.proofs import Code as Code
 from hvcpd.language.proofs import Mark as Mark
 from hvcpd.language.proofs import Seal as Seal
-
-
-@dataclass(frozen=True)
-class TaskByNumber:
-    """A task by its number in the repository."""
-
-    number: int
-
-
-@dataclass(frozen=True)
-class TaskByName:
-    """A task by its name, in lower case."""
-
-    name: str
-
-
-TaskRef = TaskByNumber | TaskByName
-
-
-@dataclass(frozen=True)
-class Working:
-    """The speaker is at this task now: it renews the speaker's claim."""
-
-    task: TaskRef
-
-
-@dataclass(frozen=True)
-class Claim:
-    """The speaker will do this task; after an order it is the read-back."""
-
-    task: TaskRef
-
-
-@dataclass(frozen=True)
-class Order:
-    """The addressee is asked to do this task."""
-
-    task: TaskRef
-
-
-@dataclass(frozen=True)
-class Unable:
-    """The speaker cannot do this task: it lacks what it takes, or has tried and failed."""
-
-    task: TaskRef
-
-
-@dataclass(frozen=True)
-class Unknown:
-    """The speaker knows no such task."""
-
-    task: TaskByNumber
-
-
-@dataclass(frozen=True)
-class Busy:
-    """The speaker is at something else now."""
-
-
-@dataclass(frozen=True)
-class Completed:
-    """The speaker has done this task; with `next` it claims another one in the same breath.
-
-    `count`: of a task that was changed, the last `Change` that the speaker knew of.
-    """
-
-    task: TaskByNumber
-    next: TaskByNumber | None = None
-    count: int | None = None
-
-
-@dataclass(frozen=True)
-class Failed:
-    """The speaker gave this task up; it is free for others. `reason` is one that the task file lists."""
-
-    task: TaskByNumber
-    reason: str | None = None
-
-
-@dataclass(frozen=True)
-class Change:
-    """The task is to be done once more or, with `skip`, to be left out this time.
-
-    `count` tells whoever has missed it which change of this task it is, 1 to 9 and then anew; None: somebody wants it
-    now.
-    """
-
-    task: TaskByNumber
-    skip: bool = False
-    count: int | None = None
-
-
-@dataclass(frozen=True)
-class Confirmed:
-    """What the addressee said last is right; of a claim or report the task is named, so that it is read back.
-
-    `complete`: it was reported that the task is done; whoever missed the report learns it so.
-    """
-
-    task: TaskByNumber | None = None
-    complete: bool = False
-
-
-@dataclass(frozen=True)
-class ConfirmedAnd:
-    """What the addressee said last of a task is right; and in the same breath the speaker's own claim or report, to
-    all."""
-
-    confirmed: Confirmed
-    statement: Claim | Completed
+from hvcpd.language.task_messages import Busy as Busy
+from hvcpd.language.task_messages import Change as Change
+from hvcpd.language.task_messages import Claim as Claim
+from hvcpd.language.task_messages import Completed as Completed
+from hvcpd.language.task_messages import Confirmed as Confirmed
+from hvcpd.language.task_messages import ConfirmedAnd as ConfirmedAnd
+from hvcpd.language.task_messages import Failed as Failed
+from hvcpd.language.task_messages import Order as Order
+from hvcpd.language.task_messages import TaskByName as TaskByName
+from hvcpd.language.task_messages import TaskByNumber as TaskByNumber
+from hvcpd.language.task_messages import TaskRef as TaskRef
+from hvcpd.language.task_messages import Unable as Unable
+from hvcpd.language.task_messages import Unknown as Unknown
+from hvcpd.language.task_messages import Working as Working
 
 
 @dataclass(frozen=True)

@@ -317,7 +317,7 @@ def _slot_values(vocabulary: Vocabulary) -> SlotValues:
         "addressee": addressees,
         "speaker": {name: (name.lower(),) for name in vocabulary.names},
         "team": {team: spoken_words(team) for team in vocabulary.teams},
-        **dict.fromkeys(("number", "next", "confirmed", "first", "second", "third"), refs),
+        **dict.fromkeys(("number", "also", "next", "then", "confirmed", "with", "first", "second", "third"), refs),
         "other": {name: (name.lower(),) for name in vocabulary.names},
         "metres": {distance_m: spoken_words(text) for distance_m, text in DISTANCES_M.items()},
         "volts": {volts: spoken_words(text) for volts, text in VOLTS.items()},

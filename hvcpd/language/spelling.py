@@ -70,7 +70,7 @@ _NUMBER_OF = {word: number for number, word in enumerate(CODE_WORDS)}
 
 
 def words_for(bits: int) -> int:
-    """So many words hold a number of that size."""
+    """Number of words that hold a number of that size."""
     return -(-bits // BITS)
 
 

@@ -212,7 +212,7 @@ class _FileWatch:
             ) from error
         first = self._first = self._first or status
         if (status.st_dev, status.st_ino) != (first.st_dev, first.st_ino):
-            raise StoreError(f"{self._path}: another file is in the place of the robot's memory; restart the daemon")
+            raise StoreError(f"{self._path}: another file has replaced the robot's memory; restart the daemon")
         if status.st_size < self._size:
             raise StoreError(f"{self._path}: the robot's memory was cut short; check the disk and restart the daemon")
         self._size = status.st_size

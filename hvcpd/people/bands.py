@@ -29,7 +29,7 @@ LEAST = 1e-4
 """Added to energies before the logarithm."""
 
 SURELY_BEFORE_S = 0.2
-"""So long before the speech was noticed it may already have begun."""
+"""Longest time that speech may have begun before it was noticed."""
 QUIETER = 0.7
 """The quieter part of the frames before the speech tells its noise: somebody may have spoken before."""
 LEAST_FRAMES, QUIETEST = 10, 0.1

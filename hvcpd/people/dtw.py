@@ -35,11 +35,11 @@ AT_ONCE_FRAMES = 5 * BLOCK_FRAMES
 """Distances of so many frames are reckoned at once: of fewer takes longer, and those of a whole piece take 30 MB a
 person."""
 REACH = GUARD * BLOCK_FRAMES
-"""So many cells a path gets ahead in that time at most."""
+"""Most cells that a path advances in that time."""
 STEPS, FRAME_BITS = 1 << 14, 16
 FRAME_MASK = (1 << FRAME_BITS) - 1
 WIDTH = np.float32(120.0)
-"""A path is dropped that costs so much more than the best: as much as half a second of wrong sounds."""
+"""A path is dropped if it costs this much more than the best: as much as half a second of wrong sounds."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -21,7 +21,7 @@ from hvcpd.recognition.fitted import fitted
 Words = tuple[str, ...]
 
 MOST_LOSS = 60.0
-"""A sentence that loses so much more than another is none; how much more tells nothing."""
+"""A sentence that loses this much more than another is none; beyond that, the amount says nothing."""
 MOST_FARTHER = 100.0
 """Likewise, of what enrolled people's words tell."""
 MOST_LOGIT, MOST_LEAD = 9.2, 6.0

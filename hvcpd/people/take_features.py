@@ -35,7 +35,7 @@ QUIET_SHARE = 8
 """One frame in so many, the quietest, tells what the room's noise is for the net."""
 LEAST_QUIET = 5
 MOST_OTHERS = 500
-"""So many takes are remembered at most that the newest listener does not need, 5 kB each: of two people."""
+"""Most takes that are remembered though the newest listener does not need them, 5 kB each: those of two people."""
 
 
 @cache

@@ -66,7 +66,7 @@ class Heard:
 
 @dataclass(frozen=True, eq=False)
 class _Fit:
-    """How one sentence fits in the voices that have its words: least for who fits best, less for more who fit."""
+    """How one sentence fits in the voices that have its words: least for the best voice, less if more voices fit."""
 
     vote: float
     dtw: OnePassDtw

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hvcpd.recognition.frontend import N_BANDS, Energies
-from hvcpd.recognition.steadiness import STEADY_NOISE
+from hvcpd.recognition.noise import STEADY_NOISE
 
 FAST_FRAMES = 8
 """80 ms: short enough to hear an onset in time for listen-before-talk."""
@@ -34,9 +34,9 @@ class ActivitySettings:
     onset: float = 0.8
     """Busy from here: 5 standard deviations of the fast window in steady noise."""
     release: float = 0.45
-    """No longer busy below this..."""
+    """Threshold below which it is no longer busy, after `release_frames`."""
     release_frames: int = 16
-    """...for 160 ms, which bridges the closures of stop consonants and the commas' pauses."""
+    """160 ms below `release`, which bridge the closures of stop consonants and the commas' pauses."""
     alert: float = 0.3
     """The slow window's threshold that wakes the network: the most in 5 minutes of steady noise (5 deviations)."""
     long_alert: float = 0.18
@@ -69,7 +69,7 @@ class ActivityDetector:
         self._windows = _window_matrix()
         self._history = np.zeros((LONG_FRAMES, N_GROUPS + 1), np.float32)
         self.quiet_frames = 0
-        """So many frames it was quiet again."""
+        """Number of quiet frames since speech ended."""
         self.busy = False
         """Somebody else is speaking."""
         self.alert = False

@@ -195,7 +195,7 @@ class CoherentListener:
             if self._is_best(path):
                 words = (*self._before(path), *self._words_of(path))
                 found.append(Coherent(words, path.book.voice, path.score, path.explained, path.loses, path.gain))
-                # A faint likeness amid other talk must not end the sentence that somebody else has begun meanwhile.
+                # A faint likeness in other talk must not end the sentence that somebody else has begun meanwhile.
                 self.dismiss(path.end, path.book.voice if path.score < SETTLED else None)
         return found
 
@@ -241,7 +241,7 @@ class CoherentListener:
                 path.goes_on, path.waiting = False, list(self._next(path))
 
     def _may_be_longer(self, path: Path) -> bool:
-        """Whether a longer word in the place of one of its words fits too, as far as was heard."""
+        """Whether a longer word instead of one of its words fits too, as far as was heard."""
         now = self._sound.end
         if path.contested_until is None:
             path.contested_until = now
@@ -313,7 +313,7 @@ class CoherentListener:
         return words
 
     def _handicap(self, path: Path, after: Path | None, rest: Sequence[str]) -> Callable[[str], float]:
-        """What another word in the place of the last one loses: `after` and the `rest` may not be able to follow it."""
+        """What another word instead of the last one loses: `after` and the `rest` may not be able to follow it."""
         loses = max(after.likelihood - 2.0 * BY_CHANCE, 0.0) if after is not None else 0.0
         source = path.parent.node if path.parent is not None else self._graph.start
         return lambda word: 0.0 if self._graph.finals & ends_of(self._graph, source, (word, *rest)) else loses

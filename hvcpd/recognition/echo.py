@@ -17,18 +17,18 @@ from hvcpd.ports import Samples
 BLOCK = 320
 """Samples that are worked through at a time: 20 ms."""
 PARTS = 7
-"""The way is known for so many blocks: 140 ms, of which 40 are for a latency that is known to within 20 ms only, the
-rest for the room's early sound."""
+"""Number of blocks over which the echo path is modelled: 140 ms, of which 40 are for a latency that is known to within
+20 ms only, the rest for the room's early sound."""
 _EARLY_PARTS = 3
-"""The direct sound is in one of these;"""
+"""Number of first blocks, one of which has the direct sound."""
 _LATE_POWER = 0.03
-"""later ones are weaker by so much before anything is known of them,"""
+"""Initial power of later blocks, relative to the first ones."""
 _DECAY = 0.6
-"""and each weaker by so much than the one before: 20 ms of a room of 0.55 s."""
+"""Initial power of each later block relative to the one before: 20 ms in a room of 0.55 s."""
 _FORGET = 0.9998
 """The way changes by so little from block to block: by half in a minute of speech."""
 _SMOOTH = 0.8
-"""Over so much of the last block's error the noise is averaged."""
+"""Weight of the last block's error in the average of the noise."""
 _SILENT = 1e-5
 """A peak below this is no voice: nothing is to be learned from it."""
 

@@ -49,7 +49,7 @@ BATCH = 4
 MOST_OF_SOUND = 8
 """OnsetSearch of one sound in one step, the strongest ones."""
 MOST_SCRUTINIZED = 48
-"""Of all onsets in one step, the strongest ones: amid babble, hisses of other voices come before a word's beginning."""
+"""Of all onsets in one step, the strongest ones: in babble, hisses of other voices come before a word's beginning."""
 LEAST_THERE = 4.5
 """Least strength of an onset for what is left over where it is found."""
 LEAST_OF_BEST = 0.25

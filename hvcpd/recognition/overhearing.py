@@ -18,7 +18,7 @@ from hvcpd.recognition.keyword.words import LENGTH_FRAMES, KeywordSpotter, Word
 from hvcpd.recognition.stream import FrameStream
 
 EARLIER_S = 0.02
-"""The own voice may be heard so much earlier, or later, than it is said to be."""
+"""Most that the own voice may be heard earlier or later than expected."""
 FAINTEST_DB = -15.0
 """The least level of the word, by the own voice's; the filter leaves -16 dB of it in its first sentence."""
 LEVEL_QUANTILE = 0.75

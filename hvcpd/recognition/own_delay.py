@@ -26,7 +26,7 @@ RANGE_DB = 40.0
 """Below each band's loudest; what is fainter in a sentence drowns in a room."""
 LEAST_CORRELATION = 0.45
 CORRELATION_ROOT_FRAMES = 5.2
-"""So much correlation is asked for, and no less than the latter over the root of the number of frames: 0.67 of 0.6 s.
+"""Least correlation: the first, and the second over the root of the number of frames (0.67 of 0.6 s).
 Measured on sentences of 1.5 to 5 s in a room of 0.45 s: 0.9 with little noise, 0.55 to 0.7 at 0 dB, 0.46 to 0.55 at
 -5 dB; on somebody else's different sentences 0.38 at most, on noise 0.08."""
 

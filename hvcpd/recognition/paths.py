@@ -31,7 +31,7 @@ BY_CHANCE = 4.0
 SAME_WORD = 0.9
 """Of the likelihood of a word at another pitch, the least of the one that its place asks for."""
 BEHIND_SHARE, BEHIND = 1.5, 80.0
-"""With so many times its score and so much more, another path is the right one, or neither is."""
+"""A path whose score is this many times and this much higher is the right one, or neither is."""
 LEAST_MARGIN = 5.0
 """Least log likelihood ratio of a word against any other in its place."""
 AMPLE_MARGIN = 20.0
@@ -59,7 +59,7 @@ class Said(Signal, Protocol):
 
     @property
     def lead(self) -> int:
-        """Samples of it that precede its audible part: so much earlier it begins after a pause."""
+        """Samples of it that precede its audible part: after a pause it begins this much earlier."""
 
     @property
     def advance(self) -> int:
@@ -192,7 +192,7 @@ class Path:
     loses: bool = False
     """At the last look it surely did."""
     contested_until: int | None = None
-    """At this sample, longer words that may be said in the place of its words have ended."""
+    """At this sample, longer words that may be said instead of its words have ended."""
 
     @property
     def gain(self) -> float:
@@ -211,7 +211,7 @@ class Path:
         """By how much the last word is likelier than any other in its place, and than none.
 
         Unless the sentence `ends` with it, it may be a little less likely than none: what follows speaks for it.
-        `handicap`: what follows speaks so much against another word; it is asked for those only that come near.
+        `handicap`: how strongly what follows speaks against another word; it is asked for those only that come near.
         """
         tried = self.parent.tried if self.parent else {}
         near = self.likelihood - AMPLE_MARGIN

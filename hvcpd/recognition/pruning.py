@@ -97,7 +97,7 @@ def common_states(old: Layout, new: Layout) -> tuple[Index, NDArray[np.bool_]]:
 HORIZON_FRAMES = 8
 """80 ms: so many frames are decoded between two prunings; fewer cost more, more delay the end of a sentence."""
 REACH = 2 * HORIZON_FRAMES
-"""So many states a path gets ahead in that time at most."""
+"""Most states that a path advances in that time."""
 
 
 @dataclass(frozen=True)

@@ -161,7 +161,7 @@ class Recogniser:
         speech = self._spotter.awake or self.watch.activity.alert
         if self._agreement is not None:
             events = self._settled(self._agreement, chunk, events, speech)
-        events += self._keyword.hear(chunk, events, speech, self._spotter.best.node >= 0)
+        events += self._keyword.hear(chunk, events, self._spotter.best.node >= 0)
         self._doze(len(energies))
         return events
 

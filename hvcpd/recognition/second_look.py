@@ -27,20 +27,18 @@ LEAD_S = 3.0
 BEFORE_S, AFTER_S = 0.5, 0.4
 """Around what was noticed as speech, for its faint beginning and end; AFTER_S is heard by the time it is told."""
 PAUSE_S = 0.5
-"""Speech so soon after lost sound may be the end of a longer sentence: torn speech has been heard as "stop"..."""
+"""Speech this soon after lost sound may be the end of a longer sentence: torn speech has been heard as "stop"."""
 SHORT_S = 0.1
-"""...unless so little was lost that no word was, nobody had spoken for PAUSE_S before..."""
+"""A loss shorter than this loses no word. Speech after it counts as whole if nobody had spoken for PAUSE_S before, and
+after ONSET_S of quiet."""
 ONSET_S = 0.1
-"""...and it was quiet for so long after it: then it begins with its first sound."""
+"""Quiet between lost sound and speech after which the speech begins with its first sound."""
 MIN_LEAD_S = 0.3
 """Of sound before the speech, to know its noise."""
 LONGEST_S = 12.0
 """No sentence of the phrasebook takes longer; other talk does, and is looked at from pause to pause."""
 PAUSES_S = 0.2
 """Around what lies between two pauses of talk."""
-CLATTER, CLATTER_S = 0.75, (5.0, 10.0)
-"""Where there were signs for more than this share of the last seconds (at first of 5 s, later of 10), they tell nothing
-of who begins or ends: a sentence takes 6 s or less, and then somebody waits."""
 MOST_WAIT_S = 3.0
 """Then the speech is garbled: a robot that has not answered by then is asked again anyway."""
 
@@ -51,9 +49,8 @@ class Piece:
 
     `sound`, shape (n,), begins with `lead` samples of what was heard before it; `start` and `end` are where the speech
     was noticed and `origin` where the sound begins, in samples since the ears were made. What the robot itself said
-    is left out of the sound. `clatter`: there had been signs of speech nearly all the time.
-    `within_talk`: somebody speaks before it and after it; a sentence that ends with it may begin at one of the samples
-    `later`, too.
+    is left out of the sound. `within_talk`: somebody speaks before it and after it; a sentence that ends with it may
+    begin at one of the samples `later`, too.
     """
 
     sound: Samples
@@ -61,7 +58,6 @@ class Piece:
     start: int
     end: int
     origin: int
-    clatter: bool = False
     within_talk: bool = False
     later: tuple[int, ...] = ()
 
@@ -83,15 +79,14 @@ class Piece:
 
     @property
     def snr_db(self) -> float:
-        """The mean power of the speech over that of the noise before it; infinite without enough of that. In clatter
-        all that was heard before is noise, its loud parts too."""
+        """The mean power of the speech over that of the noise before it; infinite without enough of that."""
         lead = self.sound[: self.lead].astype(np.float64)
         if len(lead) < MIN_LEAD_S * SAMPLE_RATE_HZ:
             return math.inf
         frame = SAMPLE_RATE_HZ // 50
         # Somebody may have spoken before: the noise is what is left in the quieter parts.
         powers = np.mean(lead[: len(lead) // frame * frame].reshape(-1, frame) ** 2, axis=1)
-        noise = float(powers.mean() if self.clatter else np.quantile(powers, 0.3))
+        noise = float(np.quantile(powers, 0.3))
         return snr_db(self.sound[self.lead : self.lead + self.end - self.start], noise)
 
 
@@ -158,7 +153,7 @@ class Prepares(Protocol):
 
 
 class LaterEars(Generic[Job, Found]):
-    """`Ears` around others that have sound looked at again: they keep the last seconds, and notice clatter."""
+    """`Ears` around others that have sound looked at again, and keep the last seconds for it."""
 
     def __init__(self, ears: Ears, listener: Prepares, worker: Worker[Job, Found], keep: int) -> None:
         """`keep`: samples of sound that are kept."""
@@ -167,17 +162,11 @@ class LaterEars(Generic[Job, Found]):
         self._worker = worker
         self._history = History(keep)
         self._began = self._now = 0
-        self._stirred = 0.0
-        """Share of the last seconds in which there were signs of speech."""
 
     @property
     def signs(self) -> bool:
         """As `Ears.signs`."""
         return self._ears.signs
-
-    @property
-    def _clatters(self) -> bool:
-        return self._stirred > CLATTER
 
     def prepare(self, go_on: Callable[[], bool]) -> None:
         """As `Recogniser.prepare`."""
@@ -190,8 +179,6 @@ class LaterEars(Generic[Job, Found]):
         self._began, self._now = self._now, self._now + len(samples)
         if not masked:
             self._history.push(self._began, cleaned(samples))
-            within = np.clip(self._now / SAMPLE_RATE_HZ, *CLATTER_S) * SAMPLE_RATE_HZ
-            self._stirred += (float(self._ears.signs) - self._stirred) * len(samples) / within
             self._follow()
         else:
             self._mask()
@@ -207,8 +194,7 @@ class LaterEars(Generic[Job, Found]):
     def succeed(self, predecessor: Self) -> None:
         """Go on where `predecessor` is, with what it still waits for."""
         self._ears.succeed(predecessor._ears)
-        self._worker, self._history = predecessor._worker, predecessor._history
-        self._now, self._stirred = predecessor._now, predecessor._stirred
+        self._worker, self._history, self._now = predecessor._worker, predecessor._history, predecessor._now
 
     def take(self, events: Sequence[Event]) -> list[Event]:
         """What comes of events that the first ears told, and of looks that have ended."""
@@ -219,7 +205,7 @@ class LaterEars(Generic[Job, Found]):
         raise NotImplementedError
 
     def _break_off(self, n_samples: int) -> None:
-        """So many samples were lost."""
+        """Number of samples that were lost."""
         raise NotImplementedError
 
     def _mask(self) -> None:
@@ -325,8 +311,7 @@ class SecondEars(LaterEars[Piece, Recognised | None]):
         sound, lead = self._history.around(begin, event.start_sample, end)
         if len(sound) - lead < event.end_sample - event.start_sample:
             return None
-        origin = event.start_sample - lead
-        return Piece(sound, lead, event.start_sample, event.end_sample, origin, self._clatters)
+        return Piece(sound, lead, event.start_sample, event.end_sample, event.start_sample - lead)
 
     def _waiting_at(self, event: Garbled) -> bool:
         return any(p.start < event.end_sample and event.start_sample < p.end for p in self._waiting)

@@ -18,9 +18,9 @@ class SegmentSettings:
     min_modulation: float = 0.35
     """Standard deviation over time of the mean log energy, natural log: steady noise has 0.1, speech 0.7 and more."""
     wait_frames: int = 50
-    """0.5 s of quiet before speech without a sentence is given up: twice the sentence's own end rule..."""
+    """0.5 s of quiet before speech without a sentence is given up: twice the sentence's own end rule."""
     longer_wait_frames: int = 110
-    """...or 1.1 s, while a sentence seems to be under way: its faint end may still be heard (a final n in noise)."""
+    """The same while a sentence seems to be under way (1.1 s): its faint end may still come (a final n in noise)."""
 
 
 @dataclass(frozen=True)

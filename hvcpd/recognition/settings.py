@@ -40,7 +40,7 @@ class RecogniserSettings:
     nothing seems to be above it, and right sentences explain 0.15 and more."""
     confidence: ConfidenceCurve = field(default_factory=ConfidenceCurve)
     max_pause: float = 10.0
-    """A pause may pass over so much speech (in frames of it): right sentences have 7 at most in noise and rooms, and a
+    """Most speech that a pause may pass over, in frames of it: right sentences have 7 at most in noise and rooms, and a
     name left out ("hi rex, I am Ted" as "hi, I am Ted") has 15 and more."""
     min_gain: float = 16.0
     """What a sentence must fit better than the filler, in all. In noise alone words do by 4 at most; in people's talk

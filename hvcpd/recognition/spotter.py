@@ -219,7 +219,7 @@ class Spotter:
         )
 
     def _needed_rest(self, best: Best) -> int:
-        """So many frames of rest end a sentence with this path."""
+        """Number of frames of rest that end a sentence with this path."""
         s = self._settings
         hidden = self._scorer.vowels_db(self._gain) < s.hidden_db
         if self._net.goes_on[best.node] and (hidden or best.behind > s.going_on):

@@ -15,7 +15,7 @@ CHUNK_FRAMES = 4
 CHUNK_SAMPLES = CHUNK_FRAMES * HOP_SAMPLES
 _NEEDED_SAMPLES = CHUNK_SAMPLES - HOP_SAMPLES + WINDOW_SAMPLES
 _DRAIN_CHUNKS = 2
-"""So many chunks hold more samples than the stream ever keeps."""
+"""Number of chunks that hold more samples than the stream ever keeps."""
 _SLICE_SAMPLES = 16_000
 """A long block is worked through in slices of 1 s, which bounds memory."""
 

@@ -14,8 +14,7 @@ from hvcpd.ports import Samples
 from hvcpd.recognition.activity import ActivityDetector, ActivitySettings
 from hvcpd.recognition.events import Event
 from hvcpd.recognition.frontend import N_BANDS, Energies, power_weights
-from hvcpd.recognition.noise import STEP_FRAMES, NoiseTracker
-from hvcpd.recognition.steadiness import STEADY_NOISE
+from hvcpd.recognition.noise import STEADY_NOISE, STEP_FRAMES, NoiseTracker
 from hvcpd.recognition.stream import CHUNK_FRAMES, CHUNK_SAMPLES, Chunk, FrameStream
 
 RECENT_FRAMES = 160

@@ -107,8 +107,11 @@ def _figures(story: Story, trails: list[Trail]) -> Markup:
         figures.append((f"{summary.tasks - summary.lost} of {summary.tasks}", "tasks done"))
     figures.append((clock(story.end_s), "minutes of mission"))
     if summary is not None:
-        understood = f"{summary.utterances_understood} of {summary.utterances_sent}"
-        figures.append((understood, "utterances understood"))
+        if len(story.robots) > 1:
+            understood = f"{summary.utterances_understood} of {summary.utterances_sent}"
+            figures.append((understood, "utterances understood"))
+        else:
+            figures.append((str(summary.utterances_sent), "utterances, and no other robot to hear them"))
         figures.append((str(summary.collisions), "collision" if summary.collisions == 1 else "collisions"))
     if len(trails) <= MAX_NAMED_DRIVES:
         figures += [(f"{length_m(trail):.1f} m", f"driven by {trail.robot}") for trail in trails]

@@ -149,7 +149,7 @@ class LiveView:
         watch = self._watch
         done, total = len(watch.watered), len(watch.names)
         passed_s = self._monotonic_s() - self._began_s
-        text = f"{done} of {total} done · {clock(watch.now_s)} min of mission"
+        text = f"{done} of {total} done · {clock(watch.now_s)} of mission time"
         if passed_s > 1.0:
             text += f" · {watch.now_s / passed_s:.0f} × real time"
         row = Table.grid(padding=(0, 1))

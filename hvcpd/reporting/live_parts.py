@@ -267,6 +267,11 @@ def conclusion(artist: Artist, watch: Watch, summary: Summary) -> Iterable[Text]
     rate = f"{summary.realtime_factor:.0f} times faster than real time"
     if summary.realtime_factor < 1.5:
         rate = "in real time" if summary.realtime_factor > 0.9 else "slower than real time"
-    understood = f"{summary.utterances_understood} of {plural(summary.utterances_sent, 'utterance')} understood"
-    yield artist.text(f"  {understood}, {plural(summary.collisions, 'collision')}")
-    yield artist.text(f"  {clock(summary.virtual_s)} min in {summary.wall_s:.1f} s: {rate} (seed {summary.seed})")
+    sent = plural(summary.utterances_sent, "utterance")
+    if len(watch.started.robots) > 1:
+        understood = f"{summary.utterances_understood} of {sent} understood"
+        yield artist.text(f"  {understood}, {plural(summary.collisions, 'collision')}")
+    else:
+        yield artist.text(f"  {sent}, and no other robot to hear them")
+    mission = f"{clock(summary.virtual_s)} of mission time in {summary.wall_s:.1f} s"
+    yield artist.text(f"  {mission}: {rate} (seed {summary.seed})")

@@ -74,7 +74,7 @@ def write_mcap(messages: Iterable[Message]) -> bytes:
     except ImportError:
         raise ConfigError("the library of MCAP is missing: `pipx inject hvcpd mcap`, or `pip install mcap`") from None
     file = io.BytesIO()
-    writer = Writer(file, compression=CompressionType.ZSTD)
+    writer: Any = Writer(file, compression=CompressionType.ZSTD)
     writer.start(profile="", library="hvcpd")
     schemas = {
         name: writer.register_schema(name, "jsonschema", json.dumps(schema).encode())

@@ -185,8 +185,9 @@ class _Reader:
             return
         member.team = utterance.team or member.team
         match utterance:
-            case m.Utterance(addressee=m.ToRobot(doer), statement=m.Confirmed(m.TaskByNumber() as ref, complete=True)):
-                self._complete(ref, self._member(doer), wall_s)  # whose report may not have been heard
+            case m.Utterance(addressee=m.ToRobot(doer), statement=m.Confirmed(complete=True) as confirmed):
+                for ref in confirmed.tasks:
+                    self._complete(ref, self._member(doer), wall_s)  # whose report may not have been heard
             case _:
                 self._tell(m.parts(utterance)[-1].statement, member, wall_s)
 
@@ -201,12 +202,12 @@ class _Reader:
 
     def _tell(self, statement: m.Statement | None, member: Member, wall_s: float) -> None:
         match statement:
-            case m.Claim(ref) | m.Working(ref):
+            case m.Claim(ref) | m.Working(ref):  # of two claimed at once it goes to the first
                 self._change(ref, "claimed", member.name, wall_s)
-            case m.Completed(ref, following):
-                self._complete(ref, member, wall_s)
-                if following is not None:
-                    self._change(following, "claimed", member.name, wall_s)
+            case m.Completed():
+                for done in statement.tasks:
+                    self._complete(done, member, wall_s)
+                self._tell(statement.claim, member, wall_s)
             case m.Failed(ref):
                 member.failed.append(ref.number)
                 self._change(ref, "open", None, wall_s, member.name)

@@ -28,7 +28,7 @@ from hvcpd.skills.life import (
 )
 
 WATERING_SLACK_S = 30.0
-"""So much longer than it was told a skill may water, before it counts as hanging."""
+"""Time beyond a skill's limit after which it counts as hanging."""
 
 
 class Outcome(Enum):

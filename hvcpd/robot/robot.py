@@ -118,7 +118,7 @@ class Robot:
         self._voices = voices
 
     def adopt(self, phrasebook: Phrasebook, ears: Ears, then: Callable[[], None] | None = None) -> None:
-        """Understand other words, and do this `then`, as soon as nobody is in the midst of a sentence."""
+        """Understand other words, and do this `then`, as soon as nobody is in the middle of a sentence."""
         self._lesson = (phrasebook, ears)
         self._on_adopted += [then] if then is not None else []
 

@@ -12,24 +12,25 @@ is started by the host; its devices are open beforehand, so that it needs no tim
 from __future__ import annotations
 
 import asyncio
-import ctypes
 import json
 import os
 import select
 import signal
 import subprocess
 import sys
+import threading
 import time
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import suppress
 from dataclasses import asdict, dataclass
+from functools import partial
 from typing import Any
 
-PR_SET_PDEATHSIG = 1
-"""prctl(2)."""
-
 LET_GO_S = 5.0
-"""So long joints are told to let go that do not confirm it."""
+"""Longest time for which pins that are still in use are tried, and joints that do not confirm that they let go: a
+process that was killed may hold them for a moment more."""
+AGAIN_S = 0.01
+"""Between two tries."""
 REPLY_S = 0.034
 """Wait for a joint's reply; the SDK's own value, as `hvcpd.hardware.wheels` has it."""
 
@@ -37,13 +38,6 @@ BEAT_S = 0.1
 """Between two beats of a host, each an empty line."""
 SILENT_S = 0.5
 """A host without a beat for so long twice in a row is frozen. Twice: if both were frozen, it has time to beat first."""
-
-_prctl = ctypes.CDLL(None, use_errno=True).prctl
-
-
-def die_with_parent() -> None:
-    """Have the kernel end this process as soon as the one that started it is dead; for a child, before its program."""
-    _prctl(PR_SET_PDEATHSIG, signal.SIGKILL, 0, 0, 0)
 
 
 @dataclass(frozen=True)
@@ -116,24 +110,19 @@ def watch(pipe: int) -> None:
             return
         if "pins" in value:
             pins = value["pins"]
-            if pins:
-                import gpiozero  # noqa: F401 - its import is what takes long
             if "line" in value:
-                import hvcpd.hardware.joints  # noqa: F401 - as above
-
                 line_of_joints = Line(**value["line"])
+            threading.Thread(target=_load, args=(pins, line_of_joints), daemon=True).start()
         else:
             group, safe = value["group"], value["safe"]
-    for pin, high in pins:
-        _switch_off(pin, high)
-    if line_of_joints is not None:
-        _let_go(line_of_joints)
     if group is not None:
         with suppress(ProcessLookupError, PermissionError):
             os.killpg(group, signal.SIGKILL)
-    if safe:
-        with suppress(OSError):
-            subprocess.run(safe, stdin=subprocess.DEVNULL, check=False, timeout=5.0)
+    running = _started(safe)
+    _make_safe(pins, line_of_joints)
+    if running is not None:
+        with suppress(subprocess.TimeoutExpired):
+            running.wait(LET_GO_S)
 
 
 def _lines(pipe: int) -> Iterator[bytes]:
@@ -155,31 +144,56 @@ def _lines(pipe: int) -> Iterator[bytes]:
         yield from whole
 
 
-def _switch_off(pin: int, active_high: bool) -> None:
-    from gpiozero import DigitalOutputDevice
-    from gpiozero.exc import GPIOZeroError
+def _load(pins: Iterable[object], joints: Line | None) -> None:
+    """Import what pins and joints need, which is what takes long, before it is needed."""
+    if pins:
+        import gpiozero  # noqa: F401
 
-    with suppress(GPIOZeroError, OSError):  # whatever one pin does, the others are switched off
-        DigitalOutputDevice(pin, active_high=active_high, initial_value=False)
+        import hvcpd.hardware.gpio
+    if joints is not None:
+        import hvcpd.hardware.joints  # noqa: F401
 
 
-def _let_go(line: Line) -> None:
-    """Take the torque off; whoever was killed may hold the port for a moment more."""
+def _started(words: list[str]) -> subprocess.Popen[bytes] | None:
+    with suppress(OSError):
+        return subprocess.Popen(words, stdin=subprocess.DEVNULL) if words else None
+    return None
+
+
+def _make_safe(pins: Iterable[tuple[int, bool]], joints: Line | None) -> None:
+    """Switch all pins off and let all joints go, over and over until all are, or LET_GO_S are over."""
+    waiting: list[Callable[[], bool]] = [partial(_is_off, pin, high) for pin, high in pins]
+    if joints is not None:
+        waiting += [partial(_has_let_go, joints, motor_id) for motor_id in joints.ids]
+    until_s = time.monotonic() + LET_GO_S
+    while (waiting := [safe for safe in waiting if not safe()]) and time.monotonic() < until_s:
+        time.sleep(AGAIN_S)
+
+
+def _is_off(pin: int, active_high: bool) -> bool:
+    from hvcpd.errors import DeviceError
+    from hvcpd.hardware.gpio import device
+
+    try:
+        device("DigitalOutputDevice", pin, active_high=active_high, initial_value=False)
+    except DeviceError:
+        return False
+    return True
+
+
+def _has_let_go(line: Line, motor_id: int) -> bool:
     from hvcpd.errors import DeviceError
     from hvcpd.hardware.joints import lets_go
     from hvcpd.hardware.wheels_bus import DynamixelBus
 
-    waiting = set(line.ids)
-    until_s = time.monotonic() + LET_GO_S
-    while waiting and time.monotonic() < until_s:
-        bus = DynamixelBus(line.port, line.baud_rate, REPLY_S)
-        try:
-            bus.open()
-            waiting -= {motor_id for motor_id in waiting if lets_go(bus, motor_id)}
-        except DeviceError:
-            time.sleep(0.01)
-        finally:
-            bus.close()
+    bus = DynamixelBus(line.port, line.baud_rate, REPLY_S)
+    try:
+        bus.open()
+        return bool(lets_go(bus, motor_id))
+    except DeviceError:
+        return False
+    finally:
+        bus.close()
 
 
 if __name__ == "__main__":

@@ -19,7 +19,7 @@ from hvcpd.skills.runners import FailedError, Runner
 BEATS_MISSED_S = 0.35
 """Three beats and a half: a robot that says nothing for so long hangs, and what it asked for is left, safe."""
 ENDING_S = 1.0
-"""So long calls may take to leave all safe once the connection is broken."""
+"""Longest time that calls may take to leave all safe once the connection is broken."""
 
 _log = structlog.get_logger(__name__)
 

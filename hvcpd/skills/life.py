@@ -95,7 +95,7 @@ class Report:
 
 
 class Life:
-    """One call under way. `take` what is told of it, and ask `state`; `is_late` asks for the time."""
+    """One call under way. `take` reports about it, then read `state`; `is_late` needs the time."""
 
     def __init__(self, call: Call, now: float) -> None:
         self.call = call

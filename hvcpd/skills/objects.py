@@ -14,8 +14,10 @@ is that process: calls come in as lines of JSON, and what becomes of them goes o
 from __future__ import annotations
 
 import asyncio
+import ctypes
 import json
 import os
+import signal
 import subprocess
 import sys
 from collections.abc import Awaitable, Callable, Mapping
@@ -29,6 +31,8 @@ from hvcpd.skills.life import CANCELLED, Call
 from hvcpd.skills.runners import TERM_S, FailedError, Said, Tell, end_group, shielded, start, take_line
 
 GROUP = "hvcpd.skills"
+PR_SET_PDEATHSIG = 1
+"""prctl(2)."""
 MAKE_S = 30.0
 """What large libraries, such as one for arms or cameras, may take to load on a Raspberry Pi."""
 
@@ -129,7 +133,7 @@ class Object:
                 return value
 
     def hold(self, on: bool) -> None:
-        """A Python object is not held: it may be in the midst of anything, and a stop cancels it soon enough."""
+        """A Python object is not held: it may be in the middle of anything, and a stop cancels it soon enough."""
 
     async def close(self) -> None:
         """End its process."""
@@ -179,7 +183,13 @@ class _Worker:
             self._out({"results": dict(result.results), **over})
 
 
+def _die_with_parent() -> None:
+    """Have the kernel end this process as soon as the one that started it is dead, whatever the object is at."""
+    ctypes.CDLL(None).prctl(PR_SET_PDEATHSIG, signal.SIGKILL, 0, 0, 0)
+
+
 async def _work(name: str) -> None:
+    _die_with_parent()
     out = os.fdopen(os.dup(1), "wb", buffering=0)
     os.dup2(2, 1)  # what the object prints is no answer
     point = next(iter(entry_points(group=GROUP, name=name)))

@@ -8,7 +8,7 @@ from contextlib import suppress
 from typing import Any
 
 from hvcpd.config.skill_settings import PinSettings
-from hvcpd.errors import DeviceError, how_to_install
+from hvcpd.hardware.gpio import device
 from hvcpd.skills.life import Call
 from hvcpd.skills.runners import FailedError, Tell
 
@@ -28,20 +28,9 @@ class Pin:
 
     def __init__(self, settings: PinSettings, pins: Any = None) -> None:
         self._settings = settings
-        try:
-            from gpiozero import Button, DigitalOutputDevice
-            from gpiozero.exc import GPIOZeroError
-        except ImportError:
-            remedy = how_to_install("gpiozero lgpio", "python3-gpiozero python3-lgpio")
-            raise DeviceError(f"gpiozero is not installed; run `{remedy}`") from None
         number, empty, high = settings.pin, settings.empty_pin, settings.active_high
-        try:
-            self._device = DigitalOutputDevice(number, active_high=high, initial_value=False, pin_factory=pins)
-            number = empty if empty is not None else number
-            self._empty = Button(empty, pin_factory=pins) if empty is not None else None
-        except (GPIOZeroError, OSError) as error:
-            text = f"pin {number} cannot be used ({error}); end what else uses it, or name another pin"
-            raise DeviceError(text) from None
+        self._device = device("DigitalOutputDevice", number, active_high=high, initial_value=False, pin_factory=pins)
+        self._empty = device("Button", empty, pin_factory=pins) if empty is not None else None
         self._goes_on, self._held = asyncio.Event(), asyncio.Event()
         self._goes_on.set()
 

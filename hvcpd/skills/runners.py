@@ -19,13 +19,13 @@ from typing import Any, Protocol
 import structlog
 
 from hvcpd.config.skills import Value
-from hvcpd.skills.guard import GuardLine, die_with_parent
+from hvcpd.skills.guard import GuardLine
 from hvcpd.skills.life import Call
 
 TERM_S = 0.25
 """After SIGTERM a program has so long to leave all safe, before SIGKILL; a stop is to be safe within half a second."""
 SAFE_S = 5.0
-"""So long the program that leaves all safe may take, before it is ended too."""
+"""Longest time for the program that leaves all safe, before it is ended too."""
 MAX_LINE_BYTES = 8192
 """Of what a program says; longer lines are passed over."""
 MAX_REASON_LENGTH = 200
@@ -142,14 +142,17 @@ async def shielded(last: Any) -> None:
 
 
 async def start(words: tuple[str, ...], asks: bool = False) -> asyncio.subprocess.Process:
-    """A program in a group of its own, that dies with this process. Raises OSError."""
+    """A program in a group of its own. Raises OSError.
+
+    Nothing is done between fork and exec: for that Python copies its own process, which takes the longer the larger
+    it is. That nothing outlives this process is the guard's work.
+    """
     return await asyncio.create_subprocess_exec(
         *words,
         stdin=asyncio.subprocess.PIPE if asks else asyncio.subprocess.DEVNULL,
         stdout=asyncio.subprocess.PIPE,
         limit=MAX_LINE_BYTES,
         start_new_session=True,
-        preexec_fn=die_with_parent,
     )
 
 

@@ -21,7 +21,7 @@ def allophone(phones: Sequence[str], number: int) -> Phone:
     phone = PHONES[base]
     before = phones[number - 1].rstrip("012") if number else ""
     after = phones[number + 1] if number + 1 < len(phones) else ""
-    if base in ("T", "D") and _is_flapped(phones, number):
+    if base in ("T", "D") and is_flapped(phones, number):
         return FLAP
     if phone.kind is Kind.STOP:
         if before == "S" and not phone.voiced and after:
@@ -59,7 +59,7 @@ FLAP = replace(PHONES["D"], inherent_s=0.025, least_s=0.02, voicing_db=-8.0, noi
 Laferriere, JASA 66, 1979)."""
 
 
-def _is_flapped(phones: Sequence[str], number: int) -> bool:
+def is_flapped(phones: Sequence[str], number: int) -> bool:
     """Between a vowel (or R) and an unstressed vowel."""
     if not 0 < number < len(phones) - 1:
         return False

@@ -17,6 +17,7 @@ from hvcpd.synthesis.homographs import Place, place_in
 from hvcpd.synthesis.klatt import synthesize
 from hvcpd.synthesis.leveling import audible, fade, level_gain, leveled
 from hvcpd.synthesis.lexicon import Lexicon
+from hvcpd.synthesis.natural import unaccented, word_sound
 from hvcpd.synthesis.shipped import from_steps, in_steps
 from hvcpd.synthesis.unit_cache import UnitCache, key_of
 from hvcpd.synthesis.voices import Voice
@@ -91,7 +92,21 @@ class Speaker:
         `place` chooses among the pronunciations of such as "wind". A word without letters or digits gives an
         empty unit.
         """
-        return self._said(self._lexicon.pronounce(word, place), position, pitch)
+        return self._said(self._phones(word, self._lexicon.pronounce(word, place), position), position, pitch)
+
+    def _phones(self, word: str, phones: Pronunciation, position: UnitPosition) -> Pronunciation:
+        """A pronunciation as this voice says it there: a natural one gives no accent to "the", "I" or "am" in a
+        phrase."""
+        medial = position is UnitPosition.MEDIAL
+        return unaccented(word, phones) if self.voice.natural and medial else phones
+
+    def _spoken(self, word: str) -> list[tuple[Pronunciation, UnitPosition]]:
+        """All that a sentence may have of a word: each pronunciation before another word and before a pause."""
+        return [
+            (self._phones(word, phones, position), position)
+            for phones in self._lexicon.spoken(word)
+            for position in UnitPosition
+        ]
 
     def _make_read_only(self, phones: Pronunciation, position: UnitPosition, pitch: float) -> Samples:
         unit = self._make(phones, position, pitch)
@@ -103,8 +118,12 @@ class Speaker:
             return np.zeros(0, dtype=np.float32)
 
         def fresh() -> Samples:
-            controls = controls_for(phones, self.voice, position is UnitPosition.FINAL, pitch)
-            return from_steps(in_steps(fade(leveled(synthesize(controls)), OVERLAP_S)))
+            final = position is UnitPosition.FINAL
+            if self.voice.natural:
+                sound = word_sound(phones, self.voice, final, pitch)
+            else:
+                sound = synthesize(controls_for(phones, self.voice, final, pitch))
+            return from_steps(in_steps(fade(leveled(sound), OVERLAP_S)))
 
         if self._cache is None:
             return fresh()
@@ -112,9 +131,8 @@ class Speaker:
 
     def keyed(self, word: str, pitch: float = 1.0) -> Iterator[tuple[str, Samples]]:
         """Yield each rendering of a word at that pitch under its key in a unit cache."""
-        for phones in self._lexicon.spoken(word):
-            for position in UnitPosition:
-                yield key_of(self._content(phones, position, pitch)), self._make(phones, position, pitch)
+        for phones, position in self._spoken(word):
+            yield key_of(self._content(phones, position, pitch)), self._make(phones, position, pitch)
 
     def _content(self, phones: Pronunciation, position: UnitPosition, pitch: float) -> tuple[object, ...]:
         """All that makes a unit what it is, beside the synthesizer's source."""
@@ -129,9 +147,9 @@ class Speaker:
         """
         edge = round(LEAD_S * SAMPLE_RATE_HZ)
         found = []
-        for phones in self._lexicon.spoken(word):
-            medial, final = (self._said(phones, position, 1.0) for position in UnitPosition)
-            found += [medial[edge : len(medial) - edge], final[edge:]]
+        for phones, position in self._spoken(word):
+            unit = self._said(phones, position, 1.0)
+            found.append(unit[edge:] if position is UnitPosition.FINAL else unit[edge : len(unit) - edge])
         return found
 
     def joined(self, word: str, pitch: float) -> list[Joined]:
@@ -142,9 +160,7 @@ class Speaker:
 
     def sounds(self, word: str, pitch: float) -> list[Samples]:
         """Return the waveforms of `joined` alone, shape (n,) each, float32."""
-        return [
-            self._make(phones, position, pitch) for phones in self._lexicon.spoken(word) for position in UnitPosition
-        ]
+        return [self._make(phones, position, pitch) for phones, position in self._spoken(word)]
 
     def phrase_templates(self, words: Sequence[str]) -> list[Samples]:
         """Return the renderings of several words said as one, before another word and before a pause: shape (n,)

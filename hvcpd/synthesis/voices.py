@@ -13,7 +13,8 @@ class Voice:
     `f0_hz` is the mean pitch, `pitch_range` scales accents and the final fall, `formant_scale` multiplies the formants
     (1 = adult male tract of 17.5 cm), `rate` divides durations, `breathiness_db` is the breath noise in voiced sounds
     relative to a vowel, `open_quotient` the share of the glottal cycle that is open, `tilt_hz` the corner of the
-    source's low-pass (low = dark).
+    source's low-pass (low = dark). A `natural` voice is a recorded talker's, made over to the same pitch, formants,
+    pace, breath and brightness (`natural.py`); the others are the formant synthesizer's.
     """
 
     name: str
@@ -24,6 +25,7 @@ class Voice:
     open_quotient: float
     tilt_hz: float
     pitch_range: float = 1.0
+    natural: bool = False
 
 
 VOICES: tuple[Voice, ...] = (

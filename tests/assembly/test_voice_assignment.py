@@ -124,3 +124,12 @@ def test_a_robot_that_learned_a_name_listens_for_its_voice_after_a_restart() -> 
     ]
     assert heard == [voice_for("Gus").name]
     assert robot.coordination.role.roster == ("Rob", "Bot")
+
+
+@pytest.mark.slow
+def test_a_team_of_natural_voices_hears_its_own() -> None:
+    settings = Settings(name="Rob", names=("Rob", "Bot"), synthesizer="natural")
+    bot = cast(make_sound(), settings, tuple).voice_of("Bot")
+    assert bot.natural
+    assert bot.name == voice_for("Bot").name
+    assert heard(settings, Speaker(bot, LEXICON).render((("hi",), ("i", "am", "bot")))) == [("hi", "i", "am", "bot")]

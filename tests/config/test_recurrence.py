@@ -26,6 +26,7 @@ def test_the_last_and_the_next_time_lie_around_any_moment(text: str, wall_s: flo
     assert every.last(next_s) == next_s
     assert every.next(last_s) == next_s
     assert next_s - last_s >= LEAST_S
+    assert every.number(next_s) == every.number(next_s - 1.0) + 1 == every.number(last_s) + 1
 
 
 def test_a_rule_is_of_local_time() -> None:

@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from hil_fakes.loudspeakers import IDEAL, Loudspeaker, Playing
 from hvcpd.config.settings import AudioSettings
 from hvcpd.daemon.devices import Devices
 from hvcpd.hardware.audio_stream import StreamCounters
@@ -25,6 +26,7 @@ class EchoRoom:
     noise_rms: float = 0.001
     delay: int = 1234
     microphone_db: float = 0.0
+    loudspeaker: Loudspeaker = IDEAL
     card: FakeCard = field(default_factory=lambda: FakeCard([HEADSET]))
 
     @property
@@ -57,6 +59,7 @@ class EchoStream:
         self._room = room
         self._rng = np.random.default_rng(1)
         self._played = np.zeros(room.delay, np.float32)
+        self._cone = Playing(room.loudspeaker)
 
     async def open(self, afresh: bool = False) -> None:
         """Nothing to open."""
@@ -67,6 +70,7 @@ class EchoStream:
     async def read(self) -> Samples:
         now, self._played = self._played[:BLOCK], self._played[BLOCK:]
         now = np.concatenate([now, np.zeros(BLOCK - len(now), np.float32)])
+        now = self._cone.play(now).astype(np.float32)
         noise = self._rng.standard_normal(BLOCK).astype(np.float32)
         return self._room.heard(now, noise).astype(np.float32)
 

@@ -2,6 +2,7 @@
 
 import argparse
 import json
+import re
 from pathlib import Path
 
 import numpy as np
@@ -9,10 +10,11 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from hil_fakes.loudspeakers import SMALL, Loudspeaker, Peak
 from hvcpd.control.cli import make_parser
 from hvcpd.control.doctor.calibrate import run
 from hvcpd.errors import DeviceError
-from hvcpd.hardware.acoustics import clipped_share, find_echo, level_dbfs, predicted_range_m
+from hvcpd.hardware.acoustics import clipped_share, find_echo, find_response, level_dbfs, predicted_range_m
 from tests.control.echo_room import EchoRoom
 
 
@@ -39,10 +41,17 @@ def test_the_mixer_is_set_so_that_the_own_voice_just_does_not_clip(
 def test_without_a_mixer_it_says_what_to_change_and_keeps_nothing_on_request(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    assert run(options(tmp_path, "--dry-run"), EchoRoom(gain=0.03).devices, lambda _command: None) == 0
+    room = EchoRoom(gain=0.03, loudspeaker=SMALL)
+    assert run(options(tmp_path, "--dry-run"), room.devices, lambda _command: None) == 0
     out = capsys.readouterr().out
     assert "should change by +" in out
     assert "no mixer control" in out
+    found = re.search(r"sounds from (\d+) Hz on and resonates at (\d+) Hz, by (\d+) dB", out)
+    assert found is not None, out
+    lowest_hz, resonance_hz, gain_db = map(int, found.groups())
+    assert 300 <= lowest_hz <= 500, "its corner is at 400 Hz"
+    assert resonance_hz == pytest.approx(900, rel=0.13), "within a sixth of an octave"
+    assert 4 <= gain_db <= 9
     assert not (tmp_path / "state").exists()
 
 
@@ -50,6 +59,28 @@ def test_without_a_mixer_it_says_what_to_change_and_keeps_nothing_on_request(
 def test_a_robot_that_does_not_hear_itself_is_not_calibrated(tmp_path: Path) -> None:
     with pytest.raises(DeviceError, match="does not hear itself"):
         run(options(tmp_path), EchoRoom(gain=0.0).devices, lambda _command: None)
+
+
+@settings(max_examples=20)
+@given(st.floats(200.0, 1500.0), st.floats(6.0, 12.0), st.integers(0, 5))
+def test_a_resonance_is_found_to_a_sixth_of_an_octave(hz: float, gain_db: float, seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    played = (0.1 * rng.standard_normal(32_000)).astype(np.float32)
+    heard = 0.3 * Loudspeaker("", peaks=(Peak(hz, gain_db, 3.0),)).play(played)[: played.size]
+    found = find_response(played, (heard + 1e-3 * rng.standard_normal(played.size)).astype(np.float32))
+    assert found is not None
+    assert found.resonance_hz == pytest.approx(hz, rel=0.13)
+    assert gain_db - 3.0 < found.resonance_db < gain_db + 2.0
+
+
+def test_a_flat_loudspeaker_has_no_resonance_and_noise_no_response() -> None:
+    rng = np.random.default_rng(1)
+    played, noise = (rng.standard_normal(32_000).astype(np.float32) for _ in range(2))
+    found = find_response(played, 0.1 * played)
+    assert found is not None
+    assert found.resonance_hz is None
+    assert find_response(played, noise) is None
+    assert find_response(played, noise[:0]) is None
 
 
 @settings(max_examples=20)

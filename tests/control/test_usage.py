@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import argparse
 import re
+import shlex
 from collections.abc import Iterator
 
 import pytest
 
 from hvcpd.control.cli import main, make_parser
+from hvcpd.control.examples import all_parsers
 from hvcpd.control.overview import OVERVIEW
 from release.reference import EXIT_STATUS
 from tests.control.conftest import Refuse
@@ -25,9 +27,9 @@ from tests.control.conftest import Refuse
         (["--verison"], "hvcpctl: there is no option --verison; did you mean --version? See hvcpctl --help"),
         (["say", "--naems", "Rob"], "hvcpctl say: there is no option --naems; did you mean --names? See"),
         (["say", "-oo.wav", "--rat", "1"], "hvcpctl say: the following arguments are required: TEXT; see"),
-        (["phrases", "--format", "htm"], "'htm' is none of the choices; did you mean 'html'? See"),
-        (["simulate", "--mode", "xyz"], "'xyz' is none of the choices; choose from volunteer, coordinate; see"),
-        (["evaluate", "wak"], "'wak' is none of the choices; did you mean 'wake'? See"),
+        (["phrases", "--format", "htm"], "'htm' is not one of the choices; did you mean 'html'? See"),
+        (["simulate", "--mode", "xyz"], "'xyz' is not one of the choices; choose from volunteer, coordinate; see"),
+        (["evaluate", "wak"], "'wak' is not one of the choices; did you mean 'wake'? See"),
         (["say", "-o", "x.MP3", "stop"], "argument -o/--output: only WAV is written; name it x.wav; see"),
         (["say", "Hi", "Rob"], "hvcpctl say: 'Rob' is one argument too many; put what has spaces in quotes; see"),
     ],
@@ -92,3 +94,13 @@ def _of_actions(parser: argparse.ArgumentParser) -> set[str]:
     """The options of a command's own actions, as of `drive forward`."""
     choices = [a.choices for a in parser._actions if isinstance(a, argparse._SubParsersAction)]
     return {option for each in choices for sub in each.values() for option in sub._option_string_actions}
+
+
+def test_every_command_has_an_example_that_its_own_parser_takes() -> None:
+    parser = make_parser()
+    for path, command in all_parsers(parser):
+        lines = (command.epilog or "").replace("\\\n", " ").splitlines()
+        examples = [line for line in lines if line.startswith("  hvcpctl ")]
+        assert examples, f"{path} --help shows no example"
+        for example in examples:
+            parser.parse_args(shlex.split(example.replace(" > ", " # "), comments=True)[1:])

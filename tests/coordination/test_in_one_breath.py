@@ -16,10 +16,12 @@ from tests.coordination.mission import Mission, plants
 NAMES = ("Rob", "Bot", "Max", "Zoe", "Ada", "Kim")
 BOOK = Phrasebook(Vocabulary(NAMES, ("plant",), numbers=tuple(range(1, 13))))
 TASKS = st.integers(1, 12).map(m.TaskByNumber)
-OWN = TASKS.map(m.Claim) | st.builds(m.Completed, TASKS, st.none() | TASKS)
+SECOND = st.none() | TASKS
+REPORTS = st.builds(m.Completed, TASKS, also=SECOND) | st.builds(m.Completed, TASKS, TASKS, also=SECOND, then=SECOND)
+OWN = st.builds(m.Claim, TASKS, SECOND) | REPORTS
 
 
-@given(st.builds(m.Confirmed, TASKS, st.booleans()), OWN)
+@given(st.builds(m.Confirmed, TASKS, st.booleans(), SECOND), OWN)
 def test_it_is_understood_as_it_was_said(confirmed: m.Confirmed, own: m.Claim | m.Completed) -> None:
     said = m.Utterance("Rob", m.ToRobot("Bot"), None, m.ConfirmedAnd(confirmed, own))
     assert BOOK.parse(BOOK.render(said)) == said

@@ -5,6 +5,8 @@ from __future__ import annotations
 from dataclasses import replace
 
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
 from hil_fakes.word_channel import Conditions
 from hil_fakes.word_mission import Outage, WordMission, WordPlan
@@ -95,3 +97,68 @@ def test_a_task_that_was_given_up_is_reported_so_whatever_is_heard_of_it_meanwhi
     mission.air.run_until(200.0)
     reports = [u.statement for _, who, u in mission.said if who == "Rob" and isinstance(u.statement, m.Completed)]
     assert not reports
+
+
+@pytest.mark.parametrize("seed", [87, 161, 310, 350, 449])
+def test_a_report_of_the_last_time_is_not_taken_for_this_one(seed: int) -> None:
+    """Robots without a clock objected to the claim of what was due, for they knew it done; or claimed what was done."""
+    result = WordMission(replace(recurring_plan(seed), limit_s=7000.0)).run()
+    assert (result.missed, result.repeated) == (0, 0)
+
+
+@given(
+    st.dictionaries(st.sampled_from(PLAN.names), st.floats(-50.0, 50.0), min_size=1),
+    st.sets(st.tuples(st.sampled_from(PLAN.names), st.integers(0, 60)), max_size=4),
+)
+@settings(max_examples=12, deadline=None, derandomize=True)
+def test_whoever_has_a_clock_however_wrong_and_misses_whatever_each_time_is_done_once(
+    clocks: dict[str, float], missed: set[tuple[str, int]]
+) -> None:
+    mission = WordMission(
+        replace(PLAN, clocks=clocks, tasks=EVERY_HOUR[:2], conditions=Conditions(), limit_s=4 * HOUR_S)
+    )
+    mission.air.misses = lambda listener, _: (listener, mission.air.sent) in missed
+    result = mission.run()
+    assert (result.missed, result.repeated) == (0, 0)
+
+
+def test_who_claims_just_before_it_is_due_by_its_own_clock_does_it_for_that_time() -> None:
+    """Somebody else's clock is ahead, and tells that it is left."""
+    mission = WordMission(replace(PLAN, names=("Rob", "Bot"), tasks=EVERY_HOUR[:1], clocks={"Rob": 0.0}))
+    mission.air.run_until(2000.0)
+    due_s = mission.robots["Rob"].next_deadline()
+    assert due_s > 2100.0
+    rob, before = mission.robots["Rob"], len(mission.done)
+    mission.air.run_until(due_s - 60.0)
+    rob.board.reopen(1)
+    rob.knowledge.reconsider(mission.air.now)
+    mission.air.refresh()
+    mission.air.run_until(due_s + 600.0)
+    assert len(mission.done) == before + 1
+
+
+def test_a_robot_without_a_clock_believes_one_that_has_which_time_it_is() -> None:
+    """Bot has misheard what was reported done, and knows a wrong number of the last time."""
+    mission = WordMission(replace(PLAN, names=("Rob", "Bot"), tasks=EVERY_HOUR[:1], limit_s=3 * HOUR_S), keep=True)
+    mission.air.run_until(1800.0)
+    rob, bot = (mission.robots[name].board[1] for name in ("Rob", "Bot"))
+    bot.change = rob.change + 3
+    bot.opened_s = mission.air.now  # it does not take it for due at the next claim
+    mission.run()
+    assert set(mission.occurrences().values()) == {1}
+    assert (bot.change - rob.change) % 9 == 0
+
+
+def test_who_was_restarted_does_not_deny_what_it_has_done() -> None:
+    """Max has misheard another task's name in a claim, and takes this one for due: Rob tells that Bot has done it."""
+    off = Outage("Bot", 4000.0, 100.0)
+    plan = replace(PLAN, tasks=(replace(EVERY_HOUR[0], every=Recurrence("3 h")),), outages=(off,), seed=1)
+    fails = lambda name, _task, _now: name != "Bot"  # noqa: E731 - so that Bot does it
+    mission = WordMission(replace(plan, conditions=Conditions(), fails=fails, limit_s=4 * HOUR_S), keep=True)
+    mission.air.run_until(5000.0)
+    claim = m.Utterance("Max", m.ToTeam("plant"), None, m.Claim(m.TaskByNumber(1)))
+    mission.tell(5001.0, "Max", claim)
+    mission.air.run_until(5060.0)
+    assert mission.by == {1: "Bot"}
+    assert not any(isinstance(u.statement, m.Negative) for at_s, _, u in mission.said if at_s > 5000.0)
+    assert len(mission.done) == 1

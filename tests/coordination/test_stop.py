@@ -52,7 +52,7 @@ def test_a_stopped_robot_starts_no_old_motion_and_refuses_orders() -> None:
     mission.hear(80.0, "Hi Rob, I am Anna, turn left")
     mission.air.run_until(100.0)
     said = mission.written(45.0, without=("Anna",))
-    assert said == ["All stop", "Hi all, I am Rob, I have stopped"] + ["Hi Anna, I am Rob, I have stopped"] * 2
+    assert said == ["Stop", "Stop", "Hi all, I am Rob, I have stopped"] + ["Hi Anna, I am Rob, I have stopped"] * 2
     assert mission.robots["Rob"].task is None
 
 

@@ -1,4 +1,4 @@
-"""A "stop" that is meant for many is said once more at once by each who hears it, and no more than that."""
+"""A "stop" that is meant for many is said at once by each who hears it, and once more for who missed it."""
 
 from itertools import pairwise
 
@@ -52,27 +52,31 @@ def test_stop_goes_along_a_row_in_which_each_hears_its_neighbours_only(n: int) -
     mission = row(n)
     began_s = call(mission)
     assert standing(mission) == set(mission.robots)
-    assert sorted(stops(mission, began_s)) == sorted(mission.robots), "each says it once"
+    assert sorted(stops(mission, began_s)) == sorted([*mission.robots] * 2), "each says it twice"
 
 
+@pytest.mark.parametrize("earshot_m", [9.0, 13.0])
 @pytest.mark.parametrize("name", ["Rob", "Kim"])
-def test_six_robots_over_thirty_metres_stand_within_three_seconds(name: str) -> None:
-    """A voice carries to the second neighbour; the call comes at an end of the row, or within it."""
-    mission = row(6, apart_m=6.0, earshot_m=13.0)
+def test_six_robots_over_thirty_metres_stand_within_three_and_a_half_seconds(name: str, earshot_m: float) -> None:
+    """A voice carries to the next neighbour or the second; the call comes at an end of the row, or within it."""
+    mission = row(6, apart_m=6.0, earshot_m=earshot_m)
     began_s = call(mission, m.Utterance(None, statement=m.Stop()), name=name)
     assert standing(mission) == set(mission.robots)
-    assert max(mission.halted_s[name] for name in mission.robots) <= began_s + 3.0
+    assert max(mission.halted_s[name] for name in mission.robots) <= began_s + 3.5, (
+        "five times from one to the next, where only one heard the call"
+    )
 
 
-def test_where_all_hear_each_other_they_say_it_together_and_not_again() -> None:
+def test_where_all_hear_each_other_they_say_it_twice_together_and_not_again() -> None:
     mission = row(3, apart_m=1.0)
     mission.hear(mission.air.now, "All stop", speaker="Anna")
     began_s = mission.air.now + 0.1
     mission.air.run_until(began_s + 40.0)
     assert standing(mission) == set(mission.robots)
     said = [at_s for at_s, _, u in mission.said if at_s >= began_s and isinstance(u.statement, m.Stop)]
-    assert len(said) == 3
-    assert max(said) - min(said) < 0.1
+    assert len(said) == 6
+    assert max(said[:3]) - min(said[:3]) < 0.1
+    assert max(said[3:]) - min(said[3:]) < 0.1
 
 
 def test_who_hears_it_in_mid_sentence_breaks_off_to_say_it() -> None:
@@ -85,7 +89,7 @@ def test_who_hears_it_in_mid_sentence_breaks_off_to_say_it() -> None:
     assert mission.said[-1][1:] == ("Rob", question)
     began_s = call(mission)
     spoke_s = [at_s for at_s, who, u in mission.said if who == "Rob" and isinstance(u.statement, m.Stop)]
-    assert spoke_s == [pytest.approx(began_s, abs=0.1)]
+    assert spoke_s[0] == pytest.approx(began_s, abs=0.1)
 
 
 @pytest.mark.parametrize("before_s", [0.0, 50.0])
@@ -135,7 +139,7 @@ def test_twelve_robots_that_miss_much_are_silent_again_soon(apart_m: float, seed
     began_s = call(mission)
     told = [who for at_s, who, _ in mission.said if at_s >= began_s]
     assert set(stops(mission, began_s)) <= standing(mission)
-    assert len(told) <= 48, "each says stop, that it has stopped, and how it is released, and what collided again"
+    assert len(told) <= 72, "each says stop twice, that it has stopped, how it is released, and what collided again"
     began_s = mission.air.now
     mission.air.run_until(began_s + 300.0)
     assert stops(mission, began_s) == []

@@ -21,7 +21,8 @@ def test_stop_is_possible_in_every_state_and_only_resume_or_leaving_ends_it() ->
 
 def test_no_task_is_begun_without_a_confirmation_or_the_end_of_all_repetitions() -> None:
     into_work = {t for (s, t), (to, _) in TRANSITIONS.items() if to is State.GOING}
-    assert into_work == {Trigger.CONFIRMED, Trigger.GAVE_UP}
+    assert into_work == {Trigger.CONFIRMED, Trigger.GAVE_UP, Trigger.PERFORMED_FIRST}
+    assert {s for s, t in TRANSITIONS if t is Trigger.PERFORMED_FIRST} == {State.ACTING}  # both were confirmed
     into_acting = {t for (s, t), (to, _) in TRANSITIONS.items() if to is State.ACTING}
     assert into_acting == {Trigger.CONFIRMED, Trigger.GAVE_UP, Trigger.ARRIVED_SURE}
 

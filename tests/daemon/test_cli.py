@@ -82,7 +82,7 @@ def test_all_that_is_missing_is_told_at_once_and_nothing_is_opened(
     assert len(lines) == 3
     assert all(line.startswith("hvcpd: ") for line in lines)
     assert "no microphone" in lines[0]
-    assert "python3 -m sounddevice" in lines[0]
+    assert "arecord -l" in lines[0]
     assert "no loudspeaker" in lines[1]
     assert "wheels.port" in lines[2]
     assert "no-such-port" in lines[2]

@@ -20,13 +20,14 @@ def test_every_file_and_folder_that_is_named_exists() -> None:
 def test_what_is_said_to_stand_in_a_file_stands_there() -> None:
     stands = {
         "hvcpd/language/messages.py": "class WhatDoing",
-        "hvcpd/coordination/answers.py": "REACTIONS",
+        "hvcpd/coordination/commands.py": "REACTIONS",
         "hvcpd/ports.py": "class Wheels",
         "hvcpd/config/settings.py": "class WheelSettings",
         "hvcpd/daemon/devices.py": "def make_wheels",
         "hvcpd/synthesis/voices.py": "VOICES",
         "hvcpd/config/names.py": "VoiceName",
         "hil_fakes/dynamixel/contract.py": "CHECKS",
+        "hvcpd/hardware/xl430.py": "MODELS",
     }
     assert {name for name, what in stands.items() if what not in (ROOT / name).read_text(encoding="utf-8")} == set()
 

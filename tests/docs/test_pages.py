@@ -10,9 +10,11 @@ import pytest
 import yaml
 
 from hvcpd.config.task_file import load_tasks
+from release import api
 from release.reference import FOLDER, PAGES
 
 ROOT = Path(__file__).parents[2]
+MKDOCS = (ROOT / "mkdocs.yml").read_text(encoding="utf-8")
 TEXTS = sorted([*ROOT.glob("*.md"), *(ROOT / "docs").rglob("*.md")])
 LINK = re.compile(r"\]\((?!https?:|mailto:)([^)\s]*)\)")
 FENCED = re.compile(r"^```.*?^```$|^    .*$|`[^`\n]+`", re.M | re.S)
@@ -64,3 +66,14 @@ def test_every_page_is_in_the_sites_navigation() -> None:
     shown = {first or second for first, second in named}
     assert {path.relative_to(ROOT / "docs").as_posix() for path in (ROOT / "docs").rglob("*.md")} <= shown
     assert yaml.safe_load(text)["theme"]["font"] is False  # nothing is loaded from elsewhere
+
+
+def test_the_api_reference_has_what_the_code_has() -> None:
+    pages = {package: api.page(package) for package in api.PACKAGES}
+    language = pages["hvcpd/language"]
+    assert "### Phrasebook\n" in language
+    assert "#### Phrasebook.parse_text\n" in language
+    assert "self" not in re.findall(r"^def parse_text\((\w+)", language, re.M)
+    for package, text in pages.items():
+        assert f"      - API of {package.rpartition('/')[2]}: {api.page_name(package)}\n" in MKDOCS
+        assert not re.findall(r"^(?:class|def|async def) _", text, re.M)

@@ -58,7 +58,7 @@ def test_a_slip_of_the_pen_is_answered_with_the_nearest() -> None:
 def test_no_device_at_all() -> None:
     assert "no microphone on this machine" in fault(FakeCard((SPEAKER,)), "input", None)
     assert "no loudspeaker on this machine" in fault(FakeCard((CAMERA,)), "output", "x")
-    assert "python3 -m sounddevice" in fault(FakeCard(()), "input", None)
+    assert "arecord -l" in fault(FakeCard(()), "input", None)
 
 
 def test_without_a_default_the_only_one_is_taken() -> None:

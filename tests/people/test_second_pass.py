@@ -278,5 +278,4 @@ def test_the_noise_is_that_of_the_quiet_before_the_speech() -> None:
     lead[:16000] += 0.3 * np.sin(np.arange(16000))  # somebody has spoken before
     piece = Piece(np.concatenate([lead, speech]).astype(np.float32), len(lead), 0, SAMPLE_RATE_HZ, 0)
     assert piece.snr_db == pytest.approx(17.0, abs=2.0)
-    assert replace(piece, clatter=True).snr_db < 0.0  # what is as loud all the time tells nobody from noise
     assert Piece(speech.astype(np.float32), 0, 0, SAMPLE_RATE_HZ, 0).snr_db > 1e6

@@ -7,7 +7,7 @@ import pytest
 
 from hvcpd.recognition.activity import LONG_FRAMES, ActivityDetector, ActivitySettings
 from hvcpd.recognition.frontend import N_BANDS, Energies
-from hvcpd.recognition.steadiness import STEADY_NOISE
+from hvcpd.recognition.noise import STEADY_NOISE
 
 NOISE = np.full(N_BANDS, 1e-6, np.float32)
 

@@ -14,8 +14,9 @@ from hypothesis import strategies as st
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 from hvcpd.recognition.frontend import N_BANDS, energies_of
 from hvcpd.recognition.keyword.belief import BeliefSettings
-from hvcpd.recognition.keyword.net import GAPS, SIZE, SIZES, WEIGHTS, KeywordNet, Levels, Weights
+from hvcpd.recognition.keyword.net import GAPS, SIZE, SIZES, WEIGHTS, Chances, KeywordNet, Levels, Weights
 from hvcpd.recognition.keyword.words import (
+    CALL_FRAMES,
     DELAY_FRAMES,
     LOOKS,
     ONE_WORD_FRAMES,
@@ -30,7 +31,7 @@ from hvcpd.synthesis.lexicon import Lexicon
 from hvcpd.synthesis.speaker import Speaker
 from hvcpd.synthesis.voices import VOICES, Voice, voice_named
 
-LIKELY, FAIR = BeliefSettings().likely, BeliefSettings().fair
+CERTAIN, FAIR = BeliefSettings().certain, BeliefSettings().fair
 SENTENCE = [["hi", "all"], ["i", "am", "rob"], ["task", "three", "complete"], ["i", "will", "complete", "task", "one"]]
 
 
@@ -58,36 +59,47 @@ def heard(sound: Samples, at_s: float = 1.5, rest_s: float = 0.6, noise_dbfs: fl
     return np.asarray(np.clip(np.round((whole + noise) * 32767.0) / 32767.0, -1.0, 1.0), np.float32)
 
 
-def curve(sound: Samples) -> list[tuple[float, float]]:
-    """When the net tells, s, and the chance that counts then."""
-    net, told, chances = KeywordNet(weights()), [], deque([0.0] * LOOKS, LOOKS)
+def curves(sound: Samples) -> list[tuple[float, Chances]]:
+    """When the net tells, s, and the chances that count then."""
+    net, told, chances = KeywordNet(weights()), [], deque([Chances(0.0, 0.0)] * LOOKS, LOOKS)
     for k, chunk in enumerate(FrameStream().push(sound, False)):
         chances.append(net.hear(chunk.energies))
-        told.append((((k + 1) * CHUNK_FRAMES * 160 + 240) / SAMPLE_RATE_HZ, second_highest(chances)))
+        counts = Chances(*map(second_highest, zip(*chances, strict=True)))
+        told.append((((k + 1) * CHUNK_FRAMES * 160 + 240) / SAMPLE_RATE_HZ, counts))
     return told
 
 
 def highest(sound: Samples, since_s: float = 0.0, until_s: float = 99.0) -> float:
-    return max(chance for at_s, chance in curve(sound) if since_s <= at_s <= until_s)
+    """Chance of the word."""
+    return max(chances.word for at_s, chances in curves(sound) if since_s <= at_s <= until_s)
 
 
-def in_time(call: Samples, at_s: float = 1.5) -> tuple[float, float]:
+def call(sound: Samples) -> float:
+    """Chance of a call, ever."""
+    return max(chances.call for _, chances in curves(sound))
+
+
+def in_time(word: Samples, at_s: float = 1.5) -> tuple[float, float]:
     """From the word's vowel until 0.3 s after its end."""
-    end_s = at_s + len(call) / SAMPLE_RATE_HZ
+    end_s = at_s + len(word) / SAMPLE_RATE_HZ
     return end_s - 0.1, end_s + 0.3
 
 
 @pytest.mark.parametrize("voice", VOICES, ids=lambda v: v.name)
-@pytest.mark.parametrize("call", [["stop"], ["rob", "stop"]])
-def test_every_robots_voice_is_heard_for_certain_within_three_tenths_of_a_second(voice: Voice, call: list[str]) -> None:
-    sound = at_level(said([call], voice), -30.0)
-    assert highest(heard(sound), *in_time(sound)) >= LIKELY
+@pytest.mark.parametrize("words", [["stop"], ["rob", "stop"]])
+def test_every_robots_voice_is_heard_within_three_tenths_of_a_second_and_counts_twice(
+    voice: Voice, words: list[str]
+) -> None:
+    sound = at_level(said([words], voice), -30.0)
+    assert highest(heard(sound), *in_time(sound)) >= POSSIBLE
+    assert call(heard(sound)) >= FAIR
 
 
 @pytest.mark.parametrize("dbfs", [-45.0, -20.0, 0.0, 12.0])
 def test_it_is_heard_from_faint_to_clipped(dbfs: float) -> None:
     sound = at_level(said([["stop"]], voice_named("wren")), dbfs)
-    assert highest(heard(sound), *in_time(sound)) >= LIKELY
+    assert highest(heard(sound), *in_time(sound)) >= POSSIBLE
+    assert call(heard(sound)) >= FAIR, "said twice, it counts"
 
 
 @pytest.mark.parametrize(
@@ -95,17 +107,17 @@ def test_it_is_heard_from_faint_to_clipped(dbfs: float) -> None:
 )
 def test_it_is_heard_from_who_calls_from_a_child_and_from_who_is_in_a_hurry(change: dict[str, float]) -> None:
     sound = at_level(said([["stop"]], replace(VOICES[1], **change)), -30.0)
-    assert highest(heard(sound), *in_time(sound)) >= FAIR
+    assert highest(heard(sound), *in_time(sound)) >= POSSIBLE
 
 
 @pytest.mark.parametrize("over_db", [0.0, 6.0, 12.0, 20.0, 30.0])
 def test_it_is_heard_over_a_talking_robot(over_db: float) -> None:
     talk = at_level(said(SENTENCE, voice_named("oak")), -35.0)
-    call = at_level(said([["stop"]], voice_named("lark")), -35.0 + over_db)
+    word = at_level(said([["stop"]], voice_named("lark")), -35.0 + over_db)
     at = SAMPLE_RATE_HZ
     mixed = talk.copy()
-    mixed[at : at + len(call)] += call
-    since_s, until_s = in_time(call, 1.5 + at / SAMPLE_RATE_HZ)
+    mixed[at : at + len(word)] += word
+    since_s, until_s = in_time(word, 1.5 + at / SAMPLE_RATE_HZ)
     assert highest(heard(mixed), since_s, until_s) >= POSSIBLE
     assert highest(heard(talk)) < POSSIBLE
 
@@ -113,7 +125,7 @@ def test_it_is_heard_over_a_talking_robot(over_db: float) -> None:
 @pytest.mark.parametrize("words", ["i have stopped", "top", "shop", "up", "foxtrot", "stock", "move forward"])
 def test_what_sounds_like_it_is_not_taken_for_it(words: str) -> None:
     for voice in VOICES[:4]:
-        assert highest(heard(at_level(said([words.split()], voice), -30.0))) < LIKELY
+        assert call(heard(at_level(said([words.split()], voice), -30.0))) < CERTAIN
 
 
 @settings(max_examples=5, deadline=None)
@@ -123,10 +135,12 @@ def test_the_level_of_the_microphone_does_not_count(gain_db: float) -> None:
     factor = np.float32(10.0 ** (gain_db / 10.0))
     nets = KeywordNet(weights()), KeywordNet(weights())
     chunks = energies[: len(energies) // CHUNK_FRAMES * CHUNK_FRAMES].reshape(-1, CHUNK_FRAMES, N_BANDS)
-    plain, gained = ([net.hear(c * f) for c in chunks] for net, f in zip(nets, (np.float32(1.0), factor), strict=True))
+    plain, gained = (
+        [net.hear(c * f).word for c in chunks] for net, f in zip(nets, (np.float32(1.0), factor), strict=True)
+    )
     if gain_db >= 0.0:  # else the faintest of it falls below the floor of the front end
         np.testing.assert_allclose(gained, plain, atol=1e-3)
-    assert max(gained) > LIKELY
+    assert max(gained) > POSSIBLE
 
 
 def test_a_chunk_at_a_time_is_what_convolutions_of_the_whole_give() -> None:
@@ -144,27 +158,27 @@ def test_a_chunk_at_a_time_is_what_convolutions_of_the_whole_give() -> None:
         seen = np.stack([padded[[end - k * gap for k in range(size - 1, -1, -1)]].ravel() for end in ends])
         found = np.maximum(seen @ matrix + offsets, 0.0)
         rows = found if number < len(SIZES) else rows + found
-    logits = weights().slope * (rows @ weights().out[0] + weights().out[1])[:, 0] + weights().offset
+    logits = weights().slopes * (rows @ weights().out[0] + weights().out[1]) + weights().intercepts
     np.testing.assert_allclose(told, 1.0 / (1.0 + np.exp(-logits)), atol=1e-4)
 
 
 def test_the_weights_are_small_and_say_where_they_come_from() -> None:
-    assert WEIGHTS.stat().st_size <= 200_000
+    assert WEIGHTS.stat().st_size <= 220_000
     with np.load(WEIGHTS) as file:
         assert all(part in str(file["notes"]) for part in ("takes", "seed", "validation"))
 
 
 class Scripted:
-    """Chances as they come."""
+    """Chances as they come, of the word and of a call."""
 
-    def __init__(self, *chances: float) -> None:
-        self._chances = list(chances)
+    def __init__(self, *chances: float | tuple[float, float]) -> None:
+        self._chances = [Chances(*(c if isinstance(c, tuple) else (c, c))) for c in chances]
 
-    def hear(self, _energies: np.ndarray) -> float:
+    def hear(self, _energies: np.ndarray) -> Chances:
         return self._chances.pop(0)
 
 
-def words_of(*chances: float) -> list[Word | None]:
+def words_of(*chances: float | tuple[float, float]) -> list[Word | None]:
     spotter = KeywordSpotter(Scripted(*chances))
     silence = np.full((CHUNK_FRAMES, N_BANDS), 1e-7, np.float32)
     chunks = (Chunk(k * CHUNK_FRAMES, silence, False, np.zeros(640, np.float32)) for k in range(25, 25 + len(chances)))
@@ -180,6 +194,15 @@ def test_a_word_is_told_when_it_is_possible_and_again_when_it_is_surer() -> None
     assert first[:2] == surer[:2]
     assert (first.chance, surer.chance) == (POSSIBLE, POSSIBLE + 0.1)
     assert first.end_frame == 28 * CHUNK_FRAMES - DELAY_FRAMES
+
+
+def test_that_it_was_a_call_is_told_of_a_word_after_its_end_and_of_nothing_else() -> None:
+    wait = [(0.0, 0.0)] * 9
+    told = [word for word in words_of((0.9, 0.3), (0.9, 0.3), *wait, (0.0, 0.8), (0.0, 0.8)) if word is not None]
+    assert [(word.chance, word.call) for word in told] == [(0.9, 0.3), (0.9, 0.8)]
+    assert words_of((0.0, 0.9), (0.0, 0.9)) == [None] * 2
+    late = [(0.0, 0.0)] * (CALL_FRAMES // CHUNK_FRAMES)
+    assert words_of((0.9, 0.3), (0.9, 0.3), *late, (0.0, 0.8), (0.0, 0.8))[2:] == [None] * (len(late) + 2)
 
 
 def test_what_shows_for_one_column_only_is_no_word() -> None:

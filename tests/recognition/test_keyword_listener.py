@@ -11,6 +11,7 @@ from hvcpd.recognition.events import Event, Held, Recognised, Released, Urgent
 from hvcpd.recognition.frontend import N_BANDS
 from hvcpd.recognition.keyword.belief import BeliefSettings
 from hvcpd.recognition.keyword.listener import KeywordListener
+from hvcpd.recognition.keyword.net import Chances
 from hvcpd.recognition.keyword.words import POSSIBLE
 from hvcpd.recognition.recogniser import Recogniser
 from hvcpd.recognition.stream import CHUNK_FRAMES, CHUNK_SAMPLES, Chunk
@@ -19,7 +20,7 @@ from hvcpd.synthesis.speaker import Speaker
 from hvcpd.synthesis.voices import voice_named
 from tests.recognition.signals import graph, in_noise, sentence, templates
 
-LIKELY, CERTAIN = BeliefSettings().likely, BeliefSettings().certain
+CERTAIN = BeliefSettings().certain
 DOUBT_CHUNKS = round(BeliefSettings().doubt_s / 0.04)
 
 
@@ -77,8 +78,8 @@ class Scripted:
     def __init__(self) -> None:
         self.chance = 0.0
 
-    def hear(self, _energies: np.ndarray) -> float:
-        return self.chance
+    def hear(self, _energies: np.ndarray) -> Chances:
+        return Chances(self.chance, self.chance)
 
 
 class Bench:
@@ -89,12 +90,12 @@ class Bench:
         self.listener = KeywordListener(self.net)
         self._frame = 0
 
-    def live(self, *chances: float, ends: bool = False, speech: bool = True) -> list[type]:
+    def live(self, *chances: float, ends: bool = False) -> list[type]:
         told: list[Event] = []
         for self.net.chance in chances:
             energies = np.full((CHUNK_FRAMES, N_BANDS), 1e-7, np.float32)
             chunk = Chunk(self._frame, energies, False, np.zeros(CHUNK_SAMPLES, np.float32))
-            told += self.listener.hear(chunk, [], speech, ends)
+            told += self.listener.hear(chunk, [], ends)
             self._frame += CHUNK_FRAMES
         return [type(event) for event in told]
 
@@ -109,7 +110,7 @@ def test_what_is_possible_halts_for_two_seconds() -> None:
 
 def test_what_grows_certain_is_held_for_first() -> None:
     bench = Bench()
-    assert bench.live(*[0.0] * 50, POSSIBLE, LIKELY, CERTAIN, CERTAIN) == [Held, Urgent]
+    assert bench.live(*[0.0] * 50, POSSIBLE, POSSIBLE, CERTAIN, CERTAIN) == [Held, Urgent]
     assert not bench.listener.pending
 
 
@@ -119,16 +120,14 @@ def test_what_is_certain_waits_where_a_sentence_may_end_with_it() -> None:
     assert bench.live(*[0.0] * 4, ends=True) == [Urgent]
 
 
-def test_what_is_likely_and_lost_or_followed_by_silence_is_the_stop() -> None:
-    lost, silent = Bench(), Bench()
-    for bench in (lost, silent):
-        assert bench.live(*[0.0] * 50, LIKELY, LIKELY) == [Held]
-    assert [type(event) for event in lost.listener.interrupt()] == [Urgent]
-    assert silent.live(*[0.0] * 30, speech=False) == [Urgent]
+def test_what_is_certain_and_waits_is_the_stop_if_what_is_said_is_lost() -> None:
+    bench = Bench()
+    assert bench.live(*[0.0] * 50, CERTAIN, CERTAIN, ends=True) == [Held]
+    assert [type(event) for event in bench.listener.interrupt()] == [Urgent]
 
 
 def test_without_a_net_it_hears_nothing() -> None:
     listener = KeywordListener(None)
     chunk = Chunk(0, np.full((CHUNK_FRAMES, N_BANDS), 1.0, np.float32), False, np.zeros(CHUNK_SAMPLES, np.float32))
-    assert listener.hear(chunk, [], True, False) == []
+    assert listener.hear(chunk, [], False) == []
     assert listener.interrupt() == []

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from dataclasses import asdict
+
 import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from hvcpd.recognition.frontend import energies_of
-from hvcpd.recognition.noise import NoiseTracker
+from hvcpd.recognition.frontend import HOP_SAMPLES, energies_of
+from hvcpd.recognition.noise import STEADY_NOISE, NoiseTracker, measured
 from tests.recognition.signals import sentence
 
 RATE = 16_000
@@ -58,3 +60,9 @@ def test_a_voice_is_no_noise() -> None:
     sound = noise.copy()
     sound[2 * RATE :] += said
     assert np.abs(off_db(tracked(sound, speech=True), noise)).mean() < 1.5
+
+
+def test_steady_noise_spreads_as_the_front_end_has_it() -> None:
+    found = measured(energies_of(np.random.default_rng(1).standard_normal(4000 * HOP_SAMPLES).astype(np.float32)))
+    for name, values in asdict(found).items():
+        assert getattr(STEADY_NOISE, name) == pytest.approx(values, rel=1e-4)

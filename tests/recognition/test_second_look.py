@@ -263,12 +263,3 @@ def test_speech_with_a_gap_in_it_is_not_looked_at() -> None:
     ears.lost(BLOCK)
     run(ears, 9, 21)
     assert not looker.pieces
-
-
-@pytest.mark.parametrize("clatter", [False, True])
-def test_where_there_were_signs_of_speech_all_the_time_a_piece_tells_so(clatter: bool) -> None:
-    looker = Looker(None)
-    script = Script({130: [Garbled(180_000, 190_000)]})
-    script.signs = clatter
-    run(SecondEars(script, looker, AtOnce()), 140)
-    assert [piece.clatter for piece in looker.pieces] == [clatter]

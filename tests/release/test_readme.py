@@ -32,9 +32,9 @@ def test_as_much_is_shown_as_was_shown(shown: tuple[str, ...], expected: tuple[s
 
 
 def test_the_clock_on_the_wall_is_not_shown() -> None:
-    told = "  3:12 min in 10.0 s: 19 times faster than real time (seed 1)\n"
-    slow = "  3:12 min in 400.0 s: slower than real time (seed 1)\n"
-    expected = ("  3:12 min in … s: … times faster than real time (seed 1)",)
+    told = "  3:12 of mission time in 10.0 s: 19 times faster than real time (seed 1)\n"
+    slow = "  3:12 of mission time in 400.0 s: slower than real time (seed 1)\n"
+    expected = ("  3:12 of mission time in … s: … times faster than real time (seed 1)",)
     assert abridged(told, ()) == abridged(slow, ()) == expected
 
 

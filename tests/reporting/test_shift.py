@@ -171,6 +171,18 @@ def test_nobody_is_drawn_at_two_tasks_at_once() -> None:
     assert [span[:4] for span in spans[3:]] == [("Rob", 3, 300.0, pytest.approx(305.2))]
 
 
+def test_of_two_tasks_at_once_both_count_and_the_first_is_drawn() -> None:
+    talk = (
+        (0.0, "heard", "Bot", "Hi all, I am Bot, I will complete task two and one"),
+        (90.0, "heard", "Bot", "Hi all, I am Bot, task two and one complete"),
+        (95.0, "said", "Rob", "Hi Bot, I am Rob, confirmed two and one complete"),
+    )
+    found = shift(talk=talk)
+    assert [member.done for member in found.members if member.name == "Bot"] == [[2, 1]]
+    spans = [(s.robot, s.task, s.from_s, s.to_s, s.ended) for s in found.story.spans]
+    assert spans == [("Bot", 2, 0.0, 90.0, "done")]
+
+
 class Text(HTMLParser):
     """What a page shows: its tables' rows, its figures by what they tell, and the items of its lists."""
 

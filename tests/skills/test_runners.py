@@ -346,6 +346,27 @@ def test_a_host_that_is_killed_leaves_its_pin_off(tmp_path: Path) -> None:
         assert until(lambda: not is_on(tmp_path, 17), 5.0) < STOP_S
 
 
+def test_a_pin_that_is_still_in_use_is_switched_off_once_it_is_free(tmp_path: Path) -> None:
+    """Whoever was killed may hold it for a moment more."""
+    code = "from gpiozero import LED; led = LED(17); led.on(); print(1, flush=True); input()"
+    env = fake_pins(tmp_path)
+    with subprocess.Popen(
+        [sys.executable, "-c", code], stdin=subprocess.PIPE, stdout=subprocess.PIPE, env=env
+    ) as other:
+        assert other.stdout is not None
+        other.stdout.readline()
+        words = [sys.executable, "-m", "hvcpd.skills.guard"]
+        with subprocess.Popen(words, stdin=subprocess.PIPE, env=env) as guard:
+            assert guard.stdin is not None
+            guard.stdin.write(b'{"pins": [[17, true]]}\n')
+            guard.stdin.close()
+            with pytest.raises(subprocess.TimeoutExpired):
+                guard.wait(1.0)
+            other.kill()
+            guard.wait(10.0)
+    assert not is_on(tmp_path, 17)
+
+
 def test_a_host_that_is_frozen_is_ended_and_leaves_its_pin_off(tmp_path: Path) -> None:
     with subprocess.Popen([sys.executable, "-c", HOST, "pin"], env=fake_pins(tmp_path)) as host:
         until(lambda: is_on(tmp_path, 17), 10.0)

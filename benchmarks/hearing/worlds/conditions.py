@@ -17,14 +17,14 @@ MakeWorld = Callable[[int], World]
 QUIET_DB = 30.0
 """SNR of a quiet room."""
 VARIANTS = 8
-"""So many rooms of a kind for each seed: to simulate one takes seconds."""
+"""Number of rooms of a kind for each seed: to simulate one takes seconds."""
 
 
 @dataclass(frozen=True)
 class Condition:
     """Worlds of a kind. `simulated`: they need pyroomacoustics, or the responses in the cache; `apart_db`: a second
-    robot speaks at the same time, through a world of its own, louder or fainter by so much; it says `calls`, or else a
-    sentence that is drawn."""
+    robot speaks at the same time, through a world of its own, louder or fainter by this much; it says `calls`, or else
+    a sentence that is drawn."""
 
     name: str
     label: str
@@ -42,7 +42,7 @@ class Condition:
 
 
 def conditions(seed: int, data: Path | None) -> list[Condition]:
-    """All that can be had with this folder of data; rooms differ with `seed`."""
+    """All that this folder of data allows; rooms differ with `seed`."""
     recorded = noises.kinds(data)
     fan = "air conditioner" if "air conditioner" in recorded else "fan"
     loud = "kitchen" if "kitchen" in recorded else "pink"

@@ -22,7 +22,7 @@ GAIN_STEP_S = 0.02
 class Microphone:
     """What a sound card and its driver do, in this order; by default nothing.
 
-    `suppression_db`: noise is lowered by so much, at most (Wiener's gain with the decision-directed estimate of Ephraim
+    `suppression_db`: most that noise is lowered (Wiener's gain with the decision-directed estimate of Ephraim
     & Malah, IEEE TASSP 32, 1984). `gain_control`: the level is led to -23 dBFS within a second up and 50 ms down, by
     20 dB at most. `codec_bits`: of each coefficient of a transform codec, relative to the greatest in its band of
     500 Hz, up to `codec_hz`; 0 for none.

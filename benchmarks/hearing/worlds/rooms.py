@@ -50,7 +50,7 @@ class Place:
     distance_m: float
     seed: int
     facing_db: float = 4.0
-    """The direct sound is louder by so much than that of a loudspeaker that sends as much to all sides; small boxes
+    """How much louder the direct sound is than an omnidirectional loudspeaker's; small boxes
     have 3 to 6 dB in the band of speech, where they face the listener."""
     drr_db: float | None = None
     """Instead of that: what the direct sound is scaled to."""

@@ -7,20 +7,25 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
+import numpy as np
 from rich.console import Console
 
 from benchmarks.hearing.listeners import Peer, make_peer
 from benchmarks.hearing.material import Team, make_team
+from benchmarks.hearing.noises import steady
 from benchmarks.hearing.worlds.conditions import Condition, conditions
-from benchmarks.hearing.worlds.trials import MakeEars, Tally, make_trial, ours, theirs
+from benchmarks.hearing.worlds.trials import MakeEars, Tally, hear, make_trial, ours, theirs
 from hil_fakes import reverberation
 from hvcpd.assembly.make import make_channel_ears, make_ears
 from hvcpd.evaluation.statistics import wilson
 from hvcpd.people.second_pass import SecondPassRecogniser
+from hvcpd.ports import SAMPLE_RATE_HZ
 from hvcpd.recognition.protocols import Ears
 from hvcpd.recognition.second_look import AtOnce, SecondEars
 
 MODES = ("first", "acquainted")
+NOISE_DBFS = -50.0
+"""Of noise alone: a quiet room's, by a microphone of usual gain."""
 HEADING = f"{'condition':44} {'mode':10} {'right':>8} {'95 %':>12} {'wrong':>5} {'95 %':>11} {'lost':>5}    rtf"
 PEER_HEADING = " | PocketSphinx: right wrong    rtf"
 
@@ -138,6 +143,23 @@ def sources(row: Row) -> str:
         if by:
             told.append(f"{outcome} by " + ", ".join(f"{name} {count}" for name, count in by.most_common()))
     return "; ".join(told)
+
+
+def cost(team: Team, seed: int, data: Path | None, minutes: float, console: Console) -> None:
+    """Print what a whole robot's ears cost once they are ready, processor time over the sound's duration: in noise
+    alone, and while a robot says three sentences in a row, in measured rooms or else through a small loudspeaker."""
+    named = {condition.name: condition for condition in conditions(seed, data)}
+    condition = named.get("measured", named["small-vacuum"])
+    talk = [make_trial(team, condition, number, seed, True, data).sound for number in range(3)]
+    rms = 10.0 ** (NOISE_DBFS / 20.0)
+    alone = np.asarray(rms * steady("pink", round(60.0 * minutes * SAMPLE_RATE_HZ), seed), np.float32)
+    for label, sounds in (("pink noise alone", [alone]), (condition.label, talk)):
+        ears = robots_ears(team)
+        ears.prepare(lambda: True)
+        hear(ears, sounds[0][: 4 * SAMPLE_RATE_HZ])  # what is made once
+        seconds = sum(hear(ears, sound)[1] for sound in sounds)
+        heard_s = sum(map(len, sounds)) / SAMPLE_RATE_HZ
+        console.print(f"{label}: {seconds / heard_s:.4f} of real time ({heard_s:.0f} s)", markup=False)
 
 
 def _interval(count: int, n: int) -> str:

@@ -50,7 +50,7 @@ def recorded(data: Path) -> Iterator[tuple[str, Samples]]:
 
 
 def made(minutes: float, seed: int) -> Iterator[tuple[str, Samples]]:
-    """So many minutes of made ones, each at a level of its own, half of them in rooms."""
+    """Minutes of synthetic ones, each at a level of its own, half of them in rooms."""
     clips = round(minutes * 60.0 / (ordinary.CLIP_S + GAP_S))
     for k in range(clips):
         chance = np.random.default_rng([seed, k])

@@ -25,7 +25,7 @@ TAIL_S = 2.5
 """Of it after the last sentence: until then it is told."""
 GAP_S = (0.9, 1.6)
 LATER_S = (0.3, 1.0)
-"""Of two robots, the second begins so much later."""
+"""How much later the second of two robots begins."""
 ACQUAINTED = 2
 """Sentences of the same robot in the same world that are heard first, and not scored."""
 

@@ -25,7 +25,7 @@ class BenchError(HvcpdError):
 
 @dataclass(frozen=True)
 class Row:
-    """One line of the table: a piece of work, so much of it, and the figure that is made of it."""
+    """One line of the table: a piece of work, its amount, and the figure computed from it."""
 
     text: str
     work: str

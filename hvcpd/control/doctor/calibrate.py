@@ -8,6 +8,7 @@ import math
 import sys
 import time
 from collections.abc import Callable
+from dataclasses import asdict
 from pathlib import Path
 
 from hvcpd.control.doctor.diagnosis import RunCommand, run_command
@@ -16,7 +17,7 @@ from hvcpd.control.doctor.self_hearing import SelfHearing, calibration_path, hea
 from hvcpd.control.simulate.team import Team, load_team
 from hvcpd.daemon.devices import Devices
 from hvcpd.errors import EX_FAILURE, EX_OK, DeviceError, StoreError, unwritable
-from hvcpd.hardware.acoustics import NEEDED_SNR_DB, Echo, predicted_range_m
+from hvcpd.hardware.acoustics import NEEDED_SNR_DB, Echo, Response, predicted_range_m
 from hvcpd.hardware.audio import find_device
 
 PEAK_DBFS = -6.0
@@ -97,6 +98,9 @@ def _finish(
         "understood": heard.understood,
         "range_m": round(reach_m, 2),
     }
+    response = heard.response
+    if response is not None:
+        result |= {key: value and round(value, 1) for key, value in asdict(response).items()}
     path = calibration_path(team)
     if not options.dry_run:
         _keep(path, result)
@@ -114,10 +118,19 @@ def _finish(
         f"{reach_m:.1f} m / {options.distance:g} m) = {echo.level_dbfs:.0f} dBFS - ({heard.floor_dbfs:.0f} dBFS) - "
         f"{NEEDED_SNR_DB:g} dB\n"
     )
+    if response is not None:
+        sys.stdout.write(_about_loudspeaker(response))
     sys.stdout.write(
         "nothing was kept\n" if options.dry_run else f"kept in {path}; `sudo alsactl store` keeps the gains\n"
     )
     return EX_OK if heard.understood else EX_FAILURE
+
+
+def _about_loudspeaker(response: Response) -> str:
+    text = f"the loudspeaker, as the microphone hears it, sounds from {response.lowest_hz:.0f} Hz on"
+    if response.resonance_hz is None:
+        return f"{text}, without a resonance\n"
+    return f"{text} and resonates at {response.resonance_hz:.0f} Hz, by {response.resonance_db:.0f} dB\n"
 
 
 def _keep(path: Path, result: dict[str, object]) -> None:

@@ -92,8 +92,8 @@ def look_at_owners(board: Board) -> Iterator[Diagnosis]:
         if name.startswith("hvcpd"):
             yield fine("cards", text)
         elif name in DESKTOP_SOUND:
-            remedy = "have nobody logged in at the desktop, or set audio.input_device and output_device to `pulse`"
-            yield note("cards", f"{text} for who is logged in: {remedy}")
+            remedy = "have nobody logged in there, or run the robot there: `systemctl --user enable --now hvcpd`"
+            yield note("cards", f"{text} for the user who is logged in: {remedy}")
         else:
             yield wrong("cards", f"{text}: end it, a card is one program's at a time")
 

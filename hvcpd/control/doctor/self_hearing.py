@@ -12,7 +12,7 @@ import numpy as np
 from hvcpd.assembly.make import make_recogniser
 from hvcpd.config.settings import AudioSettings
 from hvcpd.control.simulate.team import Team
-from hvcpd.hardware.acoustics import Echo, clipped_share, find_echo, level_dbfs
+from hvcpd.hardware.acoustics import Echo, Response, clipped_share, find_echo, find_response, level_dbfs
 from hvcpd.hardware.audio_exchange import SoundStream
 from hvcpd.language.messages import Free, Utterance
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
@@ -40,6 +40,8 @@ class SelfHearing:
     echo: Echo | None = None
     understood: bool = False
     confidence: float = 0.0
+    response: Response | None = None
+    """Of the loudspeaker, through the own microphone; None if too little was heard."""
 
 
 def calibration_path(team: Team) -> Path:
@@ -64,14 +66,17 @@ def hear_oneself(team: Team, make_stream: MakeStream) -> SelfHearing:
     quiet = heard[: round(QUIET_S * SAMPLE_RATE_HZ)]
     events = [event for event in recogniser.push(heard) if isinstance(event, Recognised)]
     right = [event.confidence for event in events if tuple(event.words) == tuple(words)]
+    echo = find_echo(sound, heard[len(quiet) :], quiet)
+    back = heard[len(quiet) + round(echo.delay_s * SAMPLE_RATE_HZ) :] if echo is not None else quiet[:0]
     return SelfHearing(
         level_dbfs(quiet),
         clipped_share(heard),
         lost,
         team.phrasebook.write(utterance),
-        find_echo(sound, heard[len(quiet) :], quiet),
+        echo,
         bool(right),
         max(right, default=0.0),
+        find_response(sound, back),
     )
 
 

@@ -23,7 +23,6 @@ from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 from hvcpd.recognition.events import Event, Held, Recognised, Urgent
 from hvcpd.synthesis.leveling import audible
 from hvcpd.synthesis.speaker import Speaker
-from hvcpd.synthesis.voices import VOICES
 
 LOUDNESSES_DB = (-40.0, -30.0, -20.0, -10.0, 0.0)
 """Of the peak, by the loudspeaker's full scale: from a murmur to a shout, wherever its volume is set."""
@@ -36,7 +35,7 @@ DECIDED_S = 3.0
 """After the call: what was not sure is decided by then."""
 ASKED_S = 4.0
 LEAST_OVER_DB = 10.0
-"""What is not so much louder than the room was no call; steady noise sways by less from frame to frame."""
+"""A call is at least this much louder than the room; steady noise varies by less from frame to frame."""
 FRAME = 320
 """Samples, 20 ms."""
 BLOCK = 400
@@ -71,7 +70,8 @@ def _played(team: Team, devices: Devices, options: argparse.Namespace) -> Iterat
     audio, chooser = team.settings.audio, random.Random(1)
     audio = replace(audio, output_device=options.output or audio.output_device)
     robots = {team.sound.voice_of(name).name for name in team.names}
-    voices = [voice for voice in VOICES if voice.name not in robots] or list(VOICES)
+    every = team.sound.every_voice()
+    voices = [voice for voice in every if voice.name not in robots] or every
     for level_db in LOUDNESSES_DB:
         for _ in range(options.times):
             call = Speaker(chooser.choice(voices), team.sound.lexicon, team.sound.cache).render([["stop"]])

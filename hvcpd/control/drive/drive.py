@@ -184,7 +184,7 @@ def _interruptible() -> Iterator[None]:
     def interrupt(_number: int, _frame: FrameType | None) -> None:
         raise KeyboardInterrupt
 
-    # SIGINT too: whoever starts commands in the background may have it ignored, and wheels must obey it all the same.
+    # SIGINT too: whoever starts commands in the background may have it ignored, and wheels must still obey it.
     before = {number: signal.signal(number, interrupt) for number in (signal.SIGTERM, signal.SIGINT)}
     try:
         yield

@@ -84,7 +84,7 @@ async def _connected(path: Path) -> tuple[asyncio.StreamReader, asyncio.StreamWr
 def page(socket: Path, port: int) -> Iterator[str]:
     """The console of the robot at that socket, on a port of this computer; its address, "" where parts are missing.
 
-    Raises ConfigError if the port cannot be had.
+    Raises ConfigError if the port cannot be opened.
     """
     if any(find_spec(name) is None for name in PAGE_NEEDS):
         yield ""

@@ -123,7 +123,7 @@ def _longest(events: Sequence[Event]) -> Recognised | None:
 def _sounds_like(
     piece: Samples, near: Recognised, index: int, known: dict[str, list[Samples]], team: Team
 ) -> tuple[str, ...] | None:
-    """The words heard in the place of the one at `index` when they may be any; None when nothing is heard.
+    """The words heard instead of the one at `index` when they may be any; None when nothing is heard.
 
     As few as explain it, since several short words bend to anything.
     """
@@ -142,7 +142,7 @@ def _sounds_like(
 def _heard_freely(
     piece: Samples, near: Recognised, index: int, known: dict[str, list[Samples]], team: Team, n_words: int
 ) -> Recognised | None:
-    """`near` heard once more with any 1 to `n_words` words in the place of the one at `index`."""
+    """`near` heard once more with any 1 to `n_words` words instead of the one at `index`."""
     pauses = frozenset(range(1, len(near.words))) - {index + 1} if index + 1 < len(near.words) else frozenset[int]()
     chain = graph_of(near.words, pauses)
     free = free_words(team.sound)

@@ -96,11 +96,12 @@ def _count(found: Audit, u: m.Utterance, pending: dict[tuple[str, str], str]) ->
         case m.Claim() | m.WillMove() if answered:
             found.taken[answered] += 1
             del pending[speaker, to]
-        case m.Claim():
-            found.claims[speaker] += 1
-        case m.Completed(task, following):
-            found.done.setdefault(task.number, speaker)
-            found.claims[speaker] += following is not None
+        case m.Claim() as claim:
+            found.claims[speaker] += len(claim.tasks)
+        case m.Completed() as report:
+            for task in report.tasks:
+                found.done.setdefault(task.number, speaker)
+            found.claims[speaker] += len(report.claim.tasks) if report.claim is not None else 0
         case m.Failed():
             found.failed[speaker] += 1
         case m.Stop():

@@ -57,6 +57,6 @@ def add_key(commands: _Commands, run: Command) -> None:
     )
     sheet.add_argument("--codes", type=codes, default=60, metavar="N", help="so many one-time codes (60)")
     sheet.add_argument("--first", type=first, default=1, metavar="N", help="from this number on (1)")
-    sheet.add_argument("--no-recovery", action="store_true", help="without the key itself: for who only commands")
+    sheet.add_argument("--no-recovery", action="store_true", help="leave out the key: for people who only command")
     sheet.add_argument("-o", "--output", type=Path, metavar="FILE", help="write it there, readable by you alone")
     parsers["revoke"].add_argument("name", type=_name, metavar="NAME", help="whose voice")

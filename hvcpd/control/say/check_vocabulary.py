@@ -10,6 +10,7 @@ from collections.abc import Sequence
 from hvcpd.assembly.vocabulary import LIMIT_NOISE, LIMIT_QUIET, Confusion, as_dict, check, describe
 from hvcpd.control.simulate.team import load_team, vocabulary_cache
 from hvcpd.errors import EX_FAILURE, EX_OK
+from hvcpd.reporting.text import listed
 
 SHOWN = 10
 """Rows of the table when nothing is confusable: the nearest ones, to see how far off they are."""
@@ -46,6 +47,8 @@ def as_table(found: Sequence[Confusion]) -> str:
     lines += ["", *(describe(c) for c in wrong)]
     if not wrong:
         lines.append(f"All is well: no words of this team are predicted to be confused more than {limits}.")
+        if own := [f"{c.first} and {c.second}" for c in found if c.confusable]:
+            lines.append(f"Beyond that are, among the phrasebook's own words, which no team can change: {listed(own)}.")
     else:
         lines.append(f"The limit is {limits}.")
     return "\n".join(lines) + "\n"

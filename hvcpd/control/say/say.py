@@ -1,7 +1,8 @@
 """`hvcpctl say`: one sentence of the phrasebook, by a running robot, to the loudspeaker or to a file.
 
 A robot that runs on this computer says what is said in its name itself, on its turn of the floor; whatever tells how or
-where it is to sound (-o, --as, --voice, --rate, --gain-db, --lombard) or --local has this command make the sound.
+where it is to sound (-o, --as, --voice, --rate, --gain-db, --natural, --lombard) or --local has this command make the
+sound.
 """
 
 from __future__ import annotations
@@ -11,6 +12,7 @@ import json
 import re
 import sys
 from contextlib import closing
+from dataclasses import replace
 
 from hvcpd.assembly.voice_assignment import recorded_voice
 from hvcpd.config.names import valid_robot_name
@@ -48,7 +50,7 @@ def run(options: argparse.Namespace) -> int:
 def _makes_the_sound(options: argparse.Namespace) -> bool:
     chosen = (options.output, options.voice_of, options.voice)
     delivery = (options.rate, options.gain_db, options.lombard) != (1.0, 0.0, False)
-    return bool(options.local or delivery or any(each is not None for each in chosen))
+    return bool(options.local or options.natural or delivery or any(each is not None for each in chosen))
 
 
 def _daemon_that_says(options: argparse.Namespace) -> DaemonClient | None:
@@ -122,4 +124,5 @@ def _speaker(
         if delivery.voice(VOICES[0]) != VOICES[0]:
             raise PhraseError(f"--rate and --lombard change the synthesizer's voice, and {name} has recordings")
         return team.sound.speaker_of(name)
-    return Speaker(delivery.voice(team.sound.voice_of(name)), team.sound.lexicon, team.sound.cache)
+    sound = replace(team.sound, natural=True) if options.natural else team.sound
+    return Speaker(delivery.voice(sound.voice_of(name)), sound.lexicon, sound.cache)

@@ -7,6 +7,7 @@ import json
 import math
 import sys
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -32,7 +33,9 @@ def run(options: argparse.Namespace) -> int:
     """Print how the voices differ, then play them one after the other, or write them to a file."""
     settings = load_settings(options.config, {}, name_needed=False)
     sound = cast(make_sound(settings.lexicon, user_cache_folder()), settings, tuple)
-    chosen = [voice_named(name) for name in options.voices] or list(VOICES)
+    if options.natural:
+        sound = replace(sound, natural=True)
+    chosen = [sound.said_by(voice_named(name)) for name in options.voices] or list(sound.every_voice())
     names = options.names or tuple(dict.fromkeys(name for name in (settings.name, *settings.names) if name))
     phrases = _phrases(options.text)
     said = [Speaker(voice, sound.lexicon, sound.cache).render(phrases) for voice in chosen]
@@ -85,7 +88,7 @@ def nearest(voice: Voice) -> Voice:
         pitch, formants = other.f0_hz / voice.f0_hz, other.formant_scale / voice.formant_scale
         return math.hypot(math.log(pitch), math.log(formants))
 
-    return min((other for other in VOICES if other != voice), key=distance)
+    return min((other for other in VOICES if other.name != voice.name), key=distance)
 
 
 def spectral_centre_hz(sound: Samples) -> float:

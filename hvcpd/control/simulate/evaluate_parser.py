@@ -25,7 +25,8 @@ def add_evaluate(commands: _Commands, run: Callable[[argparse.Namespace], int], 
         help="run the paper's experiments in a simulated room",
         epilog="What has been run is kept in --out: the same command again goes on where it was interrupted.",
     )
-    c.add_argument("experiment", choices=(*NAMES, "all"), metavar="NAME", help=f"one of {', '.join(NAMES)}, or all")
+    one_of = f"one of {', '.join(NAMES)}, or all"
+    c.add_argument("experiment", choices=(*NAMES, "all"), metavar="EXPERIMENT", help=one_of)
     c.add_argument("--jobs", type=_count, metavar="N", help="processes (default: one for each core)")
     c.add_argument("--scheduler", metavar="ADDRESS", help="of a dask cluster to run on, as tcp://10.0.0.1:8786")
     c.add_argument("--seed", type=seed, default=1, metavar="N", help="same seed, same results (default 1)")

@@ -10,6 +10,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import Self
 
+import numpy as np
+
 from hvcpd.ports import SAMPLE_RATE_HZ
 from hvcpd.recognition.channel.listener import ChannelListener, Look, Stretch
 from hvcpd.recognition.events import Event, Garbled, Recognised, Source
@@ -19,19 +21,24 @@ from hvcpd.recognition.second_look import LaterEars, Worker
 LEAD = 3 * SAMPLE_RATE_HZ
 """Samples before a stretch, for its noise."""
 EARLIER = SAMPLE_RATE_HZ // 4
-"""Signs of speech come so much after its beginning, or sooner."""
+"""Longest time (samples) from the beginning of speech to its first sign."""
 QUIET = SAMPLE_RATE_HZ // 2
-"""So much without a sign ends a stretch: more than a pause at a comma in a room without echoes."""
+"""Samples without a sign that end a stretch: more than a pause at a comma in a room without echoes."""
 AGAIN = SAMPLE_RATE_HZ
 """What follows so soon after a sentence that seemed to go on belongs to it."""
 SHORTEST = SAMPLE_RATE_HZ // 4
 """Signs that last no longer than that (0.25 s) are of no sentence: "stop" has 0.4 s."""
 LONGEST = 10 * SAMPLE_RATE_HZ
-"""A stretch is cut after so much. What had begun by then is looked at again, with what follows."""
+"""Samples after which a stretch is cut. What had begun by then is searched again, with what follows."""
 MOST_WAIT = 3 * SAMPLE_RATE_HZ
-"""So long after a stretch has ended its look may take; then what was held of it is told as if nothing was found."""
+"""Longest time (samples) of the search after a stretch has ended. Then what it held back is reported as if nothing
+was found."""
+CLATTER, CLATTER_S = 0.75, (5.0, 10.0)
+"""In clatter there are signs for more than this share of the last seconds (at first of 5 s, later of 10), and they no
+longer say who begins or ends: a sentence takes 6 s or less, and then somebody waits."""
 CUT = 5 * SAMPLE_RATE_HZ // 2
-"""In clatter a stretch is cut after so much (2.5 s), or who spoke would wait for an answer until it ends."""
+"""Samples (2.5 s) after which a stretch is cut in clatter. Otherwise the speaker would wait for an answer until the
+clatter ends."""
 EVERY = 17 * SAMPLE_RATE_HZ // 20
 """In clatter, beginnings are sought around points so far apart (0.85 s): everywhere, as `search` looks around each."""
 CALL, SURE_CALL = "stop", 0.95
@@ -73,6 +80,8 @@ class ChannelEars(LaterEars[Stretch, Look]):
         self._whole_from = 0
         """Since this sample nothing is missing: neither lost nor the robot's own voice."""
         self._busy = False
+        self._stirred = 0.0
+        """Share of the last seconds in which there were signs of speech."""
         self._open: _Open | None = None
         self._closed: list[_Open] = []
         """Being looked at, or looked at a moment ago."""
@@ -88,6 +97,7 @@ class ChannelEars(LaterEars[Stretch, Look]):
         super().succeed(predecessor)
         self._open, self._closed, self._told = predecessor._open, predecessor._closed, predecessor._told
         self._whole_from, self._busy = predecessor._whole_from, predecessor._busy
+        self._stirred = predecessor._stirred
 
     def take(self, events: Sequence[Event]) -> list[Event]:
         """What comes of events that the first ears told, and of looks that have ended."""
@@ -116,6 +126,10 @@ class ChannelEars(LaterEars[Stretch, Look]):
         self._close()
         self._whole_from = self._now + n_samples
 
+    @property
+    def _clatters(self) -> bool:
+        return self._stirred > CLATTER
+
     def _mask(self) -> None:
         self._break_off(0)
 
@@ -123,6 +137,8 @@ class ChannelEars(LaterEars[Stretch, Look]):
         """Follow the signs of speech."""
         at = self._began
         rises, self._busy = self._ears.busy and not self._busy, self._ears.busy
+        within = np.clip(self._now / SAMPLE_RATE_HZ, *CLATTER_S) * SAMPLE_RATE_HZ
+        self._stirred += (float(self._ears.signs) - self._stirred) * (self._now - at) / within
         if self._ears.signs:
             if self._open is None:
                 self._open = _Open(max(at - EARLIER, self._whole_from), self._now, [at])

@@ -32,11 +32,12 @@ GOES_ON = 3 * SAMPLE_RATE_HZ // 5
 LEAST_LEAD, LEAST_LEAD_SHARE = 40.0, 0.03
 """What a sentence must explain more than any other one, and than any beginning of a longer one."""
 LEAST_FIT = 0.4
-"""Of what was to be expected of each word through the response, so much must have been heard."""
+"""Smallest share of each word's expected sound, through the response, that must have been heard."""
 SHORT, SHORT_REST = 3, 5 * SAMPLE_RATE_HZ // 4
 LEAST_SHARE = 0.08
-"""A sentence of so few words, and so much before the end of a stretch (1.25 s), is told only if it explains so much of
-what was heard while it lasted: amid other talk it may be a part of it. Those made up of talk explain 0.03 to 0.06."""
+"""A sentence of at most this many words, this long (1.25 s) before the end of a stretch, is reported only if it
+explains this share of what was heard while it lasted: in the middle of other talk it may be a part of it. False alarms
+from talk explain 0.03 to 0.06."""
 MOST_AT_ONCE = 2
 """Robots that speak at the same time."""
 
@@ -119,14 +120,17 @@ class ChannelListener:
         noticed = [at - begin for at in stretch.noticed]
         paths: list[Path] = []
         best = None
-        for sentence in stretch.proposed:
-            at = sentence.start_sample - stretch.origin - begin
-            paths += self._alone(sound, sentence.voice, sentence.words, at)
+        proposed = [each for each in stretch.proposed if all(each.words != path.words for path in told)]
         for search in self._searches[:1] if told else self._searches:
             found = search.paths(sound, noticed, told)
             paths += found
             if found and self._is_nearly_whole(found[0]):
                 paths += self._alone(sound, found[0].book.voice, found[0].words, found[0].starts[0])
+            for sentence in proposed:
+                if not found or sentence.words != found[0].words:
+                    at = sentence.start_sample - stretch.origin - begin
+                    paths += self._alone(sound, sentence.voice, sentence.words, at)
+            proposed = []
             paths.sort(key=lambda path: -path.score)
             best = self._sure(sound, paths)
             if best is not None or not found or (stretch.cut and paths[0].score >= BEGUN):

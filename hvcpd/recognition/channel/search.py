@@ -49,9 +49,9 @@ WIDE_WORDS = 4
 TRIED = 48
 """Of all next words, those whose response is estimated anew."""
 BEHIND_SHARE, BEHIND = 1.25, 150.0
-"""A path is dropped if another one had so much more explained at its end."""
+"""A path is dropped if another one has explained this much more at its end."""
 EARLIER, LATER = round(0.6 * SAMPLE_RATE_HZ), round(0.25 * SAMPLE_RATE_HZ)
-"""From where speech was noticed, a sentence begins so much earlier or later."""
+"""A sentence begins at most this much earlier or later than speech was noticed."""
 MOST_LAGS = 12_000
 """Beginnings that one transform tells of."""
 NEAR = 400

@@ -33,8 +33,8 @@ FLOOR = 1e-4
 """No bin has less than -40 dB of the mean noise: a converter's empty bands would outweigh all others."""
 SILENCE = 1e-13
 LEAST_NOISE = 1e-6
-"""Noise has at least so much (-60 dB) of the mean power of what was heard: a microphone may be muted before somebody
-speaks, and single precision is not enough for more."""
+"""Smallest power of the noise relative to the mean power of what was heard (-60 dB): a microphone may be muted
+before somebody speaks, and single precision is not enough for more."""
 
 SIZE = 2048
 BLOCK = 1024

@@ -1,9 +1,9 @@
 """Whether what the net took for the keyword was that word, or other talk. Pure; time is in samples.
 
-Whoever hears it stands still first and decides afterwards. It counts as said when it is certain, when it is heard
-again, when it is likely and no sentence that is understood explains it, and when a sentence is understood in which
-something else was heard at that time. What is less likely is let go after two seconds: that costs nothing else, while a
-stop ends the mission until a person resumes it.
+Whoever hears it stands still first and decides afterwards, by the chance that it was a call: by what follows it. It
+counts as said when it is certain, when it is heard again, and when a sentence is understood in which something else was
+heard at that time. What is less sure is let go after two seconds: that costs nothing else, while a stop ends the
+mission until a person resumes it.
 """
 
 from __future__ import annotations
@@ -29,22 +29,21 @@ class Verdict(Enum):
 class BeliefSettings:
     """How other talk is known; measured with `benchmarks/stop.py`."""
 
-    certain: float = 0.7
-    """A chance of the word from which it counts, unless a sentence may be about to end with it."""
+    certain: float = 0.8
+    """A chance of a call from which it counts, unless a sentence may be about to end with it: of people's other words
+    one in 200 has it, of 2.3 min of their talk nothing (the part that thresholds are chosen by)."""
     sentence_s: float = 0.42
     """It waits so long for the end of such a sentence, which comes after 0.25 s of rest."""
-    likely: float = 0.6
-    """A chance from which it counts if no sentence explains it."""
-    fair: float = 0.4
-    """A chance from which it counts if it was heard twice, or over a sentence that shows something else there. Of what
-    is less, other talk and barking dogs have some once a minute."""
+    fair: float = 0.35
+    """A chance from which it counts if it was heard twice, or over a sentence that shows something else there. All
+    robots' voices have it, alone; of people's talk, about one piece a minute."""
     gone: float = 0.12
     """A chance below which nothing is left of the word without the sentence."""
     left: float = 0.4
     """A chance from which it was said over the sentence. Between the two nobody knows."""
     sentence_confidence: float = 0.9
     late_s: float = 0.3
-    """After a word that was heard only when its sentence was told, so much more of it may come."""
+    """How much more of a word may come that was heard only when its sentence was reported."""
     most_deficit: float = 0.25
     """Of each word of the sentence that was said at the same time (`WordSpan.deficit`). Alone, 0.12 at most; under a
     call as loud, 0.36 and more where the sentence itself looks like the word."""
@@ -53,12 +52,10 @@ class BeliefSettings:
     have stopped" left that sentence understood, with 0.66 (1 is another word)."""
     edge_s: float = 0.15
     """How well the ends of the word are known, and those of a sentence."""
-    quiet_s: float = 1.0
-    """Speech that has ended for so long becomes no sentence any more."""
     longest_s: float = 8.0
-    """As long as sentences take with the rest after it; whoever has not ended by then only talks on."""
+    """As long as sentences take with the rest after it: so long one may still tell of a word that was let go."""
     doubt_s: float = 2.0
-    """So long the robot stands for a word that is not likely."""
+    """How long the robot stands still for a word that is not certain."""
     again_s: float = 6.0
     """From the first call on, whoever sees the robots go on has so long to say it again."""
 
@@ -97,7 +94,7 @@ class Belief:
         self._ask_from: int | None = None
         """When the sentence that was told before a word is asked about it."""
         self._let_go: list[_Word] = []
-        """Words that were not likely enough; they count if they are said again, or left over by a sentence."""
+        """Words that were not certain enough; they count if they are said again, or left over by a sentence."""
 
     @property
     def held(self) -> bool:
@@ -129,7 +126,7 @@ class Belief:
             left = self._left(sentence, word.start, word.end) if self._is_within(sentence, word) else None
             if self._explains(sentence, word, left):
                 explained.append(word)
-            elif self._is_over(sentence, word, left) or (word in self._open and self._is_likely(word)):
+            elif self._is_over(sentence, word, left) or (word in self._open and self._is_sure(word)):
                 return self._said()
         is_news = any(word in self._open for word in explained)
         self._open = [word for word in self._open if word not in explained]
@@ -139,22 +136,19 @@ class Belief:
     def unclear(self) -> Verdict:
         """Speech was not understood, or was lost."""
         self._told = None
-        return self._said() if any(map(self._is_likely, self._open)) else Verdict.UNCHANGED
+        return self._said() if any(map(self._is_sure, self._open)) else Verdict.UNCHANGED
 
-    def at(self, now: int, quiet_since: int) -> Verdict:
-        """Time went on to sample `now`; nobody has spoken from `quiet_since` on."""
+    def at(self, now: int) -> Verdict:
+        """Time went on to sample `now`."""
         s = self._settings
         if self._ask_from is not None and now >= self._ask_from:
             self._ask_from = None
             if self._told is not None and (verdict := self.sentence(self._told)) is not Verdict.UNCHANGED:
                 return verdict
-        quiet = now - quiet_since >= s.quiet_s * SAMPLE_RATE_HZ
-        for word in self._open:
-            over = quiet or now - word.told >= s.longest_s * SAMPLE_RATE_HZ
-            if self._is_certain(word, now) or (over and self._is_likely(word)):
-                return self._said()
+        if any(self._is_certain(word, now) for word in self._open):
+            return self._said()
         self._let_go = [w for w in self._let_go if now - w.told < s.longest_s * SAMPLE_RATE_HZ]
-        weak = [w for w in self._open if not self._is_likely(w) and now - w.told >= s.doubt_s * SAMPLE_RATE_HZ]
+        weak = [w for w in self._open if not self._is_sure(w) and now - w.told >= s.doubt_s * SAMPLE_RATE_HZ]
         if not weak:
             return Verdict.UNCHANGED
         self._let_go += weak
@@ -162,10 +156,10 @@ class Belief:
         return Verdict.UNCHANGED if self.held else Verdict.RELEASED
 
     def _is_certain(self, word: _Word, now: int) -> bool:
-        return word.chance >= self._settings.certain and now >= word.certain_from
+        return self._is_sure(word) and now >= word.certain_from
 
-    def _is_likely(self, word: _Word) -> bool:
-        return word.chance >= self._settings.likely
+    def _is_sure(self, word: _Word) -> bool:
+        return word.chance >= self._settings.certain
 
     def _is_over(self, sentence: Recognised, word: _Word, left: float | None) -> bool:
         """Whether it was said over the sentence, which shows something else there."""

@@ -26,30 +26,27 @@ class KeywordListener:
         self._remainder = remainder
         self._belief = Belief(TEXTS, settings, self._left)
         self._span = (0, 0)
-        self._quiet_since = 0
 
     @property
     def pending(self) -> bool:
-        """Whether the word was heard, and what is told of it depends on the sentence around it."""
+        """Whether the word was heard; what is reported depends on the surrounding sentence."""
         return self._belief.held
 
-    def hear(self, chunk: Chunk, events: Sequence[Event], speech: bool, sentence_ends: bool) -> list[Event]:
+    def hear(self, chunk: Chunk, events: Sequence[Event], sentence_ends: bool) -> list[Event]:
         """Take a chunk, and the `events` that the recogniser found with it.
 
-        `speech`: somebody may be speaking; `sentence_ends`: the recogniser may soon report a sentence that ended just
-        now.
+        `sentence_ends`: the recogniser may soon report a sentence that ended just now.
         """
         if self._remainder is not None:
             self._remainder.hear(chunk)
         told = [event for found in events for event in self._found(found)]
         now = chunk.first_frame + len(chunk.energies)
-        self._quiet_since = now if speech else self._quiet_since
         word = self._spotter.hear(chunk) if self._spotter is not None else None
         if word is not None:
             span = (word.start_frame * HOP_SAMPLES, word.end_frame * HOP_SAMPLES)
             self._span = span
-            told += self._tell(self._belief.word(*span, word.chance, now * HOP_SAMPLES, sentence_ends))
-        return told + self._tell(self._belief.at(now * HOP_SAMPLES, self._quiet_since * HOP_SAMPLES))
+            told += self._tell(self._belief.word(*span, word.call, now * HOP_SAMPLES, sentence_ends))
+        return told + self._tell(self._belief.at(now * HOP_SAMPLES))
 
     def understood(self, sentences: Sequence[Coherent]) -> None:
         """These were understood by their waveform, and may be among the next events."""

@@ -1,4 +1,5 @@
-"""The net that hears the keyword: from mel energies to how likely it is that somebody has just said it, every 40 ms.
+"""The net that hears the keyword: from mel energies to how likely it is that somebody has just said it, and that it was
+a call, every 40 ms.
 
 Convolutions in time that look back only (A. Waibel et al., "Phoneme recognition using time-delay neural networks", IEEE
 Trans. ASSP 37(3), 1989), with ever wider gaps and residual paths as in WaveNet (A. van den Oord et al., 2016). What it
@@ -13,6 +14,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -35,8 +37,17 @@ N_INPUTS = 2 * N_BANDS
 SIZES = (8, 4)
 """Frames of 10 ms, and then of 20 ms, that the first two layers see; each halves their rate."""
 SIZE = 3
-GAPS = (1, 2, 4, 8, 4)
-"""Chunks of 40 ms between those that each further layer sees: 1.6 s in all."""
+GAPS = (1, 2, 4, 8, 4, 8)
+"""Chunks of 40 ms between those that each further layer sees: 2.2 s in all."""
+
+
+class Chances(NamedTuple):
+    """What the net tells, each 0 to 1: one curve to stand still by at once, one to decide by what is said next."""
+
+    word: float
+    """That the keyword ended within the last 0.2 s."""
+    call: float
+    """That it ended within the last 0.75 s, and was no part of a sentence."""
 
 
 def kept(seconds: float) -> np.float32:
@@ -73,19 +84,20 @@ class Levels:
 @dataclass(frozen=True, eq=False)
 class Weights:
     """`layers`: of each a matrix, shape (inputs, outputs), inputs from the oldest frame to the newest, and offsets;
-    `out`: the same of the last one; `slope` and `offset` make its output the logarithm of the odds."""
+    `out`: the same of the last one; `slopes` and `intercepts`, shape (2,), make its outputs the logarithms of the
+    odds."""
 
     layers: tuple[tuple[Array, Array], ...]
     out: tuple[Array, Array]
-    slope: float
-    offset: float
+    slopes: Array
+    intercepts: Array
 
     @classmethod
     def load(cls, path: Path = WEIGHTS) -> Weights:
         """Those that `benchmarks.keyword.train` wrote: bytes, with a scale for each output."""
         with np.load(path) as file:
             pairs = [_layer(file, n) for n in range(len(SIZES) + len(GAPS) + 1)]
-            return cls(tuple(pairs[:-1]), pairs[-1], float(file["slope"]), float(file["offset"]))
+            return cls(tuple(pairs[:-1]), pairs[-1], file["slopes"], file["intercepts"])
 
 
 def _layer(file: Mapping[str, NDArray[np.generic]], number: int) -> tuple[Array, Array]:
@@ -110,9 +122,8 @@ class KeywordNet:
         self._pasts = [np.zeros((n, w), np.float32) for n, w in zip(rows, widths[1:], strict=False)]
         self._turn = 0
 
-    def hear(self, energies: Energies) -> float:
-        """The chance, 0 to 1, that the keyword ended within the last 0.2 s, after the next CHUNK_FRAMES frames of shape
-        (CHUNK_FRAMES, N_BANDS)."""
+    def hear(self, energies: Energies) -> Chances:
+        """The chances after the next CHUNK_FRAMES frames, shape (CHUNK_FRAMES, N_BANDS)."""
         (first, first_off), (second, second_off), *others = self._weights.layers
         self._frames = np.concatenate([self._frames[-(SIZES[0] - 2) :], self._levels.take(energies)])
         pieces = np.stack([self._frames[k : k + SIZES[0]].ravel() for k in (0, 2)])
@@ -126,5 +137,6 @@ class KeywordNet:
             found = found + np.maximum(seen @ matrix + offsets, 0)
         self._turn += 1
         matrix, offsets = self._weights.out
-        logit = self._weights.slope * float((found @ matrix + offsets)[0]) + self._weights.offset
-        return float(1.0 / (1.0 + np.exp(-np.clip(logit, -30.0, 30.0))))
+        logits = self._weights.slopes * (found @ matrix + offsets) + self._weights.intercepts
+        word, call = 1.0 / (1.0 + np.exp(-np.clip(logits, -30.0, 30.0)))
+        return Chances(float(word), float(call))

@@ -63,7 +63,7 @@ class Remainder:
         energies = energies_of(heard - known[-1].sound(first, len(heard)))
         chunks = energies[: len(energies) // CHUNK_FRAMES * CHUNK_FRAMES].reshape(-1, CHUNK_FRAMES, N_BANDS)
         self._net.reset()
-        chances = [self._net.hear(chunk) for chunk in chunks][(start - first) // (CHUNK_FRAMES * HOP_SAMPLES) :]
+        chances = [self._net.hear(chunk).word for chunk in chunks][(start - first) // (CHUNK_FRAMES * HOP_SAMPLES) :]
         windows = (chances[k : k + LOOKS] for k in range(len(chances) - LOOKS + 1))
         return max(map(second_highest, windows), default=None)
 

@@ -1,0 +1,64 @@
+"""Examples at the end of a command's help, for commands that bring none of their own."""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Iterator
+
+from hvcpd.config.command_line import with_examples
+
+EXAMPLES: dict[str, tuple[str, ...]] = {
+    "simulate": ("hvcpctl simulate --seed 2 --robots Rob,Bot,Ada", "hvcpctl simulate --noise-db 60 --report out/noisy"),
+    "hear": ("hvcpctl hear yellow.wav", "hvcpctl hear yellow.wav --json"),
+    "listen": ("hvcpctl listen", "hvcpctl listen --names Rob,Bot"),
+    "phrases": ("hvcpctl phrases --tasks tasks.yaml", "hvcpctl phrases --format html > card.html"),
+    "playground": ("hvcpctl playground",),
+    "pronounce": ("hvcpctl pronounce geranium",),
+    "prerender": ("hvcpctl prerender --names Rob,Bot",),
+    "check-vocabulary": ("hvcpctl check-vocabulary --tasks tasks.yaml --names Rob,Bot",),
+    "transcript": ("hvcpctl transcript", "hvcpctl transcript --since 1h"),
+    "report": ("hvcpctl report --since 8h --html shift.html",),
+    "audit": ("hvcpctl audit --since 8h",),
+    "tasks": ("hvcpctl tasks", "hvcpctl tasks --json"),
+    "follow": ("hvcpctl follow", "hvcpctl follow --json > events.jsonl"),
+    "resume": ("hvcpctl resume",),
+    "reload": ("hvcpctl reload",),
+    "config": ("hvcpctl config", "hvcpctl config --example > hvcpd.yaml"),
+    "key": ("hvcpctl key new", "hvcpctl key sheet"),
+    "key new": ("hvcpctl key new",),
+    "key show": ("hvcpctl key show",),
+    "key sheet": ("hvcpctl key sheet",),
+    "key rotate": ("hvcpctl key rotate",),
+    "key revoke": ("hvcpctl key revoke Anna",),
+    "key restore": ("hvcpctl key restore",),
+    "drive": ("hvcpctl drive status", "hvcpctl drive forward 0.2 --dry-run"),
+    "drive status": ("hvcpctl drive status --json",),
+    "drive forward": ("hvcpctl drive forward 0.2", "hvcpctl drive forward -0.2"),
+    "drive turn": ("hvcpctl drive turn 90",),
+    "drive goto": ("hvcpctl drive goto 1 0.5 --back",),
+    "drive stop": ("hvcpctl drive stop",),
+    "drive calibrate": ("hvcpctl drive calibrate",),
+    "doctor": ("hvcpctl doctor",),
+    "calibrate": ("hvcpctl calibrate",),
+    "bench": ("hvcpctl bench",),
+    "stop-test": ("hvcpctl stop-test",),
+    "evaluate": ("hvcpctl evaluate wake",),
+}
+"""By command, with its action where it has any; each is a line that can be copied into a shell."""
+
+
+def all_parsers(parser: argparse.ArgumentParser, path: str = "") -> Iterator[tuple[str, argparse.ArgumentParser]]:
+    """Every command and action below `parser`, by what is typed after `hvcpctl`."""
+    for action in parser._actions:
+        if isinstance(action, argparse._SubParsersAction):
+            for name, command in action.choices.items():
+                here = f"{path} {name}".strip()
+                yield here, command
+                yield from all_parsers(command, here)
+
+
+def add_examples(parser: argparse.ArgumentParser) -> None:
+    """Append the examples to each command's help."""
+    for path, command in all_parsers(parser):
+        if path in EXAMPLES:
+            command.epilog = with_examples(command.epilog or "", *EXAMPLES[path])

@@ -1,0 +1,67 @@
+"""The effects of "stop", of "resume", and of the end of the program, which the transition table names."""
+
+from __future__ import annotations
+
+from hvcpd.coordination import composing, effects
+from hvcpd.coordination.actions import Halt, SaveStopped
+from hvcpd.coordination.floor import Intent, Urgency
+from hvcpd.coordination.knowledge import Knowledge
+from hvcpd.coordination.states import Trigger
+from hvcpd.language import messages as m
+
+
+def release(me: Knowledge, now: float) -> None:
+    """Resume starts no old motion: the robot is free."""
+    me.floor.withdraw("released how")
+    me.do(SaveStopped(False))
+    effects.rest(me, now)
+
+
+def want_farewell(me: Knowledge, now: float) -> None:
+    """Give the task back and say so; what was finished and not yet confirmed is reported once more before."""
+    effects.let_go(me)
+    me.floor.clear()
+    effects.forget_report(me, Urgency.ALARM, now)
+    me.current.clear()
+    _want_to_say_farewell(me, now)
+
+
+def _want_to_say_farewell(me: Knowledge, now: float) -> None:
+    farewell = composing.to_all(me, m.Leaving())
+    effects.want_turn(me, lambda _: farewell, now, Urgency.ANSWER, trigger=Trigger.SPOKEN_FAREWELL, slot=1)
+
+
+def stop_and_leave(me: Knowledge, now: float) -> None:
+    """It is stopped, and leaves anyway; it will still be stopped when it is switched on again."""
+    latch(me, now)
+    if me.floor.speaking is None or me.floor.speaking.trigger is not Trigger.SPOKEN_FAREWELL:
+        _want_to_say_farewell(me, now)
+
+
+def latch(me: Knowledge, _now: float) -> None:
+    me.do(Halt())
+    me.do(SaveStopped(True))
+
+
+def fall_silent(me: Knowledge, _now: float) -> None:
+    me.floor.clear()
+
+
+def halt(me: Knowledge, now: float) -> None:
+    """Stop, and latch: tasks, turns and motions are forgotten, and nothing but "resume" leads on."""
+    effects.let_go(me)
+    me.do(SaveStopped(True))
+    me.floor.clear()
+    effects.forget_report(me, Urgency.TURN, now)
+    me.current.clear()
+    slot = me.rank("", 0, now)  # in turn: each wants to be heard by all others
+    stopped = composing.to_all(me, m.Stopped())
+    after_s = now + 2.0 * me.timing.stop_again_s  # "stop" goes on from one to the next first
+    me.floor.want(Intent(Urgency.ALARM, "stopped", lambda: stopped, slot=slot, not_before_s=after_s), now)
+    want_release_told(me, now)
+
+
+def want_release_told(me: Knowledge, now: float) -> None:
+    """Who comes by a robot that stands shall know why it does, and what to say; nothing else ends a stop."""
+    told = composing.to_all(me, m.Stopped(waits=True))
+    me.floor.want(Intent(Urgency.TURN, "released how", lambda: told, not_before_s=now + me.timing.standing_s), now)

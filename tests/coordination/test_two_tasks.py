@@ -1,0 +1,155 @@
+"""Where the air is scarce a robot claims two tasks in a sentence, does them one after the other, and reports both."""
+
+import random
+from dataclasses import replace
+
+import pytest
+
+from hvcpd.coordination import choosing
+from hvcpd.coordination.actions import Role, Say, Speech
+from hvcpd.coordination.coordination import Coordination
+from hvcpd.coordination.states import State
+from hvcpd.language import messages as m
+from tests.coordination.mission import Mission, plants
+
+NAMES = ("Rob", "Bot", "Max", "Zoe")
+NEAR = tuple(replace(task, place=None) for task in plants(8))
+"""Each takes less time than a round of turns."""
+ONE, TWO, THREE = map(m.TaskByNumber, (1, 2, 3))
+
+
+def rob(tasks: int = 8, **role: object) -> Coordination:
+    """A robot of a team of two that has introduced itself and is free."""
+    robot = Coordination(
+        Role("Rob", "plant", roster=NAMES[:2], nearest_first=True, **role),  # type: ignore[arg-type]
+        NEAR[:tasks],
+        random.Random(1),
+    )
+    robot.knowledge.state = State.READY
+    robot.knowledge.arm(0.0, 0.0)
+    return robot
+
+
+def hear(robot: Coordination, statement: m.Statement, now: float, to: m.Addressee | None = None) -> None:
+    robot.heard(m.Utterance("Bot", to or m.ToRobot("Rob"), None, statement), now)
+
+
+def next_said(robot: Coordination, now: float = 0.0) -> tuple[m.Statement | None, float]:
+    """What the robot says next, without any answer until then, and when it has said so."""
+    while True:
+        now = max(now, robot.next_deadline())
+        robot.tick(now)
+        said = [action.utterance.statement for action in robot.actions(now) if isinstance(action, Say)]
+        if said:
+            robot.spoken(now + 3.0)
+            return said[0], now + 3.0
+
+
+def claimed_two() -> tuple[Coordination, float]:
+    """A robot that has just claimed its two nearest tasks."""
+    robot = rob()
+    said, now = next_said(robot)
+    assert said == m.Claim(ONE, TWO)
+    return robot, now
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_a_team_that_waits_for_the_air_claims_and_reports_two_at_once(seed: int) -> None:
+    mission = Mission(NAMES, NEAR, seed=seed, nearest_first=True)
+    mission.run()
+    said = [m.own_words(u.statement) for _, _, u in mission.said]
+    assert mission.exactly_once
+    assert any(isinstance(s, m.Claim) and s.also for s in said), mission.written()
+    assert any(isinstance(s, m.Completed) and s.also for s in said), mission.written()
+    assert len(said) < 3 * len(NEAR)
+
+
+def test_where_the_way_is_longer_than_a_round_of_turns_each_task_is_claimed_for_itself() -> None:
+    mission = Mission(NAMES[:2], plants(6), seed=1, nearest_first=True)
+    mission.run()
+    assert not any(getattr(m.own_words(u.statement), "also", None) for _, _, u in mission.said)
+
+
+def test_one_task_is_left_for_each_robot_that_has_none() -> None:
+    robot = rob(tasks=2)
+    assert choosing.tasks_to_claim(robot.knowledge, 0.0) == (1,)
+    hear(robot, m.Claim(TWO), 0.0, m.ToTeam("plant"))
+    hear(robot, m.Completed(TWO), 30.0, m.ToAll())
+    robot.knowledge.board.complete(2, "Bot")
+    assert choosing.tasks_to_claim(robot.knowledge, 30.0) == (1,)
+
+
+def test_a_team_that_encrypts_names_one_task_at_a_time() -> None:
+    robot = rob(speech=Speech(sealed=True, encrypted=True))
+    assert choosing.tasks_to_claim(robot.knowledge, 0.0) == (1,)
+
+
+def test_both_must_be_confirmed() -> None:
+    robot, now = claimed_two()
+    hear(robot, m.Confirmed(ONE), now)
+    assert robot.state is State.PROPOSED
+    hear(robot, m.Confirmed(ONE, also=TWO), now + 0.1)
+    assert robot.state is State.GOING
+
+
+def test_if_one_of_the_two_is_done_the_other_is_claimed_again() -> None:
+    robot, now = claimed_two()
+    hear(robot, m.Completed(TWO), now, m.ToAll())
+    asked, now = next_said(robot, now)
+    said, _ = next_said(robot, now)
+    assert (asked, said) == (m.SayAgain(), m.Claim(ONE))
+
+
+def test_if_the_first_is_done_the_second_is_claimed_again() -> None:
+    robot, now = claimed_two()
+    hear(robot, m.Completed(ONE), now, m.ToAll())
+    asked, now = next_said(robot, now)
+    said, _ = next_said(robot, now)
+    assert asked == m.SayAgain()
+    assert isinstance(said, m.Claim)
+    assert said.task == TWO
+
+
+def test_a_confirmation_heard_again_on_the_way_takes_no_report_back() -> None:
+    """The first task's report waits for the second's: it would be lost, and its task done twice once the lease ends."""
+    robot, now = claimed_two()
+    hear(robot, m.Confirmed(ONE, also=TWO), now)
+    for _ in "to the first", "at the first":
+        robot.performed(now + 10.0)
+    assert (robot.state, robot.task) == (State.GOING, 2)
+    hear(robot, m.Confirmed(ONE, also=TWO), now + 11.0)
+    for _ in "to the second", "at the second":
+        robot.performed(now + 20.0)
+    said, _ = next_said(robot, now + 20.0)
+    assert isinstance(said, m.Completed)
+    assert said.tasks == (ONE, TWO)
+
+
+def test_who_fails_at_the_second_tells_that_the_first_is_done() -> None:
+    robot, now = claimed_two()
+    hear(robot, m.Confirmed(ONE, also=TWO), now)
+    for _ in "to the first", "at the first":
+        robot.performed(now + 10.0)
+    robot.perform_failed(now + 12.0)
+    first, now = next_said(robot, now + 12.0)
+    second, _ = next_said(robot, now)
+    assert {first, second} == {m.Completed(ONE), m.Failed(TWO)}
+
+
+def test_the_second_task_is_defended_on_the_way_to_the_first() -> None:
+    robot, now = claimed_two()
+    hear(robot, m.Confirmed(ONE, also=TWO), now)
+    robot.heard(m.Utterance("Zoe", m.ToTeam("plant"), None, m.Claim(TWO)), now + 2.0)
+    said, _ = next_said(robot, now + 2.0)
+    assert said == m.Claim(TWO)
+    assert robot.knowledge.my_tasks() == (1, 2)
+
+
+def test_the_second_task_goes_to_who_is_at_work_on_it() -> None:
+    robot, now = claimed_two()
+    hear(robot, m.Confirmed(ONE, also=TWO), now)
+    robot.heard(m.Utterance("Zoe", m.ToAll(), None, m.Working(TWO)), now + 2.0)
+    assert robot.knowledge.my_tasks() == (1,)
+    for _ in "to the first", "at the first":
+        robot.performed(now + 10.0)
+    assert robot.state is State.REPORTING
