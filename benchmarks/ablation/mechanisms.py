@@ -159,7 +159,6 @@ RULES = (
         "is the word left without the sentence?",
         answering(f"{HEARING}.keyword.remainder:Remainder.chance", None),
     ),
-    Mechanism("look-snr", "no second look at faint speech", instead(f"{SECOND_PASS}:MIN_SNR_DB", -inf)),
     Mechanism(
         "look-surer",
         "the second look must be as sure as the robots' listener",
