@@ -38,7 +38,8 @@ def watered(robot: RobotProcess) -> list[int]:
 
 def reported(robot: RobotProcess) -> set[str]:
     """The numbers, as words, of the tasks that it said it had completed."""
-    return {found[1] for text in robot.said() if (found := re.search(r"task (\w+) complete", text))}
+    told = (re.search(r"task (\w+)(?: and (\w+))? complete", text) for text in robot.said())
+    return {number for found in told if found for number in found.groups() if number}
 
 
 def stood_longest_s(trail: Iterable[TrailPoint], place: tuple[float, float]) -> float:
