@@ -17,7 +17,7 @@ from hil_fakes.body import Body
 from hil_fakes.room import Air, Room
 from hil_fakes.shared_card import SharedCard
 from hil_fakes.shared_room import SharedRoom, SimulatedAir
-from hvcpd.assembly.make import user_cache_folder
+from hvcpd.assembly.sound import user_cache_folder
 from hvcpd.config.settings import AudioSettings, load_settings
 from hvcpd.control.duet.onlookers import Onlooker, Visitor, page
 from hvcpd.daemon.control_socket import socket_path
