@@ -23,7 +23,9 @@ from scipy.signal import fftconvolve
 from benchmarks.hearing.material import BLOCK, GAP_S, Spoken, Team, make_stream
 from benchmarks.hearing.mixing import add_noise, mix
 from benchmarks.hearing.noises import KINDS, make_noise
-from hvcpd.assembly.make import DEFAULT_TEAMS, make_phrasebook, make_sound, templates, user_cache_folder
+from hvcpd.assembly.make import templates
+from hvcpd.assembly.sound import make_phrasebook, make_sound, user_cache_folder
+from hvcpd.config.settings import DEFAULT_TEAMS
 from hvcpd.config.task_file import load_tasks
 from hvcpd.config.tasks import default_tasks_path
 from hvcpd.hardware.soundfile import read_wav

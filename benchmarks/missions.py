@@ -45,7 +45,7 @@ from hil_fakes.word_plans import (
     random_tasks,
     recurring_plan,
 )
-from hvcpd.assembly.make import make_sound
+from hvcpd.assembly.sound import make_sound
 from hvcpd.config.tasks import Water
 from hvcpd.evaluation.statistics import wilson
 from hvcpd.language import messages as m

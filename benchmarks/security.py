@@ -26,7 +26,9 @@ from benchmarks.hearing.material import BLOCK, GAP_S, LEAD_S, Spoken
 from benchmarks.hearing.mixing import add_noise
 from hil_fakes.audio_attacks import AudioAttacks
 from hil_fakes.word_attacks import WordAttacks
-from hvcpd.assembly.make import DEFAULT_TEAMS, Sound, make_phrasebook, make_recogniser, make_sound, user_cache_folder
+from hvcpd.assembly.make import make_recogniser
+from hvcpd.assembly.sound import Sound, make_phrasebook, make_sound, user_cache_folder
+from hvcpd.config.settings import DEFAULT_TEAMS
 from hvcpd.config.task_file import load_tasks
 from hvcpd.config.tasks import default_tasks_path
 from hvcpd.language import messages as m

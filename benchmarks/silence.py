@@ -25,7 +25,9 @@ from typing import TypeVar
 import numpy as np
 
 from benchmarks.stop import at_level
-from hvcpd.assembly.make import DEFAULT_TEAMS, Sound, make_phrasebook, make_recogniser, make_sound, user_cache_folder
+from hvcpd.assembly.make import make_recogniser
+from hvcpd.assembly.sound import Sound, make_phrasebook, make_sound, user_cache_folder
+from hvcpd.config.settings import DEFAULT_TEAMS
 from hvcpd.config.task_file import load_tasks
 from hvcpd.config.tasks import default_tasks_path
 from hvcpd.evaluation.statistics import wilson

@@ -28,13 +28,9 @@ import numpy as np
 from benchmarks.hearing.material import BLOCK, GAP_S
 from benchmarks.stop_callers import Callers, ended, is_held_out
 from hil_fakes.room import PinkNoise
-from hvcpd.assembly.make import (
-    DEFAULT_TEAMS,
-    make_phrasebook,
-    make_recogniser,
-    make_sound,
-    user_cache_folder,
-)
+from hvcpd.assembly.make import make_recogniser
+from hvcpd.assembly.sound import make_phrasebook, make_sound, user_cache_folder
+from hvcpd.config.settings import DEFAULT_TEAMS
 from hvcpd.config.task_file import load_tasks
 from hvcpd.config.tasks import default_tasks_path
 from hvcpd.evaluation.statistics import wilson

@@ -19,7 +19,8 @@ from numpy.typing import NDArray
 
 from benchmarks.judging import program
 from benchmarks.people_material import levelled, sentences
-from hvcpd.assembly.make import DEFAULT_TEAMS, make_phrasebook, make_sound, user_cache_folder
+from hvcpd.assembly.sound import make_phrasebook, make_sound, user_cache_folder
+from hvcpd.config.settings import DEFAULT_TEAMS
 from hvcpd.config.task_file import load_tasks
 from hvcpd.config.tasks import default_tasks_path
 from hvcpd.people.bands import LEAST, UPPER, bands_of, without_noise

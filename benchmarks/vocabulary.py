@@ -18,7 +18,9 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from hvcpd.assembly.make import DEFAULT_TEAMS, Sound, make_phrasebook, make_sound, templates_of, user_cache_folder
+from hvcpd.assembly.make import templates_of
+from hvcpd.assembly.sound import Sound, make_phrasebook, make_sound, user_cache_folder
+from hvcpd.config.settings import DEFAULT_TEAMS
 from hvcpd.config.task_file import load_tasks
 from hvcpd.config.tasks import default_tasks_path
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples

@@ -15,8 +15,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from hil_fakes.room import PinkNoise
-from hvcpd.assembly.make import Sound, make_robot
+from hvcpd.assembly.make import make_robot
 from hvcpd.assembly.plan import MemoryPlan, RobotPlan, SecurityPlan, TeamPlan
+from hvcpd.assembly.sound import Sound
 from hvcpd.config.task_file import load_tasks
 from hvcpd.config.tasks import default_tasks_path
 from hvcpd.coordination.actions import Role

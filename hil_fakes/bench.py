@@ -21,9 +21,10 @@ from hil_fakes.loudspeakers import IDEAL, Loudspeaker
 from hil_fakes.room import Air, Noise, Point, Room, Ways
 from hil_fakes.scorekeeper import Scorekeeper
 from hil_fakes.skills import FakeDevice, FakeHost
-from hvcpd.assembly.make import Sound, make_robot
+from hvcpd.assembly.make import make_robot
 from hvcpd.assembly.name_registry import NameRegistry
 from hvcpd.assembly.plan import BodyPlan, HearingPlan, RobotPlan, SecurityPlan, TeamPlan
+from hvcpd.assembly.sound import Sound
 from hvcpd.config.tasks import TaskRepository
 from hvcpd.coordination.actions import Role, Speech, Timing
 from hvcpd.coordination.coordination import Coordination

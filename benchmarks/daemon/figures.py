@@ -24,8 +24,9 @@ from pathlib import Path
 
 import numpy as np
 
-from hvcpd.assembly.make import Sound, make_phrasebook, make_robot, make_sound
+from hvcpd.assembly.make import make_robot
 from hvcpd.assembly.plan import RobotPlan, TeamPlan
+from hvcpd.assembly.sound import Sound, make_phrasebook, make_sound
 from hvcpd.config.settings import DEFAULT_TEAMS
 from hvcpd.config.task_file import load_tasks
 from hvcpd.config.tasks import default_tasks_path

@@ -18,7 +18,7 @@ from pathlib import Path
 from typing import Any
 
 from benchmarks.daemon.figures import cpu_s
-from hvcpd.assembly.make import user_cache_folder
+from hvcpd.assembly.sound import user_cache_folder
 from hvcpd.control.live.daemon_client import DaemonClient
 from tests.e2e.parts import missing
 from tests.e2e.robot import RobotProcess

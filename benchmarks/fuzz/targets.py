@@ -9,7 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
-from hvcpd.assembly.make import make_phrasebook
+from hvcpd.assembly.sound import make_phrasebook
 from hvcpd.config.settings import load_settings
 from hvcpd.config.task_file import load_tasks
 from hvcpd.config.tasks import default_tasks_path

@@ -42,7 +42,9 @@ def _ours(
     who: str, names: list[str], n_words: int, speech: Path, noise: Path, truth: list[tuple[list[str], int, int]]
 ) -> dict[str, object]:
     from benchmarks.hearing.material import BLOCK, more_tasks
-    from hvcpd.assembly.make import DEFAULT_TEAMS, make_phrasebook, make_recogniser, make_sound, user_cache_folder
+    from hvcpd.assembly.make import make_recogniser
+    from hvcpd.assembly.sound import make_phrasebook, make_sound, user_cache_folder
+    from hvcpd.config.settings import DEFAULT_TEAMS
     from hvcpd.config.task_file import load_tasks
     from hvcpd.config.tasks import default_tasks_path
     from hvcpd.recognition.events import Recognised

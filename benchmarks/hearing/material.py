@@ -9,16 +9,9 @@ from functools import cached_property
 
 import numpy as np
 
-from hvcpd.assembly.make import (
-    DEFAULT_TEAMS,
-    Sound,
-    make_coherent,
-    make_keyword,
-    make_phrasebook,
-    make_sound,
-    templates,
-    user_cache_folder,
-)
+from hvcpd.assembly.make import make_coherent, make_keyword, templates
+from hvcpd.assembly.sound import Sound, make_phrasebook, make_sound, user_cache_folder
+from hvcpd.config.settings import DEFAULT_TEAMS
 from hvcpd.config.task_file import load_tasks
 from hvcpd.config.tasks import TaskRepository, default_tasks_path
 from hvcpd.language.phrasebook import Phrasebook

@@ -11,7 +11,8 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from benchmarks.people_material import DIGITS
-from hvcpd.assembly.make import DEFAULT_TEAMS, make_phrasebook
+from hvcpd.assembly.sound import make_phrasebook
+from hvcpd.config.settings import DEFAULT_TEAMS
 from hvcpd.config.task_file import load_tasks
 from hvcpd.config.tasks import default_tasks_path
 from hvcpd.language.phrasebook import Phrasebook

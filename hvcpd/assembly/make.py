@@ -8,11 +8,7 @@ from dataclasses import replace
 
 from hvcpd.assembly.plan import RobotPlan
 from hvcpd.assembly.rendered_waveforms import LazyMapping, SpokenBook, WaveformCache
-from hvcpd.assembly.sound import Sound as Sound
-from hvcpd.assembly.sound import make_phrasebook as make_phrasebook
-from hvcpd.assembly.sound import make_sound as make_sound
-from hvcpd.assembly.sound import user_cache_folder as user_cache_folder
-from hvcpd.config.settings import DEFAULT_TEAMS as DEFAULT_TEAMS
+from hvcpd.assembly.sound import Sound, make_phrasebook
 from hvcpd.config.tasks import Place
 from hvcpd.coordination.actions import SLOW_STRETCH, Timing
 from hvcpd.coordination.coordination import Coordination

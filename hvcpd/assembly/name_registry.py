@@ -5,8 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterable
 from dataclasses import replace
 
-from hvcpd.assembly.make import Sound, make_phrasebook_and_ears
+from hvcpd.assembly.make import make_phrasebook_and_ears
 from hvcpd.assembly.plan import RobotPlan
+from hvcpd.assembly.sound import Sound
 from hvcpd.config.settings import MAX_KNOWN_NAMES
 from hvcpd.config.tasks import TaskRepository
 from hvcpd.errors import PhraseError

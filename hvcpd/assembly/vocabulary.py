@@ -12,7 +12,8 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from hvcpd.assembly.make import Sound, templates_of
+from hvcpd.assembly.make import templates_of
+from hvcpd.assembly.sound import Sound
 from hvcpd.errors import PhraseError
 from hvcpd.language.competition import Pair, Phrase, competing_phrases
 from hvcpd.language.phrasebook import RESERVED_WORDS, Phrasebook, Vocabulary

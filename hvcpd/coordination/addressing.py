@@ -83,8 +83,7 @@ def note_presence(me: Knowledge, u: m.Utterance, now: float) -> None:
     a, speaker = me.acquaintance, (u.speaker or "").lower()
     words = m.parts(u)[0].statement
     in_turn = isinstance(words, m.Confirmed) and words.task is not None  # orders are confirmed by who gave them
-    by_robot = speaker in {name.lower() for name in me.role.roster}
-    nobody_else = (in_turn and by_robot and speaker not in a.unheard) or now > a.all_heard_s
+    nobody_else = (in_turn and speaker in me.roster and speaker not in a.unheard) or now > a.all_heard_s
     a.passed_over = a.passed_over or nobody_else
     a.unheard = frozenset() if nobody_else and a.introduced else a.unheard - {speaker}
 

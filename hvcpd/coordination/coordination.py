@@ -83,8 +83,7 @@ class Coordination:
             board.change(number, count, skipped)
             if board[number].definition.every is not None:  # it may have been due since then
                 board[number].is_changed, board[number].change = False, 0
-        self._roster = frozenset(name.lower() for name in role.roster)
-        me.acquaintance.unheard = self._roster - {role.name.lower()}
+        me.acquaintance.unheard = me.roster - {role.name.lower()}
         me.acquaintance.all_heard_s = now + timing.meeting_s * (1 + len(role.roster))
         if stopped:
             me.state = State.STOPPED
@@ -329,4 +328,4 @@ class Coordination:
         me = self.knowledge
         if speaker is None or (me.state in NEWCOMER and not me.role.roster):
             return None
-        return round_of_turns(self._roster, me.peers.present(now), me.role.name.lower(), speaker.lower())
+        return round_of_turns(me.roster, me.peers.present(now), me.role.name.lower(), speaker.lower())

@@ -194,7 +194,8 @@ def _report_first_time(me: Knowledge, now: float, failed: bool) -> None:
     if me.report.before is not None and (failed or me.board[me.my_task()].is_changed):
         _tell_done(me, me.report.before, Urgency.TURN, now)
         me.report.before = None
-    me.report.task, me.current.task, me.report.said = me.current.task, None, False
+    me.report.task, me.report.said = me.current.task, False
+    me.current.task = me.current.ahead = None  # if the first of two failed, the other is claimed again after the report
     me.current.repeats = 0
     want_report(me, now)
 
@@ -213,10 +214,11 @@ def claim_with_report(_me: Knowledge, _now: float) -> None:
 
 
 def let_go(me: Knowledge) -> None:
-    """Stand still, and give the task back if it is not done."""
+    """Stand still, and give the tasks back that are not done."""
     me.do(Halt())
-    if me.current.task is not None and me.board[me.current.task].owner == me.role.name:
-        me.board.release(me.current.task)
+    for number in me.my_tasks():
+        if me.board[number].owner == me.role.name:
+            me.board.release(number)
 
 
 def go_back(me: Knowledge, now: float) -> None:
@@ -224,7 +226,7 @@ def go_back(me: Knowledge, now: float) -> None:
     let_go(me)
     place = earshot.way_back(me, now)
     earshot.note_sought(me, now)
-    me.current.task = me.current.task_ref = me.current.partner = None
+    me.current.task = me.current.ahead = me.current.task_ref = me.current.partner = None
     me.do(Perform(0, (GoTo(place),) if place is not None else ()))
 
 

@@ -8,6 +8,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import Any
 
 from hvcpd.config.tasks import Place
@@ -252,6 +253,11 @@ class Knowledge:
     """Tasks whose last change is said again: when, s, and how often it was said."""
     last_heard: tuple[m.Utterance, float] | None = None
     actions: list[Action] = field(default_factory=list)
+
+    @cached_property
+    def roster(self) -> frozenset[str]:
+        """All robots of the team that were known at the start."""
+        return frozenset(name.lower() for name in self.role.roster)
 
     def my_task(self) -> int:
         """The current task's number. Raises RuntimeError if there is none: our own mistake."""

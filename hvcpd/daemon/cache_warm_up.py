@@ -13,8 +13,9 @@ from dataclasses import dataclass
 
 import structlog
 
-from hvcpd.assembly.make import SLOW, Sound, phrasebook_of, robot_voice, word_bank
+from hvcpd.assembly.make import SLOW, phrasebook_of, robot_voice, word_bank
 from hvcpd.assembly.plan import RobotPlan
+from hvcpd.assembly.sound import Sound
 from hvcpd.robot.robot import Robot
 from hvcpd.synthesis.homographs import Place
 from hvcpd.synthesis.speaker import PITCH_STEPS, Speaker, UnitPosition

@@ -8,8 +8,9 @@ from collections.abc import Callable, Coroutine, Iterable, Sequence
 
 import structlog
 
-from hvcpd.assembly.make import Sound, voices_of
+from hvcpd.assembly.make import voices_of
 from hvcpd.assembly.name_registry import NameRegistry
+from hvcpd.assembly.sound import Sound
 from hvcpd.config.tasks import TaskRepository
 from hvcpd.daemon.allocator import give_back_memory
 from hvcpd.daemon.cache_warm_up import CacheWarmUp

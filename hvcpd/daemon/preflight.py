@@ -8,7 +8,7 @@ from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from hvcpd.assembly.make import make_phrasebook
+from hvcpd.assembly.sound import make_phrasebook
 from hvcpd.assembly.vocabulary import check, refusal
 from hvcpd.config.settings import AudioSettings, Settings, WheelSettings
 from hvcpd.config.task_doubts import doubts

@@ -12,8 +12,8 @@ from pathlib import Path
 
 import structlog
 
-from hvcpd.assembly.make import Sound, make_phrasebook, make_sound
 from hvcpd.assembly.plan import BodyPlan, HearingPlan, MemoryPlan, RobotPlan, SecurityPlan, TeamPlan
+from hvcpd.assembly.sound import Sound, make_phrasebook, make_sound
 from hvcpd.assembly.voice_assignment import cast
 from hvcpd.config.settings import MAX_KNOWN_NAMES, Settings
 from hvcpd.config.task_file import load_tasks

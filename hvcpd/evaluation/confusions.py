@@ -8,8 +8,9 @@ from dataclasses import replace
 from functools import cache
 from typing import Any
 
-from hvcpd.assembly.make import DEFAULT_TEAMS, make_phrasebook
+from hvcpd.assembly.sound import make_phrasebook
 from hvcpd.assembly.vocabulary import check
+from hvcpd.config.settings import DEFAULT_TEAMS
 from hvcpd.errors import PhraseError
 from hvcpd.evaluation import listeners
 from hvcpd.evaluation.calls import hear, who

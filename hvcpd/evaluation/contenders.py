@@ -7,7 +7,9 @@ from functools import cache
 
 import numpy as np
 
-from hvcpd.assembly.make import DEFAULT_TEAMS, make_phrasebook, make_recogniser
+from hvcpd.assembly.make import make_recogniser
+from hvcpd.assembly.sound import make_phrasebook
+from hvcpd.config.settings import DEFAULT_TEAMS
 from hvcpd.evaluation import listeners, porcupine
 from hvcpd.evaluation.listeners import CALLER, OURS, PEER, Said
 from hvcpd.evaluation.porcupine import NAMES, PORCUPINE

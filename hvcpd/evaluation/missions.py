@@ -14,7 +14,8 @@ from hil_fakes.hall_room import Echoing, Recorded
 from hil_fakes.reverberation import START_M, response
 from hil_fakes.room import Air
 from hil_fakes.transducers import band
-from hvcpd.assembly.make import DEFAULT_TEAMS, make_phrasebook
+from hvcpd.assembly.sound import make_phrasebook
+from hvcpd.config.settings import DEFAULT_TEAMS
 from hvcpd.config.tasks import GoTo, Place, TaskDefinition, TaskRepository, Water
 from hvcpd.coordination.board import CLAIMED, DONE
 from hvcpd.evaluation import listeners

@@ -8,8 +8,10 @@ from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
 
-from hvcpd.assembly.make import DEFAULT_TEAMS, make_phrasebook, make_recogniser
+from hvcpd.assembly.make import make_recogniser
+from hvcpd.assembly.sound import make_phrasebook
 from hvcpd.config.names import valid_robot_name
+from hvcpd.config.settings import DEFAULT_TEAMS
 from hvcpd.errors import ConfigError
 from hvcpd.evaluation import plots
 from hvcpd.evaluation.listeners import OURS, sentences, sound, tasks

@@ -128,7 +128,8 @@ def find_response(played: Samples, heard: Samples) -> Response | None:
         return None
     middle_db = float(np.median(middle))
     lowest_hz = min(hz for hz, gain_db in found.items() if gain_db >= middle_db - FADED_DB)
-    peak_db, peak_hz = max((gain_db - middle_db, hz) for hz, gain_db in found.items() if hz <= HIGHEST_RESONANCE_HZ)
+    low = [(gain_db - middle_db, hz) for hz, gain_db in found.items() if hz <= HIGHEST_RESONANCE_HZ]
+    peak_db, peak_hz = max(low, default=(0.0, 0.0))  # a buzzer, or a fan's noise, leaves none
     return Response(lowest_hz, peak_hz if peak_db >= LEAST_RESONANCE_DB else None, peak_db)
 
 

@@ -17,8 +17,9 @@ def device(kind: str, pin: int, whose: str = "", **settings: Any) -> Any:
     except ImportError:
         remedy = how_to_install("gpiozero lgpio", "python3-gpiozero python3-lgpio")
         raise DeviceError(f"gpiozero is not installed; run `{remedy}`") from None
+    make = getattr(gpiozero, kind)
     try:
-        return getattr(gpiozero, kind)(pin, **settings)
+        return make(pin, **settings)
     except Exception as error:  # lgpio, pigpio and RPi.GPIO have errors of their own, without a base in common
         text = f"{whose}pin {pin} cannot be used ({error}); end what else uses it, or name another pin"
         raise DeviceError(text) from None

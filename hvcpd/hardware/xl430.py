@@ -57,7 +57,6 @@ def firmware_fault(number: int, firmware: int) -> str:
     )
 
 
-
 FIRMWARE_VERSION = Register("firmware version", 6, 1)
 OPERATING_MODE = Register("operating mode", 11, 1)
 VELOCITY_LIMIT = Register("velocity limit", 44, 4)

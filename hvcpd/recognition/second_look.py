@@ -9,6 +9,7 @@ Talk that goes on for longer than any sentence is handed on as it comes, from pa
 from __future__ import annotations
 
 import math
+from abc import ABC, abstractmethod
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from typing import Generic, Protocol, Self, TypeVar
@@ -152,7 +153,7 @@ class Prepares(Protocol):
         """Make it ready, as long as `go_on`; in any thread."""
 
 
-class LaterEars(Generic[Job, Found]):
+class LaterEars(ABC, Generic[Job, Found]):
     """`Ears` around others that have sound looked at again, and keep the last seconds for it."""
 
     def __init__(self, ears: Ears, listener: Prepares, worker: Worker[Job, Found], keep: int) -> None:
@@ -196,20 +197,21 @@ class LaterEars(Generic[Job, Found]):
         self._ears.succeed(predecessor._ears)
         self._worker, self._history, self._now = predecessor._worker, predecessor._history, predecessor._now
 
+    @abstractmethod
     def take(self, events: Sequence[Event]) -> list[Event]:
         """What comes of events that the first ears told, and of looks that have ended."""
-        raise NotImplementedError
 
+    @abstractmethod
     def _follow(self) -> None:
-        """A block was heard, from sample `_began` on."""
-        raise NotImplementedError
+        """Go on with the block that was heard from sample `_began` on."""
 
+    @abstractmethod
     def _break_off(self, n_samples: int) -> None:
-        """Number of samples that were lost."""
-        raise NotImplementedError
+        """Begin anew: so many samples were lost, from `_now` on."""
 
+    @abstractmethod
     def _mask(self) -> None:
-        """The robot itself speaks."""
+        """Begin anew: the robot itself speaks."""
 
 
 class SecondEars(LaterEars[Piece, Recognised | None]):

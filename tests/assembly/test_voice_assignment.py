@@ -8,8 +8,9 @@ from typing import get_args
 import numpy as np
 import pytest
 
-from hvcpd.assembly.make import Sound, make_phrasebook, make_recogniser, make_robot, make_sound
+from hvcpd.assembly.make import make_recogniser, make_robot
 from hvcpd.assembly.plan import RobotPlan, TeamPlan
+from hvcpd.assembly.sound import Sound, make_phrasebook, make_sound
 from hvcpd.assembly.voice_assignment import cast
 from hvcpd.config.names import VoiceName
 from hvcpd.config.settings import PeerSettings, Settings

@@ -7,8 +7,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from hvcpd.assembly.make import DEFAULT_TEAMS, make_phrasebook, make_recogniser, make_sound, user_cache_folder
+from hvcpd.assembly.make import make_recogniser
+from hvcpd.assembly.sound import make_phrasebook, make_sound, user_cache_folder
 from hvcpd.assembly.vocabulary import check, refusal
+from hvcpd.config.settings import DEFAULT_TEAMS
 from hvcpd.config.tasks import TaskDefinition, TaskRepository, Wait
 from hvcpd.control.cli import main
 from hvcpd.errors import PhraseError

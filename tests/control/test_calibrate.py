@@ -15,6 +15,7 @@ from hvcpd.control.cli import make_parser
 from hvcpd.control.doctor.calibrate import run
 from hvcpd.errors import DeviceError
 from hvcpd.hardware.acoustics import clipped_share, find_echo, find_response, level_dbfs, predicted_range_m
+from hvcpd.ports import SAMPLE_RATE_HZ
 from tests.control.echo_room import EchoRoom
 
 
@@ -81,6 +82,17 @@ def test_a_flat_loudspeaker_has_no_resonance_and_noise_no_response() -> None:
     assert found.resonance_hz is None
     assert find_response(played, noise) is None
     assert find_response(played, noise[:0]) is None
+
+
+def test_a_buzzer_that_has_nothing_below_2_khz_has_no_resonance() -> None:
+    rng = np.random.default_rng(1)
+    played, noise = rng.standard_normal((2, 32_000))
+    is_high = np.fft.rfftfreq(32_000, 1.0 / SAMPLE_RATE_HZ) > 2300.0
+    high, low = np.fft.rfft(played) * is_high, np.fft.rfft(noise) * ~is_high
+    found = find_response(played.astype(np.float32), np.fft.irfft(high + low).astype(np.float32))
+    assert found is not None
+    assert found.lowest_hz > 2000.0
+    assert found.resonance_hz is None
 
 
 @settings(max_examples=20)

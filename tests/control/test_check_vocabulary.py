@@ -7,14 +7,14 @@ from pathlib import Path
 
 import pytest
 
-from hvcpd.assembly.make import DEFAULT_TEAMS, Sound, make_phrasebook, make_sound, user_cache_folder
+from hvcpd.assembly.sound import Sound, make_phrasebook, make_sound, user_cache_folder
 from hvcpd.assembly.vocabulary import (
     FIXED_WORDS,
     LIMIT_NOISE,
     check,
     refusal,
 )
-from hvcpd.config.settings import Settings
+from hvcpd.config.settings import DEFAULT_TEAMS, Settings
 from hvcpd.config.task_file import load_tasks
 from hvcpd.config.tasks import TaskDefinition, TaskRepository, Wait, default_tasks_path
 from hvcpd.control.cli import main

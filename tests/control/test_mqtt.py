@@ -12,6 +12,7 @@ import subprocess
 import sys
 import threading
 from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
 
 import pytest
@@ -25,16 +26,16 @@ MOSQUITTO = shutil.which("mosquitto", path=f"{os.environ.get('PATH', '')}:/usr/s
 PATIENCE_S = 20.0
 
 
-@pytest.fixture
-def port(tmp_path: Path) -> Iterator[int]:
-    """A broker's, on this computer only."""
+@contextmanager
+def broker_of(folder: Path, anonymous: bool = True) -> Iterator[int]:
+    """The port of a broker on this computer only."""
     if MOSQUITTO is None:
         pytest.skip("mosquitto is missing: apt install mosquitto")
     with socket.socket() as probe:
         probe.bind(("127.0.0.1", 0))
         number = int(probe.getsockname()[1])
-    settings = tmp_path / "mosquitto.conf"
-    settings.write_text(f"listener {number} 127.0.0.1\nallow_anonymous true\n")
+    settings = folder / "mosquitto.conf"
+    settings.write_text(f"listener {number} 127.0.0.1\nallow_anonymous {str(anonymous).lower()}\n")
     broker = subprocess.Popen([MOSQUITTO, "-c", str(settings)], stderr=subprocess.DEVNULL)
     try:
         wait_until(lambda: _answers(number), PATIENCE_S, "the broker listens")
@@ -42,6 +43,21 @@ def port(tmp_path: Path) -> Iterator[int]:
     finally:
         broker.terminate()
         broker.wait()
+
+
+@pytest.fixture
+def port(tmp_path: Path) -> Iterator[int]:
+    with broker_of(tmp_path) as number:
+        yield number
+
+
+def bridge_of(folder: Path, port: int, *more: str) -> subprocess.Popen[str]:
+    """`hvcpctl mqtt` for the robot whose socket is in that folder."""
+    config = folder / "hvcpd.yaml"
+    config.write_text("name: Rob\ntasks: tasks.yaml\nstate_dir: state\n")
+    options = ["--config", str(config), "--host", "127.0.0.1", "--port", str(port), *more]
+    command = [sys.executable, "-m", "hvcpd.control.cli", "mqtt", *options]
+    return subprocess.Popen(command, stderr=subprocess.PIPE, text=True)
 
 
 def _answers(number: int) -> bool:
@@ -67,8 +83,8 @@ class Home:
         self._client.disconnect()
         self._client.loop_stop()
 
-    def tell(self, topic: str, text: str) -> None:
-        self._client.publish(topic, text, 1).wait_for_publish(PATIENCE_S)
+    def tell(self, topic: str, text: str, retain: bool = False) -> None:
+        self._client.publish(topic, text, 1, retain).wait_for_publish(PATIENCE_S)
 
     def wait_for(self, topic: str, holds: Callable[[str], bool] = lambda _: True) -> str:
         """The first message with that topic for which it holds."""
@@ -80,13 +96,7 @@ class Home:
 
 def test_home_assistant_finds_the_robot_and_can_stop_it(tmp_path: Path, port: int) -> None:
     with RunningRobot(tmp_path) as robot:
-        config = tmp_path / "hvcpd.yaml"
-        config.write_text("name: Rob\ntasks: tasks.yaml\nstate_dir: state\n")
-        home = Home(port)
-        options = ["--config", str(config), "--host", "127.0.0.1", "--port", str(port)]
-        bridge = subprocess.Popen(
-            [sys.executable, "-m", "hvcpd.control.cli", "mqtt", *options], stderr=subprocess.PIPE, text=True
-        )
+        home, bridge = Home(port), bridge_of(tmp_path, port)
         device = json.loads(home.wait_for("homeassistant/device/hvcpd_rob/config"))
         assert device["dev"]["name"] == "Rob"
         topics = {entity.get("state_topic") for entity in device["cmps"].values()} - {None}
@@ -104,3 +114,36 @@ def test_home_assistant_finds_the_robot_and_can_stop_it(tmp_path: Path, port: in
         assert bridge.wait(PATIENCE_S) == 130
         home.wait_for("hvcpd/rob/available", "offline".__eq__)
         home.close()
+
+
+def test_a_command_that_the_broker_keeps_is_not_carried_out_at_each_connection(tmp_path: Path, port: int) -> None:
+    with RunningRobot(tmp_path) as robot:
+        home = Home(port)
+        home.tell("hvcpd/rob/command", "stop", retain=True)
+        bridge = bridge_of(tmp_path, port, "--commands")
+        assert bridge.stderr is not None
+        assert "a retained command is not obeyed" in bridge.stderr.readline()
+        assert robot.state is not State.STOPPED
+        bridge.send_signal(signal.SIGINT)
+        assert bridge.wait(PATIENCE_S) == 130
+        home.close()
+
+
+def test_a_broker_that_refuses_us_is_told(tmp_path: Path) -> None:
+    with RunningRobot(tmp_path), broker_of(tmp_path, anonymous=False) as port:
+        bridge = bridge_of(tmp_path, port)
+        assert bridge.stderr is not None
+        assert "the broker refuses us" in bridge.stderr.readline()
+        bridge.send_signal(signal.SIGINT)
+        assert bridge.wait(PATIENCE_S) == 130
+
+
+@pytest.mark.parametrize(
+    ("options", "why"),
+    [(["--port", "99999"], "no MQTT broker answers"), (["--prefix", "a/#"], "--prefix 'a/#' is no topic")],
+)
+def test_what_cannot_be_an_address_or_a_topic_is_refused(options: list[str], why: str, tmp_path: Path) -> None:
+    with RunningRobot(tmp_path):
+        bridge = bridge_of(tmp_path, 1883, *options)
+        assert why in bridge.communicate(timeout=PATIENCE_S)[1]
+        assert bridge.returncode in (1, 2)

@@ -136,6 +136,26 @@ def test_who_fails_at_the_second_tells_that_the_first_is_done() -> None:
     assert {first, second} == {m.Completed(ONE), m.Failed(TWO)}
 
 
+def test_who_fails_at_the_first_claims_the_second_again_as_soon_as_that_is_confirmed() -> None:
+    robot, now = claimed_two()
+    hear(robot, m.Confirmed(ONE, also=TWO), now)
+    robot.performed(now + 5.0)
+    robot.perform_failed(now + 10.0)
+    said, now = next_said(robot, now + 10.0)
+    assert said == m.Failed(ONE)
+    hear(robot, m.Confirmed(ONE), now + 1.0)
+    said, _ = next_said(robot, now + 1.0)
+    assert said == m.Claim(TWO)
+
+
+def test_a_stop_gives_both_tasks_back() -> None:
+    robot, now = claimed_two()
+    hear(robot, m.Confirmed(ONE, also=TWO), now)
+    hear(robot, m.Stop(), now + 5.0)
+    assert robot.state is State.STOPPED
+    assert [robot.board.owner_of_claim(number) for number in (1, 2)] == [None, None]
+
+
 def test_the_second_task_is_defended_on_the_way_to_the_first() -> None:
     robot, now = claimed_two()
     hear(robot, m.Confirmed(ONE, also=TWO), now)

@@ -11,8 +11,9 @@ import numpy as np
 import pytest
 from structlog.testing import capture_logs
 
-from hvcpd.assembly.make import Sound, make_robot
+from hvcpd.assembly.make import make_robot
 from hvcpd.assembly.plan import RobotPlan
+from hvcpd.assembly.sound import Sound
 from hvcpd.config.settings import Settings
 from hvcpd.daemon.cache_warm_up import LOGGED_EVERY_S, CacheWarmUp, Chore, Preparation
 from hvcpd.daemon.wiring import wire_up

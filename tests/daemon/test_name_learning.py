@@ -9,9 +9,9 @@ from typing import cast
 import numpy as np
 from structlog.testing import capture_logs
 
-from hvcpd.assembly.make import make_sound
 from hvcpd.assembly.name_registry import NameRegistry
 from hvcpd.assembly.plan import HearingPlan, RobotPlan, TeamPlan
+from hvcpd.assembly.sound import make_sound
 from hvcpd.config.tasks import Place, TaskDefinition, TaskRepository, Water
 from hvcpd.coordination.actions import Role
 from hvcpd.daemon.adaptation import CurrentPeople

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from hvcpd.assembly.make import make_sound
+from hvcpd.assembly.sound import make_sound
 from hvcpd.control.cli import main
 from hvcpd.errors import ConfigError
 from hvcpd.evaluation.recordings import LIST, Recording, findings, read_list, understood

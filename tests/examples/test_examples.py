@@ -16,7 +16,7 @@ from hil_fakes.bench import Bench, BenchPlan
 from hil_fakes.ros_actions import ROS2_SUCCEEDED, RclpyServer
 from hil_fakes.skills import FakeHost, FakePump, Pump, Tank, usual_devices
 from hil_fakes.virtual_robot import PERIOD_S, VirtualRobot
-from hvcpd.assembly.make import make_phrasebook, make_sound
+from hvcpd.assembly.sound import make_phrasebook, make_sound
 from hvcpd.config.settings import Settings, load_settings
 from hvcpd.config.task_doubts import doubts
 from hvcpd.config.task_file import load_tasks

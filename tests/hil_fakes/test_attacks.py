@@ -8,7 +8,7 @@ import pytest
 
 from hil_fakes.audio_attacks import AudioAttacks
 from hil_fakes.word_attacks import WordAttacks
-from hvcpd.assembly.make import make_sound
+from hvcpd.assembly.sound import make_sound
 from hvcpd.security.guard import NEAR
 from tests.coordination.mission import plants
 

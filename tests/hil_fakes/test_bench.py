@@ -14,7 +14,8 @@ from hil_fakes.bench_plans import relay_plan
 from hil_fakes.furnished_room import FurnishedRoom
 from hil_fakes.loudspeakers import USUAL
 from hil_fakes.room import Air
-from hvcpd.assembly.make import Sound, make_phrasebook, make_recogniser, make_sound
+from hvcpd.assembly.make import make_recogniser
+from hvcpd.assembly.sound import Sound, make_phrasebook, make_sound
 from hvcpd.config.settings import DEFAULT_TEAMS
 from hvcpd.config.tasks import GoTo, Place, TaskDefinition, TaskRepository, Water
 from hvcpd.coordination.actions import Speech

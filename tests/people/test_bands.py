@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from hvcpd.assembly.make import Sound, make_sound
+from hvcpd.assembly.sound import Sound, make_sound
 from hvcpd.people.bands import (
     LEAST,
     LEAST_GAIN,

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from benchmarks.transcripts import edits
-from hvcpd.assembly.make import Sound, make_sound
+from hvcpd.assembly.sound import Sound, make_sound
 from hvcpd.people.bands import N_BANDS, levelled, logs_of, noise_of
 from hvcpd.people.phones import PHONES, Logs, centred, phones_of
 from hvcpd.ports import Samples

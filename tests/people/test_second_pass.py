@@ -10,7 +10,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from hvcpd.assembly.make import DEFAULT_TEAMS, Sound, make_phrasebook, make_recogniser, make_sound
+from hvcpd.assembly.make import make_recogniser
+from hvcpd.assembly.sound import Sound, make_phrasebook, make_sound
+from hvcpd.config.settings import DEFAULT_TEAMS
 from hvcpd.config.task_file import load_tasks
 from hvcpd.config.tasks import default_tasks_path
 from hvcpd.coordination.commands import SURE

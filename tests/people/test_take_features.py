@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from hvcpd.assembly.make import Sound, make_sound
+from hvcpd.assembly.sound import Sound, make_sound
 from hvcpd.language.graph import Arc, WordGraph
 from hvcpd.people.bands import N_BANDS, Bands, heard_alone, levelled, logs_of, noise_of, upper_lost
 from hvcpd.people.phones import centred, phones_of

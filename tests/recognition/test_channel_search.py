@@ -10,7 +10,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from hvcpd.assembly.make import make_books, make_phrasebook, make_sound
+from hvcpd.assembly.make import make_books
+from hvcpd.assembly.sound import make_phrasebook, make_sound
 from hvcpd.config.task_file import load_tasks
 from hvcpd.config.tasks import default_tasks_path
 from hvcpd.language.phrasebook import Phrasebook

@@ -9,7 +9,8 @@ import numpy as np
 import pytest
 
 from hil_fakes.room import PinkNoise
-from hvcpd.assembly.make import Sound, make_ears, make_phrasebook, make_sound
+from hvcpd.assembly.make import make_ears
+from hvcpd.assembly.sound import Sound, make_phrasebook, make_sound
 from hvcpd.config.settings import DEFAULT_TEAMS
 from hvcpd.config.task_file import load_tasks
 from hvcpd.config.tasks import default_tasks_path

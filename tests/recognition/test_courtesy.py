@@ -8,7 +8,9 @@ import numpy as np
 import pytest
 
 from hil_fakes.room import PinkNoise
-from hvcpd.assembly.make import DEFAULT_TEAMS, make_phrasebook, make_recogniser, make_sound
+from hvcpd.assembly.make import make_recogniser
+from hvcpd.assembly.sound import make_phrasebook, make_sound
+from hvcpd.config.settings import DEFAULT_TEAMS
 from hvcpd.config.task_file import load_tasks
 from hvcpd.config.tasks import default_tasks_path
 from hvcpd.language import messages as m

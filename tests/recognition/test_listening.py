@@ -6,17 +6,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from hvcpd.assembly.make import (
-    Sound,
-    make_ears,
-    make_phrasebook,
-    make_recogniser,
-    make_robot,
-    make_sound,
-    make_spelled,
-)
+from hvcpd.assembly.make import make_ears, make_recogniser, make_robot, make_spelled
 from hvcpd.assembly.name_registry import NameRegistry
 from hvcpd.assembly.plan import RobotPlan, TeamPlan
+from hvcpd.assembly.sound import Sound, make_phrasebook, make_sound
 from hvcpd.config.settings import DEFAULT_TEAMS
 from hvcpd.config.tasks import Place, TaskDefinition, TaskRepository, Water
 from hvcpd.coordination.actions import Role

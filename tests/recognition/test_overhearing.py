@@ -7,7 +7,8 @@ from functools import cache
 import numpy as np
 import pytest
 
-from hvcpd.assembly.make import Sound, make_overhearing, make_sound
+from hvcpd.assembly.make import make_overhearing
+from hvcpd.assembly.sound import Sound, make_sound
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 from hvcpd.recognition.echo import BLOCK, EchoCanceller
 from hvcpd.recognition.events import Urgent

@@ -7,7 +7,7 @@ from functools import cache
 import numpy as np
 import pytest
 
-from hvcpd.assembly.make import Sound, make_sound
+from hvcpd.assembly.sound import Sound, make_sound
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 from hvcpd.recognition.own_delay import MOST_DELAY_S, OwnDelay
 

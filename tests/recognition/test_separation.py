@@ -7,7 +7,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from hvcpd.assembly.make import Sound, templates_of
+from hvcpd.assembly.make import templates_of
+from hvcpd.assembly.sound import Sound
 from hvcpd.language.competition import competing_phrases
 from hvcpd.language.graph import Arc, WordGraph
 from hvcpd.recognition.decoder import UNREACHABLE, StepCosts

@@ -62,7 +62,18 @@ def test_a_shift_has_the_time_of_the_clock_on_the_wall(tmp_path: Path) -> None:
     assert {(topic, at_s) for topic, _, at_s, _ in found} >= {("/said", 1.7e9 + 1.5), ("/pose/0", 1.7e9 + 2.0)}
 
 
-@pytest.mark.parametrize("text", ["", "no JSON\n", "[1]\n", '{"event": "moved", "at_s": 1, "poses": [1]}\n'])
+@pytest.mark.parametrize(
+    "text",
+    [
+        "",
+        "no JSON\n",
+        "[1]\n",
+        '{"event": "moved", "at_s": 1, "poses": [1]}\n',
+        '{"event": "said", "at_s": -1}\n',
+        '{"event": "said", "at_s": NaN}\n',
+        '{"event": "said", "at_s": 1e999}\n',
+    ],
+)
 def test_what_is_no_recording_is_refused(text: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     lines, file = tmp_path / "shift.jsonl", tmp_path / "shift.mcap"
     lines.write_text(text)

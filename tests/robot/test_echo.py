@@ -8,8 +8,9 @@ from functools import cache
 import numpy as np
 import pytest
 
-from hvcpd.assembly.make import Sound, make_robot, make_sound
+from hvcpd.assembly.make import make_robot
 from hvcpd.assembly.plan import HearingPlan, RobotPlan, TeamPlan
+from hvcpd.assembly.sound import Sound, make_sound
 from hvcpd.config.tasks import Place, TaskDefinition, TaskRepository, Wait
 from hvcpd.coordination.actions import Role
 from hvcpd.language.messages import NameTaken

@@ -7,7 +7,7 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
-from hvcpd.assembly.make import make_phrasebook
+from hvcpd.assembly.sound import make_phrasebook
 from hvcpd.config.skills import Skill
 from hvcpd.config.tasks import Action, Forward, Place, TaskDefinition, TaskRepository, Wait
 from hvcpd.coordination.actions import Role, SaveStopped

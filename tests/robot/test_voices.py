@@ -9,8 +9,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from hvcpd.assembly.make import Sound, make_robot, make_sound
+from hvcpd.assembly.make import make_robot
 from hvcpd.assembly.plan import HearingPlan, RobotPlan, SecurityPlan, TeamPlan
+from hvcpd.assembly.sound import Sound, make_sound
 from hvcpd.config.task_file import load_tasks
 from hvcpd.config.tasks import TaskRepository, default_tasks_path
 from hvcpd.coordination.actions import Role

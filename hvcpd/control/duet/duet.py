@@ -17,7 +17,7 @@ from hil_fakes.body import Body
 from hil_fakes.room import Air, Room
 from hil_fakes.shared_card import SharedCard
 from hil_fakes.shared_room import SharedRoom, SimulatedAir
-from hvcpd.assembly.make import user_cache_folder
+from hvcpd.assembly.sound import user_cache_folder
 from hvcpd.config.settings import AudioSettings, load_settings
 from hvcpd.control.duet.onlookers import Onlooker, Visitor, page
 from hvcpd.daemon.control_socket import socket_path
@@ -67,7 +67,7 @@ def run(options: argparse.Namespace) -> int:
         libraries = LibraryOutput()  # ALSA writes a line for each underrun
         libraries.begin()
         stack.callback(libraries.end)
-        log = stack.enter_context(_log_file(robots).open("w", encoding="utf-8"))
+        log = stack.enter_context(_open_log(robots))
         set_up_logging("warning", log, form="console")
         medium, where = choose_medium(options, len(robots))
         wirings = [_wiring(options, Path(folder), robot, k) for k, robot in enumerate(robots)]
@@ -87,13 +87,15 @@ def run(options: argparse.Namespace) -> int:
     return EX_OK
 
 
-def _log_file(robots: tuple[str, ...]) -> Path:
-    """Where warnings go, so that they do not stand between sentences; each duet begins it anew."""
+def _open_log(robots: tuple[str, ...]) -> TextIO:
+    """Where warnings go, so that they do not stand between sentences; each duet begins it anew. Nowhere, without a home
+    that can be written to."""
     folder = user_cache_folder()
-    if folder is None:
-        return Path(os.devnull)
-    folder.parent.mkdir(parents=True, exist_ok=True)
-    return folder.parent / f"duet-{'-'.join(robots).lower()}.log"
+    with suppress(OSError):
+        if folder is not None:
+            folder.parent.mkdir(parents=True, exist_ok=True)
+            return (folder.parent / f"duet-{'-'.join(robots).lower()}.log").open("w", encoding="utf-8")
+    return Path(os.devnull).open("w", encoding="utf-8")
 
 
 def _ready_text(robots: tuple[str, ...], names: tuple[str, ...]) -> str:

@@ -14,7 +14,8 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from hvcpd.assembly.make import Sound, make_recogniser, templates
+from hvcpd.assembly.make import make_recogniser, templates
+from hvcpd.assembly.sound import Sound
 from hvcpd.assembly.vocabulary import check
 from hvcpd.config.names import MAX_ALTERNATIVE_WORDS
 from hvcpd.control.simulate.team import Team, load_team

@@ -7,12 +7,16 @@ import json
 import sys
 from collections.abc import Iterator
 from pathlib import Path
+from typing import Any
 
 from hvcpd.errors import EX_OK, ConfigError, unwritable
 from hvcpd.hardware.soundfile import read_wav
 from hvcpd.reporting.files import write_whole
 from hvcpd.reporting.mcap_file import Message, of_event, of_sound, of_trail, write_mcap
 from hvcpd.reporting.transcript import read_trails
+
+LAST_S = 2.0**64 / 1e9
+"""Seconds that an unsigned 64-bit number of nanoseconds holds (https://mcap.dev/spec, "Message")."""
 
 
 def run(options: argparse.Namespace) -> int:
@@ -54,6 +58,14 @@ def _of_lines(path: Path) -> Iterator[Message]:
             event = json.loads(line)
             at_s = event.get("wall_s", event.get("at_s")) if event.get("event") != "summary" else None
             if at_s is not None:
-                yield from of_event(event, float(at_s))
+                yield from of_event(event, _time_s(at_s))
         except (ValueError, TypeError, KeyError, AttributeError) as error:
             raise ConfigError(f"{path}, line {number}: no event ({error})") from None
+
+
+def _time_s(value: Any) -> float:
+    """Seconds since 1970 or since a mission's beginning. Raises ValueError for what MCAP's 64-bit nanoseconds lack."""
+    at_s = float(value)
+    if not 0.0 <= at_s < LAST_S:
+        raise ValueError(f"its time is {value!r}")
+    return at_s

@@ -23,6 +23,10 @@ RESTING = ("wall_s", "now_s", "uptime_s", "pid", "sound", "peers", "pose", "coun
 """What of a status changes without anything having happened; alone it is no reason to send the status again."""
 STATUS_EVERY = 30
 """Looks of a second after which the status is sent in any case, so that levels and counts are no older."""
+WILDCARDS = frozenset("+#\0")
+"""Not allowed in a topic that is published to (MQTT 3.1.1, section 4.7)."""
+MOST_UNSENT = 1000
+"""Messages that wait while the broker takes none, some 0.5 MB; further ones are dropped and counted."""
 AT_LEAST_ONCE = 1
 """MQTT's quality of service of all that is sent."""
 
@@ -31,32 +35,40 @@ class Broker:
     """A connection to an MQTT broker, kept up by paho's own thread. A context manager; says "offline" at its end."""
 
     def __init__(self, options: argparse.Namespace, name: str, obey: Callable[[str], None]) -> None:
-        """`obey` is called with each command, in paho's thread. Raises ConfigError without the library."""
+        """`obey` is called with each command, in paho's thread; it is to let no exception out.
+
+        Raises ConfigError without the library, and for a topic or password that cannot be used.
+        """
         try:
             from paho.mqtt import client as mqtt
         except ImportError:
             raise ConfigError(
                 "the library of MQTT is missing: `sudo apt install python3-paho-mqtt`, or `pipx inject hvcpd paho-mqtt`"
             ) from None
+        for option, topic in (("--prefix", options.prefix), ("--discovery", options.discovery)):
+            if not topic or set(topic) & WILDCARDS:
+                raise ConfigError(f"{option} {topic!r} is no topic to send to")
         self.topic = f"{options.prefix}/{name.lower()}"
         self._address = options.host, options.port or (8883 if options.tls else 1883)
         version: dict[str, Any] = {}
         if hasattr(mqtt, "CallbackAPIVersion"):  # from paho 2 on; Debian 12 has 1.6
             version["callback_api_version"] = mqtt.CallbackAPIVersion.VERSION2
         self._client = mqtt.Client(client_id=f"hvcpd-{name.lower()}", **version)
+        self._client.max_queued_messages_set(MOST_UNSENT)
         self._client.will_set(f"{self.topic}/available", "offline", AT_LEAST_ONCE, retain=True)
         if options.user:
             self._client.username_pw_set(options.user, _password(options.password_file))
         if options.tls:
             self._client.tls_set()
-        self._client.on_connect = lambda *_: self._connected()
-        self._client.on_message = lambda _client, _data, message: obey(message.payload.decode(errors="replace"))
+        self._client.on_connect = lambda _client, _data, _flags, code, *_: self._answered(code)
+        self._client.on_message = lambda _client, _data, message: self._command(message, obey)
         self._at_connect: dict[str, str] = {}
+        self._n_dropped = 0
 
     def __enter__(self) -> Broker:
         try:
             self._client.connect(*self._address)
-        except OSError as error:
+        except (OSError, ValueError, OverflowError) as error:  # of the latter two: a host or port that cannot be
             host, port = self._address
             raise NotDoneError(f"no MQTT broker answers at {host}, port {port}: {error}") from None
         self._client.loop_start()
@@ -73,13 +85,33 @@ class Broker:
     def keep(self, topic: str, text: str) -> None:
         """Send what whoever subscribes later is to see too, and send it again after each connection."""
         self._at_connect[topic] = text
-        self._client.publish(topic, text, AT_LEAST_ONCE, retain=True)
+        self._publish(topic, text, retain=True)
 
     def tell(self, topic: str, text: str) -> None:
-        """Send what is of the moment."""
-        self._client.publish(topic, text, AT_LEAST_ONCE)
+        """Send what is of the moment: while there is no connection it is dropped."""
+        self._publish(topic, text, retain=False)
 
-    def _connected(self) -> None:
+    def _publish(self, topic: str, text: str, retain: bool) -> None:
+        if not self._client.is_connected():
+            self._n_dropped += not retain  # the others are sent at the next connection
+        elif self._client.publish(topic, text, AT_LEAST_ONCE, retain=retain).rc != 0:
+            self._n_dropped += 1
+
+    def _command(self, message: Any, obey: Callable[[str], None]) -> None:
+        """Obey, but no command that the broker has kept: it would be carried out again at each connection."""
+        if message.retain:
+            sys.stderr.write("hvcpctl: MQTT: a retained command is not obeyed; send it without `retain`\n")
+        else:
+            obey(message.payload.decode(errors="replace"))
+
+    def _answered(self, code: Any) -> None:
+        """The broker has taken or refused the connection; paho tries again by itself."""
+        if code != 0:
+            sys.stderr.write(f"hvcpctl: MQTT: the broker refuses us ({code}); see --user and --password-file\n")
+            return
+        if self._n_dropped:
+            sys.stderr.write(f"hvcpctl: MQTT: connected again; {self._n_dropped} messages were dropped\n")
+            self._n_dropped = 0
         self._client.subscribe(f"{self.topic}/command", AT_LEAST_ONCE)
         for topic, text in list(self._at_connect.items()):
             self._client.publish(topic, text, AT_LEAST_ONCE, retain=True)
@@ -110,7 +142,8 @@ class MqttShow:
         self._broker.keep(f"{self._broker.topic}/available", "online")
 
     def note(self, text: str) -> None:
-        """The daemon has ended, or is back."""
+        """The daemon has ended, or is back; then its status is sent at once."""
+        self._sent = {}
         sys.stderr.write(f"hvcpctl: {text}\n")
         self._broker.keep(f"{self._broker.topic}/available", "offline")
 
@@ -181,5 +214,5 @@ def _password(path: Path | None) -> str | None:
         return None
     try:
         return path.read_text(encoding="utf-8").strip()
-    except OSError as error:
-        raise ConfigError(f"--password-file {path}: {error.strerror}") from None
+    except (OSError, UnicodeDecodeError) as error:
+        raise ConfigError(f"--password-file {path}: {getattr(error, 'strerror', None) or error}") from None

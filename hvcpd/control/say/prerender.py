@@ -15,7 +15,8 @@ from pathlib import Path
 from rich.console import Console
 from rich.progress import Progress
 
-from hvcpd.assembly.make import make_robot, user_cache_folder
+from hvcpd.assembly.make import make_robot
+from hvcpd.assembly.sound import user_cache_folder
 from hvcpd.config.settings import Settings, load_with_sources
 from hvcpd.control.simulate.team import load_team
 from hvcpd.daemon.cache_warm_up import CacheWarmUp, Preparation
