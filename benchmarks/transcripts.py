@@ -1,12 +1,14 @@
-"""What a general neural recogniser, told nothing of the phrasebook, writes down of our voices and of others.
+"""What a general recogniser, told nothing of the phrasebook, writes down of our voices and of others.
 
 Random sentences of the phrasebook are transcribed; a transcript counts as understood when, of the sentences said and
 600 others of the phrasebook, the one nearest to it (edit distance of the letters over the sentence's length) is the one
 that was said. Word errors are counted after numbers and short forms ("I'm") are written out; "for" in place of "four"
-is an error, for every talker. Needs faster-whisper and a folder with a CTranslate2 Whisper model; hvcpd depends on
-neither.
+is an error, for every talker. The recogniser is PocketSphinx with its own open language model; with --model, Whisper:
+that needs faster-whisper and a folder with a CTranslate2 model. hvcpd depends on none of them. With --noise, the
+speech is also heard in that noise, 10 dB below it.
 
-    python -m benchmarks.transcripts --model DIR [--sentences 24] [--seed 101] [--only oak,flite] [--wrong]
+    python -m benchmarks.transcripts [--model DIR] [--noise FILE.wav] [--snr 10] [--sentences 24] [--seed 101]
+        [--only oak,oak-n,flite] [--wrong]
 """
 
 from __future__ import annotations
@@ -14,20 +16,20 @@ from __future__ import annotations
 import argparse
 import random
 import re
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from functools import partial
 from pathlib import Path
 
 import numpy as np
 
 from benchmarks.judging import PAD_S, talkers
 from benchmarks.voice import VOCABULARY
+from hvcpd.evaluation.sphinx import heard, make_open_decoder
+from hvcpd.hardware.soundfile import read_wav
 from hvcpd.language.phrasebook import Phrasebook
 from hvcpd.language.words import spoken_words
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 from hvcpd.synthesis.lexicon import Lexicon
-
-N_OTHERS = 600
-"""Sentences that were not said, among which a transcript's nearest is looked for."""
 
 LEVEL_RMS = 0.06
 NOISE_RMS = 1e-4
@@ -57,55 +59,84 @@ def plain(transcript: str) -> list[str]:
     return list(spoken_words(text))
 
 
-def on_air(sound: Samples, seed: int) -> Samples:
-    """The sound at the common level, with silence around it, in a little noise."""
+def on_air(sound: Samples, seed: int, noise: Samples | None = None, snr_db: float = 0.0) -> Samples:
+    """The sound at the common level, with silence around it, in a little noise and in any stretch of `noise`, whose
+    mean power over all of it is `snr_db` below the speech's."""
     padded = np.pad(sound * (LEVEL_RMS / float(np.sqrt(np.mean(sound**2)))), round(PAD_S / 2 * SAMPLE_RATE_HZ))
-    return (padded + NOISE_RMS * np.random.default_rng(seed).standard_normal(len(padded))).astype(np.float32)
+    chance = np.random.default_rng(seed)
+    out = padded + NOISE_RMS * chance.standard_normal(len(padded))
+    if noise is not None:
+        level = LEVEL_RMS * 10.0 ** (-snr_db / 20.0) / float(np.sqrt(np.mean(np.square(noise, dtype=np.float64))))
+        out += level * np.roll(noise, -int(chance.integers(len(noise))))[: len(padded)]
+    return np.asarray(out, np.float32)
+
+
+def whisper(folder: Path) -> Callable[[Samples], str]:
+    """A CTranslate2 Whisper model as a function from sound to text; exits where faster-whisper is missing."""
+    try:
+        from faster_whisper import WhisperModel
+    except ImportError:
+        raise SystemExit("skipped: --model needs faster-whisper") from None
+    model = WhisperModel(str(folder), device="cpu", compute_type="int8")
+
+    def written(sound: Samples) -> str:
+        parts, _ = model.transcribe(
+            sound, language="en", beam_size=1, temperature=0.0, condition_on_previous_text=False
+        )
+        return " ".join(part.text for part in parts)
+
+    return written
+
+
+def margin(wrong: Sequence[int], words: Sequence[int], rounds: int = 2000) -> float:
+    """Half of the 95 % interval of the share of words wrong, over sentences (bootstrap)."""
+    picks = np.random.default_rng(1).integers(len(wrong), size=(rounds, len(wrong)))
+    shares = np.asarray(wrong)[picks].sum(axis=1) / np.asarray(words)[picks].sum(axis=1)
+    low, high = np.quantile(shares, (0.025, 0.975))
+    return float(high - low) / 2.0
 
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--model", type=Path, required=True, help="folder of a CTranslate2 Whisper model")
+    parser.add_argument("--model", type=Path, help="folder of a CTranslate2 Whisper model (default: PocketSphinx)")
+    parser.add_argument("--noise", type=Path, help="a recording, as of a kitchen")
+    parser.add_argument("--snr", type=float, default=10.0, help="of the noise, dB (default 10)")
     parser.add_argument("--sentences", type=int, default=24)
+    parser.add_argument("--others", type=int, default=600, help="sentences not said, to choose among (default 600)")
     parser.add_argument("--seed", type=int, default=101)
     parser.add_argument("--only", default="", help="names of talkers, separated by commas")
     parser.add_argument("--wrong", action="store_true", help="print what was misheard")
     options = parser.parse_args()
-    try:
-        from faster_whisper import WhisperModel
-    except ImportError:
-        raise SystemExit("skipped: this benchmark needs faster-whisper") from None
-    listener = WhisperModel(str(options.model), device="cpu", compute_type="int8")
+    written = whisper(options.model) if options.model else partial(heard, make_open_decoder())
+    noises = {"quiet": None, **({options.noise.stem: read_wav(options.noise)} if options.noise else {})}
     book, chooser = Phrasebook(VOCABULARY), random.Random(options.seed)
     said: list[tuple[tuple[str, ...], ...]] = []
     while len(said) < options.sentences:
         phrases = book.phrases(book.sample(chooser))
         said += [phrases] if phrases not in said else []
     texts = [" ".join(word for phrase in phrases for word in phrase) for phrases in said]
-    others = [" ".join(book.render(book.sample(chooser))) for _ in range(N_OTHERS)]
+    others = [" ".join(book.render(book.sample(chooser))) for _ in range(options.others)]
     candidates = sorted({*texts, *others})
-    print(f"{'talker':12}{'understood':>12}{'word errors':>13}")
+    print(f"{'talker':12}{'noise':>10}{'understood':>12}{'word errors':>24}")
     for name, talker in talkers(Lexicon.load()).items():
         if options.only and name not in options.only.split(","):
             continue
-        understood = wrong = total = 0
-        misheard = []
-        for seed, (text, phrases) in enumerate(zip(texts, said, strict=True)):
-            sound = on_air(talker.speak(phrases), seed)
-            parts, _ = listener.transcribe(
-                sound, language="en", beam_size=1, temperature=0.0, condition_on_previous_text=False
-            )
-            words = plain(" ".join(part.text for part in parts))
-            got = " ".join(words)
-            wrong += edits(text.split(), words)
-            total += len(text.split())
-            nearest = min(candidates, key=lambda candidate: edits(candidate, got) / len(candidate))
-            understood += nearest == text
-            if words != text.split():
-                misheard.append(f"    {' ' if nearest == text else 'X'} {text}\n      -> {got}")
-        print(f"{name:12}{understood / len(said):12.3f}{wrong / total:13.3f}", flush=True)
-        if options.wrong:
-            print("\n".join(misheard), flush=True)
+        sounds = [talker.speak(phrases) for phrases in said]
+        for kind, noise in noises.items():
+            understood, wrong, misheard = 0, [], []
+            for seed, (text, sound) in enumerate(zip(texts, sounds, strict=True)):
+                words = plain(written(on_air(sound, seed, noise, options.snr)))
+                wrong.append(edits(text.split(), words))
+                got = " ".join(words)
+                nearest = min(candidates, key=lambda candidate: edits(candidate, got) / len(candidate))
+                understood += nearest == text
+                if wrong[-1]:
+                    misheard.append(f"    {' ' if nearest == text else 'X'} {text}\n      -> {got}")
+            counts = [len(text.split()) for text in texts]
+            errors = f"{sum(wrong)}/{sum(counts)} {sum(wrong) / sum(counts):.3f} ± {margin(wrong, counts):.3f}"
+            print(f"{name:12}{kind:>10}{understood:>9}/{len(said):<2}{errors:>24}", flush=True)
+            if options.wrong:
+                print("\n".join(misheard), flush=True)
 
 
 if __name__ == "__main__":

@@ -13,7 +13,7 @@ import sys
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
-from release.deb import AT_ONCE, build
+from release.deb import AT_ONCE, build, build_natural
 from release.lock import Target
 
 TARGET = Target("3.11", "arm64")
@@ -48,9 +48,10 @@ def make_root(folder: Path) -> Path:
 
 
 def put_hvcpd(root: Path, folder: Path) -> None:
-    """Build hvcpd's package in `folder` and unpack it into the root, in place of one that is there."""
+    """Build hvcpd's packages in `folder` and unpack them into the root, in place of those that are there."""
     shutil.rmtree(root / LIBRARIES, ignore_errors=True)
     _unpack(build(TARGET, folder, compression=AT_ONCE), root)
+    _unpack(build_natural(folder, compression=AT_ONCE), root)
     _compile(root / LIBRARIES)
 
 

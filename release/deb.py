@@ -1,4 +1,5 @@
-"""The Debian package: hvcpd with its libraries inside, for this computer or for another kind.
+"""The Debian packages: hvcpd with its libraries inside, for this computer or for another kind, and hvcpd-natural, the
+weights of the natural voice's network, for any.
 
 python -m release.deb [--python 3.13] [--architecture arm64] [--output dist]
 
@@ -16,7 +17,7 @@ import shutil
 import subprocess
 import sys
 import tempfile
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from email.utils import formatdate
 from pathlib import Path
@@ -33,6 +34,7 @@ REPOSITORY = Path(__file__).parents[1]
 TEMPLATES = Path(__file__).parent / "debian"
 LIBRARIES = Path("usr/lib/hvcpd")
 DOCUMENTS = Path("usr/share/doc/hvcpd")
+WEIGHTS = Path("hvcpd/synthesis/acoustic_net.npz")
 MAINTAINER = "hvcpd maintainers <maintainers@hvcpd.invalid>"
 """There is no mailing list; whoever hands the package on puts a name with DEBFULLNAME and DEBEMAIL."""
 
@@ -82,6 +84,7 @@ SMALLEST = ("-Zxz", "-z9", "-Sextreme")
 """dpkg-deb's options for a package that is handed on; it takes some minutes of processor time."""
 AT_ONCE = ("-Znone",)
 """For one that is unpacked right away."""
+SCRIPTS = ("postinst", "prerm", "postrm")
 COMMANDS = {"hvcpd": "hvcpd.cli", "hvcpctl": "hvcpd.control.cli"}
 
 
@@ -107,12 +110,25 @@ def build(target: Target, output: Path, version: str = __version__, compression:
         put_manuals(root / "usr/share/man")
         put_completions(root)
         write_bill_of_materials(wanted, root / DOCUMENTS / "sbom.cdx.json")
-        _put_control(root, target, full_version)
-        _set_modes(root)
-        output.mkdir(parents=True, exist_ok=True)
-        package = output / f"hvcpd_{full_version}_{target.architecture}.deb"
-        _run("dpkg-deb", "--root-owner-group", *compression, "--build", str(root), str(package))
-    return package
+        _put_control(root, "control", _fields(target, full_version))
+        _put_scripts(root / "DEBIAN")
+        return _packed(root, output / f"hvcpd_{full_version}_{target.architecture}.deb", compression)
+
+
+def build_natural(output: Path, version: str = __version__, compression: Sequence[str] = SMALLEST) -> Path:
+    """Make the package of the natural voice's weights in the folder `output`; its path. Raises CalledProcessError."""
+    name = "hvcpd-natural"
+    with tempfile.TemporaryDirectory(prefix="hvcpd-deb-") as scratch:
+        root = Path(scratch) / "root"
+        for source, place in (
+            (REPOSITORY / WEIGHTS, LIBRARIES / WEIGHTS),
+            (TEMPLATES / "copyright-natural", Path("usr/share/doc") / name / "copyright"),
+        ):
+            (root / place).parent.mkdir(parents=True, exist_ok=True)
+            shutil.copyfile(source, root / place)
+        _put_changelog(root, name, version)
+        _put_control(root, "control-natural", {"version": version})
+        return _packed(root, output / f"{name}_{version}_all.deb", compression)
 
 
 def _put_libraries(folder: Path, wanted: Sequence[Locked], target: Target) -> None:
@@ -123,6 +139,7 @@ def _put_libraries(folder: Path, wanted: Sequence[Locked], target: Target) -> No
         shutil.copytree(REPOSITORY / name, folder / name)
     shutil.rmtree(folder / SHIPPED, ignore_errors=True)
     write_words(default_words(), folder / SHIPPED)
+    (folder / WEIGHTS).unlink()
     for unused in ("bin", *UNUSED):
         for path in folder.glob(unused):
             if path.is_dir():
@@ -166,10 +183,8 @@ def _put_files(root: Path, version: str) -> None:
         path = root / destination
         path.parent.mkdir(parents=True, exist_ok=True)
         shutil.copyfile(REPOSITORY / source, path)
-    changes = (REPOSITORY / "CHANGELOG.md").stat().st_mtime
-    (root / DOCUMENTS / "changelog").write_text(debian_changelog(version, maintainer(), changes), encoding="utf-8")
-    for name in ("changelog", "CHANGELOG.md"):
-        _run("gzip", "--best", "--no-name", str(root / DOCUMENTS / name))
+    _put_changelog(root, "hvcpd", version)
+    _run("gzip", "--best", "--no-name", str(root / DOCUMENTS / "CHANGELOG.md"))
     (root / "usr/bin").mkdir(parents=True)
     launcher = (TEMPLATES / "launcher").read_text()
     for command, module in COMMANDS.items():
@@ -182,10 +197,18 @@ def maintainer() -> str:
     return f"{name} <{mail}>" if name and mail else MAINTAINER
 
 
-def debian_changelog(version: str, who: str, changed_s: float) -> str:
+def _put_changelog(root: Path, package: str, version: str) -> None:
+    changes = (REPOSITORY / "CHANGELOG.md").stat().st_mtime
+    path = root / "usr/share/doc" / package / "changelog"
+    path.write_text(debian_changelog(version, maintainer(), changes, package), encoding="utf-8")
+    _run("gzip", "--best", "--no-name", str(path))
+
+
+def debian_changelog(version: str, who: str, changed_s: float, package: str = "hvcpd") -> str:
     """Return what Debian's tools read of a version whose changes were last written at `changed_s`, s since 1970."""
     day = formatdate(changed_s)
-    return f"hvcpd ({version}) stable; urgency=medium\n\n  * See CHANGELOG.md beside this file.\n\n -- {who}  {day}\n"
+    entry = "  * See /usr/share/doc/hvcpd/CHANGELOG.md.gz."
+    return f"{package} ({version}) stable; urgency=medium\n\n{entry}\n\n -- {who}  {day}\n"
 
 
 def put_completions(root: Path) -> None:
@@ -207,31 +230,45 @@ def _strip(folder: Path, target: Target) -> None:
     _run(STRIP[target.architecture], "--strip-unneeded", *modules)
 
 
-def _put_control(root: Path, target: Target, version: str) -> None:
-    control = root / "DEBIAN"
-    control.mkdir()
+def _fields(target: Target, version: str) -> dict[str, str]:
+    """Of hvcpd's control file."""
     major, minor = target.python.split(".")
-    fields = {
+    return {
         "version": version,
         "architecture": target.architecture,
-        "maintainer": maintainer(),
-        "installed_kib": sum(path.stat().st_size for path in _files(root)) // 1024,
         "python": target.python,
         "next_python": f"{major}.{int(minor) + 1}",
-        "glibc": GLIBC[target.python],
+        "glibc": str(GLIBC[target.python]),
     }
-    (control / "control").write_text((TEMPLATES / "control").read_text().format(**fields))
-    for script in ("postinst", "prerm", "postrm"):
-        shutil.copyfile(TEMPLATES / script, control / script)
-    conffiles = [f"/{destination}\n" for destination in FILES.values() if destination.startswith("etc/")]
-    (control / "conffiles").write_text("".join(conffiles))
+
+
+def _put_control(root: Path, template: str, fields: Mapping[str, str]) -> None:
+    control = root / "DEBIAN"
+    control.mkdir()
+    installed_kib = sum(path.stat().st_size for path in _files(root)) // 1024
+    text = (TEMPLATES / template).read_text().format(**fields, maintainer=maintainer(), installed_kib=installed_kib)
+    (control / "control").write_text(text)
     sums = [(hashlib.md5(path.read_bytes()).hexdigest(), path.relative_to(root)) for path in _files(root)]
     (control / "md5sums").write_text("".join(f"{digest}  {path}\n" for digest, path in sums))
 
 
+def _put_scripts(control: Path) -> None:
+    for script in SCRIPTS:
+        shutil.copyfile(TEMPLATES / script, control / script)
+    conffiles = [f"/{destination}\n" for destination in FILES.values() if destination.startswith("etc/")]
+    (control / "conffiles").write_text("".join(conffiles))
+
+
+def _packed(root: Path, package: Path, compression: Sequence[str]) -> Path:
+    _set_modes(root)
+    package.parent.mkdir(parents=True, exist_ok=True)
+    _run("dpkg-deb", "--root-owner-group", *compression, "--build", str(root), str(package))
+    return package
+
+
 def _set_modes(root: Path) -> None:
     """Whatever the builder's umask: folders and programs 0755, files 0644."""
-    programs = {root / "DEBIAN" / script for script in ("postinst", "prerm", "postrm")}
+    programs = {root / "DEBIAN" / script for script in SCRIPTS}
     programs |= {root / "usr/bin" / command for command in COMMANDS}
     for path in root.rglob("*"):
         path.chmod(0o755 if path.is_dir() or path in programs else 0o644)
@@ -248,8 +285,8 @@ def _run(*command: str) -> None:
 
 
 def main(arguments: Sequence[str]) -> int:
-    """Build one package; returns the exit status."""
-    parser = argparse.ArgumentParser(prog="release.deb", description="Build the Debian package.")
+    """Build both packages; returns the exit status."""
+    parser = argparse.ArgumentParser(prog="release.deb", description="Build the Debian packages.")
     parser.add_argument("--python", choices=list(GLIBC), help="Python's version there (default: this one's)")
     parser.add_argument("--architecture", choices=list(MACHINES), help="Debian's name for it (default: this one's)")
     parser.add_argument("--output", type=Path, default=Path("dist"), metavar="DIR", help="default: dist")
@@ -260,7 +297,7 @@ def main(arguments: Sequence[str]) -> int:
         else:
             here = this_computer()
             target = Target(options.python or here.python, options.architecture or here.architecture)
-        sys.stdout.write(f"{build(target, options.output)}\n")
+        sys.stdout.write(f"{build(target, options.output)}\n{build_natural(options.output)}\n")
     except LockError as error:
         sys.stderr.write(f"deb: {error}\n")
         return 2

@@ -27,7 +27,7 @@ def cast(sound: Sound, settings: Settings, words: Callable[[], Iterable[str]]) -
     `words` tells all that they may say, which a folder of recordings must have; a name that is learned later is said by
     the synthesizer. Raises ConfigError with every fault of every folder.
     """
-    sound = replace(sound, natural=settings.synthesizer == "natural")
+    sound = sound.made_natural() if settings.synthesizer == "natural" else sound
     own = PeerSettings(settings.voice, settings.voice_folder)
     chosen = {**{name.lower(): peer for name, peer in settings.peers.items()}, settings.name.lower(): own}
     voices = {name: voice_named(peer.voice) for name, peer in chosen.items() if peer.voice is not None}

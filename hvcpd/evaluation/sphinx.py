@@ -1,4 +1,4 @@
-"""PocketSphinx with the phrasebook's network as its grammar: a peer to compare with, no part of a robot.
+"""PocketSphinx, with the phrasebook's network as its grammar or open: a peer to compare with, no part of a robot.
 
 The grammar is handed over as a finite-state network, which is what PocketSphinx compiles a JSGF into: from the JSGF
 itself it did not finish compiling in 7 minutes.
@@ -54,6 +54,13 @@ def make_decoder(graph: WordGraph, folder: Path, lexicon: Lexicon, **settings: A
     decoder.add_fsg("phrasebook", decoder.read_fsg(str(grammar)))
     decoder.activate_search("phrasebook")
     return decoder
+
+
+def make_open_decoder() -> Any:
+    """A PocketSphinx decoder with its own model of English, told nothing of us. Raises ImportError."""
+    from pocketsphinx import Decoder
+
+    return Decoder(loglevel="FATAL")
 
 
 def _grammar(graph: WordGraph) -> str:

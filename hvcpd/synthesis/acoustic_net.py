@@ -17,10 +17,12 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from hvcpd.errors import ConfigError, how_to_install
+
 Array = NDArray[np.float32]
 
 WEIGHTS = Path(__file__).parent / "acoustic_net.npz"
-"""As `release/acoustic_net.py` writes them."""
+"""As `release/acoustic_net.py` writes them; of the Debian packages, hvcpd-natural has them."""
 
 FRAMES_PER_STEP = 2
 """Durations are in steps of 25 ms; the decoder has two frames in each."""
@@ -175,8 +177,16 @@ def _gelu(x: Array) -> Array:
     return np.asarray(np.where(x < 0.0, x * tail, x - x * tail))
 
 
+def require_weights() -> None:
+    """Raise ConfigError, with the remedy, where the network's weights are missing."""
+    if not WEIGHTS.exists():
+        remedy = how_to_install("--force-reinstall ./hvcpd-*.whl", "./hvcpd-natural_*_all.deb", str(WEIGHTS))
+        raise ConfigError(f"synthesizer: what natural voices need is not installed: {remedy}; or set it to formant")
+
+
 @lru_cache(maxsize=1)
 def shared_net() -> AcousticNet:
-    """The package's own network, read once."""
+    """The package's own network, read once. Raises ConfigError where it is missing."""
+    require_weights()
     with np.load(WEIGHTS) as file:
         return AcousticNet({name: file[name] for name in file.files})

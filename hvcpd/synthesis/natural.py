@@ -35,8 +35,12 @@ flap."""
 EDGE = 0
 """Index that begins and ends each text."""
 
-TALKER_HZ, TALKER_SCALE = 215.0, 1.17
-"""Mean pitch of the recorded talker in the carriers below, and her formants as multiples of a 17.5 cm tract's."""
+TALKER_SCALE = 1.17
+"""The recorded talker's formants as multiples of a 17.5 cm tract's."""
+
+FALL, RISE = -8.0 / 12.0, 6.0 / 12.0
+"""How far a word's pitch may go from its middle, octaves. At the end of a phrase the talker's pitch breaks down to
+60 Hz, which is no pitch any more when it is made over to a low voice."""
 
 
 def indices(phones: Sequence[str]) -> list[int]:
@@ -109,12 +113,13 @@ phrasebook has, and some more."""
 @dataclass(frozen=True)
 class Recording:
     """A word as the network made it: `hidden`, shape (frames, 256), and `f0_hz`, shape (frames,), of which the word
-    itself has the frames from `first` up to `end`."""
+    itself has the frames from `first` up to `end`; `middle_hz` is the median of its pitch."""
 
     hidden: Array
     f0_hz: Array
     first: int
     end: int
+    middle_hz: float
 
 
 @lru_cache(maxsize=KEPT)
@@ -129,7 +134,11 @@ def recorded(phones: tuple[str, ...], final: bool, rate: float) -> Recording:
     end = int(ends[len(BEFORE) + len(word)]) - ENDS_EARLY.get(last, OBSTRUENT_ENDS_EARLY)
     begin = max(0, first - MARGIN)
     reach = slice(begin, end + MARGIN + round((TAIL_S if final else LEAD_S) * SAMPLE_RATE_HZ / HOP))
-    return Recording(acoustics.hidden[reach].copy(), acoustics.f0_hz[reach].copy(), first - begin, end - begin)
+    voiced = acoustics.f0_hz[first:end][acoustics.f0_hz[first:end] > VOICED_HZ]
+    middle_hz = float(np.median(voiced)) if len(voiced) else VOICED_HZ
+    return Recording(
+        acoustics.hidden[reach].copy(), acoustics.f0_hz[reach].copy(), first - begin, end - begin, middle_hz
+    )
 
 
 def word_sound(phones: Sequence[str], voice: Voice, final: bool, pitch: float) -> Samples:
@@ -137,15 +146,15 @@ def word_sound(phones: Sequence[str], voice: Voice, final: bool, pitch: float) -
     after its last one; `pitch` multiplies the voice's pitch. KeyError for an unknown phone."""
     word = recorded(tuple(phones), final, voice.rate)
     seed = zlib.crc32(" ".join(phones).encode())
-    sound = sound_of(shared_net(), word.hidden, _pitch(word.f0_hz, voice, pitch), colour_of(voice), seed)
+    sound = sound_of(shared_net(), word.hidden, _pitch(word, voice, pitch), colour_of(voice), seed)
     begin = max(0, word.first * HOP - round(LEAD_S * SAMPLE_RATE_HZ))
     return sound[begin : word.end * HOP + round((TAIL_S if final else LEAD_S) * SAMPLE_RATE_HZ)]
 
 
-def _pitch(f0_hz: Array, voice: Voice, pitch: float) -> Array:
-    """The talker's pitch as that voice has it: moved to its mean, its movements scaled by its range."""
-    semitones = np.log(np.maximum(f0_hz, VOICED_HZ) / TALKER_HZ) * voice.pitch_range
-    return np.where(f0_hz > VOICED_HZ, voice.f0_hz * pitch * np.exp(semitones), 0.0).astype(np.float32)
+def _pitch(word: Recording, voice: Voice, pitch: float) -> Array:
+    """The talker's pitch as that voice has it: its middle is the voice's, its movements are scaled by its range."""
+    octaves = np.clip(np.log2(np.maximum(word.f0_hz, VOICED_HZ) / word.middle_hz), FALL, RISE) * voice.pitch_range
+    return np.where(word.f0_hz > VOICED_HZ, voice.f0_hz * pitch * np.exp2(octaves), 0.0).astype(np.float32)
 
 
 def colour_of(voice: Voice) -> Colour:

@@ -26,6 +26,10 @@ _HANN: Array = (0.5 - 0.5 * np.cos(2.0 * np.pi * np.arange(WINDOW) / WINDOW)).as
 _OVERLAPPED = 1.5
 """Sum of the squares of windows that overlap by three quarters."""
 
+LOWEST_BIN = 11
+"""The recorded talker has no harmonic below this bin, 220 Hz, and her filter falls there by 20 dB. A lower voice's
+first harmonics get the level of hers."""
+
 VOICED_HZ = 40.0
 """Lowest pitch: below, a frame has no voice."""
 
@@ -59,7 +63,7 @@ def sound_of(net: AcousticNet, hidden: Array, f0_hz: Array, colour: Colour, seed
     """Return the sound, shape (frames · `HOP`,), of the network's activations, shape (frames, 256), at that pitch,
     shape (frames,); the noise follows from `seed`."""
     bins = np.arange(LAST_BIN + 1)
-    sources = np.minimum(np.rint(bins / colour.stretch), BINS - 1).astype(np.int64)
+    sources = np.clip(np.rint(bins / colour.stretch), LOWEST_BIN, BINS - 1).astype(np.int64)
     voice_log, voice_turn, noise_log, rest_log, rest_phase = net.spectra(hidden, sources)
     octaves = np.log2(np.maximum(bins * BIN_HZ, TILT_FROM_HZ) / TILT_FROM_HZ)
     gain = 10.0 ** (colour.tilt_db * octaves / 20.0)

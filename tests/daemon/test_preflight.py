@@ -18,6 +18,7 @@ from hvcpd.daemon.wiring import Wiring, wire_up
 from hvcpd.errors import EX_CANTCREAT, EX_OK, EX_UNAVAILABLE, ConfigError
 from hvcpd.hardware.groups import group_of
 from hvcpd.robot.own_voice import Acoustics
+from hvcpd.synthesis import acoustic_net
 from hvcpd.synthesis.likeness import name_fault
 
 
@@ -131,6 +132,21 @@ def test_faults_of_lexicon_and_tasks_are_told_together(tmp_path: Path) -> None:
         wiring(tmp_path, lexicon=tmp_path / "lexicon.txt", tasks=tmp_path / "tasks.yaml")
     assert "lexicon.txt:1" in str(fault.value)
     assert "tasks.yaml:1" in str(fault.value)
+
+
+@pytest.mark.parametrize(
+    ("folder", "remedy"),
+    [("/usr/lib/hvcpd/hvcpd", "sudo apt install ./hvcpd-natural_*_all.deb"), ("/home/rob", "pip install")],
+)
+def test_natural_voices_without_their_weights_tell_what_to_install(
+    folder: str, remedy: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(acoustic_net, "WEIGHTS", Path(folder) / "nowhere.npz")
+    wiring(tmp_path)
+    with pytest.raises(ConfigError) as error:
+        wiring(tmp_path, synthesizer="natural")
+    assert remedy in str(error.value)
+    assert len(str(error.value).splitlines()) == 1
 
 
 def test_a_clash_of_the_vocabulary_is_a_fault(tmp_path: Path) -> None:

@@ -35,6 +35,13 @@ def test_the_newest_that_fits_is_installed(tmp_path: Path) -> None:
     assert done.stdout == f"install --yes {tmp_path}/hvcpd_0.10.0+py311_arm64.deb\n"
 
 
+def test_natural_voices_that_lie_beside_it_are_installed_too(tmp_path: Path) -> None:
+    packages = [tmp_path / "hvcpd_0.2.0+py311_arm64.deb", tmp_path / "hvcpd-natural_0.2.0_all.deb"]
+    for package in packages:
+        package.touch()
+    assert installed(tmp_path, "arm64", "3.11").stdout.split()[2:] == [str(package) for package in packages]
+
+
 @pytest.mark.parametrize(
     ("architecture", "python", "says"),
     [

@@ -9,7 +9,8 @@ from pathlib import Path
 import pytest
 
 from hvcpd import __version__
-from release.deb import FILES, SHIPPED, TEMPLATES
+from hvcpd.synthesis import acoustic_net
+from release.deb import AT_ONCE, FILES, LIBRARIES, SHIPPED, TEMPLATES, WEIGHTS, build_natural
 from tests.release.conftest import renamed
 from tests.release.container import Container
 
@@ -32,8 +33,18 @@ def test_its_contents_are_roots_and_where_debian_wants_them(package: Path) -> No
     assert f"/usr/lib/hvcpd/{SHIPPED}/index.json" in modes
     assert not [path for path in modes if "__pycache__" in path or "/tests/" in path or "/bin/f2py" in path]
     assert all(mode[5] == mode[8] == "-" for mode in modes.values()), "nothing is writable for others"
+    assert f"/{LIBRARIES / WEIGHTS}" not in modes, "they are a package of their own"
     conffiles = listed("dpkg-deb", "--info", package, "conffiles")
     assert conffiles == [path for path in modes if path.startswith("/etc/") and not path.endswith("/")]
+
+
+def test_natural_voices_are_a_package_for_any_computer(tmp_path: Path) -> None:
+    natural = build_natural(tmp_path, compression=AT_ONCE)
+    assert natural.name == f"hvcpd-natural_{__version__}_all.deb"
+    unpacked = tmp_path / "root"
+    subprocess.run(["dpkg-deb", "--extract", natural, unpacked], check=True)
+    assert (unpacked / LIBRARIES / WEIGHTS).read_bytes() == acoustic_net.WEIGHTS.read_bytes()
+    assert (unpacked / "usr/share/doc/hvcpd-natural/copyright").exists()
 
 
 def test_a_robot_that_does_not_come_up_again_does_not_fail_an_upgrade(tmp_path: Path) -> None:

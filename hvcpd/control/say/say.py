@@ -12,7 +12,6 @@ import json
 import re
 import sys
 from contextlib import closing
-from dataclasses import replace
 
 from hvcpd.assembly.voice_assignment import recorded_voice
 from hvcpd.config.names import valid_robot_name
@@ -124,5 +123,5 @@ def _speaker(
         if delivery.voice(VOICES[0]) != VOICES[0]:
             raise PhraseError(f"--rate and --lombard change the synthesizer's voice, and {name} has recordings")
         return team.sound.speaker_of(name)
-    sound = replace(team.sound, natural=True) if options.natural else team.sound
+    sound = team.sound.made_natural() if options.natural else team.sound
     return Speaker(delivery.voice(sound.voice_of(name)), sound.lexicon, sound.cache)

@@ -7,7 +7,6 @@ import json
 import math
 import sys
 from collections.abc import Sequence
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -34,7 +33,7 @@ def run(options: argparse.Namespace) -> int:
     settings = load_settings(options.config, {}, name_needed=False)
     sound = cast(make_sound(settings.lexicon, user_cache_folder()), settings, tuple)
     if options.natural:
-        sound = replace(sound, natural=True)
+        sound = sound.made_natural()
     chosen = [sound.said_by(voice_named(name)) for name in options.voices] or list(sound.every_voice())
     names = options.names or tuple(dict.fromkeys(name for name in (settings.name, *settings.names) if name))
     phrases = _phrases(options.text)
