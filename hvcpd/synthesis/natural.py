@@ -39,8 +39,8 @@ TALKER_SCALE = 1.17
 """The recorded talker's formants as multiples of a 17.5 cm tract's."""
 
 FALL, RISE = -8.0 / 12.0, 6.0 / 12.0
-"""How far a word's pitch may go from its middle, octaves. At the end of a phrase the talker's pitch breaks down to
-60 Hz, which is no pitch any more when it is made over to a low voice."""
+"""How far a word's pitch may go from its middle, octaves. At the end of a phrase the talker's pitch breaks down to 60
+Hz, which a low voice would have far too low."""
 
 
 def indices(phones: Sequence[str]) -> list[int]:

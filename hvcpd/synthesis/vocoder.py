@@ -27,8 +27,8 @@ _OVERLAPPED = 1.5
 """Sum of the squares of windows that overlap by three quarters."""
 
 LOWEST_BIN = 11
-"""The recorded talker has no harmonic below this bin, 220 Hz, and her filter falls there by 20 dB. A lower voice's
-first harmonics get the level of hers."""
+"""The recorded talker has hardly any harmonic below this bin, 220 Hz, and her filter falls there by 20 dB. A lower
+voice's first harmonics get the filter's level at this bin."""
 
 VOICED_HZ = 40.0
 """Lowest pitch: below, a frame has no voice."""
