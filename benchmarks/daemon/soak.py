@@ -34,7 +34,7 @@ from hvcpd.daemon.allocator import tune_allocator
 from hvcpd.daemon.devices import Devices
 from hvcpd.daemon.main_loop import Daemon
 from hvcpd.daemon.wiring import Wiring, wire_up
-from hvcpd.hardware.audio_stream import StreamCounters
+from hvcpd.hardware.audio_exchange import StreamCounters
 from hvcpd.language import messages as m
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples, Wheels
 

@@ -267,10 +267,9 @@ class Knowledge:
 
     def my_tasks(self) -> tuple[int, ...]:
         """The current task, if there is one, and the one after it, unless that has become another's or is done."""
-        current = self.current
-        if current.ahead is not None and self.board.owner_of_claim(current.ahead) != self.role.name:
-            current.ahead = None
-        return tuple(number for number in (current.task, current.ahead) if number is not None)
+        task, ahead = self.current.task, self.current.ahead
+        is_mine = ahead is not None and self.board.owner_of_claim(ahead) == self.role.name
+        return tuple(number for number in (task, ahead if is_mine else None) if number is not None)
 
     def do(self, action: Action) -> None:
         """Hand an action out with the next ones."""

@@ -61,8 +61,8 @@ def _number(entry: Entry, every: Recurrence, due_s: float) -> None:
 
 
 def begin(me: Knowledge, number: int, now: float) -> bool:
-    """A task is claimed, or told to be due: whether that is for the time that comes, for it is so near."""
-    return _is_about_to_be_due(me, me.board[number], now)
+    """A task is claimed, or told to be due: take that for the time that comes if that is near; whether it is."""
+    return _begin_what_comes(me, me.board[number], now)
 
 
 def heard(me: Knowledge, statement: m.Statement | None, now: float) -> None:
@@ -116,11 +116,11 @@ def _may_be_due(me: Knowledge, entry: Entry, now: float) -> bool:
         return False
     if me.clock_s is None:
         return now - entry.done_s >= early_s(every) and now - entry.opened_s >= RHYTHM * every.shortest_s
-    return _is_about_to_be_due(me, entry, now)
+    return _begin_what_comes(me, entry, now)
 
 
-def _is_about_to_be_due(me: Knowledge, entry: Entry, now: float) -> bool:
-    """Whether it is within SKEW_S, by this robot's clock; from then on all is about that time."""
+def _begin_what_comes(me: Knowledge, entry: Entry, now: float) -> bool:
+    """Have all be about the time that comes, if that is within SKEW_S by this robot's clock; whether it is."""
     every = entry.definition.every
     if every is None or me.clock_s is None:
         return False

@@ -34,7 +34,7 @@ FADED_DB = 10.0
 LEAST_COHERENCE = 0.5
 """Half of what was heard in a band comes of what was played."""
 TINY_POWER = 1e-20
-"""In place of none at all."""
+"""Least power that anything is divided by, full scale = 1: a silent band has none."""
 
 
 def level_dbfs(sound: Samples) -> float:

@@ -169,7 +169,7 @@ class CtcSearch:
         return lost
 
     def n_phones(self, word: str) -> int:
-        """Of its shortest pronunciation."""
+        """Number of phones in the shortest pronunciation of a word."""
         return min(len(said) for said in self._pronounce(word) if said)
 
     def _forward(self, log_posteriors: LogPosteriors, barred: Sequence[int]) -> tuple[_Ends, Scores]:

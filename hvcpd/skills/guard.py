@@ -105,7 +105,7 @@ def watch(pipe: int) -> None:
         try:
             value = json.loads(line)
         except ValueError:
-            continue  # a beat, or cut off in its midst
+            continue  # a beat, or cut off in the middle
         if value.get("bye"):
             return
         if "pins" in value:

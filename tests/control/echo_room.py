@@ -10,7 +10,7 @@ import numpy as np
 from hil_fakes.loudspeakers import IDEAL, Loudspeaker, Playing
 from hvcpd.config.settings import AudioSettings
 from hvcpd.daemon.devices import Devices
-from hvcpd.hardware.audio_stream import StreamCounters
+from hvcpd.hardware.audio_exchange import StreamCounters
 from hvcpd.ports import Samples
 from tests.hardware.fake_card import HEADSET, FakeCard
 
