@@ -15,6 +15,7 @@ from hvcpd.errors import EX_INTERRUPTED, EX_OK, EX_SOFTWARE, EX_USAGE, HvcpdErro
 
 if TYPE_CHECKING:
     from hvcpd.config.settings import Loaded, Settings
+    from hvcpd.config.task_changes import TaskChanges
     from hvcpd.daemon.devices import Devices
     from hvcpd.daemon.logging import RateLimiter
     from hvcpd.daemon.main_loop import Daemon
@@ -106,9 +107,9 @@ def _start(options: argparse.Namespace, devices: Devices | None) -> int:
         return preflight.exit_status
     limiter = set_up_logging(settings.log_level, form=settings.log_format)
 
-    def read_again() -> tuple[Loaded, Wiring]:
+    def read_again(changes: TaskChanges | None) -> tuple[Loaded, Wiring]:
         again = load_with_sources(options.config, overrides, reserved=name_fault)
-        return again, wire_up(again.settings, options.allow_confusable)
+        return again, wire_up(again.settings, options.allow_confusable, changes)
 
     def set_log(settings: Settings) -> None:
         set_up_logging(settings.log_level, form=settings.log_format, limiter=limiter)
@@ -116,7 +117,7 @@ def _start(options: argparse.Namespace, devices: Devices | None) -> int:
     from hvcpd.daemon.main_loop import Daemon
     from hvcpd.daemon.reloading import Rereading
 
-    rereading = Rereading(loaded.sources, read_again, set_log)
+    rereading = Rereading(loaded.sources, read_again, set_log, options.allow_confusable)
     return _run(Daemon(preflight.wiring, devices, manager, rereading), limiter)
 
 

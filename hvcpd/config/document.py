@@ -7,7 +7,7 @@ the number of values (after aliases) are bounded, so that no file can exhaust a 
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -91,6 +91,33 @@ class Document:
             for inside in [known for known in places if known[: len(path)] == path]:
                 del places[inside]
         self.places[path] = self.key_places[path] = Place(source)
+
+    def gather(self, place: Place) -> None:
+        """Have everything stand at one place: it comes from no file."""
+        for places in (self.places, self.key_places):
+            places.update(dict.fromkeys(places, place))
+
+    def with_list(self, key: str, elements: Sequence[tuple[Document, int]]) -> Document:
+        """This document, a group of keys, with another list under one of them: elements of such lists of documents,
+        each with its places and faults."""
+        result = Document(self.places[()])
+        result.value = {**self.value, key: [document.value[key][index] for document, index in elements]}
+        result._take(self, lambda path: path if path[:1] != (key,) or len(path) == 1 else None)
+        for n, (document, index) in enumerate(elements):
+            result._take(document, _moved((key, index), (key, n)))
+        return result
+
+    def _take(self, other: Document, moved: Callable[[KeyPath], KeyPath | None]) -> None:
+        """Take places and faults of another document, as far as `moved` has a way for theirs."""
+        for mine, theirs in ((self.places, other.places), (self.key_places, other.key_places)):
+            mine.update((to, place) for path, place in theirs.items() if (to := moved(path)) is not None)
+        faults = ((fault, moved(path)) for fault, path in other._faults.items())
+        self._faults.update((fault, path) for fault, path in faults if path is not None)
+
+
+def _moved(before: KeyPath, now: KeyPath) -> Callable[[KeyPath], KeyPath | None]:
+    """The new way to what lay below `before`; None for all else."""
+    return lambda path: (*now, *path[len(before) :]) if path[: len(before)] == before else None
 
 
 def read_bytes(path: Path) -> bytes:

@@ -83,6 +83,13 @@ class Parts:
         """The line (from 1) in which the key or value at `path` stands."""
         return self._document.place(path).line
 
+    def where(self, path: KeyPath, beside: KeyPath) -> str:
+        """The line in which the key or value at `path` stands, with its file if `beside` stands in another one."""
+        place, other = self._document.place(path), self._document.place(beside)
+        if not place.line:
+            return str(place)
+        return f"line {place.line}" if place.source == other.source else f"line {place.line} of {place.source}"
+
     def fault(self, path: KeyPath, text: str) -> None:
         """Note what is wrong at `path` and what to do."""
         self._document.fault(path, text)

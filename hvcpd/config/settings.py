@@ -207,6 +207,11 @@ class Settings:
         """The robot's memory: one file a robot, so that two on one computer share nothing."""
         return self.state_dir / f"{self.name.lower()}.sqlite3"
 
+    @property
+    def task_changes_path(self) -> Path:
+        """What commands added to this robot's task file, and took out of it."""
+        return self.state_dir / f"{self.name.lower()}.tasks.yaml"
+
 
 @dataclass(frozen=True)
 class Loaded:

@@ -73,10 +73,10 @@ def check_names(parts: Parts, names: list[tuple[str, KeyPath]], sounds_alike: So
     """No two names are the same, or taken for each other by ear."""
     for later, (name, path) in enumerate(names):
         for other, other_path in names[:later]:
-            line = parts.line(other_path)
+            line = parts.where(other_path, path)
             if name == other:
-                parts.fault(path, f"the task name {name!r} is taken in line {line} already; choose another")
+                parts.fault(path, f"the task name {name!r} is taken in {line} already; choose another")
                 break
             if sounds_alike is not None and sounds_alike(other, name):
-                parts.fault(path, f"the task name {name!r} sounds like {other!r} in line {line}; reword one of them")
+                parts.fault(path, f"the task name {name!r} sounds like {other!r} in {line}; reword one of them")
                 break

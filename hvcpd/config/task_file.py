@@ -25,6 +25,7 @@ from hvcpd.config.loading import (
 from hvcpd.config.names import unsayable, valid_task_name
 from hvcpd.config.recurrence import Recurrence, interval_s, valid_recurrence
 from hvcpd.config.skills import MAX_SKILLS, Skill, SkillEntry, valid_key
+from hvcpd.config.task_changes import TaskChanges
 from hvcpd.config.task_checks import SoundsAlike, check_after, check_alternatives, check_names
 from hvcpd.config.tasks import (
     WATER,
@@ -260,14 +261,16 @@ def _read_action(value: Any, converter: Converter, skills: tuple[str, ...]) -> _
         raise
 
 
-def load_tasks(path: Path, sounds_alike: SoundsAlike | None = None) -> TaskRepository:
-    """Read the task repository in the file `path`.
+def load_tasks(
+    path: Path, sounds_alike: SoundsAlike | None = None, changes: TaskChanges | None = None
+) -> TaskRepository:
+    """Read the task repository in the file `path`, with what `changes` add and leave out.
 
     Checked are: numbers from 1 to 99 and names, each given once; distances, angles and waits within bounds; that a
     task with "go to place" has a place; and, if `sounds_alike` is given, that no two names are mistaken by ear.
     Raises ConfigError with every fault of the file.
     """
-    document = parse(read_bytes(path), str(path))
+    document = (changes or TaskChanges()).applied_to(parse(read_bytes(path), str(path)))
     file = structure(
         document,
         _TaskFile,
@@ -289,8 +292,8 @@ def _check(parts: Parts, sounds_alike: SoundsAlike | None) -> None:
         at: KeyPath = ("tasks", index)
         number = parts.get((*at, "number"), int)
         if number is not None and number in numbers:
-            line = parts.line(numbers[number])
-            parts.fault((*at, "number"), f"task number {number} is taken in line {line} already; choose another")
+            line = parts.where(numbers[number], (*at, "number"))
+            parts.fault((*at, "number"), f"task number {number} is taken in {line} already; choose another")
         elif number is not None:
             numbers[number] = (*at, "number")
         names.append((parts.get((*at, "name"), str) or "", (*at, "name")))

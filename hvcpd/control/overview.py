@@ -14,7 +14,7 @@ Try, watch and control robots that coordinate by speaking English. Try it here:
   say, hear, listen, phrases    speak, list or follow sentences; print them all
 A running robot:
   status, follow, console       see what it does; the console is for the browser
-  tasks, task                   list its tasks; have one done again, or skip it
+  tasks, task                   list its tasks; repeat, skip, add or remove one
   stop, resume, reload          halt it, let it go on, read its settings again
   transcript, report, audit     read what it said, heard and did
   skills, ros, mqtt, mcap       connect devices, ROS, Home Assistant, Foxglove

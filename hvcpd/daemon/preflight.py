@@ -84,15 +84,18 @@ def examine(
     return Preflight(tuple(findings), wiring)
 
 
-def find_confusable(wiring: Wiring) -> Finding:
-    """Whether tasks and names can be told apart by ear; kept in the state directory, if that is there already."""
+def find_confusable(wiring: Wiring, allowable: bool = True) -> Finding:
+    """Whether tasks and names can be told apart by ear; kept in the state directory, if that is there already.
+
+    `allowable`: --allow-confusable can still be given.
+    """
     settings = wiring.settings
     there = settings.state_dir.is_dir()
     book = make_phrasebook(wiring.names, settings.teams, wiring.tasks)
     sound = wiring.sound if there else replace(wiring.sound, cache=None)
     cache = settings.state_dir / "vocabulary" if there else None
     found = check(book, wiring.names, sound, cache, chosen_only=True)
-    why = refusal(found, settings.tasks)
+    why = refusal(found, settings.tasks, allowable)
     if why is not None:
         return Finding("vocabulary", why, EX_CONFIG)
     return Finding("vocabulary", "tasks and names can be told apart by ear")

@@ -12,11 +12,14 @@ import structlog
 
 from hvcpd.config.settings import Loaded, Settings
 from hvcpd.config.sources import Sourced
+from hvcpd.config.task_changes import TaskChanges, read_changes
 from hvcpd.config.tasks import TaskDefinition, TaskRepository
 from hvcpd.daemon.control_status import Body
+from hvcpd.daemon.preflight import find_confusable
 from hvcpd.daemon.wiring import Wiring
-from hvcpd.errors import HvcpdError, NotDoneError
+from hvcpd.errors import ConfigError, HvcpdError, NotDoneError, unwritable
 from hvcpd.people.enrolled import Person
+from hvcpd.reporting.files import write_whole
 
 LIVE = ("mode", "pick", "unable", "clips", "log_level", "log_format")
 """Settings, or groups of them, that take effect at once. All others are built into the recogniser, the voice, the
@@ -33,8 +36,10 @@ class Rereading:
     """How a daemon came by its settings, to do so again. `read` raises HvcpdError with every fault."""
 
     sources: tuple[Sourced, ...] = ()
-    read: Callable[[], tuple[Loaded, Wiring]] | None = None
+    read: Callable[[TaskChanges | None], tuple[Loaded, Wiring]] | None = None
+    """It is given changes of the tasks that take the place of those that are kept."""
     set_log: Callable[[Settings], None] = lambda _: None
+    allow_confusable: bool = False
 
 
 class Reloader:
@@ -45,16 +50,49 @@ class Reloader:
         self._rereading = rereading
         self.sources = rereading.sources
         self._turn = asyncio.Lock()
+        self._coming: TaskRepository | None = None
+        """Tasks whose words are being learned; the last ones, if there are several."""
 
     async def reload(self) -> dict[str, Any]:
         """What has changed, and what needs a restart to change. Raises HvcpdError; then nothing has changed."""
+        return await self._renew(None)
+
+    async def add(self, task: Mapping[str, Any]) -> dict[str, Any]:
+        """Have one more task, in the form of the task file; keep it, and reload. Raises HvcpdError as `reload`."""
+
+        def added(changes: TaskChanges) -> TaskChanges:
+            taken = next((each for each in self._tasks.tasks if each.number == task.get("number")), None)
+            if taken is not None:
+                raise ConfigError(f"there is a task {taken.number} already, {taken.name!r}; choose another number")
+            return changes.with_added(task)
+
+        return await self._renew(added)
+
+    async def remove(self, number: int) -> dict[str, Any]:
+        """Have a task no more; keep that, and reload. Raises HvcpdError as `reload`."""
+
+        def removed(changes: TaskChanges) -> TaskChanges:
+            task = self._tasks.by_number(number)
+            if task is None:
+                known = ", ".join(str(each.number) for each in self._tasks.tasks)
+                raise ConfigError(f"there is no task {number}; the tasks are {known}")
+            return changes.without(number, task.name)
+
+        return await self._renew(removed)
+
+    @property
+    def _tasks(self) -> TaskRepository:
+        """Those that are in force, or will be once their words are learned."""
+        return self._coming or self._body.wiring.tasks
+
+    async def _renew(self, change: Callable[[TaskChanges], TaskChanges] | None) -> dict[str, Any]:
         if self._body.robot is None:
             raise NotDoneError(f"{self._body.wiring.settings.name} is still starting; try again in a moment")
         if self._rereading.read is None:
             return {"changed": [], "restart": []}
         async with self._turn:
             try:
-                loaded, wiring = await asyncio.to_thread(self._rereading.read)
+                loaded, wiring = await asyncio.to_thread(self._read, self._rereading.read, change)
             except HvcpdError as error:
                 _log.error("not reloaded", reason=str(error))
                 raise
@@ -62,6 +100,27 @@ class Reloader:
         changed = ", ".join(change["key"] for change in result["changed"])
         _log.info("reloaded", changed=changed or "nothing", needs_restart=", ".join(result["restart"]) or "nothing")
         return result
+
+    def _read(
+        self,
+        read: Callable[[TaskChanges | None], tuple[Loaded, Wiring]],
+        change: Callable[[TaskChanges], TaskChanges] | None,
+    ) -> tuple[Loaded, Wiring]:
+        """Settings and tasks as they are now, with this change of the tasks, which is kept if all is well. In a thread:
+        the comparison of new words with all others takes seconds."""
+        path = self._body.wiring.settings.task_changes_path
+        changes = change(read_changes(path)) if change is not None else None
+        loaded, wiring = read(changes)
+        if not self._rereading.allow_confusable and _words(wiring.tasks) != _words(self._tasks):
+            finding = find_confusable(wiring, allowable=False)
+            if not finding.ok:
+                raise ConfigError(finding.text)
+        if changes is not None:
+            try:
+                write_whole(path, changes.text())
+            except OSError as error:
+                raise NotDoneError(unwritable(path, error, "see who may write there")) from None
+        return loaded, wiring
 
     def _take(self, loaded: Loaded, read: Wiring) -> dict[str, Any]:
         changed, restart, sources = [], [], []
@@ -86,18 +145,20 @@ class Reloader:
         news = _news_of_people(wiring.people, people)
         changed += news
         settings = replace(wiring.settings, **{key: getattr(read.settings, key) for key in LIVE})
-        if "tasks" not in restart and read.tasks != tasks:
-            if _words(read.tasks) == _words(tasks):
+        if "tasks" not in restart and read.tasks != self._tasks:
+            if self._coming is None and _words(read.tasks) == _words(tasks):
                 changed += _task_changes(tasks, read.tasks)
                 tasks = read.tasks
             elif self._body.retask is None:
                 restart.append("tasks")
             else:
-                changed += _task_changes(tasks, read.tasks)
-                self._body.retask(read.tasks, partial(self._take_tasks, read.tasks))
+                changed += _task_changes(self._tasks, read.tasks)
+                self._coming = read.tasks
         self._body.wiring = replace(wiring, settings=settings, tasks=tasks, people=people)
         self._rereading.set_log(settings)
         self._tell_robot(self._body.wiring)
+        if self._coming is read.tasks and self._body.retask is not None:
+            self._body.retask(read.tasks, partial(self._take_tasks, read.tasks))
         if news:
             self._body.join([person.name for key, person in people.items() if key not in wiring.people])
         return {"changed": changed, "restart": restart}
@@ -105,6 +166,8 @@ class Reloader:
     def _take_tasks(self, tasks: TaskRepository) -> None:
         """The robot knows their words now."""
         robot = self._body.robot
+        if self._coming is tasks:
+            self._coming = None
         self._body.wiring = replace(self._body.wiring, tasks=tasks)
         self._body.journal.know(tasks)
         if robot is not None:

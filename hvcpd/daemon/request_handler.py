@@ -24,8 +24,9 @@ MAX_ROWS = 100
 MAX_TEXT_LENGTH = 200
 """Characters of a sentence to say; the phrasebook's longest are half of this."""
 
-CHANGES_OF_TASKS = ("again", "skip")
-"""What can be wanted of a task while robots work."""
+CHANGES_OF_TASKS = ("again", "skip", "add", "remove")
+"""What can be wanted of a task while robots work. To add and to remove one is this robot's own affair; of the rest it
+tells the others."""
 
 PERFORM = "perform"
 """What who offers skills follows: calls, and nothing that others are told."""
@@ -94,6 +95,10 @@ class RequestHandler:
         wanted, number = arguments.get("do"), arguments.get("number", 0)
         if wanted not in CHANGES_OF_TASKS:
             raise RefusalError("bad_argument", f"do: give one of {', '.join(CHANGES_OF_TASKS)}")
+        if wanted == "add":
+            return await self._renewed(self._reloader.add(arguments.get("task", {})))
+        if wanted == "remove":
+            return await self._renewed(self._reloader.remove(number))
         robot = self._robot()
         reason = robot.coordination.change(number, wanted == "skip", robot.now)
         if reason is not None:
@@ -164,8 +169,11 @@ class RequestHandler:
         return {"settings": [asdict(each) for each in self._reloader.sources]}
 
     async def reload(self, _: Arguments, _client: Client) -> Result:
+        return await self._renewed(self._reloader.reload())
+
+    async def _renewed(self, renewal: Awaitable[Result]) -> Result:
         try:
-            return await self._reloader.reload()
+            return await renewal
         except NotDoneError as error:
             raise RefusalError("starting", str(error)) from None
         except HvcpdError as error:
@@ -195,7 +203,7 @@ COMMANDS: dict[str, tuple[ArgumentTypes, Command]] = {
     "status": ({}, RequestHandler.status),
     "tasks": ({}, RequestHandler.tasks),
     "say": ({"text": (str,)}, RequestHandler.say),
-    "task": ({"do": (str,), "number": (int,)}, RequestHandler.task),
+    "task": ({"do": (str,), "number": (int,), "task": (dict,)}, RequestHandler.task),
     "stop": ({}, RequestHandler.stop),
     "resume": ({}, RequestHandler.resume),
     "base": (base_request_handler.ARGUMENTS, RequestHandler.base),

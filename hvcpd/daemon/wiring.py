@@ -16,6 +16,7 @@ from hvcpd.assembly.plan import BodyPlan, HearingPlan, MemoryPlan, RobotPlan, Se
 from hvcpd.assembly.sound import Sound, make_phrasebook, make_sound
 from hvcpd.assembly.voice_assignment import cast
 from hvcpd.config.settings import MAX_KNOWN_NAMES, Settings
+from hvcpd.config.task_changes import TaskChanges, read_changes
 from hvcpd.config.task_file import load_tasks
 from hvcpd.config.tasks import Motion, TaskRepository
 from hvcpd.coordination.actions import Role, Speech, Timing
@@ -190,11 +191,11 @@ class Wiring:
         )
 
 
-def wire_up(settings: Settings, allow_confusable: bool = False) -> Wiring:
+def wire_up(settings: Settings, allow_confusable: bool = False, changes: TaskChanges | None = None) -> Wiring:
     """Read the lexicon, the tasks and the team's key, and try the phrasebook. Raises ConfigError with the faults of all
     four, or else with those of recorded voices.
 
-    With `allow_confusable`, task names may sound alike.
+    With `allow_confusable`, task names may sound alike. `changes` of the tasks take the place of those that are kept.
     """
     faults: list[str] = []
     sound = tasks = keys = None
@@ -208,7 +209,9 @@ def wire_up(settings: Settings, allow_confusable: bool = False) -> Wiring:
         faults.append(str(error))
     lexicon = sound.lexicon if sound is not None else Lexicon.load()
     try:
-        tasks = load_tasks(settings.tasks, None if allow_confusable else partial(sounds_alike, lexicon=lexicon))
+        alike = None if allow_confusable else partial(sounds_alike, lexicon=lexicon)
+        changes = read_changes(settings.task_changes_path) if changes is None else changes
+        tasks = load_tasks(settings.tasks, alike, changes)
     except HvcpdError as error:
         faults.append(str(error))
     if sound is None or tasks is None or faults:

@@ -5,6 +5,7 @@ Time is passed in: `now_s` is monotonic; `stamp_s` is the time that ROS has, for
 
 from __future__ import annotations
 
+import json
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -35,6 +36,8 @@ SILENT_S = 1.0
 """Time without odometry after which the bridge reports it, so that people see why the robot stands."""
 UNANSWERED_S = 1.0
 """A reply that has not come by then is not waited for any more."""
+MAX_TASK_LENGTH = 4000
+"""Characters of a task in JSON; one of a dozen actions has some 500."""
 MAX_SAY_LENGTH = 500
 """Characters; more than any sentence of the phrasebook. The daemon hangs up on a line of more than 8192 bytes."""
 MAX_DIGITS = 4
@@ -236,12 +239,14 @@ class Bridge:
             self._tell_refusal(TOO_MANY, None)
 
     def _take_task(self, text: str) -> None:
-        """Pass "again 3" or "skip 3" on."""
-        wanted, _, number = text.strip().partition(" ")
-        if not (number.isascii() and number.isdigit() and len(number) <= MAX_DIGITS):
-            self._tell_refusal(f"task: write 'again 3' or 'skip 3', not {text[:40]!r}", None)
+        """Pass "again 3", "skip 3", "remove 3" or "add" with a task in JSON on."""
+        wanted, _, rest = text.strip().partition(" ")
+        arguments = _task_arguments(wanted, rest)
+        if arguments is None:
+            forms = "'again 3', 'skip 3', 'remove 3' or 'add' and a task in JSON"
+            self._tell_refusal(f"task: write {forms}, not {text[:40]!r}", None)
         elif sum(command == "task" for command in self._asked.values()) < MAX_SAYS:
-            self._ask("task", do=wanted, number=int(number))
+            self._ask("task", do=wanted, **arguments)
 
     def _take_odometry(self, odometry: Odometry, now_s: float) -> None:
         arguments = base_arguments(odometry)
@@ -316,3 +321,14 @@ class Bridge:
 def _state_of(status: Line) -> dict[str, Any]:
     task = status.get("task")
     return {"state": status["state"], "doing": status["doing"], "task": task["number"] if task else None}
+
+
+def _task_arguments(wanted: str, rest: str) -> dict[str, Any] | None:
+    """What the daemon is told besides what is wanted of a task; None if that is not what was written."""
+    if wanted != "add":
+        return {"number": int(rest)} if rest.isascii() and rest.isdigit() and len(rest) <= MAX_DIGITS else None
+    try:
+        task = json.loads(rest) if len(rest) <= MAX_TASK_LENGTH else None
+    except (ValueError, RecursionError):
+        return None
+    return {"task": task} if isinstance(task, dict) else None

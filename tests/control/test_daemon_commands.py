@@ -13,6 +13,7 @@ from pathlib import Path
 import pytest
 import structlog
 
+from hvcpd.config.tasks import GoTo, Place, Water
 from hvcpd.control.cli import main, make_parser
 from hvcpd.control.live import status
 from hvcpd.control.live.bid import told
@@ -101,6 +102,22 @@ def test_a_task_is_left_out_and_wanted_again(ctl: Ctl) -> None:
     assert ctl("task", "skip", "1") == "task 1, water the green rose, is left out this time: Rob tells the others\n"
     assert json.loads(ctl("task", "again", "1", "--json"))["do"] == "again"
     assert "there is no task 77" in ctl("task", "skip", "77", status=1)
+
+
+def test_a_task_is_added_and_removed(ctl: Ctl, robot: RunningRobot) -> None:
+    robot.bench.body.retask = lambda _tasks, then: then()
+    tulip = ("water the red tulip", "--number", "11", "--place=-1.2,0.5", "--action", "water=5", "--after", "1")
+    lines = ctl("task", "add", *tulip).splitlines()
+    assert lines[0] == "task 11, water the red tulip: new"
+    assert "give each of them the same command" in lines[1]
+    (_, task) = robot.bench.body.wiring.tasks.tasks
+    assert task.actions == (GoTo(Place(-1.2, 0.5)), Water(5.0))
+    assert task.after == {1}
+    assert "there is a task 11 already" in ctl("task", "add", *tulip, status=2)
+    assert "x and y in metres" in ctl("task", "add", *tulip, "--place", "1", status=2)
+    assert "unknown action 'dance'" in ctl("task", "add", *tulip, "--number", "12", "--action", "dance=5", status=2)
+    assert json.loads(ctl("task", "remove", "11", "--json"))["changed"][0]["before"] == "water the red tulip"
+    assert "there is no task 11" in ctl("task", "remove", "11", status=2)
 
 
 def test_say_goes_through_the_robot_whose_name_is_in_it(ctl: Ctl) -> None:

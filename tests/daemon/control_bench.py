@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 
 from hvcpd.config.settings import Loaded, load_with_sources
+from hvcpd.config.task_changes import TaskChanges
 from hvcpd.daemon.control_service import ControlService
 from hvcpd.daemon.control_socket import short_address
 from hvcpd.daemon.control_status import Body
@@ -82,24 +83,24 @@ class Talk:
 
 
 class ControlBench:
-    """The service, the robot behind it, and clients."""
+    """The service, the robot behind it, and clients. `compares_words`: new words with all others, for seconds."""
 
-    def __init__(self, directory: Path, board: str = ONE_TASK, **more: object) -> None:
+    def __init__(self, directory: Path, board: str = ONE_TASK, compares_words: bool = False, **more: object) -> None:
         (directory / "tasks.yaml").write_text(board)
         self.file = directory / "bench.yaml"
         self.file.write_text("mode: volunteer\n")
         given = {"name": "Rob", "tasks": str(directory / "tasks.yaml"), "state_dir": str(directory / "state")} | more
 
-        def read() -> tuple[Loaded, Wiring]:
+        def read(changes: TaskChanges | None) -> tuple[Loaded, Wiring]:
             again = load_with_sources(self.file, given, environment={})
-            return again, wire_up(again.settings)
+            return again, wire_up(again.settings, changes=changes)
 
-        loaded, wiring = read()
+        loaded, wiring = read(None)
         self.bench = Bench(*wiring.tasks.tasks[0].actions, skills=wiring.tasks.skills)
         self.wheels = NotedWheels()
         self.journal = JournalService(wiring)
         self.body = Body(wiring, self.journal)
-        self.service = ControlService(self.body, Rereading(loaded.sources, read))
+        self.service = ControlService(self.body, Rereading(loaded.sources, read, allow_confusable=not compares_words))
         self.path = loaded.settings.control.socket or directory / "state" / "rob.sock"
 
     async def open(self, with_robot: bool = True) -> None:
@@ -147,10 +148,10 @@ class ControlBench:
 
 @asynccontextmanager
 async def control(
-    directory: Path, with_robot: bool = True, board: str = ONE_TASK, **more: object
+    directory: Path, with_robot: bool = True, board: str = ONE_TASK, compares_words: bool = False, **more: object
 ) -> AsyncIterator[ControlBench]:
     """A bench that is open meanwhile."""
-    bench = ControlBench(directory, board, **more)
+    bench = ControlBench(directory, board, compares_words, **more)
     await bench.open(with_robot)
     try:
         yield bench

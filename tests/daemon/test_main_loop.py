@@ -12,6 +12,7 @@ import pytest
 from structlog.testing import capture_logs
 
 from hvcpd.config.settings import Loaded, Settings, load_settings, load_with_sources
+from hvcpd.config.task_changes import TaskChanges
 from hvcpd.daemon.main_loop import Daemon
 from hvcpd.daemon.reloading import Rereading
 from hvcpd.daemon.wiring import Wiring, wire_up
@@ -227,11 +228,11 @@ def test_who_is_enrolled_while_it_lives_is_known_after_a_reload(tmp_path: Path, 
     settings = settings_of(tmp_path, units, "Rob", names=["Bot"], mode="follow")
     given = {"name": "Rob", "tasks": str(settings.tasks), "state_dir": str(settings.state_dir), "names": ["Bot"]}
 
-    def read() -> tuple[Loaded, Wiring]:
+    def read(changes: TaskChanges | None) -> tuple[Loaded, Wiring]:
         loaded = load_with_sources(None, given, system_path=tmp_path / "none.yaml", environment={})
-        return loaded, wire_up(loaded.settings)
+        return loaded, wire_up(loaded.settings, changes=changes)
 
-    loaded, wiring = read()
+    loaded, wiring = read(None)
     reloads: list[asyncio.Task[None]] = []
 
     def watch(now_s: float) -> None:

@@ -149,9 +149,12 @@ def test_a_task_is_changed_and_what_is_no_change_is_told() -> None:
     talk = Talk()
     assert asked("task", talk.ros(topics.TASK, String("again 12"))) == [{"do": "again", "number": 12}]
     assert talk.answer("task", code="refused", text="there is no task 12") == [Log("task: there is no task 12")]
-    (log,) = talk.ros(topics.TASK, String("again and again"))
-    assert isinstance(log, Log)
-    assert "write 'again 3'" in log.text
+    added = talk.ros(topics.TASK, String('add {"number": 11, "name": "water the red tulip"}'))
+    assert asked("task", added) == [{"do": "add", "task": {"number": 11, "name": "water the red tulip"}}]
+    for wrong in "again and again", "add 11", 'add {"number"', "add " + "[" * 3000:
+        (log,) = talk.ros(topics.TASK, String(wrong))
+        assert isinstance(log, Log)
+        assert "write 'again 3'" in log.text
 
 
 def test_what_is_too_long_or_too_much_to_be_said_keeps_nothing_else_from_the_daemon() -> None:

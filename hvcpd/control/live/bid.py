@@ -8,7 +8,7 @@ import sys
 from contextlib import closing
 from typing import Any
 
-from hvcpd.control.live.daemon_client import find_daemon
+from hvcpd.control.live.daemon_client import LEARN_S, find_daemon
 from hvcpd.control.live.show_config import value_text
 from hvcpd.errors import EX_OK, NotDoneError
 
@@ -16,6 +16,8 @@ from hvcpd.errors import EX_OK, NotDoneError
 def run(options: argparse.Namespace) -> int:
     """Tell the robot, and say what became of it."""
     with closing(find_daemon(options)) as daemon:
+        if options.command == "reload":
+            daemon.patience_s = LEARN_S
         result = daemon.ask(options.command)
         if options.json:
             sys.stdout.write(json.dumps({"name": daemon.name, **result}) + "\n")

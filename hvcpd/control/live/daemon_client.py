@@ -40,6 +40,10 @@ from hvcpd.errors import (
 ANSWER_S = 10.0
 """A daemon that lives answers within some 0.05 s, two blocks of sound; more if its computer is overloaded."""
 
+LEARN_S = 120.0
+"""For new words, which are compared with all others first: a second or two on a desktop computer, on a Pi some ten
+times more."""
+
 CHUNK_BYTES = 65536
 """Read at once: a line of events has some hundred."""
 
@@ -60,6 +64,8 @@ class DaemonClient:
 
     def __init__(self, path: Path) -> None:
         self.path = path
+        self.patience_s = ANSWER_S
+        """How long an answer may take."""
         self._connect()
 
     def _connect(self) -> None:
@@ -118,7 +124,7 @@ class DaemonClient:
             self._connect()
 
     def _asked(self, request: bytes) -> dict[str, Any]:
-        self._socket.settimeout(ANSWER_S)
+        self._socket.settimeout(self.patience_s)
         with suppress(OSError):  # what it said before it hung up tells why
             self._socket.sendall(request)
         self._greeted()

@@ -175,19 +175,44 @@ def add_which(command: argparse.ArgumentParser, name: bool = True) -> None:
 
 
 def _add_task(commands: Commands, run: Run) -> None:
-    task = _add(
-        commands,
-        "task",
-        "have a task done again, or left out this time, while the robots work",
+    text = "have a task done again, or left out this time; add and remove tasks, while the robots work"
+    about = "`again` and `skip` are told to the other robots aloud. Give `add` and `remove` to each robot."
+    epilog = with_examples("", "hvcpctl task again 3", "hvcpctl task remove 11")
+    task = commands.add_parser("task", help=text, description=f"{text[0].upper()}{text[1:]}. {about}", epilog=epilog)
+    actions = task.add_subparsers(title="actions", metavar="ACTION", required=True, dest="do")
+    number = "the task's number, as `hvcpctl tasks` shows it"
+    for name, what, example in (
+        ("again", "have a task done once more", "hvcpctl task again 3     # as if Anna said “task three again”"),
+        ("skip", "leave a task out this time", "hvcpctl task skip 2"),
+        ("remove", "have a robot forget a task", "hvcpctl task remove 11"),
+    ):
+        _add(actions, name, what, run, example).add_argument("number", type=int, metavar="NUMBER", help=number)
+    add = _add(
+        actions,
+        "add",
+        "have a robot learn a new task",
         run,
-        "hvcpctl task again 3     # as if somebody had said “Hi all, I am Anna, task three again”",
+        'hvcpctl task add "water the red tulip" --number 11 --place 1.2,0.5 --action water=5',
+        'hvcpctl task add "look at the gate" --number 12 --action dock --action wait=5 --every "6 h" --after 11',
     )
-    task.add_argument("do", choices=("again", "skip"), help="do it once more, or leave it out this time")
-    task.add_argument("number", type=int, metavar="NUMBER", help="the task's number, as `hvcpctl tasks` shows it")
+    add.add_argument("task_name", metavar="NAME", help="two to eight words, as robots say them")
+    add.add_argument("--number", type=int, required=True, metavar="N", help="1 to 99, one that is free")
+    add.add_argument("--place", metavar="X,Y", help="where, m; the robot goes there first (--place=-3,-4)")
+    add.add_argument(
+        "--action",
+        action="append",
+        default=[],
+        metavar="WHAT[=VALUE]",
+        help="what to do there, as the task file has it: `water=5`, `dock`, `pour={litres: 0.2}`; may be repeated",
+    )
+    add.add_argument("--every", metavar="TIME", help="when it is due again: `6 h`, or a rule as `FREQ=DAILY;BYHOUR=8`")
+    add.add_argument("--after", metavar="N,N", help="tasks that must be done before it")
+    add.add_argument("--priority", type=int, metavar="0-9", help="of tasks that can be done, the highest comes first")
+    add.add_argument("--deadline", metavar="TIME", help="so long after it became due it is late: `30 min`")
 
 
-def _add(commands: Commands, name: str, text: str, run: Run, example: str = "") -> argparse.ArgumentParser:
-    epilog = with_examples(_WHICH + EXITS, example) if example else _WHICH + EXITS
+def _add(commands: Commands, name: str, text: str, run: Run, *examples: str) -> argparse.ArgumentParser:
+    epilog = with_examples(_WHICH + EXITS, *examples) if examples else _WHICH + EXITS
     command = commands.add_parser(name, help=text, description=text[0].upper() + text[1:] + ".", epilog=epilog)
     add_which(command)
     command.add_argument("--json", action="store_true", help="print one JSON object a line")

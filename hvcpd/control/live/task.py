@@ -1,4 +1,4 @@
-"""`hvcpctl task`: have a task done again, or left out this time, while the robots work."""
+"""`hvcpctl task`: have a task done again, or left out this time, while the robots work; add and remove tasks."""
 
 from __future__ import annotations
 
@@ -6,18 +6,67 @@ import argparse
 import json
 import sys
 from contextlib import closing
+from typing import Any
 
-from hvcpd.control.live.daemon_client import find_daemon
-from hvcpd.errors import EX_OK
+from hvcpd.config.document import parse
+from hvcpd.control.live.bid import told as told_reloaded
+from hvcpd.control.live.daemon_client import LEARN_S, find_daemon
+from hvcpd.errors import EX_OK, ConfigError
 
 BECOMES = {"again": "is done once more", "skip": "is left out this time"}
 """What a task does then, as it is told."""
+OTHERS = {
+    "add": "the other robots do not know it: give each of them the same command",
+    "remove": "the other robots keep it: give each of them the same command",
+}
+"""What is left to do, for robots do not tell each other about these."""
 
 
 def run(options: argparse.Namespace) -> int:
-    """Tell the robot, which tells the others."""
+    """Tell the robot; of a change for this time it tells the others."""
+    arguments: dict[str, Any] = {"do": options.do}
+    arguments |= {"task": task_of(options)} if options.do == "add" else {"number": options.number}
     with closing(find_daemon(options)) as daemon:
-        result = daemon.ask("task", do=options.do, number=options.number)
-        told = f"task {options.number}, {result['name']}, {BECOMES[options.do]}: {daemon.name} tells the others"
-        sys.stdout.write((json.dumps({"robot": daemon.name, **result}) if options.json else told) + "\n")
+        if options.do in OTHERS:
+            daemon.patience_s = LEARN_S
+        result = daemon.ask("task", **arguments)
+        if options.json:
+            lines = [json.dumps({"robot": daemon.name, **result})]
+        elif options.do in OTHERS:
+            lines = [*told_reloaded("reload", daemon.name, result), OTHERS[options.do]]
+        else:
+            lines = [f"task {options.number}, {result['name']}, {BECOMES[options.do]}: {daemon.name} tells the others"]
+        sys.stdout.writelines(f"{line}\n" for line in lines)
     return EX_OK
+
+
+def task_of(options: argparse.Namespace) -> dict[str, Any]:
+    """The task, as a task file has it; the robot checks it. Raises ConfigError for what cannot be written so."""
+    task: dict[str, Any] = {"number": options.number, "name": options.task_name}
+    actions = [_action(text) for text in options.action]
+    if options.place is not None:
+        parts = [_value(part, "--place") for part in options.place.split(",")]
+        if len(parts) != 2:
+            raise ConfigError(f"--place: {options.place[:40]!r} is not x and y in metres; write for example 1.2,0.5")
+        task["place"] = dict(zip(("x_m", "y_m"), parts, strict=True))
+        actions = actions if "go to place" in actions else ["go to place", *actions]
+    task["actions"] = actions
+    if options.after is not None:
+        task["after"] = [_value(part, "--after") for part in options.after.split(",")]
+    for key in ("every", "priority", "deadline"):
+        if getattr(options, key) is not None:
+            task[key] = getattr(options, key)
+    return task
+
+
+def _action(text: str) -> object:
+    name, equals, value = text.partition("=")
+    return {name.strip(): _value(value, "--action")} if equals else name.strip()
+
+
+def _value(text: str, option: str) -> object:
+    """What is written as in YAML."""
+    document = parse(text.strip().encode("utf-8", "surrogateescape"), option)
+    for fault in document.faults():
+        raise ConfigError(fault)
+    return document.value
