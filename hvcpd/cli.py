@@ -50,7 +50,7 @@ def make_parser() -> argparse.ArgumentParser:
         help="pick tasks (default), give orders, or wait for orders",
     )
     parser.add_argument(
-        "--allow-confusable", action="store_true", help="use tasks and names that would be taken for one another too"
+        "--allow-confusable", action="store_true", help="also use tasks and names that robots may take for one another"
     )
     parser.add_argument("--log-format", choices=("auto", "console", "keyvalue", "json"), help="default: auto")
     parser.add_argument("--log-level", choices=("debug", "info", "warning", "error"), help="default: info")

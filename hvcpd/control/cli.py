@@ -122,7 +122,7 @@ def _add_simulate(commands: _Commands) -> None:
     )
     c.add_argument("--coordinator", metavar="NAME", help="who gives the orders in coordinate mode (default: the last)")
     c.add_argument("--pick", choices=("nearest", "random"), default="nearest", help="how a volunteer picks a task")
-    hours = "so many hours of tasks that recur, by words and without sound, and a report of the shift"
+    hours = "simulate N hours of tasks that recur, in words without sound, and report on the shift"
     c.add_argument("--hours", type=arguments.between(0.1, 24.0 * 31), metavar="N", help=hours)
     lost = "with --hours: the share of sentences that each listener does not understand (default 0)"
     c.add_argument("--loss", type=arguments.between(0.0, 0.9), default=0.0, metavar="SHARE", help=lost)
@@ -145,7 +145,9 @@ def _add_simulate(commands: _Commands) -> None:
         "--strangers", action="store_true", help="tell no robot another one's name: they spell them to each other"
     )
     c.add_argument("--slow", action="store_true", help="speak slowly, as for long distances")
-    c.add_argument("--repeat", type=int, choices=(1, 2), help="say every sentence so often in a row (default 1)")
+    c.add_argument(
+        "--repeat", type=int, choices=(1, 2), help="how many times in a row to say every sentence (default 1)"
+    )
     _add_key_option(c, "seal what the robots say; without a file with a key made for the occasion")
     c.add_argument("--encrypted", action="store_true", help="with --key: in code words that nobody else understands")
     tank = "give each robot a pump and this much water"
@@ -159,7 +161,9 @@ def _add_simulate(commands: _Commands) -> None:
         help="a robot lacks a skill that the task file declares; more than once for more",
     )
     c.add_argument("--mute", action="store_true", help="let no sound pass, to see that nothing else does")
-    c.add_argument("--allow-confusable", action="store_true", help="use words that would be taken for one another too")
+    c.add_argument(
+        "--allow-confusable", action="store_true", help="also use words that robots may take for one another"
+    )
     c.add_argument("--report", type=Path, metavar="DIR", help="write report.html, mission.wav, transcript.jsonl")
     c.add_argument("--json", action="store_true", help="print one JSON object a line, the summary last")
     c.set_defaults(run=_lazy("simulate.simulate"))
@@ -224,7 +228,7 @@ def _add_hear(commands: _Commands) -> None:
     c.add_argument(
         "--learn-alternatives",
         action="store_true",
-        help="of what was not understood, propose phrases that count as a word, to paste into the task file",
+        help="propose phrases for what was not understood that count as a word, to paste into the task file",
     )
     c.add_argument("--said", metavar="TEXT", help="what was said there, if it is known")
     _add_key_option(c, "hear seals too; with the team's key, check them, and read what is encrypted")

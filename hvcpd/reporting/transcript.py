@@ -58,6 +58,7 @@ def read_transcript(path: Path) -> tuple[Event, ...]:
     """The events that `write_transcript` has written. Raises ConfigError, with the line that is wrong."""
     converter = cattrs.Converter()
     converter.register_structure_hook(float, lambda value, _: math.nan if value is None else float(value))
+    converter.register_structure_hook(float | str, _plain)
     events: list[Event] = []
     for number, value in _objects(path):
         kind = _KINDS.get(str(value.pop("event", None)))
@@ -70,6 +71,11 @@ def read_transcript(path: Path) -> tuple[Event, ...]:
                 f"{path}, line {number}: no {kind.__name__.lower()} as a mission has it ({error})"
             ) from None
     return tuple(events)
+
+
+def _plain(value: Any, _: object) -> float | str:
+    """A skill's argument or result; cattrs knows no rule of its own for a union of plain types."""
+    return value if isinstance(value, str) else float(value)
 
 
 def read_trails(path: Path) -> tuple[Trail, ...]:

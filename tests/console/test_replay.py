@@ -13,7 +13,7 @@ from hvcpd.console.guard import Door
 from hvcpd.console.replay import read_recording
 from hvcpd.errors import ConfigError
 from hvcpd.hardware.soundfile import write_wav
-from hvcpd.reporting.events import MissionRecord, Moved, Summary
+from hvcpd.reporting.events import MissionRecord, Moved, Skill, Summary
 from hvcpd.reporting.transcript import read_trails, read_transcript, write_trails, write_transcript
 from tests.console.asking import request
 from tests.reporting.example import example
@@ -37,6 +37,14 @@ def test_what_is_written_is_read(tmp_path: Path) -> None:
     for read, true in zip(trails, record.trails, strict=True):
         off = np.hypot(*(np.interp(true.t_s, read.t_s, a) - b for a, b in ((read.x_m, true.x_m), (read.y_m, true.y_m))))
         assert off.max() < 0.03
+
+
+def test_a_skill_is_read_with_its_numbers_and_words(tmp_path: Path) -> None:
+    """The mission of `make demo` waters."""
+    values: dict[str, float | str] = {"litres": 0.25, "tap": "left"}
+    used = Skill(64.9, "Rob", 1, 5, "water", "finished", share=1.0, arguments=values, results={"seconds": 5.0})
+    write_transcript([used], tmp_path / "transcript.jsonl")
+    assert read_transcript(tmp_path / "transcript.jsonl") == (used,)
 
 
 def test_the_replay_ends_as_the_mission_did(tmp_path: Path) -> None:

@@ -17,11 +17,11 @@ from hil_fakes.shared_card import SharedCard
 from hil_fakes.shared_room import BLOCK, SharedRoom, SimulatedAir
 from hvcpd.config.settings import load_settings
 from hvcpd.control.cli import make_parser
-from hvcpd.control.duet.duet import VISITOR, Duet, choose_medium
-from hvcpd.control.duet.onlookers import Visitor
+from hvcpd.control.duet.duet import SLOW_S, VISITOR, Duet, SlowAir, choose_medium
+from hvcpd.control.duet.onlookers import ANSWER_S, UNHEARD, Onlooker, Visitor
 from hvcpd.coordination.states import State
 from hvcpd.daemon.wiring import Wiring, wire_up
-from hvcpd.errors import DeviceError, HvcpdError
+from hvcpd.errors import ConfigError, DeviceError, HvcpdError
 from hvcpd.hardware.audio_exchange import StreamCounters
 from hvcpd.ports import Pose, Samples
 
@@ -76,6 +76,55 @@ def test_robots_talk_and_obey_who_types(tmp_path: Path, units: Path) -> None:
     assert "'this' is not in the phrasebook" in out.getvalue()
     assert "Hi all, I am Bot, member of team plant" in out.getvalue()
     assert "I have stopped" in out.getvalue()
+    assert "Anna: bot stop\n" in out.getvalue()
+    assert UNHEARD not in out.getvalue()
+
+
+def test_a_visitor_whom_nobody_understands_is_told_so_once() -> None:
+    out = io.StringIO()
+    onlooker = Onlooker(["Rob", "Bot"], out)
+    onlooker.visited("Anna: what is left", 5.0)
+    onlooker.look(5.0 + ANSWER_S)
+    onlooker.tell({"event": "said", "text": "Hi all, I am Rob, task one complete", "at_s": 6.0}, "Rob")
+    assert UNHEARD not in out.getvalue()
+    onlooker.look(5.5 + ANSWER_S)
+    onlooker.look(6.0 + ANSWER_S)
+    assert out.getvalue().startswith(" 0:05  Anna: what is left\n")
+    assert out.getvalue().count(UNHEARD) == 1
+
+
+@pytest.mark.parametrize("event", ["heard", "held"])
+def test_a_visitor_who_is_understood_is_told_nothing(event: str) -> None:
+    out = io.StringIO()
+    onlooker = Onlooker(["Rob", "Bot"], out)
+    onlooker.visited("Anna: Bot, stop", 5.0)
+    onlooker.tell({"event": event, "speaker": None, "text": "Bot stop", "at_s": 5.1}, "Bot")
+    onlooker.look(6.0 + ANSWER_S)
+    assert "Bot heard you" in out.getvalue() or "Bot stood still" in out.getvalue()
+    assert UNHEARD not in out.getvalue()
+
+
+def test_a_call_that_robots_pass_on_is_shown_once() -> None:
+    out = io.StringIO()
+    onlooker = Onlooker(["Rob", "Bot"], out)
+    heard = {"event": "heard", "speaker": None, "text": "Stop"}
+    onlooker.tell({**heard, "at_s": 5.0}, "Rob")
+    onlooker.tell({"event": "said", "text": "Stop", "at_s": 6.0}, "Rob")
+    onlooker.tell({**heard, "at_s": 6.2}, "Bot")
+    assert out.getvalue() == " 0:05  Rob heard you: Stop\n 0:06  Rob: Stop\n"
+
+
+def test_air_that_falls_behind_real_time_is_slow_until_it_keeps_up() -> None:
+    air = SlowAir(100.0, 0.0)
+    assert not air.look(100.0 + SLOW_S / 2, 0.0)
+    assert air.look(100.0 + SLOW_S, 0.7 * SLOW_S)
+    assert not air.look(100.0 + 2 * SLOW_S, 1.7 * SLOW_S)
+
+
+def test_one_robot_alone_cannot_talk_through_simulated_air() -> None:
+    options = make_parser().parse_args(["duet", "--as", "Rob", "--pipe"])
+    with pytest.raises(ConfigError, match="--as needs a sound card"):
+        choose_medium(options, 1)
 
 
 class TapeCard:

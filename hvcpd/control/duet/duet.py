@@ -24,9 +24,9 @@ from hvcpd.daemon.control_socket import socket_path
 from hvcpd.daemon.devices import Devices
 from hvcpd.daemon.library_output import LibraryOutput
 from hvcpd.daemon.logging import set_up_logging
-from hvcpd.daemon.main_loop import FAREWELL_WALL_S, Daemon
+from hvcpd.daemon.main_loop import Daemon
 from hvcpd.daemon.wiring import Wiring, wire_up
-from hvcpd.errors import EX_OK, DeviceError, HvcpdError
+from hvcpd.errors import EX_OK, ConfigError, DeviceError, HvcpdError
 from hvcpd.hardware.audio import find_device, load_backend
 from hvcpd.hardware.audio_stream import AudioStream
 from hvcpd.ports import Wheels
@@ -37,6 +37,12 @@ TYPED_BYTES = 4096
 """A terminal's longest line (termios(3)): it hands over whole lines."""
 VISITOR = "Anna"
 """The name under which a person may speak, known to the robots beforehand."""
+LEAVE_S = 6.0
+"""For the farewell after Ctrl-C, by the wall clock: a sentence of 3 s and a turn; who pressed it waits no longer."""
+SLOW_S = 10.0
+"""Between two looks at whether simulated air keeps real time."""
+SLOW_SHARE = 0.8
+"""Less than this share of real time and robots audibly take long to answer."""
 LOOK_S = 0.5
 """Between two looks at whether the robots listen and the sound flows; `LibraryOutput` must be read once a second."""
 
@@ -55,6 +61,8 @@ Say, or type and press Enter:  {one}, stop  ·  {one}, resume  ·  what is left 
 More to try: hvcpctl phrases, and docs/duet.md. Ctrl-C ends it.
 """
 _TOO_BUSY = "this computer is too busy: sound is lost or late; end other programs"
+_SLOW = "this computer is too busy: the robots live more slowly than in real time; end other programs"
+_LEAVING = "the robots say that they leave; Ctrl-C again ends at once"
 _NO_SOUND = "the sound card does not answer; the robots stand still until it does"
 _CARD = "through this computer's loudspeaker and microphone ({microphone})"
 _PIPE = "through simulated air ({why})"
@@ -105,10 +113,14 @@ def _ready_text(robots: tuple[str, ...], names: tuple[str, ...]) -> str:
 
 
 def choose_medium(options: argparse.Namespace, n_robots: int) -> tuple[SharedCard | SimulatedAir, str]:
-    """The sound card, or simulated air where there is none, and how to name it. Raises DeviceError.
+    """The sound card, or simulated air where there is none, and how to name it. Raises DeviceError and ConfigError.
 
     A robot that plays its part alone, for a partner on another computer, needs the card.
     """
+    if options.pipe and options.as_name:
+        raise ConfigError(
+            "--as needs a sound card: through simulated air no other computer hears it; leave out --as or --pipe"
+        )
     if not options.pipe:
         try:
             backend = load_backend()
@@ -203,15 +215,18 @@ class Duet:
 
     async def _watch(self, drain: Callable[[], None]) -> None:
         """Tell once that all listen, and each trouble when it begins."""
+        slow = SlowAir(asyncio.get_running_loop().time(), self._room.now_s)
         while True:
             drain()
+            self._onlooker.look(self._room.now_s)
             if self._ready and all(daemon.listening for daemon in self.daemons):
                 self._onlooker.write(self._ready.rstrip())
                 self._ready = ""
             sounds = [daemon.sound for daemon in self.daemons if daemon.listening and daemon.sound is not None]
             lost = any(not sound.flowing for sound in sounds)
             busy = any(sound.overload.standing for sound in sounds)
-            trouble = _NO_SOUND if lost else _TOO_BUSY if busy else ""
+            late = slow.look(asyncio.get_running_loop().time(), self._room.now_s) and not self._ready
+            trouble = _NO_SOUND if lost else _TOO_BUSY if busy else _SLOW if late else ""
             if trouble and trouble != self._trouble:
                 self._onlooker.note(trouble)
             self._trouble = trouble
@@ -225,9 +240,10 @@ class Duet:
                 life.cancel()
             return
         self._ended = True
+        self._onlooker.note(_LEAVING)
         for daemon in self.daemons:
             daemon.leave()
-        asyncio.get_running_loop().call_later(FAREWELL_WALL_S, self.leave, lives)
+        asyncio.get_running_loop().call_later(LEAVE_S, self.leave, lives)
 
     def _listen(self, typed: Any) -> bool:
         """Take lines as they are typed; False where that cannot be waited for, as with a file."""
@@ -248,9 +264,24 @@ class Duet:
     def say(self, line: str) -> None:
         """The visitor says a sentence; one that is not in the phrasebook is answered by a message."""
         try:
-            self._visitor.say(line)
+            self._onlooker.visited(self._visitor.say(line), self._room.now_s)
         except HvcpdError as error:
             self._onlooker.note(str(error))
+
+
+class SlowAir:
+    """Whether simulated air lately took longer than real time; a card cannot, it loses sound instead."""
+
+    def __init__(self, clock_s: float, air_s: float) -> None:
+        """`clock_s` is the event loop's time, `air_s` the room's."""
+        self._clock_s, self._air_s, self._is_slow = clock_s, air_s, False
+
+    def look(self, clock_s: float, air_s: float) -> bool:
+        """Judged every SLOW_S."""
+        if clock_s - self._clock_s >= SLOW_S:
+            self._is_slow = air_s - self._air_s < SLOW_SHARE * (clock_s - self._clock_s)
+            self._clock_s, self._air_s = clock_s, air_s
+        return self._is_slow
 
 
 def _devices(room: SharedRoom, which: int) -> Devices:

@@ -21,36 +21,45 @@ from hvcpd.synthesis.speaker import Speaker
 LOOK_S = 0.05
 """Between two looks for a daemon's socket at its start."""
 PAGE_NEEDS = ("starlette", "uvicorn")
+ANSWER_S = 8.0
+"""From when a visitor begins to speak until somebody has understood it: the longest sentence, 5 s, and its search."""
+ECHO_S = 1.0
+"""A robot's "Stop" and the same call as another one hears it begin no further apart."""
+UNHEARD = "nobody understood that: say it again when no robot speaks"
 
 
 class Visitor:
     """Says sentences of the phrasebook in a voice of its own; `play` takes the sound. Raises PhraseError."""
 
     def __init__(self, name: str, wiring: Wiring, play: Callable[[Samples], None]) -> None:
+        self._name = name
         self._phrasebook = wiring.phrasebook()
         self._speaker = Speaker(wiring.sound.voice_of(name), wiring.sound.lexicon, wiring.sound.cache)
         self._play = play
 
-    def say(self, text: str) -> None:
-        """Say it as soon as the last one is over."""
+    def say(self, text: str) -> str:
+        """Say it as soon as the last one is over; who says what, for the terminal."""
         utterance = self._phrasebook.parse_text(text)
         self._play(self._speaker.render(self._phrasebook.phrases(utterance)))
+        return f"{self._name}: {text.strip()}"
 
 
 class Onlooker:
-    """Writes what robots say, and what they hear from anybody else."""
+    """Writes what robots say, what they hear from anybody else, and what a visitor says whom nobody understands."""
 
     def __init__(self, robots: Sequence[str], out: TextIO) -> None:
         self._robots = frozenset(robots)
         self._out = out
+        self._said: dict[str, float] = {}
+        self._unheard_from_s: float | None = None
 
     async def follow(self, socket: Path, robot: str) -> None:
         """Write a robot's events until its daemon ends."""
         reader, writer = await _connected(socket)
         try:
-            writer.write(b'{"command": "subscribe", "events": ["said", "heard"]}\n')
+            writer.write(b'{"command": "subscribe", "events": ["said", "heard", "held"]}\n')
             async for line in reader:
-                self._tell(json.loads(line), robot)
+                self.tell(json.loads(line), robot)
         finally:
             writer.close()
 
@@ -58,13 +67,35 @@ class Onlooker:
         """Write a message."""
         self.write(f"      ({text})")
 
-    def _tell(self, event: dict[str, Any], robot: str) -> None:
+    def visited(self, line: str, now_s: float) -> None:
+        """A visitor begins to say this."""
+        self.write(f"{clock(now_s):>5}  {line}")
+        self._unheard_from_s = now_s
+
+    def look(self, now_s: float) -> None:
+        """Say so, once, if nobody has understood the visitor for too long."""
+        if self._unheard_from_s is not None and now_s - self._unheard_from_s > ANSWER_S:
+            self._unheard_from_s = None
+            self.note(UNHEARD)
+
+    def tell(self, event: dict[str, Any], robot: str) -> None:
+        """Write what happened at a robot, if it is news to people in the room."""
         match event.get("event"):
             case "said":
+                self._said[event["text"]] = event["at_s"]
                 self.write(f"{clock(event['at_s']):>5}  {robot}: {event['text']}")
-            case "heard" if event["speaker"] not in self._robots:
+            case "heard" if event["speaker"] not in self._robots and not self._is_a_robots(event):
+                self._unheard_from_s = None
                 who = event["speaker"] or "you"
                 self.write(f"{clock(event['at_s']):>5}  {robot} heard {who}: {event['text']}")
+            case "held":
+                self._unheard_from_s = None
+                self.write(f"{clock(event['at_s']):>5}  {robot} stood still for what sounded like “stop”")
+
+    def _is_a_robots(self, event: dict[str, Any]) -> bool:
+        """Whether it is a robot's call that was written already: robots pass "stop" on without a name."""
+        said_s = self._said.get(event["text"])
+        return said_s is not None and abs(event["at_s"] - said_s) < ECHO_S
 
     def write(self, text: str) -> None:
         """Write a line at once."""

@@ -283,10 +283,10 @@ def _first(paths: list[Path], name: str | None, folders: tuple[Path, ...]) -> Da
             continue
     if forbidden is not None:
         raise forbidden
-    who = name or "a robot"
+    missing = f"{name} does not run here" if name else "no robot runs here"
     others = ", ".join(path.stem for path in _running(folders))
     hint = f"running here: {others}" if others else f"start it with `hvcpd --name {name or 'NAME'}`"
-    raise NotRunningError(f"{who} does not run here (no socket in {', '.join(map(str, folders))}); {hint}")
+    raise NotRunningError(f"{missing} (no socket in {', '.join(map(str, folders))}); {hint}")
 
 
 def _running(folders: tuple[Path, ...]) -> list[Path]:

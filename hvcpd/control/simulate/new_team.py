@@ -22,7 +22,7 @@ from hvcpd.reporting.files import write_whole
 from hvcpd.synthesis.likeness import name_fault
 
 BUILT_IN = {"wait": "seconds", "water": "seconds", "dock": "", "turn": "degrees", "forward": "metres"}
-"""What every robot can at a place, and the number that it is told."""
+"""What every robot can do at a place, and the number that it takes."""
 USUAL_DEED = "wait 5"
 MISSING = "there is nobody to ask: give --robots and --task, as `hvcpctl new-team --help` shows"
 
@@ -31,7 +31,7 @@ Given = TypeVar("Given")
 
 @dataclass(frozen=True)
 class SkillAnswer:
-    """A skill, and the number that it is told; "": it is told nothing."""
+    """A skill, and the number that it takes; "": none."""
 
     name: str
     parameter: str
@@ -102,7 +102,7 @@ def run(options: argparse.Namespace, console: Console | None = None) -> int:
 
 
 def _ask_skills(console: Console) -> list[SkillAnswer]:
-    question = 'What can they besides driving and waiting, with the number that it is told ("pour litres", "wave")'
+    question = 'What can they do besides driving and waiting, and which number does it take ("pour litres", "wave")'
     return console.answer(question, lambda text: [read_skill(each) for each in text.split(",") if each.strip()])
 
 
@@ -143,7 +143,7 @@ def read_robots(text: str) -> tuple[str, ...]:
 
 
 def read_skill(text: str) -> SkillAnswer:
-    """A skill's name, and the name of the number that it is told. Raises ConfigError with the remedy."""
+    """A skill's name, and the name of the number that it takes. Raises ConfigError with the remedy."""
     name, _, parameter = text.strip().partition(" ")
     parameter = parameter.strip()
     if fault := valid_key(name) or (valid_key(parameter) if parameter else None):

@@ -29,7 +29,7 @@ def add_new_team(
     )
     command.add_argument("folder", type=Path, metavar="FOLDER", help="where hvcpd.yaml and tasks.yaml are written")
     command.add_argument("--robots", type=names, metavar="Rob,Bot", help="the robots' names")
-    skill = "what the robots can besides driving, with the number that it is told, if any; more than once for more"
+    skill = "what the robots can do besides driving, and the number it takes, if any; repeat for more"
     command.add_argument("--skill", action="append", metavar="'NAME [NUMBER]'", help=skill)
     task = "a task's name, its place in metres, and what to do there (default: wait 5); more than once for more"
     command.add_argument("--task", action="append", metavar="'NAME; X, Y; DO'", help=task)
