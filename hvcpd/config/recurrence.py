@@ -25,6 +25,10 @@ GAPS = 60
 _UNITS = {"min": 60.0, "h": 3600.0, "d": 86400.0, "w": 604800.0}
 _INTERVAL = re.compile(r"([0-9]{1,4}) ?(min|h|d|w)")
 _FREQUENCY = re.compile(r"(?:^|;)FREQ=([A-Za-z]+)")
+_COUNT = re.compile(r"(?:^|;)COUNT=", re.IGNORECASE)
+_UNTIL = re.compile(r"(?:^|;)UNTIL=([^;]*)", re.IGNORECASE)
+_END = "21240101T000000"
+"""No time is sought after it: a rule that is never due would be looked for up to the year 9999, for seconds."""
 FREQUENCIES = ("HOURLY", "DAILY", "WEEKLY", "MONTHLY", "YEARLY")
 """Of rules that can be used; what is given no hour is due at that of BEGIN, midnight."""
 
@@ -65,6 +69,8 @@ class Recurrence:
         if self._interval_s is not None:
             return self._interval_s
         times = list(self._rule.xafter(BEGIN, count=GAPS, inc=True))
+        if not times:
+            raise ValueError("it is never due")
         gaps = ((later - earlier).total_seconds() for earlier, later in pairwise(times))
         return min(gaps, default=timedelta(days=1).total_seconds())
 
@@ -80,10 +86,22 @@ class Recurrence:
         frequency = _FREQUENCY.search(text)
         if frequency is None:
             raise ValueError("FREQ= is missing")
-        rule = rrulestr(text, dtstart=BEGIN, cache=True)
+        rule = rrulestr(_ending(text), dtstart=BEGIN, cache=True)
         if not isinstance(rule, rrule) or frequency[1].upper() not in FREQUENCIES:
             raise ValueError("one rule, hourly or rarer")
         return rule
+
+
+def _ending(text: str) -> str:
+    """The rule with an end. Raises ValueError for an end that would not be where its author means it to be."""
+    if _COUNT.search(text):
+        raise ValueError(f"COUNT would count from {BEGIN.year}; give UNTIL instead")
+    until = _UNTIL.search(text)
+    if until is None:
+        return f"{text};UNTIL={_END}"
+    if until[1].upper().endswith("Z"):
+        raise ValueError("UNTIL is in local time; leave out its Z")
+    return text
 
 
 def interval_s(text: str) -> float | None:

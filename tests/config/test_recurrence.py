@@ -66,3 +66,22 @@ def test_only_who_has_a_rule_loads_what_reads_rules() -> None:
         for text in ("6 h", "FREQ=DAILY;BYHOUR=8")
     ]
     assert loaded == ["False\n", "True\n"]
+
+
+@pytest.mark.parametrize(
+    ("text", "reason"),
+    [
+        ("FREQ=YEARLY;BYMONTH=2;BYMONTHDAY=30", "it is never due"),
+        ("FREQ=HOURLY;BYMONTH=2;BYMONTHDAY=30", "it is never due"),
+        ("FREQ=DAILY;COUNT=3", "COUNT would count from 2024; give UNTIL instead"),
+        ("FREQ=DAILY;UNTIL=20300101T000000Z", "UNTIL is in local time; leave out its Z"),
+    ],
+)
+def test_a_rule_that_would_not_be_due_as_meant_is_refused(text: str, reason: str) -> None:
+    assert f"({reason})" in (valid_recurrence(text) or "")
+
+
+def test_a_rule_with_an_end_is_due_until_then() -> None:
+    every = Recurrence("FREQ=DAILY;BYHOUR=6;UNTIL=20260504T060000")
+    assert every.next(datetime(2026, 5, 3, 7).timestamp()) == datetime(2026, 5, 4, 6).timestamp()
+    assert every.next(datetime(2026, 5, 4, 7).timestamp()) is None
