@@ -29,7 +29,7 @@ Floats = NDArray[np.float64]
 RIDGE = 0.05
 FOLDS = 5
 SUPPORT_SIGNS = "---"
-PROBABILITY_SIGNS = "?---+?+++??+"
+PROBABILITY_SIGNS = "?---+?+++?+"
 """Of each weight, where it is known which it must have."""
 SUPPORTING = ("loss", "farther_by_cepstra", "farther_by_net")
 EVIDENCE = (
@@ -43,7 +43,6 @@ EVIDENCE = (
     "is_nearest_by_net",
     "log_phones",
     "phones_a_second",
-    "snr_db",
     "lead",
 )
 """Names of the weights of `fusion.supporting` and `fusion.evidence`."""

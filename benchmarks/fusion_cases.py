@@ -1,6 +1,6 @@
 """What the confidence of a sentence is fitted to: what was said, to robots or not, and what the listeners make of it.
 
-Speakers, voices, rooms and noises that tests hear are never drawn (`benchmarks.phones.recorded`, `...phones.voices`).
+Speakers, voices, rooms and noises that tests hear are never drawn, but for digits of enrolled people (`benchmarks.phones.recorded`, `...phones.voices`).
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ from benchmarks.people_material import (
 from benchmarks.people_stage import SNR_DB, Stage
 from benchmarks.phones.recorded import bare_words, half_of, noises, string_of
 from benchmarks.phones.texts import Texts, common_words
-from benchmarks.phones.voices import calibrators
+from benchmarks.phones.voices import calibrators, neural, piper
 from hvcpd.errors import PhraseError
 from hvcpd.hardware.soundfile import read_wav
 from hvcpd.people.fusion import Hypotheses
@@ -111,7 +111,7 @@ class Place:
 
 
 def talkers(seed: int) -> dict[str, Talk]:
-    """The voices kept for calibration, and flite's narrow one."""
+    """The voices kept for calibration, flite's narrow one, and the neural ones of training; others are for tests."""
     chooser = random.Random(seed)
 
     def flite(phrases: Phrases) -> Samples:
@@ -122,7 +122,8 @@ def talkers(seed: int) -> dict[str, Talk]:
         return lambda phrases: talker(phrases, chooser)
 
     names = ("espeak-ng en-us", "espeak-ng en-gb-x-rp", "espeak-ng en-029", "festival kal")
-    return {**{name: drawn(t) for name, t in zip(names, calibrators(), strict=True)}, "flite kal": flite}
+    kept = {name: drawn(t) for name, t in zip(names, calibrators(), strict=True)}
+    return {**kept, "flite kal": flite, "hibari": drawn(neural()), "piper joe": drawn(piper())}
 
 
 def flat(phrases: Phrases) -> tuple[str, ...]:

@@ -7,6 +7,7 @@ is told nothing but the sound; PocketSphinx has the same grammar and is told whe
 from __future__ import annotations
 
 import random
+import time
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -14,14 +15,18 @@ from pathlib import Path
 import numpy as np
 
 from benchmarks.judging import Phrases, text_of
+from benchmarks.keyword.clips import trimmed
 from benchmarks.people_material import FIRST_WORDS, QUIET_RMS, SPEECH_RMS, Said, levelled, sentences, stream
-from benchmarks.people_stage import BLOCK, Stage, found, listen
+from benchmarks.people_stage import BLOCK, NAMES, Stage, found, listen
 from benchmarks.phones.recorded import DIGIT_SPEAKERS, Utterance, half_of, words
 from benchmarks.phones.voices import NEURAL_RATE_HZ, resampled
+from hvcpd.assembly.make import make_recogniser
 from hvcpd.evaluation.statistics import wilson
 from hvcpd.hardware.soundfile import read_wav
+from hvcpd.people.second_pass import SecondPassRecogniser
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 from hvcpd.recognition.events import Garbled, Recognised, Urgent
+from hvcpd.recognition.second_look import AtOnce, Piece, SecondEars
 from hvcpd.synthesis.speaker import Speaker
 from hvcpd.synthesis.voices import VOICES
 
@@ -152,18 +157,65 @@ def digits_rows(data: Path, right: Callable[[str, float | None, int], Count], mo
 
 
 def endless_row(stage: Stage, data: Path, seed: int) -> None:
-    """A minute of talk without a pause; nothing of it is for a robot but what robots say in it."""
-    talk = _talk(stage, data, seed)
+    """A minute of people who talk on and on, with their pauses and without any; nothing of it is for a robot."""
+    paths = [p for p in sorted((data / "negatives").rglob("*.wav")) if half_of(p) == "test"]
+    talk = [np.asarray(read_wav(p), np.float32) for p in random.Random(seed).choices(paths, k=60)]
+    _endless(stage, "with its pauses", talk, seed)
+    _endless(stage, "without a pause", [trimmed(each) for each in talk], seed)
+
+
+def _endless(stage: Stage, label: str, talk: Sequence[Samples], seed: int) -> None:
     length = 60 * SAMPLE_RATE_HZ
-    parts: list[Samples] = []
-    while sum(map(len, parts)) < length:
-        parts.append(next(talk))
-    sound = np.concatenate(parts)[:length]
+    sound = np.concatenate([np.zeros(SAMPLE_RATE_HZ, np.float32), *map(levelled, talk)])[:length]
     sound = sound + QUIET_RMS * np.random.default_rng(seed).standard_normal(len(sound)).astype(np.float32)
-    events = listen(stage.ears(), sound)
+    opinion = TimedLooks(stage.opinion(stage.book.people_graph, ()))
+    begin = time.thread_time()
+    events = listen(SecondEars(make_recogniser(stage.book, NAMES[:2], stage.sound), opinion, AtOnce()), sound)
+    took = time.thread_time() - begin - opinion.loaded_s
     told = [" ".join(e.words) for e in events if isinstance(e, Recognised)]
     garbled = sum(e.end_sample - e.start_sample for e in events if isinstance(e, Garbled)) / SAMPLE_RATE_HZ
-    print(f"a minute of talk without a pause: {told or 'nothing'} told, {garbled:.0f} s garbled")
+    print(
+        f"a minute of people's talk, {label}: {told or 'nothing'} told, {garbled:.0f} s garbled; {opinion.looks} "
+        f"looks at {opinion.seen_s(length):.0f} s of it take {opinion.took_s / 60:.1%} of a core, with the robots' "
+        f"listener {took / 60:.1%}"
+    )
+
+
+class TimedLooks:
+    """A second look that tells what it costs and how much sound it has seen."""
+
+    def __init__(self, opinion: SecondPassRecogniser) -> None:
+        self._opinion = opinion
+        self._seen: list[tuple[int, int]] = []
+        self.took_s = self.loaded_s = 0.0
+
+    @property
+    def looks(self) -> int:
+        """Pieces that were looked at."""
+        return len(self._seen)
+
+    def seen_s(self, n_samples: int) -> float:
+        """Seconds of the first samples that any look was at."""
+        seen = np.zeros(n_samples, bool)
+        for start, end in self._seen:
+            seen[start:end] = True
+        return float(seen.sum()) / SAMPLE_RATE_HZ
+
+    def prepare(self, go_on: Callable[[], bool]) -> None:
+        """As the look's own."""
+        self._opinion.prepare(go_on)
+
+    def look(self, piece: Piece) -> Recognised | None:
+        """As the look's own; the first time, twice, since the net is loaded then."""
+        begin = time.thread_time()
+        if not self._seen:
+            self._opinion.look(piece)
+            self.loaded_s = time.thread_time() - begin
+            begin = time.thread_time()
+        found = self._opinion.look(piece)
+        self.took_s += time.thread_time() - begin
+        self._seen.append((piece.start, piece.end))
+        return found
 
 
 def coffee_row(stage: Stage, data: Path, minutes: float) -> None:

@@ -29,7 +29,6 @@ MOST_LOGIT, MOST_LEAD = 9.2, 6.0
 MOST_RIVAL = 12.0
 """What the best of all other sentences loses more, natural logarithm; more tells nothing."""
 MOST_LOSS_A_FRAME, MOST_OF_A_WORD = 1.0, 2.0
-MOST_SNR_DB = 20.0
 LEAST_SPEECH_S = 0.2
 URGENT = "stop"
 MOST_CALL_WORDS = 3
@@ -41,8 +40,7 @@ class Hypotheses:
     """What the net of phones and the templates of enrolled people make of one piece of sound.
 
     `log_posteriors` are the net's, `by_phones` the sentence that fits them best, and `known` what the templates of
-    enrolled people make of the piece; None where there is none. `speech_s` is how long somebody spoke, `snr_db` how
-    far above the noise.
+    enrolled people make of the piece; None where there is none. `speech_s` is how long somebody spoke.
     """
 
     log_posteriors: LogPosteriors
@@ -50,7 +48,6 @@ class Hypotheses:
     by_phones: CtcSentence | None
     known: Known | None
     speech_s: float
-    snr_db: float = math.inf
     fits: dict[Words, CtcSentence | None] = field(default_factory=dict)
     """How other sentences than `by_phones` fit, as far as that was asked for."""
 
@@ -182,8 +179,7 @@ def evidence(hypotheses: Hypotheses, words: Words, lead: float) -> Sequence[floa
 
     What it loses in a frame against the likeliest phones of all, and what its worst word does; how sure the net is of
     any phones; what the best of all other sentences loses more; whether it is nearest to enrolled people's words by
-    cepstra, and how sure that is, and by what the net makes of them; how many phones, how fast, and how far above the
-    noise.
+    cepstra, and how sure that is, and by what the net makes of them; how many phones, and how fast.
     """
     n_phones = sum(hypotheses.search.n_phones(word) for word in words)
     heard = [0.0, 0.0, 0.0]
@@ -202,7 +198,6 @@ def evidence(hypotheses: Hypotheses, words: Words, lead: float) -> Sequence[floa
         *heard,
         math.log(n_phones),
         n_phones / max(hypotheses.speech_s, LEAST_SPEECH_S),
-        min(hypotheses.snr_db, MOST_SNR_DB),
         lead,
     )
 
