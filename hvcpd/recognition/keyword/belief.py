@@ -53,8 +53,10 @@ class BeliefSettings:
     edge_s: float = 0.15
     """How well the ends of the word are known, and those of a sentence."""
     longest_s: float = 8.0
-    """How long a word that was let go is remembered: as long as a sentence takes, with the rest after it, since that may
-    show that the word was said."""
+    """How long a word that was let go is remembered: as long as a sentence takes, with the rest after it.
+
+    Such a sentence may still show that the word was said.
+    """
     doubt_s: float = 2.0
     """How long the robot stands still for a word that is not certain."""
     again_s: float = 6.0
