@@ -84,8 +84,8 @@ def _compare(me: Knowledge, heard: Heard, entry: Entry, skip: bool, spoken: int)
         entry.change = count
     by_ear = entry.recurs and me.clock_s is None and count != entry.change  # its own number may be a word misheard
     if count > entry.change or by_ear or (count == entry.change and differs and not skip and entry.known_done):
-        if entry.recurs and entry.told != count and not is_for_me_alone(me, heard.to):
-            entry.told = count  # the robots that have clocks know their times: it may be another task's, misheard
+        if entry.recurs and entry.told != count and not _is_believed(me, heard, entry, count):
+            entry.told = count
         else:
             _take(me, entry, count, skip, now)
         return
@@ -94,6 +94,13 @@ def _compare(me: Knowledge, heard: Heard, entry: Entry, skip: bool, spoken: int)
     elif not skip and entry.known_done and heard.speaker is not None and entry.owner != heard.speaker:
         claims.tell_done(me, heard.speaker, entry, now)
     _note_said(me, number, now)
+
+
+def _is_believed(me: Knowledge, heard: Heard, entry: Entry, count: int) -> bool:
+    """Whether a new number of what recurs, told once, is taken: it may be another task's, misheard. Robots that have
+    clocks know their times, and people's changes come one by one, so a number farther ahead is to be heard twice."""
+    near = me.clock_s is None or not entry.change or count <= entry.change + 1
+    return near and is_for_me_alone(me, heard.to)
 
 
 def _counted(entry: Entry, spoken: int) -> int:

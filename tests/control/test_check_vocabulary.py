@@ -127,6 +127,7 @@ def test_a_word_of_every_list_can_be_said() -> None:
 def test_bad_input(refused: Refuse, tmp_path: Path) -> None:
     assert "no such file" in refused("check-vocabulary", "--tasks", tmp_path / "none.yaml")
     assert "R2-D2" in refused("check-vocabulary", "--names", "R2-D2")
+    assert "sounds like the phrasebook's word 'did'" in refused("check-vocabulary", "--names", "Ted,Mia")
 
 
 def test_a_mission_with_confusable_tasks_is_refused(refused: Refuse, tmp_path: Path) -> None:

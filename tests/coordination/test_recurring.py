@@ -162,3 +162,16 @@ def test_who_was_restarted_does_not_deny_what_it_has_done() -> None:
     assert mission.by == {1: "Bot"}
     assert not any(isinstance(u.statement, m.Negative) for at_s, _, u in mission.said if at_s > 5000.0)
     assert len(mission.done) == 1
+
+
+def test_one_misheard_number_does_not_open_what_is_done_for_a_robot_that_has_a_clock() -> None:
+    """Bot was told "task three again, change …", and has heard "task one" (seed 9332 of the missions over days)."""
+    plan = replace(PLAN, names=("Rob", "Bot"), clocks={"Rob": 0.0, "Bot": 0.0}, conditions=Conditions(0.0))
+    mission = WordMission(plan)
+    mission.air.run_until(HOUR_S + 1800.0)
+    spoken = (mission.robots["Bot"].board[1].change + 3) % 9 + 1
+    told = m.Utterance("Rob", m.ToRobot("Bot"), None, m.Change(m.TaskByNumber(1), skip=False, count=spoken))
+    mission.robots["Bot"].heard(told, mission.air.now)
+    mission.air.refresh()
+    mission.run()
+    assert set(mission.occurrences().values()) == {1}

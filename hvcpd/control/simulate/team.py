@@ -67,8 +67,8 @@ def load_team(
     used = tuple(known.values())
     if not allow_confusable:
         _refuse_same_sound(used, sound)
-        if fault := next((text for name in used if (text := name_fault(name, sound.lexicon))), None):
-            raise ConfigError(fault)
+    if fault := next((text for name in used if (text := name_fault(name, sound.lexicon))), None):
+        raise ConfigError(fault)
     security = settings.security
     has_key = sealed or security.key is not None
     encrypts = encrypted or (has_key and security.encrypted)
