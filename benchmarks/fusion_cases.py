@@ -1,7 +1,7 @@
 """What the confidence of a sentence is fitted to: what was said, to robots or not, and what the listeners make of it.
 
-Speakers, voices, rooms and noises that tests hear are never drawn, but for digits of
-enrolled people (`benchmarks.phones.recorded`, `benchmarks.phones.voices`).
+Speakers, voices, rooms and noises that tests hear are never drawn (`benchmarks.phones.recorded`, `...phones.voices`),
+but for takes of digits by those whom tests enrol, too.
 """
 
 from __future__ import annotations
