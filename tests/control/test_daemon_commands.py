@@ -109,7 +109,7 @@ def test_a_task_is_added_and_removed(ctl: Ctl, robot: RunningRobot) -> None:
     tulip = ("water the red tulip", "--number", "11", "--place=-1.2,0.5", "--action", "water=5", "--after", "1")
     lines = ctl("task", "add", *tulip).splitlines()
     assert lines[0] == "task 11, water the red tulip: new"
-    assert "give each of them the same command" in lines[1]
+    assert "give each the same command" in lines[1]
     (_, task) = robot.bench.body.wiring.tasks.tasks
     assert task.actions == (GoTo(Place(-1.2, 0.5)), Water(5.0))
     assert task.after == {1}

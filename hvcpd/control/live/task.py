@@ -16,8 +16,8 @@ from hvcpd.errors import EX_OK, ConfigError
 BECOMES = {"again": "is done once more", "skip": "is left out this time"}
 """What a task does then, as it is told."""
 OTHERS = {
-    "add": "the other robots do not know it: give each of them the same command",
-    "remove": "the other robots keep it: give each of them the same command",
+    "add": "it is taken up as soon as its words are known; the other robots do not have it: give each the same command",
+    "remove": "the other robots keep it: give each the same command",
 }
 """What is left to do, for robots do not tell each other about these."""
 
