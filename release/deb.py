@@ -238,7 +238,7 @@ def _fields(target: Target, version: str) -> dict[str, str]:
         "architecture": target.architecture,
         "python": target.python,
         "next_python": f"{major}.{int(minor) + 1}",
-        "glibc": GLIBC[target.python],
+        "glibc": str(GLIBC[target.python]),
     }
 
 
