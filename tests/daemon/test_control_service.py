@@ -93,7 +93,7 @@ def test_stop_halts_the_wheels_before_the_next_block_and_is_said_aloud(tmp_path:
             assert bench.wheels.told[-1] == STANDSTILL
             assert bench.bench.robot.coordination.state is State.STOPPED
             await talk.ask("subscribe", events=["said"])
-            await bench.live(blocks=60)
+            await bench.live(blocks=120)  # not before a spoken "stop" would have gone on from robot to robot
             said = await talk.line()
             assert said is not None
             assert said["text"] == "Hi all, I am Rob, I have stopped"
