@@ -27,7 +27,7 @@ from tests.reporting.example import example
         (["--listen", "0.0.0.0", "--expose"], "give one address of this computer"),
         (["--listen", "everywhere"], "give one address of this computer"),
         (["--replay", "nowhere", "--port", "0"], "simulate --report"),
-        (["--listen", "192.0.2.1", "--expose", "--port", "0"], "no page can be had at 192.0.2.1"),
+        (["--listen", "192.0.2.1", "--expose", "--port", "0"], "cannot serve a page at 192.0.2.1"),
         (["--port", "70000"], "port 70000"),
         (["--unix", "/nowhere/x.sock"], "--unix /nowhere/x.sock"),
     ],

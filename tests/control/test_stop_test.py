@@ -62,7 +62,7 @@ def test_without_a_sound_card_there_is_no_table(tmp_path: Path, capsys: pytest.C
 def test_another_word_is_no_stop_and_a_halt_long_before_the_call_does_not_count(tmp_path: Path) -> None:
     team = load_team(options(tmp_path))
     rng = np.random.default_rng(1)
-    for word, heard in (("stop", True), ("shop", False)):
+    for word, heard in (("stop", True), ("water", False)):
         said = Speaker(voice_named("lark"), team.sound.lexicon).render([[word]])
         sound = np.pad(0.3 * said, (SAMPLE_RATE_HZ, 2 * SAMPLE_RATE_HZ))
         sound = np.asarray(sound + 1e-4 * rng.standard_normal(len(sound)), np.float32)

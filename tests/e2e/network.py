@@ -16,7 +16,10 @@ def socket_kinds(pid: int) -> set[str]:
     tables = {name: _inodes(pid, name) for name in (*_INODE, *_INTERNET)}
     kinds = set()
     for link in Path(f"/proc/{pid}/fd").iterdir():
-        target = str(link.readlink())
+        try:
+            target = str(link.readlink())
+        except FileNotFoundError:  # closed since the folder was read
+            continue
         if target.startswith("socket:["):
             number = target.removeprefix("socket:[").removesuffix("]")
             kinds.add(next((name for name, inodes in tables.items() if number in inodes), "unknown"))
