@@ -74,12 +74,16 @@ def make_coherent(
 
 def make_books(phrasebook: Phrasebook, names: Sequence[str], sound: Sound) -> Sequence[SpokenBook]:
     """What these robots say, sample by sample: at their usual rate, and slowly."""
-    graph = phrasebook.marked_graph
+    words, phrases = phrasebook.marked_graph.words, phrasebook.alternatives
     speakers = {robot_voice(name, sound): name for name in names}
     waveforms = WaveformCache()
-    usual = [SpokenBook(voice, sound.speaker_of(name), graph.words, waveforms) for voice, name in speakers.items()]
+
+    def book(voice: str, speaker: Speaker) -> SpokenBook:
+        return SpokenBook(voice, speaker, words, waveforms, phrases)
+
+    usual = [book(voice, sound.speaker_of(name)) for voice, name in speakers.items()]
     slow = [
-        SpokenBook(voice, sound.speaker_of(name, SLOW), graph.words, waveforms)
+        book(voice, sound.speaker_of(name, SLOW))
         for voice, name in speakers.items()
         if name.lower() not in sound.recorded
     ]

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 from typing import TypeVar
@@ -90,11 +90,20 @@ class SpokenWay:
 class SpokenBook:
     """One speaker's words, each rendered or read from the disk when it is needed."""
 
-    def __init__(self, voice: str, speaker: Speaker, words: Iterable[str], cache: WaveformCache | None = None) -> None:
-        """`voice`: its name among the listeners; `words`: those that it may say; `cache`: shared with other books."""
+    def __init__(
+        self,
+        voice: str,
+        speaker: Speaker,
+        words: Iterable[str],
+        cache: WaveformCache | None = None,
+        phrases: Mapping[str, Sequence[Sequence[str]]] | None = None,
+    ) -> None:
+        """`voice`: its name among the listeners; `words`: those that it may say; `cache`: shared with other books;
+        `phrases`: what counts as a word."""
         self.voice = voice
         self._speaker = speaker
         self._words = frozenset(words)
+        self._phrases = phrases or {}
         self._cache = cache if cache is not None else WaveformCache()
         self.said = lru_cache(NOTED)(self._said)
 
@@ -113,13 +122,15 @@ class SpokenBook:
     def prepare(self, go_on: Callable[[], bool]) -> None:
         """Render all that may be asked for into the cache, while `go_on`. Takes seconds; another thread may do it."""
         for word in sorted(self._words):
-            for pitch in PITCH_STEPS:
+            for third in range(len(PITCH_STEPS)):
                 if go_on():
-                    self._speaker.joined(word, pitch)
+                    self.render(word, third)
 
     def render(self, word: str, third: int) -> tuple[Unit, ...]:
         """`units`, made anew."""
-        made = self._speaker.joined(word, PITCH_STEPS[third]) if word in self._words else []
+        if word not in self._words:
+            return ()
+        made = self._speaker.joined(word, PITCH_STEPS[third], self._phrases.get(word, ()))
         return tuple(Unit(quantised(each.samples), each.final, each.lead, each.advance) for each in made)
 
     def _said(self, word: str, third: int) -> tuple[SpokenWay, ...]:

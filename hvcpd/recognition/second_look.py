@@ -179,8 +179,9 @@ class LaterEars(ABC, Generic[Job, Found]):
         events = self._ears.push(samples, masked)
         self._began, self._now = self._now, self._now + len(samples)
         if not masked:
-            self._history.push(self._began, cleaned(samples))
-            self._follow()
+            block = cleaned(samples)
+            self._history.push(self._began, block)
+            self._follow(block)
         else:
             self._mask()
         return self.take(events)
@@ -202,8 +203,8 @@ class LaterEars(ABC, Generic[Job, Found]):
         """What comes of events that the first ears told, and of looks that have ended."""
 
     @abstractmethod
-    def _follow(self) -> None:
-        """Go on with the block that was heard from sample `_began` on."""
+    def _follow(self, block: Samples) -> None:
+        """Go on with the block, shape (n,), that was heard from sample `_began` on."""
 
     @abstractmethod
     def _break_off(self, n_samples: int) -> None:
@@ -243,11 +244,11 @@ class SecondEars(LaterEars[Piece, Recognised | None]):
         self._spoke_until, self._torn_until = predecessor._spoke_until, predecessor._torn_until
         self._talk, self._understood_until = predecessor._talk, predecessor._understood_until
 
-    def _follow(self) -> None:
-        if self._ears.busy:
+    def _follow(self, block: Samples) -> None:
+        busy = self._ears.busy
+        if busy:
             self._spoke_until = self._now
-        sound, _ = self._history.around(self._began, self._began, self._now)
-        self._stretches += self._talk.push(self._began, sound, self._ears.busy)
+        self._stretches += self._talk.push(self._began, block, busy)
 
     def _mask(self) -> None:
         self._talk.end_talk()

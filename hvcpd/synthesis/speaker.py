@@ -152,31 +152,38 @@ class Speaker:
             found.append(unit[edge:] if position is UnitPosition.FINAL else unit[edge : len(unit) - edge])
         return found
 
-    def joined(self, word: str, pitch: float) -> list[Joined]:
-        """Return all renderings of a word at that pitch of `PITCH_STEPS`, of every pronunciation; not kept in
-        memory."""
+    def joined(self, word: str, pitch: float, phrases: Sequence[Sequence[str]] = ()) -> list[Joined]:
+        """Return all renderings of a word at that pitch of `PITCH_STEPS`, of every pronunciation and of the `phrases`
+        that count as it; not kept in memory."""
         finals = [position is UnitPosition.FINAL for position in UnitPosition]
-        return [joined(unit, final) for unit, final in zip(self.sounds(word, pitch), cycle(finals), strict=False)]
+        sounds = self.sounds(word, pitch) + [sound for phrase in phrases for sound in self.phrase_sounds(phrase, pitch)]
+        return [joined(unit, final) for unit, final in zip(sounds, cycle(finals), strict=False)]
 
     def sounds(self, word: str, pitch: float) -> list[Samples]:
         """Return the waveforms of `joined` alone, shape (n,) each, float32."""
         return [self._make(phones, position, pitch) for phones, position in self._spoken(word)]
 
     def phrase_templates(self, words: Sequence[str]) -> list[Samples]:
-        """Return the renderings of several words said as one, before another word and before a pause: shape (n,)
-        each."""
-        overlap = round(OVERLAP_S * SAMPLE_RATE_HZ)
+        """Return the templates of several words said as one, before another word and before a pause: shape (n,) each,
+        as `templates`."""
         edge = round(LEAD_S * SAMPLE_RATE_HZ)
+        medial, final = self.phrase_sounds(words)
+        return [medial[edge : len(medial) - edge], final[edge:]]
+
+    def phrase_sounds(self, words: Sequence[str], pitch: float = 1.0) -> list[Samples]:
+        """Return the waveforms of several words said as one, before another word and before a pause, shape (n,) each,
+        float32."""
+        overlap = round(OVERLAP_S * SAMPLE_RATE_HZ)
         found = []
-        for end in (UnitPosition.MEDIAL, UnitPosition.FINAL):
-            units = [self.unit(word, UnitPosition.MEDIAL) for word in words[:-1]] + [self.unit(words[-1], end)]
-            units = [unit for unit in units if len(unit)]
+        for end in UnitPosition:
+            units = [self.unit(word, UnitPosition.MEDIAL, pitch) for word in words[:-1]]
+            units = [unit for unit in (*units, self.unit(words[-1], end, pitch)) if len(unit)]
             out = np.zeros(sum(map(len, units)) - overlap * (len(units) - 1), dtype=np.float32)
             at = 0
             for unit in units:
                 out[at : at + len(unit)] += unit
                 at += len(unit) - overlap
-            found.append(out[edge : len(out) - edge] if end is UnitPosition.MEDIAL else out[edge:])
+            found.append(out)
         return found
 
     def render(self, phrases: Sequence[Sequence[str]]) -> Samples:

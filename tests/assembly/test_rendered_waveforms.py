@@ -41,6 +41,14 @@ def test_a_sentence_is_the_sum_of_what_is_said(speaker: Speaker) -> None:
     assert np.allclose(rendered, gain * made, atol=2e-4)
 
 
+def test_what_counts_as_a_word_is_said_as_the_word_that_it_is(speaker: Speaker) -> None:
+    book = SpokenBook("oak", speaker, WORDS, phrases={"rose": [("basket",)]})
+    rose, basket = (SpokenBook("oak", speaker, (word,)).said(word, 1) for word in ("rose", "basket"))
+    assert [way.samples.tolist() for way in book.said("rose", 1)] == [way.samples.tolist() for way in (*rose, *basket)]
+    assert [way.final for way in book.said("rose", 1)] == [way.final for way in (*rose, *basket)]
+    assert book.said("basket", 1) == ()
+
+
 def test_other_words_are_not_said(speaker: Speaker) -> None:
     assert SpokenBook("oak", speaker, WORDS).said("lily", 0) == ()
 

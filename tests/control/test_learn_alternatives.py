@@ -40,7 +40,6 @@ def basket(tmp_path: Path) -> Path:
     return path
 
 
-@pytest.mark.xfail(strict=True, reason="the last step: `hear` no longer takes a robot's voice that says an alternative")
 @pytest.mark.slow  # renders the whole lexicon in one voice
 def test_a_word_that_was_said_otherwise_is_proposed_and_heard_from_then_on(
     tasks: Path, basket: Path, capsys: pytest.CaptureFixture[str]

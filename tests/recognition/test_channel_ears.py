@@ -188,6 +188,26 @@ def test_a_sentence_that_seemed_to_go_on_and_did_not_is_garbled_in_time() -> Non
     assert told == [Garbled(AT, end, True)]
 
 
+def test_where_a_recording_ends_nothing_is_held_any_more() -> None:
+    whole = through_a_room(spoken("all, who is here"), 1)
+    end = AT + len(whole) // 2
+    sound = scene(160_000, (AT, whole[: len(whole) // 2]))
+    listening = ears(Script([(end + 800, Garbled(AT, end))], [(AT, end)]))
+    assert run(listening, 0, end + 10_000, sound) == []
+    assert listening.finish([]) == [Garbled(AT, end, True)]
+    assert listening.finish([]) == []
+
+
+def test_a_sentence_of_a_robot_stands_only_with_a_word_that_is_said_otherwise_too() -> None:
+    whole = through_a_room(spoken("all, who is here"), 1)
+    end = AT + len(whole) // 2
+    sound, event = scene(160_000, (AT, whole[: len(whole) // 2])), guess(end=end)
+    for varied, told in (("lily", [event]), ("rose", [Garbled(AT, end, True)])):
+        script = Script([(end + 800, event)], [(AT, end)])
+        listening = ChannelEars(script, LISTENER, AtOnce(), frozenset((varied,)))
+        assert run(listening, 0, end + 10_000, sound) + listening.finish([]) == told
+
+
 def test_a_sentence_whose_signs_paused_is_looked_at_whole() -> None:
     script = Script([(AT + 13_000, Garbled(AT, AT + 8000))], [(AT, AT + 4000), (AT + 14_000, END)])
     the_sentence(run(ears(script)))

@@ -10,9 +10,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import Self
 
-import numpy as np
-
-from hvcpd.ports import SAMPLE_RATE_HZ
+from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 from hvcpd.recognition.channel.listener import ChannelListener, Look, Stretch
 from hvcpd.recognition.events import Event, Garbled, Recognised, Source
 from hvcpd.recognition.protocols import Ears
@@ -111,16 +109,21 @@ class ChannelEars(LaterEars[Stretch, Look]):
                     out += [self._tell(sentence) for sentence in look.sentences if not self._is_told(sentence)]
         for each in self._closed:
             if self._is_over(each) or (each.look is not None and each.unfinished is None):
-                held, each.held = each.held, []
-                out += [told for event in held for told in self._released(event, each.look or Look())]
+                out += self._let_go(each)
         self._closed = [each for each in self._closed if not self._is_over(each)]
         return out
+
+    def _let_go(self, stretch: _Open) -> list[Event]:
+        """What is told of all that a stretch held."""
+        held, stretch.held = stretch.held, []
+        return [told for event in held for told in self._released(event, stretch.look or Look())]
 
     def finish(self, events: Sequence[Event]) -> list[Event]:
         """What comes of the first ears' last events, and of what is still open: the sound has ended."""
         told = self.take(events)
         self._close()
-        return told + self.take([])
+        told += self.take([])
+        return told + [event for stretch in self._closed for event in self._let_go(stretch)]
 
     def _break_off(self, n_samples: int) -> None:
         self._close()
@@ -133,13 +136,14 @@ class ChannelEars(LaterEars[Stretch, Look]):
     def _mask(self) -> None:
         self._break_off(0)
 
-    def _follow(self) -> None:
+    def _follow(self, block: Samples) -> None:
         """Follow the signs of speech."""
-        at = self._began
-        rises, self._busy = self._ears.busy and not self._busy, self._ears.busy
-        within = np.clip(self._now / SAMPLE_RATE_HZ, *CLATTER_S) * SAMPLE_RATE_HZ
-        self._stirred += (float(self._ears.signs) - self._stirred) * (self._now - at) / within
-        if self._ears.signs:
+        at, busy, signs = self._began, self._ears.busy, self._ears.signs
+        rises, self._busy = busy and not self._busy, busy
+        shortest_s, longest_s = CLATTER_S
+        within = min(max(self._now / SAMPLE_RATE_HZ, shortest_s), longest_s) * SAMPLE_RATE_HZ
+        self._stirred += (float(signs) - self._stirred) * len(block) / within
+        if signs:
             if self._open is None:
                 self._open = _Open(max(at - EARLIER, self._whole_from), self._now, [at])
             elif rises or (self._clatters and at - max(self._open.noticed) >= EVERY):
