@@ -127,7 +127,8 @@ def recorded(phones: tuple[str, ...], final: bool, rate: float) -> Recording:
     """Return a word cut out of its carrier. KeyError for an unknown phone."""
     word = indices(phones)
     net = shared_net()
-    acoustics = net.acoustics([EDGE, *BEFORE, *word, *(STOP if final else AFTER), EDGE], rate)
+    here = slice(1 + len(BEFORE), 1 + len(BEFORE) + len(word))
+    acoustics = net.acoustics([EDGE, *BEFORE, *word, *(STOP if final else AFTER), EDGE], rate, here)
     ends = np.cumsum(acoustics.frames)
     last = PHONES[phones[-1].rstrip("012")].kind
     first = int(ends[len(BEFORE)]) - STARTS_EARLY
