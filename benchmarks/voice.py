@@ -4,16 +4,20 @@ PocketSphinx, which knows nothing of our synthesizer, hears random sentences of 
 network as its grammar, in near silence and in white noise 20 dB below the speech. Prints a table of sentences right
 and how fast our voices are. Run it on one core: OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1.
 
-    python -m benchmarks.voice [--sentences 40] [--wrong]
+    python -m benchmarks.voice [--sentences 40] [--wrong] [--cost]
 """
 
 from __future__ import annotations
 
 import argparse
 import random
+import resource
+import subprocess
+import sys
 import tempfile
 import time
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -23,6 +27,7 @@ from hvcpd.evaluation.sphinx import heard, make_decoder
 from hvcpd.language.phrasebook import Phrasebook, Vocabulary
 from hvcpd.ports import SAMPLE_RATE_HZ
 from hvcpd.synthesis.lexicon import Lexicon
+from hvcpd.synthesis.natural import recorded
 from hvcpd.synthesis.speaker import Speaker
 from hvcpd.synthesis.unit_cache import UnitCache
 from hvcpd.synthesis.voices import VOICES
@@ -40,27 +45,41 @@ Sentence = tuple[tuple[str, ...], ...]
 
 def print_speed(lexicon: Lexicon, sentences: Sequence[Sentence]) -> None:
     """Processor time that our voices need: nothing kept from one sentence to the next, and all units on disk."""
-    spent_s = length_s = 0.0
-    waits_s = []
-    with tempfile.TemporaryDirectory() as folder:
-        cache = UnitCache(Path(folder))
-        for number, phrases in enumerate(sentences):
-            voice = VOICES[number % len(VOICES)]
-            started = time.process_time()
-            sound = Speaker(voice, lexicon).render(phrases)
-            spent_s += time.process_time() - started
-            length_s += len(sound) / SAMPLE_RATE_HZ
-            Speaker(voice, lexicon, cache).render(phrases)
-            again = Speaker(voice, lexicon, cache)
-            started = time.process_time()
-            again.render(phrases)
-            waits_s.append(time.process_time() - started)
-    print(f"processor time, uncached: {spent_s / length_s:.4f} of real time")
-    print(
-        f"processor time until a whole utterance is there, from the disk: {1e3 * np.median(waits_s):.1f} ms (median),",
-        end=" ",
-    )
-    print(f"{1e3 * max(waits_s):.1f} ms (longest of {len(waits_s)})")
+    for kind in ("formant", "natural"):
+        spent_s = length_s = 0.0
+        waits_s = []
+        with tempfile.TemporaryDirectory() as folder:
+            cache = UnitCache(Path(folder))
+            Speaker(replace(VOICES[0], natural=kind == "natural"), lexicon).render((("warm",),))
+            for number, phrases in enumerate(sentences):
+                voice = replace(VOICES[number % len(VOICES)], natural=kind == "natural")
+                recorded.cache_clear()
+                started = time.process_time()
+                sound = Speaker(voice, lexicon).render(phrases)
+                spent_s += time.process_time() - started
+                length_s += len(sound) / SAMPLE_RATE_HZ
+                Speaker(voice, lexicon, cache).render(phrases)
+                again = Speaker(voice, lexicon, cache)
+                started = time.process_time()
+                again.render(phrases)
+                waits_s.append(time.process_time() - started)
+        print(f"{kind}: processor time, uncached: {spent_s / length_s:.4f} of real time;", end=" ")
+        print(f"until the first sample of a cached sentence: {1e3 * np.median(waits_s):.1f} ms (median),", end=" ")
+        print(f"{1e3 * max(waits_s):.1f} ms (longest of {len(waits_s)})")
+    said_s = sorted(processor_s(SAY) for _ in range(7))
+    print(f"hvcpctl say, words cached: {said_s[0]:.3f} s of processor (least of 7; median {said_s[3]:.3f} s)", end=", ")
+    print(f"of that Python {processor_s(('-c', 'pass')):.3f} s, with numpy {processor_s(('-c', 'import numpy')):.3f} s")
+
+
+SAY = ("-m", "hvcpd.control.cli", "say", "--local", "Hi Rob, I am Bot, water the yellow rose", "-o", "/dev/null")
+
+
+def processor_s(arguments: Sequence[str]) -> float:
+    """Return the processor time that a Python with these arguments takes, from its start to its end."""
+    before = resource.getrusage(resource.RUSAGE_CHILDREN)
+    subprocess.run([sys.executable, *arguments], check=True)
+    after = resource.getrusage(resource.RUSAGE_CHILDREN)
+    return after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
 
 
 def main() -> None:
@@ -69,15 +88,18 @@ def main() -> None:
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--only", default="", help="names of talkers, separated by commas")
     parser.add_argument("--wrong", action="store_true", help="print what was misheard")
+    parser.add_argument("--cost", action="store_true", help="print what our voices cost, and no more")
     options = parser.parse_args()
     lexicon = Lexicon.load()
     book = Phrasebook(VOCABULARY)
     chooser = random.Random(options.seed)
     sentences = [book.phrases(book.sample(chooser)) for _ in range(options.sentences)]
+    print_speed(lexicon, sentences)
+    if options.cost:
+        return
     conditions: dict[str, float | None] = {"quiet": None, "20 dB": 20.0}
     with tempfile.TemporaryDirectory() as folder:
         decoder = make_decoder(book.graph, Path(folder), lexicon)
-    print_speed(lexicon, sentences)
     print(f"{'talker':12}" + "".join(f"{name:>8}" for name in conditions) + f"{'length':>9}")
     for name, talker in talkers(lexicon).items():
         if options.only and name not in options.only.split(","):

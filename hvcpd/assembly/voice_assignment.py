@@ -1,6 +1,7 @@
 """Which robot speaks with which voice, where the settings say so and it does not follow from the name.
 
-It is another one of the synthesizer's, or a folder of recorded words, one WAV each, named by its word: `water.wav`.
+It is another one of the synthesizer's, at its own pitch and pace or others, or a folder of recorded words, one WAV
+each, named by its word: `water.wav`.
 """
 
 from __future__ import annotations
@@ -15,7 +16,7 @@ from hvcpd.errors import AudioFileError, ConfigError
 from hvcpd.hardware.soundfile import read_wav
 from hvcpd.synthesis.lexicon import Lexicon
 from hvcpd.synthesis.recorded import RecordedSpeaker
-from hvcpd.synthesis.voices import Voice, voice_for, voice_named
+from hvcpd.synthesis.voices import Voice, varied, voice_for, voice_named
 
 SHOWN = 40
 """Missing words that are named; who lacks more has only begun."""
@@ -28,17 +29,18 @@ def cast(sound: Sound, settings: Settings, words: Callable[[], Iterable[str]]) -
     the synthesizer. Raises ConfigError with every fault of every folder.
     """
     sound = sound.made_natural() if settings.synthesizer == "natural" else sound
-    own = PeerSettings(settings.voice, settings.voice_folder)
+    own = PeerSettings(settings.voice, settings.voice_folder, settings.pitch, settings.pace)
     chosen = {**{name.lower(): peer for name, peer in settings.peers.items()}, settings.name.lower(): own}
-    voices = {name: voice_named(peer.voice) for name, peer in chosen.items() if peer.voice is not None}
+    voices = {
+        name: varied(voice_named(peer.voice) if peer.voice else voice_for(name), peer.pitch, peer.pace)
+        for name, peer in chosen.items()
+    }
     recorded: dict[str, RecordedSpeaker] = {}
     faults = []
     for name, peer in chosen.items():
         if peer.voice_folder is not None:
             try:
-                recorded[name] = recorded_voice(
-                    peer.voice_folder, words(), sound.lexicon, sound.said_by(voices.get(name) or voice_for(name))
-                )
+                recorded[name] = recorded_voice(peer.voice_folder, words(), sound.lexicon, sound.said_by(voices[name]))
             except AudioFileError as error:
                 faults.append(f"voice_folder: {error}")
     if faults:

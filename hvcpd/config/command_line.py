@@ -9,6 +9,7 @@ import argparse
 import os
 import sys
 import textwrap
+from collections.abc import Callable
 from io import UnsupportedOperation
 from pathlib import Path
 from typing import Any, NoReturn, TextIO
@@ -40,6 +41,14 @@ def with_examples(text: str, *examples: str) -> str:
     """The end of a command's help: the text, then each example on a line of its own, ready to be copied."""
     title = "Examples:" if len(examples) > 1 else "Example:"
     return "\n".join([*([text, ""] if text else []), title, *(f"  {example}" for example in examples)])
+
+
+class Skipped:
+    """Stands for the parser of a command that was not asked for, and takes whatever is added to it: to build all takes
+    longer than most commands do."""
+
+    def __getattr__(self, _name: str) -> Callable[..., Skipped]:
+        return lambda *_arguments, **_options: self
 
 
 class Parser(argparse.ArgumentParser):

@@ -45,6 +45,9 @@ DEFAULT_TEAMS = ("plant", "a", "b")
 STAND_IN_NAME = "Rob"
 """The name in the settings of a command that is no robot; the first of the paper's two."""
 
+VOICE_FACTORS = (0.8, 1.25)
+"""Bounds of a robot's pitch and pace as multiples of its voice's: four semitones, and as slow as slow speech is."""
+
 MAX_COORDINATE_M = 50
 """Bound of a start pose; the same as for the places of tasks."""
 
@@ -135,6 +138,8 @@ class PeerSettings:
 
     voice: VoiceName | None = None
     voice_folder: Path | None = None
+    pitch: float = field(default=1.0, metadata=between(*VOICE_FACTORS))
+    pace: float = field(default=1.0, metadata=between(*VOICE_FACTORS))
 
 
 @dataclass(frozen=True)
@@ -177,6 +182,8 @@ class Settings:
     teams: tuple[str, ...] = field(default=DEFAULT_TEAMS, metadata=checked(_valid_teams))
     voice: VoiceName | None = None
     voice_folder: Path | None = None
+    pitch: float = field(default=1.0, metadata=between(*VOICE_FACTORS))
+    pace: float = field(default=1.0, metadata=between(*VOICE_FACTORS))
     synthesizer: Literal["formant", "natural"] = "formant"
     speech: SpeechSettings = SpeechSettings()
     waits: WaitSettings = WaitSettings()
@@ -349,7 +356,7 @@ def check_peers(parts: Parts, default_names: tuple[str, ...]) -> None:
         told.append(peer)
         text = repeated_names(tuple(told))
         if peer.casefold() == own.casefold():
-            text = f"{peer!r} is this robot itself; set its own `voice` or `voice_folder` instead"
+            text = f"{peer!r} is this robot itself; set its own `voice`, `pitch` and so on instead"
         elif text is None and peer.casefold() not in known:
             text = f"{peer[:40]!r} is not one of `names`; {did_you_mean(peer[:40], names)}"
         if text is not None:

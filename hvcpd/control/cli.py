@@ -7,10 +7,18 @@ import sys
 from collections.abc import Callable, Sequence
 from contextlib import suppress
 from pathlib import Path
-from typing import TypeAlias
+from typing import Any, TypeAlias
 
 from hvcpd import __version__
-from hvcpd.config.command_line import Parser, complain, let_go, output_fault, replace_closed_streams, with_examples
+from hvcpd.config.command_line import (
+    Parser,
+    Skipped,
+    complain,
+    let_go,
+    output_fault,
+    replace_closed_streams,
+    with_examples,
+)
 from hvcpd.control import arguments
 from hvcpd.control.bench.bench_parser import add_bench
 from hvcpd.control.doctor.doctor_parser import add_calibrate, add_doctor, add_stop_test
@@ -50,13 +58,20 @@ def _lazy(module: str) -> Command:
     return run
 
 
-def make_parser() -> argparse.ArgumentParser:
-    """The parser of all commands."""
+def make_parser(only: str | None = None) -> argparse.ArgumentParser:
+    """The parser of all commands; of `only` that one, where it is given."""
+
+    def wanted(**options: Any) -> Any:
+        return Parser(**options) if only in (None, options["prog"].split()[-1]) else Skipped()
+
+    parser_class: Any = wanted  # argparse calls it, and would not mind what it is
     parser: argparse.ArgumentParser = Overview(
         prog="hvcpctl", description="Try, watch and control robots that coordinate by speaking English."
     )
     parser.add_argument("--version", action="version", version=f"hvcpctl {__version__}")
-    commands: _Commands = parser.add_subparsers(metavar="COMMAND", required=True, dest="command", parser_class=Parser)
+    commands: _Commands = parser.add_subparsers(
+        metavar="COMMAND", required=True, dest="command", parser_class=parser_class
+    )
     _add_simulate(commands)
     add_new_team(commands, _lazy("simulate.new_team"), arguments.robot_names)
     add_duet(commands, _lazy("duet.duet"), arguments.robot_names)
@@ -319,7 +334,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
     command = ""
     try:
         try:
-            options = make_parser().parse_args(arguments)
+            given = sys.argv[1:] if arguments is None else arguments
+            options = make_parser(next((each for each in given[:1] if each[:1] != "-"), None)).parse_args(given)
             command, run = options.command, options.run
             status: int = run(options)
         finally:  # also after a help text, which ends by SystemExit

@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 from collections.abc import Iterator
 
-from hvcpd.config.command_line import with_examples
+from hvcpd.config.command_line import Skipped, with_examples
 
 EXAMPLES: dict[str, tuple[str, ...]] = {
     "simulate": ("hvcpctl simulate --seed 2 --robots Rob,Bot,Ada", "hvcpctl simulate --noise-db 60 --report out/noisy"),
@@ -52,6 +52,8 @@ def all_parsers(parser: argparse.ArgumentParser, path: str = "") -> Iterator[tup
     for action in parser._actions:
         if isinstance(action, argparse._SubParsersAction):
             for name, command in action.choices.items():
+                if isinstance(command, Skipped):
+                    continue
                 here = f"{path} {name}".strip()
                 yield here, command
                 yield from all_parsers(command, here)

@@ -7,7 +7,7 @@ from typing import Any
 
 from hvcpd.language import messages as m
 from hvcpd.language.forms import SLOT_FIELDS, Form
-from hvcpd.language.pattern import Bindings, Node, needed_slots, needed_words, parse_pattern, slots_of
+from hvcpd.language.pattern import Bindings, Node, needed_slots, needed_words, parse_pattern, slots_of, words_of
 from hvcpd.language.spelling import written_name
 
 _UTTERANCE_FIELDS = frozenset(f.name for f in fields(m.Utterance)) - {"statement", "mark"}
@@ -15,19 +15,21 @@ _UTTERANCE_FIELDS = frozenset(f.name for f in fields(m.Utterance)) - {"statement
 
 @dataclass(frozen=True)
 class CompiledForm:
-    """A form, its parsed pattern, the slots of that, those of them that must be bound, and the words it cannot lack."""
+    """A form, its parsed pattern, the slots of that, those of them that must be bound, the words it cannot lack, and
+    all its words."""
 
     form: Form
     node: Node
     slots: frozenset[str]
     needed: frozenset[str]
     words: frozenset[str]
+    all_words: frozenset[str]
 
 
 def compile_form(form: Form) -> CompiledForm:
     """The form with all that follows from its pattern."""
     node = parse_pattern(form.pattern)
-    return CompiledForm(form, node, slots_of(node), needed_slots(node), needed_words(node))
+    return CompiledForm(form, node, slots_of(node), needed_slots(node), needed_words(node), words_of(node))
 
 
 def build(form: Form, bindings: Bindings) -> m.Utterance:

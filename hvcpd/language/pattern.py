@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from itertools import takewhile
 
 from hvcpd.language.spelling import letters_of
 
@@ -190,35 +191,27 @@ def render(node: Node, values: Mapping[str, Words]) -> list[str] | None:
             return max(possible, key=lambda pair: pair[0])[1] if possible else None
 
 
-def match(node: Node, words: Words, i: int, slots: SlotValues) -> Iterator[tuple[int, Bindings]]:
+def match(node: Node, words: Words, i: int, slots: SlotValues) -> list[tuple[int, Bindings]]:
     """Every way to match `words` from index `i` on: the index after the match, and what the slots bind."""
     match node:
         case Word(text):
-            if i < len(words) and words[i] == text:
-                yield i + 1, {}
+            return [(i + 1, {})] if i < len(words) and words[i] == text else []
         case Pause():
-            yield i, {}
+            return [(i, {})]
         case Slot(name):
-            for value, spoken in slots.get(name, {}).items():
-                if words[i : i + len(spoken)] == spoken:
-                    yield i + len(spoken), {name: value}
+            values = slots.get(name, {}).items()
+            return [(i + len(said), {name: value}) for value, said in values if words[i : i + len(said)] == said]
         case Letters():
-            for end in range(i + 1, len(words) + 1):
-                letters = letters_of(words[i:end])
-                if letters is None:
-                    return
-                yield end, {LETTERS_SLOT: letters}
+            spelled = ((end, letters_of(words[i:end])) for end in range(i + 1, len(words) + 1))
+            return [
+                (end, {LETTERS_SLOT: letters}) for end, letters in takewhile(lambda each: each[1] is not None, spelled)
+            ]
         case Series(parts):
-            yield from _match_sequence(parts, words, i, slots)
+            found: list[tuple[int, Bindings]] = [(i, {})]
+            for part in parts:
+                found = [
+                    (end, bound | more) for after, bound in found for end, more in match(part, words, after, slots)
+                ]
+            return found
         case Choice(options):
-            for option in options:
-                yield from match(option, words, i, slots)
-
-
-def _match_sequence(parts: tuple[Node, ...], words: Words, i: int, slots: SlotValues) -> Iterator[tuple[int, Bindings]]:
-    if not parts:
-        yield i, {}
-        return
-    for after, bound in match(parts[0], words, i, slots):
-        for end, more in _match_sequence(parts[1:], words, after, slots):
-            yield end, bound | more
+            return [each for option in options for each in match(option, words, i, slots)]

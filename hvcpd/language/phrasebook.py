@@ -6,6 +6,7 @@ import difflib
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
+from itertools import chain
 from typing import Protocol, TypeVar
 
 from hvcpd.errors import PhraseError, VocabularyError
@@ -16,16 +17,7 @@ from hvcpd.language.codebook import Codebook
 from hvcpd.language.forms import CHANGES, FORMS, OPEN_KINDS, Kind
 from hvcpd.language.graph import WordGraph, with_phrases
 from hvcpd.language.marks import CIPHER_TAG_BYTES, hidden, mark_words, markable, split_mark, with_marks
-from hvcpd.language.pattern import (
-    COMMA,
-    LETTERS_SLOT,
-    Bindings,
-    SlotValues,
-    Words,
-    match,
-    render,
-    words_of,
-)
+from hvcpd.language.pattern import COMMA, LETTERS_SLOT, Bindings, SlotValues, Words, match, render
 from hvcpd.language.spelling import WORD_OF, letter_words, words_for
 from hvcpd.language.variants import as_spoken, by_word, refuse_senseless
 from hvcpd.language.words import number_words, spoken_words, strict_words
@@ -78,7 +70,7 @@ _COMPILED = tuple(map(compile_form, FORMS))
 
 SAFETY_WORDS = frozenset({"stop", "resume"})
 """Spoken alone they halt and release robots, so that no task may have one in its name."""
-RESERVED_WORDS = frozenset({"all", "team"}).union(*(words_of(compiled.node) for compiled in _COMPILED))
+RESERVED_WORDS = frozenset({"all", "team"}).union(*(compiled.all_words for compiled in _COMPILED))
 """The words of the forms themselves; no robot may be called so."""
 
 
@@ -237,12 +229,21 @@ class Phrasebook:
 
     def _readings(self, words: Words) -> Iterator[m.Utterance]:
         spoken = frozenset(words)
-        for compiled in self._forms:
-            if not compiled.words <= spoken:
+        for compiled, possible in self._forms_with_words:
+            if not compiled.words <= spoken or not (possible is None or spoken <= possible):
                 continue  # as most do, and to match a pattern takes long
             for end, bindings in match(compiled.node, words, 0, self.slots):
                 if end == len(words):
                     yield self._as_known(build(compiled.form, bindings))
+
+    @cached_property
+    def _forms_with_words(self) -> tuple[tuple[CompiledForm, frozenset[str] | None], ...]:
+        """Each form with all words that its sentences may have; None where those are any letters."""
+        said = {slot: frozenset(chain.from_iterable(values.values())) for slot, values in self.slots.items()}
+        return tuple(
+            (c, None if LETTERS_SLOT in c.slots else c.all_words.union(*(said[slot] for slot in c.slots)))
+            for c in self._forms
+        )
 
     def _as_known(self, utterance: m.Utterance) -> m.Utterance:
         """A spelled name that is known is written as it is known."""

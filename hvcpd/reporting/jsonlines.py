@@ -4,14 +4,18 @@ from __future__ import annotations
 
 import json
 import math
-from typing import Any, TextIO
+from typing import TYPE_CHECKING, Any, TextIO
 
 from hvcpd.config.command_line import let_go
-from hvcpd.reporting.events import Event, as_json
+
+if TYPE_CHECKING:
+    from hvcpd.reporting.events import Event
 
 
 def line(event: Event) -> str:
     """The event as one line of strict JSON (RFC 8259) with a line break; what is not finite becomes null."""
+    from hvcpd.reporting.events import as_json  # not for those who only ask a daemon: each of its classes takes time
+
     return as_strict_json(as_json(event)) + "\n"
 
 

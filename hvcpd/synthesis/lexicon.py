@@ -180,6 +180,10 @@ def _read(path: Path) -> Lexicon:
     return Lexicon({word: tuple(dict.fromkeys(said)) for word, said in entries.items()}, places)
 
 
+_WRITTEN = frozenset(phone + digit for phone in ARPABET for digit in ("012" if is_vowel(phone) else ("",)))
+"""Phones as a line of a lexicon has them."""
+
+
 def _fault(fields: list[str]) -> str:
     """What is wrong with the fields of one line; empty when nothing is."""
     word, bracket, mark = fields[0].partition("(")
@@ -191,6 +195,8 @@ def _fault(fields: list[str]) -> str:
     if len(fields) == 1:
         return f"no phones after '{fields[0]}': write for example 'rob R AA1 B'"
     for phone in fields[1:]:
+        if phone in _WRITTEN:
+            continue
         base = phone.upper().rstrip("012")
         if base not in ARPABET or len(phone) - len(base) > 1:
             near = difflib.get_close_matches(base, sorted(ARPABET), 1, cutoff=0.5)

@@ -65,7 +65,8 @@ def phone_distance(a: Sequence[str], b: Sequence[str]) -> float:
 def sounds_alike(a: str, b: str, lexicon: Lexicon) -> bool:
     """Whether two written phrases would be mixed up, in any of their words' pronunciations."""
     return any(
-        phone_distance(left, right) < ALIKE_BELOW for left, right in product(_spoken(a, lexicon), _spoken(b, lexicon))
+        len(left) == len(right) and phone_distance(left, right) < ALIKE_BELOW  # a phone more or less costs 1
+        for left, right in product(_spoken(a, lexicon), _spoken(b, lexicon))
     )
 
 

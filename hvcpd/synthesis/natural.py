@@ -127,7 +127,8 @@ def recorded(phones: tuple[str, ...], final: bool, rate: float) -> Recording:
     """Return a word cut out of its carrier. KeyError for an unknown phone."""
     word = indices(phones)
     net = shared_net()
-    acoustics = net.acoustics([EDGE, *BEFORE, *word, *(STOP if final else AFTER), EDGE], rate)
+    here = slice(1 + len(BEFORE), 1 + len(BEFORE) + len(word))
+    acoustics = net.acoustics([EDGE, *BEFORE, *word, *(STOP if final else AFTER), EDGE], rate, here)
     ends = np.cumsum(acoustics.frames)
     last = PHONES[phones[-1].rstrip("012")].kind
     first = int(ends[len(BEFORE)]) - STARTS_EARLY
@@ -154,7 +155,7 @@ def word_sound(phones: Sequence[str], voice: Voice, final: bool, pitch: float) -
 def _pitch(word: Recording, voice: Voice, pitch: float) -> Array:
     """The talker's pitch as that voice has it: its middle is the voice's, its movements are scaled by its range."""
     octaves = np.clip(np.log2(np.maximum(word.f0_hz, VOICED_HZ) / word.middle_hz), FALL, RISE) * voice.pitch_range
-    return np.where(word.f0_hz > VOICED_HZ, voice.f0_hz * pitch * np.exp2(octaves), 0.0).astype(np.float32)
+    return np.where(word.f0_hz > VOICED_HZ, voice.f0_hz * pitch * np.exp2(octaves), 0.0)
 
 
 def colour_of(voice: Voice) -> Colour:

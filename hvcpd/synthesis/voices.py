@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import hashlib
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 
 @dataclass(frozen=True)
@@ -56,3 +56,12 @@ def voice_for(robot_name: str) -> Voice:
 def voice_named(name: str) -> Voice:
     """The voice called `name`; KeyError when there is none."""
     return {voice.name: voice for voice in VOICES}[name]
+
+
+def varied(voice: Voice, pitch: float, pace: float) -> Voice:
+    """That voice with its pitch and its pace multiplied, under a name of its own: two robots may have one voice, and
+    listeners tell them apart by name."""
+    if (pitch, pace) == (1.0, 1.0):
+        return voice
+    name = f"{voice.name} at {pitch:g} and {pace:g}"
+    return replace(voice, name=name, f0_hz=pitch * voice.f0_hz, rate=pace * voice.rate)

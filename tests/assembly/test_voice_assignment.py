@@ -73,6 +73,25 @@ def test_a_peer_is_heard_in_the_voice_that_it_was_given() -> None:
     assert heard(told, 0.2 * said) == [("hi", "i", "am", "rob")]
 
 
+def test_pitch_and_pace_are_multiples_of_the_voices_own_and_make_another_voice() -> None:
+    settings = Settings(name="Rob", voice="oak", pitch=1.1, peers={"Bot": PeerSettings(voice="oak", pace=0.9)})
+    sound = cast(Sound(LEXICON), settings, tuple)
+    oak, rob, bot = voice_named("oak"), sound.voice_of("Rob"), sound.voice_of("Bot")
+    assert (rob.f0_hz, rob.rate) == (pytest.approx(1.1 * oak.f0_hz), oak.rate)
+    assert (bot.f0_hz, bot.rate) == (oak.f0_hz, pytest.approx(0.9 * oak.rate))
+    assert len({oak.name, rob.name, bot.name}) == 3, "listeners tell voices apart by name"
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("pitch", "pace"), [(1.25, 1.25), (0.8, 1.25), (1.25, 0.8)])
+def test_a_peer_is_heard_at_the_pitch_and_pace_that_it_was_given(pitch: float, pace: float) -> None:
+    """Even where another robot has that voice unchanged."""
+    rob = PeerSettings(voice="wren", pitch=pitch, pace=pace)
+    told = Settings(name="Bot", names=("Rob", "Bot", "Mia"), peers={"Rob": rob, "Mia": PeerSettings(voice="wren")})
+    said = cast(Sound(LEXICON), told, tuple).speaker_of("Rob").render(SENTENCE)
+    assert heard(told, 0.2 * said) == [("hi", "i", "am", "rob")]
+
+
 def test_recordings_are_spoken_and_make_templates(tmp_path: Path) -> None:
     folder = in_words(tmp_path / "mine", "willow", *WORDS)
     sound = cast(Sound(LEXICON), Settings(name="Rob", voice="oak", voice_folder=folder), lambda: WORDS)

@@ -19,6 +19,7 @@ from hvcpd.config.settings import (
     DEFAULT_TEAMS,
     MAX_KNOWN_NAMES,
     MAX_TEAMS,
+    VOICE_FACTORS,
     AudioSettings,
     ClipSettings,
     ControlSettings,
@@ -149,7 +150,7 @@ def test_the_start_pose_in_radians() -> None:
         ("name: R2-D2\n", "F:1", "not a letter followed by letters and digits"),
         ("name: ''\n", "F:1", "has 1 to 16 letters"),
         ("name: Abcdefghijklmnopq\n", "F:1", "has 17"),
-        ("name: Rob\npitch: 90\n", "F:2", "unknown key 'pitch'"),
+        ("name: Rob\ntimbre: 90\n", "F:2", "unknown key 'timbre'"),
         ("team: plant\n", "F:1", "the robot has no name"),
     ],
 )
@@ -243,6 +244,9 @@ wheels = _of(
 )
 
 
+factors = st.floats(*VOICE_FACTORS)
+
+
 @st.composite
 def all_settings(draw: st.DrawFn) -> Settings:
     team = draw(teams)
@@ -255,6 +259,8 @@ def all_settings(draw: st.DrawFn) -> Settings:
             lexicon=st.none() | paths,
             voice=voices,
             voice_folder=st.none() | paths,
+            pitch=factors,
+            pace=factors,
             peers=st.just({}),
             skills=st.dictionaries(st.sampled_from(["look", "pour", "grip_2"]), skills, max_size=3),
             tasks=paths,
@@ -278,7 +284,7 @@ def all_settings(draw: st.DrawFn) -> Settings:
     )
     assert isinstance(made, Settings)
     others = [name for name in made.names if name.casefold() != made.name.casefold()]
-    speak = _of(PeerSettings, voice=voices, voice_folder=st.none() | paths)
+    speak = _of(PeerSettings, voice=voices, voice_folder=st.none() | paths, pitch=factors, pace=factors)
     return dataclasses.replace(made, peers={name: draw(speak) for name in others[:3]})
 
 
@@ -363,7 +369,7 @@ def test_voices_are_chosen_for_the_robot_and_its_peers(tmp_path: Path) -> None:
         ("peers: {Bott: {voice: oak}}", "F:2: 'Bott' is not one of `names`; did you mean 'Bot'?"),
         (
             "peers: {rob: {voice: oak}}",
-            "F:2: 'rob' is this robot itself; set its own `voice` or `voice_folder` instead",
+            "F:2: 'rob' is this robot itself; set its own `voice`, `pitch` and so on instead",
         ),
         (
             "peers: {Bot: {}, bot: {voice: oak}}",

@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 import re
 import shlex
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 
 import pytest
 
@@ -104,3 +104,17 @@ def test_every_command_has_an_example_that_its_own_parser_takes() -> None:
         assert examples, f"{path} --help shows no example"
         for example in examples:
             parser.parse_args(shlex.split(example.replace(" > ", " # "), comments=True)[1:])
+
+
+def test_a_command_alone_takes_the_same_options_as_among_all() -> None:
+    """Only the wanted command's parser is built, since all of them take longer than most commands do."""
+    for command, parser in _parsers(make_parser()).items():
+        alone = _parsers(make_parser(command))
+        assert alone.keys() == _parsers(make_parser()).keys(), "all are known, to tell which was meant"
+        assert [each for each in alone.values() if isinstance(each, argparse.ArgumentParser)] == [alone[command]]
+        assert alone[command].format_help() == parser.format_help()
+
+
+def _parsers(parser: argparse.ArgumentParser) -> Mapping[str, argparse.ArgumentParser]:
+    [commands] = [action for action in parser._actions if isinstance(action, argparse._SubParsersAction)]
+    return commands.choices
