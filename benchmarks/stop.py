@@ -19,7 +19,7 @@ import argparse
 import random
 import sys
 import time
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from itertools import product
 from pathlib import Path
 
@@ -62,12 +62,13 @@ CALLS = (("stop",), ("rob", "stop"), ("all", "stop"))
 class Stage:
     """Two robots, the voices that are not theirs, and the recogniser of the first."""
 
-    def __init__(self, names: tuple[str, ...]) -> None:
+    def __init__(self, names: tuple[str, ...], natural: bool = False) -> None:
         self.names = names
-        self._sound = make_sound(None, user_cache_folder())
+        self._sound = replace(make_sound(None, user_cache_folder()), natural=natural)
         self.book = make_phrasebook(names, DEFAULT_TEAMS, load_tasks(default_tasks_path()))
         robots = {voice_for(name).name for name in names}
-        self._speakers = {v.name: Speaker(v, self._sound.lexicon, self._sound.cache) for v in VOICES}
+        voices = [replace(voice, natural=natural) for voice in VOICES]
+        self._speakers = {v.name: Speaker(v, self._sound.lexicon, self._sound.cache) for v in voices}
         self.people = [v.name for v in VOICES if v.name not in robots]
 
     def ears(self) -> Recogniser:

