@@ -24,8 +24,8 @@ if TYPE_CHECKING:
 
 _EPILOG = (
     "Exit status, as in sysexits.h: 0 stopped by a signal, 64 wrong usage, 69 a device is missing or failed, 70 a "
-    "fault of hvcpd, 73 the memory's folder cannot be written, 78 a fault in the settings or tasks, or a memory of a "
-    "newer version, 130 interrupted before it began. SIGHUP, or hvcpctl reload, has it read its settings again; "
+    "fault of hvcpd, 73 the memory's folder cannot be written, 78 an error in the settings or tasks, or a memory of a "
+    "newer version, 130 interrupted before it began. SIGHUP, or hvcpctl reload, makes it read its settings again; "
     "SIGTERM and SIGINT let it say that it leaves, a second one ends it at once."
 )
 
@@ -50,12 +50,12 @@ def make_parser() -> argparse.ArgumentParser:
         help="pick tasks (default), give orders, or wait for orders",
     )
     parser.add_argument(
-        "--allow-confusable", action="store_true", help="also use tasks and names that robots may take for one another"
+        "--allow-confusable", action="store_true", help="also use tasks and names that robots may confuse"
     )
     parser.add_argument("--log-format", choices=("auto", "console", "keyvalue", "json"), help="default: auto")
     parser.add_argument("--log-level", choices=("debug", "info", "warning", "error"), help="default: info")
     parser.add_argument(
-        "--check", action="store_true", help="only look for everything that is needed, and open nothing"
+        "--check", action="store_true", help="only check that everything needed is there, and open nothing"
     )
     return parser
 
@@ -99,7 +99,7 @@ def _start(options: argparse.Namespace, devices: Devices | None) -> int:
         return error.exit_status
     settings = loaded.settings
     manager = ServiceManager()
-    manager.status("looking for all that it needs; the first time takes longest")
+    manager.status("checking that everything is there; the first time takes longest")
     places = loaded.skill_places
     preflight = examine(settings, devices, allow_confusable=options.allow_confusable, skill_places=places)
     _show(preflight, options.check)

@@ -42,7 +42,7 @@ EXIT_STATUS = """\
 | 69 | | a device is missing or failed, or this robot runs already |
 | 70 | | a fault of hvcpd |
 | 73 | | the memory's folder cannot be written |
-| 78 | | a fault in the settings or tasks, or a memory of a newer version |
+| 78 | | an error in the settings or tasks, or a memory of a newer version |
 | 130 | interrupted | interrupted before it began |
 
 ## JSON

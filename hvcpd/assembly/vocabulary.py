@@ -95,7 +95,7 @@ def describe(confusion: Confusion) -> str:
     """One sentence: which two sentences are mistaken for each other, when, by which words, and the remedy."""
     c = confusion
     when = "even in quiet" if c.quiet > LIMIT_QUIET else "in noise as loud as the voice"
-    what = "sound the same" if c.same_sound else f"would be taken for one another {when}"
+    what = "sound the same" if c.same_sound else f"could be confused {when}"
     remedy = f"reword '{c.subject}'" if c.subject else "reword one of them"
     if c.alternative_of:
         remedy = f"leave the alternative of '{c.alternative_of}' out of the task file"

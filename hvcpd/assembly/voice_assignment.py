@@ -73,7 +73,7 @@ def recorded_voice(
             except AudioFileError as error:
                 faults.append(str(error))
     speaker = RecordedSpeaker(recordings, lexicon, stand_in)
-    faults += [f"{files[word]}: nothing is to be heard in it; record it again" for word in speaker.missing(recordings)]
+    faults += [f"{files[word]}: it is silent; record it again" for word in speaker.missing(recordings)]
     if faults:
         raise AudioFileError("\n".join(faults))
     return speaker

@@ -144,7 +144,7 @@ def unreadable(error: Exception) -> str:
         case OSError():
             return f"cannot be read ({error.strerror}); check the name and the disk"
         case _:
-            return "this is no file name; check it"
+            return "this is not a file name; check it"
 
 
 def parse(data: bytes, source: str) -> Document:
@@ -166,7 +166,7 @@ def parse(data: bytes, source: str) -> Document:
         raise ConfigError(f"{place}: not valid YAML ({what}); correct the line, or the one before it") from error
     except yaml.reader.ReaderError as error:
         line = text.count("\n", 0, error.position) + 1
-        raise ConfigError(f"{source}:{line}: a character that YAML does not allow; delete it") from error
+        raise ConfigError(f"{source}:{line}: YAML does not allow this character; delete it") from error
     return document
 
 

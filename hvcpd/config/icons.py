@@ -21,7 +21,7 @@ def valid_icon(icon: str) -> str | None:
         return None
     hint = did_you_mean(icon[:40], ICONS)
     stop = "" if hint.endswith("?") else ";"
-    return f"{icon[:40]!r} is no icon; {hint}{stop} any single character or emoji will do, too"
+    return f"{icon[:40]!r} is not an icon; {hint}{stop} any single character or emoji also works"
 
 
 def is_one_character(text: str) -> bool:

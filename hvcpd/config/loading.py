@@ -285,7 +285,7 @@ def _literal(value: Any, type_: Any) -> Any:
         if value == choice and type(value) is type(choice):
             return choice
     hint = did_you_mean(str(value)[:40], [str(choice) for choice in choices])
-    raise FaultError(f"{describe(value)} is none of the choices; {hint}")
+    raise FaultError(f"{describe(value)} is not one of the choices; {hint}")
 
 
 def _flatten(error: BaseException, path: KeyPath) -> Iterator[tuple[KeyPath, str]]:

@@ -158,13 +158,13 @@ def _valid_name(name: str) -> str | None:
 
 def _valid_names(names: tuple[str, ...]) -> str | None:
     if len(names) > MAX_KNOWN_NAMES:
-        return f"at most {MAX_KNOWN_NAMES} names can be known beforehand, found {len(names)}; remove some"
+        return f"at most {MAX_KNOWN_NAMES} names can be given, found {len(names)}; remove some"
     return next((text for name in names if (text := valid_robot_name(name))), None) or repeated_names(names)
 
 
 def _valid_teams(teams: tuple[str, ...]) -> str | None:
     if len(teams) > MAX_TEAMS:
-        return f"at most {MAX_TEAMS} teams can be known, found {len(teams)}; remove some"
+        return f"at most {MAX_TEAMS} teams can be given, found {len(teams)}; remove some"
     wrong = next((text for team in teams if (text := valid_team_name(team))), None)
     twice = next((team for index, team in enumerate(teams) if team in teams[:index]), None)
     return wrong or (f"the team {twice!r} is given twice; keep one" if twice is not None else None)

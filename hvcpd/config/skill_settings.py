@@ -28,12 +28,12 @@ _ACTION_TYPE = re.compile(r"[a-z][a-z0-9_]*/(action/)?[A-Z][A-Za-z0-9]*")
 
 def _valid_action(name: str) -> str | None:
     example = "write for example 'gripper'"
-    return None if _ACTION_NAME.fullmatch(name) else f"{name[:60]!r} is no name of an action; {example}"
+    return None if _ACTION_NAME.fullmatch(name) else f"{name[:60]!r} is not the name of an action; {example}"
 
 
 def _valid_type(name: str) -> str | None:
     example = "write for example 'control_msgs/GripperCommand'"
-    return None if _ACTION_TYPE.fullmatch(name) else f"{name[:60]!r} is no type of an action; {example}"
+    return None if _ACTION_TYPE.fullmatch(name) else f"{name[:60]!r} is not the type of an action; {example}"
 
 
 @dataclass(frozen=True)
@@ -121,7 +121,7 @@ def valid_skills(skills: Mapping[str, SkillSettings]) -> str | None:
             ros = "`ros: {action: name, type: package/Name}`"
             return f"{name}: give one of `run: [program, …]`, `gpio: {{pin: 17}}`, `joint: {{id: 3}}` and {ros}"
         if skill.safe and not skill.run:
-            return f"{name}: `safe` goes with `run`; pins and joints are left safe by themselves"
+            return f"{name}: `safe` goes with `run`; pins and joints are made safe anyway"
         if skill.joint is not None and (wrong := _joint_fault(skill.joint)) is not None:
             return f"{name}: joint: {wrong}"
     return None
@@ -129,7 +129,7 @@ def valid_skills(skills: Mapping[str, SkillSettings]) -> str | None:
 
 def _joint_fault(joint: JointSettings) -> str | None:
     if joint.least_deg >= joint.most_deg:
-        return f"least_deg {joint.least_deg:g} is not below most_deg {joint.most_deg:g}; exchange them"
+        return f"least_deg {joint.least_deg:g} is not below most_deg {joint.most_deg:g}; swap them"
     ends = [joint.zero_deg + (-1 if joint.reverse else 1) * end for end in (joint.least_deg, joint.most_deg)]
     if min(ends) < 0.0 or max(ends) >= MOTOR_RANGE_DEG:
         return f"from zero_deg {joint.zero_deg:g} the motor would leave its one turn; narrow least_deg and most_deg"

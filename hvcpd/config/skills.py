@@ -58,7 +58,9 @@ class Parameter:
             if not isinstance(value, str) or not 0 < len(value) <= MAX_TEXT_LENGTH or not value.isprintable():
                 raise FaultError(f"expected a text of 1 to {MAX_TEXT_LENGTH} characters, found {describe(value)}")
             if self.choices and value not in self.choices:
-                raise FaultError(f"{describe(value)} is none of the choices; {did_you_mean(value[:40], self.choices)}")
+                raise FaultError(
+                    f"{describe(value)} is not one of the choices; {did_you_mean(value[:40], self.choices)}"
+                )
             return value
         if isinstance(value, bool) or not isinstance(value, int | float):
             raise FaultError(f"expected a number, found {describe(value)}; write it without quotes, for example 1.5")

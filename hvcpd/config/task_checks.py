@@ -20,12 +20,12 @@ def check_after(parts: Parts, numbers: Mapping[int, KeyPath]) -> None:
         at: KeyPath = (*path[:-1], "after")
         after[number] = parts.get(at, tuple[int, ...]) or ()
         for other in set(after[number]) - numbers.keys():
-            parts.fault(at, f"task {number} comes after task {other}, which there is not; leave {other} out")
+            parts.fault(at, f"task {number} comes after task {other}, which does not exist; leave {other} out")
     for number, path in numbers.items():
         circle = _circle(after, number)
         if circle:
             way = " after ".join(f"task {each}" for each in circle)
-            parts.fault((*path[:-1], "after"), f"{way}: so none of them can begin; leave one of them out")
+            parts.fault((*path[:-1], "after"), f"{way}: none of them can begin; leave one of them out")
             return
 
 
@@ -59,10 +59,10 @@ def check_alternatives(parts: Parts) -> None:
             continue
         for index, phrase in enumerate(phrases):
             path: KeyPath = (*at, index)
-            wrong = valid_alternative(phrase) if isinstance(phrase, str) else f"{describe(phrase)} is no phrase"
+            wrong = valid_alternative(phrase) if isinstance(phrase, str) else f"{describe(phrase)} is not a phrase"
             if wrong is None and phrase in taken:
                 other, line = taken[phrase]
-                wrong = f"{phrase!r} counts as {other!r} already (line {line}); leave one of them out"
+                wrong = f"{phrase!r} already counts as {other!r} (line {line}); leave one of them out"
             if wrong is not None:
                 parts.fault(path, wrong)
             else:

@@ -96,7 +96,7 @@ def _valid_actions(actions: tuple[_ActionEntry, ...]) -> str | None:
 def _valid_deadline(text: str) -> str | None:
     if not text or interval_s(text) is not None:
         return None
-    return f"{text[:40]!r} is no time from when a task is due until it is late; write for example `30 min` or `2 h`"
+    return f"{text[:40]!r} is not a length of time; write for example `30 min` or `2 h`"
 
 
 @dataclass(frozen=True)
@@ -152,7 +152,9 @@ def _read_alternatives(value: Any, _: Converter) -> _Alternatives:
 def _valid_skills(skills: Mapping[str, Any]) -> str | None:
     if len(skills) > MAX_SKILLS:
         return f"at most {MAX_SKILLS} skills may be declared, found {len(skills)}; remove some"
-    taken = next((f"{name!r} is what every robot can; choose another" for name in skills if name in _BUILT_IN), None)
+    taken = next(
+        (f"{name!r} is something that every robot can do; choose another" for name in skills if name in _BUILT_IN), None
+    )
     return taken or next((text for name in skills if (text := valid_key(name)) is not None), None)
 
 
@@ -236,7 +238,7 @@ def _read_action(value: Any, converter: Converter, skills: tuple[str, ...]) -> _
     forms = [TO_PLACE, DOCK, *_ACTIONS, *skills]
     if isinstance(value, str):
         hint = f"write {{{value}: …}}" if value in _ACTIONS else did_you_mean(value[:40], forms)
-        raise FaultError(f"{value[:40]!r} is no action by itself; {hint}")
+        raise FaultError(f"{value[:40]!r} is not an action by itself; {hint}")
     if not isinstance(value, dict) or len(value) != 1:
         others = ", ".join((*_ACTIONS, *skills))
         raise FaultError(
@@ -244,7 +246,7 @@ def _read_action(value: Any, converter: Converter, skills: tuple[str, ...]) -> _
         )
     ((key, argument),) = value.items()
     if key in (TO_PLACE, DOCK):
-        raise FaultError(f"{key!r} is told nothing; write it without the colon", key)
+        raise FaultError(f"{key!r} takes no value; write it without the colon", key)
     if key not in _ACTIONS:
         hint = did_you_mean(key[:40], forms)
         raise FaultError(f"unknown action {key[:40]!r}; {hint} (a skill of your own is declared under `skills:`)", key)

@@ -40,13 +40,13 @@ def _found(status: State, tasks: Sequence[State]) -> Iterator[tuple[str, str]]:
         yield "battery", f"The battery has {battery_v:.1f} V: charge it"
     memory = status["memory"]
     if memory.get("unkept"):
-        yield "latch", f"After a restart {name} may not do as “stop” or “resume” told it: {memory['unkept']}"
+        yield "latch", f"After a restart {name} may not remember “stop” or “resume”: {memory['unkept']}"
     if memory.get("loss") and status["stopped"]:
         yield "loss", f"{name} has lost its memory, and started stopped: {memory['loss']}"
     if memory.get("fault"):
-        yield "memory", f"{name} cannot keep what it learns: {memory['fault']}"
+        yield "memory", f"{name} cannot save what it learns: {memory['fault']}"
     elif memory["lost"]:
-        yield "memory", f"{memory['lost']} records could not be kept: is the disk full?"
+        yield "memory", f"{memory['lost']} records could not be saved: is the disk full?"
     for task in tasks:
         if was_given_up(task):
             number, who = task["number"], " and ".join(task["failed_by"])

@@ -65,12 +65,12 @@ class Link:
                 await self._follow()
                 failures = 0
             except HvcpdError as error:
-                self._taker.link(False, f"{error}; looking for it again")
+                self._taker.link(False, f"{error}; searching for it again")
             except OSError as error:
                 why = error.strerror or "no connection"
-                self._taker.link(False, f"No robot answers at {self._path} ({why}); looking for it again")
+                self._taker.link(False, f"No robot answers at {self._path} ({why}); searching for it again")
             except (LookupError, TypeError, ValueError) as error:  # a reply of another shape than docs/control.md has
-                self._taker.link(False, f"That daemon answers in a way unknown here ({error}); looking again")
+                self._taker.link(False, f"That daemon's answer is unknown here ({error}); searching again")
             await asyncio.sleep(RETRY_S[min(failures, len(RETRY_S) - 1)])
             failures += 1
 
@@ -100,7 +100,9 @@ class Link:
         try:
             hello = await self._line(reader)
             if hello.get("protocol") != PROTOCOL:
-                raise NotDoneError("That daemon talks another protocol than this console; restart it after an upgrade")
+                raise NotDoneError(
+                    "That daemon uses another protocol version than this console; restart it after an upgrade"
+                )
             # No TaskGroup: Python 3.11's forgets that it was cancelled if a task of it fails at that moment.
             tasks = [asyncio.create_task(self._read(reader)), asyncio.create_task(self._look())]
             try:
@@ -140,7 +142,7 @@ class Link:
         except (ValueError, RecursionError, asyncio.LimitOverrunError):
             value = None
         if not isinstance(value, dict):
-            raise NotDoneError(f"What answers at {self._path} is no hvcpd")
+            raise NotDoneError(f"The program that answers at {self._path} is not hvcpd")
         return value
 
     async def _look(self) -> None:

@@ -49,7 +49,7 @@ def read_recording(folder: Path) -> Recording:
     )
     story = tell(record)
     if not story.robots:
-        raise ConfigError(f"{transcript} tells of no robot")
+        raise ConfigError(f"{transcript} has no robot")
     has_sound = sound.is_file()
     messages = {
         "begin": _begin(story, record),
@@ -115,7 +115,7 @@ def _marks(line: Line) -> list[dict[str, str]]:
             marks.append({**sure, "text": f"{clean(heard.listener)} {sure['text']}"})
         else:
             marks.append(mark("odd", f"{clean(heard.listener)} understood: “{clean(heard.text)}”"))
-    for told, names in (("garbled at", line.garbled), ("not noticed by", line.missed)):
+    for told, names in (("garbled at", line.garbled), ("not heard by", line.missed)):
         if names:
             marks.append(mark("bad", f"{told} {clean(listed(names))}"))
     return marks

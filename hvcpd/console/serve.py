@@ -76,7 +76,7 @@ def _remove_stale(path: Path) -> None:
     except FileNotFoundError:
         return
     if not stat.S_ISSOCK(status.st_mode):
-        raise FileExistsError(None, "something that is no socket lies there")
+        raise FileExistsError(None, "something that is not a socket is in its place")
     with socket.socket(socket.AF_UNIX) as probe, short_address(path) as address:
         if probe.connect_ex(address) == 0:
             raise FileExistsError(None, "another console has that socket")

@@ -110,7 +110,7 @@ def _add_shared(command: argparse.ArgumentParser, names: bool = True) -> None:
     command.add_argument("--tasks", type=Path, metavar="FILE", help="task repository (default: five plants)")
     if names:
         command.add_argument(
-            "--names", type=arguments.robot_names, metavar="Rob,Bot", help="the names known beforehand"
+            "--names", type=arguments.robot_names, metavar="Rob,Bot", help="the names that the robots know"
         )
 
 
@@ -142,7 +142,7 @@ def _add_simulate(commands: _Commands) -> None:
     lost = "with --hours: the share of sentences that each listener does not understand (default 0)"
     c.add_argument("--loss", type=arguments.between(0.0, 0.9), default=0.0, metavar="SHARE", help=lost)
     c.add_argument("--speed", choices=("max", "real"), default="max", help="as fast as the processor can, or real time")
-    c.add_argument("--play", action="store_true", help="play what a listener in the room hears (implies --speed real)")
+    c.add_argument("--play", action="store_true", help="play the mission as heard in the room (implies --speed real)")
     c.add_argument(
         "--noise-db",
         type=arguments.level_db,
@@ -156,15 +156,13 @@ def _add_simulate(commands: _Commands) -> None:
         default="open",
         help="open: free air, ideal loudspeakers (default); furnished: small loudspeakers and echoes",
     )
-    c.add_argument(
-        "--strangers", action="store_true", help="tell no robot another one's name: they spell them to each other"
-    )
+    c.add_argument("--strangers", action="store_true", help="robots do not know each other's names, and spell them")
     c.add_argument("--slow", action="store_true", help="speak slowly, as for long distances")
     c.add_argument(
-        "--repeat", type=int, choices=(1, 2), help="how many times in a row to say every sentence (default 1)"
+        "--repeat", type=int, choices=(1, 2), help="how many times in a row to say each sentence (default 1)"
     )
-    _add_key_option(c, "seal what the robots say; without a file with a key made for the occasion")
-    c.add_argument("--encrypted", action="store_true", help="with --key: in code words that nobody else understands")
+    _add_key_option(c, "seal what the robots say; without FILE, with a new key")
+    c.add_argument("--encrypted", action="store_true", help="with --key: encrypt, in code words")
     tank = "give each robot a pump and this much water"
     c.add_argument("--tank", type=arguments.between(0.0, 1000.0), metavar="LITRES", help=tank)
     c.add_argument(
@@ -173,12 +171,10 @@ def _add_simulate(commands: _Commands) -> None:
         action="append",
         default=[],
         metavar="ROBOT=SKILL",
-        help="a robot lacks a skill that the task file declares; more than once for more",
+        help="take a skill of the task file from a robot; may be repeated",
     )
-    c.add_argument("--mute", action="store_true", help="let no sound pass, to see that nothing else does")
-    c.add_argument(
-        "--allow-confusable", action="store_true", help="also use words that robots may take for one another"
-    )
+    c.add_argument("--mute", action="store_true", help="let no sound pass: then nothing is coordinated")
+    c.add_argument("--allow-confusable", action="store_true", help="also use words that robots may confuse")
     c.add_argument("--report", type=Path, metavar="DIR", help="write report.html, mission.wav, transcript.jsonl")
     c.add_argument("--json", action="store_true", help="print one JSON object a line, the summary last")
     c.set_defaults(run=_lazy("simulate.simulate"))
@@ -198,7 +194,9 @@ def _add_say(commands: _Commands) -> None:
     )
     _add_shared(c)
     c.add_argument("text", metavar="TEXT", help='for example "Hi Rob, I am Bot, water the yellow rose"')
-    c.add_argument("--as", dest="voice_of", metavar="NAME", help="in this robot's voice (default: who says 'I am …')")
+    c.add_argument(
+        "--as", dest="voice_of", metavar="NAME", help="use this robot's voice (default: the one in 'I am …')"
+    )
     text = "write a WAV instead of using the loudspeaker; - for a pipe"
     c.add_argument("-o", "--output", type=_sound_out, metavar="FILE.wav", help=text)
     c.add_argument(
@@ -206,11 +204,13 @@ def _add_say(commands: _Commands) -> None:
     )
     c.add_argument("--gain-db", type=arguments.between(-60.0, 20.0), default=0.0, metavar="DB", help="louder or softer")
     c.add_argument("--natural", action="store_true", help="a natural voice, whatever `synthesizer` the settings have")
-    c.add_argument("--lombard", action="store_true", help="as people speak in noise: slower, higher, brighter, louder")
+    c.add_argument(
+        "--lombard", action="store_true", help="speak as people do in noise: slower, higher, brighter, louder"
+    )
     c.add_argument("--voice", type=Path, metavar="DIR", help="speak with recorded words, one WAV each: DIR/water.wav")
     c.add_argument("--local", action="store_true", help="do not ask a running robot to say it")
-    c.add_argument("--name", metavar="NAME", help="have this robot say it, which must run here")
-    c.add_argument("--socket", type=Path, metavar="FILE", help="have the robot with this control socket say it")
+    c.add_argument("--name", metavar="NAME", help="let this robot say it, which must run here")
+    c.add_argument("--socket", type=Path, metavar="FILE", help="let the robot with this control socket say it")
     c.add_argument("--json", action="store_true", help="print what was said as a JSON object")
     c.set_defaults(run=_lazy("say.say"))
 
@@ -243,18 +243,18 @@ def _add_hear(commands: _Commands) -> None:
     c.add_argument(
         "--learn-alternatives",
         action="store_true",
-        help="propose phrases for what was not understood that count as a word, to paste into the task file",
+        help="propose alternatives for words that were not understood, to paste into the task file",
     )
-    c.add_argument("--said", metavar="TEXT", help="what was said there, if it is known")
-    _add_key_option(c, "hear seals too; with the team's key, check them, and read what is encrypted")
+    c.add_argument("--said", metavar="TEXT", help="the sentence that was said, if you know it")
+    _add_key_option(c, "also hear seals; with the team's key, check them and decrypt")
     c.add_argument("--plot", type=Path, metavar="FILE.png", help="draw spectrum, words, noise and confidence")
     c.set_defaults(run=_lazy("hear.hear"))
 
 
 def _add_listen(commands: _Commands) -> None:
-    c = commands.add_parser("listen", help="follow by ear what robots say, from the microphone, until interrupted")
+    c = commands.add_parser("listen", help="listen at the microphone and print what robots say, until interrupted")
     _add_shared(c)
-    _add_key_option(c, "hear seals too; with the team's key, check them, and read what is encrypted")
+    _add_key_option(c, "also hear seals; with the team's key, check them and decrypt")
     c.add_argument("--device", metavar="NAME", help="a part of the microphone's name (default: the settings')")
     c.add_argument("--json", action="store_true", help="print one JSON object a line")
     c.set_defaults(run=_lazy("hear.listen"))
@@ -270,7 +270,7 @@ def _add_phrases(commands: _Commands) -> None:
 
 
 def _add_check_vocabulary(commands: _Commands) -> None:
-    c = commands.add_parser("check-vocabulary", help="find words that would be taken for one another, and better ones")
+    c = commands.add_parser("check-vocabulary", help="find words that could be confused, and better ones")
     _add_shared(c)
     c.add_argument("--json", action="store_true", help="print one JSON object a line")
     c.set_defaults(run=_lazy("say.check_vocabulary"))
@@ -278,17 +278,19 @@ def _add_check_vocabulary(commands: _Commands) -> None:
 
 def _add_memory(command: argparse.ArgumentParser) -> None:
     command.add_argument("--config", type=Path, metavar="FILE", help="settings file (default: /etc/hvcpd/hvcpd.yaml)")
-    command.add_argument("--name", metavar="NAME", help="whose memory (default: the robot's of the settings)")
-    command.add_argument("--memory", type=Path, metavar="FILE", help="this memory file, wherever it lies")
-    command.add_argument("--socket", type=Path, metavar="FILE", help="that of the robot with this control socket")
-    command.add_argument("--since", metavar="WHEN", help="from then on: 30m, 8h, 2d ago, or 2026-11-21T08:00")
+    command.add_argument("--name", metavar="NAME", help="the robot whose memory to read (default: from the settings)")
+    command.add_argument("--memory", type=Path, metavar="FILE", help="this memory file, in any folder")
+    command.add_argument("--socket", type=Path, metavar="FILE", help="the memory of the robot with this control socket")
+    command.add_argument(
+        "--since", metavar="WHEN", help="start this long ago (30m, 8h, 2d) or at this time (2026-11-21T08:00)"
+    )
     command.add_argument("--json", action="store_true", help="print one JSON object a line")
 
 
 def _add_transcript(commands: _Commands) -> None:
     c = commands.add_parser("transcript", help="print what a robot said and heard")
     _add_memory(c)
-    c.add_argument("--follow", action="store_true", help="go on with what is said from now on, until interrupted")
+    c.add_argument("--follow", action="store_true", help="go on with new sentences, until interrupted")
     c.set_defaults(run=_lazy("live.transcript"))
 
 
@@ -300,16 +302,16 @@ def _add_audit(commands: _Commands) -> None:
 
 
 def _add_report(commands: _Commands) -> None:
-    c = commands.add_parser("report", help="tell and draw a shift: who did what, and what went wrong")
+    c = commands.add_parser("report", help="describe a shift: who did what, and what went wrong")
     _add_memory(c)
     c.set_defaults(since="8h")
     c.add_argument("--tasks", type=Path, metavar="FILE", help="task repository (default: five plants)")
-    c.add_argument("--html", type=Path, metavar="FILE", help="draw it, too, as one page")
+    c.add_argument("--html", type=Path, metavar="FILE", help="also write it as a page")
     c.set_defaults(run=_lazy("live.report"))
 
 
 def _add_pronounce(commands: _Commands) -> None:
-    c = commands.add_parser("pronounce", help="show how words are said, and why so")
+    c = commands.add_parser("pronounce", help="show how words are pronounced, and why")
     c.add_argument("words", nargs="*", metavar="WORD", help="words, or phrases in quotes: 'wind the clock'")
     c.add_argument("--config", type=Path, metavar="FILE", help="settings file (default: /etc/hvcpd/hvcpd.yaml)")
     c.add_argument("--lexicon", type=Path, metavar="FILE", help="your own pronunciations (default: the settings')")
@@ -322,7 +324,7 @@ def _add_pronounce(commands: _Commands) -> None:
 
 
 def _add_prerender(commands: _Commands) -> None:
-    c = commands.add_parser("prerender", help="make all words of the phrasebook beforehand")
+    c = commands.add_parser("prerender", help="render all words of the phrasebook in advance")
     _add_shared(c)
     c.add_argument("--json", action="store_true", help="print the result as one JSON object")
     c.set_defaults(run=_lazy("say.prerender"))

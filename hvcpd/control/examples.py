@@ -60,7 +60,19 @@ def all_parsers(parser: argparse.ArgumentParser, path: str = "") -> Iterator[tup
 
 
 def add_examples(parser: argparse.ArgumentParser) -> None:
-    """Append the examples to each command's help."""
+    """Append the examples to each command's help, and open it with the line that lists the command."""
     for path, command in all_parsers(parser):
+        if command.description is None and (line := _listed_as(parser, path)):
+            command.description = f"{line[0].upper()}{line[1:]}."
         if path in EXAMPLES:
             command.epilog = with_examples(command.epilog or "", *EXAMPLES[path])
+
+
+def _listed_as(parser: argparse.ArgumentParser, path: str) -> str | None:
+    """The help that is shown beside the command in the list of its siblings."""
+    above, _, name = path.rpartition(" ")
+    parent = dict(all_parsers(parser))[above] if above else parser
+    for action in parent._actions:
+        if isinstance(action, argparse._SubParsersAction):
+            return next((each.help for each in action._choices_actions if each.dest == name), None)
+    return None

@@ -100,7 +100,7 @@ class BaseRequestHandler:
         if there:
             _log.info("base is there")
         else:
-            _log.warning("no base", reason=self._base.fault, effect="tasks that drive are left to others")
+            _log.warning("no base", reason=self._base.fault, effect="it leaves tasks that drive to others")
 
     def unable(self, wiring: Wiring) -> frozenset[int]:
         """The tasks that the robot lacks the means for, just now."""

@@ -100,7 +100,7 @@ class Preparation:
         now_s = self._clock()
         if now_s - self._shown_s >= SHOWN_EVERY_S:
             self._shown_s = now_s
-            self.text = f"making words ready: {what}, {self.done} of {self.total}"
+            self.text = f"preparing words: {what}, {self.done} of {self.total}"
             self._report(self.text)
         if now_s - self._logged_s >= self._logged_every_s:
             self._logged_s = now_s

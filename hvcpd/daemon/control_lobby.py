@@ -175,4 +175,4 @@ class Lobby:
             asyncio.get_running_loop().remove_reader(visitor.connection)
         else:
             self._asking.remove(visitor)
-        visitor.refuse(f"{MAX_WAITING} programs wait to be heard")
+        visitor.refuse(f"{MAX_WAITING} programs wait to be served")

@@ -50,7 +50,7 @@ def parse_request(line: bytes) -> Request:
     except RecursionError:
         raise RefusalError("malformed", "the line is nested too deeply") from None
     except ValueError as error:  # JSONDecodeError, UnicodeDecodeError, a number of thousands of digits
-        raise RefusalError("malformed", f"the line is no JSON ({_shortened(str(error), 80)})") from None
+        raise RefusalError("malformed", f"the line is not JSON ({_shortened(str(error), 80)})") from None
     if not isinstance(value, dict):
         raise RefusalError("malformed", 'a request is an object such as {"id": 1, "command": "status"}')
     command = value.pop("command", None)

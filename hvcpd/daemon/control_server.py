@@ -121,7 +121,7 @@ class ControlServer:
         """Let the client have events of these kinds from now on. Raises RefusalError if too many follow already."""
         others = sum(bool(each.wanted) for each in self._clients if each is not client)
         if kinds and others >= MAX_FOLLOWERS:
-            raise RefusalError("busy", f"{MAX_FOLLOWERS} programs follow this robot already; end one of them")
+            raise RefusalError("busy", f"{MAX_FOLLOWERS} programs already follow this robot; end one of them")
         client.wanted = kinds
 
     def _admit(self, visitor: Visitor) -> None:
@@ -131,7 +131,7 @@ class ControlServer:
         if len(self._clients) >= MAX_CLIENTS and not self._make_room():
             places = MAX_CLIENTS + (STOP_PLACES if visitor.says_stop else 0)
             if len(self._clients) >= places:
-                visitor.refuse(f"{len(self._clients)} programs are being answered; try again in a moment")
+                visitor.refuse(f"{len(self._clients)} programs are being served; try again in a moment")
                 return
         task = asyncio.get_running_loop().create_task(self._talk(client, visitor))
         self._clients[client] = task
@@ -185,7 +185,9 @@ class ControlServer:
     def _let_go(self, client: Client) -> None:
         self.dropped += 1
         client.wanted = frozenset()
-        _log.warning("control client let go", reason="it does not read", pid=client.caller.pid, uid=client.caller.uid)
+        _log.warning(
+            "control client disconnected", reason="it does not read", pid=client.caller.pid, uid=client.caller.uid
+        )
 
     async def _serve_line(self, client: Client, reader: asyncio.StreamReader) -> bool:
         """Whether more may come after this line."""

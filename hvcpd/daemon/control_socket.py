@@ -102,7 +102,7 @@ class SocketFile:
         except FileNotFoundError:
             return
         if not stat.S_ISSOCK(status.st_mode):
-            raise FileExistsError(None, "something that is no socket lies there; move it away", str(self.path))
+            raise FileExistsError(None, "something that is not a socket is in its place; move it away", str(self.path))
         self.path.unlink()
 
 
@@ -119,7 +119,7 @@ def locked(path: Path, what: Path) -> int:
         if not isinstance(error, BlockingIOError):
             raise
         raise RunningError(
-            f"a robot of this name runs on this computer already (it has {what}); stop it, or give this one "
+            f"a robot of this name already runs on this computer (it holds {what}); stop it, or give this one "
             "another name with --name NAME"
         ) from None
     return lock

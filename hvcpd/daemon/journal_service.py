@@ -101,8 +101,8 @@ class JournalService:
         if ring is not None and f"{LOST}{ring.spoken.fingerprint}" in self.counters:
             _log.error(
                 "counters of seals lost",
-                reason="an old recording could pass for new: who speaks is believed once it has answered, the codes of "
-                "the sheet no longer, and this robot by nobody",
+                reason="an old recording could pass as new: the robot believes nobody without a challenge, takes no "
+                "code of the sheet, and nobody believes it",
                 remedy="hvcpctl key rotate --after 0 --keep 0, and hand the new key to all robots",
             )
         self._opened.set()

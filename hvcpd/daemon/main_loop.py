@@ -101,7 +101,7 @@ class Daemon:
         """Have `run` return once the robot has said that it leaves, after FAREWELL_S at the latest."""
         if self.robot is not None and self._leave_until_s is None:
             self._leave_until_s = self.robot.now + FAREWELL_S
-            self._manager.stopping("saying that it leaves")
+            self._manager.stopping("saying goodbye")
             self.robot.coordination.leave(self.robot.now)
 
     async def reload(self) -> None:
@@ -136,7 +136,7 @@ class Daemon:
             stack.push_async_callback(sound.close)
             await sound.open()
 
-            self._manager.status("making words ready; the first time takes longest")
+            self._manager.status("preparing words; the first time takes longest")
             acoustics = Acoustics(latency_s=sound.latency_s)
             navigator = self._goal_navigator()
             body, journal = self._control.body, self._journal
@@ -290,11 +290,12 @@ class Daemon:
                 "going on where it was",
                 x_m=round(here.pose.x_m, 2),
                 y_m=round(here.pose.y_m, 2),
-                reason="the daemon did not end in order; if the robot was carried to its start, restart the service",
+                reason="the daemon did not end normally; if somebody carried the robot to its "
+                "start, restart the service",
             )
         if states.count("done") == len(self.wiring.tasks.tasks):
             files = f"{self.wiring.settings.memory_path} and {self.wiring.latch_path}"
             _log.warning(
                 "nothing left to do",
-                reason=f"every task was done before; to begin anew end the daemon and delete {files}",
+                reason=f"every task is already done; to start afresh, stop the daemon and delete {files}",
             )

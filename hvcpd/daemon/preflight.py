@@ -85,7 +85,7 @@ def examine(
 
 
 def find_confusable(wiring: Wiring, allowable: bool = True) -> Finding:
-    """Whether tasks and names can be told apart by ear; kept in the state directory, if that is there already.
+    """Whether tasks and names sound different enough; kept in the state directory, if that is there already.
 
     `allowable`: --allow-confusable can still be given.
     """
@@ -98,7 +98,7 @@ def find_confusable(wiring: Wiring, allowable: bool = True) -> Finding:
     why = refusal(found, settings.tasks, allowable)
     if why is not None:
         return Finding("vocabulary", why, EX_CONFIG)
-    return Finding("vocabulary", "tasks and names can be told apart by ear")
+    return Finding("vocabulary", "tasks and names sound different enough")
 
 
 def nearest_there(directory: Path) -> Path:
@@ -111,7 +111,7 @@ def find_memory(directory: Path, access: Access = os.access) -> Finding:
     remedy = "make it, writable for the daemon's user, or set `state_dir` to another"
     nearest = nearest_there(directory)
     if not nearest.is_dir():
-        return Finding("memory", f"state_dir: {nearest} is no directory; set `state_dir` to another", EX_CANTCREAT)
+        return Finding("memory", f"state_dir: {nearest} is not a directory; set `state_dir` to another", EX_CANTCREAT)
     if not access(nearest, os.W_OK | os.X_OK):
         what = "cannot be written" if nearest == directory else f"cannot be made in {nearest}"
         return Finding("memory", f"state_dir: {directory} {what}; {remedy}", EX_CANTCREAT)
@@ -155,7 +155,7 @@ def find_port(settings: WheelSettings, device_directory: Path, access: Access = 
     except OSError as error:
         return _port_fault(f"wheels.port: no {port} ({error.strerror}); {_other_ports(device_directory)}")
     if not stat.S_ISCHR(status.st_mode):
-        return _port_fault(f"wheels.port: {port} is no serial port; {_other_ports(device_directory)}")
+        return _port_fault(f"wheels.port: {port} is not a serial port; {_other_ports(device_directory)}")
     if not access(port, os.R_OK | os.W_OK):
         from hvcpd.hardware.groups import group_of
 

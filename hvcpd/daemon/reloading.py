@@ -63,7 +63,7 @@ class Reloader:
         def added(changes: TaskChanges) -> TaskChanges:
             taken = next((each for each in self._tasks.tasks if each.number == task.get("number")), None)
             if taken is not None:
-                raise ConfigError(f"there is a task {taken.number} already, {taken.name!r}; choose another number")
+                raise ConfigError(f"there already is a task {taken.number}, {taken.name!r}; choose another number")
             return changes.with_added(task)
 
         return await self._renew(added)

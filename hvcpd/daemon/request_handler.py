@@ -129,7 +129,7 @@ class RequestHandler:
             driver = self._body.wiring.settings.wheels.driver
             if driver == "ros":
                 raise RefusalError("starting", "the robot is still starting; try again in a moment")
-            text = f"hvcpd has the wheels (wheels.driver is {driver}); set it to ros to leave them to ROS"
+            text = f"hvcpd drives the wheels (wheels.driver is {driver}); set it to ros to leave them to ROS"
             raise RefusalError("refused", text)
         self._body.base.take(arguments)
         return {}

@@ -58,7 +58,7 @@ class SecondPass(Generic[Job, Found]):
             try:
                 return self._pool.submit(listener.look, job)
             except RuntimeError as error:  # the pool is broken, or no thread can be started
-                _log.warning("second look begun anew", reason=f"{type(error).__name__}: {error}")
+                _log.warning("second pass restarted", reason=f"{type(error).__name__}: {error}")
                 self._pool.shutdown(wait=False, cancel_futures=True)
                 self._pool = self._make_pool()
         return None

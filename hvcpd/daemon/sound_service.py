@@ -226,8 +226,8 @@ class SoundService:
             _log.warning(
                 "the microphone is mute",
                 zeros_s=MUTE_S,
-                remedy="is it switched off, turned down in `alsamixer`, or another one than audio.input_device or "
-                "audio.input_channel tell?",
+                remedy="is it switched off, turned down in `alsamixer`, or not the one named by audio.input_device or "
+                "audio.input_channel?",
             )
 
     def _passed(self, n: int) -> int:
@@ -280,7 +280,7 @@ class SoundService:
             await asyncio.wait_for(self._stream.close(), self._let_go_s)
         except TimeoutError as error:
             raise DeviceError(
-                f"the sound card was not let go of for {self._let_go_s:g} s; does the sound server hang? Restart it"
+                f"the sound card was not released for {self._let_go_s:g} s; does the sound server hang? Restart it"
             ) from error
 
 

@@ -120,7 +120,7 @@ class Wiring:
         return make_phrasebook(names, settings.teams, self.tasks, self.keys is not None, settings.security.encrypted)
 
     def phrasebook(self) -> Phrasebook:
-        """Of the names known beforehand. Raises PhraseError."""
+        """Of the names that the robots know. Raises PhraseError."""
         return self._phrasebook(self.names)
 
     def names_with(self, heard: Sequence[str]) -> tuple[str, ...]:

@@ -83,7 +83,7 @@ def list_afresh(backend: Any) -> None:
         backend._terminate()
         backend._initialize()
     except backend.PortAudioError as error:
-        raise DeviceError(f"PortAudio cannot be begun anew ({error}); does the sound server run?") from error
+        raise DeviceError(f"PortAudio cannot be restarted ({error}); does the sound server run?") from error
 
 
 def card_ids(folder: Path = SOUND_CARDS) -> dict[str, int]:

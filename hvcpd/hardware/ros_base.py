@@ -22,7 +22,7 @@ wheels' own period of 0.05 s and a block of sound the robot is told to stand wit
 LASTING_S = 5.0
 """Time for which the bridge's reason for having no base holds; it repeats it once a second."""
 
-NEVER = "ROS has told no odometry; start `hvcpctl ros`, and see that the base publishes odom"
+NEVER = "ROS sends no odometry; start `hvcpctl ros`, and see that the base publishes odom"
 
 
 @dataclass(frozen=True)
@@ -56,7 +56,7 @@ class RosBase:
         now_s, report, fault = self._clock(), self._report, self._fault
         if report is not None:
             age_s = now_s - report[1]
-            return f"ROS has told no odometry for {age_s:.1f} s" if age_s > FRESH_S else None
+            return f"ROS has sent no odometry for {age_s:.1f} s" if age_s > FRESH_S else None
         return fault[0] if fault is not None and now_s - fault[1] <= LASTING_S else NEVER
 
     def open(self) -> None:

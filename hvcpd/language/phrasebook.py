@@ -290,7 +290,7 @@ class Phrasebook:
 
     def _why_not(self, words: Words) -> str:
         if not words:
-            return "there is no word to say; for what can be said see: hvcpctl phrases"
+            return "there is no word to say; `hvcpctl phrases` lists what can be said"
         known, expected = expected_after(self.graph, words)
         written = " ".join(words[:known])
         choices = ", ".join(sorted(expected)[:8]) + (", …" if len(expected) > 8 else "")
@@ -304,7 +304,7 @@ class Phrasebook:
             told = ",".join((*self.vocabulary.names, words[known].capitalize()))
             hint = f"known names are {', '.join(self.vocabulary.names)}; for a new one give all with --names {told}"
         if "i" in expected and words[known] in self.graph.words:
-            hint = f"who speaks comes first: '{written} i am …'"
+            hint = f"the speaker comes first: '{written} i am …'"
         return f"'{words[known]}' is not in the phrasebook {where}; {hint} (all forms: hvcpctl phrases)"
 
 

@@ -130,8 +130,8 @@ def refuse_senseless(graph: WordGraph, alternatives: Mapping[str, tuple[Words, .
         if not places:
             close = difflib.get_close_matches(word, graph.words, n=1)
             hint = f"did you mean '{close[0]}'?" if close else "leave it out (all words: hvcpctl phrases)"
-            raise VocabularyError(f"alternatives: '{word}' is no word of the phrasebook; {hint}", "tasks")
+            raise VocabularyError(f"alternatives: '{word}' is not a word of the phrasebook; {hint}", "tasks")
         for phrase in phrases:
             if any(ends_of(graph, place, phrase) for place in places):
-                text = f"'{' '.join(phrase)}' cannot count as '{word}', for it can be said itself in that place"
+                text = f"'{' '.join(phrase)}' cannot count as '{word}', because it can be said there itself"
                 raise VocabularyError(f"alternatives: {text}; leave it out", "tasks")

@@ -138,7 +138,7 @@ class StopLatch:
                 if self._forbids():
                     return
         kept = next((path for path in self._spares if _made(path)), None)
-        reason = (first.strerror if first is not None else None) or "it can still be read as before"
+        reason = (first.strerror if first is not None else None) or "its old content may still be there"
         if kept is None:
             raise StoreError(
                 f"{self.path}: a stop cannot be kept ({reason}): after a restart the robot may go on; make its disk "

@@ -127,7 +127,7 @@ def _losses(files: MemoryFiles, store: Store, before: Latched | None, is_first: 
         elif store.is_new and not is_first:
             yield f"{path} is missing"
     elif before.permit is Permit.UNSURE:
-        why = "cannot be read" if before.memory is None else "not all could be written down before the last end"
+        why = "cannot be read" if before.memory is None else "the last shutdown could not save everything"
         yield f"{files.latch}: {why}"
     elif before.permit is not Permit.NEW and before.memory != store.identity:
         yield f"{path} is missing or empty" if store.is_new else f"{path} is not the memory that was there before"

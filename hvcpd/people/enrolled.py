@@ -177,11 +177,11 @@ def read_person(path: Path) -> Person:
         with np.load(path, allow_pickle=False) as file:
             return _person(file)
     except _WrongError as wrong:
-        raise StoreError(f"{path}: this is no enrolment of ours: {wrong}; enrol the person anew") from None
+        raise StoreError(f"{path}: this is not an enrolment by hvcpd: {wrong}; enrol the person again") from None
     except OSError as error:
         raise StoreError(f"{path} cannot be read: {error.strerror or error}; name another file") from None
     except _BROKEN as error:
-        raise StoreError(f"{path}: this is no enrolment of ours ({error}); enrol the person anew") from None
+        raise StoreError(f"{path}: this is not an enrolment by hvcpd ({error}); enrol the person again") from None
 
 
 class _WrongError(Exception):

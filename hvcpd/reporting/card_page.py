@@ -52,7 +52,7 @@ def card_page(card: Card, tasks: Sequence[TaskDefinition]) -> str:
     )
     more = _more_tasks(tasks)
     wall = "the first sheet is for the wall" if more is None else "the first two sheets are for the wall"
-    note = f"Print this page on A4 without margins: {wall}, what follows is to be cut into eight."
+    note = f"Print this page on A4 without margins: {wall}; cut the rest into eight."
     main = tag("main", _wall(card, tasks), more, tag("p", note, class_="note"), *_pockets(card, tasks))
     body = tag("body", main)
     return f"<!doctype html>\n{tag('html', tag('head', *head), body, lang='en')}\n"
@@ -99,9 +99,12 @@ def _halt(card: Card) -> Markup:
     return tag(
         "section",
         tag("b", "“Stop”"),
-        tag("p", f"or {calls}: anybody, at any time, without a greeting. Who hears it halts and stays halted."),
+        tag(
+            "p",
+            f"or {calls}: anybody, at any time, without a greeting. Every robot that hears it halts and stays halted.",
+        ),
         tag("b"),
-        tag("p", "“Resume”: halted robots may take on tasks again. No old motion starts by it."),
+        tag("p", "“Resume”: halted robots may take on tasks again. This starts no old motion."),
         class_="halt",
         aria_label="Stop",
     )

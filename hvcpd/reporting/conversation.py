@@ -67,7 +67,7 @@ def _marks(line: Line, others: int) -> list[Markup]:
     for heard in line.heard:
         if heard.text != line.said.text:
             marks.append(tag("li", f"{heard.listener} understood: “{heard.text}”", class_="odd"))
-    for kind, names in (("garbled at", line.garbled), ("not noticed by", line.missed)):
+    for kind, names in (("garbled at", line.garbled), ("not heard by", line.missed)):
         if names:
             who = listed(names) if len(names) <= MAX_NAMED else plural(len(names), "robot")
             marks.append(tag("li", f"{kind} {who}", class_="bad", title=listed(names)))

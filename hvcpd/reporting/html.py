@@ -26,8 +26,10 @@ from hvcpd.reporting.story import SkillSpan, Story, TaskStory, tell
 from hvcpd.reporting.text import clock, listed, number, plural, repeated
 from hvcpd.reporting.timeline_svg import draw_timeline
 
-SWITCHED = Markup(' <span><i class="swatch switched-key"></i> pump, or what else is switched, on</span>')
+SWITCHED = Markup(' <span><i class="swatch switched-key"></i> pump (or another switched device) on</span>')
 """In the timeline's legend."""
+_DISTANCE = "Distance from its place (m)"
+"""A column of the table of tasks."""
 MAX_NAMED_DRIVES = 3
 """Of more robots the headline gives the sum of their ways: it has one row."""
 
@@ -79,7 +81,7 @@ def _policy(script: str) -> str:
 def _verdict(story: Story) -> Markup:
     summary = story.summary
     if summary is None:
-        return tag("p", "The mission did not come to its end", class_="verdict bad")
+        return tag("p", "The mission did not end", class_="verdict bad")
     if summary.lost == 0 and summary.duplicates == 0:
         every = f"All {summary.tasks} tasks" if summary.tasks != 1 else "The task was"
         return tag("p", f"{every} done{', each' if summary.tasks != 1 else ''} exactly once", class_="verdict good")
@@ -111,7 +113,7 @@ def _figures(story: Story, trails: list[Trail]) -> Markup:
             understood = f"{summary.utterances_understood} of {summary.utterances_sent}"
             figures.append((understood, "utterances understood"))
         else:
-            figures.append((str(summary.utterances_sent), "utterances, and no other robot to hear them"))
+            figures.append((str(summary.utterances_sent), "utterances, with no other robot to hear them"))
         figures.append((str(summary.collisions), "collision" if summary.collisions == 1 else "collisions"))
     if len(trails) <= MAX_NAMED_DRIVES:
         figures += [(f"{length_m(trail):.1f} m", f"driven by {trail.robot}") for trail in trails]
@@ -145,7 +147,7 @@ def _spectrograms(story: Story, sound: Samples) -> Markup:
 
 
 def _task_table(story: Story) -> Markup:
-    heads = ["No.", "Task", "Place (m)", "Done by", "Claimed", "Done", "Off its place (m)"]
+    heads = ["No.", "Task", "Place (m)", "Done by", "Claimed", "Done", _DISTANCE]
     heads += ["Poured (l)"] * any(span.litres is not None for span in story.skills)
     heads += ["Skills"] * bool(story.skills)
     head = tag("thead", tag("tr", *(tag("th", h, scope="col") for h in heads)))
@@ -160,7 +162,7 @@ def _task_row(task: TaskStory, skills: Sequence[SkillSpan]) -> Markup:
         doers += f", {len(task.waterings)} times"
     claimed, done = (clock(at) if at is not None else "–" for at in (task.claimed_s, task.done_s))
     off = f"{task.distance_m:.3f}" if task.distance_m is not None else "–"
-    cells = [("Place (m)", place), ("Done by", doers), ("Claimed", claimed), ("Done", done), ("Off its place (m)", off)]
+    cells = [("Place (m)", place), ("Done by", doers), ("Claimed", claimed), ("Done", done), (_DISTANCE, off)]
     if skills:
         mine = [span.litres for span in skills if span.last.task == task.number]
         if any(span.litres is not None for span in skills):
@@ -182,7 +184,8 @@ def _player(clip: Clip | None) -> Markup:
     source = "data:audio/wav;base64," + base64.b64encode(clip.wav).decode("ascii")
     sound = tag("audio", id="sound", src=source, controls=True, preload="auto", aria_label="The whole mission")
     whole = tag("button", "▶ Play the whole mission", type="button", id="whole", aria_pressed="false")
-    return tag("div", whole, sound, _speeds(), tag("p", id="caption", aria_live="off"), class_="player")
+    caption = tag("p", id="caption", aria_live="off")
+    return tag("section", whole, sound, _speeds(), caption, class_="player", aria_label="Player")
 
 
 def _speeds() -> Markup:
@@ -196,13 +199,13 @@ def _notes(clip: Clip | None) -> Markup:
     if clip is None:
         notes.append("No sound was recorded.")
     else:
-        told = f"The sound is what a microphone in the room took, raised by {clip.gain_db:.0f} dB for listening, with"
-        notes.append(f"{told} loud parts limited; {clip.described}.")
+        notes.append(
+            "The sound is what a microphone in the room recorded, "
+            f"raised by {clip.gain_db:.0f} dB for listening, with loud parts limited; {clip.described}."
+        )
         if clip.bits < 16 or clip.rate_hz < SAMPLE_RATE_HZ:
-            notes.append(
-                "It is coarser here than it was, to keep this page small; mission.wav beside it has all of it."
-            )
-    notes.append("Trails are drawn by the points that matter: everywhere within 2 cm of the true way.")
+            notes.append("It is coarser here, to keep this page small; mission.wav beside it has full quality.")
+    notes.append("Trails are simplified, within 2 cm of the true path.")
     notes.append("Spectrograms: 25 ms Hann window, 6 dB/octave pre-emphasis, colours relative to the loudest point.")
-    notes.append("Words stand over a spectrogram where the listener that was surest recognised them.")
+    notes.append("The words above a spectrogram are in the places where the most confident listener recognised them.")
     return tag("ul", *(tag("li", note) for note in notes))

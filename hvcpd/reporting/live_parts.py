@@ -88,7 +88,7 @@ class Artist:
         if line.garbled:
             parts.append((f"garbled at {_named(line.garbled)}", "red"))
         if line.missed and final:
-            parts.append((f"not noticed by {_named(line.missed)}", "red"))
+            parts.append((f"not heard by {_named(line.missed)}", "red"))
         return parts or [("listening …", "dim")]
 
 
@@ -257,7 +257,9 @@ def conclusion(artist: Artist, watch: Watch, summary: Summary) -> Iterable[Text]
         wrong = [f"{summary.lost} not done"] * (summary.lost > 0)
         twice = repeated(watch.doers.values())
         wrong += [f"{twice} done more than once"] * (twice > 0)
-        yield artist.text((f"Not all went well: of {plural(summary.tasks, 'task')}, {listed(wrong)}", "bold red"))
+        yield artist.text(
+            (f"Not everything went well: of {plural(summary.tasks, 'task')}, {listed(wrong)}", "bold red")
+        )
     doing = (robot for robots in watch.doers.values() for robot in robots)
     for robot in dict.fromkeys([*watch.started.robots, *doing]):
         times = {watch.names[number]: doers.count(robot) for number, doers in sorted(watch.doers.items())}
@@ -272,6 +274,6 @@ def conclusion(artist: Artist, watch: Watch, summary: Summary) -> Iterable[Text]
         understood = f"{summary.utterances_understood} of {sent} understood"
         yield artist.text(f"  {understood}, {plural(summary.collisions, 'collision')}")
     else:
-        yield artist.text(f"  {sent}, and no other robot to hear them")
+        yield artist.text(f"  {sent}, with no other robot to hear them")
     mission = f"{clock(summary.virtual_s)} of mission time in {summary.wall_s:.1f} s"
     yield artist.text(f"  {mission}: {rate} (seed {summary.seed})")

@@ -268,6 +268,10 @@ class _Labels:
             ("middle", x, y - radius - 5, x - wide / 2),
             ("start", x + radius + 4, y + 5, x + radius + 4),
             ("end", x - radius - 4, y + 5, x - radius - 4 - wide),
+            ("end", x + radius, y - radius - 5, x + radius - wide),
+            ("end", x + radius, y + radius + 13, x + radius - wide),
+            ("start", x - radius, y - radius - 5, x - radius),
+            ("start", x - radius, y + radius + 13, x - radius),
         )
         anchor, tx, ty, left = min(options, key=lambda o: self._cost(o[3], o[2], wide))
         self._taken.append(self._box(left, ty, wide))
@@ -279,6 +283,6 @@ class _Labels:
     def _cost(self, left: float, base: float, wide: float) -> float:
         a, b, c, d = self._box(left, base, wide)
         hidden = sum(max(min(c, q[2]) - max(a, q[0]), 0) * max(min(d, q[3]) - max(b, q[1]), 0) for q in self._taken)
-        # Over a trail a label can still be read, over another label neither can.
+        # Over a trail a label can still be read, over another label neither can; beyond the edge it is cut off.
         crossed = sum(a <= x <= c and b <= y <= d for x, y in self._crowd)
-        return 10.0 * hidden + 8.0 * crossed + 1000.0 * (a < 0 or c > self._width)
+        return 10.0 * hidden + 8.0 * crossed + 1e6 * (a < 0 or c > self._width)

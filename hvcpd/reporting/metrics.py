@@ -34,18 +34,18 @@ def _families(status: Mapping[str, Any], heat_c: float | None) -> Iterator[Famil
     yield "info", "gauge", "The robot and its version.", [(version, 1.0)]
     yield "uptime_seconds", "gauge", "Since the daemon started.", [({}, status["uptime_s"])]
     yield "stopped", "gauge", "Whether the robot was told to stop.", [({}, status["stopped"])]
-    yield "speaking", "gauge", "Whether it speaks just now.", [({}, status["speaking"])]
+    yield "speaking", "gauge", "Whether it is speaking.", [({}, status["speaking"])]
     yield "listening", "gauge", "Whether sound comes from the microphone.", [({}, sound["listening"])]
     yield "tasks", "gauge", "Tasks of the board by state.", [({"state": key}, n) for key, n in tasks.items()]
     yield "heard_total", "counter", "Sentences that were understood.", [({}, counts["heard"])]
     yield "heard_confidence_total", "counter", "Their confidences, added up.", [({}, counts["confidence_sum"])]
     yield "garbled_total", "counter", "Speech that was not understood.", [({}, counts["garbled"])]
     yield "said_total", "counter", "Sentences that it said.", [({}, counts["said"])]
-    yield "air_seconds_total", "counter", "Time for which it or others spoke.", [({}, counts["air_s"])]
+    yield "air_seconds_total", "counter", "Time in which it or others spoke.", [({}, counts["air_s"])]
     yield "processor_celsius", "gauge", "Of the processor.", _known({}, heat_c)
     yield "battery_volts", "gauge", "Of the wheels' supply.", _known({}, status["battery_v"])
-    yield "sound_level_dbfs", "gauge", "What the microphone hears.", [({}, sound["level_dbfs"])]
-    yield "sound_floor_dbfs", "gauge", "The noise beneath it.", [({}, sound["floor_dbfs"])]
+    yield "sound_level_dbfs", "gauge", "Level of the microphone.", [({}, sound["level_dbfs"])]
+    yield "sound_floor_dbfs", "gauge", "Level of the noise.", [({}, sound["floor_dbfs"])]
     lost = [({"kind": kind}, count) for kind, count in sound["lost"].items()]
     yield "sound_lost_total", "counter", "Sound that was lost or late, by kind.", lost
     yield "records_lost_total", "counter", "Records that the memory could not keep.", [({}, memory["lost"])]
@@ -54,9 +54,9 @@ def _families(status: Mapping[str, Any], heat_c: float | None) -> Iterator[Famil
     heard = [(of, peer["heard_ago_s"]) for of, peer in named]
     yield "peer_heard_seconds_ago", "gauge", "Since a peer was understood last.", heard
     sure = [(of, peer["confidence"]) for of, peer in named]
-    yield "peer_confidence_ratio", "gauge", "How surely a peer was understood last.", sure
+    yield "peer_confidence_ratio", "gauge", "Confidence of the last sentence of a peer.", sure
     snrs = [sample for of, peer in named for sample in _known(of, peer["snr_db"])]
-    yield "peer_snr_db", "gauge", "How far a peer's voice was above the noise.", snrs
+    yield "peer_snr_db", "gauge", "Level of a peer's voice above the noise.", snrs
 
 
 def _known(labels: Mapping[str, str], value: float | None) -> list[Sample]:

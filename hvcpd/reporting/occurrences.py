@@ -30,7 +30,7 @@ class Occurrence:
 
     @property
     def became(self) -> str:
-        """What became of it."""
+        """Outcome."""
         if not self.deeds:
             return "not done" if self.ended else "to be done"
         if len(self.deeds) > 1:

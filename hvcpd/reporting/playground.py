@@ -58,7 +58,8 @@ def make_scenes(phrasebook: Phrasebook, robots: Sequence[str], tasks: Sequence[i
     scenes = (
         Scene(
             "Claim",
-            f"{a} says which task it will do, before it moves. Whoever hears it leaves that task alone. If two robots "
+            f"{a} says which task it will do, before it moves. Every robot that hears it leaves "
+            "that task alone. If two robots "
             "claim the same task, the one at work keeps it, or else the first name in the alphabet. A robot "
             "that has not yet said its name introduces itself by its claim.",
             (Says(0, claim),),
@@ -66,7 +67,7 @@ def make_scenes(phrasebook: Phrasebook, robots: Sequence[str], tasks: Sequence[i
         Scene(
             "Confirmation",
             f"{b} repeats the number. Now {a} knows that it was understood. Without a confirmation it says the claim "
-            "again, and at last goes alone.",
+            "again, and finally goes alone.",
             (Says(0, claim), Says(1, f"Hi {a}, I am {b}, confirmed {task}")),
         ),
         *(_both_at_once(a, b, claim, task, other) for other in others[:1]),

@@ -27,7 +27,7 @@ _UNITS_PER_S = 0.15
 once."""
 MAX_LISTED = 6
 """Tasks that stand beside a member at once; of more the page tells the number, and the tasks on demand."""
-DUE_HEADS = ("Due", "Task", "What became of it", "Carried out")
+DUE_HEADS = ("Due", "Task", "Outcome", "Carried out")
 LABEL_EVERY = 4
 """Bars of the chart of talk to one time below it."""
 
@@ -72,7 +72,7 @@ def as_text(shift: Shift) -> str:
         lines += ["", "What went wrong:", *(f"  {line}" for line in _columns(troubles))]
     if shift.unknown:
         told = plural(shift.unknown, "sentence")
-        lines += ["", f"{told} not in today's phrasebook; give the names of then with --config"]
+        lines += ["", f"{told} not in today's phrasebook; give the names of that time with --config"]
     return "\n".join(lines) + "\n"
 
 

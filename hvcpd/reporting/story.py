@@ -91,7 +91,7 @@ class SkillSpan:
 
     @property
     def words(self) -> str:
-        """What became of it."""
+        """Outcome."""
         last = self.last
         return skill_words(last.skill, last.state, last.share, last.text, last.arguments, last.results)
 

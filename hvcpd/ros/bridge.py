@@ -232,7 +232,7 @@ class Bridge:
 
     def _take_say(self, text: str) -> None:
         if len(text) > MAX_SAY_LENGTH:
-            self._tell_refusal(f"say: {len(text)} characters are no sentence; {text[:40]!r}…", None)
+            self._tell_refusal(f"say: {len(text)} characters are not a sentence; {text[:40]!r}…", None)
         elif sum(command == "say" for command in self._asked.values()) < MAX_SAYS:
             self._ask("say", text=text)
         elif self._last_refusal != TOO_MANY:
@@ -291,7 +291,7 @@ class Bridge:
     def _driving_values(self) -> dict[str, str]:
         if self._way_left_m is None:
             return {}
-        return {"way left to the goal, m": f"{self._way_left_m:.2f}"}
+        return {"distance to the goal, m": f"{self._way_left_m:.2f}"}
 
     def _carry_out(self, orders: list[Order]) -> None:
         for order in orders:

@@ -46,9 +46,9 @@ def master_pid(uri: str) -> int:
         answer: Any = xmlrpc.client.ServerProxy(uri, transport=_Impatient()).getPid("/hvcpd")
         code, _, pid = answer
     except (http.client.HTTPException, xmlrpc.client.Error, ValueError, TypeError) as error:
-        raise ConnectionError(f"what answers there is no ROS master ({error})") from None
+        raise ConnectionError(f"the program that answers there is not a ROS master ({error})") from None
     if code != 1 or not isinstance(pid, int):
-        raise ConnectionError("what answers there is no ROS master")
+        raise ConnectionError("the program that answers there is not a ROS master")
     return pid
 
 

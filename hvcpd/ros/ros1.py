@@ -70,7 +70,7 @@ class Ros1Port:
         try:
             self._rospy.init_node(NODE, argv=argv, disable_signals=True)
         except self._rospy.ROSInitException as error:
-            raise ConfigError(f"ROS takes no node with {' '.join(wanted.arguments)!r}: {error}") from None
+            raise ConfigError(f"ROS accepts no node with {' '.join(wanted.arguments)!r}: {error}") from None
         self.parameters = read_parameters(self._rospy, wanted.arguments)
         self._report = report
         self._publishers = {topic: self._publisher(topic) for topic in topics.published(wanted.ros_drives)}
@@ -238,7 +238,7 @@ def read_parameters(rospy: Any, arguments: Sequence[str]) -> Parameters:
     node = rospy.get_name()
     given = rospy.get_param("~", {})
     if not isinstance(given, dict):
-        raise ConfigError(f"the parameters of {node} are no names with values: {given!r}")
+        raise ConfigError(f"the parameters of {node} are not names with values: {given!r}")
     try:
         return parameters_from(given)
     except ConfigError as error:

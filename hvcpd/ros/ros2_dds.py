@@ -144,7 +144,7 @@ class DdsPort:
         try:
             return self._topic.Topic(self._participant, f"rt{name}", dds_class(topic.type))
         except self._core.DDSException:
-            raise ConfigError(f"{topic.name}: {name!r} is no name for a topic") from None
+            raise ConfigError(f"{topic.name}: {name!r} is not the name of a topic") from None
 
     def _qos(self, latched: bool) -> Any:
         qos: Any = import_module("cyclonedds.qos")

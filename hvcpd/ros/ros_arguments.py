@@ -83,7 +83,7 @@ def parse_ros_arguments(words: Sequence[str], node: str) -> RosArguments:
 def _pair(text: str) -> tuple[str, str]:
     name, sign, value = text.partition(":=")
     if not (name and sign and value):
-        raise ConfigError(f"--ros-args: {text!r} is no NAME:=VALUE")
+        raise ConfigError(f"--ros-args: {text!r} is not NAME:=VALUE")
     return name.split(":")[-1], value  # "node:name:=value" is meant for one node: this one is alone
 
 
@@ -91,7 +91,7 @@ def _value(text: str) -> object:
     try:
         return yaml.safe_load(text)
     except yaml.YAMLError:
-        raise ConfigError(f"--ros-args: {text!r} is no value in YAML") from None
+        raise ConfigError(f"--ros-args: {text!r} is not a value in YAML") from None
 
 
 def _from_file(path: Path, nodes: Sequence[str]) -> dict[str, object]:

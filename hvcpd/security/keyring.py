@@ -35,7 +35,7 @@ _ENTRY = re.compile(
     rf"key (?P<secret>[0-9a-f]{{{2 * KEY_BYTES}}}) made (?P<made>\S+) from (?P<spoken>\S+)(?: until (?P<until>\S+))?"
 )
 _REVOKED = re.compile(r"revoked ([A-Za-z][A-Za-z0-9]{0,31})")
-_HEAD = "# The key of a team of robots (hvcpd). Whoever can read this file can speak as any of them.\n"
+_HEAD = "# The key of a team of robots (hvcpd). Anybody who can read this file can speak as any of them.\n"
 
 
 @dataclass(frozen=True)
@@ -111,7 +111,7 @@ def read_key_file(path: Path, environment: Mapping[str, str] = os.environ) -> Ke
     state = os.fstat(handle)
     if not stat.S_ISREG(state.st_mode):
         os.close(handle)
-        raise KeyFileError(f"{path}: this is no ordinary file; name the team's key file")
+        raise KeyFileError(f"{path}: this is not a regular file; name the team's key file")
     with os.fdopen(handle, "rb") as file:
         handed = environment.get("CREDENTIALS_DIRECTORY")
         if not (handed and path.parent == Path(handed)):  # systemd keeps those from others by itself

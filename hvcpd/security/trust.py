@@ -18,14 +18,14 @@ class Trust(Enum):
     """The verdict over one sentence."""
 
     OPEN = "no key is set"
-    FRESH = "the seal is right, and its speaker has shown to be here"
-    SEALED = "the seal is right; its speaker has not been heard for long"
+    FRESH = "the seal is right, and its speaker has proved to be here"
+    SEALED = "the seal is right; its speaker has not been heard for a long time"
     CODE = "the one-time code is right"
     BARE = "no seal"
     WRONG = "the seal is wrong"
     AHEAD = "the seal is far ahead of what was heard"
     USED = "the seal was heard before"
-    SILENCED = "too many wrong seals; not looked at"
+    SILENCED = "too many wrong seals; ignored"
     REVOKED = "the speaker's key is revoked"
 
     @property

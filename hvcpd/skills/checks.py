@@ -93,7 +93,7 @@ def _texts(value: object) -> Iterator[str]:
 def _no_number(name: str, parameters: Mapping[str, Parameter]) -> str | None:
     if name in parameters and parameters[name].type == "number":
         return None
-    return f"{name!r} is no number that it is told; name one of its parameters"
+    return f"{name!r} is not one of its numbers; name one of its parameters"
 
 
 def _joint_faults(joint: JointSettings, parameters: Mapping[str, Parameter], wheels: WheelSettings) -> Iterator[str]:
@@ -118,5 +118,5 @@ def _unrunnable(program: str) -> str | None:
     if not path.exists():
         return f"there is no {program}; check the name"
     if path.is_dir() or not os.access(path, os.X_OK):
-        return f"{program} is no program that may be run; `chmod +x` it"
+        return f"{program} is not executable; run `chmod +x` on it"
     return None

@@ -226,7 +226,7 @@ def require_weights() -> None:
     """Raise ConfigError, with the remedy, where the network's weights are missing."""
     if not WEIGHTS.exists():
         remedy = how_to_install("--force-reinstall ./hvcpd-*.whl", "./hvcpd-natural_*_all.deb", str(WEIGHTS))
-        raise ConfigError(f"synthesizer: what natural voices need is not installed: {remedy}; or set it to formant")
+        raise ConfigError(f"synthesizer: natural voices are not installed: {remedy}; or set it to formant")
 
 
 @lru_cache(maxsize=1)

@@ -73,7 +73,7 @@ class Dictionary:
         with self._path.open("rb") as file:
             head = file.read(len(MAGIC) + 4)
             if not head.startswith(MAGIC):
-                raise ValueError(f"{self._path} is no packed dictionary: install hvcpd anew")
+                raise ValueError(f"{self._path} is not a packed dictionary; reinstall hvcpd")
             (length,) = struct.unpack("<I", head[len(MAGIC) :])
             lines = zlib.decompress(file.read(length)).decode().splitlines()
         pairs = [line.split() for line in lines]

@@ -189,7 +189,7 @@ def _fault(fields: list[str]) -> str:
     word, bracket, mark = fields[0].partition("(")
     bare = word.replace("'", "")
     if not (bare.isascii() and bare.isalnum()):
-        return f"'{fields[0]}' is no word: write letters, digits and apostrophes"
+        return f"'{fields[0]}' is not a word: write letters, digits and apostrophes"
     if bracket and not (mark.endswith(")") and (mark[:-1].isdecimal() or mark[:-1].lower() in _PLACES)):
         return f"'{fields[0]}': in brackets stands a number or a place: {', '.join(_PLACES)}"
     if len(fields) == 1:

@@ -28,7 +28,7 @@ def test_anything_else_is_not(icon: str) -> None:
 
 def test_a_mistyped_name_has_its_nearest_proposed() -> None:
     assert (
-        valid_icon("flour") == "'flour' is no icon; did you mean 'flower'? any single character or emoji will do, too"
+        valid_icon("flour") == "'flour' is not an icon; did you mean 'flower'? any single character or emoji also works"
     )
     assert "known are: flower, book" in (valid_icon("elephant") or "")
 

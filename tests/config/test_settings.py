@@ -139,7 +139,7 @@ def test_the_start_pose_in_radians() -> None:
         ("name: Rob\naudio: {block_ms: 4}\n", "F:2", "give a number from 5 to 100"),
         ("name: Rob\naudio: 7\n", "F:2", "expected a group of keys (input_device"),
         ("name: Rob\nwheels: {left_id: 253}\n", "F:2", "from 0 to 252"),
-        ("name: Rob\nwheels: {baud_rate: 1200}\n", "F:2", "none of the choices"),
+        ("name: Rob\nwheels: {baud_rate: 1200}\n", "F:2", "not one of the choices"),
         ("name: Rob\nwheels: {driver: xl340}\n", "F:2", "did you mean 'xl430'?"),
         ("name: Rob\nmode: folow\n", "F:2", "did you mean 'follow'?"),
         ("name: Rob\nseed: -1\n", "F:2", "from 0 to 4294967295"),
@@ -363,8 +363,8 @@ def test_voices_are_chosen_for_the_robot_and_its_peers(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("text", "expected"),
     [
-        ("voice: oka", "F:2: voice: the text 'oka' is none of the choices; did you mean 'oak'?"),
-        ("peers: {Bot: {voice: cedr}}", "F:2: voice: the text 'cedr' is none of the choices; did you mean 'cedar'?"),
+        ("voice: oka", "F:2: voice: the text 'oka' is not one of the choices; did you mean 'oak'?"),
+        ("peers: {Bot: {voice: cedr}}", "F:2: voice: the text 'cedr' is not one of the choices; did you mean 'cedar'?"),
         ("peers: {Bot: {voce: oak}}", "F:2: unknown key 'voce'; did you mean 'voice'?"),
         ("peers: {Bott: {voice: oak}}", "F:2: 'Bott' is not one of `names`; did you mean 'Bot'?"),
         (

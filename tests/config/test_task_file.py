@@ -118,7 +118,7 @@ def task(more: str = "", number: object = 1, name: str = "fetch the ball", actio
         ("tasks:\n" + task(name="Fetch the Ball"), "F:2", "write for example 'fetch the ball'"),
         ("tasks:\n" + task(actions="[]"), "F:2", "a task has 1 to 100 actions"),
         ("tasks:\n" + task(actions="[go to place]"), "F:2", "this task has no place"),
-        ("tasks:\n" + task(actions="[wait]"), "F:2", "'wait' is no action by itself; write {wait: …}"),
+        ("tasks:\n" + task(actions="[wait]"), "F:2", "'wait' is not an action by itself; write {wait: …}"),
         ("tasks:\n" + task(actions="[{wat: 1}]"), "F:2", "did you mean 'wait'?"),
         ("tasks:\n" + task(actions="[{wait: 601}]"), "F:2", "from 0 to 600"),
         ("tasks:\n" + task(actions="[{turn: north}]"), "F:2", "expected a number"),
@@ -126,8 +126,8 @@ def task(more: str = "", number: object = 1, name: str = "fetch the ball", actio
         ("tasks:\n" + task(actions="[{go to: {x_m: 1, y_m: 51}}]"), "F:2", "from -50 to 50"),
         ("tasks:\n" + task(actions="[{wait: 1, turn: 2}]"), "F:2", "expected one action"),
         ("tasks:\n" + task(actions="[{say: ''}]"), "F:2", "a sentence has 1 to 200 characters"),
-        ("tasks:\n" + task(", icon: flour"), "F:2", "'flour' is no icon; did you mean 'flower'?"),
-        ("tasks:\n" + task(", icon: ''"), "F:2", "'' is no icon; known are: flower, book"),
+        ("tasks:\n" + task(", icon: flour"), "F:2", "'flour' is not an icon; did you mean 'flower'?"),
+        ("tasks:\n" + task(", icon: ''"), "F:2", "'' is not an icon; known are: flower, book"),
         ("tasks:\n" + task(", icon: 7"), "F:2", "expected text, found the number 7"),
         ("tasks:\n" + task(", place: here"), "F:2", "expected a group of keys (x_m, y_m)"),
         ("tasks:\n" + task() + "other_tasks: [Guard it]\n", "F:3", "'guard it'"),
@@ -242,11 +242,11 @@ def test_phrases_may_count_as_a_word(tmp_path: Path) -> None:
             "F:4: expected a list of phrases, found the text 'in the go'; write it",
         ),
         ("alternatives:\n  indigo: []\n", "F:4: expected a list of phrases, found a list; write it as [in the go]"),
-        ("alternatives:\n  indigo: [5]\n", "F:4: the number 5 is no phrase"),
+        ("alternatives:\n  indigo: [5]\n", "F:4: the number 5 is not a phrase"),
         ("alternatives:\n  indigo: [In the go]\n", "F:4: the alternative 'In the go' is not words of the letters a-z"),
         ("alternatives:\n  indigo: [i n t o]\n", "F:4: an alternative has 1 to 3 words, 'i n t o' has 4; shorten it"),
         ("alternatives:\n  In: [in]\n", "F:4: 'In' is not one lower-case word of the letters a-z; write it as in the"),
-        ("alternatives:\n  indigo: [rows]\n  rose: [rows]\n", "F:5: 'rows' counts as 'indigo' already (line 4); leave"),
+        ("alternatives:\n  indigo: [rows]\n  rose: [rows]\n", "F:5: 'rows' already counts as 'indigo' (line 4); leave"),
         ("alternative:\n  indigo: [rows]\n", "F:3: unknown key 'alternative'; did you mean 'alternatives'?"),
     ],
 )
@@ -323,12 +323,12 @@ def test_tasks_in_a_circle_are_told_once_with_the_way_round(
     after: tuple[str, str, str], line: int, circle: str, tmp_path: Path
 ) -> None:
     (fault,) = faults(tmp_path, three(*after))
-    assert fault == f"F:{line}: {circle}: so none of them can begin; leave one of them out"
+    assert fault == f"F:{line}: {circle}: none of them can begin; leave one of them out"
 
 
 def test_a_task_comes_after_tasks_that_there_are(tmp_path: Path) -> None:
     (fault,) = faults(tmp_path, three("after: [7]", "", ""))
-    assert "task 1 comes after task 7, which there is not; leave 7 out" in fault
+    assert "task 1 comes after task 7, which does not exist; leave 7 out" in fault
 
 
 def test_a_deadline_is_a_time_and_a_priority_small(tmp_path: Path) -> None:

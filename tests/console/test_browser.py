@@ -206,7 +206,7 @@ def test_a_real_robot_is_stopped_lost_and_found_again(driver: browser.webdriver.
     app = live_app(scene, link.ask, link.run, Door(key="k"))
     with browser.Served(app, "k", scene.viewers.end).up() as served:
         driver.get(served.url)
-        browser.until(lambda: "looking for it again" in text(driver, "#link"))
+        browser.until(lambda: "searching for it again" in text(driver, "#link"))
         with RunningRobot(tmp_path) as robot:
             browser.until(lambda: text(driver, "#link") == "Connected to Rob")
             robot.bench.bench.ears.coming.append(recognised())
@@ -214,7 +214,7 @@ def test_a_real_robot_is_stopped_lost_and_found_again(driver: browser.webdriver.
             press(driver, "#stop")
             browser.until(lambda: robot.state is State.STOPPED)
             browser.until(lambda: "stopped" in text(driver, "#alarms"))
-        browser.until(lambda: "looking for it again" in text(driver, "#link"))
+        browser.until(lambda: "searching for it again" in text(driver, "#link"))
         press(driver, "#stop")
         browser.until(lambda: "by voice" in text(driver, "#told"))
         driver.get("about:blank")
@@ -244,7 +244,10 @@ def test_a_recorded_mission_is_played_and_wound_back(driver: browser.webdriver.C
         assert driver.execute_script("return sound.playbackRate") == 4
         play.send_keys(browser.ENTER)
         browser.until(lambda: driver.execute_script("return sound.paused"))
-        assert browser.faults(driver) == []
+        for width in (1280, 390):
+            for scheme in ("light", "dark"):
+                browser.look_like(driver, width, 900, scheme, phone=width < 500)
+                assert browser.faults(driver) == [], f"{width} {scheme}"
         assert complaints(driver) == []
         driver.get("about:blank")
 

@@ -97,8 +97,8 @@ def test_a_mission_without_trails_or_sound_can_be_seen_too(tmp_path: Path) -> No
         ("no JSON\n", "line 1"),
         ('{"event": "said"}\n', "line 1: no said"),
         ('{"event": "garbled", "at_s": "soon", "listener": "Rob"}\n', "garbled"),
-        ("", "tells of no robot"),
-        ('{"event": "of a newer version"}\n', "tells of no robot"),
+        ("", "has no robot"),
+        ('{"event": "of a newer version"}\n', "has no robot"),
     ],
 )
 def test_a_broken_recording_is_told_with_its_line(text: str, part: str, tmp_path: Path) -> None:

@@ -60,7 +60,7 @@ def test_a_socket_that_was_left_is_replaced_and_one_in_use_is_not(tmp_path: Path
             pass
     assert not path.exists()
     path.write_text("mine")
-    with pytest.raises(ConfigError, match="no socket"), open_file(path):
+    with pytest.raises(ConfigError, match="not a socket"), open_file(path):
         pass
     assert path.read_text() == "mine"
 

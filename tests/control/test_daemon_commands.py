@@ -113,7 +113,7 @@ def test_a_task_is_added_and_removed(ctl: Ctl, robot: RunningRobot) -> None:
     (_, task) = robot.bench.body.wiring.tasks.tasks
     assert task.actions == (GoTo(Place(-1.2, 0.5)), Water(5.0))
     assert task.after == {1}
-    assert "there is a task 11 already" in ctl("task", "add", *tulip, status=2)
+    assert "there already is a task 11" in ctl("task", "add", *tulip, status=2)
     assert "x and y in metres" in ctl("task", "add", *tulip, "--place", "1", status=2)
     assert "unknown action 'dance'" in ctl("task", "add", *tulip, "--number", "12", "--action", "dance=5", status=2)
     assert json.loads(ctl("task", "remove", "11", "--json"))["changed"][0]["before"] == "water the red tulip"
@@ -261,7 +261,7 @@ def test_another_program_behind_the_socket_is_told(
         thread.start()
         assert main(["status", "--socket", str(tmp_path / "s")]) == 1
         thread.join()
-    assert "is no hvcpd" in capsys.readouterr().err
+    assert "is not hvcpd" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize(

@@ -41,8 +41,8 @@ def test_another_computer_has_nothing_to_tell(tmp_path: Path) -> None:
         ("0", "ok", "never"),
         ("50005", "wrong", "too low now"),
         ("50000", "note", "was too low"),
-        ("8", "note", "is slowed down"),
-        ("e0000", "note", "was slowed down"),
+        ("8", "note", "hot and slowed down; "),
+        ("e0000", "note", "hot and slowed down since"),
     ],
 )
 def test_the_supply_is_told_from_the_firmwares_word(tmp_path: Path, word: str, grade: str, says: str) -> None:

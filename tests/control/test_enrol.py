@@ -80,7 +80,7 @@ def test_who_has_a_broken_file_is_told_how_to_enrol_anew(
     path.parent.mkdir(parents=True)
     path.write_bytes(b"PK")
     assert enrol(tmp_path, "Anna", "--from", str(folder)) == 2
-    assert "first forget what is there: hvcpctl enrol Anna --remove" in capsys.readouterr().err
+    assert "first remove the old takes: hvcpctl enrol Anna --remove" in capsys.readouterr().err
     assert enrol(tmp_path, "Anna", "--remove") == 0
     assert enrol(tmp_path, "Anna", "--from", str(folder), "--words", "stop") == 0
 

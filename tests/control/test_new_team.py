@@ -40,7 +40,7 @@ def test_options_become_a_team_that_robots_take(tmp_path: Path, capsys: pytest.C
     [
         (("water the green rose", "water the green rows"), "nothing is written: tasks.yaml:"),
         (("water", "rest"), "has 2 to 8 words"),
-        ((), "there is nobody to ask"),
+        ((), "this is not a terminal"),
     ],
 )
 def test_words_that_cannot_be_used_are_told_and_nothing_is_written(
@@ -70,7 +70,7 @@ def test_a_person_is_asked_again_until_an_answer_is_right(tmp_path: Path) -> Non
     options = argparse.Namespace(folder=tmp_path / "hall", robots=None, skill=None, task=None, demo=False)
     assert run(options, Console(lambda _question: next(answers), told.append)) == 0
     assert sum(text.startswith("  ") for text in told) == 3
-    assert "nobody can 'sing'; write one of wait, water, dock, turn, forward, wave" in "".join(told)
+    assert "no robot has the skill 'sing'; write one of wait, water, dock, turn, forward, wave" in "".join(told)
     settings = load_settings(tmp_path / "hall" / "hvcpd.yaml", environment={})
     assert settings.names == ("Rob", "Zoe")
     (task,) = load_tasks(settings.tasks).tasks
@@ -90,10 +90,10 @@ def test_the_usual_deed_is_to_wait() -> None:
         ("chairs", "2 to 8 words"),
         ("count the empty chairs; 1", "write x and y in metres"),
         ("count the empty chairs; 1, 99", "too far"),
-        ("count the empty chairs; 1, x", "'x' is no number"),
-        ("count the empty chairs; pour", "'pour' is told a number; write pour 5 (litres)"),
-        ("count the empty chairs; dock 3", "'dock' is told nothing; write dock"),
-        ("count the empty chairs; wait inf", "no number"),
+        ("count the empty chairs; 1, x", "'x' is not a number"),
+        ("count the empty chairs; pour", "'pour' takes a number; write pour 5 (litres)"),
+        ("count the empty chairs; dock 3", "'dock' takes no number; write dock"),
+        ("count the empty chairs; wait inf", "not a number"),
         ("count the empty chairs; wait 5; wait 6", "is too much"),
     ],
 )

@@ -43,7 +43,7 @@ def test_a_day_is_told_with_what_was_due_and_by_whom_it_was_done(
 
 def test_options_about_sound_are_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert hours(tmp_path, "--hours", "1", "--mute") == 2
-    assert "leave --mute out" in capsys.readouterr().err
+    assert "leave out --mute" in capsys.readouterr().err
 
 
 def test_loss_is_refused_where_there_is_sound(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

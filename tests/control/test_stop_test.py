@@ -47,7 +47,7 @@ def test_without_sound_nothing_arrives_and_it_fails(tmp_path: Path, capsys: pyte
     assert told.err.count('Say "stop"') == 3
     assert "0 of 3 calls halted the robot within 0.5 s (0 to 56 %" in told.out
     assert "3 did not arrive" in told.out
-    assert "no safety device" in told.out
+    assert "not a safety device" in told.out
 
 
 def test_without_a_sound_card_there_is_no_table(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

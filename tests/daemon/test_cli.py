@@ -150,7 +150,7 @@ def test_a_missing_library_is_one_line(config: Path, capsys: pytest.CaptureFixtu
         ("name: [Rob]\n", "expected text, found a list"),
         ("name: Hello\n", "'hello'"),
         ("name: Ann\n", "sounds like the phrasebook's word 'am'"),
-        ("name: Rob\nmode: boss\n", "none of the choices"),
+        ("name: Rob\nmode: boss\n", "not one of the choices"),
         ("name: Rob\ntasks: nowhere.yaml\n", "no such file"),
         ("name: Rob\nlexicon: nowhere.txt\n", "cannot read this lexicon"),
         ("name: Rob\nteam: rob\nteams: [bot]\nnames: [Team]\n", "sounds like the phrasebook's word 'team'"),

@@ -430,7 +430,9 @@ def test_who_does_not_read_is_let_go_and_holds_nobody_up(tmp_path: Path) -> None
                 for _ in range(4 * MAX_UNREAD_BYTES // one):
                     bench.service.publish({"event": "heard", "words": words})
                 await lives_on(bench, other)
-            assert [line["reason"] for line in logs if line["event"] == "control client let go"] == ["it does not read"]
+            assert [line["reason"] for line in logs if line["event"] == "control client disconnected"] == [
+                "it does not read"
+            ]
             deaf.writer.transport.abort()
             await other.hang_up()
 
@@ -483,7 +485,7 @@ def test_a_second_daemon_of_the_name_does_not_start(tmp_path: Path) -> None:
     async def scene() -> None:
         async with control(tmp_path) as bench:
             second = ControlBench(tmp_path)
-            with pytest.raises(RunningError, match="runs on this computer already"):
+            with pytest.raises(RunningError, match="already runs on this computer"):
                 await second.service.open()
             await second.service.close()
             second.service.release()
@@ -539,7 +541,11 @@ def test_who_says_nothing_takes_nobodys_place(tmp_path: Path) -> None:
             await asking.ask("status")
             silent = [await bench.connect() for _ in range(MAX_WAITING + 3)]
             assert [await talk.line() for talk in silent[:3]] == [
-                {"id": None, "ok": False, "error": {"code": "busy", "text": f"{MAX_WAITING} programs wait to be heard"}}
+                {
+                    "id": None,
+                    "ok": False,
+                    "error": {"code": "busy", "text": f"{MAX_WAITING} programs wait to be served"},
+                }
             ] * 3
             assert await silent[0].line() is None
             assert (await silent[3].ask("status"))["ok"]

@@ -40,7 +40,7 @@ def test_owner_and_group_may_connect_and_nobody_else(tmp_path: Path) -> None:
 def test_a_second_daemon_of_the_name_is_refused_until_the_first_has_ended(tmp_path: Path) -> None:
     first, second = SocketFile(tmp_path / "rob.sock"), SocketFile(tmp_path / "rob.sock")
     listener = first.listen()
-    with pytest.raises(RunningError, match="runs on this computer already") as error:
+    with pytest.raises(RunningError, match="already runs on this computer") as error:
         second.listen()
     assert error.value.exit_status == EX_UNAVAILABLE
     second.remove()
@@ -74,7 +74,7 @@ def test_something_else_of_that_name_is_left_alone(tmp_path: Path) -> None:
     path = tmp_path / "rob.sock"
     path.write_text("precious")
     file = SocketFile(path)
-    with pytest.raises(OSError, match="no socket lies there"):
+    with pytest.raises(OSError, match="not a socket is in its place"):
         file.listen()
     file.remove()
     assert path.read_text() == "precious"

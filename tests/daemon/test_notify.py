@@ -63,13 +63,13 @@ def test_each_message_is_one_datagram(listener: Listener) -> None:
     manager.status("looking for the wheels")
     manager.ready("Rob listens")
     manager.status("Rob listens")
-    manager.stopping("saying that it leaves")
+    manager.stopping("saying goodbye")
     manager.close()
     manager.status("nobody is told this")
     assert listener.told() == [
         "STATUS=looking for the wheels",
         "READY=1\nSTATUS=Rob listens",
-        "STOPPING=1\nSTATUS=saying that it leaves",
+        "STOPPING=1\nSTATUS=saying goodbye",
     ]
 
 
@@ -133,12 +133,12 @@ def test_a_robot_tells_when_it_is_ready_that_sound_flows_and_that_it_ends(tmp_pa
     listener.close()
     states = [text for text in told if text != "WATCHDOG=1" and ", 0 of " not in text]
     assert states == [
-        "STATUS=making words ready; the first time takes longest",
+        "STATUS=preparing words; the first time takes longest",
         "STATUS=looking for the wheels",
         "READY=1\nSTATUS=Rob of team plant listens",
         f"STATUS={NO_SOUND}",
         "STATUS=Rob of team plant listens",
-        "STOPPING=1\nSTATUS=saying that it leaves",
+        "STOPPING=1\nSTATUS=saying goodbye",
     ]
     assert told.index(states[2]) < told.index("WATCHDOG=1")
     assert next(beats for now_s, beats in beats_by if now_s >= 3.9) == 4, "one a second of sound, at 0, 1, 2 and 3 s"

@@ -105,7 +105,7 @@ def test_a_broken_pool_is_replaced_and_reported() -> None:
 
     with capture_logs() as logs:
         asyncio.run(live())
-    assert "second look begun anew" in [line["event"] for line in logs if line["log_level"] == "warning"]
+    assert "second pass restarted" in [line["event"] for line in logs if line["log_level"] == "warning"]
 
 
 def test_where_no_pool_works_the_robot_lives_without() -> None:

@@ -70,6 +70,6 @@ def test_what_is_said_to_stand_in_a_file_stands_there() -> None:
 
 def test_the_bounds_are_those_of_the_code() -> None:
     assert f"{MAX_CLIENTS} clients, {MAX_LINE_BYTES >> 10} KiB a line, {MAX_UNREAD_BYTES >> 10} KiB unread each" in PAGE
-    assert f"{journal_service.MAX_WAITING} records; beyond" in PAGE
+    assert f"{journal_service.MAX_WAITING} records; further" in PAGE
     recognition = (ROOT / "docs" / "recognition.md").read_text(encoding="utf-8")
     assert f"a ring of {lattice.CAPACITY:,} records" in recognition

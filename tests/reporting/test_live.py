@@ -53,7 +53,7 @@ def test_a_pipe_gets_plain_lines_one_an_event() -> None:
     said = [e for e in MISSION.events if isinstance(e, ev.Said)]
     for utterance in said:
         (line,) = [each for each in lines if f"{utterance.speaker}: {utterance.text}  [" in each]
-        assert re.search(r"heard by|garbled at|not noticed by", line)
+        assert re.search(r"heard by|garbled at|not heard by", line)
     assert sum("has done task" in line for line in lines) == 5
     assert any("collided" in line for line in lines)
     assert "All 5 tasks done, each exactly once" in out
@@ -70,7 +70,7 @@ def test_who_heard_it_and_how_well() -> None:
     assert "[heard by Bot 87 % · garbled at Ada]" in out
     wrong = ev.Heard(1.0, 0, "Bot", "Rob", "Hi all, I am Ada", 0.87, 20.0)
     out = show([started, said, wrong])
-    assert "[Bot understood: Hi all, I am Ada · not noticed by Ada]" in out
+    assert "[Bot understood: Hi all, I am Ada · not heard by Ada]" in out
     out = show([started, ev.Heard(1.0, None, "Bot", "somebody", "stop", 0.9, 20.0), ev.Garbled(5.0, "Ada")])
     assert "no robot's (90 %): stop" in out
     assert "Ada heard speech, from no robot" in out

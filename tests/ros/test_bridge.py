@@ -253,7 +253,7 @@ def test_a_goal_goes_to_navigation_and_its_end_to_the_daemon() -> None:
     talk.bridge.goal_progress(7, 1.25)
     (array,) = on(topics.DIAGNOSTICS, talk.answer("status", STATUS))
     assert isinstance(array, DiagnosticArray)
-    assert ("way left to the goal, m", "1.25") in {(v.key, v.value) for s in array.status for v in s.values}
+    assert ("distance to the goal, m", "1.25") in {(v.key, v.value) for s in array.status for v in s.values}
     talk.bridge.goal_ended(7, False, "aborted: no way")
     assert asked("base", talk.bridge.outputs()) == [{"goal": 7, "arrived": False, "reason": "aborted: no way"}]
     talk.bridge.goal_ended(7, True, "")

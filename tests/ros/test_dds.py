@@ -189,7 +189,7 @@ def asked(port: DdsPort, reported: list[Happening]) -> set[str]:
 
 def test_a_name_that_is_none_and_a_wrong_configuration_are_told() -> None:
     with (
-        pytest.raises(ConfigError, match="'/bad name' is no name for a topic"),
+        pytest.raises(ConfigError, match="'/bad name' is not the name of a topic"),
         on_the_air(domain_for(4), ("-r", "heard:=bad name")),
     ):
         pass

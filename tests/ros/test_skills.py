@@ -156,7 +156,7 @@ def test_the_settings_name_it_in_one_line_and_faults_have_theirs(tmp_path: Path)
     assert base.actions == {"grip": RosAction("gripper", "control_msgs/GripperCommand", goal)}
     file.write_text("name: Rob\nskills:\n  grip: {ros: {action: gripper, type: GripperCommand}}\n")
     with pytest.raises(
-        ConfigError, match=r"hvcpd.yaml:3: .*'GripperCommand' is no type of an action; write for example"
+        ConfigError, match=r"hvcpd.yaml:3: .*'GripperCommand' is not the type of an action; write for example"
     ):
         load_settings(file, environment={})
 

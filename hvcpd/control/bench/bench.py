@@ -40,10 +40,10 @@ class Row:
 ROWS = (
     Row("first start, to READY", "start", 1, alone=False),
     Row("later starts, to READY", "start", 1, alone=False),
-    Row("one sentence, rendered anew", "say", 2, 1 / 2),
-    Row("waveforms of ten of a peer's words, beside that", "waveforms", 10),
+    Row("one sentence, not in the cache", "say", 2, 1 / 2),
+    Row("then waveforms of ten of a peer's words", "waveforms", 10),
     Row("listening to quiet", "quiet", 20, 100 / 20, "% of a core"),
-    Row("listening to a peer, second looks too", "speech", 20, 100 / 20, "% of a core"),
+    Row("listening to a peer, with second passes", "speech", 20, 100 / 20, "% of a core"),
 )
 """In this order: the first start fills the cache of the others."""
 

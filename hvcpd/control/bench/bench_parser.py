@@ -9,7 +9,7 @@ def add_bench(commands: Commands, run: Run) -> None:
     """Add `bench`."""
     bench = commands.add_parser(
         "bench",
-        help="time a robot's work on this computer, and tell whether it keeps real time",
+        help="time a robot's work on this computer, and say whether it keeps up with real time",
         epilog="It takes a minute or two on a Raspberry Pi and uses one core; no device is opened. Exit status: 0 if "
         "speech is decoded as fast as it comes, else 1.",
     )

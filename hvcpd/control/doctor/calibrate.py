@@ -50,7 +50,7 @@ def run(
     if heard.echo is None:
         raise DeviceError(
             "the robot does not hear itself: is the loudspeaker's volume up and the microphone unmuted? "
-            "hvcpctl doctor --only sound tells more"
+            "see hvcpctl doctor --only sound"
         )
     return _finish(options, team, heard, heard.echo, control, wall_s())
 

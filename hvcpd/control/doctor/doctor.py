@@ -69,7 +69,7 @@ def _verdict(found: list[Diagnosis]) -> Diagnosis:
     counts = {grade: sum(diagnosis.grade is grade for diagnosis in found) for grade in Grade}
     notes = f"; {counts[Grade.NOTE]} to note" if counts[Grade.NOTE] else ""
     if counts[Grade.WRONG]:
-        return wrong("verdict", f"{counts[Grade.WRONG]} of {len(found)} looked at are wrong, remedies above{notes}")
+        return wrong("verdict", f"{counts[Grade.WRONG]} of {len(found)} checks failed; the remedies are above{notes}")
     return fine("verdict", f"all {len(found)} looked at are well{notes}")
 
 

@@ -48,9 +48,9 @@ def _look_at_supply(board: Board) -> Iterator[Diagnosis]:
     elif since & UNDERVOLTAGE:
         yield note("supply", "the voltage was too low since the start: a stronger supply, a thicker cable", word=word)
     elif now & (CAPPED | THROTTLED | SOFT_LIMIT):
-        yield note("supply", "the processor is slowed down for its heat: give it air", word=word)
+        yield note("supply", "the processor is hot and slowed down; cool it", word=word)
     elif since & (CAPPED | THROTTLED | SOFT_LIMIT):
-        yield note("supply", "the processor was slowed down for its heat since the start: give it air", word=word)
+        yield note("supply", "the processor was hot and slowed down since the start; cool it", word=word)
     else:
         yield fine("supply", "the voltage never was too low since the start", word=word)
 
@@ -75,7 +75,7 @@ def _look_at_overlays(board: Board) -> Iterator[Diagnosis]:
     wanted = [line.strip() for line in lines if re.match(r"\s*dtoverlay=(?!vc4-|dwc|disable-|miniuart)", line)]
     if wanted:
         text = f"{board.boot} asks for {', '.join(wanted)}, and no card that can record came of it"
-        yield wrong("overlay", f"{text}: look at `sudo dmesg`, seat the board, start the Pi anew")
+        yield wrong("overlay", f"{text}: look at `sudo dmesg`, reseat the board, reboot the Pi")
     else:
         text = f"no card can record, and {board.boot} has no dtoverlay= for one"
         yield wrong("overlay", f"{text}: plug in a USB microphone, or add the line that the sound board's maker names")
@@ -92,7 +92,7 @@ def look_at_owners(board: Board) -> Iterator[Diagnosis]:
         if name.startswith("hvcpd"):
             yield fine("cards", text)
         elif name in DESKTOP_SOUND:
-            remedy = "have nobody logged in there, or run the robot there: `systemctl --user enable --now hvcpd`"
+            remedy = "log that user out, or run the robot there: `systemctl --user enable --now hvcpd`"
             yield note("cards", f"{text} for the user who is logged in: {remedy}")
         else:
             yield wrong("cards", f"{text}: end it, a card is one program's at a time")

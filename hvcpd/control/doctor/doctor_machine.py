@@ -135,7 +135,7 @@ def look_at_service(machine: Machine) -> Diagnosis:
     if "LoadState" not in values:
         return fine("service", "no systemd here; start `hvcpd` by hand")
     if values["LoadState"] != "loaded":
-        return note("service", "hvcpd.service is not installed; docs/install.md tells how")
+        return note("service", "hvcpd.service is not installed; see docs/install.md")
     state = f"{values.get('ActiveState')} ({values.get('SubState')}), {values.get('NRestarts', '0')} restarts"
     if values.get("ActiveState") == "failed":
         return wrong(

@@ -17,13 +17,14 @@ def add_doctor(commands: Commands, run: Run) -> None:
     """Add `doctor`."""
     doctor = commands.add_parser(
         "doctor",
-        help="say what is wrong with this robot, and how to mend it",
-        epilog="It says 'I am free' aloud, listens to itself, times the recogniser and asks the motors; nothing moves. "
+        help="say what is wrong with this robot, and how to fix it",
+        epilog="The robot says 'I am free' aloud, listens to itself, times the recogniser and asks "
+        "the motors; nothing moves. "
         "Stop hvcpd first: only one program can have the card and the port. Exit status: 0: nothing is wrong, else 1.",
     )
     _add_shared(doctor)
     add_port(doctor)
-    doctor.add_argument("--only", choices=("machine", "sound", "wheels"), help="look at this only")
+    doctor.add_argument("--only", choices=("machine", "sound", "wheels"), help="check only this part")
     doctor.add_argument("--silent", action="store_true", help="say nothing aloud: no loopback test")
     doctor.set_defaults(run=run)
 
@@ -32,7 +33,7 @@ def add_calibrate(commands: Commands, run: Run) -> None:
     """Add `calibrate`."""
     calibrate = commands.add_parser(
         "calibrate",
-        help="set the microphone's gain, and tell how far a peer will be heard",
+        help="set the microphone's gain, and predict how far away a peer will be heard",
         epilog="The robot says 'I am free' up to five times and listens to itself. Let the room be as loud as it will "
         "be. Exit status: 0 if it understood itself, 1 if not, 2 without sound.",
     )
@@ -53,10 +54,10 @@ def add_stop_test(commands: Commands, run: Run) -> None:
     """Add `stop-test`."""
     test = commands.add_parser(
         "stop-test",
-        help="try in your own room whether calls of stop are heard, and how soon",
+        help="test in your own room which calls of stop are heard, and how soon",
         epilog="Plays calls at several loudnesses through a second loudspeaker that stands where people will "
         "(--output), or asks you to call (--ask), and listens with this robot's microphone. Nothing moves. Stop hvcpd "
-        "first: only one program can have the card. It shows what was heard here and now; a voice is no safety "
+        "first: only one program can have the card. It shows what was heard here and now; a voice is not a safety "
         "device. Exit status: 0 if every call was heard within half a second, else 1, 2 without sound.",
     )
     _add_shared(test)

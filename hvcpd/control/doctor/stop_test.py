@@ -156,10 +156,10 @@ def _tell_verdict(calls: Sequence[Call], asked: bool, as_json: bool) -> None:
         counts = {"calls": len(calls), "arrived": len(arrived), "in_time": in_time, "for_good": for_good}
         sys.stdout.write(json.dumps({**counts, "least_share": round(low, 3), "most_share": round(high, 3)}) + "\n")
         return
-    who = "This was you, here and now" if asked else "These were synthetic voices; people sound otherwise (--ask)"
+    who = "This was you, here and now" if asked else "These were synthetic voices; people sound different (--ask)"
     sys.stdout.write(
         f"{in_time} of {len(calls)} calls halted the robot within {IN_TIME_S} s ({100 * low:.0f} to {100 * high:.0f} % "
         f"with a certainty of 95 %), {for_good} for good; {len(calls) - len(arrived)} did not arrive.\n"
         f"{who}. A call that halts it without a latch lets it go on after 2 s, unless it is said again.\n"
-        "A voice is no safety device: where a robot can do harm, have a switch that cuts the motors' power.\n"
+        "A voice is not a safety device: if a robot can do harm, install a switch that cuts the motors' power.\n"
     )

@@ -39,13 +39,13 @@ class TapeMeasure:
     def ready(self, name: str) -> None:
         """Have the start marked, and wait until the person says that the robot may drive. Raises ConfigError."""
         self._question(
-            f"next: {name}. Mark on the floor the middle between the wheels and the way it faces, step back, "
+            f"next: {name}. Mark on the floor the point midway between the wheels and the heading, step back, "
             "then press Enter: "
         )
 
     def ask(self, name: str) -> Measured:
         """Where the robot stands after a run; asks until two numbers come. Raises ConfigError when none can."""
-        question = f"{name}: where does that middle stand now, from its last mark? metres ahead, metres to the left: "
+        question = f"{name}: where is that point now, from its last mark? metres ahead, metres to the left: "
         while True:
             answer = self._question(question)
             try:
@@ -102,7 +102,9 @@ def _settings(options: argparse.Namespace) -> Settings:
     if settings.wheels.driver == "none" and not options.dry_run:
         raise ConfigError("wheels.driver is none: this robot has no wheels; set it to auto, or give --driver")
     if settings.wheels.driver == "ros" and not options.dry_run:
-        raise ConfigError("wheels.driver is ros: ROS has the wheels; stop them with `hvcpctl stop`, or give --driver")
+        raise ConfigError(
+            "wheels.driver is ros: ROS drives the wheels; stop them with `hvcpctl stop`, or give --driver"
+        )
     return settings
 
 

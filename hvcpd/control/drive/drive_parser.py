@@ -17,9 +17,9 @@ MAX_COORDINATE_M = 50.0
 """Largest coordinate that is accepted, as in task files."""
 
 _EPILOG = (
-    "The place and heading in which the robot stands when the command starts are (0, 0), x ahead, y to the left. "
-    "Exit status: 0 there, 1 the motion failed, 2 bad input or no wheels; 130 interrupted. The wheels stand at "
-    "the end, whatever it is."
+    "The place and heading of the robot at the start of the command are (0, 0), x ahead, y to the left. "
+    "Exit status: 0 there, 1 the motion failed, 2 bad input or no wheels; 130 interrupted. The wheels stand still at "
+    "the end in every case."
 )
 _OPTIONS = "Every action takes --port, --driver, --dry-run (needs no robot) and --json. "
 
@@ -44,7 +44,7 @@ def add_drive(commands: Commands, run: Run) -> None:
     metres, degrees = _bounded(MAX_DISTANCE_M, "m"), _bounded(MAX_TURN_DEG, "degrees")
     place = _bounded(MAX_COORDINATE_M, "m")
     _add(actions, "status", "voltage, temperature, errors, odometry", run)
-    _add(actions, "forward", "move straight on; a negative distance is backward", run).add_argument(
+    _add(actions, "forward", "drive straight ahead; a negative distance is backward", run).add_argument(
         "metres", type=metres, metavar="M", help=f"metres, -{MAX_DISTANCE_M:g} to {MAX_DISTANCE_M:g}"
     )
     _add(actions, "turn", "turn on the spot; positive is to the left", run).add_argument(
@@ -54,7 +54,7 @@ def add_drive(commands: Commands, run: Run) -> None:
     goto.add_argument("places", type=place, nargs="+", metavar="X Y", help="metres: x ahead, y to the left")
     goto.add_argument("--back", action="store_true", help="then go back to the start and its heading")
     _add(actions, "stop", "stop the wheels and switch them off", run)
-    _add(actions, "calibrate", "find what the wheels really measure, with a tape measure", run)
+    _add(actions, "calibrate", "measure the wheels' dimensions, with a tape measure", run)
 
 
 def add_port(parser: argparse.ArgumentParser) -> None:

@@ -87,7 +87,7 @@ class DriveShow:
         if self._json:
             self._print({"event": "stopped", "dry_run": True, "confirmed": []})
         else:
-            self._line("would stop the wheels and switch them off, whatever is wrong with them")
+            self._line("would stop the wheels and switch them off, without a handshake")
 
     def end(self, pose: Pose, way_m: float, state: MotionState, reason: str) -> None:
         """Show how a journey ended."""

@@ -48,7 +48,7 @@ LOOK_S = 0.5
 
 _WELCOME = """\
 {robots} {talk} {where}.
-{page}They make their words ready; the first time takes longest.
+{page}They prepare their words; the first time takes longest.
 """
 _READY = """\
 Ready: they greet in a moment.
@@ -61,7 +61,7 @@ Say, or type and press Enter:  {one}, stop  ·  {one}, resume  ·  what is left 
 More to try: hvcpctl phrases, and docs/duet.md. Ctrl-C ends it.
 """
 _TOO_BUSY = "this computer is too busy: sound is lost or late; end other programs"
-_SLOW = "this computer is too busy: the robots live more slowly than in real time; end other programs"
+_SLOW = "this computer is too busy: simulated time falls behind real time; end other programs"
 _LEAVING = "the robots say that they leave; Ctrl-C again ends at once"
 _NO_SOUND = "the sound card does not answer; the robots stand still until it does"
 _CARD = "through this computer's loudspeaker and microphone ({microphone})"

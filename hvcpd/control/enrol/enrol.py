@@ -33,7 +33,7 @@ _NUMBERED = re.compile(r"([a-z]+)(?:[_-]?\d+)?")
 """Names of takes of one word: stop.wav, stop_1.wav, stop-2.wav, stop3.wav."""
 FIRST = ("stop", "hi", "all", "i", "am")
 """Asked for before all others: who is interrupted has the words that matter most."""
-HOW_IT_COUNTS = "a robot that is running takes them with: hvcpctl reload"
+HOW_IT_COUNTS = "a running robot loads them with: hvcpctl reload"
 
 
 @dataclass
@@ -90,13 +90,13 @@ def _list(options: argparse.Namespace) -> int:
 def _known(options: argparse.Namespace) -> Path:
     path = person_path(_state_dir(options), options.person)
     if not path.is_file():
-        raise StoreError(f"{options.person} is not enrolled ({path}); hvcpctl enrol --list tells who is")
+        raise StoreError(f"{options.person} is not enrolled ({path}); hvcpctl enrol --list lists who is")
     return path
 
 
 def _remove(options: argparse.Namespace) -> int:
     remove_person(_known(options))
-    sys.stdout.write(f"{options.person} is forgotten; a robot that is running forgets the voice with: hvcpctl reload\n")
+    sys.stdout.write(f"{options.person} is forgotten; a running robot forgets the voice with: hvcpctl reload\n")
     return EX_OK
 
 
@@ -144,7 +144,7 @@ def _kept(path: Path, name: str) -> Person:
     try:
         return read_person(path)
     except StoreError as error:
-        raise StoreError(f"{error}; first forget what is there: hvcpctl enrol {name} --remove") from error
+        raise StoreError(f"{error}; first remove the old takes: hvcpctl enrol {name} --remove") from error
 
 
 def _competing(team: Team, found: Mapping[str, object]) -> list[tuple[str, str]]:
@@ -161,7 +161,7 @@ def _wanted(options: argparse.Namespace, team: Team) -> list[str]:
         wanted = [word.strip().lower() for word in options.words.split(",") if word.strip()]
         strange = next((word for word in wanted if word not in known), None)
         if strange is not None:
-            raise ConfigError(f"--words: '{strange}' is no word of the phrasebook (all words: hvcpctl phrases)")
+            raise ConfigError(f"--words: '{strange}' is not a word of the phrasebook (all words: hvcpctl phrases)")
         return wanted
     names = [name.lower() for name in team.names]
     first = [word for word in (*FIRST, options.person.lower(), *names) if word in known]

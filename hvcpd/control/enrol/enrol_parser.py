@@ -18,7 +18,7 @@ def add_enrol(commands: Commands, run: Run) -> None:
         help="teach the robots a person's voice",
         epilog=with_examples(
             "Without --from it asks for each word in turn and listens; stop the daemon first, if it uses the same "
-            "microphone. Words may be enrolled at any time, the newest takes count; a robot that is running takes them "
+            "microphone. You can enrol words at any time; the newest takes count; a running robot takes them "
             "with hvcpctl reload.",
             "hvcpctl enrol Anna",
             "hvcpctl enrol Anna --from takes/       # takes/stop_1.wav, takes/stop_2.wav, …",
@@ -27,10 +27,10 @@ def add_enrol(commands: Commands, run: Run) -> None:
             "hvcpctl enrol --import anna.npz",
         ),
     )
-    enrol.add_argument("person", nargs="?", metavar="NAME", help="who it is; one word, as in 'I am Anna'")
+    enrol.add_argument("person", nargs="?", metavar="NAME", help="the person's name, one word, as in 'I am Anna'")
     enrol.add_argument("--config", type=Path, metavar="FILE", help="settings file (default: /etc/hvcpd/hvcpd.yaml)")
     enrol.add_argument("--tasks", type=Path, metavar="FILE", help="task repository (default: five plants)")
-    enrol.add_argument("--state-dir", type=Path, metavar="DIR", help="where it is kept (default: the settings')")
+    enrol.add_argument("--state-dir", type=Path, metavar="DIR", help="where takes are kept (default: the settings')")
     enrol.add_argument("--words", metavar="stop,rob", help="only these words (default: all of the phrase card)")
     enrol.add_argument("--takes", type=int, choices=range(1, 7), default=TAKES, help=f"of each word (default {TAKES})")
     enrol.add_argument("--json", action="store_true", help="print the result as one JSON object")
@@ -38,10 +38,10 @@ def add_enrol(commands: Commands, run: Run) -> None:
     action.add_argument(
         "--from", dest="folder", type=Path, metavar="DIR", help="take WAVs: DIR/WORD.wav, DIR/WORD_2.wav"
     )
-    action.add_argument("--list", action="store_true", help="tell who is enrolled")
+    action.add_argument("--list", action="store_true", help="list who is enrolled")
     action.add_argument("--remove", action="store_true", help="forget the person")
     action.add_argument("--export", type=Path, metavar="FILE.npz", help="write the person's words to a file")
     action.add_argument(
-        "--import", dest="import_", type=Path, metavar="FILE.npz", help="take a person from such a file"
+        "--import", dest="import_", type=Path, metavar="FILE.npz", help="read a person from such a file"
     )
     enrol.set_defaults(run=run)

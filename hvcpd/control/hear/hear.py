@@ -30,9 +30,9 @@ def run(options: argparse.Namespace) -> int:
 
         return learn_alternatives.run(options)
     if options.said:
-        raise PhraseError("--said tells --learn-alternatives what was said; give both")
+        raise PhraseError("--said goes with --learn-alternatives; give both")
     if len(options.file) > 1:
-        raise AudioFileError("hear lists the sentences of one recording; several are for --learn-alternatives")
+        raise AudioFileError("hear takes one recording; give several only with --learn-alternatives")
     [file] = options.file
     samples = read_wav(file)
     team = load_team(

@@ -195,5 +195,5 @@ def objection(alternatives: Sequence[tuple[str, str]], team: Team) -> str | None
     for confusion in check(book, team.names, team.sound, chosen_only=True):
         if confusion.confusable and phrase in (confusion.first, confusion.second):
             other = confusion.second if confusion.first == phrase else confusion.first
-            return f"it would be taken for '{other}'"
+            return f"it would be confused with '{other}'"
     return None

@@ -153,5 +153,5 @@ def _as_text(found: Audit) -> str:
     fairness = "no task done" if found.fairness is None else f"{found.fairness:.2f} (1 = all equal)"
     lines += [f"Fairness of the split: {fairness}", f"Garbled: {found.garbled}"]
     if found.not_understood:
-        lines.append(f"Not in today's phrasebook: {found.not_understood}; give the names of then with --config")
+        lines.append(f"Not in today's phrasebook: {found.not_understood}; give the names of that time with --config")
     return "\n".join(lines) + "\n"

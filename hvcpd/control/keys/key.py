@@ -69,11 +69,11 @@ def _restore(_options: argparse.Namespace, path: Path, day: date) -> None:
     number = number_of(words)
     if len(words) != RECOVERY_WORDS or number is None:
         wrong = next((place for place, word in enumerate(words, 1) if number_of((word,)) is None), None)
-        what = f"word {wrong} is no code word" if wrong else f"these are {len(words)} words, not {RECOVERY_WORDS}"
-        raise KeyFileError(f"{what}; type them as the recovery sheet has them")
+        what = f"word {wrong} is not a code word" if wrong else f"these are {len(words)} words, not {RECOVERY_WORDS}"
+        raise KeyFileError(f"{what}; type them as on the recovery sheet")
     secret = secret_of(number)
     if secret is None:
-        raise KeyFileError("the words do not fit together: one is wrong, or two are exchanged; compare them once more")
+        raise KeyFileError("the words do not fit together: one is wrong, or two are swapped; compare them again")
     _store_first(path, Entry(TeamKey(secret), day, day), "restored")
 
 

@@ -38,11 +38,11 @@ def add_key(commands: _Commands, run: Command) -> None:
     actions = key.add_subparsers(title="actions", metavar="ACTION", required=True, dest="action")
     helps = {
         "new": "make the team's key",
-        "show": "tell which keys count, without showing them",
+        "show": "list the valid keys, without showing them",
         "sheet": "print the key in words, and one-time codes for people",
-        "rotate": "make a new key; the old one stays good for a while",
-        "revoke": "believe one robot no more",
-        "restore": "make the key file again from the words of the sheet, typed in",
+        "rotate": "make a new key; the old one stays valid for a while",
+        "revoke": "stop believing one robot",
+        "restore": "make the key file again from the words of the sheet",
     }
     parsers = {name: actions.add_parser(name, help=text) for name, text in helps.items()}
     for parser in parsers.values():
@@ -51,12 +51,18 @@ def add_key(commands: _Commands, run: Command) -> None:
         parser.set_defaults(run=run)
     rotate, sheet = parsers["rotate"], parsers["sheet"]
     days, codes, first = _whole(0, 3650, "number of days"), _whole(0, MAX_CODES), _whole(1, 100_000)
-    rotate.add_argument("--after", type=days, default=7, metavar="DAYS", help="speak with the new key from then on (7)")
     rotate.add_argument(
-        "--keep", type=days, default=30, metavar="DAYS", help="believe the old one for so long after (30)"
+        "--after", type=days, default=7, metavar="DAYS", help="days until robots speak with the new key (7)"
     )
-    sheet.add_argument("--codes", type=codes, default=60, metavar="N", help="so many one-time codes (60)")
-    sheet.add_argument("--first", type=first, default=1, metavar="N", help="from this number on (1)")
-    sheet.add_argument("--no-recovery", action="store_true", help="leave out the key: for people who only command")
-    sheet.add_argument("-o", "--output", type=Path, metavar="FILE", help="write it there, readable by you alone")
+    rotate.add_argument(
+        "--keep", type=days, default=30, metavar="DAYS", help="days after that in which the old key is valid (30)"
+    )
+    sheet.add_argument("--codes", type=codes, default=60, metavar="N", help="number of one-time codes (60)")
+    sheet.add_argument("--first", type=first, default=1, metavar="N", help="number of the first code (1)")
+    sheet.add_argument(
+        "--no-recovery", action="store_true", help="leave out the key, for people who only give commands"
+    )
+    sheet.add_argument(
+        "-o", "--output", type=Path, metavar="FILE", help="write it to this file, which only you can read"
+    )
     parsers["revoke"].add_argument("name", type=_name, metavar="NAME", help="whose voice")

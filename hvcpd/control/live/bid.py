@@ -24,7 +24,7 @@ def run(options: argparse.Namespace) -> int:
         else:
             sys.stdout.writelines(f"{line}\n" for line in told(options.command, daemon.name, result))
         if result.get("kept") is False:
-            raise NotDoneError(f"{daemon.name} stands, but may not after a restart: {result['reason']}")
+            raise NotDoneError(f"{daemon.name} stands still, but may move after a restart: {result['reason']}")
     return EX_OK
 
 

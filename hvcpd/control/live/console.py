@@ -37,8 +37,8 @@ def run(options: argparse.Namespace) -> int:
         return EX_OK
     if not is_loopback(options.listen) and not options.expose:
         raise ConfigError(
-            f"--listen {options.listen}: whoever reaches that address could see the page; for a phone or another "
-            "computer rather use a tunnel (docs/console.md), or add --expose"
+            f"--listen {options.listen}: anybody who reaches that address could see the page; for a phone or another "
+            "computer use a tunnel (docs/console.md), or add --expose"
         )
     key = token_urlsafe(KEY_BYTES)
     with open_port(options.listen, options.port) as listener:
@@ -46,8 +46,8 @@ def run(options: argparse.Namespace) -> int:
         address = f"{host}:{listener.getsockname()[1]}"
         if options.expose:
             sys.stderr.write(
-                f"hvcpctl: warning: {address} is not encrypted: who is on that network can read the page's key and all "
-                "that is said, and stop and resume the robot\n"
+                f"hvcpctl: warning: {address} is not encrypted: anybody on that network can read the page's key and "
+                "all that is said, and stop and resume the robot\n"
             )
         app, end = _app(options, Door(frozenset({address}), key))
         PageServer(app, _telling_address(f"http://{address}/?key={key}"), end).serve_on(listener)

@@ -101,7 +101,8 @@ class DaemonClient:
             if self._hello.get("protocol") != PROTOCOL:
                 _raise_refusal(self._hello)
                 raise NotDoneError(
-                    f"{self.path}: that daemon (hvcpd {self._hello.get('version')}) talks another protocol than this "
+                    f"{self.path}: that daemon (hvcpd {self._hello.get('version')}) uses another "
+                    "protocol version than this "
                     "hvcpctl; restart it after an upgrade"
                 )
         return self._hello
@@ -185,7 +186,9 @@ class DaemonClient:
         except (ValueError, RecursionError):
             value = None
         if not isinstance(value, dict):
-            raise NotDoneError(f"what answers at {self.path} is no hvcpd; name its socket with --socket FILE")
+            raise NotDoneError(
+                f"the program that answers at {self.path} is not hvcpd; name its socket with --socket FILE"
+            )
         return value
 
 
@@ -248,7 +251,7 @@ def _settings(options: argparse.Namespace, environment: Mapping[str, str]) -> tu
         loaded = load_with_sources(options.config, {"name": name}, name_needed=False, environment=environment)
     except ConfigError as error:
         first = str(error).splitlines()[0]
-        sys.stderr.write(f"hvcpctl: note: the settings have faults ({first})\n")
+        sys.stderr.write(f"hvcpctl: note: the settings have errors ({first})\n")
         return _guessed(options.config or environment.get(FILE_VARIABLE) or SYSTEM_SETTINGS_PATH, name)
     source = next(each.source for each in loaded.sources if each.key == "name")
     return loaded.settings, None if source == "default" else loaded.settings.name

@@ -16,7 +16,7 @@ EXITS = (
     "Exit status: 0 done, 1 not done (the daemon says why), 2 bad input, 3 no daemon runs, 4 no permission to ask it, "
     "130 interrupted."
 )
-_WHICH = "Without --name the robot of the settings is meant, or else the only one that runs on this computer. "
+_WHICH = "Without --name: the robot named in the settings, or the only one that runs on this computer.  "
 
 
 def add_daemon_commands(commands: Commands, lazy: Callable[[str], Run]) -> None:
@@ -38,7 +38,7 @@ def add_daemon_commands(commands: Commands, lazy: Callable[[str], Run]) -> None:
         lazy("live.follow"),
         "hvcpctl follow --json --poses > shift.jsonl     # for `hvcpctl mcap`",
     )
-    follow.add_argument("--poses", action="store_true", help="with --json: where it is, too, four times a second")
+    follow.add_argument("--poses", action="store_true", help="with --json: also where it is, four times a second")
     _add_console(commands, lazy("live.console"))
     _add(
         commands,
@@ -49,11 +49,11 @@ def add_daemon_commands(commands: Commands, lazy: Callable[[str], Run]) -> None:
     )
     _add_task(commands, lazy("live.task"))
     _add(commands, "resume", "let a stopped robot take on tasks again", lazy("live.bid"))
-    _add(commands, "reload", "have a robot read its settings and tasks again", lazy("live.bid"))
+    _add(commands, "reload", "make a robot read its settings and tasks again", lazy("live.bid"))
     config = _add(commands, "config", "show each setting and where it comes from", lazy("live.show_config"))
-    config.add_argument("--running", action="store_true", help="those of the running daemon, instead of a new one's")
-    config.add_argument("--example", action="store_true", help="print a commented settings file to begin with")
-    config.add_argument("--changed", action="store_true", help="only those that are not the default")
+    config.add_argument("--running", action="store_true", help="settings of the running daemon, not of the next one")
+    config.add_argument("--example", action="store_true", help="print a commented settings file to start from")
+    config.add_argument("--changed", action="store_true", help="only settings that differ from the default")
 
 
 def add_ros(commands: Commands, run: Run) -> None:
@@ -70,7 +70,9 @@ def add_ros(commands: Commands, run: Run) -> None:
         ),
     )
     add_which(command)
-    command.add_argument("--ros", choices=("1", "2"), help="which one (default: ROS_VERSION, or what is installed)")
+    command.add_argument(
+        "--ros", choices=("1", "2"), help="version of ROS (default: ROS_VERSION, or what is installed)"
+    )
     command.add_argument("remap", nargs="*", metavar="NAME:=VALUE", help="remappings and parameters, as ROS 1 has them")
     command.add_argument("--ros-args", nargs=argparse.REMAINDER, metavar="…", help="the same, as ROS 2 has them")
     command.set_defaults(run=run)
@@ -78,7 +80,7 @@ def add_ros(commands: Commands, run: Run) -> None:
 
 def add_skills(commands: Commands, run: Run) -> None:
     """Add `skills`."""
-    text = "carry out what a robot's tasks use: programs, pins and Python objects, until interrupted"
+    text = "carry out a robot's skills (programs, pins, Python objects), until interrupted"
     command = commands.add_parser(
         "skills",
         help=text,
@@ -86,7 +88,7 @@ def add_skills(commands: Commands, run: Run) -> None:
         epilog=with_examples(_WHICH + EXITS, "hvcpctl skills --config greenhouse.yaml", "hvcpctl skills --check"),
     )
     add_which(command)
-    command.add_argument("--check", action="store_true", help="only look whether all that is needed is there")
+    command.add_argument("--check", action="store_true", help="only check that everything needed is there")
     command.set_defaults(run=run)
 
 
@@ -94,10 +96,11 @@ def add_mqtt(commands: Commands, run: Run) -> None:
     """Add `mqtt`."""
     command = commands.add_parser(
         "mqtt",
-        help="tell an MQTT broker, and so Home Assistant, what a robot does, until interrupted",
-        description="Tell an MQTT broker, and so Home Assistant, what a robot does, until interrupted.",
+        help="publish what a robot does to MQTT, and so to Home Assistant, until interrupted",
+        description="Publish what a robot does to MQTT, and so to Home Assistant, until interrupted.",
         epilog=with_examples(
-            "Whoever may write to PREFIX/NAME/command can stop the robot; with --commands also let it go on, and have "
+            "Anybody who may write to PREFIX/NAME/command can stop the robot; with --commands also "
+            "let it go on, and have "
             "it speak. " + _WHICH + EXITS,
             "hvcpctl mqtt --host homeassistant.local --user robots --password-file ~/.mqtt",
             "mosquitto_pub -h homeassistant.local -t hvcpd/rob/command -m stop",
@@ -106,14 +109,14 @@ def add_mqtt(commands: Commands, run: Run) -> None:
     add_which(command)
     command.add_argument("--host", required=True, metavar="HOST", help="the broker")
     command.add_argument("--port", type=int, metavar="N", help="its port (default: 1883, with --tls 8883)")
-    command.add_argument("--user", metavar="NAME", help="who we are there")
+    command.add_argument("--user", metavar="NAME", help="user name at the broker")
     command.add_argument("--password-file", type=Path, metavar="FILE", help="a file with that user's password")
     command.add_argument("--tls", action="store_true", help="encrypt, and check the broker's certificate")
     command.add_argument("--prefix", default="hvcpd", metavar="TOPIC", help="before all topics (default: %(default)s)")
     command.add_argument(
         "--discovery", default="homeassistant", metavar="TOPIC", help="Home Assistant's prefix (default: %(default)s)"
     )
-    command.add_argument("--commands", action="store_true", help="obey `resume` and `say SENTENCE`, too")
+    command.add_argument("--commands", action="store_true", help="also obey `resume` and `say SENTENCE`")
     command.set_defaults(run=run)
 
 
@@ -138,12 +141,12 @@ def _add_console(commands: Commands, run: Run) -> None:
     c = commands.add_parser(
         "console",
         help="show a robot, or a recorded mission, as a live page in the browser",
-        description="Serve a page of this computer: the conversation, tasks, map, level, alarms, and a stop button.",
+        description="Serve a page on this computer: the conversation, tasks, map, level, alarms, and a stop button.",
         epilog=with_examples(_WHICH + EXITS, "hvcpctl console", "hvcpctl console --replay out/demo"),
     )
     add_which(c)
     c.add_argument("--port", type=int, default=8765, metavar="N", help="the page's port (default: %(default)s; 0: any)")
-    c.add_argument("--unix", type=Path, metavar="FILE", help="a UNIX socket instead of a port, for behind a tunnel")
+    c.add_argument("--unix", type=Path, metavar="FILE", help="a UNIX socket instead of a port, for use with a tunnel")
     c.add_argument("--listen", default="127.0.0.1", metavar="ADDRESS", help="address (default: only this computer)")
     c.add_argument("--expose", action="store_true", help="allow an address that other computers can reach, unencrypted")
     c.add_argument("--replay", type=Path, metavar="DIR", help="a mission that `simulate --report DIR` has recorded")
@@ -156,7 +159,7 @@ def add_completion(commands: Commands, run: Run) -> None:
         "completion",
         help="print what the shell needs to complete this command's words",
         epilog=with_examples(
-            "Written to where the shell looks for completions, it is there in the next shell.",
+            "Write it to the folder for completions; it works in the next shell.",
             "hvcpctl completion bash > ~/.local/share/bash-completion/completions/hvcpctl",
             "hvcpctl completion fish > ~/.config/fish/completions/hvcpctl.fish",
             'eval "$(hvcpctl completion zsh)"       # in ~/.zshrc, after compinit',
@@ -171,26 +174,26 @@ def add_which(command: argparse.ArgumentParser, name: bool = True) -> None:
     command.add_argument("--config", type=Path, metavar="FILE", help="settings file (default: /etc/hvcpd/hvcpd.yaml)")
     if name:
         command.add_argument("--name", metavar="NAME", help="which robot, if several run here")
-    command.add_argument("--socket", type=Path, metavar="FILE", help="this control socket, wherever it lies")
+    command.add_argument("--socket", type=Path, metavar="FILE", help="the robot with this control socket")
 
 
 def _add_task(commands: Commands, run: Run) -> None:
-    text = "have a task done again, or left out this time; add and remove tasks, while the robots work"
-    about = "`again` and `skip` are told to the other robots aloud. Give `add` and `remove` to each robot."
+    text = "repeat or skip a task; add and remove tasks while the robots work"
+    about = "The robot tells the others about `again` and `skip` aloud. Give `add` and `remove` to each robot."
     epilog = with_examples("", "hvcpctl task again 3", "hvcpctl task remove 11")
     task = commands.add_parser("task", help=text, description=f"{text[0].upper()}{text[1:]}. {about}", epilog=epilog)
     actions = task.add_subparsers(title="actions", metavar="ACTION", required=True, dest="do")
     number = "the task's number, as `hvcpctl tasks` shows it"
     for name, what, example in (
-        ("again", "have a task done once more", "hvcpctl task again 3     # as if Anna said “task three again”"),
+        ("again", "do a task once more", "hvcpctl task again 3     # as if Anna said “task three again”"),
         ("skip", "leave a task out this time", "hvcpctl task skip 2"),
-        ("remove", "have a robot forget a task", "hvcpctl task remove 11"),
+        ("remove", "remove a task from a robot", "hvcpctl task remove 11"),
     ):
         _add(actions, name, what, run, example).add_argument("number", type=int, metavar="NUMBER", help=number)
     add = _add(
         actions,
         "add",
-        "have a robot learn a new task",
+        "give a robot a new task",
         run,
         'hvcpctl task add "water the red tulip" --number 11 --place 1.2,0.5 --action water=5',
         'hvcpctl task add "look at the gate" --number 12 --action dock --action wait=5 --every "6 h" --after 11',
@@ -205,10 +208,12 @@ def _add_task(commands: Commands, run: Run) -> None:
         metavar="WHAT[=VALUE]",
         help="what to do there, as the task file has it: `water=5`, `dock`, `pour={litres: 0.2}`; may be repeated",
     )
-    add.add_argument("--every", metavar="TIME", help="when it is due again: `6 h`, or a rule as `FREQ=DAILY;BYHOUR=8`")
+    add.add_argument(
+        "--every", metavar="TIME", help="when it is due again: `6 h`, or a rule like `FREQ=DAILY;BYHOUR=8`"
+    )
     add.add_argument("--after", metavar="N,N", help="tasks that must be done before it")
     add.add_argument("--priority", type=int, metavar="0-9", help="of tasks that can be done, the highest comes first")
-    add.add_argument("--deadline", metavar="TIME", help="so long after it became due it is late: `30 min`")
+    add.add_argument("--deadline", metavar="TIME", help="time after which a due task is late: `30 min`")
 
 
 def _add(commands: Commands, name: str, text: str, run: Run, *examples: str) -> argparse.ArgumentParser:

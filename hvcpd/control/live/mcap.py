@@ -23,7 +23,7 @@ def run(options: argparse.Namespace) -> int:
     """Read it whole, and write the file whole."""
     messages = [*messages_of(options.recording)]
     if not messages:
-        raise ConfigError(f"{options.recording} tells of nothing")
+        raise ConfigError(f"{options.recording} has no events")
     try:
         write_whole(options.output, write_mcap(messages))
     except OSError as error:

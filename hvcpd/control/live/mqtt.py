@@ -43,11 +43,11 @@ class Broker:
             from paho.mqtt import client as mqtt
         except ImportError:
             raise ConfigError(
-                "the library of MQTT is missing: `sudo apt install python3-paho-mqtt`, or `pipx inject hvcpd paho-mqtt`"
+                "the MQTT library is missing: `sudo apt install python3-paho-mqtt`, or `pipx inject hvcpd paho-mqtt`"
             ) from None
         for option, topic in (("--prefix", options.prefix), ("--discovery", options.discovery)):
             if not topic or set(topic) & WILDCARDS:
-                raise ConfigError(f"{option} {topic!r} is no topic to send to")
+                raise ConfigError(f"{option} {topic!r} is not a topic that can be published to")
         self.topic = f"{options.prefix}/{name.lower()}"
         self._address = options.host, options.port or (8883 if options.tls else 1883)
         version: dict[str, Any] = {}
@@ -100,7 +100,7 @@ class Broker:
     def _command(self, message: Any, obey: Callable[[str], None]) -> None:
         """Obey, but no command that the broker has kept: it would be carried out again at each connection."""
         if message.retain:
-            sys.stderr.write("hvcpctl: MQTT: a retained command is not obeyed; send it without `retain`\n")
+            sys.stderr.write("hvcpctl: MQTT: retained commands are ignored; send them without `retain`\n")
         else:
             obey(message.payload.decode(errors="replace"))
 
@@ -169,7 +169,7 @@ def _obey(text: str, path: Path, all_commands: bool) -> None:
         elif all_commands and command == "say":
             arguments = {"text": sentence}
         else:
-            raise ConfigError(f"MQTT: {text[:80]!r} is not obeyed; hvcpctl mqtt --help tells what is")
+            raise ConfigError(f"MQTT: {text[:80]!r} is not obeyed; see hvcpctl mqtt --help")
         with closing(DaemonClient(path)) as daemon:
             daemon.ask(command, **arguments)
     except HvcpdError as error:

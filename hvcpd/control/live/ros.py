@@ -16,7 +16,7 @@ def run(options: argparse.Namespace) -> int:
     """Find the daemon and its settings, then bridge; begin anew whenever ROS's master has ended."""
     for each in options.remap:
         if ":=" not in each:
-            raise ConfigError(f"{each!r} is no remapping; write name:=other, _parameter:=value, or --ros-args …")
+            raise ConfigError(f"{each!r} is not a remapping; write name:=other, _parameter:=value, or --ros-args …")
     kind = choose_ros(options.ros)
     with closing(find_daemon(options)) as daemon:
         base = base_of(daemon.ask("config")["settings"])
@@ -28,6 +28,6 @@ def run(options: argparse.Namespace) -> int:
     reason = run_bridge(kind, base, path, arguments)
     if reason is not None:
         stands = "the robot stands, and " if base.ros_drives else ""
-        sys.stderr.write(f"hvcpctl: {reason}; {stands}the bridge begins anew\n")
+        sys.stderr.write(f"hvcpctl: {reason}; {stands}the bridge restarts\n")
         start_again()
     return EX_OK

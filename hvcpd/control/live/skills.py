@@ -33,7 +33,9 @@ def run(options: argparse.Namespace) -> int:
         raise ConfigError("there is no skill to offer: name some under `skills:` in the settings, or install a package")
     if options.check:
         objects = {name: unusable(name) for name in names if name not in settings.skills}
-        if broken := [f"skill {name!r}: {why}; mend the package that has it" for name, why in objects.items() if why]:
+        if broken := [
+            f"skill {name!r}: {why}; fix the package that provides it" for name, why in objects.items() if why
+        ]:
             raise ConfigError("\n".join(broken))
     sys.stdout.write(f"{', '.join(names)}\n")
     if options.check:

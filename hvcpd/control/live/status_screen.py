@@ -60,7 +60,7 @@ def _facts(status: Mapping[str, Any]) -> list[tuple[str, RenderableType]]:
 def memory_faults(memory: Mapping[str, Any]) -> Iterator[str]:
     """What is wrong with a memory as `status` tells of it, the worst first; older daemons tell only `lost`."""
     if memory.get("unkept"):
-        yield f'what "stop" and "resume" say is not kept over a restart: {memory["unkept"]}'
+        yield f'"stop" and "resume" would not survive a restart: {memory["unkept"]}'
     if memory.get("fault"):
         yield f"nothing is kept: {memory['fault']}"
     if memory.get("loss"):
@@ -121,7 +121,7 @@ def _skills(skills: Mapping[str, Any] | None) -> Iterator[tuple[str, RenderableT
 
 def _peers(peers: Sequence[Mapping[str, Any]]) -> RenderableType:
     if not peers:
-        return Text("Nobody else was heard so far", "dim")
+        return Text("No other robot was heard so far", "dim")
     table = Table(box=None, padding=(0, 2, 0, 0), header_style="dim", pad_edge=False)
     for title in ("Heard", "Team", "Last", "Sure", "SNR"):
         table.add_column(title, justify="left" if title in ("Heard", "Team") else "right", no_wrap=True)

@@ -16,8 +16,8 @@ from hvcpd.errors import EX_OK, ConfigError
 BECOMES = {"again": "is done once more", "skip": "is left out this time"}
 """What a task does then, as it is told."""
 OTHERS = {
-    "add": "it is taken up as soon as its words are known; the other robots do not have it: give each the same command",
-    "remove": "the other robots keep it: give each the same command",
+    "add": "it starts when its words are ready; the other robots do not know it, so give each the same command",
+    "remove": "the other robots keep it, so give each the same command",
 }
 """What is left to do, for robots do not tell each other about these."""
 

@@ -46,9 +46,11 @@ def as_table(found: Sequence[Confusion]) -> str:
     limits = f"{LIMIT_QUIET:.1%} in quiet or {LIMIT_NOISE:.0%} in noise at 0 dB"
     lines += ["", *(describe(c) for c in wrong)]
     if not wrong:
-        lines.append(f"All is well: no words of this team are predicted to be confused more than {limits}.")
+        lines.append(f"No words of this team are predicted to be confused more than {limits}.")
         if own := [f"{c.first} and {c.second}" for c in found if c.confusable]:
-            lines.append(f"Beyond that are, among the phrasebook's own words, which no team can change: {listed(own)}.")
+            lines.append(
+                f"Among the phrasebook's own words, which no team can change, these are beyond it: {listed(own)}."
+            )
     else:
         lines.append(f"The limit is {limits}.")
     return "\n".join(lines) + "\n"

@@ -97,7 +97,7 @@ def _print_table(lexicon: Lexicon, as_json: bool) -> None:
     sys.stdout.write("\n")
     for place, where in PLACE_WORDS.items():
         sys.stdout.write(f"{place.value}: said where the word is {where}.\n")
-    sys.stdout.write("A line of your own lexicon file (`lexicon:` in the settings) stands over all of these.\n")
+    sys.stdout.write("A line of your own lexicon file (`lexicon:` in the settings) overrides all of these.\n")
 
 
 def _render(options: argparse.Namespace, phrases: Sequence[Sequence[str]], lexicon: Lexicon) -> None:

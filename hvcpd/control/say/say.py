@@ -71,7 +71,7 @@ def _have_it_said(options: argparse.Namespace, daemon: DaemonClient) -> int:
     try:
         said = next(event for event in daemon.events(SAID_WITHIN_S) if event.get("text") == text)
     except NotDoneError:
-        raise NotDoneError(f"{daemon.name} has not had a chance to say it for {SAID_WITHIN_S:g} s") from None
+        raise NotDoneError(f"{daemon.name} had no chance to say it for {SAID_WITHIN_S:g} s") from None
     if options.json:
         sys.stdout.write(json.dumps(said) + "\n")
     else:

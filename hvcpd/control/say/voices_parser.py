@@ -23,7 +23,7 @@ def add_voices(
         "voices",
         help="compare the voices that robots have, and play them",
         epilog=with_examples(
-            "Which robot speaks with which voice follows from its name, or from the settings ('voice', 'peers').",
+            "A robot's voice follows from its name, or from the settings ('voice', 'peers').",
             "hvcpctl voices oak wren --text 'Hi all, I am Zorg' -o voices.wav",
         ),
     )
@@ -31,10 +31,12 @@ def add_voices(
     c.add_argument("--natural", action="store_true", help="natural voices, whatever `synthesizer` the settings have")
     c.add_argument("--text", default="Hi all, I am here, water the yellow rose", help="what they say")
     c.add_argument("--config", type=Path, metavar="FILE", help="settings file (default: /etc/hvcpd/hvcpd.yaml)")
-    c.add_argument("--names", type=names, metavar="Rob,Bot", help="tell whose voice each is (default: the settings')")
+    c.add_argument(
+        "--names", type=names, metavar="Rob,Bot", help="show which robots have each voice (default: the settings')"
+    )
     text = "write a WAV instead of using the loudspeaker; - for a pipe"
     c.add_argument("-o", "--output", type=sound_out, metavar="FILE.wav", help=text)
-    c.add_argument("--silent", action="store_true", help="compare only, play nothing")
+    c.add_argument("--silent", action="store_true", help="only compare; play nothing")
     c.add_argument("--json", action="store_true", help="print one JSON object a voice")
     c.set_defaults(run=run)
 
@@ -44,5 +46,5 @@ def _voice(text: str) -> str:
 
     known = [voice.name for voice in VOICES]
     if text.lower() not in known:
-        raise argparse.ArgumentTypeError(f"{text!r} is no voice: the voices are {', '.join(known)}")
+        raise argparse.ArgumentTypeError(f"{text!r} is not a voice; the voices are {', '.join(known)}")
     return text.lower()

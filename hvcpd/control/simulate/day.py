@@ -32,7 +32,7 @@ def run_hours(options: argparse.Namespace, team: Team, coordinator: str | None, 
     """Run it, show the shift, write its page; 0 only if all that was due was done, and nothing twice."""
     useless = next((name for name in FOR_SOUND if getattr(options, name)), None)
     if useless is not None:
-        raise ConfigError(f"--hours goes by words, without sound; leave --{useless} out")
+        raise ConfigError(f"--hours simulates words, without sound; leave out --{useless}")
     mission = WordMission(_plan(options, team, coordinator, speech), keep=True)
     mission.remember_done(BEGIN_S)
     mission.run()

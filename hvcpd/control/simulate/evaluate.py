@@ -25,7 +25,7 @@ INTERVALS = "Intervals are of 95 % (shares: Wilson; pivotal distances: profile l
 def run(options: argparse.Namespace) -> int:
     """Run one experiment or all, write what was found, and say where."""
     if options.from_recordings is not None and options.experiment != "wake":
-        raise ConfigError(f"--from-recordings: there is nothing recorded of {options.experiment}; it goes with wake")
+        raise ConfigError(f"--from-recordings: {options.experiment} has no recordings; use it with wake")
     names: Sequence[str] = ALL if options.experiment == "all" else (options.experiment,)
     scale = Scale(options.seed, options.trials, options.quick, options.missions)
     try:

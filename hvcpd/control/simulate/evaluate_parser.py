@@ -23,7 +23,7 @@ def add_evaluate(commands: _Commands, run: Callable[[argparse.Namespace], int], 
     c = commands.add_parser(
         "evaluate",
         help="run the paper's experiments in a simulated room",
-        epilog="What has been run is kept in --out: the same command again goes on where it was interrupted.",
+        epilog="Results are kept in --out: the same command continues where it was interrupted.",
     )
     one_of = f"one of {', '.join(NAMES)}, or all"
     c.add_argument("experiment", choices=(*NAMES, "all"), metavar="EXPERIMENT", help=one_of)

@@ -24,7 +24,7 @@ from hvcpd.synthesis.likeness import name_fault
 BUILT_IN = {"wait": "seconds", "water": "seconds", "dock": "", "turn": "degrees", "forward": "metres"}
 """What every robot can do at a place, and the number that it takes."""
 USUAL_DEED = "wait 5"
-MISSING = "there is nobody to ask: give --robots and --task, as `hvcpctl new-team --help` shows"
+MISSING = "this is not a terminal: give --robots and --task, as `hvcpctl new-team --help` shows"
 
 Given = TypeVar("Given")
 
@@ -166,17 +166,17 @@ def read_task(text: str, skills: list[SkillAnswer], before: list[TaskAnswer]) ->
         raise ConfigError(f"{rest[0][:40]!r} is too much; write for example: {name}; -3, -4; {USUAL_DEED}")
     known = BUILT_IN | {skill.name: skill.parameter for skill in skills}
     if deed not in known:
-        raise ConfigError(f"nobody can {deed[:40]!r}; write one of {', '.join(known)}")
+        raise ConfigError(f"no robot has the skill {deed[:40]!r}; write one of {', '.join(known)}")
     if bool(known[deed]) != bool(amount.strip()):
         wanted = f"{deed} 5 ({known[deed]})" if known[deed] else deed
-        raise ConfigError(f"{deed!r} is told {'a number' if known[deed] else 'nothing'}; write {wanted}")
+        raise ConfigError(f"{deed!r} takes {'a number' if known[deed] else 'no number'}; write {wanted}")
     return TaskAnswer(name, place, deed, _number(amount) if known[deed] else None)
 
 
 def _read_place(text: str) -> tuple[float, float]:
     parts = text.split(",")
     if len(parts) != 2:
-        raise ConfigError(f"{text[:40]!r} is no place; write x and y in metres, as in: -3, -4")
+        raise ConfigError(f"{text[:40]!r} is not a place; write x and y in metres, as in: -3, -4")
     x_m, y_m = map(_number, parts)
     if max(abs(x_m), abs(y_m)) > MAX_DISTANCE_M:
         raise ConfigError(f"{text[:40]!r} is too far; give metres from -{MAX_DISTANCE_M} to {MAX_DISTANCE_M}")
@@ -189,7 +189,7 @@ def _number(text: str) -> float:
     except ValueError:
         value = math.nan
     if not math.isfinite(value):
-        raise ConfigError(f"{text.strip()[:40]!r} is no number; write for example 0.5")
+        raise ConfigError(f"{text.strip()[:40]!r} is not a number; write for example 0.5")
     return value
 
 

@@ -46,7 +46,7 @@ def run(options: argparse.Namespace) -> int:
     """Run the mission, show it, write the report; 0 only if every task was done exactly once."""
     robots: tuple[str, ...] = options.robots
     if len(robots) > MAX_ROBOTS:
-        raise ConfigError(f"--robots: {len(robots)} are too many; at most {MAX_ROBOTS}")
+        raise ConfigError(f"--robots: {len(robots)} is too many; at most {MAX_ROBOTS}")
     keys = _keys(options)
     if options.encrypted and keys is None:
         raise ConfigError("--encrypted: there is no key to encrypt with; add --key, or --key FILE")
