@@ -280,6 +280,7 @@ class Coordination:
         """What is to be done now, in order; handed out once."""
         me = self.knowledge
         for number in me.board.changed:
+            me.board[number].since_s = now
             me.do(SaveTask(number, me.board[number].lasting_state, me.board[number].owner))
             due_s = schedule.note_done(me, number, now)
             if due_s is not None:
