@@ -19,7 +19,7 @@ from hvcpd.language import messages as m
 CLEARLY = 0.75
 """Share of the claimant's way up to which another one is clearly nearer."""
 NEARER_M = 1.0
-"""And at least by so much: ways are told in whole metres."""
+"""And by this much at least: ways are told in whole metres."""
 
 
 def is_bid(heard: Heard) -> bool:

@@ -22,7 +22,7 @@ MARGIN_S = 10.0
 def claims_max(me: Knowledge, now: float) -> int:
     """How often a sentence that somebody should confirm is said: most often if others are heard all the while."""
     if not me.peers.present(now):
-        return me.timing.claims_alone
+        return me.timing.claims_alone + max(me.timing.greetings_max - me.acquaintance.greetings, 0)
     talkers = me.peers.last_heard_s > me.current.asked_since_s
     return me.timing.claims_max * (me.timing.claims_among_talkers if talkers else 1)
 
@@ -49,7 +49,7 @@ def task_is_free(me: Knowledge, now: float) -> bool:
 
 
 def claims_at_once(me: Knowledge, now: float) -> bool:
-    """Whether a robot that has just been greeted can claim a task instead of telling its name first."""
+    """Whether a robot can claim a task instead of telling its name first."""
     known = me.role.listed and bool(me.role.roster) and not me.missed.heard_work
     return known and may_volunteer(me, now) and task_is_free(me, now)
 

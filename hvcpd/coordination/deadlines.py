@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 from hvcpd.coordination import choosing, composing, earshot, repair
-from hvcpd.coordination.floor import Intent, Urgency
+from hvcpd.coordination.floor import CROWD, Intent, Urgency
 from hvcpd.coordination.knowledge import Knowledge
 from hvcpd.coordination.states import State, Trigger
 from hvcpd.coordination.table import fire, states_with
@@ -32,6 +32,8 @@ LEAVES_UNHEARD = states_with(Trigger.UNHEARD)
 def time_is_over(me: Knowledge, now: float) -> None:
     """The state's time has run out."""
     match me.state:
+        case State.WAKING if len(me.roster) <= CROWD and choosing.claims_at_once(me, now):
+            fire(me, Trigger.MET, now)
         case State.READY:
             _choose(me, now)
         case State.MEETING if not me.peers.all() and me.acquaintance.greetings < me.timing.greetings_max:
