@@ -8,12 +8,14 @@
     python -m benchmarks.missions days [--seeds 1-10000] [--hours 72]
     python -m benchmarks.missions crowd [--seeds 1-5]
     python -m benchmarks.missions makespan [--seeds 1-20] [--tasks 24] [--work-s 5] [--pick nearest]
+    python -m benchmarks.missions routes [--seeds 1-200] [--pick nearest]
     python -m benchmarks.missions speed
 
 `audio` runs `hvcpctl simulate --json` for each seed; the figures are those of its last line. With `--plants`, so many
 stand at random places, in noise of a random level. `relay`: whole robots with sound, too; three in a row, an order from
 one end to the other, which do not hear each other. `earshot`: both modes, where a voice carries some metres and many
-plants are farther off. `makespan`: how soon teams of growing size are done with the same tasks.
+plants are farther off. `makespan`: how soon teams of growing size are done with the same tasks. `routes`: how far two
+to four robots drive for up to eight tasks, against the best assignments.
 The others run the same state machines over air of words
 (hil_fakes), with random teams, places, losses and outages.
 """
@@ -33,6 +35,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any, TypeVar
 
+from benchmarks import routes
 from benchmarks.random_plants import random_room
 from hil_fakes.bench import Bench
 from hil_fakes.bench_plans import relay_plan
@@ -295,6 +298,10 @@ def main() -> None:
     c.add_argument("--work-s", type=float, default=5.0)
     c.add_argument("--pick", choices=("nearest", "random"), default="nearest")
     c.set_defaults(run=makespan)
+    c = kinds.add_parser("routes")
+    c.add_argument("--seeds", default="1-200")
+    c.add_argument("--pick", choices=("nearest", "random"), default="nearest")
+    c.set_defaults(run=lambda o: routes.compare(_range(o.seeds), o.pick))
     c = kinds.add_parser("speed")
     c.set_defaults(run=speed)
     o = parser.parse_args()

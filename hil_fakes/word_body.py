@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 from hvcpd.config.tasks import Place
@@ -17,6 +18,8 @@ class Body:
     place: Place
     job: int = 0
     moving: tuple[float, float, Place] | None = None
+    driven_m: float = 0.0
+    """The way that it has driven to places, up to its last halt."""
 
     def at(self, now: float) -> Place:
         if self.moving is None:
@@ -28,5 +31,7 @@ class Body:
         )
 
     def halt(self, now: float) -> None:
-        self.place, self.moving = self.at(now), None
+        here, self.moving = self.at(now), None
+        self.driven_m += math.hypot(here.x_m - self.place.x_m, here.y_m - self.place.y_m)
+        self.place = here
         self.job += 1

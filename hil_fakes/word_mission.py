@@ -68,7 +68,8 @@ class WordMission:
         self._names = {name.lower(): name for name in plan.names}
         self.known: dict[str, set[str]] = {name: {name} for name in plan.names}
         """Whose names each robot knows; it survives being switched off."""
-        self.bodies = {name: Body(Place(-5.0 + i % 4, -5.0 + i // 4)) for i, name in enumerate(plan.names)}
+        corner = {name: Place(-5.0 + i % 4, -5.0 + i // 4) for i, name in enumerate(plan.names)}
+        self.bodies = {name: Body(plan.starts.get(name, place)) for name, place in corner.items()}
         self.air = WordChannel(
             self.robots,
             WordLengths(),

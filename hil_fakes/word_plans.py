@@ -31,6 +31,8 @@ CLEAR = 0.6
 """Up to this share of that way nothing is lost."""
 FADING_LIMIT_S = 4000.0
 """By then all is done six times over."""
+NEAREST = 0.75
+"""Share of teams that take the nearest tasks, as by default."""
 LATE = 0.3
 """Share of missions of three and more robots in which one comes late."""
 
@@ -63,7 +65,9 @@ def random_plan(
         for name in rng.sample(names, n_off)
     )
     late = {names[-1]: rng.uniform(20.0, 200.0)} if len(names) > 2 and rng.random() < LATE else {}
-    return WordPlan(names, random_tasks(rng.randint(*tasks), rng), seed, conditions, outages=outages, late=late)
+    drawn = random_tasks(rng.randint(*tasks), rng)
+    nearest = rng.random() < NEAREST
+    return WordPlan(names, drawn, seed, conditions, outages=outages, late=late, nearest_first=nearest)
 
 
 def fading_plan(seed: int, coordinate: bool) -> WordPlan:

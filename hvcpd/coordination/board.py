@@ -36,6 +36,10 @@ class Entry:
     """So often the owner, and another one in answer, was heard to say whose the task is: a word can be misheard."""
     times_denied: int = 0
     """So often this robot's claim of it was denied."""
+    since_s: float = -math.inf
+    """When this robot learned of its state and owner, by the sample clock."""
+    way_m: int | None = None
+    """The way to it that its owner told when it claimed it."""
     due_s: float | None = None
     """Of a task that recurs: when the occurrence was due that all of this is about, s since 1970; None: unknown."""
     is_due: bool = False
@@ -240,7 +244,7 @@ class Board:
         if (entry.state, entry.owner, entry.hearsay) != (state, owner, hearsay):
             self.changed.append(number)
         entry.state, entry.owner, entry.hearsay, entry.firm = state, owner, hearsay, False
-        entry.told_by = None
+        entry.told_by = entry.way_m = None
         entry.skipped = entry.skipped and state == DONE
 
 

@@ -5,7 +5,8 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Sequence
 
-from hvcpd.config.tasks import Place, TaskDefinition, Use, Wait
+from hvcpd.config.tasks import Place, TaskDefinition
+from hvcpd.coordination import routes
 from hvcpd.coordination.board import CLAIMED, OPEN
 from hvcpd.coordination.knowledge import Knowledge
 from hvcpd.coordination.peers import Peer
@@ -14,8 +15,6 @@ CALLS_MAX = 3
 """How often robots are called for before the one that gives orders does the tasks itself."""
 TURN_S = 7.0
 """A confirmation and a claim in one breath, with the pause before them."""
-DRIVE_M_S = 0.2
-"""A burger's mean speed on short ways: at most 0.22 m/s, and it turns first."""
 MARGIN_S = 10.0
 """Between the end of a task's actions and the end of its lease: for a stall, and for the report."""
 
@@ -23,7 +22,7 @@ MARGIN_S = 10.0
 def claims_max(me: Knowledge, now: float) -> int:
     """How often a sentence that somebody should confirm is said: most often if others are heard all the while."""
     if not me.peers.present(now):
-        return me.timing.claims_alone
+        return me.timing.claims_alone + max(me.timing.greetings_max - me.acquaintance.greetings, 0)
     talkers = me.peers.last_heard_s > me.current.asked_since_s
     return me.timing.claims_max * (me.timing.claims_among_talkers if talkers else 1)
 
@@ -50,24 +49,44 @@ def task_is_free(me: Knowledge, now: float) -> bool:
 
 
 def claims_at_once(me: Knowledge, now: float) -> bool:
-    """Whether a robot that has just been greeted can claim a task instead of telling its name first."""
+    """Whether a robot can claim a task instead of telling its name first."""
     known = me.role.listed and bool(me.role.roster) and not me.missed.heard_work
     return known and may_volunteer(me, now) and task_is_free(me, now)
 
 
 def tasks_to_claim(me: Knowledge, now: float) -> tuple[int, ...]:
-    """What is free: of the most urgent tasks, one that is drawn or the nearest one; and where air is scarce another
-    one, the nearest to its place. None, if nothing is free. What recurs is claimed alone, for its report tells
-    which time it was."""
+    """What is free: of the most urgent tasks, one that is drawn, or the first of the robot's route; and where air is
+    scarce another one, the nearest to its place. None, if nothing is free, or others do it sooner. What recurs is
+    claimed alone, for its report tells which time it was."""
     free = _most_urgent(me, me.board.free_for(me.role.name, now, me.role.unable))
+    route = _route(me, free, now)
+    if not route or route[0].every is not None:
+        return tuple(task.number for task in route[:1])
+    others = [t for t in route[1:] if t.every is None and me.board[t.number].state == OPEN]
+    if len(others) <= _free_others(me, now) or not _air_is_scarce(me, route[0], now):
+        return (route[0].number,)
+    return route[0].number, others[0].number
+
+
+def leaves_to_others(me: Knowledge, now: float) -> bool:
+    """Whether others do all that is free sooner, as far as this robot knows."""
+    free = me.board.free_for(me.role.name, now, me.role.unable)
+    return me.role.nearest_first and not _route(me, _most_urgent(me, free), now)
+
+
+def _route(me: Knowledge, free: Sequence[TaskDefinition], now: float) -> Sequence[TaskDefinition]:
+    """The tasks that this robot would do next, in order: where the air is scarce, to wait for others costs more than a
+    way, and there is no plan."""
     if not free:
         return ()
-    here = me.body.here or Place(0.0, 0.0)
-    first = _nearest(here, free) if me.role.nearest_first else me.rng.choice(free)
-    others = [t for t in free if t is not first and t.every is None and me.board[t.number].state == OPEN]
-    if first.every is not None or len(others) <= _free_others(me, now) or not _air_is_scarce(me, first, here, now):
-        return (first.number,)
-    return first.number, _nearest(first.place or here, others).number
+    first = min(free, key=lambda task: _cost_s(me, task)) if me.role.nearest_first else me.rng.choice(free)
+    if me.role.nearest_first and not _air_is_scarce(me, first, now):
+        return routes.own(me, free, now)
+    return (first, *sorted((t for t in free if t is not first), key=lambda t: routes.cost_s(t, first.place)))
+
+
+def _cost_s(me: Knowledge, task: TaskDefinition) -> float:
+    return routes.cost_s(task, me.body.here or Place(0.0, 0.0))
 
 
 def _free_others(me: Knowledge, now: float) -> int:
@@ -76,24 +95,12 @@ def _free_others(me: Knowledge, now: float) -> int:
     return len(me.expected(now) - owners)
 
 
-def _air_is_scarce(me: Knowledge, task: TaskDefinition, here: Place, now: float) -> bool:
+def _air_is_scarce(me: Knowledge, task: TaskDefinition, now: float) -> bool:
     """Whether a round of all robots' turns takes longer than this task, so that robots wait for the air: as many turns
     as there are robots, or as long as this robot's own turn has just been in coming."""
     others, speech = len(me.expected(now)), me.role.speech
     round_s = max(TURN_S * speech.stretch * (1 + others), me.floor.waited_s)
-    return others > 0 and not speech.encrypted and round_s > cost_s(task, here)
-
-
-def cost_s(task: TaskDefinition, here: Place) -> float:
-    """How long the way to a task and the work there take, s."""
-    place = task.place or here
-    return math.hypot(place.x_m - here.x_m, place.y_m - here.y_m) / DRIVE_M_S + work_s(task)
-
-
-def work_s(task: TaskDefinition) -> float:
-    """How long a task's work takes, s, as far as that is known beforehand."""
-    waits_s = sum(a.duration_s for a in task.actions if isinstance(a, Wait))
-    return waits_s + sum(a.limit_s for a in task.actions if isinstance(a, Use))
+    return others > 0 and not speech.encrypted and round_s > _cost_s(me, task)
 
 
 def _most_urgent(me: Knowledge, tasks: tuple[TaskDefinition, ...]) -> tuple[TaskDefinition, ...]:
@@ -114,21 +121,13 @@ def may_claim_with_report(me: Knowledge, now: float) -> bool:
     return done and me.current.partner is None and me.current.repeats == 0 and may_volunteer(me, now)
 
 
-def _nearest(here: Place, tasks: Sequence[TaskDefinition]) -> TaskDefinition:
-    def distance_m(task: TaskDefinition) -> float:
-        place = task.place or here
-        return math.hypot(place.x_m - here.x_m, place.y_m - here.y_m)
-
-    return min(tasks, key=distance_m)
-
-
 def is_assured(me: Knowledge, now: float) -> bool:
     """Whether nobody can take the robot's task over before it is carried out."""
     if me.current.partner is not None or not me.peers.present(now):
         return True
     if now - me.missed.last_s < me.timing.bad_air_s or me.current.owner_before not in (None, me.role.name):
         return False  # who had the task before may have done it, and its objection may have been lost
-    needs_s = work_s(me.board[me.my_task()].definition)
+    needs_s = routes.work_s(me.board[me.my_task()].definition)
     return now + needs_s + MARGIN_S <= me.current.assured_s
 
 

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Collection, Sequence
 
-from hvcpd.coordination import commands, composing
+from hvcpd.coordination import bidding, commands, composing
 from hvcpd.coordination.addressing import (
     DOER_SLOT,
     OTHERS_SLOT,
@@ -48,7 +48,7 @@ def claim(me: Knowledge, heard: Heard, s: m.Claim) -> None:
         if is_for_me_alone(me, heard.to) and peer is not None and peer.assigned == entry.definition.number:
             confirm_at_once(me, speaker, now)  # our confirmation was lost
         else:
-            _settle(me, heard, speaker, s.tasks, False)
+            _settle(me, heard, speaker, s.tasks, False, s.way_m)
 
 
 def working(me: Knowledge, heard: Heard, s: m.Working) -> None:
@@ -56,10 +56,16 @@ def working(me: Knowledge, heard: Heard, s: m.Working) -> None:
         _settle(me, heard, heard.speaker, (s.task,), True)
 
 
-def _settle(me: Knowledge, heard: Heard, other: str, refs: Sequence[m.TaskRef], at_work: bool) -> None:
-    """Object to a claim, or confirm it if it was said to many."""
+def _settle(
+    me: Knowledge, heard: Heard, other: str, refs: Sequence[m.TaskRef], at_work: bool, way_m: int | None = None
+) -> None:
+    """Object to a claim, bid for its task, or confirm it if it was said to many."""
     good = contend(me, heard, other, refs, at_work)
-    if good and not isinstance(heard.to, m.ToRobot):
+    if good:
+        me.board[good[0]].way_m = way_m
+    if good and bidding.would_bid(me, heard, me.board[good[0]], way_m):
+        bidding.bid(me, other, me.board[good[0]], heard.now)
+    elif good and (bidding.is_bid(heard) or not isinstance(heard.to, m.ToRobot)):
         _confirm_in_turn(me, other, good, heard.now)
 
 
@@ -82,7 +88,7 @@ def _contend_one(me: Knowledge, heard: Heard, other: str, entry: Entry, other_at
         _deny(me, other, number, entry.owner, slot, now)
         return False
     if number in me.my_tasks() and me.state in PROPOSING | AT_WORK:
-        return _contend_for_own(me, other, number, other_at_work, now)
+        return _contend_for_own(me, heard, other, number, other_at_work)
     third = entry.owner if entry.state == CLAIMED and entry.owner != other else None
     answers_owner = isinstance(heard.to, m.ToRobot) and heard.to.name == third
     live = third is not None and now < entry.lease_end_s and me.peers.is_present(third, now)
@@ -95,7 +101,7 @@ def _contend_one(me: Knowledge, heard: Heard, other: str, entry: Entry, other_at
     lease_end_s = me.lease_end_s(now) if other_at_work else now + me.timing.unconfirmed_lease_s
     me.board.claim(number, other, lease_end_s, firm=other_at_work)
     entry.times_heard = HEARD_SURELY if other_at_work else 1  # said again, it did not hear that it was confirmed
-    return third is None
+    return third is None or bidding.is_bid(heard)
 
 
 def _deny(me: Knowledge, other: str, number: int, owner: str | None, slot: int, now: float) -> None:
@@ -113,10 +119,11 @@ def _note_claim(me: Knowledge, other: str, entries: Sequence[Entry], now: float)
         me.claim_heard = HeardClaim(other, before, now)
 
 
-def _contend_for_own(me: Knowledge, other: str, number: int, other_at_work: bool, now: float) -> bool:
-    at_work = _is_at(me, number)
+def _contend_for_own(me: Knowledge, heard: Heard, other: str, number: int, other_at_work: bool) -> bool:
+    at_work, now = _is_at(me, number), heard.now
+    outbid = bidding.is_bid(heard) and is_for_me_alone(me, heard.to) and me.state in PROPOSING
     mine, theirs = (not at_work, me.role.name.lower()), (not other_at_work, other.lower())
-    if (at_work and me.state is State.ACTING) or mine < theirs:
+    if (at_work and me.state is State.ACTING) or (mine < theirs and not outbid):
         _say_it_is_mine(me, other, number, now)
         return False
     me.board.claim(number, other, me.lease_end_s(now))

@@ -74,7 +74,7 @@ class Coordination:
         timing = (timing or Timing()).for_speech(role.speech)
         board = Board(tasks, remembered or {}, now + timing.lease_s)
         self.board, self.peers = board, Peers(timing.absent_s, board.recurs)
-        self.knowledge = me = Knowledge(role, timing, rng, board, self.peers, Floor(timing, rng))
+        self.knowledge = me = Knowledge(role, timing, rng, board, self.peers, Floor(timing, rng, len(role.roster)))
         me.missed.heard_work = bool(remembered)
         me.body.home = home
         for number, due_s in (dues or {}).items():
@@ -280,6 +280,7 @@ class Coordination:
         """What is to be done now, in order; handed out once."""
         me = self.knowledge
         for number in me.board.changed:
+            me.board[number].since_s = now
             me.do(SaveTask(number, me.board[number].lasting_state, me.board[number].owner))
             due_s = schedule.note_done(me, number, now)
             if due_s is not None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 from hvcpd.coordination import choosing, composing, earshot, repair
-from hvcpd.coordination.floor import Intent, Urgency
+from hvcpd.coordination.floor import CROWD, Intent, Urgency
 from hvcpd.coordination.knowledge import Knowledge
 from hvcpd.coordination.states import State, Trigger
 from hvcpd.coordination.table import fire, states_with
@@ -23,6 +23,8 @@ CALL_DOUBLINGS_MAX = 6
 """Maximum number of doublings of CALL_S: the robot never stops looking, at last every 16 minutes."""
 RENEWS = frozenset({State.GOING, State.ACTING})
 """States in which the lease of the robot's own claim is renewed."""
+LEFT_TO_OTHERS_S = 3.0
+"""A robot that leaves what is free to others looks again after so long: shorter than a claim."""
 LEAVES_UNHEARD = states_with(Trigger.UNHEARD)
 """States in which a robot may be answered elsewhere."""
 
@@ -30,6 +32,8 @@ LEAVES_UNHEARD = states_with(Trigger.UNHEARD)
 def time_is_over(me: Knowledge, now: float) -> None:
     """The state's time has run out."""
     match me.state:
+        case State.WAKING if len(me.roster) <= CROWD and choosing.claims_at_once(me, now):
+            fire(me, Trigger.MET, now)
         case State.READY:
             _choose(me, now)
         case State.MEETING if not me.peers.all() and me.acquaintance.greetings < me.timing.greetings_max:
@@ -84,7 +88,7 @@ def _choose(me: Knowledge, now: float) -> None:
         _ask(me, now)
     elif me.role.coordinator and choosing.can_order(me, now):
         fire(me, Trigger.CHOSE_ORDER, now)
-    elif choosing.may_volunteer(me, now) and choosing.task_is_free(me, now):
+    elif _may_claim(me, now) and not choosing.leaves_to_others(me, now):
         fire(me, Trigger.CHOSE_CLAIM, now)
     else:
         _choose_talk_or_wait(me, now)
@@ -112,8 +116,13 @@ def _choose_talk_or_wait(me: Knowledge, now: float) -> None:
         _wait(me, now)
 
 
+def _may_claim(me: Knowledge, now: float) -> bool:
+    return choosing.may_volunteer(me, now) and choosing.task_is_free(me, now)
+
+
 def _wait(me: Knowledge, now: float) -> None:
     waits = [
+        now + LEFT_TO_OTHERS_S if _may_claim(me, now) else None,
         me.board.next_lapse(now),
         me.missed.ask_again_s if me.board.hearsay() else None,
         me.acquaintance.call_s,

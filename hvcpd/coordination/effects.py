@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterable
 
 from hvcpd.config.tasks import Action as TaskAction
 from hvcpd.config.tasks import Forward, GoTo, Motion, Turn
-from hvcpd.coordination import choosing, composing, earshot, schedule
+from hvcpd.coordination import choosing, composing, earshot, routes, schedule
 from hvcpd.coordination.actions import Halt, Perform
 from hvcpd.coordination.addressing import confirming_slot, waiting_slots
 from hvcpd.coordination.board import spoken_name
@@ -111,6 +111,7 @@ def claim_task(me: Knowledge, now: float) -> None:
         me.current.owner_before, me.current.doubted = me.board[tasks[0]].owner, None
     else:
         tasks = me.my_tasks()
+    me.current.way_m = routes.way_to_tell_m(me, me.board[tasks[0]].definition, now)
     schedule.begin(me, tasks[0], now)
     _hold(me, tasks, now)
 

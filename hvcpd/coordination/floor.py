@@ -105,8 +105,9 @@ class Round:
 class Floor:
     """The queue of what one robot wants to say, and whether it may begin."""
 
-    def __init__(self, timing: Timing, rng: Rng) -> None:
+    def __init__(self, timing: Timing, rng: Rng, team: int = 0) -> None:
         self._timing = timing
+        self._team = team
         self._rng = rng
         self._intents: list[Intent] = []
         self.busy = False
@@ -234,8 +235,9 @@ class Floor:
     def _gap(self, intent: Intent, now: float) -> float:
         """How long from now to wait: to the own slot, drawn or in turn."""
         timing = self._timing
-        if intent.at_once:
-            return 0.0
+        first_word = self._round is None and self._released_s == -math.inf and intent.urgency is Urgency.TURN
+        if intent.at_once or (first_word and self._team <= CROWD):
+            return 0.0  # nobody can be answering, and few begin at once: each has listened for a time drawn at random
         if intent.urgency < Urgency.AGAIN:
             slot = int(self._rng.random() * timing.reply_slots) if intent.slot is None else intent.slot
             return timing.reply_gap_s + slot * timing.slot_s

@@ -30,6 +30,8 @@ class Current:
     """The task that it has claimed, reads back or carries out, or has just ordered."""
     ahead: int | None = None
     """Another one that it has claimed with it, to be done after it."""
+    way_m: int | None = None
+    """The way to the task, in metres, if it is told with the claim."""
     task_ref: m.TaskRef | None = None
     motion: m.Motion | None = None
     """What it was told to do with its wheels, apart from tasks."""

@@ -100,7 +100,7 @@ def make_card(phrasebook: Phrasebook) -> Card:
         pattern, topic = _plain(form), _topic(form)
         if form.kind not in vocabulary.kinds or form.relayed or form.will:
             continue
-        if "<confirmed>" in pattern or any(second in pattern for second in TWO_TASKS):  # two sentences in one breath
+        if any(second in pattern for second in ("<confirmed>", "<away>", *TWO_TASKS)):  # two sentences in one breath
             continue
         if "<remark>" in form.pattern and not vocabulary.remarks:
             continue

@@ -20,8 +20,9 @@ from hvcpd.language.pattern import Bindings, SlotValues, slot_sets
 
 OUTER = frozenset({"addressee", "speaker", "team", "other"})
 """Slots of the opening, and of who is quoted; they stay plain."""
-SECOND_TASKS = frozenset({"also", "then"})
-"""Slots of a second task: with them every message would be longer. A team that encrypts names one task at a time."""
+LEFT_OUT = frozenset({"also", "then", "away"})
+"""Slots of a second task, and of the way to one: with them every message would be longer. A team that encrypts says
+neither."""
 LEAST_BYTES = 2
 """65,536 statements: room for some thirty tasks, so that nearly all teams' messages are equally long."""
 
@@ -70,7 +71,7 @@ class Codebook:
         hashed = hashlib.sha256(b"hvcpd codebook 1")
         self.size = 0
         for compiled in filter(_has_place, forms):
-            sets = {each - OUTER for each in slot_sets(compiled.node) if not each & SECOND_TASKS}
+            sets = {each - OUTER for each in slot_sets(compiled.node) if not each & LEFT_OUT}
             for bound in sorted(tuple(sorted(each)) for each in sets):
                 entry = _Entry(compiled, self.size, tuple((slot, tuple(slots[slot])) for slot in bound))
                 self._entries.append(entry)

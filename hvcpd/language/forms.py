@@ -50,6 +50,7 @@ SLOT_FIELDS = {
     "then": "then",
     "third": "third",
     "metres": "distance_m",
+    "away": "way_m",
     "remark": "text",
     "reason": "reason",
     "other": "other",
@@ -125,6 +126,7 @@ _QUESTIONS: tuple[tuple[str, type[m.Statement], str], ...] = (
 
 _IN_PASSING: tuple[tuple[str, type[m.Statement], str], ...] = (
     (f"i will complete task <number>{AND_ALSO}", m.Claim, "And I take this task."),
+    ("i will complete task <number>, <away>", m.Claim, "And I take this task, unless you are nearer."),
     (f"task <number>{AND_ALSO} complete", m.Completed, "And this task is done."),
     (
         f"task <number>{AND_ALSO} complete, i will complete task <next>{AND_THEN}",
@@ -150,6 +152,7 @@ _CORE: tuple[Form, ...] = (
     Form(OPENING, None, "A greeting: everybody who hears it knows that I am here."),
     Form(f"{OPENING}, i will complete task <number>", m.Claim, "I take this task; after an order: I read it back."),
     Form(f"{OPENING}, i will complete task <number> and <also>", m.Claim, "I take these two tasks."),
+    Form(f"{OPENING}, i will complete task <number>, <away>", m.Claim, "I take this task, unless you are nearer."),
     Form(f"{OPENING}, i will <task>", m.Claim, "I take this task; after an order: I read it back."),
     Form(f"{OPENING}, {PLEASE} complete task <number>", m.Order, "Please do this task."),
     Form(f"{OPENING}, {PLEASE} <task>", m.Order, "Please do this task."),
@@ -289,7 +292,7 @@ RELAYABLE = (
     m.SealedMessage,
 )
 """What is passed on for somebody else, in a form of its own each."""
-_SAID_TWICE = ("<next>", "<confirmed>", "<also>")
+_SAID_TWICE = ("<next>", "<confirmed>", "<also>", "<away>")
 """Slots of forms that say two things at once: those are not passed on."""
 _RELAYS: tuple[Form, ...] = tuple(
     Form(

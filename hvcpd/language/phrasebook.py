@@ -30,6 +30,9 @@ HIGHEST_NUMBER_ALWAYS_KNOWN = 10
 DISTANCES_M = {0.5: "half a metre", 1.0: "one metre", 2.0: "two metres", 3.0: "three metres", 5.0: "five metres"}
 """Distances that a robot can be told to move in one go: far enough for a room, and few words to be confused."""
 
+WAYS_M = {n: f"{n} {'metre' if n == 1 else 'metres'}" for n in range(1, HIGHEST_NUMBER_ALWAYS_KNOWN + 1)}
+"""Ways to a task, as they are said with a claim: by words that task numbers have too."""
+
 VOLTS_STEP = 0.5
 VOLTS = {n + half: f"{n}{' and a half' if half else ''}" for n in range(9, 13) for half in (0.0, VOLTS_STEP)}
 """Of a battery, in V: a TurtleBot3's has 12.6 V when full and is cut off at 11.0 V (ROBOTIS e-Manual); half a volt
@@ -321,6 +324,7 @@ def _slot_values(vocabulary: Vocabulary) -> SlotValues:
         **dict.fromkeys(("number", "also", "next", "then", "confirmed", "with", "first", "second", "third"), refs),
         "other": {name: (name.lower(),) for name in vocabulary.names},
         "metres": {distance_m: spoken_words(text) for distance_m, text in DISTANCES_M.items()},
+        "away": {way_m: spoken_words(text) for way_m, text in WAYS_M.items()},
         "volts": {volts: spoken_words(text) for volts, text in VOLTS.items()},
         "count": {n: number_words(n) for n in range(1, CHANGES + 1)},
         "task": {m.TaskByName(name): spoken_words(name) for name in vocabulary.tasks},

@@ -31,10 +31,15 @@ class Working:
 
 @dataclass(frozen=True)
 class Claim:
-    """The speaker will do this task, and then `also` that one; after an order it is the read-back."""
+    """The speaker will do this task, and then `also` that one; after an order it is the read-back.
+
+    `way_m`: the way there, in metres. Who tells it can be outbid by somebody nearer; said to whom has just claimed that
+    task, it is such a bid.
+    """
 
     task: TaskRef
     also: TaskByNumber | None = None
+    way_m: int | None = None
 
     @property
     def tasks(self) -> tuple[TaskRef, ...]:

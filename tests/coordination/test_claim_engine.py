@@ -12,6 +12,7 @@ from hypothesis import strategies as st
 from hypothesis.stateful import RuleBasedStateMachine, initialize, invariant, precondition, rule
 
 from hil_fakes.word_mission import Outage, WordMission, WordPlan
+from hvcpd.config.tasks import Place
 from hvcpd.coordination.states import AT_WORK, State
 from hvcpd.language import messages as m
 from tests.coordination.mission import plants
@@ -44,12 +45,15 @@ class Sieve(WordMission):
 class ClaimEngine(RuleBasedStateMachine):
     """Time passes between the adversary's moves; the invariants are checked after each of them."""
 
-    @initialize(seed=st.integers(0, 1000), n_robots=st.integers(2, 3), n_tasks=st.integers(1, 6), near=st.booleans())
-    def begin(self, seed: int, n_robots: int, n_tasks: int, near: bool) -> None:
-        """Tasks that are `near` take less time than a round of turns: then robots claim two at once."""
+    @initialize(seed=st.integers(0, 1000), n_robots=st.integers(2, 3), n_tasks=st.integers(1, 6), near=st.booleans(), nearest=st.booleans())
+    def begin(self, seed: int, n_robots: int, n_tasks: int, near: bool, nearest: bool) -> None:
+        """Tasks that are `near` take less time than a round of turns: then robots claim two at once. Those that take the
+        `nearest` plan for all, and Max, who stands nearer than the others, bids for what they claim."""
         first, *others = (replace(task, place=None) if near else task for task in plants(n_tasks))
         tasks = (first, *(replace(task, after=frozenset({1})) for task in others))
-        self.mission = Sieve(WordPlan(NAMES[:n_robots], tasks, seed=seed, limit_s=3000.0))
+        starts = {"Max": Place(0.0, 0.0)}
+        plan = WordPlan(NAMES[:n_robots], tasks, seed=seed, limit_s=3000.0, nearest_first=nearest, starts=starts)
+        self.mission = Sieve(plan)
         self.wanted_again = 0
         self.losses = 0
         self.stopped = False

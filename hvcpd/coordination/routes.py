@@ -1,0 +1,156 @@
+"""Who would drive where: a plan of all routes that each robot makes for itself, from what all have heard.
+
+Claims and reports tell where each robot is bound for, and when it will be there. So whoever claims a task first plans
+for all whose place it knows: cheapest insertion (Rosenkrantz, Stearns & Lewis 1977) of each free task into somebody's
+route, so that the last one is done soon, and by short ways. It claims the first task of its own route, and leaves
+those to others that are nearer for them. Nobody is asked, and nothing is agreed on: claims settle what two plan
+differently.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, field
+from itertools import pairwise
+
+from hvcpd.config.tasks import Place, TaskDefinition, Use, Wait
+from hvcpd.coordination.board import CLAIMED, DONE, Entry
+from hvcpd.coordination.knowledge import Knowledge
+from hvcpd.coordination.peers import Peer
+from hvcpd.language.phrasebook import WAYS_M
+
+DRIVE_M_S = 0.2
+"""A burger's mean speed on short ways: at most 0.22 m/s, and it turns first."""
+PLANNED_MAX = 16
+"""Number of tasks, the nearest ones, that a plan is made of: twelve robots' takes some 5 ms on a desktop computer."""
+WAY_WEIGHT = 0.3
+"""A second of anybody's way counts as so much of the time until the last task is done: with 0.3, 0.7 and 1.2 the ways
+in `benchmarks.missions routes` were 1.04, 1.01 and 0.99 of the best, and four robots done after 210, 223 and 232 s."""
+UNKNOWN_WAY_S = 20.0
+"""To the first task of a robot whose place is not known: 4 m."""
+
+
+@dataclass
+class Route:
+    """The tasks that a robot would do, in order, from `place` on; `end_s`: when it would be done, s from now."""
+
+    name: str
+    place: Place
+    end_s: float
+    unable: frozenset[int] = frozenset()
+    tasks: list[TaskDefinition] = field(default_factory=list)
+
+    def detour(self, task: TaskDefinition) -> tuple[float, int]:
+        """How much longer the way becomes with the task at its best position, s, and that position."""
+        if task.number in self.unable:
+            return math.inf, 0
+        stops = [self.place]
+        for each in self.tasks:
+            stops.append(each.place or stops[-1])
+        place = task.place or stops[-1]
+        between = [way_s(a, place) + way_s(place, b) - way_s(a, b) for a, b in pairwise(stops)]
+        detours = [*between, way_s(stops[-1], place)]
+        return min(((longer_s, n) for n, longer_s in enumerate(detours)), key=lambda each: (each[0], -each[1]))
+
+    def insert(self, task: TaskDefinition, way_s: float, position: int) -> None:
+        self.tasks.insert(position, task)
+        self.end_s += way_s + work_s(task)
+
+
+def distance_m(start: Place, end: Place) -> float:
+    return math.hypot(end.x_m - start.x_m, end.y_m - start.y_m)
+
+
+def way_s(start: Place, end: Place) -> float:
+    """How long the way from one place to another takes, s."""
+    return distance_m(start, end) / DRIVE_M_S
+
+
+def work_s(task: TaskDefinition) -> float:
+    """How long a task's work takes, s, as far as that is known beforehand."""
+    waits_s = sum(a.duration_s for a in task.actions if isinstance(a, Wait))
+    return waits_s + sum(a.limit_s for a in task.actions if isinstance(a, Use))
+
+
+def cost_s(task: TaskDefinition, start: Place | None) -> float:
+    """How long the way to a task, from a place that may be unknown, and the work there take, s."""
+    if start is None:
+        return UNKNOWN_WAY_S + work_s(task)
+    return way_s(start, task.place or start) + work_s(task)
+
+
+def own(me: Knowledge, tasks: Sequence[TaskDefinition], now: float, without: str | None = None) -> list[TaskDefinition]:
+    """Those of the tasks that this robot does in its plan for all, but one robot, in order; none if others do them
+    sooner."""
+    here = me.body.here or Place(0.0, 0.0)
+    near = sorted(tasks, key=lambda task: way_s(here, task.place or here))[:PLANNED_MAX]
+    mine = Route(me.role.name, here, 0.0)
+    _plan([mine, *(route for route in _of_others(me, now) if route.name != without)], near)
+    return mine.tasks
+
+
+def _plan(routes: Sequence[Route], tasks: Sequence[TaskDefinition]) -> None:
+    """Give each task, the cheapest first, to the route in which it costs least."""
+    left = {task.number: task for task in tasks}
+    detours = {(number, n): route.detour(task) for number, task in left.items() for n, route in enumerate(routes)}
+    while left:
+        last_s = max(route.end_s for route in routes)
+        costs = {
+            (number, n): max(last_s, routes[n].end_s + detour_s + work_s(left[number])) + WAY_WEIGHT * detour_s
+            for (number, n), (detour_s, _) in detours.items()
+        }
+        number, n = min(costs, key=costs.__getitem__)
+        routes[n].insert(left.pop(number), *detours[number, n])
+        detours = {key: value for key, value in detours.items() if key[0] != number}
+        detours |= {(other, n): routes[n].detour(task) for other, task in left.items()}
+
+
+def _of_others(me: Knowledge, now: float) -> Iterator[Route]:
+    """The robots that are there and whose place is known, from when on they are free. One that is late, or has not
+    claimed anything, is expected as much later: it may never come."""
+    for name in me.peers.present(now):
+        peer = me.peers.get(name)
+        if peer is not None and (stand := stand_of(me, peer)) is not None:
+            place, free_s = stand
+            failed = frozenset(e.definition.number for e in me.board.entries() if peer.name in e.failed_by)
+            yield Route(peer.name, place, abs(free_s - now), failed | peer.unable)
+
+
+def stand_of(me: Knowledge, peer: Peer) -> tuple[Place, float] | None:
+    """Where a robot will be once it has done what it has claimed, and when; None if it has not said so yet."""
+    entries = [entry for entry in me.board.entries() if entry.owner == peer.name]
+    done = max((e for e in entries if e.state == DONE), key=_since, default=None)
+    place, free_s = (done.definition.place, done.since_s) if done is not None else (None, -math.inf)
+    for entry in sorted((e for e in entries if e.state == CLAIMED), key=_since):
+        told_s = entry.way_m / DRIVE_M_S + work_s(entry.definition) if entry.way_m is not None else None
+        free_s = max(free_s, entry.since_s) + (told_s or cost_s(entry.definition, place))
+        place = entry.definition.place or place
+    return (place, free_s) if place is not None else None
+
+
+def is_untold(me: Knowledge) -> bool:
+    """Whether nobody can know where this robot is: it has claimed nothing yet but what it is claiming."""
+    claiming = me.my_tasks()
+    return all(e.owner != me.role.name or e.definition.number in claiming for e in me.board.entries())
+
+
+def way_to_tell_m(me: Knowledge, task: TaskDefinition, now: float) -> int | None:
+    """The way to a task, in metres, if it is to be told with the claim: others may be nearer, unknown to this robot."""
+    if not me.role.nearest_first or me.role.speech.encrypted or task.place is None or not is_untold(me):
+        return None
+    peers = [me.peers.get(name) for name in me.expected(now)]
+    unknown = any(peer is None or stand_of(me, peer) is None for peer in peers)
+    return spoken_way_m(me, task) if unknown else None
+
+
+def spoken_way_m(me: Knowledge, task: TaskDefinition) -> int | None:
+    """The way to a task, in whole metres from 1 to the most that can be said; None if this robot's place is unknown."""
+    here = me.body.here
+    if here is None:
+        return None
+    return min(max(round(distance_m(here, task.place or here)), 1), max(WAYS_M))
+
+
+def _since(entry: Entry) -> float:
+    return entry.since_s
