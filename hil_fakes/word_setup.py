@@ -8,7 +8,8 @@ from dataclasses import dataclass, field
 from hil_fakes.word_channel import Conditions
 from hil_fakes.word_occurrences import BEGIN_S
 from hil_fakes.word_seals import WordSeals
-from hvcpd.config.tasks import TaskDefinition
+from hvcpd.config.shared_places import SharedPlace
+from hvcpd.config.tasks import Place, TaskDefinition
 from hvcpd.coordination.actions import Speech, Timing
 
 
@@ -37,6 +38,10 @@ class WordPlan:
     earshot_m: float | None = None
     clear_m: float | None = None
     nearest_first: bool = False
+    places: tuple[SharedPlace, ...] = ()
+    """Where only one robot fits in."""
+    starts: tuple[Place, ...] | None = None
+    """Where the robots stand at first; None: in rows."""
     unable: Mapping[str, frozenset[int]] = field(default_factory=dict)
     """What each robot cannot do, by the tasks' numbers."""
     strangers: bool = False
