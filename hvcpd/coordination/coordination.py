@@ -81,7 +81,7 @@ class Coordination:
         self.knowledge = me = Knowledge(role, timing, rng, board, self.peers, Floor(timing, rng))
         me.missed.heard_work = bool(remembered)
         me.body.home = home
-        me.passes = tuple(map(Pass, places))
+        me.passes = tuple(Pass(place, now) for place in places)
         me.floor.early_slots = EARLY_SLOTS if me.passes else 0
         for number, due_s in (dues or {}).items():
             board[number].due_s = due_s

@@ -17,6 +17,8 @@ class Pass:
     """One place. `keeper` had it last, as far as this robot has heard, and alone may give it to another one."""
 
     place: SharedPlace
+    since_s: float
+    """When this robot began to listen."""
     keeper: str | None = None
     lease_end_s: float = -math.inf
     """Until then the keeper is taken to be in it, if it says no more."""
@@ -26,6 +28,8 @@ class Pass:
     """This robot has it, and is in it or on its way in."""
     wanted_s: float | None = None
     """Since when this robot has wanted it."""
+    held: bool = False
+    """It has come to the line, and stands."""
     ask_s: float = math.inf
     """When it is to ask for it."""
     asked_s: float = -math.inf
@@ -34,12 +38,6 @@ class Pass:
     """Until then an answer to that may begin."""
     silences: int = 0
     """So often in a row nobody has said anything in answer."""
-    presumed: bool = False
-    """The keeper was only told that the place is free, or is just being told so, and may have it by now."""
-    said_free: int = 0
-    """So many have told it so since it asked last."""
-    cleared: set[str] = field(default_factory=set)
-    """Who has said since that it does not have the place, and knows of nobody that has; in lower case."""
     again_s: float = -math.inf
     """It does not ask whoever has the place before then."""
     given_s: float = -math.inf
@@ -60,13 +58,6 @@ class Pass:
         """When something is due."""
         return min(self.ask_s, self.answer_s) if self.wanted_s is not None else math.inf
 
-    def keep(self, keeper: str | None, lease_end_s: float, presumed: bool = False) -> None:
+    def keep(self, keeper: str, lease_end_s: float) -> None:
         """Somebody has it from now on; whatever this robot heard before of its being given is over."""
-        self.presumed, self.said_free = presumed, 0
-        self.keeper, self.lease_end_s, self.given_s = keeper, lease_end_s, -math.inf
-        self.begin_anew()
-
-    def begin_anew(self) -> None:
-        """Nothing can be concluded any more from what was said, or not said, until now."""
-        self.silences = 0
-        self.cleared.clear()
+        self.keeper, self.lease_end_s, self.given_s, self.silences = keeper, lease_end_s, -math.inf, 0

@@ -6,11 +6,11 @@ lets two in; it only makes somebody ask again. Who is about to drive in asks ear
 in when it is given the place. The one that has it goes in if nobody answers its own request: who else believes to have
 it would, and then gives it up. Who leaves gives it to the one that has waited longest.
 
-At first nobody has it, and a keeper may be switched off, or forget when it is switched on again. Who knows of no keeper
-answers "the corridor is free", after the slot in which a keeper would have answered, and tells nobody else so for a
-while. Who asks takes the place when all others have said so, or enough of them, or when requests stay without any voice
-in answer, understood or not, ASKS_MAX times, and the keeper's lease has lapsed. Of several that wait it is the first in
-the alphabet: each request of that one begins the others' count anew.
+At first the keeper is the robot whose name comes first of all that were told beforehand, once it has listened for a
+minute and heard of no other. Where that one is missing, and where a keeper was switched off, requests stay without any
+voice in answer, understood or not. After ASKS_MAX of those, and not before the keeper's lease has lapsed, who asks
+takes the place; of several that wait the first in the alphabet, for each request of that one begins the others' count
+anew.
 """
 
 from __future__ import annotations
@@ -42,6 +42,8 @@ QUEUED_S = 7.0
 """Between two requests of who knows that the one that has the place has heard it."""
 ASK_NEXT_S = 5.0
 """After somebody else was given it: before that one leaves, so that it knows who waits."""
+YIELD_S = 12.0
+"""After a request of a robot that comes first where the keeper is missing: two of its requests, and some more."""
 WAITS_S = 35.0
 """Who has not asked for so long waits no more."""
 STANDS_S = 60.0
@@ -49,18 +51,13 @@ STANDS_S = 60.0
 ASKS_MAX = 6
 """Requests without any voice in answer until a keeper counts as gone: at a loss of 30 %, 0.3⁶ = 0.07 % of those who
 are there miss all of them."""
-KNOWS_NONE = 3
-"""An answer "the corridor is free" is worth so many silences: the keeper did not answer, nor has another one heard of
-any; if the same robot says it again, it is worth one."""
+LISTENED_S = 60.0
+"""Who has heard nothing of a place for so long knows that nobody uses it: each time takes two sentences at least."""
 ASKS_ALONE = 2
 """The same where nobody else was ever heard of."""
 LEASE_S = 45.0
 """Who has a place and says nothing of it has left it by then: 4 m of it take 20 s. Each request that it hears renews
 the lease, for it answers."""
-PRESUMED_S = 30.0
-"""Who was told that a place is free has gone in, asked again, or left it by then."""
-FREE_TIMES = 2
-"""So many tell it to one request."""
 REPEATED_S = 25.0
 """Who was given a place and goes on asking for it, without a longer break, has not heard that; it is said again."""
 REST_S = 40.0
@@ -92,10 +89,13 @@ def _may_pass(me: Knowledge, p: Pass, here: Place, way: Sequence[Place], now: fl
         _want_no_more(me, p)
         return True
     if p.wanted_s is None:
-        p.wanted_s = now
-        p.begin_anew()
-        p.ask_s = now if p.keeper == me.role.name else max(now, p.again_s)
-    return line_m > STEP_M
+        p.wanted_s, p.silences = now, 0
+        p.ask_s = now if _keeps(me, p, now) else max(now, p.again_s)
+    if line_m <= STEP_M and not p.held:
+        p.held = True
+        if me.floor.wants(p.topic):
+            _want_to_ask(me, p, now)
+    return not p.held
 
 
 def _to_line_m(p: Pass, here: Place, way: Sequence[Place]) -> float | None:
@@ -111,7 +111,7 @@ def _to_line_m(p: Pass, here: Place, way: Sequence[Place]) -> float | None:
 
 
 def _want_no_more(me: Knowledge, p: Pass) -> None:
-    p.wanted_s, p.ask_s, p.answer_s = None, math.inf, math.inf
+    p.wanted_s, p.ask_s, p.answer_s, p.held = None, math.inf, math.inf, False
     me.floor.withdraw(p.topic)
 
 
@@ -164,7 +164,13 @@ def ask(me: Knowledge, now: float) -> None:
             _judge(me, p, now)
         if p.wanted_s is not None and now >= p.ask_s:
             p.ask_s = math.inf
-            me.floor.want(Intent(Urgency.AGAIN, p.topic, partial(_request, me, p), early=True), now)
+            _want_to_ask(me, p, now)
+
+
+def _want_to_ask(me: Knowledge, p: Pass, now: float) -> None:
+    """Before all turns; as urgently as an answer, once the robot stands: it is in the way of others, too."""
+    urgency = Urgency.ANSWER if p.held else Urgency.AGAIN
+    me.floor.want(Intent(urgency, p.topic, partial(_request, me, p), early=True), now)
 
 
 def _request(me: Knowledge, p: Pass) -> m.Utterance | None:
@@ -197,14 +203,20 @@ def _judge(me: Knowledge, p: Pass, now: float) -> None:
 
 def _is_mine(me: Knowledge, p: Pass, now: float) -> bool:
     """Whether the silence means that this robot may go in."""
-    if p.keeper == me.role.name:
+    if _keeps(me, p, now):
         return p.silences > 0
     if p.keeper is not None and now < p.lease_end_s:
         return False
-    others = me.roster.union(me.peers.present(now)) - {me.role.name.lower()}
-    if others and others <= p.cleared:
-        return True
-    return p.silences >= (ASKS_MAX if others else ASKS_ALONE)
+    alone = not me.peers.all() and not me.roster - {me.role.name.lower()}
+    return p.silences >= (ASKS_ALONE if alone else ASKS_MAX)
+
+
+def _keeps(me: Knowledge, p: Pass, now: float) -> bool:
+    """Whether this robot has the place: it is the last of which it heard so, or it is the first that may."""
+    first = min(me.roster, default=None) == me.role.name.lower() and now - p.since_s >= LISTENED_S
+    if p.keeper is None and first:
+        p.keep(me.role.name, now)
+    return p.keeper == me.role.name
 
 
 def find(me: Knowledge, name: str) -> Pass | None:
@@ -219,31 +231,18 @@ def wanted(me: Knowledge, heard: Heard, s: m.PlaceWanted) -> None:
         return
     first_s, _ = p.waiting.get(name, (now, now))
     p.waiting[name] = (first_s, now)
-    if p.keeper == me.role.name and (p.using or p.wanted_s is not None):
-        _refuse(me, p, name, now)
-    elif p.keeper == me.role.name:
-        _give(me, p, name, now)
-    elif p.keeper == name and not p.presumed:
+    comes_first = name.lower() < me.role.name.lower()
+    if _keeps(me, p, now):
+        (_refuse if p.using or p.wanted_s is not None else _give)(me, p, name, now)
+        return
+    _wait(me, p, now + (YIELD_S if comes_first and p.silences else ASK_NEXT_S))  # an answer comes first
+    if p.keeper == name:
         p.waiting.pop(name)
         if now - p.given_s <= REPEATED_S:
             p.given_s = now
             _say_given(me, p, name, now)
-    elif p.wanted_s is None or name.lower() < me.role.name.lower():
-        p.begin_anew()
-        if p.keeper is None or (p.presumed and (p.keeper == name or now >= p.lease_end_s)):
-            _tell_free(me, p, name, now)
-
-
-def _tell_free(me: Knowledge, p: Pass, name: str, now: float) -> None:
-    """This robot knows of nobody that has the place, and lets this one go first."""
-    p.keep(name, now + PRESUMED_S, presumed=True)
-    _wait(me, p, now + ASK_NEXT_S)
-
-    def still() -> bool:
-        return p.presumed and p.keeper == name and p.said_free < FREE_TIMES
-
-    slot, topic = 1 + me.rank(name, 0, now), f"free {p.place.name} {name}"
-    composing.answer(me, name, topic, m.PlaceFree(p.place.name), now, slot, still=still)
+    elif comes_first:
+        p.silences = 0
 
 
 def _refuse(me: Knowledge, p: Pass, name: str, now: float) -> None:
@@ -304,30 +303,9 @@ def free(me: Knowledge, heard: Heard, s: m.PlaceFree) -> None:
     p, now = find(me, s.place), heard.now
     if p is None or heard.speaker is None or p.using:
         return
-    if isinstance(heard.to, m.ToRobot):
-        if p.keeper == heard.speaker:
-            p.keep(None, now)  # it lets another one go first, or was switched off meanwhile
-        if not is_for_me_alone(me, heard.to):
-            _note_presumed(p, heard.to.name, now)
-        elif p.wanted_s is not None:
-            _note_free(me, p, heard.speaker.lower(), now)
-    elif p.keeper != me.role.name:
+    if p.keeper != me.role.name:
         p.keep(heard.speaker, now)
         _wait(me, p, now)
-
-
-def _note_presumed(p: Pass, name: str, now: float) -> None:
-    """Somebody was told that the place is free."""
-    if p.keeper is None or (p.presumed and now >= p.lease_end_s):
-        p.keep(name, now + PRESUMED_S, presumed=True)
-    p.said_free += p.presumed and p.keeper == name
-
-
-def _note_free(me: Knowledge, p: Pass, name: str, now: float) -> None:
-    p.silences += 1 if name in p.cleared else KNOWS_NONE
-    p.cleared.add(name)
-    if _is_mine(me, p, now):
-        _have(me, p, now)
 
 
 def _wait(me: Knowledge, p: Pass, ask_s: float) -> None:
