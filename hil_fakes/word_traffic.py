@@ -199,5 +199,11 @@ def corridor_plan(seed: int, *, loss: tuple[float, float] = (0.0, 0.3), outages_
     starts = tuple(somewhere(rng.choice((-1, 1))) for _ in plan.names)
     conditions = replace(plan.conditions, mishearing=0.0)
     return replace(
-        plan, tasks=tasks, starts=starts, places=(corridor,), nearest_first=rng.random() < 0.5, conditions=conditions, limit_s=LIMIT_S
+        plan,
+        tasks=tasks,
+        starts=starts,
+        places=(corridor,),
+        nearest_first=rng.random() < 0.5,
+        conditions=conditions,
+        limit_s=LIMIT_S,
     )

@@ -6,11 +6,11 @@ lets two in; it only makes somebody ask again. Who is about to drive in asks ear
 in when it is given the place. The one that has it goes in if nobody answers its own request: who else believes to have
 it would, and then gives it up. Who leaves gives it to the one that has waited longest.
 
-At first the keeper is the robot whose name comes first of all that were told beforehand, once it has listened for a
-minute and heard of no other. Where that one is missing, and where a keeper was switched off, requests stay without any
-voice in answer, understood or not. After ASKS_MAX of those, and not before the keeper's lease has lapsed, who asks
-takes the place; of several that wait the first in the alphabet, for each request of that one begins the others' count
-anew.
+At first the keeper is the robot whose name comes first of all that were told beforehand, once it has listened for
+half a minute and heard of no other. Where that one is missing, and where a keeper was switched off, requests stay
+without any voice in answer, understood or not. After ASKS_MAX of those, and not before the keeper's lease has lapsed,
+who asks takes the place; of several that wait the first in the alphabet, for each request of that one begins the
+others' count anew.
 """
 
 from __future__ import annotations
@@ -36,6 +36,12 @@ STEP_M = 0.05
 """A robot stops so far before the line at most; in a step of 0.2 s it drives as far."""
 OUT_M = 0.1
 """Who is in must be so much farther out to have left: odometry may waver at the edge."""
+FIRST_SLOT = 2
+"""For the answer of who has the place only because no other is known: a keeper's is in slot 0."""
+HELD_SLOT, HELD_SLOTS = 2, 3
+"""First slot of who stands before a place, and how many are drawn from: after the keeper's answers, in slot 0."""
+REQUEST_S = 3.0
+"""A request lasts so long."""
 ANSWER_S = 1.5
 """After a request, until the voice of an answer is noticed: recognition, the shortest gap, a slot, and some more."""
 QUEUED_S = 7.0
@@ -51,7 +57,7 @@ STANDS_S = 60.0
 ASKS_MAX = 6
 """Requests without any voice in answer until a keeper counts as gone: at a loss of 30 %, 0.3⁶ = 0.07 % of those who
 are there miss all of them."""
-LISTENED_S = 60.0
+LISTENED_S = 30.0
 """Who has heard nothing of a place for so long knows that nobody uses it: each time takes two sentences at least."""
 ASKS_ALONE = 2
 """The same where nobody else was ever heard of."""
@@ -140,16 +146,17 @@ def _is_idle(me: Knowledge, p: Pass) -> bool:
     return p.keeper == me.role.name and not p.using
 
 
-def _give(me: Knowledge, p: Pass, name: str, now: float) -> None:
+def _give(me: Knowledge, p: Pass, name: str, now: float, sure: bool = True) -> None:
     p.waiting.pop(name, None)
     p.keep(name, now + LEASE_S)
     p.given_s = now
-    _say_given(me, p, name, now)
+    _say_given(me, p, name, now, sure)
 
 
-def _say_given(me: Knowledge, p: Pass, name: str, now: float) -> None:
-    given = m.PlaceGiven(p.place.name)
-    composing.answer(me, name, f"give {p.place.name}", given, now, slot=0, still=lambda: p.keeper == name)
+def _say_given(me: Knowledge, p: Pass, name: str, now: float, sure: bool = True) -> None:
+    """`sure`: this robot has been given the place. Else it leaves the answer to one that may have."""
+    said, topic, slot = m.PlaceGiven(p.place.name), f"give {p.place.name}", 0 if sure else FIRST_SLOT
+    composing.answer(me, name, topic, said, now, slot, tentative=not sure, still=lambda: p.keeper == name)
 
 
 def next_s(me: Knowledge) -> float:
@@ -169,8 +176,8 @@ def ask(me: Knowledge, now: float) -> None:
 
 def _want_to_ask(me: Knowledge, p: Pass, now: float) -> None:
     """Before all turns; as urgently as an answer, once the robot stands: it is in the way of others, too."""
-    urgency = Urgency.ANSWER if p.held else Urgency.AGAIN
-    me.floor.want(Intent(urgency, p.topic, partial(_request, me, p), early=True), now)
+    urgency, slot = Urgency.ANSWER if p.held else Urgency.AGAIN, HELD_SLOT + int(HELD_SLOTS * me.rng.random())
+    me.floor.want(Intent(urgency, p.topic, partial(_request, me, p), slot=slot, early=True), now)
 
 
 def _request(me: Knowledge, p: Pass) -> m.Utterance | None:
@@ -188,7 +195,7 @@ def said(me: Knowledge, topic: str, now: float) -> None:
 
 def _judge(me: Knowledge, p: Pass, now: float) -> None:
     """The time for an answer is over, and none was understood."""
-    somebody_spoke = me.floor.busy_since_s > p.asked_s
+    somebody_spoke = me.floor.busy_since_s > p.asked_s - REQUEST_S * me.role.speech.stretch  # over it, or after it
     settled_s = me.floor.unsettled_until(now)
     if now < settled_s and (me.floor.busy or somebody_spoke or me.floor.speaking is not None):
         p.answer_s = settled_s
@@ -231,9 +238,12 @@ def wanted(me: Knowledge, heard: Heard, s: m.PlaceWanted) -> None:
         return
     first_s, _ = p.waiting.get(name, (now, now))
     p.waiting[name] = (first_s, now)
-    comes_first = name.lower() < me.role.name.lower()
+    comes_first, sure = name.lower() < me.role.name.lower(), p.keeper is not None
     if _keeps(me, p, now):
-        (_refuse if p.using or p.wanted_s is not None else _give)(me, p, name, now)
+        if p.using or p.wanted_s is not None:
+            _refuse(me, p, name, now)
+        else:
+            _give(me, p, name, now, sure)
         return
     _wait(me, p, now + (YIELD_S if comes_first and p.silences else ASK_NEXT_S))  # an answer comes first
     if p.keeper == name:
