@@ -5,6 +5,7 @@
     python -m benchmarks.missions relay [--seeds 1-3]
     python -m benchmarks.missions words [--seeds 1-10000] [--loss 0-0.3] [--outages 2]
     python -m benchmarks.missions earshot [--seeds 1-200]
+    python -m benchmarks.missions corridor [--seeds 1-1000] [--loss 0-0.3] [--outages 2]
     python -m benchmarks.missions days [--seeds 1-10000] [--hours 72]
     python -m benchmarks.missions crowd [--seeds 1-5]
     python -m benchmarks.missions makespan [--seeds 1-20] [--tasks 24] [--work-s 5] [--pick nearest]
@@ -14,10 +15,10 @@
 `audio` runs `hvcpctl simulate --json` for each seed; the figures are those of its last line. With `--plants`, so many
 stand at random places, in noise of a random level. `relay`: whole robots with sound, too; three in a row, an order from
 one end to the other, which do not hear each other. `earshot`: both modes, where a voice carries some metres and many
-plants are farther off. `makespan`: how soon teams of growing size are done with the same tasks. `routes`: how far two
-to four robots drive for up to eight tasks, against the best assignments.
-The others run the same state machines over air of words
-(hil_fakes), with random teams, places, losses and outages.
+plants are farther off. `corridor`: two rooms with a corridor between them that only one robot fits in. `makespan`: how
+soon teams of growing size are done with the same tasks. `routes`: how far two to four robots drive for up to eight
+tasks, against the best assignments.
+The others run the same state machines over air of words (hil_fakes), with random teams, places, losses and outages.
 """
 
 from __future__ import annotations
@@ -36,6 +37,7 @@ from pathlib import Path
 from typing import Any, TypeVar
 
 from benchmarks import routes
+from benchmarks.corridor import corridor
 from benchmarks.random_plants import random_room
 from hil_fakes.bench import Bench
 from hil_fakes.bench_plans import relay_plan
@@ -285,6 +287,11 @@ def main() -> None:
     c = kinds.add_parser("earshot")
     c.add_argument("--seeds", default="1-200")
     c.set_defaults(run=earshot)
+    c = kinds.add_parser("corridor")
+    c.add_argument("--seeds", default="1-1000")
+    c.add_argument("--loss", default="0-0.3")
+    c.add_argument("--outages", type=int, default=2)
+    c.set_defaults(run=corridor)
     c = kinds.add_parser("days")
     c.add_argument("--seeds", default="1-10000")
     c.add_argument("--hours", type=float, default=72.0)

@@ -43,6 +43,7 @@ def _count(u: m.Utterance) -> int:
                 tuple(dict.fromkeys(teams)),
                 tasks,
                 tuple(range(NUMBER_MAX)),
+                places=(place,) if (place := getattr(u.statement, "place", None)) is not None else (),
                 kinds=frozenset(Kind),
             )
         )
@@ -64,6 +65,8 @@ def _shape(value: object) -> object:
             return number > 20 and number % 10 != 0
         case m.TaskByName(name):
             return len(spoken_words(name))
+        case m.PlaceWanted(place) | m.PlaceGiven(place) | m.PlaceTaken(place, False) | m.PlaceFree(place):
+            return (type(value), len(place.split()))
         case None | bool() | float() | int():
             return value
         case str():

@@ -190,6 +190,7 @@ class WordMission:
             home=self.bodies[name].place,
             dues=self.dues[name],
             changes=self.changes[name],
+            places=plan.places,
         )
         if plan.clocks is not None and name in plan.clocks:
             self.robots[name].set_clock(plan.begin_s + plan.clocks[name], self.air.now)
@@ -269,22 +270,25 @@ class WordMission:
                     pass
 
         def finish() -> None:
-            if body.job != job or self.robots.get(name) is not robot:
-                return
-            body.halt(self.air.now)
-            robot.sensed(here=body.place)
-            if acts and self.plan.fails(name, task, self.air.now):
-                robot.perform_failed(self.air.now)
-                self.air.refresh((name,))
-                return
+            if body.job == job and self.robots.get(name) is robot:
+                body.halt(self.air.now)
+                self.performed(name, task, acts)
+
+        self.air.at(now + length_s, finish)
+
+    def performed(self, name: str, task: int, acts: bool) -> None:
+        """A robot has carried out what it was to; `acts`: that was the task itself, and not the way there."""
+        robot, now = self.robots[name], self.air.now
+        robot.sensed(here=self.bodies[name].place)
+        if acts and self.plan.fails(name, task, now):
+            robot.perform_failed(now)
+        else:
             if acts:
                 self.watered[task] += 1
                 self.by[task] = name
-                self.done.append((self.air.now, task, name))
-            robot.performed(self.air.now)
-            self.air.refresh((name,))
-
-        self.air.at(now + length_s, finish)
+                self.done.append((now, task, name))
+            robot.performed(now)
+        self.air.refresh((name,))
 
     def _in_earshot(self, speaker: str, listener: str) -> bool:
         return self.plan.earshot_m is None or self._apart_m(speaker, listener) <= self.plan.earshot_m

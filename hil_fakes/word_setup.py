@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 from hil_fakes.word_channel import Conditions
 from hil_fakes.word_occurrences import BEGIN_S
 from hil_fakes.word_seals import WordSeals
+from hvcpd.config.shared_places import SharedPlace
 from hvcpd.config.tasks import Place, TaskDefinition
 from hvcpd.coordination.actions import Speech, Timing
 
@@ -39,6 +40,8 @@ class WordPlan:
     nearest_first: bool = False
     starts: Mapping[str, Place] = field(default_factory=dict)
     """Where robots begin; the others stand in a corner, 1 m from each other."""
+    places: tuple[SharedPlace, ...] = ()
+    """Where only one robot fits in."""
     unable: Mapping[str, frozenset[int]] = field(default_factory=dict)
     """What each robot cannot do, by the tasks' numbers."""
     strangers: bool = False

@@ -169,6 +169,7 @@ def make_robot(plan: RobotPlan, sound: Sound) -> Robot:
         home=Place(body.home.x_m, body.home.y_m) if body.home is not None else None,
         dues=plan.memory.dues,
         changes=plan.memory.changes,
+        places=plan.tasks.places,
     )
     phrasebook, ears = _book_and_ears(plan, names, sound, plan.team.strangers)
     return Robot(

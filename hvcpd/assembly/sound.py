@@ -95,6 +95,7 @@ def make_phrasebook(
             numbers=tuple(task.number for task in tasks.tasks),
             remarks=tasks.remarks,
             failures=tasks.failures,
+            places=tuple(place.name for place in tasks.places),
             alternatives=tasks.alternatives,
             kinds=frozenset(Kind) if encrypted else SEALED_KINDS if sealed else OPEN_KINDS,
         )

@@ -250,7 +250,7 @@ def _with_proposals(
 
 
 def _key_of(word: str, vocabulary: Vocabulary) -> str:
-    texts = (*vocabulary.tasks, *vocabulary.remarks, *vocabulary.failures)
+    texts = (*vocabulary.tasks, *vocabulary.remarks, *vocabulary.failures, *vocabulary.places)
     spoken = {word for text in texts for word in spoken_words(text)}
     if word in spoken:
         return "tasks"
@@ -305,6 +305,7 @@ def _reworded(vocabulary: Vocabulary, word: str, phrase: str) -> Vocabulary:
         names=tuple(map(changed, vocabulary.names)),
         teams=tuple(map(changed, vocabulary.teams)),
         tasks=tuple(map(changed, vocabulary.tasks)),
+        places=tuple(map(changed, vocabulary.places)),
         alternatives=tuple(pair for pair in vocabulary.alternatives if pair[0] != word),
     )
 

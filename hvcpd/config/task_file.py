@@ -24,6 +24,7 @@ from hvcpd.config.loading import (
 )
 from hvcpd.config.names import unsayable, valid_task_name
 from hvcpd.config.recurrence import Recurrence, interval_s, valid_recurrence
+from hvcpd.config.shared_places import PlaceEntry, check_places, valid_places
 from hvcpd.config.skills import MAX_SKILLS, Skill, SkillEntry, valid_key
 from hvcpd.config.task_changes import TaskChanges
 from hvcpd.config.task_checks import SoundsAlike, check_after, check_alternatives, check_names
@@ -162,6 +163,7 @@ def _valid_skills(skills: Mapping[str, Any]) -> str | None:
 class _TaskFile:
     tasks: tuple[_TaskEntry, ...] = field(metadata=checked(_valid_count))
     skills: Mapping[str, SkillEntry] = field(default_factory=dict, metadata=checked(_valid_skills))
+    places: tuple[PlaceEntry, ...] = field(default=(), metadata=checked(valid_places))
     other_tasks: tuple[str, ...] = field(default=(), metadata=checked(_valid_others))
     alternatives: _Alternatives = field(default_factory=_Alternatives)
 
@@ -284,6 +286,7 @@ def load_tasks(
         file.other_tasks,
         file.alternatives.pairs,
         tuple(Skill(name, entry) for name, entry in file.skills.items()),
+        tuple(entry.place() for entry in file.places),
     )
 
 
@@ -309,6 +312,7 @@ def _check(parts: Parts, sounds_alike: SoundsAlike | None) -> None:
     check_after(parts, numbers)
     check_names(parts, [(name, path) for name, path in names if name], sounds_alike)
     check_alternatives(parts)
+    check_places(parts, sounds_alike)
 
 
 def _check_place(parts: Parts, at: KeyPath) -> None:

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from hvcpd.config.recurrence import Recurrence
+from hvcpd.config.shared_places import SharedPlace
 from hvcpd.config.skills import USUAL_LIMIT_S, Skill, Value
 
 WATER = "water"
@@ -125,6 +126,8 @@ class TaskRepository:
     """Words, and phrases that count as them when they are heard: ("indigo", "in the go")."""
     skills: tuple[Skill, ...] = ()
     """What its actions may use, besides what every robot can."""
+    places: tuple[SharedPlace, ...] = ()
+    """Where only one robot fits in at a time."""
 
     @property
     def failures(self) -> tuple[str, ...]:

@@ -7,8 +7,9 @@ is due; after each call `actions` hands out what is to be done. Times are second
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 
+from hvcpd.config.shared_places import SharedPlace
 from hvcpd.config.tasks import Place, TaskDefinition
 from hvcpd.coordination import (
     changing,
@@ -18,6 +19,7 @@ from hvcpd.coordination import (
     halting,
     hearing,
     repair,
+    right_of_way,
     saying,
     schedule,
     trusting,
@@ -25,8 +27,9 @@ from hvcpd.coordination import (
 from hvcpd.coordination.actions import Action, Rng, Role, SaveChange, SaveDue, SavePeer, SaveTask, Timing
 from hvcpd.coordination.addressing import answer_slots, note_presence, whose_turn
 from hvcpd.coordination.board import Board
-from hvcpd.coordination.floor import Floor, Intent, Order, Urgency, round_of_turns
+from hvcpd.coordination.floor import EARLY_SLOTS, Floor, Intent, Order, Urgency, round_of_turns
 from hvcpd.coordination.knowledge import Heard, Knowledge
+from hvcpd.coordination.passes import Pass
 from hvcpd.coordination.peers import Peers, team_of
 from hvcpd.coordination.states import DEPARTING, NEWCOMER, State, Trigger
 from hvcpd.coordination.table import fire
@@ -55,7 +58,7 @@ class Coordination:
 
     `stopped`: it was stopped when it was switched off, and nobody has said "resume" since. `home` is where "come back"
     leads; None: the first place that is sensed. `dues`: when what recurs was due that was done last, s since 1970;
-    `changes`: the last change of each task, and whether it is left out since.
+    `changes`: the last change of each task, and whether it is left out since. `places`: where only one robot fits in.
     """
 
     def __init__(
@@ -70,6 +73,7 @@ class Coordination:
         home: Place | None = None,
         dues: Mapping[int, float] | None = None,
         changes: Mapping[int, tuple[int, bool]] | None = None,
+        places: Iterable[SharedPlace] = (),
     ) -> None:
         timing = (timing or Timing()).for_speech(role.speech)
         board = Board(tasks, remembered or {}, now + timing.lease_s)
@@ -77,6 +81,8 @@ class Coordination:
         self.knowledge = me = Knowledge(role, timing, rng, board, self.peers, Floor(timing, rng, len(role.roster)))
         me.missed.heard_work = bool(remembered)
         me.body.home = home
+        me.passes = tuple(Pass(place, now) for place in places)
+        me.floor.early_slots = EARLY_SLOTS if me.passes else 0
         for number, due_s in (dues or {}).items():
             board[number].due_s = due_s
         for number, (count, skipped) in (changes or {}).items():
@@ -150,6 +156,8 @@ class Coordination:
         order = self._order_after(whose_turn(said) if said else self.role.name, now)
         self.knowledge.floor.answer_slots = answer_slots(self.knowledge, now)
         intent = self.knowledge.floor.ended(now, order)
+        if intent is not None:
+            right_of_way.said(self.knowledge, intent.topic, now)
         if intent is not None and intent.trigger is not None:
             fire(self.knowledge, intent.trigger, now)
 
@@ -197,6 +205,11 @@ class Coordination:
         body.here = here or body.here
         body.home = body.home or body.here
         body.battery_v = battery_v if battery_v is not None else body.battery_v
+
+    def may_drive(self, way: Sequence[Place], now: float) -> bool:
+        """Whether the wheels may go on, straight to one place of the `way` after the other from where the robot was
+        sensed last. To be asked all the time: it asks the others for what is ahead, and gives back what is behind."""
+        return right_of_way.may_drive(self.knowledge, way, now)
 
     def stop(self, now: float) -> bool:
         """Halt and latch, as if "stop" had been heard, and say so aloud; whether it was not stopped already."""
@@ -265,6 +278,7 @@ class Coordination:
         schedule.open_due(me, now)
         changing.spread(me, now)
         deadlines.renew_lease(me, now)
+        right_of_way.ask(me, now)
         intent = me.floor.begin(now)
         if intent is not None:
             saying.begin(me, intent, now)
@@ -272,9 +286,8 @@ class Coordination:
     def next_deadline(self) -> float:
         """When `tick` must be called at the latest; infinity if nothing is due."""
         me = self.knowledge
-        return min(
-            me.floor.next_deadline(), deadlines.renewal_s(me), schedule.next_s(me), changing.next_s(me), me.timer_s
-        )
+        due_s = (deadlines.renewal_s(me), schedule.next_s(me), changing.next_s(me), right_of_way.next_s(me))
+        return min(me.floor.next_deadline(), me.timer_s, *due_s)
 
     def actions(self, now: float) -> tuple[Action, ...]:
         """What is to be done now, in order; handed out once."""

@@ -231,6 +231,12 @@ def go_back(me: Knowledge, now: float) -> None:
     me.do(Perform(0, (GoTo(place),) if place is not None else ()))
 
 
+def make_room(me: Knowledge, _now: float) -> None:
+    """Go back out to where it came in from."""
+    outside = (each.came_from for each in me.passes if each.inside)
+    me.do(Perform(0, tuple(GoTo(place) for place in outside if place is not None)))
+
+
 def drop_task(me: Knowledge, now: float) -> None:
     let_go(me)
     rest(me, now)

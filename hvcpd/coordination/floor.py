@@ -27,6 +27,9 @@ RANK_MAX = 10
 SLOTS_MAX = 64
 """Maximum number of slots that random back-off is drawn from: twice as many after each sentence that nobody understood,
 three quarters after each that was understood (binary exponential back-off, as Ethernet has it)."""
+EARLY_SLOTS = 3
+"""Slots before all turns for those who wait before a place that only one robot fits in: where there are such places,
+all turns begin so much later."""
 CROWD = 4
 """In a team of more robots, one may miss its turn so often that its lease ends before it can report."""
 OVERDUE_SLOTS = 2
@@ -59,7 +62,7 @@ class Intent:
     answered, if one answer is enough. A `tentative` answer is given up as soon as anything else is said to the one who
     called, or something that was not understood. An answer that did not get the floor for `answer_kept_s` is no answer
     any more. It is held back until `not_before_s`, whoever's turn it is. What is to be said `at_once` waits for nobody
-    else to end.
+    else to end. Its turn may come `early`, before all others'.
     """
 
     urgency: Urgency
@@ -72,6 +75,7 @@ class Intent:
     tentative: bool = False
     not_before_s: float = -math.inf
     at_once: bool = False
+    early: bool = False
     decide: Callable[[], Trigger | None] = nothing
     on_said: Callable[[], None] = nothing
     ready_s: float = 0.0
@@ -124,6 +128,8 @@ class Floor:
         self._round: Round | None = None
         self._ring_size = 0
         """Number of slots in the last known round of turns."""
+        self.early_slots = 0
+        """Number of slots before all turns: EARLY_SLOTS, or none."""
         self.answer_slots = 0
         """Number of slots for answers after a sentence. Turns begin after them, if that is later than their gap."""
         self.speaking: Intent | None = None
@@ -242,6 +248,9 @@ class Floor:
             slot = int(self._rng.random() * timing.reply_slots) if intent.slot is None else intent.slot
             return timing.reply_gap_s + slot * timing.slot_s
         turn_gap_s = max(timing.turn_gap_s, timing.reply_gap_s + self.answer_slots * timing.slot_s)
+        if intent.early:
+            return turn_gap_s + int(self._rng.random() * EARLY_SLOTS) * timing.slot_s
+        turn_gap_s += self.early_slots * timing.slot_s
         if self._ring_size > CROWD:
             if now - intent.wanted_s > OVERDUE_S * self._ring_size:
                 return turn_gap_s + int(self._rng.random() * OVERDUE_SLOTS) * timing.slot_s

@@ -55,7 +55,8 @@ def halt(me: Knowledge, now: float) -> None:
     effects.forget_report(me, Urgency.TURN, now)
     me.current.clear()
     slot = me.rank("", 0, now)  # in turn: each wants to be heard by all others
-    stopped = composing.to_all(me, m.Stopped())
+    place = next((each.place.name for each in me.passes if each.inside), None)
+    stopped = composing.to_all(me, m.Stopped() if place is None else m.PlaceTaken(place, stands=True))
     after_s = now + 2.0 * me.timing.stop_again_s  # "stop" goes on from one to the next first
     me.floor.want(Intent(Urgency.ALARM, "stopped", lambda: stopped, slot=slot, not_before_s=after_s), now)
     want_release_told(me, now)

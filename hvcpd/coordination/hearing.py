@@ -4,7 +4,18 @@ from __future__ import annotations
 
 from functools import partial
 
-from hvcpd.coordination import answers, changing, choosing, claims, commands, composing, earshot, relaying, repair
+from hvcpd.coordination import (
+    answers,
+    changing,
+    choosing,
+    claims,
+    commands,
+    composing,
+    earshot,
+    relaying,
+    repair,
+    right_of_way,
+)
 from hvcpd.coordination.addressing import is_for, must_spell_for
 from hvcpd.coordination.floor import Intent, Urgency
 from hvcpd.coordination.knowledge import Heard, Knowledge, Reactions
@@ -102,6 +113,13 @@ def _let_go(me: Knowledge, heard: Heard, s: m.Stopped | m.Leaving) -> None:
     me.reconsider(heard.now)
 
 
+def _place_taken(me: Knowledge, heard: Heard, s: m.PlaceTaken) -> None:
+    """Who stands in a place has been stopped there."""
+    right_of_way.taken(me, heard, s)
+    if s.stands:
+        _let_go(me, heard, m.Stopped())
+
+
 def _name_taken(me: Knowledge, heard: Heard, _: m.NameTaken) -> None:
     """Two robots answer to this name: no order for it."""
     peer = me.peers.get(heard.speaker)
@@ -116,9 +134,11 @@ _REACTIONS: Reactions = {
     **commands.REACTIONS,
     **relaying.REACTIONS,
     **repair.REACTIONS,
+    **right_of_way.REACTIONS,
     type(None): _greeting,
     m.Spelled: _spelled,
     m.WhoHere: _who_here,
+    m.PlaceTaken: _place_taken,
     m.Stopped: _let_go,
     m.Leaving: _let_go,
     m.NameTaken: _name_taken,

@@ -15,6 +15,7 @@ from hvcpd.config.tasks import Place
 from hvcpd.coordination.actions import Action, Rng, Role, Timing
 from hvcpd.coordination.board import Board
 from hvcpd.coordination.floor import RANK_MAX, Floor
+from hvcpd.coordination.passes import Pass
 from hvcpd.coordination.peers import Peers, lot
 from hvcpd.coordination.states import State
 from hvcpd.language import messages as m
@@ -247,6 +248,7 @@ class Knowledge:
     waiting: Waiting = field(default_factory=Waiting)
     doubts: Doubts = field(default_factory=Doubts)
     repair: Repair = field(default_factory=Repair)
+    passes: tuple[Pass, ...] = ()
     clock_s: float | None = None
     """Seconds since 1970 at 0 of the sample clock; None: nobody knows the time."""
     due_next_s: float | None = None

@@ -61,7 +61,8 @@ def after_garble(me: Knowledge, over_own_speech: bool, now: float) -> None:
     """Over the own speech: say it again, for nobody heard it. In an exchange with one other: ask that one."""
     if over_own_speech:
         last, me.repair.last_said = me.repair.last_said, None
-        if last is not None and me.state not in REPEATING_ANYWAY:
+        asks_again = last is not None and isinstance(last.statement, m.PlaceWanted)
+        if last is not None and me.state not in REPEATING_ANYWAY and not asks_again:
             me.floor.want(Intent(Urgency.ANSWER, "again", lambda: last), now)
             me.postpone(me.timing.answer_s)
         return

@@ -27,7 +27,7 @@ class State(Enum):
     CONFIRMING = "waits for the floor to confirm a read-back"
     DENYING = "waits for the floor to deny a read-back"
     MOVING = "makes a motion that it was told to make"
-    RETURNING = "drives back to where it was last answered"
+    RETURNING = "drives back to where it was last answered, or out of a place that somebody waits for"
     STOPPED = "was told to stop"
     LEAVING = "waits for the floor to say that it leaves"
     GONE = "has said that it leaves, and says no more"
@@ -66,6 +66,7 @@ class Trigger(Enum):
     STOP = "stop"
     RESUME = "resume"
     LEAVE = "it is about to be switched off"
+    IN_THE_WAY = "somebody waits for the place that it rests in"
 
 
 AT_WORK = frozenset({State.GOING, State.ANNOUNCING, State.CHECKING, State.ACTING})

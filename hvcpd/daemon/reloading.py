@@ -196,7 +196,7 @@ def _news_of_people(before: Mapping[str, Person], now: Mapping[str, Person]) -> 
 def _words(tasks: TaskRepository) -> tuple[object, ...]:
     """What of the tasks can be spoken of, and is built into the recogniser."""
     names, said = {task.number: task.name for task in tasks.tasks}, {*tasks.remarks, *tasks.failures}
-    return names, said, tasks.other_tasks, tasks.alternatives
+    return names, said, tasks.other_tasks, tasks.alternatives, {place.name for place in tasks.places}
 
 
 def _task_changes(before: TaskRepository, now: TaskRepository) -> list[dict[str, Any]]:

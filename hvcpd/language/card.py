@@ -29,6 +29,7 @@ _PLACEHOLDERS = {
     "<team>": "TEAM",
     "<number>": "NUMBER",
     "<task>": "TASK",
+    "<place>": "PLACE",
     "<remark>": "REMARK",
     "<reason>": "REASON",
     "<next>": "NUMBER",
@@ -106,6 +107,8 @@ def make_card(phrasebook: Phrasebook) -> Card:
             continue
         if "<reason>" in form.pattern and not vocabulary.failures:
             continue
+        if "<place>" in form.pattern and not vocabulary.places:
+            continue
         if ("<task>" in form.pattern and not vocabulary.tasks) or form.statement is m.SealedMessage:
             continue
         if form.spelled:
@@ -126,6 +129,7 @@ def make_card(phrasebook: Phrasebook) -> Card:
         ("NUMBER", tuple(" ".join(spoken) for spoken in phrasebook.slots["number"].values())),
         ("TASK", vocabulary.tasks),
         ("DISTANCE", tuple(" ".join(spoken) for spoken in phrasebook.slots["metres"].values())),
+        ("PLACE", tuple(" ".join(spoken) for spoken in phrasebook.slots["place"].values())),
         ("REMARK", vocabulary.remarks),
         ("REASON", vocabulary.failures),
         ("LETTERS", tuple(word for letter, word in WORD_OF.items() if letter.isalpha())),

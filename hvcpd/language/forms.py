@@ -12,6 +12,7 @@ from dataclasses import dataclass, field
 from enum import Enum
 
 from hvcpd.language import messages as m
+from hvcpd.language.place_messages import PLACE_FORMS
 
 OPENING = "(hi|hello) [<addressee>], i am <speaker> [, member of team <team>]"
 """The paper's 'Hi, [robot identifier], I am X'."""
@@ -41,6 +42,7 @@ SLOT_FIELDS = {
     "team": "team",
     "number": "task",
     "task": "task",
+    "place": "place",
     "next": "next",
     "first": "first",
     "second": "second",
@@ -240,6 +242,8 @@ _CORE: tuple[Form, ...] = (
     Form(f"{OPENING}, sealed message", m.SealedMessage, "A message that only robots with the team's key understand."),
 )
 
+_PLACES = tuple(Form(f"{OPENING}, {words}", kind, means, constants=fixed) for words, kind, means, fixed in PLACE_FORMS)
+
 _REPORT = "Each robot in turn tells its team, its task and its battery."
 _DOINGS: tuple[tuple[str, m.Doing, str], ...] = (
     ("i am free", m.Doing.FREE, "I have nothing to do."),
@@ -344,4 +348,4 @@ _CASUAL: tuple[Form, ...] = (
 )
 """What people say who have not read the card."""
 
-FORMS: tuple[Form, ...] = (*_CORE, *_PEOPLE, *_RELAYS, *_SPELLED, *_SEALED, *_CASUAL)
+FORMS: tuple[Form, ...] = (*_CORE, *_PLACES, *_PEOPLE, *_RELAYS, *_SPELLED, *_SEALED, *_CASUAL)

@@ -14,6 +14,10 @@ from hvcpd.language.motions import Motion as Motion
 from hvcpd.language.motions import MoveBy as MoveBy
 from hvcpd.language.motions import TurnBy as TurnBy
 from hvcpd.language.motions import WillMove as WillMove
+from hvcpd.language.place_messages import PlaceFree as PlaceFree
+from hvcpd.language.place_messages import PlaceGiven as PlaceGiven
+from hvcpd.language.place_messages import PlaceTaken as PlaceTaken
+from hvcpd.language.place_messages import PlaceWanted as PlaceWanted
 from hvcpd.language.proofs import Cipher as Cipher
 from hvcpd.language.proofs import Code as Code
 from hvcpd.language.proofs import Mark as Mark
@@ -185,6 +189,10 @@ Statement = (
     | Completed
     | Failed
     | Change
+    | PlaceWanted
+    | PlaceGiven
+    | PlaceTaken
+    | PlaceFree
     | Confirmed
     | ConfirmedAnd
     | Negative

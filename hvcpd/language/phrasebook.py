@@ -38,7 +38,7 @@ VOLTS = {n + half: f"{n}{' and a half' if half else ''}" for n in range(9, 13) f
 """Of a battery, in V: a TurtleBot3's has 12.6 V when full and is cut off at 11.0 V (ROBOTIS e-Manual); half a volt
 tells whether it lasts another shift."""
 
-_FREE = {"task": 99, "remark": 99, "reason": 99, "team": 3, "addressee": 3, "speaker": 3}
+_FREE = {"task": 99, "place": 99, "remark": 99, "reason": 99, "team": 3, "addressee": 3, "speaker": 3}
 """Slots whose words a team chooses, and in how many forms each value is tried for a second reading. Task names and
 remarks are whole sentences and tried in all, and first, for a name said before one that reads twice is not to blame;
 names and teams stand in the opening, which all forms share."""
@@ -62,6 +62,7 @@ class Vocabulary:
     numbers: tuple[int, ...] = ()
     remarks: tuple[str, ...] = ()
     failures: tuple[str, ...] = ()
+    places: tuple[str, ...] = ()
     alternatives: tuple[tuple[str, str], ...] = ()
     """Words, and phrases that count as them when they are heard: ("indigo", "in the go")."""
     kinds: frozenset[Kind] = OPEN_KINDS
@@ -327,6 +328,7 @@ def _slot_values(vocabulary: Vocabulary) -> SlotValues:
         "away": {way_m: spoken_words(text) for way_m, text in WAYS_M.items()},
         "volts": {volts: spoken_words(text) for volts, text in VOLTS.items()},
         "count": {n: number_words(n) for n in range(1, CHANGES + 1)},
+        "place": {name: ("the", *spoken_words(name)) for name in vocabulary.places},
         "task": {m.TaskByName(name): spoken_words(name) for name in vocabulary.tasks},
         "remark": {text: spoken_words(text) for text in vocabulary.remarks},
         "reason": {text: spoken_words(text) for text in vocabulary.failures},

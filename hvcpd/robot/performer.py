@@ -6,7 +6,7 @@ import math
 from dataclasses import dataclass
 from enum import Enum
 
-from hvcpd.config.tasks import WATER, Action, Dock, Forward, GoTo, SayAction, Turn, Use, Wait, Water
+from hvcpd.config.tasks import WATER, Action, Dock, Forward, GoTo, Place, SayAction, Turn, Use, Wait, Water
 from hvcpd.hardware import motion, navigator
 from hvcpd.hardware.motion import MotionState
 from hvcpd.hardware.navigator import Navigator
@@ -61,6 +61,7 @@ class Performer:
         self._actions: tuple[Action, ...] = ()
         self._index = 0
         self._started = False
+        self._from = home or Pose(0.0, 0.0)
         self._until_s = 0.0
         self._last_s = 0.0
         self._rested_s = 0.0
@@ -74,6 +75,26 @@ class Performer:
     @property
     def busy(self) -> bool:
         return self._index < len(self._actions)
+
+    @property
+    def way(self) -> tuple[Place, ...]:
+        """Where it is about to drive, straight from one place to the next, as far as that is known now."""
+        way: list[Place] = []
+        for n, action in enumerate(self._actions[self._index :]):
+            match action:
+                case GoTo(place):
+                    way.append(place)
+                case Dock() if self._home is not None:
+                    way.append(Place(self._home.x_m, self._home.y_m))
+                case Forward(distance_m) if n == 0 and self._started:
+                    at = self._from
+                    dx_m, dy_m = distance_m * math.cos(at.heading_rad), distance_m * math.sin(at.heading_rad)
+                    way.append(Place(at.x_m + dx_m, at.y_m + dy_m))
+                case Turn():
+                    pass
+                case _:
+                    break
+        return tuple(way)
 
     def begin(self, actions: tuple[Action, ...], task: int = 0) -> None:
         self.cancel()
@@ -125,7 +146,7 @@ class Performer:
         while self.busy:
             action = self._actions[self._index]
             if not self._started:
-                self._started = True
+                self._started, self._from = True, pose
                 remark = self._start(action, pose, now) or remark
             state, wheels = self._go_on(action, pose, now, reading)
             if state is Outcome.GOING_ON:

@@ -278,9 +278,10 @@ class Robot:
             return None
 
     def _perform(self, now: float, reading: WheelReading | None) -> WheelCommand:
+        may_drive = self.coordination.may_drive(self.performer.way, now)
         if not self.performer.busy:
             return STANDSTILL
-        if self._held_s is not None:
+        if self._held_s is not None or not may_drive:
             self.performer.rest(now)
             return STANDSTILL
         progress = self.performer.step(self.odometry.pose, now, reading)
@@ -331,9 +332,8 @@ class Robot:
         if self._sealing is not None:
             utterance, records = self._sealing.said(utterance, self.phrasebook, now)
             self._records += records
-        mouth = self._slow_mouth if say.slowly else self._mouth
         phrases = self.phrasebook.phrases(utterance)
-        speech = spoken(mouth, utterance, self.phrasebook, say.times)
+        speech = spoken(self._slow_mouth if say.slowly else self._mouth, utterance, self.phrasebook, say.times)
         duration_s = len(speech) / SAMPLE_RATE_HZ
         self._voice.begin(speech, [word for phrase in phrases for word in phrase], now)
         # Stopped, it need not stop again; and a filter that is out of step would take the own voice for anything.

@@ -1,0 +1,63 @@
+"""What one robot knows of each place that only one fits in: who has it, who waits, and how far its own asking is.
+
+Times are seconds of the robot's sample clock; -inf means never, inf that nothing is due.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+
+from hvcpd.config.shared_places import SharedPlace
+from hvcpd.config.tasks import Place
+
+
+@dataclass
+class Pass:
+    """One place. `keeper` had it last, as far as this robot has heard, and alone may give it to another one."""
+
+    place: SharedPlace
+    since_s: float
+    """When this robot began to listen."""
+    keeper: str | None = None
+    lease_end_s: float = -math.inf
+    """Until then the keeper is taken to be in it, if it says no more."""
+    inside: bool = False
+    """This robot stands in it."""
+    using: bool = False
+    """This robot has it, and is in it or on its way in."""
+    wanted_s: float | None = None
+    """Since when this robot has wanted it."""
+    held: bool = False
+    """It has come to the line, and stands."""
+    ask_s: float = math.inf
+    """When it is to ask for it."""
+    asked_s: float = -math.inf
+    """When it last finished asking."""
+    answer_s: float = math.inf
+    """Until then an answer to that may begin."""
+    silences: int = 0
+    """So often in a row nobody has said anything in answer."""
+    again_s: float = -math.inf
+    """It does not ask whoever has the place before then."""
+    given_s: float = -math.inf
+    """When it last gave the place to the keeper, or heard that the keeper still waits for it."""
+    told: bool = False
+    """It has said that it has the place, and says so when it leaves."""
+    waiting: dict[str, tuple[float, float]] = field(default_factory=dict)
+    """Who else wants it: when they were first and last heard to ask."""
+    came_from: Place | None = None
+    """Where this robot last stood outside."""
+
+    @property
+    def topic(self) -> str:
+        """What its requests are about, for the floor."""
+        return f"way {self.place.name}"
+
+    def next_s(self) -> float:
+        """When something is due."""
+        return min(self.ask_s, self.answer_s) if self.wanted_s is not None else math.inf
+
+    def keep(self, keeper: str, lease_end_s: float) -> None:
+        """Somebody has it from now on; whatever this robot heard before of its being given is over."""
+        self.keeper, self.lease_end_s, self.given_s, self.silences = keeper, lease_end_s, -math.inf, 0

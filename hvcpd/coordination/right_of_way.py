@@ -1,0 +1,328 @@
+"""Right of way: a place that only one robot fits in is one robot's at a time, settled aloud before anybody drives in.
+
+Whoever had a place last keeps it, and alone gives it to another one: "I will use the corridor", "confirmed the
+corridor" (a token, as Suzuki and Kasami 1985 have it, that is handed over by voice). So a sentence that is lost never
+lets two in; it only makes somebody ask again. Who is about to drive in asks early, stops at the line outside, and goes
+in when it is given the place. The one that has it goes in if nobody answers its own request: who else believes to have
+it would, and then gives it up. Who leaves gives it to the one that has waited longest.
+
+At first the keeper is the robot whose name comes first of all that were told beforehand, once it has listened for
+half a minute and heard of no other. Where that one is missing, and where a keeper was switched off, requests stay
+without any voice in answer, understood or not. After ASKS_MAX of those, and not before the keeper's lease has lapsed,
+who asks takes the place; of several that wait the first in the alphabet, for each request of that one begins the
+others' count anew.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from functools import partial
+
+from hvcpd.config.shared_places import BODY_M, LINE_M
+from hvcpd.config.tasks import Place
+from hvcpd.coordination import composing
+from hvcpd.coordination.addressing import is_for_me_alone
+from hvcpd.coordination.floor import Intent, Urgency
+from hvcpd.coordination.knowledge import Heard, Knowledge, Reactions
+from hvcpd.coordination.passes import Pass
+from hvcpd.coordination.states import State, Trigger
+from hvcpd.coordination.table import fire
+from hvcpd.language import messages as m
+
+ASK_AHEAD_M = 2.4
+"""Before the line: a request and its answer take 7 s, and as long the sentence that may be in the air; the way 12 s."""
+STEP_M = 0.05
+"""A robot stops so far before the line at most; in a step of 0.2 s it drives as far."""
+OUT_M = 0.1
+"""Who is in must be so much farther out to have left: odometry may waver at the edge."""
+FIRST_SLOT = 2
+"""For the answer of who has the place only because no other is known: a keeper's is in slot 0."""
+HELD_SLOT, HELD_SLOTS = 2, 3
+"""First slot of who stands before a place, and how many are drawn from: after the keeper's answers, in slot 0."""
+REQUEST_S = 3.0
+"""A request lasts so long."""
+ANSWER_S = 1.5
+"""After a request, until the voice of an answer is noticed: recognition, the shortest gap, a slot, and some more."""
+QUEUED_S = 7.0
+"""Between two requests of who knows that the one that has the place has heard it."""
+ASK_NEXT_S = 5.0
+"""After somebody else was given it: before that one leaves, so that it knows who waits."""
+YIELD_S = 12.0
+"""After a request of a robot that comes first where the keeper is missing: two of its requests, and some more."""
+WAITS_S = 35.0
+"""Who has not asked for so long waits no more."""
+STANDS_S = 60.0
+"""The same if that one has stopped in the place."""
+ASKS_MAX = 6
+"""Requests without any voice in answer until a keeper counts as gone: at a loss of 30 %, 0.3⁶ = 0.07 % of those who
+are there miss all of them."""
+LISTENED_S = 30.0
+"""Who has heard nothing of a place for so long knows that nobody uses it: each time takes two sentences at least."""
+ASKS_ALONE = 2
+"""The same where nobody else was ever heard of."""
+LEASE_S = 45.0
+"""Who has a place and says nothing of it has left it by then: 4 m of it take 20 s. Each request that it hears renews
+the lease, for it answers."""
+REPEATED_S = 25.0
+"""Who was given a place and goes on asking for it, without a longer break, has not heard that; it is said again."""
+REST_S = 40.0
+"""Who was given a place does not ask for it again sooner, once it is another's: or else the one that gave it would
+take that for the same request, and give what it has no more."""
+
+
+def may_drive(me: Knowledge, way: Sequence[Place], now: float) -> bool:
+    """Whether the wheels may go on, straight to one place of the `way` after the other. Asks for what is ahead, and
+    gives back what is behind."""
+    here = me.body.here
+    passing = [_may_pass(me, each, here, way, now) for each in me.passes if here is not None]
+    return all(passing)
+
+
+def _may_pass(me: Knowledge, p: Pass, here: Place, way: Sequence[Place], now: float) -> bool:
+    was_inside = p.inside
+    p.inside = p.place.distance_m(here.x_m, here.y_m) < BODY_M + OUT_M * was_inside
+    if p.inside:
+        _have(me, p, now)
+        return True
+    p.came_from = here
+    line_m = _to_line_m(p, here, way)
+    if was_inside or (p.using and line_m is None):
+        _leave(me, p, now)
+    if p.using:
+        return True
+    if line_m is None or line_m > ASK_AHEAD_M:
+        _want_no_more(me, p)
+        return True
+    if p.wanted_s is None:
+        p.wanted_s, p.silences = now, 0
+        p.ask_s = now if _keeps(me, p, now) else max(now, p.again_s)
+    if line_m <= STEP_M and not p.held:
+        p.held = True
+        if me.floor.wants(p.topic):
+            _want_to_ask(me, p, now)
+    return not p.held
+
+
+def _to_line_m(p: Pass, here: Place, way: Sequence[Place]) -> float | None:
+    """How far it is to where a robot waits; None: the way does not lead in."""
+    before_m = 0.0
+    for goal in way:
+        ends = (here.x_m, here.y_m), (goal.x_m, goal.y_m)
+        line_m = p.place.way_m(*ends, LINE_M)
+        if line_m is not None and p.place.way_m(*ends, BODY_M) is not None:
+            return before_m + line_m
+        here, before_m = goal, before_m + math.dist(*ends)
+    return None
+
+
+def _want_no_more(me: Knowledge, p: Pass) -> None:
+    p.wanted_s, p.ask_s, p.answer_s, p.held = None, math.inf, math.inf, False
+    me.floor.withdraw(p.topic)
+
+
+def _have(me: Knowledge, p: Pass, now: float) -> None:
+    """Go in, or be in."""
+    if not p.using:
+        p.again_s = now + REST_S
+    p.using = True
+    p.keep(me.role.name, math.inf)
+    _want_no_more(me, p)
+
+
+def _leave(me: Knowledge, p: Pass, now: float) -> None:
+    """This robot is out: the place is for who has waited longest."""
+    p.using, told, p.told = False, p.told, False
+    p.waiting = {name: (first_s, last_s) for name, (first_s, last_s) in p.waiting.items() if now - last_s < WAITS_S}
+    if p.waiting:
+        _give(me, p, min(p.waiting, key=lambda name: p.waiting[name]), now)
+    elif told:
+        free = composing.to_all(me, m.PlaceFree(p.place.name))
+        mine = partial(_is_idle, me, p)
+        me.floor.want(Intent(Urgency.ANSWER, f"free {p.place.name}", lambda: free if mine() else None, slot=0), now)
+
+
+def _is_idle(me: Knowledge, p: Pass) -> bool:
+    return p.keeper == me.role.name and not p.using
+
+
+def _give(me: Knowledge, p: Pass, name: str, now: float, sure: bool = True) -> None:
+    p.waiting.pop(name, None)
+    p.keep(name, now + LEASE_S)
+    p.given_s = now
+    _say_given(me, p, name, now, sure)
+
+
+def _say_given(me: Knowledge, p: Pass, name: str, now: float, sure: bool = True) -> None:
+    """`sure`: this robot has been given the place. Else it leaves the answer to one that may have."""
+    said, topic, slot = m.PlaceGiven(p.place.name), f"give {p.place.name}", 0 if sure else FIRST_SLOT
+    composing.answer(me, name, topic, said, now, slot, tentative=not sure, still=lambda: p.keeper == name)
+
+
+def next_s(me: Knowledge) -> float:
+    """When a request is due, or an answer to it is over, s; infinity if neither is."""
+    return min((each.next_s() for each in me.passes), default=math.inf)
+
+
+def ask(me: Knowledge, now: float) -> None:
+    """Say the requests whose time has come, and conclude from silence."""
+    for p in me.passes:
+        if p.wanted_s is not None and now >= p.answer_s:
+            _judge(me, p, now)
+        if p.wanted_s is not None and now >= p.ask_s:
+            p.ask_s = math.inf
+            _want_to_ask(me, p, now)
+
+
+def _want_to_ask(me: Knowledge, p: Pass, now: float) -> None:
+    """Before all turns; as urgently as an answer, once the robot stands: it is in the way of others, too."""
+    urgency, slot = Urgency.ANSWER if p.held else Urgency.AGAIN, HELD_SLOT + int(HELD_SLOTS * me.rng.random())
+    me.floor.want(Intent(urgency, p.topic, partial(_request, me, p), slot=slot, early=True), now)
+
+
+def _request(me: Knowledge, p: Pass) -> m.Utterance | None:
+    return composing.to_all(me, m.PlaceWanted(p.place.name)) if p.wanted_s is not None else None
+
+
+def said(me: Knowledge, topic: str, now: float) -> None:
+    """What was said of that topic is out: an answer to a request may begin, and who was given a place knows it."""
+    for p in me.passes:
+        if p.topic == topic and p.wanted_s is not None:
+            p.asked_s, p.answer_s = now, now + ANSWER_S
+        elif topic == f"give {p.place.name}" and p.given_s > -math.inf:
+            p.given_s = now
+
+
+def _judge(me: Knowledge, p: Pass, now: float) -> None:
+    """The time for an answer is over, and none was understood."""
+    somebody_spoke = me.floor.busy_since_s > p.asked_s - REQUEST_S * me.role.speech.stretch  # over it, or after it
+    settled_s = me.floor.unsettled_until(now)
+    if now < settled_s and (me.floor.busy or somebody_spoke or me.floor.speaking is not None):
+        p.answer_s = settled_s
+        return
+    p.answer_s = math.inf
+    p.silences += not somebody_spoke
+    if _is_mine(me, p, now):
+        _have(me, p, now)
+    else:
+        p.ask_s = now
+
+
+def _is_mine(me: Knowledge, p: Pass, now: float) -> bool:
+    """Whether the silence means that this robot may go in."""
+    if _keeps(me, p, now):
+        return p.silences > 0
+    if p.keeper is not None and now < p.lease_end_s:
+        return False
+    alone = not me.peers.all() and not me.roster - {me.role.name.lower()}
+    return p.silences >= (ASKS_ALONE if alone else ASKS_MAX)
+
+
+def _keeps(me: Knowledge, p: Pass, now: float) -> bool:
+    """Whether this robot has the place: it is the last of which it heard so, or it is the first that may."""
+    first = min(me.roster, default=None) == me.role.name.lower() and now - p.since_s >= LISTENED_S
+    if p.keeper is None and first:
+        p.keep(me.role.name, now)
+    return p.keeper == me.role.name
+
+
+def find(me: Knowledge, name: str) -> Pass | None:
+    """The place of that name; None if this robot's task file has none."""
+    return next((each for each in me.passes if each.place.name == name), None)
+
+
+def wanted(me: Knowledge, heard: Heard, s: m.PlaceWanted) -> None:
+    """Somebody asks for a place: give it, refuse it, or give it again."""
+    p, name, now = find(me, s.place), heard.speaker, heard.now
+    if p is None or name is None:
+        return
+    first_s, _ = p.waiting.get(name, (now, now))
+    p.waiting[name] = (first_s, now)
+    comes_first, sure = name.lower() < me.role.name.lower(), p.keeper is not None
+    if _keeps(me, p, now):
+        if p.using or p.wanted_s is not None:
+            _refuse(me, p, name, now)
+        else:
+            _give(me, p, name, now, sure)
+        return
+    _wait(me, p, now + (YIELD_S if comes_first and p.silences else ASK_NEXT_S))  # an answer comes first
+    if p.keeper == name:
+        p.waiting.pop(name)
+        if now - p.given_s <= REPEATED_S:
+            p.given_s = now
+            _say_given(me, p, name, now)
+    elif comes_first:
+        p.silences = 0
+
+
+def _refuse(me: Knowledge, p: Pass, name: str, now: float) -> None:
+    """It is this robot's, which keeps it, tells so, and leaves if it has nothing to do in there."""
+    if not p.inside:
+        _have(me, p, now)
+    p.told = True
+    stands = me.state is State.STOPPED
+    taken = m.PlaceTaken(p.place.name, stands)
+    composing.answer(me, name, f"taken {p.place.name}", taken, now, slot=0, still=lambda: p.using)
+    if p.inside and p.came_from is not None:
+        fire(me, Trigger.IN_THE_WAY, now)
+
+
+def given(me: Knowledge, heard: Heard, s: m.PlaceGiven) -> None:
+    """Somebody gives the place to somebody."""
+    p, now = find(me, s.place), heard.now
+    if p is None or heard.speaker is None or not isinstance(heard.to, m.ToRobot):
+        return
+    if is_for_me_alone(me, heard.to):
+        if p.wanted_s is not None:
+            _have(me, p, now)
+        elif not p.using:
+            p.keep(me.role.name, now)
+            if p.waiting:
+                _leave(me, p, now)
+    elif p.using:
+        _object(me, p, now)
+    else:
+        p.waiting.pop(heard.to.name, None)
+        p.keep(heard.to.name, now + LEASE_S)
+        _wait(me, p, now + ASK_NEXT_S)
+
+
+def _object(me: Knowledge, p: Pass, now: float) -> None:
+    """Somebody else believes to have what this robot has."""
+    p.told = True
+    taken = composing.to_all(me, m.PlaceTaken(p.place.name))
+    me.floor.want(Intent(Urgency.ANSWER, f"taken {p.place.name}", lambda: taken if p.using else None, slot=0), now)
+
+
+def taken(me: Knowledge, heard: Heard, s: m.PlaceTaken) -> None:
+    """Somebody has the place: who is not in it yields."""
+    p, now = find(me, s.place), heard.now
+    if p is None or heard.speaker is None:
+        return
+    if p.inside:
+        return  # both are in: too late
+    p.using = False
+    p.waiting.pop(heard.speaker, None)
+    p.keep(heard.speaker, now + (me.timing.absent_s if s.stands else LEASE_S))
+    heard_me = is_for_me_alone(me, heard.to)
+    _wait(me, p, now + (STANDS_S if s.stands else QUEUED_S if heard_me else ASK_NEXT_S))
+
+
+def free(me: Knowledge, heard: Heard, s: m.PlaceFree) -> None:
+    """Somebody has left it, and gives it to whoever asks."""
+    p, now = find(me, s.place), heard.now
+    if p is None or heard.speaker is None or p.using:
+        return
+    if p.keeper != me.role.name:
+        p.keep(heard.speaker, now)
+        _wait(me, p, now)
+
+
+def _wait(me: Knowledge, p: Pass, ask_s: float) -> None:
+    """Ask again at that time, if this robot wants it."""
+    if p.wanted_s is not None:
+        p.answer_s, p.ask_s = math.inf, max(ask_s, p.again_s)
+        me.floor.withdraw(p.topic)
+
+
+REACTIONS: Reactions = {m.PlaceWanted: wanted, m.PlaceGiven: given, m.PlaceFree: free}
