@@ -16,7 +16,7 @@ from hil_fakes.word_body import SPEED_M_S, Body
 from hil_fakes.word_channel import WordChannel
 from hil_fakes.word_lengths import WordLengths
 from hil_fakes.word_mishearing import misheard
-from hil_fakes.word_occurrences import counted
+from hil_fakes.word_occurrences import counted, times
 from hil_fakes.word_seals import WordSeals as WordSeals
 from hil_fakes.word_setup import Outage as Outage
 from hil_fakes.word_setup import WordPlan as WordPlan
@@ -117,7 +117,7 @@ class WordMission:
         return all(r.board.all_done for r in self.robots.values())
 
     def result(self, ended_s: float) -> WordResult:
-        counts = [self.watered[task.number] for task in self.plan.tasks]
+        counts = [times(task, self.watered[task.number]) for task in self.plan.tasks]
         return WordResult(
             lost=sum(n == 0 for n in counts),
             duplicates=sum(max(n - 1, 0) for n in counts),

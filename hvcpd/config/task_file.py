@@ -53,6 +53,9 @@ MAX_ACTIONS = 100
 MAX_DISTANCE_M = 50
 """Coordinates and distances; beyond, robots are out of each other's hearing (some 10 m) by far."""
 
+MAX_ROBOTS = 20
+"""Robots that do one task together."""
+
 MAX_PRIORITY = 9
 """Ten levels are more than anybody keeps apart."""
 
@@ -110,12 +113,13 @@ class _TaskEntry:
     priority: int = field(default=0, metadata=between(0, MAX_PRIORITY))
     after: tuple[int, ...] = ()
     deadline: str = field(default="", metadata=checked(_valid_deadline))
+    robots: int = field(default=1, metadata=between(1, MAX_ROBOTS))
 
     def definition(self) -> TaskDefinition:
         place = self.place.place() if self.place else None
         there = (GoTo(place),) if place else ()
         every = Recurrence(self.every) if self.every else None
-        due = (self.priority, frozenset(self.after), interval_s(self.deadline))
+        due = (self.priority, frozenset(self.after), interval_s(self.deadline), self.robots)
         actions: list[Action] = []
         for entry in self.actions:
             actions += (entry.action,) if entry.action is not None else there

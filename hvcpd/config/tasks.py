@@ -99,6 +99,8 @@ class TaskDefinition:
     """The numbers of the tasks that must be done before it."""
     deadline_s: float | None = None
     """Time from becoming due to being late, s; among equals, the one that is late soonest is done first."""
+    robots: int = 1
+    """How many robots carry it out, all at the same time."""
 
     @property
     def places(self) -> tuple[Place, ...]:

@@ -9,6 +9,7 @@ from hvcpd.config.tasks import Place, TaskDefinition, Use, Wait
 from hvcpd.coordination.board import CLAIMED, OPEN
 from hvcpd.coordination.knowledge import Knowledge
 from hvcpd.coordination.peers import Peer
+from hvcpd.coordination.states import State
 
 CALLS_MAX = 3
 """How often robots are called for before the one that gives orders does the tasks itself."""
@@ -22,6 +23,8 @@ MARGIN_S = 10.0
 
 def claims_max(me: Knowledge, now: float) -> int:
     """How often a sentence that somebody should confirm is said: most often if others are heard all the while."""
+    if me.current.task is not None and me.board[me.current.task].is_shared:
+        return me.timing.claims_max if me.state is State.CHECKING else me.timing.repeats_max
     if not me.peers.present(now):
         return me.timing.claims_alone
     talkers = me.peers.last_heard_s > me.current.asked_since_s
@@ -46,7 +49,28 @@ def in_name_conflict(me: Knowledge, now: float) -> bool:
 
 
 def task_is_free(me: Knowledge, now: float) -> bool:
-    return bool(me.board.free_for(me.role.name, now, me.role.unable))
+    return bool(_free(me, now))
+
+
+def _free(me: Knowledge, now: float) -> tuple[TaskDefinition, ...]:
+    """What this robot may claim; what takes several robots only with who has claimed it, or if so many have no task,
+    and not so soon after it has called for others in vain."""
+    me.board.expire(now, me.my_tasks())
+    free = me.board.free_for(me.role.name, now, me.role.unable)
+    if all(t.robots == 1 for t in free):
+        return free
+    idle = 1 + _free_others(me, now)
+    return tuple(t for t in free if t.robots == 1 or (me.board[t.number].call_s <= now and _can_be_shared(me, t, idle)))
+
+
+def _can_be_shared(me: Knowledge, task: TaskDefinition, idle: int) -> bool:
+    return task.robots <= idle or me.board[task.number].has_room
+
+
+def next_call_s(me: Knowledge, now: float) -> float | None:
+    """When others may be called for again to do a task with; None if for none."""
+    later = [e.call_s for e in me.board.entries() if e.call_s > now]
+    return min(later, default=None)
 
 
 def claims_at_once(me: Knowledge, now: float) -> bool:
@@ -58,22 +82,27 @@ def claims_at_once(me: Knowledge, now: float) -> bool:
 def tasks_to_claim(me: Knowledge, now: float) -> tuple[int, ...]:
     """What is free: of the most urgent tasks, one that is drawn or the nearest one; and where air is scarce another
     one, the nearest to its place. None, if nothing is free. What recurs is claimed alone, for its report tells
-    which time it was."""
-    free = _most_urgent(me, me.board.free_for(me.role.name, now, me.role.unable))
+    which time it was, and so is what takes several robots."""
+    free = _most_urgent(me, _free(me, now))
     if not free:
         return ()
+    free = tuple(t for t in free if me.board[t.number].has_room) or free  # somebody waits for it
     here = me.body.here or Place(0.0, 0.0)
     first = _nearest(here, free) if me.role.nearest_first else me.rng.choice(free)
-    others = [t for t in free if t is not first and t.every is None and me.board[t.number].state == OPEN]
-    if first.every is not None or len(others) <= _free_others(me, now) or not _air_is_scarce(me, first, here, now):
+    others = [t for t in free if t is not first and _is_plain(t) and me.board[t.number].state == OPEN]
+    if not _is_plain(first) or len(others) <= _free_others(me, now) or not _air_is_scarce(me, first, here, now):
         return (first.number,)
     return first.number, _nearest(first.place or here, others).number
 
 
+def _is_plain(task: TaskDefinition) -> bool:
+    return task.every is None and task.robots == 1
+
+
 def _free_others(me: Knowledge, now: float) -> int:
     """The number of others who have no task: one is left for each of them."""
-    owners = {e.owner.lower() for e in me.board.entries() if e.state == CLAIMED and e.owner is not None}
-    return len(me.expected(now) - owners)
+    busy = {name.lower() for e in me.board.entries() if e.state == CLAIMED for name in e.team}
+    return len(me.expected(now) - busy)
 
 
 def _air_is_scarce(me: Knowledge, task: TaskDefinition, here: Place, now: float) -> bool:
@@ -110,7 +139,7 @@ def _most_urgent(me: Knowledge, tasks: tuple[TaskDefinition, ...]) -> tuple[Task
 def may_claim_with_report(me: Knowledge, now: float) -> bool:
     """Whether a volunteer that reports its task as done, for the first time, claims another one in the same breath."""
     report = me.board[me.report.task] if me.report.task is not None else None
-    done = report is not None and not me.report.failed and not report.is_changed
+    done = report is not None and not me.report.failed and not report.is_changed and not report.is_shared
     return done and me.current.partner is None and me.current.repeats == 0 and may_volunteer(me, now)
 
 
@@ -124,6 +153,8 @@ def _nearest(here: Place, tasks: Sequence[TaskDefinition]) -> TaskDefinition:
 
 def is_assured(me: Knowledge, now: float) -> bool:
     """Whether nobody can take the robot's task over before it is carried out."""
+    if me.board[me.my_task()].is_shared:
+        return False  # all begin together
     if me.current.partner is not None or not me.peers.present(now):
         return True
     if now - me.missed.last_s < me.timing.bad_air_s or me.current.owner_before not in (None, me.role.name):
@@ -156,4 +187,4 @@ def is_at_work(me: Knowledge, peer: Peer, now: float) -> bool:
     if peer.assigned is None:
         return False
     entry = me.board[peer.assigned]
-    return entry.state == CLAIMED and entry.owner == peer.name and now < entry.lease_end_s
+    return peer.name in entry.team and now < entry.lease_end_s

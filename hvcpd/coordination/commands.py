@@ -70,7 +70,8 @@ def _refusal(me: Knowledge, task: m.TaskRef, entry: Entry | None, now: float) ->
         return m.Unable(task)
     if me.state is State.STOPPED:
         return m.Stopped()
-    return None if me.state in FREE else m.Busy()
+    has_others = len(entry.team) == entry.definition.robots > 1 and me.role.name not in entry.team
+    return None if me.state in FREE and not has_others else m.Busy()
 
 
 def answers_order(me: Knowledge, heard: Heard) -> bool:

@@ -20,6 +20,7 @@ from hvcpd.coordination import (
     repair,
     saying,
     schedule,
+    teaming,
     trusting,
 )
 from hvcpd.coordination.actions import Action, Rng, Role, SaveChange, SaveDue, SavePeer, SaveTask, Timing
@@ -152,6 +153,7 @@ class Coordination:
         intent = self.knowledge.floor.ended(now, order)
         if intent is not None and intent.trigger is not None:
             fire(self.knowledge, intent.trigger, now)
+        teaming.settle(self.knowledge, now)
 
     def performed(self, now: float) -> None:
         """The actions of the last `Perform` are carried out."""

@@ -4,7 +4,18 @@ from __future__ import annotations
 
 from functools import partial
 
-from hvcpd.coordination import answers, changing, choosing, claims, commands, composing, earshot, relaying, repair
+from hvcpd.coordination import (
+    answers,
+    changing,
+    choosing,
+    claims,
+    commands,
+    composing,
+    earshot,
+    relaying,
+    repair,
+    teaming,
+)
 from hvcpd.coordination.addressing import is_for, must_spell_for
 from hvcpd.coordination.floor import Intent, Urgency
 from hvcpd.coordination.knowledge import Heard, Knowledge, Reactions
@@ -94,6 +105,7 @@ def _let_go(me: Knowledge, heard: Heard, s: m.Stopped | m.Leaving) -> None:
     if name is None:
         return
     for entry in me.board.entries():
+        teaming.gone(me, name, entry.definition.number, heard.now)
         if entry.owner == name:
             me.board.release(entry.definition.number)
             claims.release_assignment(me, name, entry.definition.number)

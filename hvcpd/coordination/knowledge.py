@@ -49,6 +49,15 @@ class Current:
     """How often the sentence that waits for an answer was said without one."""
     asked_since_s: float = NEVER_S
     """When that sentence was first said."""
+    there: bool = False
+    """It has said that it is at the task's place;"""
+    told: frozenset[str] = frozenset()
+    """Of a task for several robots: whom this robot has told that it does it with them, or, at its place, that it
+    begins, since it last said that it is there;"""
+    promised: frozenset[str] = frozenset()
+    """whom it has told so at all;"""
+    agreed: frozenset[str] = frozenset()
+    """and who has said so, being there, to this robot."""
 
     def clear(self) -> None:
         """Nothing is settled or carried out any more."""
