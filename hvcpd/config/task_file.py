@@ -266,19 +266,23 @@ def _read_action(value: Any, converter: Converter, skills: tuple[str, ...]) -> _
 
 
 def load_tasks(
-    path: Path, sounds_alike: SoundsAlike | None = None, changes: TaskChanges | None = None
+    path: Path,
+    sounds_alike: SoundsAlike | None = None,
+    changes: TaskChanges | None = None,
+    robots: int = MAX_ROBOTS,
 ) -> TaskRepository:
     """Read the task repository in the file `path`, with what `changes` add and leave out.
 
     Checked are: numbers from 1 to 99 and names, each given once; distances, angles and waits within bounds; that a
-    task with "go to place" has a place; and, if `sounds_alike` is given, that no two names are mistaken by ear.
+    task with "go to place" has a place; that no task takes more robots than the team has, which are `robots`; and, if
+    `sounds_alike` is given, that no two names are mistaken by ear.
     Raises ConfigError with every fault of the file.
     """
     document = (changes or TaskChanges()).applied_to(parse(read_bytes(path), str(path)))
     file = structure(
         document,
         _TaskFile,
-        lambda parts: _check(parts, sounds_alike),
+        lambda parts: _check(parts, sounds_alike, robots),
         {_ActionEntry: _reader(_declared(document)), _Alternatives: _read_alternatives},
     )
     return TaskRepository(
@@ -289,7 +293,7 @@ def load_tasks(
     )
 
 
-def _check(parts: Parts, sounds_alike: SoundsAlike | None) -> None:
+def _check(parts: Parts, sounds_alike: SoundsAlike | None, robots: int) -> None:
     numbers: dict[int, KeyPath] = {}
     names: list[tuple[str, KeyPath]] = []
     for index in range(parts.length(("tasks",))):
@@ -301,6 +305,9 @@ def _check(parts: Parts, sounds_alike: SoundsAlike | None) -> None:
         elif number is not None:
             numbers[number] = (*at, "number")
         names.append((parts.get((*at, "name"), str) or "", (*at, "name")))
+        if robots < (wanted := parts.get((*at, "robots"), int) or 1) <= MAX_ROBOTS:
+            text = f"the task takes {wanted} robots, and the team has {robots}; write fewer, or name more robots"
+            parts.fault((*at, "robots"), text)
         _check_place(parts, at)
     for index in range(parts.length(("other_tasks",))):
         path: KeyPath = ("other_tasks", index)

@@ -24,12 +24,15 @@ from hvcpd.language import messages as m
 AT_PLACE = frozenset({State.ANNOUNCING, State.CHECKING})
 """There, and waiting for the others."""
 
+SLOTS = 2
+"""Two who each believe that a third does it with them answer that one at the same time, but not over and over."""
+
 
 def contend(me: Knowledge, heard: Heard, other: str, entry: Entry, other_at_work: bool) -> None:
     """Somebody else claims a task for several robots, or is at its place."""
     number, now = entry.definition.number, heard.now
     me.board.expire(now, me.my_tasks())
-    if me.role.name in entry.half:  # perhaps the others have done theirs, and nobody has heard it of all
+    if me.role.name in entry.half and not _is_in(me, number):  # perhaps the others have done theirs, and nobody has heard it of all
         composing.answer(me, None, f"done {number}", composing.done(me, number), now, call=other)
     if not _is_in(me, number):
         lease_end_s = me.lease_end_s(now) if other_at_work else now + me.timing.unconfirmed_lease_s
@@ -91,7 +94,7 @@ def _agree(me: Knowledge, other: str, number: int, now: float, begins: bool = Fa
     def note() -> None:
         me.current.told |= {other}
         if begins:
-            me.current.promised |= {other}
+            me.current.there, me.current.promised = True, me.current.promised | {other}
 
     _tell(me, other, m.Confirmed(m.TaskByNumber(number)), number, now, note)
 
@@ -105,8 +108,8 @@ def _tell(
     on_said: Callable[[], None] = nothing,
 ) -> None:
     """Answer another one that has spoken of the task, as long as this robot is in on it."""
-    still = partial(_is_in, me, number)
-    composing.answer(me, other, f"with {other}", statement, now, OWNER_SLOT, still=still, on_said=on_said)
+    still, slot = partial(_is_in, me, number), OWNER_SLOT + int(me.rng.random() * SLOTS)
+    composing.answer(me, other, f"with {other}", statement, now, slot, still=still, on_said=on_said)
 
 
 def settle(me: Knowledge, now: float) -> None:

@@ -336,3 +336,12 @@ def test_a_deadline_is_a_time_and_a_priority_small(tmp_path: Path) -> None:
     assert "write for example `30 min`" in told[0]
     assert "priority" in told[1]
     assert "after" in told[2]
+
+
+def test_a_task_takes_no_more_robots_than_the_team_has(tmp_path: Path) -> None:
+    path = tmp_path / "tasks.yaml"
+    path.write_text(three("robots: 2", "robots: 1", ""))
+    assert [task.robots for task in load_tasks(path, robots=2).tasks] == [2, 1, 1]
+    with pytest.raises(ConfigError, match="5: the task takes 2 robots, and the team has 1; write fewer, or name more"):
+        load_tasks(path, robots=1)
+    assert "robots" in faults(tmp_path, three("robots: 0", "", ""))[0]

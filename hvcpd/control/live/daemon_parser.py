@@ -209,6 +209,7 @@ def _add_task(commands: Commands, run: Run) -> None:
     add.add_argument("--after", metavar="N,N", help="tasks that must be done before it")
     add.add_argument("--priority", type=int, metavar="0-9", help="of tasks that can be done, the highest comes first")
     add.add_argument("--deadline", metavar="TIME", help="so long after it became due it is late: `30 min`")
+    add.add_argument("--robots", type=int, metavar="N", help="so many carry it out together")
 
 
 def _add(commands: Commands, name: str, text: str, run: Run, *examples: str) -> argparse.ArgumentParser:
