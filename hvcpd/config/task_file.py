@@ -114,12 +114,13 @@ class _TaskEntry:
     after: tuple[int, ...] = ()
     deadline: str = field(default="", metadata=checked(_valid_deadline))
     robots: int = field(default=1, metadata=between(1, MAX_ROBOTS))
+    on_demand: bool = False
 
     def definition(self) -> TaskDefinition:
         place = self.place.place() if self.place else None
         there = (GoTo(place),) if place else ()
         every = Recurrence(self.every) if self.every else None
-        due = (self.priority, frozenset(self.after), interval_s(self.deadline), self.robots)
+        due = (self.priority, frozenset(self.after), interval_s(self.deadline), self.robots, self.on_demand)
         actions: list[Action] = []
         for entry in self.actions:
             actions += (entry.action,) if entry.action is not None else there
@@ -306,8 +307,10 @@ def _check(parts: Parts, sounds_alike: SoundsAlike | None, robots: int) -> None:
             numbers[number] = (*at, "number")
         names.append((parts.get((*at, "name"), str) or "", (*at, "name")))
         if robots < (wanted := parts.get((*at, "robots"), int) or 1) <= MAX_ROBOTS:
-            text = f"the task takes {wanted} robots, and the team has {robots}; write fewer, or name more robots"
-            parts.fault((*at, "robots"), text)
+            told = f"the task takes {wanted} robots, and the team has {robots}; write fewer, or name more robots"
+            parts.fault((*at, "robots"), told)
+        if parts.get((*at, "on_demand"), bool) and parts.has((*at, "every")):
+            parts.fault((*at, "on_demand"), "what recurs is due without being asked for; leave one of the two out")
         _check_place(parts, at)
     for index in range(parts.length(("other_tasks",))):
         path: KeyPath = ("other_tasks", index)

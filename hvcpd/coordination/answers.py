@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Collection
 
-from hvcpd.coordination import claims, teaming
+from hvcpd.coordination import claims, commands, teaming
 from hvcpd.coordination.addressing import is_for_me_alone
 from hvcpd.coordination.board import CLAIMED, DONE, Entry
 from hvcpd.coordination.knowledge import Heard, Knowledge, Reactions
@@ -146,4 +146,13 @@ def _note_left_out(me: Knowledge, entry: Entry, speaker: str | None, now: float)
         me.board.complete(number, None, hearsay=True, told_by=speaker)
 
 
-REACTIONS: Reactions = {m.Left: left, m.Confirmed: confirmed, m.Negative: negative}
+def _unknown(me: Knowledge, heard: Heard, s: m.Unknown) -> None:
+    """Somebody has not been told of the task: an order is refused, and nothing speaks against a claim or a report."""
+    entry = me.board.find(s.task)
+    if commands.answers_order(me, heard):
+        commands.unable(me, heard, s)
+    elif entry is not None and not entry.is_shared:
+        confirmed(me, heard, m.Confirmed(s.task))
+
+
+REACTIONS: Reactions = {m.Left: left, m.Confirmed: confirmed, m.Negative: negative, m.Unknown: _unknown}

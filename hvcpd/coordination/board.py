@@ -39,8 +39,8 @@ class Entry:
     due_s: float | None = None
     """Of a task that recurs: when the occurrence was due that all of this is about, s since 1970; None: unknown."""
     is_due: bool = False
-    """It became due again while this robot was listening: a list of what is left may come from somebody whose time has
-    not come, and does not tell that it is done."""
+    """It became due, or was added, while this robot was listening: a list of what is left may come from somebody whose
+    time has not come, or who does not know it, and does not tell that it is done."""
     change: int = 0
     """The last change of it that is known, by its number; 0: none was made."""
     is_changed: bool = False
@@ -109,9 +109,10 @@ class Board:
     ) -> None:
         self._entries: dict[int, Entry] = {}
         for task in tasks:
-            state, owner = remembered.get(task.number, (OPEN, None))
-            done_by = owner if state == DONE else None
-            self._entries[task.number] = Entry(task, state, owner, lease_end_s, done_by=done_by)
+            self._entries[task.number] = new = _new(task)
+            new.state, new.owner = remembered.get(task.number, (new.state, None))
+            new.done_by, new.lease_end_s = new.owner if new.state == DONE else None, lease_end_s
+            new.skipped = new.skipped and new.state == DONE and new.owner is None
         self._numbers: dict[str, int] = {}
         self._not_sure = sum(not e.known_done for e in self._entries.values())
         self.changed: list[int] = []
@@ -195,8 +196,9 @@ class Board:
         for number, task in new.items():
             entry = self._entries.get(number)
             if entry is None or entry.gone:
-                self._not_sure += 1
-                self._entries[number] = Entry(task)
+                self._entries[number] = new_entry = _new(task)
+                new_entry.is_due = True  # others who have not been told of it leave it out of their lists
+                self._not_sure += not task.on_demand
                 self.changed.append(number)
             else:
                 entry.definition = task
@@ -321,6 +323,13 @@ class Board:
         entry.state, entry.owner, entry.hearsay, entry.firm = state, owner, hearsay, False
         entry.told_by = None
         entry.skipped = entry.skipped and state == DONE
+
+
+def _new(task: TaskDefinition) -> Entry:
+    """What is known of a task that nobody has spoken of."""
+    if not task.on_demand:
+        return Entry(task)
+    return Entry(task, DONE, skipped=True, change=1)  # all know that it is left out, as if somebody had told them so
 
 
 def _is_another(task: TaskDefinition, new: Mapping[int, TaskDefinition]) -> bool:

@@ -49,6 +49,8 @@ def claim(me: Knowledge, heard: Heard, s: m.Claim) -> None:
             confirm_at_once(me, speaker, now)  # our confirmation was lost
         else:
             _settle(me, heard, speaker, s.tasks, False)
+    else:
+        _tell_unknown(me, heard, speaker, s.tasks)
 
 
 def working(me: Knowledge, heard: Heard, s: m.Working) -> None:
@@ -61,6 +63,15 @@ def _settle(me: Knowledge, heard: Heard, other: str, refs: Sequence[m.TaskRef], 
     good = contend(me, heard, other, refs, at_work)
     if good and not isinstance(heard.to, m.ToRobot):
         _confirm_in_turn(me, other, good, heard.now)
+
+
+def _tell_unknown(me: Knowledge, heard: Heard, other: str, refs: Sequence[m.TaskRef]) -> None:
+    """This robot has not been told of a task that somebody speaks of to many, and so has nothing against it; those who
+    have been speak first."""
+    ref, now = refs[0], heard.now
+    if isinstance(ref, m.TaskByNumber) and not isinstance(heard.to, m.ToRobot) and me.state not in NEWCOMER:
+        slot = confirming_slot(me, now) + UNSURE_SLOTS + me.rank_with_unheard(other, ref.number, now)
+        composing.answer(me, other, f"confirm {other}", m.Unknown(ref), now, slot, call=other, tentative=True)
 
 
 def contend(me: Knowledge, heard: Heard, other: str, refs: Sequence[m.TaskRef], other_at_work: bool) -> tuple[int, ...]:
@@ -192,6 +203,8 @@ def _confirm_in_turn(me: Knowledge, name: str, numbers: tuple[int, ...], now: fl
 def completed(me: Knowledge, heard: Heard, s: m.Completed) -> None:
     speaker, now = heard.speaker, heard.now
     upon = tuple(entry.definition.number for ref in s.tasks if (entry := me.board.find(ref)) is not None)
+    if not upon and speaker is not None and s.claim is None:
+        _tell_unknown(me, heard, speaker, s.tasks)
     if not upon or speaker is None:
         return
     objection = any(_is_objection(me, speaker, number, now) for number in upon)

@@ -36,7 +36,7 @@ SOMEBODY = ""
 """The call of who asks without a name."""
 
 
-def _order(me: Knowledge, heard: Heard, s: m.Order) -> None:
+def order(me: Knowledge, heard: Heard, s: m.Order) -> None:
     name, entry = heard.speaker, me.board.find(s.task)
     if name is None or not is_for_me_alone(me, heard.to):
         return
@@ -81,7 +81,7 @@ def answers_order(me: Knowledge, heard: Heard) -> bool:
     return ordered and heard.speaker == me.current.partner and is_for_me_alone(me, heard.to)
 
 
-def _unable(me: Knowledge, heard: Heard, _: m.Unable | m.Unknown) -> None:
+def unable(me: Knowledge, heard: Heard, _: m.Unable | m.Unknown) -> None:
     if answers_order(me, heard):
         fire(me, Trigger.REFUSED, heard.now)
 
@@ -159,9 +159,7 @@ def _telling(topic: str, tell: Callable[[Knowledge, str | None], m.Utterance], o
 
 
 REACTIONS: Reactions = {
-    m.Order: _order,
-    m.Unable: _unable,
-    m.Unknown: _unable,
+    m.Unable: unable,
     m.Busy: _gives_up,
     m.Distrusted: _gives_up,
     m.Stop: stop,

@@ -50,12 +50,11 @@ class Current:
     asked_since_s: float = NEVER_S
     """When that sentence was first said."""
     there: bool = False
-    """It has said that it is at the task's place;"""
+    """Of a task for several robots: it has said that it is at its place;"""
     told: frozenset[str] = frozenset()
-    """Of a task for several robots: whom this robot has told that it does it with them, or, at its place, that it
-    begins, since it last said that it is there;"""
+    """whom it has told since that it does the task with them;"""
     promised: frozenset[str] = frozenset()
-    """whom it has told so at all;"""
+    """whom it has told there at all;"""
     agreed: frozenset[str] = frozenset()
     """and who has said so, being there, to this robot."""
 

@@ -32,7 +32,9 @@ def contend(me: Knowledge, heard: Heard, other: str, entry: Entry, other_at_work
     """Somebody else claims a task for several robots, or is at its place."""
     number, now = entry.definition.number, heard.now
     me.board.expire(now, me.my_tasks())
-    if me.role.name in entry.half and not _is_in(me, number):  # perhaps the others have done theirs, and nobody has heard it of all
+    if me.role.name in entry.half and not _is_in(
+        me, number
+    ):  # perhaps the others have done theirs, and nobody has heard it of all
         composing.answer(me, None, f"done {number}", composing.done(me, number), now, call=other)
     if not _is_in(me, number):
         lease_end_s = me.lease_end_s(now) if other_at_work else now + me.timing.unconfirmed_lease_s
@@ -149,8 +151,8 @@ def confirmed(me: Knowledge, heard: Heard, number: int, complete: bool) -> bool:
 
 
 def overheard(me: Knowledge, one: str, other: str, entry: Entry, now: float) -> None:
-    """Two others have agreed on the task; who has claimed it, too, and is not needed, leaves it to them. Of two who have
-    agreed on it with the same third, it is the one whose name comes first in the alphabet that has it."""
+    """Two others have agreed on the task; who has claimed it, too, and is not needed, leaves it to them. Of two who
+    have agreed on it with the same third, the one whose name comes first in the alphabet has it."""
     number = entry.definition.number
     is_sure = me.state is not State.GOING or other not in entry.team or me.role.name.lower() < one.lower()
     if _is_in(me, number) and me.state not in PROPOSING and is_sure:
@@ -182,8 +184,8 @@ def moved_on(me: Knowledge, name: str, numbers: Collection[int], now: float) -> 
 
 
 def _has_ended(me: Knowledge, name: str, number: int, now: float) -> None:
-    """Somebody is not at the current task any more. If this robot has told it, at the place, that it begins, it has done
-    its part; but this robot may have missed its last word, and begins only now."""
+    """Somebody is not at the current task any more. If this robot has told it, at the place, that it begins, it has
+    done its part; but this robot may have missed its last word, and begins only now."""
     if me.state is State.ACTING or (me.state in AT_PLACE and name in me.current.promised):
         me.board.complete_part(number, name, me.lease_end_s(now))
         fire(me, Trigger.CONFIRMED, now)

@@ -345,3 +345,9 @@ def test_a_task_takes_no_more_robots_than_the_team_has(tmp_path: Path) -> None:
     with pytest.raises(ConfigError, match="5: the task takes 2 robots, and the team has 1; write fewer, or name more"):
         load_tasks(path, robots=1)
     assert "robots" in faults(tmp_path, three("robots: 0", "", ""))[0]
+
+
+def test_what_recurs_is_not_done_on_demand(tmp_path: Path) -> None:
+    assert [t.on_demand for t in load(tmp_path, three("on_demand: true", "", "")).tasks] == [True, False, False]
+    (fault,) = faults(tmp_path, three("on_demand: true\n    every: 6 h", "", ""))
+    assert fault == "F:5: what recurs is due without being asked for; leave one of the two out"
