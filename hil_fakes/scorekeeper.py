@@ -131,10 +131,11 @@ class Scorekeeper:
             self._announce(index)
         self._pending.clear()
         counts = {task.number: self._watered.get(task.number, []) for task in self._tasks.tasks}
-        times = [max(len(counts[task.number]) - task.robots + 1, 0) for task in self._tasks.tasks]
+        wanted = [task for task in self._tasks.tasks if not task.on_demand]
+        times = [max(len(counts[task.number]) - task.robots + 1, 0) for task in wanted]
         said = [s.said for s in self._sentences]
         return Summary(
-            tasks=len(counts),
+            tasks=len(wanted),
             done={t.name: " and ".join(counts[t.number][: t.robots]) for t in self._tasks.tasks if counts[t.number]},
             duplicates=sum(max(n - 1, 0) for n in times),
             lost=times.count(0),
@@ -147,10 +148,6 @@ class Scorekeeper:
             seed=seed,
             mode=mode,
         )
-
-    def _name(self, number: int) -> str:
-        task = self._tasks.by_number(number)
-        return task.name if task else str(number)
 
 
 def _away_m(pose: Pose, place: Place) -> float:

@@ -117,7 +117,7 @@ class WordMission:
         return all(r.board.all_done for r in self.robots.values())
 
     def result(self, ended_s: float) -> WordResult:
-        counts = [times(task, self.watered[task.number]) for task in self.plan.tasks]
+        counts = [times(task, self.watered[task.number]) for task in self.plan.tasks if not task.on_demand]
         return WordResult(
             lost=sum(n == 0 for n in counts),
             duplicates=sum(max(n - 1, 0) for n in counts),

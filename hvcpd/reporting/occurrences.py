@@ -28,7 +28,7 @@ class Occurrence:
     """Whether its time is over: the next one has come, or it was due for long."""
     deeds: tuple[tuple[float, str], ...]
     robots: int = 1
-    """So many carry it out together."""
+    """Number of those who carry it out together."""
 
     @property
     def became(self) -> str:
@@ -60,7 +60,9 @@ def occurrences(
 
 
 def _times(task: TaskDefinition, begin_s: float, end_s: float) -> list[tuple[float, float | None]]:
-    """When a task was due, and when it is next."""
+    """When a task was due, and when it is next; what is done on demand never is."""
+    if task.on_demand:
+        return []
     if task.every is None:
         return [(begin_s, None)]
     times = []

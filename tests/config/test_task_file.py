@@ -351,3 +351,9 @@ def test_what_recurs_is_not_done_on_demand(tmp_path: Path) -> None:
     assert [t.on_demand for t in load(tmp_path, three("on_demand: true", "", "")).tasks] == [True, False, False]
     (fault,) = faults(tmp_path, three("on_demand: true\n    every: 6 h", "", ""))
     assert fault == "F:5: what recurs is due without being asked for; leave one of the two out"
+
+
+def test_a_number_that_yaml_takes_for_a_text_is_told_with_its_form(tmp_path: Path) -> None:
+    found = faults(tmp_path, three("place: {x_m: 1e1, y_m: 2}", "place: {x_m: two, y_m: 2}", ""))
+    assert found[0].endswith("x_m: expected a number, found the text '1e1'; write 1.0e+01, with a dot and a sign")
+    assert found[1].endswith("write it without quotes, as 1.5")
