@@ -131,12 +131,14 @@ class Scorekeeper:
             self._announce(index)
         self._pending.clear()
         counts = {task.number: self._watered.get(task.number, []) for task in self._tasks.tasks}
+        wanted = [task for task in self._tasks.tasks if not task.on_demand]
+        times = [max(len(counts[task.number]) - task.robots + 1, 0) for task in wanted]
         said = [s.said for s in self._sentences]
         return Summary(
-            tasks=len(counts),
-            done={self._name(n): by[0] for n, by in counts.items() if by},
-            duplicates=sum(max(len(by) - 1, 0) for by in counts.values()),
-            lost=sum(not by for by in counts.values()),
+            tasks=len(wanted),
+            done={t.name: " and ".join(counts[t.number][: t.robots]) for t in self._tasks.tasks if counts[t.number]},
+            duplicates=sum(max(n - 1, 0) for n in times),
+            lost=times.count(0),
             utterances_sent=len(said),
             utterances_understood=sum(self._understood(s) for s in self._sentences),
             collisions=_collisions(said),
@@ -146,10 +148,6 @@ class Scorekeeper:
             seed=seed,
             mode=mode,
         )
-
-    def _name(self, number: int) -> str:
-        task = self._tasks.by_number(number)
-        return task.name if task else str(number)
 
 
 def _away_m(pose: Pose, place: Place) -> float:

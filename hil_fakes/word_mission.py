@@ -16,7 +16,7 @@ from hil_fakes.word_body import SPEED_M_S, Body
 from hil_fakes.word_channel import WordChannel
 from hil_fakes.word_lengths import WordLengths
 from hil_fakes.word_mishearing import misheard
-from hil_fakes.word_occurrences import counted
+from hil_fakes.word_occurrences import counted, times
 from hil_fakes.word_seals import WordSeals as WordSeals
 from hil_fakes.word_setup import Outage as Outage
 from hil_fakes.word_setup import WordPlan as WordPlan
@@ -118,7 +118,7 @@ class WordMission:
         return all(r.board.all_done for r in self.robots.values())
 
     def result(self, ended_s: float) -> WordResult:
-        counts = [self.watered[task.number] for task in self.plan.tasks]
+        counts = [times(task, self.watered[task.number]) for task in self.plan.tasks if not task.on_demand]
         return WordResult(
             lost=sum(n == 0 for n in counts),
             duplicates=sum(max(n - 1, 0) for n in counts),
@@ -272,11 +272,11 @@ class WordMission:
         def finish() -> None:
             if body.job == job and self.robots.get(name) is robot:
                 body.halt(self.air.now)
-                self.performed(name, task, acts)
+                self.finish(name, task, acts)
 
         self.air.at(now + length_s, finish)
 
-    def performed(self, name: str, task: int, acts: bool) -> None:
+    def finish(self, name: str, task: int, acts: bool) -> None:
         """A robot has carried out what it was to; `acts`: that was the task itself, and not the way there."""
         robot, now = self.robots[name], self.air.now
         robot.sensed(here=self.bodies[name].place)

@@ -11,6 +11,11 @@ BEGIN_S = 1_700_000_000.0
 """When missions begin, s since 1970, where robots have clocks."""
 
 
+def times(task: TaskDefinition, acts: int) -> int:
+    """How often a task was carried out, by so many acts of single robots; less than all of one time are none."""
+    return max(acts - task.robots + 1, 0)
+
+
 def counted(
     tasks: Iterable[TaskDefinition],
     done: Sequence[tuple[float, int, str]],
@@ -26,9 +31,10 @@ def counted(
             following_s = task.every.next(due_s)
             if following_s is None or following_s > begin_s + length_s:
                 break
-            counts[task.number, due_s] = sum(
+            acts = sum(
                 number == task.number and due_s - SKEW_S <= begin_s + at_s < following_s - SKEW_S
                 for at_s, number, _ in done
             )
+            counts[task.number, due_s] = times(task, acts)
             due_s = following_s
     return counts

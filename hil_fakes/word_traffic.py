@@ -141,7 +141,7 @@ class TrafficMission(WordMission):
             self._begin_next(name)
         else:
             del self._routes[name]
-            self.performed(name, route.task, route.acts)
+            self.finish(name, route.task, route.acts)
 
     def _note_hold(self, name: str, held: bool) -> None:
         if held:

@@ -249,9 +249,18 @@ def _int(value: Any, _: Any) -> int:
     return value
 
 
+def _as_number(value: object) -> str:
+    """How what was meant as a number is written: YAML takes `1e9` for a text."""
+    try:
+        meant = float(value) if isinstance(value, str) and "e" in value.lower() else math.nan
+    except ValueError:
+        meant = math.nan
+    return f"write {meant:.1e}, with a dot and a sign" if math.isfinite(meant) else "write it without quotes, as 1.5"
+
+
 def _float(value: Any, _: Any) -> float:
     if isinstance(value, bool) or not isinstance(value, int | float):
-        raise FaultError(f"expected a number, found {describe(value)}; write it without quotes, for example 1.5")
+        raise FaultError(f"expected a number, found {describe(value)}; {_as_number(value)}")
     try:
         number = float(value)
     except OverflowError:

@@ -54,6 +54,9 @@ MAX_ACTIONS = 100
 MAX_DISTANCE_M = 50
 """Coordinates and distances; beyond, robots are out of each other's hearing (some 10 m) by far."""
 
+MAX_ROBOTS = 20
+"""Robots that do one task together."""
+
 MAX_PRIORITY = 9
 """Ten levels are more than anybody keeps apart."""
 
@@ -111,12 +114,14 @@ class _TaskEntry:
     priority: int = field(default=0, metadata=between(0, MAX_PRIORITY))
     after: tuple[int, ...] = ()
     deadline: str = field(default="", metadata=checked(_valid_deadline))
+    robots: int = field(default=1, metadata=between(1, MAX_ROBOTS))
+    on_demand: bool = False
 
     def definition(self) -> TaskDefinition:
         place = self.place.place() if self.place else None
         there = (GoTo(place),) if place else ()
         every = Recurrence(self.every) if self.every else None
-        due = (self.priority, frozenset(self.after), interval_s(self.deadline))
+        due = (self.priority, frozenset(self.after), interval_s(self.deadline), self.robots, self.on_demand)
         actions: list[Action] = []
         for entry in self.actions:
             actions += (entry.action,) if entry.action is not None else there
@@ -266,19 +271,23 @@ def _read_action(value: Any, converter: Converter, skills: tuple[str, ...]) -> _
 
 
 def load_tasks(
-    path: Path, sounds_alike: SoundsAlike | None = None, changes: TaskChanges | None = None
+    path: Path,
+    sounds_alike: SoundsAlike | None = None,
+    changes: TaskChanges | None = None,
+    robots: int = MAX_ROBOTS,
 ) -> TaskRepository:
     """Read the task repository in the file `path`, with what `changes` add and leave out.
 
     Checked are: numbers from 1 to 99 and names, each given once; distances, angles and waits within bounds; that a
-    task with "go to place" has a place; and, if `sounds_alike` is given, that no two names are mistaken by ear.
+    task with "go to place" has a place; that no task takes more robots than the team has, which are `robots`; and, if
+    `sounds_alike` is given, that no two names are mistaken by ear.
     Raises ConfigError with every fault of the file.
     """
     document = (changes or TaskChanges()).applied_to(parse(read_bytes(path), str(path)))
     file = structure(
         document,
         _TaskFile,
-        lambda parts: _check(parts, sounds_alike),
+        lambda parts: _check(parts, sounds_alike, robots),
         {_ActionEntry: _reader(_declared(document)), _Alternatives: _read_alternatives},
     )
     return TaskRepository(
@@ -290,7 +299,7 @@ def load_tasks(
     )
 
 
-def _check(parts: Parts, sounds_alike: SoundsAlike | None) -> None:
+def _check(parts: Parts, sounds_alike: SoundsAlike | None, robots: int) -> None:
     numbers: dict[int, KeyPath] = {}
     names: list[tuple[str, KeyPath]] = []
     for index in range(parts.length(("tasks",))):
@@ -302,6 +311,11 @@ def _check(parts: Parts, sounds_alike: SoundsAlike | None) -> None:
         elif number is not None:
             numbers[number] = (*at, "number")
         names.append((parts.get((*at, "name"), str) or "", (*at, "name")))
+        if robots < (wanted := parts.get((*at, "robots"), int) or 1) <= MAX_ROBOTS:
+            told = f"the task takes {wanted} robots, and the team has {robots}; write fewer, or name more robots"
+            parts.fault((*at, "robots"), told)
+        if parts.get((*at, "on_demand"), bool) and parts.has((*at, "every")):
+            parts.fault((*at, "on_demand"), "what recurs is due without being asked for; leave one of the two out")
         _check_place(parts, at)
     for index in range(parts.length(("other_tasks",))):
         path: KeyPath = ("other_tasks", index)

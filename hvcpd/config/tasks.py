@@ -100,6 +100,10 @@ class TaskDefinition:
     """The numbers of the tasks that must be done before it."""
     deadline_s: float | None = None
     """Time from becoming due to being late, s; among equals, the one that is late soonest is done first."""
+    robots: int = 1
+    """How many robots carry it out, all at the same time."""
+    on_demand: bool = False
+    """It is to be done only when somebody wants it done."""
 
     @property
     def places(self) -> tuple[Place, ...]:

@@ -133,8 +133,11 @@ def _own(name: str) -> str:
     return resources.files("hvcpd.console").joinpath("page", name).read_text(encoding="utf-8")
 
 
-_ACTS = {"stop": "", "resume": "", "again": "is done again", "skip": "is left out this time"}
-"""What the page can have done; of what becomes of a task, how that is told."""
+_FOR_ALL = {"again": "is done again", "skip": "is left out this time"}
+"""What the page can have done with a task by the whole team, and how what becomes of it is told;"""
+_FOR_ONE = {"add": "is taken up as soon as its words are known", "remove": "is gone"}
+"""and by this robot alone."""
+_ACTS = ("stop", "resume", *_FOR_ALL, *_FOR_ONE)
 
 _PARTS = frozenset(
     each.name for each in resources.files("hvcpd.console").joinpath("page").iterdir() if not each.name.endswith("html")
@@ -166,9 +169,15 @@ async def _act(wanted: dict[str, Any], ask: Ask, name: str) -> dict[str, Any]:
     """Change a task; or stop or resume this robot, and with `all` have it call the same to all others, after itself."""
     word = wanted["do"]
     if word not in ("stop", "resume"):
-        number = wanted.get("number")
-        done = await ask("task", do=word, number=number)
-        return {"told": f"task {number} {_ACTS[word]}: {name} tells the others", **done}
+        number, task = wanted.get("number"), wanted.get("task")
+        if word == "add":
+            done = await ask("task", do=word, task=task)
+            number = task.get("number") if isinstance(task, dict) else None
+        else:
+            done = await ask("task", do=word, number=number)
+        if word in _FOR_ONE:
+            return {"told": f"task {number} {_FOR_ONE[word]}; the others are not told: do the same for each", **done}
+        return {"told": f"task {number} {_FOR_ALL[word]}: {name} tells the others", **done}
     done = await ask(word)
     told = f"{name} is stopped" if word == "stop" else f"{name} may take on tasks again"
     if wanted.get("all") is True:

@@ -18,6 +18,9 @@ LOOK_S = 1.0
 """Between two looks at the state."""
 ANSWER_S = 5.0
 """A daemon that lives answers within some 0.05 s."""
+LEARNING = ("add", "remove")
+LEARN_S = 120.0
+"""To compare the words of new tasks with all others takes seconds, on a small computer many."""
 RETRY_S = (0.25, 0.5, 1.0, 2.0)
 """Waits before it is looked for again; the last one for ever."""
 MAX_LINE_BYTES = 4 * 1024 * 1024
@@ -82,7 +85,7 @@ class Link:
         answer = self._asked[number] = asyncio.get_running_loop().create_future()
         try:
             self._writer.write(json.dumps({"id": number, "command": command, **arguments}).encode() + b"\n")
-            async with asyncio.timeout(ANSWER_S):
+            async with asyncio.timeout(LEARN_S if arguments.get("do") in LEARNING else ANSWER_S):
                 await self._writer.drain()
                 reply = await answer
         except (TimeoutError, OSError):

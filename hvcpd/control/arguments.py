@@ -17,6 +17,17 @@ def robot_names(text: str) -> tuple[str, ...]:
     return names
 
 
+def task_number(text: str) -> int:
+    """A task's number, in digits or as it is spoken."""
+    from hvcpd.language.words import NUMBER_MAX, number_words, spoken_words
+
+    words = spoken_words(text)
+    found = next((number for number in range(1, NUMBER_MAX + 1) if number_words(number) == words), None)
+    if found is None:
+        raise argparse.ArgumentTypeError(f"{text[:40]!r} is no task's number; write for example 3")
+    return found
+
+
 def level_db(text: str) -> float:
     """A level of -200 to 200 dB."""
     try:

@@ -159,6 +159,9 @@ class Timing:
     within 24 s three times in four."""
     objection_s: float = 0.9
     """After a claim, besides a slot for each robot: recognition, reply gap, onset, and one for chance."""
+    others_s: float = 10.0
+    """Whoever is at the place of a task for several robots says so again after so long, if they are not there yet or
+    have not heard it; with the turn, and what it is held back for, three times as long."""
     answer_s: float = 4.0
     """Time for a read-back or a confirmation to begin before the sentence is repeated."""
     repeats_max: int = 3

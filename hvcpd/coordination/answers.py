@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Collection
 
-from hvcpd.coordination import claims
+from hvcpd.coordination import claims, commands, teaming
 from hvcpd.coordination.addressing import is_for_me_alone
 from hvcpd.coordination.board import CLAIMED, DONE, Entry
 from hvcpd.coordination.knowledge import Heard, Knowledge, Reactions
@@ -27,7 +27,14 @@ def confirmed(me: Knowledge, heard: Heard, s: m.Confirmed) -> None:
     elif me.state is State.READ_BACK:
         if me.current.partner in (None, heard.speaker):
             fire(me, Trigger.CONFIRMED_MOTION if me.current.motion is not None else Trigger.CONFIRMED, heard.now)
+    elif any(teaming.confirmed(me, heard, ref.number, s.complete) for ref in s.tasks if me.board.find(ref)):
+        return
     elif _is_meant(me, heard.speaker, s):
+        for entry in (me.board[number] for number in me.report.tasks if me.board[number].is_shared):
+            if s.complete:
+                me.board.complete(entry.definition.number, me.role.name)
+            elif entry.known_done:
+                claims.tell_done(me, heard.speaker, entry, heard.now)  # that one has missed another's part
         me.current.assured_s = me.lease_end_s(me.current.claimed_s)
         if me.report.said:
             me.report.task = me.report.before = None
@@ -58,14 +65,17 @@ def _note_one_confirmed(
 ) -> None:
     """The same of one of the tasks that were `confirmed`."""
     entry = me.board[number]
+    if entry.is_shared and not entry.known_done and not entry.parts and not complete:
+        teaming.overheard(me, speaker, owner, entry, now)
+        return
     if number in me.my_tasks():
         if complete and not claims.doubts(me, owner, number, False, now):
-            claims.note_done(me, owner, number, now)
+            claims.note_done(me, owner, number, now, whole=True)
         return
-    if entry.known_done and entry.owner != owner and not complete:
+    if entry.known_done and (entry.owner != owner or entry.is_shared) and not complete:
         claims.tell_done(me, owner, entry, now)  # its claim was not heard here, or this robot's objection there
     if complete:
-        claims.note_done(me, owner, number, now)
+        claims.note_done(me, owner, number, now, whole=True)
         me.reconsider(now)
     free_to_claim = entry.owner in (owner, speaker) or not entry.firm or now >= entry.lease_end_s
     if entry.state != DONE and free_to_claim:
@@ -136,4 +146,13 @@ def _note_left_out(me: Knowledge, entry: Entry, speaker: str | None, now: float)
         me.board.complete(number, None, hearsay=True, told_by=speaker)
 
 
-REACTIONS: Reactions = {m.Left: left, m.Confirmed: confirmed, m.Negative: negative}
+def _unknown(me: Knowledge, heard: Heard, s: m.Unknown) -> None:
+    """Somebody has not been told of the task: an order is refused, and nothing speaks against a claim or a report."""
+    entry = me.board.find(s.task)
+    if commands.answers_order(me, heard):
+        commands.unable(me, heard, s)
+    elif entry is not None and not entry.is_shared:
+        confirmed(me, heard, m.Confirmed(s.task))
+
+
+REACTIONS: Reactions = {m.Left: left, m.Confirmed: confirmed, m.Negative: negative, m.Unknown: _unknown}

@@ -43,8 +43,8 @@ class Entry:
     due_s: float | None = None
     """Of a task that recurs: when the occurrence was due that all of this is about, s since 1970; None: unknown."""
     is_due: bool = False
-    """It became due again while this robot was listening: a list of what is left may come from somebody whose time has
-    not come, and does not tell that it is done."""
+    """It became due, or was added, while this robot was listening: a list of what is left may come from somebody whose
+    time has not come, or who does not know it, and does not tell that it is done."""
     change: int = 0
     """The last change of it that is known, by its number; 0: none was made."""
     is_changed: bool = False
@@ -63,10 +63,35 @@ class Entry:
     """and by whom."""
     acted_s: float = -math.inf
     """When this robot itself did it last."""
+    helpers: frozenset[str] = frozenset()
+    """Of a task for several robots: who does it with its owner."""
+    parts: frozenset[str] = frozenset()
+    """Who of them has done its part."""
+    half: frozenset[str] = frozenset()
+    """Who did its part of it before the others were no longer heard of."""
+    calls: int = 0
+    """How often this robot has called for others to do it with, in vain,"""
+    call_s: float = -math.inf
+    """and when it may do so again."""
 
     @property
     def recurs(self) -> bool:
         return self.definition.every is not None
+
+    @property
+    def is_shared(self) -> bool:
+        """Whether it takes several robots."""
+        return self.definition.robots > 1
+
+    @property
+    def team(self) -> frozenset[str]:
+        """Who has it: its owner, and those who do it with it."""
+        return self.helpers | {self.owner} if self.owner is not None and self.state == CLAIMED else frozenset()
+
+    @property
+    def has_room(self) -> bool:
+        """Whether it was claimed, and needs more robots than have said that they will do it."""
+        return 0 < len(self.team) < self.definition.robots and not self.parts
 
     @property
     def known_done(self) -> bool:
@@ -88,9 +113,10 @@ class Board:
     ) -> None:
         self._entries: dict[int, Entry] = {}
         for task in tasks:
-            state, owner = remembered.get(task.number, (OPEN, None))
-            done_by = owner if state == DONE else None
-            self._entries[task.number] = Entry(task, state, owner, lease_end_s, done_by=done_by)
+            self._entries[task.number] = new = _new(task)
+            new.state, new.owner = remembered.get(task.number, (new.state, None))
+            new.done_by, new.lease_end_s = new.owner if new.state == DONE else None, lease_end_s
+            new.skipped = new.skipped and new.state == DONE and new.owner is None
         self._numbers: dict[str, int] = {}
         self._not_sure = sum(not e.known_done for e in self._entries.values())
         self.changed: list[int] = []
@@ -121,6 +147,11 @@ class Board:
         return any(entry.definition.every is not None for entry in self._entries.values())
 
     @property
+    def shares(self) -> bool:
+        """Whether anything takes several robots."""
+        return any(entry.is_shared for entry in self._entries.values())
+
+    @property
     def all_done(self) -> bool:
         """Every task is known to be done; hearsay is not enough."""
         return self._not_sure == 0
@@ -146,7 +177,7 @@ class Board:
         own = tuple(e.definition for e in live if e.state == CLAIMED and e.owner == robot)
         if own:
             return own
-        never_claimed = tuple(e.definition for e in live if e.state == OPEN)
+        never_claimed = tuple(e.definition for e in live if e.state == OPEN or (e.has_room and robot not in e.team))
         return never_claimed or tuple(e.definition for e in live if now >= e.lease_end_s)
 
     def can_begin(self, entry: Entry) -> bool:
@@ -169,8 +200,9 @@ class Board:
         for number, task in new.items():
             entry = self._entries.get(number)
             if entry is None or entry.gone:
-                self._not_sure += 1
-                self._entries[number] = Entry(task)
+                self._entries[number] = new_entry = _new(task)
+                new_entry.is_due = True  # others who have not been told of it leave it out of their lists
+                self._not_sure += not task.on_demand
                 self.changed.append(number)
             else:
                 entry.definition = task
@@ -183,10 +215,15 @@ class Board:
         return min(ends, default=None)
 
     def claim(self, number: int, owner: str | None, lease_end_s: float, firm: bool = True) -> None:
-        """Somebody (None: somebody unknown) has the task; what is known to be done stays so, and so does the longer
-        lease of a claim that is known to be firm."""
+        """Somebody (None: somebody unknown) has the task, or does it with whoever has it; what is known to be
+        done stays so, and so does the longer lease of a claim that is known to be firm."""
         entry = self._entries[number]
-        if entry.known_done:
+        if entry.known_done or owner in entry.parts:
+            return
+        if entry.is_shared and owner is not None and entry.team and owner != entry.owner:
+            if entry.has_room or owner in entry.helpers:
+                entry.helpers |= {owner}
+                entry.lease_end_s = max(lease_end_s, entry.lease_end_s)
             return
         if entry.state == CLAIMED and entry.owner == owner and entry.firm and not firm:
             lease_end_s, firm = max(lease_end_s, entry.lease_end_s), True
@@ -203,6 +240,45 @@ class Board:
     def release(self, number: int) -> None:
         if self._entries[number].state == CLAIMED:
             self._set(number, OPEN, None)
+
+    def pair(self, number: int, one: str, other: str, lease_end_s: float) -> None:
+        """These two are known to do the task together, whoever else has claimed it."""
+        entry = self._entries[number]
+        if not entry.known_done and not entry.parts:
+            known = entry.team & {one, other}
+            if not known:
+                self._set(number, OPEN, None)
+            elif entry.owner not in known:
+                self._set(number, CLAIMED, min(known))
+            for name in (one, other):
+                self.claim(number, name, lease_end_s)
+
+    def withdraw(self, number: int, name: str) -> None:
+        """Somebody does not do the task after all; without its owner it is open."""
+        entry = self._entries[number]
+        if entry.owner == name:
+            self.release(number)
+        entry.helpers -= {name}
+
+    def expire(self, now: float, own: Iterable[int]) -> None:
+        """Give back what several robots had and were not heard of for so long, but for this robot's `own` tasks."""
+        for number, entry in self._entries.items():
+            if entry.is_shared and entry.state == CLAIMED and now >= entry.lease_end_s and number not in own:
+                entry.half |= entry.parts
+                self.release(number)
+
+    def complete_part(self, number: int, name: str, lease_end_s: float) -> bool:
+        """Somebody has done its part of the task; whether that was the last part. Until then the others have it."""
+        entry = self._entries[number]
+        parts = entry.parts | {name}
+        if len(parts) >= entry.definition.robots:
+            self.complete(number, name)
+            return True
+        others = sorted(entry.team - parts)
+        self._set(number, CLAIMED, others[0] if others else None)
+        entry.helpers, entry.parts = frozenset(others[1:]), parts
+        entry.lease_end_s, entry.firm = lease_end_s, True
+        return False
 
     def complete(self, number: int, owner: str | None, hearsay: bool = False, told_by: str | None = None) -> None:
         """Done, and known to be so, is final; the first who did it keeps it."""
@@ -223,6 +299,7 @@ class Board:
     def reopen(self, number: int) -> None:
         """What was heard of this task was wrong."""
         self._set(number, OPEN, None)
+        self._entries[number].half = frozenset()
 
     def give_up(self, number: int, owner: str) -> None:
         """Free for others again; never again for its owner."""
@@ -240,12 +317,23 @@ class Board:
         entry = self._entries[number]
         self._not_sure += entry.known_done - (state == DONE and not hearsay)
         if (entry.state, entry.owner) != (state, owner):
-            entry.times_heard = 0
+            entry.times_heard, entry.helpers = 0, frozenset()
+        if state != CLAIMED:
+            entry.parts = frozenset()
+        if state == DONE:
+            entry.half = frozenset()
         if (entry.state, entry.owner, entry.hearsay) != (state, owner, hearsay):
             self.changed.append(number)
         entry.state, entry.owner, entry.hearsay, entry.firm = state, owner, hearsay, False
         entry.told_by = entry.way_m = None
         entry.skipped = entry.skipped and state == DONE
+
+
+def _new(task: TaskDefinition) -> Entry:
+    """What is known of a task that nobody has spoken of."""
+    if not task.on_demand:
+        return Entry(task)
+    return Entry(task, DONE, skipped=True, change=1)  # all know that it is left out, as if somebody had told them so
 
 
 def _is_another(task: TaskDefinition, new: Mapping[int, TaskDefinition]) -> bool:

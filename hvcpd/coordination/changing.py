@@ -10,7 +10,7 @@ from __future__ import annotations
 import math
 from dataclasses import replace
 
-from hvcpd.coordination import claims, composing, schedule
+from hvcpd.coordination import claims, commands, composing, schedule
 from hvcpd.coordination.addressing import OWNER_SLOT, UNSURE_SLOTS, is_for_me_alone, objection_slot
 from hvcpd.coordination.board import DONE, Entry
 from hvcpd.coordination.floor import Intent, Urgency
@@ -58,6 +58,15 @@ def changed(me: Knowledge, heard: Heard, s: m.Change) -> None:
         if not entry.change or not _is_so(entry, s.skip):
             _take(me, entry, _next(entry), s.skip, now)
         _answer(me, speaker, entry, now)
+
+
+def _ordered(me: Knowledge, heard: Heard, s: m.Order) -> None:
+    """What somebody wants all of them to do is a task that one of them is to do once more."""
+    entry = me.board.find(s.task)
+    if isinstance(heard.to, m.ToRobot):
+        commands.order(me, heard, s)
+    elif entry is not None and entry.state == DONE:
+        changed(me, heard, m.Change(m.TaskByNumber(entry.definition.number)))
 
 
 def _is_so(entry: Entry, skip: bool) -> bool:
@@ -230,4 +239,4 @@ def _is_of_another_time(me: Knowledge, entry: Entry, doer: str | None, count: in
     return count is None or _counted(entry, count) != entry.change
 
 
-REACTIONS: Reactions = {m.Change: changed}
+REACTIONS: Reactions = {m.Change: changed, m.Order: _ordered}

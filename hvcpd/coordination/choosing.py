@@ -10,6 +10,7 @@ from hvcpd.coordination import routes
 from hvcpd.coordination.board import CLAIMED, OPEN
 from hvcpd.coordination.knowledge import Knowledge
 from hvcpd.coordination.peers import Peer
+from hvcpd.coordination.states import State
 
 CALLS_MAX = 3
 """How often robots are called for before the one that gives orders does the tasks itself."""
@@ -21,6 +22,8 @@ MARGIN_S = 10.0
 
 def claims_max(me: Knowledge, now: float) -> int:
     """How often a sentence that somebody should confirm is said: most often if others are heard all the while."""
+    if me.current.task is not None and me.board[me.current.task].is_shared:
+        return me.timing.claims_max if me.state is State.CHECKING else me.timing.repeats_max
     if not me.peers.present(now):
         return me.timing.claims_alone + max(me.timing.greetings_max - me.acquaintance.greetings, 0)
     talkers = me.peers.last_heard_s > me.current.asked_since_s
@@ -45,7 +48,28 @@ def in_name_conflict(me: Knowledge, now: float) -> bool:
 
 
 def task_is_free(me: Knowledge, now: float) -> bool:
-    return bool(me.board.free_for(me.role.name, now, me.role.unable))
+    return bool(_free(me, now))
+
+
+def _free(me: Knowledge, now: float) -> tuple[TaskDefinition, ...]:
+    """What this robot may claim; what takes several robots only with who has claimed it, or if so many have no task,
+    and not so soon after it has called for others in vain."""
+    me.board.expire(now, me.my_tasks())
+    free = me.board.free_for(me.role.name, now, me.role.unable)
+    if all(t.robots == 1 for t in free):
+        return free
+    idle = 1 + _free_others(me, now)
+    return tuple(t for t in free if t.robots == 1 or (me.board[t.number].call_s <= now and _can_be_shared(me, t, idle)))
+
+
+def _can_be_shared(me: Knowledge, task: TaskDefinition, idle: int) -> bool:
+    return task.robots <= idle or me.board[task.number].has_room
+
+
+def next_call_s(me: Knowledge, now: float) -> float | None:
+    """When others may be called for again to do a task with; None if for none."""
+    later = [e.call_s for e in me.board.entries() if e.call_s > now]
+    return min(later, default=None)
 
 
 def claims_at_once(me: Knowledge, now: float) -> bool:
@@ -57,12 +81,13 @@ def claims_at_once(me: Knowledge, now: float) -> bool:
 def tasks_to_claim(me: Knowledge, now: float) -> tuple[int, ...]:
     """What is free: of the most urgent tasks, one that is drawn, or the first of the robot's route; and where air is
     scarce another one, the nearest to its place. None, if nothing is free, or others do it sooner. What recurs is
-    claimed alone, for its report tells which time it was."""
-    free = _most_urgent(me, me.board.free_for(me.role.name, now, me.role.unable))
+    claimed alone, for its report tells which time it was, and so is what takes several robots."""
+    free = _most_urgent(me, _free(me, now))
+    free = tuple(t for t in free if me.board[t.number].has_room) or free  # somebody waits for it
     route = _route(me, free, now)
-    if not route or route[0].every is not None:
+    if not route or not _is_plain(route[0]):
         return tuple(task.number for task in route[:1])
-    others = [t for t in route[1:] if t.every is None and me.board[t.number].state == OPEN]
+    others = [t for t in route[1:] if _is_plain(t) and me.board[t.number].state == OPEN]
     if len(others) <= _free_others(me, now) or not _air_is_scarce(me, route[0], now):
         return (route[0].number,)
     return route[0].number, others[0].number
@@ -70,17 +95,17 @@ def tasks_to_claim(me: Knowledge, now: float) -> tuple[int, ...]:
 
 def leaves_to_others(me: Knowledge, now: float) -> bool:
     """Whether others do all that is free sooner, as far as this robot knows."""
-    free = me.board.free_for(me.role.name, now, me.role.unable)
-    return me.role.nearest_first and not _route(me, _most_urgent(me, free), now)
+    return me.role.nearest_first and not _route(me, _most_urgent(me, _free(me, now)), now)
 
 
 def _route(me: Knowledge, free: Sequence[TaskDefinition], now: float) -> Sequence[TaskDefinition]:
-    """The tasks that this robot would do next, in order: where the air is scarce, to wait for others costs more than a
-    way, and there is no plan."""
+    """The tasks that this robot would do next, in order. There is no plan where the air is scarce, for to wait for
+    others costs more than a way, nor where a task takes several robots, for each of them goes."""
     if not free:
         return ()
     first = min(free, key=lambda task: _cost_s(me, task)) if me.role.nearest_first else me.rng.choice(free)
-    if me.role.nearest_first and not _air_is_scarce(me, first, now):
+    alone = all(task.robots == 1 for task in free)
+    if me.role.nearest_first and alone and not _air_is_scarce(me, first, now):
         return routes.own(me, free, now)
     return (first, *sorted((t for t in free if t is not first), key=lambda t: routes.cost_s(t, first.place)))
 
@@ -89,10 +114,14 @@ def _cost_s(me: Knowledge, task: TaskDefinition) -> float:
     return routes.cost_s(task, me.body.here or Place(0.0, 0.0))
 
 
+def _is_plain(task: TaskDefinition) -> bool:
+    return task.every is None and task.robots == 1
+
+
 def _free_others(me: Knowledge, now: float) -> int:
     """The number of others who have no task: one is left for each of them."""
-    owners = {e.owner.lower() for e in me.board.entries() if e.state == CLAIMED and e.owner is not None}
-    return len(me.expected(now) - owners)
+    busy = {name.lower() for e in me.board.entries() if e.state == CLAIMED for name in e.team}
+    return len(me.expected(now) - busy)
 
 
 def _air_is_scarce(me: Knowledge, task: TaskDefinition, now: float) -> bool:
@@ -117,12 +146,14 @@ def _most_urgent(me: Knowledge, tasks: tuple[TaskDefinition, ...]) -> tuple[Task
 def may_claim_with_report(me: Knowledge, now: float) -> bool:
     """Whether a volunteer that reports its task as done, for the first time, claims another one in the same breath."""
     report = me.board[me.report.task] if me.report.task is not None else None
-    done = report is not None and not me.report.failed and not report.is_changed
+    done = report is not None and not me.report.failed and not report.is_changed and not report.is_shared
     return done and me.current.partner is None and me.current.repeats == 0 and may_volunteer(me, now)
 
 
 def is_assured(me: Knowledge, now: float) -> bool:
     """Whether nobody can take the robot's task over before it is carried out."""
+    if me.board[me.my_task()].is_shared:
+        return False  # all begin together
     if me.current.partner is not None or not me.peers.present(now):
         return True
     if now - me.missed.last_s < me.timing.bad_air_s or me.current.owner_before not in (None, me.role.name):
@@ -155,4 +186,4 @@ def is_at_work(me: Knowledge, peer: Peer, now: float) -> bool:
     if peer.assigned is None:
         return False
     entry = me.board[peer.assigned]
-    return entry.state == CLAIMED and entry.owner == peer.name and now < entry.lease_end_s
+    return peer.name in entry.team and now < entry.lease_end_s

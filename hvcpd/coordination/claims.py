@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Collection, Sequence
 
-from hvcpd.coordination import bidding, commands, composing
+from hvcpd.coordination import bidding, commands, composing, teaming
 from hvcpd.coordination.addressing import (
     DOER_SLOT,
     OTHERS_SLOT,
@@ -49,6 +49,8 @@ def claim(me: Knowledge, heard: Heard, s: m.Claim) -> None:
             confirm_at_once(me, speaker, now)  # our confirmation was lost
         else:
             _settle(me, heard, speaker, s.tasks, False, s.way_m)
+    else:
+        _tell_unknown(me, heard, speaker, s.tasks)
 
 
 def working(me: Knowledge, heard: Heard, s: m.Working) -> None:
@@ -69,10 +71,20 @@ def _settle(
         _confirm_in_turn(me, other, good, heard.now)
 
 
+def _tell_unknown(me: Knowledge, heard: Heard, other: str, refs: Sequence[m.TaskRef]) -> None:
+    """This robot has not been told of a task that somebody speaks of to many, and so has nothing against it; those who
+    have been speak first."""
+    ref, now = refs[0], heard.now
+    if isinstance(ref, m.TaskByNumber) and not isinstance(heard.to, m.ToRobot) and me.state not in NEWCOMER:
+        slot = confirming_slot(me, now) + UNSURE_SLOTS + me.rank_with_unheard(other, ref.number, now)
+        composing.answer(me, other, f"confirm {other}", m.Unknown(ref), now, slot, call=other, tentative=True)
+
+
 def contend(me: Knowledge, heard: Heard, other: str, refs: Sequence[m.TaskRef], other_at_work: bool) -> tuple[int, ...]:
     """Somebody takes or has these tasks: their numbers if that is right as far as this robot knows; else it objects."""
     entries = [entry for ref in refs if (entry := me.board.find(ref)) is not None]
     _note_claim(me, other, entries, heard.now)
+    teaming.moved_on(me, other, [entry.definition.number for entry in entries], heard.now)
     good = [_contend_one(me, heard, other, entry, other_at_work) for entry in entries]
     known = len(entries) == len(refs) and all(good)
     return tuple(entry.definition.number for entry in entries) if known else ()
@@ -80,12 +92,15 @@ def contend(me: Knowledge, heard: Heard, other: str, refs: Sequence[m.TaskRef], 
 
 def _contend_one(me: Knowledge, heard: Heard, other: str, entry: Entry, other_at_work: bool) -> bool:
     number, now = entry.definition.number, heard.now
-    if entry.known_done and entry.owner != other:
+    if entry.known_done and (entry.owner != other or entry.is_shared):
         tell_done(me, other, entry, now)
         return False
     if entry.hearsay and entry.told_by is None and entry.owner != other:
         slot = confirming_slot(me, now) + UNSURE_SLOTS + me.rank_with_unheard(other, number, now)
         _deny(me, other, number, entry.owner, slot, now)
+        return False
+    if entry.is_shared:
+        teaming.contend(me, heard, other, entry, other_at_work)
         return False
     if number in me.my_tasks() and me.state in PROPOSING | AT_WORK:
         return _contend_for_own(me, heard, other, number, other_at_work)
@@ -151,10 +166,12 @@ def tell_done(me: Knowledge, other: str, entry: Entry, now: float) -> None:
     to, slot = None, DOER_SLOT
     if entry.skipped:
         to, statement = other, m.Change(m.TaskByNumber(number), True, composing.spoken_count(entry))
-    elif doer != me.role.name:
+    elif doer != me.role.name or entry.is_shared:
         to, slot = other, objection_slot(me, other, number, now)
         statement = m.Relayed(doer, statement) if doer is not None else m.Negative()
-        if doer is not None:
+        if entry.is_shared:
+            statement = m.Confirmed(m.TaskByNumber(number), complete=True)
+        elif doer is not None:
             me.report_quoted = QuotedReport(doer, number, now)
     composing.answer(me, to, f"done {number}", statement, now, slot, call=other, still=lambda: entry.known_done)
 
@@ -178,7 +195,7 @@ def _confirm_in_turn(me: Knowledge, name: str, numbers: tuple[int, ...], now: fl
     slot += UNSURE_SLOTS if others_know_more else 0
 
     def still() -> bool:
-        return complete or all(me.board[each].owner == name for each in numbers)
+        return complete or all(name in (me.board[each].owner, *me.board[each].parts) for each in numbers)
 
     def on_said() -> None:
         for each in numbers if sure else ():
@@ -193,6 +210,8 @@ def _confirm_in_turn(me: Knowledge, name: str, numbers: tuple[int, ...], now: fl
 def completed(me: Knowledge, heard: Heard, s: m.Completed) -> None:
     speaker, now = heard.speaker, heard.now
     upon = tuple(entry.definition.number for ref in s.tasks if (entry := me.board.find(ref)) is not None)
+    if not upon and speaker is not None and s.claim is None:
+        _tell_unknown(me, heard, speaker, s.tasks)
     if not upon or speaker is None:
         return
     objection = any(_is_objection(me, speaker, number, now) for number in upon)
@@ -222,7 +241,9 @@ def doubts(me: Knowledge, speaker: str, number: int, in_passing: bool, now: floa
     Who is at work says so to the speaker, who says it again if it is true; who only claims believes an objection, but
     not what is said in passing, with another claim: its own claim is said again, and can be objected to.
     """
-    if number not in me.my_tasks() or me.current.partner is not None or speaker == me.current.owner_before:
+    if number not in me.my_tasks() or me.current.partner is not None or me.board[number].is_shared:
+        return False
+    if speaker == me.current.owner_before:
         return False
     acting = me.state is State.ACTING and me.current.task == number
     at_work = me.state in AT_WORK and not acting
@@ -244,9 +265,13 @@ def _is_objection(me: Knowledge, speaker: str, number: int, now: float) -> bool:
     return mine or (last is not None and theirs and now - last.at_s < me.timing.recent_s)
 
 
-def note_done(me: Knowledge, doer: str, number: int, now: float) -> bool:
-    """It was said that `doer` has done the task; whether that fits what was known, or is heard again."""
+def note_done(me: Knowledge, doer: str, number: int, now: float, whole: bool = False) -> bool:
+    """It was said that `doer` has done the task; whether that fits what was known, or is heard again. `whole`: of what
+    several robots do, that all of them have done it."""
     entry = me.board[number]
+    if teaming.done(me, doer, number, whole, now):
+        release_assignment(me, doer, number)
+        return True
     last = me.claim_heard
     before = last.before[number][1] if last is not None and number in last.before else None
     sure = doer in (entry.owner, before) or (me.current.task == number and doer == me.current.owner_before)
@@ -267,6 +292,7 @@ def failed(me: Knowledge, heard: Heard, s: m.Failed) -> None:
     if entry is None or name is None:
         return
     number = entry.definition.number
+    teaming.gone(me, name, number, now)
     if me.current.task != number or me.state not in AT_WORK:
         me.board.give_up(number, name)
     release_assignment(me, name, number)
@@ -293,7 +319,7 @@ def note_moved_on(me: Knowledge, name: str, numbers: Collection[int]) -> None:
     for entry in me.board.entries():
         former = entry.definition.number
         heard = entry.state == CLAIMED and entry.owner == name and entry.times_heard >= HEARD_SURELY
-        if heard and entry.firm and former not in (*numbers, *me.my_tasks()):
+        if heard and not entry.is_shared and entry.firm and former not in (*numbers, *me.my_tasks()):
             me.board.complete(former, name, hearsay=True)
 
 

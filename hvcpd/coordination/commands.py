@@ -36,7 +36,7 @@ SOMEBODY = ""
 """The call of who asks without a name."""
 
 
-def _order(me: Knowledge, heard: Heard, s: m.Order) -> None:
+def order(me: Knowledge, heard: Heard, s: m.Order) -> None:
     name, entry = heard.speaker, me.board.find(s.task)
     if name is None or not is_for_me_alone(me, heard.to):
         return
@@ -70,7 +70,8 @@ def _refusal(me: Knowledge, task: m.TaskRef, entry: Entry | None, now: float) ->
         return m.Unable(task)
     if me.state is State.STOPPED:
         return m.Stopped()
-    return None if me.state in FREE else m.Busy()
+    has_others = len(entry.team) == entry.definition.robots > 1 and me.role.name not in entry.team
+    return None if me.state in FREE and not has_others else m.Busy()
 
 
 def answers_order(me: Knowledge, heard: Heard) -> bool:
@@ -80,7 +81,7 @@ def answers_order(me: Knowledge, heard: Heard) -> bool:
     return ordered and heard.speaker == me.current.partner and is_for_me_alone(me, heard.to)
 
 
-def _unable(me: Knowledge, heard: Heard, _: m.Unable | m.Unknown) -> None:
+def unable(me: Knowledge, heard: Heard, _: m.Unable | m.Unknown) -> None:
     if answers_order(me, heard):
         fire(me, Trigger.REFUSED, heard.now)
 
@@ -158,9 +159,7 @@ def _telling(topic: str, tell: Callable[[Knowledge, str | None], m.Utterance], o
 
 
 REACTIONS: Reactions = {
-    m.Order: _order,
-    m.Unable: _unable,
-    m.Unknown: _unable,
+    m.Unable: unable,
     m.Busy: _gives_up,
     m.Distrusted: _gives_up,
     m.Stop: stop,

@@ -146,6 +146,13 @@ def working(me: Knowledge) -> m.Utterance | None:
     return to_all(me, m.Working(_my_task(me))) if me.current.task is not None else None
 
 
+def renewal(me: Knowledge) -> m.Utterance | None:
+    """That the robot has its task still. Of one for several robots "completing" would mean that it is there."""
+    if me.current.task is not None and me.state is State.GOING and me.board[me.current.task].is_shared:
+        return to_all(me, m.Claim(m.TaskByNumber(me.current.task)))
+    return working(me)
+
+
 def occupation(me: Knowledge, asker: str | None) -> m.Utterance:
     """What this robot is doing, addressed to the asker."""
     if me.state is State.STOPPED:

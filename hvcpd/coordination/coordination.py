@@ -22,6 +22,7 @@ from hvcpd.coordination import (
     right_of_way,
     saying,
     schedule,
+    teaming,
     trusting,
 )
 from hvcpd.coordination.actions import Action, Rng, Role, SaveChange, SaveDue, SavePeer, SaveTask, Timing
@@ -160,6 +161,7 @@ class Coordination:
             right_of_way.said(self.knowledge, intent.topic, now)
         if intent is not None and intent.trigger is not None:
             fire(self.knowledge, intent.trigger, now)
+        teaming.settle(self.knowledge, now)
 
     def performed(self, now: float) -> None:
         """The actions of the last `Perform` are carried out."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from hvcpd.coordination import choosing, composing, earshot, repair
+from hvcpd.coordination import choosing, composing, earshot, repair, teaming
 from hvcpd.coordination.floor import CROWD, Intent, Urgency
 from hvcpd.coordination.knowledge import Knowledge
 from hvcpd.coordination.states import State, Trigger
@@ -60,8 +60,8 @@ def renew_lease(me: Knowledge, now: float) -> None:
     if now >= renewal_s(me):
         me.current.claimed_s = now
         me.board.claim(me.my_task(), me.role.name, me.lease_end_s(now))
-        working = Intent(Urgency.TURN, "renewal", lambda: composing.working(me) if me.state in RENEWS else None)
-        me.floor.want(working, now)
+        renewal = Intent(Urgency.TURN, "renewal", lambda: composing.renewal(me) if me.state in RENEWS else None)
+        me.floor.want(renewal, now)
 
 
 def _again_or_give_up(me: Knowledge, times: int, now: float) -> None:
@@ -74,6 +74,8 @@ def _again_or_give_up(me: Knowledge, times: int, now: float) -> None:
     elif me.state in LEAVES_UNHEARD and earshot.way_back(me, now) is not None:
         me.missed.heard_work = me.missed.heard_work or me.state is State.ASKED
         fire(me, Trigger.UNHEARD, now)
+    elif me.state in (State.PROPOSED, State.CHECKING) and me.board[me.my_task()].is_shared:
+        teaming.leave(me, me.my_task(), now)
     else:
         fire(me, Trigger.GAVE_UP, now)
 
@@ -86,6 +88,8 @@ def _choose(me: Knowledge, now: float) -> None:
         fire(me, Trigger.UNHEARD, now)
     elif waited or (me.missed.heard_work and me.peers.present(now)):
         _ask(me, now)
+    elif me.report.task is not None and me.board.shares:
+        fire(me, Trigger.CHOSE_REPORT, now)
     elif me.role.coordinator and choosing.can_order(me, now):
         fire(me, Trigger.CHOSE_ORDER, now)
     elif _may_claim(me, now) and not choosing.leaves_to_others(me, now):
@@ -124,6 +128,7 @@ def _wait(me: Knowledge, now: float) -> None:
     waits = [
         now + LEFT_TO_OTHERS_S if _may_claim(me, now) else None,
         me.board.next_lapse(now),
+        choosing.next_call_s(me, now),
         me.missed.ask_again_s if me.board.hearsay() else None,
         me.acquaintance.call_s,
         me.waiting.until_s,

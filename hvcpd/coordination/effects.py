@@ -12,11 +12,15 @@ from hvcpd.coordination.addressing import confirming_slot, waiting_slots
 from hvcpd.coordination.board import spoken_name
 from hvcpd.coordination.floor import OWN_TURN, RANK_MAX, Intent, Urgency, nothing
 from hvcpd.coordination.knowledge import Knowledge
-from hvcpd.coordination.states import Trigger
+from hvcpd.coordination.states import State, Trigger
 from hvcpd.language import messages as m
 
 DENIED_OFTEN = 2
 """Denials of one claim from which the robot asks what is left: another's task is reported soon, or its lease lapses."""
+CALL_S = 15.0
+"""Before others are called for again to do a task with; at most twice as long."""
+CALL_DOUBLINGS_MAX = 4
+"""That time doubles so often, to 4 to 8 minutes."""
 BACK_OFF_DOUBLINGS = 2
 """The time that back-off is drawn from doubles with each attempt, so many times: up to 24 s."""
 
@@ -105,10 +109,11 @@ def claim_task(me: Knowledge, now: float) -> None:
     """Claim the tasks that were claimed before, or else one that is free, or two."""
     if me.current.task is None:
         tasks = choosing.tasks_to_claim(me, now)
-        if not tasks:
-            return
+        if not tasks or (me.board[tasks[0]].is_shared and me.report.task is not None):
+            return  # whoever joins it confirms that, and not the report
         me.current.task, me.current.ahead = tasks[0], tasks[1] if len(tasks) > 1 else None
         me.current.owner_before, me.current.doubted = me.board[tasks[0]].owner, None
+        me.current.told = me.current.promised = me.current.agreed = frozenset()
     else:
         tasks = me.my_tasks()
     me.current.way_m = routes.way_to_tell_m(me, me.board[tasks[0]].definition, now)
@@ -123,6 +128,10 @@ def _hold(me: Knowledge, tasks: Iterable[int], now: float) -> None:
 
 def wait_for_objections(me: Knowledge, now: float) -> None:
     """Time for everybody's slot; the last statement of this kind tells until when a confirmation holds."""
+    if me.state is State.CHECKING and me.board[me.my_task()].is_shared:
+        me.current.there, me.current.told = True, frozenset()  # who confirms this one is to hear so
+        me.arm(now, me.timing.others_s)
+        return
     if me.current.repeats == 0:
         me.current.asked_since_s = now
     slots = confirming_slot(me, now) + min(len(me.expected(now)), RANK_MAX) + waiting_slots(me, now)
@@ -138,7 +147,9 @@ def wait_for_confirmation(me: Knowledge, now: float) -> None:
 
 def go(me: Knowledge, now: float) -> None:
     forget_report(me, Urgency.TURN, now)
-    me.current.repeats = 0
+    me.current.repeats, me.board[me.my_task()].calls = 0, 0
+    me.current.there, me.current.told = False, frozenset()
+    me.current.promised = me.current.agreed = frozenset()
     _hold(me, me.my_tasks(), now)
     if me.current.partner is not None:
         me.current.claimed_s = now
@@ -152,6 +163,7 @@ def go_alone(me: Knowledge, now: float) -> None:
 
 
 def act(me: Knowledge, _now: float) -> None:
+    me.board[me.my_task()].half = frozenset()
     me.do(Perform(me.my_task(), _split(me)[1]))
 
 
@@ -167,7 +179,8 @@ def want_announcement(me: Knowledge, now: float) -> None:
 
 
 def finish_task(me: Knowledge, now: float) -> None:
-    me.board.complete(me.my_task(), me.role.name)
+    """The task is done, or this robot's part of it."""
+    me.board.complete_part(me.my_task(), me.role.name, me.lease_end_s(now))
     me.board[me.my_task()].acted_s = now
     _report_first_time(me, now, failed=False)
 
@@ -218,8 +231,7 @@ def let_go(me: Knowledge) -> None:
     """Stand still, and give the tasks back that are not done."""
     me.do(Halt())
     for number in me.my_tasks():
-        if me.board[number].owner == me.role.name:
-            me.board.release(number)
+        me.board.withdraw(number, me.role.name)
 
 
 def go_back(me: Knowledge, now: float) -> None:
@@ -240,6 +252,14 @@ def make_room(me: Knowledge, _now: float) -> None:
 def drop_task(me: Knowledge, now: float) -> None:
     let_go(me)
     rest(me, now)
+
+
+def leave_for_later(me: Knowledge, now: float) -> None:
+    """Nobody is there to do the task with: it is called for again later, and ever more rarely."""
+    entry = me.board[me.my_task()]
+    entry.call_s = now + CALL_S * 2.0 ** min(entry.calls, CALL_DOUBLINGS_MAX) * (1.0 + me.rng.random())
+    entry.calls += 1
+    drop_task(me, now)
 
 
 def leave_to_others(me: Knowledge, now: float) -> None:

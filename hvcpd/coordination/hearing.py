@@ -15,11 +15,12 @@ from hvcpd.coordination import (
     relaying,
     repair,
     right_of_way,
+    teaming,
 )
 from hvcpd.coordination.addressing import is_for, must_spell_for
 from hvcpd.coordination.floor import Intent, Urgency
 from hvcpd.coordination.knowledge import Heard, Knowledge, Reactions
-from hvcpd.coordination.states import DEPARTING, PROPOSING, State, Trigger
+from hvcpd.coordination.states import AT_WORK, DEPARTING, PROPOSING, State, Trigger
 from hvcpd.coordination.table import fire
 from hvcpd.language import messages as m
 
@@ -62,6 +63,8 @@ def hear_own_name(me: Knowledge, now: float) -> None:
 def _greeting(me: Knowledge, heard: Heard, _: m.Spelled | None) -> None:
     if heard.speaker is None:
         return
+    if me.current.task is not None and me.state in AT_WORK:
+        teaming.gone(me, heard.speaker, me.current.task, heard.now)  # it has been switched on anew
     if me.state is State.MEETING:
         me.arm(heard.now, me.timing.greeting_wait_s)
     peer = me.peers.get(heard.speaker)
@@ -105,6 +108,7 @@ def _let_go(me: Knowledge, heard: Heard, s: m.Stopped | m.Leaving) -> None:
     if name is None:
         return
     for entry in me.board.entries():
+        teaming.gone(me, name, entry.definition.number, heard.now)
         if entry.owner == name:
             me.board.release(entry.definition.number)
             claims.release_assignment(me, name, entry.definition.number)

@@ -52,6 +52,14 @@ class Current:
     """How often the sentence that waits for an answer was said without one."""
     asked_since_s: float = NEVER_S
     """When that sentence was first said."""
+    there: bool = False
+    """Of a task for several robots: it has said that it is at its place;"""
+    told: frozenset[str] = frozenset()
+    """whom it has told since that it does the task with them;"""
+    promised: frozenset[str] = frozenset()
+    """whom it has told there at all;"""
+    agreed: frozenset[str] = frozenset()
+    """and who has said so, being there, to this robot."""
 
     def clear(self) -> None:
         """Nothing is settled or carried out any more."""

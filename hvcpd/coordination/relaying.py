@@ -116,7 +116,8 @@ def relayed(me: Knowledge, heard: Heard, s: m.Relayed) -> None:
         return
     number, alone = entry.definition.number, is_for_me_alone(me, heard.to)
     if s.speaker.lower() == me.role.name.lower():
-        if entry.done_by != me.role.name and (entry.owner != me.role.name or not entry.known_done):
+        has_part = entry.is_shared and entry.acted_s > NEVER_S
+        if not has_part and entry.done_by != me.role.name and (entry.owner != me.role.name or not entry.known_done):
             composing.answer(me, name, f"answer {name}", m.Negative(), now, OWNER_SLOT)
         elif isinstance(inner, m.Completed) and inner.count and entry.recurs and me.current.task != number:
             me.board.complete(number, me.role.name)  # somebody knows for which time it was done: it is not due again

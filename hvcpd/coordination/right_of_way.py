@@ -131,7 +131,7 @@ def _have(me: Knowledge, p: Pass, now: float) -> None:
 
 
 def _leave(me: Knowledge, p: Pass, now: float) -> None:
-    """This robot is out: the place is for who has waited longest."""
+    """This robot is out: the place is for the robot that has waited longest."""
     p.using, told, p.told = False, p.told, False
     p.waiting = {name: (first_s, last_s) for name, (first_s, last_s) in p.waiting.items() if now - last_s < WAITS_S}
     if p.waiting:

@@ -63,6 +63,7 @@ class Trigger(Enum):
     RIGHT = "the read-back is right"
     WRONG = "the read-back is wrong"
     REFUSED = "the order was refused"
+    LEFT_ALONE = "who was to do the task with it does not"
     STOP = "stop"
     RESUME = "resume"
     LEAVE = "it is about to be switched off"

@@ -117,6 +117,10 @@ TRANSITIONS |= {
     for state in (S.CLAIMING, S.PROPOSED, S.GOING, S.ANNOUNCING, S.CHECKING, S.READING_BACK, S.READ_BACK)
     for trigger in (T.LOST, T.DONE_BEFORE)
 }
+TRANSITIONS |= {
+    (state, T.LEFT_ALONE): (S.READY, effects.leave_for_later)
+    for state in (S.CLAIMING, S.PROPOSED, S.GOING, S.ANNOUNCING, S.CHECKING, S.ACTING, S.READING_BACK, S.READ_BACK)
+}
 TRANSITIONS[S.ACTING, T.DONE_BEFORE] = (S.READY, effects.drop_task)  # the team has the task no more
 TRANSITIONS |= {
     (state, trigger): (S.READING_BACK, effects.want_read_back)

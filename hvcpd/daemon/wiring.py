@@ -203,6 +203,7 @@ def wire_up(settings: Settings, allow_confusable: bool = False, changes: TaskCha
         keys = _team_key(settings)
     except HvcpdError as error:
         faults.append(str(error))
+    people = _people(settings)
     try:
         sound = make_sound(settings.lexicon, settings.state_dir / "units")
     except HvcpdError as error:
@@ -211,7 +212,8 @@ def wire_up(settings: Settings, allow_confusable: bool = False, changes: TaskCha
     try:
         alike = None if allow_confusable else partial(sounds_alike, lexicon=lexicon)
         changes = read_changes(settings.task_changes_path) if changes is None else changes
-        tasks = load_tasks(settings.tasks, alike, changes)
+        robots = {name.casefold() for name in (settings.name, *settings.names)} - people.keys()
+        tasks = load_tasks(settings.tasks, alike, changes, len(robots))
     except HvcpdError as error:
         faults.append(str(error))
     if sound is None or tasks is None or faults:
@@ -221,7 +223,7 @@ def wire_up(settings: Settings, allow_confusable: bool = False, changes: TaskCha
         if number not in numbers:
             listed = ", ".join(map(str, numbers))
             raise ConfigError(f"unable: {settings.tasks} has no task {number}; its numbers are {listed}")
-    wiring = Wiring(settings, tasks, sound, keys, _people(settings))
+    wiring = Wiring(settings, tasks, sound, keys, people)
     try:
         phrasebook = wiring.phrasebook()
     except VocabularyError as error:

@@ -27,15 +27,17 @@ class Occurrence:
     ended: bool
     """Whether its time is over: the next one has come, or it was due for long."""
     deeds: tuple[tuple[float, str], ...]
+    robots: int = 1
+    """Number of those who carry it out together."""
 
     @property
     def became(self) -> str:
         """Outcome."""
-        if not self.deeds:
+        if len(self.deeds) < self.robots:
             return "not done" if self.ended else "to be done"
-        if len(self.deeds) > 1:
+        if len(self.deeds) > self.robots:
             return "done more than once"
-        return "done late" if self.late_s is not None and self.deeds[0][0] > self.late_s else "done"
+        return "done late" if self.late_s is not None and self.deeds[-1][0] > self.late_s else "done"
 
 
 def occurrences(
@@ -53,12 +55,14 @@ def occurrences(
             mine = tuple((at_s, by) for at_s, n, by in deeds if n == task.number and due_s - SKEW_S <= at_s < until_s)
             late_s = due_s + task.deadline_s if task.deadline_s is not None else None
             ended = min(until_s, end_s) - due_s >= JUST_DUE_S or until_s < end_s
-            found.append(Occurrence(task.number, task.name, due_s, late_s, ended, mine))
+            found.append(Occurrence(task.number, task.name, due_s, late_s, ended, mine, task.robots))
     return tuple(sorted(found, key=lambda each: (each.due_s, each.number)))
 
 
 def _times(task: TaskDefinition, begin_s: float, end_s: float) -> list[tuple[float, float | None]]:
-    """When a task was due, and when it is next."""
+    """When a task was due, and when it is next; what is done on demand never is."""
+    if task.on_demand:
+        return []
     if task.every is None:
         return [(begin_s, None)]
     times = []

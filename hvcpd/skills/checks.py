@@ -73,6 +73,11 @@ def _faults_of(
             yield "", wrong
     if skill.joint is not None:
         yield from ((".joint", text) for text in _joint_faults(skill.joint, parameters, wheels))
+    if skill.gpio is not None and skill.gpio.empty_pin is not None:
+        spoken = {each.name: each.entry.failures for each in tasks.skills}.get(name, ())
+        if skill.gpio.empty_reason not in spoken:
+            text = f"empty_reason: {skill.gpio.empty_reason!r} is none of the skill's `failures` in the task file"
+            yield ".gpio", f"{text}; {did_you_mean(skill.gpio.empty_reason, spoken) if spoken else 'add it there'}"
     if skill.gpio is not None and (wrong := _no_number(skill.gpio.amount, parameters)) is not None:
         yield ".gpio", f"amount: {wrong}"
 

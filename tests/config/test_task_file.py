@@ -336,3 +336,24 @@ def test_a_deadline_is_a_time_and_a_priority_small(tmp_path: Path) -> None:
     assert "write for example `30 min`" in told[0]
     assert "priority" in told[1]
     assert "after" in told[2]
+
+
+def test_a_task_takes_no_more_robots_than_the_team_has(tmp_path: Path) -> None:
+    path = tmp_path / "tasks.yaml"
+    path.write_text(three("robots: 2", "robots: 1", ""))
+    assert [task.robots for task in load_tasks(path, robots=2).tasks] == [2, 1, 1]
+    with pytest.raises(ConfigError, match="5: the task takes 2 robots, and the team has 1; write fewer, or name more"):
+        load_tasks(path, robots=1)
+    assert "robots" in faults(tmp_path, three("robots: 0", "", ""))[0]
+
+
+def test_what_recurs_is_not_done_on_demand(tmp_path: Path) -> None:
+    assert [t.on_demand for t in load(tmp_path, three("on_demand: true", "", "")).tasks] == [True, False, False]
+    (fault,) = faults(tmp_path, three("on_demand: true\n    every: 6 h", "", ""))
+    assert fault == "F:5: what recurs is due without being asked for; leave one of the two out"
+
+
+def test_a_number_that_yaml_takes_for_a_text_is_told_with_its_form(tmp_path: Path) -> None:
+    found = faults(tmp_path, three("place: {x_m: 1e1, y_m: 2}", "place: {x_m: two, y_m: 2}", ""))
+    assert found[0].endswith("x_m: expected a number, found the text '1e1'; write 1.0e+01, with a dot and a sign")
+    assert found[1].endswith("write it without quotes, as 1.5")

@@ -35,6 +35,18 @@ def test_a_task_is_wanted_again() -> None:
     assert page.robot.asked == [("task", {"do": "again", "number": 3})]
 
 
+def test_a_task_is_added_to_this_robot_and_removed() -> None:
+    page, task = Page(), {"number": 6, "name": "water the red tulip", "actions": [{"water": 5}]}
+    told = page.act({"do": "add", "task": task}).json()["told"]
+    assert told == "task 6 is taken up as soon as its words are known; the others are not told: do the same for each"
+    assert "task 6 is gone" in page.act({"do": "remove", "number": 6}).json()["told"]
+    assert page.robot.asked == [("task", {"do": "add", "task": task}), ("task", {"do": "remove", "number": 6})]
+    page.robot.refusals["task"] = NotDoneError("task 6: name: 'water' is one word; use two to eight")
+    assert page.act({"do": "add", "task": "water"}).json() == {
+        "error": "task 6: name: 'water' is one word; use two to eight"
+    }
+
+
 def test_without_a_daemon_a_stop_says_what_to_do() -> None:
     page = Page()
     page.robot.refusals["stop"] = NotRunningError("The robot's daemon does not answer")

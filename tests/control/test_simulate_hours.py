@@ -32,7 +32,9 @@ def test_a_day_is_told_with_what_was_due_and_by_whom_it_was_done(
     told = []
     for _ in range(2):
         assert hours(tmp_path, "--hours", "24", "--loss", "0.1", "--report", str(tmp_path), "--json") == 0
-        told.append(capsys.readouterr().out)
+        out, err = capsys.readouterr()
+        assert "task 3: done once in all" in err
+        told.append(out)
     assert told[0] == told[1], "the same seed, the same shift"
     due = json.loads(told[0])["due"]
     assert [each["task"] for each in due] == [2, 3, 2, 1, 2, 1, 2]
@@ -62,3 +64,30 @@ def test_what_became_of_each_time() -> None:
 def test_what_is_done_once_was_due_at_the_beginning() -> None:
     (only,) = occurrences([replace(HOURLY, every=None)], [(50.0, 1, "Bot")], 40.0, 4000.0)
     assert only == Occurrence(1, "look", 40.0, 640.0, True, ((50.0, "Bot"),))
+
+
+def test_what_takes_two_is_done_when_both_have_done_it() -> None:
+    task = replace(HOURLY, robots=2)
+    deeds = [
+        (10.0, 1, "Rob"),
+        (12.0, 1, "Bot"),
+        (3610.0, 1, "Rob"),
+        (7210.0, 1, "Rob"),
+        (7212.0, 1, "Bot"),
+        (7300.0, 1, "Rob"),
+    ]
+    became = [each.became for each in occurrences([task], deeds, 0.0, 3 * 3600.0)]
+    assert became == ["done", "not done", "done more than once"]
+
+
+def test_what_is_done_on_demand_is_never_due() -> None:
+    assert occurrences([replace(HOURLY, every=None, on_demand=True)], [], 0.0, 4000.0) == ()
+
+
+def test_a_team_too_small_for_a_task_is_told(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    path = tmp_path / "tasks.yaml"
+    path.write_text("tasks:\n  - {number: 1, name: carry the long table, actions: [{wait: 5}], robots: 2}\n")
+    command = ["simulate", "--hours", "1", "--tasks", str(path), "--robots"]
+    assert main([*command, "Rob"]) == 2
+    assert "the task takes 2 robots, and the team has 1" in capsys.readouterr().err
+    assert main([*command, "Rob,Bot"]) == 0

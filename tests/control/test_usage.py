@@ -29,6 +29,7 @@ from tests.control.conftest import Refuse
         (["say", "-oo.wav", "--rat", "1"], "hvcpctl say: the following arguments are required: TEXT; see"),
         (["phrases", "--format", "htm"], "'htm' is not one of the choices; did you mean 'html'? See"),
         (["simulate", "--mode", "xyz"], "'xyz' is not one of the choices; choose from volunteer, coordinate; see"),
+        (["task", "again", "thrice"], "argument NUMBER: 'thrice' is no task's number; write for example 3; see"),
         (["evaluate", "wak"], "'wak' is not one of the choices; did you mean 'wake'? See"),
         (["say", "-o", "x.MP3", "stop"], "argument -o/--output: only WAV is written; name it x.wav; see"),
         (["say", "Hi", "Rob"], "hvcpctl say: 'Rob' is one argument too many; put what has spaces in quotes; see"),
@@ -118,3 +119,8 @@ def test_a_command_alone_takes_the_same_options_as_among_all() -> None:
 def _parsers(parser: argparse.ArgumentParser) -> Mapping[str, argparse.ArgumentParser]:
     [commands] = [action for action in parser._actions if isinstance(action, argparse._SubParsersAction)]
     return commands.choices
+
+
+def test_a_tasks_number_may_be_written_as_it_is_spoken() -> None:
+    for text in ("23", "twenty three", "Twenty-three"):
+        assert make_parser().parse_args(["task", "again", text]).number == 23

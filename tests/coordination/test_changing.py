@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import pytest
 
 from hil_fakes.word_channel import Conditions
 from hil_fakes.word_mission import Outage, WordMission, WordPlan
 from hvcpd.coordination.states import State
 from hvcpd.language import messages as m
+from hvcpd.language.phrasebook import Phrasebook, Vocabulary
 from tests.coordination.mission import Mission, plants
 
 NAMES = ("Rob", "Bot", "Max")
@@ -196,3 +199,70 @@ def test_what_was_given_up_is_tried_again_by_who_gave_it_up(seed: int, by_voice:
         mission.air.refresh()
     run_until(mission, AGAIN_S + LATER_S)
     assert mission.watered == {1: 1, 2: 1}, "\n".join(mission.written(AGAIN_S))
+
+
+ON_DEMAND = tuple(replace(task, on_demand=task.number == 2) for task in plants(3))
+
+
+def test_what_is_done_on_demand_waits_until_somebody_asks() -> None:
+    mission = Mission(NAMES, ON_DEMAND, ("Anna",), seed=1)
+    run_until(mission, AGAIN_S)
+    assert mission.watered == {1: 1, 3: 1}
+
+
+@pytest.mark.parametrize("loss", [0.0, 0.2])
+@pytest.mark.parametrize("text", ["task two again", "please water the violet rose", "complete task two"])
+def test_it_is_asked_for_by_voice_and_done_once_by_the_team(text: str, loss: float) -> None:
+    mission = Mission(NAMES, ON_DEMAND, ("Anna",), seed=1, conditions=Conditions(loss))
+    for at_s in (AGAIN_S, AGAIN_S + 20.0):
+        mission.hear(at_s, f"Hi all, I am Anna, {text}")
+    run_until(mission, AGAIN_S + LATER_S)
+    assert mission.watered == {1: 1, 2: 1, 3: 1}
+    assert any("task two again, change two" in line for line in mission.written(AGAIN_S))
+
+
+def test_who_has_missed_that_it_was_asked_for_learns_it() -> None:
+    mission = Mission(NAMES, ON_DEMAND, ("Anna",), seed=2)
+    mission.air.misses = lambda listener, u: listener == "Max" and AGAIN_S - 1.0 < mission.air.now < AGAIN_S + 15.0
+    said_by_anna(mission, AGAIN_S, 2)
+    run_until(mission, AGAIN_S + LATER_S)
+    assert mission.watered == {1: 1, 2: 1, 3: 1}
+    assert mission.robots["Max"].board[2].change == 2
+
+
+def test_it_is_not_forgotten_over_a_restart() -> None:
+    mission = Mission(NAMES[:1], ON_DEMAND, ("Anna",), seed=2)
+    mission.air.run_until(AGAIN_S)
+    said_by_anna(mission, AGAIN_S + 1.0, 2)
+    mission.air.run_until(AGAIN_S + 6.0)
+    mission.switch_on("Rob")
+    run_until(mission, AGAIN_S + LATER_S)
+    assert mission.watered == {1: 1, 2: 1, 3: 1}
+
+
+@pytest.mark.parametrize("names", [NAMES[:2], NAMES])
+def test_who_has_not_been_told_of_a_task_has_nothing_against_a_claim_of_it(names: tuple[str, ...]) -> None:
+    seven = replace(plants(4)[3], number=7, name="water the red tulip")
+    mission = Mission(names, plants(2), seed=1)
+    mission.book = Phrasebook(Vocabulary(names, ("plant",), tuple(t.name for t in (*plants(2), seven)), (1, 2, 7)))
+    mission.air.run_until(AGAIN_S)
+    mission.robots["Rob"].retask((*plants(2), seven), AGAIN_S)
+    mission.air.refresh(("Rob",))
+    mission.air.run_until(AGAIN_S + LATER_S)
+    said = mission.written(AGAIN_S)
+    assert mission.watered == {1: 1, 2: 1, 7: 1}
+    assert any("I do not know task seven" in line for line in said), said
+    assert sum("task seven" in line for line in said) <= 6, said
+    assert mission.robots["Rob"].knowledge.report.task is None
+
+
+def test_who_has_been_told_speaks_before_who_has_not() -> None:
+    seven = replace(plants(4)[3], number=7)
+    mission = Mission(NAMES, plants(2), seed=1)
+    mission.air.run_until(AGAIN_S)
+    for name in ("Rob", "Bot"):
+        mission.robots[name].retask((*plants(2), seven), AGAIN_S)
+    mission.robots["Bot"].board.complete(7, "Bot")
+    mission.air.refresh(("Rob", "Bot"))
+    mission.air.run_until(AGAIN_S + LATER_S)
+    assert mission.watered == {1: 1, 2: 1}

@@ -14,7 +14,7 @@ from hvcpd.skills.checks import faults
 
 BOARD = """
 skills:
-  pour: {parameters: {litres: {least: 0.1, most: 2}, what: {type: text, default: rose}}}
+  pour: {parameters: {litres: {least: 0.1, most: 2}, what: {type: text, default: rose}}, failures: [the tank is empty]}
   grip: {parameters: {angle_deg: {least: -20, most: 60}, free: {default: 0}}}
 tasks:
 - {number: 1, name: water the green rose, actions: [{pour: {litres: 0.5}}]}
@@ -39,6 +39,10 @@ def told(folder: Path, *skills: str, more: str = "") -> list[str]:
         ("pour: {run: [./hvcpd.yaml]}", "hvcpd.yaml is no program that may be run; `chmod +x` it"),
         ("pour: {gpio: {pin: 17, amount: what}}", "skills.pour.gpio: amount: 'what' is no number that it is told"),
         ("pour: {gpio: {pin: 17, amount: litres, empty_pin: 17}}", "skills.pour.gpio: skill 'pour' has pin 17 already"),
+        (
+            "pour: {gpio: {pin: 17, amount: litres, empty_pin: 27, empty_reason: the tank is out}}",
+            "empty_reason: 'the tank is out' is none of the skill's `failures` in the task file; did you mean 'the",
+        ),
         ("grip: {joint: {id: 2}}", "skills.grip.joint: the right wheel has ID 2 already; give each motor its own"),
         (
             "grip: {joint: {id: 3, most_deg: 50}}",

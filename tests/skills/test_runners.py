@@ -17,6 +17,7 @@ import pytest
 
 from hil_fakes.pins import FilePins, is_on
 from hvcpd.config.skill_settings import PinSettings
+from hvcpd.control.live.skills import until_ended
 from hvcpd.errors import DeviceError
 from hvcpd.skills.life import Call
 from hvcpd.skills.objects import Object
@@ -427,3 +428,18 @@ def test_a_python_object_lives_on_from_call_to_call_and_one_that_hangs_is_killed
         await wave.close()
 
     run(scene())
+
+
+def test_sigterm_ends_what_offers_skills_in_order() -> None:
+    cancelled = []
+
+    async def serve() -> None:
+        os.kill(os.getpid(), signal.SIGTERM)
+        try:
+            await asyncio.Event().wait()
+        except asyncio.CancelledError:
+            cancelled.append(True)
+            raise
+
+    asyncio.run(until_ended(serve()))
+    assert cancelled == [True]

@@ -48,14 +48,39 @@ export function showBoard(message) {
   );
 }
 
-/** A button that has a task done again, or left out; none in a recording. */
+/** Buttons that have a task done again, or left out, and removed from this robot; none in a recording. */
 function change(task) {
   if (document.body.dataset.mode !== "live") return null;
   const wanted = task.state === "done" || task.state === "failed" ? "again" : "skip";
-  const label = `${wanted === "again" ? "Do again" : "Skip"}: ${task.name}`;
-  const button = make("button", { type: "button", class: "quiet", "aria-label": label }, wanted === "again" ? "Again" : "Skip");
-  button.addEventListener("click", () => act({ do: wanted, number: task.number }));
-  return button;
+  const first = button(task, wanted, wanted === "again" ? ["Again", "Do again"] : ["Skip", "Skip"]);
+  return make("span", {}, first, button(task, "remove", ["Remove", "Remove from this robot"]));
+}
+
+function button(task, wanted, [word, label]) {
+  const element = make("button", { type: "button", class: "quiet", "aria-label": `${label}: ${task.name}` }, word);
+  element.addEventListener("click", () => {
+    if (wanted !== "remove" || confirm(`Have this robot forget task ${task.number}, ${task.name}?`)) act({ do: wanted, number: task.number });
+  });
+  return element;
+}
+
+/** The form that adds a task to this robot. */
+export function beginAdding() {
+  const add = byId("add");
+  add.hidden = false;
+  add.querySelector("form").addEventListener("submit", (event) => {
+    event.preventDefault();
+    const given = new FormData(event.target);
+    const number = (key) => Number(given.get(key));
+    const task = { number: number("number"), name: given.get("name"), actions: [{ [given.get("action")]: number("seconds") }] };
+    if (given.get("x_m") !== "" && given.get("y_m") !== "") {
+      task.place = { x_m: number("x_m"), y_m: number("y_m") };
+      task.actions.unshift("go to place");
+    }
+    if (number("robots") > 1) task.robots = number("robots");
+    if (given.has("on_demand")) task.on_demand = true;
+    act({ do: "add", task });
+  });
 }
 
 export function showAlarms(message) {

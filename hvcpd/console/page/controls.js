@@ -5,7 +5,14 @@ const stop = byId("stop");
 const resume = byId("resume");
 const told = byId("told");
 const ask = byId("ask");
-const DOING = { stop: "Stopping …", resume: "Resuming …", again: "Asking for the task again …", skip: "Leaving the task out …" };
+const DOING = {
+  stop: "Stopping …",
+  resume: "Resuming …",
+  again: "Asking for the task again …",
+  skip: "Leaving the task out …",
+  add: "Comparing the task's words with all others …",
+  remove: "Removing the task …",
+};
 const token = document.querySelector("meta[name=hvcpd-token]").content;
 
 export async function act(wanted) {

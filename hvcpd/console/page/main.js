@@ -1,5 +1,5 @@
 // What the page is made of, live or replayed: messages come in, and each part shows its own.
-import { showAlarms, showBoard, showLevel, showRobots } from "./board.js";
+import { beginAdding, showAlarms, showBoard, showLevel, showRobots } from "./board.js";
 import { begin, showStopped } from "./controls.js";
 import { byId, missionClock, setText, wallClock } from "./dom.js";
 import { Plan } from "./map.js";
@@ -52,6 +52,7 @@ function take(talk, message) {
 
 function follow(talk) {
   begin();
+  beginAdding();
   const events = new EventSource("events");
   events.addEventListener("message", (event) => take(talk, JSON.parse(event.data)));
   events.addEventListener("error", () => {

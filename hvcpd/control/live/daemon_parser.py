@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import TypeAlias
 
 from hvcpd.config.command_line import with_examples
+from hvcpd.control.arguments import task_number
 
 Commands: TypeAlias = "argparse._SubParsersAction[argparse.ArgumentParser]"
 Run = Callable[[argparse.Namespace], int]
@@ -189,7 +190,8 @@ def _add_task(commands: Commands, run: Run) -> None:
         ("skip", "leave a task out this time", "hvcpctl task skip 2"),
         ("remove", "remove a task from a robot", "hvcpctl task remove 11"),
     ):
-        _add(actions, name, what, run, example).add_argument("number", type=int, metavar="NUMBER", help=number)
+        command = _add(actions, name, what, run, example)
+        command.add_argument("number", type=task_number, metavar="NUMBER", help=number)
     add = _add(
         actions,
         "add",
@@ -199,7 +201,7 @@ def _add_task(commands: Commands, run: Run) -> None:
         'hvcpctl task add "look at the gate" --number 12 --action dock --action wait=5 --every "6 h" --after 11',
     )
     add.add_argument("task_name", metavar="NAME", help="two to eight words, as robots say them")
-    add.add_argument("--number", type=int, required=True, metavar="N", help="1 to 99, one that is free")
+    add.add_argument("--number", type=task_number, required=True, metavar="N", help="1 to 99, one that is free")
     add.add_argument("--place", metavar="X,Y", help="where, m; the robot goes there first (--place=-3,-4)")
     add.add_argument(
         "--action",
@@ -214,6 +216,7 @@ def _add_task(commands: Commands, run: Run) -> None:
     add.add_argument("--after", metavar="N,N", help="tasks that must be done before it")
     add.add_argument("--priority", type=int, metavar="0-9", help="of tasks that can be done, the highest comes first")
     add.add_argument("--deadline", metavar="TIME", help="time after which a due task is late: `30 min`")
+    add.add_argument("--robots", type=int, metavar="N", help="number of robots that carry it out together")
 
 
 def _add(commands: Commands, name: str, text: str, run: Run, *examples: str) -> argparse.ArgumentParser:

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import argparse
 import asyncio
+import signal
 import sys
+from collections.abc import Coroutine
 from contextlib import AsyncExitStack, ExitStack, closing, suppress
 from pathlib import Path
 
@@ -43,8 +45,16 @@ def run(options: argparse.Namespace) -> int:
     with closing(find_daemon(options)) as daemon:
         path = daemon.path
     with suppress(KeyboardInterrupt):
-        asyncio.run(serve(path, settings, tasks))
+        asyncio.run(until_ended(serve(path, settings, tasks)))
     return EX_OK
+
+
+async def until_ended(serving: Coroutine[None, None, None]) -> None:
+    """Serve until SIGTERM, as until Ctrl-C: what is under way is cancelled, and safe."""
+    task = asyncio.ensure_future(serving)
+    asyncio.get_running_loop().add_signal_handler(signal.SIGTERM, task.cancel)
+    with suppress(asyncio.CancelledError):
+        await task
 
 
 def offered(settings: Settings, tasks: TaskRepository) -> tuple[str, ...]:

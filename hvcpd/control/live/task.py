@@ -53,7 +53,7 @@ def task_of(options: argparse.Namespace) -> dict[str, Any]:
     task["actions"] = actions
     if options.after is not None:
         task["after"] = [_value(part, "--after") for part in options.after.split(",")]
-    for key in ("every", "priority", "deadline"):
+    for key in ("every", "priority", "deadline", "robots"):
         if getattr(options, key) is not None:
             task[key] = getattr(options, key)
     return task

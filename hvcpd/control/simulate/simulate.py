@@ -32,6 +32,7 @@ from hvcpd.ports import Samples
 from hvcpd.reporting.events import Event, MissionRecord, Started, Summary
 from hvcpd.security.keyring import keep_out_of_dumps, read_key_file
 from hvcpd.security.keys import KEY_BYTES, KeyRing, TeamKey
+from hvcpd.skills.checks import faults
 
 MAX_ROBOTS = 12
 """More do not fit into the start corner, nor into the air: each task takes some 13 s of talk."""
@@ -107,6 +108,8 @@ def _keys(options: argparse.Namespace) -> KeyRing | None:
 
 def _skills(options: argparse.Namespace, team: Team, robots: tuple[str, ...]) -> dict[str, dict[str, FakeDevice]]:
     """Each robot's own fake devices, as the settings have them, but for what it is to lack."""
+    if wrong := list(faults(team.settings, team.tasks, programs_too=False)):
+        raise ConfigError("\n".join(wrong))
     skills = {name: usual_devices(team.tasks, team.settings.skills, options.tank) for name in robots}
     known = {robot.lower(): robot for robot in robots}
     for robot, skill in options.without:

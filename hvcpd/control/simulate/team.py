@@ -59,7 +59,7 @@ def load_team(
     settings = load_settings(options.config, {"tasks": options.tasks and str(options.tasks)}, name_needed=False)
     sound = make_sound(settings.lexicon, user_cache_folder())
     alike = None if allow_confusable else partial(sounds_alike, lexicon=sound.lexicon)
-    tasks = load_tasks(settings.tasks, alike)
+    tasks = load_tasks(settings.tasks, alike, robots=len(names or settings.names))
     people = _enrolled(settings)
     enrolled = tuple(person.name for person in people.values())
     known = {name.lower(): name for name in (*(names or (*settings.names, *enrolled)), *more)}

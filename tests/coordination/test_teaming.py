@@ -1,0 +1,192 @@
+"""Tasks for several robots: all begin together, nobody else joins, and who gives up frees the others."""
+
+from __future__ import annotations
+
+import random
+from dataclasses import replace
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from hil_fakes.word_channel import Conditions
+from hil_fakes.word_mission import Outage, WordMission, WordPlan
+from hil_fakes.word_plans import random_plan
+from hvcpd.config.recurrence import Recurrence
+from hvcpd.config.tasks import Action, Place, TaskDefinition, Wait
+from hvcpd.coordination.states import State
+from hvcpd.language import messages as m
+from tests.coordination.mission import Mission, plants
+
+NAMES = ("Rob", "Bot", "Max")
+
+
+def shared(n: int, robots: int = 2, work_s: float = 5.0) -> tuple[TaskDefinition, ...]:
+    """The first of so many tasks takes several robots."""
+    first, *others = plants(n)
+    return replace(first, robots=robots, actions=(*first.actions[:-1], Wait(work_s))), *others
+
+
+class Watched(WordMission):
+    """A mission that notes when each robot begins at a task."""
+
+    def __init__(self, plan: WordPlan) -> None:
+        self.begun: list[tuple[float, str, int]] = []
+        super().__init__(plan, keep=True)
+
+    def perform(self, name: str, task: int, actions: tuple[Action, ...]) -> None:
+        if task and self.robots[name].at_place:
+            self.begun.append((self.air.now, name, task))
+        super().perform(name, task, actions)
+
+    def was_told(self, speaker: str, to: str, number: int, before_s: float) -> bool:
+        """Whether somebody has told another one so far that it begins."""
+        told = m.Utterance(speaker, m.ToRobot(to), None, m.Confirmed(m.TaskByNumber(number)))
+        return any(at_s < before_s and m.parts(u)[0] == told for at_s, _, u in self.said)
+
+    def check_each_begins_with_others(self) -> None:
+        """Nobody has begun alone, or without having told the others so."""
+        for task in (task for task in self.plan.tasks if task.robots > 1):
+            acts = [(at_s, name) for at_s, name, number in self.begun if number == task.number]
+            for at_s, name in acts:
+                others = {other for _, other in acts if other != name}
+                told = {other for other in others if self.was_told(name, other, task.number, at_s)}
+                assert len(told) >= task.robots - 1, (task.number, name, at_s, acts)
+
+
+@pytest.mark.parametrize("seed", range(5))
+@pytest.mark.parametrize("names", [NAMES[:2], NAMES])
+def test_two_begin_together_and_a_third_does_not_join(names: tuple[str, ...], seed: int) -> None:
+    mission = Watched(WordPlan(names, shared(1), seed))
+    result = mission.run()
+    assert (result.lost, result.duplicates, result.agreed) == (0, 0, True)
+    (first_s, one, _), (second_s, other, _) = mission.begun
+    assert one != other
+    assert second_s - first_s < 1.0
+    mission.check_each_begins_with_others()
+
+
+def test_it_is_spoken_plainly() -> None:
+    mission = Mission(NAMES[:2], shared(1), seed=2)
+    mission.run()
+    assert [line.replace("Hi all, ", "").replace("Hi team plant, ", "") for line in mission.written()[1:9]] == [
+        "I am Bot, I will complete task one",
+        "I am Rob, I will complete task one",
+        "Hi Rob, I am Bot, confirmed one",
+        "I am Bot, completing task, water the green rose",
+        "Hi Bot, I am Rob, confirmed one",
+        "Hi Rob, I am Bot, confirmed one",
+        "I am Bot, task one complete",
+        "Hi Bot, I am Rob, confirmed one complete, task one complete",
+    ]
+
+
+def test_a_lone_robot_does_not_begin() -> None:
+    mission = Watched(WordPlan(("Rob",), shared(2), limit_s=2000.0))
+    mission.run()
+    assert {number for _, _, number in mission.begun} == {2}
+    assert len(mission.said) < 20
+
+
+def test_who_has_called_in_vain_is_joined_by_who_comes_late() -> None:
+    mission = Watched(WordPlan(NAMES[:2], shared(2), 3, late={"Bot": 900.0}))
+    result = mission.run()
+    assert (result.lost, result.duplicates) == (0, 0)
+    assert min(at_s for at_s, _, number in mission.begun if number == 1) > 900.0
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_who_gives_up_frees_the_other_who_finds_a_third(seed: int) -> None:
+    failing = random.Random(seed).choice(NAMES)
+    plan = WordPlan(NAMES, shared(1), seed, fails=lambda name, _task, _now: name == failing)
+    mission = Watched(plan)
+    result = mission.run()
+    assert result.lost == 0
+    assert {name for _, _, name in mission.done[-2:]} == set(NAMES) - {failing}
+
+
+@pytest.mark.parametrize("seed", range(4))
+@pytest.mark.parametrize("back_s", [None, 30.0])
+def test_a_crash_in_the_middle_frees_the_other(seed: int, back_s: float | None) -> None:
+    plan = WordPlan(NAMES, shared(1, work_s=60.0), seed)
+    whole = Watched(plan)
+    whole.run()
+    at_s, crashing, _ = whole.begun[0]
+    mission = Watched(replace(plan, outages=(Outage(crashing, at_s + 20.0, back_s),)))
+    result = mission.run()
+    assert result.lost == 0
+    last = {name for done_s, _, name in mission.done if done_s > at_s + 20.0}
+    assert len(last) == 2
+    mission.check_each_begins_with_others()
+
+
+@pytest.mark.parametrize("how", ["leaves", "stops"])
+def test_who_leaves_or_stops_frees_the_other(how: str) -> None:
+    plan = WordPlan(NAMES, shared(1, work_s=60.0), 5)
+    whole = Watched(plan)
+    whole.run()
+    at_s, one, _ = whole.begun[0]
+    other = whole.begun[1][1]
+    mission = Watched(replace(plan, leaving={one: at_s + 10.0}) if how == "leaves" else plan)
+    if how == "stops":
+        mission.tell(at_s + 10.0, "Anna", m.Utterance(None, m.ToRobot(one), None, m.Stop()), times=2)
+    mission.air.run_until(at_s + 40.0)
+    assert not mission.robots[other].at_place
+    result = mission.run()
+    assert (result.lost, result.duplicates) == (0, 0)
+    assert one not in {name for _, _, name in mission.done}
+
+
+def test_who_is_ordered_to_is_joined_by_another_who_is_ordered_to() -> None:
+    mission = Watched(WordPlan(NAMES, shared(3), 4, coordinator="Max"))
+    result = mission.run()
+    assert (result.lost, result.duplicates) == (0, 0)
+    assert {name for _, number, name in mission.done if number == 1} == {"Rob", "Bot"}
+    mission.check_each_begins_with_others()
+
+
+def test_a_stranger_to_the_pair_does_not_make_a_third() -> None:
+    """Max, who has missed everything, claims what two are at."""
+    mission = Watched(WordPlan(NAMES, shared(1, work_s=100.0), 1))
+    mission.air.misses = lambda listener, _u: listener == "Max" and mission.air.now < 120.0
+    while mission.air.now < 130.0:
+        mission.air.run_until(mission.air.now + 1.0)
+    assert {name for _, name, _ in mission.begun} == {"Rob", "Bot"}
+    mission.run()
+    assert {name for _, _, name in mission.done} == {"Rob", "Bot"}
+    assert mission.robots["Max"].state is State.READY
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_what_recurs_is_done_by_two_each_time(seed: int) -> None:
+    tasks = tuple(replace(task, every=Recurrence("1 h"), place=None) for task in shared(2))
+    plan = WordPlan(NAMES, tasks, seed, Conditions(0.1), clocks={"Rob": 0.0, "Bot": 20.0}, limit_s=5 * 3600.0)
+    result = WordMission(plan).run()
+    assert (result.missed, result.repeated) == (0, 0)
+
+
+@settings(max_examples=25, deadline=None, derandomize=True)
+@given(st.integers(0, 10**6), st.integers(2, 3), st.booleans())
+def test_random_teams_do_each_once_and_nobody_begins_alone(seed: int, most: int, with_outages: bool) -> None:
+    plan = random_plan(seed, loss=(0.0, 0.2), robots=(most, 6), tasks=(2, 8), outages_max=int(with_outages))
+    chance = random.Random(seed)
+    tasks = tuple(replace(task, robots=chance.randint(1, most)) for task in plan.tasks)
+    outages = tuple(replace(outage, back_s=outage.back_s or 60.0) for outage in plan.outages)
+    mission = Watched(replace(plan, tasks=tasks, outages=outages, late={}))
+    result = mission.run()
+    assert result.lost == 0
+    assert result.agreed
+    if most == 2:
+        assert not result.duplicates or result.off_in_mid_task
+        mission.check_each_begins_with_others()
+
+
+def test_the_place_of_the_first_is_kept_for_who_is_at_work() -> None:
+    """A claim of a task for two is denied once two have it."""
+    mission = Mission(NAMES, shared(1, work_s=100.0), people=("Tom",), seed=1)
+    mission.air.run_until(100.0)
+    mission.hear(101.0, "Hi team plant, I am Tom, I will complete task one")
+    mission.air.run_until(115.0)
+    assert any("Hi Tom" in line and "negative" in line for line in mission.written(100.0))
+    assert all(robot.board[1].team <= set(NAMES) for robot in mission.robots.values() if robot.at_place)
+    assert Place(0.0, 1.0) == mission.plan.tasks[0].place
