@@ -19,8 +19,8 @@ STAGES = {
     "keyword": ("keyword.listener:KeywordListener.hear",),
     "channel search": ("channel.listener:ChannelListener.look",),
 }
-PEOPLE = "hvcpd.people.second_pass:SecondPassRecogniser.look"
 """None of them calls another one."""
+PEOPLE = "hvcpd.people.second_pass:SecondPassRecogniser.look"
 
 
 @contextmanager
