@@ -17,7 +17,8 @@ Switch = Callable[[], AbstractContextManager[Any]]
 PACKAGE = "hvcpd"
 
 
-def _owner(target: str) -> tuple[Any, str]:
+def owner_of(target: str) -> tuple[Any, str]:
+    """What holds a target, and by which name. Raises LookupError if it is not there."""
     module_name, _, path = target.partition(":")
     try:
         owner: Any = importlib.import_module(module_name)
@@ -35,7 +36,7 @@ def instead(target: str, value: Any) -> Switch:
 
     @contextmanager
     def switched() -> Iterator[None]:
-        owner, name = _owner(target)
+        owner, name = owner_of(target)
         before = vars(owner)[name]
         holders = [owner]
         if ":" in target and "." not in target.partition(":")[2]:
@@ -62,7 +63,7 @@ def defaults(target: str, **values: Any) -> Switch:
 
     @contextmanager
     def switched() -> Iterator[None]:
-        owner, name = _owner(target)
+        owner, name = owner_of(target)
         kind = getattr(owner, name)
         missing = [value for value in values if value not in kind.__dataclass_fields__]
         if missing:

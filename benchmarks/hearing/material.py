@@ -9,7 +9,7 @@ from functools import cached_property
 
 import numpy as np
 
-from hvcpd.assembly.make import make_coherent, make_keyword, templates
+from hvcpd.assembly.make import Books, make_books, make_coherent, make_keyword, templates
 from hvcpd.assembly.sound import Sound, make_phrasebook, make_sound, user_cache_folder
 from hvcpd.config.settings import DEFAULT_TEAMS
 from hvcpd.config.task_file import load_tasks
@@ -63,6 +63,14 @@ class Team:
         """All words in all their voices."""
         voices = {voice.name: voice for voice in map(self.sound.voice_of, self.names)}
         return {name: templates(self.book, voice, self.sound) for name, voice in voices.items()}
+
+    @cached_property
+    def books(self) -> Books:
+        """What they say, measured as a robot that is prepared has it."""
+        books = make_books(self.book, self.names, self.sound)
+        for book in books:
+            book.prepare(lambda: True)
+        return books
 
     def ears(self) -> Recogniser:
         """A recogniser that has heard nothing yet, as every robot has it."""

@@ -51,28 +51,34 @@ SEALED_PAIRS = 400
 100, as for sentences alone, most are lost (5 of 12 sealed sentences right in pink noise at 0 dB; with 300, 12)."""
 
 
-def make_recogniser(phrasebook: Phrasebook, names: Sequence[str], sound: Sound, prepared: bool = True) -> Recogniser:
+Books = Sequence[SpokenBook]
+"""What robots say, for all listeners of one robot: each word is read and measured once."""
+
+
+def make_recogniser(
+    phrasebook: Phrasebook, names: Sequence[str], sound: Sound, prepared: bool = True, books: Books | None = None
+) -> Recogniser:
     """A recogniser for the voices of these robots: templates are the very signals that their synthesizers make.
 
-    `prepared`: it may also render the waveforms of whole sentences when it needs them. Without a cache they are not
-    listened to: to render them again and again would take too long.
+    `prepared`: it may also render the waveforms of whole sentences when it needs them. `books`: those of `make_books`.
+    Without a cache they are not listened to: to render them again and again would take too long.
     """
     speakers = {robot_voice(name, sound): name for name in names}
     bank = LazyMapping(speakers, lambda voice: word_bank(phrasebook, sound.speaker_of(speakers[voice])))
     sealed = Kind.SEALED in phrasebook.vocabulary.kinds
     settings = RecogniserSettings(spotter=SpotterSettings(beam=Beam(max_pairs=SEALED_PAIRS))) if sealed else None
-    coherent = make_coherent(phrasebook, names, sound, prepared) if sound.cache is not None else None
+    coherent = make_coherent(phrasebook, names, sound, prepared, books) if sound.cache is not None else None
     return Recogniser(phrasebook.marked_graph, bank, settings, coherent=coherent, keyword=make_keyword())
 
 
 def make_coherent(
-    phrasebook: Phrasebook, names: Sequence[str], sound: Sound, prepared: bool = True
+    phrasebook: Phrasebook, names: Sequence[str], sound: Sound, prepared: bool = True, books: Books | None = None
 ) -> CoherentListener:
     """Hears the same voices by their waveform, where noise hides the words."""
-    return CoherentListener(phrasebook.marked_graph, make_books(phrasebook, names, sound), prepared)
+    return CoherentListener(phrasebook.marked_graph, books or make_books(phrasebook, names, sound), prepared)
 
 
-def make_books(phrasebook: Phrasebook, names: Sequence[str], sound: Sound) -> Sequence[SpokenBook]:
+def make_books(phrasebook: Phrasebook, names: Sequence[str], sound: Sound) -> Books:
     """What these robots say, sample by sample: at their usual rate, and slowly."""
     words, phrases = phrasebook.marked_graph.words, phrasebook.alternatives
     speakers = {robot_voice(name, sound): name for name in names}
@@ -102,11 +108,16 @@ def voices_of(names: Iterable[str], sound: Sound, people: Mapping[str, Person]) 
 
 
 def make_ears(
-    phrasebook: Phrasebook, names: Sequence[str], sound: Sound, strangers: bool, prepared: bool = True
+    phrasebook: Phrasebook,
+    names: Sequence[str],
+    sound: Sound,
+    strangers: bool,
+    prepared: bool = True,
+    books: Books | None = None,
 ) -> Listening:
     """Ears for the voices of these robots; with `strangers` also for names that are spelled, in any voice, unless
     `prepared` from their `prepare` on."""
-    sentences = make_recogniser(phrasebook, names, sound, prepared)
+    sentences = make_recogniser(phrasebook, names, sound, prepared, books)
     if not strangers:
         return Listening(sentences, None)
     if prepared:
@@ -197,11 +208,9 @@ def make_sealing(plan: RobotPlan) -> Sealing | None:
     return Sealing(guard, security.encrypts, plan.roster)
 
 
-def make_channel_ears(
-    phrasebook: Phrasebook, names: Sequence[str], sound: Sound, ears: Ears, worker: Worker[Stretch, Look]
-) -> ChannelEars:
+def make_channel_ears(phrasebook: Phrasebook, books: Books, ears: Ears, worker: Worker[Stretch, Look]) -> ChannelEars:
     """Return ears around others that hear these robots through a channel that is not known, too."""
-    listener = ChannelListener(phrasebook.marked_graph, make_books(phrasebook, names, sound))
+    listener = ChannelListener(phrasebook.marked_graph, books)
     return ChannelEars(ears, listener, worker, frozenset(phrasebook.alternatives))
 
 
@@ -218,9 +227,10 @@ def make_phrasebook_and_ears(plan: RobotPlan, names: Sequence[str], sound: Sound
 
 def _book_and_ears(plan: RobotPlan, names: Sequence[str], sound: Sound, strangers: bool) -> tuple[Phrasebook, Ears]:
     book, hearing = phrasebook_of(plan, names), plan.hearing
-    ears: Ears = make_ears(book, plan.peers(names), sound, strangers, hearing.prepared)
+    books = make_books(book, plan.peers(names), sound)
+    ears: Ears = make_ears(book, plan.peers(names), sound, strangers, hearing.prepared, books)
     if hearing.channel is not None and sound.cache is not None:
-        ears = make_channel_ears(book, plan.peers(names), sound, ears, hearing.channel)
+        ears = make_channel_ears(book, books, ears, hearing.channel)
     if hearing.second is None:
         return book, ears
     opinion = SecondPassRecogniser(book.people_graph, sound.lexicon, hearing.people, hearing.any_voice)

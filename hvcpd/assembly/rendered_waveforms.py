@@ -11,9 +11,9 @@ from hvcpd.ports import Samples
 from hvcpd.recognition.matched_filter import Quantised, Spectrum, power_of, quantised, restored
 from hvcpd.synthesis.speaker import PITCH_STEPS, Speaker
 
-KEPT = 80
-"""Maximum number of words, by book and pitch, whose waveforms are kept in memory, of all voices: 2.5 MB. All others are
-on the disk; twice as many save no time."""
+KEPT = 160
+"""Maximum number of words, by book and pitch, whose waveforms are kept in memory, of all voices and listeners: 5 MB.
+All others are on the disk."""
 POWERS_KEPT = 600
 """Maximum number of renderings whose `power_of` is kept in memory, of all voices: 1.2 MB."""
 NOTED = 2000
@@ -120,11 +120,12 @@ class SpokenBook:
         self._cache.clear()
 
     def prepare(self, go_on: Callable[[], bool]) -> None:
-        """Render all that may be asked for into the cache, while `go_on`. Takes seconds; another thread may do it."""
+        """Render all that may be asked for into the cache, and note how it joins its neighbours, while `go_on`. Takes
+        seconds; another thread may do it."""
         for word in sorted(self._words):
             for third in range(len(PITCH_STEPS)):
                 if go_on():
-                    self.render(word, third)
+                    self.said(word, third)
 
     def render(self, word: str, third: int) -> tuple[Unit, ...]:
         """`units`, made anew."""

@@ -38,6 +38,22 @@ class WordGraph:
         return tuple(sorted({arc.word for arc in self.arcs}))
 
 
+MOST_WORDS = 64
+"""Words of a sentence; with the default tasks the longest has 27, sealed 34."""
+
+
+def lengths_of(graph: WordGraph) -> tuple[int, ...]:
+    """For each node after how many words more a sentence may end, as bits: bit n for n words, MOST_WORDS at most."""
+    lengths = [1 if node in graph.finals else 0 for node in range(graph.n_nodes)]
+    for _ in range(MOST_WORDS):
+        before = list(lengths)
+        for arc in graph.arcs:
+            lengths[arc.source] |= before[arc.target] << 1
+        if lengths == before:
+            break
+    return tuple(lengths)
+
+
 def graph_of(words: Sequence[str], pauses: frozenset[int] = frozenset()) -> WordGraph:
     """The network of one sentence; node n comes before its word n."""
     arcs = tuple(Arc(n, n + 1, word) for n, word in enumerate(words))

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Hashable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
+from functools import lru_cache
 from typing import Protocol
 
 import numpy as np
@@ -305,6 +306,14 @@ def passes(strength: float, expected: float) -> bool:
 def thirds_of(n_words: int) -> tuple[int, ...]:
     """In which third of a sentence each of its words is."""
     return tuple(3 * k // n_words for k in range(n_words))
+
+
+@lru_cache(4096)
+def may_have(thirds: tuple[int, ...], lengths: int) -> bool:
+    """Whether the words of a sentence may begin in these `thirds` if it ends after so many more, bits of `lengths` (see
+    `graph.lengths_of`)."""
+    n = len(thirds)
+    return any(lengths >> more & 1 and thirds_of(n + more)[:n] == thirds for more in range(lengths.bit_length()))
 
 
 def compared(

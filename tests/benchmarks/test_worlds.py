@@ -14,7 +14,7 @@ from benchmarks.ablation.mechanisms import ALL, SOURCES, Mechanism
 from benchmarks.ablation.switches import answering, defaults, instead
 from benchmarks.hearing.material import Spoken, make_team
 from benchmarks.hearing.mixing import speech_rms
-from benchmarks.hearing.worlds import microphones, ordinary, rooms
+from benchmarks.hearing.worlds import microphones, ordinary, rooms, stages
 from benchmarks.hearing.worlds.conditions import conditions
 from benchmarks.hearing.worlds.microphones import Microphone
 from benchmarks.hearing.worlds.sounds import per_hour
@@ -22,9 +22,11 @@ from benchmarks.hearing.worlds.trials import Tally, Trial, Verdict, judged
 from benchmarks.hearing.worlds.world import World, draw_world
 from hil_fakes import reverberation
 from hvcpd.ports import SAMPLE_RATE_HZ
+from hvcpd.recognition import frontend
 from hvcpd.recognition import settings as recogniser_settings
 from hvcpd.recognition.events import Event, Recognised, Source, Urgent, WordSpan
 from hvcpd.recognition.settings import RecogniserSettings
+from hvcpd.recognition.watch import Watch
 
 needs_rooms = pytest.mark.skipif(not reverberation.available(), reason="needs pyroomacoustics")
 
@@ -204,3 +206,17 @@ def test_a_change_is_as_sure_as_mcnemars_test_has_it() -> None:
     assert found.p == pytest.approx(0.125)  # two-sided binomial of 1 in 7
     assert Change(6, 0).p == pytest.approx(0.03125)
     assert Change(0, 0).p == 1.0
+
+
+def test_the_time_of_each_stage_is_counted_while_it_is_asked_for_and_then_no_more() -> None:
+    before = frontend.energies_of
+    ears, sound = Watch(), np.asarray(noise(2 * SAMPLE_RATE_HZ), np.float32)
+    with stages.timed() as spent:
+        list(ears.push(sound, False, []))
+    assert spent["front end"] > 0.0
+    assert spent["noise"] > 0.0
+    assert spent["channel search"] == spent["people"] == 0.0
+    told = dict(spent)
+    list(ears.push(sound, False, []))
+    assert spent == told
+    assert frontend.energies_of is before

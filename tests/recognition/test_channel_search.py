@@ -5,6 +5,7 @@ from __future__ import annotations
 import random
 from collections.abc import Sequence
 from dataclasses import replace
+from itertools import product
 from pathlib import Path
 
 import numpy as np
@@ -14,13 +15,14 @@ from hvcpd.assembly.make import make_books
 from hvcpd.assembly.sound import make_phrasebook, make_sound
 from hvcpd.config.task_file import load_tasks
 from hvcpd.config.tasks import default_tasks_path
+from hvcpd.language.graph import Arc, lengths_of
 from hvcpd.language.phrasebook import Phrasebook
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 from hvcpd.recognition.channel.listener import LEAST_FIT, LEAST_SCORE, ChannelListener, Stretch
 from hvcpd.recognition.channel.search import ChannelSearch
 from hvcpd.recognition.channel.verification import least_fit
 from hvcpd.recognition.channel.weighting import WeightedSound
-from hvcpd.recognition.paths import Voicebook
+from hvcpd.recognition.paths import Voicebook, may_have, thirds_of
 from tests.recognition.hisses import BOOKS, GRAPH, scene, spoken, through_a_room
 
 NAMES = ("Rob", "Bot")
@@ -96,10 +98,44 @@ def test_each_sentence_is_found_at_its_place_in_its_voice(text: str, voice: str)
     assert np.linalg.norm(best.sound(sound.n) - there) < 0.5 * np.linalg.norm(there)
 
 
+def test_words_are_sought_only_at_pitches_that_a_sentence_of_some_length_may_have() -> None:
+    every = [thirds_of(n) for n in range(1, 40)]
+    for n in range(1, 6):
+        for thirds in product((0, 1, 2), repeat=n):
+            for lengths in (1, 2, 0b1010, 1 << 5, (1 << 40) - 1):
+                there = (sentence for sentence in every if lengths >> max(len(sentence) - n, 0) & 1)
+                expected = any(len(each) >= n and each[:n] == thirds for each in there)
+                assert may_have(thirds, lengths) == expected
+
+
+def test_after_how_many_words_a_sentence_may_end_is_known_at_every_node() -> None:
+    lengths = lengths_of(GRAPH)
+    assert lengths[GRAPH.start] == sum({1 << len(text.split()) for text in SENTENCES})
+    assert all(lengths[node] & 1 for node in GRAPH.finals)
+    assert all((1 << length.bit_length()) <= 1 << 5 for length in lengths)
+    loop = replace(GRAPH, arcs=(*GRAPH.arcs, Arc(next(iter(GRAPH.finals)), GRAPH.start, "and")))
+    assert lengths_of(loop)[GRAPH.start].bit_length() > 20
+
+
 def test_what_begins_with_a_greeting_is_found_where_nobody_noticed_it() -> None:
     heard = through_a_room(spoken("hi rob, water rose"), 1)
     sound = weighted(scene(AT + len(heard) + 9000, (AT, heard), noise=1.0))
     assert SEARCH.paths(sound, [])[0].words == ("hi", "rob", "water", "rose")
+
+
+def test_the_late_echoes_that_a_sentence_leaves_are_no_reason_to_seek_another() -> None:
+    direct = through_a_room(spoken("hi rob, water rose"), 1)
+    heard = np.pad(direct, (0, 8000))
+    for number in range(1, 6):  # echoes after 94 ms and more: no response of 32 ms explains them
+        at = 1500 * number
+        heard[at : at + len(direct)] += 0.5 ** (number + 1) * direct
+    sound = scene(AT + len(heard) + 9000, (AT, heard), noise=0.03)
+    best = SEARCH.paths(weighted(sound), [AT - 8000])[0]
+    left = np.concatenate([sound[:8000], sound[8000:] - best.sound(len(sound) - 8000)])
+    assert SEARCH.paths(weighted(left), [AT - 8000], [best]) == []
+    other = through_a_room(spoken("hi bot, stop", "willow"), 2)
+    left[AT + 3000 : AT + 3000 + len(other)] += 0.02 * other
+    assert SEARCH.paths(weighted(left), [AT - 8000, AT - 5000], [best])[0].words == ("hi", "bot", "stop")
 
 
 def test_a_word_that_was_not_said_does_not_fit() -> None:

@@ -13,6 +13,7 @@ from rich.console import Console
 from benchmarks.hearing.listeners import Peer, make_peer
 from benchmarks.hearing.material import Team, make_team
 from benchmarks.hearing.noises import steady
+from benchmarks.hearing.worlds import stages
 from benchmarks.hearing.worlds.conditions import Condition, conditions
 from benchmarks.hearing.worlds.trials import MakeEars, Tally, hear, make_trial, ours, theirs
 from hil_fakes import reverberation
@@ -56,9 +57,9 @@ class Row:
 
 
 def robots_ears(team: Team) -> Ears:
-    """Ears as a robot has them that listens for strangers, too."""
-    ears = make_ears(team.book, team.names, team.sound, False)
-    robots = make_channel_ears(team.book, team.names, team.sound, ears, AtOnce())
+    """Ears as a robot has them that listens for strangers, too. They have heard nothing, and know all words."""
+    ears = make_ears(team.book, team.names, team.sound, False, books=team.books)
+    robots = make_channel_ears(team.book, team.books, ears, AtOnce())
     return SecondEars(robots, SecondPassRecogniser(team.book.people_graph, team.sound.lexicon, {}, True), AtOnce())
 
 
@@ -146,8 +147,9 @@ def sources(row: Row) -> str:
 
 
 def cost(team: Team, seed: int, data: Path | None, minutes: float, console: Console) -> None:
-    """Print what a whole robot's ears cost once they are ready, processor time over the sound's duration: in noise
-    alone, and while a robot says three sentences in a row, in measured rooms or else through a small loudspeaker."""
+    """Print what a whole robot's ears cost once they are ready, and each stage of them, processor time over the sound's
+    duration: in noise alone, and while a robot says three sentences in a row, in measured rooms or else through a small
+    loudspeaker."""
     named = {condition.name: condition for condition in conditions(seed, data)}
     condition = named.get("measured", named["small-vacuum"])
     talk = [make_trial(team, condition, number, seed, True, data).sound for number in range(3)]
@@ -155,11 +157,14 @@ def cost(team: Team, seed: int, data: Path | None, minutes: float, console: Cons
     alone = np.asarray(rms * steady("pink", round(60.0 * minutes * SAMPLE_RATE_HZ), seed), np.float32)
     for label, sounds in (("pink noise alone", [alone]), (condition.label, talk)):
         ears = robots_ears(team)
-        ears.prepare(lambda: True)
-        hear(ears, sounds[0][: 4 * SAMPLE_RATE_HZ])  # what is made once
-        seconds = sum(hear(ears, sound)[1] for sound in sounds)
+        hear(ears, sounds[0][: 3 * SAMPLE_RATE_HZ])  # what is made once, before anybody speaks
+        with stages.timed() as spent:
+            seconds = sum(hear(ears, sound)[1] for sound in sounds)
         heard_s = sum(map(len, sounds)) / SAMPLE_RATE_HZ
         console.print(f"{label}: {seconds / heard_s:.4f} of real time ({heard_s:.0f} s)", markup=False)
+        spent["all else"] = seconds - sum(spent.values())
+        for stage, of_it in sorted(spent.items(), key=lambda item: -item[1]):
+            console.print(f"    {stage:15} {of_it / heard_s:.4f}", markup=False)
 
 
 def _interval(count: int, n: int) -> str:

@@ -9,7 +9,7 @@ import sys
 from collections.abc import Iterator
 from pathlib import Path
 
-from hvcpd.assembly.make import make_channel_ears, make_recogniser
+from hvcpd.assembly.make import make_books, make_channel_ears, make_recogniser
 from hvcpd.control.hear.heard_sentences import as_json, as_text, sealing_of, sentence_of
 from hvcpd.control.simulate.team import Team, load_team
 from hvcpd.errors import AudioFileError, PhraseError, unwritable
@@ -83,9 +83,10 @@ def events_in(samples: Samples, team: Team) -> Iterator[Event]:
     """Yield everything that the recogniser reports in a recording, shape (n,), float32 at 16 kHz, in order:
     sentences and garbled speech."""
     robots = tuple(name for name in team.names if name.lower() not in team.people)
-    recogniser = make_recogniser(team.phrasebook, robots or team.names, team.sound)
+    books = make_books(team.phrasebook, robots or team.names, team.sound)
+    recogniser = make_recogniser(team.phrasebook, robots or team.names, team.sound, books=books)
     voices = team.settings.voices
-    channel = make_channel_ears(team.phrasebook, robots or team.names, team.sound, recogniser, AtOnce())
+    channel = make_channel_ears(team.phrasebook, books, recogniser, AtOnce())
     people = None
     if voices != "robots":
         listener = SecondPassRecogniser(team.phrasebook.people_graph, team.sound.lexicon, team.people, voices == "any")

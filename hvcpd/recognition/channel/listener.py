@@ -124,8 +124,6 @@ class ChannelListener:
         for search in self._searches[:1] if told else self._searches:
             found = search.paths(sound, noticed, told)
             paths += found
-            if found and self._is_nearly_whole(found[0]):
-                paths += self._alone(sound, found[0].book.voice, found[0].words, found[0].starts[0])
             for sentence in proposed:
                 if not found or sentence.words != found[0].words:
                     at = sentence.start_sample - stretch.origin - begin
@@ -136,10 +134,6 @@ class ChannelListener:
             if best is not None or not found or (stretch.cut and paths[0].score >= BEGUN):
                 break
         return paths, best
-
-    def _is_nearly_whole(self, path: Path) -> bool:
-        """Whether it is a sentence but for how its words are said."""
-        return path.node == self._final and not path.ends
 
     def _alone(self, sound: WeightedSound, voice: str, words: tuple[str, ...], at: int) -> list[Path]:
         """The paths of one sentence in one voice that begins about sample `at`."""

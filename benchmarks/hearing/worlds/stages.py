@@ -1,0 +1,49 @@
+"""Where the processor's time goes while ears hear: the stages of the ear, timed from outside."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Iterator
+from contextlib import ExitStack, contextmanager
+from functools import wraps
+from typing import Any
+
+from benchmarks.ablation.switches import instead, owner_of
+
+HEARING = "hvcpd.recognition"
+STAGES = {
+    "front end": ("stream:energies_of",),
+    "noise": ("noise:NoiseTracker.push", "noise:NoiseTracker.follow_step"),
+    "templates": ("spotter:Spotter.feed", "spotter:Spotter.wake"),
+    "waveforms": ("coherent:CoherentListener.push",),
+    "keyword": ("keyword.listener:KeywordListener.hear",),
+    "channel search": ("channel.listener:ChannelListener.look",),
+}
+"""None of them calls another one."""
+PEOPLE = "hvcpd.people.second_pass:SecondPassRecogniser.look"
+
+
+@contextmanager
+def timed() -> Iterator[dict[str, float]]:
+    """Yield the processor time, s, that each stage takes in this thread while the `with` block lasts."""
+    stages = {name: [f"{HEARING}.{target}" for target in targets] for name, targets in STAGES.items()}
+    stages["people"] = [PEOPLE]
+    spent = dict.fromkeys(stages, 0.0)
+    with ExitStack() as stack:
+        for name, targets in stages.items():
+            for target in targets:
+                owner, attribute = owner_of(target)
+                stack.enter_context(instead(target, _counted(vars(owner)[attribute], name, spent))())
+        yield spent
+
+
+def _counted(function: Callable[..., Any], name: str, spent: dict[str, float]) -> Callable[..., Any]:
+    @wraps(function)
+    def called(*arguments: Any, **named: Any) -> Any:
+        began = time.thread_time()
+        try:
+            return function(*arguments, **named)
+        finally:
+            spent[name] += time.thread_time() - began
+
+    return called
