@@ -88,6 +88,24 @@ def test_the_board_has_the_tasks_own_marks_and_numbers(driver: browser.webdriver
     assert "☕" in str(driver.find_elements("css selector", "#board th")[1].get_attribute("textContent"))
 
 
+def test_a_task_is_added_by_the_form(driver: browser.webdriver.Chrome, show: browser.Show) -> None:
+    press(driver, "#add summary")
+    for name, value in {"number": "6", "name": "water the red tulip", "x_m": "1.5", "y_m": "-2"}.items():
+        driver.find_element("css selector", f"#add [name={name}]").send_keys(value)
+    press(driver, "#add [name=on_demand]")
+    press(driver, "#add form button")
+    browser.until(lambda: "task 6 is taken up" in text(driver, "#told"))
+    task = {
+        "number": 6,
+        "name": "water the red tulip",
+        "actions": ["go to place", {"water": 5}],
+        "place": {"x_m": 1.5, "y_m": -2},
+        "on_demand": True,
+    }
+    assert show.robot.asked[-1] == ("task", {"do": "add", "task": task})
+    assert complaints(driver) == []
+
+
 def test_what_is_heard_is_never_run(driver: browser.webdriver.Chrome, show: browser.Show) -> None:
     evil = "<img src=x onerror=document.title='run'><script>document.title='run'</script>"
     show.do(show.scene.tasks, [task(name=evil, owner=evil, failed_by=[evil])])
