@@ -204,9 +204,7 @@ def _add_say(commands: _Commands) -> None:
     )
     c.add_argument("--gain-db", type=arguments.between(-60.0, 20.0), default=0.0, metavar="DB", help="louder or softer")
     c.add_argument("--natural", action="store_true", help="a natural voice, whatever `synthesizer` the settings have")
-    c.add_argument(
-        "--lombard", action="store_true", help="speak as people do in noise: slower, higher, brighter, louder"
-    )
+    c.add_argument("--lombard", action="store_true", help="for people in noise: clearer consonants, brighter, louder")
     c.add_argument("--voice", type=Path, metavar="DIR", help="speak with recorded words, one WAV each: DIR/water.wav")
     c.add_argument("--local", action="store_true", help="do not ask a running robot to say it")
     c.add_argument("--name", metavar="NAME", help="let this robot say it, which must run here")

@@ -5,7 +5,7 @@ The network is that of hibari-tts 0.2 (Apache-2.0), voice "heart", which was dis
 of durations, a prosody net (pitch, energy) and a decoder of ConvNeXt blocks (Liu et al., "A ConvNet for the 2020s",
 CVPR 2022). The 8-bit weights are read as they were published. Activations are float32, but those that pitch comes from
 are float64: an error of pitch adds up in the phase of the pulses, and with float32 there too, machines that add in
-another order differ by up to -53 dB at the end of a word; so they differ by less than -90 dB.
+another order differ by up to -53 dB at the end of a word; so they differ by -89 dB at most.
 """
 
 from __future__ import annotations

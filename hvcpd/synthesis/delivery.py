@@ -1,4 +1,4 @@
-"""How a sentence is delivered: faster or slower, louder or softer, or as people speak in noise."""
+"""How a sentence is delivered: faster or slower, louder or softer, or shaped for noise."""
 
 from __future__ import annotations
 
@@ -6,8 +6,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from hvcpd.ports import Samples
-from hvcpd.synthesis.leveling import PEAK
+from hvcpd.ports import SAMPLE_RATE_HZ, Samples
+from hvcpd.synthesis.leveling import PEAK, fade, level_gain
 from hvcpd.synthesis.voices import Voice
 
 RATES = (0.5, 2.0)
@@ -16,23 +16,25 @@ RATES = (0.5, 2.0)
 GAINS_DB = (-60.0, 20.0)
 """Least and greatest `gain_db`; more than 20 dB above the usual level no peak could follow."""
 
-LOMBARD_RATE = 0.85
-"""People in noise stretch vowels and speak some 10 to 25 % slower (Junqua, JASA 93, 1993)."""
-
-LOMBARD_PITCH = 1.1
-"""Factor of the pitch of speech in noise: talkers raise it by one to three semitones (Junqua 1993; Lu and Cooke, JASA
-124, 2008)."""
-
-LOMBARD_TILT = 2.2
-"""Factor of the source's low-pass frequency in noise. Talkers flatten the spectrum, the one change that helps listeners
-by itself (Lu and Cooke, *Speech Communication* 51, 2009)."""
-
-LOMBARD_OPEN = 0.75
-"""Factor of the glottis's open share in noise. The voice is tenser: more sound in the formants, less in the first
-harmonics (Junqua 1993)."""
-
 LOMBARD_GAIN_DB = 6.0
-"""Gain of speech in noise: the middle of what talkers add in 65 to 85 dB of noise."""
+"""Gain of speech in noise: the middle of what talkers add in 65 to 85 dB of noise (Junqua, JASA 93, 1993)."""
+
+SHAPE_HZ = (0.0, 200.0, 400.0, 700.0, 1200.0, 2000.0, 3500.0, 4500.0, 6000.0, 8000.0)
+SHAPE_DB = (-20.0, -16.0, -8.0, -3.0, 2.0, 4.0, 4.0, 1.0, -3.0, -6.0)
+"""Spectrum of speech in noise beside plain speech's: power from the first harmonics goes to the second and third
+formant, as talkers do it (Lu and Cooke, *Speech Communication* 51, 2009)."""
+
+ENVELOPE_S = 0.04
+LEFT = 0.1
+"""Share of the differences of level, in dB, that is left when the level is followed over `ENVELOPE_S`: soft consonants
+come up beside the vowels (spectral shaping and dynamic range compression: Zorila, Kandia and Stylianou, Interspeech
+2012). With 0.3 left PocketSphinx had .65 of the words wrong instead of .51 (12 sentences, pink noise, a steeper
+shape)."""
+MOST_LIFT_DB = 15.0
+"""Nothing is raised by more: the ends of words would hiss."""
+
+
+FADE_S = 0.005
 
 
 @dataclass(frozen=True)
@@ -51,21 +53,28 @@ class Delivery:
 
     def voice(self, voice: Voice) -> Voice:
         """The voice as it speaks then."""
-        if not self.lombard:
-            return replace(voice, rate=voice.rate * self.rate)
-        return replace(
-            voice,
-            rate=voice.rate * self.rate * LOMBARD_RATE,
-            f0_hz=voice.f0_hz * LOMBARD_PITCH,
-            tilt_hz=voice.tilt_hz * LOMBARD_TILT,
-            open_quotient=voice.open_quotient * LOMBARD_OPEN,
-            breathiness_db=voice.breathiness_db - 4.0,
-        )
+        return replace(voice, rate=voice.rate * self.rate)
 
     def level(self, sound: Samples) -> tuple[Samples, float]:
-        """Return the sound, shape (n,), at its level, and its gain, dB: less than asked for where its peak would
-        pass `PEAK`."""
+        """Return the sound, shape (n,), shaped and at its level, and its gain, dB: less than asked for where its peak
+        would pass `PEAK`."""
         wanted_db = self.gain_db + (LOMBARD_GAIN_DB if self.lombard else 0.0)
+        sound = for_noise(sound) if self.lombard else sound
         peak = float(np.max(np.abs(sound), initial=0.0))
         gain_db = min(wanted_db, float(20.0 * np.log10(PEAK / peak))) if peak > 0.0 else wanted_db
         return (sound * np.float32(10.0 ** (gain_db / 20.0))).astype(np.float32), gain_db
+
+
+def for_noise(sound: Samples) -> Samples:
+    """Return a sentence, shape (n,), float32, as it is better understood in noise at the same loudness."""
+    if not sound.any():
+        return sound
+    size = 1 << (2 * len(sound)).bit_length()
+    gains = 10.0 ** (np.interp(np.fft.rfftfreq(size, 1.0 / SAMPLE_RATE_HZ), SHAPE_HZ, SHAPE_DB) / 20.0)
+    shaped = np.fft.irfft(np.fft.rfft(sound.astype(np.float64), size) * gains, size)[: len(sound)]
+    window = np.hanning(round(ENVELOPE_S * SAMPLE_RATE_HZ))
+    level = np.sqrt(np.maximum(np.convolve(np.square(shaped), window / window.sum(), "same"), 0.0))[: len(sound)]
+    usual = float(np.sqrt(np.mean(np.square(shaped))))
+    lift = np.maximum(level / usual, 1e-3) ** (LEFT - 1.0)
+    out = (shaped * np.minimum(lift, 10.0 ** (MOST_LIFT_DB / 20.0))).astype(np.float32)
+    return fade(out * level_gain(out), FADE_S)

@@ -10,7 +10,7 @@ from scipy.signal import lfilter, lfilter_zi
 
 from hvcpd.language.phrasebook import Phrasebook, Vocabulary
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
-from hvcpd.synthesis.delivery import Delivery
+from hvcpd.synthesis.delivery import Delivery, for_noise
 from hvcpd.synthesis.leveling import TARGET_LUFS
 from hvcpd.synthesis.lexicon import Lexicon
 from hvcpd.synthesis.loudness import SILENCE_LUFS, k_weighting, loudness_lufs
@@ -66,7 +66,8 @@ def test_sentences_are_fit_to_play(voice: object, delivery: Delivery) -> None:
     for phrases in SENTENCES[:3] if delivery.rate != 1.0 else SENTENCES:
         plain = speaker.render(phrases)
         assert loudness_lufs(plain) == pytest.approx(TARGET_LUFS, abs=1.0)
-        sound, _ = delivery.level(plain)
+        sound, gain_db = delivery.level(plain)
+        assert loudness_lufs(sound) == pytest.approx(TARGET_LUFS + gain_db, abs=1.0)
         assert np.isfinite(sound).all()
         assert float(np.max(np.abs(sound))) <= 10.0 ** (-1.0 / 20.0)
         assert abs(float(sound.mean())) < 0.001 * float(np.max(np.abs(sound)))
@@ -78,15 +79,22 @@ def test_noise_and_haste_change_the_speech_as_they_should() -> None:
     oak, words = voice_named("oak"), (("water", "the", "yellow", "rose"),)
     plain = Speaker(oak, LEXICON).render(words)
     fast = Speaker(Delivery(1.5).voice(oak), LEXICON).render(words)
-    lombard = Speaker(Delivery(lombard=True).voice(oak), LEXICON).render(words)
-    assert len(fast) < 0.85 * len(plain) < len(plain) < 0.95 * len(lombard)
+    lombard = for_noise(plain)
+    assert len(fast) < 0.85 * len(plain) < len(plain) == len(lombard)
 
     def bright(sound: Samples) -> float:
         power = np.abs(np.fft.rfft(sound.astype(float))) ** 2
         hz = np.fft.rfftfreq(len(sound), 1.0 / SAMPLE_RATE_HZ)
         return float(10.0 * np.log10(power[(hz > 1500) & (hz < 4000)].sum() / power[hz < 1000].sum()))
 
-    assert bright(lombard) > bright(plain) + 1.0
+    def unevenness_db(sound: Samples) -> float:
+        power = np.square(sound[: len(sound) // 640 * 640].reshape(-1, 640)).mean(axis=1)
+        return float(np.std(10.0 * np.log10(power[power > 1e-3 * power.max()])))
+
+    assert bright(lombard) > bright(plain) + 6.0
+    assert unevenness_db(lombard) < 0.5 * unevenness_db(plain)
+    assert loudness_lufs(lombard) == pytest.approx(loudness_lufs(plain), abs=0.5)
+    assert not for_noise(np.zeros(100, np.float32)).any()
 
 
 def test_a_gain_is_given_as_far_as_the_peak_allows() -> None:

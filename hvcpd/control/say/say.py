@@ -84,8 +84,8 @@ def _play(options: argparse.Namespace) -> int:
     voice_of: str | None = options.voice_of
     if voice_of is not None and (wrong := valid_robot_name(voice_of)):
         raise PhraseError(f"--as: {wrong}")
-    if options.voice is not None and (options.rate != 1.0 or options.lombard):
-        raise PhraseError("--rate and --lombard change the synthesizer's voice, not recordings; leave them out")
+    if options.voice is not None and options.rate != 1.0:
+        raise PhraseError("--rate changes the synthesizer's voice, not recordings; leave it out")
     team = load_team(options, options.names or (), (voice_of,) if voice_of else ())
     utterance = team.phrasebook.parse_text(options.text)
     if voice_of and options.voice is None and utterance.speaker and voice_of.lower() != utterance.speaker.lower():
@@ -121,7 +121,7 @@ def _speaker(
         return recorded_voice(options.voice, (word for phrase in phrases for word in phrase), team.sound.lexicon)
     if name.lower() in team.sound.recorded:
         if delivery.voice(VOICES[0]) != VOICES[0]:
-            raise PhraseError(f"--rate and --lombard change the synthesizer's voice, and {name} has recordings")
+            raise PhraseError(f"--rate changes the synthesizer's voice, and {name} has recordings")
         return team.sound.speaker_of(name)
     sound = team.sound.made_natural() if options.natural else team.sound
     return Speaker(delivery.voice(sound.voice_of(name)), sound.lexicon, sound.cache)
