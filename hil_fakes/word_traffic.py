@@ -120,6 +120,8 @@ class TrafficMission(WordMission):
             if route is not None and free:
                 self._go_on(name, route)
             self.air.refresh((name,))
+        for name in self.held.keys() - self.robots.keys():
+            del self.held[name]
         self._note_places()
         self.air.at(self.air.now + STEP_S, self._step)
 

@@ -6,11 +6,11 @@ lets two in; it only makes somebody ask again. Who is about to drive in asks ear
 in when it is given the place. The one that has it goes in if nobody answers its own request: who else believes to have
 it would, and then gives it up. Who leaves gives it to the one that has waited longest.
 
-At first the keeper is the robot whose name comes first of all that were told beforehand, once it has listened for
-half a minute and heard of no other. Where that one is missing, and where a keeper was switched off, requests stay
-without any voice in answer, understood or not. After ASKS_MAX of those, and not before the keeper's lease has lapsed,
-who asks takes the place; of several that wait the first in the alphabet, for each request of that one begins the
-others' count anew.
+At first the keeper is the robot whose name comes first of all that are there, or may be, once it has listened for half
+a minute and heard of no other. Where that one is missing, and where a keeper was switched off, requests stay without
+any voice in answer, understood or not. After ASKS_MAX of those, and not before the keeper's lease has lapsed, who asks
+takes the place; of several that wait the first in the alphabet, for each request of that one begins the others' count
+anew.
 """
 
 from __future__ import annotations
@@ -220,8 +220,9 @@ def _is_mine(me: Knowledge, p: Pass, now: float) -> bool:
 
 def _keeps(me: Knowledge, p: Pass, now: float) -> bool:
     """Whether this robot has the place: it is the last of which it heard so, or it is the first that may."""
-    first = min(me.roster, default=None) == me.role.name.lower() and now - p.since_s >= LISTENED_S
-    if p.keeper is None and first:
+    met = bool(me.roster) and bool(me.peers.all())
+    unknown = p.keeper is None and met and now - p.since_s >= LISTENED_S
+    if unknown and me.role.name.lower() < min(me.expected(now), default="~"):
         p.keep(me.role.name, now)
     return p.keeper == me.role.name
 
@@ -272,6 +273,7 @@ def given(me: Knowledge, heard: Heard, s: m.PlaceGiven) -> None:
     p, now = find(me, s.place), heard.now
     if p is None or heard.speaker is None or not isinstance(heard.to, m.ToRobot):
         return
+    p.waiting.pop(heard.speaker, None)  # it has been in
     if is_for_me_alone(me, heard.to):
         if p.wanted_s is not None:
             _have(me, p, now)
@@ -313,6 +315,7 @@ def free(me: Knowledge, heard: Heard, s: m.PlaceFree) -> None:
     p, now = find(me, s.place), heard.now
     if p is None or heard.speaker is None or p.using:
         return
+    p.waiting.pop(heard.speaker, None)
     if p.keeper != me.role.name:
         p.keep(heard.speaker, now)
         _wait(me, p, now)
