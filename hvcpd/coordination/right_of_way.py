@@ -65,7 +65,8 @@ LEASE_S = 45.0
 """Who has a place and says nothing of it has left it by then: 4 m of it take 20 s. Each request that it hears renews
 the lease, for it answers."""
 REPEATED_S = 25.0
-"""Who was given a place and goes on asking for it, without a longer break, has not heard that; it is said again."""
+"""Who was given a place and goes on asking for it, without a longer break, has not heard that; it is said again. So it
+is when another one asks, and is not answered."""
 REST_S = 40.0
 """Who was given a place does not ask for it again sooner, once it is another's: or else the one that gave it would
 take that for the same request, and give what it has no more."""
@@ -131,7 +132,7 @@ def _have(me: Knowledge, p: Pass, now: float) -> None:
 
 
 def _leave(me: Knowledge, p: Pass, now: float) -> None:
-    """This robot is out: the place is for who has waited longest."""
+    """This robot is out, and gives the place to the one that has waited longest."""
     p.using, told, p.told = False, p.told, False
     p.waiting = {name: (first_s, last_s) for name, (first_s, last_s) in p.waiting.items() if now - last_s < WAITS_S}
     if p.waiting:
@@ -185,12 +186,10 @@ def _request(me: Knowledge, p: Pass) -> m.Utterance | None:
 
 
 def said(me: Knowledge, topic: str, now: float) -> None:
-    """What was said of that topic is out: an answer to a request may begin, and who was given a place knows it."""
+    """What was said of that topic is out: an answer to a request may begin."""
     for p in me.passes:
         if p.topic == topic and p.wanted_s is not None:
             p.asked_s, p.answer_s = now, now + ANSWER_S
-        elif topic == f"give {p.place.name}" and p.given_s > -math.inf:
-            p.given_s = now
 
 
 def _judge(me: Knowledge, p: Pass, now: float) -> None:
@@ -247,13 +246,12 @@ def wanted(me: Knowledge, heard: Heard, s: m.PlaceWanted) -> None:
             _give(me, p, name, now, sure)
         return
     _wait(me, p, now + (YIELD_S if comes_first and p.silences else ASK_NEXT_S))  # an answer comes first
+    p.silences = 0 if comes_first and p.keeper != name else p.silences
+    if now - p.given_s <= REPEATED_S and p.keeper is not None:  # by this robot, but who has it may not know
+        p.given_s = now if p.keeper == name else p.given_s
+        _say_given(me, p, p.keeper, now, sure=p.keeper == name)
     if p.keeper == name:
         p.waiting.pop(name)
-        if now - p.given_s <= REPEATED_S:
-            p.given_s = now
-            _say_given(me, p, name, now)
-    elif comes_first:
-        p.silences = 0
 
 
 def _refuse(me: Knowledge, p: Pass, name: str, now: float) -> None:
@@ -277,7 +275,7 @@ def given(me: Knowledge, heard: Heard, s: m.PlaceGiven) -> None:
     if is_for_me_alone(me, heard.to):
         if p.wanted_s is not None:
             _have(me, p, now)
-        elif not p.using:
+        elif not p.using and now >= p.again_s:  # else it is said again, and was heard before
             p.keep(me.role.name, now)
             if p.waiting:
                 _leave(me, p, now)

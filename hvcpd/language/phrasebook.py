@@ -76,7 +76,6 @@ class Vocabulary:
 
 _COMPILED = tuple(map(compile_form, FORMS))
 
-
 SAFETY_WORDS = frozenset({"stop", "resume"})
 """Spoken alone they halt and release robots, so that no task may have one in its name."""
 RESERVED_WORDS = frozenset({"all", "team"}).union(*(words_of(compiled.node) for compiled in _COMPILED))
