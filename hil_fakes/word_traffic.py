@@ -143,7 +143,7 @@ class TrafficMission(WordMission):
             self._begin_next(name)
         else:
             del self._routes[name]
-            self.performed(name, route.task, route.acts)
+            self.carried_out(name, route.task, route.acts)
 
     def _note_hold(self, name: str, held: bool) -> None:
         if held:

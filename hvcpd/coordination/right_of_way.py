@@ -16,14 +16,14 @@ anew.
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from functools import partial
 
-from hvcpd.config.shared_places import BODY_M, LINE_M
+from hvcpd.config.shared_places import BODY_M, LINE_M, SharedPlace
 from hvcpd.config.tasks import Place
 from hvcpd.coordination import composing
 from hvcpd.coordination.addressing import is_for_me_alone
-from hvcpd.coordination.floor import Intent, Urgency
+from hvcpd.coordination.floor import EARLY_SLOTS, Intent, Urgency
 from hvcpd.coordination.knowledge import Heard, Knowledge, Reactions
 from hvcpd.coordination.passes import Pass
 from hvcpd.coordination.states import State, Trigger
@@ -70,6 +70,15 @@ is when another one asks, and is not answered."""
 REST_S = 40.0
 """Who was given a place does not ask for it again sooner, once it is another's: or else the one that gave it would
 take that for the same request, and give what it has no more."""
+
+
+def take_places(me: Knowledge, places: Iterable[SharedPlace], now: float) -> None:
+    """Have these places from now on; of those that are as they were, all that is known stays."""
+    known = {each.place: each for each in me.passes}
+    me.passes = tuple(known.pop(place, None) or Pass(place, now) for place in places)
+    for gone in known.values():
+        me.floor.withdraw(gone.topic)
+    me.floor.early_slots = EARLY_SLOTS if me.passes else 0
 
 
 def may_drive(me: Knowledge, way: Sequence[Place], now: float) -> bool:

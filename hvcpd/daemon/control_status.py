@@ -127,7 +127,7 @@ def tasks_of(body: Body, now: float) -> list[dict[str, Any]]:
 def _conversation(body: Body) -> dict[str, Any]:
     robot = body.robot
     if robot is None:
-        nothing = {"now_s": 0.0, "pose": None, "stopped": body.journal.stopped, "speaking": False}
+        nothing: dict[str, Any] = {"now_s": 0.0, "pose": None, "stopped": body.journal.stopped, "speaking": False}
         nothing |= {"task": None, "tasks": {}, "places": [], "peers": []}
         return {"state": "starting", "doing": "is starting", **nothing}
     c, now = robot.coordination, robot.now

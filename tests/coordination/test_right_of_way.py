@@ -139,6 +139,19 @@ def test_who_has_waited_longest_is_first() -> None:
     assert p.keeper == "Max"
 
 
+def test_places_that_are_listed_anew_keep_what_is_known_of_the_others() -> None:
+    mission = Corridor(("Bot", "Rob"), (across(1),), starts=(WEST, WEST))
+    rob, now = mission.robots["Rob"], mission.air.now
+    rob.knowledge.passes[0].keep("Bot", 50.0)
+    tap = SharedPlace("tap", 9.0, 9.0, 9.0, 9.0, 0.5)
+    rob.retask((across(1),), now, (tap, CORRIDOR))
+    assert [(p.place, p.keeper) for p in rob.knowledge.passes] == [(tap, None), (CORRIDOR, "Bot")]
+    rob.retask((across(1),), now)
+    rob.sensed(here=Place(0.0, 0.0))
+    assert rob.knowledge.passes == ()
+    assert rob.may_drive((EAST,), now)
+
+
 def test_a_place_that_is_not_listed_costs_nothing_and_changes_nothing() -> None:
     bare, listed = (Phrasebook(Vocabulary(NAMES, places=places)) for places in ((), ("corridor",)))
     assert not any(word in bare.graph.words for word in ("use", "in", "corridor"))
