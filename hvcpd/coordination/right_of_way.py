@@ -9,8 +9,8 @@ it would, and then gives it up. Who leaves gives it to the one that has waited l
 At first the keeper is the robot whose name comes first of all that are there, or may be, once it has listened for half
 a minute and heard of no other. Where that one is missing, and where a keeper was switched off, requests stay without
 any voice in answer, understood or not. After ASKS_MAX of those, and not before the keeper's lease has lapsed, who asks
-takes the place; of several that wait the first in the alphabet, for each request of that one begins the others' count
-anew.
+takes the place; of several that wait the first in the alphabet, for each request of that one begins the count of the
+others anew that are not far on with it.
 """
 
 from __future__ import annotations
@@ -59,6 +59,8 @@ ASKS_MAX = 6
 are there miss all of them."""
 LISTENED_S = 30.0
 """Who has heard nothing of a place for so long knows that nobody uses it: each time takes two sentences at least."""
+ALL_HEARD_S = 150.0
+"""Who was not heard for so long is not there: everybody who is has said five sentences or more."""
 ASKS_ALONE = 2
 """The same where nobody else was ever heard of."""
 LEASE_S = 45.0
@@ -75,7 +77,7 @@ take that for the same request, and give what it has no more."""
 def take_places(me: Knowledge, places: Iterable[SharedPlace], now: float) -> None:
     """Have these places from now on; of those that are as they were, all that is known stays."""
     known = {each.place: each for each in me.passes}
-    me.passes = tuple(known.pop(place, None) or Pass(place, now) for place in places)
+    me.passes = tuple(known.pop(place) if place in known else Pass(place, now) for place in places)
     for gone in known.values():
         me.floor.withdraw(gone.topic)
     me.floor.early_slots = EARLY_SLOTS if me.passes else 0
@@ -228,10 +230,11 @@ def _is_mine(me: Knowledge, p: Pass, now: float) -> bool:
 
 def _keeps(me: Knowledge, p: Pass, now: float) -> bool:
     """Whether this robot has the place: it is the last of which it heard so, or it is the first that may."""
-    met = bool(me.roster) and bool(me.peers.all())
-    unknown = p.keeper is None and met and now - p.since_s >= LISTENED_S
-    if unknown and me.role.name.lower() < min(me.expected(now), default="~"):
-        p.keep(me.role.name, now)
+    listened_s, own = now - p.since_s, me.role.name.lower()
+    if p.keeper is None and me.roster and me.peers.all() and listened_s >= LISTENED_S:
+        absent = me.roster if listened_s < ALL_HEARD_S else frozenset()
+        if own == min(absent.union(me.peers.present(now), (own,))):
+            p.keep(me.role.name, now)
     return p.keeper == me.role.name
 
 
@@ -254,8 +257,10 @@ def wanted(me: Knowledge, heard: Heard, s: m.PlaceWanted) -> None:
         else:
             _give(me, p, name, now, sure)
         return
-    _wait(me, p, now + (YIELD_S if comes_first and p.silences else ASK_NEXT_S))  # an answer comes first
-    p.silences = 0 if comes_first and p.keeper != name else p.silences
+    yields = comes_first and p.silences < ASKS_MAX // 2
+    _wait(me, p, now + (YIELD_S if yields and p.silences else ASK_NEXT_S))  # an answer comes first
+    if yields and p.keeper != name:
+        p.silences = 0  # else that one, which begins now, will hear this robot take the place
     if now - p.given_s <= REPEATED_S and p.keeper is not None:  # by this robot, but who has it may not know
         p.given_s = now if p.keeper == name else p.given_s
         _say_given(me, p, p.keeper, now, sure=p.keeper == name)
