@@ -10,7 +10,7 @@ At first the keeper is the robot whose name comes first of all that are there, o
 a minute and heard of no other. Where that one is missing, and where a keeper was switched off, requests stay without
 any voice in answer, understood or not. After ASKS_MAX of those, and not before the keeper's lease has lapsed, who asks
 takes the place; of several that wait the first in the alphabet, for each request of that one begins the count of the
-others anew that are not far on with it.
+others anew.
 """
 
 from __future__ import annotations
@@ -212,7 +212,7 @@ def _judge(me: Knowledge, p: Pass, now: float) -> None:
         return
     p.answer_s = math.inf
     p.silences += not somebody_spoke
-    if _is_mine(me, p, now):
+    if not somebody_spoke and _is_mine(me, p, now):
         _have(me, p, now)
     else:
         p.ask_s = now
@@ -257,10 +257,9 @@ def wanted(me: Knowledge, heard: Heard, s: m.PlaceWanted) -> None:
         else:
             _give(me, p, name, now, sure)
         return
-    yields = comes_first and p.silences < ASKS_MAX // 2
-    _wait(me, p, now + (YIELD_S if yields and p.silences else ASK_NEXT_S))  # an answer comes first
-    if yields and p.keeper != name:
-        p.silences = 0  # else that one, which begins now, will hear this robot take the place
+    _wait(me, p, now + (YIELD_S if comes_first and p.silences else ASK_NEXT_S))  # an answer comes first
+    if comes_first and p.keeper != name:
+        p.silences = 0
     if now - p.given_s <= REPEATED_S and p.keeper is not None:  # by this robot, but who has it may not know
         p.given_s = now if p.keeper == name else p.given_s
         _say_given(me, p, p.keeper, now, sure=p.keeper == name)
