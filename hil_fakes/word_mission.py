@@ -272,11 +272,11 @@ class WordMission:
         def finish() -> None:
             if body.job == job and self.robots.get(name) is robot:
                 body.halt(self.air.now)
-                self.finish(name, task, acts)
+                self.carried_out(name, task, acts)
 
         self.air.at(now + length_s, finish)
 
-    def finish(self, name: str, task: int, acts: bool) -> None:
+    def carried_out(self, name: str, task: int, acts: bool) -> None:
         """A robot has carried out what it was to; `acts`: that was the task itself, and not the way there."""
         robot, now = self.robots[name], self.air.now
         robot.sensed(here=self.bodies[name].place)

@@ -120,6 +120,8 @@ class TrafficMission(WordMission):
             if route is not None and free:
                 self._go_on(name, route)
             self.air.refresh((name,))
+        for name in self.held.keys() - self.robots.keys():
+            del self.held[name]
         self._note_places()
         self.air.at(self.air.now + STEP_S, self._step)
 
@@ -141,7 +143,7 @@ class TrafficMission(WordMission):
             self._begin_next(name)
         else:
             del self._routes[name]
-            self.finish(name, route.task, route.acts)
+            self.carried_out(name, route.task, route.acts)
 
     def _note_hold(self, name: str, held: bool) -> None:
         if held:

@@ -251,8 +251,7 @@ def _with_proposals(
 
 def _key_of(word: str, vocabulary: Vocabulary) -> str:
     texts = (*vocabulary.tasks, *vocabulary.remarks, *vocabulary.failures, *vocabulary.places)
-    spoken = {word for text in texts for word in spoken_words(text)}
-    if word in spoken:
+    if any(word in spoken_words(text) for text in texts):
         return "tasks"
     return "names" if word in (name.lower() for name in vocabulary.names) else "teams"
 

@@ -28,9 +28,8 @@ from hvcpd.coordination import (
 from hvcpd.coordination.actions import Action, Rng, Role, SaveChange, SaveDue, SavePeer, SaveTask, Timing
 from hvcpd.coordination.addressing import answer_slots, note_presence, whose_turn
 from hvcpd.coordination.board import Board
-from hvcpd.coordination.floor import EARLY_SLOTS, Floor, Intent, Order, Urgency, round_of_turns
+from hvcpd.coordination.floor import Floor, Intent, Order, Urgency, round_of_turns
 from hvcpd.coordination.knowledge import Heard, Knowledge
-from hvcpd.coordination.passes import Pass
 from hvcpd.coordination.peers import Peers, team_of
 from hvcpd.coordination.states import DEPARTING, NEWCOMER, State, Trigger
 from hvcpd.coordination.table import fire
@@ -82,8 +81,7 @@ class Coordination:
         self.knowledge = me = Knowledge(role, timing, rng, board, self.peers, Floor(timing, rng, len(role.roster)))
         me.missed.heard_work = bool(remembered)
         me.body.home = home
-        me.passes = tuple(Pass(place, now) for place in places)
-        me.floor.early_slots = EARLY_SLOTS if me.passes else 0
+        right_of_way.take_places(me, places, now)
         for number, due_s in (dues or {}).items():
             board[number].due_s = due_s
         for number, (count, skipped) in (changes or {}).items():
@@ -252,9 +250,10 @@ class Coordination:
         self.board.forgive(role.name, forgiven)
         self.knowledge.reconsider(now)
 
-    def retask(self, tasks: Iterable[TaskDefinition], now: float) -> None:
-        """Have these tasks from now on, and no others; the others are asked what they know of the new ones."""
+    def retask(self, tasks: Iterable[TaskDefinition], now: float, places: Iterable[SharedPlace] = ()) -> None:
+        """Have these tasks and places from now on, and no others; the others are asked what they know of new tasks."""
         me = self.knowledge
+        right_of_way.take_places(me, places, now)
         for number in self.board.replace(tasks):
             me.spreading.pop(number, None)
             me.report.drop(number)

@@ -6,24 +6,24 @@ lets two in; it only makes somebody ask again. Who is about to drive in asks ear
 in when it is given the place. The one that has it goes in if nobody answers its own request: who else believes to have
 it would, and then gives it up. Who leaves gives it to the one that has waited longest.
 
-At first the keeper is the robot whose name comes first of all that were told beforehand, once it has listened for
-half a minute and heard of no other. Where that one is missing, and where a keeper was switched off, requests stay
-without any voice in answer, understood or not. After ASKS_MAX of those, and not before the keeper's lease has lapsed,
-who asks takes the place; of several that wait the first in the alphabet, for each request of that one begins the
-others' count anew.
+At first the keeper is the robot whose name comes first of all that are there, or may be, once it has listened for half
+a minute and heard of no other. Where that one is missing, and where a keeper was switched off, requests stay without
+any voice in answer, understood or not. After ASKS_MAX of those, and not before the keeper's lease has lapsed, who asks
+takes the place; of several that wait the first in the alphabet, for each request of that one begins the count of the
+others anew.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from functools import partial
 
-from hvcpd.config.shared_places import BODY_M, LINE_M
+from hvcpd.config.shared_places import BODY_M, LINE_M, SharedPlace
 from hvcpd.config.tasks import Place
 from hvcpd.coordination import composing
 from hvcpd.coordination.addressing import is_for_me_alone
-from hvcpd.coordination.floor import Intent, Urgency
+from hvcpd.coordination.floor import EARLY_SLOTS, Intent, Urgency
 from hvcpd.coordination.knowledge import Heard, Knowledge, Reactions
 from hvcpd.coordination.passes import Pass
 from hvcpd.coordination.states import State, Trigger
@@ -59,16 +59,28 @@ ASKS_MAX = 6
 are there miss all of them."""
 LISTENED_S = 30.0
 """Who has heard nothing of a place for so long knows that nobody uses it: each time takes two sentences at least."""
+ALL_HEARD_S = 150.0
+"""Who was not heard for so long is not there: everybody who is has said five sentences or more."""
 ASKS_ALONE = 2
 """The same where nobody else was ever heard of."""
 LEASE_S = 45.0
 """Who has a place and says nothing of it has left it by then: 4 m of it take 20 s. Each request that it hears renews
 the lease, for it answers."""
 REPEATED_S = 25.0
-"""Who was given a place and goes on asking for it, without a longer break, has not heard that; it is said again."""
+"""Who was given a place and goes on asking for it, without a longer break, has not heard that; it is said again. So it
+is when another one asks, and is not answered."""
 REST_S = 40.0
 """Who was given a place does not ask for it again sooner, once it is another's: or else the one that gave it would
 take that for the same request, and give what it has no more."""
+
+
+def take_places(me: Knowledge, places: Iterable[SharedPlace], now: float) -> None:
+    """Have these places from now on; of those that are as they were, all that is known stays."""
+    known = {each.place: each for each in me.passes}
+    me.passes = tuple(known.pop(place) if place in known else Pass(place, now) for place in places)
+    for gone in known.values():
+        me.floor.withdraw(gone.topic)
+    me.floor.early_slots = EARLY_SLOTS if me.passes else 0
 
 
 def may_drive(me: Knowledge, way: Sequence[Place], now: float) -> bool:
@@ -131,7 +143,7 @@ def _have(me: Knowledge, p: Pass, now: float) -> None:
 
 
 def _leave(me: Knowledge, p: Pass, now: float) -> None:
-    """This robot is out: the place is for the robot that has waited longest."""
+    """This robot is out, and gives the place to the one that has waited longest."""
     p.using, told, p.told = False, p.told, False
     p.waiting = {name: (first_s, last_s) for name, (first_s, last_s) in p.waiting.items() if now - last_s < WAITS_S}
     if p.waiting:
@@ -185,12 +197,10 @@ def _request(me: Knowledge, p: Pass) -> m.Utterance | None:
 
 
 def said(me: Knowledge, topic: str, now: float) -> None:
-    """What was said of that topic is out: an answer to a request may begin, and who was given a place knows it."""
+    """What was said of that topic is out: an answer to a request may begin."""
     for p in me.passes:
         if p.topic == topic and p.wanted_s is not None:
             p.asked_s, p.answer_s = now, now + ANSWER_S
-        elif topic == f"give {p.place.name}" and p.given_s > -math.inf:
-            p.given_s = now
 
 
 def _judge(me: Knowledge, p: Pass, now: float) -> None:
@@ -202,7 +212,7 @@ def _judge(me: Knowledge, p: Pass, now: float) -> None:
         return
     p.answer_s = math.inf
     p.silences += not somebody_spoke
-    if _is_mine(me, p, now):
+    if not somebody_spoke and _is_mine(me, p, now):
         _have(me, p, now)
     else:
         p.ask_s = now
@@ -220,9 +230,11 @@ def _is_mine(me: Knowledge, p: Pass, now: float) -> bool:
 
 def _keeps(me: Knowledge, p: Pass, now: float) -> bool:
     """Whether this robot has the place: it is the last of which it heard so, or it is the first that may."""
-    first = min(me.roster, default=None) == me.role.name.lower() and now - p.since_s >= LISTENED_S
-    if p.keeper is None and first:
-        p.keep(me.role.name, now)
+    listened_s, own = now - p.since_s, me.role.name.lower()
+    if p.keeper is None and me.roster and me.peers.all() and listened_s >= LISTENED_S:
+        absent = me.roster if listened_s < ALL_HEARD_S else frozenset()
+        if own == min(absent.union(me.peers.present(now), (own,))):
+            p.keep(me.role.name, now)
     return p.keeper == me.role.name
 
 
@@ -246,13 +258,13 @@ def wanted(me: Knowledge, heard: Heard, s: m.PlaceWanted) -> None:
             _give(me, p, name, now, sure)
         return
     _wait(me, p, now + (YIELD_S if comes_first and p.silences else ASK_NEXT_S))  # an answer comes first
+    if comes_first and p.keeper != name:
+        p.silences = 0
+    if now - p.given_s <= REPEATED_S and p.keeper is not None:  # by this robot, but who has it may not know
+        p.given_s = now if p.keeper == name else p.given_s
+        _say_given(me, p, p.keeper, now, sure=p.keeper == name)
     if p.keeper == name:
         p.waiting.pop(name)
-        if now - p.given_s <= REPEATED_S:
-            p.given_s = now
-            _say_given(me, p, name, now)
-    elif comes_first:
-        p.silences = 0
 
 
 def _refuse(me: Knowledge, p: Pass, name: str, now: float) -> None:
@@ -272,10 +284,11 @@ def given(me: Knowledge, heard: Heard, s: m.PlaceGiven) -> None:
     p, now = find(me, s.place), heard.now
     if p is None or heard.speaker is None or not isinstance(heard.to, m.ToRobot):
         return
+    p.waiting.pop(heard.speaker, None)  # it has been in
     if is_for_me_alone(me, heard.to):
         if p.wanted_s is not None:
             _have(me, p, now)
-        elif not p.using:
+        elif not p.using and now >= p.again_s:  # else it is said again, and was heard before
             p.keep(me.role.name, now)
             if p.waiting:
                 _leave(me, p, now)
@@ -313,6 +326,7 @@ def free(me: Knowledge, heard: Heard, s: m.PlaceFree) -> None:
     p, now = find(me, s.place), heard.now
     if p is None or heard.speaker is None or p.using:
         return
+    p.waiting.pop(heard.speaker, None)
     if p.keeper != me.role.name:
         p.keep(heard.speaker, now)
         _wait(me, p, now)

@@ -13,6 +13,7 @@ from typing import Any
 from hvcpd import __version__
 from hvcpd.config.tasks import TaskRepository
 from hvcpd.coordination.board import Entry
+from hvcpd.coordination.passes import Pass
 from hvcpd.coordination.peers import Peer
 from hvcpd.coordination.states import State
 from hvcpd.daemon.base_request_handler import BaseRequestHandler
@@ -126,8 +127,9 @@ def tasks_of(body: Body, now: float) -> list[dict[str, Any]]:
 def _conversation(body: Body) -> dict[str, Any]:
     robot = body.robot
     if robot is None:
-        nothing = {"now_s": 0.0, "pose": None, "stopped": body.journal.stopped, "speaking": False}
-        return {"state": "starting", "doing": "is starting", **nothing, "task": None, "tasks": {}, "peers": []}
+        nothing: dict[str, Any] = {"now_s": 0.0, "pose": None, "stopped": body.journal.stopped, "speaking": False}
+        nothing |= {"task": None, "tasks": {}, "places": [], "peers": []}
+        return {"state": "starting", "doing": "is starting", **nothing}
     c, now = robot.coordination, robot.now
     task = body.wiring.tasks.by_number(c.task) if c.task is not None else None
     pose = robot.odometry.pose
@@ -144,7 +146,22 @@ def _conversation(body: Body) -> dict[str, Any]:
         "speaking": robot.speaking,
         "task": {"number": task.number, "name": task.name} if task is not None else None,
         "tasks": dict(Counter(entry.state for entry in c.board.entries())),
+        "places": [_place(each, now) for each in c.knowledge.passes],
         "peers": [_peer(peer, c.peers.is_present(peer.name, now), now) for peer in c.peers.all()],
+    }
+
+
+def _place(p: Pass, now: float) -> dict[str, Any]:
+    """A place that only one robot fits in: who has it, and who waits, the longest first."""
+    others = sorted(p.waiting, key=lambda name: p.waiting[name])
+    lasts = math.isfinite(p.lease_end_s) and not p.using
+    return {
+        "name": p.place.name,
+        "keeper": p.keeper,
+        "inside": p.inside,
+        "wanted_s": round(now - p.wanted_s, 1) if p.wanted_s is not None else None,
+        "lease_s": round(max(p.lease_end_s - now, 0.0), 1) if lasts else None,
+        "waiting": others,
     }
 
 

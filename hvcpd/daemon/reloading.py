@@ -171,7 +171,7 @@ class Reloader:
         self._body.wiring = replace(self._body.wiring, tasks=tasks)
         self._body.journal.know(tasks)
         if robot is not None:
-            robot.coordination.retask(tasks.tasks, robot.now)
+            robot.coordination.retask(tasks.tasks, robot.now, tasks.places)
             self._tell_robot(self._body.wiring)
 
     def _tell_robot(self, wiring: Wiring) -> None:
@@ -194,9 +194,9 @@ def _news_of_people(before: Mapping[str, Person], now: Mapping[str, Person]) -> 
 
 
 def _words(tasks: TaskRepository) -> tuple[object, ...]:
-    """What of the tasks can be spoken of, and is built into the recogniser."""
+    """What of the tasks can be spoken of, and is built into the recogniser; and the places with their areas."""
     names, said = {task.number: task.name for task in tasks.tasks}, {*tasks.remarks, *tasks.failures}
-    return names, said, tasks.other_tasks, tasks.alternatives, {place.name for place in tasks.places}
+    return names, said, tasks.other_tasks, tasks.alternatives, tasks.places
 
 
 def _task_changes(before: TaskRepository, now: TaskRepository) -> list[dict[str, Any]]:

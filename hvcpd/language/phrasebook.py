@@ -71,7 +71,6 @@ class Vocabulary:
 
 _COMPILED = tuple(map(compile_form, FORMS))
 
-
 SAFETY_WORDS = frozenset({"stop", "resume"})
 """Spoken alone they halt and release robots, so that no task may have one in its name."""
 RESERVED_WORDS = frozenset({"all", "team"}).union(*(compiled.all_words for compiled in _COMPILED))

@@ -66,7 +66,7 @@ def test_names_that_would_be_mistaken_for_each_other(tmp_path: Path) -> None:
         for name, x_m in (("tap", 4), ("cap", 9))
     )
     with pytest.raises(
-        ConfigError, match=r"tasks\.yaml:5: name: .*'cap' sounds like 'tap' in line 4; rename one of them"
+        ConfigError, match=r"tasks\.yaml:5: the place 'cap' sounds like 'tap' in line 4; rename one of them"
     ):
         read(tmp_path, tap + cap)
 

@@ -53,6 +53,7 @@ def _facts(status: Mapping[str, Any]) -> list[tuple[str, RenderableType]]:
         facts.append(("Battery", _battery(status)))
     facts.append(("Sound", _sound(status["sound"])))
     facts += _skills(status.get("skills"))  # a daemon before this field says nothing of it
+    facts += [("Way", _way(place)) for place in status.get("places", ())]
     facts += [("Memory", Text(clean(fault), "bold red")) for fault in memory_faults(status["memory"])]
     return facts
 
@@ -117,6 +118,14 @@ def _skills(skills: Mapping[str, Any] | None) -> Iterator[tuple[str, RenderableT
     if call is not None:
         said = (call[key] for key in ("state", "share", "text", "arguments", "results"))
         yield "Uses", clean(skill_words(call["skill"], *said))
+
+
+def _way(place: Mapping[str, Any]) -> str:
+    """Who has a place that only one robot fits in, and who waits for it."""
+    keeper, waiting = place["keeper"], [clean(name) for name in place["waiting"]]
+    has = "nobody has it" if keeper is None else f"{clean(keeper)} has it"
+    here = ", in it now" if place["inside"] else ", waited for" if place["wanted_s"] is not None else ""
+    return f"{clean(place['name'])}: {has}{here}" + (f"; waiting: {', '.join(waiting)}" if waiting else "")
 
 
 def _peers(peers: Sequence[Mapping[str, Any]]) -> RenderableType:
