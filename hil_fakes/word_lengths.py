@@ -43,6 +43,7 @@ def _count(u: m.Utterance) -> int:
                 tuple(dict.fromkeys(teams)),
                 tasks,
                 tuple(range(NUMBER_MAX)),
+                failures=tuple(filter(None, [getattr(u.statement, "reason", None)])),
                 kinds=frozenset(Kind),
             )
         )
@@ -67,7 +68,7 @@ def _shape(value: object) -> object:
         case None | bool() | float() | int():
             return value
         case str():
-            return str
+            return len(value.split())
         case _ if is_dataclass(value):
             return (type(value), *(_shape(getattr(value, f.name)) for f in fields(value)))
         case _:

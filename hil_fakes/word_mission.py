@@ -274,7 +274,7 @@ class WordMission:
             body.halt(self.air.now)
             robot.sensed(here=body.place)
             if acts and self.plan.fails(name, task, self.air.now):
-                robot.perform_failed(self.air.now)
+                robot.perform_failed(self.air.now, self.plan.reason)
                 self.air.refresh((name,))
                 return
             if acts:

@@ -22,7 +22,8 @@ MARGIN_S = 10.0
 def claims_max(me: Knowledge, now: float) -> int:
     """How often a sentence that somebody should confirm is said: most often if others are heard all the while."""
     if not me.peers.present(now):
-        return me.timing.claims_alone + max(me.timing.greetings_max - me.acquaintance.greetings, 0)
+        greetings_spared = me.timing.greetings_max - me.acquaintance.greetings if not me.peers.all() else 0
+        return me.timing.claims_alone + max(greetings_spared, 0)
     talkers = me.peers.last_heard_s > me.current.asked_since_s
     return me.timing.claims_max * (me.timing.claims_among_talkers if talkers else 1)
 

@@ -45,10 +45,16 @@ class Sieve(WordMission):
 class ClaimEngine(RuleBasedStateMachine):
     """Time passes between the adversary's moves; the invariants are checked after each of them."""
 
-    @initialize(seed=st.integers(0, 1000), n_robots=st.integers(2, 3), n_tasks=st.integers(1, 6), near=st.booleans(), nearest=st.booleans())
+    @initialize(
+        seed=st.integers(0, 1000),
+        n_robots=st.integers(2, 3),
+        n_tasks=st.integers(1, 6),
+        near=st.booleans(),
+        nearest=st.booleans(),
+    )
     def begin(self, seed: int, n_robots: int, n_tasks: int, near: bool, nearest: bool) -> None:
-        """Tasks that are `near` take less time than a round of turns: then robots claim two at once. Those that take the
-        `nearest` plan for all, and Max, who stands nearer than the others, bids for what they claim."""
+        """Tasks that are `near` take less time than a round of turns: then robots claim two at once. Robots that take
+        the `nearest` plan for all, and Max, who stands nearer than the others, bids for what they claim."""
         first, *others = (replace(task, place=None) if near else task for task in plants(n_tasks))
         tasks = (first, *(replace(task, after=frozenset({1})) for task in others))
         starts = {"Max": Place(0.0, 0.0)}
