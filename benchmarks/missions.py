@@ -10,6 +10,7 @@
     python -m benchmarks.missions crowd [--seeds 1-5]
     python -m benchmarks.missions makespan [--seeds 1-20] [--tasks 24] [--work-s 5] [--pick nearest]
     python -m benchmarks.missions routes [--seeds 1-200] [--pick nearest]
+    python -m benchmarks.missions questions [--seeds 1-100]
     python -m benchmarks.missions speed
 
 `audio` runs `hvcpctl simulate --json` for each seed; the figures are those of its last line. With `--plants`, so many
@@ -17,7 +18,7 @@ stand at random places, in noise of a random level. `relay`: whole robots with s
 one end to the other, which do not hear each other. `earshot`: both modes, where a voice carries some metres and many
 plants are farther off. `corridor`: two rooms with a corridor between them that only one robot fits in. `makespan`: how
 soon teams of growing size are done with the same tasks. `routes`: how far two to four robots drive for up to eight
-tasks, against the best assignments.
+tasks, against the best assignments. `questions`: what people can tell of a mission from its transcript alone.
 The others run the same state machines over air of words (hil_fakes), with random teams, places, losses and outages.
 """
 
@@ -36,7 +37,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any, TypeVar
 
-from benchmarks import routes
+from benchmarks import questions, routes
 from benchmarks.corridor import corridor
 from benchmarks.random_plants import random_room
 from hil_fakes.bench import Bench
@@ -309,6 +310,9 @@ def main() -> None:
     c.add_argument("--seeds", default="1-200")
     c.add_argument("--pick", choices=("nearest", "random"), default="nearest")
     c.set_defaults(run=lambda o: routes.compare(_range(o.seeds), o.pick))
+    c = kinds.add_parser("questions")
+    c.add_argument("--seeds", default="1-100")
+    c.set_defaults(run=lambda o: questions.answered(_range(o.seeds)))
     c = kinds.add_parser("speed")
     c.set_defaults(run=speed)
     o = parser.parse_args()

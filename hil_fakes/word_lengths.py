@@ -44,6 +44,7 @@ def _count(u: m.Utterance) -> int:
                 tasks,
                 tuple(range(NUMBER_MAX)),
                 places=(place,) if (place := getattr(u.statement, "place", None)) is not None else (),
+                failures=tuple(filter(None, [getattr(u.statement, "reason", None)])),
                 kinds=frozenset(Kind),
             )
         )
@@ -70,7 +71,7 @@ def _shape(value: object) -> object:
         case None | bool() | float() | int():
             return value
         case str():
-            return str
+            return len(value.split())
         case _ if is_dataclass(value):
             return (type(value), *(_shape(getattr(value, f.name)) for f in fields(value)))
         case _:

@@ -281,7 +281,7 @@ class WordMission:
         robot, now = self.robots[name], self.air.now
         robot.sensed(here=self.bodies[name].place)
         if acts and self.plan.fails(name, task, now):
-            robot.perform_failed(now)
+            robot.perform_failed(now, self.plan.reason)
         else:
             if acts:
                 self.watered[task] += 1

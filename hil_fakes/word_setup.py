@@ -55,6 +55,8 @@ class WordPlan:
     """How wrong each robot's clock is, s; who is not named has none. None: nobody needs one, for nothing recurs."""
     fails: Callable[[str, int, float], bool] = lambda _robot, _task, _now: False
     """Whether a robot fails at a task at a time."""
+    reason: str | None = None
+    """What it then says is the reason."""
     begin_s: float = BEGIN_S
     """When it begins, s since 1970, where robots have clocks."""
     limit_s: float = 10_000.0

@@ -25,7 +25,8 @@ def claims_max(me: Knowledge, now: float) -> int:
     if me.current.task is not None and me.board[me.current.task].is_shared:
         return me.timing.claims_max if me.state is State.CHECKING else me.timing.repeats_max
     if not me.peers.present(now):
-        return me.timing.claims_alone + max(me.timing.greetings_max - me.acquaintance.greetings, 0)
+        greetings_spared = me.timing.greetings_max - me.acquaintance.greetings if not me.peers.all() else 0
+        return me.timing.claims_alone + max(greetings_spared, 0)
     talkers = me.peers.last_heard_s > me.current.asked_since_s
     return me.timing.claims_max * (me.timing.claims_among_talkers if talkers else 1)
 

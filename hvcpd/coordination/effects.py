@@ -337,7 +337,10 @@ def note_silence(me: Knowledge, now: float) -> None:
 
 
 def forget_report(me: Knowledge, urgency: Urgency, now: float) -> None:
-    """Say once more what is finished and was not confirmed."""
+    """Say once more what is finished, or was given up and why, and was not confirmed."""
+    if me.report.failed and me.report.task is not None:
+        gave_up = composing.to_all(me, m.Failed(m.TaskByNumber(me.report.task), me.report.reason))
+        me.floor.want(Intent(urgency, f"failed {me.report.task}", lambda: gave_up, slot=0), now)
     for number in me.report.tasks if not me.report.failed else ():
         _tell_done(me, number, urgency, now)
     me.report.task = me.report.before = None

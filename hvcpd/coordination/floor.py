@@ -112,6 +112,7 @@ class Floor:
     def __init__(self, timing: Timing, rng: Rng, team: int = 0) -> None:
         self._timing = timing
         self._team = team
+        self._anything_said = False
         self._rng = rng
         self._intents: list[Intent] = []
         self.busy = False
@@ -203,6 +204,7 @@ class Floor:
 
     def hold_back(self, now: float, order: Order | None = None, own: bool = False) -> None:
         """Back off from the end of a sentence as others do, so that answers come first."""
+        self._anything_said = True
         self._round = Round(now, *order, own) if order is not None else None
         self._ring_size = order[1] if order is not None else self._ring_size
         self._back_off(now)
@@ -241,7 +243,7 @@ class Floor:
     def _gap(self, intent: Intent, now: float) -> float:
         """How long from now to wait: to the own slot, drawn or in turn."""
         timing = self._timing
-        first_word = self._round is None and self._released_s == -math.inf and intent.urgency is Urgency.TURN
+        first_word = not self._anything_said and intent.urgency is Urgency.TURN
         if intent.at_once or (first_word and self._team <= CROWD):
             return 0.0  # nobody can be answering, and few begin at once: each has listened for a time drawn at random
         if intent.urgency < Urgency.AGAIN:

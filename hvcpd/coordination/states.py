@@ -40,7 +40,7 @@ class Trigger(Enum):
     SPOKEN_FAREWELL = "it has said that it leaves"
     WITHDRAWN = "nothing is left to be said"
     GREETED = "its answer to a greeting is out"
-    MET = "somebody has greeted, and there is work: its first claim tells its name"
+    MET = "there is work: its first claim tells its name"
     CHOSE_QUESTION = "it may have missed something"
     CHOSE_CLAIM = "a task is free"
     CHOSE_REPORT = "its last report has not been confirmed"

@@ -56,7 +56,7 @@ def duet(folder: Path, units: Path, watch: Callable[[float], None]) -> Iterator[
 
 @pytest.mark.slow
 def test_robots_talk_and_obey_who_types(tmp_path: Path, units: Path) -> None:
-    """From the greeting to a typed "stop"; who types something else is told what may be said."""
+    """From the first claim to a typed "stop"; who types something else is told what may be said."""
     script = {1.0: "this is no sentence", STOP_S: "bot stop"}
 
     def watch(now_s: float) -> None:
@@ -74,7 +74,7 @@ def test_robots_talk_and_obey_who_types(tmp_path: Path, units: Path) -> None:
         assert both.daemons[1].robot.coordination.state is State.STOPPED
     assert out.getvalue().count("All listen\n") == 1
     assert "'this' is not in the phrasebook" in out.getvalue()
-    assert "Hi all, I am Bot, member of team plant" in out.getvalue()
+    assert "I will complete task" in out.getvalue()
     assert "I have stopped" in out.getvalue()
     assert "Anna: bot stop\n" in out.getvalue()
     assert UNHEARD not in out.getvalue()

@@ -53,7 +53,7 @@ class ClaimEngine(RuleBasedStateMachine):
         nearest=st.booleans(),
     )
     def begin(self, seed: int, n_robots: int, n_tasks: int, near: bool, nearest: bool) -> None:
-        """Tasks that are `near` take less time than a round of turns: then robots claim two at once. Those that take
+        """Tasks that are `near` take less time than a round of turns: then robots claim two at once. Robots that take
         the `nearest` plan for all, and Max, who stands nearer than the others, bids for what they claim."""
         first, *others = (replace(task, place=None) if near else task for task in plants(n_tasks))
         tasks = (first, *(replace(task, after=frozenset({1})) for task in others))

@@ -148,6 +148,20 @@ def test_who_fails_at_the_first_claims_the_second_again_as_soon_as_that_is_confi
     assert said == m.Claim(TWO)
 
 
+def test_who_is_stopped_before_it_has_told_why_it_failed_tells_it_then() -> None:
+    robot, now = claimed_two()
+    hear(robot, m.Confirmed(ONE, also=TWO), now)
+    robot.performed(now + 5.0)
+    robot.perform_failed(now + 10.0, "the tank is empty")
+    hear(robot, m.Stop(), now + 10.1)
+    said = []
+    while (robot.next_deadline()) < now + 40.0:
+        statement, now = next_said(robot, now + 10.1)
+        said.append(statement)
+    assert m.Failed(ONE, "the tank is empty") in said
+    assert robot.state is State.STOPPED
+
+
 def test_a_stop_gives_both_tasks_back() -> None:
     robot, now = claimed_two()
     hear(robot, m.Confirmed(ONE, also=TWO), now)
