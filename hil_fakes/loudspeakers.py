@@ -127,7 +127,7 @@ IDEAL = Loudspeaker("ideal")
 GOOD = Loudspeaker("good", 150.0, 2, 7000.0, 2)
 """A bookshelf box, or a good portable one."""
 USUAL = Loudspeaker("usual", 200.0, 3, 6500.0, 2, (Peak(1000.0, 4.0, 1.5),), 0.01)
-"""A small box with one driver of some 5 cm, as robots carry it: nothing below 200 Hz, one mild resonance."""
+"""A small box with one driver of about 5 cm, as robots carry it: nothing below 200 Hz, one mild resonance."""
 SMALL = Loudspeaker("small driver", 400.0, 4, 6000.0, 2, (Peak(900.0, 8.0, 2.0),))
 """A driver of 2 to 3 cm without a box to speak of, as on a sound HAT."""
 SMALL_DISTORTING = Loudspeaker("small driver, 5 %", 400.0, 4, 6000.0, 2, (Peak(900.0, 8.0, 2.0),), 0.05)

@@ -53,7 +53,7 @@ class WordMission:
         self.robots: dict[str, Coordination] = {}
         self.saved: dict[str, dict[int, tuple[str, str | None]]] = {name: {} for name in plan.names}
         self.stopped: set[str] = set()
-        """Who has saved that it is stopped."""
+        """The robots that have saved that they are stopped."""
         self.watered: Counter[int] = Counter()
         self.by: dict[int, str] = {}
         self.done: list[tuple[float, int, str]] = []

@@ -6,7 +6,7 @@ no two robots follow each other: each drives to a place of its own, and two that
 each other before.
 
 Who only takes orders, is given none, and knows of a task that nobody has, may not be known to who gives them: its
-greeting may have collided. It asks what is left, ever more rarely, and goes back first if it was heard elsewhere.
+greeting may have collided. It asks what is left, less and less often, and goes back first if it was heard elsewhere.
 """
 
 from __future__ import annotations

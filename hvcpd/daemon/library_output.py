@@ -25,7 +25,7 @@ MAX_KINDS = 100
 MAX_LINE_LENGTH = 300
 """Characters of the example."""
 READ_BYTES = 1 << 16
-"""A pipe holds as much (pipe(7)): some 900 of ALSA's lines. What does not fit before it is read is not counted."""
+"""A pipe holds as much (pipe(7)): about 900 of ALSA's lines. What does not fit before it is read is not counted."""
 
 _log = structlog.get_logger(__name__)
 

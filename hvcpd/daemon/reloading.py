@@ -183,7 +183,7 @@ class Reloader:
 
 
 def _news_of_people(before: Mapping[str, Person], now: Mapping[str, Person]) -> list[dict[str, Any]]:
-    """Who is new or gone, and of whom there are other takes."""
+    """The people who are new, gone, or have other takes."""
     changes: list[dict[str, Any]] = [
         {"key": f"takes of {now[key].name}", "before": before[key].n_takes, "now": now[key].n_takes}
         for key in sorted(before.keys() & now.keys())

@@ -20,7 +20,7 @@ from hvcpd.errors import HvcpdError, NotDoneError, PhraseError, StoreError, did_
 from hvcpd.robot.robot import Robot
 
 MAX_ROWS = 100
-"""Lines of a transcript in one reply, some 30 kB."""
+"""Lines of a transcript in one reply, about 30 kB."""
 MAX_TEXT_LENGTH = 200
 """Characters of a sentence to say; the phrasebook's longest are half of this."""
 

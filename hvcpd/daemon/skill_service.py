@@ -1,4 +1,4 @@
-"""Who offers skills over the control socket, and what of a call passes between the robot and them.
+"""Skills over the control socket: the clients that offer them, and the messages of a call.
 
 All of it in the event loop, and nothing in it waits: an order is a line that is written, a report a line that came.
 """

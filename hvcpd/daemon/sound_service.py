@@ -88,7 +88,7 @@ systemd watchdog needs to be fed."""
 RETRY_FIRST_S = 0.5
 RETRY_MOST_S = 10.0
 """Pauses between attempts, each twice as long as the one before: a sound server is back within a second, a plug that
-somebody has to find is not, and an attempt costs some 0.1 s of processor time."""
+somebody has to find is not, and an attempt costs about 0.1 s of processor time."""
 STEADY_S = 10.0
 """Life of a stream after which its next failure is met with the short pause again: it has shown that it works."""
 MUTE_S = 10.0

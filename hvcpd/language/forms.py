@@ -237,7 +237,7 @@ _CORE: tuple[Form, ...] = (
     Form(f"{OPENING}, sealed message", m.SealedMessage, "A message that only robots with the team's key understand."),
 )
 
-_REPORT = "Each robot in turn tells its team, its task and its battery."
+_REPORT = "Each robot in turn says its team, its task and its battery."
 _DOINGS: tuple[tuple[str, m.Doing, str], ...] = (
     ("i am free", m.Doing.FREE, "I have nothing to do."),
     ("i am busy", m.Doing.BUSY, "I am doing something that is not a task."),

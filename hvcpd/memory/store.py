@@ -20,7 +20,7 @@ TaskState = Literal["open", "claimed", "done", "failed"]
 TranscriptKind = Literal["said", "heard", "garbled"]
 
 MAX_TRANSCRIPT = 100_000
-"""Maximum number of utterances that are kept, some 15 MB: those of a class of six robots in a month or two; the check
+"""Maximum number of utterances that are kept, about 15 MB: those of a class of six robots in a month or two; the check
 of the file at each start stays quick."""
 FORGET_EVERY = 1000
 """Number of utterances beyond the limit that may be kept until the oldest are deleted at once."""

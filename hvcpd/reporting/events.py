@@ -212,7 +212,7 @@ class Memory:
     fault: str | None
     """Why what it learns is not kept."""
     unkept: str | None
-    """Why a stop, or its end, is not kept over a restart."""
+    """Why a stop, or its end, is not kept after a restart."""
     loss: str | None
     """Why what it knew before it was started is gone."""
 

@@ -158,7 +158,7 @@ class Robot:
         return RobotOutput(self._next_sound(n), wheels, records, self.performer.take_orders())
 
     def _endure(self, lost: int, reading: WheelReading | None) -> RobotOutput:
-        """Time goes on without sound. Who hears nobody must not speak: for the floor that is a channel in use.
+        """Time goes on without sound. A robot that hears nobody must not speak: for the floor the channel is in use.
 
         What was being said is said again later, and coordination waits: nobody could have answered meanwhile.
         """

@@ -37,7 +37,7 @@ SILENT_S = 1.0
 UNANSWERED_S = 1.0
 """A reply that has not come by then is not waited for any more."""
 MAX_TASK_LENGTH = 4000
-"""Characters of a task in JSON; one of a dozen actions has some 500."""
+"""Characters of a task in JSON; one of a dozen actions has about 500."""
 MAX_SAY_LENGTH = 500
 """Characters; more than any sentence of the phrasebook. The daemon hangs up on a line of more than 8192 bytes."""
 MAX_DIGITS = 4

@@ -13,7 +13,7 @@ from hvcpd.daemon.control_socket import short_address
 from hvcpd.errors import NotRunningError
 
 CHUNK = 1 << 16
-"""Bytes read at a time; a board of tasks has some 2000."""
+"""Bytes read at a time; a board of tasks has about 2000."""
 PATIENCE_S = 1.0
 """Longest time for the kernel to take a line; a daemon that reads nothing for longer hangs."""
 

@@ -48,7 +48,7 @@ class RosPort(Protocol):
 
     @property
     def dismissed(self) -> str | None:
-        """Who reigns in this ROS has ended the node, and why; then it is not made anew. None: nobody has."""
+        """Why ROS has ended the node, which is then not created again. None: it has not."""
 
     def stamp_s(self) -> float:
         """ROS's time."""

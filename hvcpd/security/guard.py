@@ -189,8 +189,8 @@ class Guard:
         return verdict
 
     def judge_message(self, message: Message, now: float) -> Verdict:
-        """What to think of an encrypted statement, and what it is. Who finds that it asks to say something again tells
-        it by `challenged`."""
+        """The verdict on an encrypted statement, and the statement. If it asks to say something again, the caller
+        reports that by `challenged`."""
         return self._judge(_Encrypted(message), now)
 
     def challenged(self, sentence: Sentence, seal: int, verdict: Verdict, now: float) -> None:
@@ -259,7 +259,7 @@ class Guard:
         return verdict
 
     def _presence(self, name: str, now: float) -> Trust:
-        """Who was here a moment ago still is."""
+        """A speaker who was here a moment ago still is."""
         proved_s, last_s = self._present_s.get(name, (float("-inf"), float("-inf")))
         if now - last_s > PRESENT_S or now - proved_s > PROVED_S:
             return Trust.SEALED

@@ -17,7 +17,7 @@ GAINS_DB = (-60.0, 20.0)
 """Least and greatest `gain_db`; more than 20 dB above the usual level no peak could follow."""
 
 LOMBARD_RATE = 0.85
-"""People in noise stretch vowels and speak some 10 to 25 % slower (Junqua, JASA 93, 1993)."""
+"""People in noise stretch vowels and speak about 10 to 25 % slower (Junqua, JASA 93, 1993)."""
 
 LOMBARD_PITCH = 1.1
 """Factor of the pitch of speech in noise: talkers raise it by one to three semitones (Junqua 1993; Lu and Cooke, JASA

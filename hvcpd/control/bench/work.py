@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from hvcpd.robot.robot import Robot
 
 NAME, PEER = "Rob", "Bot"
-"""Who listens, and who speaks to him: the paper's two robots."""
+"""The listener and the speaker: the paper's two robots."""
 BLOCK = SAMPLE_RATE_HZ // 40
 """25 ms, as the daemon has them of a sound card."""
 NOISE_RMS, SPEECH_RMS = 1e-3, 0.05

@@ -38,7 +38,7 @@ from hvcpd.errors import (
 )
 
 ANSWER_S = 10.0
-"""A daemon that lives answers within some 0.05 s, two blocks of sound; more if its computer is overloaded."""
+"""A daemon that lives answers within about 0.05 s, two blocks of sound; more if its computer is overloaded."""
 
 LEARN_S = 120.0
 """For new words, which are compared with all others first: a second or two on a desktop computer, on a Pi some ten

@@ -26,7 +26,7 @@ STATUS_EVERY = 30
 WILDCARDS = frozenset("+#\0")
 """Not allowed in a topic that is published to (MQTT 3.1.1, section 4.7)."""
 MOST_UNSENT = 1000
-"""Messages that wait while the broker takes none, some 0.5 MB; further ones are dropped and counted."""
+"""Messages that wait while the broker takes none, about 0.5 MB; further ones are dropped and counted."""
 AT_LEAST_ONCE = 1
 """MQTT's quality of service of all that is sent."""
 
