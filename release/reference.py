@@ -184,7 +184,7 @@ def events() -> str:
     """Every event of the control socket."""
     parts = [f"{MADE}# Events\n\nOf the [control socket](../control.md), and of `hvcpctl simulate --json`.\n\n"]
     for name, type_ in sorted(KINDS.items()):
-        only = " Sent only to who asks for it by name." if name in FREQUENT else ""
+        only = " Sent only to clients that ask for it by name." if name in FREQUENT else ""
         document = " ".join((type_.__doc__ or "").split())
         parts.append(f"## `{name}`\n\n{_cell(document)}{only}\n\n| Field | Type |\n|---|---|\n")
         parts += [f"| `{each.name}` | `{_cell(str(each.type))}` |\n" for each in dataclasses.fields(type_)]

@@ -82,7 +82,7 @@ def note_presence(me: Knowledge, u: m.Utterance, now: float) -> None:
     there. A robot that has not spoken itself knows that this is wrong, but that the others now believe it."""
     a, speaker = me.acquaintance, (u.speaker or "").lower()
     words = m.parts(u)[0].statement
-    in_turn = isinstance(words, m.Confirmed) and words.task is not None  # orders are confirmed by who gave them
+    in_turn = isinstance(words, m.Confirmed) and words.task is not None  # their giver confirms orders
     nobody_else = (in_turn and speaker in me.roster and speaker not in a.unheard) or now > a.all_heard_s
     a.passed_over = a.passed_over or nobody_else
     a.unheard = frozenset() if nobody_else and a.introduced else a.unheard - {speaker}

@@ -28,7 +28,7 @@ def want_farewell(me: Knowledge, now: float) -> None:
 
 def _want_to_say_farewell(me: Knowledge, now: float) -> None:
     farewell = composing.to_all(me, m.Leaving())
-    slot = 1 + me.rank("", 0, now)  # in turn: robots on one computer are told to leave at the same moment
+    slot = 1 + me.rank_in_team(now)  # in turn: robots on one computer are told to leave at the same moment
     effects.want_turn(me, lambda _: farewell, now, Urgency.ANSWER, trigger=Trigger.SPOKEN_FAREWELL, slot=slot)
 
 

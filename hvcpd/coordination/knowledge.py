@@ -296,6 +296,10 @@ class Knowledge:
         """
         return self._rank_among(self.peers.present(now), asker, salt)
 
+    def rank_in_team(self, now: float) -> int:
+        """The same for everybody, among all that may be there, heard or not."""
+        return self._rank_among(self.expected(now), "", 0)
+
     def rank_with_unheard(self, asker: str, salt: int, now: float) -> int:
         """The same with those who have not said a word yet: they come before all whose names were heard, or after them
         once these believe that nobody else is there."""

@@ -77,7 +77,7 @@ class Preparation:
         self.ended()
 
     def counted(self, what: str, total: int, go_on: GoOn) -> GoOn:
-        """`go_on`, called before each of `total` steps by who makes ready `what`; `ended` is to be called after it."""
+        """`go_on`, which the maker of `what` calls before each of `total` steps; call `ended` after it."""
         self._begin(total)
 
         def step() -> bool:

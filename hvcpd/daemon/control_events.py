@@ -50,7 +50,7 @@ FLOOR_PERIODS = 12
 KINDS: dict[str, type] = {each.__name__.lower(): each for each in get_args(LiveEvent)}
 """The kinds of events by the names that they have as JSON."""
 FREQUENT = frozenset({"moved", "level", "odom", "drive"})
-"""Sent only to who asks for them by name."""
+"""Sent only to clients that ask for them by name."""
 
 
 class Meter:

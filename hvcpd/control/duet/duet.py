@@ -226,7 +226,8 @@ class Duet:
             sounds = [daemon.sound for daemon in self.daemons if daemon.listening and daemon.sound is not None]
             lost = any(not sound.flowing for sound in sounds)
             busy = any(sound.overload.standing for sound in sounds)
-            late = slow.look(asyncio.get_running_loop().time(), self._room.now_s) and not self._ready
+            behind = slow.look(asyncio.get_running_loop().time(), self._room.now_s) and not self._ready
+            late = behind and isinstance(self._room.medium, SimulatedAir)  # a card loses sound instead
             trouble = _NO_SOUND if lost else _TOO_BUSY if busy else _SLOW if late else ""
             if trouble and trouble != self._trouble:
                 self._onlooker.note(trouble)
