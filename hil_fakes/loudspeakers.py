@@ -43,7 +43,7 @@ class Loudspeaker:
     distortion: float = 0.0
 
     def play(self, sound: Samples) -> NDArray[np.float64]:
-        """What it makes of a whole sound, shape (n,), from silence on."""
+        """Its output for a whole sound, shape (n,), starting from silence."""
         return Playing(self).play(sound)
 
     @cached_property
@@ -65,7 +65,7 @@ class Loudspeaker:
         return np.fft.irfft(spectrum)[:RESPONSE]
 
     def distorted(self, sound: NDArray[np.float64]) -> NDArray[np.float64]:
-        """What the cone makes of it: a square has half its size in the second harmonic, a cube a quarter in the third,
+        """The cone's distortion: a square has half its size in the second harmonic, a cube a quarter in the third,
         and takes three times that from the first."""
         if not self.distortion:
             return sound
@@ -83,7 +83,7 @@ class Playing:
         self._spectra: dict[int, NDArray[np.complex128]] = {}
 
     def play(self, block: Samples) -> NDArray[np.float64]:
-        """What it makes of the next samples, shape (n,); zeros once a sound has faded away."""
+        """Its output for the next samples, shape (n,); zeros once a sound has faded away."""
         heard = np.concatenate([self._before, self._loudspeaker.distorted(block.astype(np.float64))])
         self._before = heard[len(block) :]
         if not heard.any():

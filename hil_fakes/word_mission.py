@@ -57,7 +57,7 @@ class WordMission:
         self.watered: Counter[int] = Counter()
         self.by: dict[int, str] = {}
         self.done: list[tuple[float, int, str]] = []
-        """What was carried out when, and by whom."""
+        """The tasks carried out, with time and robot."""
         self.dues: dict[str, dict[int, float]] = {name: {} for name in plan.names}
         self.changes: dict[str, dict[int, tuple[int, bool]]] = {name: {} for name in plan.names}
         self.said: list[tuple[float, str, m.Utterance]] = []
@@ -67,7 +67,7 @@ class WordMission:
         self._pending = 0
         self._names = {name.lower(): name for name in plan.names}
         self.known: dict[str, set[str]] = {name: {name} for name in plan.names}
-        """Whose names each robot knows; it survives being switched off."""
+        """The names that each robot knows; they survive being switched off."""
         self.bodies = {name: Body(Place(-5.0 + i % 4, -5.0 + i // 4)) for i, name in enumerate(plan.names)}
         self.air = WordChannel(
             self.robots,
@@ -133,7 +133,7 @@ class WordMission:
         )
 
     def occurrences(self) -> dict[tuple[int, float], int]:
-        """How often each occurrence of what recurs was carried out."""
+        """The number of times that each occurrence was carried out."""
         return (
             counted(self.plan.tasks, self.done, self.plan.limit_s, self.plan.begin_s)
             if self.plan.clocks is not None
@@ -294,7 +294,7 @@ class WordMission:
         return min(max((self._apart_m(speaker, listener) - near_m) / (far_m - near_m), 0.0), 1.0)
 
     def _apart_m(self, speaker: str, listener: str) -> float:
-        """How far two robots are from each other; whoever is no robot is everywhere."""
+        """The distance between two robots; a speaker that is not a robot is everywhere."""
         if speaker not in self.bodies:
             return 0.0
         a, b = self.bodies[speaker].at(self.air.now), self.bodies[listener].at(self.air.now)

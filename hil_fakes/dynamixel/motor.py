@@ -104,12 +104,12 @@ class FakeXL430:
 
     @property
     def true_angle_rad(self) -> float:
-        """How far the wheel has really turned, forward positive, without noise. For the bench, never the robot."""
+        """The true angle of the wheel, forward positive, without noise. For the bench, never the robot."""
         return self.mounting * self._shaft.angle_rad
 
     @property
     def true_speed_rad_s(self) -> float:
-        """How fast the wheel really turns, forward positive."""
+        """The true speed of the wheel, forward positive."""
         return self.mounting * self._shaft.speed_rad_s
 
     @property

@@ -17,10 +17,10 @@ OPENING = "(hi|hello) [<addressee>], i am <speaker> [, member of team <team>]"
 """The paper's 'Hi, [robot identifier], I am X'."""
 
 SPELLING = "(hi|hello) [<addressee>], i spell, <letters>"
-"""How somebody begins whose name the others do not know."""
+"""The opening of a robot whose name the others do not know."""
 
 CALL = "[(hi|hello)] [<addressee> ,]"
-"""How a person begins who gives no name."""
+"""The opening of a person who gives no name."""
 
 CALL_TO = "[(hi|hello)] <addressee> ,"
 """A call that means nobody unless it names somebody: one word alone is too easily heard in other talk."""
@@ -60,7 +60,7 @@ SLOT_FIELDS = {
 """Field of the utterance or of its statement that each slot binds; `other` is the speaker quoted in a relayed one, and
 `confirmed` the task whose claim is confirmed in passing, `with` the second one of that claim."""
 TWO_TASKS = (" and <also>", " and <then>")
-"""How a second task is named where the air is scarce; a team that encrypts names one at a time."""
+"""A second task in the same sentence, if airtime is scarce; a team that encrypts names one at a time."""
 AND_ALSO, AND_THEN = (f" [{words[1:]}]" for words in TWO_TASKS)
 
 
@@ -79,9 +79,9 @@ class Kind(Enum):
 
 
 OPEN_KINDS = frozenset(Kind) - {Kind.SEALED, Kind.ENCRYPTED}
-"""What a team without a key uses."""
+"""The forms of a team without a key."""
 SEALED_KINDS = OPEN_KINDS | {Kind.SEALED}
-"""What one with a key uses."""
+"""The forms of a team with a key."""
 
 
 @dataclass(frozen=True)
@@ -132,7 +132,7 @@ _IN_PASSING: tuple[tuple[str, type[m.Statement], str], ...] = (
         "And this task is done, and I take the next.",
     ),
 )
-"""What follows a confirmation in the same breath, where many want to speak."""
+"""The rest of a sentence that begins with a confirmation, if many want to speak."""
 
 _READ_BACK: tuple[tuple[str, bool, str], ...] = (
     ("<number>", False, "I heard what you said of this task: go ahead."),
@@ -288,7 +288,7 @@ RELAYABLE = (
     m.Negative,
     m.SealedMessage,
 )
-"""What is passed on for somebody else, in a form of its own each."""
+"""Statements passed on for somebody else, each in a form of its own."""
 _SAID_TWICE = ("<next>", "<confirmed>", "<also>")
 """Slots of forms that say two things at once: those are not passed on."""
 _RELAYS: tuple[Form, ...] = tuple(
@@ -339,6 +339,6 @@ _CASUAL: tuple[Form, ...] = (
         for words in ("forward", "back")
     ),
 )
-"""What people say who have not read the card."""
+"""Sentences of people who have not read the card."""
 
 FORMS: tuple[Form, ...] = (*_CORE, *_PEOPLE, *_RELAYS, *_SPELLED, *_SEALED, *_CASUAL)

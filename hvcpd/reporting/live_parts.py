@@ -248,7 +248,7 @@ def draw_map(artist: Artist, watch: Watch, plan: Overhead, visited: dict[tuple[i
 
 
 def conclusion(artist: Artist, watch: Watch, summary: Summary) -> Iterable[Text]:
-    """How it ended, in a few lines."""
+    """The result, in a few lines."""
     well = summary.lost == 0 and summary.duplicates == 0
     if well:
         done = f"All {summary.tasks} tasks done, each" if summary.tasks != 1 else "The task was done"

@@ -1,4 +1,4 @@
-"""How a sentence is delivered: faster or slower, louder or softer, or as people speak in noise."""
+"""The delivery of a sentence: faster or slower, louder or softer, or as people speak in noise."""
 
 from __future__ import annotations
 
