@@ -40,7 +40,7 @@ EXIT_STATUS = """\
 | 4 | no permission to ask the daemon | |
 | 64 | | wrong usage |
 | 69 | | a device is missing or failed, or this robot runs already |
-| 70 | | a fault of hvcpd |
+| 70 | | a bug in hvcpd |
 | 73 | | the memory's folder cannot be written |
 | 78 | | an error in the settings or tasks, or a memory of a newer version |
 | 130 | interrupted | interrupted before it began |
