@@ -1,4 +1,4 @@
-"""What a daemon's robot does and hears, as the events that missions have too (hvcpd/reporting/events.py)."""
+"""The events of a daemon's robot, of the same kinds as a mission's (hvcpd/reporting/events.py)."""
 
 from __future__ import annotations
 
@@ -80,7 +80,7 @@ class Meter:
 
 @dataclass
 class Tally:
-    """Counts since the start; whoever reads them makes rates and shares of them."""
+    """Counts since the start; readers compute rates and shares from them."""
 
     heard: int = 0
     """Sentences of others that were understood."""

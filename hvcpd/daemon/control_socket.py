@@ -19,7 +19,7 @@ SYSTEM_FOLDER = Path("/run/hvcpd")
 """Folder where a service keeps its sockets, by the Filesystem Hierarchy Standard; systemd or the package makes it."""
 
 MODE = 0o660
-"""Owner and group: whoever may command the robot is put into the group."""
+"""Owner and group: people who may command the robot join the group."""
 
 BACKLOG = 32
 """Connections that may wait to be accepted; further ones wait to be one of them."""

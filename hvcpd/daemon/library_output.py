@@ -1,4 +1,4 @@
-"""What C libraries write to standard error by themselves, gathered and counted: ALSA has a line for each underrun.
+"""Collects and counts what C libraries write to standard error: ALSA has a line for each underrun.
 
 An error handler of ALSA's would need a callback, memory that is written and executed, which the unit forbids. So file
 descriptor 2 becomes a pipe that never blocks who writes, and Python's `sys.stderr` and fatal tracebacks keep the real

@@ -1,4 +1,4 @@
-"""What the daemon says of itself in its log: one line an event, for people on a terminal, else as logfmt or JSON.
+"""The daemon's log: one line an event, for people on a terminal, otherwise as logfmt or JSON.
 
 Nothing in a line can forge another one, tell a secret, or flood the disk.
 """

@@ -29,7 +29,7 @@ CHANGES_OF_TASKS = ("again", "skip", "add", "remove")
 tells the others."""
 
 PERFORM = "perform"
-"""What who offers skills follows: calls, and nothing that others are told."""
+"""The events for clients that offer skills: calls only."""
 
 Arguments = dict[str, Any]
 Result = Mapping[str, Any]

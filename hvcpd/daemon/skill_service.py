@@ -113,7 +113,7 @@ class SkillService:
             self._use.client.send(event_line({"event": "cancel", "call": self._use.last.call.number}))
 
     def note(self, record: SkillRecord) -> None:
-        """What the robot holds of a call."""
+        """The robot's state of a call."""
         if self._use is not None and self._use.last.call.number == record.call.number:
             self._use.last = record
             if record.report.state in OVER:

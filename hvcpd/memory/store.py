@@ -34,7 +34,7 @@ _WALL_CLOCK_S = "(julianday('now') - 2440587.5) * 86400.0"
 
 @dataclass(frozen=True)
 class TaskRecord:
-    """What this robot knows of a task; `owner` is the name of the robot that claimed, did or failed it."""
+    """A robot's knowledge of a task; `owner` is the name of the robot that claimed, did or failed it."""
 
     number: int
     name: str

@@ -114,7 +114,7 @@ class Robot:
         self._ears.prepare(go_on)
 
     def expect(self, voices: Mapping[str, str]) -> None:
-        """What the recogniser calls each speaker's voice, by name in lower case."""
+        """The recogniser's name for each speaker's voice, by the speaker's name in lower case."""
         self._voices = voices
 
     def adopt(self, phrasebook: Phrasebook, ears: Ears, then: Callable[[], None] | None = None) -> None:

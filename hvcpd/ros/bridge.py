@@ -101,7 +101,7 @@ class Bridge:
         self._last_refusal = ""
 
     def outputs(self) -> list[Output]:
-        """What is to be done since the last call, in order."""
+        """The outputs since the last call, in order."""
         done, self._outputs = self._outputs, []
         return done
 
@@ -194,7 +194,7 @@ class Bridge:
             self._ask_status(now_s)
 
     def _is_stopping(self, now_s: float) -> bool:
-        """What the daemon said before it has taken notice of a stop counts no more."""
+        """Ignore commands that the daemon sent before it knew of a stop."""
         return self._stop_id in self._asked and now_s - self._stop_s < UNANSWERED_S
 
     def _ask_status(self, now_s: float) -> None:

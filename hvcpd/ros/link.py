@@ -46,7 +46,7 @@ class DaemonLink:
             raise self._ended(error) from None
 
     def lines(self) -> list[dict[str, Any]]:
-        """What has come since the last call; waits for nothing that `select` did not announce."""
+        """The lines received since the last call; waits for nothing that `select` did not announce."""
         try:
             chunk = self._socket.recv(CHUNK)
         except OSError as error:

@@ -106,7 +106,7 @@ _Proof = _Sealed | _Encrypted
 
 @dataclass(frozen=True)
 class _Heard:
-    """What is known of one speaker under one key."""
+    """The knowledge about one speaker under one key."""
 
     last: int = -1
     far: int | None = None
@@ -178,7 +178,7 @@ class Guard:
         return seal
 
     def judge(self, sentence: Sentence, seal: int | None, code: str | None, now: float, asks: bool = False) -> Verdict:
-        """What to think of a sentence with this seal or code, or neither. `asks`: it asks to say something again."""
+        """The verdict on a sentence with this seal or code, or neither. `asks`: it asks to say something again."""
         if code is not None:
             return self._judge_code(code, now)
         if seal is None:
@@ -328,5 +328,5 @@ def _valid(challenge: tuple[int, float] | None, now: float) -> int | None:
 
 
 def _name(key: TeamKey, name: str) -> str:
-    """What a counter is called on the disk."""
+    """The name of a counter on the disk."""
     return f"{key.fingerprint}/{name}"

@@ -108,7 +108,7 @@ def _open_log(robots: tuple[str, ...]) -> TextIO:
 
 
 def _ready_text(robots: tuple[str, ...], names: tuple[str, ...]) -> str:
-    """What the terminal shows once all robots here listen."""
+    """The text for the terminal when all robots here listen."""
     others = [name for name in names if name != robots[0]] or [robots[0]]
     return (_READY if len(robots) > 1 else _READY_ALONE).format(one=robots[0], other=others[0])
 

@@ -48,7 +48,7 @@ CHUNK_BYTES = 65536
 """Read at once: a line of events has some hundred."""
 
 REPEATABLE = frozenset({"stop", "status", "tasks", "config"})
-"""What does no harm if it is asked once more."""
+"""Commands that may be sent twice without harm."""
 
 _REFUSALS: dict[str, type[HvcpdError]] = {
     "bad_argument": ConfigError,

@@ -18,7 +18,7 @@ from hvcpd.reporting.text import clean, percent, seal_words, skill_words
 
 Event = dict[str, Any]
 Parts = list[Any]
-"""What `Text.assemble` takes."""
+"""The arguments of `Text.assemble`."""
 
 
 class FollowLines:

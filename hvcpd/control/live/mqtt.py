@@ -20,7 +20,7 @@ from hvcpd.control.live.follow import watch
 from hvcpd.errors import EX_OK, ConfigError, HvcpdError, NotDoneError
 
 RESTING = ("wall_s", "now_s", "uptime_s", "pid", "sound", "peers", "pose", "counts")
-"""What of a status changes without anything having happened; alone it is no reason to send the status again."""
+"""Fields of a status that change without an event; they alone are not a reason to send the status again."""
 STATUS_EVERY = 30
 """Looks of a second after which the status is sent in any case, so that levels and counts are no older."""
 WILDCARDS = frozenset("+#\0")
@@ -83,7 +83,7 @@ class Broker:
         self._client.loop_stop()
 
     def keep(self, topic: str, text: str) -> None:
-        """Send what whoever subscribes later is to see too, and send it again after each connection."""
+        """Publish a retained message, which later subscribers see too, and again after each connection."""
         self._at_connect[topic] = text
         self._publish(topic, text, retain=True)
 
