@@ -317,7 +317,7 @@ def test_a_task_is_added_and_removed_and_the_task_file_stays_as_it_is(tmp_path: 
             assert [(task["number"], task["every"]) for task in board] == [(1, None), (11, "6 h")]
             assert wire_up(bench.body.wiring.settings).tasks == bench.body.wiring.tasks, "as after a restart"
             error = (await talk.ask("task", do="remove", number=1))["error"]
-            assert "comes after task 1, which there is not" in error["text"]
+            assert "comes after task 1, which does not exist" in error["text"]
             assert (await talk.ask("task", do="remove", number=11))["result"]["changed"][0]["now"] is None
             assert "there is no task 11" in (await talk.ask("task", do="remove", number=11))["error"]["text"]
             assert (await talk.ask("task", do="add", task=tulip | {"after": []}))["result"]["restart"] == []
