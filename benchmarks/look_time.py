@@ -30,7 +30,7 @@ RATES = (0.87, 1.0, 1.15)
 
 
 def person(name: str, speaker: Speaker, words: Sequence[str]) -> Person:
-    """Who has said all words, slowly, as usual and fast."""
+    """A person who has said all words, slowly, normally and fast."""
     once = enrol(name, {word: [levelled(speaker.render([[word]]))] for word in words})
     return Person(
         name, {w: [stretched(take, rate) for take in takes for rate in RATES] for w, takes in once.takes.items()}

@@ -124,7 +124,7 @@ def other_sound(stage: Stage, kind: str, chooser: random.Random, speaker: int) -
 
 
 def overlaps(stage: Stage, kind: str, seeds: range, louder_db: float, rt60_s: float, n: int) -> None:
-    """Who halts where something else sounds over the last of `n` own sentences."""
+    """The number of robots that halt when another sound is played over the last of `n` own sentences."""
     stopped = list[int]()
     for seed in seeds:
         chooser, speaker = random.Random(seed), seed % len(stage.names)

@@ -77,7 +77,7 @@ fun sun bun gun run nun
 )
 
 ROOM_DBFS = -60.0
-"""Level of the quiet condition's noise, some 40 dB below the words."""
+"""Level of the quiet condition's noise, about 40 dB below the words."""
 
 SPOKEN = {"tear": "T IH1 R", "bass": "B AE1 S"}
 """How the test means the words with two pronunciations; programs outside are told by another spelling."""

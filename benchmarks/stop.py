@@ -52,7 +52,7 @@ REST_S = 2
 """After the talk, until all is decided."""
 IN_TIME_S = 0.5
 UNHEARD_S = 0.4
-"""Who begins so soon after another has not heard it yet."""
+"""A robot that begins this soon after another one has not heard it yet."""
 PEER_THRESHOLD = 1e-20
 """At which it hears 20 of 20 people's and robots' calls in quiet, and 5 in 3.5 minutes of robots' talk; at 1e-15 19, 20
 and 4, at 1e-30 all and 14."""

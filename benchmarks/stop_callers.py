@@ -1,4 +1,4 @@
-"""Who calls in `benchmarks.stop`, and how that comes to the robot."""
+"""The callers of `benchmarks.stop`, and the way of their calls to the robot."""
 
 from __future__ import annotations
 

@@ -117,7 +117,7 @@ class AudioAttacks:
         return robot
 
     def _listen(self, sound: Samples) -> list[m.Utterance]:
-        """What the listener says meanwhile; it hears noise as well."""
+        """The listener's sentences in this time; it also hears noise."""
         said: list[m.Utterance] = []
         for start in range(0, len(sound), BLOCK):
             block = np.zeros(BLOCK, np.float32)
@@ -132,7 +132,7 @@ class AudioAttacks:
         return said
 
     def _play(self, sound: Samples) -> list[m.Utterance]:
-        """What the listener says to a sound, until it has said all."""
+        """The listener's answers to a sound, until it is silent."""
         said = self._listen(sound)
         quiet_s = 0.0
         while quiet_s < QUIET_S:

@@ -73,7 +73,7 @@ class BenchPlan:
     ways: Ways | None = None
     """Ways of sound between two robots; None: through free air."""
     loudspeaker: Loudspeaker = IDEAL
-    """What all of them speak with."""
+    """The synthesizer of all robots."""
     noise_at: Callable[[int], Noise] | None = None
     """Makes what the microphone of each robot takes in quiet; None: pink noise, as loud as `air` has it."""
     hasty: bool = False
@@ -82,7 +82,7 @@ class BenchPlan:
     strangers: bool = False
     """Each robot knows no name but its own beforehand."""
     speech: Speech = field(default_factory=Speech)
-    """How all of them speak."""
+    """The delivery of all robots' sentences."""
     keys: KeyRing | None = None
     """The team's keys; None: no sentence is sealed."""
     encrypts: bool = False
@@ -98,9 +98,9 @@ class BenchPlan:
     earshot_from_s: float = 0.0
     """Time from which on `earshot_m` holds, so that robots can meet before."""
     unable: Mapping[str, frozenset[int]] = field(default_factory=dict)
-    """What each robot cannot do, by the tasks' numbers."""
+    """The numbers of the tasks that each robot cannot do."""
     skills: Mapping[str, Mapping[str, FakeDevice]] = field(default_factory=dict)
-    """What each robot's skills are done with."""
+    """The device of each robot's skills."""
     limit_s: float = 1800.0
     """The mission is given up after this."""
 
@@ -187,7 +187,7 @@ class Bench:
         self._sink = sink
         self._pace = pace
         self.recordings: dict[str, Samples] = {}
-        """What each robot's microphone took from the mission's beginning, by name."""
+        """The recording of each robot's microphone from the mission's beginning, by name."""
         self.robots: dict[str, Robot] = {}
 
     def run(self) -> MissionRecord:

@@ -14,7 +14,7 @@ from hvcpd.ports import Samples
 STEP_M = 0.25
 """Impulse responses are taken this far apart; from one to the next sound is cross-faded over a block."""
 KEPT_DB = 60.0
-"""What is left of a response at this level below its whole energy is cut off: the reverberation time's own measure."""
+"""A response is cut off where its remaining energy is this far below the whole, as in the reverberation time."""
 LONGEST = 20_000
 """Samples that a response keeps at most, 1.25 s."""
 _BLOCK = 400

@@ -43,7 +43,7 @@ class Loudspeaker:
     distortion: float = 0.0
 
     def play(self, sound: Samples) -> NDArray[np.float64]:
-        """What it makes of a whole sound, shape (n,), from silence on."""
+        """Its output for a whole sound, shape (n,), starting from silence."""
         return Playing(self).play(sound)
 
     @cached_property
@@ -65,7 +65,7 @@ class Loudspeaker:
         return np.fft.irfft(spectrum)[:RESPONSE]
 
     def distorted(self, sound: NDArray[np.float64]) -> NDArray[np.float64]:
-        """What the cone makes of it: a square has half its size in the second harmonic, a cube a quarter in the third,
+        """The cone's distortion: a square has half its size in the second harmonic, a cube a quarter in the third,
         and takes three times that from the first."""
         if not self.distortion:
             return sound
@@ -83,7 +83,7 @@ class Playing:
         self._spectra: dict[int, NDArray[np.complex128]] = {}
 
     def play(self, block: Samples) -> NDArray[np.float64]:
-        """What it makes of the next samples, shape (n,); zeros once a sound has faded away."""
+        """Its output for the next samples, shape (n,); zeros once a sound has faded away."""
         heard = np.concatenate([self._before, self._loudspeaker.distorted(block.astype(np.float64))])
         self._before = heard[len(block) :]
         if not heard.any():
@@ -127,7 +127,7 @@ IDEAL = Loudspeaker("ideal")
 GOOD = Loudspeaker("good", 150.0, 2, 7000.0, 2)
 """A bookshelf box, or a good portable one."""
 USUAL = Loudspeaker("usual", 200.0, 3, 6500.0, 2, (Peak(1000.0, 4.0, 1.5),), 0.01)
-"""A small box with one driver of some 5 cm, as robots carry it: nothing below 200 Hz, one mild resonance."""
+"""A small box with one driver of about 5 cm, as robots carry it: nothing below 200 Hz, one mild resonance."""
 SMALL = Loudspeaker("small driver", 400.0, 4, 6000.0, 2, (Peak(900.0, 8.0, 2.0),))
 """A driver of 2 to 3 cm without a box to speak of, as on a sound HAT."""
 SMALL_DISTORTING = Loudspeaker("small driver, 5 %", 400.0, 4, 6000.0, 2, (Peak(900.0, 8.0, 2.0),), 0.05)

@@ -85,7 +85,7 @@ class RealAir:
         self.left_out = 0
         """Samples that were late."""
         self.connections = 0
-        """How often the server was found."""
+        """The number of times that the server was found."""
 
     def stop(self) -> None:
         """Have `run` return."""

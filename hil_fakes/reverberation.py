@@ -20,7 +20,7 @@ ASIDE_M = 0.4
 """The listener stands this far aside of the straight line along the hall."""
 MAX_ORDER = 40
 """Reflections of higher order are left out, as their number grows with the cube: of the shortest way, between floor and
-ceiling of 3 m, they arrive after 0.35 s and some 35 dB down."""
+ceiling of 3 m, they arrive after 0.35 s and about 35 dB down."""
 SOUND_SPEED_M_S = 343.0
 
 
@@ -37,7 +37,7 @@ class Hall:
     rt60_s: float
 
 
-@lru_cache(maxsize=64)  # some 180 KB each
+@lru_cache(maxsize=64)  # about 180 KB each
 def response(hall: Hall, distance_m: float, shift_m: float = 0.0) -> tuple[Samples, int]:
     """Return the impulse response at that distance, shape (n,), float32, and its delay, samples; direct sound at 1 m
     has power 1.

@@ -1,4 +1,4 @@
-"""What a robot itself puts into its microphone: a fan, wheel motors. Of RMS 1, seeded by the generator handed in."""
+"""The robot's own noise at its microphone: a fan, wheel motors. Of RMS 1, seeded by the generator handed in."""
 
 from __future__ import annotations
 

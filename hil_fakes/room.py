@@ -154,7 +154,7 @@ class DelayLine:
 
 
 class Ways(Protocol):
-    """How sound gets from a loudspeaker to a microphone."""
+    """The propagation of sound from a loudspeaker to a microphone."""
 
     max_distance_m: float
     """Distance to which greater ones are clipped."""
@@ -188,7 +188,7 @@ class FreeField:
 
 
 class Noise(Protocol):
-    """What a microphone takes while nobody speaks."""
+    """The sound at a microphone while nobody speaks."""
 
     def take(self, n: int) -> Samples:
         """Return the next samples, shape (n,), float32."""

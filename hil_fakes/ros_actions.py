@@ -150,7 +150,7 @@ class Asked:
 
 
 class RclpyServer:
-    """What is behind rclpy's ActionClient, whose part it takes: nothing is answered before the test answers it."""
+    """Stands in for the server behind rclpy's ActionClient: nothing is answered before the test answers it."""
 
     def __init__(self) -> None:
         self.asked: list[Asked] = []

@@ -155,7 +155,7 @@ def _away_m(pose: Pose, place: Place) -> float:
 
 
 def _collisions(said: list[Said]) -> int:
-    """How many times somebody began to speak while somebody else spoke."""
+    """The number of times that somebody began to speak while somebody else spoke."""
     count, loud_until_s = 0, -math.inf
     for sentence in sorted(said, key=lambda s: s.at_s):
         count += sentence.at_s < loud_until_s

@@ -33,7 +33,7 @@ class Medium(Protocol):
 
     @property
     def counters(self) -> StreamCounters:
-        """What was lost."""
+        """The sound that was lost."""
         ...
 
     async def open(self) -> None:
@@ -201,7 +201,7 @@ class SharedRoom:
                 turn.set_result(heard[ear])
 
     def _playing(self) -> list[Samples]:
-        """What each plays; who has left plays silence of the same length."""
+        """The sound that each robot plays; a robot that has left plays silence of the same length."""
         n = max((len(self.streams[ear].playing) for ear in self.present), default=BLOCK)
         silence = np.zeros(n, np.float32)
         return [stream.playing if k in self.present else silence for k, stream in enumerate(self.streams)]

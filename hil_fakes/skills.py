@@ -19,7 +19,7 @@ from hvcpd.skills.life import Begin, Call, Cancel, Order, Pause, Report, Resume,
 Arguments = Mapping[str, Value]
 
 USUAL_S = 5.0
-"""What a skill takes of which nothing is known."""
+"""The duration of a skill of which nothing is known."""
 LITRES_PER_S = 0.05
 """Of a small pump: 3 l a minute."""
 TOLD_EVERY_S = 1.0
@@ -34,7 +34,7 @@ class FakeDevice(Protocol):
         """A call is to be carried out."""
 
     def advance(self, dt_s: float) -> Report:
-        """How it is after `dt_s` more of it; the report's number is not looked at."""
+        """Its state after another `dt_s`; the report's number is ignored."""
 
     def leave(self) -> None:
         """Be safe: whatever is on is off."""
@@ -177,12 +177,12 @@ class FakeHost:
     _switches: list[Switch] = field(default_factory=list)
 
     def take_switches(self) -> tuple[Switch, ...]:
-        """What was switched since this was asked last."""
+        """The switches since the last call."""
         switches, self._switches = tuple(self._switches), []
         return switches
 
     def take(self, orders: Iterable[Order], now: float) -> None:
-        """What the robot asks for at time `now`, s."""
+        """The robot's requests at time `now`, s."""
         for order in orders:
             match order:
                 case Begin(call):

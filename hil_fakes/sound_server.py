@@ -26,7 +26,7 @@ DIE_WITH_PARENT = ("setpriv", "--pdeathsig", "KILL", "--")
 ALSA_CONFIGURATION = "/usr/share/alsa/alsa.conf"
 """ALSA's own, which a private one builds on (package libasound2-data)."""
 LOUDSPEAKER, MICROPHONE = "loudspeaker", "microphone"
-"""What the devices are called, for every robot."""
+"""The names of the devices, for every robot."""
 
 # Without `norewinds` a null sink takes back what a late client has already been heard to say.
 _SINK = f"load-module module-null-sink sink_name={{}} rate={SAMPLE_RATE_HZ} channels=1 format=s16le norewinds=1\n"
@@ -80,7 +80,7 @@ class SoundServer:
         self.kill()
 
     def environment(self, name: str) -> Mapping[str, str]:
-        """What the process of the robot `name` needs, so that it finds its two devices and no others."""
+        """The environment in which the process of the robot `name` finds its two devices and no others."""
         return {
             **self._home(),
             "ALSA_CONFIG_PATH": f"{ALSA_CONFIGURATION}:{self._directory / name}.alsa",

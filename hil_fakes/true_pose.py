@@ -14,7 +14,7 @@ from hvcpd.ports import Pose
 
 @dataclass(frozen=True)
 class TrueWheels:
-    """What the wheels really measure; the defaults are a TurtleBot3 Burger's (ROBOTIS e-Manual, "Features")."""
+    """The true dimensions of the wheels; the defaults are a TurtleBot3 Burger's (ROBOTIS e-Manual, "Features")."""
 
     left_radius_m: float = 0.033
     right_radius_m: float = 0.033

@@ -35,7 +35,7 @@ TAPE_M = 0.001
 
 @dataclass(frozen=True)
 class CourseResult:
-    """How far from its start the robot truly is in the end, and how far it has gone."""
+    """The robot's true distance from its start at the end, and the length of its path."""
 
     off_m: float
     way_m: float
@@ -70,7 +70,7 @@ def drive_course(
 
 
 def calibrate_by_tape(drive: Drive, truth: TrueWheels, seed: int, kind: Kind = "xl430") -> Drive:
-    """What `hvcpctl drive calibrate` finds, with the true pose read off to the millimetre as the tape measure."""
+    """The result of `hvcpctl drive calibrate`, with the true pose read off to the millimetre as the tape measure."""
     robot = VirtualRobot(kind, seed, drive, truth)
     robot.wheels.open()
     start = robot.pose

@@ -51,7 +51,7 @@ def stop_limit_s(kind: Kind, fault: Fault) -> float:
 
 @dataclass
 class Verdict:
-    """What came of a trial; `broken` names every rule that was broken."""
+    """The result of a trial; `broken` names every rule that was broken."""
 
     seed: int
     kind: Kind

@@ -35,12 +35,12 @@ UNHEARD = 0.2
 RESTARTS = 0.01
 """The chance before each honest sentence that the listener is switched off and on."""
 MOVING = (m.TurnBy(90.0), m.MoveBy(1.0), m.Order(m.TaskByNumber(1)), m.ComeBack())
-"""What is worth a recording that the listener never heard."""
+"""Sentences whose recording is useful to an attacker if the listener never heard them."""
 
 
 @dataclass
 class Tally:
-    """How it went: attacks and those believed, by kind; honest sentences heard, and those believed."""
+    """The result: attacks and those believed, by kind; honest sentences heard, and those believed."""
 
     tried: Counter[str] = field(default_factory=Counter)
     believed: Counter[str] = field(default_factory=Counter)

@@ -29,7 +29,7 @@ REMEMBERED_S = 30.0
 
 
 class Talker(Protocol):
-    """What the channel needs of a robot; `hvcpd.coordination.Coordination` has it."""
+    """The interface of a robot on the channel; `hvcpd.coordination.Coordination` has it."""
 
     def heard(
         self, utterance: Utterance, now: float, confidence: float = 1.0, snr_db: float | None = None, trust: Trust = ...
@@ -43,7 +43,7 @@ class Talker(Protocol):
 
 @dataclass(frozen=True)
 class Conditions:
-    """What air does to sentences. `loss` and `mishearing` are chances for each listener of each sentence."""
+    """The effect of air on sentences. `loss` and `mishearing` are probabilities for each listener of each sentence."""
 
     loss: float = 0.0
     """A listener notices a voice and understands nothing."""

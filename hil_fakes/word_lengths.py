@@ -1,4 +1,4 @@
-"""How many words an utterance has, without rendering each one: sentences of one shape are counted once."""
+"""The number of words of an utterance, without rendering each one: sentences of one shape are counted once."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What becomes of a sentence at the level of words when a recogniser takes one of its words for another."""
+"""Mishearing at the level of words: a recogniser mistakes one word of a sentence for another."""
 
 from __future__ import annotations
 

@@ -53,11 +53,11 @@ class WordMission:
         self.robots: dict[str, Coordination] = {}
         self.saved: dict[str, dict[int, tuple[str, str | None]]] = {name: {} for name in plan.names}
         self.stopped: set[str] = set()
-        """Who has saved that it is stopped."""
+        """The robots that have saved that they are stopped."""
         self.watered: Counter[int] = Counter()
         self.by: dict[int, str] = {}
         self.done: list[tuple[float, int, str]] = []
-        """What was carried out when, and by whom."""
+        """The tasks carried out, with time and robot."""
         self.dues: dict[str, dict[int, float]] = {name: {} for name in plan.names}
         self.changes: dict[str, dict[int, tuple[int, bool]]] = {name: {} for name in plan.names}
         self.said: list[tuple[float, str, m.Utterance]] = []
@@ -67,7 +67,7 @@ class WordMission:
         self._pending = 0
         self._names = {name.lower(): name for name in plan.names}
         self.known: dict[str, set[str]] = {name: {name} for name in plan.names}
-        """Whose names each robot knows; it survives being switched off."""
+        """The names that each robot knows; they survive being switched off."""
         corner = {name: Place(-5.0 + i % 4, -5.0 + i // 4) for i, name in enumerate(plan.names)}
         self.bodies = {name: Body(plan.starts.get(name, place)) for name, place in corner.items()}
         self.air = WordChannel(
@@ -134,7 +134,7 @@ class WordMission:
         )
 
     def occurrences(self) -> dict[tuple[int, float], int]:
-        """How often each occurrence of what recurs was carried out."""
+        """The number of times that each occurrence was carried out."""
         return (
             counted(self.plan.tasks, self.done, self.plan.limit_s, self.plan.begin_s)
             if self.plan.clocks is not None
@@ -299,7 +299,7 @@ class WordMission:
         return min(max((self._apart_m(speaker, listener) - near_m) / (far_m - near_m), 0.0), 1.0)
 
     def _apart_m(self, speaker: str, listener: str) -> float:
-        """How far two robots are from each other; whoever is no robot is everywhere."""
+        """The distance between two robots; a speaker that is not a robot is everywhere."""
         if speaker not in self.bodies:
             return 0.0
         a, b = self.bodies[speaker].at(self.air.now), self.bodies[listener].at(self.air.now)

@@ -1,4 +1,4 @@
-"""What recurs in a mission at the level of words: which occurrences there were, and how often each was carried out."""
+"""The occurrences of recurring tasks in a mission at the level of words, and how often each was carried out."""
 
 from __future__ import annotations
 

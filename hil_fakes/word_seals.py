@@ -37,7 +37,7 @@ class WordSeals:
         self._bits = bits
         self._on: dict[str, Sealing] = {}
         self.counters: dict[str, dict[str, int]] = {}
-        """What each robot has saved."""
+        """The saved state of each robot."""
 
     def switch_on(self, name: str, roster: Iterable[str] = ()) -> None:
         """A robot begins with what it had saved; the robots of the `roster` have the key."""
@@ -45,13 +45,13 @@ class WordSeals:
         self._on[name] = Sealing(guard, self.encrypts, roster)
 
     def marked(self, name: str, utterance: m.Utterance, now: float) -> m.Utterance:
-        """What the robot says instead."""
+        """The robot's reply."""
         said = self._on[name].marked(utterance, self.book, now)
         self._save(name)
         return said
 
     def judge(self, name: str, utterance: m.Utterance, now: float) -> tuple[m.Utterance, Trust]:
-        """What the robot makes of it."""
+        """The robot's verdict."""
         opened, verdict = self._on[name].judge(utterance, self.book, now)
         self._save(name)
         if utterance.mark is not None:

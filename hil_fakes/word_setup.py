@@ -1,4 +1,4 @@
-"""What a mission at the level of words is made of, and what came of it."""
+"""The set-up and the result of a mission at the level of words."""
 
 from __future__ import annotations
 
@@ -43,16 +43,16 @@ class WordPlan:
     places: tuple[SharedPlace, ...] = ()
     """Where only one robot fits in."""
     unable: Mapping[str, frozenset[int]] = field(default_factory=dict)
-    """What each robot cannot do, by the tasks' numbers."""
+    """The numbers of the tasks that each robot cannot do."""
     strangers: bool = False
     """Nobody knows another one's name beforehand."""
     speech: Speech = field(default_factory=Speech)
-    """How all of them speak."""
+    """The delivery of all robots' sentences."""
     timing: Timing = field(default_factory=Timing)
     seals: WordSeals | None = None
     """Seals of a team with a key; None: no sentence is sealed."""
     clocks: Mapping[str, float] | None = None
-    """How wrong each robot's clock is, s; who is not named has none. None: nobody needs one, for nothing recurs."""
+    """The error of each robot's clock, s; robots not named have no clock. None: no task recurs, so nobody needs one."""
     fails: Callable[[str, int, float], bool] = lambda _robot, _task, _now: False
     """Whether a robot fails at a task at a time."""
     reason: str | None = None
@@ -65,7 +65,7 @@ class WordPlan:
 
 @dataclass(frozen=True)
 class WordResult:
-    """What came of a mission. `agreed`: in the end every robot that was on held every task for done."""
+    """The result of a mission. `agreed`: in the end every robot that was on believed that every task was done."""
 
     lost: int
     duplicates: int

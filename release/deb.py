@@ -192,7 +192,7 @@ def _put_files(root: Path, version: str) -> None:
 
 
 def maintainer() -> str:
-    """Who hands the package on."""
+    """The maintainer of the package."""
     name, mail = os.environ.get("DEBFULLNAME"), os.environ.get("DEBEMAIL")
     return f"{name} <{mail}>" if name and mail else MAINTAINER
 

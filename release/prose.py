@@ -17,6 +17,22 @@ INSTEAD = {
     "all the same": "anyway, still, or nothing",
     "in the midst of": "in the middle of, during",
     "amid": "in, during",
+    "anew": "again, from scratch",
+    r"as ever\b": "as always",
+    "beforehand": "in advance",
+    "ever more rarely": "less and less often",
+    "for want of": "because there is no",
+    r"mend(?:s|ed|ing)?": "fix",
+    "not at hand": "missing, or: we had no",
+    "over a restart": "after a restart; survives a restart",
+    r"by who (?!is )": "by people who, by a robot that",
+    r"from who (?!is )": "from people who, from a robot that",
+    r"some (?=\d)": "about",
+    "so that who": "so that a robot that, so that people who",
+    "stand over": "override",
+    "stands over": "overrides",
+    "thrice": "three times",
+    r"to who (?!is )": "to people who, to a robot that",
     "befall": "happen to, or name the fault",
     "beyond measure": "very",
     "by so much": "by this much",
@@ -44,6 +60,11 @@ INSTEAD = {
     "bots": "robots",
 }
 """A phrase in lower case, as a regular expression, and what to write instead."""
+FREE_RELATIVE = re.compile(
+    r"^(?![|#])(?:.*[.;:] |- |\*\*)?(Who|who) (?:has|hears|does|knows|missed|misses|says|gives|follows|stays|lost|"
+    r"is|was|cannot|wants|needs|begins|speaks|waits|answers|leaves|drives|claims|confirms|objects)\b(?!.*\?)"
+)
+"""A sentence of a page whose subject has no noun: "Who hears it halts". Tables, headings and questions may have one."""
 INSTEAD_IN_CODE = {
     r'^ *"""So (many|much|long) ': "what the number is: number of, most, least, longest",
     r'^ *"""\.\.\.': "a docstring that stands alone",
@@ -93,6 +114,8 @@ def faults(text: str) -> Iterator[tuple[int, str]]:
         for phrase, instead in INSTEAD.items():
             if _found(phrase, line):
                 yield number, f"“{_plain(phrase)}”: write {instead}"
+        if found := FREE_RELATIVE.search(line):
+            yield number, f"“{found[1]} …” as a subject: write “a robot that …”, “people who …”"
     if (mean := words_a_sentence(text)) > MOST_WORDS:
         yield 1, f"sentences have {mean:.0f} words on average; at most {MOST_WORDS:.0f} can be read with ease"
 

@@ -28,7 +28,7 @@ IMAGES = ROOT / "docs" / "images"
 ANIMATION = IMAGES / "mission.svg"
 LEFT_OUT = " …"
 TIMEOUT_S = 120.0
-"""For one command; a mission takes some 10 s."""
+"""For one command; a mission takes about 10 s."""
 
 _BLOCK = re.compile(r"^```\n(\$ .*?)^```$", re.M | re.S)
 _WALL_CLOCK = re.compile(r"of mission time in [\d.]+ s: .* \(seed")

@@ -40,7 +40,7 @@ EXIT_STATUS = """\
 | 4 | no permission to ask the daemon | |
 | 64 | | wrong usage |
 | 69 | | a device is missing or failed, or this robot runs already |
-| 70 | | a fault of hvcpd |
+| 70 | | a bug in hvcpd |
 | 73 | | the memory's folder cannot be written |
 | 78 | | an error in the settings or tasks, or a memory of a newer version |
 | 130 | interrupted | interrupted before it began |
@@ -184,7 +184,7 @@ def events() -> str:
     """Every event of the control socket."""
     parts = [f"{MADE}# Events\n\nOf the [control socket](../control.md), and of `hvcpctl simulate --json`.\n\n"]
     for name, type_ in sorted(KINDS.items()):
-        only = " Sent only to who asks for it by name." if name in FREQUENT else ""
+        only = " Sent only to clients that ask for it by name." if name in FREQUENT else ""
         document = " ".join((type_.__doc__ or "").split())
         parts.append(f"## `{name}`\n\n{_cell(document)}{only}\n\n| Field | Type |\n|---|---|\n")
         parts += [f"| `{each.name}` | `{_cell(str(each.type))}` |\n" for each in dataclasses.fields(type_)]

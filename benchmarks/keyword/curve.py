@@ -52,7 +52,7 @@ Curves = NDArray[np.float64]
 
 @dataclass(frozen=True, eq=False)
 class Part:
-    """Who calls, by kind, and what else is said and heard, by kind: endless, or the recordings once."""
+    """The callers and the other sounds, by kind: endless, or each recording once."""
 
     callers: dict[str, Speak]
     others: dict[str, Iterator[Samples]]

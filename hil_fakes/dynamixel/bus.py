@@ -75,7 +75,7 @@ class FakeBus:
 
     @property
     def reader(self) -> PacketReader:
-        """What the devices made of the bytes that came, with its counters."""
+        """The packets that the devices decoded, with counters."""
         return self.line.reader
 
     @property

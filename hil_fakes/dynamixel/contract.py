@@ -1,4 +1,4 @@
-"""What any XL430-W250 must do, fake or real: checks over the unmodified `dynamixel-sdk`.
+"""The contract of an XL430-W250, fake or real: checks over the unmodified `dynamixel-sdk`.
 
 Run on a robot only with its wheels off the ground. Each check leaves the motors at standstill without torque. In
 your own test suite:

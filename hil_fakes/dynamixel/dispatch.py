@@ -1,4 +1,4 @@
-"""What the motors on one bus answer to one instruction; no wire, no time."""
+"""The motors' replies to one instruction on a bus; no wire, no time."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What can go wrong with a reply on the wire, in the order in which a test wants it to."""
+"""Faults of replies on the wire, in the order that a test schedules."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from enum import Enum
 
 
 class ReplyFault(Enum):
-    """What becomes of one status packet."""
+    """The fate of one status packet."""
 
     NONE = "none"
     """The reply arrives as it was sent."""

@@ -17,7 +17,7 @@ BABBLE_BYTES_S = 20_000.0
 
 
 class Device(Protocol):
-    """What a line needs of a device on it."""
+    """The interface of a device on a line."""
 
     powered: bool
 

@@ -37,13 +37,13 @@ class ControlMemory:
         self._bytes[cell.address : cell.address + size] = wrapped.to_bytes(size, "little")
 
     def reset_ram(self) -> None:
-        """What a loss of power does: RAM cells take their initial values."""
+        """Lose power: RAM cells take their initial values."""
         for cell in ct.CELLS:
             if not cell.in_eeprom:
                 self.set(cell.name, cell.initial)
 
     def read(self, address: int, size: int) -> tuple[StatusError, bytes]:
-        """What a read instruction gets. Gaps between cells read 0, as on the real motor."""
+        """The reply to a read instruction. Gaps between cells read 0, as on the real motor."""
         if size == 0 or address + size > ct.TABLE_END:
             return StatusError.ACCESS, b""
         if address + size <= ct.INDIRECT_DATA_START:
@@ -51,7 +51,7 @@ class ControlMemory:
         return StatusError.NONE, bytes(self._bytes[self._resolve(a)] for a in range(address, address + size))
 
     def check(self, address: int, data: bytes) -> tuple[StatusError, list[Change]]:
-        """What a write instruction would change, or the error that refuses it."""
+        """The changes of a write instruction, or the error that refuses it."""
         if not data or address + len(data) > ct.TABLE_END:
             return StatusError.ACCESS, []
         changes: list[Change] = []

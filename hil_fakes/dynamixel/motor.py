@@ -36,7 +36,7 @@ OVERLOAD_S = 3.0
 """Duration of an effort beyond the limit that is an overload; the manual says "persistent" and gives no figures:
 assumption."""
 SAG_V = 0.4
-"""The supply falls by this at full effort: some 0.3 ohm of battery, switch and cable at 1.3 A; assumption."""
+"""The supply falls by this at full effort: about 0.3 ohm of battery, switch and cable at 1.3 A; assumption."""
 FULL_PWM = 885
 """The PWM cells' value for all of the voltage (e-Manual)."""
 AMBIENT_C = 30.0
@@ -104,12 +104,12 @@ class FakeXL430:
 
     @property
     def true_angle_rad(self) -> float:
-        """How far the wheel has really turned, forward positive, without noise. For the bench, never the robot."""
+        """The true angle of the wheel, forward positive, without noise. For the bench, never the robot."""
         return self.mounting * self._shaft.angle_rad
 
     @property
     def true_speed_rad_s(self) -> float:
-        """How fast the wheel really turns, forward positive."""
+        """The true speed of the wheel, forward positive."""
         return self.mounting * self._shaft.speed_rad_s
 
     @property

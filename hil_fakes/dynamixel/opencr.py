@@ -307,7 +307,7 @@ class FakeOpenCR:
                 motor.powered = False
 
     def _refresh(self) -> None:
-        """What the firmware reports; of a motor that does not answer it keeps the last values."""
+        """The firmware's readings; for a motor that does not answer it keeps the last values."""
         self.set("millis", int(self._clock_s * 1000.0))
         self.set("connect_ros2", int(self._connected))
         volts = self.left.memory.get("present_input_voltage") / 10.0

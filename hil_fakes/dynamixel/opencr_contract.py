@@ -1,4 +1,4 @@
-"""What any OpenCR with TurtleBot3 firmware must do, fake or real: checks over the unmodified `dynamixel-sdk`.
+"""The contract of an OpenCR with TurtleBot3 firmware, fake or real: checks over the unmodified `dynamixel-sdk`.
 
 Run on a robot only with its wheels off the ground. Use as `hil_fakes.dynamixel.contract`, with a `Rig` whose `ids` are
 the controller's identifier twice.
@@ -15,7 +15,7 @@ from hil_fakes.dynamixel.contract import Rig
 MILLIS, DEBUG_MODE, HEARTBEAT, VOLTAGE, VELOCITY_LEFT, POSITION_LEFT = 10, 14, 19, 42, 128, 136
 TORQUE, LINEAR_X = 149, 150
 ROBOTIS_START, ROBOTIS_SIZE = 10, 172
-"""What ROBOTIS's own node reads every 50 ms."""
+"""The block that ROBOTIS's own node reads every 50 ms."""
 SPEED = 5
 """0.05 m/s in the units of the command words."""
 TICKS_PER_S = SPEED * 0.01 / (2.0 * 3.141592653589793 * 0.033) * 4096

@@ -1,4 +1,4 @@
-"""How a fake motor's shaft moves: a first-order lag to the wanted speed, and friction that ends every stop.
+"""The motion of a fake motor's shaft: a first-order lag to the wanted speed, and friction that ends every stop.
 
 Solved exactly for any time step.
 """

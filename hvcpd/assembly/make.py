@@ -79,7 +79,7 @@ def make_coherent(
 
 
 def make_books(phrasebook: Phrasebook, names: Sequence[str], sound: Sound) -> Books:
-    """What these robots say, sample by sample: at their usual rate, and slowly."""
+    """The words of these robots, sample by sample: at their usual rate, and slowly."""
     words, phrases = phrasebook.marked_graph.words, phrasebook.alternatives
     speakers = {robot_voice(name, sound): name for name in names}
     waveforms = WaveformCache()
@@ -97,7 +97,7 @@ def make_books(phrasebook: Phrasebook, names: Sequence[str], sound: Sound) -> Bo
 
 
 def robot_voice(name: str, sound: Sound) -> str:
-    """What the recogniser calls a robot's voice."""
+    """The recogniser's name for a robot's voice."""
     return f"{name}, recorded" if name.lower() in sound.recorded else sound.voice_of(name).name
 
 
@@ -200,7 +200,7 @@ def make_robot(plan: RobotPlan, sound: Sound) -> Robot:
 
 
 def make_sealing(plan: RobotPlan) -> Sealing | None:
-    """What seals and judges for the robot, where there is a key."""
+    """The guard that seals and judges for the robot, if there is a key."""
     security = plan.security
     if security.keys is None:
         return None

@@ -26,7 +26,7 @@ class NameRegistry:
         self._told = plan.team.names
         self.people = plan.hearing.people
         self._guests = set(self.people).difference(name.lower() for name in (plan.role.name, *settled))
-        """Who is known for being enrolled alone, in lower case."""
+        """Names that are known only because they are enrolled, in lower case."""
         self.names = plan.team.names
 
     def knows(self, name: str) -> bool:

@@ -48,7 +48,7 @@ class BodyPlan:
 
 @dataclass(frozen=True)
 class MemoryPlan:
-    """What it remembers: its tasks (number → state, owner), and whether it was `stopped` when it was switched off."""
+    """Its memory: its tasks (number → state, owner), and whether it was `stopped` when it was switched off."""
 
     tasks: Mapping[int, tuple[str, str | None]] | None = None
     stopped: bool = False
@@ -62,7 +62,7 @@ class MemoryPlan:
 
 @dataclass(frozen=True)
 class HearingPlan:
-    """What it listens for besides the voices of robots."""
+    """The voices that it listens for besides robots'."""
 
     acoustics: Acoustics | None = None
     people: Mapping[str, Person] = field(default_factory=dict)

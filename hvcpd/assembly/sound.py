@@ -1,4 +1,4 @@
-"""What a team says and how it sounds: its phrasebook, its pronunciations and its voices, without any robot's ears.
+"""A team's words and sounds: its phrasebook, its pronunciations and its voices, without any robot's ears.
 
 Commands that only speak or write start quickly with this: the ears' modules take most of the time that a robot's
 start takes.

@@ -81,7 +81,7 @@ class Confusion:
     key: str = "tasks"
     """The setting that it comes from: `tasks`, `names` or `teams`."""
     proposals: tuple[str, ...] = ()
-    """What to say instead of it: near in meaning or sound, and found to pass this check."""
+    """Words to use instead: near in meaning or sound, and tested to pass this check."""
     alternative_of: str = ""
     """The word as which `first` or `second`, an alternative of the task file, counts."""
 
@@ -328,7 +328,7 @@ _LISTS = ("sentences", "proposals")
 
 
 def _read(path: Path | None) -> tuple[Confusion, ...] | None:
-    """What was kept; None when there is nothing, or not in this form."""
+    """The cached result; None if there is none, or not in this form."""
     if path is None:
         return None
     try:

@@ -83,6 +83,14 @@ class Parser(argparse.ArgumentParser):
         """As argparse's, which hides it when the output is full."""
         (file or sys.stderr).write(message)
 
+    def _get_value(self, action: argparse.Action, arg_string: str) -> Any:
+        try:
+            return super()._get_value(action, arg_string)
+        except argparse.ArgumentError:
+            if action.type is int:
+                raise argparse.ArgumentError(action, f"'{arg_string}' is not a whole number") from None
+            raise
+
     def _check_value(self, action: argparse.Action, value: Any) -> None:
         if action.choices is None or value in action.choices:
             return

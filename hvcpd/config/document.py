@@ -20,7 +20,7 @@ KeyPath = tuple[str | int, ...]
 """The way to a value from the top of a document: keys and list indices (from 0)."""
 
 MAX_FILE_BYTES = 1 << 20
-"""1 MiB: a hundred tasks with a hundred actions each take some 200 kB."""
+"""1 MiB: a hundred tasks with a hundred actions each take about 200 kB."""
 
 MAX_DEPTH = 24
 """Nested lists and groups; a task file needs six."""

@@ -52,7 +52,7 @@ MAX_ACTIONS = 100
 """Actions of a task; bounds a mission."""
 
 MAX_DISTANCE_M = 50
-"""Coordinates and distances; beyond, robots are out of each other's hearing (some 10 m) by far."""
+"""Coordinates and distances; beyond, robots are out of each other's hearing (about 10 m) by far."""
 
 MAX_ROBOTS = 20
 """Robots that do one task together."""

@@ -1,4 +1,4 @@
-"""What of a robot's state a person must see at once."""
+"""Alarms: the parts of a robot's state that a person must see at once."""
 
 from __future__ import annotations
 

@@ -33,7 +33,7 @@ _TYPES = {"js": "text/javascript", "css": "text/css", "svg": "image/svg+xml"}
 
 
 class Stage(Protocol):
-    """What is shown live; `hvcpd.console.scene.Scene` is."""
+    """The state shown live; `hvcpd.console.scene.Scene` is one."""
 
     viewers: Viewers
     lines: Lines

@@ -1,4 +1,4 @@
-"""Who may see the page and use its buttons: checked before anything else of a request is looked at.
+"""Access to the page and its buttons, checked before anything else in a request.
 
 A page of another site must not reach the robot through a person's browser, neither by sending requests (CSRF) nor by
 having its own name resolved to this computer (DNS rebinding). And other users of this computer must not get past the

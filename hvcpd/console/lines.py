@@ -12,7 +12,7 @@ from hvcpd.reporting.text import clean, skill_words
 Line = dict[str, Any]
 
 MAX_LINES = 40_000
-"""Kept: a day of a busy team, some 20 MB."""
+"""Kept: a day of a busy team, about 20 MB."""
 PAGE_LINES = 150
 """Sent at once: some screens full."""
 SURE = 0.9

@@ -17,14 +17,14 @@ from hvcpd.errors import HvcpdError, NotDoneError, NotRunningError
 LOOK_S = 1.0
 """Between two looks at the state."""
 ANSWER_S = 5.0
-"""A daemon that lives answers within some 0.05 s."""
+"""A daemon that lives answers within about 0.05 s."""
 LEARNING = ("add", "remove")
 LEARN_S = 120.0
-"""To compare the words of new tasks with all others takes seconds, on a small computer many."""
+"""Comparing the words of new tasks with all others takes seconds, and longer on a small computer."""
 RETRY_S = (0.25, 0.5, 1.0, 2.0)
 """Waits before it is looked for again; the last one for ever."""
 MAX_LINE_BYTES = 4 * 1024 * 1024
-"""A reply's line; a hundred rows of transcript have some 30 kB."""
+"""A reply's line; a hundred rows of transcript have about 30 kB."""
 BACK_S = 8 * 3600.0
 """Length of the past that is asked for: a shift."""
 EVENTS = ["said", "heard", "garbled", "held", "noted", "taskchanged", "watered", "statechanged", "moved", "level"]
@@ -33,7 +33,7 @@ Reply = dict[str, Any]
 
 
 class Taker(Protocol):
-    """Who is told; `hvcpd.console.scene.Scene` does."""
+    """The receiver of events; `hvcpd.console.scene.Scene` is one."""
 
     def link(self, up: bool, text: str) -> None: ...
 

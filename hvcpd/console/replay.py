@@ -106,7 +106,7 @@ def _line(at_s: float, sort: str, who: str, slot: int | None, text: str, marks: 
 
 
 def _marks(line: Line) -> list[dict[str, str]]:
-    """Who heard it, how surely, and who did not."""
+    """The robots that heard it, with their confidence, and those that did not."""
     marks = [mark("bad", "collided with another voice")] if line.said.collided else []
     marks += sealed(line.said.seal)
     for heard in line.heard:
@@ -156,7 +156,7 @@ def _occupations(story: Story) -> Iterator[Step]:
 
 
 def _robots(story: Story, at_s: float) -> Message:
-    """Who is at which task at that time."""
+    """The robots and their tasks at that time."""
     names = {task.number: task.name for task in story.tasks}
     robots = []
     for k, robot in enumerate(story.robots):

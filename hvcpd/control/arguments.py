@@ -1,4 +1,4 @@
-"""What options of several commands are given: texts become values, or an error that says what is wrong."""
+"""Types of options of several commands: texts become values, or an error that says what is wrong."""
 
 from __future__ import annotations
 

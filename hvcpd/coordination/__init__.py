@@ -1,1 +1,1 @@
-"""Who does what, agreed by speech: greeting, tasks, claims, orders and the floor, without I/O and without a clock."""
+"""Coordination by speech: greeting, tasks, claims, orders and the floor, without I/O and without a clock."""

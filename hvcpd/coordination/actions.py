@@ -245,7 +245,7 @@ class Timing:
 
 @dataclass(frozen=True)
 class Role:
-    """Who this robot is in the team. A coordinator gives orders and does no task itself.
+    """This robot's role in the team. A coordinator gives orders and does no task itself.
 
     `unable` are the numbers of the tasks that it lacks the means for. A robot that is not `listed` cannot expect the
     others to know its name: it spells it. `roster` are the names that all were told beforehand, present or not. All

@@ -11,9 +11,9 @@ OPENERS = (m.Order, m.WhatDoing, m.WhatLeft, m.WhoHere, m.ReportWanted, m.Comple
 """What is said to one robot unasked; everything else that is said to one answers it."""
 
 DOER_SLOT = 0
-"""Who did the task objects first."""
+"""The robot that did the task objects first."""
 OWNER_SLOT = 1
-"""Who is at the task, or wants it, objects second: in the doer's slot the two would speak at once, over and over."""
+"""A robot at work on the task, or that wants it, objects second: in the doer's slot the two would always collide."""
 OTHERS_SLOT = 2
 """The first slot of the others who know better; each takes the slot of its rank."""
 OTHERS_RANK_MAX = 2
@@ -78,11 +78,11 @@ def answer_slots(me: Knowledge, now: float) -> int:
 
 
 def note_presence(me: Knowledge, u: m.Utterance, now: float) -> None:
-    """Whoever has not said a word yet may confirm a claim before all others: if another robot does, nobody else is
-    there. Who has not said a word itself knows that this is not so, but that the others now believe it."""
+    """A robot that has not spoken yet may confirm a claim before all others: if another robot does, nobody else is
+    there. A robot that has not spoken itself knows that this is wrong, but that the others now believe it."""
     a, speaker = me.acquaintance, (u.speaker or "").lower()
     words = m.parts(u)[0].statement
-    in_turn = isinstance(words, m.Confirmed) and words.task is not None  # orders are confirmed by who gave them
+    in_turn = isinstance(words, m.Confirmed) and words.task is not None  # their giver confirms orders
     nobody_else = (in_turn and speaker in me.roster and speaker not in a.unheard) or now > a.all_heard_s
     a.passed_over = a.passed_over or nobody_else
     a.unheard = frozenset() if nobody_else and a.introduced else a.unheard - {speaker}

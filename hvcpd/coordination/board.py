@@ -99,7 +99,7 @@ class Entry:
 
     @property
     def lasting_state(self) -> str:
-        """The state to be remembered over a restart: what is done by hearsay only would come back as known."""
+        """The state to be remembered after a restart: what is done by hearsay only would come back as known."""
         if self.state == DONE and self.hearsay:
             return OPEN if self.owner is None else CLAIMED
         return self.state
@@ -125,7 +125,7 @@ class Board:
         return self._entries[number]
 
     def owner_of_claim(self, number: int) -> str | None:
-        """Who has the task; None if nobody has, or it is done."""
+        """The robot that has the task; None if nobody has, or it is done."""
         entry = self._entries[number]
         return entry.owner if entry.state == CLAIMED else None
 

@@ -190,7 +190,7 @@ def up_to_date(me: Knowledge, heard: Heard) -> Heard | None:
             entry, doer = me.board.find(ref), u.statement.speaker if isinstance(u.statement, m.Relayed) else u.speaker
             if entry is None:
                 return heard
-            in_passing = said.claim is not None  # said by who has just done it
+            in_passing = said.claim is not None  # its doer says it, just after
             if not _is_outdated(entry, doer, count) and (
                 in_passing or not _is_of_another_time(me, entry, doer, count, now)
             ):

@@ -87,7 +87,7 @@ def unable(me: Knowledge, heard: Heard, _: m.Unable | m.Unknown) -> None:
 
 
 def _gives_up(me: Knowledge, heard: Heard, _: m.Busy | m.Distrusted) -> None:
-    """Who is busy, or does not believe this robot's order, is not asked again for a while."""
+    """Do not ask a robot again for a while that is busy, or does not believe this robot's order."""
     if me.state is State.ORDERED and answers_order(me, heard):
         fire(me, Trigger.GAVE_UP, heard.now)
 

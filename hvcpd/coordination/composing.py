@@ -24,7 +24,7 @@ def to_all(me: Knowledge, statement: m.Statement) -> m.Utterance:
 
 
 def to_asker(me: Knowledge, name: str | None, statement: m.Statement) -> m.Utterance:
-    """To who asked; one who gave no name is answered for everybody."""
+    """To the asker; one who gave no name is answered for everybody."""
     return utterance(me, m.ToRobot(name) if name else m.ToAll(), statement)
 
 
@@ -64,7 +64,7 @@ def spelled_name(me: Knowledge, to: m.Addressee | None = None, ask: bool = False
 
 
 def answer_to_greeting(me: Knowledge, name: str | None, now: float) -> m.Utterance:
-    """The own name, to who asked for it; spelled, to the team, if that one may not know it."""
+    """The own name, to the asker; spelled, to the team, if the asker may not know it."""
     if must_spell_for(me, name, now):
         return spelled_name(me)
     peer = me.peers.get(name)

@@ -45,7 +45,7 @@ ASKING = (m.Claim, m.Working, m.Completed, m.Failed, m.Left, m.Relayed)
 """What any of those who hear it may confirm or object to, each in a slot of its own. Whatever else is said, one
 answers, if anybody does, before a turn begins."""
 MAX_SENTENCES = 8
-"""Sentences of the robot's owner that may wait for the floor: some 40 s of talk, after which nobody knows why they were
+"""Sentences of the robot's owner that may wait for the floor: about 40 s of talk. After that nobody knows why they were
 wanted."""
 QUESTIONS = (m.WhatDoing, m.WhoHere, m.WhatLeft, m.ReportWanted)
 REQUESTABLE = (m.Order, m.Motion, m.Stop, m.Resume, m.SayAgain, m.Remark, m.Change, *QUESTIONS)

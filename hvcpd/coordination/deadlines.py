@@ -18,7 +18,7 @@ ASKS_AT_ONCE = 6
 ASK_DOUBLINGS_MAX = 4
 """At last, where nobody can tell for certain, every 8 to 16 minutes."""
 CALL_S = 15.0
-"""Who has answered a greeting has done so by then; doubled each time."""
+"""Answers to a greeting have come by then; doubled each time."""
 CALL_DOUBLINGS_MAX = 6
 """Maximum number of doublings of CALL_S: the robot never stops looking, at last every 16 minutes."""
 RENEWS = frozenset({State.GOING, State.ACTING})
@@ -141,8 +141,8 @@ def _wait(me: Knowledge, now: float) -> None:
 
 
 def _look_for_robots(me: Knowledge, now: float) -> None:
-    """Who is to give orders, and has nobody that could take one, asks who is there: the answers to its greeting may
-    have met each other, and who only takes orders says nothing of itself."""
+    """A coordinator that has nobody to take an order asks who is there: the answers to its greeting may have collided,
+    and a follower says nothing by itself."""
     a = me.acquaintance
     if not me.board.not_done() or any(choosing.is_at_work(me, peer, now) for peer in me.peers.all()):
         a.call_s = None

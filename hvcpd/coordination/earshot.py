@@ -1,12 +1,12 @@
-"""Who is not answered, however often it asks, goes back to where it last was, and says it again there.
+"""A robot that gets no answer, however often it asks, goes back to where it last got one, and says it again there.
 
 A voice carries some metres. So a robot remembers where it stood when each other one last answered it: there the two
 heard each other. It goes back there once; only another answer makes it go back another time. So the way is bounded, and
 no two robots follow each other: each drives to a place of its own, and two that both go back stand where they heard
 each other before.
 
-Who only takes orders, is given none, and knows of a task that nobody has, may not be known to who gives them: its
-greeting may have collided. It asks what is left, ever more rarely, and goes back first if it was heard elsewhere.
+A follower that gets no orders, and knows of a task that nobody has, may not be known to its coordinator: its greeting
+may have collided. It asks what is left, less and less often, and goes back first if it was heard elsewhere.
 """
 
 from __future__ import annotations

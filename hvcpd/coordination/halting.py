@@ -28,7 +28,8 @@ def want_farewell(me: Knowledge, now: float) -> None:
 
 def _want_to_say_farewell(me: Knowledge, now: float) -> None:
     farewell = composing.to_all(me, m.Leaving())
-    effects.want_turn(me, lambda _: farewell, now, Urgency.ANSWER, trigger=Trigger.SPOKEN_FAREWELL, slot=1)
+    slot = 1 + me.rank_in_team(now)  # in turn: robots on one computer are told to leave at the same moment
+    effects.want_turn(me, lambda _: farewell, now, Urgency.ANSWER, trigger=Trigger.SPOKEN_FAREWELL, slot=slot)
 
 
 def stop_and_leave(me: Knowledge, now: float) -> None:
@@ -63,6 +64,6 @@ def halt(me: Knowledge, now: float) -> None:
 
 
 def want_release_told(me: Knowledge, now: float) -> None:
-    """Who comes by a robot that stands shall know why it does, and what to say; nothing else ends a stop."""
+    """Tell people who come by why the robot stands, and what to say; nothing else ends a stop."""
     told = composing.to_all(me, m.Stopped(waits=True))
     me.floor.want(Intent(Urgency.TURN, "released how", lambda: told, not_before_s=now + me.timing.standing_s), now)

@@ -47,7 +47,7 @@ class Current:
     assured_s: float = NEVER_S
     """Until when somebody who confirmed the claim keeps it."""
     doubted: tuple[str, int] | None = None
-    """Who said that the task, of that number, was done, and was not believed."""
+    """The speaker who said that the task of this number was done, and was not believed."""
     repeats: int = 0
     """How often the sentence that waits for an answer was said without one."""
     asked_since_s: float = NEVER_S
@@ -135,7 +135,7 @@ class QuotedReport:
 
 
 RelayedMessage = tuple[str, str, m.Statement | None]
-"""Who said it, to whom, and what."""
+"""Speaker, addressee and statement."""
 
 
 @dataclass
@@ -163,7 +163,7 @@ class Acquaintance:
     greetings: int = 0
     """How often it has greeted."""
     known_by: set[str] = field(default_factory=set)
-    """Who has said this robot's name: it need not be spelled for them."""
+    """Robots that have said this robot's name: it need not be spelled for them."""
     spelled_s: float = NEVER_S
     """When this robot last spelled its name."""
     own_name_heard_s: tuple[float, ...] = ()
@@ -193,7 +193,7 @@ class Waiting:
     """How a robot that only takes orders waits for one."""
 
     giver: str | None = None
-    """Who was last heard to give an order, or to be answered to one, by whomever."""
+    """The robot that was last heard to give an order, or whose order somebody was heard to answer."""
     asked: int = 0
     """How often it asked what is left since it last had an order."""
     until_s: float | None = None
@@ -308,6 +308,10 @@ class Knowledge:
         """
         return self._rank_among(self.peers.present(now), asker, salt)
 
+    def rank_in_team(self, now: float) -> int:
+        """The same for everybody, among all that may be there, heard or not."""
+        return self._rank_among(self.expected(now), "", 0)
+
     def rank_with_unheard(self, asker: str, salt: int, now: float) -> int:
         """The same with those who have not said a word yet: they come before all whose names were heard, or after them
         once these believe that nobody else is there."""
@@ -323,7 +327,7 @@ class Knowledge:
         return min(sum(lot(name, salt) < own_lot for name in names if name != asking), RANK_MAX)
 
     def expected(self, now: float) -> frozenset[str]:
-        """Who may answer now: all who are present, and who may be and has not said a word yet."""
+        """The robots that may answer now: those present, and those that may be and have not spoken yet."""
         return self.acquaintance.unheard.union(self.peers.present(now))
 
     def lease_end_s(self, now: float) -> float:

@@ -33,8 +33,8 @@ REPEATED_S = 60.0
 RELAYS_MAX = 2
 """A message is passed on once, and once more if the speaker, who hears it passed on, still has no answer."""
 ANSWER_S = 12.0
-"""Who hears its words passed on waits so long for the answer to be passed on in turn: the answer, which it may not
-hear, lasts 5 s, or 6 said slowly, and as many seconds are for the gaps around it."""
+"""A robot that hears its words passed on waits this long for the answer to be passed on in turn: the answer, which it
+may not hear, lasts 5 s, or 6 if said slowly, and the gaps around it take the same again."""
 
 
 def note_passed_on(relays: Relays, to: str, s: m.Relayed, now: float) -> None:

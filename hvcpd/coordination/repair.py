@@ -26,7 +26,7 @@ FOREIGN_S = 8.0
 REPEATING_ANYWAY = frozenset(
     {State.READ_BACK, State.ORDERED, State.REPORTED, State.PROPOSED, State.CHECKING, State.ASKED}
 )
-"""Who waits for an answer says the sentence again when none comes."""
+"""A robot that waits for an answer repeats its sentence when none comes."""
 
 GARBLES_MAX = 2
 """Maximum number of sentences within GARBLES_WITHIN_S that may not be understood because they collided."""

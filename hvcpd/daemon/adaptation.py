@@ -20,8 +20,8 @@ _log = structlog.get_logger(__name__)
 
 
 class CurrentPeople(Mapping[str, Person]):
-    """Who is enrolled `now`, by name in lower case: each time it is asked for a value that is only replaced as a whole,
-    so that another thread finds who was enrolled before a change or after it."""
+    """The people enrolled `now`, by name in lower case: each access asks for a value that is only replaced as a whole,
+    so another thread sees the people from before a change or from after it."""
 
     def __init__(self, now: Callable[[], Mapping[str, Person]]) -> None:
         self._now = now

@@ -1,4 +1,4 @@
-"""What keeps the idle daemon small on a computer with 1 GB."""
+"""Keeps the idle daemon small on a computer with 1 GB."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ import sys
 from importlib import import_module
 
 UNWANTED = ("rich", "ssl", "_hashlib")
-"""What these libraries load only in case it is wanted, and do without where it is missing: tracebacks in colour, TLS
+"""Modules that these libraries load only in case, and do without if they are missing: tracebacks in colour, TLS
 and OpenSSL's hashes, together 14 MB. The daemon writes plain lines, has no network, and hashes little."""
 LIBRARIES = ("asyncio", "structlog", "hashlib", "hmac")
 

@@ -61,7 +61,7 @@ class Preparation:
         """Words that are ready, and all of this part of the work."""
         self._logged_s = self._shown_s = 0.0
         self.text: str | None = None
-        """What is being made ready; None: nothing."""
+        """The words that are being prepared; None: nothing."""
 
     def run(self, chores: Iterable[Chore], go_on: GoOn = always) -> None:
         """Carry them out, while `go_on`."""
@@ -77,7 +77,7 @@ class Preparation:
         self.ended()
 
     def counted(self, what: str, total: int, go_on: GoOn) -> GoOn:
-        """`go_on`, called before each of `total` steps by who makes ready `what`; `ended` is to be called after it."""
+        """`go_on`, which the maker of `what` calls before each of `total` steps; call `ended` after it."""
         self._begin(total)
 
         def step() -> bool:
@@ -123,7 +123,7 @@ class CacheWarmUp:
         """One robot of each voice that is listened for."""
 
     def before_listening(self, go_on: GoOn = always) -> None:
-        """What robots are heard by: the words of the peers."""
+        """The templates: the words of the peers."""
         banks = {name: word_bank(self._book, self._sound.speaker_of(name)) for name in self._peers}
         self._run([Chore(f"{name}'s words", tuple(b), b.__getitem__) for name, b in banks.items()], go_on)
 

@@ -1,4 +1,4 @@
-"""What a daemon's robot does and hears, as the events that missions have too (hvcpd/reporting/events.py)."""
+"""The events of a daemon's robot, of the same kinds as a mission's (hvcpd/reporting/events.py)."""
 
 from __future__ import annotations
 
@@ -50,7 +50,7 @@ FLOOR_PERIODS = 12
 KINDS: dict[str, type] = {each.__name__.lower(): each for each in get_args(LiveEvent)}
 """The kinds of events by the names that they have as JSON."""
 FREQUENT = frozenset({"moved", "level", "odom", "drive"})
-"""Sent only to who asks for them by name."""
+"""Sent only to clients that ask for them by name."""
 
 
 class Meter:
@@ -80,7 +80,7 @@ class Meter:
 
 @dataclass
 class Tally:
-    """Counts since the start; whoever reads them makes rates and shares of them."""
+    """Counts since the start; readers compute rates and shares from them."""
 
     heard: int = 0
     """Sentences of others that were understood."""

@@ -1,7 +1,8 @@
 """The lobby of the control socket: whoever connects waits here, at little cost, until it has said its first line.
 
-Who connects in a storm, and says nothing, takes nobody's place among the clients. And "stop" goes before all others: it
-is passed on as soon as it is read. Who does not wait for the first line has already said it when it is let in.
+A client that connects in a storm and sends nothing takes no place among the served clients. And "stop" goes before all
+others: it is passed on as soon as it is read. A client that does not wait for the first line has sent its own when it
+is admitted.
 """
 
 from __future__ import annotations

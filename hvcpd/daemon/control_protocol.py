@@ -17,7 +17,7 @@ PROTOCOL = 1
 """Raised when something that a client relies on changes; additions do not raise it."""
 
 MAX_LINE_BYTES = 8192
-"""Of a request: the longest sentence has some 100 characters, 600 bytes with every one of them escaped."""
+"""Of a request: the longest sentence has about 100 characters, 600 bytes with every one of them escaped."""
 
 MAX_ID_LENGTH = 64
 MAX_NUMBER = 2**53

@@ -19,7 +19,7 @@ SYSTEM_FOLDER = Path("/run/hvcpd")
 """Folder where a service keeps its sockets, by the Filesystem Hierarchy Standard; systemd or the package makes it."""
 
 MODE = 0o660
-"""Owner and group: whoever may command the robot is put into the group."""
+"""Owner and group: people who may command the robot join the group."""
 
 BACKLOG = 32
 """Connections that may wait to be accepted; further ones wait to be one of them."""
@@ -27,7 +27,7 @@ BACKLOG = 32
 
 @dataclass(frozen=True)
 class Caller:
-    """Who is at the other end of a connection, as the kernel says (SO_PEERCRED, unix(7))."""
+    """The process at the other end of a connection, as the kernel reports it (SO_PEERCRED, unix(7))."""
 
     pid: int
     uid: int
@@ -139,6 +139,6 @@ def short_address(path: Path) -> Iterator[str]:
 
 
 def caller_of(connection: socket.socket) -> Caller:
-    """Who has connected."""
+    """The process that has connected."""
     size = struct.calcsize("3i")
     return Caller(*struct.unpack("3i", connection.getsockopt(socket.SOL_SOCKET, socket.SO_PEERCRED, size)))

@@ -1,4 +1,4 @@
-"""What a daemon tells of itself when it is asked: its robot, its board and its body, as JSON has them."""
+"""The status of a daemon: its robot, its board and its body, as JSON has them."""
 
 from __future__ import annotations
 
@@ -205,7 +205,7 @@ def _wheels(body: Body) -> dict[str, Any] | None:
 
 
 def _skills(body: Body) -> dict[str, Any]:
-    """What is offered, what the tasks need and nobody offers, and the call that is under way."""
+    """The skills offered, those that tasks need and nobody offers, and the call under way."""
     needed = frozenset(skill for task in body.wiring.tasks.tasks for skill in task.skills)
     return {
         "offered": sorted(body.skills.offered),

@@ -154,7 +154,7 @@ class JournalService:
         return self.unkept
 
     async def transcript(self, after: int, since_wall_s: float, limit: int) -> tuple[TranscriptRow, ...]:
-        """What was kept, as `TranscriptReader.rows` has it, after what waits to be written. Raises StoreError."""
+        """The transcript, as by `TranscriptReader.rows`, after all pending writes. Raises StoreError."""
         loop = asyncio.get_running_loop()
         return await loop.run_in_executor(self._thread, self._transcript, after, since_wall_s, limit)
 
@@ -217,7 +217,7 @@ class JournalService:
         self._journal.write(records, now)
 
     def _again(self, records: Sequence[Record]) -> Sequence[Record]:
-        """What to try to write while the disk fails: nothing yet, or all that is due."""
+        """The records to try to write while the disk fails: none yet, or all that are due."""
         others = [record for record in records if _key(record) is None]
         if self._flights or self._now < self._retry_s:
             self.lost += len(others)
@@ -281,7 +281,7 @@ class JournalService:
 
 
 def _key(record: Record) -> tuple[object, ...] | None:
-    """What a record is about, if only the newest of its kind matters, and that must not be lost."""
+    """The subject of a record that must not be lost and of which only the newest matters."""
     match record:
         case SaveTask() | SaveDue() | SaveChange():
             return type(record), record.number

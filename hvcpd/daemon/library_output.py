@@ -1,4 +1,4 @@
-"""What C libraries write to standard error by themselves, gathered and counted: ALSA has a line for each underrun.
+"""Collects and counts what C libraries write to standard error: ALSA has a line for each underrun.
 
 An error handler of ALSA's would need a callback, memory that is written and executed, which the unit forbids. So file
 descriptor 2 becomes a pipe that never blocks who writes, and Python's `sys.stderr` and fatal tracebacks keep the real
@@ -25,7 +25,7 @@ MAX_KINDS = 100
 MAX_LINE_LENGTH = 300
 """Characters of the example."""
 READ_BYTES = 1 << 16
-"""A pipe holds as much (pipe(7)): some 900 of ALSA's lines. What does not fit before it is read is not counted."""
+"""A pipe holds as much (pipe(7)): about 900 of ALSA's lines. What does not fit before it is read is not counted."""
 
 _log = structlog.get_logger(__name__)
 

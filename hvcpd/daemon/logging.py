@@ -1,4 +1,4 @@
-"""What the daemon says of itself in its log: one line an event, for people on a terminal, else as logfmt or JSON.
+"""The daemon's log: one line an event, for people on a terminal, otherwise as logfmt or JSON.
 
 Nothing in a line can forge another one, tell a secret, or flood the disk.
 """
@@ -37,7 +37,7 @@ PRIORITIES = {"debug": 7, "info": 6, "warning": 4, "error": 3, "exception": 3, "
 """syslog's numbers, which the journal reads from "<N>" at the beginning of a line (sd-daemon(3))."""
 
 MAX_VALUE_LENGTH = 2000
-"""Characters of a value; the longest of ours is a message with all faults of a device, some 500."""
+"""Characters of a value; the longest of ours is a message with all faults of a device, about 500."""
 MAX_TRACE_LENGTH = 20_000
 """Of a traceback; the journal cuts a line at 48 KiB (journald.conf(5), LineMax)."""
 

@@ -201,7 +201,7 @@ class Daemon:
             joints.begin(self._wheels, wheels)
 
     def _joints(self) -> JointService | None:
-        """What turns the joints, where there are any."""
+        """The driver of the joints, if there are any."""
         if all(skill.joint is None for skill in self.wiring.settings.skills.values()):
             return None
         from hvcpd.daemon.skill_hosting import JointService

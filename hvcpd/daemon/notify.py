@@ -1,4 +1,4 @@
-"""What a service manager is told: when the robot is ready, what it is doing, that it is still alive, that it ends.
+"""Notifications to a service manager: when the robot is ready, what it is doing, that it is still alive, that it ends.
 
 The protocol is systemd's sd_notify(3): lines `KEY=value` in one datagram to the AF_UNIX socket that NOTIFY_SOCKET
 names; with an `@` in front the name is an abstract one. WATCHDOG_USEC says after how many microseconds without
@@ -17,7 +17,7 @@ BEATS_A_PERIOD = 4
 
 
 class ServiceManager:
-    """Whoever started the daemon and wants to be told; without a NOTIFY_SOCKET nobody is, and every call does nothing.
+    """The service manager that started the daemon; without a NOTIFY_SOCKET there is none, and every call does nothing.
 
     No method blocks, and none raises: a manager that is gone or busy must not harm the robot.
     """

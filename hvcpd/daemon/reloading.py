@@ -54,7 +54,7 @@ class Reloader:
         """Tasks whose words are being learned; the last ones, if there are several."""
 
     async def reload(self) -> dict[str, Any]:
-        """What has changed, and what needs a restart to change. Raises HvcpdError; then nothing has changed."""
+        """The changes, and the keys that need a restart. Raises HvcpdError; then nothing has changed."""
         return await self._renew(None)
 
     async def add(self, task: Mapping[str, Any]) -> dict[str, Any]:
@@ -183,7 +183,7 @@ class Reloader:
 
 
 def _news_of_people(before: Mapping[str, Person], now: Mapping[str, Person]) -> list[dict[str, Any]]:
-    """Who is new or gone, and of whom there are other takes."""
+    """The people who are new, gone, or have other takes."""
     changes: list[dict[str, Any]] = [
         {"key": f"takes of {now[key].name}", "before": before[key].n_takes, "now": now[key].n_takes}
         for key in sorted(before.keys() & now.keys())
@@ -194,7 +194,7 @@ def _news_of_people(before: Mapping[str, Person], now: Mapping[str, Person]) -> 
 
 
 def _words(tasks: TaskRepository) -> tuple[object, ...]:
-    """What of the tasks can be spoken of, and is built into the recogniser; and the places with their areas."""
+    """The words of the tasks that are built into the recogniser; and the places with their areas."""
     names, said = {task.number: task.name for task in tasks.tasks}, {*tasks.remarks, *tasks.failures}
     return names, said, tasks.other_tasks, tasks.alternatives, tasks.places
 

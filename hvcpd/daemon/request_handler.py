@@ -20,7 +20,7 @@ from hvcpd.errors import HvcpdError, NotDoneError, PhraseError, StoreError, did_
 from hvcpd.robot.robot import Robot
 
 MAX_ROWS = 100
-"""Lines of a transcript in one reply, some 30 kB."""
+"""Lines of a transcript in one reply, about 30 kB."""
 MAX_TEXT_LENGTH = 200
 """Characters of a sentence to say; the phrasebook's longest are half of this."""
 
@@ -29,7 +29,7 @@ CHANGES_OF_TASKS = ("again", "skip", "add", "remove")
 tells the others."""
 
 PERFORM = "perform"
-"""What who offers skills follows: calls, and nothing that others are told."""
+"""The events for clients that offer skills: calls only."""
 
 Arguments = dict[str, Any]
 Result = Mapping[str, Any]

@@ -1,4 +1,4 @@
-"""Who offers skills over the control socket, and what of a call passes between the robot and them.
+"""Skills over the control socket: the clients that offer them, and the messages of a call.
 
 All of it in the event loop, and nothing in it waits: an order is a line that is written, a report a line that came.
 """
@@ -113,7 +113,7 @@ class SkillService:
             self._use.client.send(event_line({"event": "cancel", "call": self._use.last.call.number}))
 
     def note(self, record: SkillRecord) -> None:
-        """What the robot holds of a call."""
+        """The robot's state of a call."""
         if self._use is not None and self._use.last.call.number == record.call.number:
             self._use.last = record
             if record.report.state in OVER:

@@ -88,7 +88,7 @@ systemd watchdog needs to be fed."""
 RETRY_FIRST_S = 0.5
 RETRY_MOST_S = 10.0
 """Pauses between attempts, each twice as long as the one before: a sound server is back within a second, a plug that
-somebody has to find is not, and an attempt costs some 0.1 s of processor time."""
+somebody has to find is not, and an attempt costs about 0.1 s of processor time."""
 STEADY_S = 10.0
 """Life of a stream after which its next failure is met with the short pause again: it has shown that it works."""
 MUTE_S = 10.0
@@ -101,7 +101,7 @@ _NONE = np.zeros(0, np.float32)
 
 @dataclass(frozen=True)
 class Block:
-    """What was heard: shape (n,), n = 0 while there is no sound; `lost` samples before it never came (`Robot.step`)."""
+    """The sound heard: shape (n,), n = 0 without sound; `lost` samples before it are missing (`Robot.step`)."""
 
     samples: Samples
     lost: int | None
@@ -138,7 +138,7 @@ class SoundService:
         self._recovery: asyncio.Task[Samples] | None = None
 
     async def open(self) -> None:
-        """Open the card, still silent. Raises DeviceError: whoever starts a robot wants to know what is missing."""
+        """Open the card, still silent. Raises DeviceError: a person who starts a robot must see what is missing."""
         await self._stream.open()
 
     async def start(self) -> None:
@@ -158,7 +158,7 @@ class SoundService:
 
     @property
     def counters(self) -> StreamCounters:
-        """What was lost since the start, of all streams; the same object until more is."""
+        """The sound lost since the start, over all streams; the same object until more is lost."""
         now = self._stream.counters
         if now is not self._seen:
             self._seen = now

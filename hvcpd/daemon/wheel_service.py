@@ -66,7 +66,7 @@ class WheelService:
         self._send()
 
     def take_reading(self) -> WheelReading | None:
-        """What the encoders said since the last call, or None."""
+        """The encoders' reading since the last call, or None."""
         reading, self._reading = self._reading, None
         return reading
 

@@ -232,7 +232,7 @@ def wire_up(settings: Settings, allow_confusable: bool = False, changes: TaskCha
 
 
 def _people(settings: Settings) -> dict[str, Person]:
-    """Who is enrolled; a file that cannot be used costs that person's voice, not the mission."""
+    """The enrolled people; a file that cannot be used costs that person's voice, not the mission."""
     if settings.voices == "robots":
         return {}
     people, faults = enrolled_people(settings.state_dir)

@@ -1,4 +1,4 @@
-"""Who is compared: ours, and the recognisers that are installed. Light, for what each of them costs is measured too."""
+"""The recognisers to compare: ours, and those that are installed. Light, because the cost of each is measured, too."""
 
 from __future__ import annotations
 

@@ -40,7 +40,7 @@ def _trials(scale: Scale) -> Sequence[Trial]:
 
 
 def _run(trial: Trial) -> Row:
-    """A block of orders, or a mission: whether the plant was watered once, by who was told to, and the other knows."""
+    """A block of orders, or a mission: whether the ordered robot watered the plant once, and the other knows."""
     if trial.settings["variant"] == SAID_ONCE:
         return call(trial)
     events, _ = run(trial, repository([Plot(PLANT)]), coordinator=ONE)

@@ -1,4 +1,4 @@
-"""Who listens: our recogniser, told nothing of when it is spoken to; and PocketSphinx, told where each sentence is."""
+"""The listeners: our recogniser, which does not know when somebody speaks, and PocketSphinx, which does."""
 
 from __future__ import annotations
 

@@ -112,7 +112,7 @@ def spoken_dbfs(names: tuple[str, ...]) -> float:
 
 
 def waterers(events: Iterable[Event]) -> dict[int, list[str]]:
-    """Who has watered each plant, truly standing by it."""
+    """The robots that watered each plant while they really stood by it."""
     found: dict[int, list[str]] = {}
     for event in events:
         if isinstance(event, Watered):

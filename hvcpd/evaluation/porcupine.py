@@ -47,6 +47,6 @@ def detections(heard: Samples) -> list[tuple[int, str]]:
 
 
 def called(found: Iterable[tuple[int, str]], said: Sequence[Said]) -> list[str]:
-    """Who was called in each sentence: the names that were reported while it was said, one after the other."""
+    """The robots called in each sentence: the names reported while it was said, in order."""
     late, found = round(LATE_S * SAMPLE_RATE_HZ), list(found)
     return [" ".join(name.lower() for at, name in found if s.start < at <= s.end + late) for s in said]

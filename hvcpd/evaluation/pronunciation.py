@@ -30,7 +30,7 @@ def _summarise(rows: Sequence[Row]) -> Findings:
         (
             f"The paper's speech service says each of its {len(rows)} words in one way, whatever is meant. Our lexicon "
             f"knows several pronunciations of {several} of them, and chooses among those of {placed} by the words "
-            "around; a lexicon file of the user's own stands over all of it.",
+            "around; a lexicon file of the user's own overrides all of it.",
         ),
         Table(columns, cells),
         beside=(

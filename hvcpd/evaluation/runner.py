@@ -54,7 +54,7 @@ def _read(path: Path) -> Iterator[tuple[str, Row]]:
 
 
 class Workers:
-    """Who runs the trials: this process with one job, else a dask cluster, one of this machine or the one named.
+    """Runs the trials: this process with one job, otherwise a dask cluster, on this machine or the one named.
 
     Raises ConfigError where dask is needed and not installed, or the scheduler does not answer, or no longer.
     """

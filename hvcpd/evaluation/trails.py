@@ -64,7 +64,7 @@ def _summarise(rows: Sequence[Row]) -> Findings:
         (
             f"{len(row['watered'])} of {len(names)} plants were watered, {end}, in {row['virtual_s'] / 60:.1f} min: "
             f"{' and '.join(shares)}. The paper's Rob and Bot watered {PAPER_SHARES[0]} and {PAPER_SHARES[1]}, at "
-            "the same places. Who takes which is drawn by chance, from the seed.",
+            "the same places. The seed decides which robot takes which.",
         ),
         Table(("robot", "task", "name", "watered_s"), table),
         lambda figure: _draw(figure, row),

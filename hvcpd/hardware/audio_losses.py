@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 
 SMOOTH = 1.0 / 200.0
-"""Weight of a block in the mean of the clock's lead: over some 5 s, in which two clocks 100 ppm apart stray by 0.5
+"""Weight of a block in the mean of the clock's lead: over about 5 s, in which two clocks 100 ppm apart stray by 0.5
 ms."""
 MOST_LOST_S = 10.0
 """A longer stay away is the watchdog's, and not told by an overflow."""

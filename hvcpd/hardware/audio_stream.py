@@ -23,7 +23,7 @@ from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 END_S = 0.5
 """The thread ends by itself within a block; if it has not by then, it waits for a card that hangs."""
 OPEN_S = 20.0
-"""Opening takes some 0.1 s, some seconds on a computer with far too much to do; longer, and the sound system hangs."""
+"""Opening takes about 0.1 s, some seconds on a computer with far too much to do; longer, and the sound system hangs."""
 
 
 class AudioStream:

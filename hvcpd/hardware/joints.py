@@ -26,7 +26,7 @@ STILL_DEG = 0.5
 STILL_S = 0.5
 """Without motion for so long, short of its goal, it is blocked; several times the motor's lag."""
 AGAIN_S = 1.0
-"""Between two attempts at a joint that does not answer: each costs the wheels' cycle a time-out of some 50 ms."""
+"""Between two attempts at a joint that does not answer: each costs the wheels' cycle a time-out of about 50 ms."""
 TRIES = 3
 """Of a cycle, and of the last word to a joint that is to let go: lines lose a reply now and then."""
 

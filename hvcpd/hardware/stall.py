@@ -7,7 +7,7 @@ import math
 from hvcpd.ports import WheelCommand, WheelReading
 
 STALL_EFFORT = 0.5
-"""Half of what the motor can do; a Burger's wheels roll with 5 to 10 % (the fakes') and start with some 30 %."""
+"""Half of what the motor can do; a Burger's wheels roll with 5 to 10 % (the fakes') and start with about 30 %."""
 STALL_SHARE = 0.1
 """A wheel that turns with less than this share of the wanted speed does not turn."""
 LEAST_COMMAND_RAD_S = 0.3

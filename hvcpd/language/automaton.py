@@ -111,7 +111,7 @@ def build_graph(patterns: Sequence[Node], slots: SlotValues) -> WordGraph:
 
 
 def expected_after(graph: WordGraph, words: Sequence[str]) -> tuple[int, frozenset[str]]:
-    """How many of the words the network can follow, and the words that it has next."""
+    """The number of words that the network can follow, and the possible next words."""
     node = graph.start
     following = _following(graph)
     for count, word in enumerate(words):

@@ -44,7 +44,7 @@ _PLACEHOLDERS = {
 
 
 class Topic(Enum):
-    """What a line is for."""
+    """The purpose of a line."""
 
     STOP = "stop"
     ASK = "ask"

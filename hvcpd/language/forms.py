@@ -18,10 +18,10 @@ OPENING = "(hi|hello) [<addressee>], i am <speaker> [, member of team <team>]"
 """The paper's 'Hi, [robot identifier], I am X'."""
 
 SPELLING = "(hi|hello) [<addressee>], i spell, <letters>"
-"""How somebody begins whose name the others do not know."""
+"""The opening of a robot whose name the others do not know."""
 
 CALL = "[(hi|hello)] [<addressee> ,]"
-"""How a person begins who gives no name."""
+"""The opening of a person who gives no name."""
 
 CALL_TO = "[(hi|hello)] <addressee> ,"
 """A call that means nobody unless it names somebody: one word alone is too easily heard in other talk."""
@@ -63,7 +63,7 @@ SLOT_FIELDS = {
 """Field of the utterance or of its statement that each slot binds; `other` is the speaker quoted in a relayed one, and
 `confirmed` the task whose claim is confirmed in passing, `with` the second one of that claim."""
 TWO_TASKS = (" and <also>", " and <then>")
-"""How a second task is named where the air is scarce; a team that encrypts names one at a time."""
+"""A second task in the same sentence, if airtime is scarce; a team that encrypts names one at a time."""
 AND_ALSO, AND_THEN = (f" [{words[1:]}]" for words in TWO_TASKS)
 
 
@@ -82,9 +82,9 @@ class Kind(Enum):
 
 
 OPEN_KINDS = frozenset(Kind) - {Kind.SEALED, Kind.ENCRYPTED}
-"""What a team without a key uses."""
+"""The forms of a team without a key."""
 SEALED_KINDS = OPEN_KINDS | {Kind.SEALED}
-"""What one with a key uses."""
+"""The forms of a team with a key."""
 
 
 @dataclass(frozen=True)
@@ -136,7 +136,7 @@ _IN_PASSING: tuple[tuple[str, type[m.Statement], str], ...] = (
         "And this task is done, and I take the next.",
     ),
 )
-"""What follows a confirmation in the same breath, where many want to speak."""
+"""The rest of a sentence that begins with a confirmation, if many want to speak."""
 
 _READ_BACK: tuple[tuple[str, bool, str], ...] = (
     ("<number>", False, "I heard what you said of this task: go ahead."),
@@ -151,15 +151,15 @@ _CHANGES: tuple[tuple[str, str, bool], ...] = (
 )
 
 _CORE: tuple[Form, ...] = (
-    Form(OPENING, None, "A greeting: everybody who hears it knows that I am here."),
+    Form(OPENING, None, "A greeting: now others know that I am here."),
     Form(f"{OPENING}, i will complete task <number>", m.Claim, "I take this task; after an order: I read it back."),
     Form(f"{OPENING}, i will complete task <number> and <also>", m.Claim, "I take these two tasks."),
     Form(f"{OPENING}, i will complete task <number>, <away>", m.Claim, "I take this task, unless you are nearer."),
     Form(f"{OPENING}, i will <task>", m.Claim, "I take this task; after an order: I read it back."),
     Form(f"{OPENING}, {PLEASE} complete task <number>", m.Order, "Please do this task."),
     Form(f"{OPENING}, {PLEASE} <task>", m.Order, "Please do this task."),
-    Form(f"{OPENING}, completing task <number>", m.Working, "I am working on this task now."),
-    Form(f"{OPENING}, completing task, <task>", m.Working, "I am working on this task now."),
+    Form(f"{OPENING}, completing task <number>", m.Working, "I am on this task now."),
+    Form(f"{OPENING}, completing task, <task>", m.Working, "I am on this task now."),
     Form(f"{OPENING}, task <number> complete {PASSED_ON}", m.Completed, "This task is done."),
     Form(f"{OPENING}, task <number> and <also> complete", m.Completed, "These two tasks are done."),
     Form(
@@ -175,14 +175,12 @@ _CORE: tuple[Form, ...] = (
     Form(
         f"{OPENING}, task <number> failed, <reason>",
         m.Failed,
-        "I gave this task up for this reason: somebody else may take it.",
+        "I gave this task up for this reason.",
     ),
-    Form(
-        f"{OPENING}, i cannot complete task <number>", m.Unable, "I lack the means for this task, or it failed before."
-    ),
-    Form(f"{OPENING}, i cannot <task>", m.Unable, "I lack the means for this task, or it failed before."),
+    Form(f"{OPENING}, i cannot complete task <number>", m.Unable, "I lack the means for it, or it failed before."),
+    Form(f"{OPENING}, i cannot <task>", m.Unable, "I lack the means for it, or it failed before."),
     Form(f"{OPENING}, i do not know task <number>", m.Unknown, "I have no such task."),
-    Form(f"{OPENING}, i am busy", m.Busy, "I am doing something else: ask me later."),
+    Form(f"{OPENING}, i am busy", m.Busy, "I am busy: ask me later."),
     Form(f"{OPENING}, confirmed", m.Confirmed, "What you said is right: go ahead.", constants={"complete": False}),
     *(
         Form(f"{OPENING}, confirmed [task] {words}", m.Confirmed, means, constants={"complete": complete})
@@ -204,14 +202,14 @@ _CORE: tuple[Form, ...] = (
         f"{OPENING}, {PLEASE} say again slowly", m.SayAgain, "Once more, and more slowly.", constants={"slowly": True}
     ),
     Form(f"{OPENING}, i did not understand", m.NotUnderstood, "I give up asking."),
-    Form(f"{OPENING}, <remark>", m.Remark, "A remark that is one of a task's actions."),
+    Form(f"{OPENING}, <remark>", m.Remark, "A remark from the task file."),
     Form(f"{OPENING}, {PLEASE} stop {PLEASE}", m.Stop, "Halt at once, and stay halted."),
     Form(f"[<addressee>] {PLEASE} stop {PLEASE}", m.Stop, "Halt at once, and stay halted. Anybody may say it."),
     Form(f"{OPENING}, i have stopped", m.Stopped, "I have halted.", constants={"forgot": False, "waits": False}),
     Form(
         f"{OPENING}, i have lost my memory, i have stopped",
         m.Stopped,
-        "I do not know what happened before: I stand until somebody says resume.",
+        "I have lost my memory: I stand until somebody says resume.",
         constants={"forgot": True, "waits": False},
     ),
     Form(
@@ -236,20 +234,20 @@ _CORE: tuple[Form, ...] = (
         "These tasks are not done yet, and others too.",
         constants={"more": True},
     ),
-    Form(f"{OPENING}, i am free", m.Free, "I have nothing to do."),
+    Form(f"{OPENING}, i am free", m.Free, "I have no task."),
     Form(f"{OPENING}, i am leaving", m.Leaving, "I go, and give back what I had claimed."),
     Form(f"{OPENING}, my name is taken", m.NameTaken, "Somebody else uses my name: I do nothing under it."),
-    Form(f"{OPENING}, sealed message", m.SealedMessage, "A message that only robots with the team's key understand."),
+    Form(f"{OPENING}, sealed message", m.SealedMessage, "A message for robots with the team's key."),
 )
 
 _PLACES = tuple(Form(f"{OPENING}, {words}", kind, means, constants=fixed) for words, kind, means, fixed in PLACE_FORMS)
 
-_REPORT = "Each robot in turn tells its team, its task and its battery."
+_REPORT = "Each robot in turn says its team, its task and its battery."
 _DOINGS: tuple[tuple[str, m.Doing, str], ...] = (
-    ("i am free", m.Doing.FREE, "I have nothing to do."),
-    ("i am busy", m.Doing.BUSY, "I am doing something that is not a task."),
+    ("i am free", m.Doing.FREE, "I have no task."),
+    ("i am busy", m.Doing.BUSY, "I am doing something else."),
     ("i have stopped", m.Doing.STOPPED, "I have halted."),
-    ("completing task <number>", m.Doing.WORKING, "I am working on this task now."),
+    ("completing task <number>", m.Doing.WORKING, "I am on this task now."),
 )
 
 _REPORTS: tuple[Form, ...] = (
@@ -295,7 +293,7 @@ RELAYABLE = (
     m.Negative,
     m.SealedMessage,
 )
-"""What is passed on for somebody else, in a form of its own each."""
+"""Statements passed on for somebody else, each in a form of its own."""
 _SAID_TWICE = ("<next>", "<confirmed>", "<also>", "<away>")
 """Slots of forms that say two things at once: those are not passed on."""
 _RELAYS: tuple[Form, ...] = tuple(
@@ -346,6 +344,6 @@ _CASUAL: tuple[Form, ...] = (
         for words in ("forward", "back")
     ),
 )
-"""What people say who have not read the card."""
+"""Sentences of people who have not read the card."""
 
 FORMS: tuple[Form, ...] = (*_CORE, *_PLACES, *_PEOPLE, *_RELAYS, *_SPELLED, *_SEALED, *_CASUAL)

@@ -1,4 +1,4 @@
-"""What may follow a sentence to prove who said it: a seal of code words, a one-time code, or the sentence encrypted.
+"""Marks of a sentence that prove who said it: a seal of code words, a one-time code, or the sentence encrypted.
 
 Which sentences carry one is decided here alone: those that change what a robot does or believes. Greetings, questions
 and "stop" never do: whoever sees a robot run into something has no time for proofs. Encrypted is all but greetings,
@@ -71,7 +71,7 @@ def is_sealed(statement: m.Statement | None) -> bool:
 
 
 def mark_words(mark: m.Mark) -> tuple[str, ...]:
-    """How a mark is said."""
+    """The spoken form of a mark."""
     match mark:
         case m.Seal(value):
             return words_of(value, SEAL_WORDS)
@@ -100,7 +100,7 @@ def split_mark(words: Sequence[str]) -> tuple[tuple[str, ...], m.Mark | None]:
 
 
 def without_mark(utterance: m.Utterance) -> m.Utterance:
-    """What is sealed."""
+    """The statements that are sealed."""
     return replace(utterance, mark=None)
 
 

@@ -1,4 +1,4 @@
-"""What an utterance means: frozen dataclasses, without a word of how it is said."""
+"""The meanings of utterances: frozen dataclasses, independent of the wording."""
 
 from __future__ import annotations
 
@@ -57,7 +57,7 @@ class NotUnderstood:
 
 @dataclass(frozen=True)
 class WhatDoing:
-    """What is the addressee at?"""
+    """What is the addressee doing?"""
 
 
 @dataclass(frozen=True)
@@ -76,7 +76,7 @@ class ReportWanted:
 
 
 class Doing(Enum):
-    """What somebody is at, in a report."""
+    """The activity of a speaker, in a report."""
 
     FREE = "free"
     WORKING = "working"
@@ -86,7 +86,7 @@ class Doing(Enum):
 
 @dataclass(frozen=True)
 class Report:
-    """What the speaker is at, its task if it is at one, and its battery's voltage if it knows that."""
+    """The speaker's activity, its task if it has one, and its battery's voltage if it knows that."""
 
     doing: Doing
     task: TaskByNumber | None = None
@@ -137,7 +137,7 @@ class Spelled:
 
 @dataclass(frozen=True)
 class Relayed:
-    """What somebody else said, passed on word by word."""
+    """Somebody else's statement, passed on word by word."""
 
     speaker: str
     statement: Statement

@@ -47,7 +47,7 @@ _KEEP_CASE = {"i": "I"}
 
 
 class Chooser(Protocol):
-    """What `sample` needs of a random generator; `random.Random` has it."""
+    """The interface of a random generator for `sample`; `random.Random` has it."""
 
     def choice(self, seq: Sequence[_T], /) -> _T: ...
 

@@ -1,4 +1,4 @@
-"""What is said with a sentence to prove who says it, or in place of its statement to hide that."""
+"""Words that prove who says a sentence, or that encrypt its statement."""
 
 from __future__ import annotations
 
@@ -7,14 +7,14 @@ from dataclasses import dataclass, field
 
 @dataclass(frozen=True)
 class Seal:
-    """What a robot with a key says after a sentence, so that others know who said it: a number of four code words."""
+    """A robot's seal after a sentence, which proves who said it: a number of four code words."""
 
     value: int
 
 
 @dataclass(frozen=True)
 class Code:
-    """What a person says after a sentence for the same end: six digits that are good once."""
+    """A person's code after a sentence, for the same purpose: six digits that are valid once."""
 
     digits: str = field(repr=False)
 

@@ -1,4 +1,4 @@
-"""What is said of tasks: who will do, does and has done which, and that this was heard."""
+"""Statements about tasks: claims, progress, reports, and their confirmations."""
 
 from __future__ import annotations
 
@@ -89,12 +89,12 @@ class Completed:
 
     @property
     def tasks(self) -> tuple[TaskByNumber, ...]:
-        """What is done: one or two, in the order in which they were."""
+        """The tasks that are done: one or two, in their order."""
         return (self.task,) if self.also is None else (self.task, self.also)
 
     @property
     def claim(self) -> Claim | None:
-        """What is claimed in the same breath."""
+        """The tasks claimed in the same breath."""
         return Claim(self.next, self.then) if self.next is not None else None
 
 

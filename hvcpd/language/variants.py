@@ -59,7 +59,7 @@ _QUANTITY = re.compile(r"([0-9]+(?:[.]50?)?)([a-z]+)")
 
 
 def variants(word: str) -> Iterator[Words]:
-    """What else a typed word may be, the likeliest first."""
+    """Other readings of a typed word, the likeliest first."""
     if word in _WHOLE:
         yield _WHOLE[word]
         yield from ((each,) for each in _one_or_many(_WHOLE[word][0]))

@@ -29,7 +29,7 @@ IDENTITY_BITS = 62
 
 
 class Permit(Enum):
-    """What the latch says of the next start."""
+    """The latch's decision about the next start."""
 
     FREE = "free"
     STOPPED = "stopped"
@@ -58,7 +58,7 @@ UNREADABLE = Latched(Permit.UNSURE)
 
 
 def latched_of(line: bytes) -> Latched:
-    """What a line says; UNREADABLE unless it is, byte for byte, one that was written whole."""
+    """The meaning of a line; UNREADABLE unless it is, byte for byte, one that was written whole."""
     try:
         word, *numbers = line.decode("ascii").split()
         memory, seals = (None if number == "-" else int(number, 16) for number in numbers)
@@ -88,7 +88,7 @@ class StopLatch:
         """The file as it was last written: it can be cut short even where nothing can be opened for writing."""
 
     def read(self) -> Latched | None:
-        """What the file says; None if there is none, UNREADABLE if it cannot be read."""
+        """The content of the file; None if there is none, UNREADABLE if it cannot be read."""
         try:
             descriptor = os.open(self.path, os.O_RDONLY | os.O_CLOEXEC | os.O_NOFOLLOW | os.O_NONBLOCK)
         except FileNotFoundError:
@@ -157,7 +157,7 @@ class StopLatch:
         return found.permit not in (Permit.FREE, Permit.NEW)
 
     def _cut_if_moved(self) -> None:
-        """Whoever has moved the folder away may move it back."""
+        """Somebody who has moved the folder away may move it back."""
         if self._held is not None:
             with suppress(OSError):
                 if not self.path.exists() or not os.path.samestat(self.path.stat(), os.fstat(self._held)):

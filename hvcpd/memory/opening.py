@@ -37,7 +37,7 @@ class MemoryFiles:
 
 @dataclass(frozen=True)
 class Memory:
-    """What `open_memory` found.
+    """The result of `open_memory`.
 
     `latched` is what the latch says now; `loss`: why what the robot knew is gone or cannot be trusted, None if nothing
     is amiss; `fault`: why a file cannot be used at all, so that its store is in memory only; `failing`: why nothing
@@ -117,7 +117,7 @@ def _identity(store: Store | None, before: int | None) -> int | None:
 
 
 def _losses(files: MemoryFiles, store: Store, before: Latched | None, is_first: bool) -> Iterator[str]:
-    """What is missing of what was there."""
+    """The parts of the earlier memory that are missing."""
     path = files.tasks
     if store.damage is not None:
         yield f"{path} was damaged ({store.damage}), and is set aside"

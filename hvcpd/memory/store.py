@@ -20,7 +20,7 @@ TaskState = Literal["open", "claimed", "done", "failed"]
 TranscriptKind = Literal["said", "heard", "garbled"]
 
 MAX_TRANSCRIPT = 100_000
-"""Maximum number of utterances that are kept, some 15 MB: those of a class of six robots in a month or two; the check
+"""Maximum number of utterances that are kept, about 15 MB: those of a class of six robots in a month or two; the check
 of the file at each start stays quick."""
 FORGET_EVERY = 1000
 """Number of utterances beyond the limit that may be kept until the oldest are deleted at once."""
@@ -34,7 +34,7 @@ _WALL_CLOCK_S = "(julianday('now') - 2440587.5) * 86400.0"
 
 @dataclass(frozen=True)
 class TaskRecord:
-    """What this robot knows of a task; `owner` is the name of the robot that claimed, did or failed it."""
+    """A robot's knowledge of a task; `owner` is the name of the robot that claimed, did or failed it."""
 
     number: int
     name: str

@@ -20,7 +20,7 @@ _UPGRADES = {
     1: "ALTER TABLE transcript ADD COLUMN wall_s REAL; " + "CREATE TABLE flags (name TEXT PRIMARY KEY) STRICT;",
     2: "ALTER TABLE transcript ADD COLUMN seal TEXT;",
 }
-"""What leads from a version to the next one; a store is upgraded when it is opened."""
+"""The upgrade from each version to the next one; a store is upgraded when it is opened."""
 
 MAX_SET_ASIDE = 100
 """Damaged files kept beside the store; beyond, something is wrong that a new file does not mend."""
@@ -83,7 +83,7 @@ def failures(path: Path) -> Iterator[None]:
 
 
 def _remedy(error: sqlite3.DatabaseError) -> str | None:
-    """What a person can do about a failure, or None if it is our own mistake. Codes: sqlite.org/rescode.html."""
+    """The remedy for a failure, or None if it is our own bug. Codes: sqlite.org/rescode.html."""
     match cast(int, getattr(error, "sqlite_errorcode", sqlite3.SQLITE_ERROR)) & 0xFF:
         case sqlite3.SQLITE_FULL:
             return "free some space on its disk"

@@ -41,7 +41,7 @@ LEAST = 6.0
 MEDIAN_OF_NORMAL = 0.6745
 """Median of |x| of a normal distribution with deviation 1."""
 SPARSE = 8
-"""Every eighth value tells that median well enough: some 620, a twentieth of a syllable apart."""
+"""Every eighth value tells that median well enough: about 620, a twentieth of a syllable apart."""
 APART = SAMPLE_RATE_HZ // 50
 """20 ms: nearer ones, of the same sound, are one."""
 BATCH = 4

@@ -1,7 +1,7 @@
 """Hears the urgent word while the robot itself speaks: its own voice is taken out of what the microphone hears.
 
-What is left has the own voice still in it, some 20 dB fainter, and fainter than anybody whom the robot should heed. The
-net of `keyword` listens to it.
+The residual still has the own voice in it, about 20 dB fainter, and fainter than anybody whom the robot should obey.
+The net of `keyword` listens to it.
 """
 
 from __future__ import annotations

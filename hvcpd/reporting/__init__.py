@@ -1,1 +1,1 @@
-"""What a person sees of a mission: the live terminal, the report page, the transcript."""
+"""The views of a mission: the live terminal, the report page, the transcript."""

@@ -101,7 +101,7 @@ def _halt(card: Card) -> Markup:
         tag("b", "“Stop”"),
         tag(
             "p",
-            f"or {calls}: anybody, at any time, without a greeting. Every robot that hears it halts and stays halted.",
+            f"or {calls}: anybody, at any time, without a greeting. Robots that hear it stay halted.",
         ),
         tag("b"),
         tag("p", "“Resume”: halted robots may take on tasks again. This starts no old motion."),

@@ -49,7 +49,7 @@ def _utterance(line: Line, slot: int, side: int, playable: bool, others: int) ->
 
 
 def _marks(line: Line, others: int) -> list[Markup]:
-    """Who heard it, with what confidence, and who did not."""
+    """The robots that heard it, with their confidence, and those that did not."""
     marks = []
     if line.said.collided:
         marks.append(tag("li", "collided with another voice", class_="bad"))

@@ -1,4 +1,4 @@
-"""What happened in a mission, as a stream of frozen events; one JSON object a line for machines.
+"""The events of a mission, as a stream of frozen dataclasses; one JSON object a line for machines.
 
 Times are seconds of the mission's sample clock. `utterance` numbers the utterances of a mission from 0.
 """
@@ -67,7 +67,7 @@ class Heard:
     words: tuple[tuple[str, float, float], ...] = ()
     """Each word as it was recognised, and where it begins and ends, s; empty if the listener kept no account."""
     seal: str = ""
-    """What the listener makes of its seal: "sealed", "encrypted", "code" or "not trusted"; empty if it has none."""
+    """The listener's verdict on its seal: "sealed", "encrypted", "code" or "not trusted"; empty if it has none."""
 
 
 @dataclass(frozen=True)
@@ -89,7 +89,7 @@ class Held:
 
 @dataclass(frozen=True)
 class Noted:
-    """What a robot thinks of who spoke: that it does not believe it, or that the voice is not the name's."""
+    """A robot's doubt about a speaker: it does not believe the sentence, or the voice does not belong to the name."""
 
     at_s: float
     robot: str
@@ -160,7 +160,7 @@ class Moved:
 
 @dataclass(frozen=True)
 class Level:
-    """How loud a robot's microphone is, RMS in dB below full scale: just now, and at the quietest of the last 3 s."""
+    """The level of a robot's microphone, RMS in dBFS: now, and the quietest of the last 3 s."""
 
     at_s: float
     robot: str
@@ -182,7 +182,7 @@ class Odom:
 
 @dataclass(frozen=True)
 class Drive:
-    """How a base that is not the daemon's own is to move now: by these speeds, or to that goal."""
+    """A command for a base under ROS: these speeds, or that goal."""
 
     at_s: float
     linear_m_s: float
@@ -205,14 +205,14 @@ class StateChanged:
 
 @dataclass(frozen=True)
 class Memory:
-    """What a robot can rely on its memory for has changed; each is a reason, or None where nothing is amiss."""
+    """The condition of a robot's memory has changed; each field is a reason, or None if all is well."""
 
     at_s: float
     robot: str
     fault: str | None
     """Why what it learns is not kept."""
     unkept: str | None
-    """Why a stop, or its end, is not kept over a restart."""
+    """Why a stop, or its end, is not kept after a restart."""
     loss: str | None
     """Why what it knew before it was started is gone."""
 
@@ -251,7 +251,7 @@ LiveEvent = (
     | StateChanged
     | Memory
 )
-"""What a daemon tells of its own robot; poses, and waterings' places, are then by its odometry."""
+"""The events of a daemon's own robot; its poses, and the places of its tasks, come from odometry."""
 
 
 def as_json(event: Event | LiveEvent) -> dict[str, Any]:

@@ -183,7 +183,7 @@ def _player(clip: Clip | None) -> Markup:
         return Markup()
     source = "data:audio/wav;base64," + base64.b64encode(clip.wav).decode("ascii")
     sound = tag("audio", id="sound", src=source, controls=True, preload="auto", aria_label="The whole mission")
-    whole = tag("button", "▶ Play the whole mission", type="button", id="whole", aria_pressed="false")
+    whole = tag("button", "▶ Play", type="button", id="whole", aria_pressed="false")
     caption = tag("p", id="caption", aria_live="off")
     return tag("section", whole, sound, _speeds(), caption, class_="player", aria_label="Player")
 

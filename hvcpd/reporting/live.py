@@ -19,11 +19,11 @@ from hvcpd.reporting.text import clock
 from hvcpd.reporting.watching import Note, Watch
 
 FRAME_S = 0.2
-"""Wall time between two pictures: one takes some 5 ms for two robots and 20 ms for twelve with forty tasks."""
+"""Wall time between two pictures: one takes about 5 ms for two robots and 20 ms for twelve with forty tasks."""
 MAP_COLUMNS = 30
 MAP_MAX_ROWS = 15
 MAP_MIN_WIDTH = 76
-"""Narrower terminals get the task board alone: it needs some 44 columns beside the map."""
+"""Narrower terminals get the task board alone: it needs about 44 columns beside the map."""
 MAP_MIN_HEIGHT = 20
 OTHER_ROWS = 9
 """Rows of the picture beside the board: two utterances of two lines, rules, the progress bar, the prompt."""

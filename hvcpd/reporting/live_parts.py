@@ -68,7 +68,7 @@ class Artist:
         return f"task {number}, {name}" if name and name != f"task {number}" else f"task {number}"
 
     def hearers(self, line: Line, final: bool) -> list[tuple[str, str]]:
-        """Who heard an utterance and how well, and who did not."""
+        """The robots that heard an utterance, with their confidence, and those that did not."""
         right = [h for h in line.heard if h.text == line.said.text]
         parts: list[tuple[str, str]] = []
         if line.said.collided:
@@ -248,7 +248,7 @@ def draw_map(artist: Artist, watch: Watch, plan: Overhead, visited: dict[tuple[i
 
 
 def conclusion(artist: Artist, watch: Watch, summary: Summary) -> Iterable[Text]:
-    """How it ended, in a few lines."""
+    """The result, in a few lines."""
     well = summary.lost == 0 and summary.duplicates == 0
     if well:
         done = f"All {summary.tasks} tasks done, each" if summary.tasks != 1 else "The task was done"

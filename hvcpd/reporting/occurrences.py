@@ -1,4 +1,4 @@
-"""What was due when, and what became of it: done, late, not done, or more than once."""
+"""Due tasks and their outcome: done, late, not done, or done more than once."""
 
 from __future__ import annotations
 

@@ -77,7 +77,7 @@
       .map((s) => `${s.item.querySelector("b").textContent}: ${s.item.querySelector("p").textContent}`).join(" + ");
     const all = playing && !chosen;
     whole.setAttribute("aria-pressed", String(all));
-    whole.textContent = all ? "■ Stop" : "▶ Play the whole mission";
+    whole.textContent = all ? "■ Stop" : "▶ Play";
     if (all) follow();
   }
 

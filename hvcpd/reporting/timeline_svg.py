@@ -1,4 +1,4 @@
-"""Who did what when: a lane for each robot, as inline SVG beside a column of names."""
+"""The timeline of who did what: a lane for each robot, as inline SVG beside a column of names."""
 
 from __future__ import annotations
 

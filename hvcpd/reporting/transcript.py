@@ -1,4 +1,4 @@
-"""What is kept of a mission for programs: the transcript, and the robots' trails; one JSON object a line."""
+"""The record of a mission for programs: the transcript, and the robots' trails; one JSON object a line."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What the robot itself says: what of it is still to be played, when the last of it is heard, and how late that is."""
+"""The robot's own voice: the sound still to be played, when the last of it is heard, and its delay."""
 
 from __future__ import annotations
 

@@ -32,7 +32,7 @@ WATERING_SLACK_S = 30.0
 
 
 class Outcome(Enum):
-    """What became of the actions."""
+    """The outcome of the actions."""
 
     GOING_ON = "going on"
     DONE = "done"
@@ -113,17 +113,17 @@ class Performer:
             self.tell(Report(self._life.call.number, SkillState.FAILED, text=NOBODY))
 
     def tell(self, report: Report) -> None:
-        """Whoever carries a call out tells of it."""
+        """A report of the client that carries a call out."""
         if self._life is not None and self._life.take(report):
             self._news.append((self._life.call, report))
 
     def take_orders(self) -> tuple[Order, ...]:
-        """What whoever offers the skills is to do now; handed out once."""
+        """The requests to the clients that offer skills; each is returned once."""
         orders, self._orders = tuple(self._orders), []
         return orders
 
     def take_news(self) -> tuple[tuple[Call, Report], ...]:
-        """What became of calls since this was asked last."""
+        """The changes of calls since the last call of this method."""
         news, self._news = tuple(self._news), []
         return news
 

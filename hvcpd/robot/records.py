@@ -1,4 +1,4 @@
-"""What a robot reports of itself, and all that a step of it gives. Times are seconds of its sample clock."""
+"""The records of a robot, and the output of one step. Times are seconds of its sample clock."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ class HeardRecord:
     words: tuple[tuple[str, float, float], ...] = ()
     """Each word, and where it was heard to begin and to end, s."""
     trust: Trust = Trust.OPEN
-    """What its seal says of it."""
+    """The verdict of its seal."""
 
 
 @dataclass(frozen=True)
@@ -172,7 +172,7 @@ Record = (
 
 @dataclass(frozen=True)
 class RobotOutput:
-    """What one step gives: sound to be played next (as long as what was heard), wheel speeds, what happened, and what
+    """One step's output: sound to be played next (as long as what was heard), wheel speeds, what happened, and what
     whoever offers skills is to do."""
 
     sound: Samples

@@ -114,7 +114,7 @@ class Robot:
         self._ears.prepare(go_on)
 
     def expect(self, voices: Mapping[str, str]) -> None:
-        """What the recogniser calls each speaker's voice, by name in lower case."""
+        """The recogniser's name for each speaker's voice, by the speaker's name in lower case."""
         self._voices = voices
 
     def adopt(self, phrasebook: Phrasebook, ears: Ears, then: Callable[[], None] | None = None) -> None:
@@ -158,7 +158,7 @@ class Robot:
         return RobotOutput(self._next_sound(n), wheels, records, self.performer.take_orders())
 
     def _endure(self, lost: int, reading: WheelReading | None) -> RobotOutput:
-        """Time goes on without sound. Who hears nobody must not speak: for the floor that is a channel in use.
+        """Time goes on without sound. A robot that hears nobody must not speak: for the floor the channel is in use.
 
         What was being said is said again later, and coordination waits: nobody could have answered meanwhile.
         """

@@ -78,11 +78,11 @@ class Sealing:
         self._roster = frozenset(name.casefold() for name in roster)
 
     def said(self, utterance: m.Utterance, book: Phrasebook, now: float) -> tuple[m.Utterance, list[Record]]:
-        """What the robot says instead, and what is to be remembered of it."""
+        """The sentence that the robot says instead, and the record of it."""
         return self.marked(utterance, book, now), self._saves()
 
     def heard(self, utterance: m.Utterance, book: Phrasebook, now: float) -> Judged:
-        """What the robot makes of an utterance."""
+        """The robot's verdict on an utterance."""
         opened, verdict = self.judge(utterance, book, now)
         records = self._saves()
         if utterance.mark is not None and not verdict.trust.proves_speaker:
@@ -94,7 +94,7 @@ class Sealing:
         return [SaveCounter(name, value) for name, value in self.guard.saves().items()]
 
     def marked(self, utterance: m.Utterance, book: Phrasebook, now: float) -> m.Utterance:
-        """What the robot says instead: encrypted, or else with its seal, if it is of those that have one."""
+        """The sentence to say instead: encrypted, or else with its seal, if it is of those that have one."""
         number = (
             book.codebook.number_of(m.own_words(utterance.statement)) if self._hides_from_others(utterance) else None
         )
@@ -143,5 +143,5 @@ class Sealing:
 
 
 def judged_by(sealing: Sealing | None, utterance: m.Utterance, book: Phrasebook, now: float) -> Judged:
-    """What it says, and how far to trust it; without a key everybody is believed."""
+    """The statement, and how far to trust it; without a key everybody is believed."""
     return sealing.heard(utterance, book, now) if sealing is not None else Judged(utterance, Trust.OPEN, ())

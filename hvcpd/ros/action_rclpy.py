@@ -27,8 +27,8 @@ class Server:
 
 @dataclass(frozen=True)
 class Listener:
-    """Who is told what becomes of goals, by number: feedback messages, from any thread, and the end with its reason
-    ("" for a good one) and its result message (None if there is none)."""
+    """Receives the progress of goals, by number: feedback messages, from any thread, and the end with its reason
+    ("" for success) and its result message (None if there is none)."""
 
     fed_back: Callable[[int, Any], None]
     ended: Callable[[int, str, Any], None]

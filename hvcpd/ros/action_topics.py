@@ -33,7 +33,7 @@ class Link:
 
 @dataclass(frozen=True)
 class Listener:
-    """Who is told what becomes of goals, by number: feedback messages, and the end with its reason ("" for a good one)
+    """Receives the progress of goals, by number: feedback messages, and the end with its reason ("" for success)
     and its result message (None if the server never answered)."""
 
     fed_back: Callable[[int, Any], None]

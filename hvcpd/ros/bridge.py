@@ -37,7 +37,7 @@ SILENT_S = 1.0
 UNANSWERED_S = 1.0
 """A reply that has not come by then is not waited for any more."""
 MAX_TASK_LENGTH = 4000
-"""Characters of a task in JSON; one of a dozen actions has some 500."""
+"""Characters of a task in JSON; one of a dozen actions has about 500."""
 MAX_SAY_LENGTH = 500
 """Characters; more than any sentence of the phrasebook. The daemon hangs up on a line of more than 8192 bytes."""
 MAX_DIGITS = 4
@@ -101,7 +101,7 @@ class Bridge:
         self._last_refusal = ""
 
     def outputs(self) -> list[Output]:
-        """What is to be done since the last call, in order."""
+        """The outputs since the last call, in order."""
         done, self._outputs = self._outputs, []
         return done
 
@@ -194,7 +194,7 @@ class Bridge:
             self._ask_status(now_s)
 
     def _is_stopping(self, now_s: float) -> bool:
-        """What the daemon said before it has taken notice of a stop counts no more."""
+        """Ignore commands that the daemon sent before it knew of a stop."""
         return self._stop_id in self._asked and now_s - self._stop_s < UNANSWERED_S
 
     def _ask_status(self, now_s: float) -> None:

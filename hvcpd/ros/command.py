@@ -32,12 +32,12 @@ TELL_S = 1.0
 
 @dataclass(frozen=True)
 class Base:
-    """What the daemon's settings say of the wheels."""
+    """The daemon's settings of the wheels."""
 
     ros_drives: bool
     takes_goals: bool
     actions: Mapping[str, RosAction] = field(default_factory=dict)
-    """What its skills are done by."""
+    """The actions that perform its skills."""
 
 
 def choose_ros(wanted: str | None, environment: Mapping[str, str] = os.environ) -> Kind:
@@ -59,7 +59,7 @@ def choose_ros(wanted: str | None, environment: Mapping[str, str] = os.environ) 
 
 
 def base_of(settings: Sequence[Mapping[str, Any]]) -> Base:
-    """What the reply to `config` says of the wheels."""
+    """The wheels' settings in the reply to `config`."""
     values = {each["key"]: each["value"] for each in settings}
     drives = values.get("wheels.driver") == "ros"
     skills = {name: each["ros"] for name, each in values.get("skills", {}).items() if each.get("ros")}

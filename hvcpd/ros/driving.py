@@ -61,7 +61,7 @@ class Driving:
 
     @property
     def goal(self) -> PlaceGoal | None:
-        """What ROS's navigation has been given and not been relieved of."""
+        """The goal that ROS's navigation has now."""
         return self._goal
 
     def begin(self, now_s: float) -> None:
@@ -92,7 +92,7 @@ class Driving:
         return orders + self._command(now_s)
 
     def stand(self, now_s: float) -> list[Order]:
-        """Whoever had the word has lost it: the base stands, and navigation is relieved of its goal."""
+        """The daemon is gone: the base stands, and navigation's goal is cancelled."""
         self._told_s = self._finished = None
         orders = self._change_goal(None)
         if orders or self._speeds != STAND:

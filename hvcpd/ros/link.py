@@ -13,7 +13,7 @@ from hvcpd.daemon.control_socket import short_address
 from hvcpd.errors import NotRunningError
 
 CHUNK = 1 << 16
-"""Bytes read at a time; a board of tasks has some 2000."""
+"""Bytes read at a time; a board of tasks has about 2000."""
 PATIENCE_S = 1.0
 """Longest time for the kernel to take a line; a daemon that reads nothing for longer hangs."""
 
@@ -46,7 +46,7 @@ class DaemonLink:
             raise self._ended(error) from None
 
     def lines(self) -> list[dict[str, Any]]:
-        """What has come since the last call; waits for nothing that `select` did not announce."""
+        """The lines received since the last call; waits for nothing that `select` did not announce."""
         try:
             chunk = self._socket.recv(CHUNK)
         except OSError as error:

@@ -221,4 +221,4 @@ class DiagnosticArray:
 
 
 Message = String | Bool | Twist | Odometry | TFMessage | DiagnosticArray | PoseStamped
-"""What topics carry."""
+"""The messages of topics."""

@@ -1,4 +1,4 @@
-"""What the bridge needs of a ROS, whichever it is; `ros1.py` and `ros2.py` have it."""
+"""The interface of a ROS for the bridge; `ros1.py` and `ros2.py` implement it."""
 
 from __future__ import annotations
 
@@ -26,14 +26,14 @@ Report = Callable[[Happening], None]
 
 @dataclass(frozen=True)
 class Wanted:
-    """What the daemon's settings and the command line ask of the port."""
+    """The requirements of the daemon's settings and the command line for the port."""
 
     ros_drives: bool = False
     takes_goals: bool = False
     arguments: Sequence[str] = ()
     """Of ROS: remappings and parameters."""
     actions: Mapping[str, RosAction] = field(default_factory=dict)
-    """What the robot's skills are done by."""
+    """The actions that perform the robot's skills."""
 
 
 class RosPort(Protocol):
@@ -48,7 +48,7 @@ class RosPort(Protocol):
 
     @property
     def dismissed(self) -> str | None:
-        """Who reigns in this ROS has ended the node, and why; then it is not made anew. None: nobody has."""
+        """Why ROS has ended the node, which is then not created again. None: it has not."""
 
     def stamp_s(self) -> float:
         """ROS's time."""

@@ -28,7 +28,7 @@ FAREWELL_S = 0.2
 
 
 class Inbox:
-    """What happens in other threads, for the loop's thread."""
+    """Events from other threads, for the loop's thread."""
 
     def __init__(self) -> None:
         self._waiting: deque[Happening] = deque(maxlen=MAX_WAITING)

@@ -1,1 +1,1 @@
-"""Who may be believed: keys, spoken seals, one-time codes; no clock, no files, no chance."""
+"""Trust: keys, spoken seals, one-time codes; no clock, no files, no chance."""

@@ -21,7 +21,7 @@ _VERSION = b"hvcpd cipher 1"
 
 
 class Aead(Protocol):
-    """What is needed of `cryptography`'s AESCCM."""
+    """The part of `cryptography`'s AESCCM that we use."""
 
     def encrypt(self, nonce: bytes, data: bytes, associated_data: bytes) -> bytes: ...
 

@@ -106,7 +106,7 @@ _Proof = _Sealed | _Encrypted
 
 @dataclass(frozen=True)
 class _Heard:
-    """What is known of one speaker under one key."""
+    """The knowledge about one speaker under one key."""
 
     last: int = -1
     far: int | None = None
@@ -178,7 +178,7 @@ class Guard:
         return seal
 
     def judge(self, sentence: Sentence, seal: int | None, code: str | None, now: float, asks: bool = False) -> Verdict:
-        """What to think of a sentence with this seal or code, or neither. `asks`: it asks to say something again."""
+        """The verdict on a sentence with this seal or code, or neither. `asks`: it asks to say something again."""
         if code is not None:
             return self._judge_code(code, now)
         if seal is None:
@@ -189,8 +189,8 @@ class Guard:
         return verdict
 
     def judge_message(self, message: Message, now: float) -> Verdict:
-        """What to think of an encrypted statement, and what it is. Who finds that it asks to say something again tells
-        it by `challenged`."""
+        """The verdict on an encrypted statement, and the statement. If it asks to say something again, the caller
+        reports that by `challenged`."""
         return self._judge(_Encrypted(message), now)
 
     def challenged(self, sentence: Sentence, seal: int, verdict: Verdict, now: float) -> None:
@@ -259,7 +259,7 @@ class Guard:
         return verdict
 
     def _presence(self, name: str, now: float) -> Trust:
-        """Who was here a moment ago still is."""
+        """A speaker who was here a moment ago still is."""
         proved_s, last_s = self._present_s.get(name, (float("-inf"), float("-inf")))
         if now - last_s > PRESENT_S or now - proved_s > PROVED_S:
             return Trust.SEALED
@@ -328,5 +328,5 @@ def _valid(challenge: tuple[int, float] | None, now: float) -> int | None:
 
 
 def _name(key: TeamKey, name: str) -> str:
-    """What a counter is called on the disk."""
+    """The name of a counter on the disk."""
     return f"{key.fingerprint}/{name}"

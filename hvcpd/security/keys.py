@@ -55,7 +55,7 @@ class TeamKey:
 
 @dataclass(frozen=True)
 class KeyRing:
-    """What a robot holds: the key that it speaks with, others that it accepts, and whose voice it trusts no more."""
+    """A robot's keys: the key that it speaks with, others that it accepts, and whose voice it trusts no more."""
 
     spoken: TeamKey
     others: tuple[TeamKey, ...] = ()

@@ -19,7 +19,7 @@ _VERSION = b"hvcpd seal 1"
 
 @dataclass(frozen=True)
 class Sentence:
-    """What is sealed: the canonical words, as the phrasebook says the meaning, and who speaks to whom."""
+    """The sealed text: the canonical words, as the phrasebook says the meaning, and who speaks to whom."""
 
     speaker: str
     addressee: str
@@ -37,7 +37,7 @@ class Sentence:
 
 
 def framed(version: bytes, sentence: Sentence, challenge: int | None) -> bytes:
-    """What is authenticated, each part after its length; `challenge` is what the sentence answers, None for none."""
+    """The authenticated bytes, each part after its length; `challenge` is what the sentence answers, None for none."""
     answered = b"" if challenge is None else challenge.to_bytes(COUNTER_BYTES, "big")
     return b"".join(len(part).to_bytes(4, "big") + part for part in (version, sentence.encoded(), answered))
 

@@ -1,4 +1,4 @@
-"""Growing silence after wrong seals: who guesses is heard ever more rarely."""
+"""Growing silence after wrong seals: who guesses is heard less and less often."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What the seal or the code of a sentence says of it."""
+"""The verdicts on the seal or the code of a sentence."""
 
 from __future__ import annotations
 

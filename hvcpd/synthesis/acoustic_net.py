@@ -51,7 +51,7 @@ F0_UNIT_HZ = 100.0
 
 @dataclass(frozen=True)
 class Acoustics:
-    """What the network tells of a stretch of speech, for `vocoder.sound_of`.
+    """The network's output for a stretch of speech, for `vocoder.sound_of`.
 
     `f0_hz`, shape (frames,), near 0 where there is no voice; `hidden`, shape (frames, 256), the decoder's last
     activations, of which `AcousticNet.spectra` makes spectra; `frames`, shape (phonemes,), how many frames each phoneme

@@ -282,7 +282,7 @@ def _pitch(placed: Sequence[Placed], voice: Voice, final: bool, declination: flo
 def _nasal_zero(placed: Sequence[Placed], scale: float) -> Track:
     """The nasal zero: at the pole in oral sounds, away from it in nasals, and on its way in a vowel beside one.
 
-    The velum moves slowly: American vowels before a nasal are nasal for their second half, after one for some 40 ms
+    The velum moves slowly: American vowels before a nasal are nasal for their second half, after one for about 40 ms
     (Cohn, "Nasalization in English: phonology or phonetics", Phonology 10, 1993).
     """
     points = _Breakpoints([], [])

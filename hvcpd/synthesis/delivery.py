@@ -1,4 +1,4 @@
-"""How a sentence is delivered: faster or slower, louder or softer, or shaped for noise."""
+"""The delivery of a sentence: faster or slower, louder or softer, or shaped for noise."""
 
 from __future__ import annotations
 

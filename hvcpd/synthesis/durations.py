@@ -1,4 +1,4 @@
-"""How long each phone of a word lasts: Klatt's rules.
+"""Durations of the phones of a word: Klatt's rules.
 
 D. H. Klatt, "Synthesis by rule of segmental durations in English sentences" (1979): a phone lasts
 least + (inherent - least) · percent / 100, and each rule multiplies the percentage.

@@ -62,7 +62,7 @@ def explain(words: Sequence[str], number: int, lexicon: Lexicon, builtin: Lexico
     if entry.origin is Origin.OWN:
         before = builtin.find(word)
         replaced = [phones for phones in before.said if phones not in entry.said]
-        known += [Known(phones, before.origin.value, None, False, "your lexicon stands over it") for phones in replaced]
+        known += [Known(phones, before.origin.value, None, False, "your lexicon overrides it") for phones in replaced]
     return known
 
 

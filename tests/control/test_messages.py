@@ -127,6 +127,7 @@ def test_a_bad_lexicon(refused: Refuse, tmp_path: Path) -> None:
         (["simulate", "--seed", "-1"], "whole number from 0 to 4294967295"),
         (["simulate", "--seed", "4294967296"], "whole number"),
         (["simulate", "--noise-db", "loud"], "is not a number"),
+        (["console", "--port", "none"], "--port: 'none' is not a whole number"),
         (["simulate", "--noise-db", "nan"], "out of the range"),
         (["simulate", "--noise-db", "1e9"], "out of the range"),
         (["simulate", "--mode", "follow"], "follow"),

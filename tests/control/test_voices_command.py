@@ -48,7 +48,7 @@ def test_the_file_has_the_voices_one_after_the_other(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize(
     ("arguments", "message"),
-    [(["okk"], "'okk' is not a voice; the voices are oak,"), (["--text", "?!"], "nothing to say")],
+    [(["okk"], "'okk' is not a voice; did you mean 'oak'?"), (["--text", "?!"], "nothing to say")],
 )
 def test_what_is_no_voice_and_no_text_is_refused(arguments: list[str], message: str, refused: Refuse) -> None:
     assert message in refused("voices", *arguments)

@@ -121,3 +121,18 @@ def test_missions_in_which_a_robot_leaves_do_every_task_once(seed: int) -> None:
     result = mission.run()
     assert "Bot" not in mission.robots
     assert (result.lost, result.duplicates) == (0, 0)
+
+
+@pytest.mark.parametrize("begin_s", [20.0, 60.0, 67.0, 74.0, 81.0])
+def test_robots_that_leave_together_say_so_one_after_the_other(begin_s: float) -> None:
+    names = ("Rob", "Bot", "Max")
+    mission = Mission(names, plants(6), seed=3)
+    mission.air.run_until(begin_s)
+    told_s = mission.air.now
+    collisions = mission.air.collisions
+    for name in names:
+        mission.leave(name)
+    mission.air.run_until(told_s + 20.0)
+    farewells = [line for line in mission.written(told_s) if line.endswith("I am leaving")]
+    assert sorted(farewells) == sorted(f"Hi all, I am {name}, I am leaving" for name in names)
+    assert mission.air.collisions == collisions

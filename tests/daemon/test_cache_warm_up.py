@@ -107,7 +107,7 @@ def test_it_says_how_far_it_is_every_few_seconds() -> None:
     work = Work(0.25)
     with capture_logs() as logs:
         work.preparation.run(work.chores(30, 30))
-    assert work.texts == [f"making words ready: part {done // 30}, {done} of 60" for done in range(0, 60, 4)], (
+    assert work.texts == [f"preparing words: part {done // 30}, {done} of 60" for done in range(0, 60, 4)], (
         "once a second"
     )
     assert [(line["what"], line["done"], line["of"]) for line in logs] == [("part 0", 20, 60), ("part 1", 40, 60)]
@@ -128,6 +128,6 @@ def test_what_others_make_is_counted() -> None:
         while step():
             work.now_s += 1.0
     work.preparation.ended()
-    assert work.texts[-1] == "making words ready: sentences, 40 of 40"
+    assert work.texts[-1] == "preparing words: sentences, 40 of 40"
     assert len(logs) == 40 // LOGGED_EVERY_S
     assert work.preparation.text is None

@@ -128,7 +128,7 @@ def test_a_stop_before_the_robot_is_there_is_not_forgotten(tmp_path: Path) -> No
     async def scene() -> None:
         async with control(tmp_path, with_robot=False) as bench:
             talk = await bench.connect()
-            bench.body.preparation.text = "making words ready: Bot's words, 3 of 97"
+            bench.body.preparation.text = "preparing words: Bot's words, 3 of 97"
             status = (await talk.ask("status"))["result"]
             assert status["state"] == "starting"
             assert "Bot's words, 3 of 97" in shown(status)
@@ -301,7 +301,7 @@ def test_a_task_is_added_and_removed_and_the_task_file_stays_as_it_is(tmp_path: 
             bench.body.retask = lambda _tasks, then: then()
             kept = bench.body.wiring.settings.task_changes_path
             for wrong, why in (
-                (tulip | {"number": 1}, "there is a task 1 already"),
+                (tulip | {"number": 1}, "there already is a task 1"),
                 (tulip | {"name": "water the grin rose"}, "sounds like 'water the green rose' in line 2"),
                 (tulip | {"after": [11]}, "task 11: task 11 after task 11"),
                 (tulip | {"actions": [{"wave": 3}]}, "unknown action 'wave'"),
@@ -317,7 +317,7 @@ def test_a_task_is_added_and_removed_and_the_task_file_stays_as_it_is(tmp_path: 
             assert [(task["number"], task["every"]) for task in board] == [(1, None), (11, "6 h")]
             assert wire_up(bench.body.wiring.settings).tasks == bench.body.wiring.tasks, "as after a restart"
             error = (await talk.ask("task", do="remove", number=1))["error"]
-            assert "comes after task 1, which there is not" in error["text"]
+            assert "comes after task 1, which does not exist" in error["text"]
             assert (await talk.ask("task", do="remove", number=11))["result"]["changed"][0]["now"] is None
             assert "there is no task 11" in (await talk.ask("task", do="remove", number=11))["error"]["text"]
             assert (await talk.ask("task", do="add", task=tulip | {"after": []}))["result"]["restart"] == []

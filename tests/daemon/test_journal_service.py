@@ -144,7 +144,7 @@ def test_our_own_mistake_is_raised(wiring: Wiring) -> None:
 
 
 def permit(wiring: Wiring) -> Permit | None:
-    """What the latch says of the next start."""
+    """The latch's decision about the next start."""
     found = StopLatch(wiring.latch_path).read()
     return found.permit if found is not None else None
 

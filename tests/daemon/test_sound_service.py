@@ -254,7 +254,7 @@ def test_a_library_that_hangs_ends_the_robots_life() -> None:
         service = SoundService(lambda: Hanging(streams, 0), streams.clock, streams.clock.sleep, let_go_s=0.01)
         await service.open()
         await service.start()
-        with pytest.raises(DeviceError, match="was not let go of"):
+        with pytest.raises(DeviceError, match="was not released"):
             await until_heard(service)
 
     asyncio.run(asyncio.wait_for(scene(), 20.0))
@@ -295,6 +295,6 @@ def test_a_library_that_hangs_while_it_is_opened_keeps_nobody_from_ending() -> N
             await service.open()
         with capture_logs() as logs:
             await service.close()
-        assert "was not let go of" in logs[0]["reason"]
+        assert "was not released" in logs[0]["reason"]
 
     asyncio.run(asyncio.wait_for(scene(), 20.0))

@@ -1,4 +1,4 @@
-"""The simulated room between real sound devices: carries, over a restart of the sound server too, and records."""
+"""The simulated room between real sound devices: carries, after a restart of the sound server too, and records."""
 
 from __future__ import annotations
 

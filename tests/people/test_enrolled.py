@@ -91,7 +91,7 @@ def arrays_of(path: Path) -> dict[str, np.ndarray]:
         ("stop/0", np.zeros((4000, N_BANDS), np.float16), "wrong shape"),
         ("stop/0", np.zeros((40, N_BANDS), np.float64), "wrong shape"),
         ("stop/0", np.full((40, N_BANDS), np.nan, np.float16), "no sound"),
-        ("stop/77", np.zeros((40, N_BANDS), np.float16), "not a number"),
+        ("stop/77", np.zeros((40, N_BANDS), np.float16), "no number"),
         ("../stop/0", np.zeros((40, N_BANDS), np.float16), "no word"),
     ],
 )

@@ -36,8 +36,8 @@ def told(folder: Path, *skills: str, more: str = "") -> list[str]:
         ("por: {run: [sh]}", "skills.por: the task file declares no such skill; did you mean 'pour'?"),
         ('pour: {run: [sh, "{litre}"]}', "skills.pour: it has no parameter 'litre'; did you mean 'litres'?"),
         ("pour: {run: [no-such-program]}", "skills.pour: there is no program 'no-such-program'; install it, or give"),
-        ("pour: {run: [./hvcpd.yaml]}", "hvcpd.yaml is no program that may be run; `chmod +x` it"),
-        ("pour: {gpio: {pin: 17, amount: what}}", "skills.pour.gpio: amount: 'what' is no number that it is told"),
+        ("pour: {run: [./hvcpd.yaml]}", "hvcpd.yaml is not executable; run `chmod +x` on it"),
+        ("pour: {gpio: {pin: 17, amount: what}}", "skills.pour.gpio: amount: 'what' is not one of its numbers"),
         ("pour: {gpio: {pin: 17, amount: litres, empty_pin: 17}}", "skills.pour.gpio: skill 'pour' has pin 17 already"),
         (
             "pour: {gpio: {pin: 17, amount: litres, empty_pin: 27, empty_reason: the tank is out}}",
@@ -120,4 +120,4 @@ def test_a_python_skill_that_cannot_be_imported_is_told(
     (tmp_path / "hvcpd.yaml").write_text("name: Rob\ntasks: tasks.yaml\n")
     assert main(["skills", "--check", "--config", str(tmp_path / "hvcpd.yaml")]) == 2
     told = capsys.readouterr().err
-    assert "skill 'grip': ModuleNotFoundError: No module named 'nowhere_to_be_found'; mend the package" in told
+    assert "skill 'grip': ModuleNotFoundError: No module named 'nowhere_to_be_found'; fix the package" in told

@@ -57,5 +57,5 @@ def test_another_process_may_get_a_lexicon() -> None:
 def test_another_file_is_no_dictionary(tmp_path: Path) -> None:
     path = tmp_path / "words.bin"
     path.write_bytes(b"zurich Z UH1 R IH0 K")
-    with pytest.raises(ValueError, match="no packed dictionary"):
+    with pytest.raises(ValueError, match="not a packed dictionary"):
         Dictionary(path).look_up("zurich")

@@ -44,7 +44,7 @@ class Box:
 
 @dataclass(frozen=True)
 class Place:
-    """Who stands where in a box: `distance_m` apart, in a direction of `turn` of a whole turn."""
+    """The places of the two in a box: `distance_m` apart, in a direction of `turn` of a whole turn."""
 
     box: Box
     distance_m: float

@@ -178,7 +178,7 @@ def run(options: Options, make_ears: MakeEars, console: Console, tell_wrong: boo
     if not reverberation.available():
         skipped = [c.name for c in bench.conditions if c.simulated]
         bench.conditions = [c for c in bench.conditions if not c.simulated]
-        console.print(f"skipped, for want of pyroomacoustics: {', '.join(skipped)}")
+        console.print(f"skipped, because pyroomacoustics is missing: {', '.join(skipped)}")
     console.print(HEADING + (PEER_HEADING if bench.peer is not None else ""), markup=False)
     rows = []
     for row in bench.rows():

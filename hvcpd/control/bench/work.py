@@ -1,4 +1,4 @@
-"""What `hvcpctl bench` times and `benchmarks/pi.py` counts: one piece of a robot's work in a process of its own.
+"""Work that `hvcpctl bench` times and `benchmarks/pi.py` counts: one piece of a robot's work in a process of its own.
 
 python -m hvcpd.control.bench.work NAME FOLDER AMOUNT
 
@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from hvcpd.robot.robot import Robot
 
 NAME, PEER = "Rob", "Bot"
-"""Who listens, and who speaks to him: the paper's two robots."""
+"""The listener and the speaker: the paper's two robots."""
 BLOCK = SAMPLE_RATE_HZ // 40
 """25 ms, as the daemon has them of a sound card."""
 NOISE_RMS, SPEECH_RMS = 1e-3, 0.05
@@ -45,7 +45,7 @@ def main(arguments: Sequence[str]) -> int:
 
 
 def _wiring(folder: Path) -> Wiring:
-    """What `hvcpd` has read before it looks for its devices."""
+    """Everything that `hvcpd` reads before it looks for its devices."""
     from hvcpd.config.settings import Settings
     from hvcpd.daemon.wiring import wire_up
 

@@ -52,7 +52,7 @@ RunCommand = Callable[[Sequence[str]], str | None]
 
 
 def run_command(command: Sequence[str]) -> str | None:
-    """What the command prints; None if it is not there or takes longer than 10 s."""
+    """The command's output; None if it is missing or takes longer than 10 s."""
     try:
         done = subprocess.run(list(command), capture_output=True, text=True, check=False, timeout=10.0)
     except (OSError, subprocess.TimeoutExpired):

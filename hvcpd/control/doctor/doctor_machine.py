@@ -24,7 +24,7 @@ from hvcpd.ports import SAMPLE_RATE_HZ
 GROUPS = {"audio": "snd/*", "dialout": "tty[AU][CS][MB][0-9]*"}
 """Groups that may use each kind of device on Debian, Ubuntu and Raspberry Pi OS."""
 LEAST_FREE_BYTES, FEW_FREE_BYTES = 60e6, 200e6
-"""The rendered words of a team take some 40 MB, a day's transcript less than one."""
+"""The rendered words of a team take about 40 MB, a day's transcript less than one."""
 MOST_LOAD, HIGH_LOAD = 0.8, 0.4
 """Of one core for decoding speech as fast as it comes; wheels, sound and the rest of the system need some too."""
 HOT_C = 80.0

@@ -70,7 +70,7 @@ def _takes(backend: Any, direction: Direction, index: int, rate_hz: int) -> bool
 
 
 def judge(heard: SelfHearing) -> Iterator[Diagnosis]:
-    """What one round of listening tells."""
+    """The findings of one round of listening."""
     floor = f"noise floor {heard.floor_dbfs:.0f} dBFS"
     figures = {"floor_dbfs": round(heard.floor_dbfs, 1), "clipped_share": round(heard.clipped, 5)}
     if heard.floor_dbfs <= SILENCE_DBFS:

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from hvcpd.control.doctor.diagnosis import RunCommand
 
 CAPTURE = ("Mic", "Capture", "Input Gain", "ADC")
-"""What the controls of common cards are called (USB audio class, bcm2835, HiFiBerry, HDA), the likeliest first."""
+"""Names of the controls of common cards (USB audio class, bcm2835, HiFiBerry, HDA), the likeliest first."""
 
 
 @dataclass(frozen=True)
@@ -41,7 +41,7 @@ class Mixer:
         return Control(card, name) if card is not None and name is not None else None
 
     def gain_db(self, control: Control) -> float | None:
-        """What it is set to; None if it does not tell in dB."""
+        """Its setting; None if it is not given in dB."""
         told = self._run(("amixer", "-c", control.card, "sget", control.name))
         found = re.search(r"\[(-?[\d.]+)dB\]", told or "")
         return float(found[1]) if found else None

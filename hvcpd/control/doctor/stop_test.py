@@ -88,7 +88,7 @@ def _played(team: Team, devices: Devices, options: argparse.Namespace) -> Iterat
 
 
 def _asked(team: Team, devices: Devices, options: argparse.Namespace) -> Iterator[Call]:
-    """Calls by whoever reads this."""
+    """Calls by the person at the terminal."""
     for way in WAYS:
         for number in range(options.times):
             sys.stderr.write(f'Say "stop" {way}, once, in the next {ASKED_S:.0f} s ({number + 1} of {options.times})\n')
@@ -110,7 +110,7 @@ def voice_in(heard: Samples) -> tuple[float, float] | None:
 
 
 def judged(team: Team, how: str, heard: Samples, ended_s: float, over_noise_db: float) -> Call:
-    """What a robot of the team does that hears this, shape (n,), with a call that ends then."""
+    """The reaction of a robot of the team to this sound, shape (n,), with a call that ends then."""
     ears = make_recogniser(team.phrasebook, team.names, team.sound)
     halts, stops = [], []
     for start in range(0, len(heard), BLOCK):
@@ -148,7 +148,7 @@ def _told(calls: Iterator[Call], as_json: bool) -> Iterator[Call]:
 
 
 def _tell_verdict(calls: Sequence[Call], asked: bool, as_json: bool) -> None:
-    """What was shown, and what was not."""
+    """The results, and what they do not show."""
     arrived = [call for call in calls if call.over_noise_db is not None]
     in_time, for_good = sum(call.in_time for call in calls), sum(call.stopped_s is not None for call in calls)
     low, high = wilson(in_time, len(calls))

@@ -118,7 +118,7 @@ def _session(options: argparse.Namespace, settings: Settings, make_port: MakePor
 
 
 def _journeys(options: argparse.Namespace) -> list[Journey]:
-    """What the action asks for. Raises ConfigError for an odd number of coordinates."""
+    """The motions of the action. Raises ConfigError for an odd number of coordinates."""
     match options.action:
         case "forward":
             return [Forward(options.metres)]

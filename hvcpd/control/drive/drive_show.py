@@ -1,4 +1,4 @@
-"""What `hvcpctl drive` shows: a live table on a terminal, plain lines elsewhere, JSON lines for machines."""
+"""The output of `hvcpctl drive`: a live table on a terminal, plain lines elsewhere, JSON lines for machines."""
 
 from __future__ import annotations
 

@@ -37,8 +37,9 @@ TYPED_BYTES = 4096
 """A terminal's longest line (termios(3)): it hands over whole lines."""
 VISITOR = "Anna"
 """The name under which a person may speak, known to the robots beforehand."""
-LEAVE_S = 6.0
-"""For the farewell after Ctrl-C, by the wall clock: a sentence of 3 s and a turn; who pressed it waits no longer."""
+LEAVE_S = 8.0
+"""For the farewells after Ctrl-C, by the wall clock: two robots say theirs in turn, in 6.3 to 6.6 s (word-level
+missions)."""
 SLOW_S = 10.0
 """Between two looks at whether simulated air keeps real time."""
 SLOW_SHARE = 0.8
@@ -107,7 +108,7 @@ def _open_log(robots: tuple[str, ...]) -> TextIO:
 
 
 def _ready_text(robots: tuple[str, ...], names: tuple[str, ...]) -> str:
-    """What the terminal shows once all robots here listen."""
+    """The text for the terminal when all robots here listen."""
     others = [name for name in names if name != robots[0]] or [robots[0]]
     return (_READY if len(robots) > 1 else _READY_ALONE).format(one=robots[0], other=others[0])
 
@@ -225,7 +226,8 @@ class Duet:
             sounds = [daemon.sound for daemon in self.daemons if daemon.listening and daemon.sound is not None]
             lost = any(not sound.flowing for sound in sounds)
             busy = any(sound.overload.standing for sound in sounds)
-            late = slow.look(asyncio.get_running_loop().time(), self._room.now_s) and not self._ready
+            behind = slow.look(asyncio.get_running_loop().time(), self._room.now_s) and not self._ready
+            late = behind and isinstance(self._room.medium, SimulatedAir)  # a card loses sound instead
             trouble = _NO_SOUND if lost else _TOO_BUSY if busy else _SLOW if late else ""
             if trouble and trouble != self._trouble:
                 self._onlooker.note(trouble)

@@ -1,4 +1,4 @@
-"""Who is in the room with the robots: the terminal that writes what it hears, a page, and a visitor who types."""
+"""The onlookers of a duet: the terminal, which prints what it hears, a page, and a visitor who types."""
 
 from __future__ import annotations
 

@@ -38,7 +38,7 @@ HOW_IT_COUNTS = "a running robot loads them with: hvcpctl reload"
 
 @dataclass
 class Report:
-    """What came of an enrolment."""
+    """The result of an enrolment."""
 
     words: int = 0
     takes: int = 0
@@ -138,7 +138,7 @@ def _enrol(options: argparse.Namespace, devices: Devices) -> int:
 
 
 def _kept(path: Path, name: str) -> Person:
-    """What there is of the person. Raises StoreError for a file that cannot be used, so that none is lost unasked."""
+    """The person's takes. Raises StoreError for a file that cannot be used, so that none is lost silently."""
     if not path.is_file():
         return Person(name)
     try:

@@ -84,7 +84,7 @@ class _Session:
         return None
 
     async def _utterance(self) -> Samples:
-        """What is said from now on, until it is quiet; empty after WAIT_S of quiet."""
+        """The speech from now on, until it is quiet; empty after WAIT_S of quiet."""
         blocks: list[Samples] = []
         heard = quiet = 0
         began: int | None = None

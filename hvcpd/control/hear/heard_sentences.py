@@ -32,7 +32,7 @@ class HeardSentence:
     addressee: str | None
     confidence: float
     seal: str | None = None
-    """What the team's key says of its seal: "right", "wrong" or "used"; None without a seal, or without a key."""
+    """The verdict of the team's key on its seal: "right", "wrong" or "used"; None without a seal, or without a key."""
     encrypted: bool = False
     """Whether it was said in code words; with the key `text` is what was meant."""
 
@@ -50,7 +50,7 @@ _SEALS = {Trust.FRESH: "right", Trust.SEALED: "right", Trust.AHEAD: "right", Tru
 
 
 def sentence_of(event: Recognised, team: Team, sealing: Sealing | None) -> HeardSentence:
-    """What was said, by the team's phrasebook and, if it is there, its key."""
+    """The sentences, by the team's phrasebook and, if there is one, its key."""
     utterance = team.phrasebook.parse(event.words)
     seal, is_cipher = None, isinstance(utterance.mark, Cipher)
     if sealing is not None and isinstance(utterance.mark, Seal | Cipher):

@@ -29,7 +29,7 @@ def run(options: argparse.Namespace) -> int:
 
 
 def told(command: str, name: str, result: dict[str, Any]) -> list[str]:
-    """What became of a command to a robot, in lines for people."""
+    """The result of a command to a robot, in lines for people."""
     if command == "stop":
         how = "was stopped already" if result["before"] else "stands still, and says so"
         return [f"{name} {how}; `hvcpctl resume` lets it take on tasks again"]

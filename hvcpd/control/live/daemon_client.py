@@ -38,7 +38,7 @@ from hvcpd.errors import (
 )
 
 ANSWER_S = 10.0
-"""A daemon that lives answers within some 0.05 s, two blocks of sound; more if its computer is overloaded."""
+"""A daemon that lives answers within about 0.05 s, two blocks of sound; more if its computer is overloaded."""
 
 LEARN_S = 120.0
 """For new words, which are compared with all others first: a second or two on a desktop computer, on a Pi some ten
@@ -48,7 +48,7 @@ CHUNK_BYTES = 65536
 """Read at once: a line of events has some hundred."""
 
 REPEATABLE = frozenset({"stop", "status", "tasks", "config"})
-"""What does no harm if it is asked once more."""
+"""Commands that may be sent twice without harm."""
 
 _REFUSALS: dict[str, type[HvcpdError]] = {
     "bad_argument": ConfigError,

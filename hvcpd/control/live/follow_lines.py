@@ -18,7 +18,7 @@ from hvcpd.reporting.text import clean, percent, seal_words, skill_words
 
 Event = dict[str, Any]
 Parts = list[Any]
-"""What `Text.assemble` takes."""
+"""The arguments of `Text.assemble`."""
 
 
 class FollowLines:
@@ -68,7 +68,7 @@ class FollowLines:
         return Text.assemble((at, "dim"), "  ", *tell(self, event))
 
     def speech(self, event: Event) -> Parts:
-        """Who speaks, and what."""
+        """The speaker and the sentence."""
         speaker = clean(event["speaker"])
         return [(speaker, f"bold {self._style(speaker)}"), ": ", clean(event["text"])]
 

@@ -20,13 +20,13 @@ from hvcpd.control.live.follow import watch
 from hvcpd.errors import EX_OK, ConfigError, HvcpdError, NotDoneError
 
 RESTING = ("wall_s", "now_s", "uptime_s", "pid", "sound", "peers", "pose", "counts")
-"""What of a status changes without anything having happened; alone it is no reason to send the status again."""
+"""Fields of a status that change without an event; they alone are not a reason to send the status again."""
 STATUS_EVERY = 30
 """Looks of a second after which the status is sent in any case, so that levels and counts are no older."""
 WILDCARDS = frozenset("+#\0")
 """Not allowed in a topic that is published to (MQTT 3.1.1, section 4.7)."""
 MOST_UNSENT = 1000
-"""Messages that wait while the broker takes none, some 0.5 MB; further ones are dropped and counted."""
+"""Messages that wait while the broker takes none, about 0.5 MB; further ones are dropped and counted."""
 AT_LEAST_ONCE = 1
 """MQTT's quality of service of all that is sent."""
 
@@ -83,7 +83,7 @@ class Broker:
         self._client.loop_stop()
 
     def keep(self, topic: str, text: str) -> None:
-        """Send what whoever subscribes later is to see too, and send it again after each connection."""
+        """Publish a retained message, which later subscribers see too, and again after each connection."""
         self._at_connect[topic] = text
         self._publish(topic, text, retain=True)
 

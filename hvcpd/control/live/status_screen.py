@@ -1,4 +1,4 @@
-"""What `hvcpctl status` and `hvcpctl tasks` show to people, from the daemon's JSON."""
+"""The output of `hvcpctl status` and `hvcpctl tasks` for people, from the daemon's JSON."""
 
 from __future__ import annotations
 
@@ -106,7 +106,7 @@ def _sound(sound: Mapping[str, Any]) -> RenderableType:
 
 
 def _skills(skills: Mapping[str, Any] | None) -> Iterator[tuple[str, RenderableType]]:
-    """What can be used, what is missing, and what is under way; nothing where tasks use no skill."""
+    """The skills offered, missing and under way; empty if tasks use no skill."""
     if not skills:
         return
     if skills["offered"]:

@@ -14,12 +14,12 @@ from hvcpd.control.live.daemon_client import LEARN_S, find_daemon
 from hvcpd.errors import EX_OK, ConfigError
 
 BECOMES = {"again": "is done once more", "skip": "is left out this time"}
-"""What a task does then, as it is told."""
+"""The effect on a task, in words."""
 OTHERS = {
     "add": "it starts when its words are ready; the other robots do not know it, so give each the same command",
     "remove": "the other robots keep it, so give each the same command",
 }
-"""What is left to do, for robots do not tell each other about these."""
+"""A reminder, because robots do not tell each other about these."""
 
 
 def run(options: argparse.Namespace) -> int:

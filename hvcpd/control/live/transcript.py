@@ -56,7 +56,7 @@ class AskedRows:
 
 
 def open_transcript(options: argparse.Namespace) -> Rows:
-    """What the options mean: the file that they name, or the running robot's, or that of the robot in the settings."""
+    """The memory that the options select: the named file, the running robot's, or that of the robot in the settings."""
     if options.memory is not None:
         return TranscriptReader(Path(options.memory))
     try:

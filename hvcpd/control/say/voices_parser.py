@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import TypeAlias
 
 from hvcpd.config.command_line import with_examples
+from hvcpd.errors import did_you_mean
 
 _Commands: TypeAlias = "argparse._SubParsersAction[argparse.ArgumentParser]"
 
@@ -46,5 +47,5 @@ def _voice(text: str) -> str:
 
     known = [voice.name for voice in VOICES]
     if text.lower() not in known:
-        raise argparse.ArgumentTypeError(f"{text!r} is not a voice; the voices are {', '.join(known)}")
+        raise argparse.ArgumentTypeError(f"{text!r} is not a voice; {did_you_mean(text, known)}")
     return text.lower()

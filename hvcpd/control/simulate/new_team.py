@@ -22,7 +22,7 @@ from hvcpd.reporting.files import write_whole
 from hvcpd.synthesis.likeness import name_fault
 
 BUILT_IN = {"wait": "seconds", "water": "seconds", "dock": "", "turn": "degrees", "forward": "metres"}
-"""What every robot can do at a place, and the number that it takes."""
+"""Actions of every robot at a place, and the number that each takes."""
 USUAL_DEED = "wait 5"
 MISSING = "this is not a terminal: give --robots and --task, as `hvcpctl new-team --help` shows"
 
@@ -55,7 +55,7 @@ class Console:
         self.tell = tell
 
     def answer(self, question: str, read: Callable[[str], Given], usual: str = "") -> Given:
-        """What was answered, asked again until it is right. Raises ConfigError if the person goes away."""
+        """The answer; asks again until it is valid. Raises ConfigError at the end of the input."""
         while True:
             try:
                 text = self._ask(f"{question}{f' [{usual}]' if usual else ''}: ").strip() or usual

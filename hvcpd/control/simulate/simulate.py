@@ -35,7 +35,7 @@ from hvcpd.security.keys import KEY_BYTES, KeyRing, TeamKey
 from hvcpd.skills.checks import faults
 
 MAX_ROBOTS = 12
-"""More do not fit into the start corner, nor into the air: each task takes some 13 s of talk."""
+"""More do not fit into the start corner, nor into the air: each task takes about 13 s of talk."""
 
 ANOTHER_FOLDER = "name another directory"
 

@@ -1,4 +1,4 @@
-"""What the commands need to know of a team: its names, tasks and pronunciations."""
+"""A team as the commands see it: its names, tasks and pronunciations."""
 
 from __future__ import annotations
 

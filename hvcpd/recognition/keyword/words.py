@@ -21,7 +21,7 @@ twice as much where it is sure."""
 LENGTH_FRAMES = 45
 """The word lasts about 0.45 s."""
 DELAY_FRAMES = 12
-"""It is told some 120 ms after its end."""
+"""It is told about 120 ms after its end."""
 ONE_WORD_FRAMES = 60
 """What is told within 0.6 s is one word: nobody says it faster."""
 CALL_FRAMES = 80
