@@ -8,8 +8,9 @@ import numpy as np
 import pytest
 
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
-from hvcpd.recognition.channel.ears import CUT, MOST_WAIT, ChannelEars
+from hvcpd.recognition.channel.ears import CUT, MOST_WAIT, REMEMBERED, ChannelEars
 from hvcpd.recognition.channel.listener import GOES_ON, ChannelListener, Look, Stretch
+from hvcpd.recognition.channel.weighting import words_kept
 from hvcpd.recognition.events import Event, Garbled, Held, Recognised, Source
 from hvcpd.recognition.second_look import AtOnce, Looks, Worker
 from tests.recognition.hisses import BOOKS, GRAPH, Book, scene, spoken, through_a_room
@@ -278,3 +279,12 @@ def test_wherever_clatter_is_cut_a_sentence_is_told_whole() -> None:
 
 def test_what_was_garbled_late_in_a_sentence_does_not_hide_its_beginning() -> None:
     the_sentence(run(ears(Script([(END + 2000, Garbled(END - 4000, END))]))))
+
+
+def test_what_a_search_made_is_forgotten_once_nobody_has_spoken_for_a_while() -> None:
+    listening = ears(Script([(END + 2000, guess())]))
+    run(listening)
+    assert words_kept() > 0
+    quiet = np.zeros(REMEMBERED + SAMPLE_RATE_HZ, np.float32)
+    run(listening, 0, len(quiet), quiet)
+    assert words_kept() == 0
