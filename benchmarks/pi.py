@@ -11,8 +11,8 @@ Two for vectors: the Cortex-A53's units are 64 bits wide, and an operation on 12
 llvm/lib/Target/AArch64/AArch64SchedA53.td). The others are chosen: its two instructions a cycle at best are taken to
 make up for caches that miss and operands that are late. The intervals are that factor, not a spread of runs.
 
-`--memory` counts no instructions, but the pages of the whole daemon while it listens to a quiet room: at READY, and
-when all is made ready that it may hear. They are counted, not estimated.
+`--memory` counts no instructions, but the resident pages of the whole daemon while it listens to a quiet room: at
+READY, and later, while it makes ready what noise may hide. They are counted, not estimated.
 """
 
 from __future__ import annotations
@@ -41,6 +41,8 @@ FACTOR = 2.0
 X86 = "qemu-x86_64"
 PLUGIN = Path(__file__).with_name("counting.c")
 PATIENCE_S = 3_600.0
+SETTLED_S = (0.0, 60.0, 120.0)
+"""After READY, each after the one before."""
 
 Counts = NDArray[np.float64]
 """Instructions by kind, as `CYCLES` has them; of x86-64 all are of the first."""
@@ -89,11 +91,12 @@ def print_memory(root: Path) -> None:
         try:
             while b"READY=1" not in notified.recv(65_536):
                 pass
-            print(f"{'resident, listening, at READY':<48}{arm64.resident_mb(robot.pid):8.1f} MB", flush=True)
-            until_s = time.monotonic() + PATIENCE_S
-            while b"listens" not in notified.recv(65_536).rpartition(b"STATUS=")[2] and time.monotonic() < until_s:
-                pass
-            print(f"{'resident, listening, all made ready':<48}{arm64.resident_mb(robot.pid):8.1f} MB", flush=True)
+            for after_s in SETTLED_S:
+                time.sleep(after_s)
+                print(
+                    f"{f'resident, listening, {after_s:g} s later':<48}{arm64.resident_mb(robot.pid):8.1f} MB",
+                    flush=True,
+                )
         finally:
             robot.kill()
             robot.wait()
