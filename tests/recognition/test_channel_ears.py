@@ -12,7 +12,7 @@ from hvcpd.recognition.channel.ears import CUT, MOST_WAIT, REMEMBERED, ChannelEa
 from hvcpd.recognition.channel.listener import GOES_ON, ChannelListener, Look, Stretch
 from hvcpd.recognition.channel.weighting import words_kept
 from hvcpd.recognition.events import Event, Garbled, Held, Recognised, Source
-from hvcpd.recognition.second_look import AtOnce, Looks, Worker
+from hvcpd.recognition.second_look import AtOnce, Looks, Piece, SecondEars, Worker
 from tests.recognition.hisses import BOOKS, GRAPH, Book, scene, spoken, through_a_room
 
 LISTENER = ChannelListener(GRAPH, (BOOKS["oak"],))
@@ -288,3 +288,26 @@ def test_what_a_search_made_is_forgotten_once_nobody_has_spoken_for_a_while() ->
     quiet = np.zeros(REMEMBERED + SAMPLE_RATE_HZ, np.float32)
     run(listening, 0, len(quiet), quiet)
     assert words_kept() == 0
+
+
+def test_ears_around_them_share_what_they_keep() -> None:
+    inner = ears(Script([]))
+    outer = SecondEars(inner, Deaf(), AtOnce())
+    for at in range(0, 10 * BLOCK, BLOCK):
+        outer.push(SOUND[at : at + BLOCK])
+    sound, before = inner._history.around(0, BLOCK, 10 * BLOCK)
+    assert (len(sound), before) == (10 * BLOCK, BLOCK)
+    assert outer._history is inner._history
+    later = SecondEars(ears(Script([])), Deaf(), AtOnce())
+    later.succeed(outer)
+    assert later._history is inner._history
+
+
+class Deaf:
+    """Hears nothing in a second look."""
+
+    def prepare(self, go_on: Callable[[], bool]) -> None:
+        pass
+
+    def look(self, _: Piece) -> None:
+        return None
