@@ -163,7 +163,7 @@ class LaterEars(ABC, Generic[Job, Found]):
         self._worker = worker
         self._earlier = ears if isinstance(ears, LaterEars) else None
         """Those keep the last seconds already."""
-        self._history = self._earlier._history if self._earlier is not None else History(keep)
+        self._history: History = self._earlier._history if self._earlier is not None else History(keep)
         self._history.keep(keep)
         self._began = self._now = 0
 
