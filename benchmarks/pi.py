@@ -1,6 +1,6 @@
 """What a robot's work costs a Raspberry Pi 3B+, estimated by counting instructions; the rows of `hvcpctl bench`.
 
-    python -m benchmarks.pi [--folder out/arm64] [--without-shipped]
+    python -m benchmarks.pi [--folder out/arm64] [--without-shipped] [--memory]
 
 hvcpd's arm64 package runs under qemu-user with a plugin that counts (benchmarks/counting.c, built with cc), and this
 working copy likewise on x86-64. An ESTIMATE, within a factor of two, until `hvcpctl bench` has run on a Pi:
@@ -10,15 +10,20 @@ working copy likewise on x86-64. An ESTIMATE, within a factor of two, until `hvc
 Two for vectors: the Cortex-A53's units are 64 bits wide, and an operation on 128 bits takes them twice (LLVM,
 llvm/lib/Target/AArch64/AArch64SchedA53.td). The others are chosen: its two instructions a cycle at best are taken to
 make up for caches that miss and operands that are late. The intervals are that factor, not a spread of runs.
+
+`--memory` counts no instructions, but the resident pages of the whole daemon while it listens to a quiet room: at
+READY, and later, while it makes ready what noise may hide. They are counted, not estimated.
 """
 
 from __future__ import annotations
 
 import argparse
 import shutil
+import socket
 import subprocess
 import sys
 import tempfile
+import time
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 
@@ -36,6 +41,8 @@ FACTOR = 2.0
 X86 = "qemu-x86_64"
 PLUGIN = Path(__file__).with_name("counting.c")
 PATIENCE_S = 3_600.0
+SETTLED_S = (0.0, 60.0, 120.0)
+"""After READY, each after the one before."""
 
 Counts = NDArray[np.float64]
 """Instructions by kind, as `CYCLES` has them; of x86-64 all are of the first."""
@@ -65,16 +72,51 @@ class Counted:
             return np.array([float(count) for count in out.read().split()])
 
 
+def print_memory(root: Path) -> None:
+    """Start the daemon, and print its resident memory while it listens."""
+    with tempfile.TemporaryDirectory(prefix="hvcpd-pi-") as place:
+        folder, notified = Path(place), socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM)
+        notified.bind(str(folder / "notify"))
+        notified.settimeout(PATIENCE_S)
+        (folder / "state").mkdir()
+        config = folder / "hvcpd.yaml"
+        config.write_text(f"name: Rob\nstate_dir: {folder / 'state'}\nwheels: {{driver: none}}\n")
+        environment = {**arm64.environment(root), "NOTIFY_SOCKET": str(folder / "notify")}
+        environment["PYTHONPATH"] += f":{REPOSITORY}"  # for the quiet room; hvcpd is the package's
+        robot = subprocess.Popen(
+            arm64.command(root, ["-m", "tests.daemon.quiet_robot", "--mode", "follow", "--config", str(config)]),
+            env=environment,
+            cwd=root,
+        )
+        try:
+            while b"READY=1" not in notified.recv(65_536):
+                pass
+            for after_s in SETTLED_S:
+                time.sleep(after_s)
+                print(
+                    f"{f'resident, listening, {after_s:g} s later':<48}{arm64.resident_mb(robot.pid):8.1f} MB",
+                    flush=True,
+                )
+        finally:
+            robot.kill()
+            robot.wait()
+            notified.close()
+
+
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--folder", type=Path, default=Path("out/arm64"), help="for the root of arm64")
     parser.add_argument("--without-shipped", action="store_true", help="leave out the words that come with the package")
+    parser.add_argument("--memory", action="store_true", help="count the daemon's pages instead of instructions")
     options = parser.parse_args()
     options.folder = options.folder.absolute()
     root = arm64.make_root(options.folder)
     arm64.put_hvcpd(root, options.folder)
     if options.without_shipped:
         shutil.rmtree(root / arm64.LIBRARIES / SHIPPED)
+    if options.memory:
+        print_memory(root)
+        return
     plugin = options.folder / "counting.so"
     subprocess.run(["cc", "-O2", "-shared", "-fPIC", str(PLUGIN), "-o", str(plugin)], check=True)
     pi = Counted(lambda program, more: arm64.command(root, program, more), plugin, arm64.environment(root))

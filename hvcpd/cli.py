@@ -153,6 +153,7 @@ def _run(daemon: Daemon, limiter: RateLimiter) -> int:
 
     import structlog
 
+    from hvcpd.daemon.allocator import give_back_memory
     from hvcpd.daemon.library_output import LibraryOutput
     from hvcpd.daemon.logging import tell_held_back
 
@@ -160,12 +161,14 @@ def _run(daemon: Daemon, limiter: RateLimiter) -> int:
     output = LibraryOutput()
     output.begin()
 
-    def summarise() -> None:
+    def keep_house() -> None:
         tell_held_back(limiter)
         output.report()
+        if daemon.robot is None or not daemon.robot.speaking:  # it may take as long as a block of sound
+            give_back_memory()
 
     try:
-        error = asyncio.run(_serve(daemon, output.drain, summarise))
+        error = asyncio.run(_serve(daemon, output.drain, keep_house))
     finally:
         output.end()
     if isinstance(error, HvcpdError):

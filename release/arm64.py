@@ -65,6 +65,21 @@ def environment(root: Path) -> Mapping[str, str]:
     return {**os.environ, "PYTHONPATH": str(root / LIBRARIES), "OPENBLAS_NUM_THREADS": "1"}
 
 
+def resident_mb(pid: int) -> float:
+    """Resident memory of the program in an emulator's process, MB (1e6 bytes): what lies below the emulator itself.
+
+    qemu-user gives a program of 64 bits the addresses up to 0x56..., and maps the libraries' files as Linux would; so
+    these are the pages that it would have on a Raspberry Pi. Raises OSError.
+    """
+    resident_kib = 0
+    for line in Path(f"/proc/{pid}/smaps").read_text().splitlines():
+        if line.endswith(EMULATOR):
+            return resident_kib * 1024 / 1e6
+        if line.startswith("Rss:"):
+            resident_kib += int(line.split()[1])
+    raise ProcessLookupError(f"{pid} is no process of {EMULATOR}")
+
+
 def _debian_packages(folder: Path) -> list[Path]:
     """Download PACKAGES and all that they depend on, by an apt that knows no installed package. Raises
     UnavailableError."""

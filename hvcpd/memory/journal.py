@@ -91,8 +91,14 @@ class Journal:
             elif own in known:
                 self._seals.raise_counter(own, known[own] + SKIPPED)
 
-    def write(self, records: Iterable[Record], now: float) -> None:
-        """Keep the records of one step. Raises StoreError."""
+    def write_together(self, told: Iterable[tuple[Record, float]], now: float) -> None:
+        """Keep what was told at those times, all or nothing: of the transcript, and of peers. Raises StoreError."""
+        with self._store.together():
+            for record, told_s in told:
+                self.write((record,), told_s, now - told_s)
+
+    def write(self, records: Iterable[Record], now: float, ago_s: float = 0.0) -> None:
+        """Keep the records of one step, `ago_s` after it. Raises StoreError."""
         for record in records:
             match record:
                 case SaveTask(number, state, owner):
@@ -110,24 +116,25 @@ class Journal:
                         self._seals.raise_counter(name, value)
                 case DoubtRecord() | VoiceRecord():
                     note = TranscriptRecord(record.at_s, "garbled", record.speaker, record.note, None)
-                    self._store.append_transcript(note)
+                    self._store.append_transcript(note, ago_s)
                 case SkillRecord() if record.note is not None:
                     note = TranscriptRecord(record.at_s, "garbled", None, record.note, None)
-                    self._store.append_transcript(note)
+                    self._store.append_transcript(note, ago_s)
                 case SaidRecord():
                     self._store.append_transcript(
                         TranscriptRecord(
                             record.at_s, "said", self._own_name, record.text, None, seal_shown(record.utterance) or None
-                        )
+                        ),
+                        ago_s,
                     )
                 case HeardRecord():
                     speaker = record.utterance.speaker
                     seal = seal_shown(record.utterance, record.trust) or None
                     self._store.append_transcript(
-                        TranscriptRecord(record.start_s, "heard", speaker, record.text, record.confidence, seal)
+                        TranscriptRecord(record.start_s, "heard", speaker, record.text, record.confidence, seal), ago_s
                     )
                 case GarbledRecord():
-                    self._store.append_transcript(TranscriptRecord(record.start_s, "garbled", None, "", None))
+                    self._store.append_transcript(TranscriptRecord(record.start_s, "garbled", None, "", None), ago_s)
                 case HoldRecord(at_s, until_s):
                     stood = f"stop? no: stood still for {until_s - at_s:.1f} s"
-                    self._store.append_transcript(TranscriptRecord(at_s, "garbled", None, stood, None))
+                    self._store.append_transcript(TranscriptRecord(at_s, "garbled", None, stood, None), ago_s)

@@ -8,7 +8,7 @@ from __future__ import annotations
 import os
 import sqlite3
 from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import astuple, dataclass
 from pathlib import Path
 from typing import Any, Literal
@@ -115,12 +115,27 @@ class Store:
         """All tasks by number."""
         return tuple(TaskRecord(*row) for row in self._read("SELECT * FROM tasks ORDER BY number"))
 
-    def append_transcript(self, record: TranscriptRecord) -> None:
-        """Add an utterance to the transcript; the oldest beyond `utterances` are forgotten now and then."""
+    @contextmanager
+    def together(self) -> Iterator[None]:
+        """Write what is written in here at once, and each page of the file once; nothing of it if any of it fails."""
+        with failures(self._path):
+            self._db.execute("BEGIN IMMEDIATE")
+        try:
+            yield
+            with failures(self._path):
+                self._db.execute("COMMIT")
+        except BaseException:
+            with suppress(sqlite3.Error):  # SQLite itself has rolled back after some failures
+                self._db.execute("ROLLBACK")
+            raise
+
+    def append_transcript(self, record: TranscriptRecord, ago_s: float = 0.0) -> None:
+        """Add an utterance, of `ago_s` seconds ago by the wall clock, to the transcript; the oldest beyond `utterances`
+        are forgotten now and then."""
         number = self._write(
             "INSERT INTO transcript (at_s, kind, speaker, text, confidence, seal, wall_s) "
-            f"VALUES (?, ?, ?, ?, ?, ?, {_WALL_CLOCK_S})",
-            astuple(record),
+            f"VALUES (?, ?, ?, ?, ?, ?, {_WALL_CLOCK_S} - ?)",
+            (*astuple(record), ago_s),
         )
         if number % FORGET_EVERY == 0:
             self._write("DELETE FROM transcript WHERE id <= ?", (number - self._utterances,))

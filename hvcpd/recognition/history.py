@@ -18,6 +18,10 @@ class History:
         self._blocks: deque[tuple[int, Samples]] = deque()
         self._kept = 0
 
+    def keep(self, n: int) -> None:
+        """Keep `n` samples at least, from now on."""
+        self._most = max(self._most, n)
+
     def push(self, at: int, block: Samples) -> None:
         """A block, shape (m,), that begins at sample `at`, after all others."""
         self._blocks.append((at, block))

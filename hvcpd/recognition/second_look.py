@@ -161,7 +161,10 @@ class LaterEars(ABC, Generic[Job, Found]):
         self._ears = ears
         self._prepares = listener
         self._worker = worker
-        self._history = History(keep)
+        self._earlier = ears if isinstance(ears, LaterEars) else None
+        """Those keep the last seconds already."""
+        self._history: History = self._earlier._history if self._earlier is not None else History(keep)
+        self._history.keep(keep)
         self._began = self._now = 0
 
     @property
@@ -180,7 +183,8 @@ class LaterEars(ABC, Generic[Job, Found]):
         self._began, self._now = self._now, self._now + len(samples)
         if not masked:
             block = cleaned(samples)
-            self._history.push(self._began, block)
+            if self._earlier is None:
+                self._history.push(self._began, block)
             self._follow(block)
         else:
             self._mask()
@@ -196,7 +200,8 @@ class LaterEars(ABC, Generic[Job, Found]):
     def succeed(self, predecessor: Self) -> None:
         """Go on where `predecessor` is, with what it still waits for."""
         self._ears.succeed(predecessor._ears)
-        self._worker, self._history, self._now = predecessor._worker, predecessor._history, predecessor._now
+        self._worker, self._now = predecessor._worker, predecessor._now
+        self._history = self._earlier._history if self._earlier is not None else predecessor._history
 
     @abstractmethod
     def take(self, events: Sequence[Event]) -> list[Event]:

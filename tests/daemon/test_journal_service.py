@@ -6,7 +6,9 @@ import asyncio
 import re
 import sqlite3
 import sys
+import time
 from collections.abc import Coroutine
+from contextlib import closing
 from pathlib import Path
 from typing import Any
 
@@ -14,8 +16,8 @@ import pytest
 from structlog.testing import capture_logs
 
 from hvcpd.config.settings import Settings
-from hvcpd.coordination.actions import SaveChange, SaveDue, SaveStopped, SaveTask
-from hvcpd.daemon.journal_service import MAX_WAITING, JournalService
+from hvcpd.coordination.actions import SaveChange, SaveDue, SavePeer, SaveStopped, SaveTask
+from hvcpd.daemon.journal_service import LATER_S, MAX_LATER, MAX_WAITING, JournalService
 from hvcpd.daemon.wiring import Wiring, wire_up
 from hvcpd.errors import RunningError, StoreError
 from hvcpd.memory.latch import Permit, StopLatch
@@ -104,13 +106,52 @@ def test_another_process_at_the_memory_costs_records_but_not_the_mission(wiring:
     assert "another process uses it" in logs[0]["reason"]
 
 
+def test_what_is_said_waits_and_what_a_restart_needs_does_not(wiring: Wiring) -> None:
+    async def scene() -> None:
+        journal = JournalService(wiring)
+        await journal.open()
+        journal.write((GarbledRecord(1.0, 1.0, 2.0), SavePeer("Bot", "plant", 1.0)), 1.0)
+        journal.write((SaveTask(2, "claimed", "Bot"), SavePeer("Bot", "plant", 2.0)), 2.0)
+        while kept(wiring) != (0, [1.0], ["claimed"]):
+            await asyncio.sleep(0)
+        journal.write((), 1.0 + LATER_S)
+        while kept(wiring) != (1, [2.0], ["claimed"]):
+            await asyncio.sleep(0)
+        await journal.close()
+
+    run(scene())
+
+
+def test_each_utterance_has_the_time_when_it_was_told(wiring: Wiring) -> None:
+    async def scene() -> None:
+        journal = JournalService(wiring)
+        await journal.open()
+        for now in (10.0, 70.0, 100.0):
+            journal.write((GarbledRecord(now, now, now + 1.0),), now)
+        journal.write((), 110.0)
+        walls_s = [row.wall_s or 0.0 for row in await journal.transcript(0, 0.0, 10)]
+        assert [round(wall_s - walls_s[0]) for wall_s in walls_s] == [0, 60, 90]
+        assert walls_s[-1] == pytest.approx(time.time() - 10.0, abs=20.0)
+        await journal.close()
+
+    run(scene())
+
+
+def kept(wiring: Wiring) -> tuple[int, list[float], list[str]]:
+    """What is on the disk: utterances, when peers were heard, states of tasks."""
+    with closing(sqlite3.connect(wiring.settings.memory_path)) as db:
+        (utterances,) = db.execute("SELECT count(*) FROM transcript").fetchone()
+        heard = [at_s for (at_s,) in db.execute("SELECT last_heard_s FROM peers")]
+        return utterances, heard, [state for (state,) in db.execute("SELECT state FROM tasks")]
+
+
 def test_what_waits_is_bounded(wiring: Wiring) -> None:
     async def scene() -> None:
         journal = JournalService(wiring)
         await journal.open()
-        for _ in range(MAX_WAITING + 5):  # without letting the loop turn
+        for _ in range(MAX_WAITING + MAX_LATER):  # without letting the loop turn
             journal.write((GarbledRecord(1.0, 1.0, 2.0),), 1.0)
-        assert journal.lost == 5
+        assert journal.lost == MAX_LATER
         await journal.close()
 
     with capture_logs() as logs:

@@ -15,7 +15,9 @@ from pathlib import Path
 
 from hil_fakes.motor_process import TrailPoint, last_point, read_trail
 from hil_fakes.sound_server import DIE_WITH_PARENT, LOUDSPEAKER, MICROPHONE, wait_until
-from hvcpd.errors import EX_UNAVAILABLE
+from hvcpd.control.live.daemon_client import DaemonClient
+from hvcpd.control.live.transcript import AskedRows, Rows
+from hvcpd.errors import EX_UNAVAILABLE, NotRunningError
 from hvcpd.memory.store import TranscriptReader, TranscriptRecord
 from hvcpd.ports import Pose
 from tests.e2e.parts import PRIORITY, own_network
@@ -169,9 +171,14 @@ class RobotProcess:
             }
 
     def transcript(self) -> tuple[TranscriptRecord, ...]:
-        """All that it said and heard."""
-        with closing(TranscriptReader(self.memory)) as reader:
-            return tuple(row.record for row in reader.rows())
+        """All that it said and heard, as its daemon has it, or else its file."""
+        rows: Rows
+        try:
+            rows = AskedRows(DaemonClient(self.control_socket))
+        except NotRunningError:
+            rows = TranscriptReader(self.memory)
+        with closing(rows):
+            return tuple(row.record for row in rows.rows())
 
     def said(self) -> list[str]:
         """Its own sentences."""

@@ -8,7 +8,7 @@ import sqlite3
 import subprocess
 import sys
 from collections.abc import Callable, Iterator
-from contextlib import closing
+from contextlib import closing, suppress
 from pathlib import Path
 
 import pytest
@@ -421,3 +421,14 @@ def test_the_oldest_utterances_are_forgotten_and_the_newest_never(path: Path) ->
                 assert len(store.transcript()) <= 500 + FORGET_EVERY
         kept = [record.at_s for record in store.transcript()]
     assert kept == [float(number) for number in range(3 * FORGET_EVERY - 500, 3 * FORGET_EVERY + 10)]
+
+
+def test_what_is_written_together_is_there_as_a_whole_or_not_at_all(path: Path) -> None:
+    with closing(Store(path)) as store:
+        with suppress(KeyboardInterrupt), store.together():
+            store.append_transcript(HEARD)
+            raise KeyboardInterrupt
+        assert store.transcript() == ()
+        with store.together():
+            store.append_transcript(HEARD)
+        assert store.transcript() == (HEARD,)

@@ -8,10 +8,11 @@ import numpy as np
 import pytest
 
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
-from hvcpd.recognition.channel.ears import CUT, MOST_WAIT, ChannelEars
+from hvcpd.recognition.channel.ears import CUT, MOST_WAIT, REMEMBERED, ChannelEars
 from hvcpd.recognition.channel.listener import GOES_ON, ChannelListener, Look, Stretch
+from hvcpd.recognition.channel.weighting import words_kept
 from hvcpd.recognition.events import Event, Garbled, Held, Recognised, Source
-from hvcpd.recognition.second_look import AtOnce, Looks, Worker
+from hvcpd.recognition.second_look import AtOnce, Looks, Piece, SecondEars, Worker
 from tests.recognition.hisses import BOOKS, GRAPH, Book, scene, spoken, through_a_room
 
 LISTENER = ChannelListener(GRAPH, (BOOKS["oak"],))
@@ -298,3 +299,35 @@ def test_wherever_clatter_is_cut_a_sentence_is_told_whole() -> None:
 
 def test_what_was_garbled_late_in_a_sentence_does_not_hide_its_beginning() -> None:
     the_sentence(run(ears(Script([(END + 2000, Garbled(END - 4000, END))]))))
+
+
+def test_what_a_search_made_is_forgotten_once_nobody_has_spoken_for_a_while() -> None:
+    listening = ears(Script([(END + 2000, guess())]))
+    run(listening)
+    assert words_kept() > 0
+    quiet = np.zeros(REMEMBERED + SAMPLE_RATE_HZ, np.float32)
+    run(listening, 0, len(quiet), quiet)
+    assert words_kept() == 0
+
+
+def test_ears_around_them_share_what_they_keep() -> None:
+    inner = ears(Script([]))
+    outer = SecondEars(inner, Deaf(), AtOnce())
+    for at in range(0, 10 * BLOCK, BLOCK):
+        outer.push(SOUND[at : at + BLOCK])
+    sound, before = inner._history.around(0, BLOCK, 10 * BLOCK)
+    assert (len(sound), before) == (10 * BLOCK, BLOCK)
+    assert outer._history is inner._history
+    later = SecondEars(ears(Script([])), Deaf(), AtOnce())
+    later.succeed(outer)
+    assert later._history is inner._history
+
+
+class Deaf:
+    """Hears nothing in a second look."""
+
+    def prepare(self, go_on: Callable[[], bool]) -> None:
+        pass
+
+    def look(self, _: Piece) -> None:
+        return None

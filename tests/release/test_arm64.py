@@ -18,7 +18,8 @@ from release.deb import REPOSITORY
 pytestmark = [pytest.mark.arm64, pytest.mark.slow]
 
 SENTENCE = "Hi Rob, I am Bot, water the yellow rose"
-PATIENCE_S = 600.0
+PATIENCE_S = 1800.0
+"""For one command, also where other work has most of the processor: alone the longest takes 190 s."""
 TWO_TASKS = """\
 tasks:
   - {number: 1, name: water the yellow rose, actions: [forward: 0.1]}

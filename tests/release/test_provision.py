@@ -45,6 +45,22 @@ def test_cloud_init_writes_settings_that_hvcpd_takes(tmp_path: Path) -> None:
     assert load_settings(settings).name == "Rob"
 
 
+@pytest.mark.parametrize(
+    ("password", "key", "is_off"), [("*", "", False), ("$6$salt$hash", "", True), ("*", "ssh-ed25519 AAAA", True)]
+)
+def test_wifi_is_switched_off_only_where_somebody_can_log_in(
+    password: str, key: str, is_off: bool, tmp_path: Path
+) -> None:
+    command = next(each for each in yaml.safe_load(USER_DATA.read_text())["runcmd"] if "disable-wifi" in each)
+    (tmp_path / "authorized_keys").write_text(key)
+    (tmp_path / "getent").write_text(f"#!/bin/sh\necho 'robots:{password}:20000:0:99999:7:::'\n")
+    (tmp_path / "getent").chmod(0o755)
+    for place, here in (("/home/robots/.ssh", tmp_path), ("/boot/firmware", tmp_path)):
+        command = command.replace(place, str(here))
+    subprocess.run(["/bin/sh", "-c", command], check=True, env={"PATH": f"{tmp_path}:/usr/bin:/bin"})
+    assert (tmp_path / "config.txt").exists() == is_off
+
+
 def test_the_role_writes_settings_that_hvcpd_takes(tmp_path: Path) -> None:
     (tmp_path / "team.key").write_text("what the copy of it is compared with")
     told = {"hvcpd_etc": tmp_path, "hvcpd_name": "Ada", "hvcpd_tasks": REPOSITORY / "etc/tasks.yaml"}

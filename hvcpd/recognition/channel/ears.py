@@ -39,6 +39,9 @@ CUT = 5 * SAMPLE_RATE_HZ // 2
 clatter ends."""
 EVERY = 17 * SAMPLE_RATE_HZ // 20
 """In clatter, beginnings are sought around points so far apart (0.85 s): everywhere, as `search` looks around each."""
+REMEMBERED = 20 * SAMPLE_RATE_HZ
+"""Samples (20 s) after a stretch was given away until what its search has made is forgotten, up to 40 MB of spectra and
+waveforms: between two sentences of a talk they are kept."""
 CALL, SURE_CALL = "stop", 0.95
 """A sentence that ends with it is told at once if it is so sure: a halt must not wait."""
 
@@ -84,6 +87,8 @@ class ChannelEars(LaterEars[Stretch, Look]):
         self._closed: list[_Open] = []
         """Being looked at, or looked at a moment ago."""
         self._told: list[Recognised] = []
+        self._searched_at: int | None = None
+        """When the last stretch was given away, until that is forgotten."""
 
     @property
     def busy(self) -> bool:
@@ -150,11 +155,18 @@ class ChannelEars(LaterEars[Stretch, Look]):
                 self._open.noticed.append(at)
             self._open.end = self._now
         if self._open is None:
+            self._rest()
             return
         if self._now - self._open.end >= QUIET:
             self._close()
         elif self._now - self._open.begin >= (CUT if self._clatters else LONGEST):
             self._close(cut=True)
+
+    def _rest(self) -> None:
+        """Give memory back once nobody has spoken for a while."""
+        if self._searched_at is not None and self._now - self._searched_at >= REMEMBERED:
+            self._searched_at = None
+            self._listener.forget()
 
     def _close(self, cut: bool = False) -> None:
         """What is open has ended, or is `cut`: have it looked at, unless all of it is told."""
@@ -182,6 +194,7 @@ class ChannelEars(LaterEars[Stretch, Look]):
         stretch.job = Stretch(
             sound, origin, lead, tuple(at - origin for at in stretch.noticed if at >= begin), proposed, cut
         )
+        self._searched_at = self._now
         if not self._worker.submit(stretch.job, self._listener):
             stretch.look = Look()
 

@@ -13,7 +13,7 @@ from hvcpd.language.graph import WordGraph, graph_of
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 from hvcpd.recognition.channel.search import ChannelSearch, Path
 from hvcpd.recognition.channel.verification import Evidence, evidence_of, is_preceded, least_fit
-from hvcpd.recognition.channel.weighting import FRAME, WeightedSound
+from hvcpd.recognition.channel.weighting import FRAME, WeightedSound, forget_words
 from hvcpd.recognition.events import Recognised, Source, WordSpan
 from hvcpd.recognition.paths import GREETING, Voicebook
 from hvcpd.recognition.second_look import snr_db
@@ -83,6 +83,12 @@ class ChannelListener:
         """Make ready what takes long the first time, as long as `go_on`."""
         for book in self._books:
             book.prepare(go_on)
+
+    def forget(self) -> None:
+        """Give memory back, that of all listeners: nobody has spoken for a while. In any thread."""
+        forget_words()
+        for book in self._books:
+            book.forget()
 
     def look(self, stretch: Stretch) -> Look:
         """What robots said in it."""

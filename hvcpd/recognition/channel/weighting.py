@@ -91,6 +91,16 @@ def _blocks_of(said: Signal) -> _Blocks:
     return _Blocks(spectra, np.asarray(both.real**2 + both.imag**2, np.float32), np.asarray(time, np.float32))
 
 
+def forget_words() -> None:
+    """Give the memory of words' spectra back; they are made anew when they are sought."""
+    _blocks_of.cache_clear()
+
+
+def words_kept() -> int:
+    """How many words' spectra are in memory, at most WORDS_KEPT."""
+    return _blocks_of.cache_info().currsize
+
+
 class WeightedSound:
     """What was heard, whitened by its noise and by its own power, scaled to variance 1.
 

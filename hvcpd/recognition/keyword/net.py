@@ -13,6 +13,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import lru_cache
 from pathlib import Path
 from typing import NamedTuple
 
@@ -93,6 +94,7 @@ class Weights:
     intercepts: Array
 
     @classmethod
+    @lru_cache(1)
     def load(cls, path: Path = WEIGHTS) -> Weights:
         """Those that `benchmarks.keyword.train` wrote: bytes, with a scale for each output."""
         with np.load(path) as file:
