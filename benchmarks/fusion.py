@@ -1,6 +1,6 @@
 """Fits how the listeners of the second pass are weighed (`hvcpd/people/fusion.py`), and prints what comes of it.
 
-    python -m benchmarks.fusion [--data DIR] [--sentences 15] [--seed 1]
+    python -m benchmarks.fusion [--data DIR] [--sentences 10] [--strangers] [--seed 1]
 
 `python -m benchmarks.fit` writes the weights. What they are fitted to is `benchmarks.fusion_cases`; the table of how
 many sentences of each confidence were right is of a fifth of the cases, to which a second fit was blind. Needs
@@ -34,7 +34,7 @@ PROBABILITY_SIGNS = "?---+?+++?"
 SUPPORTING = ("loss", "farther_by_cepstra", "farther_by_net")
 EVIDENCE = (
     "bias",
-    "loss_a_frame",
+    "loss_a_phone",
     "worst_word",
     "unclear",
     "rival",
@@ -72,9 +72,9 @@ def _bounds(signs: str) -> list[tuple[float | None, float | None]]:
 
 
 def fit_probability(values: Floats, right: Floats, case_weights: Floats) -> Floats:
-    """Logistic regression; the first column of the values is 1."""
-    scale = np.maximum(values.std(axis=0), 1e-6)
-    scale[0] = 1.0
+    """Logistic regression; the first column of the values is 1. The weight of what never varies stays as it was."""
+    varies = values.std(axis=0) > 1e-9
+    scale = np.where(varies, values.std(axis=0), 1.0)
 
     scaled = values / scale
 
@@ -84,7 +84,9 @@ def fit_probability(values: Floats, right: Floats, case_weights: Floats) -> Floa
             np.sum(case_weights * (np.logaddexp(0.0, logits) - right * logits)) + RIDGE * (weights[1:] ** 2).sum()
         )
 
-    return np.asarray(minimize(cost, np.zeros(len(scale)), bounds=_bounds(PROBABILITY_SIGNS)).x / scale)
+    found = minimize(cost, np.zeros(len(scale)), bounds=_bounds(PROBABILITY_SIGNS)).x / scale
+    varies[0] = True
+    return np.where(varies, found, fusion.PROBABILITY)
 
 
 def winners(cases: Sequence[Case]) -> list[tuple[tuple[str, ...], Sequence[float]]]:
@@ -129,8 +131,9 @@ def reliability(values: Floats, right: Floats, counts: Floats) -> None:
 
 def fitted(o: argparse.Namespace) -> dict[str, object]:
     """Weights of both curves, and what they were fitted to."""
-    cases = all_cases(Stage(False), o.data, o.sentences, o.seed)
-    fusion.SUPPORT = tuple(round(w, 4) for w in fit_support(cases).tolist())
+    cases = all_cases(Stage(False), o.data, o.sentences, o.seed, not o.strangers)
+    if not o.strangers:
+        fusion.SUPPORT = tuple(round(w, 4) for w in fit_support(cases).tolist())
     found = winners(cases)
     values = np.array([each for _, each in found])
     right = np.array([words == case.words for case, (words, _) in zip(cases, found, strict=True)], float)
@@ -140,10 +143,11 @@ def fitted(o: argparse.Namespace) -> dict[str, object]:
     tell(cases, [words for words, _ in found], probabilities)
     reliability(values, right, counts)
     sure = probabilities >= MIN_STRANGERS_PROBABILITY
-    people = ", words of 20 people, digits of four, people's talk, sounds" if o.data is not None else ""
+    people = ", words of 20 people, people's talk, sounds" if o.data is not None else ""
+    enrolled = "" if o.strangers else ", enrolled voices, digits"
     return {
-        "data": f"{o.sentences} sentences by each of five synthetic voices, calls, enrolled voices, robots, words and "
-        f"prose that are no sentence{people}; in rooms and noises; seed {o.seed}",
+        "data": f"{o.sentences} sentences by each of nine synthetic voices, calls, robots, words and prose that are no "
+        f"sentence{people}{enrolled}; in rooms and noises; seed {o.seed}",
         "score": f"at {MIN_STRANGERS_PROBABILITY}: {int((sure * right).sum())} of {int(right.sum())} right ones, "
         f"{int((sure * (1 - right)).sum())} of {int((1 - right).sum())} wrong ones",
         "weights": {
@@ -157,7 +161,8 @@ def parser() -> argparse.ArgumentParser:
     """What can be chosen."""
     out = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     out.add_argument("--data", type=Path, help="folder of recordings of people, rooms and noises")
-    out.add_argument("--sentences", type=int, default=15, help="of each voice")
+    out.add_argument("--sentences", type=int, default=10, help="of each voice")
+    out.add_argument("--strangers", action="store_true", help="nobody is enrolled: what tells of them stays as it is")
     out.add_argument("--seed", type=int, default=1)
     return out
 

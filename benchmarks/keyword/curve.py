@@ -1,14 +1,14 @@
 """What the net of `hvcpd.recognition.keyword` tells of calls and of other talk, at each threshold.
 
-    nice python -m benchmarks.keyword.curve --data DIR [--net stop.npz] [--part test] [--calls 40] [--minutes 20]
+    nice python -m benchmarks.keyword.curve --data DIR [--net stop.npz ...] [--part test] [--calls 40] [--minutes 20]
         [--more DIR] [--seed 0]
 
-Nothing but the net listens. `--part validate`: what thresholds are chosen by, voices and people that are neither
-learned from nor tested with; `test`: what is reported. A call comes alone, or as loud as or louder than a robot's
-sentence or somebody who orders coffee. A halt is a chance of the word that reaches the threshold until 0.5 s after the
-word's end; a latch, one of a call until 1 s after it. Nobody calls in: people's words, one every 1.5 s; people ordering
-coffee; sentences by synthesizers; sounds; robots' sentences; sentences with the word in them, which call nobody. There,
-what follows within 2 s of a halt is the same halt.
+Nothing but the nets listen, all to the same. `--part validate`: what thresholds are chosen by, voices and people that
+are neither learned from nor tested with; `test`: what is reported. A call comes alone, or as loud as or louder than a
+robot's sentence or somebody who orders coffee. A halt is a chance of the word that reaches the threshold until 0.5 s
+after the word's end; a latch, one of a call until 1 s after it. Nobody calls in: people's words, one every 1.5 s;
+people ordering coffee; sentences by synthesizers; sounds; robots' sentences; sentences with the word in them, which
+call nobody. There, what follows within 2 s of a halt is the same halt.
 --more: recordings by yet another voice, each ending with the word, and of what else it says (not stop_*.wav).
 """
 
@@ -48,6 +48,7 @@ WORD_EVERY_S = 1.5
 THRESHOLDS = (0.05, 0.1, 0.15, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 0.95, 0.98)
 Speak = Callable[[random.Random], Samples]
 Curves = NDArray[np.float64]
+Told = list[tuple[float, float]]
 
 
 @dataclass(frozen=True, eq=False)
@@ -146,8 +147,10 @@ def curves(net: KeywordNet, sound: Samples) -> Curves:
     return np.sort(np.lib.stride_tricks.sliding_window_view(padded, LOOKS, axis=0), axis=-1)[..., -2]
 
 
-def called(weights: Weights, call: Samples, talk: Samples | None, over_db: float, seed: int) -> tuple[float, float]:
-    """The highest chances in time: of a halt and of a latch."""
+def called(
+    nets: Sequence[Weights], call: Samples, talk: Samples | None, over_db: float, seed: int
+) -> list[tuple[float, float]]:
+    """The highest chances of each net in time: of a halt and of a latch."""
     chooser, rng = random.Random(seed), np.random.default_rng(seed)
     call = at_level(ended(trimmed(call)), LEVEL_DBFS + over_db)
     at = round(chooser.uniform(2.0, 3.0) * SAMPLE_RATE_HZ)
@@ -158,11 +161,13 @@ def called(weights: Weights, call: Samples, talk: Samples | None, over_db: float
         first, last = max(begin, 0), min(begin + len(talk), len(sound))
         sound[first:last] += talk[first - begin : last - begin]
     sound[at : at + len(call)] += call
-    told = curves(KeywordNet(weights), sound)
-    when = (np.arange(1, len(told) + 1) * CHUNK_SAMPLES + 240) - at - len(call)
-    began = when > -len(call)
-    halt, latch = (began & (when <= round(s * SAMPLE_RATE_HZ)) for s in (HALT_S, LATCH_S))
-    return float(told[halt, 0].max()), float(told[latch, 1].max())
+    found = []
+    for told in (curves(KeywordNet(weights), sound) for weights in nets):
+        when = (np.arange(1, len(told) + 1) * CHUNK_SAMPLES + 240) - at - len(call)
+        began = when > -len(call)
+        halt, latch = (began & (when <= round(s * SAMPLE_RATE_HZ)) for s in (HALT_S, LATCH_S))
+        found.append((float(told[halt, 0].max()), float(told[latch, 1].max())))
+    return found
 
 
 def rises(chances: NDArray[np.float64], threshold: float) -> int:
@@ -177,53 +182,57 @@ def rises(chances: NDArray[np.float64], threshold: float) -> int:
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--data", type=Path, required=True)
-    parser.add_argument("--net", type=Path, default=WEIGHTS)
+    parser.add_argument("--net", type=Path, nargs="+", default=[WEIGHTS])
     parser.add_argument("--part", default="test")
     parser.add_argument("--calls", type=int, default=40)
     parser.add_argument("--minutes", type=float, default=20.0)
     parser.add_argument("--more", type=Path)
     parser.add_argument("--seed", type=int, default=0)
     o = parser.parse_args()
-    weights, stage = Weights.load(o.net), Stage(("Rob", "Bot"))
+    nets, stage = [Weights.load(path) for path in o.net], Stage(("Rob", "Bot"))
     found = part(o.part, stage, o.data, o.more)
-    print("share of calls heard, at", *THRESHOLDS)
-    rows = _calls(weights, found, o.calls, o.seed)
-    for curve, what in enumerate(("halt", "latch")):
-        for (kind, over), chances in rows.items():
-            share = [f"{100 * np.mean(np.array(chances)[:, curve] >= t):4.0f}" for t in THRESHOLDS]
-            print(f"{what:6}{kind:20}{over:>10} n={len(chances):3} ", *share)
+    rows = _calls(nets, found, o.calls, o.seed)
+    for number, path in enumerate(o.net):
+        print(f"{path}: share of calls heard, at", *THRESHOLDS)
+        for curve, what in enumerate(("halt", "latch")):
+            for (kind, over), chances in rows.items():
+                share = [f"{100 * np.mean(np.array(chances)[:, number, curve] >= t):4.0f}" for t in THRESHOLDS]
+                print(f"{what:6}{kind:20}{over:>10} n={len(chances):3} ", *share)
     print("times an hour that it is taken for one, at", *THRESHOLDS)
     for kind, stream in found.others.items():
-        told, hours = _talk(weights, stream, o.minutes)
+        told, hours = _talk(nets, stream, o.minutes)
         for curve, what in enumerate(("halt", "latch")):
-            rates = [f"{rises(told[:, curve], t) / hours:6.1f}" for t in THRESHOLDS]
-            print(f"{what:6}{kind:28} {60 * hours:5.1f} min", *rates, flush=True)
+            for path, each in zip(o.net, told, strict=True):
+                rates = [f"{rises(each[:, curve], t) / hours:6.1f}" for t in THRESHOLDS]
+                print(f"{what:6}{kind:28} {60 * hours:5.1f} min", *rates, path.stem, flush=True)
 
 
-def _calls(weights: Weights, found: Part, n: int, seed: int) -> dict[tuple[str, str], list[tuple[float, float]]]:
-    rows: dict[tuple[str, str], list[tuple[float, float]]] = defaultdict(list)
+def _calls(nets: Sequence[Weights], found: Part, n: int, seed: int) -> dict[tuple[str, str], list[Told]]:
+    rows: dict[tuple[str, str], list[Told]] = defaultdict(list)
     for kind, call in found.callers.items():
         for k in range(seed, seed + n):
             chooser = random.Random(k)
             sound, talk = call(chooser), chooser.choice(found.over)(chooser)
             for over_db in OVER_DB:
                 over = "alone" if over_db is None else f"{over_db:+.0f} dB"
-                chances = called(weights, sound, None if over_db is None else talk, over_db or 0.0, k)
-                rows[kind, over].append(chances)
+                rows[kind, over].append(called(nets, sound, None if over_db is None else talk, over_db or 0.0, k))
     return rows
 
 
-def _talk(weights: Weights, stream: Iterator[Samples], minutes: float) -> tuple[Curves, float]:
-    net, parts, n = KeywordNet(weights), [], 0
+def _talk(nets: Sequence[Weights], stream: Iterator[Samples], minutes: float) -> tuple[list[Curves], float]:
+    listening = [KeywordNet(weights) for weights in nets]
+    parts: list[list[Curves]] = [[] for _ in nets]
+    n = 0
     for k, sound in enumerate(stream):
         level = LEVEL_DBFS + (k * 7 % 21 - 10)
         whole = room(len(sound) + SAMPLE_RATE_HZ // 2, k)
         whole[: len(sound)] += at_level(sound, level)
-        parts.append(curves(net, whole))
+        for net, mine in zip(listening, parts, strict=True):
+            mine.append(curves(net, whole))
         n += len(whole)
         if n >= minutes * 60.0 * SAMPLE_RATE_HZ:
             break
-    return np.concatenate(parts), n / SAMPLE_RATE_HZ / 3600.0
+    return [np.concatenate(mine) for mine in parts], n / SAMPLE_RATE_HZ / 3600.0
 
 
 if __name__ == "__main__":

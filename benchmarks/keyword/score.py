@@ -1,21 +1,31 @@
-"""How well the keyword's net tells words of takes that it has not learned from, and what makes its outputs odds."""
+"""How well the keyword's nets tell words of takes that they have not learned from, and what makes their outputs odds.
+
+    python -m benchmarks.keyword.score test.npz --net stop.npz ...
+
+Of each curve: per cent of the words heard, and times an hour that something else is taken for one, at each chance.
+"""
 
 from __future__ import annotations
 
+import argparse
 from dataclasses import dataclass
+from pathlib import Path
 
 import numpy as np
 import torch
 from numpy.typing import NDArray
 from torch import Tensor, nn
 
+from benchmarks.keyword.model import Folded, stored
 from benchmarks.keyword.takes import NOTHING, TOLD, TOLD_S, Data
 from hvcpd.ports import SAMPLE_RATE_HZ
 from hvcpd.recognition.frontend import HOP_SAMPLES
+from hvcpd.recognition.keyword.net import WEIGHTS
 from hvcpd.recognition.stream import CHUNK_FRAMES
 
 RATES = (100.0, 30.0, 10.0, 3.0)
 """Of what else is told for a word, an hour."""
+CHANCES = (0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9)
 
 
 @dataclass(frozen=True, eq=False)
@@ -76,3 +86,30 @@ def calibrated(words: NDArray[np.float64], others: NDArray[np.float64]) -> tuple
     optimizer.step(closure)  # type: ignore[arg-type]
     slope, offset = line.detach().tolist()
     return slope, offset
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("material", type=Path)
+    parser.add_argument("--net", type=Path, nargs="+", default=[WEIGHTS])
+    o = parser.parse_args()
+    torch.set_num_threads(1)
+    data = Data.load([o.material])
+    for path in o.net:
+        with np.load(path) as file:
+            lines = list(zip(file["slopes"], file["intercepts"], strict=True))
+        for what, (slope, intercept), found in zip(
+            ("halt", "latch"), lines, check(Folded(stored(path)), data), strict=True
+        ):
+            print(f"{path.stem}, {what}, {len(found.words)} words: {found}")
+            least = [(np.log(chance / (1.0 - chance)) - intercept) / slope for chance in CHANCES]
+            rows = (
+                [(found.words >= x).mean() * 100.0 for x in least],
+                [(found.others >= x).sum() / found.hours for x in least],
+            )
+            for label, row in zip(("% heard", "false/h"), rows, strict=True):
+                print(f"    {label}", *(f"{chance}: {value:.1f}" for chance, value in zip(CHANCES, row, strict=True)))
+
+
+if __name__ == "__main__":
+    main()

@@ -1,6 +1,6 @@
 """Trains the net of `hvcpd.recognition.keyword` (needs PyTorch: pip install torch) and writes its weights.
 
-    nice python -m benchmarks.keyword.train material.npz... --check validation.npz --out stop.npz [--steps 8000]
+    nice python -m benchmarks.keyword.train material.npz... --check validation.npz --out stop.npz [--steps 7500]
         [--seed 1] [--start stop.npz] [--keep 0,0.2,0.4] [--rate 0.003]
 
 Two curves: that the word was said, which may be told at any time within 0.2 s of its end, and that it was a call and no
@@ -76,7 +76,7 @@ def main() -> None:
     parser.add_argument("material", type=Path, nargs="+")
     parser.add_argument("--check", type=Path, required=True)
     parser.add_argument("--out", type=Path, required=True)
-    parser.add_argument("--steps", type=int, default=8000)
+    parser.add_argument("--steps", type=int, default=7500)
     parser.add_argument("--weight", type=float, default=0.5, help="of what is told in error")
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--rate", type=float, default=3e-3)

@@ -30,8 +30,8 @@ from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 from hvcpd.synthesis.lexicon import Lexicon
 
 PLAN = {
-    "own": {"stop": 120, "talk": 250, "word": 100, "inside": 30},
-    "like own": {"stop": 230, "talk": 100, "word": 200, "inside": 60},
+    "own": {"stop": 120, "talk": 250, "word": 200, "inside": 30},
+    "like own": {"stop": 230, "talk": 100, "word": 400, "inside": 60},
     "natural": {"stop": 150, "talk": 350, "word": 200, "inside": 50},
     "like natural": {"stop": 250, "talk": 150, "word": 300, "inside": 80},
     "foreign": {"stop": 650, "talk": 700, "word": 750, "inside": 280},

@@ -28,7 +28,7 @@ MOST_LOGIT = 9.2
 """Beyond this, the listeners' own measure tells nothing either."""
 MOST_RIVAL = 12.0
 """What the best of all other sentences loses more, natural logarithm; more tells nothing."""
-MOST_LOSS_A_FRAME, MOST_OF_A_WORD, MOST_OUTSIDE = 1.0, 2.0, 20.0
+MOST_LOSS_A_PHONE, MOST_OF_A_WORD = 6.0, 2.0
 LEAST_SPEECH_S = 0.2
 URGENT = "stop"
 MOST_CALL_WORDS = 3
@@ -108,13 +108,6 @@ class Hypotheses:
         aligned = self._aligned(words)
         return aligned.spans if aligned is not None else [(0, len(self.log_posteriors))] * len(words)
 
-    def outside(self, words: Words) -> float:
-        """What is lost where no word of a sentence is: much, if more than the sentence was said."""
-        rest = np.ones(len(self.log_posteriors), bool)
-        for begin, end in self.spans(words):
-            rest[begin:end] = False
-        return min(float((self.log_posteriors.max(axis=1) - self.log_posteriors[:, -1])[rest].sum()), MOST_OUTSIDE)
-
     def _aligned(self, words: Words) -> CtcSentence | None:
         if self.by_phones is not None and words == self.by_phones.words:
             return self.by_phones
@@ -177,9 +170,10 @@ def supporting(hypotheses: Hypotheses, words: Words) -> Sequence[float]:
 def evidence(hypotheses: Hypotheses, words: Words) -> Sequence[float]:
     """What tells whether the likeliest sentence is right.
 
-    What it loses in a frame against the likeliest phones of all, and what its worst word does; how sure the net is of
-    any phones; what the best of all other sentences loses more; whether it is nearest to enrolled people's words by
-    cepstra, and how sure that is, and by what the net makes of them; how many phones, and how fast.
+    What it loses against the likeliest phones of all, for each of its own: a strange voice loses some in each, a wrong
+    sentence much in a few. What its worst word loses in a frame; how sure the net is of any phones; what the best of
+    all other sentences loses more; whether it is nearest to enrolled people's words by cepstra, and how sure that is,
+    and by what the net makes of them; how many phones, and how fast.
     """
     n_phones = sum(hypotheses.search.n_phones(word) for word in words)
     heard = [0.0, 0.0, 0.0]
@@ -191,7 +185,7 @@ def evidence(hypotheses: Hypotheses, words: Words) -> Sequence[float]:
     n_frames = max(len(hypotheses.log_posteriors), 1)
     return (
         1.0,
-        min(hypotheses.loss(words) / n_frames, MOST_LOSS_A_FRAME),
+        min(hypotheses.loss(words) / n_phones, MOST_LOSS_A_PHONE),
         min(hypotheses.worst_word(words)[1], MOST_OF_A_WORD),
         float(-hypotheses.log_posteriors.max(axis=1).sum()) / n_frames,
         hypotheses.rival(words),

@@ -11,7 +11,7 @@ import pytest
 
 from hvcpd.language.graph import Arc, WordGraph
 from hvcpd.people.enrolled_listener import Known
-from hvcpd.people.fusion import MOST_FARTHER, MOST_LOSS, Fused, Hypotheses, fuse
+from hvcpd.people.fusion import MOST_FARTHER, MOST_LOSS, Fused, Hypotheses, evidence, fuse
 from hvcpd.people.phones import PHONES, CtcSearch
 from hvcpd.recognition.events import Recognised, WordSpan
 
@@ -86,6 +86,19 @@ def test_what_cannot_be_told_of_a_sentence_counts_neither_for_nor_against_it() -
     assert heard.farther(LEFT) == pytest.approx((near * MOST_FARTHER, 0.0))
     assert heard.farther(RIGHT) == pytest.approx((0.0, near * 5.0))
     assert hypotheses("turn", "left").farther(LEFT) == (0.0, 0.0)
+
+
+def test_silence_around_a_sentence_makes_it_no_better() -> None:
+    strange = hypotheses("turn", "left").log_posteriors
+    strange[6:12, PHONES.index("AA")] = 0.4  # in a strange voice
+    silence = np.full((40, NONE + 1), -8.0, np.float32)
+    silence[:, NONE] = 0.0
+    search, lost = CtcSearch(GRAPH, SAID.__getitem__), []
+    for heard in (strange, np.concatenate([silence, strange, silence])):
+        found = Hypotheses(heard, search, search.best(heard), None, 0.7)
+        lost.append(evidence(found, LEFT)[1])
+    assert lost[0] > 0.0
+    assert lost[1] == pytest.approx(lost[0])
 
 
 def test_few_words_do_not_take_long() -> None:
