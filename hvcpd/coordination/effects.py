@@ -255,7 +255,7 @@ def drop_task(me: Knowledge, now: float) -> None:
 
 
 def leave_for_later(me: Knowledge, now: float) -> None:
-    """Nobody is there to do the task with: it is called for again later, and ever more rarely."""
+    """Nobody is there to do the task with: it is called for again later, less and less often."""
     entry = me.board[me.my_task()]
     entry.call_s = now + CALL_S * 2.0 ** min(entry.calls, CALL_DOUBLINGS_MAX) * (1.0 + me.rng.random())
     entry.calls += 1

@@ -23,7 +23,7 @@ from hvcpd.language.phrasebook import WAYS_M
 DRIVE_M_S = 0.2
 """A burger's mean speed on short ways: at most 0.22 m/s, and it turns first."""
 PLANNED_MAX = 16
-"""Number of tasks, the nearest ones, that a plan is made of: twelve robots' takes some 5 ms on a desktop computer."""
+"""Number of tasks, the nearest ones, that a plan is made of: twelve robots' takes about 5 ms on a desktop computer."""
 WAY_WEIGHT = 0.3
 """A second of anybody's way counts as so much of the time until the last task is done: with 0.3, 0.7 and 1.2 the ways
 in `benchmarks.missions routes` were 1.04, 1.01 and 0.99 of the best, and four robots done after 210, 223 and 232 s."""
