@@ -336,16 +336,16 @@ def note_silence(me: Knowledge, now: float) -> None:
     rest(me, now)
 
 
-def forget_report(me: Knowledge, urgency: Urgency, now: float) -> None:
+def forget_report(me: Knowledge, urgency: Urgency, now: float, slot: int = 0) -> None:
     """Say once more what is finished, or was given up and why, and was not confirmed."""
     if me.report.failed and me.report.task is not None:
         gave_up = composing.to_all(me, m.Failed(m.TaskByNumber(me.report.task), me.report.reason))
-        me.floor.want(Intent(urgency, f"failed {me.report.task}", lambda: gave_up, slot=0), now)
+        me.floor.want(Intent(urgency, f"failed {me.report.task}", lambda: gave_up, slot=slot), now)
     for number in me.report.tasks if not me.report.failed else ():
-        _tell_done(me, number, urgency, now)
+        _tell_done(me, number, urgency, now, slot)
     me.report.task = me.report.before = None
 
 
-def _tell_done(me: Knowledge, number: int, urgency: Urgency, now: float) -> None:
+def _tell_done(me: Knowledge, number: int, urgency: Urgency, now: float, slot: int = 0) -> None:
     done = composing.to_all(me, composing.done(me, number))
-    me.floor.want(Intent(urgency, f"done {number}", lambda: done, slot=0), now)
+    me.floor.want(Intent(urgency, f"done {number}", lambda: done, slot=slot), now)

@@ -21,15 +21,20 @@ def want_farewell(me: Knowledge, now: float) -> None:
     """Give the task back and say so; what was finished and not yet confirmed is reported once more before."""
     effects.let_go(me)
     me.floor.clear()
-    effects.forget_report(me, Urgency.ALARM, now)
+    effects.forget_report(me, Urgency.ALARM, now, _slot_to_leave(me, now))
     me.current.clear()
     _want_to_say_farewell(me, now)
 
 
 def _want_to_say_farewell(me: Knowledge, now: float) -> None:
     farewell = composing.to_all(me, m.Leaving())
-    slot = 1 + me.rank_in_team(now)  # in turn: robots on one computer are told to leave at the same moment
+    slot = _slot_to_leave(me, now)
     effects.want_turn(me, lambda _: farewell, now, Urgency.ANSWER, trigger=Trigger.SPOKEN_FAREWELL, slot=slot)
+
+
+def _slot_to_leave(me: Knowledge, now: float) -> int:
+    """Before all confirmations, and each in turn: robots on one computer are told to leave at the same moment."""
+    return me.rank_in_team(now)
 
 
 def stop_and_leave(me: Knowledge, now: float) -> None:
