@@ -44,6 +44,8 @@ class Pass:
     """When it last gave the place to the keeper, or heard that the keeper still waits for it."""
     told: bool = False
     """It has said that it has the place, and says so when it leaves."""
+    tell_s: float = math.inf
+    """When it is to say that it is in it: whoever is not heard, and so gets no answer, stays out then."""
     waiting: dict[str, tuple[float, float]] = field(default_factory=dict)
     """Who else wants it: when they were first and last heard to ask."""
     came_from: Place | None = None
@@ -56,7 +58,8 @@ class Pass:
 
     def next_s(self) -> float:
         """When something is due."""
-        return min(self.ask_s, self.answer_s) if self.wanted_s is not None else math.inf
+        asking_s = min(self.ask_s, self.answer_s) if self.wanted_s is not None else math.inf
+        return min(asking_s, self.tell_s)
 
     def keep(self, keeper: str, lease_end_s: float) -> None:
         """Somebody has it from now on; whatever this robot heard before of its being given is over."""

@@ -66,6 +66,8 @@ ASKS_ALONE = 2
 LEASE_S = 45.0
 """Who has a place and says nothing of it has left it by then: 4 m of it take 20 s. Each request that it hears renews
 the lease, for it answers."""
+TELL_S = 20.0
+"""Between two times that a robot says that it is in: twice in a lease, for one of them may be lost."""
 REPEATED_S = 25.0
 """Who was given a place and goes on asking for it, without a longer break, has not heard that; it is said again. So it
 is when another one asks, and is not answered."""
@@ -133,10 +135,11 @@ def _want_no_more(me: Knowledge, p: Pass) -> None:
     me.floor.withdraw(p.topic)
 
 
-def _have(me: Knowledge, p: Pass, now: float) -> None:
-    """Go in, or be in."""
+def _have(me: Knowledge, p: Pass, now: float, known: bool = False) -> None:
+    """Go in, or be in. Unless that is `known`, for the robot was given the place aloud, it says so."""
     if not p.using:
         p.again_s = now + REST_S
+        p.tell_s = now + TELL_S if known else now
     p.using = True
     p.keep(me.role.name, math.inf)
     _want_no_more(me, p)
@@ -144,7 +147,7 @@ def _have(me: Knowledge, p: Pass, now: float) -> None:
 
 def _leave(me: Knowledge, p: Pass, now: float) -> None:
     """This robot is out, and gives the place to the one that has waited longest."""
-    p.using, told, p.told = False, p.told, False
+    p.using, told, p.told, p.tell_s = False, p.told, False, math.inf
     p.waiting = {name: (first_s, last_s) for name, (first_s, last_s) in p.waiting.items() if now - last_s < WAITS_S}
     if p.waiting:
         _give(me, p, min(p.waiting, key=lambda name: p.waiting[name]), now)
@@ -177,8 +180,12 @@ def next_s(me: Knowledge) -> float:
 
 
 def ask(me: Knowledge, now: float) -> None:
-    """Say the requests whose time has come, and conclude from silence."""
+    """Say the requests whose time has come, and that this robot is in a place; and conclude from silence."""
     for p in me.passes:
+        if now >= p.tell_s:
+            p.tell_s = now + TELL_S
+            if me.expected(now) and me.state is not State.STOPPED:  # it has said that it has stopped in there
+                _say_taken(me, p, now)
         if p.wanted_s is not None and now >= p.answer_s:
             _judge(me, p, now)
         if p.wanted_s is not None and now >= p.ask_s:
@@ -271,7 +278,7 @@ def _refuse(me: Knowledge, p: Pass, name: str, now: float) -> None:
     """It is this robot's, which keeps it, tells so, and leaves if it has nothing to do in there."""
     if not p.inside:
         _have(me, p, now)
-    p.told = True
+    p.told, p.tell_s = True, now + TELL_S
     stands = me.state is State.STOPPED
     taken = m.PlaceTaken(p.place.name, stands)
     composing.answer(me, name, f"taken {p.place.name}", taken, now, slot=0, still=lambda: p.using)
@@ -287,22 +294,21 @@ def given(me: Knowledge, heard: Heard, s: m.PlaceGiven) -> None:
     p.waiting.pop(heard.speaker, None)  # it has been in
     if is_for_me_alone(me, heard.to):
         if p.wanted_s is not None:
-            _have(me, p, now)
+            _have(me, p, now, known=True)
         elif not p.using and now >= p.again_s:  # else it is said again, and was heard before
             p.keep(me.role.name, now)
             if p.waiting:
                 _leave(me, p, now)
-    elif p.using:
-        _object(me, p, now)
+    elif p.using:  # somebody else believes to have it
+        p.told = True
+        _say_taken(me, p, now)
     else:
         p.waiting.pop(heard.to.name, None)
         p.keep(heard.to.name, now + LEASE_S)
         _wait(me, p, now + ASK_NEXT_S)
 
 
-def _object(me: Knowledge, p: Pass, now: float) -> None:
-    """Somebody else believes to have what this robot has."""
-    p.told = True
+def _say_taken(me: Knowledge, p: Pass, now: float) -> None:
     taken = composing.to_all(me, m.PlaceTaken(p.place.name))
     me.floor.want(Intent(Urgency.ANSWER, f"taken {p.place.name}", lambda: taken if p.using else None, slot=0), now)
 
@@ -314,7 +320,7 @@ def taken(me: Knowledge, heard: Heard, s: m.PlaceTaken) -> None:
         return
     if p.inside:
         return  # both are in: too late
-    p.using = False
+    p.using, p.tell_s = False, math.inf
     p.waiting.pop(heard.speaker, None)
     p.keep(heard.speaker, now + (me.timing.absent_s if s.stands else LEASE_S))
     heard_me = is_for_me_alone(me, heard.to)

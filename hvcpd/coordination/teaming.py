@@ -50,7 +50,7 @@ def contend(me: Knowledge, heard: Heard, other: str, entry: Entry, other_at_work
     if not is_member and (other in entry.parts or not entry.has_room):
         _tell(me, other, m.Negative(), number, now)
         return
-    me.current.repeats = 0
+    _note_answer(me, other)
     is_coming = is_member and me.state in AT_PLACE and is_for_me_alone(me, heard.to)
     if not other_at_work:
         for words in ("told", "promised", "agreed"):
@@ -67,6 +67,13 @@ def contend(me: Knowledge, heard: Heard, other: str, entry: Entry, other_at_work
     elif not is_coming and (me.state in AT_WORK or _decides(me, entry, other)):
         me.board.claim(number, other, me.lease_end_s(now))
         _agree(me, other, number, now)
+
+
+def _note_answer(me: Knowledge, other: str) -> None:
+    """Somebody has answered: as long as that is news, this robot waits on. Two that hear each other again and again
+    would wait for ever for a third that takes somebody else for the third."""
+    if other not in me.current.agreed:
+        me.current.repeats = 0
 
 
 def _tell_that_others_ended(me: Knowledge, other: str, entry: Entry, now: float) -> None:
@@ -138,7 +145,7 @@ def confirmed(me: Knowledge, heard: Heard, number: int, complete: bool) -> bool:
     if complete or (other not in entry.team and not entry.has_room):
         return True
     me.board.claim(number, other, me.lease_end_s(now))
-    me.current.repeats = 0
+    _note_answer(me, other)
     if me.state in (State.CLAIMING, State.PROPOSED):
         if entry.owner != me.role.name or not entry.has_room:
             fire(me, Trigger.CONFIRMED, now)

@@ -6,7 +6,7 @@ import random
 from dataclasses import replace
 
 import pytest
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from hil_fakes.word_channel import Conditions
@@ -69,15 +69,15 @@ def test_two_begin_together_and_a_third_does_not_join(names: tuple[str, ...], se
 def test_it_is_spoken_plainly() -> None:
     mission = Mission(NAMES[:2], shared(1), seed=2)
     mission.run()
-    assert [line.replace("Hi all, ", "").replace("Hi team plant, ", "") for line in mission.written()[1:9]] == [
-        "I am Bot, I will complete task one",
+    assert [line.replace("Hi all, ", "").replace("Hi team plant, ", "") for line in mission.written()[:8]] == [
         "I am Rob, I will complete task one",
-        "Hi Rob, I am Bot, confirmed one",
-        "I am Bot, completing task, water the green rose",
+        "I am Bot, I will complete task one",
         "Hi Bot, I am Rob, confirmed one",
+        "I am Rob, completing task, water the green rose",
         "Hi Rob, I am Bot, confirmed one",
-        "I am Bot, task one complete",
-        "Hi Bot, I am Rob, confirmed one complete, task one complete",
+        "Hi Bot, I am Rob, confirmed one",
+        "I am Rob, task one complete",
+        "Hi Rob, I am Bot, confirmed one complete, task one complete",
     ]
 
 
@@ -166,6 +166,7 @@ def test_what_recurs_is_done_by_two_each_time(seed: int) -> None:
 
 
 @settings(max_examples=25, deadline=None, derandomize=True)
+@example(seed=3, most=3, with_outages=True)  # two heard each other for ever, and waited for a third
 @given(st.integers(0, 10**6), st.integers(2, 3), st.booleans())
 def test_random_teams_do_each_once_and_nobody_begins_alone(seed: int, most: int, with_outages: bool) -> None:
     plan = random_plan(seed, loss=(0.0, 0.2), robots=(most, 6), tasks=(2, 8), outages_max=int(with_outages))

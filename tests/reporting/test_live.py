@@ -199,7 +199,7 @@ def test_who_did_a_task_again_is_listed_with_it() -> None:
     events = [e for e in MISSION.events if not isinstance(e, ev.Watered | ev.Summary)]
     last = next(e for e in MISSION.events if isinstance(e, ev.Summary))
     out = show([*events, *again, replace(last, duplicates=len(doings) + 1)])
-    end = " ".join(out.partition("Not all went well")[2].split())
+    end = " ".join(out.partition("Not everything went well")[2].split())
     rob, bot = end.partition("Rob: ")[2].partition("Rob1: ")[::2]
     names = {plant.task: plant.name for e in events if isinstance(e, ev.Started) for plant in e.plants}
     assert f"{len(doings)} done more than once" in end
