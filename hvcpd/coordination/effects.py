@@ -244,7 +244,9 @@ def go_back(me: Knowledge, now: float) -> None:
 
 
 def make_room(me: Knowledge, _now: float) -> None:
-    """Go back out to where it came in from."""
+    """Go back out to where it came in from; what it has claimed and not begun is claimed again there."""
+    let_go(me)
+    me.current.clear()
     outside = (each.came_from for each in me.passes if each.inside)
     me.do(Perform(0, tuple(GoTo(place) for place in outside if place is not None)))
 

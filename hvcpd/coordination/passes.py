@@ -6,9 +6,10 @@ Times are seconds of the robot's sample clock; -inf means never, inf that nothin
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 
-from hvcpd.config.shared_places import SharedPlace
+from hvcpd.config.shared_places import BODY_M, LINE_M, SharedPlace
 from hvcpd.config.tasks import Place
 
 
@@ -55,6 +56,17 @@ class Pass:
     def topic(self) -> str:
         """What its requests are about, for the floor."""
         return f"way {self.place.name}"
+
+    def line_ahead_m(self, here: Place, way: Sequence[Place]) -> float | None:
+        """How far it is to where a robot waits; None: the way does not lead in."""
+        before_m = 0.0
+        for goal in way:
+            ends = (here.x_m, here.y_m), (goal.x_m, goal.y_m)
+            line_m = self.place.way_m(*ends, LINE_M)
+            if line_m is not None and self.place.way_m(*ends, BODY_M) is not None:
+                return before_m + line_m
+            here, before_m = goal, before_m + math.dist(*ends)
+        return None
 
     def next_s(self) -> float:
         """When something is due."""

@@ -21,7 +21,7 @@ from functools import partial
 
 from hvcpd.config.shared_places import BODY_M, LINE_M, SharedPlace
 from hvcpd.config.tasks import Place
-from hvcpd.coordination import composing
+from hvcpd.coordination import composing, routes
 from hvcpd.coordination.addressing import is_for_me_alone
 from hvcpd.coordination.floor import EARLY_SLOTS, Intent, Urgency
 from hvcpd.coordination.knowledge import Heard, Knowledge, Reactions
@@ -97,10 +97,11 @@ def _may_pass(me: Knowledge, p: Pass, here: Place, way: Sequence[Place], now: fl
     was_inside = p.inside
     p.inside = p.place.distance_m(here.x_m, here.y_m) < BODY_M + OUT_M * was_inside
     if p.inside:
+        p.came_from = p.came_from or _outside(me, p, here)
         _have(me, p, now)
         return True
     p.came_from = here
-    line_m = _to_line_m(p, here, way)
+    line_m = p.line_ahead_m(here, way)
     if was_inside or (p.using and line_m is None):
         _leave(me, p, now)
     if p.using:
@@ -118,16 +119,11 @@ def _may_pass(me: Knowledge, p: Pass, here: Place, way: Sequence[Place], now: fl
     return not p.held
 
 
-def _to_line_m(p: Pass, here: Place, way: Sequence[Place]) -> float | None:
-    """How far it is to where a robot waits; None: the way does not lead in."""
-    before_m = 0.0
-    for goal in way:
-        ends = (here.x_m, here.y_m), (goal.x_m, goal.y_m)
-        line_m = p.place.way_m(*ends, LINE_M)
-        if line_m is not None and p.place.way_m(*ends, BODY_M) is not None:
-            return before_m + line_m
-        here, before_m = goal, before_m + math.dist(*ends)
-    return None
+def _outside(me: Knowledge, p: Pass, here: Place) -> Place | None:
+    """The nearest place of a task outside, for a robot that was switched on inside."""
+    places = [e.definition.place for e in me.board.entries() if e.definition.place is not None]
+    outside = [each for each in places if p.place.distance_m(each.x_m, each.y_m) > LINE_M]
+    return min(outside, key=lambda each: routes.distance_m(here, each), default=None)
 
 
 def _want_no_more(me: Knowledge, p: Pass) -> None:

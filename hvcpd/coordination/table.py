@@ -101,6 +101,8 @@ TRANSITIONS: dict[tuple[State, Trigger], tuple[State, Effect]] = {
     (S.REPORTED, T.UNHEARD): (S.RETURNING, effects.go_back),
     (S.ORDERED, T.UNHEARD): (S.RETURNING, effects.go_back),
     (S.READY, T.IN_THE_WAY): (S.RETURNING, effects.make_room),
+    (S.CLAIMING, T.IN_THE_WAY): (S.RETURNING, effects.make_room),
+    (S.PROPOSED, T.IN_THE_WAY): (S.RETURNING, effects.make_room),
     (S.RETURNING, T.PERFORMED): (S.READY, effects.rest),
     (S.RETURNING, T.FAILED): (S.READY, effects.rest),
     (S.RETURNING, T.CONFIRMED): (S.READY, effects.drop_task),

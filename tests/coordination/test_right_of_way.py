@@ -84,6 +84,14 @@ def test_a_place_that_was_given_is_given_again_to_who_missed_it() -> None:
     assert given == ["Hi Rob, I am Bot, confirmed the corridor"] * 3
 
 
+def test_who_is_switched_on_inside_drives_out_when_somebody_waits() -> None:
+    """It does not know where it came from: it goes to the nearest task outside."""
+    mission = TrafficMission(corridor_plan(1174))
+    mission.run()
+    assert mission.traffic.collisions == 0
+    assert max(mission.traffic.waits_s) < 200.0, "it was 401 s"
+
+
 @pytest.mark.parametrize("seed", [4, 5, 15, 16])
 def test_a_robot_that_is_not_heard_stays_out(seed: int) -> None:
     """Nobody hears Rob's requests while another one works in the corridor: it hears from that one that it must wait."""
