@@ -69,10 +69,10 @@ def test_it_can_be_neither_written_nor_said() -> None:
 @pytest.mark.parametrize(
     ("pair", "message"),
     [
-        (("indgo", "in the go"), "alternatives: 'indgo' is no word of the phrasebook; did you mean 'indigo'?"),
-        (("zzz", "in the go"), "alternatives: 'zzz' is no word of the phrasebook; leave it out"),
-        (("indigo", "green"), "alternatives: 'green' cannot count as 'indigo', for it can be said itself"),
-        (("indigo", "indigo rose"), "alternatives: 'indigo rose' cannot count as 'indigo', for it can be said itself"),
+        (("indgo", "in the go"), "alternatives: 'indgo' is not a word of the phrasebook; did you mean 'indigo'?"),
+        (("zzz", "in the go"), "alternatives: 'zzz' is not a word of the phrasebook; leave it out"),
+        (("indigo", "green"), "alternatives: 'green' cannot count as 'indigo', because it can be said there itself"),
+        (("indigo", "indigo rose"), "alternatives: 'indigo rose' cannot count as 'indigo', because it can be said there itself"),
     ],
 )
 def test_alternatives_that_make_no_sense_are_refused(pair: tuple[str, str], message: str) -> None:
@@ -102,5 +102,5 @@ def test_commands_tell_of_bad_alternatives(tmp_path: Path, capsys: pytest.Captur
     path.write_text("tasks:\n  - {number: 1, name: water it, actions: [{wait: 1}]}\nalternatives: {watre: [what a]}\n")
     assert main(["phrases", "--tasks", str(path)]) == 2
     assert capsys.readouterr().err == (
-        f"hvcpctl: {path}: alternatives: 'watre' is no word of the phrasebook; did you mean 'water'?\n"
+        f"hvcpctl: {path}: alternatives: 'watre' is not a word of the phrasebook; did you mean 'water'?\n"
     )

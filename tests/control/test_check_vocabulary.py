@@ -51,7 +51,7 @@ def sound() -> Sound:
 def test_the_default_team_passes(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["check-vocabulary"]) == 0
     out = capsys.readouterr().out
-    assert "All is well" in out
+    assert "No words of this team are predicted to be confused" in out
     assert "three | two" in out
 
 
@@ -133,7 +133,7 @@ def test_bad_input(refused: Refuse, tmp_path: Path) -> None:
 def test_a_mission_with_confusable_tasks_is_refused(refused: Refuse, tmp_path: Path) -> None:
     tasks = task_file(tmp_path, "water the lamp rose", "water the land rose")
     message = refused("simulate", "--tasks", tasks, "--json")
-    assert f"{tasks}: 'Hi, I am Bot, water the lamp rose' and 'Hi, I am Bot, water the land rose' would be" in message
+    assert f"{tasks}: 'Hi, I am Bot, water the lamp rose' and 'Hi, I am Bot, water the land rose'" in message
     assert "instead of 'lamp' say for example 'lantern'" in message
     assert "%" not in message
     assert "--allow-confusable" in message

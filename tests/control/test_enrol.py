@@ -109,7 +109,7 @@ def test_people_come_go_and_move(tmp_path: Path, folder: Path, capsys: pytest.Ca
         ((), "whose voice"),
         (("A b",), "not a letter followed by"),
         (("Anna", "--from", "nowhere"), "no folder nowhere"),
-        (("Anna", "--from", ".", "--words", "stop,banana"), "'banana' is no word"),
+        (("Anna", "--from", ".", "--words", "stop,banana"), "'banana' is not a word"),
         (("--import", "nothing.npz"), "nothing.npz"),
     ],
 )

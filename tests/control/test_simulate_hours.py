@@ -33,7 +33,7 @@ def test_a_day_is_told_with_what_was_due_and_by_whom_it_was_done(
     for _ in range(2):
         assert hours(tmp_path, "--hours", "24", "--loss", "0.1", "--report", str(tmp_path), "--json") == 0
         out, err = capsys.readouterr()
-        assert "task 3: done once in all" in err
+        assert "task 3: done only once" in err
         told.append(out)
     assert told[0] == told[1], "the same seed, the same shift"
     due = json.loads(told[0])["due"]

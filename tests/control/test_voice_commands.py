@@ -155,7 +155,7 @@ def test_a_robot_speaks_with_recorded_words(tmp_path: Path, refused: Refuse) -> 
     write_wav(folder / "The.WAV", np.zeros(8000, np.float32))
     message = refused("say", SENTENCE, "--voice", folder, "-o", tmp_path / "x.wav")
     assert "Rose.WAV" in message
-    assert "The.WAV: nothing is to be heard" in message
+    assert "The.WAV: it is silent" in message
     assert "--rate" in refused("say", SENTENCE, "--voice", folder, "--rate", "1.5", "-o", tmp_path / "x.wav")
     assert "no such folder" in refused("say", SENTENCE, "--voice", tmp_path / "nowhere", "-o", tmp_path / "x.wav")
 

@@ -187,7 +187,7 @@ def test_no_name_is_told_with_the_remedy(tmp_path: Path, capsys: pytest.CaptureF
 def test_a_state_directory_that_is_a_file(config: Path, capsys: pytest.CaptureFixture[str]) -> None:
     (config.parent / "state").write_text("in the way")
     assert main(["--config", str(config), "--name", "Rob"], MISSING) == EX_CANTCREAT
-    assert "is no directory" in capsys.readouterr().err
+    assert "is not a directory" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize("arguments", [["--nmae", "Rob"], ["--mode", "boss"], ["stray"], ["--log-level", "loud"]])

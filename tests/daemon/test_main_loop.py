@@ -84,11 +84,10 @@ def lonely(tmp_path_factory: pytest.TempPathFactory, units: Path) -> tuple[list[
     return logs, room, wiring
 
 
-def test_it_greets_claims_drives_waters_and_reports(lonely: tuple[list[Any], SharedRoom, Wiring]) -> None:
+def test_it_claims_drives_waters_and_reports(lonely: tuple[list[Any], SharedRoom, Wiring]) -> None:
     logs, room, _ = lonely
     sentences = said(logs)
-    assert sentences[0] == "Hi all, I am Rob, member of team plant"
-    assert "Hi team plant, I am Rob, I will complete task one" in sentences
+    assert sentences[0] == "Hi team plant, I am Rob, I will complete task one, one metre"
     assert sentences[-1].lower().endswith("task one complete")
     body = room.bodies[0].pose
     assert abs(body.x_m + 4.6) < 0.1

@@ -140,7 +140,7 @@ def test_a_stop_that_cannot_be_kept_is_told(folder: Path, capsys: pytest.Capture
             pytest.skip("only the superuser can make files immutable, and not on every file system")
         try:
             assert first.ask("stop") == EX_FAILURE
-            assert "stands, but may not after a restart" in capsys.readouterr().err
+            assert "stands still, but may move after a restart" in capsys.readouterr().err
             assert first.until("stop not kept")["reason"]
             status = first.status(capsys)
             assert status["stopped"] is True
