@@ -1,5 +1,4 @@
-"""Features of takes of words: cepstra in the noise of the moment, and tandem features, what the net of phones makes of
-them.
+"""Features of takes of words: cepstra in the current noise, and tandem features, computed by the phone net.
 
 A net that was trained to tell the sounds of a language apart gives better features for matching words with examples
 than cepstra do, even where it names the sounds wrongly (H. Hermansky, D. Ellis & S. Sharma, "Tandem connectionist

@@ -76,12 +76,12 @@ def trimmed_energies(samples: Samples) -> Energies:
 
 
 def reverberated(energies: Energies) -> Energies:
-    """The energies of a word, shape (frames, N_BANDS), as they arrive from far across a room: all of it reverberation.
+    """The energies of a word, shape (frames, N_BANDS), as they arrive from far across a room: reverberation only.
 
-    Sound energy in a room decays exponentially, by 60 dB in ROOM_RT60_S, so each frame holds what the earlier ones have
-    left (H. Kuttruff, "Room Acoustics"; for models of speech: H.-G. Hirsch & H. Finster, "A new approach for the
-    adaptation of HMMs to reverberation and background noise", Speech Communication 50(3), 2008). The tail after the
-    last frame is left out.
+    Sound energy in a room decays exponentially, by 60 dB in ROOM_RT60_S, so each frame contains the decayed energy of
+    the earlier frames (H. Kuttruff, "Room Acoustics"; for models of speech: H.-G. Hirsch & H. Finster, "A new approach
+    for the adaptation of HMMs to reverberation and background noise", Speech Communication 50(3), 2008). The tail after
+    the last frame is left out.
     """
     left = np.float32(10.0 ** (-6.0 * HOP_SAMPLES / SAMPLE_RATE_HZ / ROOM_RT60_S))
     out = (1 - left) * energies
@@ -145,7 +145,7 @@ class TemplateBank:
         self.first_row = np.repeat(np.array([t.first for t in templates], np.int32), lengths)
         """First frame of the template to which each frame belongs, shape (n_frames,)."""
         self.last_row = np.repeat(np.array([t.first + t.length - 1 for t in templates], np.int32), lengths)
-        """Likewise."""
+        """Last frame of that template, likewise."""
 
     def compose(self, rows: NDArray[np.intp], noise: Noise, gain: float) -> Features:
         """Features, shape (n, N_FEATURES), of the frames `rows` at power `gain` in `noise` (N_BANDS,).

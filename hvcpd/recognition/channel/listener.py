@@ -150,14 +150,15 @@ class ChannelListener:
         return [replace(path, node=self._final) for path in found]
 
     def evidence(self, sound: WeightedSound, paths: Sequence[Path]) -> Evidence | None:
-        """The path that explains most, among those whose words were all heard. `paths`: most likely first."""
+        """The evidence for the path that explains most, among those whose words were all heard. `paths`: most likely
+        first."""
         whole = (path for path in paths if self._searches[0].is_whole(path))
         fits = ((path, least_fit(sound, path)) for path in whole)
         return next((evidence_of(sound, path, fit, paths) for path, fit in fits if fit >= LEAST_FIT), None)
 
     def _sure(self, sound: WeightedSound, paths: Sequence[Path]) -> Evidence | None:
-        """That sentence; None if another path without a missing word explains nearly as much, or a longer one more; or
-        if it is the end of a longer one."""
+        """The evidence for that sentence; None if another path without a missing word explains nearly as much, or a
+        longer one more; or if it is the end of a longer one."""
         evidence = self.evidence(sound, paths)
         if evidence is None or evidence.path.score < LEAST_SCORE:
             return None
