@@ -1,4 +1,4 @@
-"""What the experiments with the paper's two working modes have in common."""
+"""Common parts of the experiments with the paper's two working modes."""
 
 from __future__ import annotations
 
