@@ -1,4 +1,4 @@
-"""Takes to train the keyword's net with, in batches: what the net is given, and what each chunk is to tell."""
+"""Takes to train the keyword's net with, in batches: the net's inputs, and the targets of each chunk."""
 
 from __future__ import annotations
 
@@ -97,7 +97,7 @@ class Data:
 
 
 def inputs(energies: NDArray[np.float32], rng: np.random.Generator | None) -> NDArray[np.float32]:
-    """What the net is given of takes, shape (takes, frames, N_INPUTS)."""
+    """The net's inputs for takes, shape (takes, frames, N_INPUTS)."""
     levels, found = Levels(), []
     for at in range(0, energies.shape[1], CHUNK_FRAMES):
         found.append(levels.take(energies[:, at : at + CHUNK_FRAMES]))
