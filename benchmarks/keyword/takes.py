@@ -18,9 +18,9 @@ from hvcpd.recognition.keyword.net import Levels
 from hvcpd.recognition.stream import CHUNK_FRAMES
 
 TOLD_S = ((0.02, 0.22), (0.1, 0.75))
-"""When each curve should tell the word, after its end."""
+"""Time after the word's end in which each curve should detect it."""
 SPARED_S = ((-0.16, 0.6), (-0.16, 1.1))
-"""When it may tell it, too, or not."""
+"""Time in which it may or may not detect it."""
 BATCH = 64
 DISTURBED = 0.3
 """Share of takes before which it was louder or quieter."""

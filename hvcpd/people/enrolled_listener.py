@@ -36,7 +36,7 @@ QUIETER = 0.7
 MOST_DEFICIT = 3.0
 """Of the worst word: words that people swallow in a sentence that is right have more."""
 LEAST_MARGIN, MOST_MARGIN = 0.3, 100.0
-"""Costs of the closest other word; more or less tells no more."""
+"""Range of the cost of the closest other word; values beyond it carry no more information."""
 LEAST_ABOVE_NOISE = 0.1
 """Distance: words that are not heard at all have less."""
 

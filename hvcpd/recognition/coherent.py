@@ -47,9 +47,9 @@ LEAST_SCORE = 100.0
 LEAST_ALONE = 150.0
 """Log likelihood ratio of a single word against noise: another one may begin with the same hiss."""
 GOES_ON = 2080
-"""Samples of what may come next (0.13 s) that tell whether it comes."""
+"""Samples of a possible next word (0.13 s) that show whether it begins."""
 GOES_ON_LATER = 4800
-"""Samples (0.3 s) that tell it where so little would not stand out."""
+"""Samples (0.3 s) that show it where fewer would not stand out."""
 STANDS_OUT = 5.0
 """Expected strength with which something stands out."""
 SETTLED = 300.0

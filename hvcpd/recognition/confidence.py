@@ -1,4 +1,4 @@
-"""How likely a sentence of the template decoder is right: logistic regression, fitted by `python -m benchmarks.fit`.
+"""Confidence of the template decoder's sentences: logistic regression, fitted by `python -m benchmarks.fit`.
 
 A word's gain over the filler says little by itself: near the noise level even the right word gains hardly anything. So
 the gain is divided by the gain expected of the right word in this noise (`Scorer.expected_gain`).

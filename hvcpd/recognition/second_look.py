@@ -207,7 +207,7 @@ class LaterEars(ABC, Generic[Job, Found]):
 
     @abstractmethod
     def take(self, events: Sequence[Event]) -> list[Event]:
-        """What comes of events that the first ears told, and of looks that have ended."""
+        """The results of the first ears' events, and of finished second passes."""
 
     @abstractmethod
     def _follow(self, block: Samples) -> None:
@@ -268,7 +268,7 @@ class SecondEars(LaterEars[Piece, Recognised | None]):
         self._talk.end_talk()
 
     def take(self, events: Sequence[Event]) -> list[Event]:
-        """What comes of events that the first ears told, and of looks that have ended."""
+        """The results of the first ears' events, and of finished second passes."""
         out: list[Event] = []
         for event in events:
             piece = self._piece(event) if isinstance(event, Garbled) and not event.robot else None

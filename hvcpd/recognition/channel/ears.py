@@ -104,7 +104,7 @@ class ChannelEars(LaterEars[Stretch, Look]):
         self._stirred = predecessor._stirred
 
     def take(self, events: Sequence[Event]) -> list[Event]:
-        """What comes of events that the first ears told, and of looks that have ended."""
+        """The results of the first ears' events, and of finished second passes."""
         out: list[Event] = []
         for event in events:
             out += self._taken(event)
